@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: MIT */
+#include "arena.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ALIGNMENT = 64 };
+
+/* Small jobs should cost one block, large ones few: blocks double up to a megabyte. */
+static const size_t block_smallest = 64 * 1024;
+static const size_t block_largest = 1024 * 1024;
+
+struct block {
+    struct block *previous;
+    size_t capacity; /* bytes of data behind this header */
+    size_t used;
+};
+
+/* Data begins at the first aligned offset behind the header. */
+static const size_t header_size = ALIGNMENT;
+_Static_assert(sizeof(struct block) <= ALIGNMENT, "a block's header fits before its data");
+
+struct arena {
+    struct block *last;
+    size_t budget, held, peak;
+    size_t next_capacity;
+    size_t fail_in; /* allocations until the first failing one; 0: none fails */
+};
+
+struct arena *arena_new(size_t budget) {
+    struct arena *arena = calloc(1, sizeof *arena);
+    if (arena) {
+        arena->budget = budget;
+        arena->next_capacity = block_smallest;
+    }
+    return arena;
+}
+
+static void release_last(struct arena *arena) {
+    struct block *block = arena->last;
+    arena->last = block->previous;
+    arena->held -= header_size + block->capacity;
+    free(block);
+}
+
+void arena_free(struct arena *arena) {
+    if (!arena)
+        return;
+    while (arena->last)
+        release_last(arena);
+    free(arena);
+}
+
+static bool add_block(struct arena *arena, size_t needed) {
+    size_t capacity = needed > arena->next_capacity ? needed : arena->next_capacity;
+    if (capacity > arena->budget - arena->held)
+        capacity = needed;
+    if (header_size + capacity > arena->budget - arena->held)
+        return false;
+    struct block *block = aligned_alloc(ALIGNMENT, header_size + capacity);
+    if (!block)
+        return false;
+    *block = (struct block){.previous = arena->last, .capacity = capacity};
+    arena->last = block;
+    arena->held += header_size + capacity;
+    if (arena->held > arena->peak)
+        arena->peak = arena->held;
+    if (arena->next_capacity < block_largest)
+        arena->next_capacity *= 2;
+    return true;
+}
+
+static bool injected_failure(struct arena *arena) {
+    if (arena->fail_in > 1) {
+        arena->fail_in--;
+        return false;
+    }
+    return arena->fail_in == 1;
+}
+
+void *arena_alloc(struct arena *arena, size_t count, size_t size) {
+    size_t bytes;
+    if (injected_failure(arena) || __builtin_mul_overflow(count, size, &bytes) ||
+        bytes > SIZE_MAX - 2 * ALIGNMENT)
+        return NULL;
+    bytes = (bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+    if (bytes == 0)
+        bytes = ALIGNMENT;
+    struct block *block = arena->last;
+    if ((!block || bytes > block->capacity - block->used) && !add_block(arena, bytes))
+        return NULL;
+    block = arena->last;
+    void *memory = (char *)block + header_size + block->used;
+    block->used += bytes;
+    return memset(memory, 0, bytes);
+}
+
+struct arena_mark arena_mark(const struct arena *arena) {
+    return (struct arena_mark){arena->last, arena->last ? arena->last->used : 0};
+}
+
+void arena_rewind(struct arena *arena, struct arena_mark mark) {
+    while (arena->last && arena->last != mark.block)
+        release_last(arena);
+    if (arena->last)
+        arena->last->used = mark.used;
+}
+
+size_t arena_held(const struct arena *arena) {
+    return arena->held;
+}
+
+size_t arena_peak(const struct arena *arena) {
+    return arena->peak;
+}
+
+void arena_fail_at(struct arena *arena, size_t n) {
+    arena->fail_in = n;
+}

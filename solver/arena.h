@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The memory of one job: blocks taken from the heap as needed, never more than a budget, all given
+ * back at once. Scratch is taken after a mark and returned by rewinding to it. An arena belongs to
+ * one thread.
+ */
+#ifndef DRAPE_ARENA_H
+#define DRAPE_ARENA_H
+
+#include <stddef.h>
+
+struct arena;
+
+/* A place to rewind to; valid until the arena is rewound to an earlier one. */
+struct arena_mark {
+    void *block;
+    size_t used;
+};
+
+/* A new arena that will hold at most `budget` bytes of the heap; NULL when even its own record
+ * cannot be had. The caller owns it and gives it back with `arena_free`. */
+struct arena *arena_new(size_t budget);
+
+/* Gives everything back; NULL is allowed. */
+void arena_free(struct arena *arena);
+
+/* `count` elements of `size` bytes, zeroed, aligned to 64 bytes; NULL when the product overflows,
+ * the budget is used up or the heap is empty. Zero elements give a valid pointer. */
+void *arena_alloc(struct arena *arena, size_t count, size_t size);
+
+struct arena_mark arena_mark(const struct arena *arena);
+
+/* Returns all that was taken since `mark`. */
+void arena_rewind(struct arena *arena, struct arena_mark mark);
+
+/* The bytes held now, and the most that were ever held. */
+size_t arena_held(const struct arena *arena);
+size_t arena_peak(const struct arena *arena);
+
+/* For tests: the n-th allocation from now on (1 is the next) and all after it fail; 0 never. */
+void arena_fail_at(struct arena *arena, size_t n);
+
+#endif

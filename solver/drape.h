@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * libdrape: lays a woven fabric of inextensible yarns, pinned at their crossings, on a surface.
+ *
+ * Node (i, j) of the net lies i spacings along warp and j spacings along weft from the start (0,0).
+ * Two generator yarns through the start fix the whole net; every other node D follows from three
+ * neighbours A, B, C by the step of `fishnet.h`. With s along warp and t along weft the exact net
+ * is a Chebyshev net: |r_s| = |r_t| = 1, r_s . r_t = cos w, and the shear angle is 90 deg - w.
+ *
+ * Lengths are in the surface's own unit, angles in degrees where a name ends in `_deg`. The library
+ * does no input or output, reads no clock, keeps no state between calls, never prints, never exits.
+ */
+#ifndef DRAPE_DRAPE_H
+#define DRAPE_DRAPE_H
+
+#include "arena.h"
+#include "status.h"
+#include "surface.h"
+#include "vec.h"
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* Changes whenever the same request may give other numbers. */
+#define DRAPE_SOLVER_VERSION "0.1.0"
+
+/* The fishnet algorithms of the paper's comparison, and the fourth-order one. */
+enum drape_method {
+    DRAPE_BASIC,    /* yarns between nodes are straight chords of the spacing's length */
+    DRAPE_GEODESIC, /* geodesics of the spacing's length */
+    DRAPE_MOSAIC,   /* basic on flat triangles */
+    DRAPE_GIB,      /* arcs of the surface's normal curvature (paper, section 4.1) */
+    DRAPE_GIB4      /* gib with deferred correction: fourth order, with an error estimate */
+};
+
+/* How gib obtains the yarn tangents at A. */
+enum drape_yarn_path {
+    DRAPE_PATH_CHORD,     /* the chord projected on the tangent plane: closed form */
+    DRAPE_PATH_RELAXATION /* the boundary-value problem of the paper's section 4.3 */
+};
+
+enum drape_start_kind {
+    DRAPE_START_CENTROID, /* the surface point nearest to the centroid of the area */
+    DRAPE_START_UV,
+    DRAPE_START_POINT /* the nearest surface point; an error if further than the spacing */
+};
+
+enum drape_direction_kind {
+    DRAPE_DIRECTION_ANGLE, /* the u-tangent turned about r_u x r_v */
+    DRAPE_DIRECTION_VECTOR /* projected on the tangent plane at the start */
+};
+
+enum drape_generator_kind {
+    DRAPE_GENERATOR_GEODESIC,
+    DRAPE_GENERATOR_CURVE, /* a polyline in (u, v) through the start */
+    DRAPE_GENERATOR_PLANE  /* the section by the plane through the start with this normal */
+};
+
+struct drape_generator {
+    enum drape_generator_kind kind;
+    const double (*curve)[2]; /* DRAPE_GENERATOR_CURVE: (u, v) points in order, owned by caller */
+    size_t curve_count;       /* at least 2 */
+    struct vec3 plane_normal; /* DRAPE_GENERATOR_PLANE: any length but zero */
+};
+
+/* What to drape. Zero-initialised fields are the defaults, but spacing and max_nodes are required.
+ * Index 0 of a pair is warp, 1 is weft. */
+struct drape_settings {
+    enum drape_method method;
+    enum drape_yarn_path yarn_path;
+    double spacing[2]; /* node distance along the yarns, > 0 */
+    enum drape_start_kind start_kind;
+    double start_uv[2];
+    struct vec3 start_point;
+    enum drape_direction_kind direction_kind;
+    double direction_deg;
+    struct vec3 direction_vector;
+    double pre_shear_deg; /* weft starts at 90 deg less this from warp; -80..80 */
+    struct drape_generator generator[2];
+    bool has_extent[2]; /* whether extent[k] bounds the net; else until the surface is covered */
+    int extent[2][2];   /* lowest index <= 0 and highest index >= 0 */
+    size_t max_nodes;   /* STATUS_TOO_MANY_NODES beyond */
+    int threads;        /* 0 or 1: the calling thread alone; the result has the same bits */
+};
+
+/* Watches a long run; called a few hundred times at the most, from the calling thread. */
+struct drape_monitor {
+    bool (*progress)(void *context, double fraction); /* false: stop with STATUS_CANCELLED */
+    void *context;
+};
+
+/* Why the net has no node at a place of its front. X(id, name) */
+#define DRAPE_REASON_LIST(X)                                                                       \
+    X(BOUNDARY, "boundary")   /* the surface, or its trimmed region, ends */                       \
+    X(COLLAPSED, "collapsed") /* the spheres no longer meet on the surface */                      \
+    X(NO_CONVERGENCE, "no_convergence")                                                            \
+    X(DEGENERATE, "degenerate") /* no tangent plane there */                                       \
+    X(EXTENT, "extent")                                                                            \
+    X(FOLD, "fold") /* the net would overlap itself */
+
+enum drape_reason {
+#define X(id, name) DRAPE_REASON_##id,
+    DRAPE_REASON_LIST(X)
+#undef X
+        DRAPE_REASON_COUNT
+};
+
+/* The reason's name as in the contract, in static storage. */
+const char *drape_reason_name(enum drape_reason reason);
+
+/* Nodes on the surface, sorted by j, then i. Columns of `count` elements. */
+struct drape_nodes {
+    size_t count;
+    int32_t *i, *j;
+    double *u, *v; /* inside the domain */
+    double *x, *y, *z;
+    double *shear_deg;      /* 90 - angle between warp and weft, > 0 where quadrant i,j > 0 closes;
+                               always finite */
+    double *error_estimate; /* distance to the true net; NULL unless the method gives one */
+};
+
+/* Cells with four nodes on the surface: corners (i,j), (i+1,j), (i+1,j+1), (i,j+1). Sorted by j,
+ * then i. */
+struct drape_cells {
+    size_t count;
+    int32_t *i, *j;
+    double *shear_deg;                /* between the mean warp and mean weft direction */
+    double *warp_x, *warp_y, *warp_z; /* unit mean warp direction */
+    double *weft_x, *weft_y, *weft_z;
+};
+
+/* Places (i, j) next to the net where it has no node, each once, sorted by j, then i. For reason
+ * `boundary` it is the last node inside. */
+struct drape_front {
+    size_t count;
+    int32_t *i, *j;
+    uint8_t *reason; /* enum drape_reason */
+};
+
+enum drape_outcome { DRAPE_COMPLETE, DRAPE_PARTIAL };
+
+struct drape_summary {
+    enum drape_outcome outcome; /* complete: all that is left uncovered is a boundary strip */
+    double coverage;            /* share of the surface's area in cells, 0..1 */
+    double max_shear_deg;       /* of the absolute node shear; 0 for a single node */
+    double mean_shear_deg;
+    double residual_max;           /* largest |edge / promised length - 1| */
+    double newton_iterations_mean; /* steps per node found by Newton */
+    double error_estimate_max;     /* negative when the method gives none */
+    size_t front_reasons[DRAPE_REASON_COUNT];
+};
+
+/* Everything lies in the arena of the call. */
+struct drape_result {
+    int32_t warp_range[2], weft_range[2]; /* least and greatest i and j among the nodes */
+    double start_uv[2];                   /* what was chosen */
+    struct vec3 start_point, start_warp, start_weft;
+    struct drape_nodes nodes;
+    struct drape_cells cells;
+    struct drape_front front;
+    struct drape_summary summary;
+};
+
+/*
+ * Drapes `surface`. `monitor` may be NULL; scratch and result come from `arena`.
+ * Errors: STATUS_INVALID (a setting out of its range), STATUS_START_OFF_SURFACE,
+ * STATUS_DEGENERATE_SURFACE (no tangent plane at the start), STATUS_TOO_MANY_NODES,
+ * STATUS_OUT_OF_MEMORY, STATUS_CANCELLED. A drape that cannot cover everything is a success whose
+ * outcome is partial.
+ */
+enum status drape_solve(const struct surface *surface, const struct drape_settings *settings,
+                        const struct drape_monitor *monitor, struct arena *arena,
+                        struct drape_result *result) STATUS_MUST_USE;
+
+#endif

@@ -1,0 +1,202 @@
+/* SPDX-License-Identifier: MIT */
+#include "fishnet.h"
+
+#include "angle.h"
+
+enum { NEWTON_MAX = 40, PREDICTORS = 5 };
+
+/* Newton stops at this length error relative to the edge, or where rounding hides it. */
+static const double tolerance = 1e-12;
+static const double rounding = 4e-16;
+
+/* Below this sine of the angle between its yarns a cell that finds no corner has collapsed. */
+static const double collapsed_sine = 0.12;
+
+double fishnet_arc_chord(double length, double curvature) {
+    double half = length * curvature / 2;
+    return fabs(half) < ANGLE_PI ? length * angle_sinc(half) : 0;
+}
+
+void fishnet_chords(enum drape_method method, double ac, double ab, struct fishnet_cell *cell) {
+    cell->bd = ac;
+    cell->cd = ab;
+    if (method == DRAPE_BASIC)
+        return;
+    struct vec3 along_ab = vec3_sub(cell->b->jet.r, cell->a->jet.r);
+    struct vec3 along_ac = vec3_sub(cell->c->jet.r, cell->a->jet.r);
+    struct vec3 r1 = station_tangent(cell->a, along_ab), r2 = station_tangent(cell->a, along_ac);
+    cell->cd = fishnet_arc_chord(ab, station_normal_curvature(cell->c, r1));
+    cell->bd = fishnet_arc_chord(ac, station_normal_curvature(cell->b, r2));
+}
+
+/* Twice the area of the triangle p q r as seen along the normal. */
+static double turn(struct vec3 p, struct vec3 q, struct vec3 r, struct vec3 normal) {
+    return vec3_dot(vec3_cross(vec3_sub(q, p), vec3_sub(r, p)), normal);
+}
+
+/* Whether D is the root away from A: both halves of the cell A, C, D, B turn the right way. */
+static bool right_root(const struct fishnet_cell *cell, const struct station *d) {
+    struct vec3 b = cell->b->jet.r, c = cell->c->jet.r;
+    return cell->orientation * turn(c, d->jet.r, b, d->normal) > 0 &&
+           cell->orientation * turn(c, d->jet.r, b, cell->b->normal) > 0;
+}
+
+/* Solves J step = f with the rows of J being 2 w . (r_u, r_v). */
+struct linear {
+    double a, b, c, d, inverse;
+};
+
+static bool linear_make(const struct surface_jet *jet, struct vec3 wb, struct vec3 wc,
+                        struct linear *linear) {
+    struct linear m = {vec3_dot(wb, jet->u), vec3_dot(wb, jet->v), vec3_dot(wc, jet->u),
+                       vec3_dot(wc, jet->v), 0};
+    double determinant = m.a * m.d - m.b * m.c;
+    m.inverse = 1 / determinant;
+    *linear = m;
+    return isfinite(m.inverse);
+}
+
+static void linear_solve(const struct linear *m, double f1, double f2, double step[2]) {
+    step[0] = (m->d * f1 - m->b * f2) * m->inverse;
+    step[1] = (m->a * f2 - m->c * f1) * m->inverse;
+}
+
+/* Chebyshev's step: Newton's step s for F(u, v) = (|r - B|^2 - bd^2, |r - C|^2 - cd^2) / 2, and
+ * the correction -J^-1 F''(s, s) / 2, which the second derivatives at hand give almost for free:
+ * F''(s, s) = |r' s|^2 + w . r''(s, s). The error of a step is cubic in that before. */
+static bool newton_step(const struct surface_jet *jet, struct vec3 wb, struct vec3 wc,
+                        const double f[2], double step[2]) {
+    struct linear linear;
+    double s[2], correction[2];
+    if (!linear_make(jet, wb, wc, &linear))
+        return false;
+    linear_solve(&linear, -f[0], -f[1], s);
+    struct vec3 first = vec3_axpy(s[1], jet->v, vec3_scale(s[0], jet->u));
+    struct vec3 second = vec3_scale(s[0] * s[0], jet->uu);
+    second = vec3_axpy(2 * s[0] * s[1], jet->uv, second);
+    second = vec3_axpy(s[1] * s[1], jet->vv, second);
+    double common = vec3_norm2(first);
+    linear_solve(&linear, -(common + vec3_dot(wb, second)) / 2,
+                 -(common + vec3_dot(wc, second)) / 2, correction);
+    bool small = fabs(correction[0]) + fabs(correction[1]) < 0.5 * (fabs(s[0]) + fabs(s[1]));
+    step[0] = s[0] + (small ? correction[0] : 0);
+    step[1] = s[1] + (small ? correction[1] : 0);
+    return isfinite(step[0]) && isfinite(step[1]);
+}
+
+/* The size of a step in space, to first order. */
+static double spatial_size(const struct surface_jet *jet, const double step[2]) {
+    return vec3_norm(vec3_axpy(step[1], jet->v, vec3_scale(step[0], jet->u)));
+}
+
+/* uv + share * step; near a pole through its chart. */
+static void move(const struct surface *surface, struct surface_cursor *cursor,
+                 const struct station *from, const double step[2], double share, double uv[2]) {
+    struct vec3 pole;
+    const struct surface_jet *jet = &from->jet;
+    double size = share * spatial_size(jet, step);
+    uv[0] = from->uv[0] + share * step[0];
+    uv[1] = from->uv[1] + share * step[1];
+    if (station_pole_distance(surface, jet->r, &pole) < 4 * size) {
+        struct vec3 spatial = vec3_axpy(step[1], jet->v, vec3_scale(step[0], jet->u));
+        double pulled[2];
+        if (station_pull(surface, cursor, from, vec3_scale(share, spatial), pulled)) {
+            uv[0] = pulled[0];
+            uv[1] = pulled[1];
+        }
+    }
+}
+
+/* The relative length errors at `r`, and F of newton_step. */
+static double length_error(const struct fishnet_cell *cell, struct vec3 wb, struct vec3 wc,
+                           double f[2]) {
+    f[0] = (vec3_norm2(wb) - cell->bd * cell->bd) / 2;
+    f[1] = (vec3_norm2(wc) - cell->cd * cell->cd) / 2;
+    return fmax(fabs(f[0]) / (cell->bd * cell->bd), fabs(f[1]) / (cell->cd * cell->cd));
+}
+
+/* Newton from uv; a step that does not reduce the error is halved. */
+static bool newton(const struct surface *surface, struct surface_cursor *cursor,
+                   const struct fishnet_cell *cell, const double uv[2], struct fishnet_node *node) {
+    double least = fmin(cell->bd, cell->cd), longest = 2 * fmax(cell->bd, cell->cd);
+    double enough = tolerance + rounding * surface->magnitude / least;
+    double previous = HUGE_VAL, share = 1, step[2] = {0, 0}, at[2] = {uv[0], uv[1]};
+    struct station *d = &node->station, from = {.uv = {uv[0], uv[1]}};
+    for (int round = 0; round < NEWTON_MAX; round++) {
+        double f[2];
+        d->uv[0] = at[0];
+        d->uv[1] = at[1];
+        surface_evaluate(surface, cursor, at[0], at[1], &d->jet);
+        struct vec3 wb = vec3_sub(d->jet.r, cell->b->jet.r);
+        struct vec3 wc = vec3_sub(d->jet.r, cell->c->jet.r);
+        double error = length_error(cell, wb, wc, f);
+        node->residual = error;
+        node->iterations += 1;
+        if (error <= enough)
+            return station_complete(surface, d);
+        if (error < previous) {
+            if (!newton_step(&d->jet, wb, wc, f, step))
+                return false;
+            from = *d;
+            previous = error;
+            share = fmin(1, longest / spatial_size(&d->jet, step));
+        } else {
+            share /= 2;
+            if (share < 1e-4)
+                return false;
+        }
+        move(surface, cursor, &from, step, share, at);
+    }
+    return false;
+}
+
+/* D if the surface were the tangent plane at B: the intersection of the two circles away from A,
+ * or where they come closest. */
+static struct vec3 planar_corner(const struct fishnet_cell *cell) {
+    struct vec3 b = cell->b->jet.r, base = vec3_sub(cell->c->jet.r, b);
+    double length = vec3_norm(base);
+    struct vec3 along = vec3_unit(base), up = vec3_cross(cell->b->normal, along);
+    double x = (length * length + cell->bd * cell->bd - cell->cd * cell->cd) / (2 * length);
+    double height = sqrt(fmax(0, cell->bd * cell->bd - x * x));
+    double side = vec3_dot(vec3_sub(cell->a->jet.r, b), up) > 0 ? -1 : 1;
+    return vec3_axpy(side * height, up, vec3_axpy(x, along, b));
+}
+
+/* The k-th place to start Newton from: the guess, then the parallelogram and the planar corner,
+ * seen from C and from B. False when it cannot be had. */
+static bool predict(const struct surface *surface, struct surface_cursor *cursor,
+                    const struct fishnet_cell *cell, int k, double uv[2]) {
+    const struct station *from = k % 2 ? cell->b : cell->c;
+    struct vec3 opposite = vec3_sub(vec3_add(cell->b->jet.r, cell->c->jet.r), cell->a->jet.r);
+    struct vec3 target = k == 0 ? cell->guess : k < 3 ? opposite : planar_corner(cell);
+    return station_pull(surface, cursor, from, vec3_sub(target, from->jet.r), uv);
+}
+
+/* A cell has collapsed when its yarns at A are nearly parallel, or B and C are as far apart as the
+ * two chords together reach. */
+static bool has_collapsed(const struct fishnet_cell *cell) {
+    struct vec3 ab = vec3_sub(cell->b->jet.r, cell->a->jet.r);
+    struct vec3 ac = vec3_sub(cell->c->jet.r, cell->a->jet.r);
+    double sine = cell->orientation * vec3_dot(vec3_cross(ac, ab), cell->a->normal) /
+                  (vec3_norm(ab) * vec3_norm(ac));
+    double apart = vec3_distance(cell->b->jet.r, cell->c->jet.r);
+    return sine < collapsed_sine || apart > (1 - collapsed_sine / 10) * (cell->bd + cell->cd);
+}
+
+enum fishnet_end fishnet_solve(const struct surface *surface, struct surface_cursor *cursor,
+                               const struct fishnet_cell *cell, struct fishnet_node *node) {
+    node->iterations = 0;
+    struct vec3 a = cell->a->jet.r, b = cell->b->jet.r, c = cell->c->jet.r;
+    if (!(cell->bd > 0) || !(cell->cd > 0) ||
+        !(cell->orientation * turn(a, c, b, cell->b->normal) > 0))
+        return FISHNET_COLLAPSED;
+    for (int k = 0; k < PREDICTORS; k++) {
+        double uv[2];
+        if (predict(surface, cursor, cell, k, uv) && newton(surface, cursor, cell, uv, node) &&
+            right_root(cell, &node->station))
+            return FISHNET_FOUND;
+    }
+    if (has_collapsed(cell))
+        return FISHNET_COLLAPSED;
+    return FISHNET_NO_CONVERGENCE;
+}

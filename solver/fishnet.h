@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * One step of the fishnet: from three corners A, B, C of a cell the fourth, D.
+ *
+ *       B ---- D        AB and CD run along one yarn family, AC and BD along the other.
+ *       |      |        D lies on the surface at the distances |BD| and |CD| from B and C,
+ *       A ---- C        on the side of BC away from A.
+ *
+ * The methods differ only in these distances (`fishnet_chords`).
+ */
+#ifndef DRAPE_FISHNET_H
+#define DRAPE_FISHNET_H
+
+#include "station.h"
+
+struct fishnet_cell {
+    const struct station *a, *b, *c;
+    double bd, cd;     /* chord lengths wanted, > 0 */
+    struct vec3 guess; /* where D is expected, in space */
+    int orientation;   /* 1 when A, C, D, B turn counter-clockwise about the normal, -1 when not */
+};
+
+enum fishnet_end {
+    FISHNET_FOUND,
+    FISHNET_COLLAPSED, /* the spheres no longer meet on the surface: the yarns are parallel */
+    FISHNET_NO_CONVERGENCE,
+    FISHNET_DEGENERATE /* no tangent plane */
+};
+
+struct fishnet_node {
+    struct station station;
+    int iterations;  /* Newton steps */
+    double residual; /* the larger | |D - B| / bd - 1 |, | |D - C| / cd - 1 | */
+};
+
+/* The chords of a cell whose edges are `ac` (and so BD) and `ab` (and so CD) long along the yarns.
+ * DRAPE_BASIC: chords equal lengths. DRAPE_GIB: yarns are arcs with the surface's normal curvature
+ * (paper, equations 11 to 16), the tangents at A being the projected chords. Sets cell->bd, cd. */
+void fishnet_chords(enum drape_method method, double ac, double ab, struct fishnet_cell *cell);
+
+/* The chord of an arc of the given length and curvature: 2 sin(length curvature / 2) / curvature;
+ * 0 for arcs of a full turn and more. */
+double fishnet_arc_chord(double length, double curvature);
+
+/* Solves |D - B| = bd, |D - C| = cd on the surface (paper, equations 20 to 27) to a residual of
+ * 1e-12, from the guess and, should that fail, from other predictors. */
+enum fishnet_end fishnet_solve(const struct surface *surface, struct surface_cursor *cursor,
+                               const struct fishnet_cell *cell, struct fishnet_node *node);
+
+#endif

@@ -1,0 +1,311 @@
+/* SPDX-License-Identifier: MIT */
+#include "geodesic.h"
+
+enum {
+    STATE = 4,        /* u, v, p, q */
+    LEVELS = 8,       /* columns of the extrapolation: order 16 */
+    EVENT_ROUNDS = 30 /* Newton on the length to a span's edge */
+};
+
+/* Local error allowed, as a share of the step. */
+static const double tolerance = 1e-14;
+
+/* Steps shorter than this share of the whole are not tried: the line cannot be followed. */
+static const double shortest = 1e-12;
+
+/* Steps and crossings of one advance; a line has no more in earnest. */
+static const int rounds_max = 100000;
+
+/* Nearer to a pole than this share of the surface's size, the line goes straight through it: the
+ * turn it misses is the square of this. */
+static const double pole_radius = 1e-7;
+
+/* The velocity whose tangent is the projection of `t`, scaled to unit speed. */
+static bool set_velocity(const struct surface_jet *jet, struct vec3 t, double velocity[2]) {
+    struct station station = {.jet = *jet};
+    if (!station_components(&station, t, velocity))
+        return false;
+    double speed = vec3_norm(vec3_axpy(velocity[1], jet->v, vec3_scale(velocity[0], jet->u)));
+    velocity[0] /= speed;
+    velocity[1] /= speed;
+    return speed > 0;
+}
+
+static void jet_here(const struct geodesic *g, const double uv[2], struct surface_jet *jet) {
+    surface_evaluate_span(g->surface, g->span[0], g->span[1], uv[0] - g->turn[0],
+                          uv[1] - g->turn[1], jet);
+}
+
+/* y' of the equations at the top of geodesic.h. */
+static void derivative(const struct geodesic *g, const double y[STATE], double dy[STATE]) {
+    struct surface_jet jet;
+    jet_here(g, y, &jet);
+    double p = y[2], q = y[3];
+    struct vec3 a = vec3_scale(p * p, jet.uu);
+    a = vec3_axpy(2 * p * q, jet.uv, a);
+    a = vec3_axpy(q * q, jet.vv, a);
+    double e = vec3_norm2(jet.u), f = vec3_dot(jet.u, jet.v), h = vec3_norm2(jet.v);
+    double au = vec3_dot(a, jet.u), av = vec3_dot(a, jet.v);
+    double inverse = 1 / (e * h - f * f);
+    dy[0] = p;
+    dy[1] = q;
+    dy[2] = -(h * au - f * av) * inverse;
+    dy[3] = -(e * av - f * au) * inverse;
+}
+
+/* Gragg's modified midpoint rule with n substeps: its error is a series in (h/n)^2. */
+static void midpoint_rule(const struct geodesic *g, const double y[STATE],
+                          const double slope[STATE], double h, int n, double out[STATE]) {
+    double before[STATE], now[STATE], dy[STATE], step = h / n;
+    for (int k = 0; k < STATE; k++) {
+        before[k] = y[k];
+        now[k] = y[k] + step * slope[k];
+    }
+    for (int m = 1; m < n; m++) {
+        derivative(g, now, dy);
+        for (int k = 0; k < STATE; k++) {
+            double next = before[k] + 2 * step * dy[k];
+            before[k] = now[k];
+            now[k] = next;
+        }
+    }
+    derivative(g, now, dy);
+    for (int k = 0; k < STATE; k++)
+        out[k] = (now[k] + before[k] + step * dy[k]) / 2;
+}
+
+/* The distance in space that a difference of two states makes over the step h. */
+static double spatial_error(const struct surface_jet *jet, const double a[STATE],
+                            const double b[STATE], double h) {
+    double nu = vec3_norm(jet->u), nv = vec3_norm(jet->v);
+    return nu * fabs(a[0] - b[0]) + nv * fabs(a[1] - b[1]) +
+           h * (nu * fabs(a[2] - b[2]) + nv * fabs(a[3] - b[3]));
+}
+
+/* One step by extrapolation of the midpoint rule with 2, 4, 6, .. substeps to h -> 0
+ * (Bulirsch-Stoer). False when it has not converged at the last level. */
+static bool extrapolated_step(const struct geodesic *g, double h, double out[STATE]) {
+    double y[STATE] = {g->uv[0], g->uv[1], g->velocity[0], g->velocity[1]}, slope[STATE];
+    double table[LEVELS][STATE];
+    struct surface_jet jet;
+    jet_here(g, g->uv, &jet);
+    derivative(g, y, slope);
+    for (int level = 0; level < LEVELS; level++) {
+        double best[STATE];
+        for (int k = 0; k < STATE; k++)
+            best[k] = level ? table[0][k] : 0;
+        midpoint_rule(g, y, slope, h, 2 * (level + 1), table[level]);
+        for (int m = level - 1; m >= 0; m--) {
+            double ratio = (double)(level + 1) / (m + 1), weight = 1 / (ratio * ratio - 1);
+            for (int k = 0; k < STATE; k++)
+                table[m][k] = table[m + 1][k] + weight * (table[m + 1][k] - table[m][k]);
+        }
+        double error = spatial_error(&jet, best, table[0], h);
+        double rounding = 1e-16 * (g->surface->size + vec3_norm(jet.r));
+        if (level >= 2 && error <= tolerance * h + rounding) {
+            for (int k = 0; k < STATE; k++)
+                out[k] = table[0][k];
+            return true;
+        }
+    }
+    return false;
+}
+
+/* How far `x` lies beyond the span's edge that leads to another span, and that edge; 0 when the
+ * span's own polynomials hold there (inside it, or past an open boundary). */
+static double beyond_span(const struct geodesic *g, int k, double x, double *edge) {
+    const struct surface_axis *axis = &g->surface->axis[k];
+    int s = g->span[k];
+    double low = axis->breaks[s] + g->turn[k], high = axis->breaks[s + 1] + g->turn[k];
+    double slack = 1e-13 * (high - low);
+    bool open_low = s == 0 && !axis->closed;
+    bool open_high = s == axis->span_count - 1 && !axis->closed;
+    *edge = x < low ? low : high;
+    if (x < low - slack && !open_low)
+        return low - x;
+    return x > high + slack && !open_high ? x - high : 0;
+}
+
+/* Moves into the next span of direction k. The tangent keeps its components along the common edge
+ * and across it: the two tangent planes are unfolded about the edge. */
+static bool cross_edge(struct geodesic *g, int k, double edge) {
+    const struct surface_axis *axis = &g->surface->axis[k];
+    struct surface_jet from, to;
+    g->uv[k] = edge;
+    jet_here(g, g->uv, &from);
+    bool up = edge > (axis->breaks[g->span[k]] + axis->breaks[g->span[k] + 1]) / 2 + g->turn[k];
+    double period = surface_axis_upper(axis) - surface_axis_lower(axis);
+    g->span[k] += up ? 1 : -1;
+    if (g->span[k] == axis->span_count) {
+        g->span[k] = 0;
+        g->turn[k] += period;
+    } else if (g->span[k] < 0) {
+        g->span[k] = axis->span_count - 1;
+        g->turn[k] -= period;
+    }
+    jet_here(g, g->uv, &to);
+    struct vec3 along = vec3_unit(k == 0 ? from.v : from.u);
+    struct vec3 side_from = k == 0 ? from.u : from.v, side_to = k == 0 ? to.u : to.v;
+    side_from = vec3_unit(vec3_axpy(-vec3_dot(side_from, along), along, side_from));
+    side_to = vec3_unit(vec3_axpy(-vec3_dot(side_to, along), along, side_to));
+    struct vec3 t = vec3_axpy(g->velocity[1], from.v, vec3_scale(g->velocity[0], from.u));
+    struct vec3 turned =
+        vec3_axpy(vec3_dot(t, side_from), side_to, vec3_scale(vec3_dot(t, along), along));
+    return set_velocity(&to, turned, g->velocity);
+}
+
+static void accept(struct geodesic *g, const double y[STATE]) {
+    g->uv[0] = y[0];
+    g->uv[1] = y[1];
+    g->velocity[0] = y[2];
+    g->velocity[1] = y[3];
+}
+
+/* The length to where the line meets `edge` in direction k, below h: Newton on uv[k](length) =
+ * edge, kept between 0 and h by bisection. Moves there. */
+static bool advance_to_edge(struct geodesic *g, int k, double edge, double h, double *length) {
+    double y[STATE], low = 0, high = h, at = h / 2;
+    double sign = edge > g->uv[k] ? 1 : -1;
+    double slack = 1e-14 * fabs(surface_axis_upper(&g->surface->axis[k]) -
+                                surface_axis_lower(&g->surface->axis[k]));
+    if (sign * (edge - g->uv[k]) <= slack) {
+        *length = 0;
+        return cross_edge(g, k, edge);
+    }
+    for (int round = 0; round < EVENT_ROUNDS; round++) {
+        if (!extrapolated_step(g, at, y))
+            return false;
+        double miss = sign * (edge - y[k]);
+        if (fabs(miss) <= slack)
+            break;
+        *(miss > 0 ? &low : &high) = at;
+        double next = at + miss / (sign * y[2 + k]);
+        at = next > low && next < high ? next : (low + high) / 2;
+    }
+    accept(g, y);
+    *length = at;
+    return cross_edge(g, k, edge);
+}
+
+static struct vec3 point_of(const struct geodesic *g, struct vec3 *tangent) {
+    struct surface_jet jet;
+    jet_here(g, g->uv, &jet);
+    *tangent = vec3_unit(vec3_axpy(g->velocity[1], jet.v, vec3_scale(g->velocity[0], jet.u)));
+    return jet.r;
+}
+
+bool geodesic_station(const struct geodesic *geodesic, struct surface_cursor *cursor,
+                      struct station *station, struct vec3 *tangent) {
+    struct vec3 t;
+    double uv[2];
+    (void)point_of(geodesic, &t);
+    if (tangent)
+        *tangent = t;
+    if (!station_at(geodesic->surface, cursor, geodesic->uv, station))
+        return false;
+    if (!(geodesic->ahead > 0))
+        return true;
+    return station_pull(geodesic->surface, cursor, station, vec3_scale(-geodesic->ahead, t), uv) &&
+           station_at(geodesic->surface, cursor, uv, station);
+}
+
+/* Puts the geodesic at uv, in the span there, heading along the projection of `direction`. */
+static bool place(struct geodesic *g, const double uv[2], struct vec3 direction) {
+    struct surface_jet jet;
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &g->surface->axis[k];
+        double wrapped = surface_axis_wrap(axis, uv[k]);
+        g->uv[k] = uv[k];
+        g->turn[k] = uv[k] - wrapped;
+        g->span[k] = surface_axis_span(axis, 0, wrapped);
+    }
+    jet_here(g, g->uv, &jet);
+    return set_velocity(&jet, direction, g->velocity);
+}
+
+/* Leaps straight on by `length`, which is next to nothing, through a pole. */
+static bool leap(struct geodesic *g, const struct station *from, struct vec3 direction,
+                 double length) {
+    struct surface_cursor cursor = {0, 0};
+    double uv[2];
+    g->ahead += length;
+    return station_pull(g->surface, &cursor, from, vec3_scale(length, direction), uv) &&
+           place(g, uv, direction);
+}
+
+bool geodesic_start(struct geodesic *geodesic, const struct surface *surface,
+                    const struct station *from, struct vec3 direction) {
+    struct vec3 pole, tangent = station_tangent(from, direction);
+    *geodesic = (struct geodesic){.surface = surface};
+    if (!(vec3_norm2(tangent) > 0))
+        return false;
+    double radius = pole_radius * surface->size;
+    if (station_pole_distance(surface, from->jet.r, &pole) < radius)
+        return leap(geodesic, from, tangent, radius);
+    return place(geodesic, from->uv, tangent);
+}
+
+/* Goes through a pole when the point is within its radius and heading for it: straight on to the
+ * mirrored place on the other side. */
+static bool pass_pole(struct geodesic *g, struct vec3 pole) {
+    struct surface_cursor cursor = {0, 0};
+    struct station here;
+    struct vec3 t, r = point_of(g, &t);
+    double before = vec3_dot(vec3_sub(pole, r), t);
+    if (before <= 0)
+        return true;
+    return station_at(g->surface, &cursor, g->uv, &here) && leap(g, &here, t, 2 * before);
+}
+
+/* The longest step worth trying: half way to a pole that is near. */
+static double cap_step(const struct geodesic *g, double h, struct vec3 *pole, bool *at_pole) {
+    struct vec3 t;
+    double distance = station_pole_distance(g->surface, point_of(g, &t), pole);
+    *at_pole = distance <= pole_radius * g->surface->size;
+    return h > distance / 2 ? distance / 2 : h;
+}
+
+/* One step of at most h that ends in this span or on its edge; the length it went. */
+static bool advance_in_span(struct geodesic *g, double h, double least, double *length) {
+    double y[STATE], edge, nearest_edge = 0, farthest = 0;
+    while (!extrapolated_step(g, h, y)) {
+        h /= 2;
+        if (!(h > least))
+            return false;
+    }
+    int crossed = -1;
+    for (int k = 0; k < 2; k++) {
+        double beyond = beyond_span(g, k, y[k], &edge) / fabs(y[k] - g->uv[k]);
+        if (beyond > farthest) {
+            farthest = beyond;
+            crossed = k;
+            nearest_edge = edge;
+        }
+    }
+    if (crossed >= 0)
+        return advance_to_edge(g, crossed, nearest_edge, h, length);
+    accept(g, y);
+    *length = h;
+    return true;
+}
+
+bool geodesic_advance(struct geodesic *geodesic, double length) {
+    double remaining = length - geodesic->ahead;
+    geodesic->ahead = 0;
+    for (int round = 0; round < rounds_max && remaining > 0; round++) {
+        struct vec3 pole;
+        bool at_pole;
+        double gone = 0, h = cap_step(geodesic, remaining, &pole, &at_pole);
+        if (at_pole && !pass_pole(geodesic, pole))
+            return false;
+        if (geodesic->ahead > 0)
+            gone = geodesic->ahead;
+        else if (!advance_in_span(geodesic, h, shortest * length, &gone))
+            return false;
+        geodesic->ahead = 0;
+        remaining -= gone;
+    }
+    if (remaining < 0)
+        geodesic->ahead = -remaining;
+    return remaining <= 0;
+}

@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: MIT */
+#include "march.h"
+
+/* A net of more ghosts than this for each node allowed is running away. */
+static const size_t ghosts_per_node = 8, ghosts_least = 100000;
+
+bool march_in_extent(const struct march *march, int32_t i, int32_t j) {
+    const struct drape_settings *s = march->settings;
+    return (!s->has_extent[0] || (i >= s->extent[0][0] && i <= s->extent[0][1])) &&
+           (!s->has_extent[1] || (j >= s->extent[1][0] && j <= s->extent[1][1]));
+}
+
+enum status march_fail(struct march *march, int32_t i, int32_t j, enum drape_reason reason) {
+    struct net_node *node = net_touch(&march->net, i, j);
+    if (!node)
+        return STATUS_OUT_OF_MEMORY;
+    node->state = NET_FAILED;
+    node->reason = (uint8_t)reason;
+    return STATUS_OK;
+}
+
+enum status march_place(struct march *march, int32_t i, int32_t j, const struct station *station,
+                        enum station_zone *zone) {
+    enum drape_reason reason;
+    *zone = station_zone(march->surface, &march->cursor, march->start.station.uv, station, &reason);
+    if (*zone == STATION_BEYOND)
+        return march_fail(march, i, j, reason);
+    struct net_node *node = net_touch(&march->net, i, j);
+    if (!node)
+        return STATUS_OUT_OF_MEMORY;
+    *node = (struct net_node){.r = station->jet.r,
+                              .uv = {station->uv[0], station->uv[1]},
+                              .state = *zone == STATION_INSIDE ? NET_INSIDE : NET_GHOST,
+                              .reason = (uint8_t)reason};
+    *(*zone == STATION_INSIDE ? &march->inside : &march->ghosts) += 1;
+    size_t most = march->settings->max_nodes;
+    bool too_many = march->inside > most || march->ghosts / ghosts_per_node > most + ghosts_least;
+    return too_many ? STATUS_TOO_MANY_NODES : STATUS_OK;
+}
+
+/* The share that is done, as far as one can tell: the area of the nodes so far. */
+bool march_progress(struct march *march) {
+    const struct drape_monitor *monitor = march->monitor;
+    const double *d = march->settings->spacing;
+    if (!monitor || !monitor->progress || march->inside < march->next_report)
+        return true;
+    double expected = surface_area(march->surface, NULL) / (d[0] * d[1]);
+    march->next_report = march->inside + (size_t)fmin(expected / 200, 1e9) + 1;
+    return monitor->progress(monitor->context, fmin((double)march->inside / expected, 0.99));
+}
+
+enum status march_run(struct march *march) {
+    enum status status = net_make(&march->net, march->arena);
+    if (status == STATUS_OK)
+        status = march_generators(march);
+    if (status == STATUS_OK)
+        status = march_quadrants(march);
+    if (status == STATUS_OK)
+        status = march_growth(march);
+    return status;
+}

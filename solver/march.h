@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The march: grows the net over the surface.
+ *
+ * 1. Two generators through the start, four arms.
+ * 2. The four quadrants between them, row by row: node (i, j) from A = (i-1, j-1), B = (i-1, j),
+ *    C = (i, j-1), over the continued surface where it is left, so that a part drapes like the
+ *    larger surface it was cut from.
+ * 3. What the quadrants cannot reach: cells with three corners give the fourth, from whichever
+ *    side; where none is left, a yarn whose pinning neighbour is missing goes straight on.
+ */
+#ifndef DRAPE_MARCH_H
+#define DRAPE_MARCH_H
+
+#include "drape.h"
+#include "fishnet.h"
+#include "net.h"
+#include "station.h"
+
+/* The start and its two yarn directions. */
+struct march_start {
+    struct station station;
+    struct vec3 warp, weft; /* unit, in the tangent plane */
+};
+
+struct march {
+    const struct surface *surface;
+    const struct drape_settings *settings;
+    const struct drape_monitor *monitor; /* may be NULL */
+    struct arena *arena;
+    struct march_start start;
+    struct surface_cursor cursor;
+    struct net net;
+    size_t inside, ghosts; /* nodes placed */
+    size_t solved;         /* of them by fishnet_solve, in this many steps: */
+    size_t iterations;
+    double residual_max;
+    size_t next_report; /* nodes inside at which the monitor is told again */
+};
+
+/* Runs the whole march; `march` has its first five members and the start set, the rest zero.
+ * Errors: STATUS_OUT_OF_MEMORY, STATUS_TOO_MANY_NODES, STATUS_CANCELLED, and
+ * STATUS_DEGENERATE_SURFACE when no yarn can leave the start. */
+enum status march_run(struct march *march) STATUS_MUST_USE;
+
+/* The steps it consists of, in files of their own. */
+enum status march_generators(struct march *march) STATUS_MUST_USE;
+enum status march_quadrants(struct march *march) STATUS_MUST_USE;
+enum status march_growth(struct march *march) STATUS_MUST_USE;
+
+/* Whether (i, j) lies in the extent asked for. */
+bool march_in_extent(const struct march *march, int32_t i, int32_t j);
+
+/* Puts a station at (i, j), inside or as a ghost; beyond healthy continuation, a failure with its
+ * reason. `zone` gets which. */
+enum status march_place(struct march *march, int32_t i, int32_t j, const struct station *station,
+                        enum station_zone *zone) STATUS_MUST_USE;
+
+/* Notes that there can be no node at (i, j). */
+enum status march_fail(struct march *march, int32_t i, int32_t j,
+                       enum drape_reason reason) STATUS_MUST_USE;
+
+/* The station of a place of the net; false when (i, j) has none. */
+bool march_station(struct march *march, int32_t i, int32_t j, struct station *station);
+
+/* Solves the cell with D in the direction (si, sj), each 1 or -1, of A, AC along warp, AB along
+ * weft. `last_edge` is AB of the cell before along warp, for the guess; NULL when there is none.
+ * Notes the cost; on failure gives the reason. */
+bool march_solve_corner(struct march *march, int si, int sj, const struct station *a,
+                        const struct station *b, const struct station *c,
+                        const struct vec3 *last_edge, struct fishnet_node *node,
+                        enum drape_reason *reason);
+
+/* The same for (i, j) from places of the net, and puts the node there if there is one. `placed`
+ * says whether; if not, `reason` why, which is not yet noted in the net unless it is that the node
+ * lies beyond the surface. */
+enum status march_corner(struct march *march, int32_t i, int32_t j, int si, int sj, bool *placed,
+                         enum drape_reason *reason) STATUS_MUST_USE;
+
+/* The place one spacing straight on from `from` along the projection of `direction`, as the
+ * method measures spacings along a generator; false when there is none. */
+bool march_straight_on(struct march *march, const struct station *from, struct vec3 direction,
+                       double d, struct station *station);
+
+/* Tells the monitor; false: stop. */
+bool march_progress(struct march *march);
+
+#endif

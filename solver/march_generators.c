@@ -1,0 +1,82 @@
+/* SPDX-License-Identifier: MIT */
+/* The four arms of the two generator yarns, as geodesics from the start. */
+#include "march.h"
+
+#include "geodesic.h"
+
+enum { CHORD_ROUNDS = 30 };
+
+/* Relative accuracy of a chord along a generator. */
+static const double chord_tolerance = 1e-13;
+
+/* Moves the geodesic on until it is the chord d away from where it was: Newton on the length, for
+ * which the chord grows at the cosine between chord and tangent. */
+static bool advance_chord(struct geodesic *geodesic, struct surface_cursor *cursor, double d) {
+    struct station from, to;
+    struct vec3 tangent;
+    if (!geodesic_station(geodesic, cursor, &from, NULL))
+        return false;
+    double length = d;
+    for (int round = 0; round < CHORD_ROUNDS; round++) {
+        struct geodesic ahead = *geodesic;
+        if (!geodesic_advance(&ahead, length) || !geodesic_station(&ahead, cursor, &to, &tangent))
+            return false;
+        struct vec3 chord = vec3_sub(to.jet.r, from.jet.r);
+        double size = vec3_norm(chord), rate = vec3_dot(chord, tangent) / size;
+        if (fabs(size - d) <= chord_tolerance * d || round == CHORD_ROUNDS - 1) {
+            *geodesic = ahead;
+            return fabs(size - d) <= 1e3 * chord_tolerance * d;
+        }
+        if (!(rate > 0.1))
+            return false;
+        length += (d - size) / rate;
+    }
+    return false;
+}
+
+static bool advance(const struct march *march, struct geodesic *geodesic,
+                    struct surface_cursor *cursor, double d) {
+    return march->settings->method == DRAPE_BASIC ? advance_chord(geodesic, cursor, d)
+                                                  : geodesic_advance(geodesic, d);
+}
+
+bool march_straight_on(struct march *march, const struct station *from, struct vec3 direction,
+                       double d, struct station *station) {
+    struct geodesic geodesic;
+    return geodesic_start(&geodesic, march->surface, from, direction) &&
+           advance(march, &geodesic, &march->cursor, d) &&
+           geodesic_station(&geodesic, &march->cursor, station, NULL);
+}
+
+/* One arm: nodes k (di, dj), k = 1, 2, .., until the surface ends. */
+static enum status grow_arm(struct march *march, struct vec3 direction, double d, int di, int dj) {
+    struct geodesic geodesic;
+    bool going = geodesic_start(&geodesic, march->surface, &march->start.station, direction);
+    for (int32_t k = 1;; k++) {
+        struct station station;
+        enum station_zone zone;
+        if (!march_in_extent(march, k * di, k * dj))
+            return march_fail(march, k * di, k * dj, DRAPE_REASON_EXTENT);
+        going = going && advance(march, &geodesic, &march->cursor, d) &&
+                geodesic_station(&geodesic, &march->cursor, &station, NULL);
+        if (!going)
+            return march_fail(march, k * di, k * dj, DRAPE_REASON_BOUNDARY);
+        enum status status = march_place(march, k * di, k * dj, &station, &zone);
+        if (status != STATUS_OK || zone == STATION_BEYOND)
+            return status;
+    }
+}
+
+enum status march_generators(struct march *march) {
+    const double *d = march->settings->spacing;
+    enum station_zone zone;
+    enum status status = march_place(march, 0, 0, &march->start.station, &zone);
+    for (int k = 0; k < 4 && status == STATUS_OK; k++) {
+        int sign = k % 2 ? -1 : 1;
+        bool warp = k < 2;
+        struct vec3 direction = warp ? march->start.warp : march->start.weft;
+        status = grow_arm(march, vec3_scale(sign, direction), d[warp ? 0 : 1], warp ? sign : 0,
+                          warp ? 0 : sign);
+    }
+    return status;
+}

@@ -1,0 +1,147 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The quadrants, row by row away from the warp generator. A row goes on until it has left the
+ * surface for good, as far as it can tell; when a higher row reaches further out, the rows below it
+ * are extended on demand, so that exactly those ghosts are computed that some node rests on.
+ */
+#include "march.h"
+
+/* Ghosts at the end of a row or column: what the widest difference stencil reaches. */
+enum { FRINGE = 2 };
+
+struct quadrant {
+    struct march *march;
+    int si, sj;
+    int32_t length;        /* places on the warp arm */
+    struct station *below; /* row j - 1 at i = 0 .. below_count - 1, counted from the generator */
+    struct station *row;   /* row j alike */
+    int32_t below_count, row_count;
+};
+
+/* How a row went. */
+struct row_end {
+    bool planted; /* it has a first node, on the weft generator */
+    int32_t inside;
+};
+
+/* Brings (i, j) into being when the row ended before it: the rows below first. */
+static enum status extend_rows(struct quadrant *q, int32_t i, int32_t j) {
+    struct march *march = q->march;
+    int32_t lowest = j;
+    while (lowest > 0 && net_state_at(&march->net, i * q->si, lowest * q->sj) == NET_UNKNOWN)
+        lowest--;
+    for (int32_t r = lowest + 1; r <= j; r++) {
+        bool placed;
+        enum drape_reason reason;
+        if (!net_place(&march->net, i * q->si, (r - 1) * q->sj) ||
+            !net_place(&march->net, (i - 1) * q->si, r * q->sj))
+            return STATUS_OK;
+        enum status status =
+            march_corner(march, i * q->si, r * q->sj, q->si, q->sj, &placed, &reason);
+        if (status == STATUS_OK && !placed)
+            return march_fail(march, i * q->si, r * q->sj, reason);
+        if (status != STATUS_OK)
+            return status;
+    }
+    return STATUS_OK;
+}
+
+/* Makes sure that below[i] is there; `found` is false when the net has no such place. */
+static enum status reach_below(struct quadrant *q, int32_t i, int32_t j, bool *found) {
+    *found = i < q->below_count;
+    if (*found)
+        return STATUS_OK;
+    enum status status = extend_rows(q, i, j - 1);
+    if (status != STATUS_OK)
+        return status;
+    *found = march_station(q->march, i * q->si, (j - 1) * q->sj, &q->below[i]);
+    q->below_count += *found;
+    return STATUS_OK;
+}
+
+/* Node (i, j) of the row; `zone` says where it went, STATION_BEYOND when the row ends. */
+static enum status grow_node(struct quadrant *q, int32_t i, int32_t j, enum station_zone *zone) {
+    struct march *march = q->march;
+    struct fishnet_node node;
+    enum drape_reason reason;
+    const struct station *a = &q->below[i - 1], *b = &q->row[i - 1], *c = &q->below[i];
+    struct vec3 last;
+    if (i > 1)
+        last = vec3_sub(q->row[i - 2].jet.r, q->below[i - 2].jet.r);
+    *zone = STATION_BEYOND;
+    if (!march_solve_corner(march, q->si, q->sj, a, b, c, i > 1 ? &last : NULL, &node, &reason))
+        return march_fail(march, i * q->si, j * q->sj, reason);
+    q->row[i] = node.station;
+    q->row_count = i + 1;
+    return march_place(march, i * q->si, j * q->sj, &node.station, zone);
+}
+
+static enum status grow_row(struct quadrant *q, int32_t j, struct row_end *end) {
+    struct march *march = q->march;
+    *end = (struct row_end){0};
+    end->planted = march_station(march, 0, j * q->sj, &q->row[0]);
+    q->row_count = end->planted;
+    end->inside = net_state_at(&march->net, 0, j * q->sj) == NET_INSIDE;
+    int32_t outside = 0;
+    for (int32_t i = 1; end->planted && i < q->length; i++) {
+        bool found;
+        enum station_zone zone;
+        enum status status = reach_below(q, i, j, &found);
+        if (status != STATUS_OK || !found)
+            return status;
+        status = grow_node(q, i, j, &zone);
+        if (status != STATUS_OK || zone == STATION_BEYOND)
+            return status;
+        end->inside += zone == STATION_INSIDE;
+        outside = zone == STATION_INSIDE ? 0 : outside + 1;
+        if (end->inside && outside >= FRINGE)
+            break;
+    }
+    return STATUS_OK;
+}
+
+static int32_t arm_length(struct march *march, int si) {
+    int32_t length = 0;
+    while (net_place(&march->net, length * si, 0))
+        length++;
+    return length;
+}
+
+/* Rows until the weft generator ends, or the net has left the surface for good. */
+static enum status grow_rows(struct quadrant *q) {
+    bool been_inside = false;
+    for (int32_t j = 1, empty = 0; empty < FRINGE; j++) {
+        struct row_end end;
+        enum status status = grow_row(q, j, &end);
+        if (status != STATUS_OK || !end.planted)
+            return status;
+        if (!march_progress(q->march))
+            return STATUS_CANCELLED;
+        been_inside = been_inside || end.inside;
+        empty = been_inside && !end.inside ? empty + 1 : 0;
+        struct station *free_row = q->below;
+        q->below = q->row;
+        q->below_count = q->row_count;
+        q->row = free_row;
+    }
+    return STATUS_OK;
+}
+
+static enum status grow_quadrant(struct march *march, int si, int sj) {
+    struct quadrant q = {.march = march, .si = si, .sj = sj, .length = arm_length(march, si)};
+    q.below = arena_alloc(march->arena, (size_t)q.length, sizeof *q.below);
+    q.row = arena_alloc(march->arena, (size_t)q.length, sizeof *q.row);
+    if (!q.below || !q.row)
+        return STATUS_OUT_OF_MEMORY;
+    while (q.below_count < q.length &&
+           march_station(march, q.below_count * si, 0, &q.below[q.below_count]))
+        q.below_count++;
+    return grow_rows(&q);
+}
+
+enum status march_quadrants(struct march *march) {
+    enum status status = STATUS_OK;
+    for (int k = 0; k < 4 && status == STATUS_OK; k++)
+        status = grow_quadrant(march, k % 2 ? -1 : 1, k / 2 ? -1 : 1);
+    return status;
+}

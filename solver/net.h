@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The net while it grows: nodes at integer places (i, j) without bounds, kept in square tiles that
+ * are found by hashing, so that a long thin net costs no more than a square one.
+ */
+#ifndef DRAPE_NET_H
+#define DRAPE_NET_H
+
+#include "arena.h"
+#include "status.h"
+#include "vec.h"
+#include <stdbool.h>
+#include <stdint.h>
+
+enum net_state {
+    NET_UNKNOWN = 0,
+    NET_INSIDE, /* a node of the result */
+    NET_GHOST,  /* beyond the boundary: carries the net on, is not reported */
+    NET_FAILED  /* there can be no node here */
+};
+
+struct net_node {
+    struct vec3 r;
+    double uv[2];
+    uint8_t state;  /* enum net_state */
+    uint8_t reason; /* enum drape_reason, of ghosts and failures */
+};
+
+enum { NET_TILE_BITS = 4, NET_TILE = 1 << NET_TILE_BITS };
+
+struct net_tile {
+    int32_t ti, tj; /* it holds i = ti * NET_TILE .. + NET_TILE - 1, j alike */
+    struct net_node node[NET_TILE][NET_TILE]; /* [j][i] */
+};
+
+struct net {
+    struct arena *arena;
+    struct net_tile **slots; /* open addressing; NULL is free */
+    size_t slot_count;       /* a power of two */
+    size_t tile_count;
+    struct net_tile *last; /* found last */
+};
+
+/* An empty net whose memory comes from `arena`. Errors: STATUS_OUT_OF_MEMORY. */
+enum status net_make(struct net *net, struct arena *arena) STATUS_MUST_USE;
+
+/* The node at (i, j), NULL when nothing was ever put near it. */
+struct net_node *net_find(struct net *net, int32_t i, int32_t j);
+
+/* The node at (i, j) for writing; NULL without memory. */
+struct net_node *net_touch(struct net *net, int32_t i, int32_t j);
+
+static inline enum net_state net_state_at(struct net *net, int32_t i, int32_t j) {
+    const struct net_node *node = net_find(net, i, j);
+    return node ? (enum net_state)node->state : NET_UNKNOWN;
+}
+
+/* The node at (i, j) if it has a place, inside or ghost; else NULL. */
+static inline const struct net_node *net_place(struct net *net, int32_t i, int32_t j) {
+    const struct net_node *node = net_find(net, i, j);
+    return node && (node->state == NET_INSIDE || node->state == NET_GHOST) ? node : NULL;
+}
+
+/* All tiles sorted by (tj, ti), as an array of tile_count pointers from the arena; NULL without
+ * memory. */
+struct net_tile **net_sorted_tiles(struct net *net);
+
+#endif

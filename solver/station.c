@@ -1,0 +1,265 @@
+/* SPDX-License-Identifier: MIT */
+#include "station.h"
+
+/* Tangents this nearly parallel (sine of their angle), or this short against the surface over its
+ * domain, are no tangent plane. */
+static const double parallel = 1e-9;
+
+/* A node this close outside the domain, as a share of the domain, is on its boundary. */
+static const double boundary_width = 1e-9;
+
+/* The continuation is trusted while its metric is within this factor of the boundary's, its normal
+ * has turned less than 60 degrees, and it is not further than this share of the surface's size. */
+static const double metric_factor = 4;
+static const double normal_cosine = 0.5;
+static const double reach = 0.25;
+
+/* A step longer than this share of the distance to a pole is taken through the pole's chart. */
+static const double pole_share = 0.3;
+
+/* A point this near to a pole, as a share of the surface's size, is the pole. */
+static const double at_pole = 1e-13;
+
+enum { POLE_SAMPLES = 64, POLE_REFINEMENTS = 40 };
+
+static double axis_length(const struct surface_axis *axis) {
+    return surface_axis_upper(axis) - surface_axis_lower(axis);
+}
+
+/* The limit of r_u x r_v / |..| at a place where one tangent vanishes: with r_u = 0 at an end of
+ * v, r_u = r_uv dv a little inside, so the normal is that of (r_uv dv) x r_v; alike for u. */
+static struct vec3 limit_normal(const struct surface *surface, const struct station *station) {
+    const struct surface_jet *jet = &station->jet;
+    bool u_vanishes = vec3_norm2(jet->u) < vec3_norm2(jet->v);
+    const struct surface_axis *axis = &surface->axis[u_vanishes ? 1 : 0];
+    double x = station->uv[u_vanishes ? 1 : 0];
+    double middle = (surface_axis_lower(axis) + surface_axis_upper(axis)) / 2;
+    double inward = x < middle ? 1 : -1;
+    struct vec3 normal = u_vanishes ? vec3_cross(jet->uv, jet->v) : vec3_cross(jet->u, jet->uv);
+    double scale = vec3_norm(jet->uv) * vec3_norm(u_vanishes ? jet->v : jet->u);
+    if (!(vec3_norm(normal) > parallel * scale))
+        return vec3_make(0, 0, 0);
+    return vec3_scale(inward, vec3_unit(normal));
+}
+
+bool station_complete(const struct surface *surface, struct station *station) {
+    struct vec3 cross = vec3_cross(station->jet.u, station->jet.v);
+    double least_u = parallel * surface->size / axis_length(&surface->axis[0]);
+    double least_v = parallel * surface->size / axis_length(&surface->axis[1]);
+    double nu = vec3_norm2(station->jet.u), nv = vec3_norm2(station->jet.v);
+    double area = vec3_norm2(cross);
+    if (nu > least_u * least_u && nv > least_v * least_v && area > parallel * parallel * nu * nv)
+        station->normal = vec3_scale(1 / sqrt(area), cross);
+    else
+        station->normal = limit_normal(surface, station);
+    return vec3_norm2(station->normal) > 0;
+}
+
+bool station_at(const struct surface *surface, struct surface_cursor *cursor, const double uv[2],
+                struct station *station) {
+    station->uv[0] = uv[0];
+    station->uv[1] = uv[1];
+    surface_evaluate(surface, cursor, uv[0], uv[1], &station->jet);
+    return station_complete(surface, station);
+}
+
+bool station_components(const struct station *station, struct vec3 direction, double ab[2]) {
+    struct vec3 u = station->jet.u, v = station->jet.v;
+    double e = vec3_norm2(u), f = vec3_dot(u, v), g = vec3_norm2(v);
+    double du = vec3_dot(direction, u), dv = vec3_dot(direction, v);
+    double determinant = e * g - f * f;
+    if (!(determinant > parallel * parallel * e * g))
+        return false;
+    double inverse = 1 / determinant;
+    ab[0] = (g * du - f * dv) * inverse;
+    ab[1] = (e * dv - f * du) * inverse;
+    return true;
+}
+
+struct vec3 station_tangent(const struct station *station, struct vec3 direction) {
+    double along = vec3_dot(direction, station->normal);
+    return vec3_unit(vec3_axpy(-along, station->normal, direction));
+}
+
+/* r_uu a^2 + 2 r_uv a b + r_vv b^2 */
+static struct vec3 second_derivative(const struct surface_jet *jet, const double ab[2]) {
+    struct vec3 sum = vec3_scale(ab[0] * ab[0], jet->uu);
+    sum = vec3_axpy(2 * ab[0] * ab[1], jet->uv, sum);
+    return vec3_axpy(ab[1] * ab[1], jet->vv, sum);
+}
+
+double station_normal_curvature(const struct station *station, struct vec3 direction) {
+    double ab[2];
+    if (!station_components(station, direction, ab))
+        return 0;
+    struct vec3 tangent = vec3_axpy(ab[1], station->jet.v, vec3_scale(ab[0], station->jet.u));
+    double first = vec3_norm2(tangent);
+    double second = vec3_dot(second_derivative(&station->jet, ab), station->normal);
+    return first > 0 ? second / first : 0;
+}
+
+/* A pole: the end of an axis where the domain's edge is one point. */
+struct pole {
+    int axis, end;
+    double x; /* the parameter of `axis` there */
+    struct vec3 point;
+};
+
+/* The pole nearest to `point`; false when the surface has none. */
+static bool nearest_pole(const struct surface *surface, struct vec3 point, struct pole *pole) {
+    double least = HUGE_VAL;
+    for (int k = 0; k < 4; k++) {
+        const struct surface_axis *axis = &surface->axis[k / 2];
+        int end = k % 2;
+        double distance = axis->pole[end] ? vec3_distance(point, axis->pole_point[end]) : HUGE_VAL;
+        if (distance < least) {
+            least = distance;
+            *pole =
+                (struct pole){k / 2, end, end ? surface_axis_upper(axis) : surface_axis_lower(axis),
+                              axis->pole_point[end]};
+        }
+    }
+    return least < HUGE_VAL;
+}
+
+double station_pole_distance(const struct surface *surface, struct vec3 point, struct vec3 *pole) {
+    struct pole nearest;
+    if (!nearest_pole(surface, point, &nearest))
+        return HUGE_VAL;
+    *pole = nearest.point;
+    return vec3_distance(point, nearest.point);
+}
+
+/* How well the surface's line that leaves the pole at parameter w points along `direction` (unit):
+ * the cosine of the angle between them, and the speed of that line. */
+static double pole_alignment(const struct surface *surface, struct surface_cursor *cursor,
+                             const struct pole *pole, double w, struct vec3 direction,
+                             double *speed) {
+    double uv[2];
+    struct surface_jet jet;
+    uv[pole->axis] = pole->x;
+    uv[1 - pole->axis] = w;
+    surface_evaluate(surface, cursor, uv[0], uv[1], &jet);
+    struct vec3 inward = vec3_scale(pole->end ? -1 : 1, pole->axis == 0 ? jet.u : jet.v);
+    *speed = vec3_norm(inward);
+    return vec3_dot(vec3_unit(inward), direction);
+}
+
+/* Golden-section search for the best aligned line between a and b. */
+static double refine_alignment(const struct surface *surface, struct surface_cursor *cursor,
+                               const struct pole *pole, struct vec3 direction, double a, double b) {
+    const double golden = 0.61803398874989485;
+    double speed, x = b - golden * (b - a), y = a + golden * (b - a);
+    double fx = pole_alignment(surface, cursor, pole, x, direction, &speed);
+    double fy = pole_alignment(surface, cursor, pole, y, direction, &speed);
+    for (int k = 0; k < POLE_REFINEMENTS; k++) {
+        if (fx > fy) {
+            b = y;
+            y = x;
+            fy = fx;
+            x = b - golden * (b - a);
+            fx = pole_alignment(surface, cursor, pole, x, direction, &speed);
+        } else {
+            a = x;
+            x = y;
+            fx = fy;
+            y = a + golden * (b - a);
+            fy = pole_alignment(surface, cursor, pole, y, direction, &speed);
+        }
+    }
+    return (a + b) / 2;
+}
+
+/* The pole's own chart: direction and distance from it. The line that points at `target` is
+ * searched among samples around the pole, then refined; false when none points there. At the pole
+ * itself the other parameter means nothing and stays. */
+static bool pull_through_pole(const struct surface *surface, struct surface_cursor *cursor,
+                              const struct pole *pole, struct vec3 target, double uv[2]) {
+    const struct surface_axis *around = &surface->axis[1 - pole->axis];
+    struct vec3 offset = vec3_sub(target, pole->point), direction = vec3_unit(offset);
+    if (vec3_norm(offset) <= at_pole * surface->size) {
+        uv[pole->axis] = pole->x;
+        return true;
+    }
+    double low = surface_axis_lower(around), width = axis_length(around) / POLE_SAMPLES;
+    double best = -2, at = low, speed;
+    for (int k = 0; k <= POLE_SAMPLES; k++) {
+        double cosine = pole_alignment(surface, cursor, pole, low + k * width, direction, &speed);
+        if (cosine > best) {
+            best = cosine;
+            at = low + k * width;
+        }
+    }
+    at = refine_alignment(surface, cursor, pole, direction, at - width, at + width);
+    best = pole_alignment(surface, cursor, pole, at, direction, &speed);
+    if (!(best > normal_cosine) || !(speed > 0))
+        return false;
+    uv[1 - pole->axis] = at;
+    uv[pole->axis] = pole->x + (pole->end ? -1 : 1) * vec3_norm(offset) / speed;
+    return true;
+}
+
+bool station_pull(const struct surface *surface, struct surface_cursor *cursor,
+                  const struct station *from, struct vec3 step, double uv[2]) {
+    struct pole pole;
+    uv[0] = from->uv[0];
+    uv[1] = from->uv[1];
+    if (nearest_pole(surface, from->jet.r, &pole) &&
+        pole_share * vec3_distance(from->jet.r, pole.point) < vec3_norm(step))
+        return pull_through_pole(surface, cursor, &pole, vec3_add(from->jet.r, step), uv);
+    double ab[2];
+    if (!station_components(from, step, ab))
+        return false;
+    struct vec3 bend = second_derivative(&from->jet, ab);
+    if (!station_components(from, vec3_axpy(-0.5, bend, step), ab))
+        return false;
+    uv[0] = from->uv[0] + ab[0];
+    uv[1] = from->uv[1] + ab[1];
+    return true;
+}
+
+static bool within(double ratio) {
+    return ratio < metric_factor * metric_factor && ratio * metric_factor * metric_factor > 1;
+}
+
+/* Compares the continuation with the boundary at the nearest parameters of the domain. */
+static bool healthy(const struct surface *surface, struct surface_cursor *cursor,
+                    const struct station *station, const double edge_uv[2]) {
+    struct station edge;
+    if (!station_at(surface, cursor, edge_uv, &edge))
+        return false;
+    return within(vec3_norm2(station->jet.u) / vec3_norm2(edge.jet.u)) &&
+           within(vec3_norm2(station->jet.v) / vec3_norm2(edge.jet.v)) &&
+           vec3_dot(station->normal, edge.normal) > normal_cosine &&
+           vec3_distance(station->jet.r, edge.jet.r) < reach * surface->size;
+}
+
+/* Round this direction the net ends half a period from the start. */
+static bool past_half_period(const struct surface *surface, int k, double from, double to) {
+    const struct surface_axis *axis = &surface->axis[k], *other = &surface->axis[1 - k];
+    if (!axis->closed || other->pole[0] || other->pole[1])
+        return false;
+    return fabs(to - from) > (0.5 + boundary_width) * axis_length(axis);
+}
+
+enum station_zone station_zone(const struct surface *surface, struct surface_cursor *cursor,
+                               const double start[2], const struct station *station,
+                               enum drape_reason *reason) {
+    double edge[2];
+    bool outside = false;
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &surface->axis[k];
+        double x = station->uv[k], width = boundary_width * axis_length(axis);
+        double low = surface_axis_lower(axis), high = surface_axis_upper(axis);
+        edge[k] = axis->closed ? x : fmin(fmax(x, low), high);
+        outside = outside || fabs(edge[k] - x) > width;
+    }
+    *reason = DRAPE_REASON_BOUNDARY;
+    if (outside)
+        return healthy(surface, cursor, station, edge) ? STATION_GHOST : STATION_BEYOND;
+    if (!past_half_period(surface, 0, start[0], station->uv[0]) &&
+        !past_half_period(surface, 1, start[1], station->uv[1]))
+        return STATION_INSIDE;
+    *reason = DRAPE_REASON_FOLD;
+    return STATION_GHOST;
+}
