@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The parts of a request document, one decoder each, used by `decode.c`. Each fills its struct,
+ * reports every error it finds at its place and returns whether all was well.
+ */
+#ifndef API_DECODE_PARTS_H
+#define API_DECODE_PARTS_H
+
+#include "request.h"
+#include "tree.h"
+
+/* Ranges that more than one part uses; see `decode.h`. */
+static const struct tree_range decode_coordinates = {-1e12, 1e12, false};
+static const struct tree_range decode_lengths = {1e-12, 1e12, false};
+static const struct tree_range decode_fractions = {0, 1, true};
+
+/* In any of the forms of the contract; one named by its id alone becomes API_SURFACE_NAMED. */
+bool decode_surface(const struct tree_place *place, struct api_surface *surface);
+
+/* geomdl's `trims`: {"count", "data": [...]}, or the list alone. */
+bool decode_trims(const struct tree_place *place, struct api_surface *surface);
+
+bool decode_permeability(const struct tree_place *place, struct api_permeability *permeability);
+
+/* Where control points and weights are: together in an object, or the bare list of points with the
+ * weights beside it. Points to its own members: not to be copied. */
+struct decode_control {
+    struct tree_place net, points, weights;
+};
+void decode_control_find(const struct tree_place *owner, struct decode_control *control);
+
+#endif

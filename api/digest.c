@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: MIT */
+#include "digest.h"
+
+#include "normalise.h"
+#include <sodium.h>
+#include <string.h>
+
+enum { ID_BYTES = API_ID_LENGTH / 2 };
+
+bool api_digest_prepare(void) {
+    return sodium_init() >= 0;
+}
+
+void api_digest_bytes(const void *bytes, size_t length, char id[API_ID_SIZE]) {
+    unsigned char hash[ID_BYTES];
+    crypto_generichash(hash, sizeof hash, bytes, length, NULL, 0);
+    sodium_bin2hex(id, API_ID_SIZE, hash, sizeof hash);
+}
+
+bool api_digest_surface(const struct api_surface *surface, struct arena *arena,
+                        char id[API_ID_SIZE]) {
+    if (surface->id[0]) {
+        memcpy(id, surface->id, API_ID_SIZE);
+        return true;
+    }
+    struct arena_mark mark = arena_mark(arena);
+    const char *definition = api_normalise_surface(surface, arena);
+    if (definition)
+        api_digest_bytes(definition, strlen(definition), id);
+    arena_rewind(arena, mark);
+    return definition != NULL;
+}
+
+/* The request is written down with its surface by id, and the solver's version after the final
+ * zero. */
+bool api_digest_request(const struct api_request *request, struct arena *arena,
+                        char id[API_ID_SIZE]) {
+    struct api_request named = *request;
+    if (!api_digest_surface(&request->surface, arena, named.surface.id))
+        return false;
+    struct arena_mark mark = arena_mark(arena);
+    const char *text = api_normalise(&named, NULL, arena);
+    if (text) {
+        unsigned char hash[ID_BYTES];
+        crypto_generichash_state state;
+        crypto_generichash_init(&state, NULL, 0, sizeof hash);
+        crypto_generichash_update(&state, (const void *)text, strlen(text) + 1);
+        crypto_generichash_update(&state, (const void *)DRAPE_SOLVER_VERSION,
+                                  strlen(DRAPE_SOLVER_VERSION));
+        crypto_generichash_final(&state, hash, sizeof hash);
+        sodium_bin2hex(id, API_ID_SIZE, hash, sizeof hash);
+    }
+    arena_rewind(arena, mark);
+    return text != NULL;
+}

@@ -1,0 +1,148 @@
+/* SPDX-License-Identifier: MIT */
+#include "problem.h"
+
+#include "text.h"
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const struct {
+    const char *slug, *title;
+    int status;
+} problems[API_PROBLEM_COUNT] = {[API_OK] = {"ok", "Nothing is wrong", 200},
+#define X(id, slug, status, title) [API_##id] = {slug, title, status},
+                                 API_PROBLEM_LIST(X)
+#undef X
+};
+
+const char *api_problem_slug(enum api_problem_id id) {
+    return problems[id].slug;
+}
+
+const char *api_problem_title(enum api_problem_id id) {
+    return problems[id].title;
+}
+
+int api_problem_status(enum api_problem_id id) {
+    return problems[id].status;
+}
+
+enum api_problem_id api_problem_from_slug(const char *slug) {
+    for (int id = API_OK + 1; id < API_PROBLEM_COUNT; id++)
+        if (strcmp(slug, problems[id].slug) == 0)
+            return (enum api_problem_id)id;
+    return API_INTERNAL;
+}
+
+/* The length of the UTF-8 sequence at `s`, 1..4; 0 when there is none. */
+static size_t sequence_length(const unsigned char *s) {
+    if (s[0] < 0x80)
+        return 1;
+    size_t length = s[0] >= 0xf0 ? 4 : s[0] >= 0xe0 ? 3 : 2;
+    unsigned low = s[0] == 0xe0 ? 0xa0 : s[0] == 0xf0 ? 0x90 : 0x80;
+    unsigned high = s[0] == 0xed ? 0x9f : s[0] == 0xf4 ? 0x8f : 0xbf;
+    if (s[0] < 0xc2 || s[0] > 0xf4 || s[1] < low || s[1] > high)
+        return 0;
+    for (size_t i = 2; i < length; i++)
+        if ((s[i] & 0xc0) != 0x80)
+            return 0;
+    return length;
+}
+
+/* Replaces what is not UTF-8, also a sequence that was cut at the end. */
+static void make_utf8(char *string) {
+    while (*string) {
+        size_t length = sequence_length((const unsigned char *)string);
+        if (length == 0)
+            *string = '?';
+        string += length ? length : 1;
+    }
+}
+
+__attribute__((format(printf, 3, 0))) static void
+set_place(struct api_problem_place *place, const char *pointer, const char *format, va_list list) {
+    snprintf(place->pointer, sizeof place->pointer, "%s", pointer);
+    vsnprintf(place->detail, sizeof place->detail, format, list);
+    make_utf8(place->pointer);
+    make_utf8(place->detail);
+}
+
+void api_problem_set(struct api_problem *problem, enum api_problem_id id, const char *detail, ...) {
+    if (problem->id != API_OK)
+        return;
+    problem->id = id;
+    problem->has_pointer = false;
+    problem->count = 1;
+    va_list list;
+    va_start(list, detail);
+    set_place(&problem->place[0], "", detail, list);
+    va_end(list);
+}
+
+void api_problem_set_at(struct api_problem *problem, enum api_problem_id id, const char *pointer,
+                        const char *detail, ...) {
+    if (problem->id != API_OK)
+        return;
+    problem->id = id;
+    problem->has_pointer = true;
+    problem->count = 1;
+    va_list list;
+    va_start(list, detail);
+    set_place(&problem->place[0], pointer, detail, list);
+    va_end(list);
+}
+
+void api_problem_add(struct api_problem *problem, const char *pointer, const char *detail, ...) {
+    if (problem->id == API_OK) {
+        problem->id = API_INVALID_REQUEST;
+        problem->has_pointer = true;
+        problem->count = 0;
+    }
+    if (!problem->has_pointer || problem->count >= API_ERRORS_MAX)
+        return;
+    va_list list;
+    va_start(list, detail);
+    set_place(&problem->place[problem->count++], pointer, detail, list);
+    va_end(list);
+}
+
+static void write_places(struct api_text *text, const struct api_problem *problem) {
+    api_text_key_string(text, "pointer", problem->place[0].pointer);
+    api_text_key(text, "errors");
+    api_text_raw(text, "[");
+    for (size_t i = 0; i < problem->count; i++) {
+        api_text_raw(text, i ? ",{" : "{");
+        api_text_key_string(text, "pointer", problem->place[i].pointer);
+        api_text_key_string(text, "detail", problem->place[i].detail);
+        api_text_raw(text, "}");
+    }
+    api_text_raw(text, "]");
+}
+
+/* Every byte of a place may need six in JSON; the first place is written twice. */
+static size_t json_capacity(const char *request_id) {
+    size_t places = 6 * (API_ERRORS_MAX + 1) * sizeof(struct api_problem_place);
+    return places + 1024 + (request_id ? 6 * strlen(request_id) : 0);
+}
+
+char *api_problem_json(const struct api_problem *problem, const char *request_id) {
+    size_t capacity = json_capacity(request_id);
+    char *buffer = malloc(capacity);
+    if (!buffer)
+        return NULL;
+    struct api_text text = api_text_over(buffer, capacity);
+    api_text_raw(&text, "{\"type\":\"/problems/");
+    api_text_raw(&text, api_problem_slug(problem->id));
+    api_text_raw(&text, "\"");
+    api_text_key_string(&text, "title", api_problem_title(problem->id));
+    api_text_key_integer(&text, "status", api_problem_status(problem->id));
+    api_text_key_string(&text, "detail", problem->place[0].detail);
+    if (problem->has_pointer)
+        write_places(&text, problem);
+    if (request_id)
+        api_text_key_string(&text, "request_id", request_id);
+    api_text_raw(&text, "}");
+    api_text_finish(&text);
+    return buffer;
+}

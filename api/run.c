@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: MIT */
+#include "run.h"
+
+#include "columns.h"
+#include "decode.h"
+#include "digest.h"
+#include "fields.h"
+#include "shape.h"
+#include "tree.h"
+#include <string.h>
+#include <time.h>
+
+const struct api_limits api_limits_default = {
+    .max_nodes = 4000000,
+    .max_memory = (size_t)4 << 30,
+    .max_elements = 4000000,
+    .max_depth = 32,
+    .threads = 1,
+};
+
+bool api_prepare(void) {
+    tree_prepare();
+    return api_digest_prepare();
+}
+
+static double now_ms(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
+}
+
+static void set_solve_problem(struct api_problem *problem, enum status status,
+                              const struct drape_settings *settings) {
+    switch (status) {
+    case STATUS_OK:
+        break;
+    case STATUS_OUT_OF_MEMORY:
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the drape needs more memory than allowed");
+        break;
+    case STATUS_CANCELLED:
+        api_problem_set(problem, API_CANCELLED, "the drape was cancelled");
+        break;
+    case STATUS_TOO_MANY_NODES:
+        api_problem_set_at(problem, API_INVALID_REQUEST, "/fabric/spacing",
+                           "is too small: the net would have more than the %zu nodes allowed",
+                           settings->max_nodes);
+        break;
+    case STATUS_START_OFF_SURFACE:
+        api_problem_set_at(problem, API_START_OFF_SURFACE, "/start",
+                           "the start must be on the surface, or within the spacing of it");
+        break;
+    case STATUS_DEGENERATE_SURFACE:
+        api_problem_set_at(problem, API_DEGENERATE_SURFACE, "/start",
+                           "the surface has no tangent plane at the start");
+        break;
+    case STATUS_INVALID:
+    case STATUS_NO_CONVERGENCE:
+        api_problem_set(problem, API_INTERNAL, "the solver did not accept the decoded request");
+        break;
+    }
+}
+
+static void summarise(const struct api_request *request, const struct drape_result *result,
+                      double solve_ms, struct api_summary *summary) {
+    const struct drape_summary *s = &result->summary;
+    *summary = (struct api_summary){
+        .outcome = s->outcome,
+        .nodes = result->nodes.count,
+        .cells = result->cells.count,
+        .coverage = s->coverage,
+        .max_shear_deg = s->max_shear_deg,
+        .mean_shear_deg = s->mean_shear_deg,
+        .locked_cells = api_fields_locked(request, &result->cells),
+        .packing_exceeded_cells = api_fields_packing_exceeded(request, &result->cells),
+        .residual_max = s->residual_max,
+        .newton_iterations_mean = s->newton_iterations_mean,
+        .error_estimate_max = s->error_estimate_max,
+        .solve_ms = solve_ms,
+        .solver_version = DRAPE_SOLVER_VERSION,
+    };
+    memcpy(summary->front_reasons, s->front_reasons, sizeof summary->front_reasons);
+}
+
+static enum api_problem_id write_result(const struct api_request *request,
+                                        const struct drape_result *result, double solve_ms,
+                                        const struct api_sink *sink, struct arena *arena,
+                                        struct api_problem *problem) {
+    struct api_fields fields;
+    struct api_columns header = {
+        .grid = {.warp = {result->warp_range[0], result->warp_range[1]},
+                 .weft = {result->weft_range[0], result->weft_range[1]},
+                 .spacing = {request->settings.spacing[0], request->settings.spacing[1]}},
+        .start = {.uv = {result->start_uv[0], result->start_uv[1]},
+                  .point = result->start_point,
+                  .warp = result->start_warp,
+                  .weft = result->start_weft},
+    };
+    summarise(request, result, solve_ms, &header.summary);
+    api_fields_list(&fields, request, result);
+    return api_columns_write(&header, fields.source, fields.count, sink, arena, problem);
+}
+
+enum api_problem_id api_run_in(struct arena *arena, const struct api_input *input,
+                               const struct api_limits *limits, const struct drape_monitor *monitor,
+                               const struct api_sink *sink, struct api_problem *problem) {
+    struct api_request request;
+    struct surface *surface;
+    struct drape_result result;
+    if (api_decode(input, limits, arena, &request, problem) != API_OK)
+        return problem->id;
+    if (request.surface.kind == API_SURFACE_NAMED) {
+        api_problem_add(problem, "/surface/id", "no surface is stored under this id");
+        return problem->id;
+    }
+    if (api_shape_make(&request, limits, arena, &surface, problem) != API_OK)
+        return problem->id;
+    double begin = now_ms();
+    enum status status = drape_solve(surface, &request.settings, monitor, arena, &result);
+    double solve_ms = now_ms() - begin;
+    set_solve_problem(problem, status, &request.settings);
+    if (problem->id != API_OK)
+        return problem->id;
+    return write_result(&request, &result, solve_ms, sink, arena, problem);
+}
+
+enum api_problem_id api_run(const struct api_input *input, const struct api_limits *limits,
+                            const struct drape_monitor *monitor, const struct api_sink *sink,
+                            struct api_problem *problem) {
+    struct arena *arena = arena_new(limits->max_memory);
+    if (!arena) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the drape");
+        return problem->id;
+    }
+    enum api_problem_id id = api_run_in(arena, input, limits, monitor, sink, problem);
+    arena_free(arena);
+    return id;
+}
