@@ -1,0 +1,105 @@
+/* SPDX-License-Identifier: MIT */
+#include "accept.h"
+#include "request.h"
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+enum { ITEM_SIZE = 256 };
+
+static void trim(char *text) {
+    size_t length = strlen(text), blanks = strspn(text, " \t");
+    while (length > blanks && strchr(" \t", text[length - 1]))
+        length--;
+    memmove(text, text + blanks, length - blanks);
+    text[length - blanks] = '\0';
+}
+
+/* Copies the next piece of a list up to one of `separators`, without blanks around it; moves
+ * `*rest` on. Too long a piece is cut, which at worst makes it match nothing. False at the end. */
+static bool next_piece(const char **rest, const char *separators, char piece[ITEM_SIZE]) {
+    if (!**rest)
+        return false;
+    size_t length = strcspn(*rest, separators);
+    snprintf(piece, ITEM_SIZE, "%.*s", (int)(length < ITEM_SIZE ? length : ITEM_SIZE - 1), *rest);
+    *rest += length + ((*rest)[length] != '\0');
+    trim(piece);
+    return true;
+}
+
+/* 3: the type itself, 2: "type / *", 1: "* / *", 0: no match. */
+static int specificity(const char *range, const char *media_type) {
+    size_t kind = strcspn(media_type, "/") + 1;
+    if (!strcasecmp(range, media_type))
+        return 3;
+    if (!strcmp(range, "*/*"))
+        return 1;
+    return !strncasecmp(range, media_type, kind) && !strcmp(range + kind, "*") ? 2 : 0;
+}
+
+/* The q of a range's parameters, in thousandths. */
+static int quality(const char *parameters) {
+    char parameter[ITEM_SIZE];
+    while (next_piece(&parameters, ";", parameter)) {
+        if (strncasecmp(parameter, "q=", 2) != 0)
+            continue;
+        double q = strtod(parameter + 2, NULL);
+        return q >= 1 ? 1000 : q > 0 ? (int)(q * 1000) : 0;
+    }
+    return 1000;
+}
+
+int accept_quality(const char *accept, const char *media_type) {
+    if (!accept || !accept[strspn(accept, " \t")])
+        return 1000;
+    int best = 0, wanted = 0;
+    char item[ITEM_SIZE], range[ITEM_SIZE];
+    while (next_piece(&accept, ",", item)) {
+        const char *rest = item;
+        if (!next_piece(&rest, ";", range))
+            continue;
+        int specific = specificity(range, media_type);
+        if (specific > best) {
+            best = specific;
+            wanted = quality(rest);
+        }
+    }
+    return wanted;
+}
+
+int64_t accept_wait(const char *prefer, int64_t high) {
+    char item[ITEM_SIZE];
+    while (prefer && next_piece(&prefer, ",;", item)) {
+        int64_t seconds;
+        if (!strncasecmp(item, "wait=", 5) && request_parse_int(item + 5, 0, INT64_MAX, &seconds))
+            return seconds < high ? seconds : high;
+    }
+    return 0;
+}
+
+bool accept_etag_known(const char *if_none_match, const char *etag) {
+    char item[ITEM_SIZE];
+    while (if_none_match && next_piece(&if_none_match, ",", item)) {
+        const char *tag = strncmp(item, "W/", 2) ? item : item + 2;
+        if (!strcmp(tag, "*") || !strcmp(tag, etag))
+            return true;
+    }
+    return false;
+}
+
+bool accept_is_json(const char *content_type) {
+    char type[ITEM_SIZE], parameter[ITEM_SIZE];
+    if (!next_piece(&content_type, ";", type))
+        return false;
+    size_t length = strlen(type);
+    if (strcasecmp(type, "application/json") != 0 &&
+        (length < 5 || strcasecmp(type + length - 5, "+json") != 0))
+        return false;
+    while (next_piece(&content_type, ";", parameter))
+        if (!strncasecmp(parameter, "charset=", 8) && strcasecmp(parameter + 8, "utf-8") != 0 &&
+            strcasecmp(parameter + 8, "\"utf-8\"") != 0)
+            return false;
+    return true;
+}

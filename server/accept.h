@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: MIT */
+/* What a client accepts and prefers: readers of the headers Accept, Prefer and If-None-Match. */
+#ifndef SERVER_ACCEPT_H
+#define SERVER_ACCEPT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* How much an Accept header (RFC 9110, 12.5.1) wants `media_type`, in thousandths: 0 not at all,
+ * 1000 the most. The most specific range that matches decides. NULL or blank accepts all. */
+int accept_quality(const char *accept, const char *media_type);
+
+/* The seconds of `wait=N` in a Prefer header (RFC 7240), at most `high`; 0 without one that can be
+ * read, because a preference may be ignored. */
+int64_t accept_wait(const char *prefer, int64_t high);
+
+/* Whether an If-None-Match header names the entity tag (with its quotes), or is "*". */
+bool accept_etag_known(const char *if_none_match, const char *etag);
+
+/* Whether a Content-Type is JSON: application/json or anything +json, in UTF-8. */
+bool accept_is_json(const char *content_type);
+
+#endif

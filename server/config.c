@@ -1,0 +1,392 @@
+/* SPDX-License-Identifier: MIT */
+#include "config.h"
+#include "log.h"
+#include <arpa/inet.h>
+#include <errno.h>
+#include <limits.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define KIB INT64_C(1024)
+#define MIB (KIB * KIB)
+#define GIB (KIB * MIB)
+
+/* How a flag's text becomes a value. */
+enum kind {
+    KIND_TEXT,   /* const char * */
+    KIND_COUNT,  /* int64_t within lowest..highest */
+    KIND_BYTES,  /* the same; K, M and G multiply by 1024 */
+    KIND_CHOICE, /* int64_t: the position among `metavar`'s words, split by '|' */
+    KIND_SWITCH  /* bool; no argument on the command line, 0 or 1 in the environment */
+};
+
+struct flag {
+    const char *name;     /* without the dashes */
+    const char *variable; /* of the environment */
+    const char *metavar;
+    const char *fallback; /* the default, as text; NULL is computed */
+    const char *help;
+    enum kind kind;
+    size_t offset;  /* of the member of struct config */
+    int64_t lowest; /* KIND_COUNT and KIND_BYTES */
+    int64_t highest;
+    const char *limit; /* its name in GET /v1/limits; NULL: not told */
+};
+
+#define AT(member) offsetof(struct config, member)
+
+static const struct flag flags[] = {
+    {"listen", "DRAPED_LISTEN", "ADDR:PORT", "127.0.0.1:8080",
+     "where to listen; port 0 picks a free one; [::1]:8080 for IPv6", KIND_TEXT, AT(listen), 0, 0,
+     NULL},
+    {"data", "DRAPED_DATA", "DIR", "./draped-data", "folder of the database, created when missing",
+     KIND_TEXT, AT(data), 0, 0, NULL},
+    {"store", "DRAPED_STORE", "URL", "",
+     "database: sqlite:PATH; by default draped.db in the data folder", KIND_TEXT, AT(store), 0, 0,
+     NULL},
+    {"workers", "DRAPED_WORKERS", "N", NULL, "worker processes; by default one per core",
+     KIND_COUNT, AT(workers), 1, 1024, NULL},
+    {"role", "DRAPED_ROLE", "all|api|worker", "all",
+     "api answers calls, worker solves drapes, all does both", KIND_CHOICE, AT(role), 0, 0, NULL},
+    {"tokens", "DRAPED_TOKENS", "FILE", "", "who may call (not available in this version)",
+     KIND_TEXT, AT(tokens), 0, 0, NULL},
+    {"allow-anonymous", "DRAPED_ALLOW_ANONYMOUS", NULL, "0",
+     "listen beyond this machine without tokens", KIND_SWITCH, AT(allow_anonymous), 0, 0, NULL},
+    {"queue-limit", "DRAPED_QUEUE_LIMIT", "N", "10000", "drapes that may wait; beyond it: 429",
+     KIND_COUNT, AT(queue_limit), 1, 1000000000, "queue_limit"},
+    {"max-body", "DRAPED_MAX_BODY", "BYTES", "64M", "largest request body; beyond it: 413",
+     KIND_BYTES, AT(max_body), KIB, 900 * MIB, "max_body"},
+    {"max-nodes", "DRAPED_MAX_NODES", "N", "4000000", "most nodes of one drape", KIND_COUNT,
+     AT(max_nodes), 1, 1000000000, "max_nodes"},
+    {"max-elements", "DRAPED_MAX_ELEMENTS", "N", "4000000", "most JSON values in one body",
+     KIND_COUNT, AT(max_elements), 16, 1000000000, "max_elements"},
+    {"max-depth", "DRAPED_MAX_DEPTH", "N", "32", "deepest JSON nesting", KIND_COUNT, AT(max_depth),
+     8, 1000, "max_depth"},
+    {"job-timeout", "DRAPED_JOB_TIMEOUT", "SECONDS", "600", "longest solve of one drape",
+     KIND_COUNT, AT(job_timeout), 1, 604800, "job_timeout_seconds"},
+    {"job-memory", "DRAPED_JOB_MEMORY", "BYTES", "4G", "most memory of one drape", KIND_BYTES,
+     AT(job_memory), 16 * MIB, 1024 * GIB, "job_memory"},
+    {"max-result", "DRAPED_MAX_RESULT", "BYTES", "16G", "largest stored result", KIND_BYTES,
+     AT(max_result), MIB, 1024 * GIB, "max_result"},
+    {"retention", "DRAPED_RETENTION", "HOURS", "168", "how long results are kept", KIND_COUNT,
+     AT(retention), 1, 876000, "retention_hours"},
+    {"max-connections", "DRAPED_MAX_CONNECTIONS", "N", "4096", "open connections at a time",
+     KIND_COUNT, AT(max_connections), 16, 1000000, "max_connections"},
+    {"drain-timeout", "DRAPED_DRAIN_TIMEOUT", "SECONDS", "20",
+     "time running drapes get at SIGTERM before they go back to the queue", KIND_COUNT,
+     AT(drain_timeout), 0, 25, NULL},
+    {"log-level", "DRAPED_LOG_LEVEL", "debug|info|warning|error", "info", "what to log",
+     KIND_CHOICE, AT(log_level), 0, 0, NULL},
+};
+
+enum { FLAG_COUNT = sizeof flags / sizeof flags[0], HELP_COLUMN = 34 };
+
+static bool complain(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+/* A message for the person at the terminal; always false. */
+static bool complain(const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    fputs("draped: ", stderr);
+    vfprintf(stderr, format, arguments);
+    fputs("\n", stderr);
+    va_end(arguments);
+    return false;
+}
+
+/* ------------------------------------------------------------------ values */
+
+static int64_t multiplier(const char *suffix) {
+    static const char letters[] = "KMG";
+    static const int64_t factors[] = {KIB, MIB, GIB};
+    const char *found = *suffix && !suffix[1] ? strchr(letters, *suffix) : NULL;
+    return !*suffix ? 1 : found ? factors[found - letters] : 0;
+}
+
+static bool parse_number(const struct flag *flag, const char *text, int64_t *value) {
+    char *end = NULL;
+    errno = 0;
+    long long number = strtoll(text, &end, 10);
+    bool plain = end != text && text[0] >= '0' && text[0] <= '9' && errno == 0;
+    int64_t factor = flag->kind == KIND_BYTES ? multiplier(end) : *end == '\0';
+    if (!plain || factor == 0 || number > INT64_MAX / factor)
+        return complain("--%s: '%s' is not a number%s", flag->name, text,
+                        flag->kind == KIND_BYTES ? " of bytes (K, M and G may follow it)" : "");
+    *value = number * factor;
+    if (*value < flag->lowest || *value > flag->highest)
+        return complain("--%s: %s is out of range; it takes %lld to %lld", flag->name, text,
+                        (long long)flag->lowest, (long long)flag->highest);
+    return true;
+}
+
+static bool parse_choice(const struct flag *flag, const char *text, int64_t *value) {
+    size_t length = strlen(text);
+    int64_t position = 0;
+    for (const char *word = flag->metavar; word; position++) {
+        const char *bar = strchr(word, '|');
+        size_t width = bar ? (size_t)(bar - word) : strlen(word);
+        if (width == length && !strncmp(word, text, width)) {
+            *value = position;
+            return true;
+        }
+        word = bar ? bar + 1 : NULL;
+    }
+    return complain("--%s: '%s' is none of %s", flag->name, text, flag->metavar);
+}
+
+static bool set_text(struct config *config, const struct flag *flag, const char *text) {
+    memcpy((char *)config + flag->offset, &text, sizeof text);
+    return true;
+}
+
+static bool set_integer(struct config *config, const struct flag *flag, int64_t value) {
+    memcpy((char *)config + flag->offset, &value, sizeof value);
+    return true;
+}
+
+static bool set_switch(struct config *config, const struct flag *flag, const char *text) {
+    bool value = !strcmp(text, "1");
+    if (!value && strcmp(text, "0") != 0)
+        return complain("%s: '%s' is neither 0 nor 1", flag->variable, text);
+    memcpy((char *)config + flag->offset, &value, sizeof value);
+    return true;
+}
+
+static bool set_value(struct config *config, const struct flag *flag, const char *text) {
+    int64_t value = 0;
+    switch (flag->kind) {
+    case KIND_TEXT:
+        return set_text(config, flag, text);
+    case KIND_SWITCH:
+        return set_switch(config, flag, text);
+    case KIND_CHOICE:
+        return parse_choice(flag, text, &value) && set_integer(config, flag, value);
+    case KIND_COUNT:
+    case KIND_BYTES:
+        return parse_number(flag, text, &value) && set_integer(config, flag, value);
+    }
+    return false;
+}
+
+static int64_t get_integer(const struct config *config, const struct flag *flag) {
+    int64_t value = 0;
+    memcpy(&value, (const char *)config + flag->offset, sizeof value);
+    return value;
+}
+
+/* ------------------------------------------------------------------ sources */
+
+static bool set_defaults(struct config *config) {
+    memset(config, 0, sizeof *config);
+    for (size_t k = 0; k < FLAG_COUNT; k++) {
+        const char *variable = getenv(flags[k].variable);
+        const char *text = variable ? variable : flags[k].fallback;
+        if (text && !set_value(config, &flags[k], text))
+            return false;
+    }
+    if (config->workers == 0) {
+        long cores = sysconf(_SC_NPROCESSORS_ONLN);
+        config->workers = cores < 1 ? 1 : cores > 1024 ? 1024 : cores;
+    }
+    return true;
+}
+
+/* The flag named by "--name" or "--name=value"; `value` is NULL without "=". */
+static const struct flag *find_flag(const char *argument, const char **value) {
+    if (strncmp(argument, "--", 2) != 0)
+        return NULL;
+    const char *name = argument + 2;
+    size_t length = strcspn(name, "=");
+    *value = name[length] == '=' ? name + length + 1 : NULL;
+    for (size_t k = 0; k < FLAG_COUNT; k++)
+        if (strlen(flags[k].name) == length && !strncmp(flags[k].name, name, length))
+            return &flags[k];
+    return NULL;
+}
+
+static bool set_argument(struct config *config, char **argv, int argc, int *at) {
+    const char *argument = argv[*at];
+    const char *value = NULL;
+    const struct flag *flag = find_flag(argument, &value);
+    if (!flag)
+        return complain("'%s' is not a flag; see draped --help", argument);
+    if (flag->kind == KIND_SWITCH)
+        return set_value(config, flag, value ? value : "1");
+    if (!value && *at + 1 < argc)
+        value = argv[++*at];
+    if (!value)
+        return complain("--%s needs a value: %s", flag->name, flag->metavar);
+    return set_value(config, flag, value);
+}
+
+/* ------------------------------------------------------------------ sense */
+
+static bool parse_port(const char *text, uint16_t *port) {
+    char *end = NULL;
+    unsigned long number = strtoul(text, &end, 10);
+    if (text[0] < '0' || text[0] > '9' || *end || number > UINT16_MAX)
+        return false;
+    *port = htons((uint16_t)number);
+    return true;
+}
+
+static bool parse_ipv4(struct config *config, const char *host, uint16_t port) {
+    struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = port};
+    if (inet_pton(AF_INET, host, &address.sin_addr) != 1)
+        return false;
+    config->loopback = ntohl(address.sin_addr.s_addr) >> 24 == 127;
+    config->address_length = sizeof address;
+    memcpy(&config->address, &address, sizeof address);
+    return true;
+}
+
+static bool parse_ipv6(struct config *config, const char *host, uint16_t port) {
+    struct sockaddr_in6 address = {.sin6_family = AF_INET6, .sin6_port = port};
+    if (inet_pton(AF_INET6, host, &address.sin6_addr) != 1)
+        return false;
+    config->loopback = IN6_IS_ADDR_LOOPBACK(&address.sin6_addr);
+    config->address_length = sizeof address;
+    memcpy(&config->address, &address, sizeof address);
+    return true;
+}
+
+/* Numbers only: a name would have to be looked up, and may have several addresses. */
+static bool parse_listen(struct config *config) {
+    char host[INET6_ADDRSTRLEN + 2];
+    const char *colon = strrchr(config->listen, ':');
+    size_t length = colon ? (size_t)(colon - config->listen) : 0;
+    uint16_t port = 0;
+    if (colon && length < sizeof host && parse_port(colon + 1, &port)) {
+        memcpy(host, config->listen, length);
+        host[length] = '\0';
+        if (!strcmp(host, "localhost"))
+            memcpy(host, "127.0.0.1", sizeof "127.0.0.1");
+        bool bracketed = length > 2 && host[0] == '[' && host[length - 1] == ']';
+        if (bracketed)
+            host[length - 1] = '\0';
+        if (bracketed ? parse_ipv6(config, host + 1, port) : parse_ipv4(config, host, port))
+            return true;
+    }
+    return complain("--listen: '%s' is not ADDR:PORT, such as 127.0.0.1:8080 or [::1]:8080",
+                    config->listen);
+}
+
+static bool check(struct config *config) {
+    if (!parse_listen(config))
+        return false;
+    if (config->tokens[0])
+        return complain("--tokens is not available in this version");
+    if (!config->loopback && !config->allow_anonymous)
+        return complain("%s can be reached from other machines: that needs --tokens, or "
+                        "--allow-anonymous if everybody may call",
+                        config->listen);
+    if (!config->data[0])
+        return complain("--data is empty");
+    if (strstr(config->store, "://"))
+        return complain("--store: only SQLite (sqlite:PATH) is available in this version");
+    return true;
+}
+
+/* ------------------------------------------------------------------ answers */
+
+void config_help(FILE *out) {
+    fputs("usage: draped [FLAG...]\n\n"
+          "Drapes woven fabrics over surfaces, as a service over HTTP.\n\n",
+          out);
+    for (size_t k = 0; k < FLAG_COUNT; k++) {
+        const struct flag *flag = &flags[k];
+        int n = fprintf(out, "  --%s%s%s", flag->name, flag->metavar ? " " : "",
+                        flag->metavar ? flag->metavar : "");
+        fprintf(out, "%*s%s", n < HELP_COLUMN ? HELP_COLUMN - n : 2, "", flag->help);
+        if (flag->fallback && flag->fallback[0] && flag->kind != KIND_SWITCH)
+            fprintf(out, " [%s]", flag->fallback);
+        fprintf(out, " (%s)\n", flag->variable);
+    }
+    fprintf(out, "  --%-*s%s\n", HELP_COLUMN - 4, "check-config", "check the flags and stop");
+    fprintf(out, "  --%-*s%s\n", HELP_COLUMN - 4, "version", "print the version and stop");
+    fprintf(out, "  --%-*s%s\n", HELP_COLUMN - 4, "help", "print this and stop");
+}
+
+static void print_choice(const struct flag *flag, int64_t value, FILE *out) {
+    const char *word = flag->metavar;
+    for (; value > 0; value--)
+        word = strchr(word, '|') + 1;
+    fprintf(out, "%s = %.*s\n", flag->name, (int)strcspn(word, "|"), word);
+}
+
+/* What would be used, one `name = value` a line. A store URL may hold a password. */
+static void print_config(const struct config *config, FILE *out) {
+    for (size_t k = 0; k < FLAG_COUNT; k++) {
+        const struct flag *flag = &flags[k];
+        const char *text = NULL;
+        if (flag->kind == KIND_TEXT) {
+            memcpy(&text, (const char *)config + flag->offset, sizeof text);
+            fprintf(out, "%s = %s\n", flag->name, strchr(text, '@') ? "(hidden)" : text);
+        } else if (flag->kind == KIND_SWITCH) {
+            fprintf(out, "%s = %d\n", flag->name, *((const char *)config + flag->offset));
+        } else if (flag->kind == KIND_CHOICE) {
+            print_choice(flag, get_integer(config, flag), out);
+        } else {
+            fprintf(out, "%s = %lld\n", flag->name, (long long)get_integer(config, flag));
+        }
+    }
+}
+
+char *config_limits_json(const struct config *config) {
+    char *json = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&json, &size);
+    if (!out)
+        return NULL;
+    const char *separator = "{";
+    for (size_t k = 0; k < FLAG_COUNT; k++) {
+        if (!flags[k].limit)
+            continue;
+        fprintf(out, "%s\"%s\":%lld", separator, flags[k].limit,
+                (long long)get_integer(config, &flags[k]));
+        separator = ",";
+    }
+    fputs("}", out);
+    bool good = !ferror(out);
+    if (fclose(out) != 0 || !good) {
+        free(json);
+        return NULL;
+    }
+    return json;
+}
+
+/* --help and its like, wherever they stand. */
+static bool asks_for(int argc, char **argv, const char *what) {
+    for (int k = 1; k < argc; k++)
+        if (!strcmp(argv[k], what))
+            return true;
+    return false;
+}
+
+enum config_verdict config_parse(int argc, char **argv, struct config *config) {
+    if (asks_for(argc, argv, "--help")) {
+        config_help(stdout);
+        return CONFIG_DONE;
+    }
+    if (asks_for(argc, argv, "--version")) {
+        puts("draped " DRAPED_VERSION);
+        return CONFIG_DONE;
+    }
+    if (!set_defaults(config))
+        return CONFIG_BAD;
+    bool only_check = false;
+    for (int k = 1; k < argc; k++) {
+        if (!strcmp(argv[k], "--check-config"))
+            only_check = true;
+        else if (!set_argument(config, argv, argc, &k))
+            return CONFIG_BAD;
+    }
+    if (!check(config))
+        return CONFIG_BAD;
+    if (only_check)
+        print_config(config, stdout);
+    return only_check ? CONFIG_DONE : CONFIG_RUN;
+}

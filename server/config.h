@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The configuration: flags of the command line, else environment variables DRAPED_*, else defaults.
+ * One table (config.c) drives parsing, --help, --check-config and GET /v1/limits, so that they
+ * cannot differ.
+ */
+#ifndef SERVER_CONFIG_H
+#define SERVER_CONFIG_H
+
+#include <netinet/in.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <sys/socket.h>
+
+#define DRAPED_VERSION "0.1.0"
+
+enum config_role { CONFIG_ROLE_ALL, CONFIG_ROLE_API, CONFIG_ROLE_WORKER };
+
+/* Read-only once parsed. The strings live as long as argv, the environment and the struct. */
+struct config {
+    const char *listen;              /* as written, ADDR:PORT */
+    struct sockaddr_storage address; /* of `listen`; port 0: any free one */
+    socklen_t address_length;
+    bool loopback;        /* whether only this machine can reach it */
+    const char *data;     /* folder of the embedded store; created when missing */
+    const char *store;    /* URL; empty: SQLite in `data` */
+    int64_t workers;      /* worker processes, 1..1024 */
+    int64_t role;         /* enum config_role */
+    const char *tokens;   /* empty: none (not available in this version) */
+    bool allow_anonymous; /* may listen beyond loopback without tokens */
+    int64_t queue_limit;  /* queued jobs */
+    int64_t max_body;     /* bytes of a request's body */
+    int64_t max_nodes;    /* nodes of one drape */
+    int64_t max_elements; /* JSON values of one body */
+    int64_t max_depth;    /* JSON nesting */
+    int64_t job_timeout;  /* seconds one attempt may take */
+    int64_t job_memory;   /* bytes one job may hold */
+    int64_t max_result;   /* bytes of one stored result */
+    int64_t retention;    /* hours a result is kept after its job ended */
+    int64_t max_connections;
+    int64_t drain_timeout; /* seconds running jobs get at SIGTERM */
+    int64_t log_level;     /* enum log_level */
+};
+
+/* What to do after parsing. */
+enum config_verdict {
+    CONFIG_RUN,  /* go on */
+    CONFIG_DONE, /* --help, --version, --check-config were answered on stdout: exit 0 */
+    CONFIG_BAD   /* a message is on stderr: exit 2 */
+};
+
+/* Fills `config` from the arguments (argv[0] is skipped) and the environment. */
+enum config_verdict config_parse(int argc, char **argv, struct config *config);
+
+/* Writes the --help text. */
+void config_help(FILE *out);
+
+/* The limits callers may want to know, a JSON object {"max_body": 67108864, ...}; malloc'ed, NULL
+ * without memory. */
+char *config_limits_json(const struct config *config);
+
+#endif

@@ -1,0 +1,115 @@
+/* SPDX-License-Identifier: MIT */
+/* GET /v1/drapes/{id}/events: server-sent events, `progress` at every change, then `end`. */
+#include "documents.h"
+#include "resources.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A comment this often keeps proxies from closing the stream and finds clients that are gone. */
+enum { EVENTS_KEEP_ALIVE_MS = 15000 };
+
+struct events {
+    struct store *store;
+    struct request *request;
+    char id[ID_SIZE];
+    char *text; /* what is being sent */
+    size_t length, sent;
+    bool ended;
+    int64_t begun, spoken; /* when the stream and its last message began */
+    enum store_status status;
+    double progress;
+    int attempts; /* of the last event; -1 before the first */
+};
+
+static void say(struct events *events, char *text) {
+    free(events->text);
+    events->text = text;
+    events->length = text ? strlen(text) : 0;
+    events->sent = 0;
+    events->spoken = request_clock_ms();
+}
+
+/* Takes up the event for the job as it is now. */
+static void say_status(struct events *events, const struct store_job *job) {
+    char *document = documents_status(job), *text = NULL;
+    events->ended = store_status_ended(job->status);
+    events->status = job->status;
+    events->progress = job->progress;
+    events->attempts = job->attempts;
+    const char *name = events->ended ? "end" : "progress";
+    if (document && asprintf(&text, "event: %s\ndata: %s\n\n", name, document) < 0)
+        text = NULL;
+    free(document);
+    say(events, text);
+    events->ended = events->ended || !text; /* without memory the stream ends early */
+}
+
+static bool changed(const struct events *events, const struct store_job *job) {
+    return events->attempts < 0 || job->status != events->status ||
+           job->progress > events->progress || job->attempts != events->attempts;
+}
+
+/* Finds something to say. False when there is nothing now. */
+static bool look(struct events *events) {
+    struct store_job job;
+    int64_t now = request_clock_ms();
+    enum store_answer answer = store_get(events->store, events->id, &job);
+    bool news = answer == STORE_OK && changed(events, &job);
+    if (news) {
+        say_status(events, &job);
+    } else if (answer == STORE_EMPTY) { /* deleted */
+        events->ended = true;
+    } else if (now - events->spoken >= EVENTS_KEEP_ALIVE_MS) {
+        say(events, strdup(": still here\n\n"));
+        news = true;
+    }
+    store_job_clear(&job);
+    events->request->wake_at = resources_poll_at(events->begun, now);
+    return news;
+}
+
+static ssize_t events_next(void *context, char *buffer, size_t size) {
+    struct events *events = context;
+    if (events->sent == events->length) {
+        if (events->ended || events->request->stopping)
+            return REPLY_END;
+        if (!look(events))
+            return events->ended ? REPLY_END : REPLY_WAIT;
+        if (!events->length)
+            return REPLY_BROKEN; /* no memory */
+    }
+    size_t left = events->length - events->sent, length = left < size ? left : size;
+    memcpy(buffer, events->text + events->sent, length);
+    events->sent += length;
+    return (ssize_t)length;
+}
+
+static void events_free(void *context) {
+    struct events *events = context;
+    free(events->text);
+    free(events);
+}
+
+enum routes_next events_stream(const struct http_services *services, struct request *request,
+                               struct reply *reply) {
+    struct store_job job = {0};
+    if (!resources_job(services, request, reply, &job))
+        return ROUTES_DONE;
+    struct events *events = calloc(1, sizeof *events);
+    if (events) {
+        events->store = services->store;
+        events->request = request;
+        events->begun = events->spoken = request_clock_ms();
+        events->attempts = -1;
+        memcpy(events->id, job.id, sizeof events->id);
+        http_watch(request, job.id);
+        struct reply_stream stream = {events_next, events_free, events};
+        reply_stream(reply, 200, "text/event-stream", stream);
+        reply_header(reply, "Cache-Control", "no-store");
+    } else {
+        reply_refuse(reply, request->id, API_UNAVAILABLE, "there is no memory for this now");
+    }
+    store_job_clear(&job);
+    return ROUTES_DONE;
+}

@@ -1,0 +1,501 @@
+/* SPDX-License-Identifier: MIT */
+#include "http.h"
+#include "config.h"
+#include "farewell.h"
+#include "hub.h"
+#include "log.h"
+#include "routes.h"
+#include <errno.h>
+#include <microhttpd.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <time.h>
+#include <unistd.h>
+
+enum {
+    HTTP_THREADS_MAX = 4,
+    HTTP_IDLE_SECONDS = 60,                /* a silent connection is closed after this */
+    HTTP_POOL_BYTES = 32 * 1024,           /* a connection's buffers: request head and reply */
+    HTTP_BLOCK_BYTES = 16 * 1024,          /* asked of a stream at a time */
+    HTTP_BACKLOG = 1024,                   /* connections the kernel may hold for us */
+    HTTP_DISCARD_BYTES = 16 * 1024 * 1024, /* read and dropped beyond the limit before we hang up */
+    HTTP_TICK_MS = 10,                     /* the timer looks no more often than this */
+    HTTP_GOODBYE_MS = 2000                 /* answers under way get this long at the end */
+};
+
+struct exchange;
+
+struct http {
+    struct http_services services;
+    struct MHD_Daemon *daemon;
+    int socket;
+    uint16_t port;
+    int64_t max_body;
+    struct farewell *farewell;
+    atomic_bool draining;
+    atomic_long exchanges; /* requests that have begun and are not over */
+
+    pthread_mutex_t lock; /* what is below; taken inside the hub's lock, outside of MHD's own */
+    pthread_cond_t changed;
+    pthread_t timer;
+    bool ticking, stopping;
+    struct exchange *suspended; /* a list */
+    int64_t wake_at;            /* when the timer looks next */
+};
+
+/* A request, its reply, and how far they are. */
+struct exchange {
+    struct request *request;
+    struct reply reply;
+    struct http *http;
+    struct MHD_Connection *connection;
+    int64_t begun_us;
+    int64_t received; /* bytes of body, kept or not */
+    int64_t sent;     /* bytes of a stream */
+    bool known;       /* the headers were looked at */
+    bool unread;      /* answered before the body was here */
+    bool watching;
+    struct hub_watch watch;
+
+    bool notified, suspended; /* under the lock; `notified` since the handler was called last */
+    struct exchange *next, *previous;
+};
+
+static int64_t clock_us(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
+}
+
+/* ------------------------------------------------------------------ waiting */
+
+/* With the lock. */
+static void resume(struct exchange *exchange) {
+    struct http *http = exchange->http;
+    exchange->suspended = false;
+    *(exchange->previous ? &exchange->previous->next : &http->suspended) = exchange->next;
+    if (exchange->next)
+        exchange->next->previous = exchange->previous;
+    exchange->next = exchange->previous = NULL;
+    MHD_resume_connection(exchange->connection);
+}
+
+/* Of the hub: the subject has changed. */
+static void wake(void *context) {
+    struct exchange *exchange = context;
+    pthread_mutex_lock(&exchange->http->lock);
+    exchange->notified = true;
+    if (exchange->suspended)
+        resume(exchange);
+    pthread_mutex_unlock(&exchange->http->lock);
+}
+
+/* Suspends the connection until `wake` or `wake_at`. False when there is no need to: the subject
+ * has changed since the handler was called, or the server is stopping. */
+static bool suspend(struct exchange *exchange) {
+    struct http *http = exchange->http;
+    pthread_mutex_lock(&http->lock);
+    bool wait = !exchange->notified && !http->stopping;
+    exchange->notified = false;
+    if (wait) {
+        exchange->suspended = true;
+        exchange->next = http->suspended;
+        if (exchange->next)
+            exchange->next->previous = exchange;
+        http->suspended = exchange;
+        MHD_suspend_connection(exchange->connection);
+        if (exchange->request->wake_at < http->wake_at)
+            pthread_cond_signal(&http->changed);
+    }
+    pthread_mutex_unlock(&http->lock);
+    return wait;
+}
+
+/* With the lock: resumes those whose time has come (all of them at the end); sets when to look
+ * next. */
+static void resume_due(struct http *http, int64_t now) {
+    http->wake_at = INT64_MAX;
+    for (struct exchange *exchange = http->suspended, *next; exchange; exchange = next) {
+        next = exchange->next;
+        int64_t due = exchange->request->wake_at;
+        if (due <= now || http->stopping)
+            resume(exchange);
+        else if (due < http->wake_at)
+            http->wake_at = due;
+    }
+    if (http->wake_at < now + HTTP_TICK_MS)
+        http->wake_at = now + HTTP_TICK_MS;
+}
+
+static void *timer(void *context) {
+    struct http *http = context;
+    pthread_mutex_lock(&http->lock);
+    while (!http->stopping) {
+        resume_due(http, request_clock_ms());
+        if (http->wake_at == INT64_MAX) {
+            pthread_cond_wait(&http->changed, &http->lock);
+            continue;
+        }
+        struct timespec until = {http->wake_at / 1000, http->wake_at % 1000 * 1000000};
+        pthread_cond_timedwait(&http->changed, &http->lock, &until);
+    }
+    resume_due(http, request_clock_ms());
+    pthread_mutex_unlock(&http->lock);
+    return NULL;
+}
+
+void http_watch(struct request *request, const char *subject) {
+    struct exchange *exchange = request->transport;
+    if (exchange->watching)
+        return;
+    exchange->watching = true;
+    hub_subscribe(exchange->http->services.hub, &exchange->watch, subject, wake, exchange);
+}
+
+/* Before every call of the routes: what they may want to know, and a fresh start for `notified`. */
+static void refresh(struct exchange *exchange) {
+    struct http *http = exchange->http;
+    pthread_mutex_lock(&http->lock);
+    exchange->notified = false;
+    exchange->request->stopping = http->stopping;
+    pthread_mutex_unlock(&http->lock);
+    exchange->request->draining = atomic_load(&http->draining);
+}
+
+/* ------------------------------------------------------------------ answering */
+
+/* The next bytes of a streamed reply. Zero is only returned with the connection suspended. */
+static ssize_t pull(void *context, uint64_t position, char *buffer, size_t size) {
+    struct exchange *exchange = context;
+    (void)position;
+    for (;;) {
+        refresh(exchange);
+        ssize_t got = exchange->reply.stream.next(exchange->reply.stream.context, buffer, size);
+        if (got > 0) {
+            exchange->sent += got;
+            return got;
+        }
+        if (got != REPLY_WAIT)
+            return got == REPLY_END ? MHD_CONTENT_READER_END_OF_STREAM
+                                    : MHD_CONTENT_READER_END_WITH_ERROR;
+        if (suspend(exchange))
+            return 0;
+    }
+}
+
+static struct MHD_Response *make_response(struct exchange *exchange) {
+    struct reply *reply = &exchange->reply;
+    if (reply->streamed)
+        return MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, HTTP_BLOCK_BYTES, pull, exchange,
+                                                 NULL);
+    const char *bytes = reply->body ? reply->body : reply->literal;
+    /* The bytes live as long as the exchange, and are not written to in spite of the type. */
+    return MHD_create_response_from_buffer(reply->length, (void *)(uintptr_t)bytes,
+                                           MHD_RESPMEM_PERSISTENT);
+}
+
+static enum MHD_Result send_reply(struct exchange *exchange) {
+    struct reply *reply = &exchange->reply;
+    struct MHD_Response *response = make_response(exchange);
+    if (!response)
+        return MHD_NO;
+    for (size_t k = 0; k < reply->header_count; k++)
+        MHD_add_response_header(response, reply->headers[k].name, reply->headers[k].value);
+    MHD_add_response_header(response, "X-Request-Id", exchange->request->id);
+    MHD_add_response_header(response, "X-Content-Type-Options", "nosniff");
+    if (exchange->unread || atomic_load(&exchange->http->draining))
+        MHD_add_response_header(response, "Connection", "close");
+    enum MHD_Result result =
+        MHD_queue_response(exchange->connection, (unsigned)reply->status, response);
+    MHD_destroy_response(response);
+    return result;
+}
+
+/* Asks the routes until there is an answer or a reason to wait. */
+static enum MHD_Result answer(struct exchange *exchange) {
+    for (;;) {
+        refresh(exchange);
+        const struct http_services *services = &exchange->http->services;
+        if (routes_handle(services, exchange->request, &exchange->reply) == ROUTES_DONE)
+            return send_reply(exchange);
+        if (suspend(exchange))
+            return MHD_YES;
+    }
+}
+
+/* ------------------------------------------------------------------ receiving */
+
+static enum MHD_Result take_header(void *context, enum MHD_ValueKind kind, const char *name,
+                                   const char *value) {
+    (void)kind;
+    request_add_header(context, name, value);
+    return MHD_YES;
+}
+
+static void refuse_size(struct exchange *exchange) {
+    reply_refuse(&exchange->reply, exchange->request->id, API_TOO_LARGE,
+                 "the body is over the limit of %lld bytes (--max-body)",
+                 (long long)exchange->http->max_body);
+}
+
+/* With all headers: sets the reply if it is clear already. True when it cannot wait for the rest of
+ * the message: its end is unknown, or the client had better not send it. */
+static bool screen(struct exchange *exchange) {
+    struct request *request = exchange->request;
+    int64_t length;
+    request_check_framing(request);
+    request_choose_id(request);
+    bool has_body = request_has_body(request, &length);
+    bool large = length > exchange->http->max_body;
+    refresh(exchange);
+    if (request->fault[0])
+        reply_refuse(&exchange->reply, request->id, API_BAD_REQUEST, "%s", request->fault);
+    else if (!routes_screen(&exchange->http->services, request, &exchange->reply) && large)
+        refuse_size(exchange);
+    bool refused = exchange->reply.status != 0;
+    return refused &&
+           (request->fault[0] || (has_body && (large || request_expects_continue(request))));
+}
+
+static enum MHD_Result begin(struct exchange *exchange, struct MHD_Connection *connection,
+                             const char *method, const char *version) {
+    struct request *request = exchange->request;
+    exchange->known = true;
+    exchange->connection = connection;
+    request->method = method;
+    request->http_1_0 = !strcmp(version, "HTTP/1.0");
+    MHD_get_connection_values(connection, MHD_HEADER_KIND, take_header, request);
+    if (!screen(exchange))
+        return MHD_YES;
+    exchange->unread = true;
+    return send_reply(exchange);
+}
+
+/* A piece of the body. What is over the limit, or of a request that is refused already, is dropped;
+ * a client that will not stop sending is cut off. */
+static enum MHD_Result receive(struct exchange *exchange, const char *bytes, size_t length) {
+    exchange->received += (int64_t)length;
+    bool large = exchange->received > exchange->http->max_body;
+    if (large && !exchange->reply.status) {
+        free(exchange->request->body);
+        exchange->request->body = NULL;
+        refuse_size(exchange);
+    }
+    if (exchange->received - HTTP_DISCARD_BYTES > exchange->http->max_body)
+        return MHD_NO;
+    if (!exchange->reply.status && !request_append_body(exchange->request, bytes, length))
+        reply_refuse(&exchange->reply, exchange->request->id, API_UNAVAILABLE,
+                     "there is no memory for the body now");
+    return MHD_YES;
+}
+
+/* MHD's access handler: once with the headers, once for each piece of body, once at the end, and
+ * again after each suspension. */
+static enum MHD_Result handle(void *context, struct MHD_Connection *connection, const char *url,
+                              const char *method, const char *version, const char *data,
+                              size_t *size, void **state) {
+    struct exchange *exchange = *state;
+    (void)context, (void)url;
+    if (!exchange)
+        return MHD_NO; /* no memory when the request began */
+    if (!exchange->known)
+        return begin(exchange, connection, method, version);
+    if (*size) {
+        size_t length = *size;
+        *size = 0;
+        return receive(exchange, data, length);
+    }
+    return exchange->reply.status ? send_reply(exchange) : answer(exchange);
+}
+
+/* MHD's first word of a request: the target as it was sent. */
+static void *request_begins(void *context, const char *target, struct MHD_Connection *connection) {
+    struct http *http = context;
+    struct exchange *exchange = calloc(1, sizeof *exchange);
+    struct request *request = exchange ? request_new(target) : NULL;
+    if (!request) {
+        free(exchange);
+        return NULL;
+    }
+    exchange->request = request;
+    exchange->http = http;
+    exchange->connection = connection;
+    exchange->begun_us = clock_us();
+    request->transport = exchange;
+    atomic_fetch_add(&http->exchanges, 1);
+    return exchange;
+}
+
+static void log_access(const struct exchange *exchange) {
+    const struct request *request = exchange->request;
+    int64_t bytes = exchange->reply.streamed ? exchange->sent : (int64_t)exchange->reply.length;
+    enum log_level level = routes_quiet(request) ? LOG_LEVEL_DEBUG : LOG_LEVEL_INFO;
+    log_write(level,
+              LOG_FIELDS(log_event("request"), log_text("request_id", request->id),
+                         log_text("method", request->method), log_text("target", request->target),
+                         log_int("status", exchange->reply.status),
+                         log_int("received", exchange->received), log_int("sent", bytes),
+                         log_real("ms", (double)(clock_us() - exchange->begun_us) / 1e3)));
+}
+
+/* MHD's last word of a request, whichever way it ended. */
+static void request_ends(void *context, struct MHD_Connection *connection, void **state,
+                         enum MHD_RequestTerminationCode code) {
+    struct http *http = context;
+    struct exchange *exchange = *state;
+    *state = NULL;
+    if (!exchange)
+        return;
+    if (exchange->watching)
+        hub_unsubscribe(http->services.hub, &exchange->watch);
+    if (exchange->unread && code == MHD_REQUEST_TERMINATED_COMPLETED_OK) {
+        const union MHD_ConnectionInfo *info =
+            MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+        if (info)
+            farewell_add(http->farewell, info->connect_fd);
+    }
+    routes_count(exchange->request, exchange->reply.status);
+    if (exchange->known)
+        log_access(exchange);
+    reply_clear(&exchange->reply);
+    request_free(exchange->request);
+    free(exchange);
+    atomic_fetch_sub(&http->exchanges, 1);
+}
+
+/* What the library says about broken clients. */
+static void log_library(void *context, const char *format, va_list arguments) {
+    (void)context;
+    char text[256];
+    vsnprintf(text, sizeof text, format, arguments);
+    text[strcspn(text, "\n")] = '\0';
+    log_debug(log_event("microhttpd"), log_text("message", text));
+}
+
+/* ------------------------------------------------------------------ start and stop */
+
+static bool open_socket(struct http *http) {
+    const struct config *config = http->services.config;
+    const struct sockaddr *address = (const struct sockaddr *)&config->address;
+    int on = 1;
+    http->socket = socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    struct sockaddr_storage bound;
+    socklen_t length = sizeof bound;
+    if (http->socket < 0 ||
+        setsockopt(http->socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) != 0 ||
+        bind(http->socket, address, config->address_length) != 0 ||
+        listen(http->socket, HTTP_BACKLOG) != 0 ||
+        getsockname(http->socket, (struct sockaddr *)&bound, &length) != 0) {
+        log_error(log_event("listen_failed"), log_text("address", config->listen),
+                  log_text("error", strerror(errno)));
+        return false;
+    }
+    http->port = ntohs(bound.ss_family == AF_INET6 ? ((struct sockaddr_in6 *)&bound)->sin6_port
+                                                   : ((struct sockaddr_in *)&bound)->sin_port);
+    return true;
+}
+
+/* So many connections need so many descriptors, and some for everything else. */
+static void raise_descriptor_limit(int64_t connections) {
+    struct rlimit limit;
+    rlim_t wanted = (rlim_t)connections + 256;
+    if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= wanted)
+        return;
+    limit.rlim_cur = limit.rlim_max < wanted ? limit.rlim_max : wanted;
+    if (setrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur < wanted)
+        log_warning(log_event("few_descriptors"), log_int("wanted", (int64_t)wanted),
+                    log_int("allowed", (int64_t)limit.rlim_cur));
+}
+
+static bool start_timer(struct http *http) {
+    pthread_condattr_t monotonic;
+    pthread_condattr_init(&monotonic);
+    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    pthread_mutex_init(&http->lock, NULL);
+    pthread_cond_init(&http->changed, &monotonic);
+    pthread_condattr_destroy(&monotonic);
+    return pthread_create(&http->timer, NULL, timer, http) == 0;
+}
+
+static bool start_daemon(struct http *http) {
+    long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    unsigned threads = (unsigned)(cores < 1                  ? 1
+                                  : cores < HTTP_THREADS_MAX ? cores
+                                                             : HTTP_THREADS_MAX);
+    unsigned connections = (unsigned)http->services.config->max_connections;
+    if (connections < threads)
+        connections = threads;
+    unsigned flags =
+        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_USE_ITC | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG;
+    http->daemon = MHD_start_daemon(
+        flags, 0, NULL, NULL, handle, http, MHD_OPTION_EXTERNAL_LOGGER, log_library, NULL,
+        MHD_OPTION_LISTEN_SOCKET, http->socket, MHD_OPTION_THREAD_POOL_SIZE, threads,
+        MHD_OPTION_CONNECTION_LIMIT, connections, MHD_OPTION_CONNECTION_TIMEOUT,
+        (unsigned)HTTP_IDLE_SECONDS, MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)HTTP_POOL_BYTES,
+        MHD_OPTION_URI_LOG_CALLBACK, request_begins, http, MHD_OPTION_NOTIFY_COMPLETED,
+        request_ends, http, MHD_OPTION_END);
+    return http->daemon != NULL;
+}
+
+bool http_start(const struct http_services *services, struct http **out) {
+    struct http *http = calloc(1, sizeof *http);
+    if (!http)
+        return false;
+    http->services = *services;
+    http->max_body = services->config->max_body;
+    bool listening = open_socket(http);
+    raise_descriptor_limit(services->config->max_connections);
+    http->farewell = farewell_start();
+    http->ticking = start_timer(http);
+    if (listening && http->farewell && http->ticking && start_daemon(http)) {
+        *out = http;
+        return true;
+    }
+    if (listening)
+        log_error(log_event("http_failed"), log_text("error", "threads cannot be started"));
+    http_stop(http);
+    return false;
+}
+
+uint16_t http_port(const struct http *http) {
+    return http->port;
+}
+
+void http_drain(struct http *http) {
+    if (!atomic_exchange(&http->draining, true))
+        MHD_quiesce_daemon(http->daemon); /* the socket is ours to close, after MHD's threads */
+}
+
+static void stop_timer(struct http *http) {
+    pthread_mutex_lock(&http->lock);
+    http->stopping = true;
+    pthread_cond_signal(&http->changed);
+    pthread_mutex_unlock(&http->lock);
+    pthread_join(http->timer, NULL);
+}
+
+static void stop_daemon(struct http *http) {
+    http_drain(http);
+    int64_t until = request_clock_ms() + HTTP_GOODBYE_MS;
+    while (atomic_load(&http->exchanges) > 0 && request_clock_ms() < until)
+        nanosleep(&(struct timespec){0, HTTP_TICK_MS * 1000000}, NULL);
+    MHD_stop_daemon(http->daemon);
+}
+
+void http_stop(struct http *http) {
+    if (!http)
+        return;
+    if (http->ticking)
+        stop_timer(http);
+    if (http->daemon)
+        stop_daemon(http);
+    farewell_stop(http->farewell);
+    if (http->socket >= 0)
+        close(http->socket);
+    pthread_cond_destroy(&http->changed);
+    pthread_mutex_destroy(&http->lock);
+    free(http);
+}

@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Tells those who wait that a job has changed, without polling, inside one process. A waiter
+ * subscribes to a job's id, THEN reads the job from the store, then waits: a change between the
+ * two is not lost. The store notifies after every commit that changes a job (status or progress),
+ * so callers of the store never call `hub_notify` themselves. Changes made by other processes are
+ * not seen here: waiters also look at the store every HUB_POLL_MS.
+ *
+ * All functions are safe from any thread.
+ */
+#ifndef SERVER_HUB_H
+#define SERVER_HUB_H
+
+#include "id.h"
+
+struct hub;
+
+/* How often a waiter looks at the store for itself, in milliseconds. */
+enum { HUB_POLL_MS = 250 };
+
+/* The subject notified whenever a job may have become ready to be claimed. */
+extern const char hub_queue[];
+
+/* One subscription: memory of the subscriber, not to be moved or freed until unsubscribed. The
+ * fields belong to the hub. */
+struct hub_watch {
+    char subject[ID_SIZE];
+    void (*wake)(void *context);
+    void *context;
+    struct hub_watch *next, *previous;
+};
+
+/* NULL without memory. The caller frees it with `hub_free` when nobody is subscribed any more. */
+struct hub *hub_new(void);
+void hub_free(struct hub *hub);
+
+/* From now until `hub_unsubscribe`, `wake(context)` is called after every change of `subject` (a
+ * job id, or hub_queue), on the thread that made the change and with a lock of the hub held: it
+ * must be short, must not block and must not call the hub or the store. MHD_resume_connection,
+ * writing an eventfd and signalling a condition are fine. */
+void hub_subscribe(struct hub *hub, struct hub_watch *watch, const char *subject,
+                   void (*wake)(void *context), void *context);
+
+/* After it returns, `wake` neither runs nor will run. Only for a subscribed watch. */
+void hub_unsubscribe(struct hub *hub, struct hub_watch *watch);
+
+/* Calls every subscriber of `subject`. Without subscribers it costs a lock. */
+void hub_notify(struct hub *hub, const char *subject);
+
+#endif

@@ -1,0 +1,149 @@
+/* SPDX-License-Identifier: MIT */
+/* The service about itself: description, limits, health, version, counters, front page. */
+#include "config.h"
+#include "dispatcher.h"
+#include "metrics.h"
+#include "openapi_json.h"
+#include "resources.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char index_page[] =
+    "<!doctype html>\n"
+    "<html lang=\"en\"><head><meta charset=\"utf-8\"><title>draped</title>\n"
+    "<style>body{font:16px/1.5 sans-serif;max-width:40em;margin:3em auto;padding:0 1em}"
+    "code{background:#eee;padding:.1em .3em}</style></head><body>\n"
+    "<h1>draped</h1>\n"
+    "<p>Lays woven fabric on curved surfaces: a surface goes in over HTTP, the draped net with its "
+    "shear angles comes back.</p>\n"
+    "<ul>\n"
+    "<li><a href=\"/v1/drapes\">drapes</a> and <a href=\"/v1/surfaces\">surfaces</a> stored here"
+    "</li>\n"
+    "<li><a href=\"/v1/openapi.json\">what it understands</a> (OpenAPI 3.1), its "
+    "<a href=\"/v1/limits\">limits</a></li>\n"
+    "<li><a href=\"/healthz\">alive</a>, <a href=\"/readyz\">ready</a>, "
+    "<a href=\"/version\">version</a>, <a href=\"/metrics\">counters</a></li>\n"
+    "</ul>\n"
+    "<p>To begin: <code>curl -H 'Content-Type: application/json' -H 'Prefer: wait=10' "
+    "--data-binary @request.json http://ADDRESS/v1/drapes</code></p>\n"
+    "</body></html>\n";
+
+enum routes_next meta_index(const struct http_services *services, struct request *request,
+                            struct reply *reply) {
+    (void)services, (void)request;
+    reply_literal(reply, 200, "text/html; charset=utf-8", index_page, sizeof index_page - 1);
+    reply_header(reply, "Content-Security-Policy",
+                 "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'");
+    return ROUTES_DONE;
+}
+
+enum routes_next meta_openapi(const struct http_services *services, struct request *request,
+                              struct reply *reply) {
+    (void)services, (void)request;
+    reply_literal(reply, 200, "application/json", openapi_json, sizeof openapi_json - 1);
+    return ROUTES_DONE;
+}
+
+enum routes_next meta_limits(const struct http_services *services, struct request *request,
+                             struct reply *reply) {
+    (void)request;
+    reply_text(reply, 200, "application/json", config_limits_json(services->config));
+    return ROUTES_DONE;
+}
+
+enum routes_next meta_health(const struct http_services *services, struct request *request,
+                             struct reply *reply) {
+    static const char alive[] = "{\"status\":\"ok\"}";
+    (void)services, (void)request;
+    reply_literal(reply, 200, "application/json", alive, sizeof alive - 1);
+    return ROUTES_DONE;
+}
+
+enum routes_next meta_ready(const struct http_services *services, struct request *request,
+                            struct reply *reply) {
+    static const char ready[] = "{\"status\":\"ready\"}";
+    enum store_answer answer = store_ping(services->store);
+    if (answer != STORE_OK)
+        return resources_store_failed(request, reply, answer);
+    if (request->draining)
+        reply_refuse(reply, request->id, API_UNAVAILABLE, "the service is shutting down");
+    else
+        reply_literal(reply, 200, "application/json", ready, sizeof ready - 1);
+    return ROUTES_DONE;
+}
+
+enum routes_next meta_version(const struct http_services *services, struct request *request,
+                              struct reply *reply) {
+    static const char version[] = "{\"name\":\"draped\",\"version\":\"" DRAPED_VERSION
+                                  "\",\"solver_version\":\"" DRAPE_SOLVER_VERSION "\"}";
+    (void)services, (void)request;
+    reply_literal(reply, 200, "application/json", version, sizeof version - 1);
+    return ROUTES_DONE;
+}
+
+/* ------------------------------------------------------------------ metrics */
+
+static void head(FILE *out, const char *name, const char *type, const char *help) {
+    fprintf(out, "# HELP %s %s\n# TYPE %s %s\n", name, help, name, type);
+}
+
+static void write_route(void *context, size_t route, int status, long count) {
+    const char *method, *pattern;
+    if (routes_describe(route, &method, &pattern))
+        fprintf(context,
+                "draped_http_requests_total{method=\"%s\",route=\"%s\",status=\"%d\"} %ld\n",
+                method, pattern, status, count);
+}
+
+static void write_jobs(FILE *out, const struct store_counts *counts) {
+    head(out, "draped_jobs", "gauge", "Drapes in the store by status.");
+    for (int k = 0; k < STORE_STATUS_COUNT; k++)
+        fprintf(out, "draped_jobs{status=\"%s\"} %lld\n", store_status_name((enum store_status)k),
+                (long long)counts->jobs[k]);
+    head(out, "draped_queue_depth", "gauge", "Drapes that wait for a worker.");
+    fprintf(out, "draped_queue_depth %lld\n", (long long)counts->jobs[STORE_QUEUED]);
+}
+
+static void write_counter(FILE *out, const char *name, const char *help, int64_t value) {
+    head(out, name, "counter", help);
+    fprintf(out, "%s %lld\n", name, (long long)value);
+}
+
+static void write_workers(FILE *out, struct dispatcher *dispatcher) {
+    struct dispatcher_stats stats;
+    dispatcher_stats(dispatcher, &stats);
+    head(out, "draped_workers_busy", "gauge", "Worker processes that are solving.");
+    fprintf(out, "draped_workers_busy %lld\n", (long long)stats.busy);
+    head(out, "draped_drapes_total", "counter", "Drapes that ended in this process, by how.");
+    fprintf(out, "draped_drapes_total{outcome=\"succeeded\"} %lld\n", (long long)stats.succeeded);
+    fprintf(out, "draped_drapes_total{outcome=\"failed\"} %lld\n", (long long)stats.failed);
+    fprintf(out, "draped_drapes_total{outcome=\"reused\"} %lld\n", (long long)stats.reused);
+    fprintf(out, "draped_drapes_total{outcome=\"stopped\"} %lld\n", (long long)stats.stopped);
+    write_counter(out, "draped_worker_crashes_total", "Workers that died on their own.",
+                  stats.crashes);
+    write_counter(out, "draped_worker_timeouts_total", "Workers killed for taking too long.",
+                  stats.timeouts);
+    write_counter(out, "draped_worker_restarts_total", "Workers started in place of another.",
+                  stats.restarts);
+}
+
+enum routes_next meta_metrics(const struct http_services *services, struct request *request,
+                              struct reply *reply) {
+    struct store_counts counts;
+    char *text = NULL;
+    size_t length;
+    FILE *out = open_memstream(&text, &length);
+    (void)request;
+    if (out) {
+        head(out, "draped_http_requests_total", "counter", "Answers by route and status.");
+        metrics_each(write_route, out);
+        if (store_counts(services->store, &counts) == STORE_OK)
+            write_jobs(out, &counts);
+        if (services->dispatcher)
+            write_workers(out, services->dispatcher);
+        fclose(out);
+    }
+    reply_text(reply, 200, "text/plain; version=0.0.4; charset=utf-8", text);
+    return ROUTES_DONE;
+}

@@ -1,0 +1,91 @@
+/* SPDX-License-Identifier: MIT */
+#include "reply.h"
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* What is said when there is no memory to say more. */
+static const char no_memory[] = "{\"type\": \"/problems/internal\", \"title\": \"The service "
+                                "failed\", \"status\": 500, \"detail\": \"out of memory\"}";
+
+void reply_clear(struct reply *reply) {
+    free(reply->body);
+    if (reply->streamed && reply->stream.free)
+        reply->stream.free(reply->stream.context);
+    memset(reply, 0, sizeof *reply);
+}
+
+void reply_header(struct reply *reply, const char *name, const char *format, ...) {
+    if (reply->header_count == REPLY_HEADERS_MAX)
+        return;
+    struct reply_header *header = &reply->headers[reply->header_count];
+    va_list arguments;
+    va_start(arguments, format);
+    int length = vsnprintf(header->value, sizeof header->value, format, arguments);
+    va_end(arguments);
+    if (length < 0 || (size_t)length >= sizeof header->value)
+        return;
+    for (const char *c = header->value; *c; c++)
+        if ((unsigned char)*c < ' ' || *c == 0x7f)
+            return;
+    header->name = name;
+    reply->header_count++;
+}
+
+/* Drops an earlier body; headers stay. */
+static void set_body(struct reply *reply, int status, const char *type) {
+    free(reply->body);
+    reply->body = NULL;
+    reply->status = status;
+    if (type)
+        reply_header(reply, "Content-Type", "%s", type);
+}
+
+void reply_text(struct reply *reply, int status, const char *type, char *text) {
+    if (!text) {
+        reply_literal(reply, 500, "application/problem+json", no_memory, sizeof no_memory - 1);
+        return;
+    }
+    reply_bytes(reply, status, type, text, strlen(text));
+}
+
+void reply_bytes(struct reply *reply, int status, const char *type, char *bytes, size_t length) {
+    set_body(reply, status, type);
+    reply->body = bytes;
+    reply->length = length;
+}
+
+void reply_literal(struct reply *reply, int status, const char *type, const char *text,
+                   size_t length) {
+    set_body(reply, status, type);
+    reply->literal = text;
+    reply->length = length;
+}
+
+void reply_empty(struct reply *reply, int status) {
+    set_body(reply, status, NULL);
+}
+
+void reply_stream(struct reply *reply, int status, const char *type, struct reply_stream stream) {
+    set_body(reply, status, type);
+    reply->streamed = true;
+    reply->stream = stream;
+}
+
+void reply_problem(struct reply *reply, const char *request_id, const struct api_problem *problem) {
+    reply_text(reply, api_problem_status(problem->id), "application/problem+json",
+               api_problem_json(problem, request_id));
+}
+
+void reply_refuse(struct reply *reply, const char *request_id, enum api_problem_id problem,
+                  const char *detail, ...) {
+    struct api_problem said = {0};
+    char text[API_DETAIL_MAX];
+    va_list arguments;
+    va_start(arguments, detail);
+    vsnprintf(text, sizeof text, detail, arguments);
+    va_end(arguments);
+    api_problem_set(&said, problem, "%s", text);
+    reply_problem(reply, request_id, &said);
+}

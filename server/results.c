@@ -1,0 +1,231 @@
+/* SPDX-License-Identifier: MIT */
+#include "../api/digest.h"
+#include "accept.h"
+#include "documents.h"
+#include "resources.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { RESULT_HEAD_BYTES = 64 * 1024 }; /* results up to this size are sent with their length */
+
+/* ------------------------------------------------------------------ choosing the format */
+
+static bool choose_format(const struct request *request, struct reply *reply,
+                          struct results_choice *choice) {
+    const char *name = request_query(request, "format");
+    const char *accept = request_header(request, "Accept");
+    int best = 0;
+    choice->format = name ? api_format_named(name) : NULL;
+    for (size_t k = 0; !name && api_format_at(k); k++) {
+        const struct api_format *format = api_format_at(k);
+        int quality = accept_quality(accept, api_format_media_type(format));
+        if (quality <= best)
+            continue;
+        best = quality;
+        choice->format = format;
+    }
+    if (choice->format)
+        return true;
+    char names[128] = "";
+    for (size_t k = 0, used = 0; api_format_at(k) && used < sizeof names; k++)
+        used += (size_t)snprintf(names + used, sizeof names - used, "%s%s", k ? ", " : "",
+                                 api_format_name(api_format_at(k)));
+    reply_refuse(reply, request->id, API_NOT_ACCEPTABLE, "results are available as %s", names);
+    return false;
+}
+
+bool results_choose(const struct request *request, struct reply *reply,
+                    struct results_choice *choice) {
+    memset(choice, 0, sizeof *choice);
+    if (!choose_format(request, reply, choice))
+        return false;
+    struct api_problem problem = {0};
+    for (size_t k = 0; k < request->query_count; k++)
+        api_encode_option(&choice->options, request->query[k].name, request->query[k].value,
+                          &problem);
+    if (problem.id == API_OK)
+        return true;
+    reply_problem(reply, request->id, &problem);
+    return false;
+}
+
+/* The entity tag: the bytes of a drape's result depend on nothing but its id and the choice. */
+static void make_etag(const struct store_job *job, const struct results_choice *choice,
+                      char etag[96]) {
+    char text[512], digest[API_ID_SIZE];
+    const struct api_encode_options *options = &choice->options;
+    const char *fields = options->fields ? options->fields : "";
+    api_digest_bytes(fields, strlen(fields), digest);
+    snprintf(text, sizeof text, "%s %d %d %s", api_format_name(choice->format), (int)options->table,
+             options->precision, digest);
+    api_digest_bytes(text, strlen(text), digest);
+    snprintf(etag, 96, "\"%s-%.8s\"", job->id, digest);
+}
+
+/* ------------------------------------------------------------------ the stream */
+
+/* An encoder over a stored result, with the document's first bytes. */
+struct source {
+    struct store *store;
+    struct store_result result;
+    struct api_reader reader;
+    struct api_encoder *encoder;
+    char id[ID_SIZE];
+    char *head;
+    size_t head_length, head_sent;
+};
+
+static bool source_read_at(void *context, uint64_t offset, void *buffer, size_t length) {
+    struct source *source = context;
+    uint64_t end = (uint64_t)source->result.length;
+    return offset <= end && length <= end - offset &&
+           store_result_read(source->store, &source->result, (int64_t)offset, buffer, length) ==
+               STORE_OK;
+}
+
+static void source_free(void *context) {
+    struct source *source = context;
+    api_encoder_free(source->encoder);
+    free(source->head);
+    free(source);
+}
+
+static ssize_t source_next(void *context, char *buffer, size_t size) {
+    struct source *source = context;
+    size_t left = source->head_length - source->head_sent;
+    if (left) {
+        size_t length = left < size ? left : size;
+        memcpy(buffer, source->head + source->head_sent, length);
+        source->head_sent += length;
+        return (ssize_t)length;
+    }
+    ssize_t got = api_encoder_read(source->encoder, buffer, size);
+    return got > 0 ? got : got == 0 ? REPLY_END : REPLY_BROKEN;
+}
+
+/* Reads the beginning of the document. `*whole` tells that there is no more. False when the stored
+ * result cannot be read. */
+static bool source_begin(struct source *source, bool *whole) {
+    source->head = malloc(RESULT_HEAD_BYTES);
+    *whole = false;
+    while (source->head && !*whole && source->head_length < RESULT_HEAD_BYTES) {
+        ssize_t got = api_encoder_read(source->encoder, source->head + source->head_length,
+                                       RESULT_HEAD_BYTES - source->head_length);
+        if (got < 0)
+            return false;
+        source->head_length += (size_t)got;
+        *whole = got == 0;
+    }
+    return source->head != NULL;
+}
+
+static struct source *source_new(struct store *store, const struct store_result *result,
+                                 const struct store_job *job, const struct results_choice *choice,
+                                 struct api_problem *problem) {
+    struct source *source = calloc(1, sizeof *source);
+    if (!source) {
+        api_problem_set(problem, API_UNAVAILABLE, "there is no memory for this now");
+        return NULL;
+    }
+    source->store = store;
+    source->result = *result;
+    source->reader = (struct api_reader){source_read_at, source};
+    memcpy(source->id, job->id, sizeof source->id);
+    struct api_encode_options options = choice->options;
+    options.id = source->id;
+    options.queue_ms = documents_queue_ms(job);
+    source->encoder = api_encoder_new(choice->format, &source->reader, &options, problem);
+    if (source->encoder)
+        return source;
+    source_free(source);
+    return NULL;
+}
+
+/* ------------------------------------------------------------------ the answer */
+
+static void reply_source(const struct request *request, const struct results_choice *choice,
+                         struct source *source, struct reply *reply) {
+    const char *type = api_format_media_type(choice->format);
+    bool whole;
+    if (!source_begin(source, &whole)) {
+        source_free(source);
+        reply_refuse(reply, request->id, API_INTERNAL, "the stored result cannot be read");
+    } else if (whole) {
+        reply_bytes(reply, 200, type, source->head, source->head_length);
+        source->head = NULL;
+        source_free(source);
+    } else {
+        struct reply_stream stream = {source_next, source_free, source};
+        reply_stream(reply, 200, type, stream);
+    }
+}
+
+static void reply_result(const struct http_services *services, const struct request *request,
+                         const struct store_job *job, const struct results_choice *choice,
+                         struct reply *reply) {
+    struct store_result result;
+    enum store_answer answer = store_result_find(services->store, job->id, &result);
+    if (answer == STORE_EMPTY) {
+        reply_refuse(reply, request->id, API_GONE, "the result has been removed");
+        return;
+    }
+    if (answer != STORE_OK) {
+        resources_store_failed(request, reply, answer);
+        return;
+    }
+    struct api_problem problem = {0};
+    struct source *source = source_new(services->store, &result, job, choice, &problem);
+    if (source)
+        reply_source(request, choice, source, reply);
+    else
+        reply_problem(reply, request->id, &problem);
+}
+
+static void reply_failure(const struct request *request, const struct store_job *job,
+                          struct reply *reply) {
+    int status;
+    char *text = documents_job_problem(job, request->id, &status);
+    reply_text(reply, status, "application/problem+json", text);
+}
+
+void results_reply(const struct http_services *services, const struct request *request,
+                   const struct store_job *job, const struct results_choice *choice,
+                   struct reply *reply) {
+    char etag[96];
+    if (job->status == STORE_FAILED) {
+        reply_failure(request, job, reply);
+    } else if (job->status == STORE_CANCELLED) {
+        reply_refuse(reply, request->id, API_CANCELLED, "the drape was cancelled: no result");
+    } else if (job->expired) {
+        reply_refuse(reply, request->id, API_GONE,
+                     "the result was kept for --retention hours and has been removed");
+    } else {
+        make_etag(job, choice, etag);
+        if (!strcmp(request->method, "POST") ||
+            !accept_etag_known(request_header(request, "If-None-Match"), etag))
+            reply_result(services, request, job, choice, reply);
+        else
+            reply_empty(reply, 304);
+        if (reply->status < 400) {
+            reply_header(reply, "ETag", "%s", etag);
+            reply_header(reply, "Vary", "Accept");
+            reply_header(reply, "Cache-Control", "private, no-cache");
+        }
+    }
+}
+
+enum routes_next results_get(const struct http_services *services, struct request *request,
+                             struct reply *reply) {
+    struct results_choice choice;
+    struct store_job job = {0};
+    if (results_choose(request, reply, &choice) && resources_job(services, request, reply, &job)) {
+        if (store_status_ended(job.status))
+            results_reply(services, request, &job, &choice, reply);
+        else
+            reply_refuse(reply, request->id, API_RESULT_NOT_READY, "the drape is %s",
+                         store_status_name(job.status));
+    }
+    store_job_clear(&job);
+    return ROUTES_DONE;
+}

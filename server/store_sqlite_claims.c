@@ -1,0 +1,225 @@
+/* SPDX-License-Identifier: MIT */
+#include "../api/problem.h"
+#include "store_sqlite.h"
+#include <stdlib.h>
+#include <string.h>
+
+/* How often the death of the whole daemon is no fault of the job. Beyond it the attempt counts, so
+ * that a job which brings the daemon down cannot do so for ever. */
+enum { INTERRUPTIONS_FORGIVEN = 20 };
+
+/* ------------------------------------------------------------------ claim */
+
+static enum store_answer any_queued(struct sqlite_store *store, struct db *db, void *context) {
+    (void)store;
+    (void)context;
+    struct query query = db_query(db, "SELECT 1 FROM jobs WHERE status = 0 LIMIT 1");
+    bool any = query_row(&query);
+    enum store_answer answer = query_end(&query);
+    return answer == STORE_OK && !any ? STORE_EMPTY : answer;
+}
+
+/* The first of the queue, with the complete result of its digest (0: none). */
+static enum store_answer pick(struct db *db, struct store_claim *claim, int64_t *result) {
+    struct query query =
+        db_query(db, "SELECT j.sequence, j.id, j.surface, j.token, j.attempts, r.number FROM jobs j"
+                     " LEFT JOIN results r ON r.digest = j.digest AND r.state = 1"
+                     " WHERE j.status = 0 ORDER BY j.rank, j.sequence LIMIT 1");
+    bool any = query_row(&query);
+    if (any) {
+        claim->sequence = query_int(&query, 0);
+        query_copy(&query, 1, claim->id, sizeof claim->id);
+        query_copy(&query, 2, claim->surface, sizeof claim->surface);
+        claim->token = query_int(&query, 3) + 1;
+        claim->attempts = (int)query_int(&query, 4);
+        *result = query_int(&query, 5);
+    }
+    enum store_answer answer = query_end(&query);
+    return answer == STORE_OK && !any ? STORE_EMPTY : answer;
+}
+
+static enum store_answer succeed(struct db *db, const struct store_claim *claim, int64_t result) {
+    struct query query =
+        db_query(db, "UPDATE jobs SET status = 2, progress = 1, started = ?1, finished = ?1,"
+                     " result = ?2, token = ?3 WHERE sequence = ?4");
+    query_bind_int(&query, sqlite_now());
+    query_bind_int(&query, result);
+    query_bind_int(&query, claim->token);
+    query_bind_int(&query, claim->sequence);
+    return query_run(&query);
+}
+
+static enum store_answer hand_out(struct sqlite_store *store, struct db *db,
+                                  const struct store_claim *claim) {
+    int64_t now = sqlite_now();
+    struct query query =
+        db_query(db, "UPDATE jobs SET status = 1, progress = 0, started = ?, attempts = ?,"
+                     " token = ?, lease = ?, holder = ? WHERE sequence = ?");
+    query_bind_int(&query, now);
+    query_bind_int(&query, claim->attempts);
+    query_bind_int(&query, claim->token);
+    query_bind_int(&query, now + sqlite_options(store)->lease_us);
+    query_bind_text(&query, sqlite_holder(store));
+    query_bind_int(&query, claim->sequence);
+    return query_run(&query);
+}
+
+static enum store_answer claim_operation(struct sqlite_store *store, struct db *db, void *context) {
+    struct store_claim *claim = context;
+    int64_t result = 0;
+    enum store_answer answer = pick(db, claim, &result);
+    if (answer != STORE_OK)
+        return answer;
+    claim->reused = result != 0;
+    if (claim->reused)
+        return succeed(db, claim, result);
+    claim->attempts++;
+    return hand_out(store, db, claim);
+}
+
+/* An idle dispatcher asks often; only a reader is bothered by that. */
+enum store_answer sqlite_claim(struct store *store, struct store_claim *claim) {
+    enum store_answer answer = sqlite_read(store, any_queued, NULL);
+    return answer == STORE_OK ? sqlite_write(store, claim_operation, claim) : answer;
+}
+
+/* ------------------------------------------------------------------ holding */
+
+struct holding {
+    const struct store_claim *claim;
+    double progress;
+    const char *text; /* the error, or the detail of a crash */
+    enum requeue cause;
+};
+
+static enum store_answer changed(struct db *db, struct query *query) {
+    enum store_answer answer = query_run(query);
+    return answer == STORE_OK && db_changes(db) == 0 ? STORE_CONFLICT : answer;
+}
+
+static enum store_answer renew_operation(struct sqlite_store *store, struct db *db, void *context) {
+    struct holding *holding = context;
+    struct query query = db_query(db, "UPDATE jobs SET lease = ?, progress = max(progress, ?)"
+                                      " WHERE sequence = ? AND token = ? AND status = 1");
+    query_bind_int(&query, sqlite_now() + sqlite_options(store)->lease_us);
+    query_bind_real(&query, holding->progress);
+    query_bind_int(&query, holding->claim->sequence);
+    query_bind_int(&query, holding->claim->token);
+    return changed(db, &query);
+}
+
+enum store_answer sqlite_renew(struct store *store, const struct store_claim *claim,
+                               double progress) {
+    struct holding holding = {.claim = claim, .progress = progress};
+    return sqlite_write(store, renew_operation, &holding);
+}
+
+static enum store_answer check_operation(struct sqlite_store *store, struct db *db, void *context) {
+    (void)store;
+    struct holding *holding = context;
+    struct query query =
+        db_query(db, "SELECT 1 FROM jobs WHERE sequence = ? AND token = ? AND status = 1");
+    query_bind_int(&query, holding->claim->sequence);
+    query_bind_int(&query, holding->claim->token);
+    bool holds = query_row(&query);
+    enum store_answer answer = query_end(&query);
+    return answer == STORE_OK && !holds ? STORE_CONFLICT : answer;
+}
+
+enum store_answer sqlite_check(struct store *store, const struct store_claim *claim) {
+    struct holding holding = {.claim = claim};
+    return sqlite_read(store, check_operation, &holding);
+}
+
+/* ------------------------------------------------------------------ giving up */
+
+static enum store_answer set_failed(struct db *db, int64_t sequence, int64_t token,
+                                    const char *error) {
+    struct query query = db_query(
+        db, "UPDATE jobs SET status = 3, finished = ?, error = ?, lease = NULL, holder = NULL"
+            " WHERE sequence = ? AND token = ? AND status = 1");
+    query_bind_int(&query, sqlite_now());
+    query_bind_text(&query, error);
+    query_bind_int(&query, sequence);
+    query_bind_int(&query, token);
+    return changed(db, &query);
+}
+
+static enum store_answer fail_operation(struct sqlite_store *store, struct db *db, void *context) {
+    (void)store;
+    struct holding *holding = context;
+    return set_failed(db, holding->claim->sequence, holding->claim->token, holding->text);
+}
+
+enum store_answer sqlite_fail(struct store *store, const struct store_claim *claim,
+                              const char *error) {
+    struct holding holding = {.claim = claim, .text = error};
+    return sqlite_write(store, fail_operation, &holding);
+}
+
+static enum store_answer fail_as_crashed(struct db *db, int64_t sequence, int64_t token,
+                                         int64_t attempts, const char *detail) {
+    struct api_problem problem = {0};
+    api_problem_set(&problem, API_SOLVER_CRASHED,
+                    "The solver died on each of %lld attempts; the last one: %s.",
+                    (long long)attempts, detail);
+    char *json = api_problem_json(&problem, NULL);
+    if (!json)
+        return STORE_DOWN;
+    enum store_answer answer = set_failed(db, sequence, token, json);
+    free(json);
+    return answer;
+}
+
+/* `forgiven` 1 gives the attempt back. */
+static enum store_answer set_queued(struct db *db, int64_t sequence, int64_t token,
+                                    enum requeue cause, bool forgiven) {
+    struct query query =
+        db_query(db, "UPDATE jobs SET status = 0, progress = 0, started = 0, lease = NULL,"
+                     " holder = NULL, attempts = attempts - ?, interruptions = interruptions + ?"
+                     " WHERE sequence = ? AND token = ? AND status = 1");
+    query_bind_int(&query, forgiven);
+    query_bind_int(&query, cause == REQUEUE_INTERRUPTED);
+    query_bind_int(&query, sequence);
+    query_bind_int(&query, token);
+    return changed(db, &query);
+}
+
+enum store_answer sqlite_requeue(struct sqlite_store *store, struct db *db, int64_t sequence,
+                                 int64_t token, enum requeue cause, const char *detail,
+                                 bool *failed) {
+    struct query query = db_query(db, "SELECT attempts, interruptions FROM jobs"
+                                      " WHERE sequence = ? AND token = ? AND status = 1");
+    query_bind_int(&query, sequence);
+    query_bind_int(&query, token);
+    bool holds = query_row(&query);
+    int64_t attempts = holds ? query_int(&query, 0) : 0;
+    int64_t interruptions = holds ? query_int(&query, 1) : 0;
+    enum store_answer answer = query_end(&query);
+    if (answer != STORE_OK || !holds)
+        return answer != STORE_OK ? answer : STORE_CONFLICT;
+    bool forgiven = cause == REQUEUE_RELEASED ||
+                    (cause == REQUEUE_INTERRUPTED && interruptions < INTERRUPTIONS_FORGIVEN);
+    *failed = !forgiven && attempts >= sqlite_options(store)->max_attempts;
+    return *failed ? fail_as_crashed(db, sequence, token, attempts, detail)
+                   : set_queued(db, sequence, token, cause, forgiven);
+}
+
+static enum store_answer requeue_operation(struct sqlite_store *store, struct db *db,
+                                           void *context) {
+    struct holding *holding = context;
+    bool failed = false;
+    return sqlite_requeue(store, db, holding->claim->sequence, holding->claim->token,
+                          holding->cause, holding->text, &failed);
+}
+
+enum store_answer sqlite_crashed(struct store *store, const struct store_claim *claim,
+                                 const char *detail) {
+    struct holding holding = {.claim = claim, .text = detail, .cause = REQUEUE_CRASHED};
+    return sqlite_write(store, requeue_operation, &holding);
+}
+
+enum store_answer sqlite_release(struct store *store, const struct store_claim *claim) {
+    struct holding holding = {.claim = claim, .text = "", .cause = REQUEUE_RELEASED};
+    return sqlite_write(store, requeue_operation, &holding);
+}

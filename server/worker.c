@@ -1,0 +1,223 @@
+/* SPDX-License-Identifier: MIT */
+#include "worker.h"
+#include "../api/columns.h"
+#include "frame.h"
+#include <malloc.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <time.h>
+#include <unistd.h>
+
+enum {
+    PROGRESS_MS = 20,                   /* shortest time between two progress frames */
+    TRIM_ABOVE_BYTES = 16 * 1024 * 1024 /* jobs that may have held more give it back */
+};
+
+/* Beyond the job's own budget: the program itself and the JSON tree of a body at its limits. */
+#define MEMORY_BESIDE_BYTES (INT64_C(1) << 30)
+
+/* One job under way. */
+struct session {
+    bool gone; /* the dispatcher is */
+    int64_t last_progress_ms;
+    size_t head_length; /* of the container's beginning, kept for the summary */
+    size_t used;
+    size_t total;
+    unsigned char head[WORKER_HEAD_BYTES];
+    unsigned char buffer[FRAME_MAX_BYTES];
+};
+
+static int64_t now_ms(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+/* ------------------------------------------------------------------ sending */
+
+static bool flush(struct session *session) {
+    if (session->used > 0 && !session->gone)
+        session->gone = !frame_send(WORKER_FD, FRAME_RESULT, session->buffer, session->used);
+    session->used = 0;
+    return !session->gone;
+}
+
+static bool take_result(void *context, const void *bytes, size_t length) {
+    struct session *session = context;
+    const unsigned char *from = bytes;
+    size_t wanted = sizeof session->head - session->head_length;
+    size_t kept = length < wanted ? length : wanted;
+    memcpy(session->head + session->head_length, from, kept);
+    session->head_length += kept;
+    session->total += length;
+    while (length > 0) {
+        size_t room = sizeof session->buffer - session->used;
+        size_t part = length < room ? length : room;
+        memcpy(session->buffer + session->used, from, part);
+        session->used += part;
+        from += part;
+        length -= part;
+        if (session->used == sizeof session->buffer && !flush(session))
+            return false;
+    }
+    return !session->gone;
+}
+
+static bool take_progress(void *context, double fraction) {
+    struct session *session = context;
+    int64_t now = now_ms();
+    if (now - session->last_progress_ms < PROGRESS_MS)
+        return !session->gone;
+    session->last_progress_ms = now;
+    session->gone = !frame_send(WORKER_FD, FRAME_PROGRESS, &fraction, sizeof fraction);
+    return !session->gone;
+}
+
+/* Without memory for the document one from static storage says just that. */
+static bool send_problem(const struct api_problem *problem) {
+    static const char no_memory[] =
+        "{\"type\":\"/problems/out-of-memory\",\"title\":\"The drape needs more memory than "
+        "allowed\",\"status\":500,\"detail\":\"The problem of this drape could not be told.\"}";
+    char *json = api_problem_json(problem, NULL);
+    const char *text = json ? json : no_memory;
+    bool sent = frame_send(WORKER_FD, FRAME_PROBLEM, text, strlen(text));
+    free(json);
+    return sent;
+}
+
+static bool send_summary(const struct worker_engine *engine, struct session *session) {
+    char *summary = engine->summary(session->head, session->head_length);
+    if (!summary) {
+        struct api_problem problem = {0};
+        api_problem_set(&problem, API_INTERNAL, "The result has no readable header.");
+        return send_problem(&problem);
+    }
+    bool sent = flush(session) && frame_send(WORKER_FD, FRAME_DONE, summary, strlen(summary));
+    free(summary);
+    return sent;
+}
+
+/* ------------------------------------------------------------------ a job */
+
+static bool run_job(const struct worker_engine *engine, struct session *session,
+                    const struct api_input *input, const struct api_limits *limits) {
+    struct api_problem problem = {0};
+    struct drape_monitor monitor = {.progress = take_progress, .context = session};
+    struct api_sink sink = {.write = take_result, .context = session};
+    session->gone = false;
+    session->last_progress_ms = now_ms();
+    session->head_length = session->used = session->total = 0;
+    enum api_problem_id id = engine->run(input, limits, &monitor, &sink, &problem);
+    if (session->gone)
+        return false;
+    return id == API_OK ? send_summary(engine, session) : send_problem(&problem);
+}
+
+/* Sanitizers reserve terabytes of address space. */
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+static void limit_memory(const struct frame_job *job) {
+    (void)job;
+}
+#else
+static void limit_memory(const struct frame_job *job) {
+    struct rlimit limit;
+    uint64_t bytes =
+        job->limits.max_memory + MEMORY_BESIDE_BYTES + job->request_length + job->surface_length;
+    if (getrlimit(RLIMIT_AS, &limit) != 0)
+        return;
+    limit.rlim_cur =
+        limit.rlim_max == RLIM_INFINITY || bytes < limit.rlim_max ? bytes : limit.rlim_max;
+    setrlimit(RLIMIT_AS, &limit);
+}
+#endif
+
+/* Reads away what cannot be kept, so that the next frame starts where it should. */
+static bool skip(struct session *session, uint64_t length) {
+    while (length > 0) {
+        size_t part = length < sizeof session->buffer ? (size_t)length : sizeof session->buffer;
+        if (!frame_receive(WORKER_FD, session->buffer, part))
+            return false;
+        length -= part;
+    }
+    return true;
+}
+
+/* False when the dispatcher is gone. */
+static bool handle(const struct worker_engine *engine, struct session *session,
+                   const struct frame_job *job) {
+    uint64_t length = job->request_length + job->surface_length;
+    limit_memory(job);
+    char *bytes = malloc(length + 1);
+    if (!bytes) {
+        struct api_problem problem = {0};
+        api_problem_set(&problem, API_OUT_OF_MEMORY, "The request does not fit into memory.");
+        return skip(session, length) && send_problem(&problem);
+    }
+    struct api_input input = {.request = bytes,
+                              .request_length = job->request_length,
+                              .surface = bytes + job->request_length,
+                              .surface_length = job->surface_length};
+    bool good =
+        frame_receive(WORKER_FD, bytes, length) && run_job(engine, session, &input, &job->limits);
+    free(bytes);
+    if (length + session->total > TRIM_ABOVE_BYTES)
+        malloc_trim(0);
+    return good;
+}
+
+/* ------------------------------------------------------------------ the process */
+
+/* No core files of gigabytes; no life without the dispatcher, even in the midst of a solve. */
+static bool set_up(void) {
+    struct rlimit none = {0, 0};
+    signal(SIGPIPE, SIG_IGN);
+    setrlimit(RLIMIT_CORE, &none);
+    return prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 && prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0;
+}
+
+int worker_serve(const struct worker_engine *engine) {
+    static struct session session;
+    struct frame_head head;
+    struct frame_job job;
+    if (!set_up())
+        return 1;
+    while (frame_receive(WORKER_FD, &head, sizeof head)) {
+        if (head.type != FRAME_JOB || head.length != sizeof job ||
+            !frame_receive(WORKER_FD, &job, sizeof job) || !handle(engine, &session, &job))
+            return 1;
+    }
+    return 0;
+}
+
+struct head {
+    const unsigned char *bytes;
+    size_t length;
+};
+
+static bool read_head(void *context, uint64_t offset, void *buffer, size_t length) {
+    const struct head *head = context;
+    if (offset > head->length || length > head->length - offset)
+        return false;
+    memcpy(buffer, head->bytes + offset, length);
+    return true;
+}
+
+/* The time in the queue is not the result's but each job's own. */
+static char *summary_of(const void *bytes, size_t length) {
+    static struct api_columns columns;
+    struct api_problem problem = {0};
+    struct head head = {.bytes = bytes, .length = length};
+    struct api_reader reader = {.read_at = read_head, .context = &head};
+    if (api_columns_open(&reader, &columns, &problem) != API_OK)
+        return NULL;
+    return api_summary_json(&columns.summary, 0.0);
+}
+
+int worker_main(void) {
+    static const struct worker_engine engine = {.run = api_run, .summary = summary_of};
+    return worker_serve(&engine);
+}
