@@ -1,0 +1,245 @@
+/* SPDX-License-Identifier: MIT */
+#include "march.h"
+#include "goursat.h"
+#include "measure.h"
+#include <assert.h>
+#include <stdlib.h>
+
+enum { NEWTON_MAX = 30, GENERATOR_ORDER = 16 };
+
+/* Once the residual is this small, the step just taken squares it. */
+static const double NEARLY = 1e-9;
+
+struct march {
+    const struct march_setup *setup;
+    struct drape_nodes *nodes;
+    struct grid grid;
+    double *chord[2]; /* gib4: chord of the edge to (i-1, j) and to (i, j-1), by node */
+};
+
+static int place(const struct march *march, int i, int j) {
+    const int *n = march->setup->n;
+    return (j + n[1]) * (2 * n[0] + 1) + i + n[0];
+}
+
+static struct vec3 point(const struct march *march, int i, int j) {
+    return node_point(march->nodes, place(march, i, j));
+}
+
+static void set_node(struct march *march, int i, int j, const double uv[2]) {
+    int at = place(march, i, j);
+    struct vec3 r = shape_point(march->setup->shape, uv);
+    march->nodes->u[at] = uv[0];
+    march->nodes->v[at] = uv[1];
+    march->nodes->x[at] = r.x;
+    march->nodes->y[at] = r.y;
+    march->nodes->z[at] = r.z;
+}
+
+/* The arc length beyond `from` at which the chord from r is d: secant steps. */
+static double equal_chord(const struct march *march, const struct geodesic *geodesic, double from,
+                          struct vec3 r, double d) {
+    double s = from + d, uv[2];
+    for (int it = 0; it < 12; it++) {
+        geodesic_at(geodesic, s, uv, NULL);
+        s += d - vec3_distance(shape_point(march->setup->shape, uv), r);
+    }
+    return s;
+}
+
+static void generator(struct march *march, int k, int sign) {
+    const struct march_setup *setup = march->setup;
+    struct geodesic_setup along = {
+        .shape = setup->shape,
+        .uv = {setup->uv[0], setup->uv[1]},
+        .direction = vec3_scale(sign, k ? setup->weft : setup->warp),
+        .length = setup->spacing[k] * setup->n[k] * 1.01,
+        .blocks = 8,
+        .order = GENERATOR_ORDER,
+    };
+    struct geodesic *geodesic = geodesic_make(&along);
+    double s = 0;
+    for (int l = 1; l <= setup->n[k]; l++) {
+        double uv[2], d = setup->spacing[k];
+        int i = k ? 0 : sign * l, j = k ? sign * l : 0;
+        struct vec3 last = k ? point(march, 0, j - sign) : point(march, i - sign, 0);
+        s = setup->method == DRAPE_BASIC ? equal_chord(march, geodesic, s, last, d) : l * d;
+        geodesic_at(geodesic, s, uv, NULL);
+        set_node(march, i, j, uv);
+    }
+    geodesic_free(geodesic);
+}
+
+/* Newton for |D - B| = b, |D - C| = c in (u, v). */
+static void intersect(const struct shape *shape, struct vec3 rb, struct vec3 rc,
+                      const double chord[2], double uv[2]) {
+    for (int it = 0; it < NEWTON_MAX; it++) {
+        struct surface_jet jet;
+        shape_evaluate(shape, uv[0], uv[1], &jet);
+        struct vec3 c = vec3_sub(jet.r, rc), b = vec3_sub(jet.r, rb);
+        double f = (vec3_norm2(c) - chord[0] * chord[0]) / 2;
+        double g = (vec3_norm2(b) - chord[1] * chord[1]) / 2;
+        double fu = vec3_dot(c, jet.u), fv = vec3_dot(c, jet.v);
+        double gu = vec3_dot(b, jet.u), gv = vec3_dot(b, jet.v), det = fu * gv - fv * gu;
+        uv[0] -= (f * gv - g * fv) / det;
+        uv[1] -= (g * fu - f * gu) / det;
+        if (fabs(f) + fabs(g) < NEARLY * (chord[0] * chord[0] + chord[1] * chord[1])) {
+            return;
+        }
+    }
+}
+
+static void step(struct march *march, int i, int j, bool corrected) {
+    const struct march_setup *setup = march->setup;
+    const struct drape_nodes *nodes = march->nodes;
+    int si = i < 0 ? -1 : 1, sj = j < 0 ? -1 : 1;
+    int a = place(march, i - si, j - sj), b = place(march, i - si, j), c = place(march, i, j - sj);
+    int d = place(march, i, j);
+    double chord[2] = {setup->spacing[1], setup->spacing[0]};
+    double uv[2] = {nodes->u[b] + nodes->u[c] - nodes->u[a],
+                    nodes->v[b] + nodes->v[c] - nodes->v[a]};
+    if (corrected) {
+        chord[0] = march->chord[1][sj > 0 ? d : c];
+        chord[1] = march->chord[0][si > 0 ? d : b];
+    } else if (setup->method != DRAPE_BASIC) {
+        gib_chords(setup->shape, nodes, &march->grid, i, j, setup->spacing, chord);
+    }
+    intersect(setup->shape, node_point(nodes, b), node_point(nodes, c), chord, uv);
+    set_node(march, i, j, uv);
+}
+
+static void sweep(struct march *march, bool corrected) {
+    const int *n = march->setup->n;
+    for (int j = 1; j <= n[1]; j++) {
+        for (int i = 1; i <= n[0]; i++) {
+            step(march, i, j, corrected);
+            step(march, -i, j, corrected);
+            step(march, i, -j, corrected);
+            step(march, -i, -j, corrected);
+        }
+    }
+}
+
+/* Node l of the yarn through (i, j) in direction k. */
+static struct vec3 yarn(const struct march *march, int k, int i, int j, int l) {
+    return k ? point(march, i, l) : point(march, l, j);
+}
+
+/* sum of w_m r_(l + m step), divided by nothing. */
+static struct vec3 stencil(const struct march *march, int k, int i, int j, int first, int direction,
+                           const double *w, int count) {
+    struct vec3 sum = {0, 0, 0};
+    for (int m = 0; m < count; m++) {
+        sum = vec3_axpy(w[m], yarn(march, k, i, j, first + m * direction), sum);
+    }
+    return sum;
+}
+
+static struct vec3 second_difference(const struct march *march, int k, int i, int j) {
+    static const double middle[] = {1, -2, 1}, end[] = {2, -5, 4, -1};
+    int l = k ? j : i, n = march->setup->n[k];
+    if (abs(l) == n) {
+        return stencil(march, k, i, j, l, l < 0 ? 1 : -1, end, 4);
+    }
+    return stencil(march, k, i, j, l - 1, 1, middle, 3);
+}
+
+/* chord = d sqrt(1 - |D2|^2 / (12 d^2)), D2 averaged over both ends of the edge. */
+static void correct_chords(struct march *march) {
+    const struct march_setup *setup = march->setup;
+    for (int k = 0; k < 2; k++) {
+        double d = setup->spacing[k];
+        for (int j = -setup->n[1] + k; j <= setup->n[1]; j++) {
+            for (int i = -setup->n[0] + 1 - k; i <= setup->n[0]; i++) {
+                struct vec3 one = second_difference(march, k, i, j);
+                struct vec3 two = second_difference(march, k, i - 1 + k, j - k);
+                double m = vec3_norm2(vec3_scale(0.5, vec3_add(one, two)));
+                march->chord[k][place(march, i, j)] = d * sqrt(1 - m / (12 * d * d));
+            }
+        }
+    }
+}
+
+/* The tangent (length immaterial): three-point stencils of second order, or five-point ones. */
+static struct vec3 tangent(const struct march *march, int k, int i, int j) {
+    static const double three[2][3] = {{-1, 0, 1}, {-3, 4, -1}};
+    static const double five[3][5] = {
+        {1, -8, 0, 8, -1}, {-3, -10, 18, -6, 1}, {-25, 48, -36, 16, -3}};
+    int l = k ? j : i, n = march->setup->n[k], gap = n - abs(l), inward = l < 0 ? 1 : -1;
+    struct vec3 t;
+    if (march->setup->method == DRAPE_GIB4) {
+        int row = gap >= 2 ? 0 : 2 - gap;
+        int first = row == 0 ? l - 2 : row == 1 ? l - inward : l;
+        t = stencil(march, k, i, j, first, row ? inward : 1, five[row], 5);
+        return row ? vec3_scale(inward, t) : t;
+    }
+    if (gap == 0) {
+        return vec3_scale(inward, stencil(march, k, i, j, l, inward, three[1], 3));
+    }
+    return stencil(march, k, i, j, l - 1, 1, three[0], 3);
+}
+
+static void index_nodes(struct march *march) {
+    const int *n = march->setup->n;
+    for (int j = -n[1]; j <= n[1]; j++) {
+        for (int i = -n[0]; i <= n[0]; i++) {
+            march->nodes->i[place(march, i, j)] = i;
+            march->nodes->j[place(march, i, j)] = j;
+        }
+    }
+    grid_make(&march->grid, march->nodes);
+}
+
+static struct drape_nodes *nodes_new(size_t count) {
+    struct drape_nodes *nodes = calloc(1, sizeof *nodes);
+    assert(nodes);
+    double **columns[] = {&nodes->u, &nodes->v, &nodes->x, &nodes->y, &nodes->z, &nodes->shear_deg};
+    nodes->count = count;
+    nodes->i = calloc(count, sizeof *nodes->i);
+    nodes->j = calloc(count, sizeof *nodes->j);
+    assert(nodes->i && nodes->j);
+    for (int k = 0; k < 6; k++) {
+        *columns[k] = calloc(count, sizeof(double));
+        assert(*columns[k]);
+    }
+    return nodes;
+}
+
+struct drape_nodes *march_make(const struct march_setup *setup) {
+    size_t count = (size_t)((2 * setup->n[0] + 1) * (2 * setup->n[1] + 1));
+    struct march march = {.setup = setup, .nodes = nodes_new(count)};
+    index_nodes(&march);
+    set_node(&march, 0, 0, setup->uv);
+    for (int k = 0; k < 2; k++) {
+        generator(&march, k, 1);
+        generator(&march, k, -1);
+        march.chord[k] = calloc(count, sizeof(double));
+        assert(march.chord[k]);
+    }
+    sweep(&march, false);
+    if (setup->method == DRAPE_GIB4) {
+        correct_chords(&march);
+        sweep(&march, true);
+    }
+    for (size_t k = 0; k < count; k++) {
+        int i = march.nodes->i[k], j = march.nodes->j[k];
+        double w = vec3_angle(tangent(&march, 0, i, j), tangent(&march, 1, i, j));
+        march.nodes->shear_deg[k] = 90 - w * 180 / M_PI;
+    }
+    grid_free(&march.grid);
+    free(march.chord[0]);
+    free(march.chord[1]);
+    return march.nodes;
+}
+
+void march_free(struct drape_nodes *nodes) {
+    if (nodes) {
+        double *columns[] = {nodes->u, nodes->v, nodes->x, nodes->y, nodes->z, nodes->shear_deg};
+        for (int k = 0; k < 6; k++) {
+            free(columns[k]);
+        }
+        free(nodes->i);
+        free(nodes->j);
+        free(nodes);
+    }
+}

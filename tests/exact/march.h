@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * A second, plain implementation of the marches of solver.md 2 and 3, on the evaluator of
+ * `shapes.h`: it tells what figures the methods themselves give on a surface, whoever programs
+ * them. No ghosts, no free edges, no safeguards: the surface must be large enough.
+ */
+#ifndef DRAPE_TESTS_MARCH_H
+#define DRAPE_TESTS_MARCH_H
+
+#include "../../solver/drape.h"
+#include "shapes.h"
+
+struct march_setup {
+    const struct shape *shape;
+    double uv[2];
+    struct vec3 warp, weft;   /* unit tangents at the start */
+    enum drape_method method; /* DRAPE_BASIC, DRAPE_GIB or DRAPE_GIB4 */
+    double spacing[2];
+    int n[2]; /* nodes to -n..n in each direction */
+};
+
+/* The net; the caller gives it back with `march_free`. */
+struct drape_nodes *march_make(const struct march_setup *setup);
+void march_free(struct drape_nodes *nodes);
+
+#endif

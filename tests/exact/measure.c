@@ -1,0 +1,252 @@
+/* SPDX-License-Identifier: MIT */
+#include "measure.h"
+#include "check.h"
+#include <stdlib.h>
+#include <string.h>
+
+/* Enough for the largest net here; a solver that wants more has a leak. */
+static const size_t ARENA_BUDGET = (size_t)512 << 20;
+/* r(u, v) against x, y, z, relative to the size of the surface. */
+static const double EVALUATION_TOLERANCE = 1e-12;
+
+void grid_make(struct grid *grid, const struct drape_nodes *nodes) {
+    int low[2] = {0, 0}, high[2] = {0, 0};
+    for (size_t k = 0; k < nodes->count; k++) {
+        int at[2] = {nodes->i[k], nodes->j[k]};
+        for (int c = 0; c < 2; c++) {
+            low[c] = at[c] < low[c] ? at[c] : low[c];
+            high[c] = at[c] > high[c] ? at[c] : high[c];
+        }
+    }
+    for (int c = 0; c < 2; c++) {
+        grid->low[c] = low[c];
+        grid->size[c] = high[c] - low[c] + 1;
+    }
+    size_t cells = (size_t)grid->size[0] * (size_t)grid->size[1];
+    grid->index = malloc(cells * sizeof *grid->index);
+    assert_non_null(grid->index);
+    for (size_t k = 0; k < cells; k++) {
+        grid->index[k] = -1;
+    }
+    for (size_t k = 0; k < nodes->count; k++) {
+        int at = (nodes->j[k] - low[1]) * grid->size[0] + nodes->i[k] - low[0];
+        assert_int_equal(grid->index[at], -1);
+        grid->index[at] = (int)k;
+    }
+}
+
+void grid_free(struct grid *grid) {
+    free(grid->index);
+    grid->index = NULL;
+}
+
+int grid_find(const struct grid *grid, int i, int j) {
+    i -= grid->low[0];
+    j -= grid->low[1];
+    bool inside = i >= 0 && j >= 0 && i < grid->size[0] && j < grid->size[1];
+    return inside ? grid->index[j * grid->size[0] + i] : -1;
+}
+
+struct vec3 node_point(const struct drape_nodes *nodes, int at) {
+    return vec3_make(nodes->x[at], nodes->y[at], nodes->z[at]);
+}
+
+enum status drape_try(struct drape_run *run, struct shape *shape,
+                      const struct drape_settings *settings) {
+    struct nurbs_fault fault = {.reason = ""};
+    struct nurbs nurbs = shape_nurbs(shape);
+    memset(run, 0, sizeof *run);
+    run->arena = arena_new(ARENA_BUDGET);
+    assert_non_null(run->arena);
+    if (nurbs_validate(&nurbs, &fault) != STATUS_OK) {
+        fail_msg("nurbs_validate: part %d, %s", (int)fault.part, fault.reason);
+    }
+    assert_int_equal(surface_make(&nurbs, run->arena, &run->surface), STATUS_OK);
+    enum status status = drape_solve(run->surface, settings, NULL, run->arena, &run->result);
+    if (status == STATUS_OK) {
+        grid_make(&run->grid, &run->result.nodes);
+    }
+    return status;
+}
+
+void drape_begin(struct drape_run *run, struct shape *shape,
+                 const struct drape_settings *settings) {
+    assert_int_equal(drape_try(run, shape, settings), STATUS_OK);
+    check_result(shape, settings, run);
+}
+
+void drape_end(struct drape_run *run) {
+    grid_free(&run->grid);
+    arena_free(run->arena);
+    run->arena = NULL;
+}
+
+struct net_error measure_error(const struct drape_nodes *nodes, const struct reference *reference,
+                               const double spacing[2], const int n[2]) {
+    struct net_error error = {0, 0, 0, {0, 0}};
+    for (size_t k = 0; k < nodes->count; k++) {
+        int i = nodes->i[k], j = nodes->j[k];
+        if (abs(i) > n[0] || abs(j) > n[1]) {
+            continue;
+        }
+        struct net_point exact;
+        reference_at(reference, i * spacing[0], j * spacing[1], &exact);
+        double position = vec3_distance(node_point(nodes, (int)k), exact.r);
+        double shear = fabs(nodes->shear_deg[k] - exact.shear_deg);
+        if (!(position <= error.position)) {
+            error.position = isnan(position) ? HUGE_VAL : position;
+            error.worst[0] = i;
+            error.worst[1] = j;
+        }
+        if (!(shear <= error.shear_deg)) {
+            error.shear_deg = isnan(shear) ? HUGE_VAL : shear;
+        }
+        error.count++;
+    }
+    return error;
+}
+
+double order_of(double coarse, double fine) {
+    return log2(coarse / fine);
+}
+
+double arc_chord(double d, double k) {
+    double half = d * k / 2;
+    if (fabs(half) < 1e-4) { /* sin x / x to its fourth power: 1e-19 */
+        return d * (1 - half * half / 6 + half * half * half * half / 120);
+    }
+    return 2 * sin(half) / k;
+}
+
+static struct vec3 in_tangent_plane(const struct surface_jet *jet, struct vec3 a) {
+    struct vec3 n = jet_normal(jet);
+    return vec3_unit(vec3_axpy(-vec3_dot(a, n), n, a));
+}
+
+/* The curvature at node `at` along `direction`, projected on the tangent plane there. */
+static double node_curvature(const struct shape *shape, const struct drape_nodes *nodes, int at,
+                             struct vec3 direction) {
+    struct surface_jet jet;
+    shape_evaluate(shape, nodes->u[at], nodes->v[at], &jet);
+    struct vec3 a = in_tangent_plane(&jet, direction);
+    return jet_second_form(&jet, a, a);
+}
+
+void gib_chords(const struct shape *shape, const struct drape_nodes *nodes, const struct grid *grid,
+                int i, int j, const double spacing[2], double chord[2]) {
+    int si = i < 0 ? -1 : 1, sj = j < 0 ? -1 : 1;
+    int a = grid_find(grid, i - si, j - sj), b = grid_find(grid, i - si, j);
+    int c = grid_find(grid, i, j - sj);
+    struct surface_jet jet;
+    struct vec3 ra = node_point(nodes, a);
+    shape_evaluate(shape, nodes->u[a], nodes->v[a], &jet);
+    struct vec3 r1 = in_tangent_plane(&jet, vec3_sub(node_point(nodes, b), ra));
+    struct vec3 r2 = in_tangent_plane(&jet, vec3_sub(node_point(nodes, c), ra));
+    chord[0] = arc_chord(spacing[1], node_curvature(shape, nodes, c, r1));
+    chord[1] = arc_chord(spacing[0], node_curvature(shape, nodes, b, r2));
+}
+
+double measure_edges(const struct shape *shape, const struct drape_nodes *nodes,
+                     const struct grid *grid, enum drape_method method, const double spacing[2]) {
+    double worst = 0;
+    for (size_t k = 0; k < nodes->count; k++) {
+        int i = nodes->i[k], j = nodes->j[k];
+        int si = i < 0 ? -1 : 1, sj = j < 0 ? -1 : 1;
+        int b = grid_find(grid, i - si, j), c = grid_find(grid, i, j - sj);
+        if (i == 0 || j == 0 || b < 0 || c < 0 || grid_find(grid, i - si, j - sj) < 0) {
+            continue;
+        }
+        struct vec3 d = node_point(nodes, (int)k);
+        double chord[2] = {spacing[1], spacing[0]};
+        if (method != DRAPE_BASIC) {
+            gib_chords(shape, nodes, grid, i, j, spacing, chord);
+        }
+        double cd = fabs(vec3_distance(node_point(nodes, c), d) / chord[0] - 1);
+        double bd = fabs(vec3_distance(node_point(nodes, b), d) / chord[1] - 1);
+        worst = fmax(worst, isnan(cd + bd) ? HUGE_VAL : fmax(cd, bd));
+    }
+    return worst;
+}
+
+static void check_nodes(const struct shape *shape, const struct drape_run *run) {
+    const struct drape_nodes *nodes = &run->result.nodes;
+    double lower[2], upper[2], size = 0;
+    shape_domain(shape, lower, upper);
+    for (size_t k = 0; k < nodes->count; k++) {
+        size = fmax(size, vec3_norm(node_point(nodes, (int)k)));
+    }
+    for (int k = 0; k < shape->size[0] * shape->size[1]; k++) {
+        size = fmax(size, vec3_norm(shape->points[k]));
+    }
+    for (size_t k = 0; k < nodes->count; k++) {
+        double uv[2] = {nodes->u[k], nodes->v[k]};
+        if (k > 0) {
+            bool after = nodes->j[k] > nodes->j[k - 1] ||
+                         (nodes->j[k] == nodes->j[k - 1] && nodes->i[k] > nodes->i[k - 1]);
+            assert_true(after);
+        }
+        assert_true(uv[0] >= lower[0] && uv[0] <= upper[0]);
+        assert_true(uv[1] >= lower[1] && uv[1] <= upper[1]);
+        assert_true(isfinite(nodes->shear_deg[k]));
+        double off = vec3_distance(shape_point(shape, uv), node_point(nodes, (int)k));
+        assert_true(off <= EVALUATION_TOLERANCE * size);
+        assert_true(!nodes->error_estimate || isfinite(nodes->error_estimate[k]));
+    }
+    assert_true(grid_find(&run->grid, 0, 0) >= 0);
+}
+
+static void check_cells(const struct drape_run *run) {
+    const struct drape_cells *cells = &run->result.cells;
+    const struct drape_nodes *nodes = &run->result.nodes;
+    const struct grid *grid = &run->grid;
+    size_t full = 0;
+    for (size_t k = 0; k < nodes->count; k++) {
+        int i = nodes->i[k], j = nodes->j[k];
+        full += grid_find(grid, i + 1, j) >= 0 && grid_find(grid, i, j + 1) >= 0 &&
+                grid_find(grid, i + 1, j + 1) >= 0;
+    }
+    assert_true(cells->count <= full);
+    for (size_t k = 0; k < cells->count; k++) {
+        int i = cells->i[k], j = cells->j[k];
+        assert_true(grid_find(grid, i, j) >= 0 && grid_find(grid, i + 1, j) >= 0);
+        assert_true(grid_find(grid, i, j + 1) >= 0 && grid_find(grid, i + 1, j + 1) >= 0);
+        struct vec3 warp = {cells->warp_x[k], cells->warp_y[k], cells->warp_z[k]};
+        struct vec3 weft = {cells->weft_x[k], cells->weft_y[k], cells->weft_z[k]};
+        assert_true(fabs(vec3_norm(warp) - 1) < 1e-12 && fabs(vec3_norm(weft) - 1) < 1e-12);
+        double shear = 90 - vec3_angle(warp, weft) * 180 / M_PI;
+        assert_true(fabs(shear - cells->shear_deg[k]) < 1e-9);
+    }
+}
+
+void check_result(const struct shape *shape, const struct drape_settings *settings,
+                  const struct drape_run *run) {
+    const struct drape_result *result = &run->result;
+    const struct drape_summary *summary = &result->summary;
+    size_t reasons = 0;
+    double worst = 0, sum = 0;
+    check_nodes(shape, run);
+    check_cells(run);
+    for (size_t k = 0; k < result->front.count; k++) {
+        assert_true(result->front.reason[k] < DRAPE_REASON_COUNT);
+    }
+    for (int k = 0; k < DRAPE_REASON_COUNT; k++) {
+        reasons += summary->front_reasons[k];
+    }
+    assert_int_equal(reasons, result->front.count);
+    for (size_t k = 0; k < result->nodes.count; k++) {
+        worst = fmax(worst, fabs(result->nodes.shear_deg[k]));
+        sum += fabs(result->nodes.shear_deg[k]);
+    }
+    assert_true(fabs(worst - summary->max_shear_deg) <= 1e-9);
+    assert_true(fabs(sum / (double)result->nodes.count - summary->mean_shear_deg) <= 1e-9);
+    assert_true(summary->coverage >= 0 && summary->coverage <= 1 + 1e-9);
+    assert_true(summary->residual_max >= 0 && summary->residual_max < 1e-9);
+    assert_true(isfinite(summary->newton_iterations_mean));
+    for (int k = 0; k < 2; k++) {
+        const int32_t *range = k ? result->weft_range : result->warp_range;
+        assert_int_equal(range[0], run->grid.low[k]);
+        assert_int_equal(range[1], run->grid.low[k] + run->grid.size[k] - 1);
+        assert_true(!settings->has_extent[k] ||
+                    (range[0] >= settings->extent[k][0] && range[1] <= settings->extent[k][1]));
+    }
+}

@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Measuring a net: running the solver on a shape, finding nodes by their indices, errors against an
+ * exact net, edge lengths against what a method promises.
+ */
+#ifndef DRAPE_TESTS_MEASURE_H
+#define DRAPE_TESTS_MEASURE_H
+
+#include "../../solver/drape.h"
+#include "reference.h"
+
+/* Nodes by (i, j). */
+struct grid {
+    int low[2], size[2];
+    int *index;
+};
+
+void grid_make(struct grid *grid, const struct drape_nodes *nodes);
+void grid_free(struct grid *grid);
+/* The node's place in the columns, or -1. */
+int grid_find(const struct grid *grid, int i, int j);
+struct vec3 node_point(const struct drape_nodes *nodes, int at);
+
+/* A drape of a shape. */
+struct drape_run {
+    struct arena *arena;
+    struct surface *surface;
+    struct drape_result result;
+    struct grid grid;
+};
+
+/* Fails the test unless the shape is valid. Returns what drape_solve says; when that is not
+ * STATUS_OK there is no grid. `drape_end` in any case. */
+enum status drape_try(struct drape_run *run, struct shape *shape,
+                      const struct drape_settings *settings);
+/* The same, and fails the test unless it worked and the result holds together (`check_result`). */
+void drape_begin(struct drape_run *run, struct shape *shape, const struct drape_settings *settings);
+void drape_end(struct drape_run *run);
+
+/* What must hold for every result: sorted unique nodes, all numbers finite, node (0,0) there, uv in
+ * the domain and r(u, v) = (x, y, z), cells with four nodes each and all such cells, unit
+ * directions, ranges and summary that follow from the columns. */
+void check_result(const struct shape *shape, const struct drape_settings *settings,
+                  const struct drape_run *run);
+
+/* Largest errors over the nodes of a net with |i| <= n[0], |j| <= n[1]; NaN counts as infinite. */
+struct net_error {
+    double position, shear_deg;
+    int count, worst[2]; /* nodes compared; (i, j) of the largest position error */
+};
+struct net_error measure_error(const struct drape_nodes *nodes, const struct reference *reference,
+                               const double spacing[2], const int n[2]);
+
+/* The chord 2 sin(d k / 2) / k of an arc of length d and curvature k. */
+double arc_chord(double d, double k);
+
+/* Chord lengths |CD| and |BD| promised to node D = (i, j), i j != 0, by gib with closed-form
+ * tangents (solver.md 2), from the positions of its three neighbours on the side of the start. */
+void gib_chords(const struct shape *shape, const struct drape_nodes *nodes, const struct grid *grid,
+                int i, int j, const double spacing[2], double chord[2]);
+
+/* Largest |edge / promised - 1| over edges that end in a node with i j != 0 (towards the start),
+ * for basic or gib. */
+double measure_edges(const struct shape *shape, const struct drape_nodes *nodes,
+                     const struct grid *grid, enum drape_method method, const double spacing[2]);
+
+/* Observed order between two errors at d and d / 2. */
+double order_of(double coarse, double fine);
+
+#endif
