@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# all, demo, test, bench, lint, format, install. See README.md.
+# all, demo, test, bench, lint, format, install, clean. See README.md.
 .DEFAULT_GOAL := all
 SHELL := /bin/bash
 B ?= build
@@ -18,26 +18,62 @@ CXXFLAGS := -std=c++17 $(OPT) -g -fno-exceptions -fno-rtti -Wall -Wextra -Wpedan
             -Wconversion -Werror $(SANITIZE)
 DEPFLAGS = -MMD -MP
 LDFLAGS := $(SANITIZE)
+CLANG_FORMAT := clang-format-14
 
-SOLVER_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard solver/*.c))
-API_OBJ := $(patsubst %.c,$(B)/%.o,$(filter-out api/main.c,$(wildcard api/*.c))) \
+objects = $(patsubst %.c,$(B)/%.o,$(1))
+SOLVER_OBJ := $(call objects,$(wildcard solver/*.c))
+API_OBJ := $(call objects,$(filter-out api/main.c,$(wildcard api/*.c))) \
            $(patsubst %.cc,$(B)/%.o,$(wildcard api/*.cc))
-SERVER_OBJ := $(patsubst %.c,$(B)/%.o,$(filter-out server/main.c,$(wildcard server/*.c)))
+SERVER_OBJ := $(call objects,$(filter-out server/main.c,$(wildcard server/*.c)))
+LIBS := $(B)/libdrapeserver.a $(B)/libdrapeapi.a $(B)/libdrape.a
 API_LIBS := -ljansson -lsodium -lstdc++ -lpthread -lm
 SERVER_LIBS := -lmicrohttpd -lsqlite3 $(API_LIBS)
 
-$(B)/%.o: %.c
+# A test program is tests/KIND/test_NAME.c with the other files of its folder.
+TEST_SRC := $(wildcard tests/unit/*.c tests/exact/*.c tests/store/*.c)
+TEST_MAIN := $(filter $(addsuffix test_%,$(sort $(dir $(TEST_SRC)))),$(TEST_SRC))
+TESTS := $(TEST_MAIN:%.c=$(B)/%)
+test_helpers = $(call objects,$(filter-out $(dir $(1))test_%,$(wildcard $(dir $(1))*.c)))
+
+.PHONY: all demo test check bench lint format install clean setup FORCE
+all: $(B)/draped $(B)/drape
+
+# Installs what the build needs, once; `make test` asks for more.
+setup: $(B)/.setup
+$(B)/.setup: deploy/setup.sh
+	@deploy/setup.sh build
+	@mkdir -p $(B) && touch $@
+
+$(B)/%.o: %.c | $(B)/.setup
 	@mkdir -p $(@D)
 	$(CC) $(CPPFLAGS) $(CFLAGS) $(DEPFLAGS) -c -o $@ $<
-$(B)/%.o: %.cc
+$(B)/%.o: %.cc | $(B)/.setup
 	@mkdir -p $(@D)
 	$(CXX) $(CPPFLAGS) $(CXXFLAGS) $(DEPFLAGS) -c -o $@ $<
 
+# The contract in the binary: api/openapi.yaml as a C array of JSON.
+$(B)/gen/openapi_json.h: api/openapi.yaml api/embed_openapi.py | $(B)/.setup
+	@mkdir -p $(@D)
+	python3 api/embed_openapi.py $< $@
+$(B)/server/meta.o: $(B)/gen/openapi_json.h
+
 $(B)/libdrape.a: $(SOLVER_OBJ)
-	@rm -f $@
-	ar rcs $@ $^
 $(B)/libdrapeapi.a: $(API_OBJ)
+$(B)/libdrapeserver.a: $(SERVER_OBJ)
+$(B)/%.a:
 	@rm -f $@
 	ar rcs $@ $^
+
+$(B)/draped: $(B)/server/main.o $(LIBS)
+	$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS)
+$(B)/drape: $(B)/api/main.o $(B)/libdrapeapi.a $(B)/libdrape.a
+	$(CC) $(LDFLAGS) -o $@ $^ $(API_LIBS)
+
+.SECONDEXPANSION:
+$(TESTS): $(B)/%: $(B)/%.o $$(call test_helpers,$$*.c) $(LIBS)
+	$(CC) $(LDFLAGS) -o $@ $^ -lcmocka $(SERVER_LIBS)
+
+clean:
+	rm -rf $(B)
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)

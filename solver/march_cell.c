@@ -7,8 +7,8 @@ bool march_station(struct march *march, int32_t i, int32_t j, struct station *st
     return node && station_at(march->surface, &march->cursor, node->uv, station);
 }
 
-struct vec3 march_guess(const struct station *a, const struct station *b, const struct station *c,
-                        const struct vec3 *last_edge) {
+static struct vec3 guess(const struct station *a, const struct station *b, const struct station *c,
+                         const struct vec3 *last_edge) {
     struct vec3 edge = vec3_sub(b->jet.r, a->jet.r);
     struct vec3 trend = last_edge ? vec3_sub(edge, *last_edge) : vec3_make(0, 0, 0);
     return vec3_add(c->jet.r, vec3_add(edge, trend));
@@ -20,7 +20,7 @@ bool march_solve_corner(struct march *march, int si, int sj, const struct statio
                         enum drape_reason *reason) {
     const struct drape_settings *s = march->settings;
     struct fishnet_cell cell = {.a = a, .b = b, .c = c, .orientation = si * sj};
-    cell.guess = march_guess(a, b, c, last_edge);
+    cell.guess = guess(a, b, c, last_edge);
     fishnet_chords(s->method, s->spacing[0], s->spacing[1], &cell);
     enum fishnet_end end = fishnet_solve(march->surface, &march->cursor, &cell, node);
     if (end == FISHNET_FOUND) {

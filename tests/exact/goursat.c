@@ -12,7 +12,7 @@ struct state {
     double x[2], p[2], q[2];
 };
 
-struct geodesic {
+struct exact_geodesic {
     const struct shape *shape;
     struct chebyshev rule;
     double length;
@@ -32,7 +32,8 @@ static void connection(const struct shape *shape, const double x[2], const doubl
 }
 
 /* One block of x'' = F(x, x'): x = x0 + integral of p, p = p0 + integral of F. */
-static void geodesic_block(const struct geodesic *g, const struct state *start, struct state *at) {
+static void geodesic_block(const struct exact_geodesic *g, const struct state *start,
+                           struct state *at) {
     const struct chebyshev *rule = &g->rule;
     double h = g->length / g->blocks, f[CHEBYSHEV_MAX][2], change = (double)INFINITY;
     double size = fabs(start->p[0]) + fabs(start->p[1]);
@@ -63,8 +64,8 @@ static void geodesic_block(const struct geodesic *g, const struct state *start, 
     }
 }
 
-struct geodesic *geodesic_make(const struct geodesic_setup *setup) {
-    struct geodesic *g = calloc(1, sizeof *g);
+struct exact_geodesic *exact_geodesic_make(const struct exact_geodesic_setup *setup) {
+    struct exact_geodesic *g = calloc(1, sizeof *g);
     assert(g);
     g->shape = setup->shape;
     g->length = setup->length;
@@ -84,7 +85,7 @@ struct geodesic *geodesic_make(const struct geodesic_setup *setup) {
     return g;
 }
 
-void geodesic_free(struct geodesic *geodesic) {
+void exact_geodesic_free(struct exact_geodesic *geodesic) {
     if (geodesic) {
         free(geodesic->at);
         free(geodesic);
@@ -100,7 +101,8 @@ static int block_of(double s, double length, int blocks, double *rest) {
     return b;
 }
 
-void geodesic_at(const struct geodesic *geodesic, double s, double uv[2], double duv[2]) {
+void exact_geodesic_at(const struct exact_geodesic *geodesic, double s, double uv[2],
+                       double duv[2]) {
     double rest, weight[CHEBYSHEV_MAX];
     int n = geodesic->rule.n;
     const struct state *at =
@@ -120,19 +122,19 @@ void geodesic_at(const struct geodesic *geodesic, double s, double uv[2], double
 }
 
 /* quadrant[(t < 0) * 2 + (s < 0)], each blocks x blocks x n x n states, s slowest in a block. */
-struct net {
-    struct net_setup setup;
+struct exact_net {
+    struct exact_net_setup setup;
     struct chebyshev rule;
     struct state *quadrant[4];
 };
 
-static struct state *net_block(const struct net *net, struct state *quadrant, int a, int b) {
+static struct state *net_block(const struct exact_net *net, struct state *quadrant, int a, int b) {
     int n = net->rule.n;
     return quadrant + ((a * net->setup.blocks + b) * n) * n;
 }
 
 /* New p, q and x of one block from F; returns the largest change relative to the step. */
-static double net_sweep(const struct net *net, struct state *at, const double (*f)[2],
+static double net_sweep(const struct exact_net *net, struct state *at, const double (*f)[2],
                         const double h[2]) {
     const struct chebyshev *rule = &net->rule;
     int n = rule->n;
@@ -163,7 +165,7 @@ static double net_sweep(const struct net *net, struct state *at, const double (*
 }
 
 /* The block's edges i = 0 (x, q) and j = 0 (x, p) are known; the other states are guesses. */
-static void net_solve_block(const struct net *net, struct state *at, const double h[2]) {
+static void net_solve_block(const struct exact_net *net, struct state *at, const double h[2]) {
     static double f[CHEBYSHEV_MAX * CHEBYSHEV_MAX][2];
     int n = net->rule.n;
     double change = (double)INFINITY, size = 0;
@@ -197,8 +199,8 @@ static void net_solve_block(const struct net *net, struct state *at, const doubl
 
 /* A generator with the net's own points, from one with shorter blocks: across curvature jumps the
  * latter is more accurate, and it costs little. */
-static struct geodesic *generator(const struct net *net, int k, double sign) {
-    struct geodesic_setup setup = {
+static struct exact_geodesic *generator(const struct exact_net *net, int k, double sign) {
+    struct exact_geodesic_setup setup = {
         .shape = net->setup.shape,
         .uv = {net->setup.uv[0], net->setup.uv[1]},
         .direction = vec3_scale(sign, k ? net->setup.weft : net->setup.warp),
@@ -206,13 +208,13 @@ static struct geodesic *generator(const struct net *net, int k, double sign) {
         .blocks = net->setup.blocks * GENERATOR_BLOCKS,
         .order = net->setup.order,
     };
-    struct geodesic *fine = geodesic_make(&setup);
+    struct exact_geodesic *fine = exact_geodesic_make(&setup);
     int n = setup.order, blocks = net->setup.blocks;
     struct state *at = calloc((size_t)(blocks * n), sizeof *at);
     assert(at);
     for (int i = 0; i < blocks * n; i++) {
         double s = (i / n + net->rule.x[i % n]) * setup.length / blocks;
-        geodesic_at(fine, s, at[i].x, at[i].p);
+        exact_geodesic_at(fine, s, at[i].x, at[i].p);
     }
     free(fine->at);
     fine->at = at;
@@ -221,8 +223,8 @@ static struct geodesic *generator(const struct net *net, int k, double sign) {
 }
 
 /* Known edges of block (a, b): from its neighbours, or from the generators. */
-static void net_edges(const struct net *net, struct state *quadrant, int a, int b,
-                      const struct geodesic *warp, const struct geodesic *weft) {
+static void net_edges(const struct exact_net *net, struct state *quadrant, int a, int b,
+                      const struct exact_geodesic *warp, const struct exact_geodesic *weft) {
     int n = net->rule.n;
     struct state *at = net_block(net, quadrant, a, b);
     for (int i = 0; i < n; i++) {
@@ -243,11 +245,11 @@ static void net_edges(const struct net *net, struct state *quadrant, int a, int 
     }
 }
 
-static void net_quadrant(struct net *net, int which) {
+static void net_quadrant(struct exact_net *net, int which) {
     int blocks = net->setup.blocks, n = net->rule.n;
     double h[2] = {net->setup.length[0] / blocks, net->setup.length[1] / blocks};
-    struct geodesic *warp = generator(net, 0, which % 2 ? -1 : 1);
-    struct geodesic *weft = generator(net, 1, which / 2 ? -1 : 1);
+    struct exact_geodesic *warp = generator(net, 0, which % 2 ? -1 : 1);
+    struct exact_geodesic *weft = generator(net, 1, which / 2 ? -1 : 1);
     struct state *quadrant = calloc((size_t)(blocks * blocks * n * n), sizeof *quadrant);
     assert(quadrant);
     for (int a = 0; a < blocks; a++) {
@@ -257,12 +259,12 @@ static void net_quadrant(struct net *net, int which) {
         }
     }
     net->quadrant[which] = quadrant;
-    geodesic_free(warp);
-    geodesic_free(weft);
+    exact_geodesic_free(warp);
+    exact_geodesic_free(weft);
 }
 
-struct net *net_make(const struct net_setup *setup) {
-    struct net *net = calloc(1, sizeof *net);
+struct exact_net *exact_net_make(const struct exact_net_setup *setup) {
+    struct exact_net *net = calloc(1, sizeof *net);
     assert(net);
     net->setup = *setup;
     chebyshev_make(&net->rule, setup->order);
@@ -272,7 +274,7 @@ struct net *net_make(const struct net_setup *setup) {
     return net;
 }
 
-void net_free(struct net *net) {
+void exact_net_free(struct exact_net *net) {
     if (net) {
         for (int which = 0; which < 4; which++) {
             free(net->quadrant[which]);
@@ -281,7 +283,7 @@ void net_free(struct net *net) {
     }
 }
 
-void net_at(const struct net *net, double s, double t, struct net_point *point) {
+void exact_net_at(const struct exact_net *net, double s, double t, struct exact_net_point *point) {
     double rest[2], ws[CHEBYSHEV_MAX], wt[CHEBYSHEV_MAX];
     int n = net->rule.n;
     int a = block_of(fabs(s), net->setup.length[0], net->setup.blocks, &rest[0]);
@@ -312,7 +314,7 @@ void net_at(const struct net *net, double s, double t, struct net_point *point) 
 }
 
 /* dA = |r_s x r_t| ds dt; the last row of the integral matrix integrates over the block. */
-double net_curvature(const struct net *net, int sign_s, int sign_t) {
+double exact_net_curvature(const struct exact_net *net, int sign_s, int sign_t) {
     int n = net->rule.n, blocks = net->setup.blocks;
     struct state *quadrant = net->quadrant[(sign_t < 0) * 2 + (sign_s < 0)];
     const double *weight = net->rule.integral[n - 1];

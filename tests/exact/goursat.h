@@ -15,13 +15,13 @@
 
 #include "shapes.h"
 
-struct net_point {
+struct exact_net_point {
     double uv[2];
     struct vec3 r, warp, weft; /* position and unit tangents r_s, r_t */
     double shear_deg;
 };
 
-struct geodesic_setup {
+struct exact_geodesic_setup {
     const struct shape *shape; /* must outlive what is made from this */
     double uv[2];
     struct vec3 direction; /* unit tangent */
@@ -29,14 +29,15 @@ struct geodesic_setup {
     int blocks, order; /* blocks of equal length with `order` points each */
 };
 
-struct geodesic;
+struct exact_geodesic;
 
-struct geodesic *geodesic_make(const struct geodesic_setup *setup);
-void geodesic_free(struct geodesic *geodesic);
+struct exact_geodesic *exact_geodesic_make(const struct exact_geodesic_setup *setup);
+void exact_geodesic_free(struct exact_geodesic *geodesic);
 /* uv and unit tangent at arc length s in [0, length]; `duv` may be NULL. */
-void geodesic_at(const struct geodesic *geodesic, double s, double uv[2], double duv[2]);
+void exact_geodesic_at(const struct exact_geodesic *geodesic, double s, double uv[2],
+                       double duv[2]);
 
-struct net_setup {
+struct exact_net_setup {
     const struct shape *shape; /* must outlive the net */
     double uv[2];
     struct vec3 warp, weft; /* unit tangents at the start */
@@ -44,15 +45,15 @@ struct net_setup {
     int blocks, order;
 };
 
-struct net;
+struct exact_net;
 
 /* All four quadrants, |s| <= length[0] and |t| <= length[1]. */
-struct net *net_make(const struct net_setup *setup);
-void net_free(struct net *net);
-void net_at(const struct net *net, double s, double t, struct net_point *point);
+struct exact_net *exact_net_make(const struct exact_net_setup *setup);
+void exact_net_free(struct exact_net *net);
+void exact_net_at(const struct exact_net *net, double s, double t, struct exact_net_point *point);
 
 /* The integral of K dA over the index rectangle between (0,0) and the far corner of the quadrant
  * with the given signs, by Clenshaw-Curtis quadrature. */
-double net_curvature(const struct net *net, int sign_s, int sign_t);
+double exact_net_curvature(const struct exact_net *net, int sign_s, int sign_t);
 
 #endif

@@ -11,7 +11,7 @@ enum { NEWTON_MAX = 30, GENERATOR_ORDER = 16 };
 static const double NEARLY = 1e-9;
 
 struct march {
-    const struct march_setup *setup;
+    const struct plain_setup *setup;
     struct drape_nodes *nodes;
     struct grid grid;
     double *chord[2]; /* gib4: chord of the edge to (i-1, j) and to (i, j-1), by node */
@@ -37,19 +37,19 @@ static void set_node(struct march *march, int i, int j, const double uv[2]) {
 }
 
 /* The arc length beyond `from` at which the chord from r is d: secant steps. */
-static double equal_chord(const struct march *march, const struct geodesic *geodesic, double from,
-                          struct vec3 r, double d) {
+static double equal_chord(const struct march *march, const struct exact_geodesic *geodesic,
+                          double from, struct vec3 r, double d) {
     double s = from + d, uv[2];
     for (int it = 0; it < 12; it++) {
-        geodesic_at(geodesic, s, uv, NULL);
+        exact_geodesic_at(geodesic, s, uv, NULL);
         s += d - vec3_distance(shape_point(march->setup->shape, uv), r);
     }
     return s;
 }
 
 static void generator(struct march *march, int k, int sign) {
-    const struct march_setup *setup = march->setup;
-    struct geodesic_setup along = {
+    const struct plain_setup *setup = march->setup;
+    struct exact_geodesic_setup along = {
         .shape = setup->shape,
         .uv = {setup->uv[0], setup->uv[1]},
         .direction = vec3_scale(sign, k ? setup->weft : setup->warp),
@@ -57,17 +57,17 @@ static void generator(struct march *march, int k, int sign) {
         .blocks = 8,
         .order = GENERATOR_ORDER,
     };
-    struct geodesic *geodesic = geodesic_make(&along);
+    struct exact_geodesic *geodesic = exact_geodesic_make(&along);
     double s = 0;
     for (int l = 1; l <= setup->n[k]; l++) {
         double uv[2], d = setup->spacing[k];
         int i = k ? 0 : sign * l, j = k ? sign * l : 0;
         struct vec3 last = k ? point(march, 0, j - sign) : point(march, i - sign, 0);
         s = setup->method == DRAPE_BASIC ? equal_chord(march, geodesic, s, last, d) : l * d;
-        geodesic_at(geodesic, s, uv, NULL);
+        exact_geodesic_at(geodesic, s, uv, NULL);
         set_node(march, i, j, uv);
     }
-    geodesic_free(geodesic);
+    exact_geodesic_free(geodesic);
 }
 
 /* Newton for |D - B| = b, |D - C| = c in (u, v). */
@@ -90,7 +90,7 @@ static void intersect(const struct shape *shape, struct vec3 rb, struct vec3 rc,
 }
 
 static void step(struct march *march, int i, int j, bool corrected) {
-    const struct march_setup *setup = march->setup;
+    const struct plain_setup *setup = march->setup;
     const struct drape_nodes *nodes = march->nodes;
     int si = i < 0 ? -1 : 1, sj = j < 0 ? -1 : 1;
     int a = place(march, i - si, j - sj), b = place(march, i - si, j), c = place(march, i, j - sj);
@@ -146,7 +146,7 @@ static struct vec3 second_difference(const struct march *march, int k, int i, in
 
 /* chord = d sqrt(1 - |D2|^2 / (12 d^2)), D2 averaged over both ends of the edge. */
 static void correct_chords(struct march *march) {
-    const struct march_setup *setup = march->setup;
+    const struct plain_setup *setup = march->setup;
     for (int k = 0; k < 2; k++) {
         double d = setup->spacing[k];
         for (int j = -setup->n[1] + k; j <= setup->n[1]; j++) {
@@ -205,7 +205,7 @@ static struct drape_nodes *nodes_new(size_t count) {
     return nodes;
 }
 
-struct drape_nodes *march_make(const struct march_setup *setup) {
+struct drape_nodes *plain_make(const struct plain_setup *setup) {
     size_t count = (size_t)((2 * setup->n[0] + 1) * (2 * setup->n[1] + 1));
     struct march march = {.setup = setup, .nodes = nodes_new(count)};
     index_nodes(&march);
@@ -232,7 +232,7 @@ struct drape_nodes *march_make(const struct march_setup *setup) {
     return march.nodes;
 }
 
-void march_free(struct drape_nodes *nodes) {
+void plain_free(struct drape_nodes *nodes) {
     if (nodes) {
         double *columns[] = {nodes->u, nodes->v, nodes->x, nodes->y, nodes->z, nodes->shear_deg};
         for (int k = 0; k < 6; k++) {

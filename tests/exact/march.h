@@ -10,7 +10,7 @@
 #include "../../solver/drape.h"
 #include "shapes.h"
 
-struct march_setup {
+struct plain_setup {
     const struct shape *shape;
     double uv[2];
     struct vec3 warp, weft;   /* unit tangents at the start */
@@ -19,8 +19,8 @@ struct march_setup {
     int n[2]; /* nodes to -n..n in each direction */
 };
 
-/* The net; the caller gives it back with `march_free`. */
-struct drape_nodes *march_make(const struct march_setup *setup);
-void march_free(struct drape_nodes *nodes);
+/* The net; the caller gives it back with `plain_free`. */
+struct drape_nodes *plain_make(const struct plain_setup *setup);
+void plain_free(struct drape_nodes *nodes);
 
 #endif

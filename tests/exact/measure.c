@@ -89,7 +89,7 @@ struct net_error measure_error(const struct drape_nodes *nodes, const struct ref
         if (abs(i) > n[0] || abs(j) > n[1]) {
             continue;
         }
-        struct net_point exact;
+        struct exact_net_point exact;
         reference_at(reference, i * spacing[0], j * spacing[1], &exact);
         double position = vec3_distance(node_point(nodes, (int)k), exact.r);
         double shear = fabs(nodes->shear_deg[k] - exact.shear_deg);

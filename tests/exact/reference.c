@@ -9,7 +9,7 @@ enum { TAYLOR_ORDER = 24, SPHERE_ORDER = 30 };
 static const double TAYLOR_STEP = 0.125;
 
 typedef void reference_function(const struct reference *self, double s, double t,
-                                struct net_point *point);
+                                struct exact_net_point *point);
 
 /* A quadrant of the net on the unit sphere, r[0], with its derivatives r[1] = r_s and r[2] = r_t,
  * in axes where the start is x, warp y, and weft lies in the plane of y and z. */
@@ -28,7 +28,7 @@ struct reference {
     struct vec3 centre;    /* sphere */
     double w0;             /* sphere: yarn angle at the start */
     struct sphere_quadrant *sphere[2]; /* s t > 0 and s t < 0 */
-    struct net *net;
+    struct exact_net *net;
 };
 
 /* Taylor coefficients of w about z0 from its first two, with S = sin w and C = cos w:
@@ -141,7 +141,8 @@ static struct sphere_quadrant *sphere_quadrant_make(const struct chebyshev *rule
 }
 
 /* In quadrants of s t < 0 the net is that of the turned yarn with start angle 180 deg - w0. */
-static void at_sphere(const struct reference *self, double s, double t, struct net_point *point) {
+static void at_sphere(const struct reference *self, double s, double t,
+                      struct exact_net_point *point) {
     double sign[2] = {s < 0 ? -1 : 1, t < 0 ? -1 : 1}, radius = self->a, dw, w;
     const struct sphere_quadrant *q = self->sphere[sign[0] != sign[1]];
     double angle = sign[0] != sign[1] ? M_PI - self->w0 : self->w0;
@@ -207,7 +208,7 @@ static double parabola_x(double a, double s) {
 }
 
 /* Into space, and the shear from the tangents. */
-static void finish(const struct reference *self, struct net_point *point) {
+static void finish(const struct reference *self, struct exact_net_point *point) {
     point->r = motion_point(&self->motion, point->r);
     point->warp = vec3_unit(motion_vector(&self->motion, point->warp));
     point->weft = vec3_unit(motion_vector(&self->motion, point->weft));
@@ -215,7 +216,7 @@ static void finish(const struct reference *self, struct net_point *point) {
 }
 
 static void at_translation(const struct reference *self, double s, double t,
-                           struct net_point *point) {
+                           struct exact_net_point *point) {
     double x = parabola_x(self->a, s / self->scale), y = parabola_x(self->b, t / self->scale);
     point->r = vec3_make(x, y, (self->a * x * x + self->b * y * y) / 2);
     point->warp = vec3_make(1, 0, self->a * x);
@@ -247,7 +248,8 @@ static void set_start(struct reference *self, const struct frame *start) {
     self->start.weft = vec3_unit(back(self, start->weft));
 }
 
-static void at_plane(const struct reference *self, double s, double t, struct net_point *point) {
+static void at_plane(const struct reference *self, double s, double t,
+                     struct exact_net_point *point) {
     const struct frame *start = &self->start;
     point->r = vec3_axpy(s, start->warp, vec3_axpy(t, start->weft, start->r));
     point->warp = start->warp;
@@ -268,7 +270,8 @@ static void polar(double phi, struct vec3 *out, struct vec3 *round) {
     *round = vec3_make(-sin(phi), cos(phi), 0);
 }
 
-static void at_cylinder(const struct reference *self, double s, double t, struct net_point *point) {
+static void at_cylinder(const struct reference *self, double s, double t,
+                        struct exact_net_point *point) {
     const struct frame *start = &self->start;
     struct vec3 out, round;
     double phi = atan2(start->r.y, start->r.x), z = start->r.z;
@@ -304,7 +307,8 @@ static struct vec3 unrolled(double beta, const double flat[2], double angle, dou
     return vec3_add(vec3_scale(along, ray), vec3_scale(across, round));
 }
 
-static void at_cone(const struct reference *self, double s, double t, struct net_point *point) {
+static void at_cone(const struct reference *self, double s, double t,
+                    struct exact_net_point *point) {
     const struct frame *start = &self->start;
     struct vec3 out, round;
     double phi = atan2(start->r.y, start->r.x), beta = self->a;
@@ -331,31 +335,33 @@ struct reference *reference_cone(const struct motion *motion, double half_angle,
     return self;
 }
 
-static void at_net(const struct reference *self, double s, double t, struct net_point *point) {
-    net_at(self->net, s, t, point);
+static void at_net(const struct reference *self, double s, double t,
+                   struct exact_net_point *point) {
+    exact_net_at(self->net, s, t, point);
 }
 
-struct reference *reference_net(const struct net_setup *setup) {
+struct reference *reference_net(const struct exact_net_setup *setup) {
     struct motion none = motion_identity();
     struct reference *self = reference_new(at_net, &none);
-    self->net = net_make(setup);
+    self->net = exact_net_make(setup);
     return self;
 }
 
-const struct net *reference_get_net(const struct reference *reference) {
+const struct exact_net *reference_get_net(const struct reference *reference) {
     return reference->net;
 }
 
 void reference_free(struct reference *reference) {
     if (reference) {
-        net_free(reference->net);
+        exact_net_free(reference->net);
         free(reference->sphere[0]);
         free(reference->sphere[1]);
         free(reference);
     }
 }
 
-void reference_at(const struct reference *reference, double s, double t, struct net_point *point) {
+void reference_at(const struct reference *reference, double s, double t,
+                  struct exact_net_point *point) {
     reference->at(reference, s, t, point);
 }
 

@@ -39,12 +39,13 @@ struct reference *reference_cylinder(const struct motion *motion, double radius,
 /* The cone rho = z tan(half_angle) about the z axis of `motion`. */
 struct reference *reference_cone(const struct motion *motion, double half_angle,
                                  const struct frame *start);
-struct reference *reference_net(const struct net_setup *setup);
+struct reference *reference_net(const struct exact_net_setup *setup);
 /* The same net without the ownership. */
-const struct net *reference_get_net(const struct reference *reference);
+const struct exact_net *reference_get_net(const struct reference *reference);
 
 void reference_free(struct reference *reference);
-void reference_at(const struct reference *reference, double s, double t, struct net_point *point);
+void reference_at(const struct reference *reference, double s, double t,
+                  struct exact_net_point *point);
 
 /* The discrete net of great-circle edges on the sphere about 0: nodes (i, j), 0 <= i <= n[0],
  * 0 <= j <= n[1], at out[j * (n[0] + 1) + i]; generators are great circles with steps `arc[0]` and

@@ -155,7 +155,7 @@ static void make_smooth(struct scene *scene, enum scene_id id) {
 /* Across the knots of the C2 surface many small blocks are taken; elsewhere a few of high order. */
 static struct reference *refer_general(const struct scene *scene, enum scene_id id) {
     bool analytic = id != SCENE_FREEFORM;
-    struct net_setup setup = {
+    struct exact_net_setup setup = {
         .shape = &scene->smooth,
         .uv = {scene->smooth_uv[0], scene->smooth_uv[1]},
         .warp = scene->start.warp,

@@ -13,12 +13,12 @@ int main(int c, char **v) {
             double last = 0, lastg = 0;
             printf("%-26s m%d", scene.name, m);
             for (int n = 16; n <= 64; n *= 2) {
-                struct march_setup setup = {
+                struct plain_setup setup = {
                     &scene.shape,      {scene.start_uv[0], scene.start_uv[1]},
                     scene.start.warp,  scene.start.weft,
                     methods[m],        {scene.length[0] / n, scene.length[1] / n},
                     {n + pad, n + pad}};
-                struct drape_nodes *nodes = march_make(&setup);
+                struct drape_nodes *nodes = plain_make(&setup);
                 struct net_error e =
                     measure_error(nodes, scene.reference, setup.spacing, (int[2]){n, n});
                 e.position /= scene.side;
@@ -26,7 +26,7 @@ int main(int c, char **v) {
                        order_of(last, e.position), order_of(lastg, e.shear_deg));
                 last = e.position;
                 lastg = e.shear_deg;
-                march_free(nodes);
+                plain_free(nodes);
             }
             printf("\n");
         }

@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: MIT */
+#include "drape.h"
+
+#include "march.h"
+#include "report.h"
+#include "start.h"
+#include <float.h>
+
+const char *drape_reason_name(enum drape_reason reason) {
+    static const char *const names[] = {
+#define X(id, name) name,
+        DRAPE_REASON_LIST(X)
+#undef X
+    };
+    return names[reason];
+}
+
+/* Written so that NaN is refused. */
+static bool in_range(double x, double low, double high) {
+    return x >= low && x <= high;
+}
+
+static bool valid_extent(const struct drape_settings *s, int k) {
+    return !s->has_extent[k] || (s->extent[k][0] <= 0 && s->extent[k][1] >= 0);
+}
+
+static bool available(const struct drape_settings *s) {
+    return (s->method == DRAPE_BASIC || s->method == DRAPE_GIB) &&
+           s->yarn_path == DRAPE_PATH_CHORD && s->generator[0].kind == DRAPE_GENERATOR_GEODESIC &&
+           s->generator[1].kind == DRAPE_GENERATOR_GEODESIC;
+}
+
+static enum status check_settings(const struct drape_settings *s) {
+    bool good = in_range(s->spacing[0], DBL_MIN, DBL_MAX) &&
+                in_range(s->spacing[1], DBL_MIN, DBL_MAX) &&
+                in_range(s->direction_deg, -1e6, 1e6) && in_range(s->pre_shear_deg, -80, 80) &&
+                valid_extent(s, 0) && valid_extent(s, 1) && s->max_nodes > 0 && available(s);
+    return good ? STATUS_OK : STATUS_INVALID;
+}
+
+enum status drape_solve(const struct surface *surface, const struct drape_settings *settings,
+                        const struct drape_monitor *monitor, struct arena *arena,
+                        struct drape_result *result) {
+    struct march march = {
+        .surface = surface, .settings = settings, .monitor = monitor, .arena = arena};
+    enum status status = check_settings(settings);
+    if (status == STATUS_OK)
+        status = start_find(surface, settings, &march.start);
+    if (status == STATUS_OK)
+        status = march_run(&march);
+    if (status == STATUS_OK)
+        status = report_make(&march, result);
+    return status;
+}

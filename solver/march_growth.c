@@ -1,0 +1,240 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What the quadrants could not reach. A queue holds unknown places next to the net. A place with
+ * three corners of a cell is solved, from the side of the start if it can be; one without waits in
+ * a heap. When the queue is empty, the waiting place nearest to its generator is reached by its
+ * yarn going straight on for one spacing, a free edge, and the queue fills again.
+ */
+#include "march.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+struct place {
+    int32_t i, j;
+};
+
+/* A yarn that may go straight on from (i, j) to (i + di, j + dj). */
+struct free_end {
+    int32_t i, j;
+    int8_t di, dj;
+};
+
+struct growth {
+    struct march *march;
+    struct place *queue; /* a ring */
+    size_t head, length, room;
+    struct free_end *heap; /* least first */
+    size_t heap_length, heap_room;
+};
+
+static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+
+/* Twice the room of an array that is full; the old one stays in the arena. */
+static void *grown(struct arena *arena, const void *from, size_t length, size_t room, size_t size) {
+    char *to = arena_alloc(arena, room, size);
+    if (to && length)
+        memcpy(to, from, length * size);
+    return to;
+}
+
+static enum status push_place(struct growth *g, int32_t i, int32_t j) {
+    if (g->length == g->room) {
+        size_t room = g->room ? 2 * g->room : 1024;
+        struct place *to = arena_alloc(g->march->arena, room, sizeof *to);
+        if (!to)
+            return STATUS_OUT_OF_MEMORY;
+        for (size_t k = 0; k < g->length; k++)
+            to[k] = g->queue[(g->head + k) % g->room];
+        g->queue = to;
+        g->room = room;
+        g->head = 0;
+    }
+    g->queue[(g->head + g->length++) % g->room] = (struct place){i, j};
+    return STATUS_OK;
+}
+
+/* Distance of the free yarn from its generator first, then of its end from the start. */
+static int64_t rank(const struct free_end *e) {
+    int64_t i = labs(e->i), j = labs(e->j);
+    return (e->dj ? i : j) * ((int64_t)1 << 32) + i + j;
+}
+
+static bool before(const struct free_end *a, const struct free_end *b) {
+    if (rank(a) != rank(b))
+        return rank(a) < rank(b);
+    if (a->i != b->i)
+        return a->i < b->i;
+    if (a->j != b->j)
+        return a->j < b->j;
+    return a->di != b->di ? a->di < b->di : a->dj < b->dj;
+}
+
+static enum status push_end(struct growth *g, struct free_end end) {
+    if (g->heap_length == g->heap_room) {
+        g->heap_room = g->heap_room ? 2 * g->heap_room : 1024;
+        g->heap = grown(g->march->arena, g->heap, g->heap_length, g->heap_room, sizeof *g->heap);
+        if (!g->heap)
+            return STATUS_OUT_OF_MEMORY;
+    }
+    size_t at = g->heap_length++;
+    for (; at > 0 && before(&end, &g->heap[(at - 1) / 2]); at = (at - 1) / 2)
+        g->heap[at] = g->heap[(at - 1) / 2];
+    g->heap[at] = end;
+    return STATUS_OK;
+}
+
+static struct free_end pop_end(struct growth *g) {
+    struct free_end least = g->heap[0], last = g->heap[--g->heap_length];
+    size_t at = 0;
+    for (size_t child; (child = 2 * at + 1) < g->heap_length; at = child) {
+        child += child + 1 < g->heap_length && before(&g->heap[child + 1], &g->heap[child]);
+        if (!before(&g->heap[child], &last))
+            break;
+        g->heap[at] = g->heap[child];
+    }
+    g->heap[at] = last;
+    return least;
+}
+
+/* Queues the unknown places round (i, j), `diagonal` too: there the cell may now have three. */
+static enum status push_around(struct growth *g, int32_t i, int32_t j, bool diagonal) {
+    enum status status = STATUS_OK;
+    for (int dj = -1; dj <= 1; dj++)
+        for (int di = -1; di <= 1 && status == STATUS_OK; di++)
+            if ((diagonal ? di || dj : !di != !dj) &&
+                net_state_at(&g->march->net, i + di, j + dj) == NET_UNKNOWN)
+                status = push_place(g, i + di, j + dj);
+    return status;
+}
+
+/* Whether (i, j) is the fourth corner of a cell whose others are there, one of them inside next to
+ * it, seen from A = (i - si, j - sj). */
+static bool has_corners(struct march *march, int32_t i, int32_t j, int si, int sj) {
+    struct net *net = &march->net;
+    const struct net_node *b = net_place(net, i - si, j), *c = net_place(net, i, j - sj);
+    return b && c && (b->state == NET_INSIDE || c->state == NET_INSIDE) &&
+           net_place(net, i - si, j - sj);
+}
+
+/* Tries the cells round an unknown place; `tried` tells whether there was one with three corners.
+ */
+static enum status solve_place(struct growth *g, int32_t i, int32_t j, bool *tried) {
+    struct march *march = g->march;
+    int si = i < 0 ? -1 : 1, sj = j < 0 ? -1 : 1;
+    enum drape_reason reason = DRAPE_REASON_BOUNDARY, first = reason;
+    *tried = false;
+    for (int k = 0; k < 4; k++) {
+        int ki = k & 1 ? -si : si, kj = k & 2 ? -sj : sj;
+        bool placed;
+        if (!has_corners(march, i, j, ki, kj))
+            continue;
+        enum status status = march_corner(march, i, j, ki, kj, &placed, &reason);
+        first = *tried ? first : reason;
+        *tried = true;
+        if (status != STATUS_OK || net_state_at(&march->net, i, j) == NET_FAILED)
+            return status;
+        if (placed)
+            return push_around(g, i, j, true);
+    }
+    return *tried ? march_fail(march, i, j, first) : STATUS_OK;
+}
+
+/* Lets the yarns that could reach (i, j) straight on wait in the heap. */
+static enum status wait_for_yarns(struct growth *g, int32_t i, int32_t j) {
+    struct net *net = &g->march->net;
+    enum status status = STATUS_OK;
+    for (int k = 0; k < 4 && status == STATUS_OK; k++) {
+        int8_t di = sides[k][0], dj = sides[k][1];
+        if (net_state_at(net, i - di, j - dj) == NET_INSIDE &&
+            net_place(net, i - 2 * di, j - 2 * dj))
+            status = push_end(g, (struct free_end){i - di, j - dj, di, dj});
+    }
+    return status;
+}
+
+static enum status empty_queue(struct growth *g) {
+    while (g->length) {
+        struct place p = g->queue[g->head];
+        bool tried;
+        g->head = (g->head + 1) % g->room;
+        g->length--;
+        if (net_state_at(&g->march->net, p.i, p.j) != NET_UNKNOWN)
+            continue;
+        enum status status = solve_place(g, p.i, p.j, &tried);
+        if (status == STATUS_OK && !tried)
+            status = wait_for_yarns(g, p.i, p.j);
+        if (status != STATUS_OK)
+            return status;
+        if (!march_progress(g->march))
+            return STATUS_CANCELLED;
+    }
+    return STATUS_OK;
+}
+
+/* Whether the net is broken beside the yarn's next step: `reason` says how. A yarn does not go
+ * round a place where its neighbours came together. */
+static bool broken_beside(struct march *march, const struct free_end *e,
+                          enum drape_reason *reason) {
+    for (int k = 0; k < 4; k++) {
+        int side = k & 1 ? -1 : 1, step = k / 2;
+        const struct net_node *node = net_find(&march->net, e->i + step * e->di + side * e->dj,
+                                               e->j + step * e->dj + side * e->di);
+        if (node && node->state == NET_FAILED && node->reason != DRAPE_REASON_BOUNDARY &&
+            node->reason != DRAPE_REASON_EXTENT) {
+            *reason = (enum drape_reason)node->reason;
+            return true;
+        }
+    }
+    return false;
+}
+
+/* One spacing straight on. */
+static enum status go_straight(struct growth *g, const struct free_end *e) {
+    struct march *march = g->march;
+    struct station from, to;
+    enum drape_reason reason;
+    enum station_zone zone;
+    int32_t i = e->i + e->di, j = e->j + e->dj;
+    if (!march_in_extent(march, i, j))
+        return march_fail(march, i, j, DRAPE_REASON_EXTENT);
+    if (broken_beside(march, e, &reason))
+        return march_fail(march, i, j, reason);
+    const struct net_node *last = net_place(&march->net, e->i - e->di, e->j - e->dj);
+    if (!last || !march_station(march, e->i, e->j, &from))
+        return march_fail(march, i, j, DRAPE_REASON_DEGENERATE);
+    struct vec3 chord = vec3_sub(from.jet.r, last->r);
+    if (!march_straight_on(march, &from, chord, march->settings->spacing[e->dj != 0], &to))
+        return march_fail(march, i, j, DRAPE_REASON_BOUNDARY);
+    enum status status = march_place(march, i, j, &to, &zone);
+    return status == STATUS_OK && zone != STATION_BEYOND ? push_around(g, i, j, true) : status;
+}
+
+static enum status push_rim(struct growth *g) {
+    struct net_tile **tiles = net_sorted_tiles(&g->march->net);
+    if (!tiles)
+        return STATUS_OUT_OF_MEMORY;
+    enum status status = STATUS_OK;
+    for (size_t t = 0, count = g->march->net.tile_count; t < count; t++)
+        for (int at = 0; at < NET_TILE * NET_TILE && status == STATUS_OK; at++) {
+            int i = at % NET_TILE, j = at / NET_TILE;
+            if (tiles[t]->node[j][i].state == NET_INSIDE)
+                status =
+                    push_around(g, tiles[t]->ti * NET_TILE + i, tiles[t]->tj * NET_TILE + j, false);
+        }
+    return status;
+}
+
+enum status march_growth(struct march *march) {
+    struct growth g = {.march = march};
+    enum status status = push_rim(&g);
+    while (status == STATUS_OK) {
+        status = empty_queue(&g);
+        if (status != STATUS_OK || !g.heap_length)
+            break;
+        struct free_end end = pop_end(&g);
+        if (net_state_at(&march->net, end.i + end.di, end.j + end.dj) == NET_UNKNOWN)
+            status = go_straight(&g, &end);
+    }
+    return status;
+}
