@@ -73,6 +73,11 @@ $(B)/drape: $(B)/api/main.o $(B)/libdrapeapi.a $(B)/libdrape.a
 $(TESTS): $(B)/%: $(B)/%.o $$(call test_helpers,$$*.c) $(LIBS)
 	$(CC) $(LDFLAGS) -o $@ $^ -lcmocka $(SERVER_LIBS)
 
+bench: $(B)/tests/bench/bench_solver
+	$<
+$(B)/tests/bench/bench_solver: $(B)/tests/bench/bench_solver.o $(B)/libdrape.a
+	$(CC) $(LDFLAGS) -o $@ $^ -lm
+
 clean:
 	rm -rf $(B)
 

@@ -1,57 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "tree.h"
 
-#include "prescan.h"
 #include <jansson.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
-
-void tree_prepare(void) {
-    json_object_seed(0);
-}
-
-/* jansson quotes the text it stumbled over, which may be any bytes. */
-static void make_printable(char *text) {
-    for (; *text; text++)
-        if (*text < ' ' || *text > '~')
-            *text = '?';
-}
-
-static void set_parse_problem(struct api_problem *problem, json_error_t *error) {
-    if (json_error_code(error) == json_error_out_of_memory) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to parse the document");
-        return;
-    }
-    make_printable(error->text);
-    api_problem_set(problem, API_MALFORMED_JSON, "line %d, column %d: %s", error->line,
-                    error->column, error->text);
-}
-
-enum api_problem_id tree_parse(struct tree *tree, const char *bytes, size_t length,
-                               const struct api_limits *limits, struct arena *arena,
-                               struct api_problem *problem) {
-    const size_t flags = JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL | JSON_DECODE_ANY;
-    *tree = (struct tree){.problem = problem, .arena = arena};
-    if (length == 0) {
-        api_problem_set(problem, API_MALFORMED_JSON, "line 1, column 1: the document is empty");
-        return problem->id;
-    }
-    if (api_prescan(bytes, length, limits, problem) != API_OK)
-        return problem->id;
-    json_error_t error;
-    tree->root = json_loadb(bytes, length, flags, &error);
-    if (tree->root)
-        return API_OK;
-    set_parse_problem(problem, &error);
-    return problem->id;
-}
-
-void tree_free(struct tree *tree) {
-    json_decref(tree->root);
-    tree->root = NULL;
-}
 
 struct tree_place tree_root(const struct tree *tree) {
     return (struct tree_place){.tree = tree, .value = tree->root};

@@ -7,7 +7,7 @@
  *
  * Every read function checks type and range, reports what is wrong to the document's problem and
  * returns false; so a decoder goes on after an error and finds the independent ones too.
- * `tree.c` is the only file that includes jansson.h.
+ * `tree.c` and `tree_parse.c` are the only files that include jansson.h.
  */
 #ifndef API_TREE_H
 #define API_TREE_H
@@ -54,8 +54,13 @@ struct tree_range {
 /* Sets up the parser for this process; see `api_prepare`. */
 void tree_prepare(void);
 
+/* For tests: the n-th allocation of the parser in this thread from now on (1 is the next) and all
+ * after it fail; 0 never. */
+void tree_fail_at(size_t n);
+
 /* Parses `bytes` within the limits. On API_OK the caller frees the tree with `tree_free`; else
- * `problem` is API_TOO_LARGE, API_MALFORMED_JSON (with line and column) or API_OUT_OF_MEMORY. */
+ * `problem` is API_TOO_LARGE, API_MALFORMED_JSON (with line and column), API_INVALID_REQUEST (a
+ * number beyond the doubles, with its pointer) or API_OUT_OF_MEMORY. */
 enum api_problem_id tree_parse(struct tree *tree, const char *bytes, size_t length,
                                const struct api_limits *limits, struct arena *arena,
                                struct api_problem *problem) STATUS_MUST_USE;

@@ -10,6 +10,9 @@ enum {
 /* Local error allowed, as a share of the step. */
 static const double tolerance = 1e-14;
 
+/* Rounding in the sums of one step, as a share of the surface's coordinates. */
+static const double rounding = 4e-15;
+
 /* Steps shorter than this share of the whole are not tried: the line cannot be followed. */
 static const double shortest = 1e-12;
 
@@ -101,8 +104,8 @@ static bool extrapolated_step(const struct geodesic *g, double h, double out[STA
                 table[m][k] = table[m + 1][k] + weight * (table[m + 1][k] - table[m][k]);
         }
         double error = spatial_error(&jet, best, table[0], h);
-        double rounding = 1e-16 * (g->surface->size + vec3_norm(jet.r));
-        if (level >= 2 && error <= tolerance * h + rounding) {
+        double allowed = tolerance * h + rounding * (g->surface->size + vec3_norm(jet.r));
+        if (level >= 2 && error <= allowed) {
             for (int k = 0; k < STATE; k++)
                 out[k] = table[0][k];
             return true;

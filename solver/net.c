@@ -8,7 +8,7 @@ enum { FIRST_SLOTS = 256 };
 static size_t slot_of(const struct net *net, int32_t ti, int32_t tj) {
     uint64_t key = (uint64_t)(uint32_t)ti << 32 | (uint32_t)tj;
     key *= UINT64_C(0x9E3779B97F4A7C15); /* Fibonacci hashing */
-    return (size_t)(key >> 20) & (net->slot_count - 1);
+    return (size_t)(key >> 32) & (net->slot_count - 1);
 }
 
 /* The slot that holds the tile, or the free one where it belongs. */

@@ -88,6 +88,11 @@ void shape_transpose(struct shape *shape);
 
 void shape_domain(const struct shape *shape, double lower[2], double upper[2]);
 void shape_evaluate(const struct shape *shape, double u, double v, struct surface_jet *jet);
+/* The last knot interval of direction k that starts at or before x, inside the domain. */
+int shape_span(const struct shape *shape, int k, double x);
+/* The same by the polynomials of the given intervals, wherever (u, v) is. */
+void shape_evaluate_in(const struct shape *shape, const int span[2], double u, double v,
+                       struct surface_jet *jet);
 struct vec3 shape_point(const struct shape *shape, const double uv[2]);
 /* A view of the shape, good while it lives and is not changed. */
 struct nurbs shape_nurbs(struct shape *shape);

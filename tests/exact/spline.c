@@ -59,8 +59,7 @@ void shape_domain(const struct shape *shape, double lower[2], double upper[2]) {
     }
 }
 
-/* The last knot interval that starts at or before x, inside the domain. */
-static int span_of(const struct shape *shape, int k, double x) {
+int shape_span(const struct shape *shape, int k, double x) {
     const double *knots = shape->knots[k];
     int span = shape->degree[k];
     for (int i = span; i < shape->size[k]; i++) {
@@ -116,27 +115,41 @@ static void basis_jet(const struct shape *shape, int k, int span, double x,
     }
 }
 
-void shape_evaluate(const struct shape *shape, double u, double v, struct surface_jet *jet) {
+/* Homogeneous sums sum N_i^(du) N_j^(dv) h_ij for the six derivatives of a jet. */
+static void sum_span(const struct shape *shape, const int span[2],
+                     double nu[3][NURBS_DEGREE_MAX + 1], double nv[3][NURBS_DEGREE_MAX + 1],
+                     double sum[6][4]) {
     static const int orders[6][2] = {{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}};
-    double nu[3][NURBS_DEGREE_MAX + 1], nv[3][NURBS_DEGREE_MAX + 1];
-    int su = span_of(shape, 0, u), sv = span_of(shape, 1, v);
-    basis_jet(shape, 0, su, u, nu);
-    basis_jet(shape, 1, sv, v, nv);
+    memset(sum, 0, 6 * sizeof sum[0]);
+    for (int i = 0; i <= shape->degree[0]; i++) {
+        int at = (span[0] - shape->degree[0] + i) * shape->size[1] + span[1] - shape->degree[1];
+        double row[3][4] = {{0}};
+        for (int j = 0; j <= shape->degree[1]; j++) {
+            for (int c = 0; c < 4; c++) {
+                row[0][c] += nv[0][j] * shape->h[at + j][c];
+                row[1][c] += nv[1][j] * shape->h[at + j][c];
+                row[2][c] += nv[2][j] * shape->h[at + j][c];
+            }
+        }
+        for (int o = 0; o < 6; o++) {
+            for (int c = 0; c < 4; c++) {
+                sum[o][c] += nu[orders[o][0]][i] * row[orders[o][1]][c];
+            }
+        }
+    }
+}
+
+void shape_evaluate_in(const struct shape *shape, const int span[2], double u, double v,
+                       struct surface_jet *jet) {
+    double nu[3][NURBS_DEGREE_MAX + 1], nv[3][NURBS_DEGREE_MAX + 1], sum[6][4];
+    basis_jet(shape, 0, span[0], u, nu);
+    basis_jet(shape, 1, span[1], v, nv);
+    sum_span(shape, span, nu, nv, sum);
     struct vec3 a[6];
     double w[6];
     for (int o = 0; o < 6; o++) {
-        double sum[4] = {0, 0, 0, 0};
-        for (int i = 0; i <= shape->degree[0]; i++) {
-            for (int j = 0; j <= shape->degree[1]; j++) {
-                double f = nu[orders[o][0]][i] * nv[orders[o][1]][j];
-                int at = (su - shape->degree[0] + i) * shape->size[1] + sv - shape->degree[1] + j;
-                for (int c = 0; c < 4; c++) {
-                    sum[c] += f * shape->h[at][c];
-                }
-            }
-        }
-        a[o] = vec3_make(sum[0], sum[1], sum[2]);
-        w[o] = sum[3];
+        a[o] = vec3_make(sum[o][0], sum[o][1], sum[o][2]);
+        w[o] = sum[o][3];
     }
     double s = 1 / w[0];
     jet->r = vec3_scale(s, a[0]);
@@ -146,6 +159,11 @@ void shape_evaluate(const struct shape *shape, double u, double v, struct surfac
     jet->vv = vec3_scale(s, vec3_axpy(-2 * w[2], jet->v, vec3_axpy(-w[5], jet->r, a[5])));
     struct vec3 mixed = vec3_axpy(-w[1], jet->v, vec3_axpy(-w[2], jet->u, a[4]));
     jet->uv = vec3_scale(s, vec3_axpy(-w[4], jet->r, mixed));
+}
+
+void shape_evaluate(const struct shape *shape, double u, double v, struct surface_jet *jet) {
+    int span[2] = {shape_span(shape, 0, u), shape_span(shape, 1, v)};
+    shape_evaluate_in(shape, span, u, v, jet);
 }
 
 struct vec3 shape_point(const struct shape *shape, const double uv[2]) {
@@ -170,7 +188,7 @@ static void insert_in_row(double (*h)[4], int stride, const double *knots, int d
 }
 
 void shape_insert_knot(struct shape *shape, int k, double knot) {
-    int degree = shape->degree[k], size = shape->size[k], span = span_of(shape, k, knot);
+    int degree = shape->degree[k], size = shape->size[k], span = shape_span(shape, k, knot);
     assert(size < SHAPE_SIZE_MAX);
     if (k == 1) { /* make room: rows grow by one */
         shape_transpose(shape);
