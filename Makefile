@@ -35,11 +35,10 @@ TEST_MAIN := $(filter $(addsuffix test_%,$(sort $(dir $(TEST_SRC)))),$(TEST_SRC)
 TESTS := $(TEST_MAIN:%.c=$(B)/%)
 test_helpers = $(call objects,$(filter-out $(dir $(1))test_%,$(wildcard $(dir $(1))*.c)))
 
-.PHONY: all demo test check bench lint format install clean setup FORCE
+.PHONY: all demo test tests bench lint format install clean
 all: $(B)/draped $(B)/drape
 
 # Installs what the build needs, once; `make test` asks for more.
-setup: $(B)/.setup
 $(B)/.setup: deploy/setup.sh
 	@deploy/setup.sh build
 	@mkdir -p $(B) && touch $@
@@ -72,6 +71,30 @@ $(B)/drape: $(B)/api/main.o $(B)/libdrapeapi.a $(B)/libdrape.a
 .SECONDEXPANSION:
 $(TESTS): $(B)/%: $(B)/%.o $$(call test_helpers,$$*.c) $(LIBS)
 	$(CC) $(LDFLAGS) -o $@ $^ -lcmocka $(SERVER_LIBS)
+
+# All tests, also of a build with sanitizers. The installation comes first, in a make of its own,
+# because what is to be built depends on it.
+SANITIZED := OPT=-O1 SANITIZE="-fsanitize=address,undefined -fno-sanitize-recover=all"
+test:
+	@deploy/setup.sh test
+	@$(MAKE) --no-print-directory -s all tests
+	@$(MAKE) --no-print-directory -s B=$(B)/sanitized $(SANITIZED) all tests
+	@tests/run.sh $(B) $(B)/sanitized
+tests: $(TESTS)
+
+demo: all
+	@deploy/demo.sh $(B)
+
+lint: all
+	@deploy/setup.sh test
+	@for check in tests/checks/*.sh; do echo $$check; $$check $(B) || exit 1; done
+
+format:
+	find solver api server tests -name '*.[ch]' -o -name '*.cc' | xargs $(CLANG_FORMAT) -i
+
+PREFIX ?= /usr/local
+install: all
+	install -D -t $(DESTDIR)$(PREFIX)/bin $(B)/draped $(B)/drape
 
 bench: $(B)/tests/bench/bench_solver
 	$<

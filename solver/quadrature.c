@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "quadrature.h"
 
-#include <math.h>
+#include "angle.h"
 
 /* P_n(x) and P_n'(x) by the three-term recurrence. */
 static double legendre(int n, double x, double *derivative) {
@@ -17,10 +17,10 @@ static double legendre(int n, double x, double *derivative) {
 
 /* Newton from the asymptotic roots cos(pi (k + 3/4) / (n + 1/2)); weight 2 / ((1 - x^2) P'^2). */
 struct quadrature quadrature_make(int count) {
-    const double pi = 3.14159265358979323846;
     struct quadrature rule = {.count = count};
     for (int k = 0; k < count; k++) {
-        double x = cos(pi * (k + 0.75) / (count + 0.5)), derivative;
+        double x, sine, derivative;
+        angle_sincos_deg(180 * (k + 0.75) / (count + 0.5), &sine, &x);
         for (int round = 0; round < 6; round++)
             x -= legendre(count, x, &derivative) / derivative;
         (void)legendre(count, x, &derivative);
