@@ -23,6 +23,11 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
                         enum station_zone *zone) {
     enum drape_reason reason;
     *zone = station_zone(march->surface, &march->cursor, march->start.station.uv, station, &reason);
+    if (*zone == STATION_INSIDE && march->fold &&
+        fold_meets(march->fold, i, j, station->jet.r, station->normal)) {
+        *zone = STATION_BEYOND;
+        reason = DRAPE_REASON_FOLD;
+    }
     if (*zone == STATION_BEYOND)
         return march_fail(march, i, j, reason);
     struct net_node *node = net_touch(&march->net, i, j);
@@ -34,8 +39,9 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
                               .reason = (uint8_t)reason};
     *(*zone == STATION_INSIDE ? &march->inside : &march->ghosts) += 1;
     size_t most = march->settings->max_nodes;
-    bool too_many = march->inside > most || march->ghosts / ghosts_per_node > most + ghosts_least;
-    return too_many ? STATUS_TOO_MANY_NODES : STATUS_OK;
+    if (march->inside > most || march->ghosts / ghosts_per_node > most + ghosts_least)
+        return STATUS_TOO_MANY_NODES;
+    return march->fold && *zone == STATION_INSIDE ? fold_add(march->fold, i, j) : STATUS_OK;
 }
 
 /* The share that is done, as far as one can tell: the area of the nodes so far. */
@@ -49,8 +55,36 @@ bool march_progress(struct march *march) {
     return monitor->progress(monitor->context, fmin((double)march->inside / expected, 0.99));
 }
 
+enum status march_watch_folds(struct march *march) {
+    if (march->fold)
+        return STATUS_OK;
+    struct net_tile **tiles = net_sorted_tiles(&march->net);
+    march->fold = fold_make(&march->net, march->settings->spacing);
+    enum status status = tiles && march->fold ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    for (size_t t = 0; t < march->net.tile_count; t++)
+        for (int at = 0; at < NET_TILE * NET_TILE && status == STATUS_OK; at++) {
+            int i = at % NET_TILE, j = at / NET_TILE;
+            if (tiles[t]->node[j][i].state == NET_INSIDE)
+                status =
+                    fold_add(march->fold, tiles[t]->ti * NET_TILE + i, tiles[t]->tj * NET_TILE + j);
+        }
+    return status;
+}
+
+/* A surface that closes over a pole lets the net come back to itself from any side; other closed
+ * ones are cut open opposite the start (`station_zone`). */
+static bool closes_over_pole(const struct surface *surface) {
+    for (int k = 0; k < 2; k++)
+        if (surface->axis[k].closed &&
+            (surface->axis[1 - k].pole[0] || surface->axis[1 - k].pole[1]))
+            return true;
+    return false;
+}
+
 enum status march_run(struct march *march) {
     enum status status = net_make(&march->net, march->arena);
+    if (status == STATUS_OK && closes_over_pole(march->surface))
+        status = march_watch_folds(march);
     if (status == STATUS_OK)
         status = march_generators(march);
     if (status == STATUS_OK)

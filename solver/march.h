@@ -14,6 +14,7 @@
 
 #include "drape.h"
 #include "fishnet.h"
+#include "fold.h"
 #include "net.h"
 #include "station.h"
 
@@ -31,6 +32,7 @@ struct march {
     struct march_start start;
     struct surface_cursor cursor;
     struct net net;
+    struct fold *fold;     /* NULL as long as the net cannot meet itself */
     size_t inside, ghosts; /* nodes placed */
     size_t solved;         /* of them by fishnet_solve, in this many steps: */
     size_t iterations;
@@ -51,8 +53,11 @@ enum status march_growth(struct march *march) STATUS_MUST_USE;
 /* Whether (i, j) lies in the extent asked for. */
 bool march_in_extent(const struct march *march, int32_t i, int32_t j);
 
-/* Puts a station at (i, j), inside or as a ghost; beyond healthy continuation, a failure with its
- * reason. `zone` gets which. */
+/* From now on the net is watched for meeting itself. */
+enum status march_watch_folds(struct march *march) STATUS_MUST_USE;
+
+/* Puts a station at (i, j), inside or as a ghost; beyond healthy continuation, or
+ * where the net is already, a failure with its reason. `zone` gets which. */
 enum status march_place(struct march *march, int32_t i, int32_t j, const struct station *station,
                         enum station_zone *zone) STATUS_MUST_USE;
 

@@ -48,35 +48,54 @@ bool march_straight_on(struct march *march, const struct station *from, struct v
            geodesic_station(&geodesic, &march->cursor, station, NULL);
 }
 
-/* One arm: nodes k (di, dj), k = 1, 2, .., until the surface ends. */
-static enum status grow_arm(struct march *march, struct vec3 direction, double d, int di, int dj) {
+/* A generator on one side of the start, nodes k (di, dj), k = 1, 2, .. */
+struct arm {
     struct geodesic geodesic;
-    bool going = geodesic_start(&geodesic, march->surface, &march->start.station, direction);
-    for (int32_t k = 1;; k++) {
-        struct station station;
-        enum station_zone zone;
-        if (!march_in_extent(march, k * di, k * dj))
-            return march_fail(march, k * di, k * dj, DRAPE_REASON_EXTENT);
-        going = going && advance(march, &geodesic, &march->cursor, d) &&
-                geodesic_station(&geodesic, &march->cursor, &station, NULL);
-        if (!going)
-            return march_fail(march, k * di, k * dj, DRAPE_REASON_BOUNDARY);
-        enum status status = march_place(march, k * di, k * dj, &station, &zone);
-        if (status != STATUS_OK || zone == STATION_BEYOND)
-            return status;
-    }
+    int di, dj;
+    bool started, ended;
+};
+
+static struct arm make_arm(const struct march *march, int k) {
+    int sign = k % 2 ? -1 : 1;
+    bool warp = k < 2;
+    struct vec3 direction = warp ? march->start.warp : march->start.weft;
+    struct arm arm = {.di = warp ? sign : 0, .dj = warp ? 0 : sign};
+    arm.started = geodesic_start(&arm.geodesic, march->surface, &march->start.station,
+                                 vec3_scale(sign, direction));
+    return arm;
 }
 
+static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
+    struct station station;
+    enum station_zone zone;
+    int32_t i = k * arm->di, j = k * arm->dj;
+    double d = march->settings->spacing[arm->dj != 0];
+    arm->ended = true;
+    if (!march_in_extent(march, i, j))
+        return march_fail(march, i, j, DRAPE_REASON_EXTENT);
+    if (!arm->started || !advance(march, &arm->geodesic, &march->cursor, d) ||
+        !geodesic_station(&arm->geodesic, &march->cursor, &station, NULL))
+        return march_fail(march, i, j, DRAPE_REASON_BOUNDARY);
+    enum status status = march_place(march, i, j, &station, &zone);
+    arm->ended = zone == STATION_BEYOND;
+    return status;
+}
+
+/* All four side by side, so that on a closed surface they meet half way. */
 enum status march_generators(struct march *march) {
-    const double *d = march->settings->spacing;
+    struct arm arms[4];
     enum station_zone zone;
     enum status status = march_place(march, 0, 0, &march->start.station, &zone);
-    for (int k = 0; k < 4 && status == STATUS_OK; k++) {
-        int sign = k % 2 ? -1 : 1;
-        bool warp = k < 2;
-        struct vec3 direction = warp ? march->start.warp : march->start.weft;
-        status = grow_arm(march, vec3_scale(sign, direction), d[warp ? 0 : 1], warp ? sign : 0,
-                          warp ? 0 : sign);
+    for (int a = 0; a < 4; a++)
+        arms[a] = make_arm(march, a);
+    bool going = true;
+    for (int32_t k = 1; going && status == STATUS_OK; k++) {
+        going = false;
+        for (int a = 0; a < 4 && status == STATUS_OK; a++) {
+            if (!arms[a].ended)
+                status = grow_arm(march, &arms[a], k);
+            going = going || !arms[a].ended;
+        }
     }
     return status;
 }

@@ -234,6 +234,9 @@ enum status march_growth(struct march *march) {
             break;
         struct free_end end = pop_end(&g);
         if (net_state_at(&march->net, end.i + end.di, end.j + end.dj) == NET_UNKNOWN)
+            status = march_watch_folds(march);
+        if (status == STATUS_OK &&
+            net_state_at(&march->net, end.i + end.di, end.j + end.dj) == NET_UNKNOWN)
             status = go_straight(&g, &end);
     }
     return status;

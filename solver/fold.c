@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: MIT */
+#include "fold.h"
+
+#include <math.h>
+
+enum { NEIGHBOURS = 3, FIRST_BUCKETS = 1024, NONE = -1 };
+
+/* The nearest corner of a cell is at most this many spacings from any place in it, and a sheet of
+ * the surface that is further away than half a spacing is another one. */
+static const double corner_reach = 0.8;
+static const double sheet_gap = 0.5;
+
+struct entry {
+    int32_t i, j;
+    int32_t next; /* in the same bucket, or NONE */
+};
+
+struct fold {
+    struct net *net;
+    double spacing[2];
+    double voxel; /* side of the cubes that space is hashed by */
+    struct entry *entries;
+    int32_t *buckets; /* the first entry of each, or NONE */
+    size_t count, room, bucket_count;
+};
+
+static int64_t voxel_of(const struct fold *fold, double x) {
+    return (int64_t)floor(x / fold->voxel);
+}
+
+static size_t bucket_of(const struct fold *fold, int64_t x, int64_t y, int64_t z) {
+    uint64_t key = (uint64_t)x * UINT64_C(0x9E3779B97F4A7C15);
+    key = (key ^ (uint64_t)y) * UINT64_C(0xC2B2AE3D27D4EB4F);
+    key = (key ^ (uint64_t)z) * UINT64_C(0x165667B19E3779F9);
+    return (size_t)(key >> 32) & (fold->bucket_count - 1);
+}
+
+static size_t bucket_at(const struct fold *fold, struct vec3 r) {
+    return bucket_of(fold, voxel_of(fold, r.x), voxel_of(fold, r.y), voxel_of(fold, r.z));
+}
+
+/* Room for twice the entries: half as many buckets, filled anew. */
+static bool grow(struct fold *fold) {
+    size_t room = fold->room ? 2 * fold->room : FIRST_BUCKETS;
+    struct entry *entries = arena_alloc(fold->net->arena, room, sizeof *entries);
+    int32_t *buckets = arena_alloc(fold->net->arena, room / 2, sizeof *buckets);
+    if (!entries || !buckets || room > INT32_MAX)
+        return false;
+    struct entry *old = fold->entries;
+    fold->entries = entries;
+    fold->buckets = buckets;
+    fold->room = room;
+    fold->bucket_count = room / 2;
+    for (size_t k = 0; k < fold->bucket_count; k++)
+        buckets[k] = NONE;
+    for (size_t k = 0; k < fold->count; k++) {
+        size_t bucket = bucket_at(fold, net_find(fold->net, old[k].i, old[k].j)->r);
+        entries[k] = (struct entry){old[k].i, old[k].j, buckets[bucket]};
+        buckets[bucket] = (int32_t)k;
+    }
+    return true;
+}
+
+struct fold *fold_make(struct net *net, const double spacing[2]) {
+    struct fold *fold = arena_alloc(net->arena, 1, sizeof *fold);
+    if (!fold)
+        return NULL;
+    *fold = (struct fold){.net = net, .spacing = {spacing[0], spacing[1]}};
+    fold->voxel = 2 * fmax(spacing[0], spacing[1]);
+    return grow(fold) ? fold : NULL;
+}
+
+enum status fold_add(struct fold *fold, int32_t i, int32_t j) {
+    if (fold->count == fold->room && !grow(fold))
+        return STATUS_OUT_OF_MEMORY;
+    size_t bucket = bucket_at(fold, net_find(fold->net, i, j)->r);
+    fold->entries[fold->count] = (struct entry){i, j, fold->buckets[bucket]};
+    fold->buckets[bucket] = (int32_t)fold->count++;
+    return STATUS_OK;
+}
+
+/* The yarn's step at (i, j) along (di, dj); zero where none is known. */
+static struct vec3 yarn_step(struct net *net, int32_t i, int32_t j, int di, int dj) {
+    const struct net_node *here = net_place(net, i, j), *ahead = net_place(net, i + di, j + dj);
+    const struct net_node *back = net_place(net, i - di, j - dj);
+    if (ahead && back)
+        return vec3_scale(0.5, vec3_sub(ahead->r, back->r));
+    return ahead  ? vec3_sub(ahead->r, here->r)
+           : back ? vec3_sub(here->r, back->r)
+                  : vec3_make(0, 0, 0);
+}
+
+/* Whether `point` lies in the cells round the node of the entry: |x|, |y| < 1 in its yarns' own
+ * oblique coordinates, and on the same sheet. A yarn alone is taken as crossed at right angles. */
+static bool within_cells(struct fold *fold, const struct entry *entry, struct vec3 point,
+                         struct vec3 normal) {
+    struct vec3 offset = vec3_sub(point, net_find(fold->net, entry->i, entry->j)->r);
+    struct vec3 a = yarn_step(fold->net, entry->i, entry->j, 1, 0);
+    struct vec3 b = yarn_step(fold->net, entry->i, entry->j, 0, 1);
+    if (vec3_norm2(a) == 0)
+        a = vec3_scale(fold->spacing[0], vec3_unit(vec3_cross(b, normal)));
+    if (vec3_norm2(b) == 0)
+        b = vec3_scale(fold->spacing[1], vec3_unit(vec3_cross(normal, a)));
+    struct vec3 across = vec3_cross(a, b);
+    double area2 = vec3_norm2(across), height = vec3_dot(offset, across);
+    if (!(area2 > 0) || height * height > sheet_gap * sheet_gap * area2 * vec3_norm2(a))
+        return false;
+    if (!(vec3_dot(across, normal) > 0))
+        return false;
+    double x = vec3_dot(vec3_cross(offset, b), across) / area2;
+    double y = vec3_dot(vec3_cross(a, offset), across) / area2;
+    return fabs(x) < 1 && fabs(y) < 1;
+}
+
+static bool meets_in_bucket(struct fold *fold, int32_t bucket, int32_t i, int32_t j,
+                            struct vec3 point, struct vec3 normal) {
+    for (int32_t at = bucket; at != NONE; at = fold->entries[at].next) {
+        const struct entry *e = &fold->entries[at];
+        bool neighbour = e->i - i <= NEIGHBOURS && i - e->i <= NEIGHBOURS &&
+                         e->j - j <= NEIGHBOURS && j - e->j <= NEIGHBOURS;
+        if (!neighbour && within_cells(fold, e, point, normal))
+            return true;
+    }
+    return false;
+}
+
+bool fold_meets(struct fold *fold, int32_t i, int32_t j, struct vec3 point, struct vec3 normal) {
+    double reach = corner_reach * fmax(fold->spacing[0], fold->spacing[1]);
+    int64_t x1 = voxel_of(fold, point.x + reach), y1 = voxel_of(fold, point.y + reach);
+    int64_t z1 = voxel_of(fold, point.z + reach);
+    for (int64_t x = voxel_of(fold, point.x - reach); x <= x1; x++)
+        for (int64_t y = voxel_of(fold, point.y - reach); y <= y1; y++)
+            for (int64_t z = voxel_of(fold, point.z - reach); z <= z1; z++)
+                if (meets_in_bucket(fold, fold->buckets[bucket_of(fold, x, y, z)], i, j, point,
+                                    normal))
+                    return true;
+    return false;
+}
