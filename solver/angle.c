@@ -1,11 +1,18 @@
 /* SPDX-License-Identifier: MIT */
 #include "angle.h"
 
-/* sum_k (-1)^k x^(2k) / (2k+1)!, Horner from the term that no longer counts: 5 terms leave less
- * than 1e-16 up to 1/4, 15 up to pi. */
+/* sum_k (-1)^k x^(2k) / (2k+1)!, Horner: up to |x| = 1/4 its first six terms leave less than
+ * 1e-16, up to pi sixteen do. */
 double angle_sinc(double x) {
     double square = x * x, sum = 1;
-    for (int k = square < 0.0625 ? 5 : 15; k > 0; k--)
+    if (square < 0.0625) {
+        sum = 1.0 / 362880 - square * (1.0 / 39916800);
+        sum = 1.0 / 5040 - square * sum;
+        sum = 1.0 / 120 - square * sum;
+        sum = 1.0 / 6 - square * sum;
+        return 1 - square * sum;
+    }
+    for (int k = 15; k > 0; k--)
         sum = 1 - square / (2 * k * (2 * k + 1)) * sum;
     return sum;
 }
@@ -28,15 +35,37 @@ void angle_sincos_deg(double degrees, double *sine, double *cosine) {
     *cosine = turn == 0 ? c : turn == 1 ? -s : turn == 2 ? -c : s;
 }
 
-/* atan(x) for 0 <= x <= 1: the argument is halved twice, atan x = 2 atan(x / (1 + sqrt(1 + x^2))),
- * to at most tan(pi/16) = 0.199, where 11 terms of the series are enough. */
+/* atan(k / 16) */
+static const double arctangents[] = {
+    0.0,
+    0.06241880999595735,
+    0.12435499454676144,
+    0.18534794999569476,
+    0.24497866312686414,
+    0.3028848683749714,
+    0.35877067027057225,
+    0.4124104415973873,
+    0.4636476090008061,
+    0.5123894603107377,
+    0.5585993153435624,
+    0.6022873461349642,
+    0.6435011087932844,
+    0.6823165548747481,
+    0.7188299996216245,
+    0.7531512809621944,
+    0.7853981633974483,
+};
+
+/* atan(x) for 0 <= x <= 1: atan x = atan c + atan((x - c) / (1 + x c)) with the nearest c = k / 16
+ * leaves an argument of at most 1/32, where 6 terms of the series are enough. */
 static double arctangent(double x) {
-    x = x / (1 + sqrt(1 + x * x));
-    x = x / (1 + sqrt(1 + x * x));
-    double square = x * x, sum = 0;
-    for (int k = 11; k >= 0; k--)
-        sum = 1.0 / (2 * k + 1) - square * sum;
-    return 4 * x * sum;
+    int k = (int)(16 * x + 0.5);
+    double c = k / 16.0, t = (x - c) / (1 + x * c), square = t * t;
+    double sum = 1.0 / 9 - square * (1.0 / 11);
+    sum = 1.0 / 7 - square * sum;
+    sum = 1.0 / 5 - square * sum;
+    sum = 1.0 / 3 - square * sum;
+    return arctangents[k] + t * (1 - square * sum);
 }
 
 double angle_atan2_deg(double y, double x) {
@@ -48,8 +77,4 @@ double angle_atan2_deg(double y, double x) {
     if (x < 0)
         angle = 180 - angle;
     return y < 0 ? -angle : angle;
-}
-
-double angle_between_deg(struct vec3 a, struct vec3 b) {
-    return angle_atan2_deg(vec3_norm(vec3_cross(a, b)), vec3_dot(a, b));
 }

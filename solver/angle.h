@@ -20,7 +20,4 @@ void angle_sincos_deg(double degrees, double *sine, double *cosine);
 /* The angle of (x, y) from the x axis in degrees, -180..180; 0 for the origin. */
 double angle_atan2_deg(double y, double x);
 
-/* The angle between two vectors in degrees, 0..180, accurate near both ends; 0 if one vanishes. */
-double angle_between_deg(struct vec3 a, struct vec3 b);
-
 #endif

@@ -103,8 +103,7 @@ WIDE_CLONES
 void surface_evaluate_span(const struct surface *surface, int span_u, int span_v, double u,
                            double v, struct surface_jet *jet) {
     const struct surface_axis *au = &surface->axis[0], *av = &surface->axis[1];
-    double rate[2] = {1 / (au->breaks[span_u + 1] - au->breaks[span_u]),
-                      1 / (av->breaks[span_v + 1] - av->breaks[span_v])};
+    double rate[2] = {au->rates[span_u], av->rates[span_v]};
     double t[2] = {(u - au->breaks[span_u]) * rate[0], (v - av->breaks[span_v]) * rate[1]};
     size_t span = (size_t)span_u * (size_t)av->span_count + (size_t)span_v;
     const vec4 *points = surface->points + span * surface->points_per_span;

@@ -84,9 +84,9 @@ static bool newton_step(const struct surface_jet *jet, struct vec3 wb, struct ve
     return isfinite(step[0]) && isfinite(step[1]);
 }
 
-/* The size of a step in space, to first order. */
-static double spatial_size(const struct surface_jet *jet, const double step[2]) {
-    return vec3_norm(vec3_axpy(step[1], jet->v, vec3_scale(step[0], jet->u)));
+/* The square of the size of a step in space, to first order. */
+static double spatial_size2(const struct surface_jet *jet, const double step[2]) {
+    return vec3_norm2(vec3_axpy(step[1], jet->v, vec3_scale(step[0], jet->u)));
 }
 
 /* uv + share * step; near a pole through its chart. */
@@ -94,9 +94,11 @@ static void move(const struct surface *surface, struct surface_cursor *cursor,
                  const struct station *from, const double step[2], double share, double uv[2]) {
     struct vec3 pole;
     const struct surface_jet *jet = &from->jet;
-    double size = share * spatial_size(jet, step);
     uv[0] = from->uv[0] + share * step[0];
     uv[1] = from->uv[1] + share * step[1];
+    if (!surface->has_poles)
+        return;
+    double size = share * sqrt(spatial_size2(jet, step));
     if (station_pole_distance(surface, jet->r, &pole) < 4 * size) {
         struct vec3 spatial = vec3_axpy(step[1], jet->v, vec3_scale(step[0], jet->u));
         double pulled[2];
@@ -107,18 +109,20 @@ static void move(const struct surface *surface, struct surface_cursor *cursor,
     }
 }
 
-/* The relative length errors at `r`, and F of newton_step. */
-static double length_error(const struct fishnet_cell *cell, struct vec3 wb, struct vec3 wc,
-                           double f[2]) {
+/* F of newton_step, and the larger relative length error; `inverse` holds 1 / bd^2, 1 / cd^2. */
+static double length_error(const struct fishnet_cell *cell, const double inverse[2], struct vec3 wb,
+                           struct vec3 wc, double f[2]) {
     f[0] = (vec3_norm2(wb) - cell->bd * cell->bd) / 2;
     f[1] = (vec3_norm2(wc) - cell->cd * cell->cd) / 2;
-    return fmax(fabs(f[0]) / (cell->bd * cell->bd), fabs(f[1]) / (cell->cd * cell->cd));
+    double b = fabs(f[0]) * inverse[0], c = fabs(f[1]) * inverse[1];
+    return b > c ? b : c;
 }
 
 /* Newton from uv; a step that does not reduce the error is halved. */
 static bool newton(const struct surface *surface, struct surface_cursor *cursor,
                    const struct fishnet_cell *cell, const double uv[2], struct fishnet_node *node) {
     double least = fmin(cell->bd, cell->cd), longest = 2 * fmax(cell->bd, cell->cd);
+    const double inverse[2] = {1 / (cell->bd * cell->bd), 1 / (cell->cd * cell->cd)};
     double enough = tolerance + rounding * surface->magnitude / least;
     double previous = HUGE_VAL, share = 1, step[2] = {0, 0}, at[2] = {uv[0], uv[1]};
     struct station *d = &node->station, from = {.uv = {uv[0], uv[1]}};
@@ -129,7 +133,7 @@ static bool newton(const struct surface *surface, struct surface_cursor *cursor,
         surface_evaluate(surface, cursor, at[0], at[1], &d->jet);
         struct vec3 wb = vec3_sub(d->jet.r, cell->b->jet.r);
         struct vec3 wc = vec3_sub(d->jet.r, cell->c->jet.r);
-        double error = length_error(cell, wb, wc, f);
+        double error = length_error(cell, inverse, wb, wc, f);
         node->residual = error;
         node->iterations += 1;
         if (error <= enough)
@@ -139,7 +143,8 @@ static bool newton(const struct surface *surface, struct surface_cursor *cursor,
                 return false;
             from = *d;
             previous = error;
-            share = fmin(1, longest / spatial_size(&d->jet, step));
+            double size2 = spatial_size2(&d->jet, step);
+            share = size2 > longest * longest ? longest / sqrt(size2) : 1;
         } else {
             share /= 2;
             if (share < 1e-4)

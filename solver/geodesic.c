@@ -25,7 +25,8 @@ static const double pole_radius = 1e-7;
 
 /* The velocity whose tangent is the projection of `t`, scaled to unit speed. */
 static bool set_velocity(const struct surface_jet *jet, struct vec3 t, double velocity[2]) {
-    struct station station = {.jet = *jet};
+    struct station station = {
+        .jet = *jet, .first = {vec3_norm2(jet->u), vec3_dot(jet->u, jet->v), vec3_norm2(jet->v)}};
     if (!station_components(&station, t, velocity))
         return false;
     double speed = vec3_norm(vec3_axpy(velocity[1], jet->v, vec3_scale(velocity[0], jet->u)));

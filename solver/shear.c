@@ -55,7 +55,7 @@ static struct vec3 tangent(struct net *net, int32_t i, int32_t j, int di, int dj
 
 static double shear_between(struct vec3 warp, struct vec3 weft) {
     bool both = vec3_norm2(warp) > 0 && vec3_norm2(weft) > 0;
-    return both ? 90 - angle_between_deg(warp, weft) : 0;
+    return both ? angle_atan2_deg(vec3_dot(warp, weft), vec3_norm(vec3_cross(warp, weft))) : 0;
 }
 
 double shear_at_node(struct net *net, int32_t i, int32_t j, enum shear_order order) {

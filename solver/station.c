@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "station.h"
 
-/* Tangents this nearly parallel (sine of their angle), or this short against the surface over its
- * domain, are no tangent plane. */
+/* Tangents this nearly parallel (sine of their angle) span no tangent plane. */
 static const double parallel = 1e-9;
 
 /* A node this close outside the domain, as a share of the domain, is on its boundary. */
@@ -43,15 +42,20 @@ static struct vec3 limit_normal(const struct surface *surface, const struct stat
 }
 
 bool station_complete(const struct surface *surface, struct station *station) {
-    struct vec3 cross = vec3_cross(station->jet.u, station->jet.v);
-    double least_u = parallel * surface->size / axis_length(&surface->axis[0]);
-    double least_v = parallel * surface->size / axis_length(&surface->axis[1]);
-    double nu = vec3_norm2(station->jet.u), nv = vec3_norm2(station->jet.v);
-    double area = vec3_norm2(cross);
-    if (nu > least_u * least_u && nv > least_v * least_v && area > parallel * parallel * nu * nv)
+    const struct surface_jet *jet = &station->jet;
+    struct vec3 cross = vec3_cross(jet->u, jet->v);
+    double nu = vec3_norm2(jet->u), nv = vec3_norm2(jet->v), area = vec3_norm2(cross);
+    const double *least = surface->least_tangent2;
+    if (nu > least[0] && nv > least[1] && area > parallel * parallel * nu * nv)
         station->normal = vec3_scale(1 / sqrt(area), cross);
     else
         station->normal = limit_normal(surface, station);
+    station->first[0] = nu;
+    station->first[1] = vec3_dot(jet->u, jet->v);
+    station->first[2] = nv;
+    station->second[0] = vec3_dot(jet->uu, station->normal);
+    station->second[1] = vec3_dot(jet->uv, station->normal);
+    station->second[2] = vec3_dot(jet->vv, station->normal);
     return vec3_norm2(station->normal) > 0;
 }
 
@@ -63,16 +67,32 @@ bool station_at(const struct surface *surface, struct surface_cursor *cursor, co
     return station_complete(surface, station);
 }
 
+/* With E, F, G the first fundamental form and (p, q) = direction . (r_u, r_v), the components are
+ * (G p - F q, E q - F p) / (E G - F^2); this is the numerator. */
+static void scaled_components(const struct station *station, struct vec3 direction, double ab[2]) {
+    const double *first = station->first;
+    double p = vec3_dot(direction, station->jet.u), q = vec3_dot(direction, station->jet.v);
+    ab[0] = first[2] * p - first[1] * q;
+    ab[1] = first[0] * q - first[1] * p;
+}
+
+static double first_determinant(const struct station *station) {
+    return station->first[0] * station->first[2] - station->first[1] * station->first[1];
+}
+
+/* Whether r_u and r_v are not parallel; written so that NaN says no. */
+static bool regular(const struct station *station, double determinant) {
+    return determinant > parallel * parallel * station->first[0] * station->first[2];
+}
+
 bool station_components(const struct station *station, struct vec3 direction, double ab[2]) {
-    struct vec3 u = station->jet.u, v = station->jet.v;
-    double e = vec3_norm2(u), f = vec3_dot(u, v), g = vec3_norm2(v);
-    double du = vec3_dot(direction, u), dv = vec3_dot(direction, v);
-    double determinant = e * g - f * f;
-    if (!(determinant > parallel * parallel * e * g))
+    double determinant = first_determinant(station);
+    if (!regular(station, determinant))
         return false;
     double inverse = 1 / determinant;
-    ab[0] = (g * du - f * dv) * inverse;
-    ab[1] = (e * dv - f * du) * inverse;
+    scaled_components(station, direction, ab);
+    ab[0] *= inverse;
+    ab[1] *= inverse;
     return true;
 }
 
@@ -88,14 +108,19 @@ static struct vec3 second_derivative(const struct surface_jet *jet, const double
     return vec3_axpy(ab[1] * ab[1], jet->vv, sum);
 }
 
+/* a^2, 2 a b, b^2 weighted by a fundamental form */
+static double form(const double coefficients[3], const double ab[2]) {
+    return ab[0] * ab[0] * coefficients[0] + 2 * ab[0] * ab[1] * coefficients[1] +
+           ab[1] * ab[1] * coefficients[2];
+}
+
+/* A ratio of forms: the length of the direction does not matter, nor a scale of its components. */
 double station_normal_curvature(const struct station *station, struct vec3 direction) {
     double ab[2];
-    if (!station_components(station, direction, ab))
-        return 0;
-    struct vec3 tangent = vec3_axpy(ab[1], station->jet.v, vec3_scale(ab[0], station->jet.u));
-    double first = vec3_norm2(tangent);
-    double second = vec3_dot(second_derivative(&station->jet, ab), station->normal);
-    return first > 0 ? second / first : 0;
+    scaled_components(station, direction, ab);
+    double length2 = form(station->first, ab);
+    bool good = regular(station, first_determinant(station)) && length2 > 0;
+    return good ? form(station->second, ab) / length2 : 0;
 }
 
 /* A pole: the end of an axis where the domain's edge is one point. */
@@ -108,6 +133,8 @@ struct pole {
 /* The pole nearest to `point`; false when the surface has none. */
 static bool nearest_pole(const struct surface *surface, struct vec3 point, struct pole *pole) {
     double least = HUGE_VAL;
+    if (!surface->has_poles)
+        return false;
     for (int k = 0; k < 4; k++) {
         const struct surface_axis *axis = &surface->axis[k / 2];
         int end = k % 2;

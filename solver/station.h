@@ -15,6 +15,8 @@ struct station {
     double uv[2]; /* continuous along the net: a closed direction is not wrapped */
     struct surface_jet jet;
     struct vec3 normal; /* unit, r_u x r_v; its limit at a pole; zero where there is none */
+    double first[3];    /* E, F, G: r_u.r_u, r_u.r_v, r_v.r_v */
+    double second[3];   /* L, M, N: r_uu, r_uv, r_vv times the normal */
 };
 
 /* Where (u, v) lies. */

@@ -5,6 +5,9 @@
 
 enum { ORDER_MAX = NURBS_DEGREE_MAX + 1 };
 
+/* A tangent this short, as a share of the surface's size over its domain, has vanished. */
+static const double vanished_tangent = 1e-9;
+
 /* Edges closer than this share of the surface's size are one edge, or one point. */
 static const double coincidence = 1e-9;
 
@@ -46,13 +49,15 @@ static enum status cut_axis(const struct nurbs_axis *from, struct arena *arena,
     int p = from->degree, n = from->size, count = 0;
     axis->degree = p;
     axis->breaks = arena_alloc(arena, (size_t)(n - p + 1), sizeof *axis->breaks);
+    axis->rates = arena_alloc(arena, (size_t)(n - p), sizeof *axis->rates);
     *extractions = arena_alloc(arena, (size_t)(n - p), sizeof **extractions);
-    if (!axis->breaks || !*extractions)
+    if (!axis->breaks || !axis->rates || !*extractions)
         return STATUS_OUT_OF_MEMORY;
     for (int l = p; l < n; l++) {
         if (!(from->knots[l + 1] > from->knots[l]))
             continue;
         axis->breaks[count] = from->knots[l];
+        axis->rates[count] = 1 / (from->knots[l + 1] - from->knots[l]);
         extract_span(from, l, &(*extractions)[count++]);
     }
     axis->breaks[count] = from->knots[n];
@@ -120,6 +125,17 @@ static struct vec3 place_of(vec4 a) {
 
 static bool same_place(const struct surface *surface, vec4 a, vec4 b) {
     return vec3_distance(place_of(a), place_of(b)) <= coincidence * surface->size;
+}
+
+/* What of the topology the march asks for all the time. */
+static void find_limits(struct surface *surface) {
+    const struct surface_axis *a = surface->axis;
+    surface->has_poles = a[0].pole[0] || a[0].pole[1] || a[1].pole[0] || a[1].pole[1];
+    for (int k = 0; k < 2; k++) {
+        double least = vanished_tangent * surface->size /
+                       (surface_axis_upper(&a[k]) - surface_axis_lower(&a[k]));
+        surface->least_tangent2[k] = least * least;
+    }
 }
 
 /* An edge is a pole when all its control points are one; a direction is closed when its two edges
@@ -201,6 +217,7 @@ enum status surface_make(const struct nurbs *nurbs, struct arena *arena, struct 
     find_bounds(nurbs, made);
     find_topology(made, 0);
     find_topology(made, 1);
+    find_limits(made);
     *surface = made;
     return find_area(made);
 }

@@ -16,6 +16,7 @@ struct surface_axis {
     int degree;
     int span_count;
     double *breaks; /* span_count + 1 increasing parameters */
+    double *rates;  /* 1 / length of each span */
     bool closed;
     bool pole[2]; /* at the lower and upper end: the other direction's tangent vanishes there */
     struct vec3 pole_point[2]; /* that end's first point; with `pole`, all of it */
@@ -30,6 +31,8 @@ struct surface {
     double magnitude; /* the largest absolute coordinate of that box: what rounding scales with */
     double area;
     struct vec3 centroid;
+    double least_tangent2[2]; /* tangents whose square is less have vanished */
+    bool has_poles;
 };
 
 static inline double surface_axis_lower(const struct surface_axis *axis) {
