@@ -21,6 +21,9 @@
 
 enum { ORDER_MAX = NURBS_DEGREE_MAX + 1 };
 
+/* Unrolls where the degree is a constant. */
+#define UNROLL _Pragma("GCC unroll 10")
+
 /* Bernstein polynomials of one degree and their derivatives in the surface's own parameter. */
 struct basis {
     double value[ORDER_MAX], first[ORDER_MAX], second[ORDER_MAX];
@@ -30,8 +33,7 @@ struct basis {
 INLINE void raise_degree(double *b, int m, double t) {
     double s = 1 - t;
     b[m] = t * b[m - 1];
-    for (int k = m - 1; k > 0; k--)
-        b[k] = s * b[k] + t * b[k - 1];
+    UNROLL for (int k = m - 1; k > 0; k--) b[k] = s * b[k] + t * b[k - 1];
     b[0] = s * b[0];
 }
 
@@ -40,10 +42,9 @@ INLINE void raise_degree(double *b, int m, double t) {
 INLINE void bernstein(int p, double t, double rate, struct basis *basis) {
     double *b = basis->value;
     b[0] = 1;
-    for (int m = 1; m <= p - 2; m++)
-        raise_degree(b, m, t);
+    UNROLL for (int m = 1; m <= p - 2; m++) raise_degree(b, m, t);
     double scale = rate * rate * p * (p - 1);
-    for (int k = 0; k <= p; k++) {
+    UNROLL for (int k = 0; k <= p; k++) {
         double left = k >= 2 ? b[k - 2] : 0;
         double middle = k >= 1 && k <= p - 1 ? b[k - 1] : 0;
         double right = k <= p - 2 ? b[k] : 0;
@@ -51,8 +52,8 @@ INLINE void bernstein(int p, double t, double rate, struct basis *basis) {
     }
     if (p >= 2)
         raise_degree(b, p - 1, t);
-    for (int k = 0; k <= p; k++)
-        basis->first[k] = rate * p * ((k >= 1 ? b[k - 1] : 0) - (k <= p - 1 ? b[k] : 0));
+    UNROLL for (int k = 0; k <= p; k++) basis->first[k] =
+        rate * p * ((k >= 1 ? b[k - 1] : 0) - (k <= p - 1 ? b[k] : 0));
     raise_degree(b, p, t);
 }
 
@@ -81,10 +82,10 @@ INLINE void evaluate_degrees(int p, int q, const vec4 *points, const double t[2]
     bernstein(p, t[0], rate[0], &u);
     bernstein(q, t[1], rate[1], &v);
     vec4 a = {0}, au = {0}, av = {0}, auu = {0}, auv = {0}, avv = {0};
-    for (int k = 0; k <= p; k++) {
+    UNROLL for (int k = 0; k <= p; k++) {
         const vec4 *row = points + k * (q + 1);
         vec4 c = {0}, cv = {0}, cvv = {0};
-        for (int l = 0; l <= q; l++) {
+        UNROLL for (int l = 0; l <= q; l++) {
             c += v.value[l] * row[l];
             cv += v.first[l] * row[l];
             cvv += v.second[l] * row[l];

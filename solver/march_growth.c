@@ -97,13 +97,12 @@ static struct free_end pop_end(struct growth *g) {
     return least;
 }
 
-/* Queues the unknown places round (i, j), `diagonal` too: there the cell may now have three. */
-static enum status push_around(struct growth *g, int32_t i, int32_t j, bool diagonal) {
+/* Queues the unknown places round (i, j), diagonally too: there the cell may now have three. */
+static enum status push_around(struct growth *g, int32_t i, int32_t j) {
     enum status status = STATUS_OK;
     for (int dj = -1; dj <= 1; dj++)
         for (int di = -1; di <= 1 && status == STATUS_OK; di++)
-            if ((diagonal ? di || dj : !di != !dj) &&
-                net_state_at(&g->march->net, i + di, j + dj) == NET_UNKNOWN)
+            if (net_state_at(&g->march->net, i + di, j + dj) == NET_UNKNOWN)
                 status = push_place(g, i + di, j + dj);
     return status;
 }
@@ -135,7 +134,7 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j, bool *tri
         if (status != STATUS_OK || net_state_at(&march->net, i, j) == NET_FAILED)
             return status;
         if (placed)
-            return push_around(g, i, j, true);
+            return push_around(g, i, j);
     }
     return *tried ? march_fail(march, i, j, first) : STATUS_OK;
 }
@@ -207,7 +206,22 @@ static enum status go_straight(struct growth *g, const struct free_end *e) {
     if (!march_straight_on(march, &from, chord, march->settings->spacing[e->dj != 0], &to))
         return march_fail(march, i, j, DRAPE_REASON_BOUNDARY);
     enum status status = march_place(march, i, j, &to, &zone);
-    return status == STATUS_OK && zone != STATION_BEYOND ? push_around(g, i, j, true) : status;
+    return status == STATUS_OK && zone != STATION_BEYOND ? push_around(g, i, j) : status;
+}
+
+/* Queues the unknown places next to a tile's nodes inside. */
+static enum status push_tile(struct growth *g, const struct net_tile *tile) {
+    struct net_window window = net_window(&g->march->net, tile->ti, tile->tj);
+    enum status status = STATUS_OK;
+    for (int y = 0; y < NET_TILE; y++)
+        for (int x = 0; x < NET_TILE; x++)
+            for (int k = 0; k < 4 && tile->node[y][x].state == NET_INSIDE; k++) {
+                int nx = x + sides[k][0], ny = y + sides[k][1];
+                const struct net_node *next = net_window_find(&window, nx, ny);
+                if ((!next || next->state == NET_UNKNOWN) && status == STATUS_OK)
+                    status = push_place(g, tile->ti * NET_TILE + nx, tile->tj * NET_TILE + ny);
+            }
+    return status;
 }
 
 static enum status push_rim(struct growth *g) {
@@ -215,13 +229,8 @@ static enum status push_rim(struct growth *g) {
     if (!tiles)
         return STATUS_OUT_OF_MEMORY;
     enum status status = STATUS_OK;
-    for (size_t t = 0, count = g->march->net.tile_count; t < count; t++)
-        for (int at = 0; at < NET_TILE * NET_TILE && status == STATUS_OK; at++) {
-            int i = at % NET_TILE, j = at / NET_TILE;
-            if (tiles[t]->node[j][i].state == NET_INSIDE)
-                status =
-                    push_around(g, tiles[t]->ti * NET_TILE + i, tiles[t]->tj * NET_TILE + j, false);
-        }
+    for (size_t t = 0, count = g->march->net.tile_count; t < count && status == STATUS_OK; t++)
+        status = push_tile(g, tiles[t]);
     return status;
 }
 

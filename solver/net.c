@@ -76,6 +76,14 @@ struct net_node *net_touch(struct net *net, int32_t i, int32_t j) {
     return in_tile(tile, i, j);
 }
 
+struct net_window net_window(struct net *net, int32_t ti, int32_t tj) {
+    struct net_window window;
+    for (int row = 0; row < 3; row++)
+        for (int column = 0; column < 3; column++)
+            window.tile[row][column] = *probe(net, ti + column - 1, tj + row - 1);
+    return window;
+}
+
 static int compare_tiles(const void *a, const void *b) {
     const struct net_tile *p = *(struct net_tile *const *)a, *q = *(struct net_tile *const *)b;
     if (p->tj != q->tj)

@@ -61,6 +61,27 @@ static inline const struct net_node *net_place(struct net *net, int32_t i, int32
     return node && (node->state == NET_INSIDE || node->state == NET_GHOST) ? node : NULL;
 }
 
+/* A tile with those round it, NULL where there is none: its places by their position in it,
+ * without looking tiles up again. */
+struct net_window {
+    const struct net_tile *tile[3][3]; /* [row][column], [1][1] the tile itself */
+};
+
+struct net_window net_window(struct net *net, int32_t ti, int32_t tj);
+
+/* The node at column x and row y counted from the tile's first, both -NET_TILE..2 NET_TILE - 1;
+ * NULL when nothing was ever put near it. */
+static inline const struct net_node *net_window_find(const struct net_window *w, int x, int y) {
+    const struct net_tile *tile = w->tile[(y >> NET_TILE_BITS) + 1][(x >> NET_TILE_BITS) + 1];
+    return tile ? &tile->node[y & (NET_TILE - 1)][x & (NET_TILE - 1)] : NULL;
+}
+
+/* The same if it has a place, inside or ghost; else NULL. */
+static inline const struct net_node *net_window_place(const struct net_window *w, int x, int y) {
+    const struct net_node *node = net_window_find(w, x, y);
+    return node && (node->state == NET_INSIDE || node->state == NET_GHOST) ? node : NULL;
+}
+
 /* All tiles sorted by (tj, ti), as an array of tile_count pointers from the arena; NULL without
  * memory. */
 struct net_tile **net_sorted_tiles(struct net *net);

@@ -7,39 +7,52 @@
  * where the boundary runs obliquely the corner between two of them. */
 static const double strip_cells = 2;
 
-/* Called for each node of the net in the order of the result. */
-typedef void visitor(struct march *march, struct drape_result *result, int32_t i, int32_t j,
-                     const struct net_node *node);
+/* A known place of the net: (i, j), which is (x, y) of the window. */
+struct spot {
+    int32_t i, j;
+    const struct net_window *window;
+    int x, y;
+    const struct net_node *node;
+};
 
-/* Visits the places of one row within the tiles first .. last - 1, which lie side by side. */
-static void visit_row(struct march *march, struct drape_result *result, struct net_tile **tiles,
-                      size_t count, int row, visitor *visit) {
-    for (size_t t = 0; t < count; t++)
-        for (int column = 0; column < NET_TILE; column++) {
-            const struct net_node *node = &tiles[t]->node[row][column];
-            if (node->state != NET_UNKNOWN)
-                visit(march, result, tiles[t]->ti * NET_TILE + column,
-                      tiles[t]->tj * NET_TILE + row, node);
+/* Called for each known place in the order of the result. */
+typedef void visitor(struct march *march, struct drape_result *result, const struct spot *spot);
+
+/* Visits one row of tiles that lie at the same height, which `windows` show. */
+static void visit_row(struct march *march, struct drape_result *result,
+                      const struct net_window *windows, size_t count, int y, visitor *visit) {
+    for (size_t t = 0; t < count; t++) {
+        const struct net_tile *tile = windows[t].tile[1][1];
+        struct spot spot = {.window = &windows[t], .j = tile->tj * NET_TILE + y, .y = y};
+        for (int x = 0; x < NET_TILE; x++) {
+            spot.i = tile->ti * NET_TILE + x;
+            spot.x = x;
+            spot.node = &tile->node[y][x];
+            if (spot.node->state != NET_UNKNOWN)
+                visit(march, result, &spot);
         }
-}
-
-/* Visits all known places sorted by j, then i. */
-static void visit_net(struct march *march, struct drape_result *result, struct net_tile **tiles,
-                      visitor *visit) {
-    size_t count = march->net.tile_count;
-    for (size_t first = 0, last; first < count; first = last) {
-        for (last = first; last < count && tiles[last]->tj == tiles[first]->tj;)
-            last++;
-        for (int row = 0; row < NET_TILE; row++)
-            visit_row(march, result, &tiles[first], last - first, row, visit);
     }
 }
 
-/* The four nodes of cell (i, j) if all are inside. */
-static bool cell_corners(struct march *march, int32_t i, int32_t j, struct vec3 corner[4]) {
+/* Visits all known places sorted by j, then i. */
+static void visit_net(struct march *march, struct drape_result *result,
+                      const struct net_window *windows, visitor *visit) {
+    size_t count = march->net.tile_count;
+    for (size_t first = 0, last; first < count; first = last) {
+        int32_t tj = windows[first].tile[1][1]->tj;
+        for (last = first; last < count && windows[last].tile[1][1]->tj == tj;)
+            last++;
+        for (int y = 0; y < NET_TILE; y++)
+            visit_row(march, result, &windows[first], last - first, y, visit);
+    }
+}
+
+/* The four nodes of the cell from the spot on, if all are inside. */
+static bool cell_corners(const struct spot *spot, struct vec3 corner[4]) {
     static const int8_t at[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     for (int k = 0; k < 4; k++) {
-        const struct net_node *node = net_find(&march->net, i + at[k][0], j + at[k][1]);
+        const struct net_node *node =
+            net_window_find(spot->window, spot->x + at[k][0], spot->y + at[k][1]);
         if (!node || node->state != NET_INSIDE)
             return false;
         corner[k] = node->r;
@@ -47,33 +60,33 @@ static bool cell_corners(struct march *march, int32_t i, int32_t j, struct vec3 
     return true;
 }
 
-/* Whether the net ends at (i, j), and why: for the boundary the last node inside stands for it, for
- * all else the place that has no node. */
-static bool ends_at(struct march *march, int32_t i, int32_t j, const struct net_node *node,
-                    enum drape_reason *reason) {
+/* Whether the net ends at the spot, and why: for the boundary the last node inside stands for it,
+ * for all else the place that has no node. */
+static bool ends_at(const struct spot *spot, enum drape_reason *reason) {
     static const int8_t side[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
-    bool own = node->state == NET_GHOST || node->state == NET_FAILED;
-    *reason = own ? (enum drape_reason)node->reason : DRAPE_REASON_BOUNDARY;
+    bool own = spot->node->state != NET_INSIDE;
+    *reason = own ? (enum drape_reason)spot->node->reason : DRAPE_REASON_BOUNDARY;
     if (own && *reason == DRAPE_REASON_BOUNDARY)
         return false;
     for (int k = 0; k < 4; k++) {
-        const struct net_node *next = net_find(&march->net, i + side[k][0], j + side[k][1]);
-        if (own && next && next->state == NET_INSIDE)
-            return true;
-        bool none = !next || next->state == NET_UNKNOWN;
-        if (!own && (none || (next->state != NET_INSIDE && next->reason == DRAPE_REASON_BOUNDARY)))
+        const struct net_node *next =
+            net_window_find(spot->window, spot->x + side[k][0], spot->y + side[k][1]);
+        bool inside = next && next->state == NET_INSIDE;
+        if (own ? inside
+                : !inside && (!next || next->state == NET_UNKNOWN ||
+                              next->reason == DRAPE_REASON_BOUNDARY))
             return true;
     }
     return false;
 }
 
-static void count_place(struct march *march, struct drape_result *result, int32_t i, int32_t j,
-                        const struct net_node *node) {
+static void count_place(struct march *march, struct drape_result *result, const struct spot *spot) {
     struct vec3 corner[4];
     enum drape_reason reason;
-    result->nodes.count += node->state == NET_INSIDE;
-    result->cells.count += node->state == NET_INSIDE && cell_corners(march, i, j, corner);
-    result->front.count += ends_at(march, i, j, node, &reason);
+    (void)march;
+    result->nodes.count += spot->node->state == NET_INSIDE;
+    result->cells.count += spot->node->state == NET_INSIDE && cell_corners(spot, corner);
+    result->front.count += ends_at(spot, &reason);
 }
 
 static enum status alloc_columns(struct arena *arena, struct drape_result *result) {
@@ -116,14 +129,13 @@ static struct vec3 bring_inside(struct march *march, const struct net_node *node
     return jet.r;
 }
 
-static void add_node(struct march *march, struct drape_result *result, int32_t i, int32_t j,
-                     const struct net_node *node) {
+static void add_node(struct march *march, struct drape_result *result, const struct spot *spot) {
     struct drape_nodes *nodes = &result->nodes;
     size_t at = nodes->count++;
-    double uv[2], shear = shear_at_node(&march->net, i, j, SHEAR_SECOND);
-    struct vec3 r = bring_inside(march, node, uv);
-    nodes->i[at] = i;
-    nodes->j[at] = j;
+    double uv[2], shear = shear_at_node(spot->window, spot->x, spot->y, SHEAR_SECOND);
+    struct vec3 r = bring_inside(march, spot->node, uv);
+    nodes->i[at] = spot->i;
+    nodes->j[at] = spot->j;
     nodes->u[at] = uv[0];
     nodes->v[at] = uv[1];
     nodes->x[at] = r.x;
@@ -156,18 +168,17 @@ static void add_cell(struct drape_result *result, int32_t i, int32_t j,
     result->summary.coverage += cell_area(corner);
 }
 
-static void add_place(struct march *march, struct drape_result *result, int32_t i, int32_t j,
-                      const struct net_node *node) {
+static void add_place(struct march *march, struct drape_result *result, const struct spot *spot) {
     struct vec3 corner[4];
     enum drape_reason reason;
-    if (node->state == NET_INSIDE)
-        add_node(march, result, i, j, node);
-    if (node->state == NET_INSIDE && cell_corners(march, i, j, corner))
-        add_cell(result, i, j, corner);
-    if (ends_at(march, i, j, node, &reason)) {
+    if (spot->node->state == NET_INSIDE)
+        add_node(march, result, spot);
+    if (spot->node->state == NET_INSIDE && cell_corners(spot, corner))
+        add_cell(result, spot->i, spot->j, corner);
+    if (ends_at(spot, &reason)) {
         struct drape_front *front = &result->front;
-        front->i[front->count] = i;
-        front->j[front->count] = j;
+        front->i[front->count] = spot->i;
+        front->j[front->count] = spot->j;
         front->reason[front->count++] = (uint8_t)reason;
         result->summary.front_reasons[reason]++;
     }
@@ -210,20 +221,29 @@ static void summarise(const struct march *march, struct drape_result *result) {
     s->error_estimate_max = -1;
 }
 
+/* Windows on all tiles, sorted by row, then column; NULL without memory. */
+static struct net_window *make_windows(struct net *net) {
+    struct net_tile **tiles = net_sorted_tiles(net);
+    struct net_window *windows = arena_alloc(net->arena, net->tile_count, sizeof *windows);
+    for (size_t t = 0; tiles && windows && t < net->tile_count; t++)
+        windows[t] = net_window(net, tiles[t]->ti, tiles[t]->tj);
+    return tiles ? windows : NULL;
+}
+
 enum status report_make(struct march *march, struct drape_result *result) {
     *result = (struct drape_result){.start_point = march->start.station.jet.r,
                                     .start_warp = march->start.warp,
                                     .start_weft = march->start.weft};
     result->start_uv[0] = march->start.station.uv[0];
     result->start_uv[1] = march->start.station.uv[1];
-    struct net_tile **tiles = net_sorted_tiles(&march->net);
-    if (!tiles)
+    struct net_window *windows = make_windows(&march->net);
+    if (!windows)
         return STATUS_OUT_OF_MEMORY;
-    visit_net(march, result, tiles, count_place);
+    visit_net(march, result, windows, count_place);
     enum status status = alloc_columns(march->arena, result);
     if (status != STATUS_OK)
         return status;
-    visit_net(march, result, tiles, add_place);
+    visit_net(march, result, windows, add_place);
     summarise(march, result);
     return STATUS_OK;
 }

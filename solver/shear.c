@@ -25,32 +25,53 @@ static const struct stencil stencils[STENCILS] = {
     {-1, 0, {-1, 1}},
 };
 
-/* The yarn's direction at (i, j) along (di, dj), not a unit vector; zero where no yarn passes. */
-static struct vec3 tangent(struct net *net, int32_t i, int32_t j, int di, int dj,
-                           enum shear_order order) {
+/* Places of one yarn round a node, NULL beyond its ends. */
+struct yarn {
     const struct net_node *node[2 * REACH + 1];
-    int back = 0, ahead = 0, most = order == SHEAR_FOURTH ? REACH : 2;
-    node[REACH] = net_place(net, i, j);
-    for (; ahead < most; ahead++) {
-        int k = ahead + 1;
-        if (!(node[REACH + k] = net_place(net, i + k * di, j + k * dj)))
+    int back, ahead; /* places before and after the node */
+};
+
+/* How far the yarn through (x, y) along (dx, dy) goes on from there, up to `most` places, and its
+ * nodes. */
+static int follow(const struct net_window *window, int x, int y, int dx, int dy, int most,
+                  struct yarn *yarn) {
+    int count = 0, sign = dx + dy;
+    for (; count < most; count++) {
+        int k = count + 1;
+        if (!(yarn->node[REACH + sign * k] = net_window_place(window, x + k * dx, y + k * dy)))
             break;
     }
-    for (; back < most; back++) {
-        int k = back + 1;
-        if (!(node[REACH - k] = net_place(net, i - k * di, j - k * dj)))
-            break;
-    }
+    return count;
+}
+
+/* The yarn's direction by the first stencil that fits, not a unit vector; zero when none does. */
+static struct vec3 difference(const struct yarn *yarn, int first_stencil) {
     struct vec3 sum = {0, 0, 0};
-    for (int s = order == SHEAR_FOURTH ? 0 : FIRST_OF_SECOND_ORDER; s < STENCILS; s++) {
+    for (int s = first_stencil; s < STENCILS; s++) {
         const struct stencil *stencil = &stencils[s];
-        if (-stencil->from > back || stencil->to > ahead)
+        if (-stencil->from > yarn->back || stencil->to > yarn->ahead)
             continue;
         for (int k = stencil->from; k <= stencil->to; k++)
-            sum = vec3_axpy(stencil->weight[k - stencil->from], node[REACH + k]->r, sum);
+            sum = vec3_axpy(stencil->weight[k - stencil->from], yarn->node[REACH + k]->r, sum);
         break;
     }
     return sum;
+}
+
+static struct vec3 tangent(const struct net_window *window, int x, int y, int dx, int dy,
+                           enum shear_order order) {
+    struct yarn yarn;
+    if (order == SHEAR_SECOND) {
+        const struct net_node *ahead = net_window_place(window, x + dx, y + dy);
+        const struct net_node *back = net_window_place(window, x - dx, y - dy);
+        if (ahead && back)
+            return vec3_sub(ahead->r, back->r);
+    }
+    int most = order == SHEAR_FOURTH ? REACH : 2;
+    yarn.node[REACH] = net_window_place(window, x, y);
+    yarn.ahead = follow(window, x, y, dx, dy, most, &yarn);
+    yarn.back = follow(window, x, y, -dx, -dy, most, &yarn);
+    return difference(&yarn, order == SHEAR_FOURTH ? 0 : FIRST_OF_SECOND_ORDER);
 }
 
 static double shear_between(struct vec3 warp, struct vec3 weft) {
@@ -58,8 +79,8 @@ static double shear_between(struct vec3 warp, struct vec3 weft) {
     return both ? angle_atan2_deg(vec3_dot(warp, weft), vec3_norm(vec3_cross(warp, weft))) : 0;
 }
 
-double shear_at_node(struct net *net, int32_t i, int32_t j, enum shear_order order) {
-    return shear_between(tangent(net, i, j, 1, 0, order), tangent(net, i, j, 0, 1, order));
+double shear_at_node(const struct net_window *window, int x, int y, enum shear_order order) {
+    return shear_between(tangent(window, x, y, 1, 0, order), tangent(window, x, y, 0, 1, order));
 }
 
 struct shear_cell shear_of_cell(struct vec3 a, struct vec3 b, struct vec3 c, struct vec3 d) {

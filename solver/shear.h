@@ -12,8 +12,9 @@
  * the same order at its ends, of a lower order on yarns that are too short. */
 enum shear_order { SHEAR_SECOND = 2, SHEAR_FOURTH = 4 };
 
-/* Shear in degrees at the node (i, j), which must have a place; 0 where only one yarn passes. */
-double shear_at_node(struct net *net, int32_t i, int32_t j, enum shear_order order);
+/* Shear in degrees at the node (x, y) of a window, which must have a place; 0 where only one yarn
+ * passes. */
+double shear_at_node(const struct net_window *window, int x, int y, enum shear_order order);
 
 /* Mean unit yarn directions and the shear between them, of the cell with the corners a = (i, j),
  * b = (i + 1, j), c = (i + 1, j + 1), d = (i, j + 1). */

@@ -276,10 +276,9 @@ enum station_zone station_zone(const struct surface *surface, struct surface_cur
     bool outside = false;
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &surface->axis[k];
-        double x = station->uv[k], width = boundary_width * axis_length(axis);
-        double low = surface_axis_lower(axis), high = surface_axis_upper(axis);
-        edge[k] = axis->closed ? x : fmin(fmax(x, low), high);
-        outside = outside || fabs(edge[k] - x) > width;
+        double x = station->uv[k], low = surface_axis_lower(axis), high = surface_axis_upper(axis);
+        edge[k] = axis->closed || (x >= low && x <= high) ? x : x < low ? low : high;
+        outside = outside || fabs(edge[k] - x) > boundary_width * (high - low);
     }
     *reason = DRAPE_REASON_BOUNDARY;
     if (outside)
