@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Evaluation of rational Bezier spans. With b_k the Bernstein polynomials of the local parameter
- * and P_kl the homogeneous control points of the span,
+ * Evaluation of rational spans. With b_k the Bernstein polynomials of the local parameter, or its
+ * powers, and P_kl the homogeneous control points of the span, or coefficients,
  *
  *   A(u, v) = sum_k sum_l b_k(u) b_l(v) P_kl = w (r, 1),
  *
@@ -75,9 +75,8 @@ INLINE void divide(vec4 a, vec4 au, vec4 av, vec4 auu, vec4 auv, vec4 avv,
     jet->vv = lanes(g * (avv - 2 * wv * rv - avv[3] * r));
 }
 
-/* Degrees are constants where this is inlined with constants: the loops unroll. */
-INLINE void evaluate_degrees(int p, int q, const vec4 *points, const double t[2],
-                             const double rate[2], struct surface_jet *jet) {
+INLINE void evaluate_bernstein(int p, int q, const vec4 *points, const double t[2],
+                               const double rate[2], struct surface_jet *jet) {
     struct basis u, v;
     bernstein(p, t[0], rate[0], &u);
     bernstein(q, t[1], rate[1], &v);
@@ -100,21 +99,78 @@ INLINE void evaluate_degrees(int p, int q, const vec4 *points, const double t[2]
     divide(a, au, av, auu, auv, avv, jet);
 }
 
+/* One polynomial sum_k c_k x^k and half its second derivative: Horner's scheme run on its own
+ * intermediate results. `p` >= 1. */
+struct horner {
+    vec4 value, first, half_second;
+};
+
+INLINE struct horner horner(int p, const vec4 *c, double x, int order) {
+    struct horner h = {c[p], {0}, {0}};
+    UNROLL for (int k = p - 1; k >= 0; k--) {
+        if (order >= 2 && k <= p - 2)
+            h.half_second = k == p - 2 ? h.first : h.half_second * x + h.first;
+        if (order >= 1)
+            h.first = k == p - 1 ? h.value : h.first * x + h.value;
+        h.value = h.value * x + c[k];
+    }
+    return h;
+}
+
+/* In powers of the distance from the span's middle: a third of the work, but their coefficients
+ * cancel more the higher the degree, to 7 units of rounding for cubics. */
+INLINE void evaluate_powers(int p, int q, const vec4 *powers, double x, double y,
+                            struct surface_jet *jet) {
+    vec4 value[ORDER_MAX], first[ORDER_MAX], second[ORDER_MAX];
+    UNROLL for (int k = 0; k <= p; k++) {
+        struct horner row = horner(q, powers + k * (q + 1), y, 2);
+        value[k] = row.value;
+        first[k] = row.first;
+        second[k] = 2 * row.half_second;
+    }
+    struct horner a = horner(p, value, x, 2), av = horner(p, first, x, 1);
+    struct horner avv = horner(p, second, x, 0);
+    divide(a.value, a.first, av.value, 2 * a.half_second, av.first, avv.value, jet);
+}
+
+/* Each pair of degrees up to POWERS_DEGREE as a case of its own, so that its loops unroll. */
+INLINE void evaluate_low_degrees(int p, int q, const vec4 *powers, double x, double y,
+                                 struct surface_jet *jet) {
+#define CASE(P, Q)                                                                                 \
+    case (P) * (SURFACE_POWERS_DEGREE + 1) + (Q):                                                  \
+        evaluate_powers(P, Q, powers, x, y, jet);                                                  \
+        break
+    switch (p * (SURFACE_POWERS_DEGREE + 1) + q) {
+        CASE(1, 1);
+        CASE(1, 2);
+        CASE(1, 3);
+        CASE(2, 1);
+        CASE(2, 2);
+        CASE(2, 3);
+        CASE(3, 1);
+        CASE(3, 2);
+        CASE(3, 3);
+    default:
+        break;
+    }
+#undef CASE
+}
+
 WIDE_CLONES
 void surface_evaluate_span(const struct surface *surface, int span_u, int span_v, double u,
                            double v, struct surface_jet *jet) {
     const struct surface_axis *au = &surface->axis[0], *av = &surface->axis[1];
-    double rate[2] = {au->rates[span_u], av->rates[span_v]};
-    double t[2] = {(u - au->breaks[span_u]) * rate[0], (v - av->breaks[span_v]) * rate[1]};
     size_t span = (size_t)span_u * (size_t)av->span_count + (size_t)span_v;
-    const vec4 *points = surface->points + span * surface->points_per_span;
+    size_t first = span * surface->points_per_span;
     int p = au->degree, q = av->degree;
-    if (p == 3 && q == 3)
-        evaluate_degrees(3, 3, points, t, rate, jet);
-    else if (p == 2 && q == 2)
-        evaluate_degrees(2, 2, points, t, rate, jet);
-    else
-        evaluate_degrees(p, q, points, t, rate, jet);
+    if (surface->powers) {
+        double x = u - au->middles[span_u], y = v - av->middles[span_v];
+        evaluate_low_degrees(p, q, surface->powers + first, x, y, jet);
+    } else {
+        double rate[2] = {au->rates[span_u], av->rates[span_v]};
+        double t[2] = {(u - au->breaks[span_u]) * rate[0], (v - av->breaks[span_v]) * rate[1]};
+        evaluate_bernstein(p, q, surface->points + first, t, rate, jet);
+    }
 }
 
 int surface_axis_span(const struct surface_axis *axis, int hint, double x) {

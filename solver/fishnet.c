@@ -3,11 +3,11 @@
 
 #include "angle.h"
 
-enum { NEWTON_MAX = 40, PREDICTORS = 5 };
+enum { NEWTON_MAX = 40, HALVINGS_MAX = 13, PREDICTORS = 5 };
 
 /* Newton stops at this length error relative to the edge, or where rounding hides it. */
 static const double tolerance = 1e-12;
-static const double rounding = 4e-16;
+static const double rounding = 1e-15;
 
 /* Below this sine of the angle between its yarns a cell that finds no corner has collapsed. */
 static const double collapsed_sine = 0.12;
@@ -89,24 +89,19 @@ static double spatial_size2(const struct surface_jet *jet, const double step[2])
     return vec3_norm2(vec3_axpy(step[1], jet->v, vec3_scale(step[0], jet->u)));
 }
 
-/* uv + share * step; near a pole through its chart. */
-static void move(const struct surface *surface, struct surface_cursor *cursor,
-                 const struct station *from, const double step[2], double share, double uv[2]) {
+/* From uv by `step`; near a pole through its chart. */
+static void move(const struct surface *surface, struct surface_cursor *cursor, double uv[2],
+                 const double step[2]) {
     struct vec3 pole;
-    const struct surface_jet *jet = &from->jet;
-    uv[0] = from->uv[0] + share * step[0];
-    uv[1] = from->uv[1] + share * step[1];
-    if (!surface->has_poles)
-        return;
-    double size = share * sqrt(spatial_size2(jet, step));
-    if (station_pole_distance(surface, jet->r, &pole) < 4 * size) {
-        struct vec3 spatial = vec3_axpy(step[1], jet->v, vec3_scale(step[0], jet->u));
-        double pulled[2];
-        if (station_pull(surface, cursor, from, vec3_scale(share, spatial), pulled)) {
-            uv[0] = pulled[0];
-            uv[1] = pulled[1];
-        }
+    struct station from;
+    if (surface->has_poles && station_at(surface, cursor, uv, &from)) {
+        struct vec3 spatial = vec3_axpy(step[1], from.jet.v, vec3_scale(step[0], from.jet.u));
+        if (station_pole_distance(surface, from.jet.r, &pole) < 4 * vec3_norm(spatial) &&
+            station_pull(surface, cursor, &from, spatial, uv))
+            return;
     }
+    uv[0] += step[0];
+    uv[1] += step[1];
 }
 
 /* F of newton_step, and the larger relative length error; `inverse` holds 1 / bd^2, 1 / cd^2. */
@@ -118,19 +113,25 @@ static double length_error(const struct fishnet_cell *cell, const double inverse
     return b > c ? b : c;
 }
 
+static void shorten(double step[2], double share) {
+    step[0] *= share;
+    step[1] *= share;
+}
+
 /* Newton from uv; a step that does not reduce the error is halved. */
 static bool newton(const struct surface *surface, struct surface_cursor *cursor,
                    const struct fishnet_cell *cell, const double uv[2], struct fishnet_node *node) {
     double least = fmin(cell->bd, cell->cd), longest = 2 * fmax(cell->bd, cell->cd);
     const double inverse[2] = {1 / (cell->bd * cell->bd), 1 / (cell->cd * cell->cd)};
     double enough = tolerance + rounding * surface->magnitude / least;
-    double previous = HUGE_VAL, share = 1, step[2] = {0, 0}, at[2] = {uv[0], uv[1]};
-    struct station *d = &node->station, from = {.uv = {uv[0], uv[1]}};
+    int halvings = 0;
+    double previous = HUGE_VAL, step[2] = {0, 0}, from[2] = {uv[0], uv[1]};
+    struct station *d = &node->station;
+    d->uv[0] = uv[0];
+    d->uv[1] = uv[1];
     for (int round = 0; round < NEWTON_MAX; round++) {
         double f[2];
-        d->uv[0] = at[0];
-        d->uv[1] = at[1];
-        surface_evaluate(surface, cursor, at[0], at[1], &d->jet);
+        surface_evaluate(surface, cursor, d->uv[0], d->uv[1], &d->jet);
         struct vec3 wb = vec3_sub(d->jet.r, cell->b->jet.r);
         struct vec3 wc = vec3_sub(d->jet.r, cell->c->jet.r);
         double error = length_error(cell, inverse, wb, wc, f);
@@ -141,16 +142,21 @@ static bool newton(const struct surface *surface, struct surface_cursor *cursor,
         if (error < previous) {
             if (!newton_step(&d->jet, wb, wc, f, step))
                 return false;
-            from = *d;
             previous = error;
+            halvings = 0;
+            from[0] = d->uv[0];
+            from[1] = d->uv[1];
             double size2 = spatial_size2(&d->jet, step);
-            share = size2 > longest * longest ? longest / sqrt(size2) : 1;
+            if (size2 > longest * longest)
+                shorten(step, longest / sqrt(size2));
         } else {
-            share /= 2;
-            if (share < 1e-4)
+            if (++halvings > HALVINGS_MAX)
                 return false;
+            shorten(step, 0.5);
+            d->uv[0] = from[0];
+            d->uv[1] = from[1];
         }
-        move(surface, cursor, &from, step, share, at);
+        move(surface, cursor, d->uv, step);
     }
     return false;
 }

@@ -24,24 +24,34 @@ struct row_end {
     int32_t inside;
 };
 
-/* Brings (i, j) into being when the row ended before it: the rows below first. */
-static enum status extend_rows(struct quadrant *q, int32_t i, int32_t j) {
+/* Brings (i, j) and the places below it into being, the row having ended before: `found` says
+ * whether, `station` is then there. */
+static enum status climb_column(struct quadrant *q, int32_t i, int32_t j, struct station *station,
+                                bool *found) {
     struct march *march = q->march;
-    int32_t lowest = j;
-    while (lowest > 0 && net_state_at(&march->net, i * q->si, lowest * q->sj) == NET_UNKNOWN)
-        lowest--;
-    for (int32_t r = lowest + 1; r <= j; r++) {
-        bool placed;
+    struct station a, b;
+    int32_t r = j;
+    while (r > 0 && net_state_at(&march->net, i * q->si, r * q->sj) == NET_UNKNOWN)
+        r--;
+    *found = march_station(march, i * q->si, r * q->sj, station);
+    if (!*found || r == j || !march_station(march, (i - 1) * q->si, r * q->sj, &a))
+        return STATUS_OK;
+    for (r++; *found && r <= j; r++) {
+        struct fishnet_node node;
         enum drape_reason reason;
-        if (!net_place(&march->net, i * q->si, (r - 1) * q->sj) ||
-            !net_place(&march->net, (i - 1) * q->si, r * q->sj))
+        enum station_zone zone;
+        *found = march_station(march, (i - 1) * q->si, r * q->sj, &b);
+        if (!*found)
             return STATUS_OK;
-        enum status status =
-            march_corner(march, i * q->si, r * q->sj, q->si, q->sj, &placed, &reason);
-        if (status == STATUS_OK && !placed)
+        *found = march_solve_corner(march, q->si, q->sj, &a, &b, station, NULL, &node, &reason);
+        if (!*found)
             return march_fail(march, i * q->si, r * q->sj, reason);
+        enum status status = march_place(march, i * q->si, r * q->sj, &node.station, &zone);
         if (status != STATUS_OK)
             return status;
+        *found = zone != STATION_BEYOND;
+        *station = node.station;
+        a = b;
     }
     return STATUS_OK;
 }
@@ -51,12 +61,9 @@ static enum status reach_below(struct quadrant *q, int32_t i, int32_t j, bool *f
     *found = i < q->below_count;
     if (*found)
         return STATUS_OK;
-    enum status status = extend_rows(q, i, j - 1);
-    if (status != STATUS_OK)
-        return status;
-    *found = march_station(q->march, i * q->si, (j - 1) * q->sj, &q->below[i]);
+    enum status status = climb_column(q, i, j - 1, &q->below[i], found);
     q->below_count += *found;
-    return STATUS_OK;
+    return status;
 }
 
 /* Node (i, j) of the row; `zone` says where it went, STATION_BEYOND when the row ends. */

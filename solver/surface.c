@@ -2,6 +2,7 @@
 #include "surface_spans.h"
 
 #include "quadrature.h"
+#include <string.h>
 
 enum { ORDER_MAX = NURBS_DEGREE_MAX + 1 };
 
@@ -50,14 +51,16 @@ static enum status cut_axis(const struct nurbs_axis *from, struct arena *arena,
     axis->degree = p;
     axis->breaks = arena_alloc(arena, (size_t)(n - p + 1), sizeof *axis->breaks);
     axis->rates = arena_alloc(arena, (size_t)(n - p), sizeof *axis->rates);
+    axis->middles = arena_alloc(arena, (size_t)(n - p), sizeof *axis->middles);
     *extractions = arena_alloc(arena, (size_t)(n - p), sizeof **extractions);
-    if (!axis->breaks || !axis->rates || !*extractions)
+    if (!axis->breaks || !axis->rates || !axis->middles || !*extractions)
         return STATUS_OUT_OF_MEMORY;
     for (int l = p; l < n; l++) {
         if (!(from->knots[l + 1] > from->knots[l]))
             continue;
         axis->breaks[count] = from->knots[l];
         axis->rates[count] = 1 / (from->knots[l + 1] - from->knots[l]);
+        axis->middles[count] = from->knots[l] + (from->knots[l + 1] - from->knots[l]) / 2;
         extract_span(from, l, &(*extractions)[count++]);
     }
     axis->breaks[count] = from->knots[n];
@@ -91,6 +94,55 @@ static void fill_span(const struct nurbs *nurbs, const struct extraction *eu,
                 sum += eu->weight[k][i] * row[i][l];
             points[k * (q + 1) + l] = sum;
         }
+}
+
+/* Bernstein polynomials in powers of the distance x from the middle of a span 1 / rate long:
+ * row[k] = binomial(p, k) (1/2 + rate x)^k (1/2 - rate x)^(p - k). */
+static void bernstein_powers(int p, double rate, double row[ORDER_MAX][ORDER_MAX]) {
+    double binomial = 1;
+    for (int k = 0; k <= p; k++) {
+        double *c = row[k];
+        memset(c, 0, ORDER_MAX * sizeof *c);
+        c[0] = binomial;
+        for (int factor = 0; factor < p; factor++) {
+            double slope = factor < k ? rate : -rate;
+            for (int m = p; m > 0; m--)
+                c[m] = c[m] / 2 + slope * c[m - 1];
+            c[0] /= 2;
+        }
+        binomial = binomial * (p - k) / (k + 1);
+    }
+}
+
+/* powers[m][n] = sum_kl a[k][m] b[l][n] points[k][l] for one span. */
+static void fill_powers(const struct surface *surface, int su, int sv, const vec4 *points,
+                        vec4 *powers) {
+    const struct surface_axis *u = &surface->axis[0], *v = &surface->axis[1];
+    int p = u->degree, q = v->degree;
+    double a[ORDER_MAX][ORDER_MAX], b[ORDER_MAX][ORDER_MAX];
+    bernstein_powers(p, u->rates[su], a);
+    bernstein_powers(q, v->rates[sv], b);
+    for (int m = 0; m <= p; m++)
+        for (int n = 0; n <= q; n++) {
+            vec4 sum = {0};
+            for (int k = 0; k <= p; k++)
+                for (int l = 0; l <= q; l++)
+                    sum += a[k][m] * b[l][n] * points[k * (q + 1) + l];
+            powers[m * (q + 1) + n] = sum;
+        }
+}
+
+static enum status make_powers(struct arena *arena, struct surface *surface) {
+    int nu = surface->axis[0].span_count, nv = surface->axis[1].span_count;
+    if (surface->axis[0].degree > SURFACE_POWERS_DEGREE ||
+        surface->axis[1].degree > SURFACE_POWERS_DEGREE)
+        return STATUS_OK;
+    size_t size = surface->points_per_span;
+    surface->powers = arena_alloc(arena, (size_t)nu * (size_t)nv * size, sizeof *surface->powers);
+    for (int i = 0; surface->powers && i < nu * nv; i++)
+        fill_powers(surface, i / nv, i % nv, surface->points + (size_t)i * size,
+                    surface->powers + (size_t)i * size);
+    return surface->powers ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
 static void find_bounds(const struct nurbs *nurbs, struct surface *surface) {
@@ -219,7 +271,8 @@ enum status surface_make(const struct nurbs *nurbs, struct arena *arena, struct 
     find_topology(made, 1);
     find_limits(made);
     *surface = made;
-    return find_area(made);
+    status = make_powers(arena, made);
+    return status == STATUS_OK ? find_area(made) : status;
 }
 
 void surface_domain(const struct surface *surface, double lower[2], double upper[2]) {

@@ -11,12 +11,16 @@
 /* Homogeneous coordinates (w x, w y, w z, w). */
 typedef double vec4 __attribute__((vector_size(32)));
 
+/* Up to this degree powers lose less than a decimal digit. */
+enum { SURFACE_POWERS_DEGREE = 3 };
+
 /* One parametric direction: the domain cut at its distinct knots. */
 struct surface_axis {
     int degree;
     int span_count;
-    double *breaks; /* span_count + 1 increasing parameters */
-    double *rates;  /* 1 / length of each span */
+    double *breaks;  /* span_count + 1 increasing parameters */
+    double *rates;   /* 1 / length of each span */
+    double *middles; /* of each span */
     bool closed;
     bool pole[2]; /* at the lower and upper end: the other direction's tangent vanishes there */
     struct vec3 pole_point[2]; /* that end's first point; with `pole`, all of it */
@@ -25,7 +29,9 @@ struct surface_axis {
 struct surface {
     struct surface_axis axis[2];
     size_t points_per_span; /* (p + 1) (q + 1) */
-    vec4 *points;           /* [span_u][span_v][k][l] */
+    vec4 *points;           /* [span_u][span_v][k][l]: Bezier control points */
+    vec4 *powers; /* alike: coefficients of (u - middle)^k (v - middle)^l; NULL where the degree
+                     makes them inaccurate */
     struct vec3 lower, upper;
     double size;      /* diagonal of the box around the control points */
     double magnitude; /* the largest absolute coordinate of that box: what rounding scales with */
