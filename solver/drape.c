@@ -25,7 +25,7 @@ static bool valid_extent(const struct drape_settings *s, int k) {
 }
 
 static bool available(const struct drape_settings *s) {
-    return (s->method == DRAPE_BASIC || s->method == DRAPE_GIB) &&
+    return (s->method == DRAPE_BASIC || s->method == DRAPE_GIB || s->method == DRAPE_GIB4) &&
            s->yarn_path == DRAPE_PATH_CHORD && s->generator[0].kind == DRAPE_GENERATOR_GEODESIC &&
            s->generator[1].kind == DRAPE_GENERATOR_GEODESIC;
 }
@@ -38,16 +38,39 @@ static enum status check_settings(const struct drape_settings *s) {
     return good ? STATUS_OK : STATUS_INVALID;
 }
 
+/* Ghosts beyond the last node inside: what the stencils of the shear angle reach, and in a first
+ * march those of the correction beyond them. */
+enum { FRINGE = 2, FRINGE_BEFORE = 4 };
+
+/* The march, twice for a method that corrects its first net; `before` gets the first. */
+static enum status march_all(struct march *march, struct net *before) {
+    bool corrected = march->settings->method == DRAPE_GIB4;
+    march->fringe = corrected ? FRINGE_BEFORE : FRINGE;
+    enum status status = march_run(march);
+    if (status != STATUS_OK || !corrected)
+        return status;
+    *before = march->net;
+    *march = (struct march){.surface = march->surface,
+                            .settings = march->settings,
+                            .monitor = march->monitor,
+                            .arena = march->arena,
+                            .start = march->start,
+                            .before = before,
+                            .fringe = FRINGE};
+    return march_run(march);
+}
+
 enum status drape_solve(const struct surface *surface, const struct drape_settings *settings,
                         const struct drape_monitor *monitor, struct arena *arena,
                         struct drape_result *result) {
     struct march march = {
         .surface = surface, .settings = settings, .monitor = monitor, .arena = arena};
+    struct net before;
     enum status status = check_settings(settings);
     if (status == STATUS_OK)
         status = start_find(surface, settings, &march.start);
     if (status == STATUS_OK)
-        status = march_run(&march);
+        status = march_all(&march, &before);
     if (status == STATUS_OK)
         status = report_make(&march, result);
     return status;

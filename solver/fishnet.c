@@ -178,6 +178,11 @@ static struct vec3 planar_corner(const struct fishnet_cell *cell) {
 static bool predict(const struct surface *surface, struct surface_cursor *cursor,
                     const struct fishnet_cell *cell, int k, double uv[2]) {
     const struct station *from = k % 2 ? cell->b : cell->c;
+    if (k == 0 && cell->guess_uv) {
+        uv[0] = cell->guess_uv[0];
+        uv[1] = cell->guess_uv[1];
+        return true;
+    }
     struct vec3 opposite = vec3_sub(vec3_add(cell->b->jet.r, cell->c->jet.r), cell->a->jet.r);
     struct vec3 target = k == 0 ? cell->guess : k < 3 ? opposite : planar_corner(cell);
     return station_pull(surface, cursor, from, vec3_sub(target, from->jet.r), uv);

@@ -15,9 +15,10 @@
 
 struct fishnet_cell {
     const struct station *a, *b, *c;
-    double bd, cd;     /* chord lengths wanted, > 0 */
-    struct vec3 guess; /* where D is expected, in space */
-    int orientation;   /* 1 when A, C, D, B turn counter-clockwise about the normal, -1 when not */
+    double bd, cd;          /* chord lengths wanted, > 0 */
+    struct vec3 guess;      /* where D is expected, in space */
+    const double *guess_uv; /* the same in parameters, if known, and then preferred; or NULL */
+    int orientation; /* 1 when A, C, D, B turn counter-clockwise about the normal, -1 when not */
 };
 
 enum fishnet_end {

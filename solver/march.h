@@ -32,6 +32,8 @@ struct march {
     struct march_start start;
     struct surface_cursor cursor;
     struct net net;
+    struct net *before;    /* the net of a first march that this one corrects; or NULL */
+    int fringe;            /* ghosts beyond the last node inside that difference stencils reach */
     struct fold *fold;     /* NULL as long as the net cannot meet itself */
     size_t inside, ghosts; /* nodes placed */
     size_t solved;         /* of them by fishnet_solve, in this many steps: */
@@ -40,7 +42,8 @@ struct march {
     size_t next_report; /* nodes inside at which the monitor is told again */
 };
 
-/* Runs the whole march; `march` has its first five members and the start set, the rest zero.
+/* Runs the whole march; `march` has its first five members, the start, `before` and `fringe` set,
+ * the rest zero.
  * Errors: STATUS_OUT_OF_MEMORY, STATUS_TOO_MANY_NODES, STATUS_CANCELLED, and
  * STATUS_DEGENERATE_SURFACE when no yarn can leave the start. */
 enum status march_run(struct march *march) STATUS_MUST_USE;
@@ -68,12 +71,17 @@ enum status march_fail(struct march *march, int32_t i, int32_t j,
 /* The station of a place of the net; false when (i, j) has none. */
 bool march_station(struct march *march, int32_t i, int32_t j, struct station *station);
 
-/* Solves the cell with D in the direction (si, sj), each 1 or -1, of A, AC along warp, AB along
- * weft. `last_edge` is AB of the cell before along warp, for the guess; NULL when there is none.
- * Notes the cost; on failure gives the reason. */
-bool march_solve_corner(struct march *march, int si, int sj, const struct station *a,
-                        const struct station *b, const struct station *c,
-                        const struct vec3 *last_edge, struct fishnet_node *node,
+/* A cell to be solved for D = (i, j), which lies in the direction (si, sj), each 1 or -1, of A: AC
+ * along warp, AB along weft. */
+struct march_cell {
+    int32_t i, j;
+    int si, sj;
+    const struct station *a, *b, *c;
+    const struct vec3 *last_edge; /* AB of the cell before along warp, for the guess; or NULL */
+};
+
+/* Solves a cell. Notes the cost; on failure gives the reason. */
+bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,
                         enum drape_reason *reason);
 
 /* The same for (i, j) from places of the net, and puts the node there if there is one. `placed`

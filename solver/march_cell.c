@@ -2,26 +2,54 @@
 /* One cell of the march from three places of the net. */
 #include "march.h"
 
+#include "correction.h"
+
 bool march_station(struct march *march, int32_t i, int32_t j, struct station *station) {
     const struct net_node *node = net_place(&march->net, i, j);
     return node && station_at(march->surface, &march->cursor, node->uv, station);
 }
 
-static struct vec3 guess(const struct station *a, const struct station *b, const struct station *c,
-                         const struct vec3 *last_edge) {
-    struct vec3 edge = vec3_sub(b->jet.r, a->jet.r);
-    struct vec3 trend = last_edge ? vec3_sub(edge, *last_edge) : vec3_make(0, 0, 0);
-    return vec3_add(c->jet.r, vec3_add(edge, trend));
+/* C + AB, and the change of AB from the cell before. */
+static struct vec3 guess(const struct march_cell *at) {
+    struct vec3 edge = vec3_sub(at->b->jet.r, at->a->jet.r);
+    struct vec3 sum = vec3_add(at->c->jet.r, edge);
+    return at->last_edge ? vec3_add(sum, vec3_sub(edge, *at->last_edge)) : sum;
 }
 
-bool march_solve_corner(struct march *march, int si, int sj, const struct station *a,
-                        const struct station *b, const struct station *c,
-                        const struct vec3 *last_edge, struct fishnet_node *node,
+/* D of the net before, moved as the other corners have moved since. */
+static bool guess_from_before(struct march *march, const struct march_cell *at, double uv[2]) {
+    const struct net_node *a = net_place(march->before, at->i - at->si, at->j - at->sj);
+    const struct net_node *b = net_place(march->before, at->i - at->si, at->j);
+    const struct net_node *c = net_place(march->before, at->i, at->j - at->sj);
+    const struct net_node *d = net_place(march->before, at->i, at->j);
+    for (int k = 0; a && b && c && d && k < 2; k++)
+        uv[k] = d->uv[k] + (at->b->uv[k] - b->uv[k]) + (at->c->uv[k] - c->uv[k]) -
+                (at->a->uv[k] - a->uv[k]);
+    return a && b && c && d;
+}
+
+/* The chords of a cell by its edges BD and CD in the net before, where they can be had. */
+static void correct_chords(struct march *march, const struct march_cell *at,
+                           struct fishnet_cell *cell) {
+    const double *d = march->settings->spacing;
+    double chord;
+    if (correction_chord(march->before, at->i - at->si, at->j, at->si, 0, d[0], &chord))
+        cell->bd = chord;
+    if (correction_chord(march->before, at->i, at->j - at->sj, 0, at->sj, d[1], &chord))
+        cell->cd = chord;
+}
+
+bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,
                         enum drape_reason *reason) {
     const struct drape_settings *s = march->settings;
-    struct fishnet_cell cell = {.a = a, .b = b, .c = c, .orientation = si * sj};
-    cell.guess = guess(a, b, c, last_edge);
+    struct fishnet_cell cell = {.a = at->a, .b = at->b, .c = at->c, .orientation = at->si * at->sj};
+    cell.guess = guess(at);
     fishnet_chords(s->method, s->spacing[0], s->spacing[1], &cell);
+    double uv[2];
+    if (march->before) {
+        cell.guess_uv = guess_from_before(march, at, uv) ? uv : NULL;
+        correct_chords(march, at, &cell);
+    }
     enum fishnet_end end = fishnet_solve(march->surface, &march->cursor, &cell, node);
     if (end == FISHNET_FOUND) {
         march->solved++;
@@ -38,6 +66,7 @@ bool march_solve_corner(struct march *march, int si, int sj, const struct statio
 enum status march_corner(struct march *march, int32_t i, int32_t j, int si, int sj, bool *placed,
                          enum drape_reason *reason) {
     struct station a, b, c;
+    struct march_cell cell = {i, j, si, sj, &a, &b, &c, NULL};
     struct fishnet_node node;
     enum station_zone zone;
     *placed = false;
@@ -49,7 +78,8 @@ enum status march_corner(struct march *march, int32_t i, int32_t j, int si, int 
     const struct net_node *a2 = net_place(&march->net, i - 2 * si, j - sj);
     const struct net_node *b2 = net_place(&march->net, i - 2 * si, j);
     struct vec3 last = a2 && b2 ? vec3_sub(b2->r, a2->r) : vec3_make(0, 0, 0);
-    if (!march_solve_corner(march, si, sj, &a, &b, &c, a2 && b2 ? &last : NULL, &node, reason))
+    cell.last_edge = a2 && b2 ? &last : NULL;
+    if (!march_solve_corner(march, &cell, &node, reason))
         return STATUS_OK;
     enum status status = march_place(march, i, j, &node.station, &zone);
     *placed = zone != STATION_BEYOND;

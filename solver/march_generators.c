@@ -2,6 +2,7 @@
 /* The four arms of the two generator yarns, as geodesics from the start. */
 #include "march.h"
 
+#include "correction.h"
 #include "geodesic.h"
 
 enum { CHORD_ROUNDS = 30 };
@@ -65,6 +66,16 @@ static struct arm make_arm(const struct march *march, int k) {
     return arm;
 }
 
+/* To node k. In a second march the edge's chord is the corrected one, like those of the yarns
+ * beside it, so that they fit to the last order. */
+static bool advance_arm(struct march *march, struct arm *arm, int32_t k, double d) {
+    double chord;
+    if (march->before && correction_chord(march->before, (k - 1) * arm->di, (k - 1) * arm->dj,
+                                          arm->di, arm->dj, d, &chord))
+        return advance_chord(&arm->geodesic, &march->cursor, chord);
+    return advance(march, &arm->geodesic, &march->cursor, d);
+}
+
 static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
     struct station station;
     enum station_zone zone;
@@ -73,7 +84,7 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
     arm->ended = true;
     if (!march_in_extent(march, i, j))
         return march_fail(march, i, j, DRAPE_REASON_EXTENT);
-    if (!arm->started || !advance(march, &arm->geodesic, &march->cursor, d) ||
+    if (!arm->started || !advance_arm(march, arm, k, d) ||
         !geodesic_station(&arm->geodesic, &march->cursor, &station, NULL))
         return march_fail(march, i, j, DRAPE_REASON_BOUNDARY);
     enum status status = march_place(march, i, j, &station, &zone);

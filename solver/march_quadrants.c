@@ -6,9 +6,6 @@
  */
 #include "march.h"
 
-/* Ghosts at the end of a row or column: what the widest difference stencil reaches. */
-enum { FRINGE = 2 };
-
 struct quadrant {
     struct march *march;
     int si, sj;
@@ -43,7 +40,8 @@ static enum status climb_column(struct quadrant *q, int32_t i, int32_t j, struct
         *found = march_station(march, (i - 1) * q->si, r * q->sj, &b);
         if (!*found)
             return STATUS_OK;
-        *found = march_solve_corner(march, q->si, q->sj, &a, &b, station, NULL, &node, &reason);
+        struct march_cell cell = {i * q->si, r * q->sj, q->si, q->sj, &a, &b, station, NULL};
+        *found = march_solve_corner(march, &cell, &node, &reason);
         if (!*found)
             return march_fail(march, i * q->si, r * q->sj, reason);
         enum status status = march_place(march, i * q->si, r * q->sj, &node.station, &zone);
@@ -71,12 +69,17 @@ static enum status grow_node(struct quadrant *q, int32_t i, int32_t j, enum stat
     struct march *march = q->march;
     struct fishnet_node node;
     enum drape_reason reason;
-    const struct station *a = &q->below[i - 1], *b = &q->row[i - 1], *c = &q->below[i];
+    struct march_cell cell = {.i = i * q->si, .j = j * q->sj, .si = q->si, .sj = q->sj};
     struct vec3 last;
-    if (i > 1)
+    cell.a = &q->below[i - 1];
+    cell.b = &q->row[i - 1];
+    cell.c = &q->below[i];
+    if (i > 1) {
         last = vec3_sub(q->row[i - 2].jet.r, q->below[i - 2].jet.r);
+        cell.last_edge = &last;
+    }
     *zone = STATION_BEYOND;
-    if (!march_solve_corner(march, q->si, q->sj, a, b, c, i > 1 ? &last : NULL, &node, &reason))
+    if (!march_solve_corner(march, &cell, &node, &reason))
         return march_fail(march, i * q->si, j * q->sj, reason);
     q->row[i] = node.station;
     q->row_count = i + 1;
@@ -101,7 +104,7 @@ static enum status grow_row(struct quadrant *q, int32_t j, struct row_end *end) 
             return status;
         end->inside += zone == STATION_INSIDE;
         outside = zone == STATION_INSIDE ? 0 : outside + 1;
-        if (end->inside && outside >= FRINGE)
+        if (end->inside && outside >= march->fringe)
             break;
     }
     return STATUS_OK;
@@ -117,7 +120,7 @@ static int32_t arm_length(struct march *march, int si) {
 /* Rows until the weft generator ends, or the net has left the surface for good. */
 static enum status grow_rows(struct quadrant *q) {
     bool been_inside = false;
-    for (int32_t j = 1, empty = 0; empty < FRINGE; j++) {
+    for (int32_t j = 1, empty = 0; empty < q->march->fringe; j++) {
         struct row_end end;
         enum status status = grow_row(q, j, &end);
         if (status != STATUS_OK || !end.planted)

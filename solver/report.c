@@ -89,7 +89,7 @@ static void count_place(struct march *march, struct drape_result *result, const 
     result->front.count += ends_at(spot, &reason);
 }
 
-static enum status alloc_columns(struct arena *arena, struct drape_result *result) {
+static enum status alloc_columns(struct arena *arena, bool estimated, struct drape_result *result) {
     struct drape_nodes *n = &result->nodes;
     struct drape_cells *c = &result->cells;
     struct drape_front *f = &result->front;
@@ -106,6 +106,10 @@ static enum status alloc_columns(struct arena *arena, struct drape_result *resul
     for (size_t k = 0; k < sizeof indices / sizeof *indices; k++) {
         *indices[k] = arena_alloc(arena, counts[k / 2], sizeof(int32_t));
         all = all && *indices[k];
+    }
+    if (estimated) {
+        n->error_estimate = arena_alloc(arena, n->count, sizeof *n->error_estimate);
+        all = all && n->error_estimate;
     }
     f->reason = arena_alloc(arena, f->count, sizeof *f->reason);
     n->count = c->count = f->count = 0;
@@ -129,10 +133,21 @@ static struct vec3 bring_inside(struct march *march, const struct net_node *node
     return jet.r;
 }
 
+/* The distance to the first march's node, of which it is the error to leading order. Where that had
+ * none, the largest elsewhere stands for it (`summarise`). */
+static void add_estimate(struct march *march, struct drape_result *result, size_t at,
+                         const struct spot *spot) {
+    const struct net_node *before = net_place(march->before, spot->i, spot->j);
+    double estimate = before ? vec3_distance(before->r, spot->node->r) : -1;
+    result->nodes.error_estimate[at] = estimate;
+    result->summary.error_estimate_max = fmax(result->summary.error_estimate_max, estimate);
+}
+
 static void add_node(struct march *march, struct drape_result *result, const struct spot *spot) {
     struct drape_nodes *nodes = &result->nodes;
     size_t at = nodes->count++;
-    double uv[2], shear = shear_at_node(spot->window, spot->x, spot->y, SHEAR_SECOND);
+    double uv[2], shear = shear_at_node(spot->window, spot->x, spot->y,
+                                        march->before ? SHEAR_FOURTH : SHEAR_SECOND);
     struct vec3 r = bring_inside(march, spot->node, uv);
     nodes->i[at] = spot->i;
     nodes->j[at] = spot->j;
@@ -142,6 +157,8 @@ static void add_node(struct march *march, struct drape_result *result, const str
     nodes->y[at] = r.y;
     nodes->z[at] = r.z;
     nodes->shear_deg[at] = shear;
+    if (march->before)
+        add_estimate(march, result, at, spot);
 }
 
 /* Half the cross product of the diagonals: the area of a flat quadrilateral, to second order that
@@ -218,7 +235,9 @@ static void summarise(const struct march *march, struct drape_result *result) {
     s->residual_max = march->residual_max;
     s->newton_iterations_mean =
         march->solved ? (double)march->iterations / (double)march->solved : 0;
-    s->error_estimate_max = -1;
+    for (size_t k = 0; nodes->error_estimate && k < nodes->count; k++)
+        if (nodes->error_estimate[k] < 0)
+            nodes->error_estimate[k] = s->error_estimate_max;
 }
 
 /* Windows on all tiles, sorted by row, then column; NULL without memory. */
@@ -233,14 +252,15 @@ static struct net_window *make_windows(struct net *net) {
 enum status report_make(struct march *march, struct drape_result *result) {
     *result = (struct drape_result){.start_point = march->start.station.jet.r,
                                     .start_warp = march->start.warp,
-                                    .start_weft = march->start.weft};
+                                    .start_weft = march->start.weft,
+                                    .summary.error_estimate_max = -1};
     result->start_uv[0] = march->start.station.uv[0];
     result->start_uv[1] = march->start.station.uv[1];
     struct net_window *windows = make_windows(&march->net);
     if (!windows)
         return STATUS_OUT_OF_MEMORY;
     visit_net(march, result, windows, count_place);
-    enum status status = alloc_columns(march->arena, result);
+    enum status status = alloc_columns(march->arena, march->before, result);
     if (status != STATUS_OK)
         return status;
     visit_net(march, result, windows, add_place);

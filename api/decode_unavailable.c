@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: MIT */
+#include "decode_parts.h"
+
+/* What is understood, but comes with a later version: its line goes when a feature lands. */
+void decode_refuse_unavailable(const struct tree_place *root, const struct tree_place *surface,
+                               const struct api_request *request) {
+    const struct drape_settings *s = &request->settings;
+    struct decode_definition file;
+    const struct tree_place *definition = decode_definition_find(surface, &file);
+    const struct {
+        const struct tree_place *owner;
+        const char *key, *member; /* NULL: the owner itself, the key's value itself */
+        bool wanted;
+        const char *name;
+    } features[] = {
+        {root, "method", NULL, s->method == DRAPE_GEODESIC, "the method geodesic"},
+        {root, "method", NULL, s->method == DRAPE_MOSAIC, "the method mosaic"},
+        {root, "yarn_path", NULL, s->yarn_path == DRAPE_PATH_RELAXATION, "relaxation"},
+        {root, "generators", "warp", s->generator[0].kind == DRAPE_GENERATOR_CURVE, "a curve"},
+        {root, "generators", "weft", s->generator[1].kind == DRAPE_GENERATOR_CURVE, "a curve"},
+        {root, "generators", "warp", s->generator[0].kind == DRAPE_GENERATOR_PLANE, "a plane"},
+        {root, "generators", "weft", s->generator[1].kind == DRAPE_GENERATOR_PLANE, "a plane"},
+        {root, "permeability", NULL, request->permeability.model != API_PERMEABILITY_NONE,
+         "permeability"},
+        {definition, "trims", NULL, request->surface.trim_count > 0, "a trimmed surface"},
+        {definition, NULL, NULL, request->surface.kind == API_SURFACE_MESH, "a triangle mesh"},
+    };
+    for (size_t i = 0; i < sizeof features / sizeof *features; i++) {
+        if (!features[i].wanted)
+            continue;
+        const struct tree_place *place = features[i].owner;
+        struct tree_place value, member;
+        if (features[i].key) {
+            value = tree_member(place, features[i].key);
+            place = &value;
+        }
+        if (features[i].member) {
+            member = tree_member(place, features[i].member);
+            place = &member;
+        }
+        tree_fault(place, "%s is not available in this version", features[i].name);
+    }
+}
