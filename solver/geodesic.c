@@ -10,8 +10,11 @@ enum {
 /* Local error allowed, as a share of the step. */
 static const double tolerance = 1e-14;
 
-/* Rounding in the sums of one step, as a share of the surface's coordinates. */
+/* Rounding in the sums of one step, as a share of the surface's coordinates; and the error, as a
+ * share of the step, below which no further fall from level to level means that only rounding is
+ * left. */
 static const double rounding = 4e-15;
+static const double rounding_at_most = 1e-10;
 
 /* Steps shorter than this share of the whole are not tried: the line cannot be followed. */
 static const double shortest = 1e-12;
@@ -90,9 +93,10 @@ static double spatial_error(const struct surface_jet *jet, const double a[STATE]
  * (Bulirsch-Stoer). False when it has not converged at the last level. */
 static bool extrapolated_step(const struct geodesic *g, double h, double out[STATE]) {
     double y[STATE] = {g->uv[0], g->uv[1], g->velocity[0], g->velocity[1]}, slope[STATE];
-    double table[LEVELS][STATE];
+    double table[LEVELS][STATE], previous = HUGE_VAL;
     struct surface_jet jet;
     jet_here(g, g->uv, &jet);
+    double allowed = tolerance * h + rounding * (g->surface->size + vec3_norm(jet.r));
     derivative(g, y, slope);
     for (int level = 0; level < LEVELS; level++) {
         double best[STATE];
@@ -105,12 +109,13 @@ static bool extrapolated_step(const struct geodesic *g, double h, double out[STA
                 table[m][k] = table[m + 1][k] + weight * (table[m + 1][k] - table[m][k]);
         }
         double error = spatial_error(&jet, best, table[0], h);
-        double allowed = tolerance * h + rounding * (g->surface->size + vec3_norm(jet.r));
-        if (level >= 2 && error <= allowed) {
+        bool stalled = error >= previous && error <= rounding_at_most * h;
+        if (level >= 2 && (error <= allowed || stalled)) {
             for (int k = 0; k < STATE; k++)
                 out[k] = table[0][k];
             return true;
         }
+        previous = error;
     }
     return false;
 }
@@ -165,8 +170,21 @@ static void accept(struct geodesic *g, const double y[STATE]) {
     g->velocity[1] = y[3];
 }
 
+/* A step towards `edge` in direction k, as long as it can be followed, below h; not across. */
+static bool advance_towards(struct geodesic *g, int k, double edge, double h, double *length) {
+    double y[STATE], sign = edge > g->uv[k] ? 1 : -1;
+    for (int round = 0; round < EVENT_ROUNDS; round++, h /= 2)
+        if (extrapolated_step(g, h, y) && sign * (edge - y[k]) > 0) {
+            accept(g, y);
+            *length = h;
+            return true;
+        }
+    return false;
+}
+
 /* The length to where the line meets `edge` in direction k, below h: Newton on uv[k](length) =
- * edge, kept between 0 and h by bisection. Moves there. */
+ * edge, kept between 0 and h by bisection. Moves there; less far, and not across, when the step to
+ * there is too long to be followed. */
 static bool advance_to_edge(struct geodesic *g, int k, double edge, double h, double *length) {
     double y[STATE], low = 0, high = h, at = h / 2;
     double sign = edge > g->uv[k] ? 1 : -1;
@@ -178,7 +196,7 @@ static bool advance_to_edge(struct geodesic *g, int k, double edge, double h, do
     }
     for (int round = 0; round < EVENT_ROUNDS; round++) {
         if (!extrapolated_step(g, at, y))
-            return false;
+            return advance_towards(g, k, edge, at / 2, length);
         double miss = sign * (edge - y[k]);
         if (fabs(miss) <= slack)
             break;
