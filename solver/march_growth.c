@@ -171,6 +171,12 @@ static enum status empty_queue(struct growth *g) {
     return STATUS_OK;
 }
 
+static bool is_broken(const struct net_node *node) {
+    return node && node->state == NET_FAILED &&
+           (node->reason == DRAPE_REASON_COLLAPSED || node->reason == DRAPE_REASON_NO_CONVERGENCE ||
+            node->reason == DRAPE_REASON_DEGENERATE);
+}
+
 /* Whether the net is broken beside the yarn's next step: `reason` says how. A yarn does not go
  * round a place where its neighbours came together. */
 static bool broken_beside(struct march *march, const struct free_end *e,
@@ -179,8 +185,7 @@ static bool broken_beside(struct march *march, const struct free_end *e,
         int side = k & 1 ? -1 : 1, step = k / 2;
         const struct net_node *node = net_find(&march->net, e->i + step * e->di + side * e->dj,
                                                e->j + step * e->dj + side * e->di);
-        if (node && node->state == NET_FAILED && node->reason != DRAPE_REASON_BOUNDARY &&
-            node->reason != DRAPE_REASON_EXTENT) {
+        if (is_broken(node)) {
             *reason = (enum drape_reason)node->reason;
             return true;
         }

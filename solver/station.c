@@ -13,6 +13,9 @@ static const double metric_factor = 4;
 static const double normal_cosine = 0.5;
 static const double reach = 0.25;
 
+/* Turned further than this share of a period from the start, the net's ghosts end. */
+static const double ghost_turn = 1;
+
 /* A step longer than this share of the distance to a pole is taken through the pole's chart. */
 static const double pole_share = 0.3;
 
@@ -261,12 +264,16 @@ static bool healthy(const struct surface *surface, struct surface_cursor *cursor
            vec3_distance(station->jet.r, edge.jet.r) < reach * surface->size;
 }
 
-/* Round this direction the net ends half a period from the start. */
-static bool past_half_period(const struct surface *surface, int k, double from, double to) {
+/* Round a closed direction that no pole closes the net ends half a period from the start, its
+ * ghosts a little further on. */
+static enum station_zone zone_round(const struct surface *surface, int k, double from, double to) {
     const struct surface_axis *axis = &surface->axis[k], *other = &surface->axis[1 - k];
     if (!axis->closed || other->pole[0] || other->pole[1])
-        return false;
-    return fabs(to - from) > (0.5 + boundary_width) * axis_length(axis);
+        return STATION_INSIDE;
+    double turned = fabs(to - from) / axis_length(axis);
+    return turned <= 0.5 + boundary_width ? STATION_INSIDE
+           : turned <= ghost_turn         ? STATION_GHOST
+                                          : STATION_BEYOND;
 }
 
 enum station_zone station_zone(const struct surface *surface, struct surface_cursor *cursor,
@@ -283,9 +290,8 @@ enum station_zone station_zone(const struct surface *surface, struct surface_cur
     *reason = DRAPE_REASON_BOUNDARY;
     if (outside)
         return healthy(surface, cursor, station, edge) ? STATION_GHOST : STATION_BEYOND;
-    if (!past_half_period(surface, 0, start[0], station->uv[0]) &&
-        !past_half_period(surface, 1, start[1], station->uv[1]))
-        return STATION_INSIDE;
+    enum station_zone zone_u = zone_round(surface, 0, start[0], station->uv[0]);
+    enum station_zone zone_v = zone_round(surface, 1, start[1], station->uv[1]);
     *reason = DRAPE_REASON_FOLD;
-    return STATION_GHOST;
+    return zone_u > zone_v ? zone_u : zone_v;
 }

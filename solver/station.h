@@ -19,7 +19,7 @@ struct station {
     double second[3];   /* L, M, N: r_uu, r_uv, r_vv times the normal */
 };
 
-/* Where (u, v) lies. */
+/* Where (u, v) lies, from the net's point of view the better first. */
 enum station_zone {
     STATION_INSIDE,
     STATION_GHOST, /* on the continuation, while that is healthy */
