@@ -13,7 +13,6 @@ void decode_refuse_unavailable(const struct tree_place *root, const struct tree_
         bool wanted;
         const char *name;
     } features[] = {
-        {root, "method", NULL, s->method == DRAPE_GEODESIC, "the method geodesic"},
         {root, "method", NULL, s->method == DRAPE_MOSAIC, "the method mosaic"},
         {root, "yarn_path", NULL, s->yarn_path == DRAPE_PATH_RELAXATION, "relaxation"},
         {root, "generators", "warp", s->generator[0].kind == DRAPE_GENERATOR_CURVE, "a curve"},

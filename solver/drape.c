@@ -25,8 +25,8 @@ static bool valid_extent(const struct drape_settings *s, int k) {
 }
 
 static bool available(const struct drape_settings *s) {
-    return (s->method == DRAPE_BASIC || s->method == DRAPE_GIB || s->method == DRAPE_GIB4) &&
-           s->yarn_path == DRAPE_PATH_CHORD && s->generator[0].kind == DRAPE_GENERATOR_GEODESIC &&
+    return s->method != DRAPE_MOSAIC && s->yarn_path == DRAPE_PATH_CHORD &&
+           s->generator[0].kind == DRAPE_GENERATOR_GEODESIC &&
            s->generator[1].kind == DRAPE_GENERATOR_GEODESIC;
 }
 

@@ -34,8 +34,7 @@ static double turn(struct vec3 p, struct vec3 q, struct vec3 r, struct vec3 norm
     return vec3_dot(vec3_cross(vec3_sub(q, p), vec3_sub(r, p)), normal);
 }
 
-/* Whether D is the root away from A: both halves of the cell A, C, D, B turn the right way. */
-static bool right_root(const struct fishnet_cell *cell, const struct station *d) {
+bool fishnet_right_root(const struct fishnet_cell *cell, const struct station *d) {
     struct vec3 b = cell->b->jet.r, c = cell->c->jet.r;
     return cell->orientation * turn(c, d->jet.r, b, d->normal) > 0 &&
            cell->orientation * turn(c, d->jet.r, b, cell->b->normal) > 0;
@@ -209,7 +208,7 @@ enum fishnet_end fishnet_solve(const struct surface *surface, struct surface_cur
     for (int k = 0; k < PREDICTORS; k++) {
         double uv[2];
         if (predict(surface, cursor, cell, k, uv) && newton(surface, cursor, cell, uv, node) &&
-            right_root(cell, &node->station))
+            fishnet_right_root(cell, &node->station))
             return FISHNET_FOUND;
     }
     if (has_collapsed(cell))

@@ -43,6 +43,9 @@ void fishnet_chords(enum drape_method method, double ac, double ab, struct fishn
  * 0 for arcs of a full turn and more. */
 double fishnet_arc_chord(double length, double curvature);
 
+/* Whether D is the root away from A: both halves of the cell A, C, D, B turn the right way. */
+bool fishnet_right_root(const struct fishnet_cell *cell, const struct station *d);
+
 /* Solves |D - B| = bd, |D - C| = cd on the surface (paper, equations 20 to 27) to a residual of
  * 1e-12, from the guess and, should that fail, from other predictors. */
 enum fishnet_end fishnet_solve(const struct surface *surface, struct surface_cursor *cursor,

@@ -3,6 +3,7 @@
 #include "march.h"
 
 #include "correction.h"
+#include "fishnet_geodesic.h"
 
 bool march_station(struct march *march, int32_t i, int32_t j, struct station *station) {
     const struct net_node *node = net_place(&march->net, i, j);
@@ -51,6 +52,9 @@ bool march_solve_corner(struct march *march, const struct march_cell *at, struct
         correct_chords(march, at, &cell);
     }
     enum fishnet_end end = fishnet_solve(march->surface, &march->cursor, &cell, node);
+    if (end == FISHNET_FOUND && s->method == DRAPE_GEODESIC)
+        end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, s->spacing[0],
+                                     s->spacing[1], node);
     if (end == FISHNET_FOUND) {
         march->solved++;
         march->iterations += (size_t)node->iterations;

@@ -91,7 +91,8 @@ static bool run_once(const struct wavy *wavy, enum drape_method method, double n
 static const struct {
     enum drape_method method;
     const char *name;
-} methods[] = {{DRAPE_GIB, "gib"}, {DRAPE_BASIC, "basic"}, {DRAPE_GIB4, "gib4"}};
+} methods[] = {
+    {DRAPE_GIB, "gib"}, {DRAPE_BASIC, "basic"}, {DRAPE_GIB4, "gib4"}, {DRAPE_GEODESIC, "geodesic"}};
 enum { METHODS = sizeof methods / sizeof *methods };
 
 static bool bench_size(const struct wavy *wavy, double nodes) {
