@@ -15,10 +15,6 @@ void decode_refuse_unavailable(const struct tree_place *root, const struct tree_
     } features[] = {
         {root, "method", NULL, s->method == DRAPE_MOSAIC, "the method mosaic"},
         {root, "yarn_path", NULL, s->yarn_path == DRAPE_PATH_RELAXATION, "relaxation"},
-        {root, "generators", "warp", s->generator[0].kind == DRAPE_GENERATOR_CURVE, "a curve"},
-        {root, "generators", "weft", s->generator[1].kind == DRAPE_GENERATOR_CURVE, "a curve"},
-        {root, "generators", "warp", s->generator[0].kind == DRAPE_GENERATOR_PLANE, "a plane"},
-        {root, "generators", "weft", s->generator[1].kind == DRAPE_GENERATOR_PLANE, "a plane"},
         {root, "permeability", NULL, request->permeability.model != API_PERMEABILITY_NONE,
          "permeability"},
         {definition, "trims", NULL, request->surface.trim_count > 0, "a trimmed surface"},

@@ -30,7 +30,8 @@ static double now_ms(void) {
 }
 
 static void set_solve_problem(struct api_problem *problem, enum status status,
-                              const struct drape_settings *settings) {
+                              const struct drape_settings *settings, int faulty_generator) {
+    static const char *const generator_pointers[] = {"/generators/warp", "/generators/weft"};
     switch (status) {
     case STATUS_OK:
         break;
@@ -53,7 +54,22 @@ static void set_solve_problem(struct api_problem *problem, enum status status,
         api_problem_set_at(problem, API_DEGENERATE_SURFACE, "/start",
                            "the surface has no tangent plane at the start");
         break;
+    case STATUS_GENERATOR_OFF_START:
+        api_problem_set_at(problem, API_INVALID_REQUEST, generator_pointers[faulty_generator],
+                           "must pass the start, to a thousandth of the spacing");
+        break;
+    case STATUS_GENERATOR_PARALLEL:
+        api_problem_set_at(problem, API_INVALID_REQUEST, generator_pointers[faulty_generator],
+                           "must not be parallel to the other generator, nor a tangent plane");
+        break;
     case STATUS_INVALID:
+        /* Ranges were checked; that the direction has a part in the tangent plane was not. */
+        if (settings->direction_kind == DRAPE_DIRECTION_VECTOR) {
+            api_problem_set_at(problem, API_INVALID_REQUEST, "/direction/vector",
+                               "must not be at right angles to the surface at the start");
+            break;
+        }
+        /* fall through */
     case STATUS_NO_CONVERGENCE:
         api_problem_set(problem, API_INTERNAL, "the solver did not accept the decoded request");
         break;
@@ -105,7 +121,7 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
                                const struct api_sink *sink, struct api_problem *problem) {
     struct api_request request;
     struct surface *surface;
-    struct drape_result result;
+    struct drape_result result = {0};
     if (api_decode(input, limits, arena, &request, problem) != API_OK)
         return problem->id;
     if (request.surface.kind == API_SURFACE_NAMED) {
@@ -117,7 +133,7 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
     double begin = now_ms();
     enum status status = drape_solve(surface, &request.settings, monitor, arena, &result);
     double solve_ms = now_ms() - begin;
-    set_solve_problem(problem, status, &request.settings);
+    set_solve_problem(problem, status, &request.settings, result.faulty_generator);
     if (problem->id != API_OK)
         return problem->id;
     return write_result(&request, &result, solve_ms, sink, arena, problem);

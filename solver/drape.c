@@ -68,7 +68,7 @@ enum status drape_solve(const struct surface *surface, const struct drape_settin
     struct net before;
     enum status status = check_settings(settings);
     if (status == STATUS_OK)
-        status = start_find(surface, settings, &march.start);
+        status = start_find(surface, settings, &march.start, &result->faulty_generator);
     if (status == STATUS_OK)
         status = march_all(&march, &before);
     if (status == STATUS_OK)

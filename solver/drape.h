@@ -52,13 +52,16 @@ enum drape_direction_kind {
 
 enum drape_generator_kind {
     DRAPE_GENERATOR_GEODESIC,
-    DRAPE_GENERATOR_CURVE, /* a polyline in (u, v) through the start */
+    DRAPE_GENERATOR_CURVE, /* a polyline in (u, v) through the start, to 1e-3 of the spacing */
     DRAPE_GENERATOR_PLANE  /* the section by the plane through the start with this normal */
 };
 
+/* The positive arm of warp runs with the points of its curve, of a plane to that side to which the
+ * direction points; the positive arm of weft to the left of it, seen against r_u x r_v. */
 struct drape_generator {
     enum drape_generator_kind kind;
-    const double (*curve)[2]; /* DRAPE_GENERATOR_CURVE: (u, v) points in order, owned by caller */
+    const double (*curve)[2]; /* DRAPE_GENERATOR_CURVE: (u, v) points in order, owned by caller,
+                                 straight between them, past their ends a geodesic */
     size_t curve_count;       /* at least 2 */
     struct vec3 plane_normal; /* DRAPE_GENERATOR_PLANE: any length but zero */
 };
@@ -154,6 +157,7 @@ struct drape_summary {
 struct drape_result {
     int32_t warp_range[2], weft_range[2]; /* least and greatest i and j among the nodes */
     double start_uv[2];                   /* what was chosen */
+    int faulty_generator; /* after STATUS_GENERATOR_..: 0 for warp, 1 for weft; else undefined */
     struct vec3 start_point, start_warp, start_weft;
     struct drape_nodes nodes;
     struct drape_cells cells;
@@ -164,7 +168,8 @@ struct drape_result {
 /*
  * Drapes `surface`. `monitor` may be NULL; scratch and result come from `arena`.
  * Errors: STATUS_INVALID (a setting out of its range), STATUS_START_OFF_SURFACE,
- * STATUS_DEGENERATE_SURFACE (no tangent plane at the start), STATUS_TOO_MANY_NODES,
+ * STATUS_DEGENERATE_SURFACE (no tangent plane at the start), STATUS_GENERATOR_OFF_START,
+ * STATUS_GENERATOR_PARALLEL, STATUS_TOO_MANY_NODES,
  * STATUS_OUT_OF_MEMORY, STATUS_CANCELLED. A drape that cannot cover everything is a success whose
  * outcome is partial.
  */

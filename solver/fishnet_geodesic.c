@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "fishnet_geodesic.h"
 
-#include "geodesic.h"
+#include "path.h"
 
 enum { ROUNDS = 30 };
 
@@ -19,10 +19,10 @@ struct ray {
 };
 
 static bool shoot(const struct surface *surface, struct surface_cursor *cursor, struct ray *ray) {
-    struct geodesic geodesic;
-    return geodesic_start(&geodesic, surface, ray->from, ray->direction) &&
-           geodesic_advance(&geodesic, ray->length) &&
-           geodesic_station(&geodesic, cursor, &ray->end, &ray->end_tangent);
+    struct path geodesic;
+    return path_geodesic(&geodesic, surface, ray->from, ray->direction) &&
+           path_advance(&geodesic, ray->length) &&
+           path_station(&geodesic, cursor, &ray->end, &ray->end_tangent);
 }
 
 static double gaussian_curvature(const struct station *station) {

@@ -17,7 +17,7 @@ struct entry {
 
 struct fold {
     struct net *net;
-    double spacing[2];
+    double spacing[2], turn[2];
     double voxel; /* side of the cubes that space is hashed by */
     struct entry *entries;
     int32_t *buckets; /* the first entry of each, or NONE */
@@ -61,11 +61,12 @@ static bool grow(struct fold *fold) {
     return true;
 }
 
-struct fold *fold_make(struct net *net, const double spacing[2]) {
+struct fold *fold_make(struct net *net, const double spacing[2], const double turn[2]) {
     struct fold *fold = arena_alloc(net->arena, 1, sizeof *fold);
     if (!fold)
         return NULL;
-    *fold = (struct fold){.net = net, .spacing = {spacing[0], spacing[1]}};
+    *fold =
+        (struct fold){.net = net, .spacing = {spacing[0], spacing[1]}, .turn = {turn[0], turn[1]}};
     fold->voxel = 2 * fmax(spacing[0], spacing[1]);
     return grow(fold) ? fold : NULL;
 }
@@ -92,9 +93,13 @@ static struct vec3 yarn_step(struct net *net, int32_t i, int32_t j, int di, int 
 
 /* Whether `point` lies in the cells round the node of the entry: |x|, |y| < 1 in its yarns' own
  * oblique coordinates, and on the same sheet. A yarn alone is taken as crossed at right angles. */
-static bool within_cells(struct fold *fold, const struct entry *entry, struct vec3 point,
-                         struct vec3 normal) {
-    struct vec3 offset = vec3_sub(point, net_find(fold->net, entry->i, entry->j)->r);
+static bool within_cells(struct fold *fold, const struct entry *entry,
+                         const struct station *station) {
+    const struct net_node *node = net_find(fold->net, entry->i, entry->j);
+    if (fabs(node->uv[0] - station->uv[0]) > fold->turn[0] ||
+        fabs(node->uv[1] - station->uv[1]) > fold->turn[1])
+        return false;
+    struct vec3 normal = station->normal, offset = vec3_sub(station->jet.r, node->r);
     struct vec3 a = yarn_step(fold->net, entry->i, entry->j, 1, 0);
     struct vec3 b = yarn_step(fold->net, entry->i, entry->j, 0, 1);
     if (vec3_norm2(a) == 0)
@@ -113,26 +118,26 @@ static bool within_cells(struct fold *fold, const struct entry *entry, struct ve
 }
 
 static bool meets_in_bucket(struct fold *fold, int32_t bucket, int32_t i, int32_t j,
-                            struct vec3 point, struct vec3 normal) {
+                            const struct station *station) {
     for (int32_t at = bucket; at != NONE; at = fold->entries[at].next) {
         const struct entry *e = &fold->entries[at];
         bool neighbour = e->i - i <= NEIGHBOURS && i - e->i <= NEIGHBOURS &&
                          e->j - j <= NEIGHBOURS && j - e->j <= NEIGHBOURS;
-        if (!neighbour && within_cells(fold, e, point, normal))
+        if (!neighbour && within_cells(fold, e, station))
             return true;
     }
     return false;
 }
 
-bool fold_meets(struct fold *fold, int32_t i, int32_t j, struct vec3 point, struct vec3 normal) {
+bool fold_meets(struct fold *fold, int32_t i, int32_t j, const struct station *station) {
+    struct vec3 point = station->jet.r;
     double reach = corner_reach * fmax(fold->spacing[0], fold->spacing[1]);
     int64_t x1 = voxel_of(fold, point.x + reach), y1 = voxel_of(fold, point.y + reach);
     int64_t z1 = voxel_of(fold, point.z + reach);
     for (int64_t x = voxel_of(fold, point.x - reach); x <= x1; x++)
         for (int64_t y = voxel_of(fold, point.y - reach); y <= y1; y++)
             for (int64_t z = voxel_of(fold, point.z - reach); z <= z1; z++)
-                if (meets_in_bucket(fold, fold->buckets[bucket_of(fold, x, y, z)], i, j, point,
-                                    normal))
+                if (meets_in_bucket(fold, fold->buckets[bucket_of(fold, x, y, z)], i, j, station))
                     return true;
     return false;
 }

@@ -23,8 +23,7 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
                         enum station_zone *zone) {
     enum drape_reason reason;
     *zone = station_zone(march->surface, &march->cursor, march->start.station.uv, station, &reason);
-    if (*zone == STATION_INSIDE && march->fold &&
-        fold_meets(march->fold, i, j, station->jet.r, station->normal)) {
+    if (*zone == STATION_INSIDE && march->fold && fold_meets(march->fold, i, j, station)) {
         *zone = STATION_BEYOND;
         reason = DRAPE_REASON_FOLD;
     }
@@ -59,7 +58,10 @@ enum status march_watch_folds(struct march *march) {
     if (march->fold)
         return STATUS_OK;
     struct net_tile **tiles = net_sorted_tiles(&march->net);
-    march->fold = fold_make(&march->net, march->settings->spacing);
+    double turn[2];
+    for (int k = 0; k < 2; k++)
+        turn[k] = station_cut_turn(march->surface, k);
+    march->fold = fold_make(&march->net, march->settings->spacing, turn);
     enum status status = tiles && march->fold ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     for (size_t t = 0; t < march->net.tile_count; t++)
         for (int at = 0; at < NET_TILE * NET_TILE && status == STATUS_OK; at++) {

@@ -18,10 +18,19 @@
 #include "net.h"
 #include "station.h"
 
+/* Where a generator that is a polyline lies at the start: on the segment from point `before` to
+ * point `before` + 1. */
+struct march_curve {
+    size_t before;
+    bool at_first, at_last; /* the start is the polyline's first or last point */
+    int sense;              /* of its points along the positive arm: 1 or -1 */
+};
+
 /* The start and its two yarn directions. */
 struct march_start {
     struct station station;
     struct vec3 warp, weft; /* unit, in the tangent plane */
+    struct march_curve curve[2];
 };
 
 struct march {

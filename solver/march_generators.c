@@ -1,31 +1,31 @@
 /* SPDX-License-Identifier: MIT */
-/* The four arms of the two generator yarns, as geodesics from the start. */
+/* The four arms of the two generator yarns. */
 #include "march.h"
 
 #include "correction.h"
-#include "geodesic.h"
+#include "path.h"
 
 enum { CHORD_ROUNDS = 30 };
 
 /* Relative accuracy of a chord along a generator. */
 static const double chord_tolerance = 1e-13;
 
-/* Moves the geodesic on until it is the chord d away from where it was: Newton on the length, for
+/* Moves the path on until it is the chord d away from where it was: Newton on the length, for
  * which the chord grows at the cosine between chord and tangent. */
-static bool advance_chord(struct geodesic *geodesic, struct surface_cursor *cursor, double d) {
+static bool advance_chord(struct path *path, struct surface_cursor *cursor, double d) {
     struct station from, to;
     struct vec3 tangent;
-    if (!geodesic_station(geodesic, cursor, &from, NULL))
+    if (!path_station(path, cursor, &from, NULL))
         return false;
     double length = d;
     for (int round = 0; round < CHORD_ROUNDS; round++) {
-        struct geodesic ahead = *geodesic;
-        if (!geodesic_advance(&ahead, length) || !geodesic_station(&ahead, cursor, &to, &tangent))
+        struct path ahead = *path;
+        if (!path_advance(&ahead, length) || !path_station(&ahead, cursor, &to, &tangent))
             return false;
         struct vec3 chord = vec3_sub(to.jet.r, from.jet.r);
         double size = vec3_norm(chord), rate = vec3_dot(chord, tangent) / size;
         if (fabs(size - d) <= chord_tolerance * d || round == CHORD_ROUNDS - 1) {
-            *geodesic = ahead;
+            *path = ahead;
             return fabs(size - d) <= 1e3 * chord_tolerance * d;
         }
         if (!(rate > 0.1))
@@ -35,34 +35,53 @@ static bool advance_chord(struct geodesic *geodesic, struct surface_cursor *curs
     return false;
 }
 
-static bool advance(const struct march *march, struct geodesic *geodesic,
-                    struct surface_cursor *cursor, double d) {
-    return march->settings->method == DRAPE_BASIC ? advance_chord(geodesic, cursor, d)
-                                                  : geodesic_advance(geodesic, d);
+static bool advance(const struct march *march, struct path *path, struct surface_cursor *cursor,
+                    double d) {
+    return march->settings->method == DRAPE_BASIC ? advance_chord(path, cursor, d)
+                                                  : path_advance(path, d);
 }
 
 bool march_straight_on(struct march *march, const struct station *from, struct vec3 direction,
                        double d, struct station *station) {
-    struct geodesic geodesic;
-    return geodesic_start(&geodesic, march->surface, from, direction) &&
-           advance(march, &geodesic, &march->cursor, d) &&
-           geodesic_station(&geodesic, &march->cursor, station, NULL);
+    struct path path;
+    return path_geodesic(&path, march->surface, from, direction) &&
+           advance(march, &path, &march->cursor, d) &&
+           path_station(&path, &march->cursor, station, NULL);
 }
 
 /* A generator on one side of the start, nodes k (di, dj), k = 1, 2, .. */
 struct arm {
-    struct geodesic geodesic;
+    struct path path;
     int di, dj;
     bool started, ended;
 };
 
-static struct arm make_arm(const struct march *march, int k) {
-    int sign = k % 2 ? -1 : 1;
-    bool warp = k < 2;
-    struct vec3 direction = warp ? march->start.warp : march->start.weft;
-    struct arm arm = {.di = warp ? sign : 0, .dj = warp ? 0 : sign};
-    arm.started = geodesic_start(&arm.geodesic, march->surface, &march->start.station,
-                                 vec3_scale(sign, direction));
+/* An arm along a polyline, from the start on its segment `before` to its points by `sense`. */
+static bool start_curve(const struct march *march, int k, int sign, struct vec3 direction,
+                        struct path *path) {
+    const struct drape_generator *generator = &march->settings->generator[k];
+    const struct march_curve *curve = &march->start.curve[k];
+    const struct station *from = &march->start.station;
+    int sense = sign * curve->sense;
+    if (sense > 0 ? curve->at_last : curve->at_first)
+        return path_geodesic(path, march->surface, from, direction);
+    return path_curve(path, march->surface, from, generator->curve, generator->curve_count,
+                      sense > 0 ? curve->before + 1 : curve->before, sense);
+}
+
+static struct arm make_arm(const struct march *march, int number) {
+    int sign = number % 2 ? -1 : 1, k = number / 2;
+    const struct drape_generator *generator = &march->settings->generator[k];
+    const struct station *from = &march->start.station;
+    struct vec3 direction = vec3_scale(sign, k == 0 ? march->start.warp : march->start.weft);
+    struct arm arm = {.di = k == 0 ? sign : 0, .dj = k == 0 ? 0 : sign};
+    if (generator->kind == DRAPE_GENERATOR_CURVE)
+        arm.started = start_curve(march, k, sign, direction, &arm.path);
+    else if (generator->kind == DRAPE_GENERATOR_PLANE)
+        arm.started = path_section(&arm.path, march->surface, from,
+                                   vec3_unit(generator->plane_normal), direction);
+    else
+        arm.started = path_geodesic(&arm.path, march->surface, from, direction);
     return arm;
 }
 
@@ -72,8 +91,8 @@ static bool advance_arm(struct march *march, struct arm *arm, int32_t k, double 
     double chord;
     if (march->before && correction_chord(march->before, (k - 1) * arm->di, (k - 1) * arm->dj,
                                           arm->di, arm->dj, d, &chord))
-        return advance_chord(&arm->geodesic, &march->cursor, chord);
-    return advance(march, &arm->geodesic, &march->cursor, d);
+        return advance_chord(&arm->path, &march->cursor, chord);
+    return advance(march, &arm->path, &march->cursor, d);
 }
 
 static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
@@ -85,7 +104,7 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
     if (!march_in_extent(march, i, j))
         return march_fail(march, i, j, DRAPE_REASON_EXTENT);
     if (!arm->started || !advance_arm(march, arm, k, d) ||
-        !geodesic_station(&arm->geodesic, &march->cursor, &station, NULL))
+        !path_station(&arm->path, &march->cursor, &station, NULL))
         return march_fail(march, i, j, DRAPE_REASON_BOUNDARY);
     enum status status = march_place(march, i, j, &station, &zone);
     arm->ended = zone == STATION_BEYOND;

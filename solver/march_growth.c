@@ -10,6 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* The sine of 10 degrees: beyond 80 degrees of shear. */
+static const double flat_sine = 0.17365;
+
 struct place {
     int32_t i, j;
 };
@@ -193,6 +196,23 @@ static bool broken_beside(struct march *march, const struct free_end *e,
     return false;
 }
 
+/* Whether the yarn crosses another at its end under an angle at which cells have all but collapsed:
+ * it would only wind on beside it. */
+static bool crosses_flat(struct march *march, const struct free_end *e, struct vec3 r,
+                         struct vec3 chord) {
+    for (int side = -1; side <= 1; side += 2) {
+        const struct net_node *node =
+            net_place(&march->net, e->i + side * e->dj, e->j + side * e->di);
+        if (!node)
+            continue;
+        struct vec3 across = vec3_sub(node->r, r);
+        double sine2 = vec3_norm2(vec3_cross(across, chord));
+        if (sine2 < flat_sine * flat_sine * vec3_norm2(across) * vec3_norm2(chord))
+            return true;
+    }
+    return false;
+}
+
 /* One spacing straight on. */
 static enum status go_straight(struct growth *g, const struct free_end *e) {
     struct march *march = g->march;
@@ -208,6 +228,8 @@ static enum status go_straight(struct growth *g, const struct free_end *e) {
     if (!last || !march_station(march, e->i, e->j, &from))
         return march_fail(march, i, j, DRAPE_REASON_DEGENERATE);
     struct vec3 chord = vec3_sub(from.jet.r, last->r);
+    if (crosses_flat(march, e, from.jet.r, chord))
+        return march_fail(march, i, j, DRAPE_REASON_COLLAPSED);
     if (!march_straight_on(march, &from, chord, march->settings->spacing[e->dj != 0], &to))
         return march_fail(march, i, j, DRAPE_REASON_BOUNDARY);
     enum status status = march_place(march, i, j, &to, &zone);
@@ -239,6 +261,21 @@ static enum status push_rim(struct growth *g) {
     return status;
 }
 
+/* On a surface without an edge nothing ends at a boundary: what could not be reached lies against
+ * the net itself. */
+static enum status settle_edgeless(struct growth *g) {
+    struct march *march = g->march;
+    if (!march->surface->axis[0].closed || !march->surface->axis[1].closed)
+        return STATUS_OK;
+    enum status status = push_rim(g);
+    for (; status == STATUS_OK && g->length; g->length--, g->head = (g->head + 1) % g->room) {
+        struct place p = g->queue[g->head];
+        if (net_state_at(&march->net, p.i, p.j) == NET_UNKNOWN)
+            status = march_fail(march, p.i, p.j, DRAPE_REASON_FOLD);
+    }
+    return status;
+}
+
 enum status march_growth(struct march *march) {
     struct growth g = {.march = march};
     enum status status = push_rim(&g);
@@ -253,5 +290,5 @@ enum status march_growth(struct march *march) {
             net_state_at(&march->net, end.i + end.di, end.j + end.dj) == NET_UNKNOWN)
             status = go_straight(&g, &end);
     }
-    return status;
+    return status == STATUS_OK ? settle_edgeless(&g) : status;
 }

@@ -6,6 +6,12 @@
 /* A direction whose projection is shorter than this share of it lies along the normal. */
 static const double along_normal = 1e-9;
 
+/* A polyline passes the start when it is this near, as a share of the spacing. */
+static const double passing = 1e-3;
+
+/* Generators that meet at an angle with a smaller sine make no net: 1 degree. */
+static const double nearly_parallel = 0.0175;
+
 static enum status find_uv(const struct surface *surface, const struct drape_settings *settings,
                            double uv[2]) {
     double lower[2], upper[2], distance;
@@ -34,28 +40,104 @@ static struct vec3 turned(struct vec3 direction, struct vec3 normal, double degr
     return vec3_axpy(sine, across, vec3_scale(cosine, direction));
 }
 
+/* The direction that the settings give, without regard to generators. */
+static enum status find_direction(const struct surface *surface,
+                                  const struct drape_settings *settings,
+                                  const struct station *station, struct vec3 *warp) {
+    if (settings->direction_kind == DRAPE_DIRECTION_VECTOR) {
+        struct vec3 wanted = vec3_unit(settings->direction_vector);
+        *warp = station_tangent(station, wanted);
+        return vec3_norm(vec3_cross(station->normal, wanted)) > along_normal ? STATUS_OK
+                                                                             : STATUS_INVALID;
+    }
+    bool along_v = station_at_pole(surface, station) && station->first[0] < station->first[2];
+    struct vec3 from = station_tangent(station, along_v ? station->jet.v : station->jet.u);
+    *warp = turned(from, station->normal, settings->direction_deg);
+    return STATUS_OK;
+}
+
+/* The share of the segment p q at which it is nearest to `at`, 0..1, by the metric of the station,
+ * and how far that is in space. */
+static double nearest_share(const struct station *station, const double p[2], const double q[2],
+                            double *distance) {
+    const struct surface_jet *jet = &station->jet;
+    struct vec3 along = vec3_axpy(q[1] - p[1], jet->v, vec3_scale(q[0] - p[0], jet->u));
+    struct vec3 to =
+        vec3_axpy(station->uv[1] - p[1], jet->v, vec3_scale(station->uv[0] - p[0], jet->u));
+    double length2 = vec3_norm2(along);
+    double share = length2 > 0 ? fmin(fmax(vec3_dot(to, along) / length2, 0), 1) : 0;
+    *distance = vec3_norm(vec3_axpy(-share, along, to));
+    return share;
+}
+
+/* Where the polyline passes the start, and its direction there. */
+static enum status find_on_curve(const struct drape_generator *generator, double spacing,
+                                 const struct station *station, struct march_curve *curve,
+                                 struct vec3 *direction) {
+    double least = HUGE_VAL;
+    for (size_t k = 0; k + 1 < generator->curve_count; k++) {
+        const double *p = generator->curve[k], *q = generator->curve[k + 1];
+        double distance, share = nearest_share(station, p, q, &distance);
+        if (!(distance < least))
+            continue;
+        least = distance;
+        curve->before = k;
+        curve->at_first = k == 0 && share < passing;
+        curve->at_last = k + 2 == generator->curve_count && share > 1 - passing;
+        *direction =
+            vec3_axpy(q[1] - p[1], station->jet.v, vec3_scale(q[0] - p[0], station->jet.u));
+    }
+    *direction = station_tangent(station, *direction);
+    curve->sense = 1;
+    bool passes = least <= passing * spacing && vec3_norm2(*direction) > 0;
+    return passes ? STATUS_OK : STATUS_GENERATOR_OFF_START;
+}
+
+/* Turns `direction`, warp or weft as the settings alone have it, into that of the generator. */
+static enum status find_generator(const struct drape_settings *settings, int k,
+                                  struct march_start *start, struct vec3 *direction) {
+    const struct drape_generator *generator = &settings->generator[k];
+    const struct station *station = &start->station;
+    if (generator->kind == DRAPE_GENERATOR_GEODESIC)
+        return STATUS_OK;
+    if (generator->kind == DRAPE_GENERATOR_CURVE)
+        return find_on_curve(generator, settings->spacing[k], station, &start->curve[k], direction);
+    struct vec3 along = vec3_cross(vec3_unit(generator->plane_normal), station->normal);
+    if (!(vec3_norm(along) > nearly_parallel))
+        return STATUS_GENERATOR_PARALLEL;
+    *direction = vec3_unit(vec3_dot(along, *direction) < 0 ? vec3_scale(-1, along) : along);
+    return STATUS_OK;
+}
+
+/* Weft to the left of warp. */
+static enum status find_generators(const struct drape_settings *settings, struct march_start *start,
+                                   int *faulty) {
+    *faulty = 0;
+    enum status status = find_generator(settings, 0, start, &start->warp);
+    if (status != STATUS_OK)
+        return status;
+    *faulty = 1;
+    start->weft = turned(start->warp, start->station.normal, 90 - settings->pre_shear_deg);
+    status = find_generator(settings, 1, start, &start->weft);
+    double left = vec3_dot(vec3_cross(start->warp, start->weft), start->station.normal);
+    if (left < 0) {
+        start->weft = vec3_scale(-1, start->weft);
+        start->curve[1].sense = -1;
+    }
+    if (status == STATUS_OK && !(fabs(left) > nearly_parallel))
+        return STATUS_GENERATOR_PARALLEL;
+    return status;
+}
+
 enum status start_find(const struct surface *surface, const struct drape_settings *settings,
-                       struct march_start *start) {
+                       struct march_start *start, int *faulty) {
     struct surface_cursor cursor = {0};
-    struct station *station = &start->station;
-    double uv[2], ab[2];
+    double uv[2];
     enum status status = find_uv(surface, settings, uv);
     if (status != STATUS_OK)
         return status;
-    if (!station_at(surface, &cursor, uv, station))
+    if (!station_at(surface, &cursor, uv, &start->station))
         return STATUS_DEGENERATE_SURFACE;
-    if (settings->direction_kind == DRAPE_DIRECTION_VECTOR) {
-        struct vec3 wanted = vec3_unit(settings->direction_vector);
-        struct vec3 across = vec3_cross(station->normal, wanted);
-        if (!(vec3_norm(across) > along_normal))
-            return STATUS_INVALID;
-        start->warp = station_tangent(station, wanted);
-    } else {
-        bool regular = station_components(station, station->normal, ab);
-        bool pole = !regular && vec3_norm2(station->jet.u) < vec3_norm2(station->jet.v);
-        struct vec3 from = station_tangent(station, pole ? station->jet.v : station->jet.u);
-        start->warp = turned(from, station->normal, settings->direction_deg);
-    }
-    start->weft = turned(start->warp, station->normal, 90 - settings->pre_shear_deg);
-    return STATUS_OK;
+    status = find_direction(surface, settings, &start->station, &start->warp);
+    return status == STATUS_OK ? find_generators(settings, start, faulty) : status;
 }

@@ -13,9 +13,6 @@ static const double metric_factor = 4;
 static const double normal_cosine = 0.5;
 static const double reach = 0.25;
 
-/* Turned further than this share of a period from the start, the net's ghosts end. */
-static const double ghost_turn = 1;
-
 /* A step longer than this share of the distance to a pole is taken through the pole's chart. */
 static const double pole_share = 0.3;
 
@@ -28,17 +25,26 @@ static double axis_length(const struct surface_axis *axis) {
     return surface_axis_upper(axis) - surface_axis_lower(axis);
 }
 
+/* Which tangent has vanished: 0 r_u, 1 r_v, -1 neither, 2 both. */
+static int vanished_tangent(const struct surface *surface, const struct station *station) {
+    bool u = !(station->first[0] > surface->least_tangent2[0]);
+    bool v = !(station->first[2] > surface->least_tangent2[1]);
+    return u && v ? 2 : u ? 0 : v ? 1 : -1;
+}
+
 /* The limit of r_u x r_v / |..| at a place where one tangent vanishes: with r_u = 0 at an end of
- * v, r_u = r_uv dv a little inside, so the normal is that of (r_uv dv) x r_v; alike for u. */
+ * v, r_u = r_uv dv a little inside, so the normal is that of (r_uv dv) x r_v; alike for u. Zero
+ * where there is no limit: both vanish, or they are parallel. */
 static struct vec3 limit_normal(const struct surface *surface, const struct station *station) {
     const struct surface_jet *jet = &station->jet;
-    bool u_vanishes = vec3_norm2(jet->u) < vec3_norm2(jet->v);
-    const struct surface_axis *axis = &surface->axis[u_vanishes ? 1 : 0];
-    double x = station->uv[u_vanishes ? 1 : 0];
+    int vanished = vanished_tangent(surface, station);
+    if (vanished != 0 && vanished != 1)
+        return vec3_make(0, 0, 0);
+    const struct surface_axis *axis = &surface->axis[1 - vanished];
     double middle = (surface_axis_lower(axis) + surface_axis_upper(axis)) / 2;
-    double inward = x < middle ? 1 : -1;
-    struct vec3 normal = u_vanishes ? vec3_cross(jet->uv, jet->v) : vec3_cross(jet->u, jet->uv);
-    double scale = vec3_norm(jet->uv) * vec3_norm(u_vanishes ? jet->v : jet->u);
+    double inward = station->uv[1 - vanished] < middle ? 1 : -1;
+    struct vec3 normal = vanished == 0 ? vec3_cross(jet->uv, jet->v) : vec3_cross(jet->u, jet->uv);
+    double scale = vec3_norm(jet->uv) * vec3_norm(vanished == 0 ? jet->v : jet->u);
     if (!(vec3_norm(normal) > parallel * scale))
         return vec3_make(0, 0, 0);
     return vec3_scale(inward, vec3_unit(normal));
@@ -49,17 +55,21 @@ bool station_complete(const struct surface *surface, struct station *station) {
     struct vec3 cross = vec3_cross(jet->u, jet->v);
     double nu = vec3_norm2(jet->u), nv = vec3_norm2(jet->v), area = vec3_norm2(cross);
     const double *least = surface->least_tangent2;
+    station->first[0] = nu;
+    station->first[1] = vec3_dot(jet->u, jet->v);
+    station->first[2] = nv;
     if (nu > least[0] && nv > least[1] && area > parallel * parallel * nu * nv)
         station->normal = vec3_scale(1 / sqrt(area), cross);
     else
         station->normal = limit_normal(surface, station);
-    station->first[0] = nu;
-    station->first[1] = vec3_dot(jet->u, jet->v);
-    station->first[2] = nv;
     station->second[0] = vec3_dot(jet->uu, station->normal);
     station->second[1] = vec3_dot(jet->uv, station->normal);
     station->second[2] = vec3_dot(jet->vv, station->normal);
     return vec3_norm2(station->normal) > 0;
+}
+
+bool station_at_pole(const struct surface *surface, const struct station *station) {
+    return vanished_tangent(surface, station) >= 0;
 }
 
 bool station_at(const struct surface *surface, struct surface_cursor *cursor, const double uv[2],
@@ -264,16 +274,18 @@ static bool healthy(const struct surface *surface, struct surface_cursor *cursor
            vec3_distance(station->jet.r, edge.jet.r) < reach * surface->size;
 }
 
-/* Round a closed direction that no pole closes the net ends half a period from the start, its
- * ghosts a little further on. */
-static enum station_zone zone_round(const struct surface *surface, int k, double from, double to) {
+double station_cut_turn(const struct surface *surface, int k) {
     const struct surface_axis *axis = &surface->axis[k], *other = &surface->axis[1 - k];
-    if (!axis->closed || other->pole[0] || other->pole[1])
-        return STATION_INSIDE;
-    double turned = fabs(to - from) / axis_length(axis);
-    return turned <= 0.5 + boundary_width ? STATION_INSIDE
-           : turned <= ghost_turn         ? STATION_GHOST
-                                          : STATION_BEYOND;
+    bool cut = axis->closed && !other->pole[0] && !other->pole[1];
+    return cut ? axis_length(axis) / 2 : HUGE_VAL;
+}
+
+/* Beyond the cut opposite the start, its ghosts end a full turn from there. */
+static enum station_zone zone_round(const struct surface *surface, int k, double from, double to) {
+    double turns = fabs(to - from) / station_cut_turn(surface, k);
+    return turns <= 1 + boundary_width ? STATION_INSIDE
+           : turns <= 2                ? STATION_GHOST
+                                       : STATION_BEYOND;
 }
 
 enum station_zone station_zone(const struct surface *surface, struct surface_cursor *cursor,

@@ -33,6 +33,9 @@ bool station_at(const struct surface *surface, struct surface_cursor *cursor, co
 /* Completes a station whose uv and jet are set. False as above. */
 bool station_complete(const struct surface *surface, struct station *station);
 
+/* Whether r_u or r_v vanishes at a station that is complete. */
+bool station_at_pole(const struct surface *surface, const struct station *station);
+
 /* The parameters of the surface point next to `from` displaced by `step` in space, |step| small
  * against the radii of curvature: to second order in |step| away from poles, to first order near
  * one, where it goes through the pole. False when that is impossible (across a pole's open side);
@@ -54,6 +57,10 @@ struct vec3 station_tangent(const struct station *station, struct vec3 direction
  * (paper, equation 12), in 1 / length, positive where the surface bends towards the normal. 0
  * where there is none. */
 double station_normal_curvature(const struct station *station, struct vec3 direction);
+
+/* Round a closed direction k that no pole closes, the net is cut open half a turn from its start:
+ * that much in its parameter; HUGE_VAL for other directions. */
+double station_cut_turn(const struct surface *surface, int k);
 
 /* The zone of a station and, unless it is inside, why the net ends there. `start` is where the net
  * began: round a closed direction that no pole closes, the net ends half a period from it on either

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "geodesic.h"
+#include "path.h"
 
 enum {
     STATE = 4,        /* u, v, p, q */
@@ -38,15 +38,34 @@ static bool set_velocity(const struct surface_jet *jet, struct vec3 t, double ve
     return speed > 0;
 }
 
-static void jet_here(const struct geodesic *g, const double uv[2], struct surface_jet *jet) {
+static void jet_here(const struct path *g, const double uv[2], struct surface_jet *jet) {
     surface_evaluate_span(g->surface, g->span[0], g->span[1], uv[0] - g->turn[0],
                           uv[1] - g->turn[1], jet);
 }
 
-/* y' of the equations at the top of geodesic.h. */
-static void derivative(const struct geodesic *g, const double y[STATE], double dy[STATE]) {
+/* The velocity of a path that is given by its direction at each place: a line of the chart, or the
+ * section by a plane, along which plane . r stays what it is: (plane . r_v, -plane . r_u). */
+static void given_velocity(const struct path *g, const struct surface_jet *jet,
+                           double velocity[2]) {
+    double a = g->line[0], b = g->line[1];
+    if (g->kind == PATH_SECTION) {
+        a = vec3_dot(g->plane, jet->v);
+        b = -vec3_dot(g->plane, jet->u);
+    }
+    double speed = vec3_norm(vec3_axpy(b, jet->v, vec3_scale(a, jet->u)));
+    velocity[0] = a / speed;
+    velocity[1] = b / speed;
+}
+
+/* y' of the equations at the top of path.h. */
+static void derivative(const struct path *g, const double y[STATE], double dy[STATE]) {
     struct surface_jet jet;
     jet_here(g, y, &jet);
+    dy[2] = dy[3] = 0;
+    if (g->kind != PATH_GEODESIC) {
+        given_velocity(g, &jet, dy);
+        return;
+    }
     double p = y[2], q = y[3];
     struct vec3 a = vec3_scale(p * p, jet.uu);
     a = vec3_axpy(2 * p * q, jet.uv, a);
@@ -61,8 +80,8 @@ static void derivative(const struct geodesic *g, const double y[STATE], double d
 }
 
 /* Gragg's modified midpoint rule with n substeps: its error is a series in (h/n)^2. */
-static void midpoint_rule(const struct geodesic *g, const double y[STATE],
-                          const double slope[STATE], double h, int n, double out[STATE]) {
+static void midpoint_rule(const struct path *g, const double y[STATE], const double slope[STATE],
+                          double h, int n, double out[STATE]) {
     double before[STATE], now[STATE], dy[STATE], step = h / n;
     for (int k = 0; k < STATE; k++) {
         before[k] = y[k];
@@ -91,7 +110,7 @@ static double spatial_error(const struct surface_jet *jet, const double a[STATE]
 
 /* One step by extrapolation of the midpoint rule with 2, 4, 6, .. substeps to h -> 0
  * (Bulirsch-Stoer). False when it has not converged at the last level. */
-static bool extrapolated_step(const struct geodesic *g, double h, double out[STATE]) {
+static bool extrapolated_step(const struct path *g, double h, double out[STATE]) {
     double y[STATE] = {g->uv[0], g->uv[1], g->velocity[0], g->velocity[1]}, slope[STATE];
     double table[LEVELS][STATE], previous = HUGE_VAL;
     struct surface_jet jet;
@@ -111,8 +130,14 @@ static bool extrapolated_step(const struct geodesic *g, double h, double out[STA
         double error = spatial_error(&jet, best, table[0], h);
         bool stalled = error >= previous && error <= rounding_at_most * h;
         if (level >= 2 && (error <= allowed || stalled)) {
+            double last[STATE];
             for (int k = 0; k < STATE; k++)
                 out[k] = table[0][k];
+            if (g->kind != PATH_GEODESIC) {
+                derivative(g, out, last);
+                out[2] = last[0];
+                out[3] = last[1];
+            }
             return true;
         }
         previous = error;
@@ -122,7 +147,7 @@ static bool extrapolated_step(const struct geodesic *g, double h, double out[STA
 
 /* How far `x` lies beyond the span's edge that leads to another span, and that edge; 0 when the
  * span's own polynomials hold there (inside it, or past an open boundary). */
-static double beyond_span(const struct geodesic *g, int k, double x, double *edge) {
+static double beyond_span(const struct path *g, int k, double x, double *edge) {
     const struct surface_axis *axis = &g->surface->axis[k];
     int s = g->span[k];
     double low = axis->breaks[s] + g->turn[k], high = axis->breaks[s + 1] + g->turn[k];
@@ -137,7 +162,7 @@ static double beyond_span(const struct geodesic *g, int k, double x, double *edg
 
 /* Moves into the next span of direction k. The tangent keeps its components along the common edge
  * and across it: the two tangent planes are unfolded about the edge. */
-static bool cross_edge(struct geodesic *g, int k, double edge) {
+static bool cross_edge(struct path *g, int k, double edge) {
     const struct surface_axis *axis = &g->surface->axis[k];
     struct surface_jet from, to;
     g->uv[k] = edge;
@@ -153,6 +178,10 @@ static bool cross_edge(struct geodesic *g, int k, double edge) {
         g->turn[k] -= period;
     }
     jet_here(g, g->uv, &to);
+    if (g->kind != PATH_GEODESIC) {
+        given_velocity(g, &to, g->velocity);
+        return isfinite(g->velocity[0]) && isfinite(g->velocity[1]);
+    }
     struct vec3 along = vec3_unit(k == 0 ? from.v : from.u);
     struct vec3 side_from = k == 0 ? from.u : from.v, side_to = k == 0 ? to.u : to.v;
     side_from = vec3_unit(vec3_axpy(-vec3_dot(side_from, along), along, side_from));
@@ -163,18 +192,48 @@ static bool cross_edge(struct geodesic *g, int k, double edge) {
     return set_velocity(&to, turned, g->velocity);
 }
 
-static void accept(struct geodesic *g, const double y[STATE]) {
+static void accept(struct path *g, const double y[STATE]) {
     g->uv[0] = y[0];
     g->uv[1] = y[1];
     g->velocity[0] = y[2];
     g->velocity[1] = y[3];
 }
 
-/* A step towards `edge` in direction k, as long as it can be followed, below h; not across. */
-static bool advance_towards(struct geodesic *g, int k, double edge, double h, double *length) {
-    double y[STATE], sign = edge > g->uv[k] ? 1 : -1;
+/* What a step may run into: the parameter of direction k reaches `at`, an edge of the span or, with
+ * `corner`, the next point of a polyline. */
+struct event {
+    int k;
+    double at;
+    bool corner;
+};
+
+/* Heads for the next point of the polyline, past its end straight on; false past a doubled point.
+ */
+static bool turn_corner(struct path *g) {
+    const double *here = g->curve[g->next];
+    int64_t next = (int64_t)g->next + g->sense;
+    struct surface_jet jet;
+    jet_here(g, g->uv, &jet);
+    if (next < 0 || next >= (int64_t)g->curve_count) {
+        g->kind = PATH_GEODESIC;
+        return true;
+    }
+    g->next = (size_t)next;
+    g->line[0] = g->curve[next][0] - here[0];
+    g->line[1] = g->curve[next][1] - here[1];
+    given_velocity(g, &jet, g->velocity);
+    return isfinite(g->velocity[0]) && isfinite(g->velocity[1]);
+}
+
+static bool pass_event(struct path *g, const struct event *event) {
+    return event->corner ? turn_corner(g) : cross_edge(g, event->k, event->at);
+}
+
+/* A step towards the event, as long as it can be followed, below h; not past it. */
+static bool advance_towards(struct path *g, const struct event *event, double h, double *length) {
+    double y[STATE], sign = event->at > g->uv[event->k] ? 1 : -1;
     for (int round = 0; round < EVENT_ROUNDS; round++, h /= 2)
-        if (extrapolated_step(g, h, y) && sign * (edge - y[k]) > 0) {
+        if (extrapolated_step(g, h, y) && sign * (event->at - y[event->k]) > 0) {
             accept(g, y);
             *length = h;
             return true;
@@ -182,22 +241,22 @@ static bool advance_towards(struct geodesic *g, int k, double edge, double h, do
     return false;
 }
 
-/* The length to where the line meets `edge` in direction k, below h: Newton on uv[k](length) =
- * edge, kept between 0 and h by bisection. Moves there; less far, and not across, when the step to
- * there is too long to be followed. */
-static bool advance_to_edge(struct geodesic *g, int k, double edge, double h, double *length) {
+/* The length to the event, below h: Newton on uv[k](length) = at, kept between 0 and h by
+ * bisection. Moves there and past it; less far when the step to there is too long to be followed.
+ */
+static bool advance_to_event(struct path *g, const struct event *event, double h, double *length) {
+    int k = event->k;
     double y[STATE], low = 0, high = h, at = h / 2;
-    double sign = edge > g->uv[k] ? 1 : -1;
+    double sign = event->at > g->uv[k] ? 1 : -1;
     double slack = 1e-14 * fabs(surface_axis_upper(&g->surface->axis[k]) -
                                 surface_axis_lower(&g->surface->axis[k]));
-    if (sign * (edge - g->uv[k]) <= slack) {
-        *length = 0;
-        return cross_edge(g, k, edge);
-    }
+    *length = 0;
+    if (sign * (event->at - g->uv[k]) <= slack)
+        return pass_event(g, event);
     for (int round = 0; round < EVENT_ROUNDS; round++) {
         if (!extrapolated_step(g, at, y))
-            return advance_towards(g, k, edge, at / 2, length);
-        double miss = sign * (edge - y[k]);
+            return advance_towards(g, event, at / 2, length);
+        double miss = sign * (event->at - y[k]);
         if (fabs(miss) <= slack)
             break;
         *(miss > 0 ? &low : &high) = at;
@@ -206,33 +265,33 @@ static bool advance_to_edge(struct geodesic *g, int k, double edge, double h, do
     }
     accept(g, y);
     *length = at;
-    return cross_edge(g, k, edge);
+    return pass_event(g, event);
 }
 
-static struct vec3 point_of(const struct geodesic *g, struct vec3 *tangent) {
+static struct vec3 point_of(const struct path *g, struct vec3 *tangent) {
     struct surface_jet jet;
     jet_here(g, g->uv, &jet);
     *tangent = vec3_unit(vec3_axpy(g->velocity[1], jet.v, vec3_scale(g->velocity[0], jet.u)));
     return jet.r;
 }
 
-bool geodesic_station(const struct geodesic *geodesic, struct surface_cursor *cursor,
-                      struct station *station, struct vec3 *tangent) {
+bool path_station(const struct path *path, struct surface_cursor *cursor, struct station *station,
+                  struct vec3 *tangent) {
     struct vec3 t;
     double uv[2];
-    (void)point_of(geodesic, &t);
+    (void)point_of(path, &t);
     if (tangent)
         *tangent = t;
-    if (!station_at(geodesic->surface, cursor, geodesic->uv, station))
+    if (!station_at(path->surface, cursor, path->uv, station))
         return false;
-    if (!(geodesic->ahead > 0))
+    if (!(path->ahead > 0))
         return true;
-    return station_pull(geodesic->surface, cursor, station, vec3_scale(-geodesic->ahead, t), uv) &&
-           station_at(geodesic->surface, cursor, uv, station);
+    return station_pull(path->surface, cursor, station, vec3_scale(-path->ahead, t), uv) &&
+           station_at(path->surface, cursor, uv, station);
 }
 
-/* Puts the geodesic at uv, in the span there, heading along the projection of `direction`. */
-static bool place(struct geodesic *g, const double uv[2], struct vec3 direction) {
+/* Puts the path at uv, in the span there, heading along the projection of `direction`. */
+static bool place(struct path *g, const double uv[2], struct vec3 direction) {
     struct surface_jet jet;
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &g->surface->axis[k];
@@ -246,8 +305,7 @@ static bool place(struct geodesic *g, const double uv[2], struct vec3 direction)
 }
 
 /* Leaps straight on by `length`, which is next to nothing, through a pole. */
-static bool leap(struct geodesic *g, const struct station *from, struct vec3 direction,
-                 double length) {
+static bool leap(struct path *g, const struct station *from, struct vec3 direction, double length) {
     struct surface_cursor cursor = {0, 0};
     double uv[2];
     g->ahead += length;
@@ -255,79 +313,121 @@ static bool leap(struct geodesic *g, const struct station *from, struct vec3 dir
            place(g, uv, direction);
 }
 
-bool geodesic_start(struct geodesic *geodesic, const struct surface *surface,
-                    const struct station *from, struct vec3 direction) {
+bool path_geodesic(struct path *path, const struct surface *surface, const struct station *from,
+                   struct vec3 direction) {
     struct vec3 pole, tangent = station_tangent(from, direction);
-    *geodesic = (struct geodesic){.surface = surface};
+    *path = (struct path){.surface = surface};
     if (!(vec3_norm2(tangent) > 0))
         return false;
     double radius = pole_radius * surface->size;
     if (station_pole_distance(surface, from->jet.r, &pole) < radius)
-        return leap(geodesic, from, tangent, radius);
-    return place(geodesic, from->uv, tangent);
+        return leap(path, from, tangent, radius);
+    return place(path, from->uv, tangent);
+}
+
+bool path_section(struct path *path, const struct surface *surface, const struct station *from,
+                  struct vec3 plane, struct vec3 direction) {
+    struct vec3 along = vec3_cross(plane, from->normal);
+    if (!path_geodesic(path, surface, from,
+                       vec3_dot(along, direction) < 0 ? vec3_scale(-1, along) : along))
+        return false;
+    path->kind = PATH_SECTION;
+    path->plane = vec3_dot(along, direction) < 0 ? vec3_scale(-1, plane) : plane;
+    return true;
+}
+
+bool path_curve(struct path *path, const struct surface *surface, const struct station *from,
+                const double (*curve)[2], size_t count, size_t next, int sense) {
+    *path = (struct path){.surface = surface,
+                          .kind = PATH_CURVE,
+                          .curve = curve,
+                          .curve_count = count,
+                          .next = next,
+                          .sense = sense};
+    struct vec3 direction;
+    for (int k = 0; k < 2; k++)
+        path->line[k] = curve[next][k] - from->uv[k];
+    direction = vec3_axpy(path->line[1], from->jet.v, vec3_scale(path->line[0], from->jet.u));
+    return place(path, from->uv, direction);
 }
 
 /* Goes through a pole when the point is within its radius and heading for it: straight on to the
  * mirrored place on the other side. */
-static bool pass_pole(struct geodesic *g, struct vec3 pole) {
+static bool pass_pole(struct path *g, struct vec3 pole) {
     struct surface_cursor cursor = {0, 0};
     struct station here;
     struct vec3 t, r = point_of(g, &t);
     double before = vec3_dot(vec3_sub(pole, r), t);
     if (before <= 0)
         return true;
+    if (g->kind == PATH_CURVE)
+        return false;
     return station_at(g->surface, &cursor, g->uv, &here) && leap(g, &here, t, 2 * before);
 }
 
 /* The longest step worth trying: half way to a pole that is near. */
-static double cap_step(const struct geodesic *g, double h, struct vec3 *pole, bool *at_pole) {
+static double cap_step(const struct path *g, double h, struct vec3 *pole, bool *at_pole) {
     struct vec3 t;
     double distance = station_pole_distance(g->surface, point_of(g, &t), pole);
     *at_pole = distance <= pole_radius * g->surface->size;
     return h > distance / 2 ? distance / 2 : h;
 }
 
+/* The event that a step from here to y runs into first, by the share of the step that lies beyond
+ * it; false when there is none. */
+static bool first_event(const struct path *g, const double y[STATE], struct event *event) {
+    double farthest = 0;
+    for (int k = 0; k < 2; k++) {
+        double edge, beyond = beyond_span(g, k, y[k], &edge) / fabs(y[k] - g->uv[k]);
+        if (beyond > farthest) {
+            farthest = beyond;
+            *event = (struct event){k, edge, false};
+        }
+    }
+    if (g->kind == PATH_CURVE) {
+        int k = fabs(g->line[0]) > fabs(g->line[1]) ? 0 : 1;
+        double to = g->curve[g->next][k], beyond = (y[k] - to) / (y[k] - g->uv[k]);
+        if (beyond >= 0 && beyond >= farthest) {
+            farthest = 1;
+            *event = (struct event){k, to, true};
+        }
+    }
+    return farthest > 0;
+}
+
 /* One step of at most h that ends in this span or on its edge; the length it went. */
-static bool advance_in_span(struct geodesic *g, double h, double least, double *length) {
-    double y[STATE], edge, nearest_edge = 0, farthest = 0;
+static bool advance_in_span(struct path *g, double h, double least, double *length) {
+    double y[STATE];
+    struct event event;
     while (!extrapolated_step(g, h, y)) {
         h /= 2;
         if (!(h > least))
             return false;
     }
-    int crossed = -1;
-    for (int k = 0; k < 2; k++) {
-        double beyond = beyond_span(g, k, y[k], &edge) / fabs(y[k] - g->uv[k]);
-        if (beyond > farthest) {
-            farthest = beyond;
-            crossed = k;
-            nearest_edge = edge;
-        }
-    }
-    if (crossed >= 0)
-        return advance_to_edge(g, crossed, nearest_edge, h, length);
+    if (first_event(g, y, &event))
+        return advance_to_event(g, &event, h, length);
     accept(g, y);
     *length = h;
     return true;
 }
 
-bool geodesic_advance(struct geodesic *geodesic, double length) {
-    double remaining = length - geodesic->ahead;
-    geodesic->ahead = 0;
+bool path_advance(struct path *path, double length) {
+    double remaining = length - path->ahead;
+    path->ahead = 0;
     for (int round = 0; round < rounds_max && remaining > 0; round++) {
         struct vec3 pole;
         bool at_pole;
-        double gone = 0, h = cap_step(geodesic, remaining, &pole, &at_pole);
-        if (at_pole && !pass_pole(geodesic, pole))
+        double gone = 0, h = cap_step(path, remaining, &pole, &at_pole);
+        if (at_pole && !pass_pole(path, pole))
             return false;
-        if (geodesic->ahead > 0)
-            gone = geodesic->ahead;
-        else if (!advance_in_span(geodesic, h, shortest * length, &gone))
+        if (path->ahead > 0)
+            gone = path->ahead;
+        else if (!advance_in_span(path, h, shortest * length, &gone))
             return false;
-        geodesic->ahead = 0;
+        path->ahead = 0;
         remaining -= gone;
     }
     if (remaining < 0)
-        geodesic->ahead = -remaining;
+        path->ahead = -remaining;
     return remaining <= 0;
 }
