@@ -21,6 +21,7 @@
 /* Where a generator that is a polyline lies at the start: on the segment from point `before` to
  * point `before` + 1. */
 struct march_curve {
+    struct station from; /* the start; at a pole with the parameters that the polyline has there */
     size_t before;
     bool at_first, at_last; /* the start is the polyline's first or last point */
     int sense;              /* of its points along the positive arm: 1 or -1 */

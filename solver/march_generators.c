@@ -61,7 +61,7 @@ static bool start_curve(const struct march *march, int k, int sign, struct vec3 
                         struct path *path) {
     const struct drape_generator *generator = &march->settings->generator[k];
     const struct march_curve *curve = &march->start.curve[k];
-    const struct station *from = &march->start.station;
+    const struct station *from = &curve->from;
     int sense = sign * curve->sense;
     if (sense > 0 ? curve->at_last : curve->at_first)
         return path_geodesic(path, march->surface, from, direction);

@@ -70,38 +70,54 @@ static double nearest_share(const struct station *station, const double p[2], co
     return share;
 }
 
+/* The start as the polyline's segment p q sees it: at a pole all its parameters are one place, but
+ * the surface's lines leave it in different directions. */
+static bool on_segment(const struct surface *surface, const struct station *start,
+                       const double p[2], const double q[2], double share, struct station *from) {
+    struct surface_cursor cursor = {0};
+    double uv[2] = {p[0] + share * (q[0] - p[0]), p[1] + share * (q[1] - p[1])};
+    *from = *start;
+    return !station_at_pole(surface, start) || station_at(surface, &cursor, uv, from);
+}
+
 /* Where the polyline passes the start, and its direction there. */
-static enum status find_on_curve(const struct drape_generator *generator, double spacing,
-                                 const struct station *station, struct march_curve *curve,
+static enum status find_on_curve(const struct surface *surface,
+                                 const struct drape_generator *generator, double spacing,
+                                 const struct station *start, struct march_curve *curve,
                                  struct vec3 *direction) {
-    double least = HUGE_VAL;
+    double least = HUGE_VAL, share = 0;
     for (size_t k = 0; k + 1 < generator->curve_count; k++) {
-        const double *p = generator->curve[k], *q = generator->curve[k + 1];
-        double distance, share = nearest_share(station, p, q, &distance);
-        if (!(distance < least))
-            continue;
-        least = distance;
-        curve->before = k;
-        curve->at_first = k == 0 && share < passing;
-        curve->at_last = k + 2 == generator->curve_count && share > 1 - passing;
-        *direction =
-            vec3_axpy(q[1] - p[1], station->jet.v, vec3_scale(q[0] - p[0], station->jet.u));
+        double distance;
+        double at = nearest_share(start, generator->curve[k], generator->curve[k + 1], &distance);
+        if (distance < least) {
+            least = distance;
+            share = at;
+            curve->before = k;
+        }
     }
-    *direction = station_tangent(station, *direction);
+    const double *p = generator->curve[curve->before], *q = generator->curve[curve->before + 1];
+    curve->at_first = curve->before == 0 && share < passing;
+    curve->at_last = curve->before + 2 == generator->curve_count && share > 1 - passing;
     curve->sense = 1;
-    bool passes = least <= passing * spacing && vec3_norm2(*direction) > 0;
-    return passes ? STATUS_OK : STATUS_GENERATOR_OFF_START;
+    if (!(least <= passing * spacing) || !on_segment(surface, start, p, q, share, &curve->from))
+        return STATUS_GENERATOR_OFF_START;
+    const struct surface_jet *jet = &curve->from.jet;
+    *direction =
+        station_tangent(start, vec3_axpy(q[1] - p[1], jet->v, vec3_scale(q[0] - p[0], jet->u)));
+    return vec3_norm2(*direction) > 0 ? STATUS_OK : STATUS_GENERATOR_OFF_START;
 }
 
 /* Turns `direction`, warp or weft as the settings alone have it, into that of the generator. */
-static enum status find_generator(const struct drape_settings *settings, int k,
+static enum status find_generator(const struct surface *surface,
+                                  const struct drape_settings *settings, int k,
                                   struct march_start *start, struct vec3 *direction) {
     const struct drape_generator *generator = &settings->generator[k];
     const struct station *station = &start->station;
     if (generator->kind == DRAPE_GENERATOR_GEODESIC)
         return STATUS_OK;
     if (generator->kind == DRAPE_GENERATOR_CURVE)
-        return find_on_curve(generator, settings->spacing[k], station, &start->curve[k], direction);
+        return find_on_curve(surface, generator, settings->spacing[k], station, &start->curve[k],
+                             direction);
     struct vec3 along = vec3_cross(vec3_unit(generator->plane_normal), station->normal);
     if (!(vec3_norm(along) > nearly_parallel))
         return STATUS_GENERATOR_PARALLEL;
@@ -110,15 +126,16 @@ static enum status find_generator(const struct drape_settings *settings, int k,
 }
 
 /* Weft to the left of warp. */
-static enum status find_generators(const struct drape_settings *settings, struct march_start *start,
+static enum status find_generators(const struct surface *surface,
+                                   const struct drape_settings *settings, struct march_start *start,
                                    int *faulty) {
     *faulty = 0;
-    enum status status = find_generator(settings, 0, start, &start->warp);
+    enum status status = find_generator(surface, settings, 0, start, &start->warp);
     if (status != STATUS_OK)
         return status;
     *faulty = 1;
     start->weft = turned(start->warp, start->station.normal, 90 - settings->pre_shear_deg);
-    status = find_generator(settings, 1, start, &start->weft);
+    status = find_generator(surface, settings, 1, start, &start->weft);
     double left = vec3_dot(vec3_cross(start->warp, start->weft), start->station.normal);
     if (left < 0) {
         start->weft = vec3_scale(-1, start->weft);
@@ -139,5 +156,5 @@ enum status start_find(const struct surface *surface, const struct drape_setting
     if (!station_at(surface, &cursor, uv, &start->station))
         return STATUS_DEGENERATE_SURFACE;
     status = find_direction(surface, settings, &start->station, &start->warp);
-    return status == STATUS_OK ? find_generators(settings, start, faulty) : status;
+    return status == STATUS_OK ? find_generators(surface, settings, start, faulty) : status;
 }
