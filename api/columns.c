@@ -50,6 +50,14 @@ static bool all_finite(const double *values, size_t count) {
     return finite;
 }
 
+/* Within 2^53, where every whole number is a double. */
+static bool all_whole(const double *values, size_t count) {
+    bool whole = true;
+    for (size_t i = 0; i < count; i++)
+        whole &= fabs(values[i]) <= 0x1p53 && values[i] == floor(values[i]);
+    return whole;
+}
+
 /* The numbers of a header that a solve computed. */
 static bool header_finite(const struct api_columns *header) {
     const struct api_summary *s = &header->summary;
@@ -183,7 +191,7 @@ bool api_columns_read(const struct api_reader *reader, const struct api_column *
     if (!reader->read_at(reader->context, offset, values, count * VALUE))
         return false;
     swap_values(values, count);
-    return true;
+    return all_finite(values, count) && (!column->integer || all_whole(values, count));
 }
 
 const struct api_column *api_columns_find(const struct api_columns *columns, enum api_table table,

@@ -3,12 +3,12 @@
  * The result as it is stored: a header, then every column of every table as one run of
  * little-endian float64. Encoders read it piece by piece; nobody holds it whole.
  *
- *   8 bytes   "DRAPECOL"
- *   4 bytes   format version, little-endian
- *   4 bytes   length n of the directory
- *   n bytes   the directory: a JSON object with summary, grid, start and the list of columns,
- * padded with spaces so that the columns start on a multiple of 8 columns   in the order of the
- * directory, 8 bytes a row
+ * - 8 bytes: "DRAPECOL"
+ * - 4 bytes: format version, little-endian
+ * - 4 bytes: length n of the directory, little-endian
+ * - n bytes: the directory, a JSON object with summary, grid, start and the list of columns, padded
+ *   with spaces so that the columns start on a multiple of 8
+ * - the columns in the order of the directory, 8 bytes a row
  */
 #ifndef API_COLUMNS_H
 #define API_COLUMNS_H
@@ -107,7 +107,8 @@ struct api_reader {
 enum api_problem_id api_columns_open(const struct api_reader *reader, struct api_columns *columns,
                                      struct api_problem *problem) STATUS_MUST_USE;
 
-/* The rows first .. first + count - 1 of a column; false when they cannot be read. */
+/* The rows first .. first + count - 1 of a column; false when they cannot be read, or when one is
+ * no number that the writer would have let pass. */
 bool api_columns_read(const struct api_reader *reader, const struct api_column *column,
                       size_t first, size_t count, double *values) STATUS_MUST_USE;
 

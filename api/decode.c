@@ -213,40 +213,25 @@ static void decode_method(const struct tree_place *root, struct api_request *req
         tree_fault(&method, "a triangle mesh needs the method \"mosaic\"");
 }
 
-/* The stored definition of the surface that the request named, if the caller has it. */
+/* The stored definition of the surface that the request named, if the caller has it. It was sound
+ * when it was stored, so what may be wrong with it is no fault of the request's. */
 static void decode_stored(const struct api_input *input, const struct api_limits *limits,
                           struct arena *arena, struct api_surface *surface,
                           struct api_problem *problem) {
     struct api_surface stored;
+    struct api_problem inner = {0};
     if (surface->kind != API_SURFACE_NAMED || input->surface_length == 0)
         return;
-    if (api_decode_surface(input->surface, input->surface_length, limits, arena, &stored,
-                           problem) != API_OK)
-        return;
-    memcpy(stored.id, surface->id, API_ID_SIZE);
-    *surface = stored;
-}
-
-/* What is understood, but comes with a later version: a line goes when its feature lands. */
-static void refuse_unavailable(const struct tree_place *root, const struct api_request *request) {
-    const struct drape_settings *settings = &request->settings;
-    const struct {
-        const char *key;
-        bool wanted;
-    } features[] = {
-        {"method", settings->method == DRAPE_GEODESIC},
-        {"method", settings->method == DRAPE_MOSAIC},
-        {"method", settings->method == DRAPE_GIB4},
-        {"yarn_path", settings->yarn_path == DRAPE_PATH_RELAXATION},
-        {"generators", settings->generator[0].kind != DRAPE_GENERATOR_GEODESIC ||
-                           settings->generator[1].kind != DRAPE_GENERATOR_GEODESIC},
-        {"permeability", request->permeability.model != API_PERMEABILITY_NONE},
-        {"surface", request->surface.kind == API_SURFACE_MESH},
-    };
-    for (size_t i = 0; i < sizeof features / sizeof *features; i++) {
-        struct tree_place place = tree_member(root, features[i].key);
-        if (features[i].wanted)
-            tree_fault(&place, "this choice is not available in this version");
+    enum api_problem_id id =
+        api_decode_surface(input->surface, input->surface_length, limits, arena, &stored, &inner);
+    if (id == API_OUT_OF_MEMORY) {
+        api_problem_set(problem, id, "%s", inner.place[0].detail);
+    } else if (id != API_OK) {
+        api_problem_set(problem, API_INTERNAL, "the stored surface cannot be read: %s",
+                        inner.place[0].detail);
+    } else {
+        memcpy(stored.id, surface->id, API_ID_SIZE);
+        *surface = stored;
     }
 }
 
@@ -284,6 +269,17 @@ static void check_permeability(const struct tree_place *root, const struct api_r
         tree_fault(&fraction, "is required by this permeability model");
 }
 
+static struct api_request default_request(const struct api_limits *limits) {
+    return (struct api_request){
+        .length_unit = &api_units[0],
+        .fabric = {.locking_angle_deg = -1, .plies = 1},
+        .settings = {.method = DRAPE_GIB,
+                     .max_nodes = limits->max_nodes,
+                     .threads = limits->threads},
+        .permeability = {.model = API_PERMEABILITY_NONE},
+    };
+}
+
 enum api_problem_id api_decode(const struct api_input *input, const struct api_limits *limits,
                                struct arena *arena, struct api_request *request,
                                struct api_problem *problem) {
@@ -291,12 +287,7 @@ enum api_problem_id api_decode(const struct api_input *input, const struct api_l
                                        "direction", "generators",  "method",       "yarn_path",
                                        "extent",    "cavity",      "permeability", NULL};
     struct tree tree;
-    *request = (struct api_request){
-        .length_unit = &api_units[0],
-        .fabric = {.locking_angle_deg = -1, .plies = 1},
-        .settings = {.max_nodes = limits->max_nodes, .threads = limits->threads},
-        .permeability = {.model = API_PERMEABILITY_NONE},
-    };
+    *request = default_request(limits);
     if (tree_parse(&tree, input->request, input->request_length, limits, arena, problem) != API_OK)
         return problem->id;
     struct tree_place root = tree_root(&tree), surface = tree_member(&root, "surface");
@@ -307,7 +298,8 @@ enum api_problem_id api_decode(const struct api_input *input, const struct api_l
             request->surface = (struct api_surface){.kind = API_SURFACE_NAMED};
         decode_rest(&root, request);
         check_permeability(&root, request);
-        refuse_unavailable(&root, request);
+        if (problem->id == API_OK)
+            decode_refuse_unavailable(&root, &surface, request);
     }
     tree_free(&tree);
     return problem->id;
@@ -320,11 +312,15 @@ enum api_problem_id api_decode_surface(const char *bytes, size_t length,
     if (tree_parse(&tree, bytes, length, limits, arena, problem) != API_OK)
         return problem->id;
     struct tree_place root = tree_root(&tree);
+    struct api_request request = default_request(limits);
     decode_surface(&root, surface);
     if (problem->id == API_OK && surface->kind == API_SURFACE_NAMED) {
         struct tree_place degree = tree_member(&root, "degree_u");
         tree_fault(&degree, "is required: a definition, not an id");
     }
+    request.surface = *surface;
+    if (problem->id == API_OK)
+        decode_refuse_unavailable(&root, &root, &request);
     tree_free(&tree);
     return problem->id;
 }

@@ -22,11 +22,24 @@ bool decode_trims(const struct tree_place *place, struct api_surface *surface);
 
 bool decode_permeability(const struct tree_place *place, struct api_permeability *permeability);
 
+/* The definition itself: `surface`, or the surface in the file that geomdl's export_json writes.
+ * `file` has the way to it: not to be copied. */
+struct decode_definition {
+    struct tree_place shape, data, first;
+};
+const struct tree_place *decode_definition_find(const struct tree_place *surface,
+                                                struct decode_definition *file);
+
 /* Where control points and weights are: together in an object, or the bare list of points with the
  * weights beside it. Points to its own members: not to be copied. */
 struct decode_control {
     struct tree_place net, points, weights;
 };
 void decode_control_find(const struct tree_place *owner, struct decode_control *control);
+
+/* Reports what the request (its surface alone decoded, when `root` is that surface) asks for and
+ * this version does not do. */
+void decode_refuse_unavailable(const struct tree_place *root, const struct tree_place *surface,
+                               const struct api_request *request);
 
 #endif

@@ -45,25 +45,6 @@ static void find_parts(const struct tree_place *place, struct nurbs_places *plac
     places->part[NURBS_WEIGHTS] = places->control.weights;
 }
 
-static bool read_axis(const struct tree_place *degree, const struct tree_place *size,
-                      const struct tree_place *knots, struct nurbs_axis *axis) {
-    bool ok = tree_integer(degree, 1, NURBS_DEGREE_MAX, &axis->degree);
-    ok = tree_integer(size, 2, NURBS_SIZE_MAX, &axis->size) && ok;
-    return tree_numbers(knots, decode_coordinates, 4, &axis->knots, &axis->knot_count) && ok;
-}
-
-static bool read_control(const struct decode_control *control, struct nurbs *nurbs) {
-    double *rows;
-    bool ok = tree_rows(&control->points, decode_coordinates, 3, 4, &rows, &nurbs->point_count);
-    if (ok)
-        nurbs->points = (const void *)rows;
-    if (tree_given(&control->weights))
-        ok = tree_numbers(&control->weights, decode_lengths, 4, &nurbs->weights,
-                          &nurbs->weight_count) &&
-             ok;
-    return ok;
-}
-
 /* What `nurbs_validate` does not ask, but finite derivatives need. */
 static bool check_spans(const struct nurbs_axis *axis, const struct tree_place *knots) {
     double domain = axis->knots[axis->size] - axis->knots[axis->degree];
@@ -82,16 +63,59 @@ static bool check_spans(const struct nurbs_axis *axis, const struct tree_place *
     return true;
 }
 
-static bool check_nurbs(const struct nurbs *nurbs, const struct nurbs_places *places) {
+static bool fault_part(const struct nurbs_places *places, const struct nurbs_fault *fault) {
+    const struct tree_place *place = &places->part[fault->part];
+    struct tree_place element = tree_element(place, fault->index);
+    tree_fault(fault->has_index ? &element : place, "%s", fault->reason);
+    return false;
+}
+
+/* Checks one direction alone, so that its faults are found beside those of the rest: the other
+ * one is a plain span, and the control points, which come last, are not looked at. */
+static bool check_axis(const struct nurbs_places *places, const struct nurbs_axis *axis,
+                       int direction) {
+    static const double knots[] = {0, 0, 1, 1};
+    static const struct nurbs_axis plain = {1, 2, knots, 4};
+    struct nurbs nurbs = {.u = direction == 0 ? *axis : plain, .v = direction == 0 ? plain : *axis};
     struct nurbs_fault fault;
-    if (nurbs_validate(nurbs, &fault) != STATUS_OK) {
-        const struct tree_place *place = &places->part[fault.part];
-        struct tree_place element = tree_element(place, fault.index);
-        tree_fault(fault.has_index ? &element : place, "%s", fault.reason);
-        return false;
-    }
-    bool ok = check_spans(&nurbs->u, &places->part[NURBS_KNOTS_U]);
-    return check_spans(&nurbs->v, &places->part[NURBS_KNOTS_V]) && ok;
+    if (nurbs_validate(&nurbs, &fault) != STATUS_OK && fault.part < NURBS_POINTS)
+        return fault_part(places, &fault);
+    return check_spans(axis, &places->part[direction == 0 ? NURBS_KNOTS_U : NURBS_KNOTS_V]);
+}
+
+static bool read_axis(const struct nurbs_places *places, int direction, struct nurbs_axis *axis) {
+    const struct tree_place *part = places->part;
+    bool ok = tree_integer(&part[direction == 0 ? NURBS_DEGREE_U : NURBS_DEGREE_V], 1,
+                           NURBS_DEGREE_MAX, &axis->degree);
+    ok = tree_integer(&part[direction == 0 ? NURBS_SIZE_U : NURBS_SIZE_V], 2, NURBS_SIZE_MAX,
+                      &axis->size) &&
+         ok;
+    ok = tree_numbers(&part[direction == 0 ? NURBS_KNOTS_U : NURBS_KNOTS_V], decode_coordinates, 4,
+                      &axis->knots, &axis->knot_count) &&
+         ok;
+    return ok && check_axis(places, axis, direction);
+}
+
+static bool read_control(const struct decode_control *control, struct nurbs *nurbs) {
+    double *rows;
+    bool ok = tree_rows(&control->points, decode_coordinates, 3, 4, &rows, &nurbs->point_count);
+    if (ok)
+        nurbs->points = (const void *)rows;
+    if (tree_given(&control->weights))
+        ok = tree_numbers(&control->weights, decode_lengths, 4, &nurbs->weights,
+                          &nurbs->weight_count) &&
+             ok;
+    return ok;
+}
+
+/* One of the columns of control points, against the sizes where those are known. */
+static bool check_count(const struct nurbs *nurbs, const struct tree_place *column, size_t count,
+                        const char *noun) {
+    size_t wanted = (size_t)nurbs->u.size * (size_t)nurbs->v.size;
+    if (count == 0 || wanted == 0 || count == wanted)
+        return true;
+    tree_fault(column, "the number of %s must be size_u * size_v", noun);
+    return false;
 }
 
 /* Weights that are all 1 say nothing. */
@@ -114,14 +138,15 @@ static bool decode_nurbs(const struct tree_place *place, struct api_surface *sur
         return false;
     struct nurbs *nurbs = &surface->nurbs;
     struct nurbs_places places;
+    struct nurbs_fault fault;
     find_parts(place, &places);
-    bool ok = read_axis(&places.part[NURBS_DEGREE_U], &places.part[NURBS_SIZE_U],
-                        &places.part[NURBS_KNOTS_U], &nurbs->u);
-    ok = read_axis(&places.part[NURBS_DEGREE_V], &places.part[NURBS_SIZE_V],
-                   &places.part[NURBS_KNOTS_V], &nurbs->v) &&
-         ok;
+    bool ok = read_axis(&places, 0, &nurbs->u);
+    ok = read_axis(&places, 1, &nurbs->v) && ok;
     ok = read_control(&places.control, nurbs) && ok;
-    ok = ok && check_nurbs(nurbs, &places);
+    ok = check_count(nurbs, &places.control.points, nurbs->point_count, "control points") && ok;
+    ok = check_count(nurbs, &places.control.weights, nurbs->weight_count, "weights") && ok;
+    if (ok && nurbs_validate(nurbs, &fault) != STATUS_OK)
+        ok = fault_part(&places, &fault);
     if (ok)
         drop_unit_weights(nurbs);
     struct tree_place trims = tree_member(place, "trims");
@@ -130,26 +155,35 @@ static bool decode_nurbs(const struct tree_place *place, struct api_surface *sur
     return ok;
 }
 
+const struct tree_place *decode_definition_find(const struct tree_place *surface,
+                                                struct decode_definition *file) {
+    file->shape = tree_member(surface, "shape");
+    file->data = tree_member(&file->shape, "data");
+    file->first = tree_element(&file->data, 0);
+    return tree_given(&file->shape) ? &file->first : surface;
+}
+
 /* The file that geomdl's export_json writes. */
 static bool decode_shape(const struct tree_place *place, struct api_surface *surface) {
     static const char *const file_keys[] = {"shape", NULL};
     static const char *const shape_keys[] = {"type", "count", "data", NULL};
     static const char *const types[] = {"surface"};
-    struct tree_place shape = tree_member(place, "shape");
-    if (!tree_object(place, file_keys) || !tree_object(&shape, shape_keys))
+    struct decode_definition file;
+    const struct tree_place *definition = decode_definition_find(place, &file);
+    if (!tree_object(place, file_keys) || !tree_object(&file.shape, shape_keys))
         return false;
-    struct tree_place type = tree_member(&shape, "type"), count = tree_member(&shape, "count");
-    struct tree_place data = tree_member(&shape, "data"), first = tree_element(&data, 0);
+    struct tree_place type = tree_member(&file.shape, "type");
+    struct tree_place count = tree_member(&file.shape, "count");
     int index = 0, surfaces = 1;
     bool ok = !tree_given(&type) || tree_choice(&type, types, 1, &index);
     ok = (!tree_given(&count) || tree_integer(&count, 1, NURBS_SIZE_MAX, &surfaces)) && ok;
-    ok = tree_array(&data, 1) && ok;
-    if (surfaces > 1 || tree_length(&data) > 1) {
-        tree_fault(surfaces > 1 ? &count : &data,
+    ok = tree_array(&file.data, 1) && ok;
+    if (surfaces > 1 || tree_length(&file.data) > 1) {
+        tree_fault(surfaces > 1 ? &count : &file.data,
                    "the file must hold one surface, and this one has more: send them one by one");
         return false;
     }
-    return ok && decode_nurbs(&first, surface);
+    return ok && decode_nurbs(definition, surface);
 }
 
 static bool read_triangle(const struct tree_place *place, const double *row, int32_t *triangle) {

@@ -143,7 +143,5 @@ bool decode_trims(const struct tree_place *place, struct api_surface *surface) {
         ok = decode_trim(&trim, &trims[i]) && ok;
     }
     surface->trims = trims;
-    if (surface->trim_count > 0)
-        tree_fault(place, "trimmed surfaces are not available in this version");
     return ok;
 }

@@ -99,8 +99,10 @@ char *api_summary_json(const struct api_summary *summary, double queue_ms) {
         return NULL;
     struct api_text text = api_text_over(buffer, API_HEADER_MAX);
     directory_write_summary(&text, summary, queue_ms > 0 ? queue_ms : 0);
-    api_text_finish(&text);
-    return buffer;
+    if (api_text_finish(&text))
+        return buffer;
+    free(buffer);
+    return NULL;
 }
 
 static const struct tree_range any = {-1e300, 1e300, false};
@@ -162,6 +164,12 @@ static struct vec3 read_point(const struct tree_place *object, const char *key) 
     return vec3_make(v[0], v[1], v[2]);
 }
 
+/* What encoders may write without escaping it. */
+static bool is_name(const char *text) {
+    size_t length = strspn(text, "abcdefghijklmnopqrstuvwxyz0123456789_");
+    return length > 0 && length < API_COLUMN_NAME_SIZE && text[length] == '\0';
+}
+
 static void read_column(const struct tree_place *place, struct api_column *column) {
     struct tree_place table = tree_member(place, "table"), name = tree_member(place, "name");
     struct tree_place integer = tree_member(place, "integer");
@@ -169,8 +177,11 @@ static void read_column(const struct tree_place *place, struct api_column *colum
     const char *text = "";
     tree_choice(&table, table_names, API_TABLE_COUNT, &index);
     column->table = (enum api_table)index;
-    if (tree_string(&name, &text))
+    if (tree_string(&name, &text)) {
+        if (!is_name(text))
+            tree_fault(&name, "must be a column's name");
         strncpy(column->name, text, API_COLUMN_NAME_SIZE - 1);
+    }
     tree_boolean(&integer, &column->integer);
     column->rows = read_count(place, "rows");
 }

@@ -37,13 +37,13 @@ static bool names_reasons(const struct api_column *column) {
 
 static void write_reasons(struct api_encoder *encoder, size_t count) {
     for (size_t i = 0; i < count; i++) {
-        size_t reason = (size_t)encoder->values[i];
+        double reason = encoder->values[i];
         if (encoder->row + i > 0)
             api_text_raw(&encoder->piece, ",");
-        if (reason >= DRAPE_REASON_COUNT)
-            encoder->failed = true;
+        if (reason >= 0 && reason < DRAPE_REASON_COUNT)
+            api_text_string(&encoder->piece, drape_reason_name((enum drape_reason)(int)reason));
         else
-            api_text_string(&encoder->piece, drape_reason_name((enum drape_reason)reason));
+            encoder->failed = true;
     }
 }
 

@@ -10,26 +10,33 @@
 #include "run.h"
 #include <errno.h>
 #include <getopt.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 enum { EXIT_USAGE = 2, COPY_SIZE = 1 << 16 };
 
 static const char help[] =
     "Usage: drape [OPTION]... [REQUEST.json|-]\n"
-    "Drapes a fabric over a surface: reads a drape request, writes the result.\n"
+    "Drapes a fabric over a surface: reads a drape request (by default from standard\n"
+    "input) and writes the result.\n"
     "\n"
     "  --format FORMAT    json (default) or csv\n"
-    "  -o, --output FILE  where to write; default: standard output\n"
+    "  -o, --output FILE  where to write; default: standard output. The file appears\n"
+    "                     when it is complete, or not at all\n"
     "  --fields LIST      only these columns: nodes.x,cells.shear_deg\n"
     "  --precision P      round numbers to P significant digits, 1..17\n"
     "  --table TABLE      for csv: nodes (default) or cells\n"
     "  --max-nodes N      refuse larger nets; default 4000000\n"
     "  --threads N        threads to solve with; default 1\n"
-    "  --help             this text\n"
-    "  --version          the solver's version\n";
+    "  -h, --help         this text\n"
+    "  --version          the solver's version\n"
+    "\n"
+    "Exit status: 0; 1 when the drape could not be done, with the reason on standard\n"
+    "error; 2 when the command line is wrong.\n";
 
 struct arguments {
     const char *input, *output; /* NULL: standard input, standard output */
@@ -52,9 +59,9 @@ static void print_problem(const struct api_problem *problem) {
     complain(api_problem_slug(problem->id), api_problem_title(problem->id));
     for (size_t i = 0; i < problem->count; i++) {
         const struct api_problem_place *place = &problem->place[i];
-        bool named = problem->has_pointer && place->pointer[0];
-        fprintf(stderr, "  %s%s%s\n", named ? place->pointer : "", named ? ": " : "",
-                place->detail);
+        const char *pointer = place->pointer[0] ? place->pointer : "(the whole document)";
+        fprintf(stderr, "  %s%s%s\n", problem->has_pointer ? pointer : "",
+                problem->has_pointer ? ": " : "", place->detail);
     }
 }
 
@@ -104,7 +111,7 @@ static const struct option option_table[] = {
 /* Fills `arguments`; -1, or the exit status when there is nothing to run. */
 static int parse_arguments(int argc, char **argv, struct arguments *arguments) {
     int option, index = 0;
-    while ((option = getopt_long(argc, argv, "o:", option_table, &index)) != -1) {
+    while ((option = getopt_long(argc, argv, "ho:", option_table, &index)) != -1) {
         const char *name = option == 'o' ? "output" : option_table[index].name;
         if (option == 'h')
             return fputs(help, stdout) < 0 ? EXIT_FAILURE : EXIT_SUCCESS;
@@ -207,26 +214,108 @@ static bool solve(const struct bytes *request, const struct api_limits *limits, 
 
 /* ---- output ---- */
 
-static bool copy_result(struct api_encoder *encoder, FILE *stream) {
-    static char buffer[COPY_SIZE];
-    ssize_t length;
-    while ((length = api_encoder_read(encoder, buffer, sizeof buffer)) > 0)
-        if (fwrite(buffer, 1, (size_t)length, stream) != (size_t)length)
-            return false;
-    return length == 0 && fflush(stream) == 0;
+/* Where the document goes: a stream, and for a regular file the temporary one beside it that takes
+ * its place once it is complete. */
+struct output {
+    const char *name; /* for messages */
+    FILE *stream;
+    char *target, *temporary; /* NULL: the stream is the real one */
+};
+
+/* The temporary file of this process, for a signal that ends it. */
+static char *volatile unfinished;
+
+static void end_by_signal(int number) {
+    if (unfinished)
+        unlink(unfinished);
+    raise(number); /* its default action is back */
 }
 
-static bool write_output(const char *path, struct api_encoder *encoder) {
-    FILE *stream = path ? fopen(path, "wb") : stdout;
-    bool ok = stream && copy_result(encoder, stream);
-    if (stream && path)
-        ok = fclose(stream) == 0 && ok;
+static void watch_signals(void) {
+    const int numbers[] = {SIGINT, SIGTERM, SIGHUP, SIGPIPE};
+    struct sigaction action = {.sa_handler = end_by_signal, .sa_flags = (int)SA_RESETHAND};
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
+        sigaction(numbers[i], &action, NULL);
+}
+
+static mode_t mode_of_new_files(void) {
+    mode_t mask = umask(0);
+    umask(mask);
+    return 0666 & ~mask;
+}
+
+/* A temporary file beside `target`, with the mode that the target will have. */
+static bool open_temporary(struct output *output, mode_t mode) {
+    if (!output->target || asprintf(&output->temporary, "%s.XXXXXX", output->target) < 0) {
+        output->temporary = NULL;
+        return false;
+    }
+    int file = mkstemp(output->temporary);
+    if (file < 0) {
+        free(output->temporary);
+        output->temporary = NULL;
+        return false;
+    }
+    unfinished = output->temporary;
+    output->stream = fchmod(file, mode) == 0 ? fdopen(file, "wb") : NULL;
+    if (!output->stream)
+        close(file);
+    return output->stream != NULL;
+}
+
+static bool open_output(struct output *output, const char *path) {
+    struct stat old;
+    bool exists = path && stat(path, &old) == 0, ok;
+    *output = (struct output){.name = path ? path : "standard output"};
+    if (!path) {
+        output->stream = stdout;
+        ok = true;
+    } else if (exists && !S_ISREG(old.st_mode)) {
+        output->stream = fopen(path, "wb");
+        ok = output->stream != NULL;
+    } else {
+        output->target = exists ? realpath(path, NULL) : strdup(path);
+        ok = (!exists || access(path, W_OK) == 0) &&
+             open_temporary(output, exists ? old.st_mode & 0777 : mode_of_new_files());
+    }
     if (!ok)
-        complain(path ? path : "standard output", strerror(errno));
+        complain(output->name, strerror(errno));
     return ok;
 }
 
-static bool drape(struct arguments *arguments, const struct bytes *request, FILE *container) {
+/* Closes it; with `ok` what was written takes its place, else nothing stays. */
+static bool close_output(struct output *output, bool ok) {
+    bool wanted = ok;
+    if (output->stream)
+        ok = (output->stream == stdout ? fflush(stdout) : fclose(output->stream)) == 0 && ok;
+    if (output->temporary)
+        ok = ok && rename(output->temporary, output->target) == 0;
+    if (wanted && !ok)
+        complain(output->name, strerror(errno));
+    if (output->temporary && !ok)
+        unlink(output->temporary);
+    unfinished = NULL;
+    free(output->temporary);
+    free(output->target);
+    return ok;
+}
+
+static bool write_document(struct api_encoder *encoder, const struct output *output) {
+    static char buffer[COPY_SIZE];
+    ssize_t length;
+    while ((length = api_encoder_read(encoder, buffer, sizeof buffer)) > 0) {
+        if (fwrite(buffer, 1, (size_t)length, output->stream) != (size_t)length) {
+            complain(output->name, strerror(errno));
+            return false;
+        }
+    }
+    if (length < 0)
+        complain(output->name, "the solved net could not be read back");
+    return length == 0;
+}
+
+static bool drape(struct arguments *arguments, const struct bytes *request, FILE *container,
+                  const struct output *output) {
     const struct api_reader reader = {read_container, container};
     struct api_problem problem = {0};
     struct api_encoder *encoder = NULL;
@@ -235,26 +324,35 @@ static bool drape(struct arguments *arguments, const struct bytes *request, FILE
         arguments->options.id = id;
         encoder = api_encoder_new(arguments->format, &reader, &arguments->options, &problem);
     }
-    bool ok = encoder && write_output(arguments->output, encoder);
+    bool ok = encoder && write_document(encoder, output);
     if (problem.id != API_OK)
         print_problem(&problem);
     api_encoder_free(encoder);
     return ok;
 }
 
-int main(int argc, char **argv) {
-    struct arguments arguments = {.format = api_format_at(0), .limits = api_limits_default};
+/* From the request to the document, once the command line is understood. */
+static bool work(struct arguments *arguments) {
     struct bytes request = {0};
-    int status = parse_arguments(argc, argv, &arguments);
-    if (status >= 0)
-        return status;
+    struct output output = {0};
     FILE *container = tmpfile();
     if (!container || !api_prepare()) {
         complain("cannot start", container ? "no randomness" : strerror(errno));
-        return EXIT_FAILURE;
+        return false;
     }
-    bool ok = read_input(arguments.input, &request) && drape(&arguments, &request, container);
+    bool ok = read_input(arguments->input, &request) && open_output(&output, arguments->output) &&
+              drape(arguments, &request, container, &output);
+    ok = close_output(&output, ok);
     fclose(container);
     free(request.data);
-    return ok ? EXIT_SUCCESS : EXIT_FAILURE;
+    return ok;
+}
+
+int main(int argc, char **argv) {
+    struct arguments arguments = {.format = api_format_at(0), .limits = api_limits_default};
+    int status = parse_arguments(argc, argv, &arguments);
+    if (status >= 0)
+        return status;
+    watch_signals();
+    return work(&arguments) ? EXIT_SUCCESS : EXIT_FAILURE;
 }

@@ -143,6 +143,8 @@ char *api_problem_json(const struct api_problem *problem, const char *request_id
     if (request_id)
         api_text_key_string(&text, "request_id", request_id);
     api_text_raw(&text, "}");
-    api_text_finish(&text);
-    return buffer;
+    if (api_text_finish(&text))
+        return buffer;
+    free(buffer);
+    return NULL;
 }

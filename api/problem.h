@@ -24,18 +24,21 @@
     X(CONFLICT, "conflict", 409, "The resource is in use")                                         \
     X(GONE, "gone", 410, "The result has expired")                                                 \
     X(TOO_LARGE, "too-large", 413, "The request is over a limit")                                  \
+    X(TARGET_TOO_LONG, "target-too-long", 414, "The path and query are too long")                  \
     X(UNSUPPORTED_MEDIA_TYPE, "unsupported-media-type", 415, "The body must be JSON")              \
     X(INVALID_REQUEST, "invalid-request", 422, "The request cannot be understood")                 \
     X(IDEMPOTENCY_MISMATCH, "idempotency-mismatch", 422, "The key was used with another body")     \
     X(START_OFF_SURFACE, "start-off-surface", 422, "The start is not on the surface")              \
     X(DEGENERATE_SURFACE, "degenerate-surface", 422, "The surface has no tangent plane there")     \
     X(QUEUE_FULL, "queue-full", 429, "Too many drapes are waiting")                                \
+    X(HEADERS_TOO_LARGE, "headers-too-large", 431, "The headers are too large")                    \
     X(CANCELLED, "cancelled", 409, "The drape was cancelled")                                      \
     X(SOLVER_CRASHED, "solver-crashed", 500, "The solver crashed on this drape")                   \
     X(JOB_TIMEOUT, "job-timeout", 500, "The drape took longer than allowed")                       \
     X(OUT_OF_MEMORY, "out-of-memory", 500, "The drape needs more memory than allowed")             \
     X(INTERNAL, "internal", 500, "The service failed")                                             \
-    X(UNAVAILABLE, "unavailable", 503, "The service cannot answer now")
+    X(UNAVAILABLE, "unavailable", 503, "The service cannot answer now")                            \
+    X(HTTP_VERSION, "http-version-not-supported", 505, "The service speaks HTTP/1.1")
 
 enum api_problem_id {
     API_OK = 0,

@@ -23,16 +23,18 @@ static enum api_problem_id make(const struct api_surface *definition, struct are
     return problem->id;
 }
 
-/* The least number of nodes that can cover the area: cells are no larger than spacing squared. */
+/* The least number of nodes that can cover the area: cells are no larger than spacing squared. A
+ * net bounded in one direction covers a strip, of which nothing is known beforehand. */
 static double least_nodes(const struct drape_settings *settings, double area) {
     double nodes = area / (settings->spacing[0] * settings->spacing[1]);
-    if (settings->has_extent[0] && settings->has_extent[1]) {
-        const int(*extent)[2] = settings->extent;
-        double warp = (double)extent[0][1] - extent[0][0] + 1;
-        double weft = (double)extent[1][1] - extent[1][0] + 1;
-        nodes = fmin(nodes, warp * weft);
-    }
-    return nodes;
+    if (!settings->has_extent[0] && !settings->has_extent[1])
+        return nodes;
+    if (!settings->has_extent[0] || !settings->has_extent[1])
+        return 1;
+    const int(*extent)[2] = settings->extent;
+    double warp = (double)extent[0][1] - extent[0][0] + 1;
+    double weft = (double)extent[1][1] - extent[1][0] + 1;
+    return fmin(nodes, warp * weft);
 }
 
 enum api_problem_id api_shape_make(const struct api_request *request,

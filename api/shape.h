@@ -11,8 +11,9 @@
 
 /*
  * Makes the surface of a decoded request in `arena` and refuses at once a spacing so small that
- * covering the area (or the extent, where that is less) would take more than `limits->max_nodes`;
- * cheap enough to be asked before a job is queued.
+ * covering the area, or the extent where that is less, would take more than `limits->max_nodes`
+ * (not asked when only one direction has an extent); cheap enough to be asked before a job is
+ * queued.
  * Problems: API_DEGENERATE_SURFACE (no area), API_INVALID_REQUEST (spacing), API_OUT_OF_MEMORY.
  */
 enum api_problem_id api_shape_make(const struct api_request *request,

@@ -99,6 +99,12 @@ static bool complain(const char *format, ...) {
 
 /* ------------------------------------------------------------------ values */
 
+/* Where a text came from, as the person who wrote it knows it: "--workers", "DRAPED_WORKERS". */
+struct origin {
+    const char *prefix;
+    const char *name;
+};
+
 static int64_t multiplier(const char *suffix) {
     static const char letters[] = "KMG";
     static const int64_t factors[] = {KIB, MIB, GIB};
@@ -106,23 +112,25 @@ static int64_t multiplier(const char *suffix) {
     return !*suffix ? 1 : found ? factors[found - letters] : 0;
 }
 
-static bool parse_number(const struct flag *flag, const char *text, int64_t *value) {
+static bool parse_number(const struct flag *flag, struct origin from, const char *text,
+                         int64_t *value) {
     char *end = NULL;
     errno = 0;
     long long number = strtoll(text, &end, 10);
     bool plain = end != text && text[0] >= '0' && text[0] <= '9' && errno == 0;
     int64_t factor = flag->kind == KIND_BYTES ? multiplier(end) : *end == '\0';
     if (!plain || factor == 0 || number > INT64_MAX / factor)
-        return complain("--%s: '%s' is not a number%s", flag->name, text,
+        return complain("%s%s: '%s' is not a number%s", from.prefix, from.name, text,
                         flag->kind == KIND_BYTES ? " of bytes (K, M and G may follow it)" : "");
     *value = number * factor;
     if (*value < flag->lowest || *value > flag->highest)
-        return complain("--%s: %s is out of range; it takes %lld to %lld", flag->name, text,
-                        (long long)flag->lowest, (long long)flag->highest);
+        return complain("%s%s: %s is out of range; it takes %lld to %lld", from.prefix, from.name,
+                        text, (long long)flag->lowest, (long long)flag->highest);
     return true;
 }
 
-static bool parse_choice(const struct flag *flag, const char *text, int64_t *value) {
+static bool parse_choice(const struct flag *flag, struct origin from, const char *text,
+                         int64_t *value) {
     size_t length = strlen(text);
     int64_t position = 0;
     for (const char *word = flag->metavar; word; position++) {
@@ -134,7 +142,7 @@ static bool parse_choice(const struct flag *flag, const char *text, int64_t *val
         }
         word = bar ? bar + 1 : NULL;
     }
-    return complain("--%s: '%s' is none of %s", flag->name, text, flag->metavar);
+    return complain("%s%s: '%s' is none of %s", from.prefix, from.name, text, flag->metavar);
 }
 
 static bool set_text(struct config *config, const struct flag *flag, const char *text) {
@@ -147,26 +155,28 @@ static bool set_integer(struct config *config, const struct flag *flag, int64_t 
     return true;
 }
 
-static bool set_switch(struct config *config, const struct flag *flag, const char *text) {
+static bool set_switch(struct config *config, const struct flag *flag, struct origin from,
+                       const char *text) {
     bool value = !strcmp(text, "1");
     if (!value && strcmp(text, "0") != 0)
-        return complain("%s: '%s' is neither 0 nor 1", flag->variable, text);
+        return complain("%s%s: '%s' is neither 0 nor 1", from.prefix, from.name, text);
     memcpy((char *)config + flag->offset, &value, sizeof value);
     return true;
 }
 
-static bool set_value(struct config *config, const struct flag *flag, const char *text) {
+static bool set_value(struct config *config, const struct flag *flag, struct origin from,
+                      const char *text) {
     int64_t value = 0;
     switch (flag->kind) {
     case KIND_TEXT:
         return set_text(config, flag, text);
     case KIND_SWITCH:
-        return set_switch(config, flag, text);
+        return set_switch(config, flag, from, text);
     case KIND_CHOICE:
-        return parse_choice(flag, text, &value) && set_integer(config, flag, value);
+        return parse_choice(flag, from, text, &value) && set_integer(config, flag, value);
     case KIND_COUNT:
     case KIND_BYTES:
-        return parse_number(flag, text, &value) && set_integer(config, flag, value);
+        return parse_number(flag, from, text, &value) && set_integer(config, flag, value);
     }
     return false;
 }
@@ -179,14 +189,20 @@ static int64_t get_integer(const struct config *config, const struct flag *flag)
 
 /* ------------------------------------------------------------------ sources */
 
+/* An empty variable is as good as none: that is how files of variables are written. */
+static bool set_from_environment(struct config *config, const struct flag *flag) {
+    const char *text = getenv(flag->variable);
+    if (text && text[0])
+        return set_value(config, flag, (struct origin){"", flag->variable}, text);
+    return !flag->fallback ||
+           set_value(config, flag, (struct origin){"--", flag->name}, flag->fallback);
+}
+
 static bool set_defaults(struct config *config) {
     memset(config, 0, sizeof *config);
-    for (size_t k = 0; k < FLAG_COUNT; k++) {
-        const char *variable = getenv(flags[k].variable);
-        const char *text = variable ? variable : flags[k].fallback;
-        if (text && !set_value(config, &flags[k], text))
+    for (size_t k = 0; k < FLAG_COUNT; k++)
+        if (!set_from_environment(config, &flags[k]))
             return false;
-    }
     if (config->workers == 0) {
         long cores = sysconf(_SC_NPROCESSORS_ONLN);
         config->workers = cores < 1 ? 1 : cores > 1024 ? 1024 : cores;
@@ -213,13 +229,14 @@ static bool set_argument(struct config *config, char **argv, int argc, int *at) 
     const struct flag *flag = find_flag(argument, &value);
     if (!flag)
         return complain("'%s' is not a flag; see draped --help", argument);
+    struct origin from = {"--", flag->name};
     if (flag->kind == KIND_SWITCH)
-        return set_value(config, flag, value ? value : "1");
+        return set_value(config, flag, from, value ? value : "1");
     if (!value && *at + 1 < argc)
         value = argv[++*at];
     if (!value)
         return complain("--%s needs a value: %s", flag->name, flag->metavar);
-    return set_value(config, flag, value);
+    return set_value(config, flag, from, value);
 }
 
 /* ------------------------------------------------------------------ sense */
@@ -278,9 +295,11 @@ static bool check(struct config *config) {
     if (!parse_listen(config))
         return false;
     if (config->tokens[0])
-        return complain("--tokens is not available in this version");
+        return complain("--tokens is not available in this version: leave it out, and keep callers "
+                        "away by other means");
     if (!config->loopback && !config->allow_anonymous)
-        return complain("%s can be reached from other machines: that needs --tokens, or "
+        return complain("--listen: %s can be reached from other machines, and callers would not be "
+                        "asked who they are (--tokens is not available in this version): add "
                         "--allow-anonymous if everybody may call",
                         config->listen);
     if (!config->data[0])

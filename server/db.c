@@ -277,17 +277,3 @@ int64_t db_changes(struct db *db) {
 int64_t db_last_row(struct db *db) {
     return sqlite3_last_insert_rowid(db->handle);
 }
-
-enum store_answer db_read_chunk(struct db *db, int64_t row, size_t offset, void *bytes,
-                                size_t length) {
-    sqlite3_blob *blob = NULL;
-    int code = sqlite3_blob_open(db->handle, "main", "chunks", "bytes", row, 0, &blob);
-    if (code == SQLITE_OK && offset + length > (size_t)sqlite3_blob_bytes(blob))
-        code = SQLITE_CORRUPT;
-    else if (code == SQLITE_OK)
-        code = sqlite3_blob_read(blob, bytes, (int)length, (int)offset);
-    /* SQLITE_ERROR is what a missing row gives. */
-    enum store_answer answer = code == SQLITE_ERROR ? STORE_EMPTY : report(db, code);
-    sqlite3_blob_close(blob);
-    return answer;
-}

@@ -98,8 +98,4 @@ enum store_answer db_run(struct db *db, const char *sql);
 int64_t db_changes(struct db *db);
 int64_t db_last_row(struct db *db);
 
-/* Reads a part of `chunks.bytes` without loading the rest. STORE_EMPTY: no such row. */
-enum store_answer db_read_chunk(struct db *db, int64_t row, size_t offset, void *bytes,
-                                size_t length);
-
 #endif

@@ -28,7 +28,7 @@ struct dispatcher_settings {
     struct api_limits limits; /* of one job */
 };
 
-/* One worker, 600 s, 15 s, 200 ms, 2 s, 64 GiB, api_limits_default. */
+/* One worker, 600 s, 15 s, 200 ms, 500 ms, 64 GiB, api_limits_default. */
 struct dispatcher_settings dispatcher_settings_default(void);
 
 /* For /metrics: since the start. */
@@ -48,14 +48,14 @@ struct dispatcher_stats {
 struct dispatcher *dispatcher_start(struct store *store, struct hub *hub,
                                     const struct dispatcher_settings *settings);
 
-/* No new claims from now on; returns at once. Jobs stay in the queue. */
-void dispatcher_quiesce(struct dispatcher *dispatcher);
-
-/* Quiesces, gives running jobs `grace_ms` to finish, puts the rest back into the queue, ends the
- * workers, frees the dispatcher. NULL is allowed. */
+/* Claims nothing more, gives running jobs `grace_ms` to finish, puts the rest back into the queue
+ * and ends the workers and threads. NULL is allowed. */
 void dispatcher_stop(struct dispatcher *dispatcher, int64_t grace_ms);
 
-/* Any thread. */
+/* After `dispatcher_stop`. NULL is allowed. */
+void dispatcher_free(struct dispatcher *dispatcher);
+
+/* Any thread, until the dispatcher is freed. */
 void dispatcher_stats(struct dispatcher *dispatcher, struct dispatcher_stats *stats);
 
 #endif

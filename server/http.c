@@ -3,27 +3,29 @@
 #include "config.h"
 #include "farewell.h"
 #include "hub.h"
+#include "id.h"
+#include "listener.h"
 #include "log.h"
+#include "pace.h"
 #include "routes.h"
-#include <errno.h>
+#include <dlfcn.h>
 #include <microhttpd.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
+#include <sys/socket.h>
 #include <time.h>
 #include <unistd.h>
 
 enum {
     HTTP_THREADS_MAX = 4,
-    HTTP_IDLE_SECONDS = 60,                /* a silent connection is closed after this */
-    HTTP_POOL_BYTES = 32 * 1024,           /* a connection's buffers: request head and reply */
-    HTTP_BLOCK_BYTES = 16 * 1024,          /* asked of a stream at a time */
-    HTTP_BACKLOG = 1024,                   /* connections the kernel may hold for us */
-    HTTP_DISCARD_BYTES = 16 * 1024 * 1024, /* read and dropped beyond the limit before we hang up */
-    HTTP_TICK_MS = 10,                     /* the timer looks no more often than this */
-    HTTP_GOODBYE_MS = 2000                 /* answers under way get this long at the end */
+    HTTP_HEAD_BYTES = 32 * 1024,  /* request line and headers */
+    HTTP_POOL_BYTES = 48 * 1024,  /* of a connection: the above, and room for the reply's headers */
+    HTTP_BLOCK_BYTES = 16 * 1024, /* asked of a stream at a time */
+    HTTP_TICK_MS = 10,            /* the timer looks no more often than this */
+    HTTP_REAP_MS = 1000,          /* and this often for slow clients */
+    HTTP_GOODBYE_MS = 2000        /* answers under way get this long at the end */
 };
 
 struct exchange;
@@ -32,9 +34,9 @@ struct http {
     struct http_services services;
     struct MHD_Daemon *daemon;
     int socket;
-    uint16_t port;
     int64_t max_body;
     struct farewell *farewell;
+    struct pace *pace;
     atomic_bool draining;
     atomic_long exchanges; /* requests that have begun and are not over */
 
@@ -46,12 +48,21 @@ struct http {
     int64_t wake_at;            /* when the timer looks next */
 };
 
+/* A connection. */
+struct client {
+    struct pace_client pace;
+    struct http *http;
+    struct exchange *exchange; /* the request under way, or NULL */
+};
+
 /* A request, its reply, and how far they are. */
 struct exchange {
     struct request *request;
     struct reply reply;
     struct http *http;
+    struct client *client;
     struct MHD_Connection *connection;
+    const char *target; /* in the library's memory */
     int64_t begun_us;
     int64_t received; /* bytes of body, kept or not */
     int64_t sent;     /* bytes of a stream */
@@ -132,13 +143,17 @@ static void resume_due(struct http *http, int64_t now) {
 
 static void *timer(void *context) {
     struct http *http = context;
+    int64_t reap_at = 0;
     pthread_mutex_lock(&http->lock);
     while (!http->stopping) {
-        resume_due(http, request_clock_ms());
-        if (http->wake_at == INT64_MAX) {
-            pthread_cond_wait(&http->changed, &http->lock);
-            continue;
+        int64_t now = request_clock_ms();
+        if (now >= reap_at) {
+            pace_reap(http->pace, now);
+            reap_at = now + HTTP_REAP_MS;
         }
+        resume_due(http, now);
+        if (http->wake_at > reap_at)
+            http->wake_at = reap_at;
         struct timespec until = {http->wake_at / 1000, http->wake_at % 1000 * 1000000};
         pthread_cond_timedwait(&http->changed, &http->lock, &until);
     }
@@ -165,17 +180,93 @@ static void refresh(struct exchange *exchange) {
     exchange->request->draining = atomic_load(&http->draining);
 }
 
+/* ------------------------------------------------------------------ refusing */
+
+/* Answers on the socket and lets go of the connection, when the library takes no answer: it has not
+ * got the whole request, and will not. */
+static void refuse_on_socket(struct client *client, enum api_problem_id problem,
+                             const char *detail) {
+    struct exchange *exchange = client->exchange;
+    char id[ID_SIZE];
+    id_make(id);
+    int status = reply_on_socket(client->pace.socket,
+                                 exchange && exchange->request->id[0] ? exchange->request->id : id,
+                                 problem, detail);
+    farewell_add(client->http->farewell, client->pace.socket);
+    shutdown(client->pace.socket, SHUT_WR);
+    if (exchange)
+        exchange->reply.status = status;
+    else
+        routes_count(NULL, status);
+}
+
+/* What the library cannot read it answers by itself, with a page of its own. */
+static void refuse_for_library(struct client *client, unsigned status) {
+    bool body = client->exchange && client->exchange->known;
+    switch (status) {
+    case 413:
+        refuse_on_socket(client, API_TOO_LARGE,
+                         body ? "a chunk of the body is too large" : "the body is too large");
+        break;
+    case 414:
+        refuse_on_socket(client, API_TARGET_TOO_LONG, "the request line does not fit");
+        break;
+    case 431:
+        refuse_on_socket(client, API_HEADERS_TOO_LARGE, "the headers do not fit");
+        break;
+    case 500:
+        refuse_on_socket(client, API_UNAVAILABLE, "there is no memory for the request now");
+        break;
+    case 505:
+        refuse_on_socket(client, API_HTTP_VERSION, "the request is of another version of HTTP");
+        break;
+    default:
+        refuse_on_socket(client, API_BAD_REQUEST,
+                         body ? "the chunks of the body are malformed"
+                              : "the request line or a header is malformed");
+    }
+}
+
+static struct client *client_of(struct MHD_Connection *connection) {
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    return info ? info->socket_context : NULL;
+}
+
+typedef enum MHD_Result queue_function(struct MHD_Connection *connection, unsigned status,
+                                       struct MHD_Response *response);
+static queue_function *queue_response; /* the library's */
+
+static bool find_queue_response(void) {
+    *(void **)&queue_response = dlsym(RTLD_NEXT, "MHD_queue_response");
+    return queue_response != NULL;
+}
+
+/* The library queues those pages by this public function of its own, but finds ours, which comes
+ * first in the order of linking. Its page is queued nevertheless, though it cannot be sent any
+ * more: when that fails, 0.9.75 frees the request and then goes on to parse it. */
+enum MHD_Result MHD_queue_response(struct MHD_Connection *connection, unsigned status,
+                                   struct MHD_Response *response) {
+    struct client *client = client_of(connection);
+    if (client)
+        refuse_for_library(client, status);
+    return queue_response(connection, status, response);
+}
+
 /* ------------------------------------------------------------------ answering */
 
 /* The next bytes of a streamed reply. Zero is only returned with the connection suspended. */
 static ssize_t pull(void *context, uint64_t position, char *buffer, size_t size) {
     struct exchange *exchange = context;
+    struct pace *pace = exchange->http->pace;
     (void)position;
     for (;;) {
         refresh(exchange);
+        pace_hold(pace, &exchange->client->pace);
         ssize_t got = exchange->reply.stream.next(exchange->reply.stream.context, buffer, size);
         if (got > 0) {
             exchange->sent += got;
+            pace_reply(pace, &exchange->client->pace, (size_t)got);
             return got;
         }
         if (got != REPLY_WAIT)
@@ -199,7 +290,10 @@ static struct MHD_Response *make_response(struct exchange *exchange) {
 
 static enum MHD_Result send_reply(struct exchange *exchange) {
     struct reply *reply = &exchange->reply;
-    struct MHD_Response *response = make_response(exchange);
+    struct MHD_Response *response =
+        pace_reply(exchange->http->pace, &exchange->client->pace, reply->length)
+            ? make_response(exchange)
+            : NULL;
     if (!response)
         return MHD_NO;
     for (size_t k = 0; k < reply->header_count; k++)
@@ -209,7 +303,7 @@ static enum MHD_Result send_reply(struct exchange *exchange) {
     if (exchange->unread || atomic_load(&exchange->http->draining))
         MHD_add_response_header(response, "Connection", "close");
     enum MHD_Result result =
-        MHD_queue_response(exchange->connection, (unsigned)reply->status, response);
+        queue_response(exchange->connection, (unsigned)reply->status, response);
     MHD_destroy_response(response);
     return result;
 }
@@ -260,34 +354,42 @@ static bool screen(struct exchange *exchange) {
            (request->fault[0] || (has_body && (large || request_expects_continue(request))));
 }
 
-static enum MHD_Result begin(struct exchange *exchange, struct MHD_Connection *connection,
-                             const char *method, const char *version) {
+/* With all headers. */
+static enum MHD_Result begin(struct exchange *exchange, const char *method, const char *version) {
     struct request *request = exchange->request;
     exchange->known = true;
-    exchange->connection = connection;
     request->method = method;
     request->http_1_0 = !strcmp(version, "HTTP/1.0");
-    MHD_get_connection_values(connection, MHD_HEADER_KIND, take_header, request);
+    request_check_line(request, version - exchange->target);
+    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, take_header, request);
+    if (!pace_body(exchange->http->pace, &exchange->client->pace))
+        return MHD_NO;
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_REQUEST_HEADER_SIZE);
+    if (info && info->header_size > HTTP_HEAD_BYTES) {
+        refuse_for_library(exchange->client, strlen(request->target) < HTTP_HEAD_BYTES ? 431 : 414);
+        return MHD_NO;
+    }
     if (!screen(exchange))
         return MHD_YES;
     exchange->unread = true;
     return send_reply(exchange);
 }
 
-/* A piece of the body. What is over the limit, or of a request that is refused already, is dropped;
- * a client that will not stop sending is cut off. */
+/* A piece of the body; that of a request which is refused already is dropped. Without a
+ * Content-Length only here it turns out to be over the limit. */
 static enum MHD_Result receive(struct exchange *exchange, const char *bytes, size_t length) {
+    struct reply *reply = &exchange->reply;
     exchange->received += (int64_t)length;
-    bool large = exchange->received > exchange->http->max_body;
-    if (large && !exchange->reply.status) {
-        free(exchange->request->body);
-        exchange->request->body = NULL;
-        refuse_size(exchange);
-    }
-    if (exchange->received - HTTP_DISCARD_BYTES > exchange->http->max_body)
+    if (!pace_received(exchange->http->pace, &exchange->client->pace, length))
         return MHD_NO;
-    if (!exchange->reply.status && !request_append_body(exchange->request, bytes, length))
-        reply_refuse(&exchange->reply, exchange->request->id, API_UNAVAILABLE,
+    if (exchange->received > exchange->http->max_body) {
+        refuse_on_socket(exchange->client, API_TOO_LARGE,
+                         "the body is over the limit (--max-body)");
+        return MHD_NO;
+    }
+    if (!reply->status && !request_append_body(exchange->request, bytes, length))
+        reply_refuse(reply, exchange->request->id, API_UNAVAILABLE,
                      "there is no memory for the body now");
     return MHD_YES;
 }
@@ -299,22 +401,45 @@ static enum MHD_Result handle(void *context, struct MHD_Connection *connection, 
                               size_t *size, void **state) {
     struct exchange *exchange = *state;
     (void)context, (void)url;
+    (void)connection;
     if (!exchange)
         return MHD_NO; /* no memory when the request began */
     if (!exchange->known)
-        return begin(exchange, connection, method, version);
+        return begin(exchange, method, version);
     if (*size) {
         size_t length = *size;
         *size = 0;
         return receive(exchange, data, length);
     }
+    if (!pace_hold(exchange->http->pace, &exchange->client->pace))
+        return MHD_NO;
     return exchange->reply.status ? send_reply(exchange) : answer(exchange);
+}
+
+/* MHD's first and last word of a connection. */
+static void connection_notified(void *context, struct MHD_Connection *connection, void **state,
+                                enum MHD_ConnectionNotificationCode code) {
+    struct http *http = context;
+    struct client *client = *state;
+    if (code == MHD_CONNECTION_NOTIFY_STARTED) {
+        const union MHD_ConnectionInfo *info =
+            MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+        *state = client = info ? calloc(1, sizeof *client) : NULL;
+        if (!client)
+            return; /* its requests will be refused */
+        client->http = http;
+        pace_enter(http->pace, &client->pace, info->connect_fd);
+    } else if (client) {
+        pace_leave(http->pace, &client->pace);
+        free(client);
+    }
 }
 
 /* MHD's first word of a request: the target as it was sent. */
 static void *request_begins(void *context, const char *target, struct MHD_Connection *connection) {
     struct http *http = context;
-    struct exchange *exchange = calloc(1, sizeof *exchange);
+    struct client *client = client_of(connection);
+    struct exchange *exchange = client ? calloc(1, sizeof *exchange) : NULL;
     struct request *request = exchange ? request_new(target) : NULL;
     if (!request) {
         free(exchange);
@@ -322,9 +447,12 @@ static void *request_begins(void *context, const char *target, struct MHD_Connec
     }
     exchange->request = request;
     exchange->http = http;
+    exchange->client = client;
     exchange->connection = connection;
+    exchange->target = target;
     exchange->begun_us = clock_us();
     request->transport = exchange;
+    client->exchange = exchange;
     atomic_fetch_add(&http->exchanges, 1);
     return exchange;
 }
@@ -346,17 +474,16 @@ static void request_ends(void *context, struct MHD_Connection *connection, void 
                          enum MHD_RequestTerminationCode code) {
     struct http *http = context;
     struct exchange *exchange = *state;
+    (void)connection;
     *state = NULL;
     if (!exchange)
         return;
     if (exchange->watching)
         hub_unsubscribe(http->services.hub, &exchange->watch);
-    if (exchange->unread && code == MHD_REQUEST_TERMINATED_COMPLETED_OK) {
-        const union MHD_ConnectionInfo *info =
-            MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
-        if (info)
-            farewell_add(http->farewell, info->connect_fd);
-    }
+    if (exchange->unread && code == MHD_REQUEST_TERMINATED_COMPLETED_OK)
+        farewell_add(http->farewell, exchange->client->pace.socket);
+    exchange->client->exchange = NULL;
+    pace_idle(http->pace, &exchange->client->pace);
     routes_count(exchange->request, exchange->reply.status);
     if (exchange->known)
         log_access(exchange);
@@ -376,39 +503,6 @@ static void log_library(void *context, const char *format, va_list arguments) {
 }
 
 /* ------------------------------------------------------------------ start and stop */
-
-static bool open_socket(struct http *http) {
-    const struct config *config = http->services.config;
-    const struct sockaddr *address = (const struct sockaddr *)&config->address;
-    int on = 1;
-    http->socket = socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    struct sockaddr_storage bound;
-    socklen_t length = sizeof bound;
-    if (http->socket < 0 ||
-        setsockopt(http->socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) != 0 ||
-        bind(http->socket, address, config->address_length) != 0 ||
-        listen(http->socket, HTTP_BACKLOG) != 0 ||
-        getsockname(http->socket, (struct sockaddr *)&bound, &length) != 0) {
-        log_error(log_event("listen_failed"), log_text("address", config->listen),
-                  log_text("error", strerror(errno)));
-        return false;
-    }
-    http->port = ntohs(bound.ss_family == AF_INET6 ? ((struct sockaddr_in6 *)&bound)->sin6_port
-                                                   : ((struct sockaddr_in *)&bound)->sin_port);
-    return true;
-}
-
-/* So many connections need so many descriptors, and some for everything else. */
-static void raise_descriptor_limit(int64_t connections) {
-    struct rlimit limit;
-    rlim_t wanted = (rlim_t)connections + 256;
-    if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= wanted)
-        return;
-    limit.rlim_cur = limit.rlim_max < wanted ? limit.rlim_max : wanted;
-    if (setrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur < wanted)
-        log_warning(log_event("few_descriptors"), log_int("wanted", (int64_t)wanted),
-                    log_int("allowed", (int64_t)limit.rlim_cur));
-}
 
 static bool start_timer(struct http *http) {
     pthread_condattr_t monotonic;
@@ -434,9 +528,9 @@ static bool start_daemon(struct http *http) {
         flags, 0, NULL, NULL, handle, http, MHD_OPTION_EXTERNAL_LOGGER, log_library, NULL,
         MHD_OPTION_LISTEN_SOCKET, http->socket, MHD_OPTION_THREAD_POOL_SIZE, threads,
         MHD_OPTION_CONNECTION_LIMIT, connections, MHD_OPTION_CONNECTION_TIMEOUT,
-        (unsigned)HTTP_IDLE_SECONDS, MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)HTTP_POOL_BYTES,
-        MHD_OPTION_URI_LOG_CALLBACK, request_begins, http, MHD_OPTION_NOTIFY_COMPLETED,
-        request_ends, http, MHD_OPTION_END);
+        (unsigned)PACE_IDLE_MS / 1000, MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)HTTP_POOL_BYTES,
+        MHD_OPTION_NOTIFY_CONNECTION, connection_notified, http, MHD_OPTION_URI_LOG_CALLBACK,
+        request_begins, http, MHD_OPTION_NOTIFY_COMPLETED, request_ends, http, MHD_OPTION_END);
     return http->daemon != NULL;
 }
 
@@ -446,11 +540,13 @@ bool http_start(const struct http_services *services, struct http **out) {
         return false;
     http->services = *services;
     http->max_body = services->config->max_body;
-    bool listening = open_socket(http);
-    raise_descriptor_limit(services->config->max_connections);
+    http->socket = listener_open(services->config);
     http->farewell = farewell_start();
-    http->ticking = start_timer(http);
-    if (listening && http->farewell && http->ticking && start_daemon(http)) {
+    http->pace = pace_new();
+    http->ticking = http->pace && start_timer(http);
+    bool listening = http->socket >= 0;
+    if (listening && http->farewell && http->ticking && find_queue_response() &&
+        start_daemon(http)) {
         *out = http;
         return true;
     }
@@ -461,12 +557,16 @@ bool http_start(const struct http_services *services, struct http **out) {
 }
 
 uint16_t http_port(const struct http *http) {
-    return http->port;
+    return listener_port(http->socket);
 }
 
 void http_drain(struct http *http) {
-    if (!atomic_exchange(&http->draining, true))
-        MHD_quiesce_daemon(http->daemon); /* the socket is ours to close, after MHD's threads */
+    if (atomic_exchange(&http->draining, true))
+        return;
+    MHD_quiesce_daemon(http->daemon);
+    /* Who calls now is refused at once. Closing has to wait for MHD's threads, which may be about
+     * to use the descriptor. */
+    shutdown(http->socket, SHUT_RDWR);
 }
 
 static void stop_timer(struct http *http) {
@@ -493,6 +593,7 @@ void http_stop(struct http *http) {
     if (http->daemon)
         stop_daemon(http);
     farewell_stop(http->farewell);
+    pace_free(http->pace);
     if (http->socket >= 0)
         close(http->socket);
     pthread_cond_destroy(&http->changed);

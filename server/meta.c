@@ -67,9 +67,8 @@ enum routes_next meta_ready(const struct http_services *services, struct request
     if (answer != STORE_OK)
         return resources_store_failed(request, reply, answer);
     if (request->draining)
-        reply_refuse(reply, request->id, API_UNAVAILABLE, "the service is shutting down");
-    else
-        reply_literal(reply, 200, "application/json", ready, sizeof ready - 1);
+        return resources_draining(request, reply);
+    reply_literal(reply, 200, "application/json", ready, sizeof ready - 1);
     return ROUTES_DONE;
 }
 

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/socket.h>
 
 /* What is said when there is no memory to say more. */
 static const char no_memory[] = "{\"type\": \"/problems/internal\", \"title\": \"The service "
@@ -88,4 +89,23 @@ void reply_refuse(struct reply *reply, const char *request_id, enum api_problem_
     va_end(arguments);
     api_problem_set(&said, problem, "%s", text);
     reply_problem(reply, request_id, &said);
+}
+
+int reply_on_socket(int socket, const char *request_id, enum api_problem_id problem,
+                    const char *detail) {
+    struct reply reply = {0};
+    char *message = NULL;
+    reply_refuse(&reply, request_id, problem, "%s", detail);
+    int length = asprintf(&message,
+                          "HTTP/1.1 %d %s\r\nContent-Type: application/problem+json\r\n"
+                          "Content-Length: %zu\r\nConnection: close\r\nX-Request-Id: %s\r\n\r\n%s",
+                          reply.status, api_problem_title(problem), reply.length, request_id,
+                          reply.body ? reply.body : reply.literal);
+    if (length > 0 && send(socket, message, (size_t)length, MSG_NOSIGNAL | MSG_DONTWAIT) < 0)
+        length = 0; /* the client is gone, or takes nothing in */
+    if (length >= 0)
+        free(message);
+    int status = reply.status;
+    reply_clear(&reply);
+    return status;
 }

@@ -73,4 +73,10 @@ void reply_problem(struct reply *reply, const char *request_id, const struct api
 void reply_refuse(struct reply *reply, const char *request_id, enum api_problem_id problem,
                   const char *detail, ...) __attribute__((format(printf, 4, 5)));
 
+/* Answers with a problem on the socket itself, for where there is no other way left; the connection
+ * has to be closed after it. Does not block: an answer that finds no room is lost. Returns the
+ * status. */
+int reply_on_socket(int socket, const char *request_id, enum api_problem_id problem,
+                    const char *detail);
+
 #endif

@@ -152,6 +152,11 @@ void request_add_header(struct request *request, const char *name, const char *v
             (struct request_field){name, value ? value : ""};
 }
 
+void request_check_line(struct request *request, ptrdiff_t gap) {
+    if (gap != (ptrdiff_t)strlen(request->target) + 1 || strchr(request->target, ' '))
+        set_fault(request, "the request line is not METHOD TARGET VERSION with one blank between");
+}
+
 static size_t count_headers(const struct request *request, const char *name) {
     size_t count = 0;
     for (size_t k = 0; k < request->header_count; k++)

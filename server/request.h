@@ -41,8 +41,8 @@ struct request {
     size_t body_length, body_capacity;
 
     void *transport; /* http.c's own */
-    bool draining; /* the daemon takes no new work */
-    bool stopping; /* no more waiting: answer now */
+    bool draining;   /* the daemon takes no new work */
+    bool stopping;   /* no more waiting: answer now */
 
     /* The routes' own. */
     const struct route *route;
@@ -62,6 +62,11 @@ void request_free(struct request *request);
 
 /* Takes over a header whose strings live as long as the request. */
 void request_add_header(struct request *request, const char *name, const char *value);
+
+/* A fault when the request line is not just METHOD SP TARGET SP VERSION. In memory the version
+ * begins `gap` bytes after the target, whose end has become a zero; so a zero byte within, or one
+ * more blank, shows as a gap longer than the target. */
+void request_check_line(struct request *request, ptrdiff_t gap);
 
 /* Checks how the message is framed, after all headers: a fault for what two HTTP implementations
  * could read differently (RFC 9112, sections 3.2, 6.1 and 6.3). */

@@ -25,6 +25,12 @@ enum routes_next resources_store_failed(const struct request *request, struct re
     return ROUTES_DONE;
 }
 
+enum routes_next resources_draining(const struct request *request, struct reply *reply) {
+    reply_header(reply, "Retry-After", "5");
+    reply_refuse(reply, request->id, API_UNAVAILABLE, "the service is shutting down");
+    return ROUTES_DONE;
+}
+
 enum routes_next resources_not_found(const struct request *request, struct reply *reply,
                                      const char *what) {
     reply_refuse(reply, request->id, API_NOT_FOUND, "there is no %s with this id", what);

@@ -44,6 +44,9 @@ struct api_limits resources_limits(const struct http_services *services);
 enum routes_next resources_store_failed(const struct request *request, struct reply *reply,
                                         enum store_answer answer);
 
+/* 503 for work that comes too late. */
+enum routes_next resources_draining(const struct request *request, struct reply *reply);
+
 /* Reads the job of the path. False: the reply says why not. Otherwise the caller clears it. */
 bool resources_job(const struct http_services *services, const struct request *request,
                    struct reply *reply, struct store_job *job);

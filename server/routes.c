@@ -130,10 +130,13 @@ static bool check_query(const struct request *request, struct reply *reply) {
         return true;
     for (size_t k = 0; k < request->query_count; k++) {
         const char *name = request->query[k].name;
-        if (known_parameter(request->route, name))
+        bool known = known_parameter(request->route, name);
+        if (known && request_query(request, name) == request->query[k].value)
             continue;
         reply_refuse(reply, request->id, API_INVALID_REQUEST,
-                     "this path has no query parameter '%.64s'", name);
+                     known ? "the query parameter '%.64s' is there more than once"
+                           : "this path has no query parameter '%.64s'",
+                     name);
         return false;
     }
     return true;
@@ -164,12 +167,10 @@ bool routes_screen(const struct http_services *services, struct request *request
     }
     if (!check_query(request, reply) || !check_media_type(request, reply))
         return true;
-    if (request->draining && (request->route->flags & ROUTE_WORK)) {
-        reply_header(reply, "Retry-After", "5");
-        reply_refuse(reply, request->id, API_UNAVAILABLE, "the service is shutting down");
-        return true;
-    }
-    return false;
+    if (!request->draining || !(request->route->flags & ROUTE_WORK))
+        return false;
+    resources_draining(request, reply);
+    return true;
 }
 
 enum routes_next routes_handle(const struct http_services *services, struct request *request,
@@ -180,7 +181,7 @@ enum routes_next routes_handle(const struct http_services *services, struct requ
 /* ------------------------------------------------------------------ counting */
 
 static size_t route_number(const struct request *request) {
-    return request->route ? (size_t)(request->route - routes) : ROUTE_COUNT;
+    return request && request->route ? (size_t)(request->route - routes) : ROUTE_COUNT;
 }
 
 void routes_count(const struct request *request, int status) {

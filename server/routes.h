@@ -27,7 +27,8 @@ bool routes_screen(const struct http_services *services, struct request *request
 enum routes_next routes_handle(const struct http_services *services, struct request *request,
                                struct reply *reply);
 
-/* Counts a request that is over, for /metrics; `status` 0 when there was no answer. */
+/* Counts a request that is over, for /metrics; NULL for one that never was whole; `status` 0 when
+ * there was no answer. */
 void routes_count(const struct request *request, int status);
 
 /* Whether its access log line is of little interest: probes and scrapes. */

@@ -53,12 +53,26 @@ struct store *store_open(const char *url, const struct store_options *options, s
         return NULL;
     }
     const char *path = strncmp(url, "sqlite:", 7) ? url : url + 7;
-    return store_sqlite_open(path, options, hub, why);
+    if (!path[0] || path[0] == ':') {
+        snprintf(why, STORE_WHY_SIZE, "'%s' names no file: the store must be one", url);
+        return NULL;
+    }
+    struct store *store = store_sqlite_open(path, options, hub, why);
+    if (!store)
+        return NULL;
+    store->cache = store_cache_new();
+    if (store->cache)
+        return store;
+    snprintf(why, STORE_WHY_SIZE, "no memory for the store");
+    store_close(store);
+    return NULL;
 }
 
 void store_close(struct store *store) {
-    if (store)
-        store->ops->close(store);
+    if (!store)
+        return;
+    store_cache_free(store->cache);
+    store->ops->close(store);
 }
 
 enum store_answer store_ping(struct store *store) {
@@ -187,11 +201,11 @@ enum store_answer store_sweep(struct store *store, struct store_sweep *sweep) {
 struct store_writer {
     struct store *store;
     struct store_claim claim;
-    int64_t number; /* of the stored part; 0 while all is in `buffer` */
+    int64_t number; /* of the stored parts; 0 while all is in `buffer` */
     int64_t index;  /* chunks stored */
     bool committed;
     size_t used;
-    unsigned char buffer[STORE_CHUNK_BYTES];
+    unsigned char buffer[STORE_PART_BYTES];
 };
 
 struct store_writer *store_writer_new(struct store *store, const struct store_claim *claim) {
@@ -207,8 +221,8 @@ struct store_writer *store_writer_new(struct store *store, const struct store_cl
     return writer;
 }
 
-static struct store_chunk chunk_of(const struct store_writer *writer) {
-    return (struct store_chunk){
+static struct store_part part_of(const struct store_writer *writer) {
+    return (struct store_part){
         .claim = &writer->claim,
         .number = writer->number,
         .index = writer->index,
@@ -219,13 +233,13 @@ static struct store_chunk chunk_of(const struct store_writer *writer) {
 }
 
 static enum store_answer flush(struct store_writer *writer) {
-    if (writer->index + 1 >= STORE_CHUNKS_MAX)
+    if (writer->index + STORE_PART_CHUNKS >= STORE_CHUNKS_MAX)
         return STORE_DOWN;
-    struct store_chunk chunk = chunk_of(writer);
-    enum store_answer answer = writer->store->ops->result_append(writer->store, &chunk);
+    struct store_part part = part_of(writer);
+    enum store_answer answer = writer->store->ops->result_append(writer->store, &part);
     if (answer == STORE_OK) {
-        writer->number = chunk.number;
-        writer->index++;
+        writer->number = part.number;
+        writer->index += STORE_PART_CHUNKS;
         writer->used = 0;
     }
     return answer;
@@ -235,27 +249,43 @@ enum store_answer store_writer_append(struct store_writer *writer, const void *b
                                       size_t length) {
     const unsigned char *from = bytes;
     while (length > 0) {
-        if (writer->used == STORE_CHUNK_BYTES) {
+        if (writer->used == STORE_PART_BYTES) {
             enum store_answer answer = flush(writer);
             if (answer != STORE_OK)
                 return answer;
         }
-        size_t room = STORE_CHUNK_BYTES - writer->used;
-        size_t part = length < room ? length : room;
-        memcpy(writer->buffer + writer->used, from, part);
-        writer->used += part;
-        from += part;
-        length -= part;
+        size_t room = STORE_PART_BYTES - writer->used;
+        size_t taken = length < room ? length : room;
+        memcpy(writer->buffer + writer->used, from, taken);
+        writer->used += taken;
+        from += taken;
+        length -= taken;
     }
     return STORE_OK;
 }
 
+/* Who waits for the job is going to read it now. */
+static void keep_part(struct store *store, const struct store_part *part) {
+    int64_t index = part->index;
+    for (size_t at = 0; at < part->length; at += STORE_CHUNK_BYTES) {
+        size_t left = part->length - at;
+        size_t length = left < STORE_CHUNK_BYTES ? left : STORE_CHUNK_BYTES;
+        void *bytes = malloc(length);
+        if (!bytes)
+            return;
+        memcpy(bytes, part->bytes + at, length);
+        store_cache_put(store->cache, part->number, index++, bytes, length);
+    }
+}
+
 enum store_answer store_writer_commit(struct store_writer *writer, const char *summary) {
-    struct store_chunk chunk = chunk_of(writer);
-    chunk.summary = summary;
-    enum store_answer answer = writer->store->ops->result_commit(writer->store, &chunk);
+    struct store_part part = part_of(writer);
+    part.summary = summary;
+    enum store_answer answer = writer->store->ops->result_commit(writer->store, &part);
     if (answer == STORE_OK) {
         writer->committed = true;
+        if (part.number != 0)
+            keep_part(writer->store, &part);
         tell(writer->store, writer->claim.id, false);
     }
     return answer;
@@ -277,20 +307,40 @@ enum store_answer store_result_find(struct store *store, const char *id,
     return store->ops->result_find(store, id, result);
 }
 
+/* Loads the chunk whole: the next call is going to ask for what follows. */
+static enum store_answer load_chunk(struct store *store, const struct store_result *result,
+                                    int64_t index, size_t offset, void *to, size_t length) {
+    int64_t left = result->length - index * STORE_CHUNK_BYTES;
+    size_t size = left < STORE_CHUNK_BYTES ? (size_t)left : STORE_CHUNK_BYTES;
+    unsigned char *bytes = malloc(size);
+    if (!bytes)
+        return STORE_DOWN;
+    enum store_answer answer = store->ops->result_read(store, result->number, index, bytes, size);
+    if (answer == STORE_OK) {
+        memcpy(to, bytes + offset, length);
+        store_cache_put(store->cache, result->number, index, bytes, size);
+    } else {
+        free(bytes);
+    }
+    return answer;
+}
+
 enum store_answer store_result_read(struct store *store, const struct store_result *result,
                                     int64_t offset, void *bytes, size_t length) {
     unsigned char *to = bytes;
     while (length > 0) {
+        int64_t index = offset / STORE_CHUNK_BYTES;
         size_t within = (size_t)(offset % STORE_CHUNK_BYTES);
         size_t room = STORE_CHUNK_BYTES - within;
-        size_t part = length < room ? length : room;
-        enum store_answer answer = store->ops->result_read(
-            store, result->number, offset / STORE_CHUNK_BYTES, within, to, part);
+        size_t taken = length < room ? length : room;
+        enum store_answer answer = STORE_OK;
+        if (!store_cache_read(store->cache, result->number, index, within, to, taken))
+            answer = load_chunk(store, result, index, within, to, taken);
         if (answer != STORE_OK)
             return answer;
-        to += part;
-        offset += (int64_t)part;
-        length -= part;
+        to += taken;
+        offset += (int64_t)taken;
+        length -= taken;
     }
     return STORE_OK;
 }

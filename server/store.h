@@ -3,8 +3,10 @@
  * What must survive: jobs, their requests, results and surfaces. One interface; the backend is
  * chosen by the URL (SQLite in a file now; PostgreSQL fits behind `store_backend.h`).
  *
- * What is answered STORE_OK is durable: it survives a power cut. What is answered otherwise has
- * changed nothing. Output arguments mean something only with STORE_OK, unless a function says more.
+ * What is answered STORE_OK is durable: it survives a power cut. (Claims, renewals and chunks of
+ * unfinished results survive the death of every process, but a power cut may take them, and with
+ * them those who worked under them.) What is answered otherwise has changed nothing. Output
+ * arguments mean something only with STORE_OK, unless a function says more.
  *
  * Claims are leases with a fencing token. `store_claim` counts the attempt and hands out the job
  * for a lease; the holder renews it; whoever holds an older token than the job's is answered
@@ -70,21 +72,23 @@ bool store_status_ended(enum store_status status);
 /* ------------------------------------------------------------------ open and close */
 
 struct store_options {
-    int64_t queue_limit;  /* queued jobs at the most; submit answers STORE_FULL beyond */
-    int64_t lease_us;     /* how long a claim holds without renewal */
-    int max_attempts;     /* a job that was claimed that often and crashed each time fails */
-    int64_t busy_ms;      /* how long to wait for another process's lock */
-    int64_t retention_us; /* results of jobs that ended longer ago expire in `store_sweep` */
+    int64_t queue_limit;    /* queued jobs at the most; submit answers STORE_FULL beyond */
+    int64_t lease_us;       /* how long a claim holds without renewal */
+    int max_attempts;       /* a job whose worker died that often fails */
+    int64_t busy_ms;        /* how long to wait for another process's lock */
+    int64_t retention_us;   /* results of jobs that ended longer ago expire in `store_sweep` */
+    bool shared;            /* other processes may open it too; else it is ours alone */
+    int64_t (*clock)(void); /* for tests: microseconds since 1970 UTC; NULL: the system's */
 };
 
-/* 10,000 queued jobs; 60 s; 3; 5 s; 168 h. */
+/* 10,000 queued jobs; 60 s; 3; 5 s; 168 h; not shared; the system's clock. */
 extern const struct store_options store_options_default;
 
 /* Opens the store at `url`: a path, or `sqlite:PATH`; the file is created when missing, its folder
  * is not. Migrates an older schema. `hub` is told of every change and must outlive the store.
- * NULL with a sentence in `why` when it cannot be used: wrong folder, read-only, locked, corrupt,
- * of another program, of a newer version of this one, of an unknown kind. The sentence never holds
- * a password. */
+ * NULL with a sentence in `why` when it cannot be used: wrong folder, read-only, open elsewhere
+ * (unless both share it), corrupt, of another program, of a newer version of this one, of an
+ * unknown kind. The sentence never holds a password. */
 struct store *store_open(const char *url, const struct store_options *options, struct hub *hub,
                          char why[STORE_WHY_SIZE]);
 
@@ -194,7 +198,7 @@ struct store_claim {
     char surface[STORE_DIGEST_SIZE];
     int64_t sequence;
     int64_t token; /* grows with every claim of the job */
-    int attempts;  /* this one included */
+    int attempts;  /* how often it was handed out, this one included */
     bool reused;   /* the result was there already: the job has succeeded, nothing to do */
 };
 
@@ -218,7 +222,7 @@ enum store_answer store_fail(struct store *store, const struct store_claim *clai
 enum store_answer store_crashed(struct store *store, const struct store_claim *claim,
                                 const char *detail) STORE_MUST_USE;
 
-/* Back to the queue at its old place and without costing the attempt. */
+/* Back to the queue at its old place. The attempt stays counted but is not held against the job. */
 enum store_answer store_release(struct store *store,
                                 const struct store_claim *claim) STORE_MUST_USE;
 
@@ -231,7 +235,8 @@ struct store_sweep {
     bool more;    /* there is more to do: call again soon */
 };
 
-/* Housekeeping, in short transactions: ended leases, retention, remains of abandoned results. */
+/* Housekeeping, in short transactions: ended leases, retention, remains of abandoned results, the
+ * write-ahead log. To be called every few seconds by one of the processes that share the store. */
 enum store_answer store_sweep(struct store *store, struct store_sweep *sweep) STORE_MUST_USE;
 
 /* ------------------------------------------------------------------ results */

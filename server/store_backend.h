@@ -8,18 +8,23 @@
 #define SERVER_STORE_BACKEND_H
 
 #include "store.h"
+#include "store_cache.h"
 
-/* Results are stored in chunks of this many bytes; only the last one may be shorter. A result has
- * at most STORE_CHUNKS_MAX of them (1 TiB). */
-enum { STORE_CHUNK_BYTES = 1 << 20, STORE_CHUNKS_BITS = 20, STORE_CHUNKS_MAX = 1 << 20 };
+/* Results are stored in chunks of this many bytes; only the last one may be shorter: few enough to
+ * be read for a small piece of it, enough not to be many. A result has at most STORE_CHUNKS_MAX of
+ * them (1 TiB). */
+enum { STORE_CHUNK_BYTES = 1 << 16, STORE_CHUNKS_BITS = 24, STORE_CHUNKS_MAX = 1 << 24 };
 
-/* One chunk of a result that is being written under a claim. */
-struct store_chunk {
+/* They are written several at a time: a transaction is worth that many. */
+enum { STORE_PART_CHUNKS = 16, STORE_PART_BYTES = STORE_PART_CHUNKS * STORE_CHUNK_BYTES };
+
+/* Consecutive chunks of a result that is being written under a claim. */
+struct store_part {
     const struct store_claim *claim;
-    int64_t number; /* of the result; 0 until its first chunk is stored */
-    int64_t index;  /* 0, 1, ... */
-    const void *bytes;
-    size_t length;
+    int64_t number; /* of the result; 0 until its first part is stored */
+    int64_t index;  /* of the first chunk */
+    const unsigned char *bytes;
+    size_t length;       /* of all of them */
     int64_t total;       /* commit: the result's length */
     const char *summary; /* commit: the summary object */
 };
@@ -47,17 +52,18 @@ struct store_ops {
     enum store_answer (*release)(struct store *store, const struct store_claim *claim);
     /* Tells the hub itself: only it knows which jobs changed. */
     enum store_answer (*sweep)(struct store *store, struct store_sweep *sweep);
-    /* Stores a chunk; for the first one begins the result and sets `chunk->number`. */
-    enum store_answer (*result_append)(struct store *store, struct store_chunk *chunk);
-    /* Stores the last chunk (which may be the only one, or empty) and ends the job. */
-    enum store_answer (*result_commit)(struct store *store, struct store_chunk *chunk);
+    /* Stores a part; for the first one begins the result and sets `part->number`. */
+    enum store_answer (*result_append)(struct store *store, struct store_part *part);
+    /* Stores the last part (which may be the only one, or empty) and ends the job. Sets
+     * `part->number`; to 0 when the result of another job was taken. */
+    enum store_answer (*result_commit)(struct store *store, struct store_part *part);
     /* Drops a result that was begun and not committed. */
     enum store_answer (*result_drop)(struct store *store, int64_t number);
     enum store_answer (*result_find)(struct store *store, const char *id,
                                      struct store_result *result);
-    /* Reads within one chunk. */
+    /* Reads one chunk, which has that length. */
     enum store_answer (*result_read)(struct store *store, int64_t number, int64_t index,
-                                     size_t offset, void *bytes, size_t length);
+                                     void *bytes, size_t length);
     enum store_answer (*surface_put)(struct store *store, const struct store_surface *surface,
                                      bool *created);
     enum store_answer (*surface_get)(struct store *store, const char *id,
@@ -67,10 +73,11 @@ struct store_ops {
     enum store_answer (*surface_delete)(struct store *store, const char *id);
 };
 
-/* The head of every backend's own struct. */
+/* The head of every backend's own struct. A backend sets all but the cache. */
 struct store {
     const struct store_ops *ops;
     struct hub *hub;
+    struct store_cache *cache;
 };
 
 /* Opens a backend; like `store_open`. */

@@ -41,6 +41,9 @@ enum store_answer sqlite_write_lazy(struct store *store, sqlite_operation operat
 /* Runs it on a reading connection. */
 enum store_answer sqlite_read(struct store *store, sqlite_operation operation, void *context);
 
+/* Takes the write-ahead log into the database. Writers and readers go on meanwhile. */
+enum store_answer sqlite_take_log(struct store *store);
+
 /* --- store_sqlite_schema.c */
 
 /* Checks whose the file is and brings it to the current schema; runs in a transaction. False with
@@ -82,13 +85,13 @@ enum store_answer sqlite_requeue(struct sqlite_store *store, struct db *db, int6
 
 /* --- store_sqlite_results.c */
 
-enum store_answer sqlite_result_append(struct store *store, struct store_chunk *chunk);
-enum store_answer sqlite_result_commit(struct store *store, struct store_chunk *chunk);
+enum store_answer sqlite_result_append(struct store *store, struct store_part *part);
+enum store_answer sqlite_result_commit(struct store *store, struct store_part *part);
 enum store_answer sqlite_result_drop(struct store *store, int64_t number);
 enum store_answer sqlite_result_find(struct store *store, const char *id,
                                      struct store_result *result);
 enum store_answer sqlite_result_read(struct store *store, int64_t number, int64_t index,
-                                     size_t offset, void *bytes, size_t length);
+                                     void *bytes, size_t length);
 
 /* results.state */
 enum { RESULT_BUILDING, RESULT_COMPLETE, RESULT_DOOMED };

@@ -4,9 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* How often the death of the whole daemon is no fault of the job. Beyond it the attempt counts, so
- * that a job which brings the daemon down cannot do so for ever. */
-enum { INTERRUPTIONS_FORGIVEN = 20 };
+/* How often the death of the whole daemon is not held against the job. Beyond it the attempt is,
+ * so that a job which brings the daemon down cannot do so for ever. */
+enum { INTERRUPTIONS_EXCUSED = 20 };
 
 /* ------------------------------------------------------------------ claim */
 
@@ -38,11 +38,12 @@ static enum store_answer pick(struct db *db, struct store_claim *claim, int64_t 
     return answer == STORE_OK && !any ? STORE_EMPTY : answer;
 }
 
-static enum store_answer succeed(struct db *db, const struct store_claim *claim, int64_t result) {
+static enum store_answer succeed(const struct sqlite_store *store, struct db *db,
+                                 const struct store_claim *claim, int64_t result) {
     struct query query =
         db_query(db, "UPDATE jobs SET status = 2, progress = 1, started = ?1, finished = ?1,"
                      " result = ?2, token = ?3 WHERE sequence = ?4");
-    query_bind_int(&query, sqlite_now());
+    query_bind_int(&query, sqlite_now(store));
     query_bind_int(&query, result);
     query_bind_int(&query, claim->token);
     query_bind_int(&query, claim->sequence);
@@ -51,7 +52,7 @@ static enum store_answer succeed(struct db *db, const struct store_claim *claim,
 
 static enum store_answer hand_out(struct sqlite_store *store, struct db *db,
                                   const struct store_claim *claim) {
-    int64_t now = sqlite_now();
+    int64_t now = sqlite_now(store);
     struct query query =
         db_query(db, "UPDATE jobs SET status = 1, progress = 0, started = ?, attempts = ?,"
                      " token = ?, lease = ?, holder = ? WHERE sequence = ?");
@@ -59,28 +60,41 @@ static enum store_answer hand_out(struct sqlite_store *store, struct db *db,
     query_bind_int(&query, claim->attempts);
     query_bind_int(&query, claim->token);
     query_bind_int(&query, now + sqlite_options(store)->lease_us);
-    query_bind_text(&query, sqlite_holder(store));
+    query_bind_text(&query, holder_name(sqlite_holder(store)));
     query_bind_int(&query, claim->sequence);
     return query_run(&query);
 }
 
+struct claiming {
+    struct store_claim *claim;
+    bool may_end; /* the transaction is durable, as the end of a job has to be */
+};
+
 static enum store_answer claim_operation(struct sqlite_store *store, struct db *db, void *context) {
-    struct store_claim *claim = context;
+    const struct claiming *claiming = context;
+    struct store_claim *claim = claiming->claim;
     int64_t result = 0;
     enum store_answer answer = pick(db, claim, &result);
     if (answer != STORE_OK)
         return answer;
     claim->reused = result != 0;
     if (claim->reused)
-        return succeed(db, claim, result);
+        return claiming->may_end ? succeed(store, db, claim, result) : STORE_CONFLICT;
     claim->attempts++;
     return hand_out(store, db, claim);
 }
 
-/* An idle dispatcher asks often; only a reader is bothered by that. */
+/* An idle dispatcher asks often; only a reader is bothered by that. That a job runs is not worth
+ * waiting for the disk: a power cut ends its worker too. */
 enum store_answer sqlite_claim(struct store *store, struct store_claim *claim) {
+    struct claiming claiming = {.claim = claim};
     enum store_answer answer = sqlite_read(store, any_queued, NULL);
-    return answer == STORE_OK ? sqlite_write(store, claim_operation, claim) : answer;
+    if (answer == STORE_OK)
+        answer = sqlite_write_lazy(store, claim_operation, &claiming);
+    if (answer != STORE_CONFLICT)
+        return answer;
+    claiming.may_end = true;
+    return sqlite_write(store, claim_operation, &claiming);
 }
 
 /* ------------------------------------------------------------------ holding */
@@ -101,7 +115,7 @@ static enum store_answer renew_operation(struct sqlite_store *store, struct db *
     struct holding *holding = context;
     struct query query = db_query(db, "UPDATE jobs SET lease = ?, progress = max(progress, ?)"
                                       " WHERE sequence = ? AND token = ? AND status = 1");
-    query_bind_int(&query, sqlite_now() + sqlite_options(store)->lease_us);
+    query_bind_int(&query, sqlite_now(store) + sqlite_options(store)->lease_us);
     query_bind_real(&query, holding->progress);
     query_bind_int(&query, holding->claim->sequence);
     query_bind_int(&query, holding->claim->token);
@@ -111,7 +125,7 @@ static enum store_answer renew_operation(struct sqlite_store *store, struct db *
 enum store_answer sqlite_renew(struct store *store, const struct store_claim *claim,
                                double progress) {
     struct holding holding = {.claim = claim, .progress = progress};
-    return sqlite_write(store, renew_operation, &holding);
+    return sqlite_write_lazy(store, renew_operation, &holding);
 }
 
 static enum store_answer check_operation(struct sqlite_store *store, struct db *db, void *context) {
@@ -133,12 +147,12 @@ enum store_answer sqlite_check(struct store *store, const struct store_claim *cl
 
 /* ------------------------------------------------------------------ giving up */
 
-static enum store_answer set_failed(struct db *db, int64_t sequence, int64_t token,
-                                    const char *error) {
+static enum store_answer set_failed(const struct sqlite_store *store, struct db *db,
+                                    int64_t sequence, int64_t token, const char *error) {
     struct query query = db_query(
         db, "UPDATE jobs SET status = 3, finished = ?, error = ?, lease = NULL, holder = NULL"
             " WHERE sequence = ? AND token = ? AND status = 1");
-    query_bind_int(&query, sqlite_now());
+    query_bind_int(&query, sqlite_now(store));
     query_bind_text(&query, error);
     query_bind_int(&query, sequence);
     query_bind_int(&query, token);
@@ -146,9 +160,8 @@ static enum store_answer set_failed(struct db *db, int64_t sequence, int64_t tok
 }
 
 static enum store_answer fail_operation(struct sqlite_store *store, struct db *db, void *context) {
-    (void)store;
     struct holding *holding = context;
-    return set_failed(db, holding->claim->sequence, holding->claim->token, holding->text);
+    return set_failed(store, db, holding->claim->sequence, holding->claim->token, holding->text);
 }
 
 enum store_answer sqlite_fail(struct store *store, const struct store_claim *claim,
@@ -157,29 +170,27 @@ enum store_answer sqlite_fail(struct store *store, const struct store_claim *cla
     return sqlite_write(store, fail_operation, &holding);
 }
 
-static enum store_answer fail_as_crashed(struct db *db, int64_t sequence, int64_t token,
-                                         int64_t attempts, const char *detail) {
+static enum store_answer fail_as_crashed(const struct sqlite_store *store, struct db *db,
+                                         int64_t sequence, int64_t token, int64_t crashes,
+                                         const char *detail) {
     struct api_problem problem = {0};
     api_problem_set(&problem, API_SOLVER_CRASHED,
-                    "The solver died on each of %lld attempts; the last one: %s.",
-                    (long long)attempts, detail);
+                    "The solver died in %lld attempts, the most there are; the last time: %s.",
+                    (long long)crashes, detail);
     char *json = api_problem_json(&problem, NULL);
     if (!json)
         return STORE_DOWN;
-    enum store_answer answer = set_failed(db, sequence, token, json);
+    enum store_answer answer = set_failed(store, db, sequence, token, json);
     free(json);
     return answer;
 }
 
-/* `forgiven` 1 gives the attempt back. */
-static enum store_answer set_queued(struct db *db, int64_t sequence, int64_t token,
-                                    enum requeue cause, bool forgiven) {
+static enum store_answer set_queued(struct db *db, int64_t sequence, int64_t token, bool excused) {
     struct query query =
         db_query(db, "UPDATE jobs SET status = 0, progress = 0, started = 0, lease = NULL,"
-                     " holder = NULL, attempts = attempts - ?, interruptions = interruptions + ?"
+                     " holder = NULL, excused = excused + ?"
                      " WHERE sequence = ? AND token = ? AND status = 1");
-    query_bind_int(&query, forgiven);
-    query_bind_int(&query, cause == REQUEUE_INTERRUPTED);
+    query_bind_int(&query, excused);
     query_bind_int(&query, sequence);
     query_bind_int(&query, token);
     return changed(db, &query);
@@ -188,21 +199,22 @@ static enum store_answer set_queued(struct db *db, int64_t sequence, int64_t tok
 enum store_answer sqlite_requeue(struct sqlite_store *store, struct db *db, int64_t sequence,
                                  int64_t token, enum requeue cause, const char *detail,
                                  bool *failed) {
-    struct query query = db_query(db, "SELECT attempts, interruptions FROM jobs"
+    struct query query = db_query(db, "SELECT attempts, excused FROM jobs"
                                       " WHERE sequence = ? AND token = ? AND status = 1");
     query_bind_int(&query, sequence);
     query_bind_int(&query, token);
     bool holds = query_row(&query);
     int64_t attempts = holds ? query_int(&query, 0) : 0;
-    int64_t interruptions = holds ? query_int(&query, 1) : 0;
+    int64_t excuses = holds ? query_int(&query, 1) : 0;
     enum store_answer answer = query_end(&query);
     if (answer != STORE_OK || !holds)
         return answer != STORE_OK ? answer : STORE_CONFLICT;
-    bool forgiven = cause == REQUEUE_RELEASED ||
-                    (cause == REQUEUE_INTERRUPTED && interruptions < INTERRUPTIONS_FORGIVEN);
-    *failed = !forgiven && attempts >= sqlite_options(store)->max_attempts;
-    return *failed ? fail_as_crashed(db, sequence, token, attempts, detail)
-                   : set_queued(db, sequence, token, cause, forgiven);
+    bool excused = cause == REQUEUE_RELEASED ||
+                   (cause == REQUEUE_INTERRUPTED && excuses < INTERRUPTIONS_EXCUSED);
+    int64_t crashes = attempts - excuses;
+    *failed = !excused && crashes >= sqlite_options(store)->max_attempts;
+    return *failed ? fail_as_crashed(store, db, sequence, token, crashes, detail)
+                   : set_queued(db, sequence, token, excused);
 }
 
 static enum store_answer requeue_operation(struct sqlite_store *store, struct db *db,

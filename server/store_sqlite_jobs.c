@@ -116,7 +116,7 @@ static enum store_answer submit_new(struct sqlite_store *store, struct db *db,
 static enum store_answer submit_operation(struct sqlite_store *store, struct db *db,
                                           void *context) {
     struct submit *submit = context;
-    submit->now = sqlite_now();
+    submit->now = sqlite_now(store);
     if (submit->submission->key) {
         enum store_answer known = find_key(db, submit);
         if (known != STORE_EMPTY)
@@ -295,12 +295,11 @@ struct named {
 
 static enum store_answer cancel_operation(struct sqlite_store *store, struct db *db,
                                           void *context) {
-    (void)store;
     const struct named *named = context;
     struct query query =
         db_query(db, "UPDATE jobs SET status = 4, finished = ?, lease = NULL, holder = NULL"
                      " WHERE id = ? AND status < 2");
-    query_bind_int(&query, sqlite_now());
+    query_bind_int(&query, sqlite_now(store));
     query_bind_text(&query, named->id);
     enum store_answer answer = query_run(&query);
     if (answer != STORE_OK || db_changes(db) > 0)

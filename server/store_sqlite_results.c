@@ -8,34 +8,44 @@ static int64_t chunk_row(int64_t number, int64_t index) {
 
 /* ------------------------------------------------------------------ writing */
 
-static enum store_answer insert_chunk(struct db *db, const struct store_chunk *chunk,
-                                      int64_t number) {
-    if (chunk->length == 0)
-        return STORE_OK;
+static enum store_answer insert_chunk(struct db *db, int64_t row, const void *bytes,
+                                      size_t length) {
     struct query query = db_query(db, "INSERT INTO chunks (id, bytes) VALUES (?, ?)");
-    query_bind_int(&query, chunk_row(number, chunk->index));
-    query_bind_bytes(&query, chunk->bytes, chunk->length);
+    query_bind_int(&query, row);
+    query_bind_bytes(&query, bytes, length);
     return query_run(&query);
 }
 
+static enum store_answer insert_chunks(struct db *db, const struct store_part *part,
+                                       int64_t number) {
+    enum store_answer answer = STORE_OK;
+    int64_t row = chunk_row(number, part->index);
+    for (size_t at = 0; at < part->length && answer == STORE_OK; at += STORE_CHUNK_BYTES) {
+        size_t left = part->length - at;
+        answer = insert_chunk(db, row++, part->bytes + at,
+                              left < STORE_CHUNK_BYTES ? left : STORE_CHUNK_BYTES);
+    }
+    return answer;
+}
+
 /* A result of the claim's job, which must still be running under it. */
-static enum store_answer insert_result(struct db *db, const struct store_chunk *chunk, int state,
+static enum store_answer insert_result(struct db *db, const struct store_part *part, int state,
                                        int64_t *number) {
     struct query query =
         db_query(db, "INSERT INTO results (digest, state, job, token, length, summary)"
                      " SELECT digest, ?, sequence, token, ?, ? FROM jobs"
                      " WHERE sequence = ? AND token = ? AND status = 1");
     query_bind_int(&query, state);
-    query_bind_int(&query, chunk->total);
-    query_bind_text(&query, chunk->summary);
-    query_bind_int(&query, chunk->claim->sequence);
-    query_bind_int(&query, chunk->claim->token);
+    query_bind_int(&query, part->total);
+    query_bind_text(&query, part->summary);
+    query_bind_int(&query, part->claim->sequence);
+    query_bind_int(&query, part->claim->token);
     enum store_answer answer = query_run(&query);
     *number = db_last_row(db);
     return answer == STORE_OK && db_changes(db) == 0 ? STORE_CONFLICT : answer;
 }
 
-/* Between two chunks the result may have been given up (its job cancelled, say). */
+/* Between two parts the result may have been given up (its job cancelled, say). */
 static enum store_answer still_building(struct db *db, int64_t number) {
     struct query query = db_query(
         db, "SELECT 1 FROM results r JOIN jobs j ON j.sequence = r.job AND j.token = r.token"
@@ -49,15 +59,15 @@ static enum store_answer still_building(struct db *db, int64_t number) {
 static enum store_answer append_operation(struct sqlite_store *store, struct db *db,
                                           void *context) {
     (void)store;
-    struct store_chunk *chunk = context;
-    enum store_answer answer = chunk->index == 0
-                                   ? insert_result(db, chunk, RESULT_BUILDING, &chunk->number)
-                                   : still_building(db, chunk->number);
-    return answer == STORE_OK ? insert_chunk(db, chunk, chunk->number) : answer;
+    struct store_part *part = context;
+    enum store_answer answer = part->index == 0
+                                   ? insert_result(db, part, RESULT_BUILDING, &part->number)
+                                   : still_building(db, part->number);
+    return answer == STORE_OK ? insert_chunks(db, part, part->number) : answer;
 }
 
-enum store_answer sqlite_result_append(struct store *store, struct store_chunk *chunk) {
-    return sqlite_write(store, append_operation, chunk);
+enum store_answer sqlite_result_append(struct store *store, struct store_part *part) {
+    return sqlite_write_lazy(store, append_operation, part);
 }
 
 /* The complete result of the job's digest, 0 for none. */
@@ -78,50 +88,53 @@ static enum store_answer set_state(struct db *db, int64_t number, int state) {
     return query_run(&query);
 }
 
-static enum store_answer complete(struct db *db, const struct store_chunk *chunk) {
+static enum store_answer complete(struct db *db, const struct store_part *part) {
     struct query query = db_query(
         db, "UPDATE results SET state = 1, length = ?, summary = ? WHERE number = ? AND state = 0");
-    query_bind_int(&query, chunk->total);
-    query_bind_text(&query, chunk->summary);
-    query_bind_int(&query, chunk->number);
+    query_bind_int(&query, part->total);
+    query_bind_text(&query, part->summary);
+    query_bind_int(&query, part->number);
     enum store_answer answer = query_run(&query);
     return answer == STORE_OK && db_changes(db) == 0 ? STORE_CONFLICT : answer;
 }
 
-/* Makes the result whole; `*number` is the one the job gets. */
-static enum store_answer settle(struct db *db, const struct store_chunk *chunk, int64_t *number) {
-    enum store_answer answer = find_twin(db, chunk->claim, number);
+/* Makes the result whole, or drops it for a twin that was first; `*number` is the one the job
+ * gets. */
+static enum store_answer settle(struct db *db, struct store_part *part, int64_t *number) {
+    enum store_answer answer = find_twin(db, part->claim, number);
     if (answer != STORE_OK)
         return answer;
-    if (*number != 0)
-        return chunk->number ? set_state(db, chunk->number, RESULT_DOOMED) : STORE_OK;
-    *number = chunk->number;
+    if (*number != 0) {
+        int64_t dropped = part->number;
+        part->number = 0;
+        return dropped ? set_state(db, dropped, RESULT_DOOMED) : STORE_OK;
+    }
     answer =
-        chunk->number ? complete(db, chunk) : insert_result(db, chunk, RESULT_COMPLETE, number);
-    return answer == STORE_OK ? insert_chunk(db, chunk, *number) : answer;
+        part->number ? complete(db, part) : insert_result(db, part, RESULT_COMPLETE, &part->number);
+    *number = part->number;
+    return answer == STORE_OK ? insert_chunks(db, part, *number) : answer;
 }
 
 static enum store_answer commit_operation(struct sqlite_store *store, struct db *db,
                                           void *context) {
-    (void)store;
-    const struct store_chunk *chunk = context;
+    struct store_part *part = context;
     int64_t number = 0;
-    enum store_answer answer = settle(db, chunk, &number);
+    enum store_answer answer = settle(db, part, &number);
     if (answer != STORE_OK)
         return answer;
     struct query query = db_query(
         db, "UPDATE jobs SET status = 2, progress = 1, finished = ?, result = ?,"
             " lease = NULL, holder = NULL WHERE sequence = ? AND token = ? AND status = 1");
-    query_bind_int(&query, sqlite_now());
+    query_bind_int(&query, sqlite_now(store));
     query_bind_int(&query, number);
-    query_bind_int(&query, chunk->claim->sequence);
-    query_bind_int(&query, chunk->claim->token);
+    query_bind_int(&query, part->claim->sequence);
+    query_bind_int(&query, part->claim->token);
     answer = query_run(&query);
     return answer == STORE_OK && db_changes(db) == 0 ? STORE_CONFLICT : answer;
 }
 
-enum store_answer sqlite_result_commit(struct store *store, struct store_chunk *chunk) {
-    return sqlite_write(store, commit_operation, chunk);
+enum store_answer sqlite_result_commit(struct store *store, struct store_part *part) {
+    return sqlite_write(store, commit_operation, part);
 }
 
 static enum store_answer drop_operation(struct sqlite_store *store, struct db *db, void *context) {
@@ -131,7 +144,7 @@ static enum store_answer drop_operation(struct sqlite_store *store, struct db *d
 }
 
 enum store_answer sqlite_result_drop(struct store *store, int64_t number) {
-    return sqlite_write(store, drop_operation, &number);
+    return sqlite_write_lazy(store, drop_operation, &number);
 }
 
 enum store_answer sqlite_result_forget(struct db *db, int64_t number) {
@@ -170,22 +183,31 @@ enum store_answer sqlite_result_find(struct store *store, const char *id,
     return sqlite_read(store, find_operation, &find);
 }
 
-struct piece {
+struct reading {
     int64_t row;
-    size_t offset;
     void *bytes;
     size_t length;
 };
 
 static enum store_answer read_operation(struct sqlite_store *store, struct db *db, void *context) {
     (void)store;
-    const struct piece *piece = context;
-    return db_read_chunk(db, piece->row, piece->offset, piece->bytes, piece->length);
+    const struct reading *reading = context;
+    struct query query = db_query(db, "SELECT bytes FROM chunks WHERE id = ?");
+    query_bind_int(&query, reading->row);
+    bool found = query_row(&query);
+    size_t length = 0;
+    const void *bytes = found ? query_bytes(&query, 0, &length) : NULL;
+    bool good = bytes && length == reading->length;
+    if (good)
+        memcpy(reading->bytes, bytes, length);
+    enum store_answer answer = query_end(&query);
+    if (answer != STORE_OK)
+        return answer;
+    return good ? STORE_OK : found ? STORE_DOWN : STORE_EMPTY;
 }
 
 enum store_answer sqlite_result_read(struct store *store, int64_t number, int64_t index,
-                                     size_t offset, void *bytes, size_t length) {
-    struct piece piece = {
-        .row = chunk_row(number, index), .offset = offset, .bytes = bytes, .length = length};
-    return sqlite_read(store, read_operation, &piece);
+                                     void *bytes, size_t length) {
+    struct reading reading = {.row = chunk_row(number, index), .bytes = bytes, .length = length};
+    return sqlite_read(store, read_operation, &reading);
 }

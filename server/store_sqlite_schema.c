@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: MIT */
+#include "clock.h"
 #include "store_sqlite.h"
 #include <stdio.h>
 
@@ -10,9 +11,9 @@ enum { APPLICATION = 0x64726170 };
  *
  * jobs.rank orders the queue: the time of creation less a minute a step of priority, so that
  * priority and age are one number that never has to be updated. jobs.key_digest is of the body
- * posted with the idempotency key. jobs.token is the fencing token of the latest claim. chunks.id
- * is result * 2^20 + index. counts is kept by triggers: counting rows would cost more with every
- * job.
+ * posted with the idempotency key. jobs.token is the fencing token of the latest claim.
+ * jobs.excused counts the attempts that are not held against the job. chunks.id is result * 2^24 +
+ * index. counts is kept by triggers: counting rows would cost more with every job.
  */
 static const char schema_1[] =
     "CREATE TABLE schema_version (version INTEGER NOT NULL, applied INTEGER NOT NULL);"
@@ -46,7 +47,7 @@ static const char schema_1[] =
     " finished INTEGER NOT NULL DEFAULT 0,"
     " progress REAL NOT NULL DEFAULT 0,"
     " attempts INTEGER NOT NULL DEFAULT 0,"
-    " interruptions INTEGER NOT NULL DEFAULT 0,"
+    " excused INTEGER NOT NULL DEFAULT 0,"
     " token INTEGER NOT NULL DEFAULT 0,"
     " lease INTEGER,"
     " holder TEXT,"
@@ -71,6 +72,9 @@ static const char schema_1[] =
     " created INTEGER NOT NULL,"
     " description TEXT NOT NULL,"
     " definition BLOB NOT NULL);"
+
+    "CREATE TABLE probe (n INTEGER NOT NULL);" /* written to find out whether that works */
+    "INSERT INTO probe VALUES (0);"
 
     "CREATE TABLE counts (status INTEGER PRIMARY KEY, n INTEGER NOT NULL);"
     "INSERT INTO counts VALUES (0, 0), (1, 0), (2, 0), (3, 0), (4, 0);"
@@ -112,7 +116,7 @@ static bool apply(struct db *db, int64_t version) {
         return false;
     struct query query = db_query(db, "INSERT INTO schema_version VALUES (?, ?)");
     query_bind_int(&query, version);
-    query_bind_int(&query, sqlite_now());
+    query_bind_int(&query, clock_utc_us());
     return query_run(&query) == STORE_OK;
 }
 

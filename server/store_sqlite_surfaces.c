@@ -9,7 +9,6 @@ struct put {
 };
 
 static enum store_answer put_operation(struct sqlite_store *store, struct db *db, void *context) {
-    (void)store;
     struct put *put = context;
     const struct store_surface *surface = put->surface;
     struct query query =
@@ -17,7 +16,7 @@ static enum store_answer put_operation(struct sqlite_store *store, struct db *db
                      " VALUES (?, ?, ?, ?, ?) ON CONFLICT (id) DO NOTHING");
     query_bind_text(&query, surface->id);
     query_bind_text(&query, surface->owner);
-    query_bind_int(&query, sqlite_now());
+    query_bind_int(&query, sqlite_now(store));
     query_bind_text(&query, surface->description);
     query_bind_bytes(&query, surface->definition, surface->definition_length);
     enum store_answer answer = query_run(&query);

@@ -5,7 +5,7 @@
 
 enum {
     JOBS_A_STEP = 64,    /* ended jobs handled in one transaction */
-    CHUNKS_A_STEP = 32,  /* chunks deleted in one */
+    CHUNKS_A_STEP = 256, /* chunks deleted in one */
     STEPS_A_SWEEP = 100, /* of each kind: then `more` is set */
     PAGES_A_STEP = 2048, /* free pages given back to the file system in one */
     HOLDERS = 64         /* processes looked at */
@@ -42,7 +42,7 @@ static enum store_answer requeue_found(struct sqlite_store *store, struct db *db
 static enum store_answer end_lease(struct sqlite_store *store, struct db *db, void *context) {
     struct query query = db_query(db, "SELECT sequence, token, id FROM jobs"
                                       " WHERE status = 1 AND lease < ? ORDER BY lease LIMIT 1");
-    query_bind_int(&query, sqlite_now());
+    query_bind_int(&query, sqlite_now(store));
     return requeue_found(store, db, context, &query, REQUEUE_CRASHED,
                          "its dispatcher did not renew the lease");
 }
@@ -81,7 +81,7 @@ struct holders {
 static enum store_answer look_at_claims(struct sqlite_store *store, struct db *db, void *context) {
     (void)store;
     struct holders *holders = context;
-    int64_t now = sqlite_now();
+    int64_t now = sqlite_now(store);
     struct query query = db_query(db, "SELECT holder, min(lease) FROM jobs WHERE status = 1"
                                       " GROUP BY holder");
     while (query_row(&query)) {
@@ -97,7 +97,7 @@ static enum store_answer sweep_claims(struct store *store, struct store_sweep *s
     enum store_answer answer = sqlite_read(store, look_at_claims, &holders);
     for (size_t k = 0; k < holders.count && answer == STORE_OK; k++) {
         struct step step = {.sweep = sweep, .holder = holders.names[k]};
-        if (sqlite_holder_dead(sqlite_of(store), step.holder))
+        if (holder_dead(sqlite_holder(sqlite_of(store)), step.holder))
             answer = repeat_claims(store, end_holder, &step);
     }
     struct step step = {.sweep = sweep};
@@ -165,12 +165,13 @@ static enum store_answer several(struct db *db, enum store_answer (*one)(struct 
 }
 
 static enum store_answer expire(struct sqlite_store *store, struct db *db, void *context) {
-    return several(db, expire_one, sqlite_now() - sqlite_options(store)->retention_us, context);
+    return several(db, expire_one, sqlite_now(store) - sqlite_options(store)->retention_us,
+                   context);
 }
 
 static enum store_answer remove_records(struct sqlite_store *store, struct db *db, void *context) {
     int64_t age = sqlite_options(store)->retention_us * RECORD_RETENTIONS;
-    return several(db, remove_one, sqlite_now() - age, context);
+    return several(db, remove_one, sqlite_now(store) - age, context);
 }
 
 /* ------------------------------------------------------------------ remains */
@@ -250,7 +251,7 @@ static bool any(struct db *db, const char *sql, int64_t value) {
 static enum store_answer look_at_work(struct sqlite_store *store, struct db *db, void *context) {
     struct work *work = context;
     int64_t retention = sqlite_options(store)->retention_us;
-    int64_t now = sqlite_now();
+    int64_t now = sqlite_now(store);
     work->expire = any(db,
                        "SELECT 1 FROM jobs WHERE status >= 2 AND expired = 0"
                        " AND finished < ? LIMIT 1",
@@ -271,7 +272,7 @@ static enum store_answer repeat(struct store *store, sqlite_operation operation,
                                 struct store_sweep *sweep, int *done) {
     struct step step = {.sweep = sweep};
     for (int n = 0; n < STEPS_A_SWEEP; n++) {
-        enum store_answer answer = sqlite_write(store, operation, &step);
+        enum store_answer answer = sqlite_write_lazy(store, operation, &step);
         if (answer != STORE_OK)
             return answer == STORE_EMPTY ? STORE_OK : answer;
         if (done)
@@ -296,5 +297,5 @@ enum store_answer sqlite_sweep(struct store *store, struct store_sweep *sweep) {
         answer = repeat(store, clear, sweep, NULL);
     if (answer == STORE_OK && (work.shrink || work.clear))
         answer = repeat(store, shrink, sweep, NULL);
-    return answer;
+    return answer == STORE_OK ? sqlite_take_log(store) : answer;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "worker.h"
 #include "../api/columns.h"
+#include "clock.h"
 #include "frame.h"
 #include <malloc.h>
 #include <signal.h>
@@ -9,7 +10,6 @@
 #include <string.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
-#include <time.h>
 #include <unistd.h>
 
 enum {
@@ -19,6 +19,12 @@ enum {
 
 /* Beyond the job's own budget: the program itself and the JSON tree of a body at its limits. */
 #define MEMORY_BESIDE_BYTES (INT64_C(1) << 30)
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+enum { SANITIZED = 1 };
+#else
+enum { SANITIZED = 0 };
+#endif
 
 /* One job under way. */
 struct session {
@@ -30,12 +36,6 @@ struct session {
     unsigned char head[WORKER_HEAD_BYTES];
     unsigned char buffer[FRAME_MAX_BYTES];
 };
-
-static int64_t now_ms(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
-}
 
 /* ------------------------------------------------------------------ sending */
 
@@ -69,7 +69,7 @@ static bool take_result(void *context, const void *bytes, size_t length) {
 
 static bool take_progress(void *context, double fraction) {
     struct session *session = context;
-    int64_t now = now_ms();
+    int64_t now = clock_ms();
     if (now - session->last_progress_ms < PROGRESS_MS)
         return !session->gone;
     session->last_progress_ms = now;
@@ -109,7 +109,7 @@ static bool run_job(const struct worker_engine *engine, struct session *session,
     struct drape_monitor monitor = {.progress = take_progress, .context = session};
     struct api_sink sink = {.write = take_result, .context = session};
     session->gone = false;
-    session->last_progress_ms = now_ms();
+    session->last_progress_ms = clock_ms();
     session->head_length = session->used = session->total = 0;
     enum api_problem_id id = engine->run(input, limits, &monitor, &sink, &problem);
     if (session->gone)
@@ -118,22 +118,16 @@ static bool run_job(const struct worker_engine *engine, struct session *session,
 }
 
 /* Sanitizers reserve terabytes of address space. */
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-static void limit_memory(const struct frame_job *job) {
-    (void)job;
-}
-#else
 static void limit_memory(const struct frame_job *job) {
     struct rlimit limit;
     uint64_t bytes =
         job->limits.max_memory + MEMORY_BESIDE_BYTES + job->request_length + job->surface_length;
-    if (getrlimit(RLIMIT_AS, &limit) != 0)
+    if (SANITIZED || getrlimit(RLIMIT_AS, &limit) != 0)
         return;
     limit.rlim_cur =
         limit.rlim_max == RLIM_INFINITY || bytes < limit.rlim_max ? bytes : limit.rlim_max;
     setrlimit(RLIMIT_AS, &limit);
 }
-#endif
 
 /* Reads away what cannot be kept, so that the next frame starts where it should. */
 static bool skip(struct session *session, uint64_t length) {
@@ -171,11 +165,22 @@ static bool handle(const struct worker_engine *engine, struct session *session,
 
 /* ------------------------------------------------------------------ the process */
 
-/* No core files of gigabytes; no life without the dispatcher, even in the midst of a solve. */
-static bool set_up(void) {
-    struct rlimit none = {0, 0};
-    signal(SIGPIPE, SIG_IGN);
+/* A solver that was taken over by hostile input gets no file but the socket, and a crash leaves no
+ * core file of gigabytes. Sanitizers open files to report. */
+static void limit_files(void) {
+    static const struct rlimit none = {0, 0};
+    static const struct rlimit socket_only = {WORKER_FD + 1, WORKER_FD + 1};
     setrlimit(RLIMIT_CORE, &none);
+    if (SANITIZED)
+        return;
+    setrlimit(RLIMIT_FSIZE, &none);
+    setrlimit(RLIMIT_NOFILE, &socket_only);
+}
+
+/* No life without the dispatcher, even in the midst of a solve; no rights to be gained. */
+static bool set_up(void) {
+    signal(SIGPIPE, SIG_IGN);
+    limit_files();
     return prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 && prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0;
 }
 
@@ -219,5 +224,5 @@ static char *summary_of(const void *bytes, size_t length) {
 
 int worker_main(void) {
     static const struct worker_engine engine = {.run = api_run, .summary = summary_of};
-    return worker_serve(&engine);
+    return api_prepare() ? worker_serve(&engine) : 1;
 }

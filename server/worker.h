@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The worker process: reads jobs from the socket on WORKER_FD, runs them one after the other, sends
- * progress and result back, and ends when the socket closes. It has no store, no files and no
- * network; what hurts it hurts one attempt of one job. It is the same binary, started by `child.h`
+ * progress and result back, and ends when the socket closes. It has no store, cannot open files,
+ * and holds no more memory than its job may; what hurts it hurts one attempt of one job. It is the same binary, started by `child.h`
  * with WORKER_ARGUMENT.
  */
 #ifndef SERVER_WORKER_H
@@ -28,7 +28,7 @@ enum { WORKER_HEAD_BYTES = 64 * 1024 };
 /* Serves WORKER_FD with the engine until it closes. Returns the process's exit code. */
 int worker_serve(const struct worker_engine *engine);
 
-/* Serves with `api_run`: what `draped worker` does. */
+/* Serves with `api_run`: what `draped worker` does. Readies `api_run` itself. */
 int worker_main(void);
 
 #endif

@@ -20,8 +20,7 @@ static double integral_of(int k, double c) {
 
 /* The cardinal polynomial of point j is sum_k (2 / m) e_k e_j T_k(c_j) T_k, with m = n - 1 and e
  * one half at both ends, else 1. */
-void chebyshev_make(struct chebyshev *rule, int n) {
-    assert(n >= 2 && n <= CHEBYSHEV_MAX);
+static void make(struct chebyshev *rule, int n) {
     int m = n - 1;
     rule->n = n;
     for (int i = 0; i < n; i++) {
@@ -36,6 +35,15 @@ void chebyshev_make(struct chebyshev *rule, int n) {
             rule->integral[i][j] = sum / 2;
         }
     }
+}
+
+void chebyshev_make(struct chebyshev *rule, int n) {
+    static struct chebyshev made[CHEBYSHEV_MAX + 1]; /* most tests want the same few */
+    assert(n >= 2 && n <= CHEBYSHEV_MAX);
+    if (made[n].n == 0) {
+        make(&made[n], n);
+    }
+    *rule = made[n];
 }
 
 void chebyshev_weights(const struct chebyshev *rule, double x, double weight[CHEBYSHEV_MAX]) {

@@ -8,6 +8,7 @@
 
 enum { PICARD_MAX = 200, BISECTIONS = 60, SHOTS_MAX = 20, SHOT_ORDER = 14 };
 static const double PICARD_GOAL = 1e-12; /* relative to the block's step */
+static const double SHOT_GOAL = 2e-15;   /* relative to the parameters */
 
 /* x = (u, v) and p = x' at the points of one block. */
 struct block {
@@ -76,7 +77,7 @@ static void integrate_block(const struct exact_geodesic *g, const struct tip *st
     for (int sweep = 0; sweep < PICARD_MAX; sweep++) {
         before = change;
         change = picard_sweep(g, start, block);
-        if (change < PICARD_GOAL && change > before / 2) { /* only rounding is left */
+        if (change < PICARD_GOAL && change >= before / 2) { /* only rounding is left */
             break;
         }
     }
@@ -226,69 +227,70 @@ void exact_geodesic_at(const struct exact_geodesic *geodesic, double s, double u
     block_at(geodesic, block, (s - block->from) / block->length, uv, duv ? duv : p);
 }
 
-/* What a shot of unit length in the direction p reaches. */
-static void shoot(const struct shape *shape, const double from[2], const double p[2], double to[2],
-                  double arrival[2], double *length) {
+/* A shot from a point: the velocity that would reach the goal in unit time, and what it misses. */
+struct shot {
+    double p[2], miss[2], arrival[2], length;
+};
+
+static void shoot(const struct shape *shape, const double from[2], const double to[2],
+                  struct shot *shot) {
     struct surface_jet jet;
     shape_evaluate(shape, from[0], from[1], &jet);
-    struct vec3 t = vec3_axpy(p[0], jet.u, vec3_scale(p[1], jet.v));
-    *length = vec3_norm(t);
+    struct vec3 t = vec3_axpy(shot->p[0], jet.u, vec3_scale(shot->p[1], jet.v));
     struct exact_geodesic_setup setup = {.shape = shape,
                                          .uv = {from[0], from[1]},
                                          .direction = vec3_unit(t),
-                                         .length = *length,
+                                         .length = vec3_norm(t),
                                          .blocks = 1,
                                          .order = SHOT_ORDER};
     struct exact_geodesic *g = exact_geodesic_make(&setup);
-    exact_geodesic_at(g, *length, to, arrival);
+    double reached[2];
+    exact_geodesic_at(g, setup.length, reached, shot->arrival);
     exact_geodesic_free(g);
+    shot->length = setup.length;
+    shot->miss[0] = to[0] - reached[0];
+    shot->miss[1] = to[1] - reached[1];
 }
 
-/* The exponential map is nearly the identity in (u, v) for near points: p += goal - reached, made
- * quadratic by updating the inverse Jacobian (Broyden). */
+/* Broyden's update of the inverse Jacobian after a step that changed the miss by -change. */
+static void learn(double inverse[2][2], const double step[2], const double change[2]) {
+    double by[2], row[2];
+    for (int k = 0; k < 2; k++) {
+        by[k] = inverse[k][0] * change[0] + inverse[k][1] * change[1];
+        row[k] = step[0] * inverse[0][k] + step[1] * inverse[1][k];
+    }
+    double scale = step[0] * by[0] + step[1] * by[1];
+    for (int k = 0; k < 4 && scale != 0; k++) {
+        inverse[k / 2][k % 2] += (step[k / 2] - by[k / 2]) * row[k % 2] / scale;
+    }
+}
+
+/* The exponential map is nearly the identity in (u, v) for near points. */
 double exact_geodesic_distance(const struct shape *shape, const double from[2], const double to[2],
                                struct vec3 *first, struct vec3 *last) {
-    double p[2] = {to[0] - from[0], to[1] - from[1]}, inverse[2][2] = {{1, 0}, {0, 1}};
-    double miss[2], reached[2], arrival[2], length, size = fabs(p[0]) + fabs(p[1]);
-    shoot(shape, from, p, reached, arrival, &length);
-    for (int k = 0; k < 2; k++) {
-        miss[k] = to[k] - reached[k];
-    }
-    for (int round = 0; fabs(miss[0]) + fabs(miss[1]) > 1e-15 * (size + fabs(to[0]) + fabs(to[1]));
+    struct shot shot = {.p = {to[0] - from[0], to[1] - from[1]}};
+    double inverse[2][2] = {{1, 0}, {0, 1}}, size = fabs(shot.p[0]) + fabs(shot.p[1]);
+    double goal = SHOT_GOAL * (size + fabs(to[0]) + fabs(to[1]));
+    shoot(shape, from, to, &shot);
+    for (int round = 0; round < SHOTS_MAX && fabs(shot.miss[0]) + fabs(shot.miss[1]) > goal;
          round++) {
-        if (round == SHOTS_MAX) {
-            bool near = fabs(miss[0]) + fabs(miss[1]) < 1e-12 * size;
-            length = near ? length : HUGE_VAL;
-            break;
-        }
-        double step[2], change[2], by[2];
+        double step[2], before[2] = {shot.miss[0], shot.miss[1]};
         for (int k = 0; k < 2; k++) {
-            step[k] = inverse[k][0] * miss[0] + inverse[k][1] * miss[1];
-            p[k] += step[k];
+            step[k] = inverse[k][0] * before[0] + inverse[k][1] * before[1];
+            shot.p[k] += step[k];
         }
-        shoot(shape, from, p, reached, arrival, &length);
-        for (int k = 0; k < 2; k++) {
-            change[k] = miss[k] - (to[k] - reached[k]);
-            miss[k] = to[k] - reached[k];
-        }
-        for (int k = 0; k < 2; k++) {
-            by[k] = inverse[k][0] * change[0] + inverse[k][1] * change[1];
-        }
-        double scale = step[0] * by[0] + step[1] * by[1];
-        double row[2] = {step[0] * inverse[0][0] + step[1] * inverse[1][0],
-                         step[0] * inverse[0][1] + step[1] * inverse[1][1]};
-        for (int k = 0; k < 4 && scale != 0; k++) {
-            inverse[k / 2][k % 2] += (step[k / 2] - by[k / 2]) * row[k % 2] / scale;
-        }
+        shoot(shape, from, to, &shot);
+        learn(inverse, step, (double[2]){before[0] - shot.miss[0], before[1] - shot.miss[1]});
     }
     struct surface_jet jet;
+    shape_evaluate(shape, from[0], from[1], &jet);
+    struct vec3 t = vec3_unit(vec3_axpy(shot.p[0], jet.u, vec3_scale(shot.p[1], jet.v)));
     if (first) {
-        shape_evaluate(shape, from[0], from[1], &jet);
-        *first = vec3_unit(vec3_axpy(p[0], jet.u, vec3_scale(p[1], jet.v)));
+        *first = t;
     }
     if (last) {
         shape_evaluate(shape, to[0], to[1], &jet);
-        *last = vec3_unit(vec3_axpy(arrival[0], jet.u, vec3_scale(arrival[1], jet.v)));
+        *last = vec3_unit(vec3_axpy(shot.arrival[0], jet.u, vec3_scale(shot.arrival[1], jet.v)));
     }
-    return length;
+    return fabs(shot.miss[0]) + fabs(shot.miss[1]) <= 10 * goal ? shot.length : HUGE_VAL;
 }

@@ -4,93 +4,13 @@
 #include <assert.h>
 #include <stdlib.h>
 
-enum { PICARD_MAX = 200, GENERATOR_BLOCKS = 8 };
+enum { PICARD_MAX = 200, GENERATOR_BLOCKS = 16, GENERATOR_ORDER = 16 };
 static const double PICARD_GOAL = 1e-12; /* relative to the block's step */
 
-/* (u, v) and its derivatives at one collocation point; a geodesic has no q. */
+/* (u, v) and its derivatives at one collocation point. */
 struct state {
     double x[2], p[2], q[2];
 };
-
-struct exact_geodesic {
-    const struct shape *shape;
-    struct chebyshev rule;
-    double length;
-    int blocks;
-    struct state *at; /* blocks x n */
-};
-
-/* -Gamma^k_ij a^i b^j: the second derivatives' tangent part, with the sign turned. */
-static void connection(const struct shape *shape, const double x[2], const double a[2],
-                       const double b[2], double out[2]) {
-    struct surface_jet jet;
-    shape_evaluate(shape, x[0], x[1], &jet);
-    struct vec3 bend = vec3_scale(a[0] * b[0], jet.uu);
-    bend = vec3_axpy(a[0] * b[1] + a[1] * b[0], jet.uv, bend);
-    bend = vec3_axpy(a[1] * b[1], jet.vv, bend);
-    jet_pull_back(&jet, vec3_scale(-1, bend), out);
-}
-
-/* One block of x'' = F(x, x'): x = x0 + integral of p, p = p0 + integral of F. */
-static void geodesic_block(const struct exact_geodesic *g, const struct state *start,
-                           struct state *at) {
-    const struct chebyshev *rule = &g->rule;
-    double h = g->length / g->blocks, f[CHEBYSHEV_MAX][2], change = (double)INFINITY;
-    double size = fabs(start->p[0]) + fabs(start->p[1]);
-    for (int i = 0; i < rule->n; i++) {
-        at[i] = *start;
-    }
-    for (int sweep = 0; sweep < PICARD_MAX; sweep++) {
-        double before = change;
-        change = 0;
-        for (int i = 0; i < rule->n; i++) {
-            connection(g->shape, at[i].x, at[i].p, at[i].p, f[i]);
-        }
-        for (int i = 0; i < rule->n; i++) {
-            for (int k = 0; k < 2; k++) {
-                double p = start->p[k], x = start->x[k];
-                for (int j = 0; j < rule->n; j++) {
-                    p += h * rule->integral[i][j] * f[j][k];
-                    x += h * rule->integral[i][j] * at[j].p[k];
-                }
-                change = fmax(change, (fabs(x - at[i].x[k]) / h + fabs(p - at[i].p[k])) / size);
-                at[i].p[k] = p;
-                at[i].x[k] = x;
-            }
-        }
-        if (change < PICARD_GOAL && change > before / 2) { /* only rounding is left */
-            break;
-        }
-    }
-}
-
-struct exact_geodesic *exact_geodesic_make(const struct exact_geodesic_setup *setup) {
-    struct exact_geodesic *g = calloc(1, sizeof *g);
-    assert(g);
-    g->shape = setup->shape;
-    g->length = setup->length;
-    g->blocks = setup->blocks;
-    chebyshev_make(&g->rule, setup->order);
-    g->at = calloc((size_t)(setup->blocks * setup->order), sizeof *g->at);
-    assert(g->at);
-    struct state start = {.x = {setup->uv[0], setup->uv[1]}};
-    struct surface_jet jet;
-    shape_evaluate(setup->shape, setup->uv[0], setup->uv[1], &jet);
-    jet_pull_back(&jet, setup->direction, start.p);
-    for (int b = 0; b < setup->blocks; b++) {
-        struct state *block = g->at + b * setup->order;
-        geodesic_block(g, &start, block);
-        start = block[setup->order - 1];
-    }
-    return g;
-}
-
-void exact_geodesic_free(struct exact_geodesic *geodesic) {
-    if (geodesic) {
-        free(geodesic->at);
-        free(geodesic);
-    }
-}
 
 /* The block that holds s in [0, length], and the place in it. */
 static int block_of(double s, double length, int blocks, double *rest) {
@@ -99,26 +19,6 @@ static int block_of(double s, double length, int blocks, double *rest) {
     b = b < 0 ? 0 : b >= blocks ? blocks - 1 : b;
     *rest = place - b;
     return b;
-}
-
-void exact_geodesic_at(const struct exact_geodesic *geodesic, double s, double uv[2],
-                       double duv[2]) {
-    double rest, weight[CHEBYSHEV_MAX];
-    int n = geodesic->rule.n;
-    const struct state *at =
-        geodesic->at + n * block_of(s, geodesic->length, geodesic->blocks, &rest);
-    chebyshev_weights(&geodesic->rule, rest, weight);
-    for (int k = 0; k < 2; k++) {
-        double x = 0, p = 0;
-        for (int i = 0; i < n; i++) {
-            x += weight[i] * at[i].x[k];
-            p += weight[i] * at[i].p[k];
-        }
-        uv[k] = x;
-        if (duv) {
-            duv[k] = p;
-        }
-    }
 }
 
 /* quadrant[(t < 0) * 2 + (s < 0)], each blocks x blocks x n x n states, s slowest in a block. */
@@ -188,43 +88,42 @@ static void net_solve_block(const struct exact_net *net, struct state *at, const
     for (int sweep = 0; sweep < PICARD_MAX; sweep++) {
         double before = change;
         for (int l = 0; l < n * n; l++) {
-            connection(net->setup.shape, at[l].x, at[l].p, at[l].q, f[l]);
+            struct surface_jet jet;
+            shape_evaluate(net->setup.shape, at[l].x[0], at[l].x[1], &jet);
+            jet_connection(&jet, at[l].p, at[l].q, f[l]);
         }
         change = net_sweep(net, at, (const double(*)[2])f, h) / size;
-        if (change < PICARD_GOAL && change > before / 2) { /* only rounding is left */
+        if (change < PICARD_GOAL && change >= before / 2) { /* only rounding is left */
             break;
         }
     }
 }
 
-/* A generator with the net's own points, from one with shorter blocks: across curvature jumps the
- * latter is more accurate, and it costs little. */
-static struct exact_geodesic *generator(const struct exact_net *net, int k, double sign) {
+/* The generator k at the net's own points, blocks x n; the caller frees it. */
+static struct state *generator(const struct exact_net *net, int k, double sign) {
     struct exact_geodesic_setup setup = {
         .shape = net->setup.shape,
         .uv = {net->setup.uv[0], net->setup.uv[1]},
         .direction = vec3_scale(sign, k ? net->setup.weft : net->setup.warp),
         .length = net->setup.length[k],
-        .blocks = net->setup.blocks * GENERATOR_BLOCKS,
-        .order = net->setup.order,
+        .blocks = GENERATOR_BLOCKS,
+        .order = GENERATOR_ORDER,
     };
-    struct exact_geodesic *fine = exact_geodesic_make(&setup);
-    int n = setup.order, blocks = net->setup.blocks;
+    struct exact_geodesic *geodesic = exact_geodesic_make(&setup);
+    int n = net->rule.n, blocks = net->setup.blocks;
     struct state *at = calloc((size_t)(blocks * n), sizeof *at);
     assert(at);
     for (int i = 0; i < blocks * n; i++) {
         double s = (i / n + net->rule.x[i % n]) * setup.length / blocks;
-        exact_geodesic_at(fine, s, at[i].x, at[i].p);
+        exact_geodesic_at(geodesic, s, at[i].x, at[i].p);
     }
-    free(fine->at);
-    fine->at = at;
-    fine->blocks = blocks;
-    return fine;
+    exact_geodesic_free(geodesic);
+    return at;
 }
 
 /* Known edges of block (a, b): from its neighbours, or from the generators. */
 static void net_edges(const struct exact_net *net, struct state *quadrant, int a, int b,
-                      const struct exact_geodesic *warp, const struct exact_geodesic *weft) {
+                      const struct state *warp, const struct state *weft) {
     int n = net->rule.n;
     struct state *at = net_block(net, quadrant, a, b);
     for (int i = 0; i < n; i++) {
@@ -232,12 +131,12 @@ static void net_edges(const struct exact_net *net, struct state *quadrant, int a
         if (b > 0) {
             *low = net_block(net, quadrant, a, b - 1)[i * n + n - 1];
         } else {
-            *low = warp->at[a * n + i];
+            *low = warp[a * n + i];
         }
         if (a > 0) {
             *left = net_block(net, quadrant, a - 1, b)[(n - 1) * n + i];
         } else {
-            const struct state *from = &weft->at[b * n + i];
+            const struct state *from = &weft[b * n + i];
             double p[2] = {left->p[0], left->p[1]};
             *left =
                 (struct state){{from->x[0], from->x[1]}, {p[0], p[1]}, {from->p[0], from->p[1]}};
@@ -248,8 +147,8 @@ static void net_edges(const struct exact_net *net, struct state *quadrant, int a
 static void net_quadrant(struct exact_net *net, int which) {
     int blocks = net->setup.blocks, n = net->rule.n;
     double h[2] = {net->setup.length[0] / blocks, net->setup.length[1] / blocks};
-    struct exact_geodesic *warp = generator(net, 0, which % 2 ? -1 : 1);
-    struct exact_geodesic *weft = generator(net, 1, which / 2 ? -1 : 1);
+    struct state *warp = generator(net, 0, which % 2 ? -1 : 1);
+    struct state *weft = generator(net, 1, which / 2 ? -1 : 1);
     struct state *quadrant = calloc((size_t)(blocks * blocks * n * n), sizeof *quadrant);
     assert(quadrant);
     for (int a = 0; a < blocks; a++) {
@@ -259,8 +158,8 @@ static void net_quadrant(struct exact_net *net, int which) {
         }
     }
     net->quadrant[which] = quadrant;
-    exact_geodesic_free(warp);
-    exact_geodesic_free(weft);
+    free(warp);
+    free(weft);
 }
 
 struct exact_net *exact_net_make(const struct exact_net_setup *setup) {

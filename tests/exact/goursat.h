@@ -13,29 +13,13 @@
 #ifndef DRAPE_TESTS_GOURSAT_H
 #define DRAPE_TESTS_GOURSAT_H
 
-#include "shapes.h"
+#include "geodesic.h"
 
 struct exact_net_point {
     double uv[2];
     struct vec3 r, warp, weft; /* position and unit tangents r_s, r_t */
     double shear_deg;
 };
-
-struct exact_geodesic_setup {
-    const struct shape *shape; /* must outlive what is made from this */
-    double uv[2];
-    struct vec3 direction; /* unit tangent */
-    double length;
-    int blocks, order; /* blocks of equal length with `order` points each */
-};
-
-struct exact_geodesic;
-
-struct exact_geodesic *exact_geodesic_make(const struct exact_geodesic_setup *setup);
-void exact_geodesic_free(struct exact_geodesic *geodesic);
-/* uv and unit tangent at arc length s in [0, length]; `duv` may be NULL. */
-void exact_geodesic_at(const struct exact_geodesic *geodesic, double s, double uv[2],
-                       double duv[2]);
 
 struct exact_net_setup {
     const struct shape *shape; /* must outlive the net */

@@ -5,7 +5,7 @@
 #include <assert.h>
 #include <stdlib.h>
 
-enum { NEWTON_MAX = 30, GENERATOR_ORDER = 16 };
+enum { NEWTON_MAX = 30, GENERATOR_BLOCKS = 16, GENERATOR_ORDER = 16 };
 
 /* Once the residual is this small, the step just taken squares it. */
 static const double NEARLY = 1e-9;
@@ -47,14 +47,16 @@ static double equal_chord(const struct march *march, const struct exact_geodesic
     return s;
 }
 
-static void generator(struct march *march, int k, int sign) {
+/* One arm. Nodes lie at arc lengths l d; for basic, and in the corrected march, at equal or
+ * corrected chords: what all other yarns get, or the first row would not fit. */
+static void generator(struct march *march, int k, int sign, bool corrected) {
     const struct plain_setup *setup = march->setup;
     struct exact_geodesic_setup along = {
         .shape = setup->shape,
         .uv = {setup->uv[0], setup->uv[1]},
         .direction = vec3_scale(sign, k ? setup->weft : setup->warp),
         .length = setup->spacing[k] * setup->n[k] * 1.01,
-        .blocks = 8,
+        .blocks = GENERATOR_BLOCKS,
         .order = GENERATOR_ORDER,
     };
     struct exact_geodesic *geodesic = exact_geodesic_make(&along);
@@ -63,11 +65,22 @@ static void generator(struct march *march, int k, int sign) {
         double uv[2], d = setup->spacing[k];
         int i = k ? 0 : sign * l, j = k ? sign * l : 0;
         struct vec3 last = k ? point(march, 0, j - sign) : point(march, i - sign, 0);
-        s = setup->method == DRAPE_BASIC ? equal_chord(march, geodesic, s, last, d) : l * d;
+        int edge = sign > 0 ? l : 1 - l;
+        if (corrected) {
+            d = march->chord[k][k ? place(march, 0, edge) : place(march, edge, 0)];
+        }
+        bool by_chord = corrected || setup->method == DRAPE_BASIC;
+        s = by_chord ? equal_chord(march, geodesic, s, last, d) : l * d;
         exact_geodesic_at(geodesic, s, uv, NULL);
         set_node(march, i, j, uv);
     }
     exact_geodesic_free(geodesic);
+}
+
+static void generators(struct march *march, bool corrected) {
+    for (int k = 0; k < 4; k++) {
+        generator(march, k / 2, k % 2 ? -1 : 1, corrected);
+    }
 }
 
 /* Newton for |D - B| = b, |D - C| = c in (u, v). */
@@ -135,11 +148,13 @@ static struct vec3 stencil(const struct march *march, int k, int i, int j, int f
     return sum;
 }
 
-static struct vec3 second_difference(const struct march *march, int k, int i, int j) {
+/* At node l of its yarn as the edge between `from` and `to` sees it: the error of the first net has
+ * a kink across the generators, so differences stay on the edge's own side of them. */
+static struct vec3 second_difference(const struct march *march, int k, int i, int j, int side) {
     static const double middle[] = {1, -2, 1}, end[] = {2, -5, 4, -1};
     int l = k ? j : i, n = march->setup->n[k];
-    if (abs(l) == n) {
-        return stencil(march, k, i, j, l, l < 0 ? 1 : -1, end, 4);
+    if (l == 0 || abs(l) == n) {
+        return stencil(march, k, i, j, l, l == 0 ? side : -side, end, 4);
     }
     return stencil(march, k, i, j, l - 1, 1, middle, 3);
 }
@@ -151,8 +166,9 @@ static void correct_chords(struct march *march) {
         double d = setup->spacing[k];
         for (int j = -setup->n[1] + k; j <= setup->n[1]; j++) {
             for (int i = -setup->n[0] + 1 - k; i <= setup->n[0]; i++) {
-                struct vec3 one = second_difference(march, k, i, j);
-                struct vec3 two = second_difference(march, k, i - 1 + k, j - k);
+                int side = (k ? j : i) > 0 ? 1 : -1;
+                struct vec3 one = second_difference(march, k, i, j, side);
+                struct vec3 two = second_difference(march, k, i - 1 + k, j - k, side);
                 double m = vec3_norm2(vec3_scale(0.5, vec3_add(one, two)));
                 march->chord[k][place(march, i, j)] = d * sqrt(1 - m / (12 * d * d));
             }
@@ -211,14 +227,14 @@ struct drape_nodes *plain_make(const struct plain_setup *setup) {
     index_nodes(&march);
     set_node(&march, 0, 0, setup->uv);
     for (int k = 0; k < 2; k++) {
-        generator(&march, k, 1);
-        generator(&march, k, -1);
         march.chord[k] = calloc(count, sizeof(double));
         assert(march.chord[k]);
     }
+    generators(&march, false);
     sweep(&march, false);
     if (setup->method == DRAPE_GIB4) {
         correct_chords(&march);
+        generators(&march, true);
         sweep(&march, true);
     }
     for (size_t k = 0; k < count; k++) {

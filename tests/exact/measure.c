@@ -8,6 +8,8 @@
 static const size_t ARENA_BUDGET = (size_t)512 << 20;
 /* r(u, v) against x, y, z, relative to the size of the surface. */
 static const double EVALUATION_TOLERANCE = 1e-12;
+/* The mean of two edges, by their vectors or their directions: chords differ by little. */
+static const double MEAN_COSINE = 1 - 1e-6;
 
 void grid_make(struct grid *grid, const struct drape_nodes *nodes) {
     int low[2] = {0, 0}, high[2] = {0, 0};
@@ -168,6 +170,51 @@ double measure_edges(const struct shape *shape, const struct drape_nodes *nodes,
     return worst;
 }
 
+double cells_area(const struct drape_run *run) {
+    static const int corner[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    const struct drape_cells *cells = &run->result.cells;
+    double sum = 0;
+    for (size_t k = 0; k < cells->count; k++) {
+        struct vec3 r[4];
+        for (int c = 0; c < 4; c++) {
+            int at = grid_find(&run->grid, cells->i[k] + corner[c][0], cells->j[k] + corner[c][1]);
+            r[c] = node_point(&run->result.nodes, at);
+        }
+        for (int c = 0; c < 4; c++) { /* the triangle at each corner, twice half the cell */
+            struct vec3 a = vec3_sub(r[(c + 1) % 4], r[c]), b = vec3_sub(r[(c + 3) % 4], r[c]);
+            sum += vec3_norm(vec3_cross(a, b)) / 4;
+        }
+    }
+    return sum;
+}
+
+double sphere_gap(const struct drape_run *run, struct vec3 centre, const struct frame *start,
+                  const double arc[2], int n) {
+    struct vec3 *exact = malloc(sizeof *exact * (size_t)((n + 1) * (n + 1)));
+    double worst = 0;
+    assert_non_null(exact);
+    for (int q = 0; q < 4; q++) {
+        int a = q % 2 ? -1 : 1, b = q / 2 ? -1 : 1;
+        struct frame frame = {vec3_sub(start->r, centre), vec3_scale(a, start->warp),
+                              vec3_scale(b, start->weft)};
+        sphere_recursion(vec3_norm(frame.r), &frame, arc, (int[2]){n, n}, exact);
+        for (int k = 0; k < (n + 1) * (n + 1); k++) {
+            int at = grid_find(&run->grid, a * (k % (n + 1)), b * (k / (n + 1)));
+            if (at >= 0) {
+                struct vec3 r = vec3_sub(node_point(&run->result.nodes, at), centre);
+                worst = fmax(worst, vec3_distance(r, exact[k]));
+            }
+        }
+    }
+    free(exact);
+    return worst;
+}
+
+/* Sorted by j, then i, without repetition. */
+static bool in_order(int i0, int j0, int i1, int j1) {
+    return j1 > j0 || (j1 == j0 && i1 > i0);
+}
+
 static void check_nodes(const struct shape *shape, const struct drape_run *run) {
     const struct drape_nodes *nodes = &run->result.nodes;
     double lower[2], upper[2], size = 0;
@@ -181,9 +228,7 @@ static void check_nodes(const struct shape *shape, const struct drape_run *run) 
     for (size_t k = 0; k < nodes->count; k++) {
         double uv[2] = {nodes->u[k], nodes->v[k]};
         if (k > 0) {
-            bool after = nodes->j[k] > nodes->j[k - 1] ||
-                         (nodes->j[k] == nodes->j[k - 1] && nodes->i[k] > nodes->i[k - 1]);
-            assert_true(after);
+            assert_true(in_order(nodes->i[k - 1], nodes->j[k - 1], nodes->i[k], nodes->j[k]));
         }
         assert_true(uv[0] >= lower[0] && uv[0] <= upper[0]);
         assert_true(uv[1] >= lower[1] && uv[1] <= upper[1]);
@@ -193,6 +238,18 @@ static void check_nodes(const struct shape *shape, const struct drape_run *run) 
         assert_true(!nodes->error_estimate || isfinite(nodes->error_estimate[k]));
     }
     assert_true(grid_find(&run->grid, 0, 0) >= 0);
+}
+
+/* The direction of the sum of the two edges of cell (i, j) along (di, dj). */
+static struct vec3 mean_edge(const struct drape_run *run, int i, int j, int di, int dj) {
+    struct vec3 sum = {0, 0, 0};
+    for (int side = 0; side < 2; side++) {
+        int p = i + side * dj, q = j + side * di;
+        int from = grid_find(&run->grid, p, q), to = grid_find(&run->grid, p + di, q + dj);
+        sum = vec3_add(sum, vec3_sub(node_point(&run->result.nodes, to),
+                                     node_point(&run->result.nodes, from)));
+    }
+    return vec3_unit(sum);
 }
 
 static void check_cells(const struct drape_run *run) {
@@ -205,9 +262,10 @@ static void check_cells(const struct drape_run *run) {
         full += grid_find(grid, i + 1, j) >= 0 && grid_find(grid, i, j + 1) >= 0 &&
                 grid_find(grid, i + 1, j + 1) >= 0;
     }
-    assert_true(cells->count <= full);
+    assert_int_equal(cells->count, full);
     for (size_t k = 0; k < cells->count; k++) {
         int i = cells->i[k], j = cells->j[k];
+        assert_true(k == 0 || in_order(cells->i[k - 1], cells->j[k - 1], i, j));
         assert_true(grid_find(grid, i, j) >= 0 && grid_find(grid, i + 1, j) >= 0);
         assert_true(grid_find(grid, i, j + 1) >= 0 && grid_find(grid, i + 1, j + 1) >= 0);
         struct vec3 warp = {cells->warp_x[k], cells->warp_y[k], cells->warp_z[k]};
@@ -215,6 +273,28 @@ static void check_cells(const struct drape_run *run) {
         assert_true(fabs(vec3_norm(warp) - 1) < 1e-12 && fabs(vec3_norm(weft) - 1) < 1e-12);
         double shear = 90 - vec3_angle(warp, weft) * 180 / M_PI;
         assert_true(fabs(shear - cells->shear_deg[k]) < 1e-9);
+        assert_true(vec3_dot(warp, mean_edge(run, i, j, 1, 0)) > MEAN_COSINE);
+        assert_true(vec3_dot(weft, mean_edge(run, i, j, 0, 1)) > MEAN_COSINE);
+    }
+}
+
+/* Each place once; `boundary` at the last node inside, anything else beside the net. */
+static void check_front(const struct drape_run *run) {
+    const struct drape_front *front = &run->result.front;
+    size_t counts[DRAPE_REASON_COUNT] = {0};
+    for (size_t k = 0; k < front->count; k++) {
+        int i = front->i[k], j = front->j[k];
+        bool beside = false, there = grid_find(&run->grid, i, j) >= 0;
+        for (int l = 0; l < 9; l++) {
+            beside = beside || grid_find(&run->grid, i + l % 3 - 1, j + l / 3 - 1) >= 0;
+        }
+        assert_true(k == 0 || in_order(front->i[k - 1], front->j[k - 1], i, j));
+        assert_true(front->reason[k] < DRAPE_REASON_COUNT);
+        counts[front->reason[k]]++;
+        assert_true(there == (front->reason[k] == DRAPE_REASON_BOUNDARY) && beside);
+    }
+    for (int k = 0; k < DRAPE_REASON_COUNT; k++) {
+        assert_int_equal(counts[k], run->result.summary.front_reasons[k]);
     }
 }
 
@@ -222,17 +302,10 @@ void check_result(const struct shape *shape, const struct drape_settings *settin
                   const struct drape_run *run) {
     const struct drape_result *result = &run->result;
     const struct drape_summary *summary = &result->summary;
-    size_t reasons = 0;
     double worst = 0, sum = 0;
     check_nodes(shape, run);
     check_cells(run);
-    for (size_t k = 0; k < result->front.count; k++) {
-        assert_true(result->front.reason[k] < DRAPE_REASON_COUNT);
-    }
-    for (int k = 0; k < DRAPE_REASON_COUNT; k++) {
-        reasons += summary->front_reasons[k];
-    }
-    assert_int_equal(reasons, result->front.count);
+    check_front(run);
     for (size_t k = 0; k < result->nodes.count; k++) {
         worst = fmax(worst, fabs(result->nodes.shear_deg[k]));
         sum += fabs(result->nodes.shear_deg[k]);

@@ -64,6 +64,14 @@ void gib_chords(const struct shape *shape, const struct drape_nodes *nodes, cons
 double measure_edges(const struct shape *shape, const struct drape_nodes *nodes,
                      const struct grid *grid, enum drape_method method, const double spacing[2]);
 
+/* The sum of the areas of all cells, each the mean of its two triangulations. */
+double cells_area(const struct drape_run *run);
+
+/* Largest distance of the nodes with |i|, |j| <= n from the net of great-circle edges on a sphere
+ * (`sphere_recursion` in all quadrants). */
+double sphere_gap(const struct drape_run *run, struct vec3 centre, const struct frame *start,
+                  const double arc[2], int n);
+
 /* Observed order between two errors at d and d / 2. */
 double order_of(double coarse, double fine);
 

@@ -162,7 +162,7 @@ static struct reference *refer_general(const struct scene *scene, enum scene_id 
         .weft = scene->start.weft,
         .length = {scene->length[0], scene->length[1]},
         .blocks = analytic ? 3 : 48,
-        .order = analytic ? 20 : 5,
+        .order = analytic ? 20 : 8,
     };
     return reference_net(&setup);
 }
@@ -197,6 +197,7 @@ void scene_make(struct scene *scene, enum scene_id id) {
 #undef X
     };
     memset(scene, 0, sizeof *scene);
+    scene->id = id;
     scene->name = names[id];
     scene->motion = motion_identity();
     scene->aspect = 1;
@@ -217,7 +218,13 @@ void scene_make(struct scene *scene, enum scene_id id) {
     scene->start.r = shape_point(&scene->shape, scene->start_uv);
     shape_frame(&scene->shape, scene->start_uv, scene->angle_deg, scene->pre_shear_deg,
                 &scene->start.warp, &scene->start.weft);
-    scene->reference = refer(scene, id);
+}
+
+const struct reference *scene_reference(struct scene *scene) {
+    if (!scene->reference) {
+        scene->reference = refer(scene, scene->id);
+    }
+    return scene->reference;
 }
 
 void scene_free(struct scene *scene) {

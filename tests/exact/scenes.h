@@ -54,10 +54,13 @@ struct scene {
     double side, aspect;
     double length[2]; /* side, aspect * side */
     struct frame start;
-    struct reference *reference;
+    enum scene_id id;
+    struct reference *reference; /* see scene_reference */
 };
 
 void scene_make(struct scene *scene, enum scene_id id);
+/* The exact net, made when first asked for; the scene owns it. */
+const struct reference *scene_reference(struct scene *scene);
 void scene_free(struct scene *scene);
 
 /* The solver's settings for N cells a side. */

@@ -207,7 +207,7 @@ double random_between(uint64_t *seed, double low, double high) {
 
 /* Up to six spans with a width ratio of at most 4. */
 static void random_axis(struct shape *shape, int k, uint64_t *seed) {
-    int degree = 2 + (int)(4 * random_unit(seed)), spans = 1 + (int)(6 * random_unit(seed));
+    int degree = 2 + (int)(8 * random_unit(seed)), spans = 1 + (int)(6 * random_unit(seed));
     double x = 0;
     shape->degree[k] = degree;
     shape->size[k] = degree + spans;

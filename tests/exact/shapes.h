@@ -74,7 +74,7 @@ void shape_freeform(struct shape *shape);
 /* One rational bicubic Bezier patch about [-1, 1]^2, split at uneven knots: analytic. */
 void shape_bezier(struct shape *shape);
 
-/* Random regular surface about [-1, 1]^2: degree 2..5, weights 0.2..5, uneven simple knots. */
+/* Random regular surface about [-1, 1]^2: degree 2..9, weights 0.2..5, uneven simple knots. */
 void shape_random(struct shape *shape, uint64_t *seed);
 /* Uniform in [0, 1) (splitmix64), and between `low` and `high`. */
 double random_unit(uint64_t *seed);
@@ -83,6 +83,8 @@ double random_between(uint64_t *seed, double low, double high);
 void shape_move(struct shape *shape, const struct motion *motion);
 /* Inserts `knot` once in direction k (Boehm). The surface stays as it is. */
 void shape_insert_knot(struct shape *shape, int k, double knot);
+/* Cuts down to [u[0], u[1]] x [v[0], v[1]] of the domain; parameters stay as they are. */
+void shape_cut(struct shape *shape, const double u[2], const double v[2]);
 /* r(u, v) becomes r(v, u). */
 void shape_transpose(struct shape *shape);
 
@@ -94,6 +96,9 @@ int shape_span(const struct shape *shape, int k, double x);
 void shape_evaluate_in(const struct shape *shape, const int span[2], double u, double v,
                        struct surface_jet *jet);
 struct vec3 shape_point(const struct shape *shape, const double uv[2]);
+/* Area, and length of the four edges of the domain, by sums over a grid: to about 1e-3. */
+double shape_area(const struct shape *shape);
+double shape_perimeter(const struct shape *shape);
 /* A view of the shape, good while it lives and is not changed. */
 struct nurbs shape_nurbs(struct shape *shape);
 

@@ -70,19 +70,16 @@ int shape_span(const struct shape *shape, int k, double x) {
     return span;
 }
 
-/* N_i^q for i = span - q .. span. */
-static void basis(const double *knots, int span, int q, double x, double *out) {
-    out[0] = 1;
-    for (int d = 1; d <= q; d++) {
-        double carried = 0;
-        for (int r = 0; r < d; r++) {
-            double right = knots[span + r + 1] - x, left = x - knots[span + 1 - d + r];
-            double part = out[r] / (right + left);
-            out[r] = carried + right * part;
-            carried = left * part;
-        }
-        out[d] = carried;
+/* From N_i^(d-1) to N_i^d, i = span - d .. span. */
+static void raise_degree(const double *knots, int span, int d, double x, double *n) {
+    double carried = 0;
+    for (int r = 0; r < d; r++) {
+        double right = knots[span + r + 1] - x, left = x - knots[span + 1 - d + r];
+        double part = n[r] / (right + left);
+        n[r] = carried + right * part;
+        carried = left * part;
     }
+    n[d] = carried;
 }
 
 /* From functions sum_i a_i N_i^q to those of the derivative of N^(q+1):
@@ -103,12 +100,17 @@ static void basis_jet(const struct shape *shape, int k, int span, double x,
                       double out[3][NURBS_DEGREE_MAX + 1]) {
     const double *knots = shape->knots[k];
     int p = shape->degree[k];
-    for (int order = 0; order < 3; order++) {
-        if (order > p) {
-            memset(out[order], 0, sizeof out[order]);
-            continue;
+    memset(out, 0, 3 * sizeof out[0]);
+    out[0][0] = 1;
+    for (int d = 0; d <= p; d++) {
+        if (d > 0) {
+            raise_degree(knots, span, d, x, out[0]);
         }
-        basis(knots, span, p - order, x, out[order]);
+        if (p - d == 1 || p - d == 2) {
+            memcpy(out[p - d], out[0], sizeof out[0]);
+        }
+    }
+    for (int order = 1; order <= 2 && order <= p; order++) {
         for (int q = p - order; q < p; q++) {
             raise_derivative(knots, span, q, out[order]);
         }
@@ -219,6 +221,74 @@ void shape_transpose(struct shape *shape) {
             memcpy(shape->h[j * copy.size[0] + i], copy.h[i * copy.size[1] + j], sizeof copy.h[0]);
         }
     }
+}
+
+/* Keeps rows low .. of direction 0, those whose functions live on [x[0], x[1]]. */
+static void cut_rows(struct shape *shape, const double x[2]) {
+    int p = shape->degree[0], row = shape->size[1];
+    for (int end = 0; end < 2; end++) {
+        int count = 0;
+        for (int i = 0; i < shape->size[0] + p + 1; i++) {
+            count += shape->knots[0][i] == x[end];
+        }
+        for (; count < p; count++) {
+            shape_insert_knot(shape, 0, x[end]);
+        }
+    }
+    int span = shape_span(shape, 0, x[0]), end = span;
+    while (shape->knots[0][end] < x[1]) {
+        end++;
+    }
+    int first = span - p, size = end - first, inner = end - span - 1;
+    memmove(shape->h, shape->h + first * row, (size_t)(size * row) * sizeof shape->h[0]);
+    memmove(shape->knots[0] + p + 1, shape->knots[0] + span + 1,
+            (size_t)inner * sizeof shape->knots[0][0]);
+    for (int i = 0; i <= p; i++) {
+        shape->knots[0][i] = x[0];
+        shape->knots[0][size + i] = x[1];
+    }
+    shape->size[0] = size;
+}
+
+void shape_cut(struct shape *shape, const double u[2], const double v[2]) {
+    cut_rows(shape, u);
+    shape_transpose(shape);
+    cut_rows(shape, v);
+    shape_transpose(shape);
+}
+
+enum { AREA_GRID = 80 };
+
+double shape_area(const struct shape *shape) {
+    double lower[2], upper[2], sum = 0;
+    shape_domain(shape, lower, upper);
+    double du = (upper[0] - lower[0]) / AREA_GRID, dv = (upper[1] - lower[1]) / AREA_GRID;
+    for (int i = 0; i < AREA_GRID * AREA_GRID; i++) {
+        struct surface_jet jet;
+        double u = lower[0] + (i / AREA_GRID + 0.5) * du;
+        double v = lower[1] + (i % AREA_GRID + 0.5) * dv;
+        shape_evaluate(shape, u, v, &jet);
+        sum += du * dv * vec3_norm(vec3_cross(jet.u, jet.v));
+    }
+    return sum;
+}
+
+double shape_perimeter(const struct shape *shape) {
+    double lower[2], upper[2], sum = 0;
+    shape_domain(shape, lower, upper);
+    for (int side = 0; side < 4; side++) {
+        int k = side / 2;
+        struct vec3 last = {0, 0, 0};
+        for (int i = 0; i <= AREA_GRID; i++) {
+            double uv[2], share = (double)i / AREA_GRID;
+            uv[k] = lower[k] * (1 - share) + upper[k] * share;
+            uv[1 - k] = side % 2 ? upper[1 - k] : lower[1 - k];
+            struct vec3 r = shape_point(shape, uv);
+            sum += i ? vec3_distance(r, last) : 0;
+            last = r;
+        }
+    }
+    return sum;
 }
 
 struct nurbs shape_nurbs(struct shape *shape) {

@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: MIT */
+#include "listener.h"
+#include "log.h"
+#include <errno.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+enum {
+    LISTENER_BACKLOG = 1024,   /* connections the kernel may hold for us */
+    LISTENER_DESCRIPTORS = 256 /* for everything but connections */
+};
+
+static void raise_descriptor_limit(int64_t connections) {
+    struct rlimit limit;
+    rlim_t wanted = (rlim_t)connections + LISTENER_DESCRIPTORS;
+    if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= wanted)
+        return;
+    limit.rlim_cur = limit.rlim_max < wanted ? limit.rlim_max : wanted;
+    if (setrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur < wanted)
+        log_warning(log_event("few_descriptors"), log_int("wanted", (int64_t)wanted),
+                    log_int("allowed", (int64_t)limit.rlim_cur));
+}
+
+int listener_open(const struct config *config) {
+    const struct sockaddr *address = (const struct sockaddr *)&config->address;
+    int on = 1;
+    int listener = socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (listener >= 0 && setsockopt(listener, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) == 0 &&
+        bind(listener, address, config->address_length) == 0 &&
+        listen(listener, LISTENER_BACKLOG) == 0) {
+        raise_descriptor_limit(config->max_connections);
+        return listener;
+    }
+    log_error(log_event("listen_failed"), log_text("address", config->listen),
+              log_text("error", strerror(errno)));
+    if (listener >= 0)
+        close(listener);
+    return -1;
+}
+
+uint16_t listener_port(int listener) {
+    union {
+        struct sockaddr any;
+        struct sockaddr_in v4;
+        struct sockaddr_in6 v6;
+    } bound = {0};
+    socklen_t length = sizeof bound;
+    if (getsockname(listener, &bound.any, &length) != 0)
+        return 0;
+    return ntohs(bound.any.sa_family == AF_INET6 ? bound.v6.sin6_port : bound.v4.sin_port);
+}

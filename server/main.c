@@ -1,0 +1,218 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * draped: the daemon. Opens the store, starts the dispatcher and the HTTP front, says on stdout
+ * where it listens, waits for a signal, and takes everything down in the opposite order.
+ */
+#include "../api/run.h"
+#include "config.h"
+#include "dispatcher.h"
+#include "http.h"
+#include "hub.h"
+#include "id.h"
+#include "log.h"
+#include "store.h"
+#include "worker.h"
+#include <errno.h>
+#include <limits.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum {
+    EXIT_FAILED = 1,
+    EXIT_USAGE = 2,
+    STOP_SECONDS = 28 /* whatever hangs at the end, the process does not outlive this */
+};
+
+/* What runs; NULL: not (yet), or not in this role. */
+struct service {
+    const struct config *config;
+    struct hub *hub;
+    struct store *store;
+    struct dispatcher *dispatcher;
+    struct http *http;
+};
+
+/* A line in the log that says why the daemon does not start; always false. */
+static bool refuse(const char *what, const char *why) {
+    log_error(log_event("start_failed"), log_text("what", what), log_text("why", why));
+    return false;
+}
+
+/* ------------------------------------------------------------------ signals */
+
+static sigset_t stop_signals(void) {
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGTERM);
+    sigaddset(&signals, SIGINT);
+    return signals;
+}
+
+/* Before any thread: they inherit that the signals wait for the main thread. A full disk and a
+ * closed connection are told by errno, not by a signal. */
+static void set_up_signals(void) {
+    sigset_t signals = stop_signals();
+    signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN);
+    pthread_sigmask(SIG_BLOCK, &signals, NULL);
+}
+
+static void give_up(int number) {
+    (void)number;
+    _exit(0); /* the store needs no goodbye: what runs is taken up again at the next start */
+}
+
+/* Returns at the first signal; from then on a second one ends the process at once. */
+static void wait_for_signal(void) {
+    sigset_t signals = stop_signals();
+    int number = 0;
+    while (sigwait(&signals, &number) != 0)
+        continue;
+    log_info(log_event("stopping"), log_text("signal", number == SIGTERM ? "SIGTERM" : "SIGINT"));
+    signal(SIGALRM, give_up);
+    alarm(STOP_SECONDS);
+    pthread_sigmask(SIG_UNBLOCK, &signals, NULL);
+}
+
+/* ------------------------------------------------------------------ the store */
+
+/* Like mkdir -p. */
+static bool make_folder(const char *folder) {
+    char path[PATH_MAX];
+    size_t length = strlen(folder);
+    if (length + 1 > sizeof path)
+        return refuse(folder, "the name is too long");
+    memcpy(path, folder, length + 1);
+    for (size_t k = 1; k <= length; k++) {
+        if (path[k] != '/' && path[k] != '\0')
+            continue;
+        path[k] = '\0';
+        if (mkdir(path, 0700) != 0 && errno != EEXIST)
+            return refuse(folder, strerror(errno));
+        path[k] = folder[k];
+    }
+    if (access(folder, W_OK | X_OK) != 0)
+        return refuse(folder, strerror(errno));
+    return true;
+}
+
+/* Where the database is: the configured URL, or a file in the data folder, which is made. */
+static bool find_store(const struct config *config, char url[PATH_MAX]) {
+    if (config->store[0])
+        return snprintf(url, PATH_MAX, "%s", config->store) < PATH_MAX ||
+               refuse("--store", "the name is too long");
+    return make_folder(config->data) &&
+           (snprintf(url, PATH_MAX, "%s/draped.db", config->data) < PATH_MAX ||
+            refuse("--data", "the name is too long"));
+}
+
+static bool open_store(struct service *service) {
+    const struct config *config = service->config;
+    struct store_options options = store_options_default;
+    char url[PATH_MAX];
+    char why[STORE_WHY_SIZE];
+    options.queue_limit = config->queue_limit;
+    options.retention_us = config->retention * INT64_C(3600) * 1000000;
+    options.shared = config->role != CONFIG_ROLE_ALL;
+    if (!find_store(config, url))
+        return false;
+    service->store = store_open(url, &options, service->hub, why);
+    return service->store || refuse("store", why);
+}
+
+/* ------------------------------------------------------------------ start and stop */
+
+static bool start_dispatcher(struct service *service) {
+    const struct config *config = service->config;
+    struct dispatcher_settings settings = dispatcher_settings_default();
+    settings.workers = (int)config->workers;
+    settings.job_timeout_ms = config->job_timeout * 1000;
+    settings.max_result = config->max_result;
+    settings.limits.max_nodes = (size_t)config->max_nodes;
+    settings.limits.max_memory = (size_t)config->job_memory;
+    settings.limits.max_elements = (size_t)config->max_elements;
+    settings.limits.max_depth = (int)config->max_depth;
+    if (config->role == CONFIG_ROLE_API)
+        return true;
+    service->dispatcher = dispatcher_start(service->store, service->hub, &settings);
+    return service->dispatcher || refuse("workers", "their threads cannot be started");
+}
+
+static bool start_front(struct service *service) {
+    const struct http_services services = {
+        .config = service->config,
+        .store = service->store,
+        .hub = service->hub,
+        .dispatcher = service->dispatcher,
+    };
+    return service->config->role == CONFIG_ROLE_WORKER || http_start(&services, &service->http);
+}
+
+static bool start(struct service *service) {
+    if (!api_prepare() || !id_init())
+        return refuse("random numbers", "the system has none");
+    service->hub = hub_new();
+    if (!service->hub)
+        return refuse("memory", strerror(errno));
+    return open_store(service) && start_dispatcher(service) && start_front(service);
+}
+
+/* The one line on stdout, for whoever started us and waits for it. */
+static void announce(const struct service *service) {
+    const char *listen = service->config->listen;
+    int host = (int)(strrchr(listen, ':') - listen);
+    if (service->http) {
+        printf("draped listening on http://%.*s:%u\n", host, listen, http_port(service->http));
+        fflush(stdout);
+    }
+    log_info(log_event("ready"), log_text("version", DRAPED_VERSION),
+             log_text("listen", service->http ? listen : NULL),
+             log_int("port", service->http ? http_port(service->http) : 0),
+             log_int("workers", service->dispatcher ? service->config->workers : 0));
+}
+
+/* Who waits for a running drape still gets it: the front goes after the dispatcher, which it may
+ * look at until then. */
+static void stop(struct service *service) {
+    if (service->http)
+        http_drain(service->http);
+    dispatcher_stop(service->dispatcher, service->config->drain_timeout * 1000);
+    http_stop(service->http);
+    dispatcher_free(service->dispatcher);
+    store_close(service->store);
+    hub_free(service->hub);
+}
+
+static int serve(const struct config *config) {
+    struct service service = {.config = config};
+    log_init((enum log_level)config->log_level);
+    umask(077); /* what customers sent is for this user alone */
+    set_up_signals();
+    bool good = start(&service);
+    if (good) {
+        announce(&service);
+        wait_for_signal();
+    }
+    stop(&service);
+    if (good)
+        log_info(log_event("stopped"));
+    return good ? 0 : EXIT_FAILED;
+}
+
+int main(int argc, char **argv) {
+    struct config config;
+    if (argc == 2 && !strcmp(argv[1], WORKER_ARGUMENT))
+        return worker_main();
+    switch (config_parse(argc, argv, &config)) {
+    case CONFIG_DONE:
+        return 0;
+    case CONFIG_BAD:
+        return EXIT_USAGE;
+    case CONFIG_RUN:
+        break;
+    }
+    return serve(&config);
+}

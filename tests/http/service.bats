@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: MIT
+# The service about itself: how it starts, what it tells, what it counts.
+load helper
+
+setup_file() { start_shared_daemon --max-nodes 123456; }
+teardown_file() { stop_daemon; }
+
+@test "http: the daemon prints one line on stdout, logs JSON lines, and ends with 0" {
+    start_daemon "$BATS_TEST_TMPDIR/own"
+    call GET /version
+    expect 200
+    stop_daemon
+    [ "$(wc -l <"$HOME_DIR/out")" = 1 ]
+    grep -qE '^draped listening on http://127\.0\.0\.1:[0-9]+$' "$HOME_DIR/out"
+    jq -e 'has("time") and has("level") and has("event")' "$HOME_DIR/log" >/dev/null
+    grep -q '"event":"request".*"target":"/version"' "$HOME_DIR/log"
+}
+
+@test "http: beyond loopback it does not start without tokens or --allow-anonymous" {
+    for address in 0.0.0.0:0 '[::]:0'; do
+        run timeout 10 "$DRAPED" --listen "$address" --data "$BATS_TEST_TMPDIR/data"
+        [ "$status" -ne 0 ] && [ "$status" -ne 124 ]
+        [[ "$output" == *tokens* ]]
+    done
+    timeout 10 "$DRAPED" --listen 0.0.0.0:0 --data "$BATS_TEST_TMPDIR/data" --allow-anonymous \
+        --check-config
+}
+
+@test "http: flags that make no sense are refused, --help and --version answered" {
+    for flag in --nonsense --workers=0 --workers=x --queue-limit=-1 --max-body=1 --role=king \
+        --listen=nowhere --job-timeout=0 --store=mysql://x; do
+        run timeout 10 "$DRAPED" "$flag" --data "$BATS_TEST_TMPDIR/data"
+        [ "$status" -ne 0 ] && [ "$status" -ne 124 ]
+        [ -n "$output" ]
+    done
+    "$DRAPED" --help | grep -q -- --queue-limit
+    "$DRAPED" --version | grep -q draped
+    DRAPED_WORKERS=7 "$DRAPED" --check-config | grep -qE '^workers = 7$'
+    DRAPED_WORKERS=7 "$DRAPED" --workers 3 --check-config | grep -qE '^workers = 3$'
+}
+
+@test "http: a port that is taken is told" {
+    run timeout 10 "$DRAPED" --listen "127.0.0.1:$PORT" --data "$BATS_TEST_TMPDIR/data"
+    [ "$status" -ne 0 ] && [ "$status" -ne 124 ]
+    [[ "$output" == *"in use"* ]]
+}
+
+@test "http: liveness, readiness, version, limits" {
+    for path in /healthz /readyz /version /v1/limits /v1/openapi.json; do
+        call GET "$path"
+        expect 200
+        [ "$(header Content-Type)" = application/json ]
+        jq -e 'type == "object"' "$body" >/dev/null
+    done
+    call GET /version
+    jq -e '.name == "draped" and (.version | length) > 0 and (.solver_version | length) > 0' "$body"
+    call GET /v1/limits
+    jq -e '.max_nodes == 123456 and .max_body > 0 and .queue_limit > 0' "$body"
+}
+
+@test "http: the front page is HTML that loads nothing from elsewhere" {
+    call GET /
+    expect 200
+    [[ "$(header Content-Type)" == text/html* ]]
+    [[ "$(header Content-Security-Policy)" == *"default-src 'none'"* ]] ||
+        [[ "$(header Content-Security-Policy)" == *"default-src 'self'"* ]]
+    [ "$(header X-Content-Type-Options)" = nosniff ]
+}
+
+@test "http: metrics are Prometheus text and count" {
+    before=$(metric 'draped_http_requests_total{method="GET",route="/version",status="200"}')
+    call GET /version
+    call GET /version
+    after=$(metric 'draped_http_requests_total{method="GET",route="/version",status="200"}')
+    [ $((after - ${before:-0})) = 2 ]
+    call GET /metrics
+    [[ "$(header Content-Type)" == text/plain* ]]
+    # Every sample has its HELP and TYPE, and a number.
+    awk '/^# TYPE/ {type[$3] = 1} !/^#/ {split($0, name, /[{ ]/); if (!type[name[1]] ||
+         $NF !~ /^[0-9.e+-]+$/) {print; bad = 1}} END {exit bad}' "$body"
+    grep -q '^draped_queue_depth 0$' "$body"
+}
+
+# ---- the description
+
+openapi() {
+    call GET /v1/openapi.json
+    expect 200
+}
+
+@test "http: the description is OpenAPI 3.1 and its references lead somewhere" {
+    openapi
+    jq -e '(.openapi | startswith("3.1")) and (.info.version | length) > 0' "$body"
+    jq -e '. as $all | [.. | objects | ."$ref"? // empty] | length > 20 and
+           all(. as $ref | ($ref | startswith("#/")) and
+               ($all | getpath($ref | ltrimstr("#/") | split("/"))) != null)' "$body"
+    # Nothing is described that nobody refers to.
+    jq -r '.components | to_entries[] | .key as $kind | .value | keys[] |
+           "#/components/\($kind)/\(.)"' "$body" | sort >"$BATS_TEST_TMPDIR/there"
+    jq -r '[.. | objects | ."$ref"? // empty] | unique[]' "$body" | sort |
+        comm -13 - "$BATS_TEST_TMPDIR/there" >"$BATS_TEST_TMPDIR/unused"
+    [ ! -s "$BATS_TEST_TMPDIR/unused" ] || { cat "$BATS_TEST_TMPDIR/unused"; false; }
+}
+
+@test "http: every operation of the description has an id, a summary and sound responses" {
+    openapi
+    jq -e '[.paths[] | to_entries[] | select(.key != "parameters") | .value] |
+           ([.[].operationId] | length == (unique | length)) and
+           all((.summary | length) > 0 and (.responses | length) > 0 and
+               (.responses | keys | all(test("^[1-5][0-9][0-9]$"))))' "$body"
+    # Every {id} of a path is one of its parameters.
+    jq -e '.components.parameters as $all | .paths | to_entries | map(select(.key | contains("{id}")))
+           | length > 5 and all(.value.parameters[]."$ref" | split("/")[-1] | $all[.] |
+                                .in == "path" and .name == "id" and .required)' "$body"
+}
+
+@test "http: what is described is there, and what is there is described" {
+    openapi
+    cp "$body" "$BATS_TEST_TMPDIR/openapi"
+    jq -r '.paths | to_entries[] | .key as $path | .value | keys[] | select(. != "parameters") |
+           "\(ascii_upcase) \($path)"' "$BATS_TEST_TMPDIR/openapi" | sort \
+        >"$BATS_TEST_TMPDIR/described"
+    # OPTIONS tells what a path takes; a path that is not there has no methods.
+    jq -r '.paths | keys[]' "$BATS_TEST_TMPDIR/openapi" | while read -r path; do
+        call OPTIONS "${path//\{id\}/x}"
+        header Allow | tr -d ' ' | tr ',' '\n' | grep -vxE 'HEAD|OPTIONS' | sed "s|\$| $path|"
+    done | sort >"$BATS_TEST_TMPDIR/answered"
+    diff "$BATS_TEST_TMPDIR/described" "$BATS_TEST_TMPDIR/answered"
+    # And no route of the daemon's table is missing.
+    sed -n 's/^    {"\([A-Z]*\)", "\([^"]*\)", .*/\1 \2/p' server/routes.c | sort |
+        diff - "$BATS_TEST_TMPDIR/described"
+}
+
+@test "http: query parameters are those of the description" {
+    openapi
+    jq -r '.components.parameters as $all | .paths | to_entries[] | select(.key | startswith("/v1/"))
+           | .key as $path | .value.get // empty | (.parameters // [])[] |
+           (if ."$ref" then $all[."$ref" | split("/")[-1]] else . end) | select(.in == "query") |
+           "\($path)?\(.name)="' "$body" >"$BATS_TEST_TMPDIR/parameters"
+    [ "$(wc -l <"$BATS_TEST_TMPDIR/parameters")" -ge 8 ]
+    while read -r target; do
+        call GET "${target//\{id\}/0123456789abcdef0123456789abcdef}"
+        [ "$status" != 422 ] || ! grep -q 'has no query parameter' "$body" || { cat "$body"; false; }
+    done <"$BATS_TEST_TMPDIR/parameters"
+}
+
+@test "http: the examples of the description are what it says" {
+    openapi
+    jq -c '.paths."/v1/drapes".post.requestBody.content."application/json".examples[].value' \
+        "$body" >"$BATS_TEST_TMPDIR/examples"
+    [ "$(wc -l <"$BATS_TEST_TMPDIR/examples")" -ge 1 ]
+    while read -r example; do
+        printf '%s' "$example" | post /v1/drapes - -H 'Prefer: wait=20'
+        expect 200
+    done <"$BATS_TEST_TMPDIR/examples"
+    openapi
+    jq -c '.paths."/v1/surfaces".post.requestBody.content."application/json".examples[].value' \
+        "$body" >"$BATS_TEST_TMPDIR/examples"
+    while read -r example; do
+        printf '%s' "$example" | post /v1/surfaces -
+        expect 201
+    done <"$BATS_TEST_TMPDIR/examples"
+}
+
+@test "http: answers have the members that the description requires" {
+    openapi
+    cp "$body" "$BATS_TEST_TMPDIR/openapi"
+    # has_required SCHEMA: of the body.
+    has_required() {
+        jq -e --slurpfile all "$BATS_TEST_TMPDIR/openapi" --arg schema "$1" \
+            '. as $answer | $all[0].components.schemas[$schema] |
+             (.required - ($answer | keys) | length) == 0 and
+             (($answer | keys) - (.properties | keys) | length) == 0' "$body" >/dev/null ||
+            { echo "not a $1:"; head -c 1000 "$body"; return 1; }
+    }
+    quick 1.5 | submit
+    has_required Status
+    wait_for "$id" succeeded
+    has_required Status
+    call GET "/v1/drapes/$id/result"
+    has_required Result
+    jq .summary "$body" >"$body.summary"
+    call GET "/v1/drapes/$id/request"
+    has_required DrapeRequest
+    call GET /v1/drapes/x
+    has_required Problem
+    jq .surface "$EXAMPLES/saddle.json" | post /v1/surfaces -
+    has_required StoredSurface
+    call GET "$(header Location)"
+    has_required NurbsSurface
+    mv "$body.summary" "$body"
+    has_required Summary
+}

@@ -1,0 +1,206 @@
+/* SPDX-License-Identifier: MIT */
+#include "engine.h"
+#include "../../server/frame.h"
+#include "../../server/worker.h"
+#include <fcntl.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+unsigned char engine_byte(size_t k) {
+    return (unsigned char)(k * 2654435761U >> 13);
+}
+
+/* One job's arguments, as the engine got them. */
+struct job {
+    const struct api_input *input;
+    const struct drape_monitor *monitor;
+    const struct api_sink *sink;
+    struct api_problem *problem;
+    long number; /* behind the word */
+};
+
+static int jobs_before; /* in this process */
+
+static enum api_problem_id write_text(const struct job *job, const char *text, size_t length) {
+    return job->sink->write(job->sink->context, text, length) ? API_OK : API_CANCELLED;
+}
+
+static enum api_problem_id echo(const struct job *job) {
+    return write_text(job, job->input->request, job->input->request_length);
+}
+
+static void pause_ms(long ms) {
+    nanosleep(&(struct timespec){ms / 1000, ms % 1000 * 1000000}, NULL);
+}
+
+static enum api_problem_id tell_pid(const struct job *job) {
+    char text[32];
+    int length = snprintf(text, sizeof text, "%d", getpid());
+    return write_text(job, text, (size_t)length);
+}
+
+static enum api_problem_id sleep_and_echo(const struct job *job) {
+    for (long ms = 0; ms < job->number; ms += 5) {
+        pause_ms(5);
+        if (!job->monitor->progress(job->monitor->context, (double)ms / (double)job->number))
+            return API_CANCELLED;
+    }
+    return echo(job);
+}
+
+static enum api_problem_id write_large(const struct job *job) {
+    char bytes[10007];
+    size_t length = (size_t)job->number;
+    for (size_t at = 0; at < length;) {
+        size_t part = length - at < sizeof bytes ? length - at : sizeof bytes;
+        for (size_t k = 0; k < part; k++)
+            bytes[k] = (char)engine_byte(at + k);
+        if (write_text(job, bytes, part) != API_OK)
+            return API_CANCELLED;
+        at += part;
+    }
+    return API_OK;
+}
+
+/* Not through a bad pointer: sanitizers would report it as a bug of ours. */
+static enum api_problem_id crash(const struct job *job) {
+    (void)job;
+    signal(SIGSEGV, SIG_DFL);
+    raise(SIGSEGV);
+    return API_INTERNAL;
+}
+
+static enum api_problem_id crash_used(const struct job *job) {
+    return jobs_before > 0 ? crash(job) : echo(job);
+}
+
+static enum api_problem_id leave(const struct job *job) {
+    _exit((int)job->number);
+}
+
+static enum api_problem_id hang(const struct job *job) {
+    (void)job;
+    for (int k = 0; k < 600; k++)
+        pause_ms(1000);
+    return API_INTERNAL;
+}
+
+static enum api_problem_id spin(const struct job *job) {
+    (void)job;
+    for (volatile unsigned long k = 0; k < ~0UL;)
+        k++;
+    return API_INTERNAL;
+}
+
+static enum api_problem_id have_problem(const struct job *job) {
+    api_problem_set_at(job->problem, API_START_OFF_SURFACE, "/start", "too far away");
+    return job->problem->id;
+}
+
+static enum api_problem_id eat_memory(const struct job *job) {
+    enum { PIECE = 64 << 20, MOST = 1024 };
+    void *pieces[MOST];
+    int count = 0;
+    while (count < MOST && (pieces[count] = malloc(PIECE)) != NULL)
+        count++;
+    for (int k = 0; k < count; k++)
+        free(pieces[k]);
+    api_problem_set(job->problem, API_OUT_OF_MEMORY, "after %d pieces", count);
+    return count < MOST ? API_OUT_OF_MEMORY : API_INTERNAL;
+}
+
+static enum api_problem_id be_headless(const struct job *job) {
+    return write_text(job, "headless", 8);
+}
+
+static enum api_problem_id babble(const struct job *job) {
+    (void)job;
+    (void)!frame_send(WORKER_FD, FRAME_JOB, "babble", 6);
+    pause_ms(10000);
+    return API_OK;
+}
+
+static enum api_problem_id be_oversized(const struct job *job) {
+    struct frame_head head = {.type = FRAME_RESULT, .length = FRAME_MAX_BYTES + 1};
+    (void)job;
+    (void)!send(WORKER_FD, &head, sizeof head, MSG_NOSIGNAL);
+    pause_ms(10000);
+    return API_OK;
+}
+
+/* Open descriptors, variables of the environment, and whether files and sockets can be had. */
+static enum api_problem_id look_inside(const struct job *job) {
+    char text[256];
+    int files = 0, variables = 0;
+    for (int fd = 0; fd < 1024; fd++)
+        files += fcntl(fd, F_GETFD) >= 0;
+    for (char **variable = environ; variable && *variable; variable++)
+        variables++;
+    int length = snprintf(text, sizeof text, "files %d variables %d open %s socket %s", files,
+                          variables, open("/etc/passwd", O_RDONLY) >= 0 ? "yes" : "no",
+                          socket(AF_INET, SOCK_STREAM, 0) >= 0 ? "yes" : "no");
+    return write_text(job, text, (size_t)length);
+}
+
+static enum api_problem_id give_surface(const struct job *job) {
+    return write_text(job, job->input->surface, job->input->surface_length);
+}
+
+static const struct {
+    const char *word;
+    enum api_problem_id (*act)(const struct job *job);
+} acts[] = {
+    {"echo", echo},
+    {"pid", tell_pid},
+    {"sleep", sleep_and_echo},
+    {"large", write_large},
+    {"crash", crash},
+    {"crash-used", crash_used},
+    {"exit", leave},
+    {"hang", hang},
+    {"spin", spin},
+    {"problem", have_problem},
+    {"memory", eat_memory},
+    {"headless", be_headless},
+    {"babble", babble},
+    {"oversized", be_oversized},
+    {"inside", look_inside},
+    {"surface", give_surface},
+};
+
+static enum api_problem_id run(const struct api_input *input, const struct api_limits *limits,
+                               const struct drape_monitor *monitor, const struct api_sink *sink,
+                               struct api_problem *problem) {
+    char request[128];
+    (void)limits;
+    snprintf(request, sizeof request, "%.*s", (int)input->request_length, input->request);
+    size_t word = strcspn(request, " ");
+    struct job job = {input, monitor, sink, problem, atol(request + word)};
+    for (size_t k = 0; k < sizeof acts / sizeof *acts; k++) {
+        if (strlen(acts[k].word) == word && !strncmp(acts[k].word, request, word)) {
+            enum api_problem_id id = acts[k].act(&job);
+            jobs_before++;
+            return id;
+        }
+    }
+    api_problem_set(problem, API_INTERNAL, "no such act: %s", request);
+    return problem->id;
+}
+
+static char *summarise(const void *head, size_t length) {
+    char *text = NULL;
+    if (length == 8 && !memcmp(head, "headless", 8))
+        return NULL;
+    return asprintf(&text, "{\"head\":%zu}", length) < 0 ? NULL : text;
+}
+
+void engine_serve_if_worker(int argc, char **argv) {
+    static const struct worker_engine engine = {.run = run, .summary = summarise};
+    if (argc == 2 && !strcmp(argv[1], WORKER_ARGUMENT))
+        exit(worker_serve(&engine));
+}

@@ -1,0 +1,155 @@
+/* SPDX-License-Identifier: MIT */
+#include "scratch.h"
+#include "../../server/clock.h"
+#include "../../server/log.h"
+#include <dirent.h>
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+/* Some day in 2001: nothing may depend on when the tests run. */
+_Atomic int64_t scratch_now = INT64_C(1000000000) * 1000000;
+
+static int64_t clock_of_test(void) {
+    return scratch_now;
+}
+
+void scratch_make(struct scratch *scratch) {
+    const char *base = getenv("TMPDIR");
+    memset(scratch, 0, sizeof *scratch);
+    assert_true(id_init());
+    log_init((enum log_level)(LOG_LEVEL_ERROR + 1)); /* failures are asserted, not read */
+    snprintf(scratch->folder, sizeof scratch->folder, "%s/draped-test-XXXXXX",
+             base && strlen(base) < 64 ? base : "/tmp");
+    assert_non_null(mkdtemp(scratch->folder));
+    snprintf(scratch->path, sizeof scratch->path, "%.100s/store.db", scratch->folder);
+    scratch->options = store_options_default;
+    scratch->options.clock = clock_of_test;
+}
+
+void scratch_start(struct scratch *scratch) {
+    char why[STORE_WHY_SIZE] = "";
+    scratch->hub = hub_new();
+    assert_non_null(scratch->hub);
+    scratch->store = store_open(scratch->path, &scratch->options, scratch->hub, why);
+    if (!scratch->store)
+        fail_msg("the store does not open: %s", why);
+}
+
+void scratch_stop(struct scratch *scratch) {
+    store_close(scratch->store);
+    hub_free(scratch->hub);
+    scratch->store = NULL;
+    scratch->hub = NULL;
+}
+
+void scratch_open(struct scratch *scratch) {
+    scratch_make(scratch);
+    scratch_start(scratch);
+}
+
+void scratch_open_live(struct scratch *scratch) {
+    scratch_make(scratch);
+    scratch->options.clock = NULL;
+    scratch_start(scratch);
+}
+
+void scratch_remove(struct scratch *scratch) {
+    char path[2 * SCRATCH_PATH_SIZE + 256];
+    if (scratch->store)
+        scratch_stop(scratch);
+    DIR *folder = opendir(scratch->folder);
+    assert_non_null(folder);
+    for (struct dirent *entry = NULL; (entry = readdir(folder)) != NULL;) {
+        snprintf(path, sizeof path, "%s/%s", scratch->folder, entry->d_name);
+        if (entry->d_name[0] != '.')
+            unlink(path);
+    }
+    closedir(folder);
+    assert_int_equal(rmdir(scratch->folder), 0);
+}
+
+void scratch_submit(struct scratch *scratch, const char *body, char id[ID_SIZE]) {
+    char digest[STORE_DIGEST_SIZE];
+    struct store_receipt receipt;
+    snprintf(digest, sizeof digest, "%s", body);
+    struct store_submission submission = {
+        .request = body, .request_length = strlen(body), .digest = digest};
+    assert_int_equal(store_submit(scratch->store, &submission, &receipt), STORE_OK);
+    assert_true(id_valid(receipt.id));
+    memcpy(id, receipt.id, ID_SIZE);
+}
+
+struct store_claim scratch_claimed(struct scratch *scratch, const char *body) {
+    char id[ID_SIZE];
+    struct store_claim claim;
+    scratch_submit(scratch, body, id);
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+    assert_string_equal(claim.id, id);
+    return claim;
+}
+
+enum store_answer scratch_commit(struct scratch *scratch, const struct store_claim *claim,
+                                 const void *bytes, size_t length) {
+    struct store_writer *writer = store_writer_new(scratch->store, claim);
+    assert_non_null(writer);
+    enum store_answer answer = store_writer_append(writer, bytes, length);
+    if (answer == STORE_OK)
+        answer = store_writer_commit(writer, "{\"nodes\":1}");
+    store_writer_free(writer);
+    return answer;
+}
+
+enum store_status scratch_status(struct scratch *scratch, const char *id) {
+    struct store_job job;
+    assert_int_equal(store_get(scratch->store, id, &job), STORE_OK);
+    store_job_clear(&job);
+    return job.status;
+}
+
+struct store_sweep scratch_sweep(struct scratch *scratch) {
+    struct store_sweep sweep;
+    assert_int_equal(store_sweep(scratch->store, &sweep), STORE_OK);
+    return sweep;
+}
+
+void scratch_expect_result(struct scratch *scratch, const char *id, const void *bytes,
+                           size_t length, size_t piece) {
+    struct store_result result;
+    unsigned char *got = malloc(length + 1);
+    assert_non_null(got);
+    assert_int_equal(store_result_find(scratch->store, id, &result), STORE_OK);
+    assert_int_equal(result.length, length);
+    for (size_t at = 0; at < length; at += piece) {
+        size_t left = length - at;
+        assert_int_equal(store_result_read(scratch->store, &result, (int64_t)at, got + at,
+                                           left < piece ? left : piece),
+                         STORE_OK);
+    }
+    assert_memory_equal(got, bytes, length);
+    free(got);
+}
+
+uint64_t scratch_seed(void) {
+    const char *text = getenv("SEED");
+    uint64_t seed = text ? strtoull(text, NULL, 0) : (uint64_t)clock_utc_us();
+    print_message("SEED=%llu\n", (unsigned long long)seed);
+    return seed;
+}
+
+/* splitmix64 */
+uint64_t scratch_random(uint64_t *state) {
+    uint64_t z = *state += UINT64_C(0x9e3779b97f4a7c15);
+    z = (z ^ (z >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+    z = (z ^ (z >> 27)) * UINT64_C(0x94d049bb133111eb);
+    return z ^ (z >> 31);
+}
+
+void scratch_sleep(int ms) {
+    struct timespec pause = {ms / 1000, ms % 1000 * 1000000L};
+    while (nanosleep(&pause, &pause) != 0 && errno == EINTR)
+        continue;
+}

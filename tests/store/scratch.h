@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: MIT */
+/* A store in a folder of its own for one test, with a clock that the test sets. */
+#ifndef TESTS_SCRATCH_H
+#define TESTS_SCRATCH_H
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "../../server/hub.h"
+#include "../../server/store.h"
+
+enum { SCRATCH_PATH_SIZE = 128 };
+
+struct scratch {
+    char folder[SCRATCH_PATH_SIZE];
+    char path[SCRATCH_PATH_SIZE]; /* of the database */
+    struct store_options options;
+    struct hub *hub;
+    struct store *store;
+};
+
+/* What the store takes for the time, in microseconds. Moved by tests. */
+extern _Atomic int64_t scratch_now;
+
+/* A new folder and, in it, a store with default options and the clock of the test. */
+void scratch_open(struct scratch *scratch);
+
+/* The same with the system's clock, for tests that run workers. */
+void scratch_open_live(struct scratch *scratch);
+
+/* Only the folder. */
+void scratch_make(struct scratch *scratch);
+
+/* Opens and closes the store of a folder that is there, with `scratch->options`. */
+void scratch_start(struct scratch *scratch);
+void scratch_stop(struct scratch *scratch);
+
+/* Closes the store and removes the folder. */
+void scratch_remove(struct scratch *scratch);
+
+/* Submits a body whose digest is the body itself (its first 64 bytes). The answer must be OK. */
+void scratch_submit(struct scratch *scratch, const char *body, char id[ID_SIZE]);
+
+/* Submits and claims; the queue must have been empty. */
+struct store_claim scratch_claimed(struct scratch *scratch, const char *body);
+
+/* Ends the claimed job with a result of these bytes. */
+enum store_answer scratch_commit(struct scratch *scratch, const struct store_claim *claim,
+                                 const void *bytes, size_t length);
+
+/* The status of a job that must exist. */
+enum store_status scratch_status(struct scratch *scratch, const char *id);
+
+/* One sweep, which must succeed. */
+struct store_sweep scratch_sweep(struct scratch *scratch);
+
+/* Asserts that the result of the job has these bytes, read in pieces of `piece`. */
+void scratch_expect_result(struct scratch *scratch, const char *id, const void *bytes,
+                           size_t length, size_t piece);
+
+/* The seed of a random test, printed: from the environment variable SEED, else from the clock. */
+uint64_t scratch_seed(void);
+
+/* The next of a sequence of well mixed numbers. */
+uint64_t scratch_random(uint64_t *state);
+
+/* Sleeps for so many milliseconds. */
+void scratch_sleep(int ms);
+
+#endif

@@ -1,0 +1,412 @@
+/* SPDX-License-Identifier: MIT */
+/* What callers do with jobs and surfaces, and each answer they can get. */
+#include "scratch.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int set_up(void **state) {
+    struct scratch *scratch = malloc(sizeof *scratch);
+    scratch_open(scratch);
+    *state = scratch;
+    return 0;
+}
+
+static int tear_down(void **state) {
+    scratch_remove(*state);
+    free(*state);
+    return 0;
+}
+
+static const char nowhere[] = "0123456789abcdef0123456789abcdef";
+
+/* ------------------------------------------------------------------ submit and look */
+
+static void test_store_submit_is_found_again(void **state) {
+    struct scratch *scratch = *state;
+    static const char body[] = "{\"a\":\0 1}"; /* any bytes */
+    struct store_submission submission = {.request = body,
+                                          .request_length = sizeof body,
+                                          .digest = "d1",
+                                          .owner = "anna",
+                                          .priority = 2};
+    struct store_receipt receipt;
+    struct store_job job;
+    assert_int_equal(store_submit(scratch->store, &submission, &receipt), STORE_OK);
+    assert_int_equal(receipt.status, STORE_QUEUED);
+    assert_false(receipt.existing);
+    assert_int_equal(store_get(scratch->store, receipt.id, &job), STORE_OK);
+    assert_string_equal(job.id, receipt.id);
+    assert_int_equal(job.status, STORE_QUEUED);
+    assert_true(job.created == scratch_now && job.started == 0 && job.finished == 0);
+    assert_true(job.attempts == 0 && job.priority == 2 && job.progress == 0 && !job.expired);
+    assert_string_equal(job.owner, "anna");
+    assert_string_equal(job.surface, "");
+    assert_string_equal(job.digest, "d1");
+    assert_true(!job.error && !job.summary);
+    store_job_clear(&job);
+
+    char *bytes = NULL;
+    size_t length = 0;
+    assert_int_equal(store_request(scratch->store, receipt.id, &bytes, &length), STORE_OK);
+    assert_int_equal(length, sizeof body);
+    assert_memory_equal(bytes, body, length);
+    assert_int_equal(bytes[length], 0);
+    free(bytes);
+}
+
+static void test_store_unknown_job_is_empty(void **state) {
+    struct scratch *scratch = *state;
+    struct store_job job;
+    struct store_result result;
+    char *bytes = NULL;
+    size_t length = 0;
+    assert_int_equal(store_get(scratch->store, nowhere, &job), STORE_EMPTY);
+    store_job_clear(&job);
+    assert_int_equal(store_request(scratch->store, nowhere, &bytes, &length), STORE_EMPTY);
+    assert_null(bytes);
+    assert_int_equal(store_cancel(scratch->store, nowhere), STORE_EMPTY);
+    assert_int_equal(store_delete(scratch->store, nowhere), STORE_EMPTY);
+    assert_int_equal(store_result_find(scratch->store, nowhere, &result), STORE_EMPTY);
+    assert_int_equal(store_get(scratch->store, "'; DROP TABLE jobs; --", &job), STORE_EMPTY);
+    store_job_clear(&job);
+}
+
+static void test_store_submit_beyond_the_limit_is_full(void **state) {
+    struct scratch *scratch = *state;
+    scratch_stop(scratch);
+    scratch->options.queue_limit = 2;
+    scratch_start(scratch);
+    char id[ID_SIZE];
+    struct store_claim claim;
+    struct store_receipt receipt;
+    struct store_counts counts;
+    struct store_submission third = {.request = "c", .request_length = 1, .digest = "c"};
+    scratch_submit(scratch, "a", id);
+    scratch_submit(scratch, "b", id);
+    assert_int_equal(store_submit(scratch->store, &third, &receipt), STORE_FULL);
+    assert_int_equal(store_counts(scratch->store, &counts), STORE_OK);
+    assert_int_equal(counts.jobs[STORE_QUEUED], 2);
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+    assert_int_equal(store_submit(scratch->store, &third, &receipt), STORE_OK);
+}
+
+/* ------------------------------------------------------------------ idempotency keys */
+
+static enum store_answer submit_key(struct scratch *scratch, const char *owner, const char *key,
+                                    const char *body, struct store_receipt *receipt) {
+    struct store_submission submission = {.request = body,
+                                          .request_length = strlen(body),
+                                          .digest = body,
+                                          .owner = owner,
+                                          .key = key};
+    return store_submit(scratch->store, &submission, receipt);
+}
+
+static void test_store_key_gives_the_same_job(void **state) {
+    struct scratch *scratch = *state;
+    struct store_receipt first, again;
+    assert_int_equal(submit_key(scratch, NULL, "k", "body", &first), STORE_OK);
+    assert_int_equal(submit_key(scratch, NULL, "k", "body", &again), STORE_OK);
+    assert_true(again.existing);
+    assert_string_equal(again.id, first.id);
+
+    scratch_stop(scratch);
+    scratch_start(scratch);
+    assert_int_equal(submit_key(scratch, NULL, "k", "body", &again), STORE_OK);
+    assert_true(again.existing);
+    assert_int_equal(store_cancel(scratch->store, first.id), STORE_OK);
+    assert_int_equal(submit_key(scratch, NULL, "k", "body", &again), STORE_OK);
+    assert_int_equal(again.status, STORE_CANCELLED);
+}
+
+static void test_store_key_with_another_body_is_a_conflict(void **state) {
+    struct scratch *scratch = *state;
+    struct store_receipt first, other;
+    assert_int_equal(submit_key(scratch, "anna", "k", "body", &first), STORE_OK);
+    assert_int_equal(submit_key(scratch, "anna", "k", "other", &other), STORE_CONFLICT);
+    assert_int_equal(submit_key(scratch, "bert", "k", "other", &other), STORE_OK);
+    assert_false(other.existing);
+    assert_int_equal(store_delete(scratch->store, first.id), STORE_OK);
+    assert_int_equal(submit_key(scratch, "anna", "k", "other", &other), STORE_OK);
+    assert_false(other.existing);
+}
+
+/* ------------------------------------------------------------------ cancel and delete */
+
+static void test_store_cancel_ends_once(void **state) {
+    struct scratch *scratch = *state;
+    char id[ID_SIZE];
+    scratch_submit(scratch, "a", id);
+    assert_int_equal(store_cancel(scratch->store, id), STORE_OK);
+    assert_int_equal(scratch_status(scratch, id), STORE_CANCELLED);
+    assert_int_equal(store_cancel(scratch->store, id), STORE_CONFLICT);
+
+    struct store_claim claim = scratch_claimed(scratch, "b");
+    assert_int_equal(store_check(scratch->store, &claim), STORE_OK);
+    assert_int_equal(store_cancel(scratch->store, claim.id), STORE_OK);
+    assert_int_equal(store_check(scratch->store, &claim), STORE_CONFLICT);
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_EMPTY);
+}
+
+static void test_store_delete_removes_in_every_state(void **state) {
+    struct scratch *scratch = *state;
+    char queued[ID_SIZE];
+    struct store_job job;
+    struct store_claim done = scratch_claimed(scratch, "done");
+    assert_int_equal(scratch_commit(scratch, &done, "x", 1), STORE_OK);
+    struct store_claim running = scratch_claimed(scratch, "running");
+    scratch_submit(scratch, "queued", queued);
+    const char *const ids[] = {done.id, running.id, queued};
+    for (size_t k = 0; k < 3; k++) {
+        assert_int_equal(store_delete(scratch->store, ids[k]), STORE_OK);
+        assert_int_equal(store_get(scratch->store, ids[k], &job), STORE_EMPTY);
+        assert_int_equal(store_delete(scratch->store, ids[k]), STORE_EMPTY);
+    }
+    assert_int_equal(store_renew(scratch->store, &running, 0.5), STORE_CONFLICT);
+    assert_int_equal(scratch_commit(scratch, &running, "x", 1), STORE_CONFLICT);
+    assert_int_equal(store_claim(scratch->store, &running), STORE_EMPTY);
+}
+
+/* ------------------------------------------------------------------ lists */
+
+/* Reads all pages and returns how many jobs there were; checks that they descend. */
+static size_t walk(struct scratch *scratch, struct store_filter filter) {
+    size_t seen = 0;
+    int64_t last = INT64_MAX;
+    for (int pages = 0; pages < 100; pages++) {
+        struct store_page page;
+        assert_int_equal(store_list(scratch->store, &filter, &page), STORE_OK);
+        assert_true(page.count <= (size_t)filter.limit);
+        assert_true(page.next == 0 || page.count == (size_t)filter.limit);
+        for (size_t k = 0; k < page.count; k++) {
+            assert_true(page.jobs[k].sequence < last);
+            assert_true(!filter.has_status || page.jobs[k].status == filter.status);
+            assert_true(!filter.owner || !strcmp(page.jobs[k].owner, filter.owner));
+            last = page.jobs[k].sequence;
+        }
+        seen += page.count;
+        filter.cursor = page.next;
+        store_page_clear(&page);
+        if (filter.cursor == 0)
+            return seen;
+    }
+    fail_msg("the pages do not end");
+    return 0;
+}
+
+static void test_store_list_pages_newest_first(void **state) {
+    struct scratch *scratch = *state;
+    char id[ID_SIZE];
+    char body[32];
+    assert_int_equal(walk(scratch, (struct store_filter){.limit = 10}), 0);
+    for (int k = 0; k < 30; k++) {
+        snprintf(body, sizeof body, "body %d", k);
+        scratch_submit(scratch, body, id);
+        if (k % 3 == 0)
+            assert_int_equal(store_cancel(scratch->store, id), STORE_OK);
+    }
+    struct store_receipt receipt;
+    assert_int_equal(submit_key(scratch, "anna", NULL, "hers", &receipt), STORE_OK);
+    assert_int_equal(walk(scratch, (struct store_filter){.limit = 1}), 31);
+    assert_int_equal(walk(scratch, (struct store_filter){.limit = 10}), 31);
+    assert_int_equal(walk(scratch, (struct store_filter){.limit = 1000}), 31);
+    assert_int_equal(walk(scratch, (struct store_filter){.limit = 7, .owner = "anna"}), 1);
+    assert_int_equal(walk(scratch, (struct store_filter){.limit = 5, .owner = ""}), 30);
+    struct store_filter cancelled = {.limit = 5, .has_status = true, .status = STORE_CANCELLED};
+    assert_int_equal(walk(scratch, cancelled), 10);
+    cancelled.owner = "anna";
+    assert_int_equal(walk(scratch, cancelled), 0);
+}
+
+static void test_store_list_is_not_shifted_by_new_jobs(void **state) {
+    struct scratch *scratch = *state;
+    char ids[4][ID_SIZE];
+    char id[ID_SIZE];
+    struct store_page page;
+    static const char *const bodies[] = {"a", "b", "c", "d"};
+    for (int k = 0; k < 4; k++)
+        scratch_submit(scratch, bodies[k], ids[k]);
+    struct store_filter filter = {.limit = 2};
+    assert_int_equal(store_list(scratch->store, &filter, &page), STORE_OK);
+    assert_string_equal(page.jobs[1].id, ids[2]);
+    filter.cursor = page.next;
+    store_page_clear(&page);
+    scratch_submit(scratch, "e", id);
+    assert_int_equal(store_list(scratch->store, &filter, &page), STORE_OK);
+    assert_int_equal(page.count, 2);
+    assert_string_equal(page.jobs[0].id, ids[1]);
+    assert_string_equal(page.jobs[1].id, ids[0]);
+    assert_int_equal(page.next, 0);
+    store_page_clear(&page);
+}
+
+static void test_store_counts_follow_every_change(void **state) {
+    struct scratch *scratch = *state;
+    struct store_counts counts;
+    char id[ID_SIZE];
+    struct store_claim done = scratch_claimed(scratch, "a");
+    assert_int_equal(scratch_commit(scratch, &done, "x", 1), STORE_OK);
+    struct store_claim failed = scratch_claimed(scratch, "b");
+    assert_int_equal(store_fail(scratch->store, &failed, "{}"), STORE_OK);
+    struct store_claim running = scratch_claimed(scratch, "c");
+    (void)running;
+    scratch_submit(scratch, "d", id);
+    assert_int_equal(store_cancel(scratch->store, id), STORE_OK);
+    scratch_now += 1000;
+    int64_t oldest = scratch_now;
+    scratch_submit(scratch, "e", id);
+    scratch_now += 1000;
+    scratch_submit(scratch, "f", id);
+    assert_int_equal(store_counts(scratch->store, &counts), STORE_OK);
+    assert_int_equal(counts.jobs[STORE_QUEUED], 2);
+    assert_int_equal(counts.jobs[STORE_RUNNING], 1);
+    assert_int_equal(counts.jobs[STORE_SUCCEEDED], 1);
+    assert_int_equal(counts.jobs[STORE_FAILED], 1);
+    assert_int_equal(counts.jobs[STORE_CANCELLED], 1);
+    assert_true(counts.oldest_queued == oldest);
+}
+
+/* ------------------------------------------------------------------ surfaces */
+
+static enum store_answer put(struct scratch *scratch, const char *id, char *definition,
+                             bool *created) {
+    static char description[] = "{\"area\":1}";
+    struct store_surface surface = {.definition = definition,
+                                    .definition_length = strlen(definition),
+                                    .description = description};
+    snprintf(surface.id, sizeof surface.id, "%s", id);
+    return store_surface_put(scratch->store, &surface, created);
+}
+
+static void test_store_surface_is_stored_once(void **state) {
+    struct scratch *scratch = *state;
+    struct store_surface surface;
+    char first[] = "{\"degree\":2}";
+    char other[] = "{\"degree\":3}";
+    bool created = false;
+    assert_int_equal(store_surface_get(scratch->store, "s", &surface), STORE_EMPTY);
+    store_surface_clear(&surface);
+    assert_int_equal(put(scratch, "s", first, &created), STORE_OK);
+    assert_true(created);
+    assert_int_equal(put(scratch, "s", other, &created), STORE_OK);
+    assert_false(created);
+    assert_int_equal(store_surface_get(scratch->store, "s", &surface), STORE_OK);
+    assert_string_equal(surface.definition, first);
+    assert_int_equal(surface.definition_length, strlen(first));
+    assert_string_equal(surface.description, "{\"area\":1}");
+    assert_true(surface.created == scratch_now);
+    store_surface_clear(&surface);
+}
+
+static void test_store_surface_list_pages(void **state) {
+    struct scratch *scratch = *state;
+    struct store_surfaces page;
+    char definition[] = "{}";
+    char id[16];
+    bool created = false;
+    for (int k = 0; k < 5; k++) {
+        snprintf(id, sizeof id, "s%d", k);
+        assert_int_equal(put(scratch, id, definition, &created), STORE_OK);
+    }
+    int64_t cursor = 0;
+    for (int seen = 0; seen < 5;) {
+        assert_int_equal(store_surface_list(scratch->store, NULL, cursor, 2, &page), STORE_OK);
+        for (size_t k = 0; k < page.count; k++, seen++) {
+            snprintf(id, sizeof id, "s%d", 4 - seen);
+            assert_string_equal(page.surfaces[k].id, id);
+            assert_null(page.surfaces[k].definition);
+        }
+        cursor = page.next;
+        assert_true((cursor == 0) == (seen == 5));
+        store_surfaces_clear(&page);
+    }
+    assert_int_equal(store_surface_list(scratch->store, "anna", 0, 2, &page), STORE_OK);
+    assert_int_equal(page.count, 0);
+    store_surfaces_clear(&page);
+}
+
+static void test_store_surface_in_use_stays(void **state) {
+    struct scratch *scratch = *state;
+    char definition[] = "{}";
+    bool created = false;
+    struct store_claim claim;
+    struct store_receipt receipt;
+    struct store_submission submission = {
+        .request = "x", .request_length = 1, .digest = "x", .surface = "s"};
+    assert_int_equal(store_submit(scratch->store, &submission, &receipt), STORE_EMPTY);
+    assert_int_equal(put(scratch, "s", definition, &created), STORE_OK);
+    assert_int_equal(store_submit(scratch->store, &submission, &receipt), STORE_OK);
+    assert_int_equal(store_surface_delete(scratch->store, "s"), STORE_CONFLICT);
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+    assert_string_equal(claim.surface, "s");
+    assert_int_equal(store_surface_delete(scratch->store, "s"), STORE_CONFLICT);
+    assert_int_equal(scratch_commit(scratch, &claim, "x", 1), STORE_OK);
+    assert_int_equal(store_surface_delete(scratch->store, "s"), STORE_OK);
+    assert_int_equal(store_surface_delete(scratch->store, "s"), STORE_EMPTY);
+}
+
+/* ------------------------------------------------------------------ the hub */
+
+static void count_call(void *context) {
+    ++*(int *)context;
+}
+
+static void test_store_tells_the_hub_of_every_change(void **state) {
+    struct scratch *scratch = *state;
+    struct hub_watch queue, job;
+    int queued = 0, changes = 0;
+    char id[ID_SIZE];
+    struct store_claim claim;
+    hub_subscribe(scratch->hub, &queue, hub_queue, count_call, &queued);
+    scratch_submit(scratch, "a", id);
+    assert_int_equal(queued, 1);
+    hub_subscribe(scratch->hub, &job, id, count_call, &changes);
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+    assert_int_equal(changes, 1);
+    assert_int_equal(store_renew(scratch->store, &claim, 0.5), STORE_OK);
+    assert_int_equal(changes, 2);
+    assert_int_equal(store_release(scratch->store, &claim), STORE_OK);
+    assert_int_equal(changes, 3);
+    assert_int_equal(queued, 2);
+    assert_int_equal(store_cancel(scratch->store, id), STORE_OK);
+    assert_int_equal(changes, 4);
+    assert_int_equal(store_cancel(scratch->store, id), STORE_CONFLICT);
+    assert_int_equal(changes, 4);
+    hub_unsubscribe(scratch->hub, &job);
+    hub_unsubscribe(scratch->hub, &queue);
+}
+
+static void test_store_status_names_read_back(void **state) {
+    (void)state;
+    enum store_status status = STORE_QUEUED;
+    for (int k = 0; k < STORE_STATUS_COUNT; k++) {
+        assert_true(store_status_from_name(store_status_name((enum store_status)k), &status));
+        assert_int_equal(status, k);
+        assert_int_equal(store_status_ended(status), k >= STORE_SUCCEEDED);
+    }
+    assert_false(store_status_from_name("done", &status));
+}
+
+#define WITH_STORE(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        WITH_STORE(test_store_submit_is_found_again),
+        WITH_STORE(test_store_unknown_job_is_empty),
+        WITH_STORE(test_store_submit_beyond_the_limit_is_full),
+        WITH_STORE(test_store_key_gives_the_same_job),
+        WITH_STORE(test_store_key_with_another_body_is_a_conflict),
+        WITH_STORE(test_store_cancel_ends_once),
+        WITH_STORE(test_store_delete_removes_in_every_state),
+        WITH_STORE(test_store_list_pages_newest_first),
+        WITH_STORE(test_store_list_is_not_shifted_by_new_jobs),
+        WITH_STORE(test_store_counts_follow_every_change),
+        WITH_STORE(test_store_surface_is_stored_once),
+        WITH_STORE(test_store_surface_list_pages),
+        WITH_STORE(test_store_surface_in_use_stays),
+        WITH_STORE(test_store_tells_the_hub_of_every_change),
+        cmocka_unit_test(test_store_status_names_read_back),
+    };
+    return cmocka_run_group_tests_name("store", tests, NULL, NULL);
+}

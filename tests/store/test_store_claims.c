@@ -1,0 +1,298 @@
+/* SPDX-License-Identifier: MIT */
+/* Claims: their order, leases, fencing, attempts, and what becomes of them in a restart. */
+#include "scratch.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const int64_t second = 1000000;
+
+static int set_up(void **state) {
+    struct scratch *scratch = malloc(sizeof *scratch);
+    scratch_open(scratch);
+    *state = scratch;
+    return 0;
+}
+
+static int tear_down(void **state) {
+    scratch_remove(*state);
+    free(*state);
+    return 0;
+}
+
+static int attempts_of(struct scratch *scratch, const char *id) {
+    struct store_job job;
+    assert_int_equal(store_get(scratch->store, id, &job), STORE_OK);
+    store_job_clear(&job);
+    return job.attempts;
+}
+
+/* ------------------------------------------------------------------ order */
+
+static void test_store_claim_takes_the_oldest_first(void **state) {
+    struct scratch *scratch = *state;
+    struct store_claim claim;
+    char ids[3][ID_SIZE];
+    static const char *const bodies[] = {"a", "b", "c"};
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_EMPTY);
+    for (int k = 0; k < 3; k++)
+        scratch_submit(scratch, bodies[k], ids[k]);
+    for (int k = 0; k < 3; k++) {
+        assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+        assert_string_equal(claim.id, ids[k]);
+        assert_int_equal(claim.attempts, 1);
+        assert_false(claim.reused);
+        assert_int_equal(scratch_status(scratch, ids[k]), STORE_RUNNING);
+    }
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_EMPTY);
+}
+
+static void submit_priority(struct scratch *scratch, const char *body, int priority) {
+    struct store_receipt receipt;
+    struct store_submission submission = {
+        .request = body, .request_length = 1, .digest = body, .priority = priority};
+    assert_int_equal(store_submit(scratch->store, &submission, &receipt), STORE_OK);
+}
+
+static void expect_order(struct scratch *scratch, const char *bodies) {
+    struct store_claim claim;
+    for (; *bodies; bodies++) {
+        char *request = NULL;
+        size_t length = 0;
+        assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+        assert_int_equal(store_request(scratch->store, claim.id, &request, &length), STORE_OK);
+        assert_int_equal(request[0], *bodies);
+        free(request);
+    }
+}
+
+static void test_store_priority_is_worth_a_minute_a_step(void **state) {
+    struct scratch *scratch = *state;
+    submit_priority(scratch, "a", 0);
+    scratch_now += 30 * second;
+    submit_priority(scratch, "b", 1); /* as if 30 s older than a */
+    submit_priority(scratch, "c", -1);
+    scratch_now += 90 * second;
+    submit_priority(scratch, "d", 0); /* as if 30 s younger than c */
+    expect_order(scratch, "bacd");
+}
+
+static void test_store_release_returns_to_the_old_place(void **state) {
+    struct scratch *scratch = *state;
+    struct store_claim claim = scratch_claimed(scratch, "a");
+    char id[ID_SIZE];
+    scratch_now += second;
+    scratch_submit(scratch, "b", id);
+    assert_int_equal(store_release(scratch->store, &claim), STORE_OK);
+    assert_int_equal(scratch_status(scratch, claim.id), STORE_QUEUED);
+    expect_order(scratch, "ab");
+}
+
+/* ------------------------------------------------------------------ leases and fencing */
+
+static void test_store_renew_keeps_the_progress_from_going_back(void **state) {
+    struct scratch *scratch = *state;
+    struct store_claim claim = scratch_claimed(scratch, "a");
+    static const double told[] = {0.25, 0.5, 0.1};
+    static const double kept[] = {0.25, 0.5, 0.5};
+    for (int k = 0; k < 3; k++) {
+        struct store_job job;
+        assert_int_equal(store_renew(scratch->store, &claim, told[k]), STORE_OK);
+        assert_int_equal(store_get(scratch->store, claim.id, &job), STORE_OK);
+        assert_true(job.progress == kept[k]);
+        store_job_clear(&job);
+    }
+}
+
+/* Every act under a claim that is lost. */
+static void expect_lost(struct scratch *scratch, const struct store_claim *claim) {
+    assert_int_equal(store_check(scratch->store, claim), STORE_CONFLICT);
+    assert_int_equal(store_renew(scratch->store, claim, 0.9), STORE_CONFLICT);
+    assert_int_equal(store_fail(scratch->store, claim, "{}"), STORE_CONFLICT);
+    assert_int_equal(store_crashed(scratch->store, claim, "x"), STORE_CONFLICT);
+    assert_int_equal(store_release(scratch->store, claim), STORE_CONFLICT);
+    assert_int_equal(scratch_commit(scratch, claim, "stale", 5), STORE_CONFLICT);
+}
+
+static void test_store_lease_holds_while_it_is_renewed(void **state) {
+    struct scratch *scratch = *state;
+    struct store_claim claim = scratch_claimed(scratch, "a");
+    for (int k = 0; k < 10; k++) {
+        scratch_now += 59 * second;
+        assert_int_equal(scratch_sweep(scratch).requeued, 0);
+        assert_int_equal(store_renew(scratch->store, &claim, 0), STORE_OK);
+    }
+    scratch_now += 61 * second;
+    assert_int_equal(scratch_sweep(scratch).requeued, 1);
+    expect_lost(scratch, &claim);
+}
+
+static void test_store_stale_claim_is_refused(void **state) {
+    struct scratch *scratch = *state;
+    struct store_claim stale = scratch_claimed(scratch, "a");
+    struct store_claim fresh;
+    struct store_result result;
+    scratch_now += 61 * second;
+    assert_int_equal(scratch_sweep(scratch).requeued, 1);
+    assert_int_equal(store_claim(scratch->store, &fresh), STORE_OK);
+    assert_string_equal(fresh.id, stale.id);
+    assert_true(fresh.token > stale.token);
+    assert_int_equal(fresh.attempts, 2);
+    expect_lost(scratch, &stale);
+    assert_int_equal(store_check(scratch->store, &fresh), STORE_OK);
+    assert_int_equal(scratch_commit(scratch, &fresh, "fresh", 5), STORE_OK);
+    expect_lost(scratch, &stale);
+    assert_int_equal(store_result_find(scratch->store, fresh.id, &result), STORE_OK);
+    scratch_expect_result(scratch, fresh.id, "fresh", 5, 5);
+}
+
+static void test_store_claim_is_lost_by_cancel_and_end(void **state) {
+    struct scratch *scratch = *state;
+    struct store_claim claim = scratch_claimed(scratch, "a");
+    assert_int_equal(store_cancel(scratch->store, claim.id), STORE_OK);
+    expect_lost(scratch, &claim);
+    claim = scratch_claimed(scratch, "b");
+    assert_int_equal(store_fail(scratch->store, &claim, "{\"x\":1}"), STORE_OK);
+    expect_lost(scratch, &claim);
+    struct store_job job;
+    assert_int_equal(store_get(scratch->store, claim.id, &job), STORE_OK);
+    assert_string_equal(job.error, "{\"x\":1}");
+    store_job_clear(&job);
+}
+
+/* ------------------------------------------------------------------ attempts */
+
+static void expect_crashed(struct scratch *scratch, const char *id, const char *detail) {
+    struct store_job job;
+    assert_int_equal(store_get(scratch->store, id, &job), STORE_OK);
+    assert_int_equal(job.status, STORE_FAILED);
+    assert_non_null(strstr(job.error, "/problems/solver-crashed"));
+    assert_non_null(strstr(job.error, detail));
+    store_job_clear(&job);
+}
+
+static void test_store_third_crash_fails_the_job(void **state) {
+    struct scratch *scratch = *state;
+    char id[ID_SIZE];
+    struct store_claim claim;
+    scratch_submit(scratch, "a", id);
+    for (int k = 1; k <= 3; k++) {
+        assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+        assert_int_equal(claim.attempts, k);
+        assert_int_equal(store_crashed(scratch->store, &claim, "signal 11"), STORE_OK);
+        assert_int_equal(scratch_status(scratch, id), k < 3 ? STORE_QUEUED : STORE_FAILED);
+        assert_int_equal(attempts_of(scratch, id), k);
+    }
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_EMPTY);
+    expect_crashed(scratch, id, "signal 11");
+    expect_crashed(scratch, id, "3 attempts");
+}
+
+static void test_store_third_lost_lease_fails_the_job(void **state) {
+    struct scratch *scratch = *state;
+    char id[ID_SIZE];
+    struct store_claim claim;
+    scratch_submit(scratch, "a", id);
+    for (int k = 1; k <= 3; k++) {
+        assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+        scratch_now += 61 * second;
+        struct store_sweep sweep = scratch_sweep(scratch);
+        assert_int_equal(sweep.requeued, k < 3);
+        assert_int_equal(sweep.failed, k == 3);
+    }
+    expect_crashed(scratch, id, "lease");
+}
+
+static void test_store_release_is_not_held_against_the_job(void **state) {
+    struct scratch *scratch = *state;
+    char id[ID_SIZE];
+    struct store_claim claim;
+    scratch_submit(scratch, "a", id);
+    for (int k = 1; k <= 5; k++) {
+        assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+        assert_int_equal(claim.attempts, k);
+        assert_int_equal(store_release(scratch->store, &claim), STORE_OK);
+    }
+    for (int k = 1; k <= 3; k++) {
+        assert_int_equal(scratch_status(scratch, id), STORE_QUEUED);
+        assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+        assert_int_equal(store_crashed(scratch->store, &claim, "x"), STORE_OK);
+    }
+    expect_crashed(scratch, id, "3 attempts");
+    assert_int_equal(attempts_of(scratch, id), 8);
+}
+
+/* ------------------------------------------------------------------ restarts */
+
+/* A store that is closed with jobs running looks to the next like one whose process was killed. */
+static void test_store_restart_takes_up_interrupted_jobs_at_once(void **state) {
+    struct scratch *scratch = *state;
+    char id[ID_SIZE];
+    struct store_claim old = scratch_claimed(scratch, "a");
+    struct store_claim claim;
+    scratch_submit(scratch, "b", id);
+    scratch_stop(scratch);
+    scratch_start(scratch);
+    assert_int_equal(scratch_sweep(scratch).requeued, 1);
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+    assert_string_equal(claim.id, old.id);
+    assert_int_equal(claim.attempts, 2);
+    expect_lost(scratch, &old);
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+    assert_string_equal(claim.id, id);
+}
+
+/* The daemon is killed again and again: no fault of the job, up to a limit that keeps a job which
+ * kills the daemon from doing so for ever. */
+static void test_store_interruptions_are_forgiven_but_not_for_ever(void **state) {
+    struct scratch *scratch = *state;
+    char id[ID_SIZE];
+    struct store_claim claim;
+    scratch_submit(scratch, "a", id);
+    int restarts = 0;
+    for (; restarts < 50 && scratch_status(scratch, id) == STORE_QUEUED; restarts++) {
+        assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+        scratch_stop(scratch);
+        scratch_start(scratch);
+        (void)scratch_sweep(scratch);
+    }
+    assert_int_equal(restarts, 23);
+    expect_crashed(scratch, id, "the service itself died");
+}
+
+static void test_store_shared_leaves_the_claims_of_the_living(void **state) {
+    struct scratch *scratch = *state;
+    scratch_stop(scratch);
+    scratch->options.shared = true;
+    scratch_start(scratch);
+    struct store_claim claim = scratch_claimed(scratch, "a");
+    struct scratch other = *scratch;
+    scratch_start(&other);
+    assert_int_equal(scratch_sweep(&other).requeued, 0);
+    assert_int_equal(store_check(other.store, &claim), STORE_OK);
+    scratch_stop(scratch); /* now its claims are void */
+    assert_int_equal(scratch_sweep(&other).requeued, 1);
+    assert_int_equal(store_claim(other.store, &claim), STORE_OK);
+    *scratch = other;
+}
+
+#define WITH_STORE(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        WITH_STORE(test_store_claim_takes_the_oldest_first),
+        WITH_STORE(test_store_priority_is_worth_a_minute_a_step),
+        WITH_STORE(test_store_release_returns_to_the_old_place),
+        WITH_STORE(test_store_renew_keeps_the_progress_from_going_back),
+        WITH_STORE(test_store_lease_holds_while_it_is_renewed),
+        WITH_STORE(test_store_stale_claim_is_refused),
+        WITH_STORE(test_store_claim_is_lost_by_cancel_and_end),
+        WITH_STORE(test_store_third_crash_fails_the_job),
+        WITH_STORE(test_store_third_lost_lease_fails_the_job),
+        WITH_STORE(test_store_release_is_not_held_against_the_job),
+        WITH_STORE(test_store_restart_takes_up_interrupted_jobs_at_once),
+        WITH_STORE(test_store_interruptions_are_forgiven_but_not_for_ever),
+        WITH_STORE(test_store_shared_leaves_the_claims_of_the_living),
+    };
+    return cmocka_run_group_tests_name("store claims", tests, NULL, NULL);
+}

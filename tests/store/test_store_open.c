@@ -1,0 +1,194 @@
+/* SPDX-License-Identifier: MIT */
+/* Opening: what is refused, and whether the sentence says why. */
+#include "../../server/db.h"
+#include "scratch.h"
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static int set_up(void **state) {
+    struct scratch *scratch = malloc(sizeof *scratch);
+    scratch_make(scratch);
+    *state = scratch;
+    return 0;
+}
+
+static int tear_down(void **state) {
+    scratch_remove(*state);
+    free(*state);
+    return 0;
+}
+
+static void expect_refused(const char *url, const struct store_options *options,
+                           const char *why_wanted) {
+    char why[STORE_WHY_SIZE] = "";
+    struct hub *hub = hub_new();
+    struct store *store = store_open(url, options, hub, why);
+    assert_null(store);
+    if (!strstr(why, why_wanted))
+        fail_msg("'%s' does not say '%s'", why, why_wanted);
+    hub_free(hub);
+}
+
+static void write_file(const char *path, const void *bytes, size_t length) {
+    int file = open(path, O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    assert_true(file >= 0);
+    assert_int_equal(write(file, bytes, length), length);
+    close(file);
+}
+
+static void run_sql(const char *path, const char *sql) {
+    char why[STORE_WHY_SIZE] = "";
+    struct db *db = db_open(path, 1000, why);
+    assert_non_null(db);
+    assert_int_equal(db_script(db, sql), STORE_OK);
+    db_close(db);
+}
+
+static void test_store_open_refuses_what_is_no_file(void **state) {
+    struct scratch *scratch = *state;
+    expect_refused("postgresql://user:secret@host/db", &scratch->options, "only SQLite");
+    expect_refused(":memory:", &scratch->options, "names no file");
+    expect_refused("sqlite:", &scratch->options, "names no file");
+    expect_refused("/nowhere/at/all/store.db", &scratch->options, "No such file or directory");
+    expect_refused(scratch->folder, &scratch->options, "cannot be opened");
+    char lock[SCRATCH_PATH_SIZE + 8];
+    snprintf(lock, sizeof lock, "%s-lock", scratch->folder);
+    unlink(lock);
+}
+
+static void test_store_open_hides_the_password(void **state) {
+    struct scratch *scratch = *state;
+    char why[STORE_WHY_SIZE] = "";
+    assert_null(store_open("postgresql://user:secret@host/db", &scratch->options, NULL, why));
+    assert_null(strstr(why, "secret"));
+}
+
+static void test_store_open_takes_an_url(void **state) {
+    struct scratch *scratch = *state;
+    char url[SCRATCH_PATH_SIZE + 8];
+    char why[STORE_WHY_SIZE] = "";
+    snprintf(url, sizeof url, "sqlite:%s", scratch->path);
+    struct hub *hub = hub_new();
+    struct store *store = store_open(url, &scratch->options, hub, why);
+    assert_non_null(store);
+    store_close(store);
+    hub_free(hub);
+    assert_int_equal(access(scratch->path, F_OK), 0);
+}
+
+static void test_store_open_refuses_what_is_not_a_database(void **state) {
+    struct scratch *scratch = *state;
+    char text[2000];
+    memset(text, 'x', sizeof text);
+    write_file(scratch->path, text, sizeof text);
+    expect_refused(scratch->path, &scratch->options, "is not a database");
+}
+
+static void test_store_open_refuses_the_database_of_another_program(void **state) {
+    struct scratch *scratch = *state;
+    run_sql(scratch->path, "CREATE TABLE recipes (name TEXT)");
+    expect_refused(scratch->path, &scratch->options, "another program");
+}
+
+static void test_store_open_refuses_a_newer_schema(void **state) {
+    struct scratch *scratch = *state;
+    scratch_start(scratch);
+    scratch_stop(scratch);
+    run_sql(scratch->path, "INSERT INTO schema_version VALUES (1000, 0)");
+    expect_refused(scratch->path, &scratch->options, "schema 1000");
+}
+
+/* Damages the pages of the jobs table: loss there would be silent. */
+static void test_store_open_finds_damage(void **state) {
+    struct scratch *scratch = *state;
+    char id[ID_SIZE];
+    char body[32];
+    scratch_start(scratch);
+    for (int k = 0; k < 500; k++) {
+        snprintf(body, sizeof body, "body %d", k);
+        scratch_submit(scratch, body, id);
+    }
+    scratch_stop(scratch);
+    struct stat info;
+    unsigned char noise[4096];
+    memset(noise, 0xa5, sizeof noise);
+    assert_int_equal(stat(scratch->path, &info), 0);
+    int file = open(scratch->path, O_WRONLY);
+    for (off_t at = 16384; at + 4096 <= info.st_size; at += 8192)
+        assert_int_equal(pwrite(file, noise, sizeof noise, at), sizeof noise);
+    close(file);
+    expect_refused(scratch->path, &scratch->options, "damaged");
+}
+
+static void test_store_open_refuses_a_second_process(void **state) {
+    struct scratch *scratch = *state;
+    struct store_options shared = scratch->options;
+    shared.shared = true;
+    scratch_start(scratch);
+    expect_refused(scratch->path, &scratch->options, "in use by another draped");
+    expect_refused(scratch->path, &shared, "in use by another draped");
+    scratch_stop(scratch);
+    scratch->options.shared = true;
+    scratch_start(scratch);
+    shared.shared = false;
+    expect_refused(scratch->path, &shared, "in use by another draped");
+}
+
+/* Root may write anywhere, so it becomes nobody for a moment. */
+static void test_store_open_refuses_a_folder_it_cannot_write(void **state) {
+    enum { NOBODY = 65534 };
+    struct scratch *scratch = *state;
+    bool root = geteuid() == 0;
+    assert_int_equal(chmod(scratch->folder, 0555), 0);
+    assert_int_equal(root ? seteuid(NOBODY) : 0, 0);
+    expect_refused(scratch->path, &scratch->options, "Permission denied");
+    assert_int_equal(root ? seteuid(0) : 0, 0);
+    assert_int_equal(chmod(scratch->folder, 0700), 0);
+}
+
+static void test_store_open_clears_away_the_files_of_the_dead(void **state) {
+    struct scratch *scratch = *state;
+    char dead[SCRATCH_PATH_SIZE + 64];
+    snprintf(dead, sizeof dead, "%s-holder-00112233445566778899aabbccddeeff", scratch->path);
+    write_file(dead, "", 0);
+    scratch_start(scratch);
+    assert_int_not_equal(access(dead, F_OK), 0);
+}
+
+static void test_store_reopens_with_everything(void **state) {
+    struct scratch *scratch = *state;
+    char id[ID_SIZE];
+    scratch_start(scratch);
+    struct store_claim claim = scratch_claimed(scratch, "a");
+    assert_int_equal(scratch_commit(scratch, &claim, "result", 6), STORE_OK);
+    scratch_submit(scratch, "b", id);
+    scratch_stop(scratch);
+    scratch_start(scratch);
+    assert_int_equal(scratch_status(scratch, claim.id), STORE_SUCCEEDED);
+    assert_int_equal(scratch_status(scratch, id), STORE_QUEUED);
+    scratch_expect_result(scratch, claim.id, "result", 6, 6);
+    assert_int_equal(store_ping(scratch->store), STORE_OK);
+}
+
+#define WITH_FOLDER(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        WITH_FOLDER(test_store_open_refuses_what_is_no_file),
+        WITH_FOLDER(test_store_open_hides_the_password),
+        WITH_FOLDER(test_store_open_takes_an_url),
+        WITH_FOLDER(test_store_open_refuses_what_is_not_a_database),
+        WITH_FOLDER(test_store_open_refuses_the_database_of_another_program),
+        WITH_FOLDER(test_store_open_refuses_a_newer_schema),
+        WITH_FOLDER(test_store_open_finds_damage),
+        WITH_FOLDER(test_store_open_refuses_a_second_process),
+        WITH_FOLDER(test_store_open_refuses_a_folder_it_cannot_write),
+        WITH_FOLDER(test_store_open_clears_away_the_files_of_the_dead),
+        WITH_FOLDER(test_store_reopens_with_everything),
+    };
+    return cmocka_run_group_tests_name("store open", tests, NULL, NULL);
+}

@@ -1,0 +1,292 @@
+/* SPDX-License-Identifier: MIT */
+/* Results: chunks, sharing among equal requests, remains, retention. */
+#include "../../server/db.h"
+#include "../../server/store_backend.h"
+#include "scratch.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const int64_t hour = INT64_C(3600) * 1000000;
+
+static int set_up(void **state) {
+    struct scratch *scratch = malloc(sizeof *scratch);
+    scratch_open(scratch);
+    *state = scratch;
+    return 0;
+}
+
+static int tear_down(void **state) {
+    scratch_remove(*state);
+    free(*state);
+    return 0;
+}
+
+static unsigned char *random_bytes(uint64_t *state, size_t length) {
+    unsigned char *bytes = malloc(length + 1);
+    assert_non_null(bytes);
+    for (size_t k = 0; k < length; k++)
+        bytes[k] = (unsigned char)scratch_random(state);
+    return bytes;
+}
+
+/* What a table holds, seen by a connection of its own. */
+static int64_t rows(struct scratch *scratch, const char *sql) {
+    char why[STORE_WHY_SIZE];
+    struct db *db = db_open(scratch->path, 1000, why);
+    assert_non_null(db);
+    struct query query = db_query(db, sql);
+    assert_true(query_row(&query));
+    int64_t count = query_int(&query, 0);
+    assert_int_equal(query_end(&query), STORE_OK);
+    db_close(db);
+    return count;
+}
+
+#define CHUNKS "SELECT count(*) FROM chunks"
+#define RESULTS "SELECT count(*) FROM results"
+
+/* ------------------------------------------------------------------ bytes */
+
+static void test_store_result_of_every_size_reads_back(void **state) {
+    struct scratch *scratch = *state;
+    static const size_t chunk = STORE_CHUNK_BYTES, part = STORE_PART_BYTES;
+    const size_t sizes[] = {0,    1,        chunk - 1,    chunk,    chunk + 1,
+                            part, part + 1, 2 * part - 1, 2 * part, 2 * part + chunk + 5};
+    uint64_t seed = scratch_seed();
+    for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) {
+        char body[32];
+        snprintf(body, sizeof body, "size %zu", sizes[k]);
+        unsigned char *bytes = random_bytes(&seed, sizes[k]);
+        struct store_claim claim = scratch_claimed(scratch, body);
+        assert_int_equal(scratch_commit(scratch, &claim, bytes, sizes[k]), STORE_OK);
+        scratch_expect_result(scratch, claim.id, bytes, sizes[k], chunk);
+        scratch_stop(scratch); /* and without what is in memory */
+        scratch_start(scratch);
+        scratch_expect_result(scratch, claim.id, bytes, sizes[k], sizes[k] + 1);
+        scratch_expect_result(scratch, claim.id, bytes, sizes[k], 10007);
+        free(bytes);
+    }
+}
+
+static void test_store_result_appended_in_pieces_reads_back(void **state) {
+    struct scratch *scratch = *state;
+    enum { LENGTH = 3 * STORE_PART_BYTES + 12345 };
+    uint64_t seed = scratch_seed();
+    unsigned char *bytes = random_bytes(&seed, LENGTH);
+    struct store_claim claim = scratch_claimed(scratch, "pieces");
+    struct store_writer *writer = store_writer_new(scratch->store, &claim);
+    for (size_t at = 0, piece = 0; at < LENGTH; at += piece) {
+        piece = scratch_random(&seed) % 300000;
+        piece = piece < LENGTH - at ? piece : LENGTH - at;
+        assert_int_equal(store_writer_append(writer, bytes + at, piece), STORE_OK);
+    }
+    assert_int_equal(store_writer_commit(writer, "{\"nodes\":7}"), STORE_OK);
+    store_writer_free(writer);
+    scratch_expect_result(scratch, claim.id, bytes, LENGTH, 65521);
+    struct store_job job;
+    assert_int_equal(store_get(scratch->store, claim.id, &job), STORE_OK);
+    assert_int_equal(job.status, STORE_SUCCEEDED);
+    assert_string_equal(job.summary, "{\"nodes\":7}");
+    assert_true(job.progress == 1.0);
+    store_job_clear(&job);
+    free(bytes);
+}
+
+static void test_store_result_is_there_only_when_the_job_succeeded(void **state) {
+    struct scratch *scratch = *state;
+    struct store_result result;
+    struct store_claim claim = scratch_claimed(scratch, "a");
+    assert_int_equal(store_result_find(scratch->store, claim.id, &result), STORE_EMPTY);
+    assert_int_equal(store_fail(scratch->store, &claim, "{}"), STORE_OK);
+    assert_int_equal(store_result_find(scratch->store, claim.id, &result), STORE_EMPTY);
+}
+
+/* ------------------------------------------------------------------ sharing */
+
+static void test_store_equal_requests_share_one_result(void **state) {
+    struct scratch *scratch = *state;
+    struct store_claim waiting;
+    char queued[ID_SIZE], later[ID_SIZE];
+    struct store_claim claim = scratch_claimed(scratch, "same");
+    scratch_submit(scratch, "same", queued);
+    assert_int_equal(scratch_commit(scratch, &claim, "result", 6), STORE_OK);
+
+    assert_int_equal(store_claim(scratch->store, &waiting), STORE_OK);
+    assert_true(waiting.reused); /* it was in the queue before the result was there */
+    assert_string_equal(waiting.id, queued);
+    scratch_submit(scratch, "same", later);
+    assert_int_equal(scratch_status(scratch, later), STORE_SUCCEEDED); /* never queued */
+    const char *const ids[] = {claim.id, queued, later};
+    for (size_t k = 0; k < 3; k++) {
+        assert_int_equal(scratch_status(scratch, ids[k]), STORE_SUCCEEDED);
+        scratch_expect_result(scratch, ids[k], "result", 6, 6);
+    }
+    assert_int_equal(rows(scratch, CHUNKS), 1);
+    for (size_t k = 0; k < 3; k++) {
+        assert_int_equal(rows(scratch, CHUNKS), 1);
+        assert_int_equal(store_delete(scratch->store, ids[k]), STORE_OK);
+        (void)scratch_sweep(scratch);
+    }
+    assert_int_equal(rows(scratch, CHUNKS), 0);
+    assert_int_equal(rows(scratch, RESULTS), 0);
+}
+
+static void test_store_second_result_of_a_digest_is_dropped(void **state) {
+    struct scratch *scratch = *state;
+    char id[ID_SIZE];
+    struct store_claim first, second;
+    unsigned char *large = calloc(1, STORE_PART_BYTES + 1);
+    struct store_result one, two;
+    scratch_submit(scratch, "same", id);
+    scratch_submit(scratch, "same", id);
+    assert_int_equal(store_claim(scratch->store, &first), STORE_OK);
+    assert_int_equal(store_claim(scratch->store, &second), STORE_OK);
+    assert_int_equal(scratch_commit(scratch, &first, "result", 6), STORE_OK);
+    assert_int_equal(scratch_commit(scratch, &second, large, STORE_PART_BYTES + 1), STORE_OK);
+    assert_int_equal(store_result_find(scratch->store, first.id, &one), STORE_OK);
+    assert_int_equal(store_result_find(scratch->store, second.id, &two), STORE_OK);
+    assert_int_equal(one.number, two.number);
+    scratch_expect_result(scratch, second.id, "result", 6, 6);
+    (void)scratch_sweep(scratch);
+    assert_int_equal(rows(scratch, CHUNKS), 1);
+    free(large);
+}
+
+/* ------------------------------------------------------------------ remains */
+
+static void test_store_writer_of_a_lost_claim_leaves_nothing(void **state) {
+    struct scratch *scratch = *state;
+    unsigned char *bytes = calloc(2, STORE_PART_BYTES);
+    struct store_claim claim = scratch_claimed(scratch, "a");
+    struct store_writer *writer = store_writer_new(scratch->store, &claim);
+    assert_int_equal(store_writer_append(writer, bytes, STORE_PART_BYTES + 1), STORE_OK);
+    assert_true(rows(scratch, CHUNKS) > 0);
+    assert_int_equal(store_cancel(scratch->store, claim.id), STORE_OK);
+    assert_int_equal(store_writer_append(writer, bytes, STORE_PART_BYTES), STORE_CONFLICT);
+    assert_int_equal(store_writer_commit(writer, "{}"), STORE_CONFLICT);
+    store_writer_free(writer);
+    (void)scratch_sweep(scratch);
+    assert_int_equal(rows(scratch, CHUNKS), 0);
+    assert_int_equal(rows(scratch, RESULTS), 0);
+    free(bytes);
+}
+
+static void test_store_sweep_clears_what_a_dead_process_began(void **state) {
+    struct scratch *scratch = *state;
+    unsigned char *bytes = calloc(1, STORE_PART_BYTES + 1);
+    struct store_claim claim = scratch_claimed(scratch, "a");
+    struct store_writer *writer = store_writer_new(scratch->store, &claim);
+    assert_int_equal(store_writer_append(writer, bytes, STORE_PART_BYTES + 1), STORE_OK);
+    free(writer); /* as little as a killed process would do */
+    scratch_stop(scratch);
+    scratch_start(scratch);
+    assert_true(rows(scratch, CHUNKS) > 0);
+    (void)scratch_sweep(scratch);
+    assert_int_equal(rows(scratch, CHUNKS), 0);
+    assert_int_equal(scratch_status(scratch, claim.id), STORE_QUEUED);
+    free(bytes);
+}
+
+static void test_store_deleted_results_give_their_room_back(void **state) {
+    struct scratch *scratch = *state;
+    enum { LENGTH = 64 << 20 };
+    unsigned char *bytes = calloc(1, LENGTH);
+    struct store_claim claim = scratch_claimed(scratch, "large");
+    assert_int_equal(scratch_commit(scratch, &claim, bytes, LENGTH), STORE_OK);
+    int64_t before = rows(scratch, "SELECT page_count FROM pragma_page_count");
+    assert_int_equal(store_delete(scratch->store, claim.id), STORE_OK);
+    for (int k = 0; k < 100 && scratch_sweep(scratch).more; k++)
+        continue;
+    int64_t after = rows(scratch, "SELECT page_count FROM pragma_page_count");
+    assert_true(after < before / 2);
+    free(bytes);
+}
+
+/* ------------------------------------------------------------------ retention */
+
+static void expect_expired(struct scratch *scratch, const char *id) {
+    struct store_job job;
+    struct store_result result;
+    char *request = NULL;
+    size_t length = 0;
+    assert_int_equal(store_get(scratch->store, id, &job), STORE_OK);
+    assert_true(job.expired);
+    assert_int_equal(job.status, STORE_SUCCEEDED);
+    assert_string_equal(job.summary, "{\"nodes\":1}"); /* small, and still of interest */
+    store_job_clear(&job);
+    assert_int_equal(store_result_find(scratch->store, id, &result), STORE_EMPTY);
+    assert_int_equal(store_request(scratch->store, id, &request, &length), STORE_EMPTY);
+}
+
+static void test_store_results_expire_after_the_retention(void **state) {
+    struct scratch *scratch = *state;
+    struct store_job job;
+    char late[ID_SIZE];
+    struct store_claim claim = scratch_claimed(scratch, "a");
+    assert_int_equal(scratch_commit(scratch, &claim, "result", 6), STORE_OK);
+    scratch_now += 100 * hour;
+    scratch_submit(scratch, "a", late); /* shares the result, and keeps it longer */
+    scratch_now += 67 * hour;
+    assert_int_equal(scratch_sweep(scratch).expired, 0);
+    scratch_now += 2 * hour;
+    assert_int_equal(scratch_sweep(scratch).expired, 1);
+    expect_expired(scratch, claim.id);
+    scratch_expect_result(scratch, late, "result", 6, 6);
+    scratch_now += 100 * hour;
+    assert_int_equal(scratch_sweep(scratch).expired, 1);
+    expect_expired(scratch, late);
+    assert_int_equal(rows(scratch, CHUNKS), 0);
+    scratch_now += 4 * 168 * hour;
+    assert_int_equal(scratch_sweep(scratch).removed, 2);
+    assert_int_equal(store_get(scratch->store, late, &job), STORE_EMPTY);
+}
+
+static void test_store_jobs_that_wait_do_not_expire(void **state) {
+    struct scratch *scratch = *state;
+    char id[ID_SIZE];
+    scratch_submit(scratch, "a", id);
+    scratch_now += 10000 * hour;
+    struct store_sweep sweep = scratch_sweep(scratch);
+    assert_int_equal(sweep.expired + sweep.removed, 0);
+    assert_int_equal(scratch_status(scratch, id), STORE_QUEUED);
+}
+
+static void test_store_many_results_expire_in_steps(void **state) {
+    struct scratch *scratch = *state;
+    enum { JOBS = 200 };
+    char body[32];
+    for (int k = 0; k < JOBS; k++) {
+        snprintf(body, sizeof body, "job %d", k);
+        struct store_claim claim = scratch_claimed(scratch, body);
+        assert_int_equal(scratch_commit(scratch, &claim, "x", 1), STORE_OK);
+    }
+    scratch_now += 169 * hour;
+    int expired = 0;
+    for (int k = 0; k < 100 && expired < JOBS; k++)
+        expired += scratch_sweep(scratch).expired;
+    assert_int_equal(expired, JOBS);
+    for (int k = 0; k < 100 && scratch_sweep(scratch).more; k++)
+        continue;
+    assert_int_equal(rows(scratch, RESULTS), 0);
+    assert_int_equal(rows(scratch, "SELECT count(*) FROM requests"), 0);
+}
+
+#define WITH_STORE(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        WITH_STORE(test_store_result_of_every_size_reads_back),
+        WITH_STORE(test_store_result_appended_in_pieces_reads_back),
+        WITH_STORE(test_store_result_is_there_only_when_the_job_succeeded),
+        WITH_STORE(test_store_equal_requests_share_one_result),
+        WITH_STORE(test_store_second_result_of_a_digest_is_dropped),
+        WITH_STORE(test_store_writer_of_a_lost_claim_leaves_nothing),
+        WITH_STORE(test_store_sweep_clears_what_a_dead_process_began),
+        WITH_STORE(test_store_deleted_results_give_their_room_back),
+        WITH_STORE(test_store_results_expire_after_the_retention),
+        WITH_STORE(test_store_jobs_that_wait_do_not_expire),
+        WITH_STORE(test_store_many_results_expire_in_steps),
+    };
+    return cmocka_run_group_tests_name("store results", tests, NULL, NULL);
+}

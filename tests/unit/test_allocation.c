@@ -1,0 +1,148 @@
+/* SPDX-License-Identifier: MIT */
+/* The n-th allocation fails, for every n: each time the answer is a clean out-of-memory, and under
+ * a sanitizer nothing is lost. */
+#include "check.h"
+#include "support.h"
+
+#include "../../api/decode.h"
+#include "../../api/digest.h"
+#include "../../api/normalise.h"
+#include "../../api/shape.h"
+#include "../../api/tree.h"
+#include <stdio.h>
+#include <string.h>
+
+/* Every part of a request, with every kind of array; what comes with later versions too. */
+static const char everything[] =
+    "{\"surface\":{\"shape\":{\"type\":\"surface\",\"count\":1,\"data\":[{\"degree_u\":1,"
+    "\"degree_v\":1,\"size_u\":2,\"size_v\":2,\"knotvector_u\":[0,0,1,1],\"knotvector_v\":[0,0,1,1]"
+    ","
+    "\"control_points\":{\"points\":[[0,0,0],[0,1,0],[1,0,0],[1,1,0.5]],\"weights\":[1,2,3,4]},"
+    "\"trims\":{\"count\":2,\"data\":[{\"type\":\"freeform\",\"points\":[[0,0],[1,0],[0,1]]},"
+    "{\"type\":\"container\",\"data\":[{\"degree\":1,\"knotvector\":[0,0,1,1],"
+    "\"control_points\":{\"points\":[[0,0],[1,1]],\"weights\":[1,2]}}]}]}}]}},"
+    "\"length_unit\":\"mm\",\"fabric\":{\"spacing\":[0.1,0.2],\"thickness\":0.3,"
+    "\"fiber_volume_fraction\":0.5},\"start\":{\"uv\":[0.5,0.5]},\"direction\":{\"vector\":[1,0,0]}"
+    ","
+    "\"generators\":{\"warp\":{\"uv\":[[0,0.5],[0.5,0.5],[1,0.5]]},\"weft\":{\"plane\":[0,1,0]}},"
+    "\"extent\":{\"warp\":[-3,3]},\"cavity\":{\"height\":1},\"permeability\":{\"model\":\"table\","
+    "\"shear_deg\":[0,10],\"k1\":[1e-10,1e-10],\"k2\":[1e-10,1e-10],\"k3\":[1e-11,1e-11],"
+    "\"angle_deg\":[0,5]}}";
+
+/* Decodes with the n-th allocation of the parser, or of the arena, failing. */
+static enum api_problem_id decode_failing(const char *text, size_t parser_n, size_t arena_n) {
+    struct api_request request;
+    struct api_problem problem;
+    struct arena *arena = arena_new((size_t)1 << 24);
+    arena_fail_at(arena, arena_n);
+    tree_fail_at(parser_n);
+    enum api_problem_id id = decode_text(text, arena, &request, &problem);
+    tree_fail_at(0);
+    assert_int_equal(id, problem.id);
+    assert_int_equal(problem.count, id == API_OK ? 0 : problem.count);
+    arena_free(arena);
+    return id;
+}
+
+static void test_allocation_failures_of_the_parser(void **state) {
+    (void)state;
+    static const char *const texts[] = {saddle_request, everything, "\"\\u00e9 string\"", "[[1]]"};
+    for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
+        enum api_problem_id sound = decode_failing(texts[k], 0, 0);
+        size_t n = 1;
+        while (decode_failing(texts[k], n, 0) == API_OUT_OF_MEMORY)
+            n++;
+        assert_int_equal(decode_failing(texts[k], n, 0), sound);
+        assert_true(n > 3);
+        printf("%zu allocations of the parser\n", n - 1);
+    }
+}
+
+static void test_allocation_failures_of_the_decoder(void **state) {
+    (void)state;
+    static const char *const texts[] = {saddle_request, everything};
+    for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
+        enum api_problem_id sound = decode_failing(texts[k], 0, 0);
+        size_t n = 1;
+        while (decode_failing(texts[k], 0, n) == API_OUT_OF_MEMORY)
+            n++;
+        assert_int_equal(decode_failing(texts[k], 0, n), sound);
+        assert_true(n > 3);
+        printf("%zu allocations of the decoder\n", n - 1);
+    }
+}
+
+/* What a request costs from its bytes to the result's. */
+static enum api_problem_id run_failing(size_t n, size_t budget, struct api_problem *problem) {
+    struct arena *arena = arena_new(budget);
+    struct bytes container = {0};
+    struct api_sink sink = sink_into(&container);
+    const struct api_input input = {saddle_request, strlen(saddle_request), NULL, 0};
+    *problem = (struct api_problem){0};
+    arena_fail_at(arena, n);
+    enum api_problem_id id = api_run_in(arena, &input, &api_limits_default, NULL, &sink, problem);
+    assert_int_equal(id, problem->id);
+    arena_free(arena);
+    bytes_free(&container);
+    return id;
+}
+
+static void test_allocation_failures_of_a_whole_run(void **state) {
+    (void)state;
+    struct api_problem problem;
+    size_t n = 1;
+    while (run_failing(n, (size_t)1 << 30, &problem) == API_OUT_OF_MEMORY)
+        n++;
+    if (problem.id != API_OK)
+        fail_msg("allocation %zu: %s", n, problem.place[0].detail);
+    assert_true(n > 10);
+    printf("%zu allocations of a run\n", n - 1);
+}
+
+static void test_allocation_budgets_of_a_whole_run(void **state) {
+    (void)state;
+    struct api_problem problem = {0};
+    size_t budget = 0;
+    for (; budget < (size_t)1 << 26; budget += budget / 16 + 64)
+        if (run_failing(0, budget, &problem) != API_OUT_OF_MEMORY)
+            break;
+    if (problem.id != API_OK)
+        fail_msg("budget %zu: %s", budget, problem.place[0].detail);
+    printf("a run within %zu bytes\n", budget);
+}
+
+static void test_allocation_failures_of_the_written_documents(void **state) {
+    (void)state;
+    struct arena *arena = arena_new((size_t)1 << 24);
+    struct api_request request;
+    struct api_problem problem;
+    char id[API_ID_SIZE];
+    assert_int_equal(decode_text(saddle_request, arena, &request, &problem), API_OK);
+    size_t n = 1;
+    for (bool done = false; !done; n++) {
+        struct arena_mark mark = arena_mark(arena);
+        arena_fail_at(arena, n);
+        problem = (struct api_problem){0};
+        bool normalised = api_normalise(&request, NULL, arena) != NULL;
+        bool digested = normalised && api_digest_request(&request, arena, id);
+        bool described = digested && api_shape_describe(&request.surface, arena, &problem) != NULL;
+        assert_int_equal(problem.id, digested && !described ? API_OUT_OF_MEMORY : API_OK);
+        done = described;
+        arena_fail_at(arena, 0);
+        arena_rewind(arena, mark);
+    }
+    assert_true(n > 5);
+    arena_free(arena);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_allocation_failures_of_the_parser),
+        cmocka_unit_test(test_allocation_failures_of_the_decoder),
+        cmocka_unit_test(test_allocation_failures_of_a_whole_run),
+        cmocka_unit_test(test_allocation_budgets_of_a_whole_run),
+        cmocka_unit_test(test_allocation_failures_of_the_written_documents),
+    };
+    prepare();
+    return cmocka_run_group_tests_name("allocation", tests, NULL, NULL);
+}

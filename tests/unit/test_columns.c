@@ -1,0 +1,334 @@
+/* SPDX-License-Identifier: MIT */
+#include "../../api/columns.h"
+
+#include "../../api/encode.h"
+#include "check.h"
+#include "support.h"
+#include <jansson.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ROWS = 10000 }; /* more than one block of the writer */
+
+static void fill_values(const void *context, size_t first, size_t count, double *values) {
+    memcpy(values, (const double *)context + first, count * sizeof *values);
+}
+
+/* A container with two tables, and what went into it. */
+struct sample {
+    double node[ROWS], index[ROWS], reason[3];
+    struct api_columns header;
+    struct bytes container;
+    struct api_reader reader;
+};
+
+static const size_t source_count = 3;
+
+static void list_sources(const struct sample *sample, struct api_column_source source[3]) {
+    source[0] =
+        (struct api_column_source){API_TABLE_NODES, "x", false, ROWS, fill_values, sample->node};
+    source[1] =
+        (struct api_column_source){API_TABLE_NODES, "i", true, ROWS, fill_values, sample->index};
+    source[2] =
+        (struct api_column_source){API_TABLE_FRONT, "reason", true, 3, fill_values, sample->reason};
+}
+
+static enum api_problem_id write_sample(struct sample *sample, size_t budget,
+                                        struct api_problem *problem) {
+    struct api_column_source source[3];
+    struct arena *arena = arena_new(budget);
+    struct api_sink sink = sink_into(&sample->container);
+    list_sources(sample, source);
+    size_t held = arena_held(arena);
+    *problem = (struct api_problem){0};
+    enum api_problem_id id =
+        api_columns_write(&sample->header, source, source_count, &sink, arena, problem);
+    assert_int_equal(arena_held(arena), held);
+    arena_free(arena);
+    return id;
+}
+
+static struct sample *sample_new(struct random *random) {
+    struct sample *sample = calloc(1, sizeof *sample);
+    assert_non_null(sample);
+    sample->header = (struct api_columns){
+        .summary = {.outcome = DRAPE_PARTIAL,
+                    .nodes = ROWS,
+                    .coverage = 1.0 / 3,
+                    .max_shear_deg = 12.5,
+                    .locked_cells = 4,
+                    .error_estimate_max = -1,
+                    .front_reasons = {[DRAPE_REASON_COLLAPSED] = 3},
+                    .solve_ms = 0.25,
+                    .solver_version = "9.9"},
+        .grid = {.warp = {-5, 6}, .weft = {0, 7}, .spacing = {0.1, 0.2}},
+        .start = {.uv = {0.25, 0.75}, .point = {1, 2, 3}, .warp = {1, 0, 0}, .weft = {0, 1, 0}}};
+    for (int k = 0; k < ROWS; k++) {
+        sample->node[k] = random_between(random, -1e3, 1e3);
+        sample->index[k] = k - ROWS / 2;
+    }
+    sample->reason[1] = DRAPE_REASON_COUNT - 1;
+    sample->reader = reader_over(&sample->container);
+    return sample;
+}
+
+static void sample_free(struct sample *sample) {
+    bytes_free(&sample->container);
+    free(sample);
+}
+
+static void test_columns_read_back_what_was_written(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    struct sample *sample = sample_new(&random);
+    struct api_problem problem;
+    struct api_columns columns;
+    assert_int_equal(write_sample(sample, 1 << 20, &problem), API_OK);
+    assert_int_equal(api_columns_open(&sample->reader, &columns, &problem), API_OK);
+    assert_int_equal(columns.length, sample->container.length);
+    assert_int_equal(columns.summary.outcome, DRAPE_PARTIAL);
+    assert_int_equal(columns.summary.nodes, ROWS);
+    assert_true(columns.summary.coverage == 1.0 / 3);
+    assert_true(columns.summary.error_estimate_max < 0);
+    assert_int_equal(columns.summary.front_reasons[DRAPE_REASON_COLLAPSED], 3);
+    assert_string_equal(columns.summary.solver_version, "9.9");
+    assert_memory_equal(&columns.grid, &sample->header.grid, sizeof columns.grid);
+    assert_memory_equal(&columns.start, &sample->header.start, sizeof columns.start);
+    assert_int_equal(api_columns_rows(&columns, API_TABLE_NODES), ROWS);
+    assert_int_equal(api_columns_rows(&columns, API_TABLE_CELLS), 0);
+    sample_free(sample);
+}
+
+static void test_columns_give_any_run_of_rows(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    struct sample *sample = sample_new(&random);
+    struct api_problem problem;
+    struct api_columns columns;
+    assert_int_equal(write_sample(sample, 1 << 20, &problem), API_OK);
+    assert_int_equal(api_columns_open(&sample->reader, &columns, &problem), API_OK);
+    const struct api_column *x = api_columns_find(&columns, API_TABLE_NODES, "x");
+    const struct api_column *i = api_columns_find(&columns, API_TABLE_NODES, "i");
+    assert_non_null(x);
+    assert_true(i && i->integer && !x->integer);
+    assert_null(api_columns_find(&columns, API_TABLE_CELLS, "x"));
+    assert_int_equal(x->offset % 8, 0);
+    for (int round = 0; round < 200; round++) {
+        double values[ROWS];
+        size_t first = (size_t)random_index(&random, ROWS);
+        size_t count = (size_t)random_index(&random, (int)(ROWS - first) + 1);
+        assert_true(api_columns_read(&sample->reader, x, first, count, values));
+        assert_memory_equal(values, sample->node + first, count * sizeof *values);
+        assert_true(api_columns_read(&sample->reader, i, first, count, values));
+        assert_memory_equal(values, sample->index + first, count * sizeof *values);
+    }
+    sample_free(sample);
+}
+
+static void test_columns_are_little_endian_doubles_behind_the_directory(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    struct sample *sample = sample_new(&random);
+    struct api_problem problem;
+    sample->node[0] = -2.5;
+    assert_int_equal(write_sample(sample, 1 << 20, &problem), API_OK);
+    const unsigned char *bytes = (const unsigned char *)sample->container.data;
+    size_t length = bytes[12] + 256u * bytes[13];
+    static const unsigned char value[8] = {0, 0, 0, 0, 0, 0, 0x04, 0xc0};
+    assert_memory_equal(bytes, "DRAPECOL\1\0\0\0", 12);
+    assert_memory_equal(bytes + 16 + length, value, 8);
+    json_t *directory = json_loadb(sample->container.data + 16, length, 0, NULL);
+    assert_non_null(directory);
+    assert_int_equal(json_array_size(json_object_get(directory, "columns")), source_count);
+    json_decref(directory);
+    sample_free(sample);
+}
+
+static void test_columns_refuse_values_that_are_no_numbers(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    struct sample *sample = sample_new(&random);
+    struct api_problem problem;
+    sample->node[ROWS - 1] = NAN;
+    assert_int_equal(write_sample(sample, 1 << 20, &problem), API_INTERNAL);
+    assert_non_null(strstr(problem.place[0].detail, "nodes.x"));
+    sample->node[ROWS - 1] = 0;
+    sample->header.summary.coverage = INFINITY;
+    assert_int_equal(write_sample(sample, 1 << 20, &problem), API_INTERNAL);
+    sample_free(sample);
+}
+
+static bool refuse(void *context, const void *bytes, size_t length) {
+    (void)bytes;
+    size_t *left = context;
+    bool taken = length <= *left;
+    *left -= taken ? length : 0;
+    return taken;
+}
+
+static void test_columns_stop_when_the_sink_refuses(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    struct sample *sample = sample_new(&random);
+    struct api_column_source source[3];
+    list_sources(sample, source);
+    for (size_t room = 0; room < 100000; room += 10000) {
+        size_t left = room;
+        struct api_problem problem = {0};
+        struct arena *arena = arena_new(1 << 20);
+        struct api_sink sink = {refuse, &left};
+        assert_int_equal(
+            api_columns_write(&sample->header, source, source_count, &sink, arena, &problem),
+            API_CANCELLED);
+        arena_free(arena);
+    }
+    sample_free(sample);
+}
+
+static void test_columns_report_missing_memory_and_too_many(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    struct sample *sample = sample_new(&random);
+    struct api_problem problem;
+    assert_int_equal(write_sample(sample, 100, &problem), API_OUT_OF_MEMORY);
+    struct api_column_source many[API_COLUMNS_MAX + 1] = {{0}};
+    struct api_sink sink = sink_into(&sample->container);
+    struct arena *arena = arena_new(1 << 20);
+    problem = (struct api_problem){0};
+    assert_int_equal(
+        api_columns_write(&sample->header, many, API_COLUMNS_MAX + 1, &sink, arena, &problem),
+        API_INTERNAL);
+    arena_free(arena);
+    sample_free(sample);
+}
+
+/* Reads a container whatever is in it, to the end of every document; true when it was sound. */
+static bool read_everything(struct bytes *container) {
+    static char buffer[1 << 16];
+    struct api_reader reader = reader_over(container);
+    bool sound = true;
+    for (size_t k = 0; api_format_at(k); k++) {
+        struct api_problem problem = {0};
+        struct api_encode_options options = {.id = "0"};
+        struct api_encoder *encoder =
+            api_encoder_new(api_format_at(k), &reader, &options, &problem);
+        ssize_t length = encoder ? 1 : -1;
+        for (int pieces = 0; encoder && length > 0 && pieces < 100; pieces++)
+            length = api_encoder_read(encoder, buffer, sizeof buffer);
+        sound = sound && length == 0;
+        assert_true(encoder || problem.id != API_OK);
+        api_encoder_free(encoder);
+    }
+    return sound;
+}
+
+static void test_columns_cut_anywhere_are_damaged(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    struct sample *sample = sample_new(&random);
+    struct api_problem problem;
+    struct api_columns columns;
+    assert_int_equal(write_sample(sample, 1 << 20, &problem), API_OK);
+    assert_true(read_everything(&sample->container));
+    size_t header = (size_t)(sample->header.column[0].offset);
+    for (size_t length = 0; length < header; length += 7) {
+        sample->container.length = length;
+        problem = (struct api_problem){0};
+        assert_int_equal(api_columns_open(&sample->reader, &columns, &problem), API_INTERNAL);
+    }
+    sample->container.length = header + 8;
+    assert_false(read_everything(&sample->container));
+    sample_free(sample);
+}
+
+static void test_columns_survive_a_corrupted_header(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    struct sample *sample = sample_new(&random);
+    struct api_problem problem;
+    assert_int_equal(write_sample(sample, 1 << 20, &problem), API_OK);
+    size_t header = (size_t)(sample->header.column[0].offset);
+    for (int round = 0; round < 3000; round++) {
+        struct bytes copy = {0};
+        bytes_add(&copy, sample->container.data, sample->container.length);
+        for (int hits = 1 + random_index(&random, 4); hits > 0; hits--) {
+            size_t at = (size_t)random_index(&random, (int)header);
+            copy.data[at] = round % 2 ? (char)random_index(&random, 256)
+                                      : "0123456789-.eE{}[],:\"\\"[random_index(&random, 22)];
+        }
+        read_everything(&copy);
+        bytes_free(&copy);
+    }
+    sample_free(sample);
+}
+
+/* The promise of the writer, that every value is a number, is not taken on trust. */
+static void test_columns_refuse_to_read_values_that_are_no_numbers(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    struct sample *sample = sample_new(&random);
+    struct api_problem problem;
+    const double bad[] = {NAN, INFINITY, 1e300, 0.5, -1};
+    assert_int_equal(write_sample(sample, 1 << 20, &problem), API_OK);
+    assert_true(read_everything(&sample->container));
+    for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
+        memcpy(sample->container.data + sample->header.column[2].offset, &bad[k], sizeof bad[k]);
+        assert_false(read_everything(&sample->container));
+    }
+    sample_free(sample);
+}
+
+static void test_columns_summary_json_is_the_contracts(void **state) {
+    (void)state;
+    struct api_summary summary = {.outcome = DRAPE_COMPLETE,
+                                  .nodes = 12,
+                                  .error_estimate_max = 0.5,
+                                  .front_reasons = {[DRAPE_REASON_FOLD] = 2},
+                                  .solve_ms = 7,
+                                  .solver_version = "1"};
+    char *text = api_summary_json(&summary, 3);
+    json_t *json = json_loads(text, 0, NULL);
+    static const char *const keys[] = {"outcome",
+                                       "nodes",
+                                       "cells",
+                                       "coverage",
+                                       "max_shear_deg",
+                                       "mean_shear_deg",
+                                       "locked_cells",
+                                       "packing_exceeded_cells",
+                                       "residual_max",
+                                       "newton_iterations_mean",
+                                       "error_estimate_max",
+                                       "front_reasons",
+                                       "timing_ms",
+                                       "solver_version"};
+    double queue, solve;
+    int folds, boundaries;
+    for (size_t i = 0; i < sizeof keys / sizeof *keys; i++)
+        assert_non_null(json_object_get(json, keys[i]));
+    assert_int_equal(json_unpack(json, "{s:{s:F,s:F},s:{s:i,s:i}}", "timing_ms", "queue", &queue,
+                                 "solve", &solve, "front_reasons", "fold", &folds, "boundary",
+                                 &boundaries),
+                     0);
+    assert_true(queue == 3 && solve == 7 && folds == 2 && boundaries == 0);
+    json_decref(json);
+    free(text);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_columns_read_back_what_was_written),
+        cmocka_unit_test(test_columns_give_any_run_of_rows),
+        cmocka_unit_test(test_columns_are_little_endian_doubles_behind_the_directory),
+        cmocka_unit_test(test_columns_refuse_values_that_are_no_numbers),
+        cmocka_unit_test(test_columns_stop_when_the_sink_refuses),
+        cmocka_unit_test(test_columns_report_missing_memory_and_too_many),
+        cmocka_unit_test(test_columns_cut_anywhere_are_damaged),
+        cmocka_unit_test(test_columns_survive_a_corrupted_header),
+        cmocka_unit_test(test_columns_refuse_to_read_values_that_are_no_numbers),
+        cmocka_unit_test(test_columns_summary_json_is_the_contracts),
+    };
+    prepare();
+    return cmocka_run_group_tests_name("columns", tests, NULL, NULL);
+}

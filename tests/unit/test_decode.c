@@ -1,0 +1,325 @@
+/* SPDX-License-Identifier: MIT */
+#include "../../api/decode.h"
+
+#include "../../api/normalise.h"
+#include "check.h"
+#include "support.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define KNOTS "\"knotvector_u\":[0,0,1,1],\"knotvector_v\":[0,0,1,1]"
+#define SIZES "\"degree_u\":1,\"degree_v\":1,\"size_u\":2,\"size_v\":2"
+#define POINTS "[[0,0,0],[0,1,0],[1,0,0],[1,1,0.5]]"
+#define PATCH "{" SIZES "," KNOTS ",\"control_points\":{\"points\":" POINTS "}}"
+
+/* One decoded request and where it lies. */
+struct decoded {
+    struct arena *arena;
+    struct api_request request;
+    struct api_problem problem;
+};
+
+static int begin(void **state) {
+    struct decoded *decoded = calloc(1, sizeof *decoded);
+    assert_non_null(decoded);
+    decoded->arena = arena_new((size_t)1 << 30);
+    *state = decoded;
+    return 0;
+}
+
+static int end(void **state) {
+    struct decoded *decoded = *state;
+    arena_free(decoded->arena);
+    free(decoded);
+    return 0;
+}
+
+/* Decodes a request with this surface and, between the braces, these other members. */
+static void decode(struct decoded *decoded, const char *surface, const char *members) {
+    struct bytes text = {0};
+    bytes_format(&text, "{\"surface\":%s,\"fabric\":{\"spacing\":0.5}%s}", surface, members);
+    decode_text(text.data, decoded->arena, &decoded->request, &decoded->problem);
+    if (decoded->problem.id != API_OK)
+        fail_msg("%s: %s", decoded->problem.place[0].pointer, decoded->problem.place[0].detail);
+    bytes_free(&text);
+}
+
+static void assert_patch(const struct nurbs *nurbs) {
+    assert_int_equal(nurbs->u.degree, 1);
+    assert_int_equal(nurbs->v.size, 2);
+    assert_int_equal(nurbs->u.knot_count, 4);
+    assert_int_equal(nurbs->point_count, 4);
+    assert_true(nurbs->points[1].y == 1 && nurbs->points[2].x == 1 && nurbs->points[3].z == 0.5);
+}
+
+static void test_decode_fills_in_every_default(void **state) {
+    struct decoded *d = *state;
+    decode(d, PATCH, "");
+    const struct api_request *r = &d->request;
+    assert_patch(&r->surface.nurbs);
+    assert_null(r->surface.nurbs.weights);
+    assert_string_equal(r->surface.id, "");
+    assert_string_equal(r->length_unit->name, "m");
+    assert_true(r->length_unit->metres == 1);
+    assert_true(r->settings.spacing[0] == 0.5 && r->settings.spacing[1] == 0.5);
+    assert_int_equal(r->settings.method, DRAPE_GIB);
+    assert_int_equal(r->settings.yarn_path, DRAPE_PATH_CHORD);
+    assert_int_equal(r->settings.start_kind, DRAPE_START_CENTROID);
+    assert_int_equal(r->settings.direction_kind, DRAPE_DIRECTION_ANGLE);
+    assert_true(r->settings.direction_deg == 0 && r->settings.pre_shear_deg == 0);
+    assert_int_equal(r->settings.generator[0].kind, DRAPE_GENERATOR_GEODESIC);
+    assert_false(r->settings.has_extent[0] || r->settings.has_extent[1]);
+    assert_int_equal(r->settings.max_nodes, api_limits_default.max_nodes);
+    assert_true(r->fabric.thickness == 0 && r->fabric.fiber_volume_fraction == 0);
+    assert_true(r->fabric.locking_angle_deg < 0 && r->fabric.plies == 1);
+    assert_false(r->cavity.rigid);
+    assert_int_equal(r->permeability.model, API_PERMEABILITY_NONE);
+}
+
+static void test_decode_takes_every_setting(void **state) {
+    struct decoded *d = *state;
+    struct bytes text = {0};
+    bytes_format(&text,
+                 "{\"surface\":%s,\"length_unit\":\"mm\",\"fabric\":{\"spacing\":[0.1,0.2],"
+                 "\"thickness\":0.3,\"fiber_volume_fraction\":0.55,\"locking_angle_deg\":42,"
+                 "\"pre_shear_deg\":-5,\"plies\":3},\"start\":{\"uv\":[0.25,1]},"
+                 "\"direction\":{\"vector\":[1,2,3]},\"method\":\"basic\","
+                 "\"generators\":{\"warp\":\"geodesic\"},\"extent\":{\"weft\":[-3,4]},"
+                 "\"cavity\":{\"height\":2.5},\"yarn_path\":\"chord\"}",
+                 PATCH);
+    assert_int_equal(decode_text(text.data, d->arena, &d->request, &d->problem), API_OK);
+    const struct api_request *r = &d->request;
+    assert_true(r->length_unit->metres == 1e-3);
+    assert_true(r->settings.spacing[0] == 0.1 && r->settings.spacing[1] == 0.2);
+    assert_true(r->fabric.thickness == 0.3 && r->fabric.fiber_volume_fraction == 0.55);
+    assert_true(r->fabric.locking_angle_deg == 42 && r->fabric.plies == 3);
+    assert_true(r->settings.pre_shear_deg == -5);
+    assert_int_equal(r->settings.start_kind, DRAPE_START_UV);
+    assert_true(r->settings.start_uv[0] == 0.25 && r->settings.start_uv[1] == 1);
+    assert_int_equal(r->settings.direction_kind, DRAPE_DIRECTION_VECTOR);
+    assert_true(r->settings.direction_vector.z == 3);
+    assert_int_equal(r->settings.method, DRAPE_BASIC);
+    assert_false(r->settings.has_extent[0]);
+    assert_true(r->settings.has_extent[1]);
+    assert_true(r->settings.extent[1][0] == -3 && r->settings.extent[1][1] == 4);
+    assert_true(r->cavity.rigid && r->cavity.height == 2.5);
+    bytes_free(&text);
+}
+
+static void test_decode_start_by_point(void **state) {
+    struct decoded *d = *state;
+    decode(d, PATCH, ",\"start\":{\"point\":[0.5,0.25,-1]}");
+    assert_int_equal(d->request.settings.start_kind, DRAPE_START_POINT);
+    assert_true(d->request.settings.start_point.z == -1);
+}
+
+static void test_decode_bare_list_of_points(void **state) {
+    struct decoded *d = *state;
+    decode(d, "{" SIZES "," KNOTS ",\"control_points\":" POINTS "}", "");
+    assert_patch(&d->request.surface.nurbs);
+    assert_null(d->request.surface.nurbs.weights);
+}
+
+static void test_decode_weights_beside_the_bare_list(void **state) {
+    struct decoded *d = *state;
+    decode(d, "{" SIZES "," KNOTS ",\"control_points\":" POINTS ",\"weights\":[1,2,3,0.5]}", "");
+    assert_patch(&d->request.surface.nurbs);
+    assert_int_equal(d->request.surface.nurbs.weight_count, 4);
+    assert_true(d->request.surface.nurbs.weights[3] == 0.5);
+}
+
+static void test_decode_weights_in_control_points(void **state) {
+    struct decoded *d = *state;
+    decode(d,
+           "{" SIZES "," KNOTS ",\"control_points\":{\"weights\":[1,2,3,4],\"points\":" POINTS "}}",
+           "");
+    assert_patch(&d->request.surface.nurbs);
+    assert_true(d->request.surface.nurbs.weights[2] == 3);
+}
+
+static void test_decode_weights_that_are_all_one_say_nothing(void **state) {
+    struct decoded *d = *state;
+    decode(d, "{" SIZES "," KNOTS ",\"control_points\":" POINTS ",\"weights\":[1,1.0,1e0,1]}", "");
+    assert_null(d->request.surface.nurbs.weights);
+    assert_int_equal(d->request.surface.nurbs.weight_count, 0);
+}
+
+static void test_decode_whole_export_file(void **state) {
+    struct decoded *d = *state;
+    decode(d, "{\"shape\":{\"type\":\"surface\",\"count\":1,\"data\":[" PATCH "]}}", "");
+    assert_patch(&d->request.surface.nurbs);
+    decode(d, "{\"shape\":{\"data\":[" PATCH "]}}", "");
+    assert_patch(&d->request.surface.nurbs);
+}
+
+static void test_decode_ignores_the_other_keys_of_the_format(void **state) {
+    struct decoded *d = *state;
+    decode(d,
+           "{" SIZES "," KNOTS ",\"control_points\":" POINTS ",\"type\":\"spline\","
+           "\"rational\":true,\"dimension\":3,\"pdimension\":2,\"delta\":[0.05,0.05],"
+           "\"sample_size\":[30,30],\"name\":\"wing\",\"id\":7,\"bbox\":[[0,0,0],[1,1,1]],"
+           "\"reversed\":0,\"precision\":18}",
+           "");
+    assert_patch(&d->request.surface.nurbs);
+}
+
+static void test_decode_empty_trims_are_none(void **state) {
+    struct decoded *d = *state;
+    decode(d,
+           "{" SIZES "," KNOTS ",\"control_points\":" POINTS
+           ",\"trims\":{\"count\":0,\"data\":[]}}",
+           "");
+    assert_int_equal(d->request.surface.trim_count, 0);
+}
+
+#define STORED_ID "0123456789abcdef0123456789abcdef"
+
+static void test_decode_surface_by_id(void **state) {
+    struct decoded *d = *state;
+    static const char text[] = "{\"surface\":{\"id\":\"" STORED_ID "\"},\"fabric\":{\"spacing\":1},"
+                               "\"start\":{\"uv\":[0.5,0.5]}}";
+    assert_int_equal(decode_text(text, d->arena, &d->request, &d->problem), API_OK);
+    assert_int_equal(d->request.surface.kind, API_SURFACE_NAMED);
+    assert_string_equal(d->request.surface.id, STORED_ID);
+    const struct api_input input = {text, sizeof text - 1, PATCH, sizeof PATCH - 1};
+    assert_int_equal(api_decode(&input, &api_limits_default, d->arena, &d->request, &d->problem),
+                     API_OK);
+    assert_int_equal(d->request.surface.kind, API_SURFACE_NURBS);
+    assert_string_equal(d->request.surface.id, STORED_ID);
+    assert_patch(&d->request.surface.nurbs);
+}
+
+/* The domain of a stored surface is known only once it is there. */
+static void test_decode_checks_the_start_against_the_stored_surface(void **state) {
+    struct decoded *d = *state;
+    static const char text[] = "{\"surface\":{\"id\":\"" STORED_ID "\"},\"fabric\":{\"spacing\":1},"
+                               "\"start\":{\"uv\":[0.5,1.5]}}";
+    assert_int_equal(decode_text(text, d->arena, &d->request, &d->problem), API_OK);
+    const struct api_input input = {text, sizeof text - 1, PATCH, sizeof PATCH - 1};
+    assert_int_equal(api_decode(&input, &api_limits_default, d->arena, &d->request, &d->problem),
+                     API_INVALID_REQUEST);
+    assert_string_equal(d->problem.place[0].pointer, "/start/uv");
+}
+
+/* A stored surface that cannot be read is not the caller's fault. */
+static void test_decode_damaged_stored_surface_is_internal(void **state) {
+    struct decoded *d = *state;
+    static const char text[] =
+        "{\"surface\":{\"id\":\"" STORED_ID "\"},\"fabric\":{\"spacing\":1}}";
+    static const char *const damaged[] = {"{", "{}", "[]", "{\"id\":\"" STORED_ID "\"}"};
+    for (size_t i = 0; i < sizeof damaged / sizeof *damaged; i++) {
+        const struct api_input input = {text, sizeof text - 1, damaged[i], strlen(damaged[i])};
+        d->problem = (struct api_problem){0};
+        assert_int_equal(
+            api_decode(&input, &api_limits_default, d->arena, &d->request, &d->problem),
+            API_INTERNAL);
+    }
+}
+
+static void test_decode_surface_alone(void **state) {
+    struct decoded *d = *state;
+    struct api_surface surface;
+    assert_int_equal(api_decode_surface(PATCH, sizeof PATCH - 1, &api_limits_default, d->arena,
+                                        &surface, &d->problem),
+                     API_OK);
+    assert_patch(&surface.nurbs);
+    static const char named[] = "{\"id\":\"" STORED_ID "\"}";
+    assert_int_equal(api_decode_surface(named, sizeof named - 1, &api_limits_default, d->arena,
+                                        &surface, &d->problem),
+                     API_INVALID_REQUEST);
+    assert_string_equal(d->problem.place[0].pointer, "/degree_u");
+}
+
+/* What is written down as understood decodes to the same again, and is written the same. */
+static void test_decode_of_a_normalised_request_changes_nothing(void **state) {
+    struct decoded *d = *state;
+    static const char *const members[] = {
+        "", ",\"start\":{\"uv\":[0.1,0.9]},\"direction\":{\"angle_deg\":33.3}",
+        ",\"start\":{\"point\":[0.1,0.2,0.3]},\"direction\":{\"vector\":[0,0.1,2]}",
+        ",\"extent\":{\"warp\":[-1,2],\"weft\":[0,0]},\"cavity\":{\"height\":0.1}",
+        ",\"extent\":{\"warp\":[0,3]},\"length_unit\":\"in\",\"method\":\"basic\""};
+    for (size_t i = 0; i < sizeof members / sizeof *members; i++) {
+        struct api_request again;
+        decode(d, PATCH, members[i]);
+        const char *first = api_normalise(&d->request, NULL, d->arena);
+        assert_non_null(first);
+        assert_int_equal(decode_text(first, d->arena, &again, &d->problem), API_OK);
+        assert_string_equal(api_normalise(&again, NULL, d->arena), first);
+    }
+}
+
+static void test_decode_normalised_start_is_what_was_chosen(void **state) {
+    struct decoded *d = *state;
+    const struct api_start chosen = {.uv = {0.125, 0.5}};
+    decode(d, PATCH, "");
+    const char *text = api_normalise(&d->request, &chosen, d->arena);
+    assert_non_null(strstr(text, "\"start\":{\"uv\":[0.125,0.5]}"));
+    decode(d, PATCH, ",\"start\":{\"uv\":[1,0]}");
+    text = api_normalise(&d->request, &chosen, d->arena);
+    assert_non_null(strstr(text, "\"start\":{\"uv\":[1,0]}"));
+}
+
+static void test_decode_limits_are_too_large(void **state) {
+    struct decoded *d = *state;
+    struct api_limits limits = api_limits_default;
+    const struct api_input input = {saddle_request, strlen(saddle_request), NULL, 0};
+    limits.max_elements = 20;
+    assert_int_equal(api_decode(&input, &limits, d->arena, &d->request, &d->problem),
+                     API_TOO_LARGE);
+    limits.max_elements = 1000;
+    limits.max_depth = 3;
+    d->problem = (struct api_problem){0};
+    assert_int_equal(api_decode(&input, &limits, d->arena, &d->request, &d->problem),
+                     API_TOO_LARGE);
+}
+
+/* Any damage to a document is answered, and never worse. */
+static void test_decode_survives_damaged_documents(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    size_t length = strlen(saddle_request);
+    for (int round = 0; round < 20000; round++) {
+        struct bytes copy = {0};
+        struct api_request request;
+        struct api_problem problem = {0};
+        struct arena *arena = arena_new((size_t)1 << 24);
+        bytes_add(&copy, saddle_request, length);
+        for (int hits = 1 + random_index(&random, 3); hits > 0; hits--)
+            copy.data[random_index(&random, (int)length)] =
+                random_index(&random, 4) ? "0123456789-.eE{}[],:\"\\aut"[random_index(&random, 25)]
+                                         : (char)random_index(&random, 256);
+        const struct api_input input = {copy.data, length, NULL, 0};
+        enum api_problem_id id = api_decode(&input, &api_limits_default, arena, &request, &problem);
+        assert_true(id == API_OK || id == API_MALFORMED_JSON || id == API_INVALID_REQUEST);
+        assert_true(id == API_OK || problem.count > 0);
+        arena_free(arena);
+        bytes_free(&copy);
+    }
+}
+
+int main(void) {
+#define TEST(name) cmocka_unit_test_setup_teardown(name, begin, end)
+    const struct CMUnitTest tests[] = {
+        TEST(test_decode_fills_in_every_default),
+        TEST(test_decode_takes_every_setting),
+        TEST(test_decode_start_by_point),
+        TEST(test_decode_bare_list_of_points),
+        TEST(test_decode_weights_beside_the_bare_list),
+        TEST(test_decode_weights_in_control_points),
+        TEST(test_decode_weights_that_are_all_one_say_nothing),
+        TEST(test_decode_whole_export_file),
+        TEST(test_decode_ignores_the_other_keys_of_the_format),
+        TEST(test_decode_empty_trims_are_none),
+        TEST(test_decode_surface_by_id),
+        TEST(test_decode_checks_the_start_against_the_stored_surface),
+        TEST(test_decode_damaged_stored_surface_is_internal),
+        TEST(test_decode_surface_alone),
+        TEST(test_decode_of_a_normalised_request_changes_nothing),
+        TEST(test_decode_normalised_start_is_what_was_chosen),
+        TEST(test_decode_limits_are_too_large),
+        TEST(test_decode_survives_damaged_documents),
+    };
+    prepare();
+    return cmocka_run_group_tests_name("decode", tests, NULL, NULL);
+}

@@ -1,0 +1,177 @@
+/* SPDX-License-Identifier: MIT */
+/* The requests of api/examples/: that they are what their README says. */
+#include "check.h"
+#include "support.h"
+
+#include "../../api/shape.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *const names[] = {"saddle", "sphere", "freeform"};
+
+struct example {
+    struct arena *arena;
+    struct bytes text, container;
+    struct api_request request;
+    struct surface *surface;
+};
+
+static void example_open(struct example *example, const char *name) {
+    char path[64];
+    struct api_problem problem;
+    snprintf(path, sizeof path, "api/examples/%s.json", name);
+    *example = (struct example){.arena = arena_new((size_t)1 << 26), .text = file_read(path)};
+    if (decode_text(example->text.data, example->arena, &example->request, &problem) != API_OK ||
+        api_shape_make(&example->request, &api_limits_default, example->arena, &example->surface,
+                       &problem) != API_OK)
+        fail_msg("%s: %s: %s", name, problem.place[0].pointer, problem.place[0].detail);
+}
+
+static void example_close(struct example *example) {
+    arena_free(example->arena);
+    bytes_free(&example->text);
+    bytes_free(&example->container);
+}
+
+/* The values of a column of the nodes; the caller frees them. */
+static double *node_column(struct example *example, const char *name, size_t *rows) {
+    struct api_problem problem = {0};
+    struct api_columns columns;
+    struct api_reader reader = reader_over(&example->container);
+    if (!example->container.data)
+        assert_int_equal(run_text(example->text.data, &example->container, &problem), API_OK);
+    assert_int_equal(api_columns_open(&reader, &columns, &problem), API_OK);
+    const struct api_column *column = api_columns_find(&columns, API_TABLE_NODES, name);
+    *rows = column->rows;
+    double *values = calloc(*rows, sizeof *values);
+    assert_true(api_columns_read(&reader, column, 0, *rows, values));
+    return values;
+}
+
+static void test_examples_run(void **state) {
+    (void)state;
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
+        struct example example;
+        size_t rows;
+        example_open(&example, names[k]);
+        free(node_column(&example, "x", &rows));
+        assert_in_range(rows, 1000, 20000);
+        example_close(&example);
+    }
+}
+
+/* A random point of the surface. */
+static struct vec3 random_point(struct random *random, const struct surface *surface) {
+    struct surface_cursor cursor = {0};
+    struct surface_jet jet;
+    double lower[2], upper[2];
+    surface_domain(surface, lower, upper);
+    double u = random_between(random, lower[0], upper[0]);
+    double v = random_between(random, lower[1], upper[1]);
+    surface_evaluate(surface, &cursor, u, v, &jet);
+    return jet.r;
+}
+
+static void test_examples_saddle_is_the_saddle(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    struct example example;
+    example_open(&example, "saddle");
+    for (int i = 0; i < 10000; i++) {
+        struct vec3 p = random_point(&random, example.surface);
+        assert_true(fabs(p.z - (p.x * p.x - p.y * p.y) / 2) < 1e-14);
+        assert_true(fabs(p.x) <= 2 && fabs(p.y) <= 2);
+    }
+    example_close(&example);
+}
+
+static void test_examples_sphere_is_a_sphere(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    struct example example;
+    struct vec3 low = {0, 0, 100};
+    example_open(&example, "sphere");
+    for (int i = 0; i < 10000; i++) {
+        struct vec3 p = random_point(&random, example.surface);
+        assert_true(fabs(vec3_norm(p) - 48) < 1e-13 * 48);
+        low.z = fmin(low.z, p.z);
+    }
+    assert_true(low.z > 16 && low.z < 17); /* the corners are at 16 */
+    example_close(&example);
+}
+
+static void test_examples_freeform_is_bicubic_rational_and_uneven(void **state) {
+    (void)state;
+    struct example example;
+    example_open(&example, "freeform");
+    const struct nurbs *nurbs = &example.request.surface.nurbs;
+    assert_int_equal(nurbs->u.degree, 3);
+    assert_int_equal(nurbs->v.degree, 3);
+    assert_non_null(nurbs->weights);
+    assert_true(nurbs->u.knots[5] - nurbs->u.knots[4] != nurbs->u.knots[4] - nurbs->u.knots[3]);
+    example_close(&example);
+}
+
+/* sin gamma = -x y / sqrt((1 + x^2)(1 + y^2)), to the accuracy of this spacing. */
+static void test_examples_saddle_has_the_shear_of_its_readme(void **state) {
+    (void)state;
+    struct example example;
+    size_t rows;
+    example_open(&example, "saddle");
+    double *x = node_column(&example, "x", &rows), *y = node_column(&example, "y", &rows);
+    double *shear = node_column(&example, "shear_deg", &rows);
+    for (size_t k = 0; k < rows; k++) {
+        double sine = -x[k] * y[k] / sqrt((1 + x[k] * x[k]) * (1 + y[k] * y[k]));
+        assert_true(fabs(shear[k] - asin(sine) * 180 / acos(-1)) < 0.15);
+    }
+    free(x);
+    free(y);
+    free(shear);
+    example_close(&example);
+}
+
+static void assert_node(struct example *example, int i, int j, const double expected[4],
+                        double tolerance) {
+    static const char *const keys[] = {"x", "y", "z", "shear_deg"};
+    size_t rows, at = 0;
+    double *is = node_column(example, "i", &rows), *js = node_column(example, "j", &rows);
+    while (at < rows && !((int)is[at] == i && (int)js[at] == j))
+        at++;
+    assert_true(at < rows);
+    for (size_t k = 0; k < 4; k++) {
+        double *values = node_column(example, keys[k], &rows);
+        if (!(fabs(values[at] - expected[k]) < tolerance * (k == 3 ? 10 : 1)))
+            fail_msg("node %d %d: %s is %.9g, not %.9g", i, j, keys[k], values[at], expected[k]);
+        free(values);
+    }
+    free(is);
+    free(js);
+}
+
+/* The limits of the README are further from the net of this spacing than the last digit, but not
+ * by more than its second order allows. */
+static void test_examples_freeform_is_near_the_limits_of_its_readme(void **state) {
+    (void)state;
+    struct example example;
+    example_open(&example, "freeform");
+    assert_node(&example, 20, 20, (const double[]){281.66438, 247.22063, 98.31998, -19.9897}, 0.01);
+    assert_node(&example, -20, -20, (const double[]){76.79671, 70.54999, 83.61291, 36.9431}, 0.01);
+    assert_node(&example, -20, 20, (const double[]){85.85201, 240.30880, 74.58798, -24.9742}, 0.01);
+    assert_node(&example, 20, -20, (const double[]){260.28468, 54.83116, 53.75146, -0.8182}, 0.01);
+    example_close(&example);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_examples_run),
+        cmocka_unit_test(test_examples_saddle_is_the_saddle),
+        cmocka_unit_test(test_examples_sphere_is_a_sphere),
+        cmocka_unit_test(test_examples_freeform_is_bicubic_rational_and_uneven),
+        cmocka_unit_test(test_examples_saddle_has_the_shear_of_its_readme),
+        cmocka_unit_test(test_examples_freeform_is_near_the_limits_of_its_readme),
+    };
+    prepare();
+    return cmocka_run_group_tests_name("examples", tests, NULL, NULL);
+}

@@ -1,0 +1,162 @@
+/* SPDX-License-Identifier: MIT */
+#include "../../api/fields.h"
+
+#include "check.h"
+#include "support.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static double shears[] = {0, 30, -60, 20, -20, 20.000001, 89.9};
+enum { CELLS = sizeof shears / sizeof *shears };
+
+static struct api_request plain_request(void) {
+    return (struct api_request){.fabric = {.locking_angle_deg = -1, .plies = 1},
+                                .permeability = {.model = API_PERMEABILITY_NONE}};
+}
+
+static const struct drape_result result = {.cells = {.count = CELLS, .shear_deg = shears}};
+
+/* The values of a derived column of the cells; NULL when it is not there. The caller frees. */
+static double *derive(const struct api_request *request, const char *name) {
+    struct api_fields *fields = malloc(sizeof *fields);
+    double *values = NULL;
+    assert_non_null(fields);
+    api_fields_list(fields, request, &result);
+    for (size_t i = 0; i < fields->count; i++) {
+        const struct api_column_source *source = &fields->source[i];
+        if (source->table != API_TABLE_CELLS || strcmp(source->name, name) != 0)
+            continue;
+        values = calloc(CELLS, sizeof *values);
+        source->fill(source->context, 0, 3, values);
+        source->fill(source->context, 3, CELLS - 3, values + 3);
+    }
+    free(fields);
+    return values;
+}
+
+static void assert_column(const struct api_request *request, const char *name,
+                          double (*expected)(double shear_rad)) {
+    double *values = derive(request, name);
+    assert_non_null(values);
+    for (size_t k = 0; k < CELLS; k++) {
+        double wanted = expected(shears[k] * acos(-1) / 180);
+        assert_true(fabs(values[k] - wanted) <= 1e-14 * fabs(wanted));
+    }
+    free(values);
+}
+
+static void assert_absent(const struct api_request *request, const char *name) {
+    assert_null(derive(request, name));
+}
+
+static double flexible_thickness(double shear) {
+    return 3 * 0.25 / cos(shear);
+}
+static double half(double shear) {
+    (void)shear;
+    return 0.5;
+}
+static double rigid_height(double shear) {
+    (void)shear;
+    return 0.8;
+}
+static double rigid_fraction(double shear) {
+    return 0.5 * (3 * 0.25 / 0.8) / cos(shear);
+}
+static double rigid_porosity(double shear) {
+    return 1 - rigid_fraction(shear);
+}
+
+static void test_fields_flexible_cavity_follows_mass_conservation(void **state) {
+    (void)state;
+    struct api_request request = plain_request();
+    request.fabric.thickness = 0.25;
+    request.fabric.fiber_volume_fraction = 0.5;
+    request.fabric.plies = 3;
+    assert_column(&request, "thickness", flexible_thickness);
+    assert_column(&request, "fiber_volume_fraction", half);
+    assert_column(&request, "porosity", half);
+    assert_int_equal(api_fields_packing_exceeded(&request, &result.cells), 0);
+}
+
+static void test_fields_rigid_cavity_follows_mass_conservation(void **state) {
+    (void)state;
+    struct api_request request = plain_request();
+    request.fabric.thickness = 0.25;
+    request.fabric.fiber_volume_fraction = 0.5;
+    request.fabric.plies = 3;
+    request.cavity.rigid = true;
+    request.cavity.height = 0.8;
+    assert_column(&request, "thickness", rigid_height);
+    assert_column(&request, "fiber_volume_fraction", rigid_fraction);
+    assert_column(&request, "porosity", rigid_porosity);
+    /* 0.46875 / cos 60 = 0.9375 and that at 89.9 degrees, against 0.9 */
+    assert_int_equal(api_fields_packing_exceeded(&request, &result.cells), 2);
+}
+
+static void test_fields_without_their_inputs_are_left_out(void **state) {
+    (void)state;
+    struct api_request request = plain_request();
+    assert_absent(&request, "thickness");
+    assert_absent(&request, "fiber_volume_fraction");
+    assert_absent(&request, "porosity");
+    assert_absent(&request, "locked");
+    assert_absent(&request, "packing_exceeded");
+    request.cavity.rigid = true;
+    request.cavity.height = 0.8;
+    request.fabric.fiber_volume_fraction = 0.5;
+    assert_column(&request, "thickness", rigid_height);
+    assert_absent(&request, "porosity"); /* takes the ply's thickness */
+}
+
+static void test_fields_locked_is_beyond_the_locking_angle(void **state) {
+    (void)state;
+    struct api_request request = plain_request();
+    request.fabric.locking_angle_deg = 20;
+    static const double expected[CELLS] = {0, 1, 1, 0, 0, 1, 1};
+    double *locked = derive(&request, "locked");
+    assert_memory_equal(locked, expected, sizeof expected);
+    assert_int_equal(api_fields_locked(&request, &result.cells), 4);
+    free(locked);
+    request.fabric.locking_angle_deg = -1;
+    assert_int_equal(api_fields_locked(&request, &result.cells), 0);
+}
+
+static void test_fields_packing_limit_is_that_of_the_model(void **state) {
+    (void)state;
+    struct api_request request = plain_request();
+    request.fabric.thickness = 1;
+    request.cavity.rigid = true;
+    request.cavity.height = 1;
+    request.permeability.model = API_PERMEABILITY_GEBART;
+    request.fabric.fiber_volume_fraction = 0.8;
+    request.permeability.packing = API_PACKING_QUADRATIC; /* 0.785 */
+    assert_int_equal(api_fields_packing_exceeded(&request, &result.cells), CELLS);
+    request.permeability.packing = API_PACKING_HEXAGONAL; /* 0.907; 0.8 / cos 30 = 0.924 */
+    assert_int_equal(api_fields_packing_exceeded(&request, &result.cells), 3);
+}
+
+static void test_fields_are_finite_at_ninety_degrees(void **state) {
+    (void)state;
+    struct api_request request = plain_request();
+    request.fabric.thickness = 1;
+    double kept = shears[1];
+    shears[1] = 90;
+    double *values = derive(&request, "thickness");
+    assert_true(isfinite(values[1]));
+    shears[1] = kept;
+    free(values);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_fields_flexible_cavity_follows_mass_conservation),
+        cmocka_unit_test(test_fields_rigid_cavity_follows_mass_conservation),
+        cmocka_unit_test(test_fields_without_their_inputs_are_left_out),
+        cmocka_unit_test(test_fields_locked_is_beyond_the_locking_angle),
+        cmocka_unit_test(test_fields_packing_limit_is_that_of_the_model),
+        cmocka_unit_test(test_fields_are_finite_at_ninety_degrees),
+    };
+    return cmocka_run_group_tests_name("fields", tests, NULL, NULL);
+}

@@ -1,0 +1,140 @@
+/* SPDX-License-Identifier: MIT */
+#include "../../api/number.h"
+
+#include "check.h"
+#include "support.h"
+#include <float.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static double read_back(const char *text, size_t length) {
+    char copy[API_NUMBER_SIZE + 1];
+    char *end;
+    assert_in_range(length, 1, API_NUMBER_SIZE);
+    memcpy(copy, text, length);
+    copy[length] = '\0';
+    double value = strtod(copy, &end);
+    assert_ptr_equal(end, copy + length);
+    return value;
+}
+
+static uint64_t bits_of(double value) {
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+static double random_double(struct random *random) {
+    double value;
+    do {
+        uint64_t bits = random_bits(random);
+        memcpy(&value, &bits, sizeof value);
+    } while (!isfinite(value));
+    return value;
+}
+
+/* What the grammar of JSON calls a number. */
+static bool is_json_number(const char *text, size_t length) {
+    size_t i = text[0] == '-', digits = i;
+    while (i < length && text[i] >= '0' && text[i] <= '9')
+        i++;
+    bool ok = i > digits && (text[digits] != '0' || i == digits + 1);
+    if (i < length && text[i] == '.') {
+        digits = ++i;
+        while (i < length && text[i] >= '0' && text[i] <= '9')
+            i++;
+        ok = ok && i > digits;
+    }
+    if (i < length && text[i] == 'e') {
+        i++;
+        i += i < length && (text[i] == '+' || text[i] == '-');
+        digits = i;
+        while (i < length && text[i] >= '0' && text[i] <= '9')
+            i++;
+        ok = ok && i > digits;
+    }
+    return ok && i == length;
+}
+
+static void test_number_shortest_reads_back_to_the_same_bits(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    for (int i = 0; i < 100000; i++) {
+        char text[API_NUMBER_SIZE];
+        double value = random_double(&random);
+        size_t length = api_number_shortest(text, value);
+        assert_true(is_json_number(text, length));
+        assert_int_equal(bits_of(read_back(text, length)), bits_of(value));
+    }
+}
+
+static void test_number_shortest_is_no_longer_than_any_rounding(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    for (int i = 0; i < 5000; i++) {
+        char text[API_NUMBER_SIZE], rounded[64];
+        double value = random_double(&random);
+        size_t length = api_number_shortest(text, value);
+        int digits = 1;
+        while (snprintf(rounded, sizeof rounded, "%.*e", digits - 1, value) > 0 &&
+               bits_of(strtod(rounded, NULL)) != bits_of(value))
+            digits++;
+        assert_in_range(length, 1, strlen(rounded));
+    }
+}
+
+static void test_number_shortest_of_known_values(void **state) {
+    (void)state;
+    static const struct {
+        double value;
+        const char *text;
+    } known[] = {{0, "0"},        {-0.0, "-0"},       {1, "1"},
+                 {0.1, "0.1"},    {-2.5, "-2.5"},     {1.0 / 3, "0.3333333333333333"},
+                 {1e22, "1e+22"}, {5e-324, "5e-324"}, {DBL_MAX, "1.7976931348623157e+308"}};
+    for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
+        char text[API_NUMBER_SIZE + 1];
+        text[api_number_shortest(text, known[i].value)] = '\0';
+        assert_string_equal(text, known[i].text);
+    }
+}
+
+static void test_number_rounded_is_correctly_rounded(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    for (int i = 0; i < 20000; i++) {
+        char text[API_NUMBER_SIZE], printed[64];
+        double value = i % 2 ? random_double(&random) : random_between(&random, -1000, 1000);
+        int digits = 1 + random_index(&random, API_PRECISION_EXACT);
+        size_t length = api_number_rounded(text, value, digits);
+        snprintf(printed, sizeof printed, "%.*e", digits - 1, value);
+        if (isinf(strtod(printed, NULL)))
+            continue; /* rounded up beyond the largest double */
+        assert_true(is_json_number(text, length));
+        assert_int_equal(bits_of(read_back(text, length)), bits_of(strtod(printed, NULL)));
+    }
+}
+
+static void test_number_integer_writes_all_of_int64(void **state) {
+    (void)state;
+    static const int64_t values[] = {0, 7, -7, INT64_MAX, INT64_MIN};
+    for (size_t i = 0; i < sizeof values / sizeof *values; i++) {
+        char text[API_NUMBER_SIZE + 1], expected[API_NUMBER_SIZE];
+        text[api_number_integer(text, values[i])] = '\0';
+        snprintf(expected, sizeof expected, "%" PRId64, values[i]);
+        assert_string_equal(text, expected);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_number_shortest_reads_back_to_the_same_bits),
+        cmocka_unit_test(test_number_shortest_is_no_longer_than_any_rounding),
+        cmocka_unit_test(test_number_shortest_of_known_values),
+        cmocka_unit_test(test_number_rounded_is_correctly_rounded),
+        cmocka_unit_test(test_number_integer_writes_all_of_int64),
+    };
+    return cmocka_run_group_tests_name("number", tests, NULL, NULL);
+}

@@ -1,0 +1,227 @@
+/* SPDX-License-Identifier: MIT */
+#include "../../api/run.h"
+
+#include "../../api/shape.h"
+#include "check.h"
+#include "support.h"
+#include <jansson.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static enum api_problem_id run_replaced(const char *what, const char *with,
+                                        struct api_problem *problem) {
+    struct bytes text = text_replace(saddle_request, what, with), container = {0};
+    enum api_problem_id id = run_text(text.data, &container, problem);
+    bytes_free(&text);
+    bytes_free(&container);
+    return id;
+}
+
+static void assert_problem(const struct api_problem *problem, enum api_problem_id id,
+                           const char *pointer) {
+    assert_string_equal(api_problem_slug(problem->id), api_problem_slug(id));
+    assert_string_equal(problem->place[0].pointer, pointer);
+}
+
+static void test_run_gives_a_container(void **state) {
+    (void)state;
+    struct bytes container = {0};
+    struct api_problem problem;
+    struct api_columns columns;
+    assert_int_equal(run_text(saddle_request, &container, &problem), API_OK);
+    struct api_reader reader = reader_over(&container);
+    assert_int_equal(api_columns_open(&reader, &columns, &problem), API_OK);
+    assert_int_equal(columns.length, container.length);
+    assert_string_equal(columns.summary.solver_version, DRAPE_SOLVER_VERSION);
+    assert_int_equal(columns.summary.nodes, api_columns_rows(&columns, API_TABLE_NODES));
+    assert_true(columns.grid.spacing[0] == 0.5 && columns.grid.warp[0] < 0);
+    assert_true(columns.summary.coverage > 0.5 && columns.summary.coverage <= 1);
+    bytes_free(&container);
+}
+
+/* All but the time it took. */
+static void test_run_gives_the_same_bytes_again(void **state) {
+    (void)state;
+    struct bytes container[2] = {{0}, {0}};
+    size_t start[2];
+    for (int k = 0; k < 2; k++) {
+        struct api_problem problem;
+        struct api_columns columns;
+        assert_int_equal(run_text(saddle_request, &container[k], &problem), API_OK);
+        struct api_reader reader = reader_over(&container[k]);
+        assert_int_equal(api_columns_open(&reader, &columns, &problem), API_OK);
+        start[k] = (size_t)columns.column[0].offset;
+    }
+    assert_int_equal(container[0].length - start[0], container[1].length - start[1]);
+    assert_memory_equal(container[0].data + start[0], container[1].data + start[1],
+                        container[0].length - start[0]);
+    bytes_free(&container[0]);
+    bytes_free(&container[1]);
+}
+
+static void test_run_refuses_a_surface_that_is_not_there(void **state) {
+    (void)state;
+    struct api_problem problem;
+    struct bytes container = {0};
+    run_text(
+        "{\"surface\":{\"id\":\"0123456789abcdef0123456789abcdef\"},\"fabric\":{\"spacing\":1}}",
+        &container, &problem);
+    assert_problem(&problem, API_INVALID_REQUEST, "/surface/id");
+    bytes_free(&container);
+}
+
+static void test_run_refuses_a_start_off_the_surface(void **state) {
+    (void)state;
+    struct api_problem problem;
+    run_replaced("{\"surface\"", "{\"start\":{\"point\":[0,0,9]},\"surface\"", &problem);
+    assert_problem(&problem, API_START_OFF_SURFACE, "/start");
+    run_replaced("{\"surface\"", "{\"start\":{\"point\":[0,0,0.4]},\"surface\"", &problem);
+    assert_int_equal(problem.id, API_OK);
+}
+
+static void test_run_refuses_a_direction_across_the_surface(void **state) {
+    (void)state;
+    struct api_problem problem;
+    run_replaced("{\"surface\"",
+                 "{\"start\":{\"uv\":[0.5,0.5]},\"direction\":{\"vector\":[0,0,1]},\"surface\"",
+                 &problem);
+    assert_problem(&problem, API_INVALID_REQUEST, "/direction/vector");
+}
+
+static void test_run_refuses_a_surface_without_area(void **state) {
+    (void)state;
+    struct api_problem problem;
+    run_replaced(
+        "[[-2,-2,0],[-2,0,4],[-2,2,0],[0,-2,-4],[0,0,0],[0,2,-4],[2,-2,0],[2,0,4],[2,2,0]]",
+        "[[0,0,0],[1,0,0],[2,0,0],[0,0,0],[1,0,0],[2,0,0],[0,0,0],[1,0,0],[2,0,0]]", &problem);
+    assert_problem(&problem, API_DEGENERATE_SURFACE, "/surface");
+}
+
+static void test_run_refuses_more_nodes_than_allowed(void **state) {
+    (void)state;
+    struct api_problem problem;
+    run_replaced("0.5", "1e-4", &problem);
+    assert_problem(&problem, API_INVALID_REQUEST, "/fabric/spacing");
+    run_replaced("0.5}", "1e-4},\"extent\":{\"warp\":[0,1],\"weft\":[0,1]}", &problem);
+    assert_int_equal(problem.id, API_OK);
+}
+
+/* An extent in one direction makes a strip, of fewer nodes than the area would take. */
+static void test_run_allows_a_fine_strip(void **state) {
+    (void)state;
+    struct api_problem problem;
+    run_replaced("0.5}", "1e-3},\"extent\":{\"weft\":[0,1]}", &problem);
+    assert_int_equal(problem.id, API_OK);
+}
+
+static void test_run_stops_when_the_net_outgrows_the_limit(void **state) {
+    (void)state;
+    struct api_limits limits = api_limits_default;
+    const struct api_input input = {saddle_request, strlen(saddle_request), NULL, 0};
+    struct api_problem problem = {0};
+    struct bytes container = {0};
+    struct api_sink sink = sink_into(&container);
+    limits.max_nodes = 120; /* the area divided by that of a cell is 119.1, the net has 121 */
+    assert_int_equal(api_run(&input, &limits, NULL, &sink, &problem), API_INVALID_REQUEST);
+    assert_problem(&problem, API_INVALID_REQUEST, "/fabric/spacing");
+    bytes_free(&container);
+}
+
+struct watch {
+    int calls, stop_at;
+    double last;
+    bool in_order;
+};
+
+static bool watch_progress(void *context, double fraction) {
+    struct watch *watch = context;
+    watch->in_order = watch->in_order && fraction >= watch->last && fraction >= 0 && fraction <= 1;
+    watch->last = fraction;
+    return ++watch->calls != watch->stop_at;
+}
+
+static enum api_problem_id run_watched(struct watch *watch) {
+    struct bytes text = text_replace(saddle_request, "0.5}", "0.02}"), container = {0};
+    const struct api_input input = {text.data, text.length, NULL, 0};
+    struct api_problem problem = {0};
+    struct api_sink sink = sink_into(&container);
+    const struct drape_monitor monitor = {watch_progress, watch};
+    watch->in_order = true;
+    enum api_problem_id id = api_run(&input, &api_limits_default, &monitor, &sink, &problem);
+    bytes_free(&text);
+    bytes_free(&container);
+    return id;
+}
+
+static void test_run_reports_progress(void **state) {
+    (void)state;
+    struct watch watch = {0};
+    assert_int_equal(run_watched(&watch), API_OK);
+    assert_true(watch.in_order);
+    assert_in_range(watch.calls, 10, 1000);
+}
+
+static void test_run_stops_when_the_monitor_says_so(void **state) {
+    (void)state;
+    struct watch watch = {.stop_at = 5};
+    assert_int_equal(run_watched(&watch), API_CANCELLED);
+    assert_int_equal(watch.calls, 5);
+}
+
+static bool refuse(void *context, const void *bytes, size_t length) {
+    (void)context;
+    (void)bytes;
+    (void)length;
+    return false;
+}
+
+static void test_run_stops_when_the_sink_refuses(void **state) {
+    (void)state;
+    const struct api_input input = {saddle_request, strlen(saddle_request), NULL, 0};
+    const struct api_sink sink = {refuse, NULL};
+    struct api_problem problem = {0};
+    assert_int_equal(api_run(&input, &api_limits_default, NULL, &sink, &problem), API_CANCELLED);
+}
+
+static void test_run_describes_a_surface(void **state) {
+    (void)state;
+    struct arena *arena = arena_new((size_t)1 << 24);
+    struct api_request request;
+    struct api_problem problem;
+    double area;
+    int degree, size;
+    assert_int_equal(decode_text(saddle_request, arena, &request, &problem), API_OK);
+    const char *text = api_shape_describe(&request.surface, arena, &problem);
+    assert_non_null(text);
+    json_t *json = json_loads(text, 0, NULL);
+    assert_int_equal(
+        json_unpack(json, "{s:F,s:i,s:i}", "area", &area, "degree_u", &degree, "size_v", &size), 0);
+    /* int int sqrt(1 + x^2 + y^2) over [-2, 2]^2 */
+    assert_true(fabs(area - 29.7850269) < 1e-6 && degree == 2 && size == 3);
+    assert_int_equal(json_array_size(json_object_get(json, "bounding_box")), 2);
+    assert_int_equal(strlen(json_string_value(json_object_get(json, "id"))), API_ID_LENGTH);
+    assert_true(json_is_false(json_object_get(json, "closed_u")));
+    json_decref(json);
+    arena_free(arena);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_run_gives_a_container),
+        cmocka_unit_test(test_run_gives_the_same_bytes_again),
+        cmocka_unit_test(test_run_refuses_a_surface_that_is_not_there),
+        cmocka_unit_test(test_run_refuses_a_start_off_the_surface),
+        cmocka_unit_test(test_run_refuses_a_direction_across_the_surface),
+        cmocka_unit_test(test_run_refuses_a_surface_without_area),
+        cmocka_unit_test(test_run_refuses_more_nodes_than_allowed),
+        cmocka_unit_test(test_run_allows_a_fine_strip),
+        cmocka_unit_test(test_run_stops_when_the_net_outgrows_the_limit),
+        cmocka_unit_test(test_run_reports_progress),
+        cmocka_unit_test(test_run_stops_when_the_monitor_says_so),
+        cmocka_unit_test(test_run_stops_when_the_sink_refuses),
+        cmocka_unit_test(test_run_describes_a_surface),
+    };
+    prepare();
+    return cmocka_run_group_tests_name("run", tests, NULL, NULL);
+}

@@ -1,0 +1,308 @@
+/* SPDX-License-Identifier: MIT */
+#include "../../solver/surface.h"
+
+#include "check.h"
+#include "patch.h"
+#include "support.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* A random surface of one kind, made. */
+struct subject {
+    struct patch patch;
+    struct arena *arena;
+    struct surface *surface;
+    struct surface_cursor cursor;
+};
+
+static void subject_make(struct subject *s, const struct patch_kind *kind, struct random *random) {
+    struct nurbs_fault fault;
+    patch_make(&s->patch, kind, random);
+    if (nurbs_validate(&s->patch.nurbs, &fault) != STATUS_OK)
+        fail_msg("degrees %d %d: %s", kind->p, kind->q, fault.reason);
+    s->arena = arena_new((size_t)1 << 26);
+    s->cursor = (struct surface_cursor){0};
+    assert_int_equal(surface_make(&s->patch.nurbs, s->arena, &s->surface), STATUS_OK);
+}
+
+static void for_every_kind(void (*check)(struct subject *s, struct random *random),
+                           const char *name) {
+    struct random random = random_begin(name);
+    for (int k = 0; k < 4 * NURBS_DEGREE_MAX * NURBS_DEGREE_MAX; k++) {
+        struct patch_kind kind = {1 + k / 4 % NURBS_DEGREE_MAX, 1 + k / 4 / NURBS_DEGREE_MAX,
+                                  k % 2 == 0, k % 4 < 2};
+        struct subject subject;
+        subject_make(&subject, &kind, &random);
+        check(&subject, &random);
+        arena_free(subject.arena);
+    }
+}
+
+static struct vec3 rounded(struct patch_point p) {
+    return vec3_make((double)p.x, (double)p.y, (double)p.z);
+}
+
+/* ---- values ---- */
+
+static void check_values(struct subject *s, struct random *random) {
+    const struct nurbs *nurbs = &s->patch.nurbs;
+    for (int k = 0; k < 40; k++) {
+        int lu, lv;
+        struct surface_jet jet;
+        double u = patch_parameter(&nurbs->u, random, &lu);
+        double v = patch_parameter(&nurbs->v, random, &lv);
+        surface_evaluate(s->surface, &s->cursor, u, v, &jet);
+        double error = vec3_distance(jet.r, rounded(patch_evaluate(nurbs, lu, lv, u, v)));
+        if (!(error < 2e-13 * PATCH_SIZE_MAX))
+            fail_msg("degrees %d %d: off by %g", nurbs->u.degree, nurbs->v.degree, error);
+    }
+}
+
+static void test_surface_values_are_those_of_de_boor(void **state) {
+    (void)state;
+    for_every_kind(check_values, __func__);
+}
+
+/* ---- derivatives ---- */
+
+enum { R_U, R_V, R_UU, R_UV, R_VV, DERIVATIVES };
+
+struct place {
+    const struct nurbs *nurbs;
+    int lu, lv;
+    long double u, v, hu, hv; /* h: the steps in u and v */
+};
+
+static struct patch_point at(const struct place *p, int i, int j, long double share) {
+    return patch_evaluate(p->nurbs, p->lu, p->lv, p->u + i * share * p->hu,
+                          p->v + j * share * p->hv);
+}
+
+/* sum of c[k] r(u + i[k] h, v + j[k] h), divided by `scale`. */
+static struct vec3 combine(const struct place *p, long double share, const int terms[][3],
+                           size_t count, long double scale) {
+    long double x = 0, y = 0, z = 0;
+    for (size_t k = 0; k < count; k++) {
+        struct patch_point r = at(p, terms[k][0], terms[k][1], share);
+        x += terms[k][2] * r.x;
+        y += terms[k][2] * r.y;
+        z += terms[k][2] * r.z;
+    }
+    return vec3_make((double)(x / scale), (double)(y / scale), (double)(z / scale));
+}
+
+/* Centred differences of second order in the step. */
+static struct vec3 difference(const struct place *p, int derivative, long double share) {
+    static const int u1[][3] = {{1, 0, 1}, {-1, 0, -1}}, v1[][3] = {{0, 1, 1}, {0, -1, -1}};
+    static const int u2[][3] = {{1, 0, 1}, {0, 0, -2}, {-1, 0, 1}};
+    static const int v2[][3] = {{0, 1, 1}, {0, 0, -2}, {0, -1, 1}};
+    static const int uv[][3] = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
+    long double hu = share * p->hu, hv = share * p->hv;
+    switch (derivative) {
+    case R_U:
+        return combine(p, share, u1, 2, 2 * hu);
+    case R_V:
+        return combine(p, share, v1, 2, 2 * hv);
+    case R_UU:
+        return combine(p, share, u2, 3, hu * hu);
+    case R_VV:
+        return combine(p, share, v2, 3, hv * hv);
+    default:
+        return combine(p, share, uv, 4, 4 * hu * hv);
+    }
+}
+
+/* The differences' errors for a step and for its half, summed over places: they must go down with
+ * the square of the step, and Richardson's extrapolation of the two must be closer still. */
+struct errors {
+    double whole, half, extrapolated, size;
+};
+
+static void add_errors(struct errors *errors, const struct place *place, int derivative,
+                       struct vec3 value) {
+    struct vec3 whole = difference(place, derivative, 1), half = difference(place, derivative, 0.5);
+    struct vec3 better = vec3_scale(1.0 / 3, vec3_sub(vec3_scale(4, half), whole));
+    errors->whole += vec3_distance(whole, value);
+    errors->half += vec3_distance(half, value);
+    errors->extrapolated += vec3_distance(better, value);
+    errors->size += vec3_norm(value);
+}
+
+static void assert_second_order(const struct errors *e, const struct nurbs *nurbs, int derivative) {
+    bool exact = e->whole <= 1e-9 * e->size + 1e-9;
+    double order = log2(e->whole / e->half);
+    bool ok = exact || (fabs(order - 2) < 0.1 && e->extrapolated < 0.02 * e->whole);
+    if (!ok)
+        fail_msg("degrees %d %d, derivative %d: errors %g, %g, %g of %g, order %g", nurbs->u.degree,
+                 nurbs->v.degree, derivative, e->whole, e->half, e->extrapolated, e->size, order);
+}
+
+static void check_derivatives(struct subject *s, struct random *random) {
+    const struct nurbs *nurbs = &s->patch.nurbs;
+    struct errors errors[DERIVATIVES] = {{0}};
+    for (int k = 0; k < 20; k++) {
+        struct place p = {.nurbs = nurbs};
+        struct surface_jet jet;
+        double u = patch_parameter(&nurbs->u, random, &p.lu);
+        double v = patch_parameter(&nurbs->v, random, &p.lv);
+        p.u = u;
+        p.v = v;
+        p.hu = 0.01L * (nurbs->u.knots[p.lu + 1] - nurbs->u.knots[p.lu]);
+        p.hv = 0.01L * (nurbs->v.knots[p.lv + 1] - nurbs->v.knots[p.lv]);
+        surface_evaluate(s->surface, &s->cursor, u, v, &jet);
+        const struct vec3 values[DERIVATIVES] = {jet.u, jet.v, jet.uu, jet.uv, jet.vv};
+        for (int d = 0; d < DERIVATIVES; d++)
+            add_errors(&errors[d], &p, d, values[d]);
+    }
+    for (int d = 0; d < DERIVATIVES; d++)
+        assert_second_order(&errors[d], nurbs, d);
+}
+
+static void test_surface_derivatives_are_the_limits_of_differences(void **state) {
+    (void)state;
+    for_every_kind(check_derivatives, __func__);
+}
+
+/* ---- the rest ---- */
+
+/* Whatever span was visited before. */
+static void check_cursor(struct subject *s, struct random *random) {
+    const struct nurbs *nurbs = &s->patch.nurbs;
+    for (int k = 0; k < 20; k++) {
+        int lu, lv;
+        struct surface_jet one, other;
+        struct surface_cursor fresh = {0};
+        double u = patch_parameter(&nurbs->u, random, &lu);
+        double v = patch_parameter(&nurbs->v, random, &lv);
+        surface_evaluate(s->surface, &s->cursor, u, v, &one);
+        surface_evaluate(s->surface, &fresh, u, v, &other);
+        assert_memory_equal(&one, &other, sizeof one);
+    }
+}
+
+static void test_surface_evaluation_does_not_depend_on_the_cursor(void **state) {
+    (void)state;
+    for_every_kind(check_cursor, __func__);
+}
+
+static void check_continuation(struct subject *s, struct random *random) {
+    const struct nurbs *nurbs = &s->patch.nurbs;
+    int lu = nurbs->u.size - 1, lv = nurbs->v.degree;
+    struct surface_jet jet;
+    double lower[2], upper[2];
+    surface_domain(s->surface, lower, upper);
+    assert_true(lower[0] == nurbs->u.knots[nurbs->u.degree]);
+    assert_true(upper[1] == nurbs->v.knots[nurbs->v.size]);
+    if (nurbs->u.knots[lu + 1] == nurbs->u.knots[lu] || surface_closed(s->surface, 0) ||
+        surface_closed(s->surface, 1))
+        return;
+    double u = upper[0] + random_between(random, 0, 0.1), v = lower[1];
+    surface_evaluate(s->surface, &s->cursor, u, v, &jet);
+    struct vec3 expected = rounded(patch_evaluate(nurbs, lu, lv, u, v));
+    assert_true(vec3_distance(jet.r, expected) < 1e-11 * (PATCH_SIZE_MAX + vec3_norm(expected)));
+}
+
+static void test_surface_goes_on_beyond_its_edge_by_its_own_polynomials(void **state) {
+    (void)state;
+    for_every_kind(check_continuation, __func__);
+}
+
+static void check_bounds(struct subject *s, struct random *random) {
+    const struct nurbs *nurbs = &s->patch.nurbs;
+    struct vec3 low, high;
+    surface_bounds(s->surface, &low, &high);
+    for (int k = 0; k < 20; k++) {
+        int span;
+        struct surface_jet jet;
+        double u = patch_parameter(&nurbs->u, random, &span);
+        double v = patch_parameter(&nurbs->v, random, &span);
+        surface_evaluate(s->surface, &s->cursor, u, v, &jet);
+        assert_true(jet.r.x > low.x - 1e-12 && jet.r.y > low.y - 1e-12 && jet.r.z > low.z - 1e-12);
+        assert_true(jet.r.x < high.x + 1e-12 && jet.r.y < high.y + 1e-12);
+        assert_true(jet.r.z < high.z + 1e-12);
+    }
+}
+
+static void test_surface_lies_in_its_bounds(void **state) {
+    (void)state;
+    for_every_kind(check_bounds, __func__);
+}
+
+/* A bilinear patch that is a parallelogram: everything is known. */
+static void test_surface_area_and_centroid_of_a_parallelogram(void **state) {
+    (void)state;
+    static const double knots[] = {0, 0, 3, 3};
+    static const struct vec3 points[] = {{0, 0, 0}, {1, 2, 0}, {4, 0, 1}, {5, 2, 1}};
+    const struct nurbs_axis axis = {1, 2, knots, 4};
+    const struct nurbs nurbs = {.u = axis, .v = axis, .points = points, .point_count = 4};
+    struct arena *arena = arena_new(1 << 20);
+    struct surface *surface;
+    struct vec3 centroid;
+    assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+    double area = vec3_norm(vec3_cross(points[1], points[2]));
+    assert_true(fabs(surface_area(surface, &centroid) - area) < 1e-14 * area);
+    assert_true(vec3_distance(centroid, vec3_scale(0.5, points[3])) < 1e-14);
+    assert_true(surface_area(surface, NULL) > 0);
+    assert_false(surface_closed(surface, 0) || surface_closed(surface, 1));
+    arena_free(arena);
+}
+
+static void test_surface_without_area_is_degenerate(void **state) {
+    (void)state;
+    static const double knots[] = {0, 0, 1, 1};
+    static const struct vec3 shapes[][4] = {{{1, 1, 1}, {1, 1, 1}, {1, 1, 1}, {1, 1, 1}},
+                                            {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {3, 3, 3}},
+                                            {{0, 0, 0}, {0, 0, 0}, {1, 0, 0}, {1, 0, 0}}};
+    const struct nurbs_axis axis = {1, 2, knots, 4};
+    for (size_t k = 0; k < 3; k++) {
+        const struct nurbs nurbs = {.u = axis, .v = axis, .points = shapes[k], .point_count = 4};
+        struct arena *arena = arena_new(1 << 20);
+        struct surface *surface;
+        assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_DEGENERATE_SURFACE);
+        arena_free(arena);
+    }
+}
+
+/* A quarter-circle cylinder in four spans: the whole turn, closed in u. */
+static void test_surface_closed_direction_wraps(void **state) {
+    (void)state;
+    static const double knots_u[] = {0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4}, knots_v[] = {0, 0, 1, 1};
+    static const double corner[9][2] = {{1, 0},   {1, 1},  {0, 1},  {-1, 1}, {-1, 0},
+                                        {-1, -1}, {0, -1}, {1, -1}, {1, 0}};
+    struct vec3 points[18];
+    double weights[18];
+    for (int i = 0; i < 18; i++) {
+        points[i] = vec3_make(corner[i / 2][0], corner[i / 2][1], i % 2);
+        weights[i] = i / 2 % 2 ? sqrt(0.5) : 1;
+    }
+    const struct nurbs nurbs = {{2, 9, knots_u, 12}, {1, 2, knots_v, 4}, points, 18, weights, 18};
+    struct arena *arena = arena_new(1 << 20);
+    struct surface *surface;
+    struct surface_cursor cursor = {0};
+    assert_int_equal(nurbs_validate(&nurbs, NULL), STATUS_OK);
+    assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+    assert_true(surface_closed(surface, 0));
+    assert_false(surface_closed(surface, 1));
+    assert_true(fabs(surface_area(surface, NULL) - 2 * acos(-1)) < 1e-12);
+    for (int turns = -3; turns <= 3; turns++) {
+        struct surface_jet jet;
+        surface_evaluate(surface, &cursor, 0.5 + 4 * turns, 0.25, &jet);
+        assert_true(vec3_distance(jet.r, vec3_make(sqrt(0.5), sqrt(0.5), 0.25)) < 1e-14);
+    }
+    arena_free(arena);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_surface_values_are_those_of_de_boor),
+        cmocka_unit_test(test_surface_derivatives_are_the_limits_of_differences),
+        cmocka_unit_test(test_surface_evaluation_does_not_depend_on_the_cursor),
+        cmocka_unit_test(test_surface_goes_on_beyond_its_edge_by_its_own_polynomials),
+        cmocka_unit_test(test_surface_lies_in_its_bounds),
+        cmocka_unit_test(test_surface_area_and_centroid_of_a_parallelogram),
+        cmocka_unit_test(test_surface_without_area_is_degenerate),
+        cmocka_unit_test(test_surface_closed_direction_wraps),
+    };
+    return cmocka_run_group_tests_name("surface", tests, NULL, NULL);
+}
