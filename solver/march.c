@@ -73,19 +73,17 @@ enum status march_watch_folds(struct march *march) {
     return status;
 }
 
-/* A surface that closes over a pole lets the net come back to itself from any side; other closed
- * ones are cut open opposite the start (`station_zone`). */
-static bool closes_over_pole(const struct surface *surface) {
-    for (int k = 0; k < 2; k++)
-        if (surface->axis[k].closed &&
-            (surface->axis[1 - k].pole[0] || surface->axis[1 - k].pole[1]))
-            return true;
-    return false;
+/* Whether the net may come back to itself from any side: on a surface that closes over a pole, or
+ * both ways. Others are cut open opposite the start (`station_zone`). */
+static bool closes_all_round(const struct surface *surface) {
+    const struct surface_axis *u = &surface->axis[0], *v = &surface->axis[1];
+    return (u->closed && (v->closed || v->pole[0] || v->pole[1])) ||
+           (v->closed && (u->pole[0] || u->pole[1]));
 }
 
 enum status march_run(struct march *march) {
     enum status status = net_make(&march->net, march->arena);
-    if (status == STATUS_OK && closes_over_pole(march->surface))
+    if (status == STATUS_OK && closes_all_round(march->surface))
         status = march_watch_folds(march);
     if (status == STATUS_OK)
         status = march_generators(march);
