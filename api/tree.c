@@ -136,7 +136,7 @@ static void list_names(char *text, size_t size, const char *const names[], size_
 
 bool tree_choice(const struct tree_place *place, const char *const names[], size_t count,
                  int *value) {
-    char allowed[API_DETAIL_MAX / 2];
+    char allowed[API_DETAIL_MAX / 2] = "";
     list_names(allowed, sizeof allowed, names, count);
     if (!check_type(place, TREE_STRING, allowed))
         return false;
