@@ -5,7 +5,7 @@ enum curve_type { CURVE_SPLINE, CURVE_FREEFORM, CURVE_CONTAINER, CURVE_TYPE_COUN
 
 static const char *const curve_types[CURVE_TYPE_COUNT] = {"spline", "freeform", "container"};
 
-static bool check_knots(const struct api_curve *curve, const struct tree_place *knots,
+static bool check_knots(const struct trim_curve *curve, const struct tree_place *knots,
                         size_t knot_count) {
     if (knot_count != curve->count + (size_t)curve->degree + 1) {
         tree_fault(knots, "the number of knots must be the number of points + degree + 1");
@@ -24,7 +24,7 @@ static bool check_knots(const struct api_curve *curve, const struct tree_place *
     return false;
 }
 
-static bool read_points(const struct tree_place *place, struct api_curve *curve) {
+static bool read_points(const struct tree_place *place, struct trim_curve *curve) {
     double *rows;
     if (!tree_rows(place, decode_coordinates, 2, 2, &rows, &curve->count))
         return false;
@@ -32,7 +32,7 @@ static bool read_points(const struct tree_place *place, struct api_curve *curve)
     return true;
 }
 
-static bool read_weights(const struct tree_place *place, struct api_curve *curve) {
+static bool read_weights(const struct tree_place *place, struct trim_curve *curve) {
     size_t count;
     if (!tree_numbers(place, decode_lengths, 2, &curve->weights, &count))
         return false;
@@ -42,7 +42,7 @@ static bool read_weights(const struct tree_place *place, struct api_curve *curve
     return false;
 }
 
-static bool decode_spline(const struct tree_place *place, struct api_curve *curve) {
+static bool decode_spline(const struct tree_place *place, struct trim_curve *curve) {
     static const char *const keys[] = {
         "degree",    "knotvector", "control_points", "weights", "reversed", "type",      "rational",
         "dimension", "delta",      "name",           "id",      "bbox",     "precision", NULL};
@@ -60,7 +60,7 @@ static bool decode_spline(const struct tree_place *place, struct api_curve *curv
     return ok && check_knots(curve, &knots, knot_count);
 }
 
-static bool decode_freeform(const struct tree_place *place, struct api_curve *curve) {
+static bool decode_freeform(const struct tree_place *place, struct trim_curve *curve) {
     static const char *const keys[] = {"points", "reversed", "type", "dimension",
                                        "name",   "id",       NULL};
     struct tree_place points = tree_member(place, "points");
@@ -81,7 +81,7 @@ static bool read_type(const struct tree_place *place, enum curve_type *type) {
     return ok;
 }
 
-static bool decode_curve(const struct tree_place *place, struct api_curve *curve) {
+static bool decode_curve(const struct tree_place *place, struct trim_curve *curve) {
     enum curve_type type;
     if (!read_type(place, &type))
         return false;
@@ -92,14 +92,14 @@ static bool decode_curve(const struct tree_place *place, struct api_curve *curve
     return type == CURVE_SPLINE ? decode_spline(place, curve) : decode_freeform(place, curve);
 }
 
-static bool decode_container(const struct tree_place *place, struct api_trim *trim) {
+static bool decode_container(const struct tree_place *place, struct trim_loop *trim) {
     static const char *const keys[] = {"type", "count", "data", "reversed", "name", "id", NULL};
     struct tree_place data = tree_member(place, "data");
     tree_object(place, keys);
     if (!tree_array(&data, 1))
         return false;
     trim->count = tree_length(&data);
-    struct api_curve *curves = tree_alloc(place->tree, trim->count, sizeof *curves);
+    struct trim_curve *curves = tree_alloc(place->tree, trim->count, sizeof *curves);
     bool ok = curves != NULL;
     for (size_t i = 0; curves && i < trim->count; i++) {
         struct tree_place curve = tree_element(&data, i);
@@ -109,14 +109,14 @@ static bool decode_container(const struct tree_place *place, struct api_trim *tr
     return ok;
 }
 
-static bool decode_single(const struct tree_place *place, struct api_trim *trim) {
-    struct api_curve *curve = tree_alloc(place->tree, 1, sizeof *curve);
+static bool decode_single(const struct tree_place *place, struct trim_loop *trim) {
+    struct trim_curve *curve = tree_alloc(place->tree, 1, sizeof *curve);
     trim->curves = curve;
     trim->count = 1;
     return curve && decode_curve(place, curve);
 }
 
-static bool decode_trim(const struct tree_place *place, struct api_trim *trim) {
+static bool decode_trim(const struct tree_place *place, struct trim_loop *trim) {
     struct tree_place reversed = tree_member(place, "reversed");
     enum curve_type type;
     if (!read_type(place, &type))
@@ -136,7 +136,7 @@ bool decode_trims(const struct tree_place *place, struct api_surface *surface) {
     if (!tree_array(&list, 0))
         return false;
     surface->trim_count = tree_length(&list);
-    struct api_trim *trims = tree_alloc(place->tree, surface->trim_count, sizeof *trims);
+    struct trim_loop *trims = tree_alloc(place->tree, surface->trim_count, sizeof *trims);
     bool ok = trims != NULL;
     for (size_t i = 0; trims && i < surface->trim_count; i++) {
         struct tree_place trim = tree_element(&list, i);

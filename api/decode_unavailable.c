@@ -17,7 +17,6 @@ void decode_refuse_unavailable(const struct tree_place *root, const struct tree_
         {root, "yarn_path", NULL, s->yarn_path == DRAPE_PATH_RELAXATION, "relaxation"},
         {root, "permeability", NULL, request->permeability.model != API_PERMEABILITY_NONE,
          "permeability"},
-        {definition, "trims", NULL, request->surface.trim_count > 0, "a trimmed surface"},
         {definition, NULL, NULL, request->surface.kind == API_SURFACE_MESH, "a triangle mesh"},
     };
     for (size_t i = 0; i < sizeof features / sizeof *features; i++) {

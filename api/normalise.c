@@ -31,7 +31,7 @@ static void write_control(struct api_text *text, const double *points, size_t wi
     api_text_raw(text, "}");
 }
 
-static void write_curve(struct api_text *text, const struct api_curve *curve) {
+static void write_curve(struct api_text *text, const struct trim_curve *curve) {
     api_text_raw(text, "{");
     api_text_key_string(text, "type", curve->knots ? "spline" : "freeform");
     if (curve->knots) {
@@ -46,7 +46,7 @@ static void write_curve(struct api_text *text, const struct api_curve *curve) {
     api_text_raw(text, "}");
 }
 
-static void write_trim(struct api_text *text, const struct api_trim *trim) {
+static void write_trim(struct api_text *text, const struct trim_loop *trim) {
     api_text_raw(text, "{\"type\":\"container\",\"data\":[");
     for (size_t i = 0; i < trim->count; i++) {
         if (i)

@@ -8,6 +8,7 @@
 
 #include "../solver/drape.h"
 #include "../solver/nurbs.h"
+#include "../solver/trim.h"
 #include "../solver/vec.h"
 #include <stdbool.h>
 #include <stddef.h>
@@ -16,22 +17,6 @@
 enum {
     API_ID_LENGTH = 32,             /* lower-case hex digits of a content id: 128 bits */
     API_ID_SIZE = API_ID_LENGTH + 1 /* with its terminating zero */
-};
-
-/* A planar curve in (u, v): a NURBS curve, or with `knots` NULL the polyline of its points. */
-struct api_curve {
-    int degree;                /* 1 for a polyline */
-    const double (*points)[2]; /* not multiplied by the weights */
-    size_t count;              /* at least 2 */
-    const double *knots;       /* count + degree + 1, non-decreasing; NULL: a polyline */
-    const double *weights;     /* `count`, positive; NULL: all 1 */
-};
-
-/* One closed loop of curves, end to end. */
-struct api_trim {
-    bool reversed; /* geomdl's sense: what lies inside the loop is kept, not cut away */
-    const struct api_curve *curves;
-    size_t count;
 };
 
 struct api_mesh {
@@ -51,7 +36,7 @@ struct api_surface {
     enum api_surface_kind kind;
     char id[API_ID_SIZE]; /* the id the request gave; "" when it carries the definition */
     struct nurbs nurbs;   /* API_SURFACE_NURBS; weights NULL when all are 1 */
-    const struct api_trim *trims;
+    const struct trim_loop *trims;
     size_t trim_count;
     struct api_mesh mesh; /* API_SURFACE_MESH */
 };

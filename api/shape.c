@@ -37,12 +37,40 @@ static double least_nodes(const struct drape_settings *settings, double area) {
     return fmin(nodes, warp * weft);
 }
 
-enum api_problem_id api_shape_make(const struct api_request *request,
-                                   const struct api_limits *limits, struct arena *arena,
-                                   struct surface **surface, struct api_problem *problem) {
-    if (make(&request->surface, arena, surface, problem) != API_OK)
+/* The trimmed region, where the surface has trims. */
+static enum api_problem_id make_trim(struct api_request *request, const struct surface *surface,
+                                     struct arena *arena, struct api_problem *problem) {
+    struct trim *trim;
+    if (request->surface.trim_count == 0)
+        return API_OK;
+    switch (trim_make(surface, request->surface.trims, request->surface.trim_count, arena, &trim)) {
+    case STATUS_OK:
+        request->settings.trim = trim;
+        return API_OK;
+    case STATUS_OUT_OF_MEMORY:
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the trims need more memory than allowed");
+        break;
+    default:
+        api_problem_set_at(problem, API_DEGENERATE_SURFACE, "/surface/trims",
+                           "the trims leave nothing of the surface");
+        break;
+    }
+    return problem->id;
+}
+
+static double usable_area(const struct api_request *request, const struct surface *surface) {
+    struct vec3 centroid;
+    const struct trim *trim = request->settings.trim;
+    return trim ? trim_area(trim, &centroid) : surface_area(surface, NULL);
+}
+
+enum api_problem_id api_shape_make(struct api_request *request, const struct api_limits *limits,
+                                   struct arena *arena, struct surface **surface,
+                                   struct api_problem *problem) {
+    if (make(&request->surface, arena, surface, problem) != API_OK ||
+        make_trim(request, *surface, arena, problem) != API_OK)
         return problem->id;
-    double nodes = least_nodes(&request->settings, surface_area(*surface, NULL));
+    double nodes = least_nodes(&request->settings, usable_area(request, *surface));
     if (nodes <= (double)limits->max_nodes)
         return API_OK;
     api_problem_add(

@@ -16,9 +16,8 @@
  * queued.
  * Problems: API_DEGENERATE_SURFACE (no area), API_INVALID_REQUEST (spacing), API_OUT_OF_MEMORY.
  */
-enum api_problem_id api_shape_make(const struct api_request *request,
-                                   const struct api_limits *limits, struct arena *arena,
-                                   struct surface **surface,
+enum api_problem_id api_shape_make(struct api_request *request, const struct api_limits *limits,
+                                   struct arena *arena, struct surface **surface,
                                    struct api_problem *problem) STATUS_MUST_USE;
 
 /*

@@ -107,6 +107,7 @@ enum routes_next events_stream(const struct http_services *services, struct requ
         struct reply_stream stream = {events_next, events_free, events};
         reply_stream(reply, 200, "text/event-stream", stream);
         reply_header(reply, "Cache-Control", "no-store");
+        reply_header(reply, "X-Accel-Buffering", "no"); /* nginx would hold events back */
     } else {
         reply_refuse(reply, request->id, API_UNAVAILABLE, "there is no memory for this now");
     }

@@ -416,6 +416,34 @@ static enum MHD_Result handle(void *context, struct MHD_Connection *connection, 
     return exchange->reply.status ? send_reply(exchange) : answer(exchange);
 }
 
+/* ------------------------------------------------------------------ beginnings and ends */
+
+static void log_access(const struct exchange *exchange) {
+    const struct request *request = exchange->request;
+    int64_t bytes = exchange->reply.streamed ? exchange->sent : (int64_t)exchange->reply.length;
+    enum log_level level = routes_quiet(request) ? LOG_LEVEL_DEBUG : LOG_LEVEL_INFO;
+    log_write(level,
+              LOG_FIELDS(log_event("request"), log_text("request_id", request->id),
+                         log_text("method", request->method), log_text("target", request->target),
+                         log_int("status", exchange->reply.status),
+                         log_int("received", exchange->received), log_int("sent", bytes),
+                         log_real("ms", (double)(clock_us() - exchange->begun_us) / 1e3)));
+}
+
+static void finish(struct exchange *exchange) {
+    struct http *http = exchange->http;
+    exchange->client->exchange = NULL;
+    if (exchange->watching)
+        hub_unsubscribe(http->services.hub, &exchange->watch);
+    routes_count(exchange->request, exchange->reply.status);
+    if (exchange->known)
+        log_access(exchange);
+    reply_clear(&exchange->reply);
+    request_free(exchange->request);
+    free(exchange);
+    atomic_fetch_sub(&http->exchanges, 1);
+}
+
 /* MHD's first and last word of a connection. */
 static void connection_notified(void *context, struct MHD_Connection *connection, void **state,
                                 enum MHD_ConnectionNotificationCode code) {
@@ -430,6 +458,8 @@ static void connection_notified(void *context, struct MHD_Connection *connection
         client->http = http;
         pace_enter(http->pace, &client->pace, info->connect_fd);
     } else if (client) {
+        if (client->exchange)
+            finish(client->exchange); /* MHD forgets it when the query overflows its memory */
         pace_leave(http->pace, &client->pace);
         free(client);
     }
@@ -457,18 +487,6 @@ static void *request_begins(void *context, const char *target, struct MHD_Connec
     return exchange;
 }
 
-static void log_access(const struct exchange *exchange) {
-    const struct request *request = exchange->request;
-    int64_t bytes = exchange->reply.streamed ? exchange->sent : (int64_t)exchange->reply.length;
-    enum log_level level = routes_quiet(request) ? LOG_LEVEL_DEBUG : LOG_LEVEL_INFO;
-    log_write(level,
-              LOG_FIELDS(log_event("request"), log_text("request_id", request->id),
-                         log_text("method", request->method), log_text("target", request->target),
-                         log_int("status", exchange->reply.status),
-                         log_int("received", exchange->received), log_int("sent", bytes),
-                         log_real("ms", (double)(clock_us() - exchange->begun_us) / 1e3)));
-}
-
 /* MHD's last word of a request, whichever way it ended. */
 static void request_ends(void *context, struct MHD_Connection *connection, void **state,
                          enum MHD_RequestTerminationCode code) {
@@ -478,19 +496,10 @@ static void request_ends(void *context, struct MHD_Connection *connection, void 
     *state = NULL;
     if (!exchange)
         return;
-    if (exchange->watching)
-        hub_unsubscribe(http->services.hub, &exchange->watch);
     if (exchange->unread && code == MHD_REQUEST_TERMINATED_COMPLETED_OK)
         farewell_add(http->farewell, exchange->client->pace.socket);
-    exchange->client->exchange = NULL;
     pace_idle(http->pace, &exchange->client->pace);
-    routes_count(exchange->request, exchange->reply.status);
-    if (exchange->known)
-        log_access(exchange);
-    reply_clear(&exchange->reply);
-    request_free(exchange->request);
-    free(exchange);
-    atomic_fetch_sub(&http->exchanges, 1);
+    finish(exchange);
 }
 
 /* What the library says about broken clients. */

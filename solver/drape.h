@@ -16,6 +16,7 @@
 #include "arena.h"
 #include "status.h"
 #include "surface.h"
+#include "trim.h"
 #include "vec.h"
 #include <stdbool.h>
 #include <stddef.h>
@@ -82,8 +83,9 @@ struct drape_settings {
     struct drape_generator generator[2];
     bool has_extent[2]; /* whether extent[k] bounds the net; else until the surface is covered */
     int extent[2][2];   /* lowest index <= 0 and highest index >= 0 */
-    size_t max_nodes;   /* STATUS_TOO_MANY_NODES beyond */
-    int threads;        /* 0 or 1: the calling thread alone; the result has the same bits */
+    const struct trim *trim; /* the usable region; NULL: the whole surface */
+    size_t max_nodes;        /* STATUS_TOO_MANY_NODES beyond */
+    int threads;             /* 0 or 1: the calling thread alone; the result has the same bits */
 };
 
 /* Watches a long run; called a few hundred times at the most, from the calling thread. */
@@ -144,7 +146,7 @@ enum drape_outcome { DRAPE_COMPLETE, DRAPE_PARTIAL };
 
 struct drape_summary {
     enum drape_outcome outcome; /* complete: all that is left uncovered is a boundary strip */
-    double coverage;            /* share of the surface's area in cells, 0..1 */
+    double coverage;            /* share of the (trimmed) surface's area in cells, 0..1 */
     double max_shear_deg;       /* of the absolute node shear; 0 for a single node */
     double mean_shear_deg;
     double residual_max;           /* largest |edge / promised length - 1| */

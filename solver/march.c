@@ -19,10 +19,46 @@ enum status march_fail(struct march *march, int32_t i, int32_t j, enum drape_rea
     return STATUS_OK;
 }
 
+/* The parameters brought into the domain of closed directions; whether they are in the domain. */
+static bool wrap(const struct surface *surface, const double from[2], double uv[2]) {
+    bool inside = true;
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &surface->axis[k];
+        uv[k] = surface_axis_wrap(axis, from[k]);
+        inside = inside && uv[k] >= surface_axis_lower(axis) && uv[k] <= surface_axis_upper(axis);
+    }
+    return inside;
+}
+
+static bool trimmed_away(const struct march *march, const struct station *station) {
+    double uv[2];
+    const struct trim *trim = march->settings->trim;
+    if (!trim)
+        return false;
+    (void)wrap(march->surface, station->uv, uv);
+    return !trim_contains(trim, uv);
+}
+
+bool march_has_left(const struct march *march, const struct station *station) {
+    double uv[2];
+    const struct trim *trim = march->settings->trim;
+    return !trim || !wrap(march->surface, station->uv, uv) || !trim_near(trim, uv);
+}
+
+double march_area(const struct march *march) {
+    struct vec3 centroid;
+    const struct trim *trim = march->settings->trim;
+    return trim ? trim_area(trim, &centroid) : surface_area(march->surface, NULL);
+}
+
 enum status march_place(struct march *march, int32_t i, int32_t j, const struct station *station,
                         enum station_zone *zone) {
     enum drape_reason reason;
     *zone = station_zone(march->surface, &march->cursor, march->start.station.uv, station, &reason);
+    if (*zone == STATION_INSIDE && trimmed_away(march, station)) {
+        *zone = STATION_GHOST;
+        reason = DRAPE_REASON_BOUNDARY;
+    }
     if (*zone == STATION_INSIDE && march->fold && fold_meets(march->fold, i, j, station)) {
         *zone = STATION_BEYOND;
         reason = DRAPE_REASON_FOLD;
@@ -49,7 +85,7 @@ bool march_progress(struct march *march) {
     const double *d = march->settings->spacing;
     if (!monitor || !monitor->progress || march->inside < march->next_report)
         return true;
-    double expected = surface_area(march->surface, NULL) / (d[0] * d[1]);
+    double expected = march_area(march) / (d[0] * d[1]);
     march->next_report = march->inside + (size_t)fmin(expected / 200, 1e9) + 1;
     return monitor->progress(monitor->context, fmin((double)march->inside / expected, 0.99));
 }

@@ -69,6 +69,13 @@ bool march_in_extent(const struct march *march, int32_t i, int32_t j);
 /* From now on the net is watched for meeting itself. */
 enum status march_watch_folds(struct march *march) STATUS_MUST_USE;
 
+/* Area to be covered. */
+double march_area(const struct march *march);
+
+/* Whether the net has left what is to be covered for good at a station that is not inside, as far
+ * as one can tell: it is beyond the domain, or the box of the trimmed region. */
+bool march_has_left(const struct march *march, const struct station *station);
+
 /* Puts a station at (i, j), inside or as a ghost; beyond healthy continuation, or
  * where the net is already, a failure with its reason. `zone` gets which. */
 enum status march_place(struct march *march, int32_t i, int32_t j, const struct station *station,

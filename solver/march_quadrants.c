@@ -18,7 +18,7 @@ struct quadrant {
 /* How a row went. */
 struct row_end {
     bool planted; /* it has a first node, on the weft generator */
-    int32_t inside;
+    int32_t near; /* nodes inside, or in the box of the trimmed region */
 };
 
 /* Brings (i, j) and the places below it into being, the row having ended before: `found` says
@@ -91,7 +91,8 @@ static enum status grow_row(struct quadrant *q, int32_t j, struct row_end *end) 
     *end = (struct row_end){0};
     end->planted = march_station(march, 0, j * q->sj, &q->row[0]);
     q->row_count = end->planted;
-    end->inside = net_state_at(&march->net, 0, j * q->sj) == NET_INSIDE;
+    end->near = end->planted && (net_state_at(&march->net, 0, j * q->sj) == NET_INSIDE ||
+                                 !march_has_left(march, &q->row[0]));
     int32_t outside = 0;
     for (int32_t i = 1; end->planted && i < q->length; i++) {
         bool found;
@@ -102,9 +103,10 @@ static enum status grow_row(struct quadrant *q, int32_t j, struct row_end *end) 
         status = grow_node(q, i, j, &zone);
         if (status != STATUS_OK || zone == STATION_BEYOND)
             return status;
-        end->inside += zone == STATION_INSIDE;
-        outside = zone == STATION_INSIDE ? 0 : outside + 1;
-        if (end->inside && outside >= march->fringe)
+        bool left = zone != STATION_INSIDE && march_has_left(march, &q->row[i]);
+        outside = left ? outside + 1 : 0;
+        end->near += !left;
+        if (end->near && outside >= march->fringe)
             break;
     }
     return STATUS_OK;
@@ -119,7 +121,7 @@ static int32_t arm_length(struct march *march, int si) {
 
 /* Rows until the weft generator ends, or the net has left the surface for good. */
 static enum status grow_rows(struct quadrant *q) {
-    bool been_inside = false;
+    bool been_near = false;
     for (int32_t j = 1, empty = 0; empty < q->march->fringe; j++) {
         struct row_end end;
         enum status status = grow_row(q, j, &end);
@@ -127,8 +129,8 @@ static enum status grow_rows(struct quadrant *q) {
             return status;
         if (!march_progress(q->march))
             return STATUS_CANCELLED;
-        been_inside = been_inside || end.inside;
-        empty = been_inside && !end.inside ? empty + 1 : 0;
+        been_near = been_near || end.near;
+        empty = been_near && !end.near ? empty + 1 : 0;
         struct station *free_row = q->below;
         q->below = q->row;
         q->below_count = q->row_count;

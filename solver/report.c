@@ -217,7 +217,7 @@ static enum drape_outcome outcome_of(const struct march *march, const struct dra
 static void summarise(const struct march *march, struct drape_result *result) {
     struct drape_summary *s = &result->summary;
     const struct drape_nodes *nodes = &result->nodes;
-    double sum = 0, area = surface_area(march->surface, NULL), covered = s->coverage;
+    double sum = 0, area = march_area(march), covered = s->coverage;
     for (size_t k = 0; k < nodes->count; k++) {
         double shear = fabs(nodes->shear_deg[k]);
         s->max_shear_deg = fmax(s->max_shear_deg, shear);

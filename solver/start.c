@@ -2,6 +2,7 @@
 #include "start.h"
 
 #include "angle.h"
+#include <string.h>
 
 /* A direction whose projection is shorter than this share of it lies along the normal. */
 static const double along_normal = 1e-9;
@@ -12,24 +13,44 @@ static const double passing = 1e-3;
 /* Generators that meet at an angle with a smaller sine make no net: 1 degree. */
 static const double nearly_parallel = 0.0175;
 
+static enum status find_point(const struct surface *surface, const struct drape_settings *settings,
+                              double uv[2]) {
+    double distance, reach = fmax(settings->spacing[0], settings->spacing[1]);
+    surface_nearest(surface, settings->start_point, uv, &distance);
+    return distance <= reach ? STATUS_OK : STATUS_START_OFF_SURFACE;
+}
+
+/* The surface point nearest to the centroid; where that is trimmed away, a place well inside the
+ * trimmed region. */
+static void find_centroid(const struct surface *surface, const struct trim *trim, double uv[2]) {
+    struct vec3 centroid;
+    double distance;
+    if (trim)
+        trim_area(trim, &centroid);
+    else
+        surface_area(surface, &centroid);
+    surface_nearest(surface, centroid, uv, &distance);
+    if (trim && !trim_contains(trim, uv))
+        trim_middle(trim, uv);
+}
+
 static enum status find_uv(const struct surface *surface, const struct drape_settings *settings,
                            double uv[2]) {
-    double lower[2], upper[2], distance;
-    struct vec3 target = settings->start_point;
-    if (settings->start_kind == DRAPE_START_UV) {
-        surface_domain(surface, lower, upper);
-        for (int k = 0; k < 2; k++) {
-            uv[k] = settings->start_uv[k];
-            if (!(uv[k] >= lower[k] && uv[k] <= upper[k]))
-                return STATUS_START_OFF_SURFACE;
-        }
-        return STATUS_OK;
-    }
+    double lower[2], upper[2];
+    enum status status = STATUS_OK;
+    surface_domain(surface, lower, upper);
     if (settings->start_kind == DRAPE_START_CENTROID)
-        surface_area(surface, &target);
-    surface_nearest(surface, target, uv, &distance);
-    bool far = distance > fmax(settings->spacing[0], settings->spacing[1]);
-    return settings->start_kind == DRAPE_START_POINT && far ? STATUS_START_OFF_SURFACE : STATUS_OK;
+        find_centroid(surface, settings->trim, uv);
+    else if (settings->start_kind == DRAPE_START_POINT)
+        status = find_point(surface, settings, uv);
+    else
+        memcpy(uv, settings->start_uv, sizeof settings->start_uv);
+    for (int k = 0; k < 2; k++)
+        if (!(uv[k] >= lower[k] && uv[k] <= upper[k]))
+            return STATUS_START_OFF_SURFACE;
+    if (settings->trim && !trim_contains(settings->trim, uv))
+        return STATUS_START_OFF_SURFACE;
+    return status;
 }
 
 /* Turned about the unit normal, to which `direction` is at right angles. */

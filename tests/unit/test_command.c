@@ -1,0 +1,256 @@
+/* SPDX-License-Identifier: MIT */
+/* The command line `drape`, run as a user would. The program is the one beside the tests' folder
+ * (BUILD/drape for BUILD/tests/unit/test_command); without it the tests are skipped. */
+#include "check.h"
+#include "support.h"
+
+#include <fcntl.h>
+#include <jansson.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+enum { ARGUMENTS_MAX = 12 };
+
+static char program[4096];
+static char folder[] = "/tmp/drape-test-XXXXXX";
+
+/* What one run left. */
+struct outcome {
+    int status; /* exit status; 128 + number when a signal ended it */
+    struct bytes out, err;
+};
+
+static int find_program(void **state) {
+    (void)state;
+    ssize_t length = readlink("/proc/self/exe", program, sizeof program - 16);
+    assert_true(length > 0);
+    program[length] = '\0';
+    for (int k = 0; k < 3; k++)
+        *strrchr(program, '/') = '\0';
+    strcat(program, "/drape");
+    return mkdtemp(folder) ? 0 : -1;
+}
+
+static int remove_folder(void **state) {
+    (void)state;
+    return rmdir(folder);
+}
+
+static const char *in_folder(const char *name) {
+    static char path[64];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    return path;
+}
+
+/* A temporary file that is gone when closed, with this text in it. */
+static FILE *stream_of(const char *text) {
+    FILE *stream = tmpfile();
+    assert_non_null(stream);
+    fputs(text, stream);
+    rewind(stream);
+    return stream;
+}
+
+static struct bytes drain(FILE *stream) {
+    struct bytes bytes = {0};
+    int c;
+    rewind(stream);
+    bytes_add(&bytes, "", 0);
+    while ((c = fgetc(stream)) != EOF)
+        bytes_add(&bytes, &(char){(char)c}, 1);
+    fclose(stream);
+    return bytes;
+}
+
+static void need_program(void) {
+    if (access(program, X_OK) != 0)
+        skip();
+}
+
+/* Runs `drape` with these arguments (words between spaces) and standard input. */
+static struct outcome run(const char *words, const char *input) {
+    char copy[512], *arguments[ARGUMENTS_MAX] = {program}, *rest = NULL;
+    size_t count = 1;
+    need_program();
+    snprintf(copy, sizeof copy, "%s", words);
+    for (char *word = strtok_r(copy, " ", &rest); word; word = strtok_r(NULL, " ", &rest))
+        arguments[count++] = word;
+    FILE *in = stream_of(input), *out = tmpfile(), *err = tmpfile();
+    assert_true(count < ARGUMENTS_MAX && out && err);
+    pid_t child = fork();
+    if (child == 0) {
+        dup2(fileno(in), STDIN_FILENO);
+        dup2(fileno(out), STDOUT_FILENO);
+        dup2(fileno(err), STDERR_FILENO);
+        execv(program, arguments);
+        _exit(127);
+    }
+    int status;
+    assert_int_equal(waitpid(child, &status, 0), child);
+    fclose(in);
+    return (struct outcome){WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
+                            drain(out), drain(err)};
+}
+
+static void outcome_free(struct outcome *outcome) {
+    bytes_free(&outcome->out);
+    bytes_free(&outcome->err);
+}
+
+/* Runs and expects this exit status, nothing on stdout, and each of two texts on stderr. */
+static void refuse(const char *words, const char *input, int status, const char *first,
+                   const char *second) {
+    struct outcome outcome = run(words, input);
+    if (outcome.status != status || !strstr(outcome.err.data, first) ||
+        !strstr(outcome.err.data, second))
+        fail_msg("drape %s: exit status %d: %s", words, outcome.status, outcome.err.data);
+    assert_int_equal(outcome.out.length, 0);
+    outcome_free(&outcome);
+}
+
+static void test_command_writes_the_result_document(void **state) {
+    (void)state;
+    struct outcome outcome = run("", saddle_request);
+    assert_int_equal(outcome.status, 0);
+    assert_string_equal(outcome.err.data, "");
+    json_t *json = json_loads(outcome.out.data, 0, NULL);
+    assert_string_equal(json_string_value(json_object_get(json, "status")), "succeeded");
+    json_decref(json);
+    outcome_free(&outcome);
+}
+
+/* All but the time the solve took, which follows the key. */
+static void blank_time(struct bytes *text) {
+    char *at = strstr(text->data, "\"solve\":");
+    assert_non_null(at);
+    memmove(at, strchr(at, '}'), strlen(strchr(at, '}')) + 1);
+}
+
+static void test_command_reads_a_file_or_a_dash(void **state) {
+    (void)state;
+    struct outcome file = run("api/examples/saddle.json", "");
+    struct bytes text = file_read("api/examples/saddle.json");
+    struct outcome dash = run("-", text.data);
+    assert_true(file.status == 0 && dash.status == 0);
+    blank_time(&file.out);
+    blank_time(&dash.out);
+    assert_string_equal(file.out.data, dash.out.data);
+    bytes_free(&text);
+    outcome_free(&file);
+    outcome_free(&dash);
+}
+
+static void test_command_takes_the_encoders_options(void **state) {
+    (void)state;
+    struct outcome outcome = run("--format csv --table cells --fields cells.j,cells.shear_deg "
+                                 "--precision 3",
+                                 saddle_request);
+    assert_int_equal(outcome.status, 0);
+    assert_memory_equal(outcome.out.data, "j,shear_deg\n", 12);
+    for (const char *line = outcome.out.data; (line = strchr(line, '\n')) && line[1]; line++)
+        assert_true(strcspn(line + 1, "\n") < 16);
+    outcome_free(&outcome);
+}
+
+static void test_command_says_what_it_is(void **state) {
+    (void)state;
+    struct outcome help = run("--help", ""), version = run("--version", "");
+    assert_true(help.status == 0 && version.status == 0);
+    assert_non_null(strstr(help.out.data, "--precision"));
+    assert_non_null(strstr(version.out.data, DRAPE_SOLVER_VERSION));
+    outcome_free(&help);
+    outcome_free(&version);
+}
+
+static void test_command_refuses_a_wrong_command_line(void **state) {
+    (void)state;
+    static const char *const lines[] = {"--bogus",         "--format xml",  "--precision 0",
+                                        "--table front",   "--max-nodes 0", "--max-nodes 1x",
+                                        "--threads 99999", "--threads",     "one.json two.json"};
+    for (size_t i = 0; i < sizeof lines / sizeof *lines; i++)
+        refuse(lines[i], saddle_request, 2, "drape", "");
+}
+
+static void test_command_explains_problems(void **state) {
+    (void)state;
+    refuse("", "{\"surface\":1,\"fabric\":{\"spacing\":0}}", 1, "invalid-request",
+           "/fabric/spacing: ");
+    refuse("", "{\n ]", 1, "malformed-json", "line 2");
+    refuse("", "[]", 1, "invalid-request", "must be an object");
+    refuse("", "", 1, "malformed-json", "empty");
+    refuse("missing.json", "", 1, "missing.json", "No such file");
+    refuse("--fields nodes.w", saddle_request, 1, "invalid-request", "nodes.w");
+    refuse("--max-nodes 5", saddle_request, 1, "invalid-request", "/fabric/spacing: ");
+}
+
+static void test_command_writes_a_whole_file(void **state) {
+    (void)state;
+    char line[128];
+    need_program();
+    snprintf(line, sizeof line, "--format csv -o %s", in_folder("out"));
+    FILE *old = fopen(in_folder("out"), "w");
+    fputs("old", old);
+    fclose(old);
+    chmod(in_folder("out"), 0640);
+    struct outcome outcome = run(line, saddle_request);
+    struct bytes text = file_read(in_folder("out"));
+    struct stat stat_of;
+    assert_int_equal(outcome.status, 0);
+    assert_int_equal(outcome.out.length, 0);
+    assert_memory_equal(text.data, "i,j,u,v", 7);
+    assert_int_equal(stat(in_folder("out"), &stat_of), 0);
+    assert_int_equal(stat_of.st_mode & 0777, 0640);
+    assert_int_equal(unlink(in_folder("out")), 0);
+    bytes_free(&text);
+    outcome_free(&outcome);
+}
+
+/* Nothing new stays behind (the folder can be removed at the end), and what was there stays. */
+static void test_command_leaves_no_partial_file(void **state) {
+    (void)state;
+    char line[128];
+    need_program();
+    snprintf(line, sizeof line, "--fields nodes.w -o %s", in_folder("out"));
+    refuse(line, saddle_request, 1, "nodes.w", "");
+    assert_int_not_equal(access(in_folder("out"), F_OK), 0);
+    FILE *old = fopen(in_folder("out"), "w");
+    fputs("old", old);
+    fclose(old);
+    refuse(line, saddle_request, 1, "nodes.w", "");
+    struct bytes text = file_read(in_folder("out"));
+    assert_string_equal(text.data, "old");
+    assert_int_equal(unlink(in_folder("out")), 0);
+    bytes_free(&text);
+}
+
+static void test_command_keeps_what_is_no_regular_file(void **state) {
+    (void)state;
+    struct stat before, after;
+    assert_int_equal(stat("/dev/null", &before), 0);
+    struct outcome outcome = run("-o /dev/null", saddle_request);
+    assert_int_equal(outcome.status, 0);
+    assert_int_equal(stat("/dev/null", &after), 0);
+    assert_true(S_ISCHR(after.st_mode) && before.st_rdev == after.st_rdev);
+    outcome_free(&outcome);
+    refuse("-o /dev/full", saddle_request, 1, "/dev/full", "No space");
+    refuse("-o /nowhere/out", saddle_request, 1, "/nowhere/out", "No such file");
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_command_writes_the_result_document),
+        cmocka_unit_test(test_command_reads_a_file_or_a_dash),
+        cmocka_unit_test(test_command_takes_the_encoders_options),
+        cmocka_unit_test(test_command_says_what_it_is),
+        cmocka_unit_test(test_command_refuses_a_wrong_command_line),
+        cmocka_unit_test(test_command_explains_problems),
+        cmocka_unit_test(test_command_writes_a_whole_file),
+        cmocka_unit_test(test_command_leaves_no_partial_file),
+        cmocka_unit_test(test_command_keeps_what_is_no_regular_file),
+    };
+    return cmocka_run_group_tests_name("command", tests, find_program, remove_folder);
+}
