@@ -53,7 +53,12 @@ join_daemon() {
 stop_daemon() {
     [ -n "${DAEMON:-}" ] || return 0
     kill -TERM "$DAEMON" 2>/dev/null
-    join_daemon
+    join_daemon || {
+        local status=$?
+        echo "the daemon ended with status $status; its log ends:"
+        tail -30 "$HOME_DIR/log"
+        return "$status"
+    }
 }
 
 kill_daemon() {

@@ -73,11 +73,12 @@ static void test_allocation_failures_of_the_decoder(void **state) {
 }
 
 /* What a request costs from its bytes to the result's. */
-static enum api_problem_id run_failing(size_t n, size_t budget, struct api_problem *problem) {
+static enum api_problem_id run_failing(const char *text, size_t n, size_t budget,
+                                       struct api_problem *problem) {
     struct arena *arena = arena_new(budget);
     struct bytes container = {0};
     struct api_sink sink = sink_into(&container);
-    const struct api_input input = {saddle_request, strlen(saddle_request), NULL, 0};
+    const struct api_input input = {text, strlen(text), NULL, 0};
     *problem = (struct api_problem){0};
     arena_fail_at(arena, n);
     enum api_problem_id id = api_run_in(arena, &input, &api_limits_default, NULL, &sink, problem);
@@ -87,16 +88,31 @@ static enum api_problem_id run_failing(size_t n, size_t budget, struct api_probl
     return id;
 }
 
+/* Every way through the solver that has memory of its own. */
+static const char *const members[] = {
+    "\"method\":\"basic\"",
+    "\"method\":\"gib\"",
+    "\"method\":\"gib4\"",
+    "\"method\":\"geodesic\"",
+    "\"start\":{\"uv\":[0.5,0.5]},\"generators\":{\"warp\":{\"uv\":[[0,0.5],[1,0.5]]}}",
+    "\"start\":{\"uv\":[0.5,0.5]},\"generators\":{\"weft\":{\"plane\":[1,0,0]}}",
+};
+
 static void test_allocation_failures_of_a_whole_run(void **state) {
     (void)state;
-    struct api_problem problem;
-    size_t n = 1;
-    while (run_failing(n, (size_t)1 << 30, &problem) == API_OUT_OF_MEMORY)
-        n++;
-    if (problem.id != API_OK)
-        fail_msg("allocation %zu: %s", n, problem.place[0].detail);
-    assert_true(n > 10);
-    printf("%zu allocations of a run\n", n - 1);
+    for (size_t k = 0; k < sizeof members / sizeof *members; k++) {
+        struct api_problem problem;
+        struct bytes text = {0};
+        size_t n = 1;
+        bytes_format(&text, "{%s,%s", members[k], saddle_request + 1);
+        while (run_failing(text.data, n, (size_t)1 << 30, &problem) == API_OUT_OF_MEMORY)
+            n++;
+        if (problem.id != API_OK)
+            fail_msg("%s: allocation %zu: %s", members[k], n, problem.place[0].detail);
+        assert_true(n > 10);
+        printf("%zu allocations of a run with %s\n", n - 1, members[k]);
+        bytes_free(&text);
+    }
 }
 
 static void test_allocation_budgets_of_a_whole_run(void **state) {
@@ -104,7 +120,7 @@ static void test_allocation_budgets_of_a_whole_run(void **state) {
     struct api_problem problem = {0};
     size_t budget = 0;
     for (; budget < (size_t)1 << 26; budget += budget / 16 + 64)
-        if (run_failing(0, budget, &problem) != API_OUT_OF_MEMORY)
+        if (run_failing(saddle_request, 0, budget, &problem) != API_OUT_OF_MEMORY)
             break;
     if (problem.id != API_OK)
         fail_msg("budget %zu: %s", budget, problem.place[0].detail);

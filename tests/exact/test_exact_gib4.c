@@ -1,0 +1,262 @@
+/* SPDX-License-Identifier: MIT */
+/* gib4: fourth order, the sizes of solver.md 7, and an error estimate that can be believed. */
+#include "check.h"
+#include "march.h"
+#include "scenes.h"
+#include <stdio.h>
+
+enum { LEVELS = 3, N_FIRST = 16 };
+
+/* Two programs' solutions of the same equations, relative to the spacing. */
+static const double SAME_NODES = 1e-9;
+
+/* solver.md 7, relative to the side and in degrees; half as much again is allowed. */
+static const struct target {
+    enum scene_id id;
+    double position[LEVELS], shear_deg[LEVELS];
+} targets[] = {
+    {SCENE_SPHERE, {4.6e-8, 3.7e-9, 2.6e-10}, {5e-6, 3e-7, 2e-8}},
+    {SCENE_SADDLE, {2.1e-7, 2.4e-8, 1.9e-9}, {5e-4, 3e-5, 2e-6}},
+};
+
+/* What one drape of a scene gives: errors of gib4 and of gib relative to the side, and the largest
+ * estimate. */
+struct outcome {
+    struct net_error gib4, gib;
+    double estimate;
+};
+
+/* Where gib's error counts, the estimate is within a factor 2 of it. */
+static void check_estimates(struct scene *scene, const struct drape_run *gib4,
+                            const struct drape_run *gib, const double spacing[2], double worst) {
+    const struct drape_nodes *nodes = &gib4->result.nodes;
+    for (size_t k = 0; k < nodes->count; k++) {
+        struct exact_net_point exact;
+        int at = grid_find(&gib->grid, nodes->i[k], nodes->j[k]);
+        reference_at(scene_reference(scene), nodes->i[k] * spacing[0], nodes->j[k] * spacing[1],
+                     &exact);
+        double error = vec3_distance(exact.r, node_point(&gib->result.nodes, at));
+        double ratio = nodes->error_estimate[k] / error;
+        assert_true(error < 0.1 * worst || (ratio > 0.5 && ratio < 2));
+    }
+}
+
+/* gib4 has gib's nodes, corrected; both reach all of the extent. */
+static struct outcome drape_both(struct scene *scene, int n, bool each_node) {
+    struct drape_settings settings = scene_settings(scene, DRAPE_GIB4, n);
+    struct drape_run gib4, gib;
+    struct outcome out;
+    int all[2] = {n, n};
+    drape_begin(&gib4, &scene->shape, &settings);
+    settings.method = DRAPE_GIB;
+    drape_begin(&gib, &scene->shape, &settings);
+    const struct drape_nodes *nodes = &gib4.result.nodes;
+    assert_int_equal(nodes->count, gib.result.nodes.count);
+    assert_non_null(nodes->error_estimate);
+    assert_null(gib.result.nodes.error_estimate);
+    assert_true(gib.result.summary.error_estimate_max < 0);
+    out.gib4 = measure_error(nodes, scene_reference(scene), settings.spacing, all);
+    out.gib = measure_error(&gib.result.nodes, scene_reference(scene), settings.spacing, all);
+    out.estimate = 0;
+    for (size_t k = 0; k < nodes->count; k++) {
+        out.estimate = fmax(out.estimate, nodes->error_estimate[k]);
+    }
+    assert_true(out.estimate == gib4.result.summary.error_estimate_max);
+    if (each_node) {
+        check_estimates(scene, &gib4, &gib, settings.spacing, out.gib.position);
+    }
+    drape_end(&gib4);
+    drape_end(&gib);
+    out.gib4.position /= scene->side;
+    out.gib.position /= scene->side;
+    out.estimate /= scene->side;
+    return out;
+}
+
+static void check_target(enum scene_id id, int level, const struct net_error *error) {
+    for (size_t k = 0; k < sizeof targets / sizeof targets[0]; k++) {
+        if (targets[k].id == id) {
+            assert_true(error->position < 1.5 * targets[k].position[level]);
+            assert_true(error->shear_deg < 1.5 * targets[k].shear_deg[level]);
+        }
+    }
+}
+
+static bool is_flat(enum scene_id id) {
+    return id >= SCENE_PLANE && id <= SCENE_CONE_FULL;
+}
+
+/* Analytic surfaces: the errors fall with the fourth order; the estimate is sharp for gib and a
+ * bound for gib4. On cylinders gib is of fourth order itself. */
+static void test_exact_gib4_errors(void **state) {
+    static struct scene scene;
+    (void)state;
+    for (int id = 0; id < SCENE_FREEFORM; id++) {
+        struct outcome last;
+        scene_make(&scene, (enum scene_id)id);
+        printf("  %-23s", scene.name);
+        for (int level = 0; level < LEVELS; level++) {
+            bool each = !is_flat((enum scene_id)id) && level > 0;
+            struct outcome now = drape_both(&scene, N_FIRST << level, each);
+            printf("  %.1e %.1e deg", now.gib4.position, now.gib4.shear_deg);
+            if (id == SCENE_PLANE) {
+                assert_true(now.gib4.position < 1e-11 && now.estimate < 1e-11);
+                continue;
+            }
+            check_target((enum scene_id)id, level, &now.gib4);
+            assert_true(now.estimate < 2 * now.gib.position && now.estimate > now.gib.position / 2);
+            assert_true(now.gib4.position < 1.1 * now.estimate);
+            if (level > 0) {
+                assert_true(order_of(last.gib4.position, now.gib4.position) > 3.3);
+                assert_true(order_of(last.gib4.shear_deg, now.gib4.shear_deg) > 3.6);
+            }
+            last = now;
+        }
+        printf("\n");
+        scene_free(&scene);
+    }
+}
+
+/* Node by node what the plain march finds; shear too, where both have the same stencils. */
+static void test_exact_gib4_solves_its_equations(void **state) {
+    static struct scene scene;
+    enum { N = 20 };
+    (void)state;
+    for (int id = 0; id < SCENE_COUNT; id++) {
+        scene_make(&scene, (enum scene_id)id);
+        struct drape_settings settings = scene_settings(&scene, DRAPE_GIB4, N);
+        struct plain_setup setup = {
+            .shape = &scene.smooth,
+            .uv = {scene.smooth_uv[0], scene.smooth_uv[1]},
+            .warp = scene.start.warp,
+            .weft = scene.start.weft,
+            .method = DRAPE_GIB4,
+            .spacing = {settings.spacing[0], settings.spacing[1]},
+            .n = {N, N},
+        };
+        struct drape_nodes *plain = plain_make(&setup);
+        struct drape_run run;
+        struct grid grid;
+        drape_begin(&run, &scene.shape, &settings);
+        grid_make(&grid, plain);
+        const struct drape_nodes *nodes = &run.result.nodes;
+        for (size_t k = 0; k < nodes->count; k++) {
+            int at = grid_find(&grid, nodes->i[k], nodes->j[k]);
+            double gap = vec3_distance(node_point(nodes, (int)k), node_point(plain, at));
+            assert_true(gap < SAME_NODES * settings.spacing[0]);
+            bool same = !scene.one_quadrant || (nodes->i[k] > 1 && nodes->j[k] > 1);
+            assert_true(!same || fabs(nodes->shear_deg[k] - plain->shear_deg[at]) < 1e-7);
+        }
+        grid_free(&grid);
+        plain_free(plain);
+        drape_end(&run);
+        scene_free(&scene);
+    }
+}
+
+/* Where curvature only is continuous, it must still be better than gib. */
+static void test_exact_gib4_helps_on_freeform(void **state) {
+    static struct scene scene;
+    (void)state;
+    scene_make(&scene, SCENE_FREEFORM);
+    for (int n = 16; n <= 32; n *= 2) {
+        struct outcome out = drape_both(&scene, n, false);
+        printf("  N = %d: gib %.1e, gib4 %.1e, estimate %.1e\n", n, out.gib.position,
+               out.gib4.position, out.estimate);
+        assert_true(out.gib4.position < 0.1 * out.gib.position);
+        assert_true(out.estimate < 2 * out.gib.position && out.estimate > out.gib.position / 2);
+    }
+    scene_free(&scene);
+}
+
+/* The whole surface, with ghosts beyond its boundary: it stays of fourth order up to there. */
+static void test_exact_gib4_up_to_the_boundary(void **state) {
+    static const enum scene_id ids[] = {SCENE_SADDLE, SCENE_PARABOLOID, SCENE_CONE, SCENE_CYLINDER};
+    static struct scene scene;
+    (void)state;
+    for (size_t k = 0; k < sizeof ids / sizeof ids[0]; k++) {
+        double last = 0;
+        scene_make(&scene, ids[k]);
+        printf("  %-23s", scene.name);
+        for (int n = 16; n <= 64; n *= 2) {
+            struct drape_settings settings = scene_settings(&scene, DRAPE_GIB4, n);
+            struct drape_run run;
+            settings.has_extent[0] = settings.has_extent[1] = false;
+            drape_begin(&run, &scene.shape, &settings);
+            struct net_error error = measure_error(&run.result.nodes, scene_reference(&scene),
+                                                   settings.spacing, (int[2]){1000, 1000});
+            printf("  %.1e (%d, %d)", error.position / scene.side, error.worst[0], error.worst[1]);
+            assert_true(last == 0 || order_of(last, error.position) > 3.2);
+            last = error.position;
+            drape_end(&run);
+        }
+        printf("\n");
+        scene_free(&scene);
+    }
+}
+
+/* A patch of the whole: the same nodes but for what stencils at its rim differ by. */
+static void test_exact_gib4_patch_drapes_like_whole(void **state) {
+    static struct scene scene;
+    static struct shape part;
+    static const double u[2] = {-0.6, 0.7}, v[2] = {-0.3, 0.35};
+    struct drape_run whole, cut;
+    (void)state;
+    scene_make(&scene, SCENE_SADDLE_OBLIQUE);
+    part = scene.shape;
+    shape_cut(&part, u, v);
+    struct drape_settings settings = {.method = DRAPE_GIB4,
+                                      .spacing = {0.04, 0.04},
+                                      .start_kind = DRAPE_START_UV,
+                                      .start_uv = {0.05, 0.02},
+                                      .direction_deg = 30,
+                                      .max_nodes = 100000};
+    drape_begin(&whole, &scene.shape, &settings);
+    drape_begin(&cut, &part, &settings);
+    double gap = 0;
+    for (size_t k = 0; k < cut.result.nodes.count; k++) {
+        int at = grid_find(&whole.grid, cut.result.nodes.i[k], cut.result.nodes.j[k]);
+        assert_true(at >= 0);
+        gap = fmax(gap, vec3_distance(node_point(&cut.result.nodes, (int)k),
+                                      node_point(&whole.result.nodes, at)));
+    }
+    printf("  gap %.1e d\n", gap / 0.04);
+    assert_true(cut.result.nodes.count > 500 && gap < 1e-5 * 0.04);
+    drape_end(&whole);
+    drape_end(&cut);
+    scene_free(&scene);
+}
+
+/* Full surfaces, poles and seams and all: the result holds together (see check_result). */
+static void test_exact_gib4_covers_like_gib(void **state) {
+    static struct scene scene;
+    (void)state;
+    for (int id = 0; id < SCENE_COUNT; id++) {
+        scene_make(&scene, (enum scene_id)id);
+        struct drape_settings settings = scene_settings(&scene, DRAPE_GIB4, 14);
+        struct drape_run gib4, gib;
+        settings.has_extent[0] = settings.has_extent[1] = false;
+        drape_begin(&gib4, &scene.shape, &settings);
+        settings.method = DRAPE_GIB;
+        drape_begin(&gib, &scene.shape, &settings);
+        double difference = gib4.result.summary.coverage - gib.result.summary.coverage;
+        if (!(fabs(difference) < 0.02)) {
+            fail_msg("%s: coverage differs by %g", scene.name, difference);
+        }
+        drape_end(&gib4);
+        drape_end(&gib);
+        scene_free(&scene);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_exact_gib4_errors),
+        cmocka_unit_test(test_exact_gib4_solves_its_equations),
+        cmocka_unit_test(test_exact_gib4_helps_on_freeform),
+        cmocka_unit_test(test_exact_gib4_up_to_the_boundary),
+        cmocka_unit_test(test_exact_gib4_patch_drapes_like_whole),
+        cmocka_unit_test(test_exact_gib4_covers_like_gib),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
