@@ -2,8 +2,8 @@
 /*
  * A look at the bytes of a JSON document before they are parsed, so that a small hostile body
  * cannot become a large tree: one pass, no recursion, no memory. It counts what the parser would
- * have to make (values) and how deep it would have to go; whether it is JSON is the parser's
- * business.
+ * have to make (values, a member of an object as eight) and how deep it would have to go; whether
+ * it is JSON is the parser's business.
  */
 #ifndef API_PRESCAN_H
 #define API_PRESCAN_H

@@ -15,7 +15,7 @@
 struct api_limits {
     size_t max_nodes;    /* nodes in one net */
     size_t max_memory;   /* bytes the job's arena may hold */
-    size_t max_elements; /* JSON values in the body, counted before parsing */
+    size_t max_elements; /* JSON values in the body, counted before parsing: `prescan.h` */
     int max_depth;       /* JSON nesting */
     int threads;         /* threads on one drape */
 };

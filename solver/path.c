@@ -20,7 +20,7 @@ static const double rounding_at_most = 1e-10;
 static const double shortest = 1e-12;
 
 /* Steps and crossings of one advance; a line has no more in earnest. */
-static const int rounds_max = 100000;
+static const int rounds_max = 4 * NURBS_SIZE_MAX;
 
 /* Nearer to a pole than this share of the surface's size, the line goes straight through it: the
  * turn it misses is the square of this. */
@@ -395,6 +395,18 @@ static bool first_event(const struct path *g, const double y[STATE], struct even
     return farthest > 0;
 }
 
+/* Whether the path is more than a domain's length beyond an open boundary: the continuation is of
+ * no use there, and may be singular. */
+static bool far_outside(const struct path *g) {
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &g->surface->axis[k];
+        double low = surface_axis_lower(axis), high = surface_axis_upper(axis);
+        if (!axis->closed && !(fabs(g->uv[k] - (low + high) / 2) <= 1.5 * (high - low)))
+            return true;
+    }
+    return false;
+}
+
 /* One step of at most h that ends in this span or on its edge; the length it went. */
 static bool advance_in_span(struct path *g, double h, double least, double *length) {
     double y[STATE];
@@ -415,6 +427,8 @@ bool path_advance(struct path *path, double length) {
     double remaining = length - path->ahead;
     path->ahead = 0;
     for (int round = 0; round < rounds_max && remaining > 0; round++) {
+        if (far_outside(path))
+            return false;
         struct vec3 pole;
         bool at_pole;
         double gone = 0, h = cap_step(path, remaining, &pole, &at_pole);

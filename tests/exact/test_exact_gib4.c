@@ -169,14 +169,19 @@ static void test_exact_gib4_helps_on_freeform(void **state) {
     scene_free(&scene);
 }
 
-/* The whole surface, with ghosts beyond its boundary: it stays of fourth order up to there. */
+/* The whole surface, with ghosts beyond its boundary: it stays of fourth order up to there. The
+ * cone is cut off above its rim, or yarns would have to go round its apex. */
 static void test_exact_gib4_up_to_the_boundary(void **state) {
     static const enum scene_id ids[] = {SCENE_SADDLE, SCENE_PARABOLOID, SCENE_CONE, SCENE_CYLINDER};
+    static const double u[2] = {0.25, 0.75}, v[2] = {0.35, 1};
     static struct scene scene;
     (void)state;
     for (size_t k = 0; k < sizeof ids / sizeof ids[0]; k++) {
         double last = 0;
         scene_make(&scene, ids[k]);
+        if (ids[k] == SCENE_CONE) {
+            shape_cut(&scene.shape, u, v);
+        }
         printf("  %-23s", scene.name);
         for (int n = 16; n <= 64; n *= 2) {
             struct drape_settings settings = scene_settings(&scene, DRAPE_GIB4, n);
@@ -185,7 +190,7 @@ static void test_exact_gib4_up_to_the_boundary(void **state) {
             drape_begin(&run, &scene.shape, &settings);
             struct net_error error = measure_error(&run.result.nodes, scene_reference(&scene),
                                                    settings.spacing, (int[2]){1000, 1000});
-            printf("  %.1e (%d, %d)", error.position / scene.side, error.worst[0], error.worst[1]);
+            printf("  %.1e", error.position / scene.side);
             assert_true(last == 0 || order_of(last, error.position) > 3.2);
             last = error.position;
             drape_end(&run);

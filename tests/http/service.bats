@@ -144,6 +144,35 @@ openapi() {
     done <"$BATS_TEST_TMPDIR/parameters"
 }
 
+@test "http: the description names every kind of problem" {
+    openapi
+    # Without tokens nobody is unauthorized.
+    sed -n 's/^    X([A-Z_]*, "\([a-z0-9-]*\)", [0-9]*,.*/\1/p' api/problem.h |
+        grep -vxE 'unauthorized|forbidden' >"$BATS_TEST_TMPDIR/slugs"
+    [ "$(wc -l <"$BATS_TEST_TMPDIR/slugs")" -gt 20 ]
+    jq -r .components.schemas.Problem.properties.type.description "$body" |
+        grep -oE '[a-z][a-z0-9-]+' >"$BATS_TEST_TMPDIR/words"
+    while read -r slug; do
+        grep -qx -- "$slug" "$BATS_TEST_TMPDIR/words" || { echo "$slug"; false; }
+    done <"$BATS_TEST_TMPDIR/slugs"
+}
+
+@test "http: every method of the description is drapeable or says that it is not available" {
+    openapi
+    jq -r '.components.schemas.DrapeRequest | .properties.method.enum[]' "$body" \
+        >"$BATS_TEST_TMPDIR/methods"
+    cp "$body" "$BATS_TEST_TMPDIR/openapi"
+    while read -r method; do
+        jq --arg method "$method" '. + {$method}' "$EXAMPLES/saddle.json" |
+            post /v1/drapes - -H 'Prefer: wait=40'
+        [ "$status" != 200 ] || continue
+        expect_problem 422 invalid-request
+        field .detail | grep -q 'not available in this version'
+        jq -e --arg method "$method" '.components.schemas.DrapeRequest.description |
+            contains($method)' "$BATS_TEST_TMPDIR/openapi" >/dev/null
+    done <"$BATS_TEST_TMPDIR/methods"
+}
+
 @test "http: the examples of the description are what it says" {
     openapi
     jq -c '.paths."/v1/drapes".post.requestBody.content."application/json".examples[].value' \

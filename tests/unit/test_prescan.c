@@ -21,7 +21,7 @@ static void test_prescan_accepts_what_is_within_the_limits(void **state) {
                                         "[]",
                                         "[1,2,3,4,5,6,7,8,9]",
                                         "[[[[1]]]]",
-                                        "{\"a\":{\"b\":{\"c\":{}}}}",
+                                        "[{},{},{}]",
                                         "[[1],[2],[3]]",
                                         "]]]]}}}}",
                                         "\"[[[[[[[[[[,,,,,,,,,,,,\"",
@@ -46,6 +46,14 @@ static void test_prescan_refuses_many_values(void **state) {
     assert_int_equal(scan("[1,2,3,4,5,6,7,8,9,10]"), API_TOO_LARGE);
     assert_int_equal(scan("[[],[],[],[],[],[]]"), API_TOO_LARGE);
     assert_int_equal(scan(",,,,,,,,,,,,"), API_TOO_LARGE);
+}
+
+/* A member of an object counts as eight. */
+static void test_prescan_refuses_many_members(void **state) {
+    (void)state;
+    assert_int_equal(scan("{\"a:::,,,\":1}"), API_OK);
+    assert_int_equal(scan("{\"a\":1,\"b\":2}"), API_TOO_LARGE);
+    assert_int_equal(scan("{\"a\":{\"b\":{}}}"), API_TOO_LARGE);
 }
 
 static void test_prescan_names_the_limit(void **state) {
@@ -82,6 +90,7 @@ int main(void) {
         cmocka_unit_test(test_prescan_accepts_what_is_within_the_limits),
         cmocka_unit_test(test_prescan_refuses_deep_nesting),
         cmocka_unit_test(test_prescan_refuses_many_values),
+        cmocka_unit_test(test_prescan_refuses_many_members),
         cmocka_unit_test(test_prescan_names_the_limit),
         cmocka_unit_test(test_prescan_survives_any_bytes),
     };
