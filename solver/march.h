@@ -94,7 +94,8 @@ struct march_cell {
     int32_t i, j;
     int si, sj;
     const struct station *a, *b, *c;
-    const struct vec3 *last_edge; /* AB of the cell before along warp, for the guess; or NULL */
+    struct vec3 trend;      /* by which CD is expected to differ from AB */
+    const double *guess_uv; /* the parameters expected of D, away from poles; or NULL */
 };
 
 /* Solves a cell. Notes the cost; on failure gives the reason. */

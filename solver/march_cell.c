@@ -10,11 +10,10 @@ bool march_station(struct march *march, int32_t i, int32_t j, struct station *st
     return node && station_at(march->surface, &march->cursor, node->uv, station);
 }
 
-/* C + AB, and the change of AB from the cell before. */
+/* C + AB, and the change from AB to CD. */
 static struct vec3 guess(const struct march_cell *at) {
     struct vec3 edge = vec3_sub(at->b->jet.r, at->a->jet.r);
-    struct vec3 sum = vec3_add(at->c->jet.r, edge);
-    return at->last_edge ? vec3_add(sum, vec3_sub(edge, *at->last_edge)) : sum;
+    return vec3_add(at->c->jet.r, vec3_add(edge, at->trend));
 }
 
 /* D of the net before, moved as the other corners have moved since. */
@@ -45,10 +44,12 @@ bool march_solve_corner(struct march *march, const struct march_cell *at, struct
     const struct drape_settings *s = march->settings;
     struct fishnet_cell cell = {.a = at->a, .b = at->b, .c = at->c, .orientation = at->si * at->sj};
     cell.guess = guess(at);
+    cell.guess_uv = at->guess_uv;
     fishnet_chords(s->method, s->spacing[0], s->spacing[1], &cell);
     double uv[2];
     if (march->before) {
-        cell.guess_uv = guess_from_before(march, at, uv) ? uv : NULL;
+        if (guess_from_before(march, at, uv))
+            cell.guess_uv = uv;
         correct_chords(march, at, &cell);
     }
     enum fishnet_end end = fishnet_solve(march->surface, &march->cursor, &cell, node);
@@ -70,7 +71,7 @@ bool march_solve_corner(struct march *march, const struct march_cell *at, struct
 enum status march_corner(struct march *march, int32_t i, int32_t j, int si, int sj, bool *placed,
                          enum drape_reason *reason) {
     struct station a, b, c;
-    struct march_cell cell = {i, j, si, sj, &a, &b, &c, NULL};
+    struct march_cell cell = {i, j, si, sj, &a, &b, &c, {0, 0, 0}, NULL};
     struct fishnet_node node;
     enum station_zone zone;
     *placed = false;
@@ -81,8 +82,8 @@ enum status march_corner(struct march *march, int32_t i, int32_t j, int si, int 
     }
     const struct net_node *a2 = net_place(&march->net, i - 2 * si, j - sj);
     const struct net_node *b2 = net_place(&march->net, i - 2 * si, j);
-    struct vec3 last = a2 && b2 ? vec3_sub(b2->r, a2->r) : vec3_make(0, 0, 0);
-    cell.last_edge = a2 && b2 ? &last : NULL;
+    if (a2 && b2)
+        cell.trend = vec3_sub(vec3_sub(b.jet.r, a.jet.r), vec3_sub(b2->r, a2->r));
     if (!march_solve_corner(march, &cell, &node, reason))
         return STATUS_OK;
     enum status status = march_place(march, i, j, &node.station, &zone);
