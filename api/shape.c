@@ -4,10 +4,12 @@
 #include "digest.h"
 #include "text.h"
 
-static enum api_problem_id make(const struct api_surface *definition, struct arena *arena,
-                                struct surface **surface, struct api_problem *problem) {
+/* `pointer` leads to the definition in the caller's document. */
+static enum api_problem_id make(const struct api_surface *definition, const char *pointer,
+                                struct arena *arena, struct surface **surface,
+                                struct api_problem *problem) {
     if (definition->kind != API_SURFACE_NURBS) {
-        api_problem_add(problem, "/surface", "must be the definition of a NURBS surface");
+        api_problem_add(problem, pointer, "must be the definition of a NURBS surface");
         return problem->id;
     }
     switch (surface_make(&definition->nurbs, arena, surface)) {
@@ -17,7 +19,7 @@ static enum api_problem_id make(const struct api_surface *definition, struct are
         api_problem_set(problem, API_OUT_OF_MEMORY, "the surface needs more memory than allowed");
         break;
     default:
-        api_problem_set_at(problem, API_DEGENERATE_SURFACE, "/surface", "the surface has no area");
+        api_problem_set_at(problem, API_DEGENERATE_SURFACE, pointer, "the surface has no area");
         break;
     }
     return problem->id;
@@ -67,7 +69,7 @@ static double usable_area(const struct api_request *request, const struct surfac
 enum api_problem_id api_shape_make(struct api_request *request, const struct api_limits *limits,
                                    struct arena *arena, struct surface **surface,
                                    struct api_problem *problem) {
-    if (make(&request->surface, arena, surface, problem) != API_OK ||
+    if (make(&request->surface, "/surface", arena, surface, problem) != API_OK ||
         make_trim(request, *surface, arena, problem) != API_OK)
         return problem->id;
     double nodes = least_nodes(&request->settings, usable_area(request, *surface));
@@ -95,7 +97,7 @@ const char *api_shape_describe(const struct api_surface *definition, struct aren
     struct vec3 lower, upper;
     char id[API_ID_SIZE];
     const struct nurbs *nurbs = &definition->nurbs;
-    if (make(definition, arena, &surface, problem) != API_OK)
+    if (make(definition, "", arena, &surface, problem) != API_OK)
         return NULL;
     bool ok = api_digest_surface(definition, arena, id);
     surface_bounds(surface, &lower, &upper);

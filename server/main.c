@@ -65,7 +65,8 @@ static void give_up(int number) {
     _exit(0); /* the store needs no goodbye: what runs is taken up again at the next start */
 }
 
-/* Returns at the first signal; from then on a second one ends the process at once. */
+/* Returns at the first signal; from then on a second one ends the process at once, even where a
+ * shell has started us with signals ignored. */
 static void wait_for_signal(void) {
     sigset_t signals = stop_signals();
     int number = 0;
@@ -74,6 +75,8 @@ static void wait_for_signal(void) {
     log_info(log_event("stopping"), log_text("signal", number == SIGTERM ? "SIGTERM" : "SIGINT"));
     signal(SIGALRM, give_up);
     alarm(STOP_SECONDS);
+    signal(SIGTERM, SIG_DFL);
+    signal(SIGINT, SIG_DFL);
     pthread_sigmask(SIG_UNBLOCK, &signals, NULL);
 }
 

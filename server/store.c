@@ -201,23 +201,19 @@ enum store_answer store_sweep(struct store *store, struct store_sweep *sweep) {
 struct store_writer {
     struct store *store;
     struct store_claim claim;
-    int64_t number; /* of the stored parts; 0 while all is in `buffer` */
+    int64_t number; /* of the stored parts; 0 while all is in `chunks` */
     int64_t index;  /* chunks stored */
     bool committed;
-    size_t used;
-    unsigned char buffer[STORE_PART_BYTES];
+    size_t used;                              /* bytes in `chunks` */
+    unsigned char *chunks[STORE_PART_CHUNKS]; /* malloc'ed when they are needed */
 };
 
 struct store_writer *store_writer_new(struct store *store, const struct store_claim *claim) {
-    struct store_writer *writer = malloc(sizeof *writer);
+    struct store_writer *writer = calloc(1, sizeof *writer);
     if (!writer)
         return NULL;
     writer->store = store;
     writer->claim = *claim;
-    writer->number = 0;
-    writer->index = 0;
-    writer->committed = false;
-    writer->used = 0;
     return writer;
 }
 
@@ -226,7 +222,7 @@ static struct store_part part_of(const struct store_writer *writer) {
         .claim = &writer->claim,
         .number = writer->number,
         .index = writer->index,
-        .bytes = writer->buffer,
+        .chunks = writer->chunks,
         .length = writer->used,
         .total = writer->index * STORE_CHUNK_BYTES + (int64_t)writer->used,
     };
@@ -245,18 +241,26 @@ static enum store_answer flush(struct store_writer *writer) {
     return answer;
 }
 
+/* The chunk that takes the next byte; NULL without memory. */
+static unsigned char *open_chunk(struct store_writer *writer) {
+    unsigned char **chunk = &writer->chunks[writer->used / STORE_CHUNK_BYTES];
+    if (!*chunk)
+        *chunk = malloc(STORE_CHUNK_BYTES);
+    return *chunk;
+}
+
 enum store_answer store_writer_append(struct store_writer *writer, const void *bytes,
                                       size_t length) {
     const unsigned char *from = bytes;
     while (length > 0) {
-        if (writer->used == STORE_PART_BYTES) {
-            enum store_answer answer = flush(writer);
-            if (answer != STORE_OK)
-                return answer;
-        }
-        size_t room = STORE_PART_BYTES - writer->used;
+        enum store_answer answer = writer->used == STORE_PART_BYTES ? flush(writer) : STORE_OK;
+        unsigned char *chunk = answer == STORE_OK ? open_chunk(writer) : NULL;
+        if (!chunk)
+            return answer == STORE_OK ? STORE_DOWN : answer;
+        size_t within = writer->used % STORE_CHUNK_BYTES;
+        size_t room = STORE_CHUNK_BYTES - within;
         size_t taken = length < room ? length : room;
-        memcpy(writer->buffer + writer->used, from, taken);
+        memcpy(chunk + within, from, taken);
         writer->used += taken;
         from += taken;
         length -= taken;
@@ -264,17 +268,15 @@ enum store_answer store_writer_append(struct store_writer *writer, const void *b
     return STORE_OK;
 }
 
-/* Who waits for the job is going to read it now. */
-static void keep_part(struct store *store, const struct store_part *part) {
-    int64_t index = part->index;
-    for (size_t at = 0; at < part->length; at += STORE_CHUNK_BYTES) {
-        size_t left = part->length - at;
+/* Who waits for the job is going to read it now: the chunks go to the cache as they are. */
+static void keep_chunks(struct store_writer *writer, int64_t number) {
+    size_t left = writer->used;
+    for (size_t k = 0; left > 0; k++) {
         size_t length = left < STORE_CHUNK_BYTES ? left : STORE_CHUNK_BYTES;
-        void *bytes = malloc(length);
-        if (!bytes)
-            return;
-        memcpy(bytes, part->bytes + at, length);
-        store_cache_put(store->cache, part->number, index++, bytes, length);
+        store_cache_put(writer->store->cache, number, writer->index + (int64_t)k, writer->chunks[k],
+                        length);
+        writer->chunks[k] = NULL;
+        left -= length;
     }
 }
 
@@ -285,7 +287,7 @@ enum store_answer store_writer_commit(struct store_writer *writer, const char *s
     if (answer == STORE_OK) {
         writer->committed = true;
         if (part.number != 0)
-            keep_part(writer->store, &part);
+            keep_chunks(writer, part.number);
         tell(writer->store, writer->claim.id, false);
     }
     return answer;
@@ -298,6 +300,8 @@ void store_writer_free(struct store_writer *writer) {
         enum store_answer dropped = writer->store->ops->result_drop(writer->store, writer->number);
         (void)dropped; /* else the sweep finds it */
     }
+    for (size_t k = 0; k < STORE_PART_CHUNKS; k++)
+        free(writer->chunks[k]);
     free(writer);
 }
 

@@ -23,7 +23,7 @@ struct store_part {
     const struct store_claim *claim;
     int64_t number; /* of the result; 0 until its first part is stored */
     int64_t index;  /* of the first chunk */
-    const unsigned char *bytes;
+    unsigned char *const *chunks;
     size_t length;       /* of all of them */
     int64_t total;       /* commit: the result's length */
     const char *summary; /* commit: the summary object */

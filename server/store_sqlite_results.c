@@ -22,7 +22,7 @@ static enum store_answer insert_chunks(struct db *db, const struct store_part *p
     int64_t row = chunk_row(number, part->index);
     for (size_t at = 0; at < part->length && answer == STORE_OK; at += STORE_CHUNK_BYTES) {
         size_t left = part->length - at;
-        answer = insert_chunk(db, row++, part->bytes + at,
+        answer = insert_chunk(db, row++, part->chunks[at / STORE_CHUNK_BYTES],
                               left < STORE_CHUNK_BYTES ? left : STORE_CHUNK_BYTES);
     }
     return answer;

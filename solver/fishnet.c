@@ -7,6 +7,10 @@ enum { NEWTON_MAX = 40, HALVINGS_MAX = 13, PREDICTORS = 5 };
 
 /* Newton stops at this length error relative to the edge, or where rounding hides it. */
 static const double tolerance = 1e-12;
+
+/* A guess is only taken as it is when it is this much better still: errors of guesses grow from node
+ * to node, those of a Newton step do not. */
+static const double guess_share = 0.01;
 static const double rounding = 1e-15;
 
 /* Below this sine of the angle between its yarns a cell that finds no corner has collapsed. */
@@ -136,7 +140,7 @@ static bool newton(const struct surface *surface, struct surface_cursor *cursor,
         double error = length_error(cell, inverse, wb, wc, f);
         node->residual = error;
         node->iterations += 1;
-        if (error <= enough)
+        if (error <= (round == 0 ? guess_share * enough : enough))
             return station_complete(surface, d);
         if (error < previous) {
             if (!newton_step(&d->jet, wb, wc, f, step))

@@ -6,8 +6,9 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-enum { PICARD_MAX = 200, BISECTIONS = 60, SHOTS_MAX = 20, SHOT_ORDER = 14 };
+enum { PICARD_MAX = 200, BISECTIONS = 60, SHOTS_MAX = 20, SHOT_BLOCKS = 2, SHOT_ORDER = 16 };
 static const double PICARD_GOAL = 1e-12; /* relative to the block's step */
+static const double SHORTEST = 1e-3;     /* block tried, relative to the usual */
 static const double SHOT_GOAL = 2e-15;   /* relative to the parameters */
 
 /* x = (u, v) and p = x' at the points of one block. */
@@ -64,7 +65,8 @@ static double picard_sweep(const struct exact_geodesic *g, const struct tip *sta
     return change;
 }
 
-static void integrate_block(const struct exact_geodesic *g, const struct tip *start,
+/* False when the block is too long: its polynomials may have a pole beyond their span. */
+static bool integrate_block(const struct exact_geodesic *g, const struct tip *start,
                             struct block *block) {
     double change = HUGE_VAL, before;
     for (int i = 0; i < g->rule.n; i++) {
@@ -78,9 +80,13 @@ static void integrate_block(const struct exact_geodesic *g, const struct tip *st
         before = change;
         change = picard_sweep(g, start, block);
         if (change < PICARD_GOAL && change >= before / 2) { /* only rounding is left */
-            break;
+            return true;
+        }
+        if (!isfinite(change)) {
+            return false;
         }
     }
+    return false;
 }
 
 static void block_at(const struct exact_geodesic *g, const struct block *block, double rest,
@@ -168,12 +174,14 @@ static double advance(struct exact_geodesic *g, struct tip *tip, double s, doubl
     struct block *block = add_block(g);
     block->from = s;
     block->length = h;
-    integrate_block(g, tip, block);
+    while (!integrate_block(g, tip, block) && block->length > h * SHORTEST) {
+        block->length /= 2;
+    }
     double share[2] = {crossing(g, block, 0), crossing(g, block, 1)};
     int k = share[1] < share[0];
     if (share[k] < 1) {
-        block->length = h * share[k];
-        integrate_block(g, tip, block);
+        block->length *= share[k];
+        (void)integrate_block(g, tip, block);
     }
     for (int c = 0; c < 2; c++) {
         tip->x[c] = block->x[g->rule.n - 1][c];
@@ -241,7 +249,7 @@ static void shoot(const struct shape *shape, const double from[2], const double 
                                          .uv = {from[0], from[1]},
                                          .direction = vec3_unit(t),
                                          .length = vec3_norm(t),
-                                         .blocks = 1,
+                                         .blocks = SHOT_BLOCKS,
                                          .order = SHOT_ORDER};
     struct exact_geodesic *g = exact_geodesic_make(&setup);
     double reached[2];

@@ -173,6 +173,34 @@ static void test_decode_empty_trims_are_none(void **state) {
     assert_int_equal(d->request.surface.trim_count, 0);
 }
 
+#define TRIMMED                                                                                    \
+    "{" SIZES "," KNOTS ",\"control_points\":" POINTS ",\"trims\":{\"count\":3,\"data\":["         \
+    "{\"type\":\"freeform\",\"dimension\":2,\"name\":\"a\",\"points\":[[0.1,0.1],[0.2,0.1],[0.1,"  \
+    "0.2]]},"                                                                                      \
+    "{\"type\":\"spline\",\"rational\":true,\"dimension\":2,\"degree\":1,\"knotvector\":[0,0,1,2," \
+    "2],"                                                                                          \
+    "\"control_points\":{\"points\":[[0.5,0.5],[0.6,0.5],[0.5,0.5]],\"weights\":[1,2,1]},"         \
+    "\"delta\":0.01,\"reversed\":1},"                                                              \
+    "{\"type\":\"container\",\"count\":1,\"reversed\":true,\"data\":["                             \
+    "{\"type\":\"freeform\",\"points\":[[0.7,0.7],[0.8,0.7],[0.7,0.8],[0.7,0.7]]}]}]}}"
+
+static void test_decode_trims_of_every_kind(void **state) {
+    struct decoded *d = *state;
+    decode(d, TRIMMED, "");
+    const struct api_surface *surface = &d->request.surface;
+    assert_int_equal(surface->trim_count, 3);
+    assert_false(surface->trims[0].reversed);
+    assert_true(surface->trims[1].reversed && surface->trims[2].reversed);
+    assert_null(surface->trims[0].curves[0].knots);
+    assert_int_equal(surface->trims[1].curves[0].degree, 1);
+    assert_true(surface->trims[1].curves[0].weights[1] == 2);
+    assert_int_equal(surface->trims[2].curves[0].count, 4);
+    const char *first = api_normalise(&d->request, NULL, d->arena);
+    struct api_request again;
+    assert_int_equal(decode_text(first, d->arena, &again, &d->problem), API_OK);
+    assert_string_equal(api_normalise(&again, NULL, d->arena), first);
+}
+
 #define STORED_ID "0123456789abcdef0123456789abcdef"
 
 static void test_decode_surface_by_id(void **state) {
@@ -311,6 +339,7 @@ int main(void) {
         TEST(test_decode_whole_export_file),
         TEST(test_decode_ignores_the_other_keys_of_the_format),
         TEST(test_decode_empty_trims_are_none),
+        TEST(test_decode_trims_of_every_kind),
         TEST(test_decode_surface_by_id),
         TEST(test_decode_checks_the_start_against_the_stored_surface),
         TEST(test_decode_damaged_stored_surface_is_internal),

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "../../api/run.h"
 
+#include "../../api/decode.h"
 #include "../../api/shape.h"
 #include "check.h"
 #include "support.h"
@@ -87,6 +88,26 @@ static void test_run_refuses_a_direction_across_the_surface(void **state) {
                  "{\"start\":{\"uv\":[0.5,0.5]},\"direction\":{\"vector\":[0,0,1]},\"surface\"",
                  &problem);
     assert_problem(&problem, API_INVALID_REQUEST, "/direction/vector");
+}
+
+static void test_run_refuses_generators_that_make_no_net(void **state) {
+    (void)state;
+    static const struct {
+        const char *generators, *pointer;
+    } cases[] = {
+        {"\"warp\":{\"uv\":[[0,0.2],[1,0.2]]}", "/generators/warp"},
+        {"\"weft\":{\"uv\":[[0.5,0.6],[0.5,1]]}", "/generators/weft"},
+        {"\"warp\":{\"plane\":[0,0,1]}", "/generators/warp"},
+        {"\"warp\":{\"plane\":[0,1,0]},\"weft\":{\"plane\":[0,-2,0]}", "/generators/weft"}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        struct api_problem problem;
+        struct bytes with = {0};
+        bytes_format(&with, "{\"start\":{\"uv\":[0.5,0.5]},\"generators\":{%s},\"surface\"",
+                     cases[k].generators);
+        run_replaced("{\"surface\"", with.data, &problem);
+        assert_problem(&problem, API_INVALID_REQUEST, cases[k].pointer);
+        bytes_free(&with);
+    }
 }
 
 static void test_run_refuses_a_surface_without_area(void **state) {
@@ -206,6 +227,23 @@ static void test_run_describes_a_surface(void **state) {
     arena_free(arena);
 }
 
+/* The pointer is one into the document that was posted: the surface alone. */
+static void test_run_describes_no_surface_without_area(void **state) {
+    (void)state;
+    static const char flat[] = "{\"degree_u\":1,\"degree_v\":1,\"size_u\":2,\"size_v\":2,"
+                               "\"knotvector_u\":[0,0,1,1],\"knotvector_v\":[0,0,1,1],"
+                               "\"control_points\":[[0,0,0],[0,0,0],[1,0,0],[1,0,0]]}";
+    struct arena *arena = arena_new((size_t)1 << 24);
+    struct api_surface surface;
+    struct api_problem problem = {0};
+    assert_int_equal(
+        api_decode_surface(flat, strlen(flat), &api_limits_default, arena, &surface, &problem),
+        API_OK);
+    assert_null(api_shape_describe(&surface, arena, &problem));
+    assert_problem(&problem, API_DEGENERATE_SURFACE, "");
+    arena_free(arena);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_run_gives_a_container),
@@ -213,6 +251,7 @@ int main(void) {
         cmocka_unit_test(test_run_refuses_a_surface_that_is_not_there),
         cmocka_unit_test(test_run_refuses_a_start_off_the_surface),
         cmocka_unit_test(test_run_refuses_a_direction_across_the_surface),
+        cmocka_unit_test(test_run_refuses_generators_that_make_no_net),
         cmocka_unit_test(test_run_refuses_a_surface_without_area),
         cmocka_unit_test(test_run_refuses_more_nodes_than_allowed),
         cmocka_unit_test(test_run_allows_a_fine_strip),
@@ -221,6 +260,7 @@ int main(void) {
         cmocka_unit_test(test_run_stops_when_the_monitor_says_so),
         cmocka_unit_test(test_run_stops_when_the_sink_refuses),
         cmocka_unit_test(test_run_describes_a_surface),
+        cmocka_unit_test(test_run_describes_no_surface_without_area),
     };
     prepare();
     return cmocka_run_group_tests_name("run", tests, NULL, NULL);
