@@ -8,8 +8,8 @@ enum { NEWTON_MAX = 40, HALVINGS_MAX = 13, PREDICTORS = 5 };
 /* Newton stops at this length error relative to the edge, or where rounding hides it. */
 static const double tolerance = 1e-12;
 
-/* A guess is only taken as it is when it is this much better still: errors of guesses grow from node
- * to node, those of a Newton step do not. */
+/* A guess is only taken as it is when it is this much better still: errors of guesses grow from
+ * node to node, those of a Newton step do not. */
 static const double guess_share = 0.01;
 static const double rounding = 1e-15;
 

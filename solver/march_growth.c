@@ -213,6 +213,17 @@ static bool crosses_flat(struct march *march, const struct free_end *e, struct v
     return false;
 }
 
+/* The yarn's direction at its end r, `last` being the node before: by the one-sided difference of
+ * second order where there are three nodes. */
+static struct vec3 yarn_end(struct march *march, const struct free_end *e, struct vec3 r,
+                            struct vec3 last) {
+    struct vec3 chord = vec3_sub(r, last);
+    const struct net_node *first = net_place(&march->net, e->i - 2 * e->di, e->j - 2 * e->dj);
+    if (!first)
+        return chord;
+    return vec3_axpy(0.5, vec3_sub(chord, vec3_sub(last, first->r)), chord);
+}
+
 /* One spacing straight on. */
 static enum status go_straight(struct growth *g, const struct free_end *e) {
     struct march *march = g->march;
@@ -227,10 +238,10 @@ static enum status go_straight(struct growth *g, const struct free_end *e) {
     const struct net_node *last = net_place(&march->net, e->i - e->di, e->j - e->dj);
     if (!last || !march_station(march, e->i, e->j, &from))
         return march_fail(march, i, j, DRAPE_REASON_DEGENERATE);
-    struct vec3 chord = vec3_sub(from.jet.r, last->r);
-    if (crosses_flat(march, e, from.jet.r, chord))
+    struct vec3 direction = yarn_end(march, e, from.jet.r, last->r);
+    if (crosses_flat(march, e, from.jet.r, direction))
         return march_fail(march, i, j, DRAPE_REASON_COLLAPSED);
-    if (!march_straight_on(march, &from, chord, march->settings->spacing[e->dj != 0], &to))
+    if (!march_straight_on(march, &from, direction, march->settings->spacing[e->dj != 0], &to))
         return march_fail(march, i, j, DRAPE_REASON_BOUNDARY);
     enum status status = march_place(march, i, j, &to, &zone);
     return status == STATUS_OK && zone != STATION_BEYOND ? push_around(g, i, j) : status;
