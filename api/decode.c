@@ -273,9 +273,7 @@ static struct api_request default_request(const struct api_limits *limits) {
     return (struct api_request){
         .length_unit = &api_units[0],
         .fabric = {.locking_angle_deg = -1, .plies = 1},
-        .settings = {.method = DRAPE_GIB,
-                     .max_nodes = limits->max_nodes,
-                     .threads = limits->threads},
+        .settings = {.method = DRAPE_GIB, .max_nodes = limits->max_nodes},
         .permeability = {.model = API_PERMEABILITY_NONE},
     };
 }

@@ -90,7 +90,7 @@ struct api_request {
     struct api_surface surface;
     const struct api_unit *length_unit;
     struct api_fabric fabric;
-    struct drape_settings settings; /* max_nodes and threads come from the limits */
+    struct drape_settings settings; /* max_nodes comes from the limits */
     struct api_cavity cavity;
     struct api_permeability permeability;
 };

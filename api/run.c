@@ -6,6 +6,7 @@
 #include "digest.h"
 #include "fields.h"
 #include "shape.h"
+#include "team.h"
 #include "tree.h"
 #include <string.h>
 #include <time.h>
@@ -130,6 +131,8 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
     }
     if (api_shape_make(&request, limits, arena, &surface, problem) != API_OK)
         return problem->id;
+    struct api_team team;
+    request.settings.team = api_team_make(&team, limits->threads);
     double begin = now_ms();
     enum status status = drape_solve(surface, &request.settings, monitor, arena, &result);
     double solve_ms = now_ms() - begin;

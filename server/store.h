@@ -241,8 +241,8 @@ enum store_answer store_sweep(struct store *store, struct store_sweep *sweep) ST
 
 /* ------------------------------------------------------------------ results */
 
-/* A result being written by the holder of a claim; one thread. It buffers one chunk; small results
- * are written by the commit alone. */
+/* A result being written by the holder of a claim; one thread. It buffers up to 1 MiB, so that
+ * results of that size are written by the commit alone. */
 struct store_writer;
 
 /* NULL without memory. The claim is copied. */

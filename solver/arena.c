@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "arena.h"
 
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -24,49 +25,86 @@ _Static_assert(sizeof(struct block) <= ALIGNMENT, "a block's header fits before 
 
 struct arena {
     struct block *last;
-    size_t budget, held, peak;
     size_t next_capacity;
-    size_t fail_in; /* allocations until the first failing one; 0: none fails */
+    size_t fail_in;        /* allocations until the first failing one; 0: none fails */
+    struct arena *root;    /* whose budget counts: itself unless it is a child */
+    struct arena *sibling; /* the child made before; of a root its last child */
+    size_t budget;         /* of a root */
+    _Atomic size_t held, peak;
 };
 
 struct arena *arena_new(size_t budget) {
     struct arena *arena = calloc(1, sizeof *arena);
     if (arena) {
+        arena->root = arena;
         arena->budget = budget;
         arena->next_capacity = block_smallest;
     }
     return arena;
 }
 
+struct arena *arena_child(struct arena *parent) {
+    struct arena *child = calloc(1, sizeof *child);
+    if (child) {
+        child->root = parent->root;
+        child->next_capacity = block_smallest;
+        child->sibling = parent->root->sibling;
+        parent->root->sibling = child;
+    }
+    return child;
+}
+
+/* Takes from the budget; false when it is used up. */
+static bool take(struct arena *root, size_t bytes) {
+    size_t held = atomic_load(&root->held);
+    do {
+        if (bytes > root->budget - held)
+            return false;
+    } while (!atomic_compare_exchange_weak(&root->held, &held, held + bytes));
+    size_t peak = atomic_load(&root->peak);
+    while (peak < held + bytes && !atomic_compare_exchange_weak(&root->peak, &peak, held + bytes))
+        ;
+    return true;
+}
+
 static void release_last(struct arena *arena) {
     struct block *block = arena->last;
     arena->last = block->previous;
-    arena->held -= header_size + block->capacity;
+    atomic_fetch_sub(&arena->root->held, header_size + block->capacity);
     free(block);
+}
+
+static void release_all(struct arena *arena) {
+    while (arena->last)
+        release_last(arena);
 }
 
 void arena_free(struct arena *arena) {
     if (!arena)
         return;
-    while (arena->last)
-        release_last(arena);
+    for (struct arena *child = arena->sibling, *next; child; child = next) {
+        next = child->sibling;
+        release_all(child);
+        free(child);
+    }
+    release_all(arena);
     free(arena);
 }
 
 static bool add_block(struct arena *arena, size_t needed) {
     size_t capacity = needed > arena->next_capacity ? needed : arena->next_capacity;
-    if (capacity > arena->budget - arena->held)
+    if (!take(arena->root, header_size + capacity)) {
         capacity = needed;
-    if (header_size + capacity > arena->budget - arena->held)
-        return false;
+        if (!take(arena->root, header_size + capacity))
+            return false;
+    }
     struct block *block = aligned_alloc(ALIGNMENT, header_size + capacity);
-    if (!block)
+    if (!block) {
+        atomic_fetch_sub(&arena->root->held, header_size + capacity);
         return false;
+    }
     *block = (struct block){.previous = arena->last, .capacity = capacity};
     arena->last = block;
-    arena->held += header_size + capacity;
-    if (arena->held > arena->peak)
-        arena->peak = arena->held;
     if (arena->next_capacity < block_largest)
         arena->next_capacity *= 2;
     return true;
@@ -109,11 +147,11 @@ void arena_rewind(struct arena *arena, struct arena_mark mark) {
 }
 
 size_t arena_held(const struct arena *arena) {
-    return arena->held;
+    return atomic_load(&arena->root->held);
 }
 
 size_t arena_peak(const struct arena *arena) {
-    return arena->peak;
+    return atomic_load(&arena->root->peak);
 }
 
 void arena_fail_at(struct arena *arena, size_t n) {

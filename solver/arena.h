@@ -21,6 +21,10 @@ struct arena_mark {
  * cannot be had. The caller owns it and gives it back with `arena_free`. */
 struct arena *arena_new(size_t budget);
 
+/* An arena for another thread, whose memory counts against `parent`'s budget and is given back with
+ * it, not by `arena_free`. Made by the thread that has the parent; NULL as above. */
+struct arena *arena_child(struct arena *parent);
+
 /* Gives everything back; NULL is allowed. */
 void arena_free(struct arena *arena);
 
@@ -33,7 +37,7 @@ struct arena_mark arena_mark(const struct arena *arena);
 /* Returns all that was taken since `mark`. */
 void arena_rewind(struct arena *arena, struct arena_mark mark);
 
-/* The bytes held now, and the most that were ever held. */
+/* The bytes held now, and the most that were ever held, with all children. */
 size_t arena_held(const struct arena *arena);
 size_t arena_peak(const struct arena *arena);
 

@@ -40,20 +40,20 @@ static enum status check_settings(const struct drape_settings *s) {
  * march those of the correction beyond them. */
 enum { FRINGE = 2, FRINGE_BEFORE = 4 };
 
-/* The march, twice for a method that corrects its first net; `before` gets the first. */
-static enum status march_all(struct march *march, struct net *before) {
+/* The march, twice for a method that corrects its first net. */
+static enum status march_all(struct march *march) {
     bool corrected = march->settings->method == DRAPE_GIB4;
     march->fringe = corrected ? FRINGE_BEFORE : FRINGE;
     enum status status = march_run(march);
     if (status != STATUS_OK || !corrected)
         return status;
-    *before = march->net;
     *march = (struct march){.surface = march->surface,
                             .settings = march->settings,
                             .monitor = march->monitor,
                             .arena = march->arena,
                             .start = march->start,
-                            .before = before,
+                            .before = march->net,
+                            .watch = march->watch,
                             .fringe = FRINGE};
     return march_run(march);
 }
@@ -63,12 +63,13 @@ enum status drape_solve(const struct surface *surface, const struct drape_settin
                         struct drape_result *result) {
     struct march march = {
         .surface = surface, .settings = settings, .monitor = monitor, .arena = arena};
-    struct net before;
+    struct march_watch watch = {.busy = ATOMIC_FLAG_INIT};
+    march.watch = &watch;
     enum status status = check_settings(settings);
     if (status == STATUS_OK)
         status = start_find(surface, settings, &march.start, &result->faulty_generator);
     if (status == STATUS_OK)
-        status = march_all(&march, &before);
+        status = march_all(&march);
     if (status == STATUS_OK)
         status = report_make(&march, result);
     return status;

@@ -67,6 +67,14 @@ struct drape_generator {
     struct vec3 plane_normal; /* DRAPE_GENERATOR_PLANE: any length but zero */
 };
 
+/* Several threads for one drape, which the library asks for but does not make. `run` calls
+ * task(data, k) for k = 0 .. count - 1, at the same time where it can, and returns when all have.
+ * The result has the same bits with any team. */
+struct drape_team {
+    void (*run)(void *context, int count, void (*task)(void *data, int k), void *data);
+    void *context;
+};
+
 /* What to drape. Zero-initialised fields are the defaults, but spacing and max_nodes are required.
  * Index 0 of a pair is warp, 1 is weft. */
 struct drape_settings {
@@ -83,12 +91,13 @@ struct drape_settings {
     struct drape_generator generator[2];
     bool has_extent[2]; /* whether extent[k] bounds the net; else until the surface is covered */
     int extent[2][2];   /* lowest index <= 0 and highest index >= 0 */
-    const struct trim *trim; /* the usable region; NULL: the whole surface */
-    size_t max_nodes;        /* STATUS_TOO_MANY_NODES beyond */
-    int threads;             /* 0 or 1: the calling thread alone; the result has the same bits */
+    const struct trim *trim;       /* the usable region; NULL: the whole surface */
+    size_t max_nodes;              /* STATUS_TOO_MANY_NODES beyond */
+    const struct drape_team *team; /* NULL: the calling thread alone */
 };
 
-/* Watches a long run; called a few hundred times at the most, from the calling thread. */
+/* Watches a long run; called a few hundred times at the most, never at the same time, but with a
+ * team from any of its threads. */
 struct drape_monitor {
     bool (*progress)(void *context, double fraction); /* false: stop with STATUS_CANCELLED */
     void *context;

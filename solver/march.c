@@ -11,7 +11,7 @@ bool march_in_extent(const struct march *march, int32_t i, int32_t j) {
 }
 
 enum status march_fail(struct march *march, int32_t i, int32_t j, enum drape_reason reason) {
-    struct net_node *node = net_touch(&march->net, i, j);
+    struct net_node *node = net_touch(march->net, i, j);
     if (!node)
         return STATUS_OUT_OF_MEMORY;
     node->state = NET_FAILED;
@@ -65,7 +65,7 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
     }
     if (*zone == STATION_BEYOND)
         return march_fail(march, i, j, reason);
-    struct net_node *node = net_touch(&march->net, i, j);
+    struct net_node *node = net_touch(march->net, i, j);
     if (!node)
         return STATUS_OUT_OF_MEMORY;
     *node = (struct net_node){.r = station->jet.r,
@@ -73,6 +73,8 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
                               .state = *zone == STATION_INSIDE ? NET_INSIDE : NET_GHOST,
                               .reason = (uint8_t)reason};
     *(*zone == STATION_INSIDE ? &march->inside : &march->ghosts) += 1;
+    if (*zone == STATION_INSIDE && march->monitor)
+        atomic_fetch_add(&march->watch->inside, 1);
     size_t most = march->settings->max_nodes;
     if (march->inside > most || march->ghosts / ghosts_per_node > most + ghosts_least)
         return STATUS_TOO_MANY_NODES;
@@ -83,23 +85,32 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
 bool march_progress(struct march *march) {
     const struct drape_monitor *monitor = march->monitor;
     const double *d = march->settings->spacing;
-    if (!monitor || !monitor->progress || march->inside < march->next_report)
+    struct march_watch *watch = march->watch;
+    if (!monitor || !monitor->progress)
         return true;
-    double expected = march_area(march) / (d[0] * d[1]);
-    march->next_report = march->inside + (size_t)fmin(expected / 200, 1e9) + 1;
-    return monitor->progress(monitor->context, fmin((double)march->inside / expected, 0.99));
+    size_t inside = atomic_load(&watch->inside);
+    if (!atomic_flag_test_and_set(&watch->busy)) {
+        if (inside >= watch->next) {
+            double expected = march_area(march) / (d[0] * d[1]);
+            watch->next = inside + (size_t)fmin(expected / 200, 1e9) + 1;
+            if (!monitor->progress(monitor->context, fmin((double)inside / expected, 0.99)))
+                atomic_store(&watch->stopped, true);
+        }
+        atomic_flag_clear(&watch->busy);
+    }
+    return !atomic_load(&watch->stopped);
 }
 
 enum status march_watch_folds(struct march *march) {
     if (march->fold)
         return STATUS_OK;
-    struct net_tile **tiles = net_sorted_tiles(&march->net);
+    struct net_tile **tiles = net_sorted_tiles(march->net);
     double turn[2];
     for (int k = 0; k < 2; k++)
         turn[k] = station_cut_turn(march->surface, k);
-    march->fold = fold_make(&march->net, march->settings->spacing, turn);
+    march->fold = fold_make(march->net, march->settings->spacing, turn);
     enum status status = tiles && march->fold ? STATUS_OK : STATUS_OUT_OF_MEMORY;
-    for (size_t t = 0; t < march->net.tile_count; t++)
+    for (size_t t = 0; t < net_tile_count(march->net); t++)
         for (int at = 0; at < NET_TILE * NET_TILE && status == STATUS_OK; at++) {
             int i = at % NET_TILE, j = at / NET_TILE;
             if (tiles[t]->node[j][i].state == NET_INSIDE)
@@ -118,7 +129,10 @@ static bool closes_all_round(const struct surface *surface) {
 }
 
 enum status march_run(struct march *march) {
-    enum status status = net_make(&march->net, march->arena);
+    march->net = arena_alloc(march->arena, 1, sizeof *march->net);
+    if (!march->net)
+        return STATUS_OUT_OF_MEMORY;
+    enum status status = net_make(march->net, march->arena, march->settings->team != NULL);
     if (status == STATUS_OK && closes_all_round(march->surface))
         status = march_watch_folds(march);
     if (status == STATUS_OK)

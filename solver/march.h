@@ -17,14 +17,14 @@
 #include "fold.h"
 #include "net.h"
 #include "station.h"
+#include <stdatomic.h>
 
-/* Where a generator that is a polyline lies at the start: on the segment from point `before` to
- * point `before` + 1. */
+/* How a generator that is a polyline passes the start. */
 struct march_curve {
     struct station from; /* the start; at a pole with the parameters that the polyline has there */
-    size_t before;
-    bool at_first, at_last; /* the start is the polyline's first or last point */
-    int sense;              /* of its points along the positive arm: 1 or -1 */
+    int sense;           /* of its points along the positive arm: 1 or -1 */
+    size_t next[2]; /* its first point off the start in the sense of its points, and against it */
+    bool ends[2];   /* there is none */
 };
 
 /* The start and its two yarn directions. */
@@ -34,6 +34,14 @@ struct march_start {
     struct march_curve curve[2];
 };
 
+/* What has been told to the monitor. */
+struct march_watch {
+    _Atomic size_t inside; /* nodes of all parts */
+    size_t next;           /* nodes inside at which the monitor is told again */
+    atomic_flag busy;      /* a thread is telling it */
+    _Atomic bool stopped;  /* it said stop */
+};
+
 struct march {
     const struct surface *surface;
     const struct drape_settings *settings;
@@ -41,7 +49,7 @@ struct march {
     struct arena *arena;
     struct march_start start;
     struct surface_cursor cursor;
-    struct net net;
+    struct net *net;
     struct net *before;    /* the net of a first march that this one corrects; or NULL */
     int fringe;            /* ghosts beyond the last node inside that difference stencils reach */
     struct fold *fold;     /* NULL as long as the net cannot meet itself */
@@ -49,11 +57,11 @@ struct march {
     size_t solved;         /* of them by fishnet_solve, in this many steps: */
     size_t iterations;
     double residual_max;
-    size_t next_report; /* nodes inside at which the monitor is told again */
+    struct march_watch *watch; /* shared by all parts of the march */
 };
 
-/* Runs the whole march; `march` has its first five members, the start, `before` and `fringe` set,
- * the rest zero.
+/* Runs the whole march; `march` has its first five members, the start, `before`, `fringe` and
+ * `watch` set, the rest zero.
  * Errors: STATUS_OUT_OF_MEMORY, STATUS_TOO_MANY_NODES, STATUS_CANCELLED, and
  * STATUS_DEGENERATE_SURFACE when no yarn can leave the start. */
 enum status march_run(struct march *march) STATUS_MUST_USE;

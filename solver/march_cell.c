@@ -6,7 +6,7 @@
 #include "fishnet_geodesic.h"
 
 bool march_station(struct march *march, int32_t i, int32_t j, struct station *station) {
-    const struct net_node *node = net_place(&march->net, i, j);
+    const struct net_node *node = net_place(march->net, i, j);
     return node && station_at(march->surface, &march->cursor, node->uv, station);
 }
 
@@ -80,8 +80,8 @@ enum status march_corner(struct march *march, int32_t i, int32_t j, int si, int 
         *reason = DRAPE_REASON_DEGENERATE;
         return STATUS_OK;
     }
-    const struct net_node *a2 = net_place(&march->net, i - 2 * si, j - sj);
-    const struct net_node *b2 = net_place(&march->net, i - 2 * si, j);
+    const struct net_node *a2 = net_place(march->net, i - 2 * si, j - sj);
+    const struct net_node *b2 = net_place(march->net, i - 2 * si, j);
     if (a2 && b2)
         cell.trend = vec3_sub(vec3_sub(b.jet.r, a.jet.r), vec3_sub(b2->r, a2->r));
     if (!march_solve_corner(march, &cell, &node, reason))

@@ -56,17 +56,16 @@ struct arm {
     bool started, ended;
 };
 
-/* An arm along a polyline, from the start on its segment `before` to its points by `sense`. */
+/* An arm along a polyline from the start on; where its points end, a geodesic. */
 static bool start_curve(const struct march *march, int k, int sign, struct vec3 direction,
                         struct path *path) {
     const struct drape_generator *generator = &march->settings->generator[k];
     const struct march_curve *curve = &march->start.curve[k];
-    const struct station *from = &curve->from;
-    int sense = sign * curve->sense;
-    if (sense > 0 ? curve->at_last : curve->at_first)
-        return path_geodesic(path, march->surface, from, direction);
-    return path_curve(path, march->surface, from, generator->curve, generator->curve_count,
-                      sense > 0 ? curve->before + 1 : curve->before, sense);
+    int sense = sign * curve->sense, side = sense > 0 ? 0 : 1;
+    if (curve->ends[side])
+        return path_geodesic(path, march->surface, &curve->from, direction);
+    return path_curve(path, march->surface, &curve->from, generator->curve, generator->curve_count,
+                      curve->next[side], sense);
 }
 
 static struct arm make_arm(const struct march *march, int number) {

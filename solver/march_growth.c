@@ -105,7 +105,7 @@ static enum status push_around(struct growth *g, int32_t i, int32_t j) {
     enum status status = STATUS_OK;
     for (int dj = -1; dj <= 1; dj++)
         for (int di = -1; di <= 1 && status == STATUS_OK; di++)
-            if (net_state_at(&g->march->net, i + di, j + dj) == NET_UNKNOWN)
+            if (net_state_at(g->march->net, i + di, j + dj) == NET_UNKNOWN)
                 status = push_place(g, i + di, j + dj);
     return status;
 }
@@ -113,7 +113,7 @@ static enum status push_around(struct growth *g, int32_t i, int32_t j) {
 /* Whether (i, j) is the fourth corner of a cell whose others are there, one of them inside next to
  * it, seen from A = (i - si, j - sj). */
 static bool has_corners(struct march *march, int32_t i, int32_t j, int si, int sj) {
-    struct net *net = &march->net;
+    struct net *net = march->net;
     const struct net_node *b = net_place(net, i - si, j), *c = net_place(net, i, j - sj);
     return b && c && (b->state == NET_INSIDE || c->state == NET_INSIDE) &&
            net_place(net, i - si, j - sj);
@@ -134,7 +134,7 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j, bool *tri
         enum status status = march_corner(march, i, j, ki, kj, &placed, &reason);
         first = *tried ? first : reason;
         *tried = true;
-        if (status != STATUS_OK || net_state_at(&march->net, i, j) == NET_FAILED)
+        if (status != STATUS_OK || net_state_at(march->net, i, j) == NET_FAILED)
             return status;
         if (placed)
             return push_around(g, i, j);
@@ -144,7 +144,7 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j, bool *tri
 
 /* Lets the yarns that could reach (i, j) straight on wait in the heap. */
 static enum status wait_for_yarns(struct growth *g, int32_t i, int32_t j) {
-    struct net *net = &g->march->net;
+    struct net *net = g->march->net;
     enum status status = STATUS_OK;
     for (int k = 0; k < 4 && status == STATUS_OK; k++) {
         int8_t di = sides[k][0], dj = sides[k][1];
@@ -161,7 +161,7 @@ static enum status empty_queue(struct growth *g) {
         bool tried;
         g->head = (g->head + 1) % g->room;
         g->length--;
-        if (net_state_at(&g->march->net, p.i, p.j) != NET_UNKNOWN)
+        if (net_state_at(g->march->net, p.i, p.j) != NET_UNKNOWN)
             continue;
         enum status status = solve_place(g, p.i, p.j, &tried);
         if (status == STATUS_OK && !tried)
@@ -186,7 +186,7 @@ static bool broken_beside(struct march *march, const struct free_end *e,
                           enum drape_reason *reason) {
     for (int k = 0; k < 4; k++) {
         int side = k & 1 ? -1 : 1, step = k / 2;
-        const struct net_node *node = net_find(&march->net, e->i + step * e->di + side * e->dj,
+        const struct net_node *node = net_find(march->net, e->i + step * e->di + side * e->dj,
                                                e->j + step * e->dj + side * e->di);
         if (is_broken(node)) {
             *reason = (enum drape_reason)node->reason;
@@ -202,7 +202,7 @@ static bool crosses_flat(struct march *march, const struct free_end *e, struct v
                          struct vec3 chord) {
     for (int side = -1; side <= 1; side += 2) {
         const struct net_node *node =
-            net_place(&march->net, e->i + side * e->dj, e->j + side * e->di);
+            net_place(march->net, e->i + side * e->dj, e->j + side * e->di);
         if (!node)
             continue;
         struct vec3 across = vec3_sub(node->r, r);
@@ -218,7 +218,7 @@ static bool crosses_flat(struct march *march, const struct free_end *e, struct v
 static struct vec3 yarn_end(struct march *march, const struct free_end *e, struct vec3 r,
                             struct vec3 last) {
     struct vec3 chord = vec3_sub(r, last);
-    const struct net_node *first = net_place(&march->net, e->i - 2 * e->di, e->j - 2 * e->dj);
+    const struct net_node *first = net_place(march->net, e->i - 2 * e->di, e->j - 2 * e->dj);
     if (!first)
         return chord;
     return vec3_axpy(0.5, vec3_sub(chord, vec3_sub(last, first->r)), chord);
@@ -235,7 +235,7 @@ static enum status go_straight(struct growth *g, const struct free_end *e) {
         return march_fail(march, i, j, DRAPE_REASON_EXTENT);
     if (broken_beside(march, e, &reason))
         return march_fail(march, i, j, reason);
-    const struct net_node *last = net_place(&march->net, e->i - e->di, e->j - e->dj);
+    const struct net_node *last = net_place(march->net, e->i - e->di, e->j - e->dj);
     if (!last || !march_station(march, e->i, e->j, &from))
         return march_fail(march, i, j, DRAPE_REASON_DEGENERATE);
     struct vec3 direction = yarn_end(march, e, from.jet.r, last->r);
@@ -249,7 +249,7 @@ static enum status go_straight(struct growth *g, const struct free_end *e) {
 
 /* Queues the unknown places next to a tile's nodes inside. */
 static enum status push_tile(struct growth *g, const struct net_tile *tile) {
-    struct net_window window = net_window(&g->march->net, tile->ti, tile->tj);
+    struct net_window window = net_window(g->march->net, tile->ti, tile->tj);
     enum status status = STATUS_OK;
     for (int y = 0; y < NET_TILE; y++)
         for (int x = 0; x < NET_TILE; x++)
@@ -263,11 +263,11 @@ static enum status push_tile(struct growth *g, const struct net_tile *tile) {
 }
 
 static enum status push_rim(struct growth *g) {
-    struct net_tile **tiles = net_sorted_tiles(&g->march->net);
+    struct net_tile **tiles = net_sorted_tiles(g->march->net);
     if (!tiles)
         return STATUS_OUT_OF_MEMORY;
     enum status status = STATUS_OK;
-    for (size_t t = 0, count = g->march->net.tile_count; t < count && status == STATUS_OK; t++)
+    for (size_t t = 0, count = net_tile_count(g->march->net); t < count && status == STATUS_OK; t++)
         status = push_tile(g, tiles[t]);
     return status;
 }
@@ -281,7 +281,7 @@ static enum status settle_edgeless(struct growth *g) {
     enum status status = push_rim(g);
     for (; status == STATUS_OK && g->length; g->length--, g->head = (g->head + 1) % g->room) {
         struct place p = g->queue[g->head];
-        if (net_state_at(&march->net, p.i, p.j) == NET_UNKNOWN)
+        if (net_state_at(march->net, p.i, p.j) == NET_UNKNOWN)
             status = march_fail(march, p.i, p.j, DRAPE_REASON_FOLD);
     }
     return status;
@@ -295,10 +295,10 @@ enum status march_growth(struct march *march) {
         if (status != STATUS_OK || !g.heap_length)
             break;
         struct free_end end = pop_end(&g);
-        if (net_state_at(&march->net, end.i + end.di, end.j + end.dj) == NET_UNKNOWN)
+        if (net_state_at(march->net, end.i + end.di, end.j + end.dj) == NET_UNKNOWN)
             status = march_watch_folds(march);
         if (status == STATUS_OK &&
-            net_state_at(&march->net, end.i + end.di, end.j + end.dj) == NET_UNKNOWN)
+            net_state_at(march->net, end.i + end.di, end.j + end.dj) == NET_UNKNOWN)
             status = go_straight(&g, &end);
     }
     return status == STATUS_OK ? settle_edgeless(&g) : status;

@@ -3,16 +3,23 @@
  * The quadrants, row by row away from the warp generator. A row goes on until it has left the
  * surface for good, as far as it can tell; when a higher row reaches further out, the rows below it
  * are extended on demand, so that exactly those ghosts are computed that some node rests on.
+ *
+ * A quadrant needs nothing of the others but the two arms beside it, and its nodes lie in tiles of
+ * its own: with a team the four are marched at the same time.
  */
 #include "march.h"
 
 struct quadrant {
-    struct march *march;
+    struct march local;  /* the march as this quadrant sees it: counts and cursors of its own */
+    struct march *march; /* = &local */
+    struct net before;   /* what finding places in the net before remembers is its own, too */
+    enum status status;  /* how it ended */
     int si, sj;
-    int32_t length;        /* places on the warp arm */
-    int32_t reach;         /* the last place of the row below that has not left the surface */
-    struct station *below; /* row j - 1 at i = 0 .. below_count - 1, counted from the generator */
-    struct station *row;   /* row j alike */
+    struct net_node *arm[2]; /* the places on the warp and weft arm, to the first that is none */
+    int32_t length;          /* places on the warp arm */
+    int32_t reach;           /* the last place of the row below that has not left the surface */
+    struct station *below;   /* row j - 1 at i = 0 .. below_count - 1, counted from the generator */
+    struct station *row;     /* row j alike */
     int32_t below_count, row_count;
 };
 
@@ -22,6 +29,25 @@ struct row_end {
     bool near;    /* some place of it has not left the surface */
 };
 
+/* The place (i, j), counted from the start away along the arms; NULL where nothing was put. On the
+ * arms it is read from the quadrant's copy: those tiles belong to others. */
+static const struct net_node *find_place(struct quadrant *q, int32_t i, int32_t j) {
+    if (i > 0 && j > 0)
+        return net_find(q->march->net, i * q->si, j * q->sj);
+    return j == 0 ? &q->arm[0][i] : &q->arm[1][j];
+}
+
+static enum net_state state_at(struct quadrant *q, int32_t i, int32_t j) {
+    const struct net_node *node = find_place(q, i, j);
+    return node ? (enum net_state)node->state : NET_UNKNOWN;
+}
+
+static bool station_of(struct quadrant *q, int32_t i, int32_t j, struct station *station) {
+    const struct net_node *node = find_place(q, i, j);
+    return node && (node->state == NET_INSIDE || node->state == NET_GHOST) &&
+           station_at(q->march->surface, &q->march->cursor, node->uv, station);
+}
+
 /* Brings (i, j) and the places below it into being, the row having ended before: `found` says
  * whether, `station` is then there. */
 static enum status climb_column(struct quadrant *q, int32_t i, int32_t j, struct station *station,
@@ -29,16 +55,16 @@ static enum status climb_column(struct quadrant *q, int32_t i, int32_t j, struct
     struct march *march = q->march;
     struct station a, b;
     int32_t r = j;
-    while (r > 0 && net_state_at(&march->net, i * q->si, r * q->sj) == NET_UNKNOWN)
+    while (r > 0 && state_at(q, i, r) == NET_UNKNOWN)
         r--;
-    *found = march_station(march, i * q->si, r * q->sj, station);
-    if (!*found || r == j || !march_station(march, (i - 1) * q->si, r * q->sj, &a))
+    *found = station_of(q, i, r, station);
+    if (!*found || r == j || !station_of(q, i - 1, r, &a))
         return STATUS_OK;
     for (r++; *found && r <= j; r++) {
         struct fishnet_node node;
         enum drape_reason reason;
         enum station_zone zone;
-        *found = march_station(march, (i - 1) * q->si, r * q->sj, &b);
+        *found = station_of(q, i - 1, r, &b);
         if (!*found)
             return STATUS_OK;
         struct march_cell cell = {i * q->si, r * q->sj, q->si,     q->sj, &a,
@@ -66,10 +92,8 @@ static enum status reach_below(struct quadrant *q, int32_t i, int32_t j, bool *f
     return status;
 }
 
-static bool has_left(const struct quadrant *q, int32_t i, int32_t j,
-                     const struct station *station) {
-    return net_state_at(&q->march->net, i * q->si, j * q->sj) != NET_INSIDE &&
-           march_has_left(q->march, station);
+static bool has_left(struct quadrant *q, int32_t i, int32_t j, const struct station *station) {
+    return state_at(q, i, j) != NET_INSIDE && march_has_left(q->march, station);
 }
 
 /* By how much the edge from the row below to this one at i differs from that at i - 1. */
@@ -116,7 +140,7 @@ static enum status grow_node(struct quadrant *q, int32_t i, int32_t j, enum stat
  * end of the row below: the boundary may run inwards first. */
 static enum status grow_row(struct quadrant *q, int32_t j, struct row_end *end) {
     struct march *march = q->march;
-    *end = (struct row_end){.planted = march_station(march, 0, j * q->sj, &q->row[0])};
+    *end = (struct row_end){.planted = station_of(q, 0, j, &q->row[0])};
     if (!end->planted)
         return STATUS_OK;
     int32_t last = has_left(q, 0, j, &q->row[0]) ? -1 : 0, limit = q->reach + march->fringe;
@@ -139,13 +163,6 @@ static enum status grow_row(struct quadrant *q, int32_t j, struct row_end *end) 
     return STATUS_OK;
 }
 
-static int32_t arm_length(struct march *march, int si) {
-    int32_t length = 0;
-    while (net_place(&march->net, length * si, 0))
-        length++;
-    return length;
-}
-
 /* Rows until the weft generator ends, or the net has left the surface for good. */
 static enum status grow_rows(struct quadrant *q) {
     bool been_near = false;
@@ -166,23 +183,70 @@ static enum status grow_rows(struct quadrant *q) {
     return STATUS_OK;
 }
 
-static enum status grow_quadrant(struct march *march, int si, int sj) {
-    struct quadrant q = {.march = march, .si = si, .sj = sj, .length = arm_length(march, si)};
-    q.below = arena_alloc(march->arena, (size_t)q.length, sizeof *q.below);
-    q.row = arena_alloc(march->arena, (size_t)q.length, sizeof *q.row);
-    if (!q.below || !q.row)
-        return STATUS_OUT_OF_MEMORY;
-    while (q.below_count < q.length &&
-           march_station(march, q.below_count * si, 0, &q.below[q.below_count]))
-        q.below_count++;
-    for (int32_t i = 0; i < q.below_count; i++)
-        q.reach = has_left(&q, i, 0, &q.below[i]) ? q.reach : i;
-    return grow_rows(&q);
+/* Copies an arm up to and with the first place that is no node; `length` gets the number of nodes.
+ */
+static struct net_node *copy_arm(struct march *march, int di, int dj, int32_t *length) {
+    for (*length = 0; net_place(march->net, *length * di, *length * dj);)
+        ++*length;
+    struct net_node *arm = arena_alloc(march->arena, (size_t)*length + 1, sizeof *arm);
+    for (int32_t k = 0; arm && k < *length; k++)
+        arm[k] = *net_place(march->net, k * di, k * dj);
+    return arm;
 }
 
+/* Everything a quadrant needs, before any of them is marched. */
+static enum status prepare(struct march *march, int number, struct quadrant *q) {
+    int32_t height;
+    *q = (struct quadrant){.local = *march, .si = number % 2 ? -1 : 1, .sj = number / 2 ? -1 : 1};
+    q->march = &q->local;
+    q->local.inside = q->local.ghosts = q->local.solved = q->local.iterations = 0;
+    if (march->before) {
+        q->before = *march->before;
+        q->local.before = &q->before;
+    }
+    q->arm[0] = copy_arm(march, q->si, 0, &q->length);
+    q->arm[1] = copy_arm(march, 0, q->sj, &height);
+    q->below = arena_alloc(march->arena, (size_t)q->length, sizeof *q->below);
+    q->row = arena_alloc(march->arena, (size_t)q->length, sizeof *q->row);
+    return q->arm[0] && q->arm[1] && q->below && q->row ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+}
+
+static void grow_quadrant(void *data, int number) {
+    struct quadrant *q = &((struct quadrant *)data)[number];
+    while (q->below_count < q->length &&
+           station_of(q, q->below_count, 0, &q->below[q->below_count]))
+        q->below_count++;
+    for (int32_t i = 0; i < q->below_count; i++)
+        q->reach = has_left(q, i, 0, &q->below[i]) ? q->reach : i;
+    q->status = grow_rows(q);
+}
+
+static enum status gather(struct march *march, const struct quadrant *q) {
+    march->inside += q->local.inside;
+    march->ghosts += q->local.ghosts;
+    march->solved += q->local.solved;
+    march->iterations += q->local.iterations;
+    march->residual_max = fmax(march->residual_max, q->local.residual_max);
+    bool too_many = march->inside > march->settings->max_nodes;
+    return q->status == STATUS_OK && too_many ? STATUS_TOO_MANY_NODES : q->status;
+}
+
+/* Where the net may meet itself one quadrant has to know of the others: then one after the other.
+ */
 enum status march_quadrants(struct march *march) {
-    enum status status = STATUS_OK;
-    for (int k = 0; k < 4 && status == STATUS_OK; k++)
-        status = grow_quadrant(march, k % 2 ? -1 : 1, k / 2 ? -1 : 1);
+    const struct drape_team *team = march->settings->team;
+    struct quadrant *quadrants = arena_alloc(march->arena, NET_TABLES, sizeof *quadrants);
+    enum status status = quadrants ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    for (int k = 0; k < NET_TABLES && status == STATUS_OK; k++)
+        status = prepare(march, k, &quadrants[k]);
+    if (status != STATUS_OK)
+        return status;
+    if (team && !march->fold)
+        team->run(team->context, NET_TABLES, grow_quadrant, quadrants);
+    for (int k = 0; k < NET_TABLES && status == STATUS_OK; k++) {
+        if (!team || march->fold)
+            grow_quadrant(quadrants, k);
+        status = gather(march, &quadrants[k]);
+    }
     return status;
 }

@@ -5,47 +5,59 @@
 
 enum { FIRST_SLOTS = 256 };
 
-static size_t slot_of(const struct net *net, int32_t ti, int32_t tj) {
+static size_t slot_of(const struct net_table *table, int32_t ti, int32_t tj) {
     uint64_t key = (uint64_t)(uint32_t)ti << 32 | (uint32_t)tj;
     key *= UINT64_C(0x9E3779B97F4A7C15); /* Fibonacci hashing */
-    return (size_t)(key >> 32) & (net->slot_count - 1);
+    return (size_t)(key >> 32) & (table->slot_count - 1);
 }
 
 /* The slot that holds the tile, or the free one where it belongs. */
-static struct net_tile **probe(const struct net *net, int32_t ti, int32_t tj) {
-    size_t at = slot_of(net, ti, tj);
-    while (net->slots[at] && (net->slots[at]->ti != ti || net->slots[at]->tj != tj))
-        at = (at + 1) & (net->slot_count - 1);
-    return &net->slots[at];
+static struct net_tile **probe(const struct net_table *table, int32_t ti, int32_t tj) {
+    size_t at = slot_of(table, ti, tj);
+    while (table->slots[at] && (table->slots[at]->ti != ti || table->slots[at]->tj != tj))
+        at = (at + 1) & (table->slot_count - 1);
+    return &table->slots[at];
 }
 
-enum status net_make(struct net *net, struct arena *arena) {
-    *net = (struct net){.arena = arena, .slot_count = FIRST_SLOTS};
-    net->slots = arena_alloc(arena, FIRST_SLOTS, sizeof(struct net_tile *));
-    return net->slots ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+enum status net_make(struct net *net, struct arena *arena, bool divided) {
+    *net = (struct net){.arena = arena};
+    for (int k = 0; k < NET_TABLES; k++) {
+        struct net_table *table = &net->table[k];
+        table->arena = divided ? arena_child(arena) : arena;
+        table->slot_count = FIRST_SLOTS;
+        table->slots =
+            table->arena ? arena_alloc(table->arena, FIRST_SLOTS, sizeof *table->slots) : NULL;
+        if (!table->slots)
+            return STATUS_OUT_OF_MEMORY;
+    }
+    return STATUS_OK;
 }
 
-static bool grow(struct net *net) {
-    struct net old = *net;
-    net->slot_count *= 2;
-    net->slots = arena_alloc(net->arena, net->slot_count, sizeof(struct net_tile *));
-    if (!net->slots) {
-        *net = old;
+static bool grow(struct net_table *table) {
+    struct net_table old = *table;
+    table->slot_count *= 2;
+    table->slots = arena_alloc(table->arena, table->slot_count, sizeof *table->slots);
+    if (!table->slots) {
+        *table = old;
         return false;
     }
     for (size_t k = 0; k < old.slot_count; k++)
         if (old.slots[k])
-            *probe(net, old.slots[k]->ti, old.slots[k]->tj) = old.slots[k];
+            *probe(table, old.slots[k]->ti, old.slots[k]->tj) = old.slots[k];
     return true;
 }
 
-static struct net_tile *find_tile(struct net *net, int32_t ti, int32_t tj) {
-    struct net_tile *last = net->last;
+static struct net_table *table_of(struct net *net, int32_t ti, int32_t tj) {
+    return &net->table[(ti < 0) + 2 * (tj < 0)];
+}
+
+static struct net_tile *find_tile(struct net_table *table, int32_t ti, int32_t tj) {
+    struct net_tile *last = table->last;
     if (last && last->ti == ti && last->tj == tj)
         return last;
-    struct net_tile *tile = *probe(net, ti, tj);
+    struct net_tile *tile = *probe(table, ti, tj);
     if (tile)
-        net->last = tile;
+        table->last = tile;
     return tile;
 }
 
@@ -54,24 +66,26 @@ static struct net_node *in_tile(struct net_tile *tile, int32_t i, int32_t j) {
 }
 
 struct net_node *net_find(struct net *net, int32_t i, int32_t j) {
-    struct net_tile *tile = find_tile(net, i >> NET_TILE_BITS, j >> NET_TILE_BITS);
+    int32_t ti = i >> NET_TILE_BITS, tj = j >> NET_TILE_BITS;
+    struct net_tile *tile = find_tile(table_of(net, ti, tj), ti, tj);
     return tile ? in_tile(tile, i, j) : NULL;
 }
 
 struct net_node *net_touch(struct net *net, int32_t i, int32_t j) {
     int32_t ti = i >> NET_TILE_BITS, tj = j >> NET_TILE_BITS;
-    struct net_tile *tile = find_tile(net, ti, tj);
+    struct net_table *table = table_of(net, ti, tj);
+    struct net_tile *tile = find_tile(table, ti, tj);
     if (!tile) {
-        if (net->tile_count * 2 >= net->slot_count && !grow(net))
+        if (table->tile_count * 2 >= table->slot_count && !grow(table))
             return NULL;
-        tile = arena_alloc(net->arena, 1, sizeof *tile);
+        tile = arena_alloc(table->arena, 1, sizeof *tile);
         if (!tile)
             return NULL;
         tile->ti = ti;
         tile->tj = tj;
-        *probe(net, ti, tj) = tile;
-        net->tile_count++;
-        net->last = tile;
+        *probe(table, ti, tj) = tile;
+        table->tile_count++;
+        table->last = tile;
     }
     return in_tile(tile, i, j);
 }
@@ -79,9 +93,18 @@ struct net_node *net_touch(struct net *net, int32_t i, int32_t j) {
 struct net_window net_window(struct net *net, int32_t ti, int32_t tj) {
     struct net_window window;
     for (int row = 0; row < 3; row++)
-        for (int column = 0; column < 3; column++)
-            window.tile[row][column] = *probe(net, ti + column - 1, tj + row - 1);
+        for (int column = 0; column < 3; column++) {
+            int32_t i = ti + column - 1, j = tj + row - 1;
+            window.tile[row][column] = *probe(table_of(net, i, j), i, j);
+        }
     return window;
+}
+
+size_t net_tile_count(const struct net *net) {
+    size_t count = 0;
+    for (int k = 0; k < NET_TABLES; k++)
+        count += net->table[k].tile_count;
+    return count;
 }
 
 static int compare_tiles(const void *a, const void *b) {
@@ -92,11 +115,12 @@ static int compare_tiles(const void *a, const void *b) {
 }
 
 struct net_tile **net_sorted_tiles(struct net *net) {
-    struct net_tile **tiles = arena_alloc(net->arena, net->tile_count, sizeof *tiles);
+    struct net_tile **tiles = arena_alloc(net->arena, net_tile_count(net), sizeof *tiles);
     size_t count = 0;
-    for (size_t k = 0; tiles && k < net->slot_count; k++)
-        if (net->slots[k])
-            tiles[count++] = net->slots[k];
+    for (int k = 0; tiles && k < NET_TABLES; k++)
+        for (size_t slot = 0; slot < net->table[k].slot_count; slot++)
+            if (net->table[k].slots[slot])
+                tiles[count++] = net->table[k].slots[slot];
     if (tiles)
         qsort(tiles, count, sizeof *tiles, compare_tiles);
     return tiles;

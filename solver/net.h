@@ -33,16 +33,26 @@ struct net_tile {
     struct net_node node[NET_TILE][NET_TILE]; /* [j][i] */
 };
 
-struct net {
-    struct arena *arena;
+/* The tiles of one quadrant, i or j from 0 or below it: each is a table of its own, so that four
+ * threads can fill the quadrants at the same time. */
+struct net_table {
+    _Alignas(64) struct arena *arena;
     struct net_tile **slots; /* open addressing; NULL is free */
     size_t slot_count;       /* a power of two */
     size_t tile_count;
     struct net_tile *last; /* found last */
 };
 
-/* An empty net whose memory comes from `arena`. Errors: STATUS_OUT_OF_MEMORY. */
-enum status net_make(struct net *net, struct arena *arena) STATUS_MUST_USE;
+enum { NET_TABLES = 4 };
+
+struct net {
+    struct arena *arena;
+    struct net_table table[NET_TABLES]; /* + 1 for i < 0, + 2 for j < 0 */
+};
+
+/* An empty net whose memory comes from `arena`, and from children of it, one for each quadrant, if
+ * it is `divided`. Errors: STATUS_OUT_OF_MEMORY. */
+enum status net_make(struct net *net, struct arena *arena, bool divided) STATUS_MUST_USE;
 
 /* The node at (i, j), NULL when nothing was ever put near it. */
 struct net_node *net_find(struct net *net, int32_t i, int32_t j);
@@ -82,7 +92,10 @@ static inline const struct net_node *net_window_place(const struct net_window *w
     return node && (node->state == NET_INSIDE || node->state == NET_GHOST) ? node : NULL;
 }
 
-/* All tiles sorted by (tj, ti), as an array of tile_count pointers from the arena; NULL without
+/* How many tiles there are. */
+size_t net_tile_count(const struct net *net);
+
+/* All tiles sorted by (tj, ti), as an array of net_tile_count pointers from the arena; NULL without
  * memory. */
 struct net_tile **net_sorted_tiles(struct net *net);
 

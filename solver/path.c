@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "path.h"
 
+#include <string.h>
+
 enum {
     STATE = 4,        /* u, v, p, q */
     LEVELS = 8,       /* columns of the extrapolation: order 16 */
@@ -207,22 +209,26 @@ struct event {
     bool corner;
 };
 
-/* Heads for the next point of the polyline, past its end straight on; false past a doubled point.
+/* Heads for the next point of the polyline that is not the one reached; past its end straight on.
  */
 static bool turn_corner(struct path *g) {
     const double *here = g->curve[g->next];
-    int64_t next = (int64_t)g->next + g->sense;
     struct surface_jet jet;
     jet_here(g, g->uv, &jet);
-    if (next < 0 || next >= (int64_t)g->curve_count) {
-        g->kind = PATH_GEODESIC;
-        return true;
+    for (int64_t next = (int64_t)g->next + g->sense; next >= 0 && next < (int64_t)g->curve_count;
+         next += g->sense) {
+        g->next = (size_t)next;
+        g->line[0] = g->curve[next][0] - here[0];
+        g->line[1] = g->curve[next][1] - here[1];
+        double velocity[2];
+        given_velocity(g, &jet, velocity);
+        if (isfinite(velocity[0]) && isfinite(velocity[1])) {
+            memcpy(g->velocity, velocity, sizeof velocity);
+            return true;
+        }
     }
-    g->next = (size_t)next;
-    g->line[0] = g->curve[next][0] - here[0];
-    g->line[1] = g->curve[next][1] - here[1];
-    given_velocity(g, &jet, g->velocity);
-    return isfinite(g->velocity[0]) && isfinite(g->velocity[1]);
+    g->kind = PATH_GEODESIC;
+    return true;
 }
 
 static bool pass_event(struct path *g, const struct event *event) {

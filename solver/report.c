@@ -37,7 +37,7 @@ static void visit_row(struct march *march, struct drape_result *result,
 /* Visits all known places sorted by j, then i. */
 static void visit_net(struct march *march, struct drape_result *result,
                       const struct net_window *windows, visitor *visit) {
-    size_t count = march->net.tile_count;
+    size_t count = net_tile_count(march->net);
     for (size_t first = 0, last; first < count; first = last) {
         int32_t tj = windows[first].tile[1][1]->tj;
         for (last = first; last < count && windows[last].tile[1][1]->tj == tj;)
@@ -243,8 +243,8 @@ static void summarise(const struct march *march, struct drape_result *result) {
 /* Windows on all tiles, sorted by row, then column; NULL without memory. */
 static struct net_window *make_windows(struct net *net) {
     struct net_tile **tiles = net_sorted_tiles(net);
-    struct net_window *windows = arena_alloc(net->arena, net->tile_count, sizeof *windows);
-    for (size_t t = 0; tiles && windows && t < net->tile_count; t++)
+    struct net_window *windows = arena_alloc(net->arena, net_tile_count(net), sizeof *windows);
+    for (size_t t = 0; tiles && windows && t < net_tile_count(net); t++)
         windows[t] = net_window(net, tiles[t]->ti, tiles[t]->tj);
     return tiles ? windows : NULL;
 }
@@ -256,7 +256,7 @@ enum status report_make(struct march *march, struct drape_result *result) {
                                     .summary.error_estimate_max = -1};
     result->start_uv[0] = march->start.station.uv[0];
     result->start_uv[1] = march->start.station.uv[1];
-    struct net_window *windows = make_windows(&march->net);
+    struct net_window *windows = make_windows(march->net);
     if (!windows)
         return STATUS_OUT_OF_MEMORY;
     visit_net(march, result, windows, count_place);

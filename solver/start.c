@@ -101,30 +101,54 @@ static bool on_segment(const struct surface *surface, const struct station *star
     return !station_at_pole(surface, start) || station_at(surface, &cursor, uv, from);
 }
 
+/* From the station to (u, v), to first order. */
+static struct vec3 offset_to(const struct station *station, const double uv[2]) {
+    return vec3_axpy(uv[1] - station->uv[1], station->jet.v,
+                     vec3_scale(uv[0] - station->uv[0], station->jet.u));
+}
+
+/* The first points on both sides of the segment from point `before` on that are further than
+ * `reach` from the start. */
+static void find_next(const struct drape_generator *generator, const struct station *from,
+                      double reach, size_t before, struct march_curve *curve) {
+    size_t ahead = before + 1, behind = before + 1; /* behind: one more than the index */
+    while (ahead < generator->curve_count &&
+           !(vec3_norm(offset_to(from, generator->curve[ahead])) > reach))
+        ahead++;
+    while (behind > 0 && !(vec3_norm(offset_to(from, generator->curve[behind - 1])) > reach))
+        behind--;
+    curve->ends[0] = ahead == generator->curve_count;
+    curve->ends[1] = behind == 0;
+    curve->next[0] = ahead;
+    curve->next[1] = behind - 1;
+}
+
 /* Where the polyline passes the start, and its direction there. */
 static enum status find_on_curve(const struct surface *surface,
                                  const struct drape_generator *generator, double spacing,
                                  const struct station *start, struct march_curve *curve,
                                  struct vec3 *direction) {
     double least = HUGE_VAL, share = 0;
+    size_t before = 0;
     for (size_t k = 0; k + 1 < generator->curve_count; k++) {
         double distance;
         double at = nearest_share(start, generator->curve[k], generator->curve[k + 1], &distance);
         if (distance < least) {
             least = distance;
             share = at;
-            curve->before = k;
+            before = k;
         }
     }
-    const double *p = generator->curve[curve->before], *q = generator->curve[curve->before + 1];
-    curve->at_first = curve->before == 0 && share < passing;
-    curve->at_last = curve->before + 2 == generator->curve_count && share > 1 - passing;
-    curve->sense = 1;
+    const double *p = generator->curve[before], *q = generator->curve[before + 1];
     if (!(least <= passing * spacing) || !on_segment(surface, start, p, q, share, &curve->from))
         return STATUS_GENERATOR_OFF_START;
-    const struct surface_jet *jet = &curve->from.jet;
-    *direction =
-        station_tangent(start, vec3_axpy(q[1] - p[1], jet->v, vec3_scale(q[0] - p[0], jet->u)));
+    curve->sense = 1;
+    find_next(generator, &curve->from, passing * spacing, before, curve);
+    size_t to = curve->ends[0] ? curve->next[1] : curve->next[0];
+    if (curve->ends[0] && curve->ends[1])
+        return STATUS_GENERATOR_OFF_START;
+    struct vec3 offset = offset_to(&curve->from, generator->curve[to]);
+    *direction = station_tangent(start, curve->ends[0] ? vec3_scale(-1, offset) : offset);
     return vec3_norm2(*direction) > 0 ? STATUS_OK : STATUS_GENERATOR_OFF_START;
 }
 

@@ -6,10 +6,18 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-enum { PICARD_MAX = 200, BISECTIONS = 60, SHOTS_MAX = 20, SHOT_BLOCKS = 2, SHOT_ORDER = 16 };
+enum {
+    PICARD_MAX = 200,
+    BISECTIONS = 60,
+    KNOT_ROUNDS = 8,
+    SHOTS_MAX = 20,
+    SHOT_BLOCKS = 2,
+    SHOT_ORDER = 16
+};
 static const double PICARD_GOAL = 1e-12; /* relative to the block's step */
+static const double KNOT_GOAL = 1e-14;   /* relative to the span */
 static const double SHORTEST = 1e-3;     /* block tried, relative to the usual */
-static const double SHOT_GOAL = 2e-15;   /* relative to the parameters */
+static const double SHOT_GOAL = 1e-14;   /* relative to the parameters */
 
 /* x = (u, v) and p = x' at the points of one block. */
 struct block {
@@ -57,7 +65,8 @@ static double picard_sweep(const struct exact_geodesic *g, const struct tip *sta
                 p += h * rule->integral[i][j] * f[j][k];
                 x += h * rule->integral[i][j] * block->p[j][k];
             }
-            change = fmax(change, (fabs(x - block->x[i][k]) / h + fabs(p - block->p[i][k])) / size);
+            double here = (fabs(x - block->x[i][k]) / h + fabs(p - block->p[i][k])) / size;
+            change = isnan(here) ? HUGE_VAL : fmax(change, here);
             block->p[i][k] = p;
             block->x[i][k] = x;
         }
@@ -169,6 +178,21 @@ static struct block *add_block(struct exact_geodesic *g) {
     return &g->block[g->count++];
 }
 
+/* Makes the block end on the knot of direction k that lies near its end: Newton on its length. */
+static void end_on_knot(const struct exact_geodesic *g, const struct tip *start,
+                        struct block *block, int k) {
+    const double *end = block->x[g->rule.n - 1], *slope = block->p[g->rule.n - 1];
+    double low = g->shape->knots[k][block->span[k]], high = g->shape->knots[k][block->span[k] + 1];
+    for (int round = 0; round < KNOT_ROUNDS; round++) {
+        (void)integrate_block(g, start, block);
+        double knot = slope[k] > 0 ? high : low, miss = knot - end[k];
+        if (fabs(miss) < KNOT_GOAL * (high - low)) {
+            break;
+        }
+        block->length += miss / slope[k];
+    }
+}
+
 /* One block of at most h from the tip at s; returns its length. */
 static double advance(struct exact_geodesic *g, struct tip *tip, double s, double h) {
     struct block *block = add_block(g);
@@ -181,7 +205,7 @@ static double advance(struct exact_geodesic *g, struct tip *tip, double s, doubl
     int k = share[1] < share[0];
     if (share[k] < 1) {
         block->length *= share[k];
-        (void)integrate_block(g, tip, block);
+        end_on_knot(g, tip, block, k);
     }
     for (int c = 0; c < 2; c++) {
         tip->x[c] = block->x[g->rule.n - 1][c];

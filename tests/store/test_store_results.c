@@ -6,6 +6,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 static const int64_t hour = INT64_C(3600) * 1000000;
 
@@ -172,20 +174,35 @@ static void test_store_writer_of_a_lost_claim_leaves_nothing(void **state) {
     free(bytes);
 }
 
+/* Claims a job, begins its result and is gone. */
+static void die_while_writing(struct scratch *scratch) {
+    static unsigned char bytes[STORE_PART_BYTES + 1];
+    struct store_claim claim;
+    scratch_start(scratch);
+    bool good = store_claim(scratch->store, &claim) == STORE_OK &&
+                store_writer_append(store_writer_new(scratch->store, &claim), bytes,
+                                    sizeof bytes) == STORE_OK;
+    _exit(good ? 0 : 1);
+}
+
 static void test_store_sweep_clears_what_a_dead_process_began(void **state) {
     struct scratch *scratch = *state;
-    unsigned char *bytes = calloc(1, STORE_PART_BYTES + 1);
-    struct store_claim claim = scratch_claimed(scratch, "a");
-    struct store_writer *writer = store_writer_new(scratch->store, &claim);
-    assert_int_equal(store_writer_append(writer, bytes, STORE_PART_BYTES + 1), STORE_OK);
-    free(writer); /* as little as a killed process would do */
+    char id[ID_SIZE];
+    int status = 0;
+    scratch_submit(scratch, "a", id);
     scratch_stop(scratch);
+    pid_t pid = fork();
+    assert_true(pid >= 0);
+    if (pid == 0)
+        die_while_writing(scratch);
+    assert_int_equal(waitpid(pid, &status, 0), pid);
+    assert_int_equal(status, 0);
     scratch_start(scratch);
+    assert_int_equal(scratch_status(scratch, id), STORE_RUNNING);
     assert_true(rows(scratch, CHUNKS) > 0);
     (void)scratch_sweep(scratch);
     assert_int_equal(rows(scratch, CHUNKS), 0);
-    assert_int_equal(scratch_status(scratch, claim.id), STORE_QUEUED);
-    free(bytes);
+    assert_int_equal(scratch_status(scratch, id), STORE_QUEUED);
 }
 
 static void test_store_deleted_results_give_their_room_back(void **state) {
