@@ -15,36 +15,42 @@ struct spot {
     const struct net_node *node;
 };
 
-/* Called for each known place in the order of the result. */
-typedef void visitor(struct march *march, struct drape_result *result, const struct spot *spot);
+struct tally {
+    size_t nodes, cells, front;
+};
 
-/* Visits one row of tiles that lie at the same height, which `windows` show. */
-static void visit_row(struct march *march, struct drape_result *result,
-                      const struct net_window *windows, size_t count, int y, visitor *visit) {
-    for (size_t t = 0; t < count; t++) {
-        const struct net_tile *tile = windows[t].tile[1][1];
-        struct spot spot = {.window = &windows[t], .j = tile->tj * NET_TILE + y, .y = y};
-        for (int x = 0; x < NET_TILE; x++) {
-            spot.i = tile->ti * NET_TILE + x;
-            spot.x = x;
-            spot.node = &tile->node[y][x];
-            if (spot.node->state != NET_UNKNOWN)
-                visit(march, result, &spot);
+/* A row of tiles at the same height: a part of the result that is made by itself, after all have
+ * been counted, so that the parts can be made at the same time. */
+struct part {
+    const struct march *march;
+    struct drape_result *result;
+    const struct net_window *windows; /* on its tiles, in order */
+    size_t count;
+    struct tally holds; /* how much it has for the columns */
+    struct tally next;  /* where in them its next one goes */
+    double covered;     /* area of its cells */
+    double estimate_max;
+    size_t reasons[DRAPE_REASON_COUNT];
+    struct surface_cursor cursor;
+    struct net before; /* as this part remembers it */
+};
+
+typedef void visitor(struct part *part, const struct spot *spot);
+
+/* Visits all known places of a part sorted by j, then i. */
+static void visit_part(struct part *part, visitor *visit) {
+    for (int y = 0; y < NET_TILE; y++)
+        for (size_t t = 0; t < part->count; t++) {
+            const struct net_tile *tile = part->windows[t].tile[1][1];
+            struct spot spot = {.window = &part->windows[t], .j = tile->tj * NET_TILE + y, .y = y};
+            for (int x = 0; x < NET_TILE; x++) {
+                spot.i = tile->ti * NET_TILE + x;
+                spot.x = x;
+                spot.node = &tile->node[y][x];
+                if (spot.node->state != NET_UNKNOWN)
+                    visit(part, &spot);
+            }
         }
-    }
-}
-
-/* Visits all known places sorted by j, then i. */
-static void visit_net(struct march *march, struct drape_result *result,
-                      const struct net_window *windows, visitor *visit) {
-    size_t count = net_tile_count(march->net);
-    for (size_t first = 0, last; first < count; first = last) {
-        int32_t tj = windows[first].tile[1][1]->tj;
-        for (last = first; last < count && windows[last].tile[1][1]->tj == tj;)
-            last++;
-        for (int y = 0; y < NET_TILE; y++)
-            visit_row(march, result, &windows[first], last - first, y, visit);
-    }
 }
 
 /* The four nodes of the cell from the spot on, if all are inside. */
@@ -80,13 +86,16 @@ static bool ends_at(const struct spot *spot, enum drape_reason *reason) {
     return false;
 }
 
-static void count_place(struct march *march, struct drape_result *result, const struct spot *spot) {
+static void count_place(struct part *part, const struct spot *spot) {
     struct vec3 corner[4];
     enum drape_reason reason;
-    (void)march;
-    result->nodes.count += spot->node->state == NET_INSIDE;
-    result->cells.count += spot->node->state == NET_INSIDE && cell_corners(spot, corner);
-    result->front.count += ends_at(spot, &reason);
+    part->holds.nodes += spot->node->state == NET_INSIDE;
+    part->holds.cells += spot->node->state == NET_INSIDE && cell_corners(spot, corner);
+    part->holds.front += ends_at(spot, &reason);
+}
+
+static void count_part(void *data, int k) {
+    visit_part(&((struct part *)data)[k], count_place);
 }
 
 static enum status alloc_columns(struct arena *arena, bool estimated, struct drape_result *result) {
@@ -112,43 +121,43 @@ static enum status alloc_columns(struct arena *arena, bool estimated, struct dra
         all = all && n->error_estimate;
     }
     f->reason = arena_alloc(arena, f->count, sizeof *f->reason);
-    n->count = c->count = f->count = 0;
     return all && f->reason ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
 /* The parameters within the domain, and the point there: a node that lies outside by rounding, or
  * on a later turn round a closed direction, is brought back. */
-static struct vec3 bring_inside(struct march *march, const struct net_node *node, double uv[2]) {
+static struct vec3 bring_inside(struct part *part, const struct net_node *node, double uv[2]) {
+    const struct surface *surface = part->march->surface;
     struct surface_jet jet;
     bool moved = false;
     for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &march->surface->axis[k];
+        const struct surface_axis *axis = &surface->axis[k];
         double wrapped = surface_axis_wrap(axis, node->uv[k]);
         uv[k] = fmin(fmax(wrapped, surface_axis_lower(axis)), surface_axis_upper(axis));
         moved = moved || uv[k] != wrapped;
     }
     if (!moved)
         return node->r;
-    surface_evaluate(march->surface, &march->cursor, uv[0], uv[1], &jet);
+    surface_evaluate(surface, &part->cursor, uv[0], uv[1], &jet);
     return jet.r;
 }
 
 /* The distance to the first march's node, of which it is the error to leading order. Where that had
  * none, the largest elsewhere stands for it (`summarise`). */
-static void add_estimate(struct march *march, struct drape_result *result, size_t at,
-                         const struct spot *spot) {
-    const struct net_node *before = net_place(march->before, spot->i, spot->j);
+static void add_estimate(struct part *part, size_t at, const struct spot *spot) {
+    const struct net_node *before = net_place(&part->before, spot->i, spot->j);
     double estimate = before ? vec3_distance(before->r, spot->node->r) : -1;
-    result->nodes.error_estimate[at] = estimate;
-    result->summary.error_estimate_max = fmax(result->summary.error_estimate_max, estimate);
+    part->result->nodes.error_estimate[at] = estimate;
+    part->estimate_max = fmax(part->estimate_max, estimate);
 }
 
-static void add_node(struct march *march, struct drape_result *result, const struct spot *spot) {
-    struct drape_nodes *nodes = &result->nodes;
-    size_t at = nodes->count++;
-    double uv[2], shear = shear_at_node(spot->window, spot->x, spot->y,
-                                        march->before ? SHEAR_FOURTH : SHEAR_SECOND);
-    struct vec3 r = bring_inside(march, spot->node, uv);
+static void add_node(struct part *part, const struct spot *spot) {
+    struct drape_nodes *nodes = &part->result->nodes;
+    bool corrected = part->march->before != NULL;
+    enum shear_order order = corrected ? SHEAR_FOURTH : SHEAR_SECOND;
+    size_t at = part->next.nodes++;
+    double uv[2];
+    struct vec3 r = bring_inside(part, spot->node, uv);
     nodes->i[at] = spot->i;
     nodes->j[at] = spot->j;
     nodes->u[at] = uv[0];
@@ -156,9 +165,9 @@ static void add_node(struct march *march, struct drape_result *result, const str
     nodes->x[at] = r.x;
     nodes->y[at] = r.y;
     nodes->z[at] = r.z;
-    nodes->shear_deg[at] = shear;
-    if (march->before)
-        add_estimate(march, result, at, spot);
+    nodes->shear_deg[at] = shear_at_node(spot->window, spot->x, spot->y, order);
+    if (corrected)
+        add_estimate(part, at, spot);
 }
 
 /* Half the cross product of the diagonals: the area of a flat quadrilateral, to second order that
@@ -168,13 +177,12 @@ static double cell_area(const struct vec3 corner[4]) {
            2;
 }
 
-static void add_cell(struct drape_result *result, int32_t i, int32_t j,
-                     const struct vec3 corner[4]) {
-    struct drape_cells *cells = &result->cells;
+static void add_cell(struct part *part, const struct spot *spot, const struct vec3 corner[4]) {
+    struct drape_cells *cells = &part->result->cells;
     struct shear_cell cell = shear_of_cell(corner[0], corner[1], corner[2], corner[3]);
-    size_t at = cells->count++;
-    cells->i[at] = i;
-    cells->j[at] = j;
+    size_t at = part->next.cells++;
+    cells->i[at] = spot->i;
+    cells->j[at] = spot->j;
     cells->shear_deg[at] = cell.shear_deg;
     cells->warp_x[at] = cell.warp.x;
     cells->warp_y[at] = cell.warp.y;
@@ -182,23 +190,28 @@ static void add_cell(struct drape_result *result, int32_t i, int32_t j,
     cells->weft_x[at] = cell.weft.x;
     cells->weft_y[at] = cell.weft.y;
     cells->weft_z[at] = cell.weft.z;
-    result->summary.coverage += cell_area(corner);
+    part->covered += cell_area(corner);
 }
 
-static void add_place(struct march *march, struct drape_result *result, const struct spot *spot) {
+static void add_place(struct part *part, const struct spot *spot) {
     struct vec3 corner[4];
     enum drape_reason reason;
     if (spot->node->state == NET_INSIDE)
-        add_node(march, result, spot);
+        add_node(part, spot);
     if (spot->node->state == NET_INSIDE && cell_corners(spot, corner))
-        add_cell(result, spot->i, spot->j, corner);
+        add_cell(part, spot, corner);
     if (ends_at(spot, &reason)) {
-        struct drape_front *front = &result->front;
-        front->i[front->count] = spot->i;
-        front->j[front->count] = spot->j;
-        front->reason[front->count++] = (uint8_t)reason;
-        result->summary.front_reasons[reason]++;
+        struct drape_front *front = &part->result->front;
+        size_t at = part->next.front++;
+        front->i[at] = spot->i;
+        front->j[at] = spot->j;
+        front->reason[at] = (uint8_t)reason;
+        part->reasons[reason]++;
     }
+}
+
+static void add_part(void *data, int k) {
+    visit_part(&((struct part *)data)[k], add_place);
 }
 
 /* Complete when nothing but boundary and, round a closed surface, the net itself stopped it, and
@@ -249,21 +262,78 @@ static struct net_window *make_windows(struct net *net) {
     return tiles ? windows : NULL;
 }
 
+/* One part for each row of tiles; NULL without memory. */
+static struct part *make_parts(struct march *march, struct drape_result *result, int *count) {
+    size_t tiles = net_tile_count(march->net);
+    const struct net_window *windows = make_windows(march->net);
+    struct part *parts = arena_alloc(march->arena, tiles, sizeof *parts);
+    if (!windows || !parts)
+        return NULL;
+    *count = 0;
+    for (size_t t = 0; t < tiles; t++) {
+        if (t == 0 || windows[t].tile[1][1]->tj != windows[t - 1].tile[1][1]->tj) {
+            struct part *part = &parts[(*count)++];
+            *part = (struct part){
+                .march = march, .result = result, .windows = &windows[t], .estimate_max = -1};
+            if (march->before)
+                part->before = *march->before;
+        }
+        parts[*count - 1].count++;
+    }
+    return parts;
+}
+
+/* Gives each part its places in the columns. */
+static void place_parts(struct part *parts, int count, struct drape_result *result) {
+    struct tally sum = {0};
+    for (int k = 0; k < count; k++) {
+        parts[k].next = sum;
+        sum.nodes += parts[k].holds.nodes;
+        sum.cells += parts[k].holds.cells;
+        sum.front += parts[k].holds.front;
+    }
+    result->nodes.count = sum.nodes;
+    result->cells.count = sum.cells;
+    result->front.count = sum.front;
+}
+
+/* In the order of the parts: the same sums, to the last bit, whoever made them. */
+static void gather_parts(const struct part *parts, int count, struct drape_summary *summary) {
+    for (int k = 0; k < count; k++) {
+        summary->coverage += parts[k].covered;
+        summary->error_estimate_max = fmax(summary->error_estimate_max, parts[k].estimate_max);
+        for (int reason = 0; reason < DRAPE_REASON_COUNT; reason++)
+            summary->front_reasons[reason] += parts[k].reasons[reason];
+    }
+}
+
+static void run_parts(const struct march *march, int count, void (*task)(void *data, int k),
+                      struct part *parts) {
+    const struct drape_team *team = march->settings->team;
+    if (team)
+        team->run(team->context, count, task, parts);
+    for (int k = 0; !team && k < count; k++)
+        task(parts, k);
+}
+
 enum status report_make(struct march *march, struct drape_result *result) {
+    int count;
     *result = (struct drape_result){.start_point = march->start.station.jet.r,
                                     .start_warp = march->start.warp,
                                     .start_weft = march->start.weft,
                                     .summary.error_estimate_max = -1};
     result->start_uv[0] = march->start.station.uv[0];
     result->start_uv[1] = march->start.station.uv[1];
-    struct net_window *windows = make_windows(march->net);
-    if (!windows)
+    struct part *parts = make_parts(march, result, &count);
+    if (!parts)
         return STATUS_OUT_OF_MEMORY;
-    visit_net(march, result, windows, count_place);
+    run_parts(march, count, count_part, parts);
+    place_parts(parts, count, result);
     enum status status = alloc_columns(march->arena, march->before, result);
     if (status != STATUS_OK)
         return status;
-    visit_net(march, result, windows, add_place);
+    run_parts(march, count, add_part, parts);
+    gather_parts(parts, count, &result->summary);
     summarise(march, result);
     return STATUS_OK;
 }
