@@ -22,22 +22,23 @@ struct config {
     const char *listen;              /* as written, ADDR:PORT */
     struct sockaddr_storage address; /* of `listen`; port 0: any free one */
     socklen_t address_length;
-    bool loopback;        /* whether only this machine can reach it */
-    const char *data;     /* folder of the embedded store; created when missing */
-    const char *store;    /* URL; empty: SQLite in `data` */
-    int64_t workers;      /* worker processes, 1..1024 */
-    int64_t role;         /* enum config_role */
-    const char *tokens;   /* empty: none (not available in this version) */
-    bool allow_anonymous; /* may listen beyond loopback without tokens */
-    int64_t queue_limit;  /* queued jobs */
-    int64_t max_body;     /* bytes of a request's body */
-    int64_t max_nodes;    /* nodes of one drape */
-    int64_t max_elements; /* JSON values of one body */
-    int64_t max_depth;    /* JSON nesting */
-    int64_t job_timeout;  /* seconds one attempt may take */
-    int64_t job_memory;   /* bytes one job may hold */
-    int64_t max_result;   /* bytes of one stored result */
-    int64_t retention;    /* hours a result is kept after its job ended */
+    bool loopback;           /* whether only this machine can reach it */
+    const char *data;        /* folder of the embedded store; created when missing */
+    const char *store;       /* URL; empty: SQLite in `data` */
+    int64_t workers;         /* worker processes, 1..1024 */
+    int64_t role;            /* enum config_role */
+    const char *tokens;      /* empty: none (not available in this version) */
+    bool allow_anonymous;    /* may listen beyond loopback without tokens */
+    int64_t queue_limit;     /* queued jobs */
+    int64_t max_body;        /* bytes of a request's body */
+    int64_t max_nodes;       /* nodes of one drape */
+    int64_t max_elements;    /* JSON values of one body */
+    int64_t threads_per_job; /* threads of one drape */
+    int64_t max_depth;       /* JSON nesting */
+    int64_t job_timeout;     /* seconds one attempt may take */
+    int64_t job_memory;      /* bytes one job may hold */
+    int64_t max_result;      /* bytes of one stored result */
+    int64_t retention;       /* hours a result is kept after its job ended */
     int64_t max_connections;
     int64_t drain_timeout; /* seconds running jobs get at SIGTERM */
     int64_t log_level;     /* enum log_level */
