@@ -98,8 +98,8 @@ install: all
 
 bench: $(B)/tests/bench/bench_solver
 	$<
-$(B)/tests/bench/bench_solver: $(B)/tests/bench/bench_solver.o $(B)/libdrape.a
-	$(CC) $(LDFLAGS) -o $@ $^ -lm
+$(B)/tests/bench/bench_solver: $(B)/tests/bench/bench_solver.o $(B)/libdrapeapi.a $(B)/libdrape.a
+	$(CC) $(LDFLAGS) -o $@ $^ $(API_LIBS)
 
 clean:
 	rm -rf $(B)

@@ -2,9 +2,11 @@
 /*
  * What a node costs: evaluation, then each method at 1e4, 1e5 and 1e6 nodes on a rational bicubic
  * surface of 8 x 8 spans, with the error on an exact case beside it, so that speed is never bought
- * with accuracy. Times are CPU times of the calling thread, the least of a few runs; the methods
- * take turns, so that a busy machine disturbs all of them alike and ratios hold.
+ * with accuracy; then one large drape on more and more threads. Times are the least of a few runs,
+ * CPU times but for the threads; the methods take turns, so that a busy machine disturbs all of
+ * them alike and ratios hold.
  */
+#include "../../api/team.h"
 #include "../../solver/drape.h"
 
 #include <math.h>
@@ -12,11 +14,18 @@
 #include <stdlib.h>
 #include <time.h>
 
-enum { SPANS = 8, SIZE = SPANS + 3, KNOTS = SIZE + 4, ROUNDS = 5, EVALUATIONS = 2000000 };
+enum {
+    SPANS = 8,
+    SIZE = SPANS + 3,
+    KNOTS = SIZE + 4,
+    ROUNDS = 5,
+    EVALUATIONS = 2000000,
+    THREADS_MAX = 4
+};
 
-static double cpu_seconds(void) {
+static double seconds(clockid_t clock) {
     struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    clock_gettime(clock, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
@@ -46,41 +55,49 @@ static void bench_evaluation(const struct surface *surface) {
     struct surface_jet jet;
     double best = HUGE_VAL, sum = 0;
     for (int round = 0; round < ROUNDS; round++) {
-        double begun = cpu_seconds();
+        double begun = seconds(CLOCK_PROCESS_CPUTIME_ID);
         for (int k = 0; k < EVALUATIONS; k++) {
             double u = (k % 1000) / 1000.0, v = (double)k / EVALUATIONS;
             surface_evaluate(surface, &cursor, u, v, &jet);
             sum += jet.uv.z;
         }
-        best = fmin(best, cpu_seconds() - begun);
+        best = fmin(best, seconds(CLOCK_PROCESS_CPUTIME_ID) - begun);
     }
     printf("full second-order evaluation, rational bicubic: %.1f ns (checksum %.3g)\n",
            best / EVALUATIONS * 1e9, sum);
 }
 
 struct figure {
-    double ns, bytes;
+    double ns, wall_ns, bytes;
     size_t nodes;
 };
 
+static void keep_least(double *least, double value) {
+    *least = *least > 0 ? fmin(*least, value) : value;
+}
+
 static bool run_once(const struct wavy *wavy, enum drape_method method, double nodes,
-                     struct figure *best) {
+                     const struct drape_team *team, struct figure *best) {
     struct arena *arena = arena_new((size_t)8 << 30);
     struct surface *surface;
     struct drape_result result;
-    double area, begun = 0;
+    double begun = 0, wall = 0;
     bool good = arena && surface_make(&wavy->nurbs, arena, &surface) == STATUS_OK;
     if (good) {
-        area = surface_area(surface, NULL);
-        double d = sqrt(area / nodes);
-        struct drape_settings settings = {
-            .method = method, .spacing = {d, d}, .direction_deg = 20, .max_nodes = 20000000};
-        begun = cpu_seconds();
+        double d = sqrt(surface_area(surface, NULL) / nodes);
+        struct drape_settings settings = {.method = method,
+                                          .spacing = {d, d},
+                                          .direction_deg = 20,
+                                          .team = team,
+                                          .max_nodes = 20000000};
+        begun = seconds(CLOCK_PROCESS_CPUTIME_ID);
+        wall = seconds(CLOCK_MONOTONIC);
         good = drape_solve(surface, &settings, NULL, arena, &result) == STATUS_OK;
     }
     if (good) {
-        double ns = (cpu_seconds() - begun) / (double)result.nodes.count * 1e9;
-        best->ns = best->ns > 0 ? fmin(best->ns, ns) : ns;
+        double scale = 1e9 / (double)result.nodes.count;
+        keep_least(&best->ns, (seconds(CLOCK_PROCESS_CPUTIME_ID) - begun) * scale);
+        keep_least(&best->wall_ns, (seconds(CLOCK_MONOTONIC) - wall) * scale);
         best->bytes = (double)arena_peak(arena) / (double)result.nodes.count;
         best->nodes = result.nodes.count;
     }
@@ -93,17 +110,78 @@ static const struct {
     const char *name;
 } methods[] = {
     {DRAPE_GIB, "gib"}, {DRAPE_BASIC, "basic"}, {DRAPE_GIB4, "gib4"}, {DRAPE_GEODESIC, "geodesic"}};
-enum { METHODS = sizeof methods / sizeof *methods };
+enum { METHODS = sizeof methods / sizeof *methods, EXACT_CELLS = 64 };
+static const double exact_side = 1.2;
+
+/* x of arc length s from the apex of the parabola x^2 / 2, by Newton. */
+static double parabola_at(double s) {
+    double x = s;
+    for (int round = 0; round < 50; round++)
+        x -= ((x * sqrt(1 + x * x) + asinh(x)) / 2 - s) / sqrt(1 + x * x);
+    return x;
+}
+
+/* Largest distance of a node from the exact net of z = (x^2 - y^2) / 2, r = a(s) + b(t), by the
+ * side of the net: 64 cells of 1.2 / 64. */
+static double saddle_error(enum drape_method method) {
+    static const double knots[] = {0, 0, 0, 1, 1, 1};
+    static const struct vec3 points[] = {{-2, -2, 0}, {-2, 0, 4}, {-2, 2, 0},
+                                         {0, -2, -4}, {0, 0, 0},  {0, 2, -4},
+                                         {2, -2, 0},  {2, 0, 4},  {2, 2, 0}};
+    struct nurbs_axis axis = {2, 3, knots, 6};
+    struct nurbs nurbs = {axis, axis, points, 9, NULL, 0};
+    struct arena *arena = arena_new((size_t)1 << 30);
+    struct surface *surface;
+    struct drape_result result;
+    double d = exact_side / EXACT_CELLS, worst = HUGE_VAL;
+    struct drape_settings settings = {
+        .method = method,
+        .spacing = {d, d},
+        .start_kind = DRAPE_START_UV,
+        .start_uv = {0.5, 0.5},
+        .has_extent = {true, true},
+        .extent = {{-EXACT_CELLS, EXACT_CELLS}, {-EXACT_CELLS, EXACT_CELLS}},
+        .max_nodes = 1000000};
+    if (arena && surface_make(&nurbs, arena, &surface) == STATUS_OK &&
+        drape_solve(surface, &settings, NULL, arena, &result) == STATUS_OK) {
+        const struct drape_nodes *n = &result.nodes;
+        worst = 0;
+        for (size_t k = 0; k < n->count; k++) {
+            double x = parabola_at(n->i[k] * d), y = parabola_at(n->j[k] * d);
+            struct vec3 exact = vec3_make(x, y, (x * x - y * y) / 2);
+            worst = fmax(worst, vec3_distance(exact, vec3_make(n->x[k], n->y[k], n->z[k])));
+        }
+    }
+    arena_free(arena);
+    return worst / exact_side;
+}
 
 static bool bench_size(const struct wavy *wavy, double nodes) {
     struct figure figure[METHODS] = {{0}};
     for (int round = 0; round < ROUNDS; round++)
         for (int m = 0; m < METHODS; m++)
-            if (!run_once(wavy, methods[m].method, nodes, &figure[m]))
+            if (!run_once(wavy, methods[m].method, nodes, NULL, &figure[m]))
                 return false;
     for (int m = 0; m < METHODS; m++)
-        printf("%-9s %9zu %8.0f %12.0f %8.0f %8.2f\n", methods[m].name, figure[m].nodes,
-               figure[m].ns, 1e9 / figure[m].ns, figure[m].bytes, figure[m].ns / figure[0].ns);
+        printf("%-9s %9zu %8.0f %12.0f %8.0f %8.2f %13.1e\n", methods[m].name, figure[m].nodes,
+               figure[m].ns, 1e9 / figure[m].ns, figure[m].bytes, figure[m].ns / figure[0].ns,
+               saddle_error(methods[m].method));
+    return true;
+}
+
+static bool bench_threads(const struct wavy *wavy) {
+    struct figure alone = {0};
+    printf("threads   ns/node  speed-up (gib, 1e6 nodes, wall time)\n");
+    for (int threads = 1; threads <= THREADS_MAX; threads *= 2) {
+        struct api_team team;
+        struct figure figure = {0};
+        const struct drape_team *used = api_team_make(&team, threads);
+        for (int round = 0; round < ROUNDS; round++)
+            if (!run_once(wavy, DRAPE_GIB, 1e6, used, &figure))
+                return false;
+        alone = threads == 1 ? figure : alone;
+        printf("%7d  %8.0f  %8.2f\n", threads, figure.wall_ns, alone.wall_ns / figure.wall_ns);
+    }
     return true;
 }
 
@@ -121,5 +199,5 @@ int main(void) {
     bool good = true;
     for (double nodes = 1e4; nodes <= 1e6 && good; nodes *= 10)
         good = bench_size(&wavy, nodes);
-    return good ? 0 : 1;
+    return good && bench_threads(&wavy) ? 0 : 1;
 }
