@@ -118,21 +118,31 @@ static bool injected_failure(struct arena *arena) {
     return arena->fail_in == 1;
 }
 
-void *arena_alloc(struct arena *arena, size_t count, size_t size) {
+/* The bytes taken for an allocation, a multiple of the alignment; 0 when they overflow. */
+static size_t rounded(size_t count, size_t size) {
     size_t bytes;
-    if (injected_failure(arena) || __builtin_mul_overflow(count, size, &bytes) ||
-        bytes > SIZE_MAX - 2 * ALIGNMENT)
-        return NULL;
+    if (__builtin_mul_overflow(count, size, &bytes) || bytes > SIZE_MAX - 2 * ALIGNMENT)
+        return 0;
     bytes = (bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
-    if (bytes == 0)
-        bytes = ALIGNMENT;
+    return bytes ? bytes : ALIGNMENT;
+}
+
+void *arena_take(struct arena *arena, size_t count, size_t size) {
+    size_t bytes = rounded(count, size);
+    if (injected_failure(arena) || bytes == 0)
+        return NULL;
     struct block *block = arena->last;
     if ((!block || bytes > block->capacity - block->used) && !add_block(arena, bytes))
         return NULL;
     block = arena->last;
     void *memory = (char *)block + header_size + block->used;
     block->used += bytes;
-    return memset(memory, 0, bytes);
+    return memory;
+}
+
+void *arena_alloc(struct arena *arena, size_t count, size_t size) {
+    void *memory = arena_take(arena, count, size);
+    return memory ? memset(memory, 0, count * size) : NULL;
 }
 
 struct arena_mark arena_mark(const struct arena *arena) {

@@ -32,6 +32,9 @@ void arena_free(struct arena *arena);
  * the budget is used up or the heap is empty. Zero elements give a valid pointer. */
 void *arena_alloc(struct arena *arena, size_t count, size_t size);
 
+/* The same without the zeros, for arrays that are filled at once. */
+void *arena_take(struct arena *arena, size_t count, size_t size);
+
 struct arena_mark arena_mark(const struct arena *arena);
 
 /* Returns all that was taken since `mark`. */

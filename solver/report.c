@@ -7,6 +7,14 @@
  * where the boundary runs obliquely the corner between two of them. */
 static const double strip_cells = 2;
 
+/* Which places of a tile and of a ring of one place round it are inside: bit x + 1 of row y + 1. */
+struct inside_map {
+    uint32_t row[NET_TILE + 2];
+};
+
+/* The bits of a map's row that are the tile's own. */
+static const uint32_t own_bits = ((1u << NET_TILE) - 1) << 1;
+
 /* A known place of the net: (i, j), which is (x, y) of the window. */
 struct spot {
     int32_t i, j;
@@ -25,6 +33,7 @@ struct part {
     const struct march *march;
     struct drape_result *result;
     const struct net_window *windows; /* on its tiles, in order */
+    struct inside_map *maps;          /* of the same tiles */
     size_t count;
     struct tally holds; /* how much it has for the columns */
     struct tally next;  /* where in them its next one goes */
@@ -35,35 +44,48 @@ struct part {
     struct net before; /* as this part remembers it */
 };
 
-typedef void visitor(struct part *part, const struct spot *spot);
-
-/* Visits all known places of a part sorted by j, then i. */
-static void visit_part(struct part *part, visitor *visit) {
-    for (int y = 0; y < NET_TILE; y++)
-        for (size_t t = 0; t < part->count; t++) {
-            const struct net_tile *tile = part->windows[t].tile[1][1];
-            struct spot spot = {.window = &part->windows[t], .j = tile->tj * NET_TILE + y, .y = y};
-            for (int x = 0; x < NET_TILE; x++) {
-                spot.i = tile->ti * NET_TILE + x;
-                spot.x = x;
-                spot.node = &tile->node[y][x];
-                if (spot.node->state != NET_UNKNOWN)
-                    visit(part, &spot);
-            }
-        }
+/* One row of a tile's map, y from -1 to NET_TILE. */
+static uint32_t map_row(const struct net_window *window, int y) {
+    uint32_t bits = 0;
+    for (int x = -1; x <= NET_TILE; x++) {
+        const struct net_node *node = net_window_find(window, x, y);
+        bits |= (uint32_t)(node && node->state == NET_INSIDE) << (x + 1);
+    }
+    return bits;
 }
 
-/* The four nodes of the cell from the spot on, if all are inside. */
-static bool cell_corners(const struct spot *spot, struct vec3 corner[4]) {
+/* Own places of row y that are inside, those from which a cell goes on, and those at which the net
+ * may end: inside with a neighbour that is not, or the other way round. */
+static uint32_t inside_bits(const struct inside_map *map, int y) {
+    return map->row[y + 1] & own_bits;
+}
+
+static uint32_t cell_bits(const struct inside_map *map, int y) {
+    uint32_t both = map->row[y + 1] & map->row[y + 2];
+    return both & both >> 1 & own_bits;
+}
+
+static uint32_t rim_bits(const struct inside_map *map, int y) {
+    uint32_t row = map->row[y + 1], up = map->row[y + 2], down = map->row[y];
+    uint32_t all = up & down & row << 1 & row >> 1, any = up | down | row << 1 | row >> 1;
+    return ((row & ~all) | (~row & any)) & own_bits;
+}
+
+static struct spot spot_at(const struct net_window *window, int x, int y) {
+    const struct net_tile *tile = window->tile[1][1];
+    return (struct spot){.i = tile->ti * NET_TILE + x,
+                         .j = tile->tj * NET_TILE + y,
+                         .window = window,
+                         .x = x,
+                         .y = y,
+                         .node = &tile->node[y][x]};
+}
+
+/* The four nodes of the cell from the spot on. */
+static void cell_corners(const struct spot *spot, struct vec3 corner[4]) {
     static const int8_t at[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-    for (int k = 0; k < 4; k++) {
-        const struct net_node *node =
-            net_window_find(spot->window, spot->x + at[k][0], spot->y + at[k][1]);
-        if (!node || node->state != NET_INSIDE)
-            return false;
-        corner[k] = node->r;
-    }
-    return true;
+    for (int k = 0; k < 4; k++)
+        corner[k] = net_window_find(spot->window, spot->x + at[k][0], spot->y + at[k][1])->r;
 }
 
 /* Whether the net ends at the spot, and why: for the boundary the last node inside stands for it,
@@ -86,16 +108,25 @@ static bool ends_at(const struct spot *spot, enum drape_reason *reason) {
     return false;
 }
 
-static void count_place(struct part *part, const struct spot *spot) {
-    struct vec3 corner[4];
-    enum drape_reason reason;
-    part->holds.nodes += spot->node->state == NET_INSIDE;
-    part->holds.cells += spot->node->state == NET_INSIDE && cell_corners(spot, corner);
-    part->holds.front += ends_at(spot, &reason);
+static void count_tile(struct part *part, size_t t) {
+    struct inside_map *map = &part->maps[t];
+    for (int y = -1; y <= NET_TILE; y++)
+        map->row[y + 1] = map_row(&part->windows[t], y);
+    for (int y = 0; y < NET_TILE; y++) {
+        part->holds.nodes += (size_t)__builtin_popcount(inside_bits(map, y));
+        part->holds.cells += (size_t)__builtin_popcount(cell_bits(map, y));
+        for (uint32_t rim = rim_bits(map, y); rim; rim &= rim - 1) {
+            enum drape_reason reason;
+            struct spot spot = spot_at(&part->windows[t], __builtin_ctz(rim) - 1, y);
+            part->holds.front += ends_at(&spot, &reason);
+        }
+    }
 }
 
 static void count_part(void *data, int k) {
-    visit_part(&((struct part *)data)[k], count_place);
+    struct part *part = &((struct part *)data)[k];
+    for (size_t t = 0; t < part->count; t++)
+        count_tile(part, t);
 }
 
 static enum status alloc_columns(struct arena *arena, bool estimated, struct drape_result *result) {
@@ -109,18 +140,18 @@ static enum status alloc_columns(struct arena *arena, bool estimated, struct dra
     size_t counts[] = {n->count, c->count, f->count};
     bool all = true;
     for (size_t k = 0; k < sizeof columns / sizeof *columns; k++) {
-        *columns[k] = arena_alloc(arena, k < 6 ? n->count : c->count, sizeof(double));
+        *columns[k] = arena_take(arena, k < 6 ? n->count : c->count, sizeof(double));
         all = all && *columns[k];
     }
     for (size_t k = 0; k < sizeof indices / sizeof *indices; k++) {
-        *indices[k] = arena_alloc(arena, counts[k / 2], sizeof(int32_t));
+        *indices[k] = arena_take(arena, counts[k / 2], sizeof(int32_t));
         all = all && *indices[k];
     }
     if (estimated) {
-        n->error_estimate = arena_alloc(arena, n->count, sizeof *n->error_estimate);
+        n->error_estimate = arena_take(arena, n->count, sizeof *n->error_estimate);
         all = all && n->error_estimate;
     }
-    f->reason = arena_alloc(arena, f->count, sizeof *f->reason);
+    f->reason = arena_take(arena, f->count, sizeof *f->reason);
     return all && f->reason ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
@@ -177,7 +208,9 @@ static double cell_area(const struct vec3 corner[4]) {
            2;
 }
 
-static void add_cell(struct part *part, const struct spot *spot, const struct vec3 corner[4]) {
+static void add_cell(struct part *part, const struct spot *spot) {
+    struct vec3 corner[4];
+    cell_corners(spot, corner);
     struct drape_cells *cells = &part->result->cells;
     struct shear_cell cell = shear_of_cell(corner[0], corner[1], corner[2], corner[3]);
     size_t at = part->next.cells++;
@@ -193,25 +226,39 @@ static void add_cell(struct part *part, const struct spot *spot, const struct ve
     part->covered += cell_area(corner);
 }
 
-static void add_place(struct part *part, const struct spot *spot) {
-    struct vec3 corner[4];
+static void add_end(struct part *part, const struct spot *spot) {
+    struct drape_front *front = &part->result->front;
     enum drape_reason reason;
-    if (spot->node->state == NET_INSIDE)
-        add_node(part, spot);
-    if (spot->node->state == NET_INSIDE && cell_corners(spot, corner))
-        add_cell(part, spot, corner);
-    if (ends_at(spot, &reason)) {
-        struct drape_front *front = &part->result->front;
-        size_t at = part->next.front++;
-        front->i[at] = spot->i;
-        front->j[at] = spot->j;
-        front->reason[at] = (uint8_t)reason;
-        part->reasons[reason]++;
+    if (!ends_at(spot, &reason))
+        return;
+    size_t at = part->next.front++;
+    front->i[at] = spot->i;
+    front->j[at] = spot->j;
+    front->reason[at] = (uint8_t)reason;
+    part->reasons[reason]++;
+}
+
+static void add_row(struct part *part, size_t t, int y) {
+    uint32_t inside = inside_bits(&part->maps[t], y), cells = cell_bits(&part->maps[t], y);
+    uint32_t rim = rim_bits(&part->maps[t], y);
+    for (uint32_t left = inside | rim; left; left &= left - 1) {
+        int bit = __builtin_ctz(left);
+        struct spot spot = spot_at(&part->windows[t], bit - 1, y);
+        if (inside >> bit & 1)
+            add_node(part, &spot);
+        if (cells >> bit & 1)
+            add_cell(part, &spot);
+        if (rim >> bit & 1)
+            add_end(part, &spot);
     }
 }
 
+/* Sorted by j, then i. */
 static void add_part(void *data, int k) {
-    visit_part(&((struct part *)data)[k], add_place);
+    struct part *part = &((struct part *)data)[k];
+    for (int y = 0; y < NET_TILE; y++)
+        for (size_t t = 0; t < part->count; t++)
+            add_row(part, t, y);
 }
 
 /* Complete when nothing but boundary and, round a closed surface, the net itself stopped it, and
@@ -262,19 +309,34 @@ static struct net_window *make_windows(struct net *net) {
     return tiles ? windows : NULL;
 }
 
+static bool begins_row(const struct net_window *windows, size_t t) {
+    return t == 0 || windows[t].tile[1][1]->tj != windows[t - 1].tile[1][1]->tj;
+}
+
+static size_t tile_rows(const struct net_window *windows, size_t tiles) {
+    size_t rows = 0;
+    for (size_t t = 0; windows && t < tiles; t++)
+        rows += begins_row(windows, t);
+    return rows;
+}
+
 /* One part for each row of tiles; NULL without memory. */
 static struct part *make_parts(struct march *march, struct drape_result *result, int *count) {
     size_t tiles = net_tile_count(march->net);
     const struct net_window *windows = make_windows(march->net);
-    struct part *parts = arena_alloc(march->arena, tiles, sizeof *parts);
-    if (!windows || !parts)
+    struct inside_map *maps = arena_take(march->arena, tiles, sizeof *maps);
+    struct part *parts = arena_alloc(march->arena, tile_rows(windows, tiles), sizeof *parts);
+    if (!windows || !maps || !parts)
         return NULL;
     *count = 0;
     for (size_t t = 0; t < tiles; t++) {
-        if (t == 0 || windows[t].tile[1][1]->tj != windows[t - 1].tile[1][1]->tj) {
+        if (begins_row(windows, t)) {
             struct part *part = &parts[(*count)++];
-            *part = (struct part){
-                .march = march, .result = result, .windows = &windows[t], .estimate_max = -1};
+            *part = (struct part){.march = march,
+                                  .result = result,
+                                  .windows = &windows[t],
+                                  .maps = &maps[t],
+                                  .estimate_max = -1};
             if (march->before)
                 part->before = *march->before;
         }
