@@ -92,7 +92,8 @@ void arena_free(struct arena *arena) {
 }
 
 static bool add_block(struct arena *arena, size_t needed) {
-    size_t capacity = needed > arena->next_capacity ? needed : arena->next_capacity;
+    bool large = needed > arena->next_capacity / 4; /* a block of its own leaves nothing unused */
+    size_t capacity = large ? needed : arena->next_capacity;
     if (!take(arena->root, header_size + capacity)) {
         capacity = needed;
         if (!take(arena->root, header_size + capacity))
