@@ -14,7 +14,6 @@ void decode_refuse_unavailable(const struct tree_place *root, const struct tree_
         const char *name;
     } features[] = {
         {root, "method", NULL, s->method == DRAPE_MOSAIC, "the method mosaic"},
-        {root, "yarn_path", NULL, s->yarn_path == DRAPE_PATH_RELAXATION, "relaxation"},
         {root, "permeability", NULL, request->permeability.model != API_PERMEABILITY_NONE,
          "permeability"},
         {definition, NULL, NULL, request->surface.kind == API_SURFACE_MESH, "a triangle mesh"},

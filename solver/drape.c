@@ -25,7 +25,7 @@ static bool valid_extent(const struct drape_settings *s, int k) {
 }
 
 static bool available(const struct drape_settings *s) {
-    return s->method != DRAPE_MOSAIC && s->yarn_path == DRAPE_PATH_CHORD;
+    return s->method != DRAPE_MOSAIC;
 }
 
 static enum status check_settings(const struct drape_settings *s) {

@@ -2,6 +2,7 @@
 #include "fishnet.h"
 
 #include "angle.h"
+#include "relaxation.h"
 
 enum { NEWTON_MAX = 40, HALVINGS_MAX = 13, PREDICTORS = 5 };
 
@@ -21,16 +22,23 @@ double fishnet_arc_chord(double length, double curvature) {
     return fabs(half) < ANGLE_PI ? length * angle_sinc(half) : 0;
 }
 
-void fishnet_chords(enum drape_method method, double ac, double ab, struct fishnet_cell *cell) {
-    cell->bd = ac;
-    cell->cd = ab;
+void fishnet_chords(const struct surface *surface, struct surface_cursor *cursor,
+                    enum drape_method method, enum drape_yarn_path path, const double length[2],
+                    struct fishnet_cell *cell) {
+    const struct station *a = cell->a, *b = cell->b, *c = cell->c;
+    double found;
+    cell->bd = length[0];
+    cell->cd = length[1];
     if (method == DRAPE_BASIC)
         return;
-    struct vec3 along_ab = vec3_sub(cell->b->jet.r, cell->a->jet.r);
-    struct vec3 along_ac = vec3_sub(cell->c->jet.r, cell->a->jet.r);
-    struct vec3 r1 = station_tangent(cell->a, along_ab), r2 = station_tangent(cell->a, along_ac);
-    cell->cd = fishnet_arc_chord(ab, station_normal_curvature(cell->c, r1));
-    cell->bd = fishnet_arc_chord(ac, station_normal_curvature(cell->b, r2));
+    struct vec3 r1 = station_tangent(a, vec3_sub(b->jet.r, a->jet.r));
+    struct vec3 r2 = station_tangent(a, vec3_sub(c->jet.r, a->jet.r));
+    if (path == DRAPE_PATH_RELAXATION) {
+        (void)relaxation_tangents(surface, cursor, a, b, &r1, &found, NULL);
+        (void)relaxation_tangents(surface, cursor, a, c, &r2, &found, NULL);
+    }
+    cell->cd = fishnet_arc_chord(length[1], station_normal_curvature(c, r1));
+    cell->bd = fishnet_arc_chord(length[0], station_normal_curvature(b, r2));
 }
 
 /* Twice the area of the triangle p q r as seen along the normal. */

@@ -45,7 +45,7 @@ bool march_solve_corner(struct march *march, const struct march_cell *at, struct
     struct fishnet_cell cell = {.a = at->a, .b = at->b, .c = at->c, .orientation = at->si * at->sj};
     cell.guess = guess(at);
     cell.guess_uv = at->guess_uv;
-    fishnet_chords(s->method, s->spacing[0], s->spacing[1], &cell);
+    fishnet_chords(march->surface, &march->cursor, s->method, s->yarn_path, s->spacing, &cell);
     double uv[2];
     if (march->before) {
         if (guess_from_before(march, at, uv))
