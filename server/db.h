@@ -47,8 +47,9 @@ bool db_in_transaction(struct db *db);
 enum store_answer db_keep(struct db *db, enum db_durability durability) STORE_MUST_USE;
 
 /* Copies what the write-ahead log holds into the database as far as no reader needs it, without
- * waiting for anybody. */
-enum store_answer db_checkpoint(struct db *db) STORE_MUST_USE;
+ * waiting for anybody. `*all`: nothing is left, so that the next writer may begin the log anew. The
+ * connection must have read something before. */
+enum store_answer db_checkpoint(struct db *db, bool *all) STORE_MUST_USE;
 
 /* ------------------------------------------------------------------ statements */
 

@@ -43,7 +43,7 @@ struct dispatcher_settings dispatcher_settings_default(void) {
         .job_timeout_ms = 600 * 1000,
         .renew_ms = 15 * 1000,
         .progress_ms = 200,
-        .sweep_ms = 500,
+        .sweep_ms = 250,
         .max_result = INT64_C(64) << 30,
         .limits = api_limits_default,
     };

@@ -28,7 +28,7 @@ struct dispatcher_settings {
     struct api_limits limits; /* of one job */
 };
 
-/* One worker, 600 s, 15 s, 200 ms, 500 ms, 64 GiB, api_limits_default. */
+/* One worker, 600 s, 15 s, 200 ms, 250 ms, 64 GiB, api_limits_default. */
 struct dispatcher_settings dispatcher_settings_default(void);
 
 /* For /metrics: since the start. */

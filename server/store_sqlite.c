@@ -8,8 +8,9 @@
 #include <string.h>
 
 enum {
-    READERS = 4,           /* reading connections */
-    BATCH_OPERATIONS = 256 /* most operations in one transaction */
+    READERS = 4,            /* reading connections */
+    BATCH_OPERATIONS = 256, /* most operations in one transaction */
+    LOG_ROUNDS = 4          /* tries to get the log copied whole */
 };
 
 /* A caller that waits for its change to be kept. */
@@ -191,10 +192,15 @@ enum store_answer sqlite_read(struct store *base, sqlite_operation operation, vo
     return answer;
 }
 
+/* While the bulk is copied writers go on; the little that came meanwhile is soon copied too, and
+ * only when nothing is left does the log begin anew instead of growing. */
 enum store_answer sqlite_take_log(struct store *base) {
     struct sqlite_store *store = sqlite_of(base);
+    enum store_answer answer = STORE_OK;
+    bool all = false;
     pthread_mutex_lock(&store->keeper_lock);
-    enum store_answer answer = db_checkpoint(store->keeper);
+    for (int k = 0; k < LOG_ROUNDS && answer == STORE_OK && !all; k++)
+        answer = db_checkpoint(store->keeper, &all);
     pthread_mutex_unlock(&store->keeper_lock);
     return answer == STORE_BUSY ? STORE_OK : answer;
 }
@@ -236,7 +242,8 @@ static bool set_up_writer(struct sqlite_store *store, char why[STORE_WHY_SIZE]) 
 
 static bool open_others(struct sqlite_store *store, char why[STORE_WHY_SIZE]) {
     store->keeper = db_open(store->path, store->options.busy_ms, why);
-    if (!store->keeper)
+    /* A connection that has read nothing does not know that there is a log. */
+    if (!store->keeper || !db_set_up(store->keeper, "SELECT version FROM schema_version", why))
         return false;
     for (int k = 0; k < READERS; k++) {
         struct db *db = db_open(store->path, store->options.busy_ms, why);

@@ -277,8 +277,7 @@ static enum store_answer counts_operation(struct sqlite_store *store, struct db 
     enum store_answer answer = query_end(&query);
     if (answer != STORE_OK)
         return answer;
-    query =
-        db_query(db, "SELECT created FROM jobs WHERE status = 0 ORDER BY rank, sequence LIMIT 1");
+    query = db_query(db, "SELECT created FROM jobs WHERE status = 0 ORDER BY sequence LIMIT 1");
     counts->oldest_queued = query_row(&query) ? query_int(&query, 0) : 0;
     return query_end(&query);
 }

@@ -27,7 +27,7 @@ enum { SANITIZED = 0 };
 #endif
 
 /* One job under way. */
-struct session {
+struct task {
     bool gone; /* the dispatcher is */
     int64_t last_progress_ms;
     size_t head_length; /* of the container's beginning, kept for the summary */
@@ -39,42 +39,42 @@ struct session {
 
 /* ------------------------------------------------------------------ sending */
 
-static bool flush(struct session *session) {
-    if (session->used > 0 && !session->gone)
-        session->gone = !frame_send(WORKER_FD, FRAME_RESULT, session->buffer, session->used);
-    session->used = 0;
-    return !session->gone;
+static bool flush(struct task *task) {
+    if (task->used > 0 && !task->gone)
+        task->gone = !frame_send(WORKER_FD, FRAME_RESULT, task->buffer, task->used);
+    task->used = 0;
+    return !task->gone;
 }
 
 static bool take_result(void *context, const void *bytes, size_t length) {
-    struct session *session = context;
+    struct task *task = context;
     const unsigned char *from = bytes;
-    size_t wanted = sizeof session->head - session->head_length;
+    size_t wanted = sizeof task->head - task->head_length;
     size_t kept = length < wanted ? length : wanted;
-    memcpy(session->head + session->head_length, from, kept);
-    session->head_length += kept;
-    session->total += length;
+    memcpy(task->head + task->head_length, from, kept);
+    task->head_length += kept;
+    task->total += length;
     while (length > 0) {
-        size_t room = sizeof session->buffer - session->used;
+        size_t room = sizeof task->buffer - task->used;
         size_t part = length < room ? length : room;
-        memcpy(session->buffer + session->used, from, part);
-        session->used += part;
+        memcpy(task->buffer + task->used, from, part);
+        task->used += part;
         from += part;
         length -= part;
-        if (session->used == sizeof session->buffer && !flush(session))
+        if (task->used == sizeof task->buffer && !flush(task))
             return false;
     }
-    return !session->gone;
+    return !task->gone;
 }
 
 static bool take_progress(void *context, double fraction) {
-    struct session *session = context;
+    struct task *task = context;
     int64_t now = clock_ms();
-    if (now - session->last_progress_ms < PROGRESS_MS)
-        return !session->gone;
-    session->last_progress_ms = now;
-    session->gone = !frame_send(WORKER_FD, FRAME_PROGRESS, &fraction, sizeof fraction);
-    return !session->gone;
+    if (now - task->last_progress_ms < PROGRESS_MS)
+        return !task->gone;
+    task->last_progress_ms = now;
+    task->gone = !frame_send(WORKER_FD, FRAME_PROGRESS, &fraction, sizeof fraction);
+    return !task->gone;
 }
 
 /* Without memory for the document one from static storage says just that. */
@@ -89,32 +89,32 @@ static bool send_problem(const struct api_problem *problem) {
     return sent;
 }
 
-static bool send_summary(const struct worker_engine *engine, struct session *session) {
-    char *summary = engine->summary(session->head, session->head_length);
+static bool send_summary(const struct worker_engine *engine, struct task *task) {
+    char *summary = engine->summary(task->head, task->head_length);
     if (!summary) {
         struct api_problem problem = {0};
         api_problem_set(&problem, API_INTERNAL, "The result has no readable header.");
         return send_problem(&problem);
     }
-    bool sent = flush(session) && frame_send(WORKER_FD, FRAME_DONE, summary, strlen(summary));
+    bool sent = flush(task) && frame_send(WORKER_FD, FRAME_DONE, summary, strlen(summary));
     free(summary);
     return sent;
 }
 
 /* ------------------------------------------------------------------ a job */
 
-static bool run_job(const struct worker_engine *engine, struct session *session,
+static bool run_job(const struct worker_engine *engine, struct task *task,
                     const struct api_input *input, const struct api_limits *limits) {
     struct api_problem problem = {0};
-    struct drape_monitor monitor = {.progress = take_progress, .context = session};
-    struct api_sink sink = {.write = take_result, .context = session};
-    session->gone = false;
-    session->last_progress_ms = clock_ms();
-    session->head_length = session->used = session->total = 0;
+    struct drape_monitor monitor = {.progress = take_progress, .context = task};
+    struct api_sink sink = {.write = take_result, .context = task};
+    task->gone = false;
+    task->last_progress_ms = clock_ms();
+    task->head_length = task->used = task->total = 0;
     enum api_problem_id id = engine->run(input, limits, &monitor, &sink, &problem);
-    if (session->gone)
+    if (task->gone)
         return false;
-    return id == API_OK ? send_summary(engine, session) : send_problem(&problem);
+    return id == API_OK ? send_summary(engine, task) : send_problem(&problem);
 }
 
 /* Sanitizers reserve terabytes of address space. */
@@ -130,10 +130,10 @@ static void limit_memory(const struct frame_job *job) {
 }
 
 /* Reads away what cannot be kept, so that the next frame starts where it should. */
-static bool skip(struct session *session, uint64_t length) {
+static bool skip(struct task *task, uint64_t length) {
     while (length > 0) {
-        size_t part = length < sizeof session->buffer ? (size_t)length : sizeof session->buffer;
-        if (!frame_receive(WORKER_FD, session->buffer, part))
+        size_t part = length < sizeof task->buffer ? (size_t)length : sizeof task->buffer;
+        if (!frame_receive(WORKER_FD, task->buffer, part))
             return false;
         length -= part;
     }
@@ -141,7 +141,7 @@ static bool skip(struct session *session, uint64_t length) {
 }
 
 /* False when the dispatcher is gone. */
-static bool handle(const struct worker_engine *engine, struct session *session,
+static bool handle(const struct worker_engine *engine, struct task *task,
                    const struct frame_job *job) {
     uint64_t length = job->request_length + job->surface_length;
     limit_memory(job);
@@ -149,16 +149,16 @@ static bool handle(const struct worker_engine *engine, struct session *session,
     if (!bytes) {
         struct api_problem problem = {0};
         api_problem_set(&problem, API_OUT_OF_MEMORY, "The request does not fit into memory.");
-        return skip(session, length) && send_problem(&problem);
+        return skip(task, length) && send_problem(&problem);
     }
     struct api_input input = {.request = bytes,
                               .request_length = job->request_length,
                               .surface = bytes + job->request_length,
                               .surface_length = job->surface_length};
     bool good =
-        frame_receive(WORKER_FD, bytes, length) && run_job(engine, session, &input, &job->limits);
+        frame_receive(WORKER_FD, bytes, length) && run_job(engine, task, &input, &job->limits);
     free(bytes);
-    if (length + session->total > TRIM_ABOVE_BYTES)
+    if (length + task->total > TRIM_ABOVE_BYTES)
         malloc_trim(0);
     return good;
 }
@@ -185,14 +185,14 @@ static bool set_up(void) {
 }
 
 int worker_serve(const struct worker_engine *engine) {
-    static struct session session;
+    static struct task task;
     struct frame_head head;
     struct frame_job job;
     if (!set_up())
         return 1;
     while (frame_receive(WORKER_FD, &head, sizeof head)) {
         if (head.type != FRAME_JOB || head.length != sizeof job ||
-            !frame_receive(WORKER_FD, &job, sizeof job) || !handle(engine, &session, &job))
+            !frame_receive(WORKER_FD, &job, sizeof job) || !handle(engine, &task, &job))
             return 1;
     }
     return 0;

@@ -257,7 +257,10 @@ static void test_store_counts_follow_every_change(void **state) {
     int64_t oldest = scratch_now;
     scratch_submit(scratch, "e", id);
     scratch_now += 1000;
-    scratch_submit(scratch, "f", id);
+    struct store_submission urgent = {
+        .request = "f", .request_length = 1, .digest = "f", .priority = 9};
+    struct store_receipt receipt;
+    assert_int_equal(store_submit(scratch->store, &urgent, &receipt), STORE_OK);
     assert_int_equal(store_counts(scratch->store, &counts), STORE_OK);
     assert_int_equal(counts.jobs[STORE_QUEUED], 2);
     assert_int_equal(counts.jobs[STORE_RUNNING], 1);

@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -205,6 +206,24 @@ static void test_store_sweep_clears_what_a_dead_process_began(void **state) {
     assert_int_equal(scratch_status(scratch, id), STORE_QUEUED);
 }
 
+static off_t size_of(const char *path) {
+    struct stat info;
+    assert_int_equal(stat(path, &info), 0);
+    return info.st_size;
+}
+
+static void test_store_sweep_takes_the_log_into_the_database(void **state) {
+    struct scratch *scratch = *state;
+    enum { LENGTH = 300000 };
+    unsigned char *bytes = calloc(1, LENGTH);
+    struct store_claim claim = scratch_claimed(scratch, "a");
+    assert_int_equal(scratch_commit(scratch, &claim, bytes, LENGTH), STORE_OK);
+    assert_true(size_of(scratch->path) < LENGTH);
+    (void)scratch_sweep(scratch);
+    assert_true(size_of(scratch->path) > LENGTH);
+    free(bytes);
+}
+
 static void test_store_deleted_results_give_their_room_back(void **state) {
     struct scratch *scratch = *state;
     enum { LENGTH = 64 << 20 };
@@ -300,6 +319,7 @@ int main(void) {
         WITH_STORE(test_store_second_result_of_a_digest_is_dropped),
         WITH_STORE(test_store_writer_of_a_lost_claim_leaves_nothing),
         WITH_STORE(test_store_sweep_clears_what_a_dead_process_began),
+        WITH_STORE(test_store_sweep_takes_the_log_into_the_database),
         WITH_STORE(test_store_deleted_results_give_their_room_back),
         WITH_STORE(test_store_results_expire_after_the_retention),
         WITH_STORE(test_store_jobs_that_wait_do_not_expire),
