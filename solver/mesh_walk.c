@@ -86,7 +86,7 @@ static bool cross_edge(struct mesh_walk *walk, int edge) {
     double across = vec3_dot(walk->direction, vec3_cross(x, mesh->normals[t]));
     struct vec3 ahead = vec3_cross(x, mesh->normals[next]);
     walk->direction = is_section(walk) ? vec3_unit(vec3_cross(walk->plane, mesh->normals[next]))
-                                       : vec3_unit(vec3_axpy(-across, ahead, vec3_scale(along, x)));
+                                       : vec3_unit(vec3_axpy(across, ahead, vec3_scale(along, x)));
     walk->place.triangle = next;
     walk->entry = twin % 3;
     walk->corner = MESH_NONE;
@@ -294,6 +294,8 @@ bool mesh_walk_connects(const struct mesh *mesh, const struct mesh_place *from,
     struct mesh_walk walk;
     struct goal goal = {.length = reach, .chord2 = HUGE_VAL, .target = to};
     struct vec3 between = vec3_sub(to->r, from->r);
+    if (from->triangle == to->triangle)
+        return true;
     goal.near = 10 * same * (reach + rounding * mesh->magnitude);
     struct vec3 plane = vec3_cross(between, mesh->normals[from->triangle]);
     return mesh_walk_section(&walk, mesh, from, plane, between) &&
