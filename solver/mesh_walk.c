@@ -86,7 +86,7 @@ static bool cross_edge(struct mesh_walk *walk, int edge) {
     double across = vec3_dot(walk->direction, vec3_cross(x, mesh->normals[t]));
     struct vec3 ahead = vec3_cross(x, mesh->normals[next]);
     walk->direction = is_section(walk) ? vec3_unit(vec3_cross(walk->plane, mesh->normals[next]))
-                                       : vec3_unit(vec3_axpy(-across, ahead, vec3_scale(along, x)));
+                                       : vec3_unit(vec3_axpy(across, ahead, vec3_scale(along, x)));
     walk->place.triangle = next;
     walk->entry = twin % 3;
     walk->corner = MESH_NONE;
