@@ -2,6 +2,7 @@
 #include "drape.h"
 
 #include "march.h"
+#include "mesh_surface.h"
 #include "report.h"
 #include "start.h"
 #include <float.h>
@@ -24,15 +25,16 @@ static bool valid_extent(const struct drape_settings *s, int k) {
     return !s->has_extent[k] || (s->extent[k][0] <= 0 && s->extent[k][1] >= 0);
 }
 
-static bool available(const struct drape_settings *s) {
-    return s->method != DRAPE_MOSAIC;
-}
+/* Patches of the mosaic against the spacing (paper, Fig. 9), and how many there may be against the
+ * nodes allowed: two triangles to a square patch, and some to spare. */
+static const double patch_size = 0.25;
+static const size_t patches_per_node = 80;
 
 static enum status check_settings(const struct drape_settings *s) {
     bool good = in_range(s->spacing[0], DBL_MIN, DBL_MAX) &&
                 in_range(s->spacing[1], DBL_MIN, DBL_MAX) &&
                 in_range(s->direction_deg, -1e6, 1e6) && in_range(s->pre_shear_deg, -80, 80) &&
-                valid_extent(s, 0) && valid_extent(s, 1) && s->max_nodes > 0 && available(s);
+                valid_extent(s, 0) && valid_extent(s, 1) && s->max_nodes > 0;
     return good ? STATUS_OK : STATUS_INVALID;
 }
 
@@ -58,19 +60,51 @@ static enum status march_all(struct march *march) {
     return march_run(march);
 }
 
+/* The surface as triangles, for the method mosaic. */
+static enum status tessellate(struct march *march) {
+    struct mesh *mesh;
+    const double *d = march->settings->spacing;
+    enum status status =
+        mesh_from_surface(march->surface, patch_size * fmin(d[0], d[1]),
+                          patches_per_node * march->settings->max_nodes, march->arena, &mesh);
+    if (status != STATUS_OK)
+        return status;
+    march->mesh = mesh;
+    return start_move_to_mesh(mesh, &march->start);
+}
+
+static enum status finish(struct march *march, struct drape_result *result) {
+    struct march_watch watch = {.busy = ATOMIC_FLAG_INIT};
+    march->watch = &watch;
+    enum status status = march_all(march);
+    return status == STATUS_OK ? report_make(march, result) : status;
+}
+
 enum status drape_solve(const struct surface *surface, const struct drape_settings *settings,
                         const struct drape_monitor *monitor, struct arena *arena,
                         struct drape_result *result) {
     struct march march = {
         .surface = surface, .settings = settings, .monitor = monitor, .arena = arena};
-    struct march_watch watch = {.busy = ATOMIC_FLAG_INIT};
-    march.watch = &watch;
+    bool mosaic = settings->method == DRAPE_MOSAIC;
     enum status status = check_settings(settings);
+    for (int k = 0; k < 2 && mosaic; k++)
+        if (settings->generator[k].kind == DRAPE_GENERATOR_CURVE)
+            return STATUS_INVALID;
     if (status == STATUS_OK)
         status = start_find(surface, settings, &march.start, &result->faulty_generator);
+    if (status == STATUS_OK && mosaic)
+        status = tessellate(&march);
+    return status == STATUS_OK ? finish(&march, result) : status;
+}
+
+enum status drape_solve_mesh(const struct mesh *mesh, const struct drape_settings *settings,
+                             const struct drape_monitor *monitor, struct arena *arena,
+                             struct drape_result *result) {
+    struct march march = {.mesh = mesh, .settings = settings, .monitor = monitor, .arena = arena};
+    enum status status = check_settings(settings);
+    if (status == STATUS_OK && (settings->method != DRAPE_MOSAIC || settings->trim))
+        status = STATUS_INVALID;
     if (status == STATUS_OK)
-        status = march_all(&march);
-    if (status == STATUS_OK)
-        status = report_make(&march, result);
-    return status;
+        status = start_find_on_mesh(mesh, settings, &march.start, &result->faulty_generator);
+    return status == STATUS_OK ? finish(&march, result) : status;
 }

@@ -14,6 +14,7 @@
 #define DRAPE_DRAPE_H
 
 #include "arena.h"
+#include "mesh.h"
 #include "status.h"
 #include "surface.h"
 #include "trim.h"
@@ -29,7 +30,7 @@
 enum drape_method {
     DRAPE_BASIC,    /* yarns between nodes are straight chords of the spacing's length */
     DRAPE_GEODESIC, /* geodesics of the spacing's length */
-    DRAPE_MOSAIC,   /* basic on flat triangles */
+    DRAPE_MOSAIC,   /* basic on flat triangles: of a tessellation 0.25 spacings fine, or a mesh */
     DRAPE_GIB,      /* arcs of the surface's normal curvature (paper, section 4.1) */
     DRAPE_GIB4      /* gib with deferred correction: fourth order, with an error estimate */
 };
@@ -187,5 +188,14 @@ struct drape_result {
 enum status drape_solve(const struct surface *surface, const struct drape_settings *settings,
                         const struct drape_monitor *monitor, struct arena *arena,
                         struct drape_result *result) STATUS_MUST_USE;
+
+/*
+ * The same on a mesh, for the method mosaic alone: the component with the start is draped. u and v
+ * of the nodes are then (triangle, 0). Errors as above; STATUS_INVALID also for a start by
+ * parameters and generators that are curves.
+ */
+enum status drape_solve_mesh(const struct mesh *mesh, const struct drape_settings *settings,
+                             const struct drape_monitor *monitor, struct arena *arena,
+                             struct drape_result *result) STATUS_MUST_USE;
 
 #endif

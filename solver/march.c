@@ -19,12 +19,16 @@ enum status march_fail(struct march *march, int32_t i, int32_t j, enum drape_rea
     return STATUS_OK;
 }
 
-/* The parameters brought into the domain of closed directions; whether they are in the domain. */
-static bool wrap(const struct surface *surface, const double from[2], double uv[2]) {
+bool march_parameters(const struct march *march, const struct station *station, double uv[2]) {
     bool inside = true;
+    if (march->mesh) {
+        struct mesh_place place = march_mesh_place(station);
+        mesh_parameters(march->mesh, &place, uv);
+        return true;
+    }
     for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &surface->axis[k];
-        uv[k] = surface_axis_wrap(axis, from[k]);
+        const struct surface_axis *axis = &march->surface->axis[k];
+        uv[k] = surface_axis_wrap(axis, station->uv[k]);
         inside = inside && uv[k] >= surface_axis_lower(axis) && uv[k] <= surface_axis_upper(axis);
     }
     return inside;
@@ -35,26 +39,33 @@ static bool trimmed_away(const struct march *march, const struct station *statio
     const struct trim *trim = march->settings->trim;
     if (!trim)
         return false;
-    (void)wrap(march->surface, station->uv, uv);
+    (void)march_parameters(march, station, uv);
     return !trim_contains(trim, uv);
 }
 
 bool march_has_left(const struct march *march, const struct station *station) {
     double uv[2];
     const struct trim *trim = march->settings->trim;
-    return !trim || !wrap(march->surface, station->uv, uv) || !trim_near(trim, uv);
+    return !trim || !march_parameters(march, station, uv) || !trim_near(trim, uv);
 }
 
 double march_area(const struct march *march) {
     struct vec3 centroid;
     const struct trim *trim = march->settings->trim;
-    return trim ? trim_area(trim, &centroid) : surface_area(march->surface, NULL);
+    if (trim)
+        return trim_area(trim, &centroid);
+    if (march->surface)
+        return surface_area(march->surface, NULL);
+    int32_t start = march_mesh_place(&march->start.station).triangle;
+    return march->mesh->components[march->mesh->component[start]].area;
 }
 
 enum status march_place(struct march *march, int32_t i, int32_t j, const struct station *station,
                         enum station_zone *zone) {
-    enum drape_reason reason;
-    *zone = station_zone(march->surface, &march->cursor, march->start.station.uv, station, &reason);
+    enum drape_reason reason = DRAPE_REASON_BOUNDARY;
+    *zone = march->mesh ? STATION_INSIDE
+                        : station_zone(march->surface, &march->cursor, march->start.station.uv,
+                                       station, &reason);
     if (*zone == STATION_INSIDE && trimmed_away(march, station)) {
         *zone = STATION_GHOST;
         reason = DRAPE_REASON_BOUNDARY;
@@ -107,7 +118,7 @@ enum status march_watch_folds(struct march *march) {
     struct net_tile **tiles = net_sorted_tiles(march->net);
     double turn[2];
     for (int k = 0; k < 2; k++)
-        turn[k] = station_cut_turn(march->surface, k);
+        turn[k] = march->mesh ? HUGE_VAL : station_cut_turn(march->surface, k);
     march->fold = fold_make(march->net, march->settings->spacing, turn);
     enum status status = tiles && march->fold ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     for (size_t t = 0; t < net_tile_count(march->net); t++)
@@ -121,7 +132,7 @@ enum status march_watch_folds(struct march *march) {
 }
 
 /* Whether the net may come back to itself from any side: on a surface that closes over a pole, or
- * both ways. Others are cut open opposite the start (`station_zone`). */
+ * both ways. Others are cut open opposite the start (`station_zone`). A mesh may do so anywhere. */
 static bool closes_all_round(const struct surface *surface) {
     const struct surface_axis *u = &surface->axis[0], *v = &surface->axis[1];
     return (u->closed && (v->closed || v->pole[0] || v->pole[1])) ||
@@ -133,7 +144,7 @@ enum status march_run(struct march *march) {
     if (!march->net)
         return STATUS_OUT_OF_MEMORY;
     enum status status = net_make(march->net, march->arena, march->settings->team != NULL);
-    if (status == STATUS_OK && closes_all_round(march->surface))
+    if (status == STATUS_OK && (march->mesh || closes_all_round(march->surface)))
         status = march_watch_folds(march);
     if (status == STATUS_OK)
         status = march_generators(march);

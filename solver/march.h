@@ -15,6 +15,7 @@
 #include "drape.h"
 #include "fishnet.h"
 #include "fold.h"
+#include "mesh_walk.h"
 #include "net.h"
 #include "station.h"
 #include <stdatomic.h>
@@ -43,7 +44,8 @@ struct march_watch {
 };
 
 struct march {
-    const struct surface *surface;
+    const struct surface *surface; /* NULL on a mesh of the caller's */
+    const struct mesh *mesh;       /* what the net is laid on for the method mosaic; else NULL */
     const struct drape_settings *settings;
     const struct drape_monitor *monitor; /* may be NULL */
     struct arena *arena;
@@ -60,8 +62,8 @@ struct march {
     struct march_watch *watch; /* shared by all parts of the march */
 };
 
-/* Runs the whole march; `march` has its first five members, the start, `before`, `fringe` and
- * `watch` set, the rest zero.
+/* Runs the whole march; `march` has its surface or mesh, the members up to the start,
+ * `before`, `fringe` and `watch` set, the rest zero.
  * Errors: STATUS_OUT_OF_MEMORY, STATUS_TOO_MANY_NODES, STATUS_CANCELLED, and
  * STATUS_DEGENERATE_SURFACE when no yarn can leave the start. */
 enum status march_run(struct march *march) STATUS_MUST_USE;
@@ -76,6 +78,10 @@ bool march_in_extent(const struct march *march, int32_t i, int32_t j);
 
 /* From now on the net is watched for meeting itself. */
 enum status march_watch_folds(struct march *march) STATUS_MUST_USE;
+
+/* Parameters (u, v) of a station inside, in the domain of closed directions; on a mesh without any
+ * (triangle, 0). Whether they lie in the domain. */
+bool march_parameters(const struct march *march, const struct station *station, double uv[2]);
 
 /* Area to be covered. */
 double march_area(const struct march *march);
@@ -92,6 +98,9 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
 /* Notes that there can be no node at (i, j). */
 enum status march_fail(struct march *march, int32_t i, int32_t j,
                        enum drape_reason reason) STATUS_MUST_USE;
+
+/* The station of a node of the net; false where there is no tangent plane. */
+bool march_station_at(struct march *march, const struct net_node *node, struct station *station);
 
 /* The station of a place of the net; false when (i, j) has none. */
 bool march_station(struct march *march, int32_t i, int32_t j, struct station *station);
@@ -120,6 +129,23 @@ enum status march_corner(struct march *march, int32_t i, int32_t j, int si, int 
  * method measures spacings along a generator; false when there is none. */
 bool march_straight_on(struct march *march, const struct station *from, struct vec3 direction,
                        double d, struct station *station);
+
+/*
+ * The same on a mesh (march_mesh.c). A station there has its triangle as uv[0], and neither
+ * derivatives nor curvature.
+ */
+struct station march_mesh_station(const struct mesh *mesh, const struct mesh_place *place);
+struct mesh_place march_mesh_place(const struct station *station);
+bool march_mesh_corner(struct march *march, const struct march_cell *at, struct vec3 guess,
+                       struct fishnet_node *node, enum drape_reason *reason);
+bool march_mesh_straight_on(struct march *march, const struct station *from, struct vec3 direction,
+                            double d, struct station *station);
+
+/* Sets off along a generator to the side of `direction`, and on along it by equal chords; false
+ * where that is not possible. */
+bool march_mesh_arm(const struct march *march, const struct drape_generator *generator,
+                    struct vec3 direction, struct mesh_walk *walk);
+bool march_mesh_advance(struct mesh_walk *walk, double chord, struct station *station);
 
 /* Tells the monitor; false: stop. */
 bool march_progress(struct march *march);

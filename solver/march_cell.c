@@ -5,9 +5,17 @@
 #include "correction.h"
 #include "fishnet_geodesic.h"
 
+bool march_station_at(struct march *march, const struct net_node *node, struct station *station) {
+    if (!march->mesh)
+        return station_at(march->surface, &march->cursor, node->uv, station);
+    struct mesh_place place = {.triangle = (int32_t)node->uv[0], .r = node->r};
+    *station = march_mesh_station(march->mesh, &place);
+    return true;
+}
+
 bool march_station(struct march *march, int32_t i, int32_t j, struct station *station) {
     const struct net_node *node = net_place(march->net, i, j);
-    return node && station_at(march->surface, &march->cursor, node->uv, station);
+    return node && march_station_at(march, node, station);
 }
 
 /* C + AB, and the change from AB to CD. */
@@ -39,14 +47,14 @@ static void correct_chords(struct march *march, const struct march_cell *at,
         cell->cd = chord;
 }
 
-bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,
-                        enum drape_reason *reason) {
+static bool solve_on_surface(struct march *march, const struct march_cell *at,
+                             struct fishnet_node *node, enum drape_reason *reason) {
     const struct drape_settings *s = march->settings;
     struct fishnet_cell cell = {.a = at->a, .b = at->b, .c = at->c, .orientation = at->si * at->sj};
+    double uv[2];
     cell.guess = guess(at);
     cell.guess_uv = at->guess_uv;
     fishnet_chords(march->surface, &march->cursor, s->method, s->yarn_path, s->spacing, &cell);
-    double uv[2];
     if (march->before) {
         if (guess_from_before(march, at, uv))
             cell.guess_uv = uv;
@@ -56,16 +64,22 @@ bool march_solve_corner(struct march *march, const struct march_cell *at, struct
     if (end == FISHNET_FOUND && s->method == DRAPE_GEODESIC)
         end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, s->spacing[0],
                                      s->spacing[1], node);
-    if (end == FISHNET_FOUND) {
-        march->solved++;
-        march->iterations += (size_t)node->iterations;
-        march->residual_max = fmax(march->residual_max, node->residual);
-        return true;
-    }
     *reason = end == FISHNET_COLLAPSED    ? DRAPE_REASON_COLLAPSED
               : end == FISHNET_DEGENERATE ? DRAPE_REASON_DEGENERATE
                                           : DRAPE_REASON_NO_CONVERGENCE;
-    return false;
+    return end == FISHNET_FOUND;
+}
+
+bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,
+                        enum drape_reason *reason) {
+    bool found = march->mesh ? march_mesh_corner(march, at, guess(at), node, reason)
+                             : solve_on_surface(march, at, node, reason);
+    if (found) {
+        march->solved++;
+        march->iterations += (size_t)node->iterations;
+        march->residual_max = fmax(march->residual_max, node->residual);
+    }
+    return found;
 }
 
 enum status march_corner(struct march *march, int32_t i, int32_t j, int si, int sj, bool *placed,

@@ -44,6 +44,8 @@ static bool advance(const struct march *march, struct path *path, struct surface
 bool march_straight_on(struct march *march, const struct station *from, struct vec3 direction,
                        double d, struct station *station) {
     struct path path;
+    if (march->mesh)
+        return march_mesh_straight_on(march, from, direction, d, station);
     return path_geodesic(&path, march->surface, from, direction) &&
            advance(march, &path, &march->cursor, d) &&
            path_station(&path, &march->cursor, station, NULL);
@@ -52,6 +54,7 @@ bool march_straight_on(struct march *march, const struct station *from, struct v
 /* A generator on one side of the start, nodes k (di, dj), k = 1, 2, .. */
 struct arm {
     struct path path;
+    struct mesh_walk walk; /* on a mesh, instead of the path */
     int di, dj;
     bool started, ended;
 };
@@ -74,7 +77,9 @@ static struct arm make_arm(const struct march *march, int number) {
     const struct station *from = &march->start.station;
     struct vec3 direction = vec3_scale(sign, k == 0 ? march->start.warp : march->start.weft);
     struct arm arm = {.di = k == 0 ? sign : 0, .dj = k == 0 ? 0 : sign};
-    if (generator->kind == DRAPE_GENERATOR_CURVE)
+    if (march->mesh)
+        arm.started = march_mesh_arm(march, generator, direction, &arm.walk);
+    else if (generator->kind == DRAPE_GENERATOR_CURVE)
         arm.started = start_curve(march, k, sign, direction, &arm.path);
     else if (generator->kind == DRAPE_GENERATOR_PLANE)
         arm.started = path_section(&arm.path, march->surface, from,
@@ -86,12 +91,17 @@ static struct arm make_arm(const struct march *march, int number) {
 
 /* To node k. In a second march the edge's chord is the corrected one, like those of the yarns
  * beside it, so that they fit to the last order. */
-static bool advance_arm(struct march *march, struct arm *arm, int32_t k, double d) {
+static bool advance_arm(struct march *march, struct arm *arm, int32_t k, double d,
+                        struct station *station) {
     double chord;
-    if (march->before && correction_chord(march->before, (k - 1) * arm->di, (k - 1) * arm->dj,
-                                          arm->di, arm->dj, d, &chord))
-        return advance_chord(&arm->path, &march->cursor, chord);
-    return advance(march, &arm->path, &march->cursor, d);
+    if (march->mesh)
+        return march_mesh_advance(&arm->walk, d, station);
+    bool corrected =
+        march->before && correction_chord(march->before, (k - 1) * arm->di, (k - 1) * arm->dj,
+                                          arm->di, arm->dj, d, &chord);
+    bool moved = corrected ? advance_chord(&arm->path, &march->cursor, chord)
+                           : advance(march, &arm->path, &march->cursor, d);
+    return moved && path_station(&arm->path, &march->cursor, station, NULL);
 }
 
 static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
@@ -102,8 +112,7 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
     arm->ended = true;
     if (!march_in_extent(march, i, j))
         return march_fail(march, i, j, DRAPE_REASON_EXTENT);
-    if (!arm->started || !advance_arm(march, arm, k, d) ||
-        !path_station(&arm->path, &march->cursor, &station, NULL))
+    if (!arm->started || !advance_arm(march, arm, k, d, &station))
         return march_fail(march, i, j, DRAPE_REASON_BOUNDARY);
     enum status status = march_place(march, i, j, &station, &zone);
     arm->ended = zone == STATION_BEYOND;

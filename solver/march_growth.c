@@ -276,7 +276,7 @@ static enum status push_rim(struct growth *g) {
  * the net itself. */
 static enum status settle_edgeless(struct growth *g) {
     struct march *march = g->march;
-    if (!march->surface->axis[0].closed || !march->surface->axis[1].closed)
+    if (march->mesh || !march->surface->axis[0].closed || !march->surface->axis[1].closed)
         return STATUS_OK;
     enum status status = push_rim(g);
     for (; status == STATUS_OK && g->length; g->length--, g->head = (g->head + 1) % g->room) {

@@ -45,7 +45,7 @@ static enum net_state state_at(struct quadrant *q, int32_t i, int32_t j) {
 static bool station_of(struct quadrant *q, int32_t i, int32_t j, struct station *station) {
     const struct net_node *node = find_place(q, i, j);
     return node && (node->state == NET_INSIDE || node->state == NET_GHOST) &&
-           station_at(q->march->surface, &q->march->cursor, node->uv, station);
+           march_station_at(q->march, node, station);
 }
 
 /* Brings (i, j) and the places below it into being, the row having ended before: `found` says
@@ -124,7 +124,7 @@ static enum status grow_node(struct quadrant *q, int32_t i, int32_t j, enum stat
     cell.c = &q->below[i];
     cell.trend = edge_trend(q, i);
     double uv[2];
-    if (i >= 3 && !march->surface->has_poles) {
+    if (i >= 3 && !march->mesh && !march->surface->has_poles) {
         extrapolate(q, i, uv);
         cell.guess_uv = uv;
     }

@@ -161,6 +161,11 @@ static struct vec3 bring_inside(struct part *part, const struct net_node *node, 
     const struct surface *surface = part->march->surface;
     struct surface_jet jet;
     bool moved = false;
+    if (part->march->mesh) {
+        struct mesh_place place = {.triangle = (int32_t)node->uv[0], .r = node->r};
+        mesh_parameters(part->march->mesh, &place, uv);
+        return node->r;
+    }
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &surface->axis[k];
         double wrapped = surface_axis_wrap(axis, node->uv[k]);
@@ -384,8 +389,7 @@ enum status report_make(struct march *march, struct drape_result *result) {
                                     .start_warp = march->start.warp,
                                     .start_weft = march->start.weft,
                                     .summary.error_estimate_max = -1};
-    result->start_uv[0] = march->start.station.uv[0];
-    result->start_uv[1] = march->start.station.uv[1];
+    (void)march_parameters(march, &march->start.station, result->start_uv);
     struct part *parts = make_parts(march, result, &count);
     if (!parts)
         return STATUS_OUT_OF_MEMORY;

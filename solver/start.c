@@ -7,6 +7,9 @@
 /* A direction whose projection is shorter than this share of it lies along the normal. */
 static const double along_normal = 1e-9;
 
+/* A triangle whose normal has a larger x lies across the x axis. */
+static const double across_x = 0.9;
+
 /* A polyline passes the start when it is this near, as a share of the spacing. */
 static const double passing = 1e-3;
 
@@ -202,4 +205,60 @@ enum status start_find(const struct surface *surface, const struct drape_setting
         return STATUS_DEGENERATE_SURFACE;
     status = find_direction(surface, settings, &start->station, &start->warp);
     return status == STATUS_OK ? find_generators(surface, settings, start, faulty) : status;
+}
+
+enum status start_move_to_mesh(const struct mesh *mesh, struct march_start *start) {
+    struct mesh_place place;
+    if (!mesh_nearest(mesh, start->station.jet.r, MESH_ANY, &place, NULL))
+        return STATUS_START_OFF_SURFACE;
+    start->station = march_mesh_station(mesh, &place);
+    start->warp = mesh_tangent(mesh, place.triangle, start->warp);
+    start->weft = mesh_tangent(mesh, place.triangle, start->weft);
+    return STATUS_OK;
+}
+
+static int32_t largest_component(const struct mesh *mesh) {
+    size_t largest = 0;
+    for (size_t k = 1; k < mesh->component_count; k++)
+        if (mesh->components[k].area > mesh->components[largest].area)
+            largest = k;
+    return (int32_t)largest;
+}
+
+static enum status find_on_mesh(const struct mesh *mesh, const struct drape_settings *settings,
+                                struct mesh_place *place) {
+    double distance, reach = fmax(settings->spacing[0], settings->spacing[1]);
+    if (settings->start_kind == DRAPE_START_UV)
+        return STATUS_INVALID;
+    bool by_point = settings->start_kind == DRAPE_START_POINT;
+    int32_t component = by_point ? MESH_ANY : largest_component(mesh);
+    struct vec3 target = by_point ? settings->start_point : mesh->components[component].centroid;
+    bool found = mesh_nearest(mesh, target, component, place, &distance);
+    return found && (!by_point || distance <= reach) ? STATUS_OK : STATUS_START_OFF_SURFACE;
+}
+
+static enum status mesh_direction(const struct drape_settings *settings, struct vec3 normal,
+                                  struct vec3 *warp) {
+    bool by_vector = settings->direction_kind == DRAPE_DIRECTION_VECTOR;
+    struct vec3 axis = fabs(normal.x) < across_x ? vec3_make(1, 0, 0) : vec3_make(0, 1, 0);
+    struct vec3 wanted = by_vector ? vec3_unit(settings->direction_vector) : axis;
+    *warp = vec3_unit(vec3_axpy(-vec3_dot(wanted, normal), normal, wanted));
+    if (!by_vector)
+        *warp = turned(*warp, normal, settings->direction_deg);
+    bool along = vec3_norm(vec3_cross(normal, wanted)) > along_normal;
+    return along ? STATUS_OK : STATUS_INVALID;
+}
+
+enum status start_find_on_mesh(const struct mesh *mesh, const struct drape_settings *settings,
+                               struct march_start *start, int *faulty) {
+    struct mesh_place place;
+    enum status status = find_on_mesh(mesh, settings, &place);
+    for (int k = 0; k < 2; k++)
+        if (settings->generator[k].kind == DRAPE_GENERATOR_CURVE)
+            return STATUS_INVALID;
+    if (status != STATUS_OK)
+        return status;
+    start->station = march_mesh_station(mesh, &place);
+    status = mesh_direction(settings, start->station.normal, &start->warp);
+    return status == STATUS_OK ? find_generators(NULL, settings, start, faulty) : status;
 }
