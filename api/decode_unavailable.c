@@ -4,19 +4,15 @@
 /* What is understood, but comes with a later version: its line goes when a feature lands. */
 void decode_refuse_unavailable(const struct tree_place *root, const struct tree_place *surface,
                                const struct api_request *request) {
-    const struct drape_settings *s = &request->settings;
-    struct decode_definition file;
-    const struct tree_place *definition = decode_definition_find(surface, &file);
+    (void)surface;
     const struct {
         const struct tree_place *owner;
         const char *key, *member; /* NULL: the owner itself, the key's value itself */
         bool wanted;
         const char *name;
     } features[] = {
-        {root, "method", NULL, s->method == DRAPE_MOSAIC, "the method mosaic"},
         {root, "permeability", NULL, request->permeability.model != API_PERMEABILITY_NONE,
          "permeability"},
-        {definition, NULL, NULL, request->surface.kind == API_SURFACE_MESH, "a triangle mesh"},
     };
     for (size_t i = 0; i < sizeof features / sizeof *features; i++) {
         if (!features[i].wanted)

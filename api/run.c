@@ -6,6 +6,7 @@
 #include "digest.h"
 #include "fields.h"
 #include "shape.h"
+#include "shape_mesh.h"
 #include "team.h"
 #include "tree.h"
 #include <string.h>
@@ -121,7 +122,8 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
                                const struct api_limits *limits, const struct drape_monitor *monitor,
                                const struct api_sink *sink, struct api_problem *problem) {
     struct api_request request;
-    struct surface *surface;
+    struct surface *surface = NULL;
+    struct mesh *mesh = NULL;
     struct drape_result result = {0};
     if (api_decode(input, limits, arena, &request, problem) != API_OK)
         return problem->id;
@@ -129,12 +131,16 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
         api_problem_add(problem, "/surface/id", "no surface is stored under this id");
         return problem->id;
     }
-    if (api_shape_make(&request, limits, arena, &surface, problem) != API_OK)
+    bool on_mesh = request.surface.kind == API_SURFACE_MESH;
+    if (on_mesh ? api_shape_mesh(&request, limits, arena, &mesh, problem)
+                : api_shape_make(&request, limits, arena, &surface, problem))
         return problem->id;
     struct api_team team;
     request.settings.team = api_team_make(&team, limits->threads);
     double begin = now_ms();
-    enum status status = drape_solve(surface, &request.settings, monitor, arena, &result);
+    enum status status = on_mesh
+                             ? drape_solve_mesh(mesh, &request.settings, monitor, arena, &result)
+                             : drape_solve(surface, &request.settings, monitor, arena, &result);
     double solve_ms = now_ms() - begin;
     set_solve_problem(problem, status, &request.settings, result.faulty_generator);
     if (problem->id != API_OK)

@@ -3,6 +3,7 @@
 #include "../api/digest.h"
 #include "../api/normalise.h"
 #include "../api/shape.h"
+#include "../api/shape_mesh.h"
 #include "accept.h"
 #include "documents.h"
 #include "resources.h"
@@ -77,18 +78,26 @@ static enum api_problem_id intake_surface(const struct http_services *services,
     return api_decode(&both, &intake->limits, intake->arena, &intake->decoded, problem);
 }
 
+static enum api_problem_id check_shape(struct intake *intake, struct api_problem *problem) {
+    struct surface *surface;
+    struct mesh *mesh;
+    struct api_request *decoded = &intake->decoded;
+    if (decoded->surface.kind == API_SURFACE_MESH)
+        return api_shape_mesh(decoded, &intake->limits, intake->arena, &mesh, problem);
+    return api_shape_make(decoded, &intake->limits, intake->arena, &surface, problem);
+}
+
 /* All that can be known about a request before it is solved. */
 static enum api_problem_id intake_check(const struct http_services *services,
                                         const struct request *request, struct intake *intake,
                                         struct api_problem *problem) {
     struct api_input body = {request->body ? request->body : "", request->body_length, NULL, 0};
-    struct surface *shape;
     enum api_problem_id id =
         api_decode(&body, &intake->limits, intake->arena, &intake->decoded, problem);
     if (id == API_OK && intake->decoded.surface.kind == API_SURFACE_NAMED)
         id = intake_surface(services, &body, intake, problem);
     if (id == API_OK)
-        id = api_shape_make(&intake->decoded, &intake->limits, intake->arena, &shape, problem);
+        id = check_shape(intake, problem);
     if (id == API_OK && !api_digest_request(&intake->decoded, intake->arena, intake->digest))
         api_problem_set(problem, API_OUT_OF_MEMORY, "the request needs more memory than allowed");
     return problem->id;

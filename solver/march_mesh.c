@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: MIT */
+/* The march over flat triangles, for the method mosaic: what is different there. */
+#include "march.h"
+
+#include "mesh_corner.h"
+
+struct station march_mesh_station(const struct mesh *mesh, const struct mesh_place *place) {
+    return (struct station){
+        .uv = {place->triangle, 0}, .jet.r = place->r, .normal = mesh->normals[place->triangle]};
+}
+
+struct mesh_place march_mesh_place(const struct station *station) {
+    return (struct mesh_place){.triangle = (int32_t)station->uv[0], .r = station->jet.r};
+}
+
+bool march_mesh_corner(struct march *march, const struct march_cell *at, struct vec3 guess,
+                       struct fishnet_node *node, enum drape_reason *reason) {
+    static const enum drape_reason reasons[] = {
+        [MESH_CORNER_COLLAPSED] = DRAPE_REASON_COLLAPSED,
+        [MESH_CORNER_BOUNDARY] = DRAPE_REASON_BOUNDARY,
+        [MESH_CORNER_NO_CONVERGENCE] = DRAPE_REASON_NO_CONVERGENCE,
+    };
+    struct mesh_cell cell = {.a = march_mesh_place(at->a),
+                             .b = march_mesh_place(at->b),
+                             .c = march_mesh_place(at->c),
+                             .bd = march->settings->spacing[0],
+                             .cd = march->settings->spacing[1],
+                             .guess = guess,
+                             .orientation = at->si * at->sj};
+    struct mesh_corner corner;
+    enum mesh_corner_end end = mesh_corner_solve(march->mesh, &cell, &corner);
+    if (end != MESH_CORNER_FOUND) {
+        *reason = reasons[end];
+        return false;
+    }
+    *node = (struct fishnet_node){.station = march_mesh_station(march->mesh, &corner.place),
+                                  .iterations = corner.steps,
+                                  .residual = corner.residual};
+    return true;
+}
+
+bool march_mesh_arm(const struct march *march, const struct drape_generator *generator,
+                    struct vec3 direction, struct mesh_walk *walk) {
+    struct mesh_place from = march_mesh_place(&march->start.station);
+    if (generator->kind == DRAPE_GENERATOR_PLANE)
+        return mesh_walk_section(walk, march->mesh, &from, vec3_unit(generator->plane_normal),
+                                 direction);
+    return mesh_walk_straight(walk, march->mesh, &from, direction);
+}
+
+bool march_mesh_advance(struct mesh_walk *walk, double chord, struct station *station) {
+    if (mesh_walk_chord(walk, chord) != MESH_WALK_DONE)
+        return false;
+    *station = march_mesh_station(walk->mesh, &walk->place);
+    return true;
+}
+
+bool march_mesh_straight_on(struct march *march, const struct station *from, struct vec3 direction,
+                            double d, struct station *station) {
+    struct mesh_walk walk;
+    struct mesh_place place = march_mesh_place(from);
+    return mesh_walk_straight(&walk, march->mesh, &place, direction) &&
+           march_mesh_advance(&walk, d, station);
+}
