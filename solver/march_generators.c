@@ -5,10 +5,11 @@
 #include "correction.h"
 #include "path.h"
 
-enum { CHORD_ROUNDS = 30 };
+enum { CHORD_ROUNDS = 15 };
 
-/* Relative accuracy of a chord along a generator. */
+/* Relative accuracy of a chord along a generator, and where rounding of its ends hides it. */
 static const double chord_tolerance = 1e-13;
+static const double rounding = 2e-15;
 
 /* Moves the path on until it is the chord d away from where it was: Newton on the length, for
  * which the chord grows at the cosine between chord and tangent. */
@@ -17,16 +18,16 @@ static bool advance_chord(struct path *path, struct surface_cursor *cursor, doub
     struct vec3 tangent;
     if (!path_station(path, cursor, &from, NULL))
         return false;
-    double length = d;
+    double length = d, enough = chord_tolerance * d + rounding * path->surface->magnitude;
     for (int round = 0; round < CHORD_ROUNDS; round++) {
         struct path ahead = *path;
         if (!path_advance(&ahead, length) || !path_station(&ahead, cursor, &to, &tangent))
             return false;
         struct vec3 chord = vec3_sub(to.jet.r, from.jet.r);
         double size = vec3_norm(chord), rate = vec3_dot(chord, tangent) / size;
-        if (fabs(size - d) <= chord_tolerance * d || round == CHORD_ROUNDS - 1) {
+        if (fabs(size - d) <= enough || round == CHORD_ROUNDS - 1) {
             *path = ahead;
-            return fabs(size - d) <= 1e3 * chord_tolerance * d;
+            return fabs(size - d) <= 1e3 * enough;
         }
         if (!(rate > 0.1))
             return false;
