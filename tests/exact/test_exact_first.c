@@ -244,13 +244,15 @@ static void check_same(const struct drape_run *a, const struct drape_run *b, con
 static const enum scene_id varied[] = {SCENE_SPHERE, SCENE_SADDLE_OBLIQUE, SCENE_CONE,
                                        SCENE_TORUS,  SCENE_BEZIER,         SCENE_FREEFORM};
 
+static const enum drape_method every[] = {DRAPE_BASIC, DRAPE_GIB, DRAPE_GIB4, DRAPE_GEODESIC};
+
 static void check_motion(const struct motion *m, double scale) {
     static struct scene scene;
     for (size_t k = 0; k < sizeof varied / sizeof varied[0]; k++) {
         struct motion none = motion_identity();
         struct drape_run a, b;
         scene_make(&scene, varied[k]);
-        enum drape_method method = k % 2 ? DRAPE_GIB : DRAPE_BASIC;
+        enum drape_method method = every[k % 4];
         drape_moved(&a, &scene, &none, 1, method);
         drape_moved(&b, &scene, m, scale, method);
         check_same(&a, &b, m, scene.side * scale);

@@ -76,6 +76,7 @@ static double chord_error(const struct drape_run *run, const double spacing[2]) 
 /* The whole surface: it ends, holds together, and does not lie on itself. */
 static void test_exact_random_covers(void **state) {
     static struct trial trial;
+    static const enum drape_method every[] = {DRAPE_BASIC, DRAPE_GIB, DRAPE_GIB4, DRAPE_GEODESIC};
     double least = 1, mean = 0;
     int rounds = rounds_of(ROUNDS);
     (void)state;
@@ -83,6 +84,7 @@ static void test_exact_random_covers(void **state) {
     for (int round = 0; round < rounds; round++) {
         struct drape_run run;
         trial_make(&trial, first_seed() + (uint64_t)round);
+        trial.settings.method = every[round % 4];
         drape_begin(&run, &trial.shape, &trial.settings);
         double share = cells_area(&run) / shape_area(&trial.shape);
         double coverage = run.result.summary.coverage;
@@ -274,10 +276,10 @@ static void check_deep(const struct trial *trial, int n) {
     error[1] = largest_gap(&run[1].result.nodes, limit, 2);
     double collocated = collocation_error(trial, &run[0].result.nodes, n);
     /* at knots of degrees 2 and 3 curvature or its slope jumps: collocation and one point a cell
-     * lose their order there, the march does not */
+     * lose their order there, and extrapolation its sense */
     bool smooth = trial->shape.degree[0] > 3 && trial->shape.degree[1] > 3;
     double order = order_of(error[0], error[1]);
-    CHECK(trial, smooth ? order > 1.5 && order < 3.6 : order > 0);
+    CHECK(trial, smooth ? order > 1.5 && order < 3.6 : error[1] < 1e-3);
     CHECK(trial, !smooth || fabs(collocated - error[0]) < 0.25 * error[0] + 1e-7);
     CHECK(trial, miss[2] < (smooth ? fmax(miss[0], miss[1]) / 2 + 5e-6 : 2e-3));
     for (int level = 0; level < 3; level++) {

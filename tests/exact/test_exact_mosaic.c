@@ -1,0 +1,284 @@
+/* SPDX-License-Identifier: MIT */
+/* The steps of the method mosaic, in a march of a few lines: on a plane they are exact, on curved
+ * surfaces their net tends to that of basic as the square of the triangles' size. */
+#include "../../solver/mesh_corner.h"
+#include "../../solver/mesh_surface.h"
+#include "../../solver/mesh_walk.h"
+#include "check.h"
+#include "march.h"
+#include "measure.h"
+#include "scenes.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { CELLS = 10, SIDE = 2 * CELLS + 1 };
+
+static const size_t plenty = 4000000;
+
+/* Nodes (i, j), -CELLS..CELLS. */
+struct net {
+    struct mesh_place node[SIDE][SIDE];
+    double residual;
+};
+
+static struct mesh_place *node_at(struct net *net, int i, int j) {
+    return &net->node[j + CELLS][i + CELLS];
+}
+
+static struct mesh *tessellate(struct shape *shape, double size, struct arena *arena) {
+    struct nurbs nurbs = shape_nurbs(shape);
+    struct surface *surface;
+    struct mesh *mesh;
+    assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+    assert_int_equal(mesh_from_surface(surface, size, plenty, arena, &mesh), STATUS_OK);
+    return mesh;
+}
+
+static void march_arm(const struct mesh *mesh, struct net *net, int di, int dj,
+                      struct vec3 direction, double d) {
+    struct mesh_walk walk;
+    assert_true(mesh_walk_straight(&walk, mesh, node_at(net, 0, 0), direction));
+    for (int k = 1; k <= CELLS; k++) {
+        assert_int_equal(mesh_walk_chord(&walk, d), MESH_WALK_DONE);
+        *node_at(net, k * di, k * dj) = walk.place;
+    }
+}
+
+static void march_cell(const struct mesh *mesh, struct net *net, int i, int j, const double d[2]) {
+    int si = i > 0 ? 1 : -1, sj = j > 0 ? 1 : -1;
+    struct mesh_cell cell = {.a = *node_at(net, i - si, j - sj),
+                             .b = *node_at(net, i - si, j),
+                             .c = *node_at(net, i, j - sj),
+                             .bd = d[0],
+                             .cd = d[1],
+                             .orientation = si * sj};
+    struct mesh_corner corner;
+    cell.guess = vec3_sub(vec3_add(cell.b.r, cell.c.r), cell.a.r);
+    assert_int_equal(mesh_corner_solve(mesh, &cell, &corner), MESH_CORNER_FOUND);
+    *node_at(net, i, j) = corner.place;
+    net->residual = fmax(net->residual, corner.residual);
+}
+
+static void march_all(const struct mesh *mesh, struct net *net, const struct plain_setup *setup) {
+    const double *d = setup->spacing;
+    struct vec3 start = shape_point(setup->shape, setup->uv);
+    net->residual = 0;
+    assert_true(mesh_nearest(mesh, start, MESH_ANY, node_at(net, 0, 0), NULL));
+    for (int sign = -1; sign <= 1; sign += 2) {
+        march_arm(mesh, net, sign, 0, vec3_scale(sign, setup->warp), d[0]);
+        march_arm(mesh, net, 0, sign, vec3_scale(sign, setup->weft), d[1]);
+    }
+    for (int j = 1; j <= CELLS; j++)
+        for (int i = 1; i <= CELLS; i++)
+            for (int k = 0; k < 4; k++)
+                march_cell(mesh, net, k & 1 ? -i : i, k & 2 ? -j : j, d);
+}
+
+/* The largest distance between two nets' nodes. */
+static double net_gap(struct net *net, const struct drape_nodes *nodes) {
+    double worst = 0;
+    for (size_t at = 0; at < nodes->count; at++) {
+        struct vec3 r = node_at(net, nodes->i[at], nodes->j[at])->r;
+        worst = fmax(worst, vec3_distance(r, node_point(nodes, (int)at)));
+    }
+    return worst;
+}
+
+static struct plain_setup make_setup(const struct shape *shape, const double uv[2],
+                                     double angle_deg, double d) {
+    struct plain_setup setup = {.shape = shape,
+                                .uv = {uv[0], uv[1]},
+                                .method = DRAPE_BASIC,
+                                .spacing = {d, 0.8 * d},
+                                .n = {CELLS, CELLS}};
+    shape_frame(shape, uv, angle_deg, 0, &setup.warp, &setup.weft);
+    return setup;
+}
+
+/* The mosaic net against the basic one for triangles of d / 2, d / 4, .. d / 32. */
+static void check_order(const char *name, struct shape *shape, const double uv[2], double angle_deg,
+                        double d) {
+    static struct net net;
+    struct plain_setup setup = make_setup(shape, uv, angle_deg, d);
+    struct drape_nodes *nodes = plain_make(&setup);
+    double first = 0, last = 0;
+    printf("  %-20s", name);
+    for (int k = 1; k <= 5; k++) {
+        struct arena *arena = arena_new((size_t)1 << 32);
+        march_all(tessellate(shape, ldexp(d, -k), arena), &net, &setup);
+        assert_true(net.residual <= 1e-12);
+        last = net_gap(&net, nodes) / (CELLS * d);
+        first = k == 1 ? last : first;
+        printf(" %.1e", last);
+        arena_free(arena);
+    }
+    double order = order_of(first, last) / 4;
+    printf("  order %.2f\n", order);
+    assert_true(order > 1.8);
+    assert_true(last < 1e-4);
+    plain_free(nodes);
+}
+
+static void test_exact_mosaic_converges_to_basic(void **state) {
+    static struct shape shape;
+    (void)state;
+    const double patch[2] = {-0.6, 0.6}, middle[2] = {0.03, -0.02};
+    shape_stereographic(&shape, 50, patch, patch);
+    check_order("sphere, 20 deg", &shape, middle, 20, 2.5);
+    check_order("sphere, 67 deg", &shape, middle, 67, 2.5);
+    const double turn[2] = {0, 4}, lower[2] = {1, -2}, upper[2] = {1, 2}, on[2] = {0.48, 0.53};
+    shape_frustum(&shape, turn, lower, upper, 1);
+    check_order("cylinder, 30 deg", &shape, on, 30, 0.1);
+    const double rim[2] = {2, 3};
+    shape_frustum(&shape, turn, lower, rim, 1);
+    check_order("cone, 50 deg", &shape, on, 50, 0.08);
+    const double square[2] = {-1.5, 1.5}, near[2] = {0.1, 0.07};
+    shape_quadric(&shape, 1, -1, square, square);
+    check_order("saddle, 10 deg", &shape, near, 10, 0.09);
+    shape_quadric(&shape, 0.6, 1, square, square);
+    check_order("paraboloid, 35 deg", &shape, near, 35, 0.09);
+}
+
+/* Whatever the triangles: here they come from uneven rows. */
+static void test_exact_mosaic_is_exact_on_a_plane(void **state) {
+    static struct shape shape;
+    static struct net net;
+    const double x[2] = {-2, 3}, y[2] = {-2, 2}, uv[2] = {0.2, 0.1};
+    const struct motion motion = motion_similar(3, vec3_make(1, 2, -1), 1.1, vec3_make(10, -20, 5));
+    (void)state;
+    for (int k = 0; k < 24; k++) {
+        struct arena *arena = arena_new((size_t)1 << 30);
+        shape_plane(&shape, x, y);
+        shape_insert_knot(&shape, 0, 0.37);
+        shape_move(&shape, &motion);
+        struct plain_setup setup = make_setup(&shape, uv, 15.0 * k, 0.3);
+        march_all(tessellate(&shape, k % 2 ? 0.17 : 0.9, arena), &net, &setup);
+        struct vec3 start = node_at(&net, 0, 0)->r;
+        double worst = 0;
+        for (int j = -CELLS; j <= CELLS; j++)
+            for (int i = -CELLS; i <= CELLS; i++) {
+                struct vec3 r = vec3_axpy(i * setup.spacing[0], setup.warp, start);
+                r = vec3_axpy(j * setup.spacing[1], setup.weft, r);
+                worst = fmax(worst, vec3_distance(r, node_at(&net, i, j)->r));
+            }
+        assert_true(worst < 1e-12);
+        arena_free(arena);
+    }
+}
+
+/* Over a crease the net stays square: unrolled, it is that of the plane. */
+static void test_exact_mosaic_is_exact_over_a_crease(void **state) {
+    static struct shape shape;
+    static struct net net;
+    const double uv[2] = {0.43, 0.5}, rise = 0.6;
+    (void)state;
+    for (int k = 0; k < 12; k++) {
+        struct arena *arena = arena_new((size_t)1 << 30);
+        shape_crease(&shape, 1, rise);
+        struct plain_setup setup = make_setup(&shape, uv, 90.0 * k, 0.05);
+        march_all(tessellate(&shape, 0.01 * (k + 1), arena), &net, &setup);
+        struct vec3 start = node_at(&net, 0, 0)->r;
+        double worst = 0;
+        for (int j = -CELLS; j <= CELLS; j++)
+            for (int i = -CELLS; i <= CELLS; i++) {
+                struct vec3 r = node_at(&net, i, j)->r;
+                struct vec3 along = k % 2 ? setup.weft : setup.warp;
+                struct vec3 side = k % 2 ? setup.warp : setup.weft;
+                int across = k % 2 ? i : j;
+                double d = setup.spacing[k % 2 ? 0 : 1];
+                (void)along;
+                worst = fmax(worst, fabs(vec3_dot(vec3_sub(r, start), side) - across * d));
+            }
+        assert_true(worst < 1e-12);
+        arena_free(arena);
+    }
+}
+
+/* Vertices - edges + triangles, those in the same place once: 2 for a sphere, 0 for a torus. */
+static int compare_points(const void *a, const void *b) {
+    const struct vec3 *p = a, *q = b;
+    if (p->x != q->x)
+        return p->x < q->x ? -1 : 1;
+    if (p->y != q->y)
+        return p->y < q->y ? -1 : 1;
+    return (p->z > q->z) - (p->z < q->z);
+}
+
+static long euler_number(const struct mesh *mesh, size_t *rim) {
+    size_t n = mesh->vertex_count, places = 0;
+    struct vec3 *points = malloc(n * sizeof *points);
+    memcpy(points, mesh->vertices, n * sizeof *points);
+    qsort(points, n, sizeof *points, compare_points);
+    for (size_t k = 0; k < n; k++)
+        places += k == 0 || compare_points(&points[k - 1], &points[k]) != 0;
+    free(points);
+    *rim = 0;
+    for (size_t e = 0; e < 3 * mesh->triangle_count; e++)
+        *rim += mesh->twins[e] == MESH_NONE;
+    size_t edges = (3 * mesh->triangle_count + *rim) / 2;
+    return (long)places - (long)edges + (long)mesh->triangle_count;
+}
+
+/* The smallest height over the longest side among all triangles. */
+static double worst_shape(const struct mesh *mesh) {
+    double worst = 1;
+    for (int32_t t = 0; t < (int32_t)mesh->triangle_count; t++) {
+        struct vec3 p[3];
+        double longest2 = 0;
+        mesh_corner_points(mesh, t, p);
+        for (int k = 0; k < 3; k++)
+            longest2 = fmax(longest2, vec3_norm2(vec3_sub(p[(k + 1) % 3], p[k])));
+        struct vec3 cross = vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]));
+        worst = fmin(worst, vec3_norm(cross) / longest2);
+    }
+    return worst;
+}
+
+static void check_closed(const char *name, struct shape *shape, double size, long euler, bool rim,
+                         double area) {
+    for (int transposed = 0; transposed < 2; transposed++) {
+        struct arena *arena = arena_new((size_t)1 << 32);
+        const struct mesh *mesh = tessellate(shape, size, arena);
+        size_t edges;
+        printf("  %-12s %6zu triangles, area %.4f of the true one, shapes %.2f\n", name,
+               mesh->triangle_count, mesh->area / area, worst_shape(mesh));
+        assert_int_equal(mesh->component_count, 1);
+        assert_int_equal(euler_number(mesh, &edges), euler);
+        assert_int_equal(edges > 0, rim);
+        assert_true(fabs(mesh->area / area - 1) < 3e-3);
+        assert_true(worst_shape(mesh) > 0.1);
+        shape_transpose(shape);
+        arena_free(arena);
+    }
+}
+
+static void test_exact_mosaic_closes_seams_and_poles(void **state) {
+    static struct shape shape;
+    (void)state;
+    const double round[2] = {0, 2 * M_PI}, half[2] = {0, M_PI / 2}, all[2] = {-M_PI / 2, M_PI / 2};
+    shape_sphere(&shape, 1, round, all, M_PI / 2);
+    check_closed("sphere", &shape, 0.05, 2, false, 4 * M_PI);
+    check_closed("sphere", &shape, 0.013, 2, false, 4 * M_PI);
+    shape_sphere(&shape, 1, round, half, M_PI / 2);
+    check_closed("hemisphere", &shape, 0.05, 1, true, 2 * M_PI);
+    shape_sphere(&shape, 1, half, half, M_PI / 2);
+    check_closed("octant", &shape, 0.05, 1, true, M_PI / 2);
+    shape_torus(&shape, 2, 0.7, round, round, M_PI / 2);
+    check_closed("torus", &shape, 0.05, 0, false, 4 * M_PI * M_PI * 1.4);
+    const double low[2] = {1, 0}, high[2] = {1, 3}, tip[2] = {0, 3};
+    shape_frustum(&shape, round, low, high, M_PI / 2);
+    check_closed("cylinder", &shape, 0.05, 0, true, 6 * M_PI);
+    shape_frustum(&shape, round, low, tip, M_PI / 2);
+    check_closed("cone", &shape, 0.05, 1, true, M_PI * sqrt(10));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_exact_mosaic_converges_to_basic),
+        cmocka_unit_test(test_exact_mosaic_is_exact_on_a_plane),
+        cmocka_unit_test(test_exact_mosaic_is_exact_over_a_crease),
+        cmocka_unit_test(test_exact_mosaic_closes_seams_and_poles),
+    };
+    return cmocka_run_group_tests_name("exact_mosaic", tests, NULL, NULL);
+}
