@@ -26,8 +26,8 @@ API_OBJ := $(call objects,$(filter-out api/main.c,$(wildcard api/*.c))) \
            $(patsubst %.cc,$(B)/%.o,$(wildcard api/*.cc))
 SERVER_OBJ := $(call objects,$(filter-out server/main.c,$(wildcard server/*.c)))
 LIBS := $(B)/libdrapeserver.a $(B)/libdrapeapi.a $(B)/libdrape.a
-API_LIBS := -ljansson -lsodium -lstdc++ -lpthread -lm
-SERVER_LIBS := -lmicrohttpd -lsqlite3 $(API_LIBS)
+API_LIBS := -ljansson -lsodium -lz -lstdc++ -lpthread -lm
+SERVER_LIBS := -lmicrohttpd -lsqlite3 -lzstd $(API_LIBS)
 
 # A test program is tests/KIND/test_NAME.c with the other files of its folder.
 TEST_SRC := $(wildcard tests/unit/*.c tests/exact/*.c tests/store/*.c)
@@ -56,6 +56,12 @@ $(B)/gen/openapi_json.h: api/openapi.yaml api/embed_openapi.py | $(B)/.setup
 	python3 api/embed_openapi.py $< $@
 $(B)/server/meta.o: $(B)/gen/openapi_json.h
 
+# The powers of ten that the shortest decimals take.
+$(B)/gen/powers.h: api/embed_powers.py | $(B)/.setup
+	@mkdir -p $(@D)
+	python3 $< $@
+$(B)/api/shortest.o: $(B)/gen/powers.h
+
 $(B)/libdrape.a: $(SOLVER_OBJ)
 $(B)/libdrapeapi.a: $(API_OBJ)
 $(B)/libdrapeserver.a: $(SERVER_OBJ)
@@ -77,10 +83,13 @@ $(TESTS): $(B)/%: $(B)/%.o $$(call test_helpers,$$*.c) $(LIBS)
 SANITIZED := OPT=-O1 SANITIZE="-fsanitize=address,undefined -fno-sanitize-recover=all"
 test:
 	@deploy/setup.sh test
-	@$(MAKE) --no-print-directory -s all tests
+	@$(MAKE) --no-print-directory -s all tests tests/readers/node_modules
 	@$(MAKE) --no-print-directory -s B=$(B)/sanitized $(SANITIZED) all tests
 	@tests/run.sh $(B) $(B)/sanitized
 tests: $(TESTS)
+# The validator of glTF, as the lock file pins it.
+tests/readers/node_modules: tests/readers/package-lock.json
+	@npm ci --silent --no-audit --no-fund --prefix tests/readers && touch $@
 
 demo: all
 	@deploy/demo.sh $(B)
@@ -96,8 +105,9 @@ PREFIX ?= /usr/local
 install: all
 	install -D -t $(DESTDIR)$(PREFIX)/bin $(B)/draped $(B)/drape
 
-bench: $(B)/tests/bench/bench_solver
+bench: $(B)/tests/bench/bench_solver $(B)/draped
 	$<
+	tests/bench/bench_formats.sh $(B)
 $(B)/tests/bench/bench_solver: $(B)/tests/bench/bench_solver.o $(B)/libdrapeapi.a $(B)/libdrape.a
 	$(CC) $(LDFLAGS) -o $@ $^ $(API_LIBS)
 

@@ -69,6 +69,7 @@ struct api_columns {
     struct api_summary summary;
     struct api_grid grid;
     struct api_start start;
+    const struct api_unit *unit; /* of lengths; NULL when writing: the default */
     size_t count;
     struct api_column column[API_COLUMNS_MAX];
     uint64_t length; /* of the whole container */

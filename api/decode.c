@@ -266,13 +266,19 @@ static void decode_rest(const struct tree_place *root, struct api_request *reque
         decode_permeability(&permeability, &request->permeability);
 }
 
-/* Permeability models that scale with the fibre volume fraction need one. */
+/* Permeability models that scale with the fibre volume fraction need one, which in a rigid cavity
+ * follows from the thickness. */
 static void check_permeability(const struct tree_place *root, const struct api_request *request) {
     struct tree_place fabric = tree_member(root, "fabric");
     struct tree_place fraction = tree_member(&fabric, "fiber_volume_fraction");
+    struct tree_place thickness = tree_member(&fabric, "thickness");
     enum api_permeability_model model = request->permeability.model;
-    if (model != API_PERMEABILITY_NONE && model != API_PERMEABILITY_TABLE && !tree_given(&fraction))
+    if (model == API_PERMEABILITY_NONE || model == API_PERMEABILITY_TABLE)
+        return;
+    if (!tree_given(&fraction))
         tree_fault(&fraction, "is required by this permeability model");
+    if (request->cavity.rigid && !tree_given(&thickness))
+        tree_fault(&thickness, "is required by this permeability model in a rigid cavity");
 }
 
 static struct api_request default_request(const struct api_limits *limits) {
@@ -302,8 +308,6 @@ enum api_problem_id api_decode(const struct api_input *input, const struct api_l
             request->surface = (struct api_surface){.kind = API_SURFACE_NAMED};
         decode_rest(&root, request);
         check_permeability(&root, request);
-        if (problem->id == API_OK)
-            decode_refuse_unavailable(&root, &surface, request);
     }
     tree_free(&tree);
     return problem->id;
@@ -316,15 +320,11 @@ enum api_problem_id api_decode_surface(const char *bytes, size_t length,
     if (tree_parse(&tree, bytes, length, limits, arena, problem) != API_OK)
         return problem->id;
     struct tree_place root = tree_root(&tree);
-    struct api_request request = default_request(limits);
     decode_surface(&root, surface);
     if (problem->id == API_OK && surface->kind == API_SURFACE_NAMED) {
         struct tree_place degree = tree_member(&root, "degree_u");
         tree_fault(&degree, "is required: a definition, not an id");
     }
-    request.surface = *surface;
-    if (problem->id == API_OK)
-        decode_refuse_unavailable(&root, &root, &request);
     tree_free(&tree);
     return problem->id;
 }

@@ -37,9 +37,4 @@ struct decode_control {
 };
 void decode_control_find(const struct tree_place *owner, struct decode_control *control);
 
-/* Reports what the request (its surface alone decoded, when `root` is that surface) asks for and
- * this version does not do. */
-void decode_refuse_unavailable(const struct tree_place *root, const struct tree_place *surface,
-                               const struct api_request *request);
-
 #endif

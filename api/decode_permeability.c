@@ -4,6 +4,7 @@
 static const struct tree_range permeabilities = {1e-30, 1, false}; /* m^2 */
 static const struct tree_range radii = {1e-9, 1, false};           /* m */
 static const struct tree_range shears = {0, 90, false};            /* deg */
+static const double least_step = 1e-6;                             /* deg */
 
 static bool decode_kozeny_carman(const struct tree_place *place, struct api_permeability *k) {
     static const char *const keys[] = {"model", "k1", "k2", "k3", "at_fiber_volume_fraction", NULL};
@@ -42,11 +43,13 @@ static bool read_column(const struct tree_place *table, const char *key, struct 
     return false;
 }
 
+/* By no less than a measurement can tell, so that slopes between values are finite. */
 static bool check_increasing(const struct tree_place *column, const double *values, size_t count) {
     for (size_t i = 1; i < count; i++) {
-        if (values[i] <= values[i - 1]) {
+        if (values[i] - values[i - 1] < least_step) {
             struct tree_place value = tree_element(column, i);
-            tree_fault(&value, "must be greater than the value before it");
+            tree_fault(&value, "must be greater than the value before it, by at least %g",
+                       least_step);
             return false;
         }
     }

@@ -79,6 +79,7 @@ void directory_write(struct api_text *text, const struct api_columns *header) {
     directory_write_grid(text, &header->grid);
     api_text_key(text, "start");
     write_start(text, &header->start);
+    api_text_key_string(text, "length_unit", header->unit ? header->unit->name : api_units[0].name);
     api_text_key(text, "columns");
     api_text_raw(text, "[");
     for (size_t i = 0; i < header->count; i++) {
@@ -164,6 +165,16 @@ static struct vec3 read_point(const struct tree_place *object, const char *key) 
     return vec3_make(v[0], v[1], v[2]);
 }
 
+static const struct api_unit *read_unit(const struct tree_place *place) {
+    const char *names[API_UNIT_COUNT];
+    int index = 0;
+    for (int k = 0; k < API_UNIT_COUNT; k++)
+        names[k] = api_units[k].name;
+    if (tree_given(place))
+        tree_choice(place, names, API_UNIT_COUNT, &index);
+    return &api_units[index];
+}
+
 /* What encoders may write without escaping it. */
 static bool is_name(const char *text) {
     size_t length = strspn(text, "abcdefghijklmnopqrstuvwxyz0123456789_");
@@ -191,6 +202,8 @@ void directory_read(const struct tree *tree, struct api_columns *columns) {
     struct tree_place summary = tree_member(&root, "summary"), grid = tree_member(&root, "grid");
     struct tree_place start = tree_member(&root, "start"), list = tree_member(&root, "columns");
     struct tree_place spacing = tree_member(&grid, "spacing"), uv = tree_member(&start, "uv");
+    struct tree_place unit = tree_member(&root, "length_unit");
+    columns->unit = read_unit(&unit);
     read_summary(&summary, &columns->summary);
     read_pair(&grid, "warp", columns->grid.warp);
     read_pair(&grid, "weft", columns->grid.weft);

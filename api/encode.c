@@ -6,7 +6,8 @@
 #include <string.h>
 #include <strings.h>
 
-static const struct api_format *const formats[] = {&encode_json, &encode_csv};
+static const struct api_format *const formats[] = {&encode_json, &encode_csv, &encode_vtp,
+                                                   &encode_glb, &encode_npz};
 
 enum { FORMATS = sizeof formats / sizeof *formats };
 
@@ -131,18 +132,23 @@ struct api_encoder *api_encoder_new(const struct api_format *format,
                                     const struct api_encode_options *options,
                                     struct api_problem *problem) {
     struct api_encoder *encoder = malloc(sizeof *encoder);
-    if (!encoder) {
+    void *state = calloc(1, format->state_size ? format->state_size : 1);
+    if (!encoder || !state) {
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to encode the result");
+        free(state);
+        free(encoder);
         return NULL;
     }
     memset(encoder, 0, offsetof(struct api_encoder, values));
+    encoder->state = state;
     encoder->format = format;
     encoder->reader = reader;
     encoder->options = *options;
     strncpy(encoder->id, options->id ? options->id : "", API_ID_SIZE - 1);
     if (api_columns_open(reader, &encoder->columns, problem) != API_OK ||
-        !select_columns(encoder, options->fields, problem)) {
-        free(encoder);
+        !select_columns(encoder, options->fields, problem) ||
+        (format->begin && !format->begin(encoder, problem))) {
+        api_encoder_free(encoder);
         return NULL;
     }
     encoder->options.id = encoder->id;
@@ -177,8 +183,29 @@ ssize_t api_encoder_read(struct api_encoder *encoder, char *buffer, size_t size)
     return length == 0 && encoder->failed ? -1 : (ssize_t)length;
 }
 
+uint64_t api_encoder_length(const struct api_encoder *encoder) {
+    return encoder->length;
+}
+
 void api_encoder_free(struct api_encoder *encoder) {
+    if (encoder && encoder->format->end)
+        encoder->format->end(encoder);
+    if (encoder)
+        free(encoder->state);
     free(encoder);
+}
+
+const struct api_column *encode_selected(const struct api_encoder *encoder, enum api_table table,
+                                         const char *name) {
+    for (size_t i = 0; i < encoder->count; i++)
+        if (encoder->selected[i]->table == table && strcmp(encoder->selected[i]->name, name) == 0)
+            return encoder->selected[i];
+    return NULL;
+}
+
+bool encode_damaged(struct api_problem *problem) {
+    api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
+    return false;
 }
 
 size_t encode_value(const struct api_encoder *encoder, const struct api_column *column,

@@ -55,6 +55,9 @@ struct api_encoder *api_encoder_new(const struct api_format *format,
  * could not be read (what was sent so far is then no document). */
 ssize_t api_encoder_read(struct api_encoder *encoder, char *buffer, size_t size);
 
+/* The length of the whole document, 0 when it is only known at its end. */
+uint64_t api_encoder_length(const struct api_encoder *encoder);
+
 /* NULL is allowed. */
 void api_encoder_free(struct api_encoder *encoder);
 

@@ -34,6 +34,8 @@ struct api_encoder {
     struct api_text piece;
     size_t sent;
     bool ended, failed;
+    uint64_t length; /* of the whole document, set by `begin`; 0: not known beforehand */
+    void *state;     /* the format's own, `state_size` bytes */
     double values[ENCODE_VALUES];
     char buffer[ENCODE_PIECE];
 };
@@ -41,16 +43,29 @@ struct api_encoder {
 struct api_format {
     const char *name, *media_type;
     bool one_table; /* holds the table of the options alone */
+    size_t state_size;
+    /* Prepares the state, which is zero, once the columns are selected; NULL when there is nothing
+     * to prepare. False with the problem set. */
+    bool (*begin)(struct api_encoder *encoder, struct api_problem *problem);
     /* Appends the next piece to `encoder->piece`, which is empty and has ENCODE_PIECE bytes of
      * room; sets `ended` with the last one, or `failed` when the container cannot be read. */
     void (*next)(struct api_encoder *encoder);
+    /* Frees what the state holds; NULL when it holds nothing. Also called when `begin` failed. */
+    void (*end)(struct api_encoder *encoder);
 };
 
-extern const struct api_format encode_json, encode_csv;
+extern const struct api_format encode_json, encode_csv, encode_vtp, encode_glb, encode_npz;
 
 /* Writes one value of a column as the options want it to `text` (ENCODE_VALUE_ROOM bytes); returns
  * its length. */
 size_t encode_value(const struct api_encoder *encoder, const struct api_column *column,
                     double value, char *text);
+
+/* The selected column of that table and name, or NULL. */
+const struct api_column *encode_selected(const struct api_encoder *encoder, enum api_table table,
+                                         const char *name);
+
+/* Sets the problem of a container that lacks what the format needs, or cannot be read; false. */
+bool encode_damaged(struct api_problem *problem);
 
 #endif

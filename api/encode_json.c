@@ -48,15 +48,25 @@ static void write_reasons(struct api_encoder *encoder, size_t count) {
 }
 
 /* Straight into the piece, whose room was made for as many values: this loop is where the time of
- * a large result goes. */
+ * a large result goes. Columns of one value (a fibre volume fraction, say) are common, so a value
+ * that repeats the one before is copied. */
 static void write_numbers(struct api_encoder *encoder, const struct api_column *column,
                           size_t count) {
     struct api_text *piece = &encoder->piece;
-    char *at = piece->bytes + piece->length;
+    const double *values = encoder->values;
+    char *at = piece->bytes + piece->length, last[ENCODE_VALUE_ROOM];
+    size_t length = 0;
     for (size_t i = 0; i < count; i++) {
         if (encoder->row + i > 0)
             *at++ = ',';
-        at += encode_value(encoder, column, encoder->values[i], at);
+        if (i == 0 || memcmp(&values[i], &values[i - 1], sizeof *values) != 0) {
+            length = encode_value(encoder, column, values[i], at);
+            if (i + 1 < count && memcmp(&values[i], &values[i + 1], sizeof *values) == 0)
+                memcpy(last, at, length);
+        } else {
+            memcpy(at, last, ENCODE_VALUE_ROOM);
+        }
+        at += length;
     }
     piece->length = (size_t)(at - piece->bytes);
 }

@@ -1,52 +1,40 @@
 /* SPDX-License-Identifier: MIT */
 #include "fields.h"
 
+#include "../solver/permeability.h"
 #include <math.h>
 #include <string.h>
 
-static const double PI = 3.14159265358979323846;
-
-/* What no arrangement of fibres exceeds in practice, where no packing is given. */
-static const double VF_LIMIT = 0.9;
-
 /* ---- one cell; shear in degrees ---- */
 
-/* A / A0 = 1 / cos gamma; finite, because no double is exactly 90 degrees in radians. */
-static double areal_ratio(double shear_deg) {
-    return 1 / cos(shear_deg * (PI / 180));
-}
-
-/* n t0 */
+/* n t0: the plies of the unsheared fabric */
 static double stack_thickness(const struct api_request *request) {
     return request->fabric.plies * request->fabric.thickness;
 }
 
+/* t = n t0 / cos gamma between flexible faces, else the height: mass conservation. */
 static double thickness(const struct api_request *request, double shear_deg) {
     const struct api_cavity *cavity = &request->cavity;
-    return cavity->rigid ? cavity->height : stack_thickness(request) * areal_ratio(shear_deg);
+    return cavity->rigid ? cavity->height : stack_thickness(request) * permeability_areal_ratio(shear_deg);
 }
 
+/* Vf = Vf0 between flexible faces, else Vf0 (n t0 / h) / cos gamma: mass conservation. It may
+ * exceed what is possible, which `packing_exceeded` tells. */
 static double fiber_volume_fraction(const struct api_request *request, double shear_deg) {
     const struct api_cavity *cavity = &request->cavity;
     double unsheared = request->fabric.fiber_volume_fraction;
     if (!cavity->rigid)
         return unsheared;
-    return unsheared * (stack_thickness(request) / cavity->height) * areal_ratio(shear_deg);
+    return unsheared * (stack_thickness(request) / cavity->height) * permeability_areal_ratio(shear_deg);
 }
 
+/* phi = 1 - Vf */
 static double porosity(const struct api_request *request, double shear_deg) {
     return 1 - fiber_volume_fraction(request, shear_deg);
 }
 
-/* The densest parallel fibres: pi/4 in a square, pi/(2 sqrt 3) in a hexagonal arrangement. */
-static double packing_limit(const struct api_permeability *permeability) {
-    if (permeability->model != API_PERMEABILITY_GEBART)
-        return VF_LIMIT;
-    return permeability->packing == API_PACKING_QUADRATIC ? PI / 4 : PI / (2 * sqrt(3));
-}
-
 static double packing_exceeded(const struct api_request *request, double shear_deg) {
-    return fiber_volume_fraction(request, shear_deg) > packing_limit(&request->permeability);
+    return fiber_volume_fraction(request, shear_deg) > api_packing_limit(&request->permeability);
 }
 
 static double locked(const struct api_request *request, double shear_deg) {
@@ -152,6 +140,18 @@ static void add_nodes(struct api_fields *fields, const struct drape_nodes *nodes
                 columns[k].values);
 }
 
+/* What the permeability follows from was given, or there would be no model. */
+static void add_permeability(struct api_fields *fields, size_t cells) {
+    const struct api_permeability_columns *k = &fields->permeability;
+    const struct {
+        const char *name;
+        const double *values;
+    } columns[] = {{"k1", k->k1},     {"k2", k->k2},     {"k3", k->k3},
+                   {"k1_x", k->k1_x}, {"k1_y", k->k1_y}, {"k1_z", k->k1_z}};
+    for (size_t i = 0; k->k1 && i < sizeof columns / sizeof *columns; i++)
+        add(fields, API_TABLE_CELLS, columns[i].name, cells, fill_real, columns[i].values);
+}
+
 static void add_cells(struct api_fields *fields, const struct drape_cells *cells) {
     const struct {
         const char *name;
@@ -167,7 +167,13 @@ static void add_cells(struct api_fields *fields, const struct drape_cells *cells
     for (size_t k = 0; k < sizeof directions / sizeof *directions; k++)
         add(fields, API_TABLE_CELLS, directions[k].name, cells->count, fill_real,
             directions[k].values);
+    add_permeability(fields, cells->count);
     add_derived(fields, flags, sizeof flags / sizeof *flags, fields->derived + scalar_count);
+    if (!fields->permeability.out_of_table)
+        return;
+    add(fields, API_TABLE_CELLS, "out_of_table", cells->count, fill_real,
+        fields->permeability.out_of_table);
+    fields->source[fields->count - 1].integer = true;
 }
 
 static void add_front(struct api_fields *fields, const struct drape_front *front) {
@@ -176,12 +182,17 @@ static void add_front(struct api_fields *fields, const struct drape_front *front
     add(fields, API_TABLE_FRONT, "reason", front->count, fill_byte, front->reason);
 }
 
-void api_fields_list(struct api_fields *fields, const struct api_request *request,
-                     const struct drape_result *result) {
+enum status api_fields_list(struct api_fields *fields, const struct api_request *request,
+                            const struct drape_result *result, struct arena *arena) {
     *fields = (struct api_fields){.request = request, .result = result};
+    enum status status = api_permeability_columns(request, &result->cells, fiber_volume_fraction,
+                                                  arena, &fields->permeability);
+    if (status != STATUS_OK)
+        return status;
     add_nodes(fields, &result->nodes);
     add_cells(fields, &result->cells);
     add_front(fields, &result->front);
+    return STATUS_OK;
 }
 
 static size_t count_flag(const struct api_derived *flag, const struct api_request *request,

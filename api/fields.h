@@ -7,13 +7,15 @@
  *   flexible cavity:        thickness = n t0 / cos gamma,  Vf = Vf0
  *   rigid cavity, height h: thickness = h,                 Vf = Vf0 (n t0 / h) / cos gamma
  *
- * for n plies of thickness t0. Fields whose inputs the request did not give are left out.
+ * for n plies of thickness t0. The permeability is that of `permeability_columns.h`. Fields whose
+ * inputs the request did not give are left out. What each means is told in `fields.md`.
  */
 #ifndef API_FIELDS_H
 #define API_FIELDS_H
 
 #include "../solver/drape.h"
 #include "columns.h"
+#include "permeability_columns.h"
 #include "request.h"
 #include <stddef.h>
 
@@ -29,13 +31,16 @@ struct api_fields {
         const struct api_fields *fields;
         const struct api_derived *derived;
     } derived[API_DERIVED_MAX];
+    struct api_permeability_columns permeability;
     size_t count;
     struct api_column_source source[API_COLUMNS_MAX];
 };
 
-/* Lists the columns in the order of the contract. */
-void api_fields_list(struct api_fields *fields, const struct api_request *request,
-                     const struct drape_result *result);
+/* Lists the columns in the order of the contract; those of the permeability are computed now, in
+ * `arena`. STATUS_OUT_OF_MEMORY. */
+enum status api_fields_list(struct api_fields *fields, const struct api_request *request,
+                            const struct drape_result *result,
+                            struct arena *arena) STATUS_MUST_USE;
 
 /* How many cells are beyond the locking angle, and beyond the packing limit; 0 where the request
  * does not say. */

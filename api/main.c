@@ -7,6 +7,7 @@
 #include "decode.h"
 #include "digest.h"
 #include "encode.h"
+#include "pattern.h"
 #include "run.h"
 #include <errno.h>
 #include <getopt.h>
@@ -24,7 +25,8 @@ static const char help[] =
     "Drapes a fabric over a surface: reads a drape request (by default from standard\n"
     "input) and writes the result.\n"
     "\n"
-    "  --format FORMAT    json (default) or csv\n"
+    "  --format FORMAT    json (default), csv, vtp, glb or npz; or the flat cut pattern\n"
+    "                     as svg or dxf\n"
     "  -o, --output FILE  where to write; default: standard output. The file appears\n"
     "                     when it is complete, or not at all\n"
     "  --fields LIST      only these columns: nodes.x,cells.shear_deg\n"
@@ -85,6 +87,8 @@ static bool take_option(struct arguments *arguments, const char *name, const cha
     }
     if (strcmp(name, "format") == 0) {
         arguments->format = api_format_named(value);
+        if (!arguments->format)
+            arguments->format = api_pattern_named(value);
         return arguments->format != NULL;
     }
     if (strcmp(name, "threads") == 0) {

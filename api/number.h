@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Decimal text of numbers, by C++17's std::to_chars: no locale, no allocation, the shortest decimal
- * that reads back to the same double. The text is valid JSON and is not zero-terminated.
+ * Decimal text of numbers, by `shortest.h` and C++17's std::to_chars: no locale, no allocation, the
+ * shortest decimal that reads back to the same double. The text is valid JSON and is not
+ * zero-terminated.
  */
 #ifndef API_NUMBER_H
 #define API_NUMBER_H
@@ -23,7 +24,15 @@ enum {
 size_t api_number_shortest(char *text, double value);
 size_t api_number_rounded(char *text, double value, int digits);
 
+/* The text of api_number_shortest, always by the standard library: what the tests compare with. */
+size_t api_number_by_library(char *text, double value);
+
 size_t api_number_integer(char *text, int64_t value);
+
+/* Reads the decimal at the start of the `length` characters at `text`, as JSON has it but also with
+ * nothing before or behind its point; exactly rounded, too small a number is 0. Returns how many
+ * characters it takes, 0 when there is none or it is beyond the doubles. */
+size_t api_number_read(const char *text, size_t length, double *value);
 
 #ifdef __cplusplus
 }

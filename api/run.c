@@ -112,9 +112,13 @@ static enum api_problem_id write_result(const struct api_request *request,
                   .point = result->start_point,
                   .warp = result->start_warp,
                   .weft = result->start_weft},
+        .unit = request->length_unit,
     };
     summarise(request, result, solve_ms, &header.summary);
-    api_fields_list(&fields, request, result);
+    if (api_fields_list(&fields, request, result, arena) != STATUS_OK) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the drape needs more memory than allowed");
+        return problem->id;
+    }
     return api_columns_write(&header, fields.source, fields.count, sink, arena, problem);
 }
 

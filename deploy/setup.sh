@@ -4,8 +4,12 @@
 # that has it all. Usage: deploy/setup.sh build|test
 set -eu
 
-build='gcc g++ libmicrohttpd-dev libjansson-dev libsodium-dev libsqlite3-dev python3-yaml curl jq'
-tests='bats libcmocka-dev clang-format-14 procps'
+build='gcc g++ libmicrohttpd-dev libjansson-dev libsodium-dev libsqlite3-dev zlib1g-dev
+    libzstd-dev python3-yaml curl jq'
+# The second line: readers of result formats that others wrote.
+tests='bats libcmocka-dev clang-format-14 procps
+    python3-vtk9 python3-numpy python3-ezdxf python3-meshio librsvg2-bin unzip'
+command -v npm >/dev/null || tests="$tests nodejs npm"
 
 case "${1:-}" in
 build) wanted=$build ;;

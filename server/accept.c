@@ -69,6 +69,21 @@ int accept_quality(const char *accept, const char *media_type) {
     return wanted;
 }
 
+int accept_coding(const char *accept_encoding, const char *coding) {
+    int others = 0;
+    char item[ITEM_SIZE], name[ITEM_SIZE];
+    while (accept_encoding && next_piece(&accept_encoding, ",", item)) {
+        const char *rest = item;
+        if (!next_piece(&rest, ";", name))
+            continue;
+        if (!strcasecmp(name, coding))
+            return quality(rest);
+        if (!strcmp(name, "*"))
+            others = quality(rest);
+    }
+    return others;
+}
+
 int64_t accept_wait(const char *prefer, int64_t high) {
     char item[ITEM_SIZE];
     while (prefer && next_piece(&prefer, ",;", item)) {

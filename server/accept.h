@@ -10,6 +10,11 @@
  * 1000 the most. The most specific range that matches decides. NULL or blank accepts all. */
 int accept_quality(const char *accept, const char *media_type);
 
+/* How much an Accept-Encoding header (RFC 9110, 12.5.3) wants a coding, in thousandths. What it
+ * does not mention, by name or by `*`, it does not want; that no coding at all is acceptable even
+ * so is the caller's to know. NULL wants none. */
+int accept_coding(const char *accept_encoding, const char *coding);
+
 /* The seconds of `wait=N` in a Prefer header (RFC 7240), at most `high`; 0 without one that can be
  * read, because a preference may be ignored. */
 int64_t accept_wait(const char *prefer, int64_t high);

@@ -105,7 +105,7 @@ enum routes_next events_stream(const struct http_services *services, struct requ
         memcpy(events->id, job.id, sizeof events->id);
         http_watch(request, job.id);
         struct reply_stream stream = {events_next, events_free, events};
-        reply_stream(reply, 200, "text/event-stream", stream);
+        reply_stream(reply, 200, "text/event-stream", stream, 0);
         reply_header(reply, "Cache-Control", "no-store");
         reply_header(reply, "X-Accel-Buffering", "no"); /* nginx would hold events back */
     } else {

@@ -23,9 +23,10 @@ enum {
     HTTP_HEAD_BYTES = 32 * 1024,  /* request line and headers */
     HTTP_POOL_BYTES = 48 * 1024,  /* of a connection: the above, and room for the reply's headers */
     HTTP_BLOCK_BYTES = 16 * 1024, /* asked of a stream at a time */
-    HTTP_TICK_MS = 10,            /* the timer looks no more often than this */
-    HTTP_REAP_MS = 1000,          /* and this often for slow clients */
-    HTTP_GOODBYE_MS = 2000        /* answers under way get this long at the end */
+    HTTP_LARGE_BLOCK_BYTES = 128 * 1024, /* the same when the length is known */
+    HTTP_TICK_MS = 10,                   /* the timer looks no more often than this */
+    HTTP_REAP_MS = 1000,                 /* and this often for slow clients */
+    HTTP_GOODBYE_MS = 2000               /* answers under way get this long at the end */
 };
 
 struct exchange;
@@ -280,8 +281,9 @@ static ssize_t pull(void *context, uint64_t position, char *buffer, size_t size)
 static struct MHD_Response *make_response(struct exchange *exchange) {
     struct reply *reply = &exchange->reply;
     if (reply->streamed)
-        return MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, HTTP_BLOCK_BYTES, pull, exchange,
-                                                 NULL);
+        return MHD_create_response_from_callback(
+            reply->length ? reply->length : MHD_SIZE_UNKNOWN,
+            reply->length ? HTTP_LARGE_BLOCK_BYTES : HTTP_BLOCK_BYTES, pull, exchange, NULL);
     const char *bytes = reply->body ? reply->body : reply->literal;
     /* The bytes live as long as the exchange, and are not written to in spite of the type. */
     return MHD_create_response_from_buffer(reply->length, (void *)(uintptr_t)bytes,
@@ -290,10 +292,10 @@ static struct MHD_Response *make_response(struct exchange *exchange) {
 
 static enum MHD_Result send_reply(struct exchange *exchange) {
     struct reply *reply = &exchange->reply;
-    struct MHD_Response *response =
-        pace_reply(exchange->http->pace, &exchange->client->pace, reply->length)
-            ? make_response(exchange)
-            : NULL;
+    struct MHD_Response *response = pace_reply(exchange->http->pace, &exchange->client->pace,
+                                               reply->streamed ? 0 : reply->length)
+                                        ? make_response(exchange)
+                                        : NULL;
     if (!response)
         return MHD_NO;
     for (size_t k = 0; k < reply->header_count; k++)

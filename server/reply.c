@@ -68,8 +68,10 @@ void reply_empty(struct reply *reply, int status) {
     set_body(reply, status, NULL);
 }
 
-void reply_stream(struct reply *reply, int status, const char *type, struct reply_stream stream) {
+void reply_stream(struct reply *reply, int status, const char *type, struct reply_stream stream,
+                  size_t length) {
     set_body(reply, status, type);
+    reply->length = length;
     reply->streamed = true;
     reply->stream = stream;
 }

@@ -38,7 +38,7 @@ struct reply {
     size_t header_count;
     char *body;          /* malloc'ed, or NULL */
     const char *literal; /* borrowed for good, in place of `body` */
-    size_t length;
+    size_t length;       /* of the body; of a stream 0 when it is not known */
     bool streamed;
     struct reply_stream stream;
 };
@@ -64,7 +64,9 @@ void reply_literal(struct reply *reply, int status, const char *type, const char
 /* No body: 204, 304. */
 void reply_empty(struct reply *reply, int status);
 
-void reply_stream(struct reply *reply, int status, const char *type, struct reply_stream stream);
+/* A stream of `length` bytes, 0 when that is not known. */
+void reply_stream(struct reply *reply, int status, const char *type, struct reply_stream stream,
+                  size_t length);
 
 /* A problem with its own status. The request's id goes into the document. */
 void reply_problem(struct reply *reply, const char *request_id, const struct api_problem *problem);

@@ -26,7 +26,7 @@ routes_handler drapes_create, drapes_list, drapes_status, drapes_request, drapes
 /* events.c */
 routes_handler events_stream;
 /* results.c */
-routes_handler results_get;
+routes_handler results_get, results_pattern;
 /* surfaces.c */
 routes_handler surfaces_create, surfaces_list, surfaces_get, surfaces_delete;
 /* meta.c */

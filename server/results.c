@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "../api/digest.h"
+#include "../api/pattern.h"
 #include "accept.h"
 #include "documents.h"
+#include "pack.h"
 #include "resources.h"
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,34 +13,48 @@ enum { RESULT_HEAD_BYTES = 64 * 1024 }; /* results up to this size are sent with
 
 /* ------------------------------------------------------------------ choosing the format */
 
-static bool choose_format(const struct request *request, struct reply *reply,
+/* The formats of a resource, the default first. */
+typedef const struct api_format *formats_at(size_t index);
+
+static const struct api_format *find_format(formats_at *formats, const char *name) {
+    size_t k = 0;
+    while (formats(k) && strcmp(api_format_name(formats(k)), name) != 0)
+        k++;
+    return formats(k);
+}
+
+static const struct api_format *accepted_format(formats_at *formats, const char *accept) {
+    const struct api_format *best = NULL;
+    int highest = 0;
+    for (size_t k = 0; formats(k); k++) {
+        int quality = accept_quality(accept, api_format_media_type(formats(k)));
+        if (quality <= highest)
+            continue;
+        highest = quality;
+        best = formats(k);
+    }
+    return best;
+}
+
+static bool choose_format(const struct request *request, struct reply *reply, formats_at *formats,
                           struct results_choice *choice) {
     const char *name = request_query(request, "format");
-    const char *accept = request_header(request, "Accept");
-    int best = 0;
-    choice->format = name ? api_format_named(name) : NULL;
-    for (size_t k = 0; !name && api_format_at(k); k++) {
-        const struct api_format *format = api_format_at(k);
-        int quality = accept_quality(accept, api_format_media_type(format));
-        if (quality <= best)
-            continue;
-        best = quality;
-        choice->format = format;
-    }
+    choice->format = name ? find_format(formats, name)
+                          : accepted_format(formats, request_header(request, "Accept"));
     if (choice->format)
         return true;
     char names[128] = "";
-    for (size_t k = 0, used = 0; api_format_at(k) && used < sizeof names; k++)
+    for (size_t k = 0, used = 0; formats(k) && used < sizeof names; k++)
         used += (size_t)snprintf(names + used, sizeof names - used, "%s%s", k ? ", " : "",
-                                 api_format_name(api_format_at(k)));
-    reply_refuse(reply, request->id, API_NOT_ACCEPTABLE, "results are available as %s", names);
+                                 api_format_name(formats(k)));
+    reply_refuse(reply, request->id, API_NOT_ACCEPTABLE, "this is available as %s", names);
     return false;
 }
 
-bool results_choose(const struct request *request, struct reply *reply,
-                    struct results_choice *choice) {
+static bool choose(const struct request *request, struct reply *reply, formats_at *formats,
+                   struct results_choice *choice) {
     memset(choice, 0, sizeof *choice);
-    if (!choose_format(request, reply, choice))
+    if (!choose_format(request, reply, formats, choice))
         return false;
     struct api_problem problem = {0};
     for (size_t k = 0; k < request->query_count; k++)
@@ -50,9 +66,15 @@ bool results_choose(const struct request *request, struct reply *reply,
     return false;
 }
 
-/* The entity tag: the bytes of a drape's result depend on nothing but its id and the choice. */
+bool results_choose(const struct request *request, struct reply *reply,
+                    struct results_choice *choice) {
+    return choose(request, reply, api_format_at, choice);
+}
+
+/* The entity tag: the bytes of a drape's result depend on nothing but its id, the choice and the
+ * coding. */
 static void make_etag(const struct store_job *job, const struct results_choice *choice,
-                      char etag[96]) {
+                      enum pack_coding coding, char etag[96]) {
     char text[512], digest[API_ID_SIZE];
     const struct api_encode_options *options = &choice->options;
     const char *fields = options->fields ? options->fields : "";
@@ -60,7 +82,8 @@ static void make_etag(const struct store_job *job, const struct results_choice *
     snprintf(text, sizeof text, "%s %d %d %s", api_format_name(choice->format), (int)options->table,
              options->precision, digest);
     api_digest_bytes(text, strlen(text), digest);
-    snprintf(etag, 96, "\"%s-%.8s\"", job->id, digest);
+    snprintf(etag, 96, "\"%s-%.8s%s%s\"", job->id, digest, coding ? "-" : "",
+             coding ? pack_name(coding) : "");
 }
 
 /* ------------------------------------------------------------------ the stream */
@@ -144,26 +167,39 @@ static struct source *source_new(struct store *store, const struct store_result 
 
 /* ------------------------------------------------------------------ the answer */
 
+static void reply_packed(const struct request *request, enum pack_coding coding, const char *type,
+                         struct reply_stream stream, struct reply *reply) {
+    if (!pack_stream(coding, &stream)) {
+        stream.free(stream.context);
+        reply_refuse(reply, request->id, API_UNAVAILABLE, "there is no memory for this now");
+        return;
+    }
+    reply_header(reply, "Content-Encoding", "%s", pack_name(coding));
+    reply_stream(reply, 200, type, stream, 0);
+}
+
 static void reply_source(const struct request *request, const struct results_choice *choice,
-                         struct source *source, struct reply *reply) {
+                         enum pack_coding coding, struct source *source, struct reply *reply) {
     const char *type = api_format_media_type(choice->format);
+    struct reply_stream stream = {source_next, source_free, source};
     bool whole;
     if (!source_begin(source, &whole)) {
         source_free(source);
         reply_refuse(reply, request->id, API_INTERNAL, "the stored result cannot be read");
+    } else if (coding != PACK_IDENTITY) {
+        reply_packed(request, coding, type, stream, reply);
     } else if (whole) {
         reply_bytes(reply, 200, type, source->head, source->head_length);
         source->head = NULL;
         source_free(source);
     } else {
-        struct reply_stream stream = {source_next, source_free, source};
-        reply_stream(reply, 200, type, stream);
+        reply_stream(reply, 200, type, stream, api_encoder_length(source->encoder));
     }
 }
 
 static void reply_result(const struct http_services *services, const struct request *request,
                          const struct store_job *job, const struct results_choice *choice,
-                         struct reply *reply) {
+                         enum pack_coding coding, struct reply *reply) {
     struct store_result result;
     enum store_answer answer = store_result_find(services->store, job->id, &result);
     if (answer == STORE_EMPTY) {
@@ -177,7 +213,7 @@ static void reply_result(const struct http_services *services, const struct requ
     struct api_problem problem = {0};
     struct source *source = source_new(services->store, &result, job, choice, &problem);
     if (source)
-        reply_source(request, choice, source, reply);
+        reply_source(request, choice, coding, source, reply);
     else
         reply_problem(reply, request->id, &problem);
 }
@@ -201,31 +237,47 @@ void results_reply(const struct http_services *services, const struct request *r
         reply_refuse(reply, request->id, API_GONE,
                      "the result was kept for --retention hours and has been removed");
     } else {
-        make_etag(job, choice, etag);
+        enum pack_coding coding = pack_choose(request_header(request, "Accept-Encoding"));
+        make_etag(job, choice, coding, etag);
         if (!strcmp(request->method, "POST") ||
             !accept_etag_known(request_header(request, "If-None-Match"), etag))
-            reply_result(services, request, job, choice, reply);
+            reply_result(services, request, job, choice, coding, reply);
         else
             reply_empty(reply, 304);
         if (reply->status < 400) {
             reply_header(reply, "ETag", "%s", etag);
-            reply_header(reply, "Vary", "Accept");
+            reply_header(reply, "Vary", "Accept, Accept-Encoding");
             reply_header(reply, "Cache-Control", "private, no-cache");
         }
     }
 }
 
-enum routes_next results_get(const struct http_services *services, struct request *request,
-                             struct reply *reply) {
-    struct results_choice choice;
+static enum routes_next reply_ended(const struct http_services *services, struct request *request,
+                                    const struct results_choice *choice, struct reply *reply) {
     struct store_job job = {0};
-    if (results_choose(request, reply, &choice) && resources_job(services, request, reply, &job)) {
+    if (resources_job(services, request, reply, &job)) {
         if (store_status_ended(job.status))
-            results_reply(services, request, &job, &choice, reply);
+            results_reply(services, request, &job, choice, reply);
         else
             reply_refuse(reply, request->id, API_RESULT_NOT_READY, "the drape is %s",
                          store_status_name(job.status));
     }
     store_job_clear(&job);
     return ROUTES_DONE;
+}
+
+enum routes_next results_get(const struct http_services *services, struct request *request,
+                             struct reply *reply) {
+    struct results_choice choice;
+    if (!results_choose(request, reply, &choice))
+        return ROUTES_DONE;
+    return reply_ended(services, request, &choice, reply);
+}
+
+enum routes_next results_pattern(const struct http_services *services, struct request *request,
+                                 struct reply *reply) {
+    struct results_choice choice;
+    if (!choose(request, reply, api_pattern_at, &choice))
+        return ROUTES_DONE;
+    return reply_ended(services, request, &choice, reply);
 }

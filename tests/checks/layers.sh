@@ -24,5 +24,7 @@ forbid api '\.\./server|microhttpd|sqlite3' 'the api does not know the server'
 only microhttpd.h 'server/http\.c'
 only sqlite3.h 'server/db\.c'
 only jansson.h 'api/tree(_parse)?\.c|server/documents\.c'
+only zlib.h 'api/(encode_npz|lcmsim)\.c|server/pack\.c'
+only zstd.h 'server/pack\.c'
 only sodium.h 'api/digest\.c|server/(id|store_sqlite_jobs)\.c'
 exit $bad

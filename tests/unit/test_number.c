@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "../../api/number.h"
+#include "../../api/shortest.h"
 
 #include "check.h"
 #include "support.h"
@@ -71,6 +72,28 @@ static void test_number_shortest_reads_back_to_the_same_bits(void **state) {
     }
 }
 
+/* The fast way for the magnitudes of results writes what the library writes for all. */
+static void test_number_shortest_is_the_text_of_the_standard_library(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    size_t fast = 0;
+    for (int i = 0; i < 1000000; i++) {
+        char text[API_NUMBER_SIZE], expected[API_NUMBER_SIZE];
+        double value = i % 4 ? random_between(&random, -1, 1) *
+                                   pow(10, random_between(&random, i % 2 ? -20 : -4, 18))
+                             : random_double(&random);
+        if (i % 8 == 1) /* few digits */
+            value = round(value * 1e3) / 1e3;
+        if (i % 8 == 2) /* the ends of intervals of two lengths */
+            value = ldexp(1, random_index(&random, 2100) - 1060);
+        fast += shortest_write(text, value) > 0;
+        size_t length = api_number_shortest(text, value);
+        assert_int_equal(length, api_number_by_library(expected, value));
+        assert_memory_equal(text, expected, length);
+    }
+    assert_true(fast > 500000);
+}
+
 static void test_number_shortest_is_no_longer_than_any_rounding(void **state) {
     (void)state;
     struct random random = random_begin(__func__);
@@ -131,6 +154,7 @@ static void test_number_integer_writes_all_of_int64(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_number_shortest_reads_back_to_the_same_bits),
+        cmocka_unit_test(test_number_shortest_is_the_text_of_the_standard_library),
         cmocka_unit_test(test_number_shortest_is_no_longer_than_any_rounding),
         cmocka_unit_test(test_number_shortest_of_known_values),
         cmocka_unit_test(test_number_rounded_is_correctly_rounded),

@@ -1,0 +1,304 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""A client for draped, in one file and with nothing but the standard library.
+
+    import draped
+
+    client = draped.Client("http://127.0.0.1:8080")
+    drape = client.submit({"surface": ..., "fabric": {"spacing": 0.01}})
+    client.wait(drape)                             # a progress bar, on a terminal
+    result = client.result(drape)                  # {"summary", "grid", "nodes", "cells", "front"}
+    print(max(result["cells"]["shear_deg"]))       # NumPy arrays where NumPy is installed
+    client.save(drape, "net.vtp")                  # the format by the name's ending
+    fields = client.map(drape, "mould.bdf")        # the fields on your own mesh
+    client.save_map(drape, "mould.bdf", "case.zip", format="lcmsim")
+
+Every error of the service is a `DrapedError` with the service's own words. As a program:
+
+    python3 draped.py request.json -o net.vtp --url http://127.0.0.1:8080
+"""
+
+from __future__ import annotations
+
+import argparse
+import http.client
+import io
+import json
+import os
+import shutil
+import sys
+import time
+import urllib.error
+import urllib.parse
+import urllib.request
+import uuid
+from typing import IO, Any, Callable, Mapping, Optional, Union
+
+try:
+    import numpy
+except ImportError:
+    numpy = None  # type: ignore[assignment]
+
+__all__ = ["Client", "DrapedError"]
+
+Json = dict[str, Any]
+Mesh = Union[str, os.PathLike, Mapping[str, Any]]
+
+RESULT_FORMATS = ("json", "csv", "vtp", "glb", "npz")
+PATTERN_FORMATS = ("svg", "dxf")
+RETRIES = 4  # after a connection that failed, or an answer that asks to come later
+
+
+class DrapedError(Exception):
+    """What the service answered (RFC 9457), or a drape that did not succeed.
+
+    `slug` names the kind of problem ("invalid-request"), `status` is the HTTP status, `detail` a
+    sentence, `errors` the places in the request: [{"pointer", "detail"}]. `request_id` is what to
+    look for in the service's log.
+    """
+
+    def __init__(self, status: int, problem: Mapping[str, Any]) -> None:
+        self.status = status
+        self.slug = str(problem.get("type", "")).rpartition("/")[2] or "unknown"
+        self.detail = str(problem.get("detail") or problem.get("title") or f"HTTP {status}")
+        self.pointer: Optional[str] = problem.get("pointer")
+        self.errors: list[Json] = list(problem.get("errors", []))
+        self.request_id: Optional[str] = problem.get("request_id")
+        places = "".join(f"\n  {e.get('pointer', '')}: {e.get('detail', '')}" for e in self.errors)
+        super().__init__(f"{self.slug}: {self.detail}{places}")
+
+
+def _problem(error: urllib.error.HTTPError) -> DrapedError:
+    try:
+        document = json.loads(error.read())
+    except ValueError:
+        document = {}
+    return DrapedError(error.code, document if isinstance(document, dict) else {})
+
+
+def _column(values: list[Any]) -> Any:
+    return numpy.array(values) if numpy is not None else values
+
+
+def _table(columns: Mapping[str, list[Any]]) -> Json:
+    return {name: _column(values) for name, values in columns.items()}
+
+
+class _Bar:
+    """A line on a terminal that says how far a drape is; silent elsewhere."""
+
+    WIDTH = 30
+
+    def __init__(self, stream: IO[str]) -> None:
+        self.stream = stream
+        self.shown = stream.isatty()
+
+    def show(self, status: Json) -> None:
+        if not self.shown:
+            return
+        done = round(self.WIDTH * float(status["progress"]))
+        bar = "#" * done + "-" * (self.WIDTH - done)
+        text = f"\r[{bar}] {100 * float(status['progress']):3.0f} % {status['status']:<10}"
+        self.stream.write(text)
+        self.stream.flush()
+
+    def close(self) -> None:
+        if self.shown:
+            self.stream.write("\n")
+            self.stream.flush()
+
+
+class Client:
+    """Calls one service. `token` is sent as a bearer token; `timeout` (seconds) bounds how long the
+    service may be silent."""
+
+    def __init__(self, url: str = "http://127.0.0.1:8080", token: Optional[str] = None,
+                 timeout: float = 120) -> None:
+        self.url = url.rstrip("/")
+        self.token = token
+        self.timeout = timeout
+
+    # ---- calls ----
+
+    def _open(self, method: str, path: str, body: Optional[bytes] = None,
+              headers: Optional[Mapping[str, str]] = None, **query: Any) -> http.client.HTTPResponse:
+        """One call that may be repeated safely; tries again when the service is not there or asks
+        to come later."""
+        given = {name: value for name, value in query.items() if value is not None}
+        address = self.url + path + ("?" + urllib.parse.urlencode(given) if given else "")
+        request = urllib.request.Request(address, data=body, method=method,
+                                         headers=dict(headers or {}))
+        if self.token:
+            request.add_header("Authorization", f"Bearer {self.token}")
+        for attempt in range(RETRIES + 1):
+            pause = 0.25 * 2**attempt
+            try:
+                return urllib.request.urlopen(request, timeout=self.timeout)
+            except urllib.error.HTTPError as error:
+                if error.code not in (429, 503) or attempt == RETRIES:
+                    raise _problem(error) from None
+                asked = error.headers.get("Retry-After", "")
+                pause = min(float(asked), 60) if asked.isdigit() else pause
+            except (urllib.error.URLError, ConnectionError, http.client.HTTPException):
+                if attempt == RETRIES:
+                    raise
+            time.sleep(pause)
+        raise AssertionError("unreachable")
+
+    def _json(self, method: str, path: str, body: Optional[bytes] = None,
+              headers: Optional[Mapping[str, str]] = None, **query: Any) -> Json:
+        with self._open(method, path, body, headers, **query) as answer:
+            return json.load(answer)
+
+    def _write(self, answer: http.client.HTTPResponse, path: Union[str, os.PathLike]) -> None:
+        """The file appears when it is complete, or not at all."""
+        unfinished = f"{os.fspath(path)}.part"
+        try:
+            with answer, open(unfinished, "wb") as file:
+                shutil.copyfileobj(answer, file, 1 << 20)
+            os.replace(unfinished, path)
+        finally:
+            if os.path.exists(unfinished):
+                os.remove(unfinished)
+
+    # ---- drapes ----
+
+    def submit(self, request: Mapping[str, Any]) -> str:
+        """Queues a drape request (a dict as in the service's openapi.yaml); its id. A request that
+        is repeated because the connection broke is not done twice."""
+        headers = {"Content-Type": "application/json", "Idempotency-Key": str(uuid.uuid4())}
+        body = json.dumps(request, allow_nan=False).encode()
+        return self._json("POST", "/v1/drapes", body, headers)["id"]
+
+    def status(self, drape: str, wait: int = 0) -> Json:
+        """The status document; with `wait` (seconds, at most 60) once the drape ends or they are
+        over."""
+        return self._json("GET", f"/v1/drapes/{drape}", wait=wait or None)
+
+    def wait(self, drape: str, timeout: Optional[float] = None,
+             progress: Optional[Callable[[Json], None]] = None) -> Json:
+        """Waits until the drape has succeeded; its status document. `progress` is called with every
+        status; without it there is a bar on standard error when that is a terminal.
+
+        Raises DrapedError when the drape failed or was cancelled, TimeoutError after `timeout`
+        seconds."""
+        until = None if timeout is None else time.monotonic() + timeout
+        bar = _Bar(sys.stderr)
+        try:
+            while True:
+                status = self.status(drape, wait=1)
+                (progress or bar.show)(status)
+                if status["status"] not in ("queued", "running"):
+                    break
+                if until is not None and time.monotonic() > until:
+                    raise TimeoutError(f"drape {drape} is still {status['status']}")
+        finally:
+            if progress is None:
+                bar.close()
+        if status["status"] == "succeeded":
+            return status
+        problem = status.get("error") or {"type": "/problems/cancelled", "detail": "cancelled"}
+        raise DrapedError(int(problem.get("status", 409)), problem)
+
+    def cancel(self, drape: str) -> Json:
+        """Stops it; the status document."""
+        return self._json("POST", f"/v1/drapes/{drape}/cancel", b"")
+
+    def delete(self, drape: str) -> None:
+        """Removes the drape and its result."""
+        self._open("DELETE", f"/v1/drapes/{drape}").close()
+
+    # ---- results ----
+
+    def result(self, drape: str, fields: Optional[list[str]] = None) -> Json:
+        """The result of a drape that has succeeded: `summary`, `grid`, and the tables `nodes`,
+        `cells` and `front` as dicts of columns, NumPy arrays where NumPy is installed, else lists.
+        `fields` (["nodes.x", "cells.k1"]) asks for these columns alone."""
+        path = f"/v1/drapes/{drape}/result"
+        chosen = None if fields is None else ",".join(fields)
+        if numpy is None or (fields and any(name.startswith("front.") for name in fields)):
+            document = self._json("GET", path, fields=chosen)
+            return {**document, **{t: _table(document.get(t, {})) for t in ("nodes", "cells", "front")}}
+        # NumPy's own format is many times faster to read; it has no names, and no summary.
+        small = "front.i,front.j,front.reason"
+        document = self._json("GET", path, fields=small)
+        tables: dict[str, Json] = {"nodes": {}, "cells": {}, "front": {}}
+        with self._open("GET", path, format="npz", fields=chosen) as answer:
+            with numpy.load(io.BytesIO(answer.read())) as arrays:
+                for name in arrays.files:
+                    table, _, column = name.partition(".")
+                    tables[table][column] = arrays[name]
+        tables["front"] = _table(document["front"]) if fields is None else {}
+        return {**document, **tables}
+
+    def save(self, drape: str, path: Union[str, os.PathLike], format: Optional[str] = None,
+             **options: Any) -> None:
+        """Saves the result (json, csv, vtp, glb, npz) or the flat cut pattern (svg, dxf) to a file;
+        the format by its name's ending unless given. `options` are the query parameters `table`,
+        `fields` and `precision`."""
+        name = format or os.path.splitext(os.fspath(path))[1].lstrip(".").lower()
+        if name not in RESULT_FORMATS + PATTERN_FORMATS:
+            known = ", ".join(RESULT_FORMATS + PATTERN_FORMATS)
+            raise ValueError(f"{name!r} is no format; there are {known}")
+        what = "pattern" if name in PATTERN_FORMATS else "result"
+        self._write(self._open("GET", f"/v1/drapes/{drape}/{what}", format=name, **options), path)
+
+    # ---- the fields on a mesh ----
+
+    def _open_map(self, drape: str, mesh: Mesh, format: str,
+                  options: Mapping[str, Any]) -> http.client.HTTPResponse:
+        path = f"/v1/drapes/{drape}/map"
+        if isinstance(mesh, Mapping):
+            body = json.dumps({**mesh, **options}, allow_nan=False).encode()
+            return self._open("POST", path, body, {"Content-Type": "application/json"}, format=format)
+        with open(mesh, "rb") as file:
+            return self._open("POST", path, file.read(), {"Content-Type": "text/x-nastran"},
+                              format=format, **options)
+
+    def map(self, drape: str, mesh: Mesh, **options: Any) -> Json:
+        """The drape's fields on a mesh: the name of a Nastran bulk-data file, or a dict
+        {"points": [[x, y, z], ...]} or {"mesh": {"vertices", "triangles"}}. The columns that the
+        service answers with, one value for each element or point, arrays where NumPy is
+        installed."""
+        with self._open_map(drape, mesh, "json", options) as answer:
+            document = json.load(answer)
+        return {name: _column(value) if isinstance(value, list) else
+                _table(value) if name == "cells" else value for name, value in document.items()}
+
+    def save_map(self, drape: str, mesh: Mesh, path: Union[str, os.PathLike],
+                 format: Optional[str] = None, **options: Any) -> Optional[str]:
+        """Saves them to a file: json, csv, vtu, or lcmsim (a zip). For lcmsim: what the binning
+        costs, as the service tells it in the header Draped-Binning."""
+        name = format or os.path.splitext(os.fspath(path))[1].lstrip(".").lower()
+        answer = self._open_map(drape, mesh, name, options)
+        binning = answer.headers.get("Draped-Binning")
+        self._write(answer, path)
+        return binning
+
+
+def main() -> int:
+    """Drapes a request from a file and saves the result."""
+    parser = argparse.ArgumentParser(description="Drape a request and save the result.")
+    parser.add_argument("request", help="a drape request, JSON; - for the standard input")
+    parser.add_argument("-o", "--output", required=True,
+                        help="json, csv, vtp, glb, npz, svg or dxf, by its ending")
+    parser.add_argument("--url", default=os.environ.get("DRAPED_URL", "http://127.0.0.1:8080"))
+    parser.add_argument("--token", default=os.environ.get("DRAPED_TOKEN"))
+    arguments = parser.parse_args()
+    client = Client(arguments.url, arguments.token)
+    try:
+        with open(0 if arguments.request == "-" else arguments.request, encoding="utf-8") as file:
+            drape = client.submit(json.load(file))
+        status = client.wait(drape)
+        client.save(drape, arguments.output)
+    except (DrapedError, OSError, ValueError) as error:
+        print(f"draped: {error}", file=sys.stderr)
+        return 1
+    summary = status["summary"]
+    print(f"{drape}: {summary['outcome']}, {summary['nodes']} nodes, "
+          f"shear up to {summary['max_shear_deg']:.2f} deg")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

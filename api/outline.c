@@ -1,0 +1,247 @@
+/* SPDX-License-Identifier: MIT */
+#include "outline.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { BLOCK = 1024 };
+
+/* Cells first .. last - 1 of a row. */
+struct run {
+    int32_t first, last;
+};
+
+struct row {
+    int32_t j;
+    struct run *runs;
+    size_t count, capacity;
+};
+
+/* A side of the outline, from one lattice point to another. */
+struct side {
+    int32_t i, j, to_i, to_j;
+    bool used;
+};
+
+struct builder {
+    struct row below, row; /* the row before, the one that grows */
+    struct side *sides;
+    size_t count, capacity;
+    bool failed; /* no memory */
+};
+
+/* Room for one more element of `size` bytes; false without memory. */
+static bool grow(void **elements, size_t count, size_t *capacity, size_t size) {
+    if (count < *capacity)
+        return true;
+    size_t wanted = *capacity ? 2 * *capacity : 64;
+    void *larger = realloc(*elements, wanted * size);
+    if (!larger)
+        return false;
+    *elements = larger;
+    *capacity = wanted;
+    return true;
+}
+
+static void add_side(struct builder *builder, int32_t i, int32_t j, int32_t to_i, int32_t to_j) {
+    void *sides = builder->sides;
+    if (!grow(&sides, builder->count, &builder->capacity, sizeof *builder->sides))
+        builder->failed = true;
+    builder->sides = sides;
+    if (!builder->failed)
+        builder->sides[builder->count++] = (struct side){i, j, to_i, to_j, false};
+}
+
+/* ---- sides ---- */
+
+/* The place of the k-th end of a row's runs, INT32_MAX behind the last. */
+static int32_t end_at(const struct row *row, size_t k) {
+    if (k / 2 >= row->count)
+        return INT32_MAX;
+    return k % 2 ? row->runs[k / 2].last : row->runs[k / 2].first;
+}
+
+/* The sides on the line j between two rows: where only one of them has cells. */
+static void close_line(struct builder *builder, int32_t j, const struct row *below,
+                       const struct row *above) {
+    size_t ends[2] = {0, 0};
+    int32_t from = 0;
+    for (;;) {
+        int32_t next[2] = {end_at(below, ends[0]), end_at(above, ends[1])};
+        int32_t to = next[0] < next[1] ? next[0] : next[1];
+        bool in_below = ends[0] % 2, in_above = ends[1] % 2;
+        if (in_above && !in_below)
+            add_side(builder, from, j, to, j);
+        if (in_below && !in_above)
+            add_side(builder, to, j, from, j);
+        if (to == INT32_MAX)
+            return;
+        for (int k = 0; k < 2; k++)
+            ends[k] += next[k] == to;
+        from = to;
+    }
+}
+
+/* The row is complete: its sides, and those on the line under it. */
+static void finish_row(struct builder *builder) {
+    static const struct row none = {0};
+    struct row *row = &builder->row, *below = &builder->below;
+    if (row->count == 0)
+        return;
+    bool adjacent = below->count > 0 && below->j == row->j - 1;
+    if (below->count > 0 && !adjacent)
+        close_line(builder, below->j + 1, below, &none);
+    close_line(builder, row->j, adjacent ? below : &none, row);
+    for (size_t k = 0; k < row->count; k++) {
+        add_side(builder, row->runs[k].last, row->j, row->runs[k].last, row->j + 1);
+        add_side(builder, row->runs[k].first, row->j + 1, row->runs[k].first, row->j);
+    }
+    struct row swap = *below;
+    *below = *row;
+    *row = swap;
+    row->count = 0;
+}
+
+static void add_cell(struct builder *builder, int32_t i, int32_t j) {
+    struct row *row = &builder->row;
+    if (row->count > 0 && row->j != j)
+        finish_row(builder);
+    row->j = j;
+    if (row->count > 0 && row->runs[row->count - 1].last == i) {
+        row->runs[row->count - 1].last = i + 1;
+        return;
+    }
+    void *runs = row->runs;
+    if (!grow(&runs, row->count, &row->capacity, sizeof *row->runs))
+        builder->failed = true;
+    row->runs = runs;
+    if (!builder->failed)
+        row->runs[row->count++] = (struct run){i, i + 1};
+}
+
+/* Widens the bounds by a cell; false when it does not come after the one before. */
+static bool follows(struct outline *outline, bool first, const int32_t *before, int32_t i,
+                    int32_t j) {
+    const int32_t low[2] = {i, j};
+    for (int k = 0; k < 2; k++) {
+        if (first || low[k] < outline->low[k])
+            outline->low[k] = low[k];
+        if (first || low[k] + 1 > outline->high[k])
+            outline->high[k] = low[k] + 1;
+    }
+    return first || j > before[1] || (j == before[1] && i > before[0]);
+}
+
+static bool read_cells(struct builder *builder, struct outline *outline,
+                       const struct api_reader *reader, const struct api_columns *columns) {
+    const struct api_column *column[2] = {api_columns_find(columns, API_TABLE_CELLS, "i"),
+                                          api_columns_find(columns, API_TABLE_CELLS, "j")};
+    static const struct row none = {0};
+    double block[2][BLOCK];
+    int32_t before[2] = {0, 0};
+    size_t rows = column[0] && column[1] ? column[0]->rows : 0;
+    for (size_t first = 0, count; first < rows; first += count) {
+        count = rows - first < BLOCK ? rows - first : BLOCK;
+        if (!api_columns_read(reader, column[0], first, count, block[0]) ||
+            !api_columns_read(reader, column[1], first, count, block[1]))
+            return false;
+        for (size_t k = 0; k < count && !builder->failed; k++) {
+            int32_t i = (int32_t)block[0][k], j = (int32_t)block[1][k];
+            if (!follows(outline, first + k == 0, before, i, j))
+                return false;
+            add_cell(builder, i, j);
+            before[0] = i;
+            before[1] = j;
+        }
+    }
+    finish_row(builder);
+    if (builder->below.count > 0 && !builder->failed)
+        close_line(builder, builder->below.j + 1, &builder->below, &none);
+    return column[0] && column[1];
+}
+
+/* ---- polygons ---- */
+
+static int compare_starts(const void *a, const void *b) {
+    const struct side *x = a, *y = b;
+    return x->j != y->j ? (x->j > y->j) - (x->j < y->j) : (x->i > y->i) - (x->i < y->i);
+}
+
+static bool add_point(struct outline *outline, const struct side *side) {
+    void *points = outline->points;
+    bool room = grow(&points, outline->count, &outline->capacity, sizeof *outline->points);
+    outline->points = points;
+    if (room)
+        outline->points[outline->count++] = (struct outline_point){side->i, side->j, false};
+    return room;
+}
+
+static int sign(int32_t value) {
+    return (value > 0) - (value < 0);
+}
+
+/* > 0 where the outline turns left from one side to the next, 0 where it goes straight on. */
+static int turn(const struct side *side, const struct side *next) {
+    int a[2] = {sign(side->to_i - side->i), sign(side->to_j - side->j)};
+    int b[2] = {sign(next->to_i - next->i), sign(next->to_j - next->j)};
+    return a[0] * b[1] - a[1] * b[0];
+}
+
+/* The side that begins where this one ends; where two do, the one to the left, which keeps cells
+ * that touch at a corner apart. */
+static struct side *find_next(struct builder *builder, const struct side *side) {
+    struct side key = {.i = side->to_i, .j = side->to_j}, *end = builder->sides + builder->count;
+    struct side *found =
+        bsearch(&key, builder->sides, builder->count, sizeof *found, compare_starts);
+    struct side *best = NULL;
+    while (found && found > builder->sides && compare_starts(found - 1, &key) == 0)
+        found--;
+    for (; found && found < end && compare_starts(found, &key) == 0; found++)
+        if (!found->used && (!best || turn(side, found) > turn(side, best)))
+            best = found;
+    return best;
+}
+
+/* The polygon of a side that lies along i: it begins at a corner. */
+static bool trace(struct builder *builder, struct outline *outline, struct side *side) {
+    bool corner = true;
+    while (side) {
+        if (corner && !add_point(outline, side))
+            return false;
+        side->used = true;
+        struct side *next = find_next(builder, side);
+        corner = next && turn(side, next) != 0;
+        side = next;
+    }
+    outline->points[outline->count - 1].last = true;
+    return true;
+}
+
+static bool trace_all(struct builder *builder, struct outline *outline) {
+    if (builder->count > 0)
+        qsort(builder->sides, builder->count, sizeof *builder->sides, compare_starts);
+    for (size_t k = 0; k < builder->count; k++) {
+        struct side *side = &builder->sides[k];
+        if (!side->used && side->j == side->to_j && !trace(builder, outline, side))
+            return false;
+    }
+    return true;
+}
+
+enum api_problem_id outline_make(struct outline *outline, const struct api_reader *reader,
+                                 const struct api_columns *columns, struct api_problem *problem) {
+    struct builder builder = {0};
+    if (!read_cells(&builder, outline, reader, columns))
+        api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
+    else if (builder.failed || !trace_all(&builder, outline))
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the outline");
+    free(builder.below.runs);
+    free(builder.row.runs);
+    free(builder.sides);
+    return problem->id;
+}
+
+void outline_free(struct outline *outline) {
+    free(outline->points);
+    *outline = (struct outline){0};
+}

@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: MIT */
+/* The pattern in SVG: millimetres, weft up. The drawing is put upside down as a whole, so that its
+ * numbers are those of the cloth; letters are turned back. */
+#include "pattern_pen.h"
+
+static void attribute(struct api_text *text, const char *name, double value) {
+    api_text_raw(text, " ");
+    api_text_raw(text, name);
+    api_text_raw(text, "=\"");
+    pattern_number(text, value);
+    api_text_raw(text, "\"");
+}
+
+static void numbers(struct api_text *text, const char *before, double x, double y) {
+    api_text_raw(text, before);
+    pattern_number(text, x);
+    api_text_raw(text, " ");
+    pattern_number(text, y);
+}
+
+static void length(struct api_text *text, const char *name, double value) {
+    api_text_raw(text, " ");
+    api_text_raw(text, name);
+    api_text_raw(text, "=\"");
+    pattern_number(text, value);
+    api_text_raw(text, "mm\"");
+}
+
+/* The page has a margin of three letters, and eight below for title and bar. */
+static void head(struct api_text *text, const struct pattern_sheet *sheet,
+                 const struct api_unit *unit) {
+    double h = sheet->letter, width = sheet->high[0] - sheet->low[0] + 6 * h;
+    double height = sheet->high[1] - sheet->low[1] + 11 * h;
+    (void)unit;
+    api_text_raw(text, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+                       "<svg xmlns=\"http://www.w3.org/2000/svg\" version=\"1.1\"");
+    length(text, "width", width);
+    length(text, "height", height);
+    numbers(text, " viewBox=\"", sheet->low[0] - 3 * h, -sheet->high[1] - 3 * h);
+    numbers(text, " ", width, height);
+    api_text_raw(text, "\">\n<title>");
+    api_text_raw(text, sheet->title);
+    api_text_raw(text, "</title>\n<desc>");
+    api_text_raw(text, sheet->subtitle);
+    api_text_raw(text, "</desc>\n<defs><pattern id=\"hatch\" patternUnits=\"userSpaceOnUse\"");
+    attribute(text, "width", h / 2);
+    attribute(text, "height", h / 2);
+    api_text_raw(text, " patternTransform=\"rotate(45)\"><path");
+    numbers(text, " d=\"M0 0L", 0, h / 2);
+    api_text_raw(text, "\" fill=\"none\" stroke=\"#c00\"");
+    attribute(text, "stroke-width", h / 8);
+    api_text_raw(text, "/></pattern></defs>\n<g transform=\"scale(1 -1)\" fill=\"none\""
+                       " stroke=\"#000\"");
+    attribute(text, "stroke-width", h / 12);
+    api_text_raw(text, ">\n<path id=\"outline\" fill=\"#eee\" fill-rule=\"evenodd\" d=\"");
+}
+
+static void begin_polygon(struct api_text *text) {
+    api_text_raw(text, "M");
+}
+
+/* After the first corner of a path's part the letter L may be left out. */
+static void corner(struct api_text *text, double x, double y) {
+    numbers(text, "", x, y);
+    api_text_raw(text, " ");
+}
+
+static void end_polygon(struct api_text *text) {
+    api_text_raw(text, "Z\n");
+}
+
+static void end_outline(struct api_text *text) {
+    api_text_raw(text, "\"/>\n<g id=\"locked\" fill=\"url(#hatch)\" stroke=\"none\">\n");
+}
+
+static void locked(struct api_text *text, const struct pattern_sheet *sheet, int i, int j,
+                   int count) {
+    api_text_raw(text, "<rect");
+    attribute(text, "x", i * sheet->step[0]);
+    attribute(text, "y", j * sheet->step[1]);
+    attribute(text, "width", count * sheet->step[0]);
+    attribute(text, "height", sheet->step[1]);
+    api_text_raw(text, "/>\n");
+}
+
+static void letters(struct api_text *text, double x, double y, double height, const char *string) {
+    api_text_raw(text, "<text");
+    attribute(text, "x", x);
+    attribute(text, "y", -y);
+    attribute(text, "font-size", height);
+    api_text_raw(text, ">");
+    api_text_raw(text, string);
+    api_text_raw(text, "</text>\n");
+}
+
+static void line(struct api_text *text, double x, double y, double to_x, double to_y) {
+    numbers(text, "M", x, y);
+    numbers(text, "L", to_x, to_y);
+}
+
+/* An arrow from the start to (x, y), which lies on an axis. */
+static void arrow(struct api_text *text, double x, double y, double h) {
+    double along[2] = {x > 0 ? h : 0, x > 0 ? 0 : h}, across[2] = {along[1] / 2, along[0] / 2};
+    line(text, 0, 0, x, y);
+    line(text, x - along[0] + across[0], y - along[1] + across[1], x, y);
+    numbers(text, "L", x - along[0] - across[0], y - along[1] - across[1]);
+}
+
+static void foot(struct api_text *text, const struct pattern_sheet *sheet) {
+    double h = sheet->letter, left = sheet->low[0], bottom = sheet->low[1];
+    api_text_raw(text, "</g>\n<circle id=\"start\" cx=\"0\" cy=\"0\"");
+    attribute(text, "r", h / 2);
+    api_text_raw(text, "/>\n<path id=\"grain\" d=\"");
+    arrow(text, 8 * h, 0, h);
+    arrow(text, 0, 8 * h, h);
+    api_text_raw(text, "\"/>\n<path id=\"bar\" d=\"");
+    line(text, left, bottom - 7 * h, left, bottom - 6 * h);
+    line(text, left, bottom - 6.5 * h, left + sheet->bar, bottom - 6.5 * h);
+    line(text, left + sheet->bar, bottom - 7 * h, left + sheet->bar, bottom - 6 * h);
+    api_text_raw(text, "\"/>\n</g>\n<g font-family=\"sans-serif\">\n");
+    letters(text, 8.5 * h, h / 4, h, "warp");
+    letters(text, h / 2, 8 * h, h, "weft");
+    letters(text, left, bottom - 2.5 * h, 1.4 * h, sheet->title);
+    letters(text, left, bottom - 4.5 * h, h, sheet->subtitle);
+    letters(text, left + sheet->bar + h, bottom - 7 * h, h, sheet->bar_label);
+    api_text_raw(text, "</g>\n</svg>\n");
+}
+
+const struct pattern_pen pattern_svg_pen = {.metres = 1e-3,
+                                            .unit = "mm",
+                                            .head = head,
+                                            .begin_polygon = begin_polygon,
+                                            .corner = corner,
+                                            .end_polygon = end_polygon,
+                                            .end_outline = end_outline,
+                                            .locked = locked,
+                                            .foot = foot};

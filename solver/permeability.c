@@ -1,0 +1,196 @@
+/* SPDX-License-Identifier: MIT */
+#include "permeability.h"
+
+#include "angle.h"
+
+/* sin and cos of a shear angle. */
+static void shear_sincos(double shear_deg, double *sine, double *cosine) {
+    angle_sincos_deg(shear_deg, sine, cosine);
+    *cosine = *cosine > PERMEABILITY_LEAST_COSINE ? *cosine : PERMEABILITY_LEAST_COSINE;
+}
+
+double permeability_areal_ratio(double shear_deg) {
+    double sine, cosine;
+    shear_sincos(shear_deg, &sine, &cosine);
+    return 1 / cosine;
+}
+
+double permeability_packing_limit(enum permeability_packing packing) {
+    return packing == PERMEABILITY_QUADRATIC ? ANGLE_PI / 4 : ANGLE_PI / (2 * sqrt(3));
+}
+
+/* ---- tensors in the tangent plane ---- */
+
+/* The unit vector at half the angle of (c, s) = (cos 2t, sin 2t), on the side of warp. */
+static void halve_angle(double c, double s, double *along, double *across) {
+    if (c >= 0) {
+        *along = sqrt((1 + c) / 2);
+        *across = s / (2 * *along);
+    } else {
+        double sine = sqrt((1 - c) / 2);
+        *along = fabs(s) / (2 * sine);
+        *across = s < 0 ? -sine : sine;
+    }
+}
+
+/* k1,2 = m +- r with m = (xx + yy) / 2, r = |((xx - yy) / 2, xy)|; k2 as det / k1, because the
+ * difference would lose it beside a large k1. */
+static struct permeability principal(double xx, double xy, double yy, double det, double k3) {
+    double mean = (xx + yy) / 2, half = (xx - yy) / 2, radius = sqrt(half * half + xy * xy);
+    struct permeability k = {.k1 = mean + radius, .k3 = k3, .along = 1};
+    double k2 = k.k1 > 0 ? det / k.k1 : 0;
+    k.k2 = k2 < k.k1 ? k2 : k.k1;
+    if (radius > 0)
+        halve_angle(half / radius, xy / radius, &k.along, &k.across);
+    return k;
+}
+
+struct permeability permeability_principal(double xx, double xy, double yy, double k3) {
+    double det = xx * yy - xy * xy;
+    return principal(xx, xy, yy, det > 0 ? det : 0, k3);
+}
+
+/* The principal values a and b, a in the direction at `degrees` from the bisector of the acute
+ * angle, which is 90 - |gamma|: t = (90 - |gamma|) / 2 + degrees from warp, to the left of it where
+ * gamma >= 0. */
+static struct permeability from_bisector(double a, double b, double k3, double degrees,
+                                         double shear_deg) {
+    double along, across;
+    angle_sincos_deg((90 - fabs(shear_deg)) / 2 + degrees, &across, &along);
+    if (shear_deg < 0)
+        across = -across;
+    if (b > a) {
+        double turned = along;
+        along = -across;
+        across = turned;
+    }
+    double sign = along < 0 ? -1 : 1;
+    return (struct permeability){.k1 = a > b ? a : b,
+                                 .k2 = a > b ? b : a,
+                                 .k3 = k3,
+                                 .along = sign * along,
+                                 .across = sign * across};
+}
+
+struct vec3 permeability_across(struct vec3 warp, struct vec3 weft) {
+    struct vec3 across = vec3_unit(vec3_axpy(-vec3_dot(weft, warp), warp, weft));
+    if (vec3_norm2(across) > 0)
+        return across;
+    struct vec3 any = fabs(warp.x) < 0.6 ? vec3_make(1, 0, 0) : vec3_make(0, 1, 0);
+    return vec3_unit(vec3_cross(warp, any));
+}
+
+struct vec3 permeability_direction(const struct permeability *k, struct vec3 warp,
+                                   struct vec3 weft) {
+    struct vec3 across = permeability_across(warp, weft);
+    return vec3_unit(vec3_axpy(k->across, across, vec3_scale(k->along, warp)));
+}
+
+/* ---- Kozeny-Carman ---- */
+
+/* (1 - Vf)^3 / Vf^2 */
+static double kozeny_carman(double vf) {
+    double pores = 1 - vf;
+    return pores > 0 ? pores * pores * pores / (vf * vf) : 0;
+}
+
+double permeability_kozeny_carman_factor(double vf, double vref) {
+    return kozeny_carman(vf) / kozeny_carman(vref);
+}
+
+/* F = [1 s; 0 c] gives K = g / c [k1 + k2 s^2, k2 s c; k2 s c, k2 c^2], det K = g^2 k1 k2. */
+struct permeability permeability_kozeny_carman(const double k[3], double vref, double vf,
+                                               double shear_deg) {
+    double s, c, g = permeability_kozeny_carman_factor(vf, vref);
+    shear_sincos(shear_deg, &s, &c);
+    double xx = g * (k[0] + k[1] * s * s) / c, xy = g * k[1] * s, yy = g * k[1] * c;
+    return principal(xx, xy, yy, g * k[0] * (g * k[1]), g * k[2]);
+}
+
+/* ---- Gebart ---- */
+
+double permeability_gebart_along(double radius, enum permeability_packing packing, double vf) {
+    double c = packing == PERMEABILITY_QUADRATIC ? 57 : 53;
+    return 8 * radius * radius / c * kozeny_carman(vf);
+}
+
+double permeability_gebart_across(double radius, enum permeability_packing packing, double vf) {
+    double root = packing == PERMEABILITY_QUADRATIC ? sqrt(2) : sqrt(6);
+    double c1 = 16 / (9 * ANGLE_PI * root);
+    double gap = sqrt(permeability_packing_limit(packing) / vf) - 1;
+    return gap > 0 ? c1 * radius * radius * (gap * gap * sqrt(gap)) : 0;
+}
+
+/* With a = (K_par - K_perp) / 2 the sum is K_perp I + a (w w^T + f f^T), whose values along the
+ * bisectors are K_perp + a (1 +- |sin gamma|). */
+struct permeability permeability_gebart(double radius, enum permeability_packing packing, double vf,
+                                        double shear_deg) {
+    double s, c, along = permeability_gebart_along(radius, packing, vf);
+    double across = permeability_gebart_across(radius, packing, vf);
+    shear_sincos(shear_deg, &s, &c);
+    double a = (along - across) / 2;
+    return from_bisector(across + a * (1 + fabs(s)), across + a * (1 - fabs(s)), across, 0,
+                         shear_deg);
+}
+
+/* ---- a table ---- */
+
+/* The interpolant's slope at an inner point between data of slopes d0, d1 over h0, h1: their
+ * weighted harmonic mean, 0 at an extremum. */
+static double inner_slope(double h0, double h1, double d0, double d1) {
+    if (!(d0 * d1 > 0))
+        return 0;
+    double w0 = 2 * h1 + h0, w1 = h1 + 2 * h0;
+    return (w0 + w1) / (w0 / d0 + w1 / d1);
+}
+
+/* At an end, the next interval having h1 and d1: the parabola's slope, unless it has the wrong sign
+ * or is so steep that the interpolant would overshoot. */
+static double end_slope(double h0, double h1, double d0, double d1) {
+    double slope = ((2 * h0 + h1) * d0 - h0 * d1) / (h0 + h1);
+    if (!(slope * d0 > 0))
+        return 0;
+    if (!(d0 * d1 > 0) && fabs(slope) > 3 * fabs(d0))
+        return 3 * d0;
+    return slope;
+}
+
+static double slope_at(const double *x, const double *y, size_t count, size_t k) {
+    size_t left = k == 0 ? 0 : k - 1;
+    double h0 = x[left + 1] - x[left], d0 = (y[left + 1] - y[left]) / h0;
+    if (count == 2)
+        return d0;
+    size_t right = k == 0 ? 1 : k == count - 1 ? k - 2 : k;
+    double h1 = x[right + 1] - x[right], d1 = (y[right + 1] - y[right]) / h1;
+    bool end = k == 0 || k == count - 1;
+    return end ? end_slope(h0, h1, d0, d1) : inner_slope(h0, h1, d0, d1);
+}
+
+double permeability_interpolate(const double *x, const double *y, size_t count, double at) {
+    size_t k = 0, last = count - 1;
+    if (!(at > x[0]))
+        return y[0];
+    if (at >= x[last])
+        return y[last];
+    while (at >= x[k + 1])
+        k++;
+    double h = x[k + 1] - x[k], t = (at - x[k]) / h, r = 1 - t;
+    double m0 = slope_at(x, y, count, k) * h, m1 = slope_at(x, y, count, k + 1) * h;
+    /* Hermite's cubic about the straight line, which it leaves by the slopes' differences. */
+    double rise = y[k + 1] - y[k];
+    return y[k] + t * rise + t * r * (r * (m0 - rise) - t * (m1 - rise));
+}
+
+struct permeability permeability_of_table(const struct permeability_table *table, double shear_deg,
+                                          bool *outside) {
+    const double *x = table->shear_deg;
+    double shear = fabs(shear_deg), degrees = 0;
+    if (outside)
+        *outside = shear < x[0] || shear > x[table->rows - 1];
+    if (table->angle_deg)
+        degrees = permeability_interpolate(x, table->angle_deg, table->rows, shear);
+    return from_bisector(permeability_interpolate(x, table->k1, table->rows, shear),
+                         permeability_interpolate(x, table->k2, table->rows, shear),
+                         permeability_interpolate(x, table->k3, table->rows, shear), degrees,
+                         shear_deg);
+}

@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: MIT
+# Results in the hands of others: programs that read the formats and share no line with this
+# project, and the client with its examples.
+load helper
+
+PYTHON=${PYTHON:-/usr/bin/python3} # Debian's own, which has the modules of its packages
+READ="$PYTHON tests/readers/read.py"
+CLIENTS=api/clients
+
+# Two drapes: the saddle in metres, some of it locked, and the sphere in millimetres.
+setup_file() {
+    start_shared_daemon
+    for name in saddle sphere; do
+        curl -sS --max-time 50 -H "$JSON" --data-binary "@$EXAMPLES/$name.json" \
+            "$URL/v1/drapes" | jq -r .id >"$BATS_FILE_TMPDIR/$name"
+        curl -sS --max-time 50 -o "$BATS_FILE_TMPDIR/status" \
+            "$URL/v1/drapes/$(<"$BATS_FILE_TMPDIR/$name")?wait=40"
+        fetch "$name" result json
+    done
+}
+teardown_file() { stop_daemon; }
+
+# fetch NAME WHAT FORMAT [QUERY]: to $BATS_FILE_TMPDIR/NAME.FORMAT, which becomes `file`.
+fetch() {
+    file=$BATS_FILE_TMPDIR/$1.$3
+    curl -sS --fail --max-time 50 -o "$file" \
+        "$URL/v1/drapes/$(<"$BATS_FILE_TMPDIR/$1")/$2?format=$3${4:-}"
+}
+
+# compare NAME KIND [ARGUMENT]: the file with the result as JSON.
+compare() { $READ "$2" "$file" "$BATS_FILE_TMPDIR/$1.json" ${3:-}; }
+
+@test "readers: VTK opens vtp and finds every column, vector and cell" {
+    for name in saddle sphere; do
+        fetch $name result vtp
+        compare $name vtp
+    done
+}
+
+@test "readers: VTK opens vtu and finds every column, vector and tensor" {
+    $READ vtu tests/unit/golden/small.vtu
+}
+
+@test "readers: NumPy opens npz, and unzip finds its checksums right" {
+    for name in saddle sphere; do
+        fetch $name result npz
+        compare $name npz
+        unzip -tqq "$file"
+    done
+}
+
+@test "readers: Python's csv reads both tables" {
+    for table in nodes cells; do
+        fetch saddle result csv "&table=$table"
+        compare saddle csv
+    done
+}
+
+@test "readers: the Khronos validator finds no fault in glb, and the numbers are the net's" {
+    for name in saddle sphere; do
+        fetch $name result glb
+        node tests/readers/gltf.mjs "$file"
+        compare $name glb
+    done
+    jq -c '.extent = {warp: [0, 0], weft: [0, 3]}' "$EXAMPLES/saddle.json" |
+        "$DRAPE" --format glb -o "$BATS_TEST_TMPDIR/row.glb"
+    node tests/readers/gltf.mjs "$BATS_TEST_TMPDIR/row.glb"
+}
+
+@test "readers: the svg pattern is drawn, to scale, with the area of the cells" {
+    fetch saddle pattern svg
+    compare saddle svg 1
+    rsvg-convert -w 300 "$file" -o "$BATS_TEST_TMPDIR/saddle.png"
+    fetch sphere pattern svg
+    compare sphere svg 0.001
+}
+
+@test "readers: ezdxf opens the dxf pattern without an error, with the area of the cells" {
+    for name in saddle sphere; do
+        fetch $name pattern dxf
+        compare $name dxf
+    done
+}
+
+@test "readers: an LCMsim case follows the rules of LCMsim's readers, and meshio opens its mesh" {
+    $READ lcmsim tests/unit/golden/lcmsim
+    $READ lcmsim tests/unit/golden/lcmsim_inlet
+}
+
+# A square of triangles over the saddle's middle, as a bulk-data file.
+write_mesh() {
+    awk 'BEGIN {
+        n = 9
+        for (j = 0; j < n; j++) for (i = 0; i < n; i++) {
+            x = -1 + 0.25 * i; y = -1 + 0.25 * j
+            printf "GRID,%d,,%.4f,%.4f,%.5f\n", 1 + i + n * j, x, y, (x * x - y * y) / 2
+        }
+        for (j = 0; j < n - 1; j++) for (i = 0; i < n - 1; i++) {
+            a = 1 + i + n * j
+            printf "CTRIA3,%d,1,%d,%d,%d\n", ++e, a, a + 1, a + n + 1
+            printf "CTRIA3,%d,1,%d,%d,%d\n", ++e, a, a + n + 1, a + n
+        }
+        print "ENDDATA"
+    }' >"$1"
+}
+
+permeable_saddle() {
+    jq '.fabric += {thickness: 0.003, fiber_volume_fraction: 0.4} |
+        .permeability = {model: "kozeny_carman", k1: 1.63e-10, k2: 5e-11, k3: 1e-12,
+                         at_fiber_volume_fraction: 0.4}' "$EXAMPLES/saddle.json"
+}
+
+needs_map() {
+    curl -sS "$URL/v1/openapi.json" | jq -e '.paths | has("/v1/drapes/{id}/map")' >/dev/null ||
+        skip 'this service has no map'
+}
+
+@test "client: submits, waits, and gives the result as arrays, with NumPy and without" {
+    cat >"$BATS_TEST_TMPDIR/use.py" <<'END'
+import json, sys
+if sys.argv[3] == "plain":
+    sys.modules["numpy"] = None
+sys.path.insert(0, "api/clients/python")
+import draped
+client = draped.Client(sys.argv[1])
+with open(sys.argv[2], encoding="utf-8") as file:
+    drape = client.submit(json.load(file))
+seen = []
+status = client.wait(drape, progress=seen.append)
+assert status["status"] == "succeeded" and seen[-1] == status
+result = client.result(drape)
+assert isinstance(result["nodes"]["x"], list) == (sys.argv[3] == "plain")
+assert len(result["nodes"]["x"]) == result["summary"]["nodes"]
+assert len(result["cells"]["i"]) == result["summary"]["cells"]
+assert set(result["front"]["reason"]) <= {"boundary"} and result["grid"]["spacing"] == [0.1, 0.1]
+some = client.result(drape, ["nodes.x"])
+assert list(some["nodes"]) == ["x"] and list(some["nodes"]["x"]) == list(result["nodes"]["x"])
+try:
+    client.submit({"surface": {}, "fabric": {"spacing": -1}})
+    raise AssertionError("accepted")
+except draped.DrapedError as error:
+    assert error.slug == "invalid-request" and error.status == 422
+    assert any(e["pointer"] == "/fabric/spacing" for e in error.errors)
+client.delete(drape)
+try:
+    client.status(drape)
+    raise AssertionError("still there")
+except draped.DrapedError as error:
+    assert error.status == 404
+END
+    for way in arrays plain; do
+        $PYTHON "$BATS_TEST_TMPDIR/use.py" "$URL" "$EXAMPLES/saddle.json" $way
+    done
+}
+
+@test "client: as a program it saves any format by the file's name" {
+    for ending in json csv vtp glb npz svg dxf; do
+        $PYTHON $CLIENTS/python/draped.py "$EXAMPLES/saddle.json" --url "$URL" \
+            -o "$BATS_TEST_TMPDIR/net.$ending"
+        [ -s "$BATS_TEST_TMPDIR/net.$ending" ]
+    done
+    $READ vtp "$BATS_TEST_TMPDIR/net.vtp" "$BATS_TEST_TMPDIR/net.json"
+    run $PYTHON $CLIENTS/python/draped.py "$EXAMPLES/saddle.json" --url "$URL" -o net.doc
+    [ "$status" -eq 1 ]
+    [[ $output == *"'doc' is no format"* ]]
+}
+
+@test "client: shows a bar on a terminal alone" {
+    script -qec "$PYTHON $CLIENTS/python/draped.py $EXAMPLES/saddle.json --url $URL \
+        -o $BATS_TEST_TMPDIR/net.json" /dev/null >"$BATS_TEST_TMPDIR/shown"
+    grep -q '\[##*\] 100 % succeeded' "$BATS_TEST_TMPDIR/shown"
+    $PYTHON $CLIENTS/python/draped.py "$EXAMPLES/saddle.json" --url "$URL" \
+        -o "$BATS_TEST_TMPDIR/net.json" 2>"$BATS_TEST_TMPDIR/silent"
+    [ ! -s "$BATS_TEST_TMPDIR/silent" ]
+}
+
+@test "examples: pipeline.sh goes the whole way with curl and jq" {
+    run env DRAPED_URL="$URL" $CLIENTS/examples/pipeline.sh "$EXAMPLES/saddle.json" \
+        "$BATS_TEST_TMPDIR/out"
+    [ "$status" -eq 0 ]
+    [[ ${lines[0]} == "complete: "*" nodes, shear up to "*" deg, "* ]]
+    [ "${#lines[@]}" -eq 11 ]
+    for file in net.vtp net.glb cells.csv pattern.svg; do
+        [ -s "$BATS_TEST_TMPDIR/out/$file" ]
+    done
+    echo '{"fabric": {}}' >"$BATS_TEST_TMPDIR/bad.json"
+    run env DRAPED_URL="$URL" $CLIENTS/examples/pipeline.sh "$BATS_TEST_TMPDIR/bad.json" \
+        "$BATS_TEST_TMPDIR/out"
+    [ "$status" -ne 0 ]
+    [[ $output == */fabric/spacing* ]]
+}
+
+@test "examples: lcmsim_case.py goes from request and mesh to a case" {
+    needs_map
+    permeable_saddle >"$BATS_TEST_TMPDIR/request.json"
+    write_mesh "$BATS_TEST_TMPDIR/mould.bdf"
+    DRAPED_URL=$URL $PYTHON $CLIENTS/examples/lcmsim_case.py "$BATS_TEST_TMPDIR/request.json" \
+        "$BATS_TEST_TMPDIR/mould.bdf" "$BATS_TEST_TMPDIR/case"
+    $READ lcmsim "$BATS_TEST_TMPDIR/case"
+}
+
+@test "client: maps a mesh file, and VTK opens the fields on it" {
+    needs_map
+    permeable_saddle >"$BATS_TEST_TMPDIR/request.json"
+    write_mesh "$BATS_TEST_TMPDIR/mould.bdf"
+    cat >"$BATS_TEST_TMPDIR/map.py" <<'END'
+import json, os, sys
+sys.path.insert(0, "api/clients/python")
+import draped
+client, folder = draped.Client(sys.argv[1]), sys.argv[2]
+with open(os.path.join(folder, "request.json"), encoding="utf-8") as file:
+    drape = client.submit(json.load(file))
+client.wait(drape)
+mesh = os.path.join(folder, "mould.bdf")
+client.save_map(drape, mesh, os.path.join(folder, "mapped.vtu"))
+client.save_map(drape, mesh, os.path.join(folder, "case.zip"), format="lcmsim")
+fields = client.map(drape, mesh)
+cells = fields.get("cells", fields)
+assert len(cells["k1"]) == 128 and max(cells["distance"]) < 0.05
+END
+    $PYTHON "$BATS_TEST_TMPDIR/map.py" "$URL" "$BATS_TEST_TMPDIR"
+    $READ vtu "$BATS_TEST_TMPDIR/mapped.vtu"
+    unzip -tqq "$BATS_TEST_TMPDIR/case.zip"
+}
+
+@test "readers: VTK finds the permeability of a drape as a tensor" {
+    permeable_saddle >"$BATS_TEST_TMPDIR/request.json"
+    "$DRAPE" "$BATS_TEST_TMPDIR/request.json" -o "$BATS_TEST_TMPDIR/net.json" ||
+        skip 'this solver gives no permeability'
+    "$DRAPE" "$BATS_TEST_TMPDIR/request.json" --format vtp -o "$BATS_TEST_TMPDIR/net.vtp"
+    $READ vtp "$BATS_TEST_TMPDIR/net.vtp" "$BATS_TEST_TMPDIR/net.json"
+}

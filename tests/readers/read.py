@@ -1,0 +1,269 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: MIT
+"""Opens a result with a reader that others wrote, and compares what that finds with the result as
+JSON. Usage: read.py KIND FILE [RESULT.json]. Exit status 1 and a traceback when something differs."""
+
+import csv
+import json
+import os
+import sys
+import xml.etree.ElementTree
+
+
+def load(path):
+    with open(path, encoding="utf-8") as file:
+        return json.load(file)
+
+
+def same(found, expected, what):
+    assert len(found) == len(expected), f"{what}: {len(found)} values, not {len(expected)}"
+    assert all(a == b for a, b in zip(found, expected)), f"{what} differs"
+
+
+def vtk_arrays(data):
+    from vtk.util.numpy_support import vtk_to_numpy
+
+    arrays = {data.GetArrayName(k): vtk_to_numpy(data.GetArray(k))
+              for k in range(data.GetNumberOfArrays())}
+    assert None not in arrays, "an array without a name"
+    return arrays
+
+
+def compare_arrays(arrays, columns, skipped=()):
+    """Every column is there: as an array of its name, or as a component of a vector."""
+    for name, values in columns.items():
+        if name in skipped:
+            continue
+        base, axis = name[:-2], "xyz".find(name[-1])
+        if len(name) > 2 and name[-2] == "_" and axis >= 0 and name not in arrays:
+            base = base if arrays.get(base) is not None and arrays[base].ndim == 2 \
+                else base + "_direction"
+            same(arrays[base][:, axis], values, name)
+        else:
+            same(arrays[name], values, name)
+
+
+def check_tensor(arrays):
+    import numpy
+
+    k = arrays["permeability"]
+    full = k[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(-1, 3, 3)
+    found = numpy.sort(numpy.linalg.eigvalsh(full), axis=1)
+    names = ("k1", "k2", "k3")
+    expected = numpy.sort(numpy.column_stack([arrays[n] for n in names]), axis=1)
+    assert numpy.allclose(found, expected, rtol=1e-9, atol=0), "principal permeabilities"
+
+
+def read_vtp(path, result):
+    import vtk
+    from vtk.util.numpy_support import vtk_to_numpy
+
+    reader = vtk.vtkXMLPolyDataReader()
+    reader.SetFileName(path)
+    reader.Update()
+    data = reader.GetOutput()
+    assert reader.GetErrorCode() == 0
+    nodes, cells = result["nodes"], result["cells"]
+    points = vtk_to_numpy(data.GetPoints().GetData())
+    for axis, name in enumerate("xyz"):
+        same(points[:, axis], nodes[name], name)
+    compare_arrays(vtk_arrays(data.GetPointData()), nodes, "xyz")
+    arrays = vtk_arrays(data.GetCellData())
+    compare_arrays(arrays, cells)
+    if "k1" in cells:
+        check_tensor(arrays)
+    place = {(i, j): k for k, (i, j) in enumerate(zip(nodes["i"], nodes["j"]))}
+    corners = vtk_to_numpy(data.GetPolys().GetConnectivityArray()).reshape(-1, 4)
+    assert len(corners) == len(cells["i"])
+    for (i, j), own in zip(zip(cells["i"], cells["j"]), corners):
+        expected = [place[i, j], place[i + 1, j], place[i + 1, j + 1], place[i, j + 1]]
+        assert list(own) == expected, f"corners of cell {i}, {j}"
+
+
+def read_vtu(path, columns=None):
+    import vtk
+
+    reader = vtk.vtkXMLUnstructuredGridReader()
+    reader.SetFileName(path)
+    reader.Update()
+    data = reader.GetOutput()
+    assert reader.GetErrorCode() == 0 and data.GetNumberOfCells() > 0
+    assert all(data.GetCellType(k) in (5, 9) for k in range(data.GetNumberOfCells()))
+    arrays = vtk_arrays(data.GetCellData())
+    assert all(len(values) == data.GetNumberOfCells() for values in arrays.values())
+    if columns:
+        compare_arrays(arrays, columns)
+    if "permeability" in arrays:
+        check_tensor(arrays)
+
+
+def read_npz(path, result):
+    import numpy
+
+    reasons = ["boundary", "collapsed", "no_convergence", "degenerate", "extent", "fold"]
+    with numpy.load(path) as arrays:
+        for table in ("nodes", "cells", "front"):
+            for name, values in result[table].items():
+                array = arrays[f"{table}.{name}"]
+                assert array.dtype == numpy.float64 and array.ndim == 1
+                found = [reasons[int(k)] for k in array] if name == "reason" else array
+                same(found, values, f"{table}.{name}")
+        assert len(arrays.files) == sum(len(result[t]) for t in ("nodes", "cells", "front"))
+
+
+def read_csv(path, result):
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    for table in ("nodes", "cells"):
+        if rows[0] == list(result[table]):
+            for k, name in enumerate(rows[0]):
+                same([float(row[k]) for row in rows[1:]], result[table][name], name)
+            return
+    raise AssertionError(f"no table has the columns {rows[0]}")
+
+
+def read_glb(path, result):
+    """What the validator does not say: that the numbers are those of the net."""
+    import struct
+
+    import numpy
+
+    with open(path, "rb") as file:
+        data = file.read()
+    magic, version, length, size, kind = struct.unpack("<4sII I4s", data[:20])
+    assert (magic, version, length, kind) == (b"glTF", 2, len(data), b"JSON")
+    gltf, start = json.loads(data[20:20 + size]), 20 + size + 8
+    nodes = len(result["nodes"]["x"])
+    positions = numpy.frombuffer(data, "<f4", 3 * nodes, start).reshape(-1, 3)
+    for axis, name in enumerate("xyz"):
+        same(positions[:, axis], numpy.float32(result["nodes"][name]), name)
+    view = gltf["bufferViews"][gltf["accessors"][2]["bufferView"]]
+    indices = numpy.frombuffer(data, "<u4", view["byteLength"] // 4, start + view["byteOffset"])
+    assert len(indices) == 6 * len(result["cells"]["i"]) and indices.max() < nodes
+    view = gltf["bufferViews"][gltf["accessors"][1]["bufferView"]]
+    colours = numpy.frombuffer(data, "<u2", 4 * nodes, start + view["byteOffset"]).reshape(-1, 4)
+    light = colours[:, :3] @ (0.2126, 0.7152, 0.0722)
+    shear = numpy.abs(result["nodes"]["shear_deg"])
+    order = numpy.argsort(shear, kind="stable")
+    assert (numpy.diff(light[order]) >= -1e-9).all(), "more shear is not lighter"
+
+
+def pattern_area(result):
+    a, b = result["grid"]["spacing"]
+    return len(result["cells"]["i"]) * a * b
+
+
+def shoelace(points):
+    return sum(x * v - u * y for (x, y), (u, v) in zip(points, points[1:] + points[:1])) / 2
+
+
+def read_dxf(path, result):
+    import ezdxf
+
+    document = ezdxf.readfile(path)
+    assert not document.audit().errors
+    assert document.dxfversion == "AC1009"
+    model = document.modelspace()
+    outline = model.query("POLYLINE[layer=='OUTLINE']")
+    assert outline and all(line.is_closed for line in outline)
+    area = sum(shoelace([tuple(v.dxf.location)[:2] for v in line.vertices]) for line in outline)
+    expected = pattern_area(result)
+    assert abs(area - expected) < 1e-9 * expected, f"area {area}, not {expected}"
+    locked = sum(result["cells"].get("locked", []))
+    assert len(model.query("LINE[layer=='LOCKED']")) == locked
+    assert len(model.query("CIRCLE[layer=='START']")) == 1
+
+
+def read_svg(path, result, metres):
+    """`metres`: of the drape's unit."""
+    root = xml.etree.ElementTree.parse(path).getroot()
+    space = {"s": "http://www.w3.org/2000/svg"}
+    assert root.attrib["width"].endswith("mm")
+    box = [float(n) for n in root.attrib["viewBox"].split()]
+    assert box[2] == float(root.attrib["width"][:-2]), "not at true scale"
+    outline = root.find(".//s:path[@id='outline']", space).attrib["d"]
+    area = 0.0
+    for polygon in outline.split("Z"):
+        numbers = [float(n) for n in polygon.replace("M", " ").split()]
+        area += shoelace(list(zip(numbers[::2], numbers[1::2])))
+    expected = pattern_area(result) * (metres * 1e3) ** 2
+    assert abs(area - expected) < 1e-9 * expected, f"area {area}, not {expected}"
+    cells = root.findall(".//s:g[@id='locked']/s:rect", space)
+    locked = sum(float(c.attrib["width"]) for c in cells) / (
+        result["grid"]["spacing"][0] * metres * 1e3)
+    assert abs(locked - sum(result["cells"].get("locked", []))) < 1e-6
+    assert root.find("s:title", space).text
+
+
+def lcmsim_number(field):
+    """As LCMsim reads it: no letter E, and a sign within the number begins its exponent."""
+    text = field.strip().replace("E", "").replace("e", "")
+    for k in range(1, len(text)):
+        if text[k] in "+-":
+            return float(text[:k] + "e" + text[k:])
+    return float(text)
+
+
+PART_COLUMNS = (
+    "name,type,part_id,thickness,porosity,porosity_noise,permeability,permeability_noise,alpha,"
+    "refdir1,refdir2,refdir3,porosity_1,p_1,porosity_2,p_2,n_CK,permeability_Z,thickness_DM,"
+    "porosity_DM,permeability_DM,permeability_DM_Z").split(",")
+
+
+def read_bulk(path):
+    """mesh.bdf by LCMsim's rules: fields of eight characters."""
+    nodes, parts = {}, {}
+    with open(path, encoding="ascii") as file:
+        for line in file:
+            fields = [line[k:k + 8].strip() for k in range(8, 64, 8)]
+            if line.startswith("GRID    "):
+                assert fields[1] == ""
+                nodes[int(fields[0])] = [lcmsim_number(f) for f in fields[2:5]]
+            elif line.startswith("CTRIA3  "):
+                corners = [int(f) for f in fields[2:5]]
+                assert len(set(corners)) == 3 and all(c in nodes for c in corners)
+                parts[int(fields[0])] = int(fields[1])
+    return nodes, parts
+
+
+def read_lcmsim(folder, _=None):
+    import meshio
+
+    mesh = os.path.join(folder, "mesh.bdf")
+    nodes, parts = read_bulk(mesh)
+    assert nodes and parts
+    with open(os.path.join(folder, "part_description.csv"), newline="", encoding="ascii") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == PART_COLUMNS
+    assert {int(row["part_id"]) for row in rows} == set(parts.values())
+    assert len(rows) <= 127 and all(1 <= int(row["part_id"]) <= 126 for row in rows)
+    for row in rows:
+        assert row["type"] == ("inlet" if row["part_id"] == "1" else "base")
+        assert 0 < float(row["porosity"]) <= 0.99 and float(row["thickness"]) > 0
+        assert row["porosity"] == row["porosity_1"] == row["porosity_2"]
+        assert float(row["permeability"]) > 0 and 0 < float(row["alpha"]) <= 1
+        assert any(c in row["porosity"] for c in ".e") and any(c in row["permeability"] for c in ".e")
+        direction = [float(row[f"refdir{k}"]) for k in (1, 2, 3)]
+        assert abs(sum(d * d for d in direction) - 1) < 1e-6
+    with open(os.path.join(folder, "simulation_params.csv"), newline="", encoding="ascii") as file:
+        (row,) = csv.DictReader(file)
+    assert float(row["p_ref"]) == 101325 and float(row["mu_resin"]) > 0
+    found = meshio.read(mesh, file_format="nastran")
+    assert len(found.points) == len(nodes)
+    assert sum(len(block.data) for block in found.cells) == len(parts)
+    for point, expected in zip(found.points, nodes.values()):
+        assert max(abs(a - b) for a, b in zip(point, expected)) == 0
+
+
+def main():
+    kind, path, *rest = sys.argv[1:]
+    if kind == "svg":
+        read_svg(path, load(rest[0]), float(rest[1]))
+        return
+    readers = {"vtp": read_vtp, "vtu": read_vtu, "npz": read_npz, "csv": read_csv, "glb": read_glb,
+               "dxf": read_dxf, "lcmsim": read_lcmsim}
+    readers[kind](path, *[load(name) for name in rest])
+
+
+if __name__ == "__main__":
+    main()

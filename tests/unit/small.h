@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: MIT */
+/* A result and a mesh small enough to be written down: three cells in an L, with every column, and
+ * a quadrilateral and a triangle with mapped fields. */
+#ifndef UNIT_SMALL_H
+#define UNIT_SMALL_H
+
+#include "../../api/mesh_encode.h"
+#include "support.h"
+
+/* A result of these cells, which are sorted by j, then i; the nodes are their corners. */
+struct bytes small_result_of(const int (*cells)[2], size_t count, const char *unit);
+
+/* The L. */
+struct bytes small_result(void);
+
+/* The mesh; what it points to lives for good. */
+struct api_mesh_fields small_mesh(void);
+
+/* The same in a strip of `count` quadrilaterals whose k1 turns by `turn_deg` from one to the next.
+ */
+struct api_mesh_fields small_strip(size_t count, double turn_deg);
+void small_strip_free(struct api_mesh_fields *fields);
+
+#endif

@@ -1,0 +1,442 @@
+/* SPDX-License-Identifier: MIT */
+/* The binary formats, the pattern and the meshes byte by byte against files in golden/, which the
+ * readers of tests/readers open as well. DRAPE_GOLDEN=write writes them anew. */
+#include "../../api/colour.h"
+#include "../../api/encode.h"
+#include "../../api/fieldset.h"
+#include "../../api/lcmsim.h"
+#include "../../api/outline.h"
+#include "../../api/pattern.h"
+
+#include "check.h"
+#include "small.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <zlib.h>
+
+/* ---- helpers ---- */
+
+static void compare_golden(const char *name, const void *data, size_t length) {
+    char path[128];
+    snprintf(path, sizeof path, "tests/unit/golden/%s", name);
+    const char *mode = getenv("DRAPE_GOLDEN");
+    if (mode && strcmp(mode, "write") == 0) {
+        FILE *file = fopen(path, "wb");
+        assert_non_null(file);
+        assert_int_equal(fwrite(data, 1, length, file), length);
+        fclose(file);
+    }
+    struct bytes golden = file_read(path);
+    assert_int_equal(golden.length, length);
+    assert_memory_equal(golden.data, data, length);
+    bytes_free(&golden);
+}
+
+static struct bytes encode(const struct api_format *format, struct bytes *container) {
+    struct api_reader reader = reader_over(container);
+    struct api_problem problem = {0};
+    const struct api_encode_options options = {.id = "small"};
+    struct bytes text = {0};
+    char piece[1000];
+    ssize_t length;
+    struct api_encoder *encoder = api_encoder_new(format, &reader, &options, &problem);
+    assert_non_null(encoder);
+    uint64_t promised = api_encoder_length(encoder);
+    while ((length = api_encoder_read(encoder, piece, sizeof piece)) > 0)
+        bytes_add(&text, piece, (size_t)length);
+    assert_int_equal(length, 0);
+    if (promised)
+        assert_int_equal(text.length, promised);
+    api_encoder_free(encoder);
+    return text;
+}
+
+static struct bytes encode_mesh(const char *format, const struct api_mesh_fields *fields,
+                                char *binning) {
+    struct api_problem problem = {0};
+    struct bytes text = {0};
+    char piece[1000];
+    ssize_t length;
+    struct api_mesh_encoder *encoder =
+        api_mesh_encoder_new(api_mesh_format_named(format), fields, &problem);
+    assert_non_null(encoder);
+    while ((length = api_mesh_encoder_read(encoder, piece, sizeof piece)) > 0)
+        bytes_add(&text, piece, (size_t)length);
+    assert_int_equal(length, 0);
+    if (api_mesh_encoder_length(encoder))
+        assert_int_equal(text.length, api_mesh_encoder_length(encoder));
+    if (binning)
+        strcpy(binning, api_mesh_encoder_binning(encoder));
+    api_mesh_encoder_free(encoder);
+    return text;
+}
+
+static uint32_t number_at(const char *bytes, int size) {
+    uint32_t value = 0;
+    for (int k = size - 1; k >= 0; k--)
+        value = value << 8 | (unsigned char)bytes[k];
+    return value;
+}
+
+/* The content of a member of a zip, found by the directory, its checksum compared. */
+static struct bytes unzip(const struct bytes *zip, const char *name) {
+    const char *end = zip->data + zip->length - 22;
+    assert_int_equal(number_at(end, 4), 0x06054b50);
+    const char *entry = zip->data + number_at(end + 16, 4);
+    for (uint32_t count = number_at(end + 8, 2); count > 0; count--) {
+        uint32_t packed = number_at(entry + 20, 4), size = number_at(entry + 24, 4);
+        uint32_t name_length = number_at(entry + 28, 2), extra = number_at(entry + 30, 2);
+        const char *local = zip->data + number_at(entry + 42, 4);
+        if (name_length != strlen(name) || memcmp(entry + 46, name, name_length) != 0) {
+            entry += 46 + name_length + extra;
+            continue;
+        }
+        struct bytes content = {calloc(1, size + 1), size, size + 1};
+        z_stream z = {.next_in = (Bytef *)(uintptr_t)(local + 30 + number_at(local + 26, 2)),
+                      .avail_in = packed,
+                      .next_out = (Bytef *)content.data,
+                      .avail_out = size};
+        assert_int_equal(inflateInit2(&z, -15), Z_OK);
+        assert_int_equal(inflate(&z, Z_FINISH), Z_STREAM_END);
+        inflateEnd(&z);
+        assert_int_equal(crc32(0, (const Bytef *)content.data, size), number_at(entry + 16, 4));
+        return content;
+    }
+    fail_msg("%s is not in the archive", name);
+    return (struct bytes){0};
+}
+
+/* ---- results ---- */
+
+static void test_formats_of_results_are_golden(void **state) {
+    (void)state;
+    struct bytes container = small_result();
+    for (size_t k = 0; api_format_at(k); k++) {
+        char name[32];
+        struct bytes text = encode(api_format_at(k), &container);
+        snprintf(name, sizeof name, "small.%s", api_format_name(api_format_at(k)));
+        compare_golden(name, text.data, text.length);
+        bytes_free(&text);
+    }
+    bytes_free(&container);
+}
+
+static void test_formats_of_patterns_are_golden(void **state) {
+    (void)state;
+    struct bytes container = small_result();
+    for (size_t k = 0; api_pattern_at(k); k++) {
+        char name[32];
+        struct bytes text = encode(api_pattern_at(k), &container);
+        snprintf(name, sizeof name, "small.%s", api_format_name(api_pattern_at(k)));
+        compare_golden(name, text.data, text.length);
+        bytes_free(&text);
+    }
+    assert_null(api_pattern_named("json"));
+    assert_null(api_format_named("svg"));
+    bytes_free(&container);
+}
+
+static void test_formats_refuse_cells_without_corners(void **state) {
+    (void)state;
+    struct bytes container = small_result();
+    struct api_reader reader = reader_over(&container);
+    struct api_problem problem = {0};
+    struct api_columns columns;
+    assert_int_equal(api_columns_open(&reader, &columns, &problem), API_OK);
+    const struct api_column *j = api_columns_find(&columns, API_TABLE_CELLS, "j");
+    double far = 9;
+    memcpy(container.data + j->offset + 2 * sizeof far, &far, sizeof far);
+    static const char *const names[] = {"vtp", "glb"};
+    for (size_t k = 0; k < 2; k++) {
+        char piece[100000];
+        const struct api_encode_options options = {.id = "small"};
+        struct api_encoder *encoder =
+            api_encoder_new(api_format_named(names[k]), &reader, &options, &problem);
+        assert_non_null(encoder);
+        ssize_t length = 1;
+        while (length > 0)
+            length = api_encoder_read(encoder, piece, sizeof piece);
+        assert_int_equal(length, -1);
+        api_encoder_free(encoder);
+    }
+    bytes_free(&container);
+}
+
+static void test_formats_glb_of_no_nodes_is_refused(void **state) {
+    (void)state;
+    struct bytes container = small_result_of(NULL, 0, "mm");
+    struct api_reader reader = reader_over(&container);
+    struct api_problem problem = {0};
+    const struct api_encode_options options = {.id = "small"};
+    assert_null(api_encoder_new(api_format_named("glb"), &reader, &options, &problem));
+    assert_int_equal(problem.id, API_INTERNAL);
+    bytes_free(&container);
+}
+
+/* ---- the outline ---- */
+
+static struct outline outline_of(const int (*cells)[2], size_t count) {
+    struct bytes container = small_result_of(cells, count, "m");
+    struct api_reader reader = reader_over(&container);
+    struct api_problem problem = {0};
+    struct api_columns columns;
+    struct outline outline = {0};
+    assert_int_equal(api_columns_open(&reader, &columns, &problem), API_OK);
+    assert_int_equal(outline_make(&outline, &reader, &columns, &problem), API_OK);
+    bytes_free(&container);
+    return outline;
+}
+
+/* The area that the polygons enclose, holes counted negative; every corner is one. */
+static long check_polygons(const struct outline *outline, size_t *polygons) {
+    long twice = 0;
+    *polygons = 0;
+    for (size_t first = 0, last; first < outline->count; first = last + 1) {
+        for (last = first; !outline->points[last].last;)
+            last++;
+        size_t length = last - first + 1;
+        assert_true(length >= 4);
+        for (size_t k = 0; k < length; k++) {
+            const struct outline_point *p = &outline->points[first + k];
+            const struct outline_point *q = &outline->points[first + (k + 1) % length];
+            const struct outline_point *r = &outline->points[first + (k + 2) % length];
+            assert_true((p->i == q->i) != (p->j == q->j));
+            assert_true((p->i == q->i) != (q->i == r->i));
+            twice += (long)p->i * q->j - (long)q->i * p->j;
+        }
+        ++*polygons;
+    }
+    return twice / 2;
+}
+
+static void test_outline_goes_round_cells_and_holes(void **state) {
+    (void)state;
+    static const int ring[][2] = {{0, 0}, {1, 0}, {2, 0}, {0, 1}, {2, 1}, {0, 2}, {1, 2}, {2, 2}};
+    static const int touching[][2] = {{0, 0}, {1, 1}};
+    size_t polygons;
+    struct outline outline = outline_of(ring, 8);
+    assert_int_equal(check_polygons(&outline, &polygons), 8);
+    assert_int_equal(polygons, 2);
+    assert_int_equal(outline.count, 8);
+    outline_free(&outline);
+    outline = outline_of(touching, 2);
+    assert_int_equal(check_polygons(&outline, &polygons), 2);
+    assert_int_equal(polygons, 2);
+    outline_free(&outline);
+}
+
+static void test_outline_encloses_the_area_of_random_cells(void **state) {
+    (void)state;
+    enum { SIZE = 12, ROUNDS = 200 };
+    struct random random = random_begin("outline");
+    for (int round = 0; round < ROUNDS; round++) {
+        int cells[SIZE * SIZE][2];
+        size_t count = 0, polygons;
+        int density = 1 + random_index(&random, 9);
+        for (int j = 0; j < SIZE; j++)
+            for (int i = 0; i < SIZE; i++)
+                if (random_index(&random, 10) < density && (j != 5 || round % 2)) {
+                    cells[count][0] = i - 6;
+                    cells[count++][1] = j - 6;
+                }
+        if (count == 0)
+            continue;
+        struct outline outline = outline_of((const int(*)[2])cells, count);
+        assert_int_equal(check_polygons(&outline, &polygons), count);
+        outline_free(&outline);
+    }
+}
+
+/* ---- parts ---- */
+
+static void test_fieldset_groups_vectors_and_tensors(void **state) {
+    (void)state;
+    static const char *const names[] = {"k1",  "k1_x", "k1_y", "k1_z", "kxx", "kyy",
+                                        "kzz", "kxy",  "kyz",  "kxz",  "a_x", "a_y"};
+    static const struct {
+        const char *name;
+        int components;
+    } expected[] = {{"k1", 1}, {"k1_direction", 3}, {"permeability", 6}, {"a_x", 1}, {"a_y", 1}};
+    struct fieldset_field field;
+    size_t at = 0;
+    for (size_t k = 0; k < sizeof expected / sizeof *expected; k++) {
+        at += fieldset_make(names, sizeof names / sizeof *names, at, &field);
+        assert_string_equal(field.name, expected[k].name);
+        assert_int_equal(field.components, expected[k].components);
+    }
+    assert_int_equal(at, sizeof names / sizeof *names);
+}
+
+static void test_fieldset_tensor_has_the_given_principal_values(void **state) {
+    (void)state;
+    double c = cos(0.3), s = sin(0.3), tensor[6];
+    const double values[FIELDSET_TENSOR_COLUMNS] = {5, 2, 1, c, s, 0, 1, 0, 0, 0.5, 1, 0};
+    const double expected[6] = {5 * c * c + 2 * s * s, 5 * s * s + 2 * c * c, 1, 3 * c * s, 0, 0};
+    fieldset_tensor(values, tensor);
+    for (int k = 0; k < 6; k++)
+        assert_true(fabs(tensor[k] - expected[k]) < 1e-14);
+}
+
+static void test_colour_grows_lighter_evenly(void **state) {
+    (void)state;
+    double before = -1;
+    for (int k = 0; k <= 100; k++) {
+        double srgb[3];
+        colour_viridis(k / 100.0, srgb);
+        double luminance = 0.2126 * colour_linear(srgb[0]) + 0.7152 * colour_linear(srgb[1]) +
+                           0.0722 * colour_linear(srgb[2]);
+        double lightness = 116 * cbrt(luminance) - 16; /* CIE L*, here above its linear part */
+        assert_true(k == 0 || (lightness > before && lightness < before + 1.6));
+        before = lightness;
+    }
+}
+
+/* ---- meshes ---- */
+
+static void test_formats_vtu_is_golden(void **state) {
+    (void)state;
+    struct api_mesh_fields fields = small_mesh();
+    struct bytes text = encode_mesh("vtu", &fields, NULL);
+    compare_golden("small.vtu", text.data, text.length);
+    bytes_free(&text);
+}
+
+static void test_formats_lcmsim_is_golden(void **state) {
+    (void)state;
+    static const char *const names[] = {"mesh.bdf", "part_description.csv", "simulation_params.csv",
+                                        "README.txt"};
+    static const uint8_t inlet[] = {0, 1};
+    struct api_mesh_fields fields = small_mesh();
+    for (int with_inlet = 0; with_inlet < 2; with_inlet++) {
+        fields.inlet = with_inlet ? inlet : NULL;
+        struct bytes zip = encode_mesh("lcmsim", &fields, NULL);
+        for (size_t k = 0; k < 4; k++) {
+            char name[64];
+            struct bytes text = unzip(&zip, names[k]);
+            snprintf(name, sizeof name, "lcmsim%s/%s", with_inlet ? "_inlet" : "", names[k]);
+            compare_golden(name, text.data, text.length);
+            bytes_free(&text);
+        }
+        bytes_free(&zip);
+    }
+}
+
+static void test_formats_lcmsim_says_what_it_lacks(void **state) {
+    (void)state;
+    struct api_mesh_fields fields = small_mesh();
+    struct api_problem problem = {0};
+    fields.column_count = 3;
+    assert_null(api_mesh_encoder_new(api_mesh_format_named("lcmsim"), &fields, &problem));
+    assert_int_equal(problem.id, API_INVALID_REQUEST);
+    assert_non_null(strstr(problem.place[0].detail, "no k1"));
+}
+
+static void test_lcmsim_fields_are_the_closest_of_eight_characters(void **state) {
+    (void)state;
+    static const struct {
+        double value;
+        const char *field;
+    } cases[] = {{0, "     0.0"},           {1.5, "     1.5"},         {-1.23456789, "-1.23457"},
+                 {123456.789, "123456.8"},  {1234567.891, "1.2346+6"}, {1.23456e-4, "1.2346-4"},
+                 {-1.23456e-10, "-1.23-10"}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char field[9] = "";
+        lcmsim_field(cases[k].value, field);
+        assert_string_equal(field, cases[k].field);
+    }
+}
+
+/* Reads a field as LCMsim does: no E, a sign within begins the exponent. */
+static double read_field(const char *field) {
+    char text[32];
+    size_t length = 0;
+    for (int k = 0; k < 8; k++) {
+        bool exponent = (field[k] == '-' || field[k] == '+') && length > 0;
+        if (exponent)
+            text[length++] = 'e';
+        if (field[k] != ' ' && field[k] != 'e' && field[k] != 'E')
+            text[length++] = field[k];
+    }
+    text[length] = '\0';
+    return strtod(text, NULL);
+}
+
+static void test_lcmsim_fields_read_back(void **state) {
+    (void)state;
+    struct random random = random_begin("lcmsim");
+    for (int k = 0; k < 20000; k++) {
+        double value = random_between(&random, -1, 1) * pow(10, random_between(&random, -12, 7));
+        char field[9] = "";
+        lcmsim_field(value, field);
+        assert_int_equal(strlen(field), 8);
+        assert_true(fabs(read_field(field) - value) <= 6e-3 * fabs(value));
+        if (fabs(value) > 1e-3 && fabs(value) < 1e5)
+            assert_true(fabs(read_field(field) - value) <= 1.2e-3 * fabs(value));
+    }
+}
+
+static void test_lcmsim_bins_are_at_most_125_and_alike(void **state) {
+    (void)state;
+    struct api_mesh_fields fields = small_strip(5000, 0.036); /* half a turn */
+    struct lcmsim_bins bins;
+    bool used[256] = {false};
+    assert_true(lcmsim_make_bins(&bins, &fields));
+    assert_int_equal(bins.count, LCMSIM_BINS_MAX);
+    assert_true(bins.direction_deg < 2);
+    assert_true(bins.thickness < 0.03);
+    for (size_t k = 0; k < fields.element_count; k++)
+        used[bins.part[k]] = true;
+    for (size_t part = 0; part < 256; part++)
+        assert_int_equal(used[part], part >= 2 && part < 2 + bins.count);
+    lcmsim_free_bins(&bins);
+    small_strip_free(&fields);
+}
+
+static void test_lcmsim_bins_of_like_elements_are_one(void **state) {
+    (void)state;
+    struct api_mesh_fields fields = small_strip(300, 0);
+    struct lcmsim_bins bins;
+    assert_true(lcmsim_make_bins(&bins, &fields));
+    assert_int_equal(bins.count, 1);
+    assert_true(bins.direction_deg < 1e-6 && bins.k1 < 1e-12 && bins.thickness < 1e-12);
+    lcmsim_free_bins(&bins);
+    small_strip_free(&fields);
+}
+
+/* Directions that differ by half a turn are the same. */
+static void test_lcmsim_bins_know_no_sign_of_direction(void **state) {
+    (void)state;
+    struct api_mesh_fields fields = small_strip(4, 180);
+    struct lcmsim_bins bins;
+    assert_true(lcmsim_make_bins(&bins, &fields));
+    assert_int_equal(bins.count, 1);
+    assert_true(fabs(bins.bin[0].direction.x) > 1 - 1e-12);
+    lcmsim_free_bins(&bins);
+    small_strip_free(&fields);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_formats_of_results_are_golden),
+        cmocka_unit_test(test_formats_of_patterns_are_golden),
+        cmocka_unit_test(test_formats_refuse_cells_without_corners),
+        cmocka_unit_test(test_formats_glb_of_no_nodes_is_refused),
+        cmocka_unit_test(test_outline_goes_round_cells_and_holes),
+        cmocka_unit_test(test_outline_encloses_the_area_of_random_cells),
+        cmocka_unit_test(test_fieldset_groups_vectors_and_tensors),
+        cmocka_unit_test(test_fieldset_tensor_has_the_given_principal_values),
+        cmocka_unit_test(test_colour_grows_lighter_evenly),
+        cmocka_unit_test(test_formats_vtu_is_golden),
+        cmocka_unit_test(test_formats_lcmsim_is_golden),
+        cmocka_unit_test(test_formats_lcmsim_says_what_it_lacks),
+        cmocka_unit_test(test_lcmsim_fields_are_the_closest_of_eight_characters),
+        cmocka_unit_test(test_lcmsim_fields_read_back),
+        cmocka_unit_test(test_lcmsim_bins_are_at_most_125_and_alike),
+        cmocka_unit_test(test_lcmsim_bins_of_like_elements_are_one),
+        cmocka_unit_test(test_lcmsim_bins_know_no_sign_of_direction),
+    };
+    prepare();
+    return cmocka_run_group_tests_name("formats", tests, NULL, NULL);
+}

@@ -1,0 +1,364 @@
+/* SPDX-License-Identifier: MIT */
+#include "../../solver/permeability.h"
+
+#include "check.h"
+#include "support.h"
+#include <math.h>
+
+static const double pi = 3.14159265358979323846;
+
+static void assert_near(double value, double expected, double tolerance) {
+    if (!(fabs(value - expected) <= tolerance * fabs(expected)))
+        fail_msg("%.17g is not %.17g", value, expected);
+}
+
+/* Symmetric tensors of space: xx, yy, zz, xy, yz, xz. */
+struct tensor {
+    double m[3][3];
+};
+
+static void add_dyad(struct tensor *k, double factor, struct vec3 a) {
+    const double v[3] = {a.x, a.y, a.z};
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            k->m[i][j] += factor * v[i] * v[j];
+}
+
+static struct tensor in_space(const struct permeability *k, struct vec3 warp, struct vec3 weft) {
+    struct tensor tensor = {0};
+    struct vec3 first = permeability_direction(k, warp, weft);
+    struct vec3 normal = vec3_unit(vec3_cross(warp, weft));
+    add_dyad(&tensor, k->k1, first);
+    add_dyad(&tensor, k->k2, vec3_cross(normal, first));
+    add_dyad(&tensor, k->k3, normal);
+    return tensor;
+}
+
+static void assert_tensors_near(const struct tensor *a, const struct tensor *b, double tolerance) {
+    double size = 0;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            size = fmax(size, fabs(b->m[i][j]));
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            assert_true(fabs(a->m[i][j] - b->m[i][j]) <= tolerance * size);
+}
+
+/* Unit yarns with that shear in a plane turned at random. */
+static void make_yarns(struct random *random, double shear_deg, struct vec3 *warp,
+                       struct vec3 *weft) {
+    struct vec3 a, b;
+    do {
+        a = vec3_make(random_between(random, -1, 1), random_between(random, -1, 1),
+                      random_between(random, -1, 1));
+        b = vec3_make(random_between(random, -1, 1), random_between(random, -1, 1),
+                      random_between(random, -1, 1));
+    } while (vec3_norm(vec3_cross(a, b)) < 0.1);
+    *warp = vec3_unit(a);
+    double shear = shear_deg * pi / 180;
+    struct vec3 across = vec3_unit(vec3_axpy(-vec3_dot(b, *warp), *warp, b));
+    *weft = vec3_axpy(sin(shear), *warp, vec3_scale(cos(shear), across));
+}
+
+static const double table_shear[] = {0, 20, 40}, table_k1[] = {3e-10, 2e-10, 2e-10};
+static const double table_k2[] = {1e-10, 0.9e-10, 0.2e-10}, table_k3[] = {3e-12, 2e-12, 1e-12};
+static const double table_angle[] = {-30, -10, 5};
+static const struct permeability_table table = {3,        table_shear, table_k1,
+                                                table_k2, table_k3,    table_angle};
+
+/* Every model with something of everything. */
+enum { MODELS = 4 };
+static struct permeability model(int which, double vf, double shear_deg) {
+    static const double k[3] = {2e-10, 0.5e-10, 1e-12};
+    switch (which) {
+    case 0:
+        return permeability_kozeny_carman(k, 0.5, vf, shear_deg);
+    case 1:
+        return permeability_gebart(17e-6, PERMEABILITY_QUADRATIC, vf, shear_deg);
+    case 2:
+        return permeability_gebart(5e-6, PERMEABILITY_HEXAGONAL, vf, shear_deg);
+    default:
+        return permeability_of_table(&table, shear_deg, NULL);
+    }
+}
+
+/* ---- numbers worked by hand ---- */
+
+static void test_permeability_gebart_gives_the_hand_worked_numbers(void **state) {
+    (void)state;
+    const double r = 17e-6, vf = 0.5;
+    assert_near(permeability_gebart_along(r, PERMEABILITY_QUADRATIC, vf), 2.02807018e-11, 1e-8);
+    assert_near(permeability_gebart_across(r, PERMEABILITY_QUADRATIC, vf), 3.73472833e-12, 1e-8);
+    assert_near(permeability_gebart_along(r, PERMEABILITY_HEXAGONAL, vf), 2.18113208e-11, 1e-8);
+    assert_near(permeability_gebart_across(r, PERMEABILITY_HEXAGONAL, vf), 4.72786599e-12, 1e-8);
+}
+
+static void test_permeability_packing_limits_are_those_of_touching_circles(void **state) {
+    (void)state;
+    assert_near(permeability_packing_limit(PERMEABILITY_QUADRATIC), 0.78539816339744831, 1e-15);
+    assert_near(permeability_packing_limit(PERMEABILITY_HEXAGONAL), 0.90689968211710893, 1e-15);
+}
+
+static void test_permeability_kozeny_carman_factor_by_hand(void **state) {
+    (void)state;
+    assert_near(permeability_kozeny_carman_factor(0.5, 0.5), 1, 1e-15);
+    /* (0.4^3 / 0.36) / (0.5^3 / 0.25) = 0.17777.. / 0.5 */
+    assert_near(permeability_kozeny_carman_factor(0.6, 0.5), 0.064 / 0.36 / 0.5, 1e-14);
+    assert_true(permeability_kozeny_carman_factor(1, 0.5) == 0);
+    assert_true(permeability_kozeny_carman_factor(7, 0.5) == 0);
+}
+
+/* k1 = k2 at 30 degrees: axes on the bisectors, the ratio 3, the product g^2 K0^2. */
+static void test_permeability_balanced_fabric_has_its_axes_on_the_bisectors(void **state) {
+    (void)state;
+    static const double k0[3] = {3e-10, 3e-10, 1e-11};
+    double g = 0.064 / 0.36 / 0.5;
+    struct permeability k = permeability_kozeny_carman(k0, 0.5, 0.6, 30);
+    assert_near(k.k1 / k.k2, 3, 1e-14);
+    assert_near(k.k1 * k.k2, g * g * 9e-20, 1e-13);
+    assert_near(k.k3, g * 1e-11, 1e-14);
+    assert_near(k.along, cos(30 * pi / 180), 1e-14); /* yarns at 0 and 60 degrees */
+    assert_near(k.across, sin(30 * pi / 180), 1e-14);
+    for (double shear = -85; shear <= 85; shear += 5) {
+        double s = sin(fabs(shear) * pi / 180);
+        k = permeability_kozeny_carman(k0, 0.5, 0.5, shear);
+        assert_near(k.k1 / k.k2, (1 + s) / (1 - s), 1e-10);
+        assert_near(k.k1 * k.k2, 9e-20, 1e-13);
+    }
+}
+
+/* k1 = 4, k2 = 1 at 30 degrees: K = [4.25 0.433; 0.433 0.75] / 0.866. */
+static void test_permeability_push_forward_by_hand(void **state) {
+    (void)state;
+    static const double k0[3] = {4, 1, 0.1};
+    struct permeability k = permeability_kozeny_carman(k0, 0.5, 0.5, 30);
+    double c = sqrt(0.75), xx = 4.25 / c, xy = 0.5, yy = c;
+    struct tensor expected = {{{xx, xy, 0}, {xy, yy, 0}, {0, 0, 0.1}}};
+    struct tensor found = in_space(&k, vec3_make(1, 0, 0), vec3_make(0.5, c, 0));
+    assert_tensors_near(&found, &expected, 1e-14);
+    assert_near(k.k1 * k.k2, 4, 1e-14);
+}
+
+static void test_permeability_gebart_superposes_two_yarns(void **state) {
+    (void)state;
+    const double shear = 25, s = sin(shear * pi / 180), c = cos(shear * pi / 180);
+    const struct vec3 warp = {1, 0, 0}, weft = {s, c, 0};
+    double along = permeability_gebart_along(17e-6, PERMEABILITY_QUADRATIC, 0.5);
+    double across = permeability_gebart_across(17e-6, PERMEABILITY_QUADRATIC, 0.5);
+    struct permeability k = permeability_gebart(17e-6, PERMEABILITY_QUADRATIC, 0.5, shear);
+    struct tensor expected = {{{across, 0, 0}, {0, across, 0}, {0, 0, across}}};
+    add_dyad(&expected, (along - across) / 2, warp);
+    add_dyad(&expected, (along - across) / 2, weft);
+    struct tensor found = in_space(&k, warp, weft);
+    assert_tensors_near(&found, &expected, 1e-14);
+    assert_true(k.k3 == across);
+}
+
+/* ---- the table ---- */
+
+static void test_permeability_table_goes_through_its_rows(void **state) {
+    (void)state;
+    for (int row = 0; row < 3; row++) {
+        bool outside = true;
+        struct permeability k = permeability_of_table(&table, -table_shear[row], &outside);
+        assert_false(outside);
+        assert_near(k.k1, table_k1[row], 1e-15);
+        assert_near(k.k2, table_k2[row], 1e-15);
+        assert_near(k.k3, table_k3[row], 1e-15);
+    }
+}
+
+static void test_permeability_table_ends_are_kept_and_flagged(void **state) {
+    (void)state;
+    static const double shear[] = {5, 30}, k1[] = {2, 1}, k2[] = {1, 0.5}, k3[] = {0.1, 0.2};
+    const struct permeability_table part = {2, shear, k1, k2, k3, NULL};
+    bool outside = false;
+    struct permeability k = permeability_of_table(&part, -4.9, &outside);
+    assert_true(outside && k.k1 == 2 && k.k2 == 1 && k.k3 == 0.1);
+    k = permeability_of_table(&part, 88, &outside);
+    assert_true(outside && k.k1 == 1 && k.k2 == 0.5 && k.k3 == 0.2);
+    k = permeability_of_table(&part, 17.5, &outside);
+    assert_false(outside);
+    assert_near(k.k1, 1.5, 1e-15); /* two rows: a straight line */
+}
+
+static void test_permeability_interpolation_keeps_monotony(void **state) {
+    (void)state;
+    struct random random = random_begin("monotony");
+    for (int trial = 0; trial < 300; trial++) {
+        enum { MOST = 9 };
+        double x[MOST], y[MOST];
+        size_t count = 1 + (size_t)random_index(&random, MOST);
+        for (size_t k = 0; k < count; k++) {
+            x[k] = (k ? x[k - 1] : 0) + random_between(&random, 0.01, 10);
+            y[k] = random_index(&random, 4) && k ? random_between(&random, 1, 3) : 2;
+        }
+        for (size_t k = 0; k + 1 < count; k++) {
+            double low = fmin(y[k], y[k + 1]), high = fmax(y[k], y[k + 1]), last = y[k];
+            for (int step = 0; step <= 64; step++) {
+                double at = x[k] + (x[k + 1] - x[k]) * step / 64;
+                double value = permeability_interpolate(x, y, count, at);
+                assert_true(value >= low - 1e-14 && value <= high + 1e-14);
+                assert_true((value - last) * (y[k + 1] - y[k]) >= -1e-14);
+                last = value;
+            }
+            assert_near(permeability_interpolate(x, y, count, x[k]), y[k], 1e-15);
+        }
+    }
+}
+
+/* k1 along warp without shear, where the bisector lies at 45 degrees; and k2 the larger one. */
+static void test_permeability_table_angle_is_from_the_bisector(void **state) {
+    (void)state;
+    static const double shear[] = {0, 40}, one[] = {1, 1}, two[] = {2, 2}, angle[] = {-45, -15};
+    const struct permeability_table turned = {2, shear, two, one, one, angle};
+    const struct permeability_table swapped = {2, shear, one, two, one, angle};
+    struct permeability k = permeability_of_table(&turned, 0, NULL);
+    assert_near(k.along, 1, 1e-15);
+    assert_true(fabs(k.across) < 1e-15);
+    k = permeability_of_table(&turned, 40, NULL); /* 25 - 15 degrees from warp */
+    assert_near(k.along, cos(10 * pi / 180), 1e-14);
+    assert_near(k.across, sin(10 * pi / 180), 1e-14);
+    k = permeability_of_table(&turned, -40, NULL);
+    assert_near(k.across, -sin(10 * pi / 180), 1e-14);
+    k = permeability_of_table(&swapped, 40, NULL); /* at right angles to that */
+    assert_true(k.k1 == 2 && k.k2 == 1);
+    assert_near(k.along, sin(10 * pi / 180), 1e-14);
+    assert_near(k.across, -cos(10 * pi / 180), 1e-14);
+}
+
+/* ---- invariants ---- */
+
+static void test_permeability_unsheared_gives_the_input_back(void **state) {
+    (void)state;
+    static const double warpwise[3] = {2e-10, 0.5e-10, 1e-12}, weftwise[3] = {1e-10, 3e-10, 1e-12};
+    struct permeability k = permeability_kozeny_carman(warpwise, 0.5, 0.5, 0);
+    assert_near(k.k1, 2e-10, 1e-15);
+    assert_near(k.k2, 0.5e-10, 1e-15);
+    assert_near(k.k3, 1e-12, 1e-15);
+    assert_true(k.along == 1 && k.across == 0);
+    k = permeability_kozeny_carman(weftwise, 0.5, 0.5, 0);
+    assert_near(k.k1, 3e-10, 1e-15);
+    assert_near(k.k2, 1e-10, 1e-15);
+    assert_true(k.along == 0 && k.across == 1);
+}
+
+static void test_permeability_is_positive_and_ordered(void **state) {
+    (void)state;
+    struct random random = random_begin("positive");
+    for (int trial = 0; trial < 4000; trial++) {
+        double shear = random_between(&random, -89.9, 89.9), vf = random_between(&random, 0.05, 1.5);
+        struct permeability k = model(trial % MODELS, vf, shear);
+        assert_true(k.k1 >= k.k2 && k.k2 >= 0 && k.k3 >= 0 && k.along >= 0);
+        assert_true(vf > 0.78 || (k.k2 > 0 && k.k3 > 0));
+        assert_near(k.along * k.along + k.across * k.across, 1, 1e-14);
+    }
+}
+
+static void test_permeability_is_finite_at_ninety_degrees(void **state) {
+    (void)state;
+    for (int which = 0; which < MODELS; which++) {
+        for (int sign = -1; sign <= 1; sign += 2) {
+            struct vec3 warp = {0, 0, 1}, weft = {0, 0, sign};
+            struct permeability k = model(which, 0.5, 90 * sign);
+            struct vec3 direction = permeability_direction(&k, warp, weft);
+            assert_true(isfinite(k.k1) && isfinite(k.k2) && isfinite(k.k3));
+            assert_near(vec3_norm(direction), 1, 1e-14);
+        }
+    }
+    assert_true(isfinite(permeability_areal_ratio(90)));
+}
+
+static void test_permeability_sign_of_shear_mirrors_the_tensor(void **state) {
+    (void)state;
+    struct random random = random_begin("mirror");
+    for (int trial = 0; trial < 400; trial++) {
+        double shear = random_between(&random, 0.1, 89), vf = random_between(&random, 0.3, 0.7);
+        struct permeability a = model(trial % MODELS, vf, shear);
+        struct permeability b = model(trial % MODELS, vf, -shear);
+        assert_true(a.k1 == b.k1 && a.k2 == b.k2 && a.k3 == b.k3);
+        assert_true(a.along == b.along && a.across == -b.across);
+    }
+}
+
+/* Yarns turned in space: the tensor by its frame is that turned with them. Exchanging warp and weft
+ * of a fabric that is alike in both changes nothing. */
+static void test_permeability_turns_with_the_yarns(void **state) {
+    (void)state;
+    struct random random = random_begin("rotation");
+    for (int trial = 0; trial < 400; trial++) {
+        double shear = random_between(&random, -80, 80);
+        struct vec3 warp, weft;
+        make_yarns(&random, shear, &warp, &weft);
+        struct vec3 normal = vec3_unit(vec3_cross(warp, weft)), e2 = vec3_cross(normal, warp);
+        struct permeability k = model(trial % MODELS, 0.55, shear);
+        struct tensor flat = in_space(&k, vec3_make(1, 0, 0),
+                                      vec3_make(vec3_dot(weft, warp), vec3_dot(weft, e2), 0));
+        const double rotation[3][3] = {{warp.x, e2.x, normal.x},
+                                       {warp.y, e2.y, normal.y},
+                                       {warp.z, e2.z, normal.z}};
+        struct tensor turned = {0}, found = in_space(&k, warp, weft);
+        for (int i = 0; i < 9; i++)
+            for (int j = 0; j < 9; j++)
+                turned.m[i / 3][i % 3] +=
+                    rotation[i / 3][j / 3] * flat.m[j / 3][j % 3] * rotation[i % 3][j % 3];
+        assert_tensors_near(&found, &turned, 1e-13);
+    }
+}
+
+static void test_permeability_of_a_balanced_fabric_knows_no_first_yarn(void **state) {
+    (void)state;
+    struct random random = random_begin("exchange");
+    static const double k0[3] = {3e-10, 3e-10, 1e-11};
+    for (int trial = 0; trial < 200; trial++) {
+        double shear = random_between(&random, -80, 80);
+        struct vec3 warp, weft;
+        make_yarns(&random, shear, &warp, &weft);
+        struct permeability k = trial % 2 ? permeability_kozeny_carman(k0, 0.5, 0.6, shear)
+                                          : model(1, 0.5, shear);
+        /* The weft as first yarn, the other way round, so that the normal stays. */
+        struct tensor a = in_space(&k, warp, weft);
+        struct tensor b = in_space(&k, weft, vec3_scale(-1, warp));
+        k = trial % 2 ? permeability_kozeny_carman(k0, 0.5, 0.6, -shear) : model(1, 0.5, -shear);
+        b = in_space(&k, weft, vec3_scale(-1, warp));
+        assert_tensors_near(&a, &b, 1e-12);
+    }
+}
+
+static void test_permeability_principal_undoes_a_rotation(void **state) {
+    (void)state;
+    struct random random = random_begin("principal");
+    for (int trial = 0; trial < 1000; trial++) {
+        double angle = random_between(&random, -pi / 2, pi / 2), c = cos(angle), s = sin(angle);
+        double k1 = random_between(&random, 1, 2), k2 = random_between(&random, 0.01, 0.99);
+        struct permeability k = permeability_principal(
+            k1 * c * c + k2 * s * s, (k1 - k2) * c * s, k1 * s * s + k2 * c * c, 0.5);
+        assert_near(k.k1, k1, 1e-13);
+        assert_near(k.k2, k2, 1e-11);
+        assert_near(k.along * c + k.across * s, 1, 1e-12);
+        assert_true(k.k3 == 0.5);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_permeability_gebart_gives_the_hand_worked_numbers),
+        cmocka_unit_test(test_permeability_packing_limits_are_those_of_touching_circles),
+        cmocka_unit_test(test_permeability_kozeny_carman_factor_by_hand),
+        cmocka_unit_test(test_permeability_balanced_fabric_has_its_axes_on_the_bisectors),
+        cmocka_unit_test(test_permeability_push_forward_by_hand),
+        cmocka_unit_test(test_permeability_gebart_superposes_two_yarns),
+        cmocka_unit_test(test_permeability_table_goes_through_its_rows),
+        cmocka_unit_test(test_permeability_table_ends_are_kept_and_flagged),
+        cmocka_unit_test(test_permeability_interpolation_keeps_monotony),
+        cmocka_unit_test(test_permeability_table_angle_is_from_the_bisector),
+        cmocka_unit_test(test_permeability_unsheared_gives_the_input_back),
+        cmocka_unit_test(test_permeability_is_positive_and_ordered),
+        cmocka_unit_test(test_permeability_is_finite_at_ninety_degrees),
+        cmocka_unit_test(test_permeability_sign_of_shear_mirrors_the_tensor),
+        cmocka_unit_test(test_permeability_turns_with_the_yarns),
+        cmocka_unit_test(test_permeability_of_a_balanced_fabric_knows_no_first_yarn),
+        cmocka_unit_test(test_permeability_principal_undoes_a_rotation),
+    };
+    return cmocka_run_group_tests_name("permeability", tests, NULL, NULL);
+}
