@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "shape.h"
 
+#include "../solver/bounds.h"
 #include "digest.h"
 #include "text.h"
 
@@ -39,40 +40,42 @@ static double least_nodes(const struct drape_settings *settings, double area) {
     return fmin(nodes, warp * weft);
 }
 
-/* The trimmed region, where the surface has trims. */
-static enum api_problem_id make_trim(struct api_request *request, const struct surface *surface,
-                                     struct arena *arena, struct api_problem *problem) {
-    struct trim *trim;
-    if (request->surface.trim_count == 0)
+/* The trimmed region, NULL where the surface has no trims; `pointer` leads to them. */
+static enum api_problem_id make_trim(const struct api_surface *definition, const char *pointer,
+                                     const struct surface *surface, struct arena *arena,
+                                     struct trim **trim, struct api_problem *problem) {
+    *trim = NULL;
+    if (definition->trim_count == 0)
         return API_OK;
-    switch (trim_make(surface, request->surface.trims, request->surface.trim_count, arena, &trim)) {
+    switch (trim_make(surface, definition->trims, definition->trim_count, arena, trim)) {
     case STATUS_OK:
-        request->settings.trim = trim;
         return API_OK;
     case STATUS_OUT_OF_MEMORY:
         api_problem_set(problem, API_OUT_OF_MEMORY, "the trims need more memory than allowed");
         break;
     default:
-        api_problem_set_at(problem, API_DEGENERATE_SURFACE, "/surface/trims",
+        api_problem_set_at(problem, API_DEGENERATE_SURFACE, pointer,
                            "the trims leave nothing of the surface");
         break;
     }
     return problem->id;
 }
 
-static double usable_area(const struct api_request *request, const struct surface *surface) {
+static double usable_area(const struct trim *trim, const struct surface *surface) {
     struct vec3 centroid;
-    const struct trim *trim = request->settings.trim;
     return trim ? trim_area(trim, &centroid) : surface_area(surface, NULL);
 }
 
 enum api_problem_id api_shape_make(struct api_request *request, const struct api_limits *limits,
                                    struct arena *arena, struct surface **surface,
                                    struct api_problem *problem) {
+    struct trim *trim;
     if (make(&request->surface, "/surface", arena, surface, problem) != API_OK ||
-        make_trim(request, *surface, arena, problem) != API_OK)
+        make_trim(&request->surface, "/surface/trims", *surface, arena, &trim, problem) != API_OK)
         return problem->id;
-    double nodes = least_nodes(&request->settings, usable_area(request, *surface));
+    if (trim)
+        request->settings.trim = trim;
+    double nodes = least_nodes(&request->settings, usable_area(trim, *surface));
     if (nodes <= (double)limits->max_nodes)
         return API_OK;
     api_problem_add(
@@ -94,13 +97,15 @@ static void write_truth(struct api_text *text, const char *key, bool value) {
 const char *api_shape_describe(const struct api_surface *definition, struct arena *arena,
                                struct api_problem *problem) {
     struct surface *surface;
+    struct trim *trim;
     struct vec3 lower, upper;
     char id[API_ID_SIZE];
     const struct nurbs *nurbs = &definition->nurbs;
-    if (make(definition, "", arena, &surface, problem) != API_OK)
+    if (make(definition, "", arena, &surface, problem) != API_OK ||
+        make_trim(definition, "/trims", surface, arena, &trim, problem) != API_OK)
         return NULL;
     bool ok = api_digest_surface(definition, arena, id);
-    surface_bounds(surface, &lower, &upper);
+    bounds_tight(surface, &lower, &upper);
     struct api_text text = api_text_growing(arena);
     api_text_raw(&text, "{");
     api_text_key_string(&text, "id", ok ? id : "");
@@ -117,7 +122,7 @@ const char *api_shape_describe(const struct api_surface *definition, struct aren
     api_text_raw(&text, ",");
     write_point(&text, upper);
     api_text_raw(&text, "]");
-    api_text_key_number(&text, "area", surface_area(surface, NULL));
+    api_text_key_number(&text, "area", usable_area(trim, surface));
     api_text_raw(&text, "}");
     const char *document = ok ? api_text_finish(&text) : NULL;
     if (!document)

@@ -33,15 +33,18 @@ struct circle {
     double inside2, outside2; /* squares of how far D may be outside a triangle */
 };
 
-/* middle = B + x axis, with x from (|BC|^2 + bd^2 - cd^2) / (2 |BC|). */
+/* middle = P + x (Q - P) / L, with P that of B and C which has the shorter chord p, and so is not
+ * lost beside the other: x = (L^2 + p^2 - q^2) / (2 L). */
 static struct circle make_circle(const struct mesh *mesh, const struct mesh_cell *cell) {
     struct circle circle = {.mesh = mesh, .cell = cell};
+    bool from_b = cell->bd <= cell->cd;
+    double shorter = from_b ? cell->bd : cell->cd, longer = from_b ? cell->cd : cell->bd;
     struct vec3 base = vec3_sub(cell->c.r, cell->b.r);
-    double length = vec3_norm(base), longer = fmax(cell->bd, cell->cd);
-    double x = (length * length + (cell->bd - cell->cd) * (cell->bd + cell->cd)) / (2 * length);
+    double length = vec3_norm(base);
+    double x = ((length - longer) * (length + longer) + shorter * shorter) / (2 * length);
     circle.axis = vec3_unit(base);
-    circle.middle = vec3_axpy(x, circle.axis, cell->b.r);
-    circle.radius2 = (cell->bd - x) * (cell->bd + x);
+    circle.middle = vec3_axpy(from_b ? x : -x, circle.axis, from_b ? cell->b.r : cell->c.r);
+    circle.radius2 = (shorter - x) * (shorter + x);
     double inside = between * longer + rounding * mesh->magnitude;
     double outside = beyond * longer + rounding * mesh->magnitude;
     circle.inside2 = inside * inside;
@@ -131,7 +134,8 @@ static enum mesh_corner_end accept(const struct circle *circle, int32_t t, struc
     return MESH_CORNER_FOUND;
 }
 
-/* Heads for D from B or C. */
+/* Heads for D from B or C. It ends at the mesh's edge with MESH_CORNER_BOUNDARY when the mesh,
+ * going on flat, would lead to D, with MESH_CORNER_COLLAPSED when even so it would not. */
 static enum mesh_corner_end walk_from(const struct circle *circle, const struct mesh_place *from,
                                       struct mesh_corner *corner) {
     const struct mesh *mesh = circle->mesh;
@@ -150,7 +154,7 @@ static enum mesh_corner_end walk_from(const struct circle *circle, const struct 
                                                     : MESH_CORNER_NO_CONVERGENCE;
         int32_t twin = mesh->twins[3 * t + way.edge];
         if (twin == MESH_NONE)
-            return MESH_CORNER_BOUNDARY;
+            return real ? MESH_CORNER_BOUNDARY : MESH_CORNER_COLLAPSED;
         struct vec3 to = vec3_axpy(way.share, vec3_sub(d, p), p);
         left -= vec3_distance(p, to);
         p = to;
@@ -225,9 +229,11 @@ static enum mesh_corner_end search_all(const struct circle *circle,
     mesh_tree_visit(circle->mesh, &shape, try_triangle, &search);
     if (search.best.triangle != MESH_NONE)
         return accept(circle, search.best.triangle, search.best.r, corner);
+    if (ends[0] == MESH_CORNER_BOUNDARY || ends[1] == MESH_CORNER_BOUNDARY)
+        return MESH_CORNER_BOUNDARY;
     if (has_collapsed(circle->mesh, cell))
         return MESH_CORNER_COLLAPSED;
-    if (ends[0] == MESH_CORNER_BOUNDARY || ends[1] == MESH_CORNER_BOUNDARY)
+    if (ends[0] == MESH_CORNER_COLLAPSED || ends[1] == MESH_CORNER_COLLAPSED)
         return MESH_CORNER_BOUNDARY;
     return search.unreached ? MESH_CORNER_NO_CONVERGENCE : MESH_CORNER_COLLAPSED;
 }

@@ -278,6 +278,13 @@ bool mesh_walk_section(struct mesh_walk *walk, const struct mesh *mesh,
     return corner == MESH_NONE || face_section(walk, corner);
 }
 
+bool mesh_walk_towards(struct mesh_walk *walk, const struct mesh *mesh,
+                       const struct mesh_place *from, struct vec3 target) {
+    struct vec3 between = vec3_sub(target, from->r);
+    struct vec3 plane = vec3_cross(between, mesh->normals[from->triangle]);
+    return vec3_norm2(plane) > 0 && mesh_walk_section(walk, mesh, from, plane, between);
+}
+
 enum mesh_walk_end mesh_walk_length(struct mesh_walk *walk, double length) {
     struct goal goal = {.length = length, .chord2 = HUGE_VAL};
     return run(walk, &goal);
@@ -293,11 +300,9 @@ bool mesh_walk_connects(const struct mesh *mesh, const struct mesh_place *from,
                         const struct mesh_place *to, double reach) {
     struct mesh_walk walk;
     struct goal goal = {.length = reach, .chord2 = HUGE_VAL, .target = to};
-    struct vec3 between = vec3_sub(to->r, from->r);
     if (from->triangle == to->triangle)
         return true;
     goal.near = 10 * same * (reach + rounding * mesh->magnitude);
-    struct vec3 plane = vec3_cross(between, mesh->normals[from->triangle]);
-    return mesh_walk_section(&walk, mesh, from, plane, between) &&
-           run(&walk, &goal) == MESH_WALK_DONE && goal.passed;
+    return mesh_walk_towards(&walk, mesh, from, to->r) && run(&walk, &goal) == MESH_WALK_DONE &&
+           goal.passed;
 }

@@ -45,6 +45,12 @@ bool mesh_walk_straight(struct mesh_walk *walk, const struct mesh *mesh,
 bool mesh_walk_section(struct mesh_walk *walk, const struct mesh *mesh,
                        const struct mesh_place *from, struct vec3 plane, struct vec3 direction);
 
+/* Sets off along the section by the plane through `from` and the point `target` that is upright on
+ * the triangle of `from`, towards `target`, which need not be on the mesh. False when `target` is
+ * straight above `from`, or the way to it leads off the mesh from a vertex. */
+bool mesh_walk_towards(struct mesh_walk *walk, const struct mesh *mesh,
+                       const struct mesh_place *from, struct vec3 target);
+
 /* Moves on by `length` >= 0. */
 enum mesh_walk_end mesh_walk_length(struct mesh_walk *walk, double length);
 

@@ -5,9 +5,16 @@
 
 enum { STATE = 4, ROUNDS_MAX = 40, HALVINGS_MAX = 12, COARSE = 5, FINE = 9 };
 
+/* Knots met on the way that the mesh is fitted to, as many as the coarsest can take; and how often
+ * it is fitted anew, each time with the square of the miss before. */
+enum { MEETINGS_MAX = 3, FITTINGS_MAX = 6 };
+
 /* Newton ends with a correction whose norm per point is less; what it leaves is smaller by the
  * factor of `difference` and more. */
 static const double tolerance = 1e-10;
+
+/* A knot is met at a point of the mesh when the path is there so near, as a share of it. */
+static const double meeting_tolerance = 1e-8;
 
 /* The weight of p and q against u and v in the norm (54): the paper's 1 / 10. */
 static const double velocity_weight = 0.1;
@@ -28,14 +35,29 @@ static const double uneven_speed = 0.02;
  * half a turn of a circle is pi / 2). */
 static const double detour = 2;
 
-/* What does not change while Newton runs. */
+/* Where the path meets a knot. */
+struct meeting {
+    int direction, point; /* of the mesh */
+    double at;            /* the knot, as a distance in u or v from A */
+    double s;
+};
+
+/* A step of the mesh lies in one span, and takes the polynomials of that span at both its ends. */
+struct step {
+    int span[2];
+    double turn[2]; /* what to take off (u, v) to be in the domain of the span */
+};
+
+/* What does not change while Newton runs, but for y. */
 struct problem {
     const struct surface *surface;
-    struct surface_cursor *cursor;
     const double *from; /* (u, v) of A */
     double to[2];       /* (u, v) of B, less those of A */
-    double scale[2];    /* |r_u|, |r_v| at A over the chord: one unit of the norm
-                           is one chord in space */
+    double scale[2];    /* |r_u|, |r_v| at A over the chord: one unit of the norm is one chord */
+    double s[RELAXATION_POINTS_MAX];
+    struct step step[RELAXATION_POINTS_MAX]; /* k: from point k - 1 to k */
+    struct meeting meeting[MEETINGS_MAX];    /* by s */
+    int meetings;
     double y[RELAXATION_POINTS_MAX][STATE]; /* where the corrections are computed next */
 };
 
@@ -69,22 +91,19 @@ static void form_solve(const struct form *form, double x, double y, int c, doubl
     out[1][c] = -(form->e * y - form->f * x) * form->inverse;
 }
 
-/* The jet at the k-th point, and those a little further in u and in v, all by the polynomials of
- * the one span: across a knot a difference would be that of the jump, not a derivative. */
-static void jets_at(const struct problem *problem, int k, struct surface_jet jet[3],
-                    double step[2]) {
-    const struct surface *surface = problem->surface;
-    int *span[2] = {&problem->cursor->span_u, &problem->cursor->span_v};
+/* The jet at point k, and those a little further in u and in v, all by the polynomials of the one
+ * span: across a knot a difference would be that of the jump, not a derivative. */
+static void jets_at(const struct problem *problem, int k, const struct step *step,
+                    struct surface_jet jet[3], double width[2]) {
     double x[2];
     for (int n = 0; n < 2; n++) {
-        const struct surface_axis *axis = &surface->axis[n];
-        x[n] = surface_axis_wrap(axis, problem->from[n] + problem->y[k][n]);
-        *span[n] = surface_axis_span(axis, *span[n], x[n]);
-        step[n] = difference / axis->rates[*span[n]];
+        x[n] = problem->from[n] + problem->y[k][n] - step->turn[n];
+        width[n] = difference / problem->surface->axis[n].rates[step->span[n]];
     }
     for (int n = 0; n < 3; n++)
-        surface_evaluate_span(surface, *span[0], *span[1], x[0] + (n == 1 ? step[0] : 0),
-                              x[1] + (n == 2 ? step[1] : 0), &jet[n]);
+        surface_evaluate_span(problem->surface, step->span[0], step->span[1],
+                              x[0] + (n == 1 ? width[0] : 0), x[1] + (n == 2 ? width[1] : 0),
+                              &jet[n]);
 }
 
 /* w and its derivatives. That c = a + r_u w1 + r_v w2 is normal to the surface, c . r_u = 0 and
@@ -95,10 +114,11 @@ static void jets_at(const struct problem *problem, int k, struct surface_jet jet
  *
  * and alike by v. All of it is in the second-order jet but a_u and a_v, the third derivatives,
  * which are differences of a. By p, it is I (w_p) = -a_p with a_p = 2 (p r_uu + q r_uv). */
-static void slope_at(const struct problem *problem, int k, struct slope *slope) {
-    double p = problem->y[k][2], q = problem->y[k][3], step[2], w[2][2];
+static void slope_at(const struct problem *problem, int k, const struct step *step,
+                     struct slope *slope) {
+    double p = problem->y[k][2], q = problem->y[k][3], width[2], w[2][2];
     struct surface_jet jet[3];
-    jets_at(problem, k, jet, step);
+    jets_at(problem, k, step, jet, width);
     const struct surface_jet *at = &jet[0];
     struct form form = form_make(at);
     struct vec3 a = acceleration(at, p, q);
@@ -109,7 +129,7 @@ static void slope_at(const struct problem *problem, int k, struct slope *slope) 
     for (int n = 0; n < 2; n++) {
         struct vec3 to_u = n ? at->uv : at->uu, to_v = n ? at->vv : at->uv;
         struct vec3 ahead = acceleration(&jet[1 + n], p, q);
-        struct vec3 change = vec3_scale(1 / step[n], vec3_sub(ahead, a));
+        struct vec3 change = vec3_scale(1 / width[n], vec3_sub(ahead, a));
         change = vec3_axpy(slope->w[1], to_v, vec3_axpy(slope->w[0], to_u, change));
         form_solve(&form, vec3_dot(change, at->u) + vec3_dot(c, to_u),
                    vec3_dot(change, at->v) + vec3_dot(c, to_v), n, slope->by_uv);
@@ -125,13 +145,12 @@ struct affine {
     double x[3][2], v[3][2];
 };
 
-/* y_k = y_(k-1) + h/2 (..) is short of by this: -F_k, equation 42 with its signs put right. */
-static void defect(const struct problem *problem, int k, double half, const struct slope *slope,
-                   double minus_f[STATE]) {
-    const double *y = problem->y[k], *before = problem->y[k - 1];
+/* -F_k, equation 42 with its signs put right; `half` is h/2. */
+static void defect(const double before[STATE], const double y[STATE], double half,
+                   const struct slope *from, const struct slope *to, double minus_f[STATE]) {
     for (int n = 0; n < 2; n++) {
         minus_f[n] = before[n] - y[n] + half * (before[2 + n] + y[2 + n]);
-        minus_f[2 + n] = before[2 + n] - y[2 + n] + half * (slope[k - 1].w[n] + slope[k].w[n]);
+        minus_f[2 + n] = before[2 + n] - y[2 + n] + half * (from->w[n] + to->w[n]);
     }
 }
 
@@ -163,21 +182,36 @@ static void eliminate(const struct slope *before, const struct slope *at, double
     }
 }
 
-/* Newton's correction dY at problem->y (equations 47 to 51) and its norm (54), per point. The block
- * system is eliminated from A to B, which carries errors on by no more than geodesics part from
- * each other on the way, little over one spacing; then the two equations at B give what was not
- * known at A. The norm is not a number when the surface is singular on the way. */
-static double correction(const struct problem *problem, int points, double dy[][STATE]) {
-    struct slope slope[RELAXATION_POINTS_MAX];
-    struct affine affine[RELAXATION_POINTS_MAX];
-    double half = 0.5 / (points - 1), minus_f[STATE], known[3] = {1, 0, 0}, sum = 0;
+static bool same_polynomials(const struct step *a, const struct step *b) {
+    return a->span[0] == b->span[0] && a->span[1] == b->span[1] && a->turn[0] == b->turn[0] &&
+           a->turn[1] == b->turn[1];
+}
+
+/* The whole system from A to B, which carries errors on by no more than geodesics part from each
+ * other on the way: little over one spacing. */
+static void eliminate_all(const struct problem *problem, int points, struct affine *affine) {
+    struct slope from, to;
     affine[0] = (struct affine){.v = {{0, 0}, {1, 0}, {0, 1}}};
-    slope_at(problem, 0, &slope[0]);
     for (int k = 1; k < points; k++) {
-        slope_at(problem, k, &slope[k]);
-        defect(problem, k, half, slope, minus_f);
-        eliminate(&slope[k - 1], &slope[k], half, minus_f, &affine[k - 1], &affine[k]);
+        const struct step *step = &problem->step[k];
+        double half = (problem->s[k] - problem->s[k - 1]) / 2, minus_f[STATE];
+        if (k == 1 || !same_polynomials(step, step - 1))
+            slope_at(problem, k - 1, step, &from);
+        else
+            from = to;
+        slope_at(problem, k, step, &to);
+        defect(problem->y[k - 1], problem->y[k], half, &from, &to, minus_f);
+        eliminate(&from, &to, half, minus_f, &affine[k - 1], &affine[k]);
     }
+}
+
+/* Newton's correction dY at problem->y (equations 47 to 51) and its norm (54), per point: the two
+ * equations at B give what was not known at A. The norm is not a number when the surface is
+ * singular on the way. */
+static double correction(const struct problem *problem, int points, double dy[][STATE]) {
+    struct affine affine[RELAXATION_POINTS_MAX];
+    double known[3] = {1, 0, 0}, sum = 0;
+    eliminate_all(problem, points, affine);
     const struct affine *last = &affine[points - 1];
     const double *p = last->x[1], *q = last->x[2];
     double inverse = 1 / (p[0] * q[1] - p[1] * q[0]);
@@ -237,69 +271,188 @@ static bool newton(struct problem *problem, struct relaxation *path) {
     return false;
 }
 
-/* False when the two stations have no chord to scale by. */
-static bool problem_make(const struct surface *surface, struct surface_cursor *cursor,
-                         const struct station *a, const struct station *b,
-                         struct problem *problem) {
+/* Sorts a meeting in; more than fit are not fitted to. */
+static void add_meeting(struct problem *problem, struct meeting meeting) {
+    int k = problem->meetings++;
+    if (k >= MEETINGS_MAX)
+        return;
+    for (; k > 0 && problem->meeting[k - 1].s > meeting.s; k--)
+        problem->meeting[k] = problem->meeting[k - 1];
+    problem->meeting[k] = meeting;
+}
+
+/* The span of u or v at a distance from A, and its turn. */
+static void find_span(const struct problem *problem, int n, double distance, struct step *step) {
+    const struct surface_axis *axis = &problem->surface->axis[n];
+    double x = problem->from[n] + distance, wrapped = surface_axis_wrap(axis, x);
+    step->turn[n] = x - wrapped;
+    step->span[n] = surface_axis_span(axis, step->span[n], wrapped);
+}
+
+/* The knots of direction n between A and B, and where the straight line meets them. */
+static void find_meetings(struct problem *problem, int n) {
+    const struct surface_axis *axis = &problem->surface->axis[n];
+    double period = surface_axis_upper(axis) - surface_axis_lower(axis), to = problem->to[n];
+    int up = to > 0;
+    struct step step = {0};
+    find_span(problem, n, 0, &step);
+    int span = step.span[n];
+    double turn = step.turn[n];
+    while (to != 0 && problem->meetings <= MEETINGS_MAX) {
+        double at = axis->breaks[span + up] + turn - problem->from[n], s = at / to;
+        bool end = !axis->closed && (up ? span == axis->span_count - 1 : span == 0);
+        if (end || !(s < 1 - meeting_tolerance))
+            return;
+        if (s > meeting_tolerance)
+            add_meeting(problem, (struct meeting){n, 0, at, s});
+        span += up ? 1 : -1;
+        if (span < 0 || span == axis->span_count) {
+            span = up ? 0 : axis->span_count - 1;
+            turn += up ? period : -period;
+        }
+    }
+}
+
+/* A mesh with a point at each meeting, and the others even between them. */
+static void make_mesh(struct problem *problem, int points) {
+    double end[MEETINGS_MAX + 2] = {0};
+    int steps[MEETINGS_MAX + 1], pieces = problem->meetings + 1, at = 0;
+    for (int k = 0; k < pieces; k++) {
+        end[k + 1] = k < problem->meetings ? problem->meeting[k].s : 1;
+        steps[k] = 1;
+    }
+    for (int left = points - 1 - pieces; left > 0; left--) {
+        int widest = 0;
+        for (int k = 1; k < pieces; k++)
+            if ((end[k + 1] - end[k]) * steps[widest] > (end[widest + 1] - end[widest]) * steps[k])
+                widest = k;
+        steps[widest]++;
+    }
+    for (int k = 0; k < pieces; k++) {
+        for (int step = 0; step < steps[k]; step++)
+            problem->s[at + step] = end[k] + (end[k + 1] - end[k]) * step / steps[k];
+        at += steps[k];
+        if (k < problem->meetings)
+            problem->meeting[k].point = at;
+    }
+    problem->s[at] = 1;
+}
+
+/* Each step lies in the span of its middle. */
+static void find_spans(struct problem *problem, const struct relaxation *path) {
+    for (int k = 1; k < path->points; k++) {
+        problem->step[k] = k > 1 ? problem->step[k - 1] : (struct step){0};
+        for (int n = 0; n < 2; n++)
+            find_span(problem, n, (path->y[k - 1][n] + path->y[k][n]) / 2, &problem->step[k]);
+    }
+}
+
+/* The problem on a mesh for the straight line in (u, v), and that line. False when the two stations
+ * have no chord to scale by. */
+static bool start_straight(const struct surface *surface, const struct station *a,
+                           const struct station *b, int points, struct problem *problem,
+                           struct relaxation *path) {
     double chord = vec3_distance(a->jet.r, b->jet.r);
     problem->surface = surface;
-    problem->cursor = cursor;
     problem->from = a->uv;
+    problem->meetings = 0;
     for (int n = 0; n < 2; n++) {
         problem->to[n] = b->uv[n] - a->uv[n];
         problem->scale[n] = sqrt(a->first[2 * n]) / chord;
+        find_meetings(problem, n);
     }
-    return isfinite(problem->scale[0] + problem->scale[1]);
-}
-
-/* The straight line in (u, v). */
-static void start_straight(const struct problem *problem, int points, struct relaxation *path) {
+    if (problem->meetings > MEETINGS_MAX || problem->meetings > points - 2)
+        problem->meetings = 0;
+    make_mesh(problem, points);
     *path = (struct relaxation){.points = points};
     for (int k = 0; k < points; k++)
         for (int n = 0; n < 2; n++) {
-            path->y[k][n] = problem->to[n] * k / (points - 1);
+            path->y[k][n] = problem->to[n] * problem->s[k];
             path->y[k][2 + n] = problem->to[n];
         }
+    return isfinite(problem->scale[0] + problem->scale[1]);
 }
 
-/* Twice as fine a mesh: between two points the cubic through their values and derivatives. */
-static void start_refined(const struct relaxation *coarse, struct relaxation *path) {
-    double h = 1.0 / (coarse->points - 1);
+/* Halves every step: between two points the cubic through their values and derivatives. */
+static void start_refined(struct problem *problem, const struct relaxation *coarse,
+                          struct relaxation *path) {
     *path = (struct relaxation){.points = 2 * coarse->points - 1};
-    for (int k = 0; k < coarse->points; k++)
+    for (int k = coarse->points - 1; k >= 0; k--) {
+        problem->s[2 * k] = problem->s[k];
         memcpy(path->y[2 * k], coarse->y[k], sizeof path->y[0]);
-    for (int k = 1; k < coarse->points; k++)
+    }
+    for (int k = 0; k < problem->meetings; k++)
+        problem->meeting[k].point *= 2;
+    for (int k = 1; k < path->points; k += 2) {
+        const double *l = path->y[k - 1], *r = path->y[k + 1];
+        double h = problem->s[k + 1] - problem->s[k - 1];
+        problem->s[k] = problem->s[k - 1] + h / 2;
         for (int n = 0; n < 2; n++) {
-            const double *l = coarse->y[k - 1], *r = coarse->y[k];
-            path->y[2 * k - 1][n] = (l[n] + r[n]) / 2 + h / 8 * (l[2 + n] - r[2 + n]);
-            path->y[2 * k - 1][2 + n] = 1.5 / h * (r[n] - l[n]) - (l[2 + n] + r[2 + n]) / 4;
+            path->y[k][n] = (l[n] + r[n]) / 2 + h / 8 * (l[2 + n] - r[2 + n]);
+            path->y[k][2 + n] = 1.5 / h * (r[n] - l[n]) - (l[2 + n] + r[2 + n]) / 4;
         }
+    }
 }
 
-bool relaxation_solve(const struct surface *surface, struct surface_cursor *cursor,
-                      const struct station *a, const struct station *b, int points,
-                      struct relaxation *path) {
+/* Moves the points that stand for knots to where the path meets them, and those between along.
+ * False when they would pass each other; `moved` is the farthest. */
+static bool fit_mesh(struct problem *problem, const struct relaxation *path, double *moved) {
+    double before = 0, after = 0;
+    int first = 0;
+    *moved = 0;
+    for (int m = 0; m <= problem->meetings; m++) {
+        struct meeting *meeting = &problem->meeting[m];
+        int last = m < problem->meetings ? meeting->point : path->points - 1;
+        double end = problem->s[last], to = 1;
+        if (m < problem->meetings) {
+            const double *y = path->y[last];
+            to = end + (meeting->at - y[meeting->direction]) / y[2 + meeting->direction];
+            *moved = fmax(*moved, fabs(to - end));
+        }
+        if (!(to > after))
+            return false;
+        for (int k = first + 1; k <= last; k++)
+            problem->s[k] = after + (to - after) * ((problem->s[k] - before) / (end - before));
+        before = end;
+        after = to;
+        first = last;
+    }
+    return after == 1;
+}
+
+/* Newton on a mesh that is fitted to the knots as the path comes to be known. */
+static bool relax(struct problem *problem, struct relaxation *path) {
+    for (int round = 0; round < FITTINGS_MAX; round++) {
+        double moved;
+        find_spans(problem, path);
+        if (!newton(problem, path))
+            return false;
+        if (problem->meetings == 0)
+            return true;
+        if (!fit_mesh(problem, path, &moved))
+            return false;
+        if (moved < meeting_tolerance)
+            return true;
+    }
+    return false;
+}
+
+bool relaxation_solve(const struct surface *surface, const struct station *a,
+                      const struct station *b, int points, struct relaxation *path) {
     struct problem problem;
-    if (!problem_make(surface, cursor, a, b, &problem))
-        return false;
-    start_straight(&problem, points, path);
-    return newton(&problem, path);
-}
-
-/* The velocity in space at a point of the path. */
-static struct vec3 velocity(const struct surface_jet *jet, double p, double q) {
-    return vec3_axpy(q, jet->v, vec3_scale(p, jet->u));
+    return start_straight(surface, a, b, points, &problem, path) && relax(&problem, path);
 }
 
 /* Whether the speed is the same all along. */
-static bool resolved(const struct problem *problem, const struct relaxation *path) {
+static bool resolved(const struct problem *problem, const struct relaxation *path,
+                     struct surface_cursor *cursor) {
     double least = HUGE_VAL, most = 0;
     for (int k = 0; k < path->points; k++) {
         const double *y = path->y[k];
         struct surface_jet jet;
-        surface_evaluate(problem->surface, problem->cursor, problem->from[0] + y[0],
-                         problem->from[1] + y[1], &jet);
-        double speed = vec3_norm(velocity(&jet, y[2], y[3]));
+        surface_evaluate(problem->surface, cursor, problem->from[0] + y[0], problem->from[1] + y[1],
+                         &jet);
+        double speed = vec3_norm(vec3_axpy(y[3], jet.v, vec3_scale(y[2], jet.u)));
         least = fmin(least, speed);
         most = fmax(most, speed);
     }
@@ -312,18 +465,16 @@ bool relaxation_tangents(const struct surface *surface, struct surface_cursor *c
     struct problem problem;
     struct relaxation coarse, fine;
     struct vec3 pole;
-    double chord = vec3_distance(a->jet.r, b->jet.r);
+    double chord = vec3_distance(a->jet.r, b->jet.r), velocity[2];
     if (station_pole_distance(surface, a->jet.r, &pole) < pole_distance * chord ||
-        !problem_make(surface, cursor, a, b, &problem))
+        !start_straight(surface, a, b, COARSE, &problem, &coarse) || !relax(&problem, &coarse))
         return false;
-    start_straight(&problem, COARSE, &coarse);
-    if (!newton(&problem, &coarse))
+    start_refined(&problem, &coarse, &fine);
+    if (!relax(&problem, &fine) || !resolved(&problem, &fine, cursor))
         return false;
-    start_refined(&coarse, &fine);
-    if (!newton(&problem, &fine) || !resolved(&problem, &fine))
-        return false;
-    double p = (4 * fine.y[0][2] - coarse.y[0][2]) / 3, q = (4 * fine.y[0][3] - coarse.y[0][3]) / 3;
-    struct vec3 along = velocity(&a->jet, p, q);
+    for (int n = 0; n < 2; n++)
+        velocity[n] = (4 * fine.y[0][2 + n] - coarse.y[0][2 + n]) / 3;
+    struct vec3 along = vec3_axpy(velocity[1], a->jet.v, vec3_scale(velocity[0], a->jet.u));
     if (!(vec3_norm(along) <= detour * chord))
         return false;
     *length = vec3_norm(along);

@@ -29,8 +29,8 @@ struct sample sample_grid(int n, int m, struct random *random) {
     for (int j = 0; j <= m; j++)
         for (int i = 0; i <= n; i++) {
             bool inner = random && i > 0 && i < n && j > 0 && j < m;
-            double x = inner ? random_between(random, -0.3, 0.3) : 0;
-            double y = inner ? random_between(random, -0.3, 0.3) : 0;
+            double x = inner ? random_between(random, -0.2, 0.2) : 0;
+            double y = inner ? random_between(random, -0.2, 0.2) : 0;
             s.vertices[j * (n + 1) + i] = vec3_make((i + x) / n, (j + y) / m, 0);
         }
     for (int j = 0; j < m; j++)

@@ -14,7 +14,7 @@ struct sample {
 };
 
 /* n x m squares over [0, 1]^2 of the plane z = 0, each two triangles with normals up. With `random`
- * (may be NULL) inner vertices are moved by up to 0.3 squares and diagonals run either way. */
+ * (may be NULL) inner vertices are moved by up to 0.2 squares and diagonals run either way. */
 struct sample sample_grid(int n, int m, struct random *random);
 
 /* The vertices and triangles given; of two samples; of the triangles for which `keep` is true. */

@@ -6,6 +6,7 @@
 #include "sample.h"
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 #include <time.h>
 
 static struct arena *new_arena(void) {
@@ -118,7 +119,7 @@ static void test_mesh_corner_on_vertices_and_edges(void **state) {
  * change their sign there. */
 static int scan_roots(const struct mesh *mesh, const struct mesh_cell *cell, struct vec3 nearest_to,
                       double *nearest) {
-    enum { STEPS = 20000 };
+    enum { STEPS = 4000 };
     struct vec3 base = vec3_sub(cell->c.r, cell->b.r), axis = vec3_unit(base);
     double length = vec3_norm(base);
     double x = (length * length + cell->bd * cell->bd - cell->cd * cell->cd) / (2 * length);
@@ -173,7 +174,7 @@ static void test_mesh_corner_finds_the_root_of_a_scan(void **state) {
         if (end == MESH_CORNER_FOUND) {
             check_found(mesh, &cell, &d, 1);
             assert_true(scan_roots(mesh, &cell, d.place.r, &nearest) > 0);
-            assert_true(nearest < 1e-3 * chord);
+            assert_true(nearest < 3e-3 * chord);
         } else if (end == MESH_CORNER_COLLAPSED) {
             assert_int_equal(scan_roots(mesh, &cell, cell.guess, &nearest), 0);
         }
@@ -248,7 +249,7 @@ static void test_mesh_corner_stays_on_its_sheet(void **state) {
     const struct mesh *mesh = sample_mesh(&s, arena);
     assert_int_equal(mesh->component_count, 2);
     int past = 0;
-    for (int k = 0; k < 500; k++) {
+    for (int k = 0; k < 3000; k++) {
         double x = random_between(&random, 0.06, 0.14), y = random_between(&random, 0.3, 0.7);
         struct mesh_place a;
         struct mesh_cell cell;
@@ -277,25 +278,21 @@ static struct vec3 back(struct vec3 p) {
     return vec3_make(p.x, p.y, -0.01);
 }
 
+/* Joins the edges of two grids of n x n squares, the first and second half of the vertices. */
 static void add_rim(struct sample *plate, int n) {
-    struct sample rim = sample_of(NULL, 0, NULL, (size_t)(8 * n));
-    int32_t side = (n + 1) * (n + 1);
-    size_t t = 0;
+    size_t sides = 8 * (size_t)n, t = plate->triangle_count;
+    struct sample closed =
+        sample_of(plate->vertices, plate->vertex_count, NULL, plate->triangle_count + sides);
+    int32_t back_side = (n + 1) * (n + 1);
+    memcpy(closed.triangles, plate->triangles, t * sizeof *closed.triangles);
     for (int edge = 0; edge < 4; edge++)
         for (int k = 0; k < n; k++, t += 2) {
             int step = edge < 2 ? 1 : n + 1, from = edge % 2 ? (edge < 2 ? n * (n + 1) : n) : 0;
             int32_t a = from + k * step, b = a + step;
-            int32_t corners[2][3] = {{a, b, b + side}, {a, b + side, a + side}};
-            for (int m = 0; m < 6; m++)
-                rim.triangles[t + (size_t)m / 3][m % 3] = corners[m / 3][m % 3];
+            const int32_t corners[2][3] = {{a, b, b + back_side},
+                                           {a, b + back_side, a + back_side}};
+            memcpy(closed.triangles[t], corners, sizeof corners);
         }
-    struct sample closed =
-        sample_of(plate->vertices, plate->vertex_count, (const int32_t(*)[3])plate->triangles,
-                  plate->triangle_count + t);
-    for (size_t k = 0; k < t; k++)
-        for (int m = 0; m < 3; m++)
-            closed.triangles[plate->triangle_count + k][m] = rim.triangles[k][m];
-    sample_free(&rim);
     sample_free(plate);
     *plate = closed;
 }

@@ -79,12 +79,9 @@ static void make_turned(struct subject *s, const char *name, const double (*prof
                                      profile[j][1]);
         }
     size_t points = (size_t)(9 * count);
-    struct nurbs nurbs = {{2, 9, knots, 12},
-                          {2, count, s->knots[1], (size_t)count + 3},
-                          s->points,
-                          points,
-                          s->weights,
-                          points};
+    struct nurbs nurbs = {{2, 9, knots, 12}, {2, count, s->knots[1], (size_t)count + 3},
+                          s->points,         points,
+                          s->weights,        points};
     subject_make(s, name, &nurbs);
 }
 
@@ -141,7 +138,7 @@ static void must_shoot(struct subject *s, double u, double v, double angle, doub
  * to the length. */
 static double mesh_error(struct subject *s, const struct shot *shot, int points) {
     struct relaxation path;
-    if (!relaxation_solve(s->surface, &s->cursor, &shot->a, &shot->b, points, &path))
+    if (!relaxation_solve(s->surface, &shot->a, &shot->b, points, &path))
         fail_msg("%s: no path on %d points", s->name, points);
     const double *y = path.y[0], *end = path.y[points - 1];
     struct vec3 velocity = vec3_axpy(y[3], shot->a.jet.v, vec3_scale(y[2], shot->a.jet.u));
@@ -183,7 +180,7 @@ static void test_relaxation_is_of_second_order_in_the_mesh(void **state) {
     arena_free(s.arena);
 }
 
-/* The line between two stations of one random span; what is found by a long search is skipped. */
+/* A line from a random place; false when it leaves its span, where the surface is not smooth. */
 static bool random_shot(struct subject *s, double length, struct random *random,
                         struct shot *shot) {
     const struct nurbs *nurbs = &s->patch.nurbs;
@@ -271,13 +268,13 @@ static void test_relaxation_tangents_agree_with_shooting(void **state) {
     (void)state;
     struct subject s;
     make_sphere(&s);
-    check_tangents(&s, 0.45, 0.55, 0.4, 1e-4);
+    check_tangents(&s, 0.45, 0.55, 0.4, 2e-6);
     arena_free(s.arena);
     make_saddle(&s);
-    check_tangents(&s, 0.6, 0.3, 0.4, 1e-4);
+    check_tangents(&s, 0.6, 0.3, 0.4, 2e-6);
     arena_free(s.arena);
     make_torus(&s);
-    check_tangents(&s, 0.4, 1.55, 0.4, 1e-4);
+    check_tangents(&s, 0.4, 1.55, 0.4, 2e-6);
     arena_free(s.arena);
 }
 
@@ -285,8 +282,8 @@ static void test_relaxation_tangents_on_random_surfaces(void **state) {
     (void)state;
     struct random random = random_begin(__func__);
     struct errors worst = {0};
-    int tried = 0, failed = 0, iterations = 0;
-    while (tried < 500) {
+    int tried = 0, failed = 0, poor = 0, iterations = 0;
+    while (tried < 300) {
         struct subject s;
         struct shot shot;
         struct errors e;
@@ -297,6 +294,7 @@ static void test_relaxation_tangents_on_random_surfaces(void **state) {
                 worst.angle = fmax(worst.angle, e.angle);
                 worst.length = fmax(worst.length, e.length);
                 worst.chord = fmax(worst.chord, e.chord);
+                poor += e.angle > 1e-5 || e.length > 1e-5;
                 iterations += e.iterations;
             } else {
                 failed++;
@@ -304,12 +302,13 @@ static void test_relaxation_tangents_on_random_surfaces(void **state) {
         }
         arena_free(s.arena);
     }
-    printf("[     note ] %d geodesics, %d refused: tangent %.1e, length %.1e, projected chord %.1e; "
-           "%.1f iterations\n",
-           tried, failed, worst.angle, worst.length, worst.chord,
-           (double)iterations / (tried - failed));
-    assert_true(failed <= tried / 50);
-    assert_true(worst.angle < 1e-3 && worst.length < 1e-3);
+    printf(
+        "[     note ] %d geodesics, %d refused: tangent %.1e, length %.1e, projected chord %.1e; "
+        "%.1f iterations\n",
+        tried, failed, worst.angle, worst.length, worst.chord,
+        (double)iterations / (tried - failed));
+    assert_true(failed <= tried / 100 && poor <= tried / 50);
+    assert_true(worst.angle < 1e-2 && worst.length < 1e-2);
 }
 
 /* ---- places that need care ---- */
@@ -330,7 +329,7 @@ static void test_relaxation_crosses_seams_and_knots(void **state) {
             worst = fmax(worst, fmax(e.angle, e.length));
         }
     printf("[     note ] off by %.1e at the most\n", worst);
-    assert_true(worst < 2e-5);
+    assert_true(worst < 1e-8);
     arena_free(s.arena);
 }
 
@@ -370,8 +369,8 @@ static void test_relaxation_is_the_same_from_both_ends(void **state) {
     struct relaxation there, back;
     make_saddle(&s);
     must_shoot(&s, 0.3, 0.4, 70, 0.4, &shot);
-    assert_true(relaxation_solve(s.surface, &s.cursor, &shot.a, &shot.b, 9, &there));
-    assert_true(relaxation_solve(s.surface, &s.cursor, &shot.b, &shot.a, 9, &back));
+    assert_true(relaxation_solve(s.surface, &shot.a, &shot.b, 9, &there));
+    assert_true(relaxation_solve(s.surface, &shot.b, &shot.a, 9, &back));
     for (int k = 0; k < 9; k++)
         for (int n = 0; n < 2; n++) {
             double shift = shot.b.uv[n] - shot.a.uv[n];
@@ -383,24 +382,71 @@ static void test_relaxation_is_the_same_from_both_ends(void **state) {
 
 /* ---- step control ---- */
 
-/* Lines many spans long from a random start, far from the straight line in (u, v): undamped Newton
- * is lost on some of them. What converges is a geodesic: sent off with its velocity, it arrives. */
+/* How far from B a geodesic sent off with the velocity that was found arrives, relative to its
+ * length. */
+static double arrival(struct subject *s, const struct shot *shot, const struct relaxation *path) {
+    struct path line;
+    struct station end;
+    const double *y = path->y[0];
+    struct vec3 v = vec3_axpy(y[3], shot->a.jet.v, vec3_scale(y[2], shot->a.jet.u));
+    assert_true(path_geodesic(&line, s->surface, &shot->a, v));
+    assert_true(path_advance(&line, vec3_norm(v)));
+    assert_true(path_station(&line, &s->cursor, &end, NULL));
+    return vec3_distance(end.jet.r, shot->b.jet.r) / vec3_norm(v);
+}
+
+/* One bicubic span over [0, 1]^2 with steep hills and weights from 0.3 to 3. */
+static void make_wild(struct subject *s, struct random *random) {
+    static const double knots[] = {0, 0, 0, 0, 1, 1, 1, 1};
+    for (int k = 0; k < 16; k++) {
+        double x = k / 4, y = k % 4;
+        s->points[k] =
+            vec3_make(x + random_between(random, -0.3, 0.3), y + random_between(random, -0.3, 0.3),
+                      random_between(random, -4, 4));
+        s->weights[k] = random_between(random, 0.3, 3);
+    }
+    struct nurbs nurbs = {{3, 4, knots, 8}, {3, 4, knots, 8}, s->points, 16, s->weights, 16};
+    subject_make(s, "wild", &nurbs);
+}
+
+static bool inside(const struct station *station) {
+    return fabs(station->uv[0] - 0.5) <= 0.5 && fabs(station->uv[1] - 0.5) <= 0.5;
+}
+
+/* Lines across steep hills, where the straight line in (u, v) is a poor start and undamped Newton
+ * gets lost. What comes out is a geodesic all the same: sent off with its velocity, it arrives, as
+ * far as the mesh can tell. Always the same lines, for hard ones are rare. */
 static void test_relaxation_halves_steps_that_do_not_help(void **state) {
     (void)state;
-    struct random random = random_begin(__func__);
-    int halved = 0, failed = 0, halvings = 0, iterations = 0, most = 0;
+    struct random random = {20};
+    int tried = 0, found = 0, halved = 0, halvings = 0, iterations = 0;
     double worst = 0;
-    for (int k = 0; k < 400; k++) {
+    while (tried < 300) {
         struct subject s;
-        struct shot shot, again;
+        struct shot shot;
         struct relaxation path;
-        make_random(&s, 3, &random);
-        bool found = random_shot(&s, 2.5, &random, &shot) || true;
-        (void)found;
+        make_wild(&s, &random);
+        const double uv[2] = {random_between(&random, 0, 1), random_between(&random, 0, 1)};
+        if (shoot(&s, uv, random_between(&random, 0, 360), 3.5, &shot) && inside(&shot.b)) {
+            tried++;
+            if (relaxation_solve(s.surface, &shot.a, &shot.b, 33, &path)) {
+                found++;
+                iterations += path.iterations;
+                if (path.halvings > 0) {
+                    halved++;
+                    halvings += path.halvings;
+                    worst = fmax(worst, arrival(&s, &shot, &path));
+                }
+            }
+        }
         arena_free(s.arena);
-        (void)again; (void)path;
     }
-    printf("%d %d %d %d %d %g\n", halved, failed, halvings, iterations, most, worst);
+    printf(
+        "[     note ] found %d of %d, %d of them with %d halvings, in %.1f iterations; they miss "
+        "by %.1e of their length at the most\n",
+        found, tried, halved, halvings, (double)iterations / found, worst);
+    assert_true(found > 9 * tried / 10);
+    assert_true(halved > 3 && worst < 0.05);
 }
 
 int main(void) {
