@@ -12,7 +12,8 @@
  * other local minima can hide the nearest point, and a sphere seen from its centre, where
  * N = D^2 W exactly, is settled at once.
  *
- * Measured: three to six steps of Newton's method each, one or two spans cut into cells.
+ * Measured on surfaces of 8 x 8 and of 100 x 100 spans alike, on average: none to four spans looked
+ * into, up to 27 cells, and one to five runs of Newton's method of about four steps.
  */
 #include "bounds.h"
 #include "surface_spans.h"

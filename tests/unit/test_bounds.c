@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: MIT */
+#include "../../api/shape.h"
 #include "../../solver/bounds.h"
 
 #include "check.h"
 #include "patch.h"
 #include "support.h"
 #include <float.h>
+#include <jansson.h>
 #include <math.h>
 
 enum { SURFACES = 60, GRID = 80, TURNS = 30, CIRCLE = 9, PROFILE_MAX = 9 };
@@ -152,6 +154,38 @@ static void test_bounds_of_a_saddle(void **state) {
     bounds_tight(surface, &lower, &upper);
     assert_true(lower.x == -2 && lower.y == -2 && lower.z == -2);
     assert_true(upper.x == 2 && upper.y == 2 && upper.z == 2);
+    arena_free(arena);
+}
+
+/* The stored surface is described by its own box, and by the area that trims leave of it: here the
+ * half u <= (lower + upper) / 2, of which the saddle has two alike. */
+static void test_bounds_and_area_describe_a_trimmed_surface(void **state) {
+    (void)state;
+    struct arena *arena = arena_new((size_t)1 << 24);
+    struct api_request request;
+    struct api_problem problem;
+    struct surface *surface;
+    double lower[2], upper[2], area, low[3], high[3];
+    assert_int_equal(decode_text(saddle_request, arena, &request, &problem), API_OK);
+    assert_int_equal(surface_make(&request.surface.nurbs, arena, &surface), STATUS_OK);
+    surface_domain(surface, lower, upper);
+    const double middle = (lower[0] + upper[0]) / 2;
+    const double edge[][2] = {
+        {lower[0], lower[1]}, {middle, lower[1]}, {middle, upper[1]}, {lower[0], upper[1]}};
+    const struct trim_curve curve = {.degree = 1, .points = edge, .count = 4};
+    const struct trim_loop loop = {.reversed = true, .curves = &curve, .count = 1};
+    request.surface.trims = &loop;
+    request.surface.trim_count = 1;
+    const char *text = api_shape_describe(&request.surface, arena, &problem);
+    assert_non_null(text);
+    json_t *json = json_loads(text, 0, NULL);
+    assert_int_equal(json_unpack(json, "{s:F,s:[[F,F,F],[F,F,F]]}", "area", &area, "bounding_box",
+                                 &low[0], &low[1], &low[2], &high[0], &high[1], &high[2]),
+                     0);
+    assert_true(fabs(area - 29.7850269 / 2) < 1e-4 * 15);
+    for (int k = 0; k < 3; k++)
+        assert_true(low[k] == -2 && high[k] == 2);
+    json_decref(json);
     arena_free(arena);
 }
 
@@ -303,6 +337,7 @@ int main(void) {
         cmocka_unit_test(test_bounds_of_a_cylinder),
         cmocka_unit_test(test_bounds_of_a_torus),
         cmocka_unit_test(test_bounds_of_a_saddle),
+        cmocka_unit_test(test_bounds_and_area_describe_a_trimmed_surface),
         cmocka_unit_test(test_bounds_are_those_of_a_search),
         cmocka_unit_test(test_bounds_close_with_the_square_of_the_cells),
     };
