@@ -116,6 +116,8 @@ static enum status find_areas(struct mesh *mesh, struct arena *arena) {
         double area = vec3_norm(vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]))) / 2;
         struct vec3 middle = vec3_scale(1.0 / 3, vec3_add(p[0], vec3_add(p[1], p[2])));
         component->triangle_count++;
+        for (int k = 0; k < 3; k++)
+            component->rim_count += mesh->twins[3 * t + (size_t)k] == MESH_NONE;
         add_area(&component->area, &component->centroid, area, middle);
     }
     for (size_t k = 0; k < mesh->component_count; k++) {

@@ -70,6 +70,7 @@ struct mesh_component {
     double area;
     struct vec3 centroid; /* of that area */
     size_t triangle_count;
+    size_t rim_count; /* of edges with one triangle only; 0: the component is closed */
 };
 
 struct mesh_box {

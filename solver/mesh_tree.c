@@ -66,36 +66,58 @@ static int widest(const struct item *items, size_t count) {
     return best;
 }
 
+/* A total order, without branches. */
 static bool before(const struct item *a, const struct item *b, int axis) {
-    return a->at[axis] < b->at[axis] || (a->at[axis] == b->at[axis] && a->triangle < b->triangle);
+    return (a->at[axis] < b->at[axis]) |
+           ((a->at[axis] == b->at[axis]) & (a->triangle < b->triangle));
 }
 
-static void swap(struct item *a, struct item *b) {
-    struct item c = *a;
-    *a = *b;
-    *b = c;
+/* Brings the items before `pivot` to the front; how many they are. The exchange is made always and
+ * counted when it should be, for a processor cannot foresee which way a branch would go. */
+static size_t divide(struct item *items, size_t count, struct item pivot, int axis) {
+    size_t less = 0;
+    for (size_t i = 0; i < count; i++) {
+        struct item item = items[i];
+        items[i] = items[less];
+        items[less] = item;
+        less += before(&item, &pivot, axis);
+    }
+    return less;
 }
 
-/* Hoare's selection: the `rank` least items come first. The pivot's place is scattered, so that no
- * order of the triangles makes it slow. */
-static void select_least(struct item *items, ptrdiff_t count, ptrdiff_t rank, int axis) {
-    ptrdiff_t low = 0, high = count - 1;
-    uint64_t scatter = (uint64_t)count;
-    while (low < high) {
-        scatter = scatter * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
-        struct item pivot = items[low + (ptrdiff_t)(scatter >> 33) % (high - low + 1)];
-        ptrdiff_t i = low, j = high;
-        while (i <= j) {
-            while (before(&items[i], &pivot, axis))
-                i++;
-            while (before(&pivot, &items[j], axis))
-                j--;
-            if (i <= j)
-                swap(&items[i++], &items[j--]);
-        }
-        if (rank > j && rank < i)
+static uint64_t scattered(uint64_t state) {
+    return state * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+}
+
+/* The middle one of three items, whose places are scattered, so that no order of the triangles
+ * makes the selection slow. */
+static struct item choose_pivot(const struct item *items, size_t count, int axis,
+                                uint64_t *scatter) {
+    struct item pick[3];
+    for (int k = 0; k < 3; k++) {
+        *scatter = scattered(*scatter);
+        pick[k] = items[(size_t)(*scatter >> 33) % count];
+    }
+    bool ab = before(&pick[0], &pick[1], axis), bc = before(&pick[1], &pick[2], axis);
+    bool ac = before(&pick[0], &pick[2], axis);
+    return ab == bc ? pick[1] : ab == ac ? pick[2] : pick[0];
+}
+
+/* Hoare's selection: the `rank` least items come first. */
+static void select_least(struct item *items, size_t count, size_t rank, int axis) {
+    uint64_t scatter = count;
+    while (count > 1) {
+        struct item pivot = choose_pivot(items, count, axis, &scatter);
+        size_t less = divide(items, count, pivot, axis);
+        if (less == rank)
             return;
-        *(rank <= j ? &high : &low) = rank <= j ? j : i;
+        if (less > rank) {
+            count = less;
+        } else if (less > 0) {
+            items += less;
+            count -= less;
+            rank -= less;
+        } /* else the pivot was the least, and another one will be drawn */
     }
 }
 
@@ -149,8 +171,7 @@ static void build_node(struct builder *b, struct span s) {
     if (last > b->mesh->triangle_count)
         last = b->mesh->triangle_count;
     struct item *items = b->items + first;
-    select_least(items, (ptrdiff_t)(last - first), (ptrdiff_t)(middle - first),
-                 widest(items, last - first));
+    select_least(items, last - first, middle - first, widest(items, last - first));
     build_node(b, left);
     build_node(b, right);
     b->mesh->boxes[s.node] = b->mesh->boxes[left.node];

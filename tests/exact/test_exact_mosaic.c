@@ -283,6 +283,7 @@ static void check_closed(const char *name, struct shape *shape, double size, lon
         assert_int_equal(mesh->component_count, 1);
         assert_int_equal(euler_number(mesh, &edges), euler);
         assert_int_equal(edges > 0, rim);
+        assert_int_equal(mesh->components[0].rim_count, edges);
         assert_true(fabs(mesh->area / area - 1) < 3e-3);
         assert_true(worst_shape(mesh) > 0.1);
         shape_transpose(shape);

@@ -184,6 +184,7 @@ static void test_mesh_of_several_components(void **state) {
         assert_true(fabs(component->area - 1) < 1e-14);
         assert_true(vec3_distance(component->centroid, vec3_make(0.5, 0.5, k)) < 1e-14);
         assert_int_equal(component->triangle_count, k == 0 ? 18 : 20);
+        assert_int_equal(component->rim_count, k == 0 ? 12 : 14);
         assert_true(mesh_nearest(mesh, vec3_make(0.3, 0.4, 0.2), k, &place, &distance));
         assert_true(fabs(distance - (k == 0 ? 0.2 : 0.8)) < 1e-15);
         assert_int_equal(mesh->component[place.triangle], k);
