@@ -60,7 +60,11 @@ bool march_mesh_towards(struct march *march, const struct station *from, struct 
                         double chord, struct station *station, bool *lost) {
     struct mesh_walk walk;
     struct mesh_place place = march_mesh_place(from);
-    *lost = !mesh_walk_towards(&walk, march->mesh, &place, target);
+    if (mesh_walk_towards(&walk, march->mesh, &place, target) &&
+        march_mesh_advance(&walk, chord, station, lost))
+        return true;
+    /* Along a curved edge of the surface the way lies beside the mesh: a straight walk stays on. */
+    *lost = !mesh_walk_straight(&walk, march->mesh, &place, vec3_sub(target, from->jet.r));
     return !*lost && march_mesh_advance(&walk, chord, station, lost);
 }
 
