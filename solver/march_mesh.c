@@ -4,6 +4,9 @@
 
 #include "mesh_corner.h"
 
+/* A generator's next place this near to the mesh, as a share of the chord, is on it. */
+static const double beside_mesh = 0.02;
+
 struct station march_mesh_station(const struct mesh *mesh, const struct mesh_place *place) {
     return (struct station){
         .uv = {place->triangle, 0}, .jet.r = place->r, .normal = mesh->normals[place->triangle]};
@@ -63,9 +66,13 @@ bool march_mesh_towards(struct march *march, const struct station *from, struct 
     if (mesh_walk_towards(&walk, march->mesh, &place, target) &&
         march_mesh_advance(&walk, chord, station, lost))
         return true;
-    /* Along a curved edge of the surface the way lies beside the mesh: a straight walk stays on. */
-    *lost = !mesh_walk_straight(&walk, march->mesh, &place, vec3_sub(target, from->jet.r));
-    return !*lost && march_mesh_advance(&walk, chord, station, lost);
+    /* Along a curved edge of the surface the way lies beside the mesh by the height of a patch:
+     * there the nearest place is as good. */
+    double distance;
+    int32_t component = march->mesh->component[place.triangle];
+    *lost = !mesh_nearest(march->mesh, target, component, &place, &distance);
+    *station = march_mesh_station(march->mesh, &place);
+    return !*lost && distance <= beside_mesh * chord;
 }
 
 bool march_mesh_straight_on(struct march *march, const struct station *from, struct vec3 direction,
