@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# all, demo, test, bench, lint, format, install, clean. See README.md.
+# all, demo, test, bench, figures, lint, format, install, clean. See README.md.
 .DEFAULT_GOAL := all
 SHELL := /bin/bash
 B ?= build
@@ -35,7 +35,7 @@ TEST_MAIN := $(filter $(addsuffix test_%,$(sort $(dir $(TEST_SRC)))),$(TEST_SRC)
 TESTS := $(TEST_MAIN:%.c=$(B)/%)
 test_helpers = $(call objects,$(filter-out $(dir $(1))test_%,$(wildcard $(dir $(1))*.c)))
 
-.PHONY: all demo test tests bench lint format install clean
+.PHONY: all demo test tests bench figures lint format install clean
 all: $(B)/draped $(B)/drape
 
 # Installs what the build needs, once; `make test` asks for more.
@@ -104,6 +104,10 @@ format:
 PREFIX ?= /usr/local
 install: all
 	install -D -t $(DESTDIR)$(PREFIX)/bin $(B)/draped $(B)/drape
+
+# Redraws api/figures from the program's own results.
+figures: $(B)/drape
+	@tests/figures/figures.sh $(B)
 
 bench: $(B)/tests/bench/bench_solver $(B)/draped
 	$<

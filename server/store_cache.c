@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* 4 MiB of full chunks in sets of eight: large enough that two or three readers which go through all
- * the columns of a result side by side find each chunk once, small enough to search, and that
+/* 4 MiB of full chunks in sets of eight: large enough that two or three readers which go through
+ * all the columns of a result side by side find each chunk once, small enough to search, and that
  * sending a result of any size costs less than 8 MiB. */
 enum { SETS = 8, WAYS = 8 };
 

@@ -32,6 +32,8 @@ struct march_curve {
 struct march_start {
     struct station station;
     struct vec3 warp, weft; /* unit, in the tangent plane */
+    struct station smooth;  /* on a mesh made of a surface: the start there, and the directions */
+    struct vec3 smooth_direction[2];
     struct march_curve curve[2];
 };
 
@@ -141,11 +143,16 @@ bool march_mesh_corner(struct march *march, const struct march_cell *at, struct 
 bool march_mesh_straight_on(struct march *march, const struct station *from, struct vec3 direction,
                             double d, struct station *station);
 
-/* Sets off along a generator to the side of `direction`, and on along it by equal chords; false
- * where that is not possible. */
+/* Sets off along a generator on a mesh of the caller's to the side of `direction`, and on along it
+ * to the place one chord away; `lost` tells whether it failed otherwise than at the edge. */
 bool march_mesh_arm(const struct march *march, const struct drape_generator *generator,
                     struct vec3 direction, struct mesh_walk *walk);
-bool march_mesh_advance(struct mesh_walk *walk, double chord, struct station *station);
+bool march_mesh_advance(struct mesh_walk *walk, double chord, struct station *station, bool *lost);
+
+/* From `from` to the place one chord away towards `target`, the next place of a generator on the
+ * surface the mesh was made of: triangles turn a straight walk aside, the surface does not. */
+bool march_mesh_towards(struct march *march, const struct station *from, struct vec3 target,
+                        double chord, struct station *station, bool *lost);
 
 /* Tells the monitor; false: stop. */
 bool march_progress(struct march *march);

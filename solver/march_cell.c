@@ -47,6 +47,31 @@ static void correct_chords(struct march *march, const struct march_cell *at,
         cell->cd = chord;
 }
 
+/* Whether (u, v) is beyond an open boundary. */
+static bool is_outside(const struct surface *surface, const double uv[2]) {
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &surface->axis[k];
+        if (!axis->closed &&
+            !(uv[k] >= surface_axis_lower(axis) && uv[k] <= surface_axis_upper(axis)))
+            return true;
+    }
+    return false;
+}
+
+/* Why a cell has no fourth corner. One that is expected beyond the boundary, and not to be found on
+ * the continuation, is a matter of the boundary. */
+static enum drape_reason reason_of(struct march *march, const struct fishnet_cell *cell,
+                                   enum fishnet_end end) {
+    double uv[2];
+    struct vec3 step = vec3_sub(cell->guess, cell->c->jet.r);
+    if (end == FISHNET_COLLAPSED)
+        return DRAPE_REASON_COLLAPSED;
+    if (station_pull(march->surface, &march->cursor, cell->c, step, uv) &&
+        is_outside(march->surface, uv))
+        return DRAPE_REASON_BOUNDARY;
+    return end == FISHNET_DEGENERATE ? DRAPE_REASON_DEGENERATE : DRAPE_REASON_NO_CONVERGENCE;
+}
+
 static bool solve_on_surface(struct march *march, const struct march_cell *at,
                              struct fishnet_node *node, enum drape_reason *reason) {
     const struct drape_settings *s = march->settings;
@@ -64,9 +89,8 @@ static bool solve_on_surface(struct march *march, const struct march_cell *at,
     if (end == FISHNET_FOUND && s->method == DRAPE_GEODESIC)
         end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, s->spacing[0],
                                      s->spacing[1], node);
-    *reason = end == FISHNET_COLLAPSED    ? DRAPE_REASON_COLLAPSED
-              : end == FISHNET_DEGENERATE ? DRAPE_REASON_DEGENERATE
-                                          : DRAPE_REASON_NO_CONVERGENCE;
+    if (end != FISHNET_FOUND)
+        *reason = reason_of(march, &cell, end);
     return end == FISHNET_FOUND;
 }
 

@@ -55,7 +55,8 @@ bool march_straight_on(struct march *march, const struct station *from, struct v
 /* A generator on one side of the start, nodes k (di, dj), k = 1, 2, .. */
 struct arm {
     struct path path;
-    struct mesh_walk walk; /* on a mesh, instead of the path */
+    struct mesh_walk walk; /* on a mesh of the caller's, instead of the path */
+    struct station last;   /* on a mesh made of a surface: where the arm is on the mesh */
     int di, dj;
     bool started, ended;
 };
@@ -75,10 +76,13 @@ static bool start_curve(const struct march *march, int k, int sign, struct vec3 
 static struct arm make_arm(const struct march *march, int number) {
     int sign = number % 2 ? -1 : 1, k = number / 2;
     const struct drape_generator *generator = &march->settings->generator[k];
-    const struct station *from = &march->start.station;
-    struct vec3 direction = vec3_scale(sign, k == 0 ? march->start.warp : march->start.weft);
-    struct arm arm = {.di = k == 0 ? sign : 0, .dj = k == 0 ? 0 : sign};
-    if (march->mesh)
+    const struct march_start *start = &march->start;
+    const struct station *from = march->mesh ? &start->smooth : &start->station;
+    struct vec3 direction = vec3_scale(sign, k == 0 ? start->warp : start->weft);
+    struct arm arm = {.di = k == 0 ? sign : 0, .dj = k == 0 ? 0 : sign, .last = start->station};
+    if (march->mesh && march->surface)
+        direction = vec3_scale(sign, start->smooth_direction[k]);
+    if (!march->surface)
         arm.started = march_mesh_arm(march, generator, direction, &arm.walk);
     else if (generator->kind == DRAPE_GENERATOR_CURVE)
         arm.started = start_curve(march, k, sign, direction, &arm.path);
@@ -90,13 +94,30 @@ static struct arm make_arm(const struct march *march, int number) {
     return arm;
 }
 
+/* To the next node on a mesh: along the generator of the surface it was made of, if there is one.
+ */
+static bool advance_on_mesh(struct march *march, struct arm *arm, double d, struct station *station,
+                            bool *lost) {
+    struct station ahead;
+    if (!march->surface)
+        return march_mesh_advance(&arm->walk, d, station, lost);
+    *lost = false;
+    if (!advance_chord(&arm->path, &march->cursor, d) ||
+        !path_station(&arm->path, &march->cursor, &ahead, NULL) ||
+        !march_mesh_towards(march, &arm->last, ahead.jet.r, d, station, lost))
+        return false;
+    arm->last = *station;
+    return true;
+}
+
 /* To node k. In a second march the edge's chord is the corrected one, like those of the yarns
  * beside it, so that they fit to the last order. */
 static bool advance_arm(struct march *march, struct arm *arm, int32_t k, double d,
-                        struct station *station) {
+                        struct station *station, bool *lost) {
     double chord;
+    *lost = false;
     if (march->mesh)
-        return march_mesh_advance(&arm->walk, d, station);
+        return advance_on_mesh(march, arm, d, station, lost);
     bool corrected =
         march->before && correction_chord(march->before, (k - 1) * arm->di, (k - 1) * arm->dj,
                                           arm->di, arm->dj, d, &chord);
@@ -113,8 +134,9 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
     arm->ended = true;
     if (!march_in_extent(march, i, j))
         return march_fail(march, i, j, DRAPE_REASON_EXTENT);
-    if (!arm->started || !advance_arm(march, arm, k, d, &station))
-        return march_fail(march, i, j, DRAPE_REASON_BOUNDARY);
+    bool lost = false;
+    if (!arm->started || !advance_arm(march, arm, k, d, &station, &lost))
+        return march_fail(march, i, j, lost ? DRAPE_REASON_NO_CONVERGENCE : DRAPE_REASON_BOUNDARY);
     enum status status = march_place(march, i, j, &station, &zone);
     arm->ended = zone == STATION_BEYOND;
     return status;

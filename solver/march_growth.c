@@ -272,11 +272,18 @@ static enum status push_rim(struct growth *g) {
     return status;
 }
 
+static bool is_edgeless(const struct march *march) {
+    if (!march->mesh)
+        return march->surface->axis[0].closed && march->surface->axis[1].closed;
+    int32_t start = march_mesh_place(&march->start.station).triangle;
+    return march->mesh->components[march->mesh->component[start]].rim_count == 0;
+}
+
 /* On a surface without an edge nothing ends at a boundary: what could not be reached lies against
  * the net itself. */
 static enum status settle_edgeless(struct growth *g) {
     struct march *march = g->march;
-    if (march->mesh || !march->surface->axis[0].closed || !march->surface->axis[1].closed)
+    if (!is_edgeless(march))
         return STATUS_OK;
     enum status status = push_rim(g);
     for (; status == STATUS_OK && g->length; g->length--, g->head = (g->head + 1) % g->room) {

@@ -4,6 +4,9 @@
 
 #include "mesh_corner.h"
 
+/* A generator's next place this near to the mesh, as a share of the chord, is on it. */
+static const double beside_mesh = 0.02;
+
 struct station march_mesh_station(const struct mesh *mesh, const struct mesh_place *place) {
     return (struct station){
         .uv = {place->triangle, 0}, .jet.r = place->r, .normal = mesh->normals[place->triangle]};
@@ -48,17 +51,35 @@ bool march_mesh_arm(const struct march *march, const struct drape_generator *gen
     return mesh_walk_straight(walk, march->mesh, &from, direction);
 }
 
-bool march_mesh_advance(struct mesh_walk *walk, double chord, struct station *station) {
-    if (mesh_walk_chord(walk, chord) != MESH_WALK_DONE)
-        return false;
-    *station = march_mesh_station(walk->mesh, &walk->place);
-    return true;
+bool march_mesh_advance(struct mesh_walk *walk, double chord, struct station *station, bool *lost) {
+    enum mesh_walk_end end = mesh_walk_chord(walk, chord);
+    *lost = end == MESH_WALK_LOST;
+    if (end == MESH_WALK_DONE)
+        *station = march_mesh_station(walk->mesh, &walk->place);
+    return end == MESH_WALK_DONE;
+}
+
+bool march_mesh_towards(struct march *march, const struct station *from, struct vec3 target,
+                        double chord, struct station *station, bool *lost) {
+    struct mesh_walk walk;
+    struct mesh_place place = march_mesh_place(from);
+    if (mesh_walk_towards(&walk, march->mesh, &place, target) &&
+        march_mesh_advance(&walk, chord, station, lost))
+        return true;
+    /* Along a curved edge of the surface the way lies beside the mesh by the height of a patch:
+     * there the nearest place is as good. */
+    double distance;
+    int32_t component = march->mesh->component[place.triangle];
+    *lost = !mesh_nearest(march->mesh, target, component, &place, &distance);
+    *station = march_mesh_station(march->mesh, &place);
+    return !*lost && distance <= beside_mesh * chord;
 }
 
 bool march_mesh_straight_on(struct march *march, const struct station *from, struct vec3 direction,
                             double d, struct station *station) {
     struct mesh_walk walk;
+    bool lost;
     struct mesh_place place = march_mesh_place(from);
     return mesh_walk_straight(&walk, march->mesh, &place, direction) &&
-           march_mesh_advance(&walk, d, station);
+           march_mesh_advance(&walk, d, station, &lost);
 }

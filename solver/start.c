@@ -211,6 +211,9 @@ enum status start_move_to_mesh(const struct mesh *mesh, struct march_start *star
     struct mesh_place place;
     if (!mesh_nearest(mesh, start->station.jet.r, MESH_ANY, &place, NULL))
         return STATUS_START_OFF_SURFACE;
+    start->smooth = start->station;
+    start->smooth_direction[0] = start->warp;
+    start->smooth_direction[1] = start->weft;
     start->station = march_mesh_station(mesh, &place);
     start->warp = mesh_tangent(mesh, place.triangle, start->warp);
     start->weft = mesh_tangent(mesh, place.triangle, start->weft);

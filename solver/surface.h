@@ -54,8 +54,9 @@ void surface_bounds(const struct surface *surface, struct vec3 *lower, struct ve
  * its centroid (may be NULL). */
 double surface_area(const struct surface *surface, struct vec3 *centroid);
 
-/* The point of the surface nearest to `point`: its parameters, inside the domain, and its distance.
- * Found by a search over samples of all spans, then Newton on the distance. */
+/* The point of the surface nearest to `point`: its parameters, inside the domain, and its distance,
+ * to 1e-10 of the surface's size; by branch and bound over the spans, then Newton on the distance.
+ */
 void surface_nearest(const struct surface *surface, struct vec3 point, double uv[2],
                      double *distance);
 
