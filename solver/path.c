@@ -202,10 +202,10 @@ static void accept(struct path *g, const double y[STATE]) {
 }
 
 /* What a step may run into: the parameter of direction k reaches `at`, an edge of the span or, with
- * `corner`, the next point of a polyline. */
+ * `corner`, the next point of a polyline; from below with sign 1, from above with -1. */
 struct event {
     int k;
-    double at;
+    double at, sign;
     bool corner;
 };
 
@@ -237,9 +237,9 @@ static bool pass_event(struct path *g, const struct event *event) {
 
 /* A step towards the event, as long as it can be followed, below h; not past it. */
 static bool advance_towards(struct path *g, const struct event *event, double h, double *length) {
-    double y[STATE], sign = event->at > g->uv[event->k] ? 1 : -1;
+    double y[STATE];
     for (int round = 0; round < EVENT_ROUNDS; round++, h /= 2)
-        if (extrapolated_step(g, h, y) && sign * (event->at - y[event->k]) > 0) {
+        if (extrapolated_step(g, h, y) && event->sign * (event->at - y[event->k]) > 0) {
             accept(g, y);
             *length = h;
             return true;
@@ -247,31 +247,54 @@ static bool advance_towards(struct path *g, const struct event *event, double h,
     return false;
 }
 
-/* The length to the event, below h: Newton on uv[k](length) = at, kept between 0 and h by
- * bisection. Moves there and past it; less far when the step to there is too long to be followed.
- */
-static bool advance_to_event(struct path *g, const struct event *event, double h, double *length) {
+/* The length to the event, at most h: Newton on uv[k](length) = at, kept between 0 and h by
+ * bisection, and the state there. False when the step to there is too long to be followed; `length`
+ * then is one that was too long. */
+static bool find_event(const struct path *g, const struct event *event, double h, double y[STATE],
+                       double *length) {
     int k = event->k;
-    double y[STATE], low = 0, high = h, at = h / 2;
-    double sign = event->at > g->uv[k] ? 1 : -1;
+    double low = 0, high = h, next = h / 2;
     double slack = 1e-14 * fabs(surface_axis_upper(&g->surface->axis[k]) -
                                 surface_axis_lower(&g->surface->axis[k]));
-    *length = 0;
-    if (sign * (event->at - g->uv[k]) <= slack)
-        return pass_event(g, event);
     for (int round = 0; round < EVENT_ROUNDS; round++) {
-        if (!extrapolated_step(g, at, y))
-            return advance_towards(g, event, at / 2, length);
-        double miss = sign * (event->at - y[k]);
+        *length = next;
+        if (!extrapolated_step(g, *length, y))
+            return false;
+        double miss = event->sign * (event->at - y[k]);
         if (fabs(miss) <= slack)
             break;
-        *(miss > 0 ? &low : &high) = at;
-        double next = at + miss / (sign * y[2 + k]);
-        at = next > low && next < high ? next : (low + high) / 2;
+        *(miss > 0 ? &low : &high) = *length;
+        next = *length + miss / (event->sign * y[2 + k]);
+        if (!(next > low && next < high))
+            next = (low + high) / 2;
+    }
+    return true;
+}
+
+/* Whether the state y lies beyond an edge of the direction other than k, and that edge. */
+static bool crosses_other(const struct path *g, int k, const double y[STATE], struct event *event) {
+    double edge, beyond = beyond_span(g, 1 - k, y[1 - k], &edge);
+    *event = (struct event){1 - k, edge, y[1 - k] > edge ? 1 : -1, false};
+    return beyond > 0;
+}
+
+/* Moves to the event, at most h away, and past it; next to a corner of the span to that edge which
+ * comes first. Less far when the step to there is too long to be followed. */
+static bool advance_to_event(struct path *g, const struct event *first, double h, double *length) {
+    struct event event = *first, other;
+    double y[STATE];
+    *length = 0;
+    if (event.sign * (event.at - g->uv[event.k]) <= 0)
+        return pass_event(g, &event);
+    if (!find_event(g, &event, h, y, length))
+        return advance_towards(g, &event, *length / 2, length);
+    if (crosses_other(g, event.k, y, &other)) {
+        event = other;
+        if (!find_event(g, &event, *length, y, length))
+            return advance_towards(g, &event, *length / 2, length);
     }
     accept(g, y);
-    *length = at;
-    return pass_event(g, event);
+    return pass_event(g, &event);
 }
 
 static struct vec3 point_of(const struct path *g, struct vec3 *tangent) {
@@ -387,7 +410,7 @@ static bool first_event(const struct path *g, const double y[STATE], struct even
         double edge, beyond = beyond_span(g, k, y[k], &edge) / fabs(y[k] - g->uv[k]);
         if (beyond > farthest) {
             farthest = beyond;
-            *event = (struct event){k, edge, false};
+            *event = (struct event){k, edge, y[k] > edge ? 1 : -1, false};
         }
     }
     if (g->kind == PATH_CURVE) {
@@ -395,7 +418,7 @@ static bool first_event(const struct path *g, const double y[STATE], struct even
         double to = g->curve[g->next][k], beyond = (y[k] - to) / (y[k] - g->uv[k]);
         if (beyond >= 0 && beyond >= farthest) {
             farthest = 1;
-            *event = (struct event){k, to, true};
+            *event = (struct event){k, to, y[k] > g->uv[k] ? 1 : -1, true};
         }
     }
     return farthest > 0;
