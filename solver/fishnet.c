@@ -199,9 +199,7 @@ static bool predict(const struct surface *surface, struct surface_cursor *cursor
     return station_pull(surface, cursor, from, vec3_sub(target, from->jet.r), uv);
 }
 
-/* A cell has collapsed when its yarns at A are nearly parallel, or B and C are as far apart as the
- * two chords together reach. */
-static bool has_collapsed(const struct fishnet_cell *cell) {
+bool fishnet_has_collapsed(const struct fishnet_cell *cell) {
     struct vec3 ab = vec3_sub(cell->b->jet.r, cell->a->jet.r);
     struct vec3 ac = vec3_sub(cell->c->jet.r, cell->a->jet.r);
     double sine = cell->orientation * vec3_dot(vec3_cross(ac, ab), cell->a->normal) /
@@ -223,7 +221,7 @@ enum fishnet_end fishnet_solve(const struct surface *surface, struct surface_cur
             fishnet_right_root(cell, &node->station))
             return FISHNET_FOUND;
     }
-    if (has_collapsed(cell))
+    if (fishnet_has_collapsed(cell))
         return FISHNET_COLLAPSED;
     return FISHNET_NO_CONVERGENCE;
 }

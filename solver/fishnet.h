@@ -49,6 +49,10 @@ double fishnet_arc_chord(double length, double curvature);
 /* Whether D is the root away from A: both halves of the cell A, C, D, B turn the right way. */
 bool fishnet_right_root(const struct fishnet_cell *cell, const struct station *d);
 
+/* Whether a cell without a D has none because it collapsed: its yarns at A are nearly parallel, or
+ * B and C are as far apart as the two chords together reach. */
+bool fishnet_has_collapsed(const struct fishnet_cell *cell);
+
 /* Solves |D - B| = bd, |D - C| = cd on the surface (paper, equations 20 to 27) to a residual of
  * 1e-12, from the guess and, should that fail, from other predictors. */
 enum fishnet_end fishnet_solve(const struct surface *surface, struct surface_cursor *cursor,

@@ -3,7 +3,7 @@
 
 #include "path.h"
 
-enum { ROUNDS = 30 };
+enum { ROUNDS = 30, HALVINGS_MAX = 8 };
 
 /* How far the two ends may be apart, against the shorter length, and where rounding hides it. */
 static const double tolerance = 1e-11;
@@ -62,33 +62,56 @@ static struct ray aim(const struct station *from, double length, struct vec3 poi
                         .direction = station_tangent(from, vec3_sub(point, from->jet.r))};
 }
 
+/* Both geodesics with their angles changed by x and y. False when one cannot be followed. */
+static bool shoot_both(const struct surface *surface, struct surface_cursor *cursor,
+                       struct ray pair[2], double x, double y) {
+    turn(&pair[0], x);
+    turn(&pair[1], y);
+    return shoot(surface, cursor, &pair[0]) && shoot(surface, cursor, &pair[1]);
+}
+
+static struct vec3 gap_between(const struct ray pair[2]) {
+    return vec3_sub(pair[1].end.jet.r, pair[0].end.jet.r);
+}
+
+/* Where the yarns are nearly parallel, D is nearly a double root: it is lost when the cell
+ * collapses, and close to that Newton may go to its twin on the side of A. A step that does not
+ * reduce the gap or leaves the right side is therefore halved. */
 enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
                                         struct surface_cursor *cursor,
                                         const struct fishnet_cell *cell, double bd, double cd,
                                         struct fishnet_node *node) {
-    struct ray b = aim(cell->b, bd, node->station.jet.r);
-    struct ray c = aim(cell->c, cd, node->station.jet.r);
-    double least = fmin(bd, cd), previous = HUGE_VAL;
+    struct ray pair[2] = {aim(cell->b, bd, node->station.jet.r),
+                          aim(cell->c, cd, node->station.jet.r)};
+    double least = fmin(bd, cd), x = 0, y = 0;
     double enough = tolerance + rounding * surface->magnitude / least;
-    for (int round = 0; round < ROUNDS; round++) {
-        double x, y;
-        if (!shoot(surface, cursor, &b) || !shoot(surface, cursor, &c))
-            return FISHNET_NO_CONVERGENCE;
-        struct vec3 gap = vec3_sub(c.end.jet.r, b.end.jet.r);
-        node->residual = vec3_norm(gap) / least;
+    if (!shoot_both(surface, cursor, pair, 0, 0))
+        return FISHNET_NO_CONVERGENCE;
+    double gap = vec3_norm(gap_between(pair)) / least;
+    for (int round = 0, halvings = 0; round < ROUNDS && halvings < HALVINGS_MAX; round++) {
+        struct ray next[2] = {pair[0], pair[1]};
+        node->residual = gap;
         node->iterations++;
-        if (node->residual <= enough) {
-            node->station = b.end;
-            return fishnet_right_root(cell, &node->station) ? FISHNET_FOUND
-                                                            : FISHNET_NO_CONVERGENCE;
+        if (gap <= enough) {
+            node->station = pair[0].end;
+            return FISHNET_FOUND;
         }
-        if (!(node->residual < 4 * previous))
-            return FISHNET_NO_CONVERGENCE;
-        previous = node->residual;
-        if (!solve_angles(jacobi_field(&b), jacobi_field(&c), gap, &x, &y))
-            return FISHNET_COLLAPSED;
-        turn(&b, x);
-        turn(&c, y);
+        if (halvings == 0 && !solve_angles(jacobi_field(&pair[0]), jacobi_field(&pair[1]),
+                                           gap_between(pair), &x, &y))
+            break;
+        double closer = HUGE_VAL;
+        if (shoot_both(surface, cursor, next, x, y))
+            closer = vec3_norm(gap_between(next)) / least;
+        if (closer < gap && fishnet_right_root(cell, &next[0].end)) {
+            pair[0] = next[0];
+            pair[1] = next[1];
+            gap = closer;
+            halvings = 0;
+        } else {
+            x /= 2;
+            y /= 2;
+            halvings++;
+        }
     }
-    return FISHNET_NO_CONVERGENCE;
+    return fishnet_has_collapsed(cell) ? FISHNET_COLLAPSED : FISHNET_NO_CONVERGENCE;
 }
