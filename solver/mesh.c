@@ -182,10 +182,11 @@ void mesh_parameters(const struct mesh *mesh, const struct mesh_place *place, do
     if (!mesh->parameters)
         return;
     mesh_weights(mesh, place, weight);
-    uv[0] = 0;
-    for (int k = 0; k < 3; k++) {
-        const double *at = mesh->parameters[mesh->corners[place->triangle][k]];
-        uv[0] += weight[k] * at[0];
-        uv[1] += weight[k] * at[1];
+    const int32_t *corner = mesh->corners[place->triangle];
+    for (int k = 0; k < 2; k++) {
+        double a = mesh->parameters[corner[0]][k], b = mesh->parameters[corner[1]][k];
+        double c = mesh->parameters[corner[2]][k];
+        double x = weight[0] * a + weight[1] * b + weight[2] * c;
+        uv[k] = fmin(fmax(x, fmin(a, fmin(b, c))), fmax(a, fmax(b, c))); /* but for rounding, x */
     }
 }
