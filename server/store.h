@@ -84,6 +84,9 @@ struct store_options {
 /* 10,000 queued jobs; 60 s; 3; 5 s; 168 h; not shared; the system's clock. */
 extern const struct store_options store_options_default;
 
+/* Whether the URL names a database that any number of machines may share. */
+bool store_url_remote(const char *url);
+
 /* Opens the store at `url`: a path, or `sqlite:PATH`; the file is created when missing, its folder
  * is not. Migrates an older schema. `hub` is told of every change and must outlive the store.
  * NULL with a sentence in `why` when it cannot be used: wrong folder, read-only, open elsewhere
