@@ -32,12 +32,18 @@ void scratch_make(struct scratch *scratch) {
     assert_non_null(mkdtemp(scratch->folder));
     snprintf(scratch->path, sizeof scratch->path, "%.100s/store.db", scratch->folder);
     scratch->remote = cluster.pid != 0;
-    if (scratch->remote) {
+    if (scratch->remote)
         snprintf(scratch->path, sizeof scratch->path, "%s", cluster.url);
-        scratch_script(scratch, "DROP SCHEMA IF EXISTS draped CASCADE");
-    }
+    scratch_forget(scratch);
     scratch->options = store_options_default;
     scratch->options.clock = clock_of_test;
+}
+
+void scratch_forget(struct scratch *scratch) {
+    if (scratch->remote)
+        scratch_script(scratch, "DROP SCHEMA IF EXISTS draped CASCADE");
+    else
+        unlink(scratch->path); /* closed, it is one file */
 }
 
 void scratch_start(struct scratch *scratch) {

@@ -51,6 +51,9 @@ void scratch_make(struct scratch *scratch);
 void scratch_start(struct scratch *scratch);
 void scratch_stop(struct scratch *scratch);
 
+/* Makes an empty one of a database that nobody has open. */
+void scratch_forget(struct scratch *scratch);
+
 /* Closes the store and removes the folder. */
 void scratch_remove(struct scratch *scratch);
 
