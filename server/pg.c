@@ -163,7 +163,7 @@ static struct link *link_new(const struct pg *pg, char why[STORE_WHY_SIZE]) {
     }
     link->connection = connect_to(pg);
     if (PQstatus(link->connection) != CONNECTION_OK || !set_lock_timeout(pg, link->connection))
-        explain(pg, why, "the database cannot be reached", PQerrorMessage(link->connection));
+        explain(pg, why, "the database cannot be used", PQerrorMessage(link->connection));
     else if (PQserverVersion(link->connection) < VERSION_MIN)
         say(why, "the database server is PostgreSQL %d, and 13 is the oldest that will do",
             PQserverVersion(link->connection) / 10000);

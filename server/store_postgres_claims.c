@@ -7,7 +7,9 @@
 
 /* The owners who wait are found one by one in the index of the queue, then ordered by what runs of
  * theirs and by their first job; of the first owner whose first job nobody else is just taking that
- * one is taken. The row that is read last is the only one that is locked. */
+ * one is taken. The row that is read last is the only one that is locked. The token is the time, so
+ * that it is a new one even if the server has crashed and forgotten the claim before: whoever held
+ * that lives on elsewhere. */
 static const char claim_sql[] =
     "WITH RECURSIVE waiting (owner) AS ("
     " (SELECT owner FROM draped.jobs WHERE status = 0 ORDER BY owner LIMIT 1)"
@@ -25,7 +27,8 @@ static const char claim_sql[] =
     "  (SELECT j.sequence FROM draped.jobs j WHERE j.status = 0 AND j.owner = t.owner"
     "   ORDER BY j.rank, j.sequence LIMIT 1 FOR UPDATE SKIP LOCKED) q LIMIT 1)"
     " UPDATE draped.jobs j SET status = 1, progress = 0, started = " POSTGRES_NOW ","
-    "  attempts = j.attempts + 1, token = j.token + 1, lease = " POSTGRES_NOW " + $2"
+    "  attempts = j.attempts + 1, token = greatest(j.token + 1, " POSTGRES_NOW
+    "), lease = " POSTGRES_NOW " + $2"
     " FROM first WHERE j.sequence = first.sequence"
     " RETURNING j.sequence, j.id, j.surface, j.token, j.attempts,"
     "  (SELECT r.number FROM draped.results r WHERE r.digest = j.digest AND r.state = 1),"

@@ -19,7 +19,7 @@ enum { START_MS = 60000 };
 /* Debian keeps each major version in a folder; the last is the newest. */
 static void find_program(const char *name, char path[128]) {
     glob_t found;
-    snprintf(path, 128, "/usr/lib/postgresql/*/bin/%s", name);
+    snprintf(path, 128, name[0] == '/' ? "%s" : "/usr/lib/postgresql/*/bin/%s", name);
     if (glob(path, 0, NULL, &found) != 0)
         fail_msg("there is no %s: deploy/setup.sh test installs it", path);
     snprintf(path, 128, "%s", found.gl_pathv[found.gl_pathc - 1]);
@@ -33,9 +33,7 @@ static void become_postgres(void) {
         _exit(126);
 }
 
-/* Starts a program in the folder, its output in a file there; it gets SIGINT when this program
- * ends. */
-static pid_t start(const struct cluster *cluster, const char *name, const char *const *arguments) {
+pid_t cluster_spawn(const struct cluster *cluster, const char *name, const char *const *arguments) {
     char path[128];
     char log[128];
     find_program(name, path);
@@ -54,9 +52,9 @@ static pid_t start(const struct cluster *cluster, const char *name, const char *
     _exit(127);
 }
 
-static void run(const struct cluster *cluster, const char *name, const char *const *arguments) {
+void cluster_run(const struct cluster *cluster, const char *name, const char *const *arguments) {
     int status = 0;
-    pid_t pid = start(cluster, name, arguments);
+    pid_t pid = cluster_spawn(cluster, name, arguments);
     assert_int_equal(waitpid(pid, &status, 0), pid);
     if (status != 0)
         fail_msg("%s ended with status %d", name, status);
@@ -76,10 +74,10 @@ void cluster_resume(struct cluster *cluster) {
     const char *const ask[] = {"pg_isready", "-q", "-h", cluster->folder, "-d", "postgres", NULL};
     int64_t until = clock_ms() + START_MS;
     int status = 1;
-    cluster->pid = start(cluster, "postgres", serve);
+    cluster->pid = cluster_spawn(cluster, "postgres", serve);
     while (status != 0 && clock_ms() < until) {
         scratch_sleep(20);
-        pid_t pid = start(cluster, "pg_isready", ask);
+        pid_t pid = cluster_spawn(cluster, "pg_isready", ask);
         assert_int_equal(waitpid(pid, &status, 0), pid);
     }
     assert_int_equal(status, 0);
@@ -94,7 +92,7 @@ static void set_password(const struct cluster *cluster) {
     fclose(file);
 }
 
-static void own(const struct cluster *cluster, const char *name) {
+void cluster_own(const struct cluster *cluster, const char *name) {
     char path[128];
     const struct passwd *user = getpwnam("postgres");
     snprintf(path, sizeof path, "%s/%s", cluster->folder, name);
@@ -110,14 +108,14 @@ void cluster_start(struct cluster *cluster) {
     snprintf(cluster->folder, sizeof cluster->folder, "/tmp/draped-cluster-XXXXXX");
     assert_non_null(mkdtemp(cluster->folder));
     set_password(cluster);
-    own(cluster, "password");
-    own(cluster, "");
-    run(cluster, "initdb", make);
+    cluster_own(cluster, "password");
+    cluster_own(cluster, "");
+    cluster_run(cluster, "initdb", make);
     cluster_resume(cluster);
     setenv("PGPASSWORD", CLUSTER_PASSWORD, 1);
     const char *const create[] = {"createdb", "-h", cluster->folder, "-U", "draped",
                                   "draped",   NULL};
-    run(cluster, "createdb", create);
+    cluster_run(cluster, "createdb", create);
     unsetenv("PGPASSWORD");
     cluster_url(cluster, "draped", "se%2Fcr%40t%251", "draped", cluster->url);
 }

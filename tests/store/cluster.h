@@ -33,4 +33,14 @@ void cluster_remove(struct cluster *cluster);
 void cluster_url(const struct cluster *cluster, const char *user, const char *password,
                  const char *database, char url[CLUSTER_URL_SIZE]);
 
+/* Starts a program of PostgreSQL or another in the cluster's folder, as the server's user, with its
+ * output in a file there; it gets SIGINT when this program ends. */
+pid_t cluster_spawn(const struct cluster *cluster, const char *name, const char *const *arguments);
+
+/* The same, and waits for its success. */
+void cluster_run(const struct cluster *cluster, const char *name, const char *const *arguments);
+
+/* Gives a file in the folder to the server's user. */
+void cluster_own(const struct cluster *cluster, const char *name);
+
 #endif

@@ -16,7 +16,7 @@
 /* Some day in 2001: nothing may depend on when the tests run. */
 _Atomic int64_t scratch_now = INT64_C(1000000000) * 1000000;
 
-static struct cluster cluster; /* runs while tests run with PostgreSQL */
+struct cluster scratch_cluster;
 
 static int64_t clock_of_test(void) {
     return scratch_now;
@@ -31,9 +31,9 @@ void scratch_make(struct scratch *scratch) {
              base && strlen(base) < 64 ? base : "/tmp");
     assert_non_null(mkdtemp(scratch->folder));
     snprintf(scratch->path, sizeof scratch->path, "%.100s/store.db", scratch->folder);
-    scratch->remote = cluster.pid != 0;
+    scratch->remote = scratch_cluster.pid != 0;
     if (scratch->remote)
-        snprintf(scratch->path, sizeof scratch->path, "%s", cluster.url);
+        snprintf(scratch->path, sizeof scratch->path, "%s", scratch_cluster.url);
     scratch_forget(scratch);
     scratch->options = store_options_default;
     scratch->options.clock = clock_of_test;
@@ -90,15 +90,15 @@ void scratch_remove(struct scratch *scratch) {
 
 /* ------------------------------------------------------------------ both backends */
 
-static int start_cluster(void **state) {
+int scratch_start_cluster(void **state) {
     (void)state;
-    cluster_start(&cluster);
+    cluster_start(&scratch_cluster);
     return 0;
 }
 
-static int remove_cluster(void **state) {
+int scratch_remove_cluster(void **state) {
     (void)state;
-    cluster_remove(&cluster);
+    cluster_remove(&scratch_cluster);
     return 0;
 }
 
@@ -110,7 +110,8 @@ int scratch_run_tests(const char *name, const struct CMUnitTest *tests, size_t c
     if (only_count > 0)
         failed += _cmocka_run_group_tests(group, only_sqlite, only_count, NULL, NULL);
     snprintf(group, sizeof group, "%s, PostgreSQL", name);
-    return failed + _cmocka_run_group_tests(group, tests, count, start_cluster, remove_cluster);
+    return failed + _cmocka_run_group_tests(group, tests, count, scratch_start_cluster,
+                                            scratch_remove_cluster);
 }
 
 static int64_t sqlite_number(const char *path, const char *sql) {

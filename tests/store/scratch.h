@@ -16,6 +16,7 @@
 
 #include "../../server/hub.h"
 #include "../../server/store.h"
+#include "cluster.h"
 
 enum { SCRATCH_PATH_SIZE = 256 };
 
@@ -30,6 +31,13 @@ struct scratch {
 
 /* What the store takes for the time, in microseconds. Moved by tests. */
 extern _Atomic int64_t scratch_now;
+
+/* The server while tests run with PostgreSQL. */
+extern struct cluster scratch_cluster;
+
+/* Set-up and tear-down of a group of tests: while they run, all stores are PostgreSQL's. */
+int scratch_start_cluster(void **state);
+int scratch_remove_cluster(void **state);
 
 /* Runs the tests with SQLite and then with PostgreSQL; `only_sqlite`, which may be NULL, with the
  * former alone. The number that failed. */
