@@ -12,7 +12,7 @@ WARN := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wstric
 # No contraction: the same bits on every machine. Four-lane vectors are passed between static
 # functions only, so the ABI note about them does not matter.
 NUMERIC := -ffp-contract=off -Wno-psabi
-CPPFLAGS := -D_GNU_SOURCE -I$(B)/gen
+CPPFLAGS := -D_GNU_SOURCE -I$(B)/gen -isystem /usr/include/postgresql
 CFLAGS := -std=gnu11 $(OPT) -g $(NUMERIC) $(WARN) $(SANITIZE)
 CXXFLAGS := -std=c++17 $(OPT) -g -fno-exceptions -fno-rtti -Wall -Wextra -Wpedantic -Wshadow \
             -Wconversion -Werror $(SANITIZE)
@@ -27,7 +27,7 @@ API_OBJ := $(call objects,$(filter-out api/main.c,$(wildcard api/*.c))) \
 SERVER_OBJ := $(call objects,$(filter-out server/main.c,$(wildcard server/*.c)))
 LIBS := $(B)/libdrapeserver.a $(B)/libdrapeapi.a $(B)/libdrape.a
 API_LIBS := -ljansson -lsodium -lz -lstdc++ -lpthread -lm
-SERVER_LIBS := -lmicrohttpd -lsqlite3 -lzstd $(API_LIBS)
+SERVER_LIBS := -lmicrohttpd -lsqlite3 -lpq -lzstd $(API_LIBS)
 
 # A test program is tests/KIND/test_NAME.c with the other files of its folder.
 TEST_SRC := $(wildcard tests/unit/*.c tests/exact/*.c tests/store/*.c)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "config.h"
 #include "log.h"
+#include "store.h"
 #include <arpa/inet.h>
 #include <errno.h>
 #include <limits.h>
@@ -45,8 +46,9 @@ static const struct flag flags[] = {
     {"data", "DRAPED_DATA", "DIR", "./draped-data", "folder of the database, created when missing",
      KIND_TEXT, AT(data), 0, 0, NULL},
     {"store", "DRAPED_STORE", "URL", "",
-     "database: sqlite:PATH; by default draped.db in the data folder", KIND_TEXT, AT(store), 0, 0,
-     NULL},
+     "database: sqlite:PATH (by default draped.db in the data folder), or "
+     "postgresql://USER@HOST/DATABASE for several machines; see PGPASSWORD and ~/.pgpass",
+     KIND_TEXT, AT(store), 0, 0, NULL},
     {"workers", "DRAPED_WORKERS", "N", NULL, "worker processes; by default one per core",
      KIND_COUNT, AT(workers), 1, 1024, NULL},
     {"role", "DRAPED_ROLE", "all|api|worker", "all",
@@ -307,8 +309,8 @@ static bool check(struct config *config) {
                         config->listen);
     if (!config->data[0])
         return complain("--data is empty");
-    if (strstr(config->store, "://"))
-        return complain("--store: only SQLite (sqlite:PATH) is available in this version");
+    if (strstr(config->store, "://") && !store_url_remote(config->store))
+        return complain("--store: it is neither sqlite:PATH nor postgresql://USER@HOST/DATABASE");
     return true;
 }
 
@@ -346,7 +348,7 @@ static void print_config(const struct config *config, FILE *out) {
         const char *text = NULL;
         if (flag->kind == KIND_TEXT) {
             memcpy(&text, (const char *)config + flag->offset, sizeof text);
-            fprintf(out, "%s = %s\n", flag->name, strchr(text, '@') ? "(hidden)" : text);
+            fprintf(out, "%s = %s\n", flag->name, store_url_remote(text) ? "(hidden)" : text);
         } else if (flag->kind == KIND_SWITCH) {
             fprintf(out, "%s = %d\n", flag->name, *((const char *)config + flag->offset));
         } else if (flag->kind == KIND_CHOICE) {

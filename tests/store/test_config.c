@@ -199,8 +199,12 @@ static void test_config_keeps_strangers_out(void **state) {
         assert_false(config.loopback);
     }
     expect_bad("--tokens", "file", "not available in this version");
-    expect_bad("--store", "postgresql://u:p@h/d", "only SQLite");
+    expect_bad("--store", "mysql://u:p@h/d", "neither sqlite:PATH");
     assert_null(strstr(err.text, "u:p"));
+    assert_int_equal(parse(&config, "--store", "postgresql://u:p@h/d", "--check-config", NULL),
+                     CONFIG_DONE);
+    assert_non_null(strstr(out.text, "store = (hidden)"));
+    assert_null(strstr(out.text, "u:p"));
     expect_bad("--data=", NULL, "--data");
 }
 
