@@ -8,7 +8,7 @@ build='gcc g++ libmicrohttpd-dev libjansson-dev libsodium-dev libsqlite3-dev zli
     libzstd-dev python3-yaml curl jq'
 # The last line: readers of result formats that others wrote.
 tests='bats libcmocka-dev clang-format-14 procps
-    systemd debhelper dpkg-dev lintian sqlite3 openssl
+    man-db systemd debhelper dpkg-dev lintian sqlite3 openssl
     python3-vtk9 python3-numpy python3-ezdxf python3-meshio librsvg2-bin unzip'
 command -v npm >/dev/null || tests="$tests nodejs npm"
 

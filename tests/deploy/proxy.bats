@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # deploy/nginx.conf and deploy/Caddyfile in front of a running daemon, over TLS. What is changed for
 # the test: names, ports and the certificate.
-load ../http/helper
+load helper
 
 setup_file() {
     start_shared_daemon
@@ -15,10 +15,6 @@ teardown_file() { stop_daemon; }
 teardown() {
     [ -z "${WORKERS:-}" ] || kill -CONT $WORKERS 2>/dev/null || true
     [ -z "${PROXY:-}" ] || { kill -TERM "$PROXY"; wait "$PROXY" || true; }
-}
-
-free_port() {
-    python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'
 }
 
 answers() { curl -s --cacert "$CERT" -o /dev/null --max-time 5 "$URL/healthz"; }
@@ -81,7 +77,7 @@ expect_events() {
     curl -sSN --max-time 60 "$URL/v1/drapes/$id/events" >"$BATS_TEST_TMPDIR/events" 3>&- &
     local reader=$!
     wait_until 20 grep -q '^event: progress' "$BATS_TEST_TMPDIR/events"
-    ! grep -q '^event: end' "$BATS_TEST_TMPDIR/events"
+    not grep -q '^event: end' "$BATS_TEST_TMPDIR/events"
     kill -CONT $WORKERS
     wait "$reader"
     grep -q '^event: end' "$BATS_TEST_TMPDIR/events"
@@ -103,7 +99,8 @@ expect_cap() {
     expect_drape
     [[ "$(header Strict-Transport-Security)" == max-age=* ]]
     status=$(curl -sS -o /dev/null -D "$headers" -w '%{http_code}' "http://127.0.0.1:$PLAIN/v1/drapes")
-    [ "$status" = 308 ] && [[ "$(header Location)" == https://*/v1/drapes ]]
+    [ "$status" = 308 ]
+    [[ "$(header Location)" == https://*/v1/drapes ]]
 }
 
 @test "deploy: nginx does not hold events back" {
