@@ -83,13 +83,14 @@ $(TESTS): $(B)/%: $(B)/%.o $$(call test_helpers,$$*.c) $(LIBS)
 SANITIZED := OPT=-O1 SANITIZE="-fsanitize=address,undefined -fno-sanitize-recover=all"
 test:
 	@deploy/setup.sh test
-	@$(MAKE) --no-print-directory -s all tests tests/readers/node_modules
+	@$(MAKE) --no-print-directory -s all tests \
+	    tests/readers/node_modules tests/manifests/node_modules
 	@$(MAKE) --no-print-directory -s B=$(B)/sanitized $(SANITIZED) all tests
 	@tests/run.sh $(B) $(B)/sanitized
 tests: $(TESTS)
-# The validator of glTF, as the lock file pins it.
-tests/readers/node_modules: tests/readers/package-lock.json
-	@npm ci --silent --no-audit --no-fund --prefix tests/readers && touch $@
+# The validators of glTF, manifests and bills of materials, as the lock files pin them.
+tests/%/node_modules: tests/%/package-lock.json
+	@npm ci --silent --no-audit --no-fund --ignore-scripts --prefix tests/$* && touch $@
 
 demo: all
 	@deploy/demo.sh $(B)
@@ -125,7 +126,7 @@ $(B)/draped.cdx.json: deploy/sbom.py $(B)/draped $(B)/drape
 
 # The Debian package, in $(B)/deb.
 deb:
-	@deploy/setup.sh test
+	@deploy/setup.sh package
 	@deploy/deb.sh $(B) $(VERSION)
 
 # Redraws api/figures from the program's own results.

@@ -1,22 +1,24 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # Installs what is missing to build, run and test draped on Debian 12; does nothing on a machine
-# that has it all. Usage: deploy/setup.sh build|test
+# that has it all. Usage: deploy/setup.sh build|package|test
 set -eu
 
 build='gcc g++ libmicrohttpd-dev libjansson-dev libsodium-dev libsqlite3-dev zlib1g-dev
     libzstd-dev python3-yaml curl jq'
 # The last line: readers of result formats that others wrote.
+package='debhelper dpkg-dev' # for make deb
 tests='bats libcmocka-dev clang-format-14 procps
-    man-db systemd debhelper dpkg-dev lintian sqlite3 openssl
+    man-db systemd lintian sqlite3 openssl
     python3-vtk9 python3-numpy python3-ezdxf python3-meshio librsvg2-bin unzip'
 command -v npm >/dev/null || tests="$tests nodejs npm"
 
 case "${1:-}" in
 build) wanted=$build ;;
-test) wanted="$build $tests" ;;
+package) wanted="$build $package" ;;
+test) wanted="$build $package $tests" ;;
 *)
-    echo "usage: $0 build|test" >&2
+    echo "usage: $0 build|package|test" >&2
     exit 2
     ;;
 esac
