@@ -119,6 +119,42 @@ drape_inside() {
     inside systemctl stop draped
 }
 
+# documented NAME: the commands of that block of operations.md, run inside as they stand.
+documented() {
+    sed -n "/^\`\`\`sh $1\$/,/^\`\`\`\$/p" deploy/operations.md | sed '1d;$d' >"$BATS_TEST_TMPDIR/commands"
+    [ "$(wc -l <"$BATS_TEST_TMPDIR/commands")" -ge 5 ]
+    inside bash -eu <"$BATS_TEST_TMPDIR/commands"
+}
+
+result_inside() { inside curl -sS --fail --max-time 50 "http://127.0.0.1:8080/v1/drapes/$1/result?format=csv"; }
+
+@test "deploy: backed up and restored as documented; a newer schema is refused" {
+    start_machine
+    install_package
+    drape_inside $EXAMPLES/freeform.json >"$BATS_TEST_TMPDIR/result"
+    kept=$(jq -r .id "$BATS_TEST_TMPDIR/result")
+    result_inside "$kept" >"$BATS_TEST_TMPDIR/before"
+    documented back-up
+    drape_inside $EXAMPLES/sphere.json >"$BATS_TEST_TMPDIR/result"
+    later=$(jq -r .id "$BATS_TEST_TMPDIR/result")
+
+    # The database of a version to come: refused, and left as it is.
+    inside systemctl stop draped
+    inside sqlite3 /var/lib/private/draped/draped.db 'INSERT INTO schema_version VALUES (99, 0)'
+    inside sqlite3 /var/lib/private/draped/draped.db .dump >"$BATS_TEST_TMPDIR/newer"
+    not inside systemctl start draped
+    inside journalctl --no-pager -o cat -u draped | grep -q 'has schema 99.*use a newer one'
+    inside systemctl stop draped
+    inside sqlite3 /var/lib/private/draped/draped.db .dump | cmp - "$BATS_TEST_TMPDIR/newer"
+
+    documented restore
+    wait_until 20 answers
+    result_inside "$kept" | cmp - "$BATS_TEST_TMPDIR/before"
+    not result_inside "$later"
+    drape_inside $EXAMPLES/sphere.json >"$BATS_TEST_TMPDIR/result"
+    inside journalctl --no-pager -o cat -u draped | not grep '"event":"store_error"'
+}
+
 @test "deploy: installed under systemd its socket starts it; it is upgraded and removed" {
     start_machine
     install_package
