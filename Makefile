@@ -90,7 +90,7 @@ test:
 tests: $(TESTS)
 # The validators of glTF, manifests and bills of materials, as the lock files pin them.
 tests/%/node_modules: tests/%/package-lock.json
-	@npm ci --silent --no-audit --no-fund --ignore-scripts --prefix tests/$* && touch $@
+	@npm ci --silent --no-audit --no-fund --ignore-scripts --omit=optional --prefix tests/$* && touch $@
 
 demo: all
 	@deploy/demo.sh $(B)
@@ -100,7 +100,8 @@ lint: all
 	@for check in tests/checks/*.sh; do echo $$check; $$check $(B) || exit 1; done
 
 format:
-	find solver api server tests -name '*.[ch]' -o -name '*.cc' | xargs $(CLANG_FORMAT) -i
+	find solver api server tests -name node_modules -prune -o \
+	    \( -name '*.[ch]' -o -name '*.cc' \) -print | xargs $(CLANG_FORMAT) -i
 
 PREFIX ?= /usr/local
 UNITS ?= $(PREFIX)/lib/systemd/system

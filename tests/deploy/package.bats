@@ -57,6 +57,9 @@ restarted() { [ "$(inside systemctl show -P NRestarts draped)" -ge 1 ] && answer
 
 start_machine() {
     [ "$(id -u)" = 0 ] || skip 'a machine with its own systemd can only be made by root'
+    unshare --mount --pid --fork --net --uts --ipc --cgroup true 2>"$BATS_TEST_TMPDIR/unshare" ||
+        skip 'this system lets nobody make namespaces'
+    grep -q '^[^ ]* [^ ]* cgroup2 ' /proc/mounts || skip 'this system has no control groups of version 2'
     mkdir -p "$BATS_TEST_TMPDIR/machine"
     : >"$BATS_TEST_TMPDIR/machine/out"
     tests/deploy/machine.sh "$BATS_TEST_TMPDIR/machine" >"$BATS_TEST_TMPDIR/machine/out" \
@@ -67,7 +70,7 @@ start_machine() {
 }
 
 install_package() {
-    inside sh -c 'cat >/root/draped.deb && DEBIAN_FRONTEND=noninteractive dpkg -i /root/draped.deb' \
+    inside sh -c 'cat >/root/draped.deb && DEBIAN_FRONTEND=noninteractive dpkg --no-triggers -i /root/draped.deb' \
         <"$DEB" >"$BATS_TEST_TMPDIR/dpkg" 2>&1 || { cat "$BATS_TEST_TMPDIR/dpkg"; false; }
     wait_until 20 answers || { inside journalctl --no-pager -u draped; false; }
 }
