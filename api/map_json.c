@@ -33,7 +33,8 @@ static bool malformed(struct scan *scan, const char *what) {
     return false;
 }
 
-/* At an element of a row of the array `path`, or the row, or the array: -1 for what is not there. */
+/* At an element of a row of the array `path`, or the row, or the array: -1 for what is not there.
+ */
 static bool invalid(struct scan *scan, const char *path, long row, int element, const char *what,
                     ...) __attribute__((format(printf, 5, 6)));
 
@@ -62,8 +63,8 @@ static bool no_memory(struct scan *scan) {
 
 /* The next character that is no space; 0 at the end. */
 static char peek(struct scan *scan) {
-    while (scan->at < scan->end && (*scan->at == ' ' || *scan->at == '\n' || *scan->at == '\r' ||
-                                    *scan->at == '\t'))
+    while (scan->at < scan->end &&
+           (*scan->at == ' ' || *scan->at == '\n' || *scan->at == '\r' || *scan->at == '\t'))
         scan->at++;
     return scan->at < scan->end ? *scan->at : '\0';
 }
@@ -75,14 +76,26 @@ static bool take(struct scan *scan, char wanted) {
     return true;
 }
 
+/* Whether a value of JSON begins here. */
+static bool at_value(struct scan *scan) {
+    static const char *const words[] = {"true", "false", "null"};
+    char c = peek(scan);
+    for (size_t k = 0; k < sizeof words / sizeof *words; k++) {
+        size_t length = strlen(words[k]);
+        if ((size_t)(scan->end - scan->at) >= length && memcmp(scan->at, words[k], length) == 0)
+            return true;
+    }
+    return c && strchr("{[\"-0123456789", c);
+}
+
 /* What is here is not the value that has to be here: another one is invalid, anything else is no
  * JSON. */
 static bool refuse_value(struct scan *scan, const char *path, long row, int element,
                          const char *what) {
-    char c = peek(scan);
-    if (c && strchr("{[\"-0123456789tfn", c))
+    if (at_value(scan))
         return invalid(scan, path, row, element, "%s", what);
-    return malformed(scan, scan->at == scan->end ? "the document ends early" : "a value is missing");
+    return malformed(scan,
+                     scan->at == scan->end ? "the document ends early" : "a value is missing");
 }
 
 static bool open_value(struct scan *scan, char bracket, const char *path, long row,
@@ -99,7 +112,8 @@ static bool next_element(struct scan *scan, char closing, bool *more) {
                                                  : "a comma or a closing bracket is missing");
 }
 
-/* A key and its colon. One with escapes, or longer than any that is known, is cut and so unknown. */
+/* A key and its colon. One with escapes, or longer than any that is known, is cut and so unknown.
+ */
 static bool read_key(struct scan *scan, char key[KEY_SIZE]) {
     if (!take(scan, '"'))
         return malformed(scan, "a key in quotes is missing");
@@ -130,16 +144,15 @@ static bool is_json_number(const char *text, size_t length) {
     return text == end || *text != '.' || (text + 1 < end && text[1] >= '0' && text[1] <= '9');
 }
 
-static bool read_number(struct scan *scan, const char *path, long row, int element,
-                        double *value) {
+static bool read_number(struct scan *scan, const char *path, long row, int element, double *value) {
     char c = peek(scan);
     if (c != '-' && (c < '0' || c > '9'))
         return refuse_value(scan, path, row, element, "must be a number");
     size_t length = api_number_read(scan->at, (size_t)(scan->end - scan->at), value);
     if (length > 0 && !is_json_number(scan->at, length))
         return malformed(scan, "this is no number of JSON");
-    if (length == 0 && c == '-' && !(scan->at + 1 < scan->end && scan->at[1] >= '0' &&
-                                     scan->at[1] <= '9'))
+    if (length == 0 && c == '-' &&
+        !(scan->at + 1 < scan->end && scan->at[1] >= '0' && scan->at[1] <= '9'))
         return malformed(scan, "this is no number of JSON");
     if (length == 0)
         return invalid(scan, path, row, element, "is too large for a double-precision number");
