@@ -10,6 +10,7 @@
 #include "hub.h"
 #include "id.h"
 #include "log.h"
+#include "mapper.h"
 #include "store.h"
 #include "worker.h"
 #include <errno.h>
@@ -32,6 +33,7 @@ struct service {
     struct hub *hub;
     struct store *store;
     struct dispatcher *dispatcher;
+    struct mapper *mapper;
     struct http *http;
 };
 
@@ -146,13 +148,22 @@ static bool start_dispatcher(struct service *service) {
 }
 
 static bool start_front(struct service *service) {
+    const struct config *config = service->config;
+    const struct mapper_settings maps = {.memory = (size_t)config->job_memory,
+                                         .timeout_ms = config->job_timeout * 1000};
+    if (config->role == CONFIG_ROLE_WORKER)
+        return true;
+    service->mapper = mapper_start(service->store, service->hub, &maps);
+    if (!service->mapper)
+        return refuse("maps", "their threads cannot be started");
     const struct http_services services = {
-        .config = service->config,
+        .config = config,
         .store = service->store,
         .hub = service->hub,
+        .mapper = service->mapper,
         .dispatcher = service->dispatcher,
     };
-    return service->config->role == CONFIG_ROLE_WORKER || http_start(&services, &service->http);
+    return http_start(&services, &service->http);
 }
 
 static bool start(struct service *service) {
@@ -185,6 +196,7 @@ static void stop(struct service *service) {
         http_drain(service->http);
     dispatcher_stop(service->dispatcher, service->config->drain_timeout * 1000);
     http_stop(service->http);
+    mapper_stop(service->mapper);
     dispatcher_free(service->dispatcher);
     store_close(service->store);
     hub_free(service->hub);
