@@ -23,6 +23,7 @@ struct route {
 };
 
 #define RESULT_QUERY "format", "table", "fields", "precision"
+#define MAP_QUERY "format", "fields", "precision", "inlet_elements"
 
 static const struct route routes[] = {
     {"POST", "/v1/drapes", drapes_create, ROUTE_BODY | ROUTE_WORK, {RESULT_QUERY}},
@@ -34,11 +35,7 @@ static const struct route routes[] = {
     {"GET", "/v1/drapes/{id}/request", drapes_request, 0, {0}},
     {"GET", "/v1/drapes/{id}/events", events_stream, 0, {0}},
     {"POST", "/v1/drapes/{id}/cancel", drapes_cancel, 0, {0}},
-    {"POST",
-     "/v1/drapes/{id}/map",
-     maps_create,
-     ROUTE_MESH | ROUTE_WORK,
-     {"format", "fields", "precision", "inlet_elements"}},
+    {"POST", "/v1/drapes/{id}/map", maps_create, ROUTE_MESH | ROUTE_WORK, {MAP_QUERY}},
     {"POST", "/v1/surfaces", surfaces_create, ROUTE_BODY | ROUTE_WORK, {0}},
     {"GET", "/v1/surfaces", surfaces_list, 0, {"limit", "cursor"}},
     {"GET", "/v1/surfaces/{id}", surfaces_get, 0, {0}},
