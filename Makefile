@@ -112,6 +112,7 @@ figures: $(B)/drape
 bench: $(B)/tests/bench/bench_solver $(B)/draped
 	$<
 	tests/bench/bench_formats.sh $(B)
+	tests/bench/bench_map.sh $(B)
 $(B)/tests/bench/bench_solver: $(B)/tests/bench/bench_solver.o $(B)/libdrapeapi.a $(B)/libdrape.a
 	$(CC) $(LDFLAGS) -o $@ $^ $(API_LIBS)
 

@@ -15,6 +15,7 @@
 #include "worker.h"
 #include <errno.h>
 #include <limits.h>
+#include <malloc.h>
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
@@ -24,7 +25,8 @@
 enum {
     EXIT_FAILED = 1,
     EXIT_USAGE = 2,
-    STOP_SECONDS = 28 /* whatever hangs at the end, the process does not outlive this */
+    STOP_SECONDS = 28,        /* whatever hangs at the end, the process does not outlive this */
+    LARGE_BLOCK = 1024 * 1024 /* bytes; such memory goes back to the system when it is freed */
 };
 
 /* What runs; NULL: not (yet), or not in this role. */
@@ -205,6 +207,8 @@ static void stop(struct service *service) {
 static int serve(const struct config *config) {
     struct service service = {.config = config};
     log_init((enum log_level)config->log_level);
+    /* By itself the C library raises this as it goes, and then keeps what a large map had. */
+    mallopt(M_MMAP_THRESHOLD, LARGE_BLOCK);
     umask(077); /* what customers sent is for this user alone */
     set_up_signals();
     bool good = start(&service);
