@@ -272,6 +272,20 @@ END
     map_bulk '?format=csv'
     expect 200
     ! head -1 "$body" | grep -q k1
+    # A cavity thinner than the fabric: cells are flagged and counted, but there is no case.
+    jq '.cavity = {height: 0.0011} | .fabric.spacing = 0.2' "$BATS_FILE_TMPDIR/request.json" |
+        post /v1/drapes - -H 'Prefer: wait=40'
+    expect 200
+    jq -e '.summary.packing_exceeded_cells > 0 and
+           .summary.packing_exceeded_cells == (.cells.packing_exceeded | add) and
+           (.cells.porosity | min) < 0' "$body"
+    id=$(field .id)
+    map_bulk '?format=json'
+    expect 200
+    jq -e '.cells.packing_exceeded == [1, 1]' "$body"
+    map_bulk '?format=lcmsim'
+    expect_problem 422 invalid-request
+    [[ $(field .detail) == '2 of 2 elements have no pores'* ]]
 }
 
 @test "map: a mesh may be larger than other bodies, but not than --max-mesh" {
