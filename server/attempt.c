@@ -301,7 +301,7 @@ static bool load(struct attempt *attempt, struct api_input *input, char **reques
     enum store_answer answer =
         store_request(store, attempt->claim->id, request, &input->request_length);
     if (answer == STORE_OK && attempt->claim->surface[0])
-        answer = store_surface_get(store, attempt->claim->surface, surface);
+        answer = store_surface_get(store, NULL, attempt->claim->surface, surface);
     input->request = *request;
     input->surface = surface->definition;
     input->surface_length = surface->definition_length;

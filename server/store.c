@@ -387,10 +387,10 @@ enum store_answer store_surface_put(struct store *store, const struct store_surf
     return store->ops->surface_put(store, surface, created);
 }
 
-enum store_answer store_surface_get(struct store *store, const char *id,
+enum store_answer store_surface_get(struct store *store, const char *owner, const char *id,
                                     struct store_surface *surface) {
     memset(surface, 0, sizeof *surface);
-    return store->ops->surface_get(store, id, surface);
+    return store->ops->surface_get(store, owner, id, surface);
 }
 
 enum store_answer store_surface_list(struct store *store, const char *owner, int64_t cursor,
@@ -406,6 +406,6 @@ void store_surfaces_clear(struct store_surfaces *page) {
     memset(page, 0, sizeof *page);
 }
 
-enum store_answer store_surface_delete(struct store *store, const char *id) {
-    return store->ops->surface_delete(store, id);
+enum store_answer store_surface_delete(struct store *store, const char *owner, const char *id) {
+    return store->ops->surface_delete(store, owner, id);
 }

@@ -304,13 +304,16 @@ struct store_surface {
 
 void store_surface_clear(struct store_surface *surface);
 
-/* Stores the surface under `id`, a digest of its content. `*created` is false when it was there
- * already; then nothing changes. */
+/* Surfaces are named by what they hold and belong to whoever stored them: each owner of the same
+ * surface has it for himself, and what one does with it does not touch the other's. */
+
+/* Stores the surface under `id`, a digest of its content, for its owner. `*created` is false when
+ * that owner had it already; then nothing changes. */
 enum store_answer store_surface_put(struct store *store, const struct store_surface *surface,
                                     bool *created) STORE_MUST_USE;
 
-/* Both texts. STORE_EMPTY. */
-enum store_answer store_surface_get(struct store *store, const char *id,
+/* Both texts. `owner` NULL: of anybody; all that have the same id say the same. STORE_EMPTY. */
+enum store_answer store_surface_get(struct store *store, const char *owner, const char *id,
                                     struct store_surface *surface) STORE_MUST_USE;
 
 /* `count` surfaces without their definitions, newest first; `next` as in store_page. */
@@ -325,7 +328,9 @@ enum store_answer store_surface_list(struct store *store, const char *owner, int
                                      int limit, struct store_surfaces *page) STORE_MUST_USE;
 void store_surfaces_clear(struct store_surfaces *page);
 
-/* STORE_CONFLICT while a queued or running job needs it; STORE_EMPTY. */
-enum store_answer store_surface_delete(struct store *store, const char *id) STORE_MUST_USE;
+/* Takes it from its owner; `owner` NULL: from all who have it. STORE_CONFLICT while a queued or
+ * running job of that owner needs it, or, when nobody else has it, of anybody; STORE_EMPTY. */
+enum store_answer store_surface_delete(struct store *store, const char *owner,
+                                       const char *id) STORE_MUST_USE;
 
 #endif

@@ -69,11 +69,11 @@ struct store_ops {
                                      void *bytes, size_t length);
     enum store_answer (*surface_put)(struct store *store, const struct store_surface *surface,
                                      bool *created);
-    enum store_answer (*surface_get)(struct store *store, const char *id,
+    enum store_answer (*surface_get)(struct store *store, const char *owner, const char *id,
                                      struct store_surface *surface);
     enum store_answer (*surface_list)(struct store *store, const char *owner, int64_t cursor,
                                       int limit, struct store_surfaces *page);
-    enum store_answer (*surface_delete)(struct store *store, const char *id);
+    enum store_answer (*surface_delete)(struct store *store, const char *owner, const char *id);
 };
 
 /* The head of every backend's own struct. A backend sets all but the cache. */

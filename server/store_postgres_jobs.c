@@ -133,15 +133,17 @@ enum store_answer postgres_request(struct store *store, const char *id, char **b
     return postgres_end(&query, rows, STORE_EMPTY);
 }
 
-/* Two statements, so that each has the index it needs. One row more than asked tells whether there
+#define LIST_OF(which)                                                                             \
+    "SELECT " JOB_COLUMNS " WHERE j.sequence < $1 AND " which " ORDER BY j.sequence DESC LIMIT $3"
+
+/* A statement each, so that it has the index it needs. One row more than asked tells whether there
  * is a next page. */
 static struct pg_query list_query(struct store *store, const struct store_filter *filter) {
     struct pg_query query = postgres_query(
-        store, filter->has_status
-                   ? "SELECT " JOB_COLUMNS " WHERE j.sequence < $1 AND j.status = $4"
-                     " AND ($2::text IS NULL OR j.owner = $2) ORDER BY j.sequence DESC LIMIT $3"
-                   : "SELECT " JOB_COLUMNS " WHERE j.sequence < $1"
-                     " AND ($2::text IS NULL OR j.owner = $2) ORDER BY j.sequence DESC LIMIT $3");
+        store, filter->owner ? (filter->has_status ? LIST_OF("j.owner = $2 AND j.status = $4")
+                                                   : LIST_OF("j.owner = $2"))
+                             : (filter->has_status ? LIST_OF("$2::text IS NULL AND j.status = $4")
+                                                   : LIST_OF("$2::text IS NULL")));
     pg_bind_int(&query, filter->cursor > 0 ? filter->cursor : INT64_MAX);
     pg_bind_text(&query, filter->owner);
     pg_bind_int(&query, filter->limit + 1);

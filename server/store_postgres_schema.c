@@ -118,8 +118,30 @@ static const char schema_2[] =
     "CREATE INDEX jobs_queue ON draped.jobs (owner, rank, sequence) WHERE status = 0;"
     "CREATE INDEX jobs_running ON draped.jobs (owner) WHERE status = 1;";
 
+/* Schema 3: surfaces of several owners, as in SQLite. */
+static const char schema_3[] =
+    "ALTER TABLE draped.surfaces DROP CONSTRAINT surfaces_id_key;"
+    "ALTER TABLE draped.surfaces ADD UNIQUE (id, owner);"
+    "CREATE INDEX surfaces_owner ON draped.surfaces (owner, sequence);"
+    "CREATE INDEX jobs_owner ON draped.jobs (owner, sequence);"
+    "DROP FUNCTION draped.delete_surface(text);"
+    /* As before, for one owner or, with NULL, for all. What an owner's job needs, that owner
+     * keeps; the last one stays for any job. */
+    "CREATE FUNCTION draped.delete_surface(name text, who text) RETURNS integer"
+    " LANGUAGE plpgsql AS $$"
+    "BEGIN"
+    " PERFORM 1 FROM draped.surfaces WHERE id = name ORDER BY sequence FOR UPDATE;"
+    " IF NOT EXISTS (SELECT 1 FROM draped.surfaces"
+    "  WHERE id = name AND (who IS NULL OR owner = who)) THEN RETURN 1; END IF;"
+    " IF EXISTS (SELECT 1 FROM draped.jobs WHERE surface = name AND status < 2"
+    "  AND (who IS NULL OR owner = who OR NOT EXISTS"
+    "  (SELECT 1 FROM draped.surfaces WHERE id = name AND owner <> who))) THEN RETURN 2; END IF;"
+    " DELETE FROM draped.surfaces WHERE id = name AND (who IS NULL OR owner = who);"
+    " RETURN 0; "
+    "END $$;";
+
 /* Migrations in order: the n-th leads to version n, which is the same in SQLite's backend. */
-static const char *const migrations[] = {schema_1, schema_2};
+static const char *const migrations[] = {schema_1, schema_2, schema_3};
 
 enum { CURRENT = sizeof migrations / sizeof migrations[0], SCRIPT_SIZE = 16384 };
 

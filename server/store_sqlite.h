@@ -107,10 +107,10 @@ enum store_answer sqlite_sweep(struct store *store, struct store_sweep *sweep);
 
 enum store_answer sqlite_surface_put(struct store *store, const struct store_surface *surface,
                                      bool *created);
-enum store_answer sqlite_surface_get(struct store *store, const char *id,
+enum store_answer sqlite_surface_get(struct store *store, const char *owner, const char *id,
                                      struct store_surface *surface);
 enum store_answer sqlite_surface_list(struct store *store, const char *owner, int64_t cursor,
                                       int limit, struct store_surfaces *page);
-enum store_answer sqlite_surface_delete(struct store *store, const char *id);
+enum store_answer sqlite_surface_delete(struct store *store, const char *owner, const char *id);
 
 #endif

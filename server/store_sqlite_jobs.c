@@ -221,16 +221,17 @@ struct list {
     struct store_page *page;
 };
 
-/* Two statements, so that each has the index it needs. One row more than asked tells whether
+#define LIST_OF(which)                                                                             \
+    "SELECT " JOB_COLUMNS " WHERE j.sequence < ?1 AND " which " ORDER BY j.sequence DESC LIMIT ?4"
+
+/* Three statements, so that each has the index it needs. One row more than asked tells whether
  * there is a next page. */
 static struct query list_query(struct db *db, const struct store_filter *filter) {
     int64_t before = filter->cursor > 0 ? filter->cursor : INT64_MAX;
     struct query query =
-        filter->has_status
-            ? db_query(db, "SELECT " JOB_COLUMNS " WHERE j.sequence < ? AND j.status = ?"
-                           " AND (?3 IS NULL OR j.owner = ?3) ORDER BY j.sequence DESC LIMIT ?4")
-            : db_query(db, "SELECT " JOB_COLUMNS " WHERE j.sequence < ? AND ?2 IS NULL"
-                           " AND (?3 IS NULL OR j.owner = ?3) ORDER BY j.sequence DESC LIMIT ?4");
+        filter->owner ? db_query(db, LIST_OF("(?2 IS NULL OR +j.status = ?2) AND j.owner = ?3"))
+        : filter->has_status ? db_query(db, LIST_OF("j.status = ?2 AND ?3 IS NULL"))
+                             : db_query(db, LIST_OF("?2 IS NULL AND ?3 IS NULL"));
     query_bind_int(&query, before);
     if (filter->has_status)
         query_bind_int(&query, filter->status);

@@ -94,8 +94,26 @@ static const char schema_2[] =
     "CREATE INDEX jobs_queue ON jobs (owner, rank, sequence) WHERE status = 0;"
     "CREATE INDEX jobs_running ON jobs (owner) WHERE status = 1;";
 
+/* Schema 3: surfaces are named by their content, and several owners may have the same. What one
+ * owner has is listed by an index of his own. */
+static const char schema_3[] =
+    "CREATE TABLE owned_surfaces ("
+    " sequence INTEGER PRIMARY KEY AUTOINCREMENT,"
+    " id TEXT NOT NULL,"
+    " owner TEXT NOT NULL,"
+    " created INTEGER NOT NULL,"
+    " description TEXT NOT NULL,"
+    " definition BLOB NOT NULL,"
+    " UNIQUE (id, owner));"
+    "INSERT INTO owned_surfaces SELECT sequence, id, owner, created, description, definition"
+    " FROM surfaces;"
+    "DROP TABLE surfaces;"
+    "ALTER TABLE owned_surfaces RENAME TO surfaces;"
+    "CREATE INDEX surfaces_owner ON surfaces (owner, sequence);"
+    "CREATE INDEX jobs_owner ON jobs (owner, sequence);";
+
 /* Migrations in order: the n-th leads to version n. */
-static const char *const migrations[] = {schema_1, schema_2};
+static const char *const migrations[] = {schema_1, schema_2, schema_3};
 
 enum { CURRENT = sizeof migrations / sizeof migrations[0] };
 

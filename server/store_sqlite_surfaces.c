@@ -13,7 +13,7 @@ static enum store_answer put_operation(struct sqlite_store *store, struct db *db
     const struct store_surface *surface = put->surface;
     struct query query =
         db_query(db, "INSERT INTO surfaces (id, owner, created, description, definition)"
-                     " VALUES (?, ?, ?, ?, ?) ON CONFLICT (id) DO NOTHING");
+                     " VALUES (?, ?, ?, ?, ?) ON CONFLICT (id, owner) DO NOTHING");
     query_bind_text(&query, surface->id);
     query_bind_text(&query, surface->owner);
     query_bind_int(&query, sqlite_now(store));
@@ -43,6 +43,7 @@ static void read_surface(struct query *query, struct store_surface *surface) {
 }
 
 struct get {
+    const char *owner;
     const char *id;
     struct store_surface *surface;
 };
@@ -51,8 +52,10 @@ static enum store_answer get_operation(struct sqlite_store *store, struct db *db
     (void)store;
     struct get *get = context;
     struct query query =
-        db_query(db, "SELECT " SURFACE_COLUMNS ", definition FROM surfaces WHERE id = ?");
+        db_query(db, "SELECT " SURFACE_COLUMNS ", definition FROM surfaces WHERE id = ?1"
+                     " AND (?2 IS NULL OR owner = ?2) LIMIT 1");
     query_bind_text(&query, get->id);
+    query_bind_text(&query, get->owner);
     bool found = query_row(&query);
     if (found) {
         read_surface(&query, get->surface);
@@ -62,9 +65,9 @@ static enum store_answer get_operation(struct sqlite_store *store, struct db *db
     return answer == STORE_OK && !found ? STORE_EMPTY : answer;
 }
 
-enum store_answer sqlite_surface_get(struct store *store, const char *id,
+enum store_answer sqlite_surface_get(struct store *store, const char *owner, const char *id,
                                      struct store_surface *surface) {
-    struct get get = {.id = id, .surface = surface};
+    struct get get = {.owner = owner, .id = id, .surface = surface};
     return sqlite_read(store, get_operation, &get);
 }
 
@@ -79,11 +82,13 @@ static enum store_answer list_operation(struct sqlite_store *store, struct db *d
     (void)store;
     struct list *list = context;
     struct store_surfaces *page = list->page;
-    struct query query = db_query(db, "SELECT " SURFACE_COLUMNS " FROM surfaces WHERE sequence < ?1"
-                                      " AND (?2 IS NULL OR owner = ?2)"
-                                      " ORDER BY sequence DESC LIMIT ?3");
-    query_bind_int(&query, list->cursor > 0 ? list->cursor : INT64_MAX);
+    struct query query =
+        list->owner ? db_query(db, "SELECT " SURFACE_COLUMNS " FROM surfaces WHERE owner = ?"
+                                   " AND sequence < ? ORDER BY sequence DESC LIMIT ?")
+                    : db_query(db, "SELECT " SURFACE_COLUMNS " FROM surfaces WHERE ?1 IS NULL"
+                                   " AND sequence < ?2 ORDER BY sequence DESC LIMIT ?3");
     query_bind_text(&query, list->owner);
+    query_bind_int(&query, list->cursor > 0 ? list->cursor : INT64_MAX);
     query_bind_int(&query, (int64_t)list->limit + 1);
     while (query_row(&query)) {
         if (page->count == list->limit) {
@@ -103,13 +108,18 @@ enum store_answer sqlite_surface_list(struct store *store, const char *owner, in
 }
 
 struct named {
-    const char *id;
+    const char *owner, *id; /* owner NULL: all */
 };
 
-static enum store_answer in_use(struct db *db, const char *id) {
+/* What an owner's job needs, that owner keeps. What an administrator's job needs may be anybody's:
+ * the last one stays. */
+static enum store_answer in_use(struct db *db, const struct named *named) {
     struct query query =
-        db_query(db, "SELECT 1 FROM jobs WHERE surface = ? AND status < 2 LIMIT 1");
-    query_bind_text(&query, id);
+        db_query(db, "SELECT 1 FROM jobs WHERE surface = ?1 AND status < 2 AND (?2 IS NULL"
+                     " OR owner = ?2 OR NOT EXISTS"
+                     " (SELECT 1 FROM surfaces WHERE id = ?1 AND owner <> ?2)) LIMIT 1");
+    query_bind_text(&query, named->id);
+    query_bind_text(&query, named->owner);
     bool used = query_row(&query);
     enum store_answer answer = query_end(&query);
     return answer == STORE_OK && used ? STORE_CONFLICT : answer;
@@ -119,16 +129,18 @@ static enum store_answer delete_operation(struct sqlite_store *store, struct db 
                                           void *context) {
     (void)store;
     const struct named *named = context;
-    enum store_answer answer = in_use(db, named->id);
+    enum store_answer answer = in_use(db, named);
     if (answer != STORE_OK)
         return answer;
-    struct query query = db_query(db, "DELETE FROM surfaces WHERE id = ?");
+    struct query query =
+        db_query(db, "DELETE FROM surfaces WHERE id = ?1 AND (?2 IS NULL OR owner = ?2)");
     query_bind_text(&query, named->id);
+    query_bind_text(&query, named->owner);
     answer = query_run(&query);
     return answer == STORE_OK && db_changes(db) == 0 ? STORE_EMPTY : answer;
 }
 
-enum store_answer sqlite_surface_delete(struct store *store, const char *id) {
-    struct named named = {.id = id};
+enum store_answer sqlite_surface_delete(struct store *store, const char *owner, const char *id) {
+    struct named named = {.owner = owner, .id = id};
     return sqlite_write(store, delete_operation, &named);
 }

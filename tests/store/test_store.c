@@ -272,14 +272,20 @@ static void test_store_counts_follow_every_change(void **state) {
 
 /* ------------------------------------------------------------------ surfaces */
 
-static enum store_answer put(struct scratch *scratch, const char *id, char *definition,
-                             bool *created) {
+static enum store_answer put_for(struct scratch *scratch, const char *owner, const char *id,
+                                 char *definition, bool *created) {
     static char description[] = "{\"area\":1}";
     struct store_surface surface = {.definition = definition,
                                     .definition_length = strlen(definition),
                                     .description = description};
     snprintf(surface.id, sizeof surface.id, "%s", id);
+    snprintf(surface.owner, sizeof surface.owner, "%s", owner);
     return store_surface_put(scratch->store, &surface, created);
+}
+
+static enum store_answer put(struct scratch *scratch, const char *id, char *definition,
+                             bool *created) {
+    return put_for(scratch, "", id, definition, created);
 }
 
 static void test_store_surface_is_stored_once(void **state) {
@@ -288,13 +294,13 @@ static void test_store_surface_is_stored_once(void **state) {
     char first[] = "{\"degree\":2}";
     char other[] = "{\"degree\":3}";
     bool created = false;
-    assert_int_equal(store_surface_get(scratch->store, "s", &surface), STORE_EMPTY);
+    assert_int_equal(store_surface_get(scratch->store, NULL, "s", &surface), STORE_EMPTY);
     store_surface_clear(&surface);
     assert_int_equal(put(scratch, "s", first, &created), STORE_OK);
     assert_true(created);
     assert_int_equal(put(scratch, "s", other, &created), STORE_OK);
     assert_false(created);
-    assert_int_equal(store_surface_get(scratch->store, "s", &surface), STORE_OK);
+    assert_int_equal(store_surface_get(scratch->store, NULL, "s", &surface), STORE_OK);
     assert_string_equal(surface.definition, first);
     assert_int_equal(surface.definition_length, strlen(first));
     assert_string_equal(surface.description, "{\"area\":1}");
@@ -340,13 +346,73 @@ static void test_store_surface_in_use_stays(void **state) {
     assert_int_equal(store_submit(scratch->store, &submission, &receipt), STORE_EMPTY);
     assert_int_equal(put(scratch, "s", definition, &created), STORE_OK);
     assert_int_equal(store_submit(scratch->store, &submission, &receipt), STORE_OK);
-    assert_int_equal(store_surface_delete(scratch->store, "s"), STORE_CONFLICT);
+    assert_int_equal(store_surface_delete(scratch->store, NULL, "s"), STORE_CONFLICT);
     assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
     assert_string_equal(claim.surface, "s");
-    assert_int_equal(store_surface_delete(scratch->store, "s"), STORE_CONFLICT);
+    assert_int_equal(store_surface_delete(scratch->store, NULL, "s"), STORE_CONFLICT);
     assert_int_equal(scratch_commit(scratch, &claim, "x", 1), STORE_OK);
-    assert_int_equal(store_surface_delete(scratch->store, "s"), STORE_OK);
-    assert_int_equal(store_surface_delete(scratch->store, "s"), STORE_EMPTY);
+    assert_int_equal(store_surface_delete(scratch->store, NULL, "s"), STORE_OK);
+    assert_int_equal(store_surface_delete(scratch->store, NULL, "s"), STORE_EMPTY);
+}
+
+static enum store_answer get_of(struct scratch *scratch, const char *owner) {
+    struct store_surface surface;
+    enum store_answer answer = store_surface_get(scratch->store, owner, "s", &surface);
+    if (answer == STORE_OK && owner)
+        assert_string_equal(surface.owner, owner);
+    store_surface_clear(&surface);
+    return answer;
+}
+
+/* Two who store the same surface have one each. */
+static void test_store_surface_of_two_owners(void **state) {
+    struct scratch *scratch = *state;
+    struct store_surfaces page;
+    char definition[] = "{}";
+    bool created = false;
+    assert_int_equal(put_for(scratch, "anna", "s", definition, &created), STORE_OK);
+    assert_true(created);
+    assert_int_equal(get_of(scratch, "bert"), STORE_EMPTY);
+    assert_int_equal(store_surface_delete(scratch->store, "bert", "s"), STORE_EMPTY);
+    assert_int_equal(put_for(scratch, "bert", "s", definition, &created), STORE_OK);
+    assert_true(created);
+    assert_int_equal(put_for(scratch, "bert", "s", definition, &created), STORE_OK);
+    assert_false(created);
+    assert_int_equal(store_surface_delete(scratch->store, "anna", "s"), STORE_OK);
+    assert_int_equal(get_of(scratch, "anna"), STORE_EMPTY);
+    assert_int_equal(get_of(scratch, "bert"), STORE_OK);
+    assert_int_equal(get_of(scratch, NULL), STORE_OK);
+    assert_int_equal(store_surface_list(scratch->store, "bert", 0, 9, &page), STORE_OK);
+    assert_int_equal(page.count, 1);
+    store_surfaces_clear(&page);
+    assert_int_equal(put_for(scratch, "anna", "s", definition, &created), STORE_OK);
+    assert_int_equal(store_surface_list(scratch->store, NULL, 0, 9, &page), STORE_OK);
+    assert_int_equal(page.count, 2);
+    store_surfaces_clear(&page);
+    assert_int_equal(store_surface_delete(scratch->store, NULL, "s"), STORE_OK);
+    assert_int_equal(get_of(scratch, NULL), STORE_EMPTY);
+}
+
+/* A job keeps the surface of its owner, and the last one whoever has it. */
+static void test_store_surface_that_owners_jobs_need(void **state) {
+    struct scratch *scratch = *state;
+    char definition[] = "{}";
+    bool created = false;
+    struct store_receipt receipt;
+    struct store_submission submission = {
+        .request = "x", .request_length = 1, .digest = "x", .surface = "s", .owner = "anna"};
+    assert_int_equal(put_for(scratch, "anna", "s", definition, &created), STORE_OK);
+    assert_int_equal(put_for(scratch, "bert", "s", definition, &created), STORE_OK);
+    assert_int_equal(store_submit(scratch->store, &submission, &receipt), STORE_OK);
+    assert_int_equal(store_surface_delete(scratch->store, "anna", "s"), STORE_CONFLICT);
+    assert_int_equal(store_surface_delete(scratch->store, NULL, "s"), STORE_CONFLICT);
+    assert_int_equal(store_surface_delete(scratch->store, "bert", "s"), STORE_OK);
+    assert_int_equal(store_delete(scratch->store, receipt.id), STORE_OK);
+    submission.owner = "the administrator";
+    assert_int_equal(store_submit(scratch->store, &submission, &receipt), STORE_OK);
+    assert_int_equal(store_surface_delete(scratch->store, "anna", "s"), STORE_CONFLICT);
+    assert_int_equal(store_cancel(scratch->store, receipt.id), STORE_OK);
+    assert_int_equal(store_surface_delete(scratch->store, "anna", "s"), STORE_OK);
 }
 
 /* ------------------------------------------------------------------ the hub */
@@ -408,6 +474,8 @@ int main(void) {
         WITH_STORE(test_store_surface_is_stored_once),
         WITH_STORE(test_store_surface_list_pages),
         WITH_STORE(test_store_surface_in_use_stays),
+        WITH_STORE(test_store_surface_of_two_owners),
+        WITH_STORE(test_store_surface_that_owners_jobs_need),
         WITH_STORE(test_store_tells_the_hub_of_every_change),
         cmocka_unit_test(test_store_status_names_read_back),
     };

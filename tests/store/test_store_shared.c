@@ -251,11 +251,11 @@ static void *use_or_delete_surface(void *context) {
         submission.digest = digest;
         enum store_answer answer = store_surface_put(store, &surface, &created);
         *worker->wrong += answer != STORE_OK;
-        answer = worker->number < WORKERS / 2 ? store_surface_delete(store, "s")
+        answer = worker->number < WORKERS / 2 ? store_surface_delete(store, NULL, "s")
                                               : store_submit(store, &submission, &receipt);
         if (worker->number < WORKERS / 2 || answer != STORE_OK)
             continue;
-        *worker->wrong += store_surface_get(store, "s", &found) != STORE_OK;
+        *worker->wrong += store_surface_get(store, NULL, "s", &found) != STORE_OK;
         store_surface_clear(&found);
         *worker->wrong += store_delete(store, receipt.id) != STORE_OK;
         ++*worker->done;
@@ -291,7 +291,7 @@ static void test_store_several_may_start_at_once(void **state) {
     scratch_start(&shared->scratch[0]);
     scratch_start(&shared->scratch[1]);
     assert_int_equal(
-        scratch_number(&shared->scratch[0], "SELECT count(*) FROM draped.schema_version"), 2);
+        scratch_number(&shared->scratch[0], "SELECT count(*) FROM draped.schema_version"), 3);
 }
 
 /* ------------------------------------------------------------------ shares */
@@ -383,7 +383,7 @@ static void test_store_first_schema_is_brought_up_to_date(void **state) {
     scratch_now = INT64_C(1000000000) * 1000000 + 30 * second;
     scratch_start(scratch);
     scratch_start(&shared->scratch[1]);
-    assert_int_equal(scratch_number(scratch, "SELECT max(version) FROM draped.schema_version"), 2);
+    assert_int_equal(scratch_number(scratch, "SELECT max(version) FROM draped.schema_version"), 3);
     static const enum store_status statuses[] = {STORE_QUEUED, STORE_QUEUED, STORE_RUNNING,
                                                  STORE_FAILED, STORE_SUCCEEDED};
     assert_int_equal(store_list(scratch->store, &filter, &page), STORE_OK);
@@ -392,7 +392,7 @@ static void test_store_first_schema_is_brought_up_to_date(void **state) {
         assert_int_equal(page.jobs[k].status, statuses[k]);
     scratch_expect_result(scratch, page.jobs[4].id, "result", 6, 6);
     store_page_clear(&page);
-    assert_int_equal(store_surface_get(scratch->store, "s1", &surface), STORE_OK);
+    assert_int_equal(store_surface_get(scratch->store, NULL, "s1", &surface), STORE_OK);
     store_surface_clear(&surface);
     scratch_now += 61 * second; /* whoever ran it then is gone */
     assert_int_equal(scratch_sweep(scratch).requeued, 1);
