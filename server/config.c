@@ -3,6 +3,7 @@
 #include "log.h"
 #include "manager.h"
 #include "store.h"
+#include "tokens.h"
 #include <arpa/inet.h>
 #include <errno.h>
 #include <limits.h>
@@ -55,7 +56,8 @@ static const struct flag flags[] = {
      KIND_COUNT, AT(workers), 1, 1024, NULL},
     {"role", "DRAPED_ROLE", "all|api|worker", "all",
      "api answers calls, worker solves drapes, all does both", KIND_CHOICE, AT(role), 0, 0, NULL},
-    {"tokens", "DRAPED_TOKENS", "FILE", "", "who may call (not available in this version)",
+    {"tokens", "DRAPED_TOKENS", "FILE", "",
+     "who may call: lines of name:role:hash, made by draped hash-token; read again at SIGHUP",
      KIND_TEXT, AT(tokens), 0, 0, NULL},
     {"allow-anonymous", "DRAPED_ALLOW_ANONYMOUS", NULL, "0",
      "listen beyond this machine without tokens", KIND_SWITCH, AT(allow_anonymous), 0, 0, NULL},
@@ -321,17 +323,23 @@ static bool take_inherited(struct config *config) {
     return true;
 }
 
+static bool check_tokens(const char *path) {
+    char why[TOKENS_WHY_SIZE];
+    struct tokens *tokens = tokens_open(path, why);
+    tokens_free(tokens);
+    return tokens || complain("--tokens: %s", why);
+}
+
 static bool check(struct config *config) {
     if (!take_inherited(config) || !parse_listen(config))
         return false;
-    if (config->tokens[0])
-        return complain("--tokens is not available in this version: leave it out, and keep callers "
-                        "away by other means");
-    if (!config->loopback && !config->allow_anonymous)
+    if (!config->loopback && !config->allow_anonymous && !config->tokens[0])
         return complain("--listen: %s can be reached from other machines, and callers would not be "
-                        "asked who they are (--tokens is not available in this version): add "
-                        "--allow-anonymous if everybody may call",
+                        "asked who they are: give --tokens, or --allow-anonymous if everybody may "
+                        "call",
                         config->listen);
+    if (config->tokens[0] && !check_tokens(config->tokens))
+        return false;
     if (!config->data[0])
         return complain("--data is empty");
     if (strstr(config->store, "://") && !store_url_remote(config->store))
@@ -342,7 +350,8 @@ static bool check(struct config *config) {
 /* ------------------------------------------------------------------ answers */
 
 void config_help(FILE *out) {
-    fputs("usage: draped [FLAG...]\n\n"
+    fputs("usage: draped [FLAG...]\n"
+          "       draped hash-token NAME read|write|admin [--generate]\n\n"
           "Drapes woven fabrics over surfaces, as a service over HTTP.\n\n",
           out);
     for (size_t k = 0; k < FLAG_COUNT; k++) {
@@ -359,6 +368,11 @@ void config_help(FILE *out) {
             "ask the daemon that listens there; exit 0 if it is well");
     fprintf(out, "  --%-*s%s\n", HELP_COLUMN - 4, "version", "print the version and stop");
     fprintf(out, "  --%-*s%s\n", HELP_COLUMN - 4, "help", "print this and stop");
+    fputs(
+        "\nWith --tokens every call needs 'Authorization: Bearer TOKEN', but for /, /healthz,\n"
+        "/readyz, /version, /v1/openapi.json and /v1/limits. read sees the drapes and surfaces of\n"
+        "its name, and /metrics; write also makes and deletes them; admin does so with all.\n",
+        out);
 }
 
 static void print_choice(const struct flag *flag, int64_t value, FILE *out) {

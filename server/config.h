@@ -29,7 +29,7 @@ struct config {
     const char *store;       /* URL; empty: SQLite in `data` */
     int64_t workers;         /* worker processes, 1..1024 */
     int64_t role;            /* enum config_role */
-    const char *tokens;      /* empty: none (not available in this version) */
+    const char *tokens;      /* empty: none */
     bool allow_anonymous;    /* may listen beyond loopback without tokens */
     int64_t queue_limit;     /* queued jobs */
     int64_t max_body;        /* bytes of a request's body */

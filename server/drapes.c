@@ -60,11 +60,13 @@ struct intake {
 
 /* Fetches the stored surface the request names and decodes again, with it. */
 static enum api_problem_id intake_surface(const struct http_services *services,
+                                          const struct request *request,
                                           const struct api_input *body, struct intake *intake,
                                           struct api_problem *problem) {
     char id[API_ID_SIZE];
     memcpy(id, intake->decoded.surface.id, sizeof id);
-    enum store_answer answer = store_surface_get(services->store, id, &intake->surface);
+    enum store_answer answer =
+        store_surface_get(services->store, resources_owner(request), id, &intake->surface);
     if (answer == STORE_EMPTY) {
         api_problem_add(problem, "/surface/id", "there is no stored surface '%s'", id);
         return problem->id;
@@ -95,7 +97,7 @@ static enum api_problem_id intake_check(const struct http_services *services,
     enum api_problem_id id =
         api_decode(&body, &intake->limits, intake->arena, &intake->decoded, problem);
     if (id == API_OK && intake->decoded.surface.kind == API_SURFACE_NAMED)
-        id = intake_surface(services, &body, intake, problem);
+        id = intake_surface(services, request, &body, intake, problem);
     if (id == API_OK)
         id = check_shape(intake, problem);
     if (id == API_OK && !api_digest_request(&intake->decoded, intake->arena, intake->digest))
@@ -110,6 +112,7 @@ static enum store_answer submit(const struct http_services *services, const stru
         .request_length = request->body_length,
         .digest = intake->digest,
         .surface = intake->surface.definition ? intake->decoded.surface.id : NULL,
+        .owner = request->caller,
         .key = request_header(request, "Idempotency-Key"),
     };
     return store_submit(services->store, &submission, receipt);
@@ -238,7 +241,7 @@ static bool read_filter(const struct request *request, struct reply *reply,
 
 enum routes_next drapes_list(const struct http_services *services, struct request *request,
                              struct reply *reply) {
-    struct store_filter filter = {0};
+    struct store_filter filter = {.owner = resources_owner(request)};
     struct store_page page;
     if (!read_filter(request, reply, &filter))
         return ROUTES_DONE;
@@ -360,9 +363,11 @@ enum routes_next drapes_request(const struct http_services *services, struct req
 enum routes_next drapes_cancel(const struct http_services *services, struct request *request,
                                struct reply *reply) {
     struct store_job job = {0};
-    enum store_answer answer = STORE_EMPTY;
-    if (id_valid(request->parameter))
-        answer = store_cancel(services->store, request->parameter);
+    bool found = resources_job(services, request, reply, &job);
+    store_job_clear(&job);
+    if (!found)
+        return ROUTES_DONE;
+    enum store_answer answer = store_cancel(services->store, request->parameter);
     if (answer == STORE_EMPTY)
         return resources_not_found(request, reply, "drape");
     if (answer != STORE_OK && answer != STORE_CONFLICT)
@@ -375,9 +380,12 @@ enum routes_next drapes_cancel(const struct http_services *services, struct requ
 
 enum routes_next drapes_delete(const struct http_services *services, struct request *request,
                                struct reply *reply) {
-    enum store_answer answer = STORE_EMPTY;
-    if (id_valid(request->parameter))
-        answer = store_delete(services->store, request->parameter);
+    struct store_job job = {0};
+    bool found = resources_job(services, request, reply, &job);
+    store_job_clear(&job);
+    if (!found)
+        return ROUTES_DONE;
+    enum store_answer answer = store_delete(services->store, request->parameter);
     if (answer == STORE_EMPTY)
         return resources_not_found(request, reply, "drape");
     if (answer != STORE_OK)

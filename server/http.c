@@ -438,7 +438,8 @@ static void log_access(const struct exchange *exchange) {
     enum log_level level = routes_quiet(request) ? LOG_LEVEL_DEBUG : LOG_LEVEL_INFO;
     log_write(level,
               LOG_FIELDS(log_event("request"), log_text("request_id", request->id),
-                         log_text("method", request->method), log_text("target", request->target),
+                         log_text("caller", request->caller), log_text("method", request->method),
+                         log_text("target", request->target),
                          log_int("status", exchange->reply.status),
                          log_int("received", exchange->received), log_int("sent", bytes),
                          log_real("ms", (double)(clock_us() - exchange->begun_us) / 1e3)));

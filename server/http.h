@@ -21,6 +21,7 @@ struct config;
 struct store;
 struct hub;
 struct dispatcher;
+struct tokens;
 struct mapper;
 struct http;
 
@@ -29,6 +30,7 @@ struct http_services {
     const struct config *config;
     struct store *store;
     struct hub *hub;
+    struct tokens *tokens; /* who may call; NULL: everybody */
     struct mapper *mapper;
     struct dispatcher *dispatcher; /* NULL in the role `api`: other machines do the work */
 };

@@ -15,6 +15,7 @@
 #include "manager.h"
 #include "mapper.h"
 #include "store.h"
+#include "tokens.h"
 #include "worker.h"
 #include <errno.h>
 #include <limits.h>
@@ -39,6 +40,7 @@ struct service {
     struct store *store;
     struct dispatcher *dispatcher;
     struct mapper *mapper;
+    struct tokens *tokens;
     struct http *http;
 };
 
@@ -50,18 +52,20 @@ static bool refuse(const char *what, const char *why) {
 
 /* ------------------------------------------------------------------ signals */
 
-static sigset_t stop_signals(void) {
+/* Those that stop, and SIGHUP. */
+static sigset_t waited_signals(void) {
     sigset_t signals;
     sigemptyset(&signals);
     sigaddset(&signals, SIGTERM);
     sigaddset(&signals, SIGINT);
+    sigaddset(&signals, SIGHUP);
     return signals;
 }
 
 /* Before any thread: they inherit that the signals wait for the main thread. A full disk and a
  * closed connection are told by errno, not by a signal. */
 static void set_up_signals(void) {
-    sigset_t signals = stop_signals();
+    sigset_t signals = waited_signals();
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN);
     pthread_sigmask(SIG_BLOCK, &signals, NULL);
@@ -72,6 +76,18 @@ static void give_up(int number) {
     _exit(0); /* the store needs no goodbye: what runs is taken up again at the next start */
 }
 
+/* A file that cannot be used changes nothing: who could call before still can. */
+static void reload(struct service *service) {
+    char why[TOKENS_WHY_SIZE];
+    if (!service->tokens)
+        return;
+    if (tokens_reload(service->tokens, why))
+        log_info(log_event("tokens_read"),
+                 log_int("tokens", (int64_t)tokens_count(service->tokens)));
+    else
+        log_error(log_event("tokens_kept"), log_text("why", why));
+}
+
 /* Waits for a signal, and tells the service manager meanwhile that this thread and the front are
  * alive. Not the store: a restart does not mend a database that is away. */
 static int keep_alive(struct service *service, const sigset_t *signals) {
@@ -79,6 +95,10 @@ static int keep_alive(struct service *service, const sigset_t *signals) {
     const struct timespec step = {every_ms / 1000, every_ms % 1000 * 1000000};
     for (;;) {
         int number = sigtimedwait(signals, NULL, every_ms ? &step : NULL);
+        if (number == SIGHUP) {
+            reload(service);
+            continue;
+        }
         if (number > 0)
             return number;
         if (errno != EAGAIN)
@@ -92,13 +112,14 @@ static int keep_alive(struct service *service, const sigset_t *signals) {
 /* Returns at the first signal; from then on a second one ends the process at once, even where a
  * shell has started us with signals ignored. */
 static void wait_for_signal(struct service *service) {
-    sigset_t signals = stop_signals();
+    sigset_t signals = waited_signals();
     int number = keep_alive(service, &signals);
     log_info(log_event("stopping"), log_text("signal", number == SIGTERM ? "SIGTERM" : "SIGINT"));
     signal(SIGALRM, give_up);
     alarm(STOP_SECONDS);
     signal(SIGTERM, SIG_DFL);
     signal(SIGINT, SIG_DFL);
+    signal(SIGHUP, SIG_IGN);
     pthread_sigmask(SIG_UNBLOCK, &signals, NULL);
 }
 
@@ -176,10 +197,15 @@ static bool start_front(struct service *service) {
     service->mapper = mapper_start(service->store, service->hub, &maps);
     if (!service->mapper)
         return refuse("maps", "their threads cannot be started");
+    char why[TOKENS_WHY_SIZE];
+    service->tokens = config->tokens[0] ? tokens_open(config->tokens, why) : NULL;
+    if (config->tokens[0] && !service->tokens)
+        return refuse("tokens", why);
     const struct http_services services = {
         .config = config,
         .store = service->store,
         .hub = service->hub,
+        .tokens = service->tokens,
         .mapper = service->mapper,
         .dispatcher = service->dispatcher,
     };
@@ -217,6 +243,7 @@ static void stop(struct service *service) {
     dispatcher_stop(service->dispatcher, service->config->drain_timeout * 1000);
     http_stop(service->http);
     mapper_stop(service->mapper);
+    tokens_free(service->tokens);
     dispatcher_free(service->dispatcher);
     store_close(service->store);
     hub_free(service->hub);
@@ -246,6 +273,8 @@ int main(int argc, char **argv) {
     struct config config;
     if (argc == 2 && !strcmp(argv[1], WORKER_ARGUMENT))
         return worker_main();
+    if (argc >= 2 && !strcmp(argv[1], "hash-token"))
+        return id_init() ? tokens_command(argc, argv, stdin, stdout, stderr) : EXIT_FAILED;
     switch (config_parse(argc, argv, &config)) {
     case CONFIG_DONE:
         return 0;

@@ -34,6 +34,13 @@ void reply_header(struct reply *reply, const char *name, const char *format, ...
     reply->header_count++;
 }
 
+bool reply_has_header(const struct reply *reply, const char *name) {
+    for (size_t k = 0; k < reply->header_count; k++)
+        if (!strcmp(reply->headers[k].name, name))
+            return true;
+    return false;
+}
+
 /* Drops an earlier body; headers stay. */
 static void set_body(struct reply *reply, int status, const char *type) {
     free(reply->body);

@@ -51,6 +51,9 @@ void reply_clear(struct reply *reply);
 void reply_header(struct reply *reply, const char *name, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
+/* Whether there is such a header; `name` as it was given. */
+bool reply_has_header(const struct reply *reply, const char *name);
+
 /* A body of text that the reply takes over and frees; NULL (no memory) becomes a problem. */
 void reply_text(struct reply *reply, int status, const char *type, char *text);
 

@@ -186,6 +186,8 @@ void request_check_framing(struct request *request) {
         set_fault(request, "the only transfer coding here is chunked");
     if (coding && request->http_1_0)
         set_fault(request, "HTTP/1.0 has no Transfer-Encoding");
+    if (count_headers(request, "Authorization") > 1)
+        set_fault(request, "there is more than one Authorization");
     if (hosts > 1)
         set_fault(request, "there is more than one Host");
     if (!hosts && !request->http_1_0)

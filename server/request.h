@@ -14,6 +14,7 @@ enum {
     REQUEST_SEGMENTS_MAX = 8,
     REQUEST_QUERY_MAX = 32,
     REQUEST_HEADERS_MAX = 100,
+    REQUEST_CALLER_SIZE = 65,
     REQUEST_ID_SIZE = 65, /* a caller's own X-Request-Id: at most 64 characters */
     REQUEST_FAULT_SIZE = 128
 };
@@ -39,6 +40,9 @@ struct request {
 
     char *body; /* zero-terminated beyond its length; NULL without a body */
     size_t body_length, body_capacity;
+
+    char caller[REQUEST_CALLER_SIZE]; /* whose token it has: the owner of what is stored; "" */
+    bool sees_all;                    /* what others own, too */
 
     void *transport; /* http.c's own */
     bool draining;   /* the daemon takes no new work */

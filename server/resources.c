@@ -19,6 +19,10 @@ struct api_limits resources_limits(const struct http_services *services) {
     };
 }
 
+const char *resources_owner(const struct request *request) {
+    return request->sees_all ? NULL : request->caller;
+}
+
 enum routes_next resources_store_failed(const struct request *request, struct reply *reply,
                                         enum store_answer answer) {
     bool busy = answer == STORE_BUSY;
@@ -45,6 +49,8 @@ bool resources_job(const struct http_services *services, const struct request *r
     enum store_answer answer = STORE_EMPTY;
     if (id_valid(request->parameter))
         answer = store_get(services->store, request->parameter, job);
+    if (answer == STORE_OK && !request->sees_all && strcmp(job->owner, request->caller) != 0)
+        answer = STORE_EMPTY;
     if (answer == STORE_OK)
         return true;
     if (answer == STORE_EMPTY)

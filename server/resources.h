@@ -42,6 +42,9 @@ bool routes_describe(size_t route, const char **method, const char **pattern);
 /* What one job may cost, by the configuration. */
 struct api_limits resources_limits(const struct http_services *services);
 
+/* Whose things the caller sees, as the store takes it: NULL for everybody's. */
+const char *resources_owner(const struct request *request);
+
 /* 503 for a store that is busy or down; also for answers that should not occur. */
 enum routes_next resources_store_failed(const struct request *request, struct reply *reply,
                                         enum store_answer answer);
@@ -49,7 +52,8 @@ enum routes_next resources_store_failed(const struct request *request, struct re
 /* 503 for work that comes too late. */
 enum routes_next resources_draining(const struct request *request, struct reply *reply);
 
-/* Reads the job of the path. False: the reply says why not. Otherwise the caller clears it. */
+/* Reads the job of the path, which for others than its owner is not there. False: the reply says
+ * why not. Otherwise the caller clears it. */
 bool resources_job(const struct http_services *services, const struct request *request,
                    struct reply *reply, struct store_job *job);
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "routes.h"
 #include "accept.h"
+#include "access.h"
 #include "config.h"
 #include "metrics.h"
 #include "resources.h"
@@ -12,7 +13,8 @@ enum {
     ROUTE_WORK = 2,  /* new work: not while draining */
     ROUTE_QUIET = 4, /* probes and scrapes: not worth a line of the log each */
     ROUTE_LOOSE = 8, /* takes any query */
-    ROUTE_MESH = 16  /* takes a mesh, JSON or Nastran */
+    ROUTE_MESH = 16, /* takes a mesh, JSON or Nastran */
+    ROUTE_OPEN = 32  /* for everybody, without a token */
 };
 
 struct route {
@@ -40,12 +42,12 @@ static const struct route routes[] = {
     {"GET", "/v1/surfaces", surfaces_list, 0, {"limit", "cursor"}},
     {"GET", "/v1/surfaces/{id}", surfaces_get, 0, {0}},
     {"DELETE", "/v1/surfaces/{id}", surfaces_delete, 0, {0}},
-    {"GET", "/v1/openapi.json", meta_openapi, 0, {0}},
-    {"GET", "/v1/limits", meta_limits, 0, {0}},
-    {"GET", "/", meta_index, ROUTE_LOOSE, {0}},
-    {"GET", "/healthz", meta_health, ROUTE_QUIET | ROUTE_LOOSE, {0}},
-    {"GET", "/readyz", meta_ready, ROUTE_QUIET | ROUTE_LOOSE, {0}},
-    {"GET", "/version", meta_version, ROUTE_LOOSE, {0}},
+    {"GET", "/v1/openapi.json", meta_openapi, ROUTE_OPEN, {0}},
+    {"GET", "/v1/limits", meta_limits, ROUTE_OPEN, {0}},
+    {"GET", "/", meta_index, ROUTE_LOOSE | ROUTE_OPEN, {0}},
+    {"GET", "/healthz", meta_health, ROUTE_QUIET | ROUTE_LOOSE | ROUTE_OPEN, {0}},
+    {"GET", "/readyz", meta_ready, ROUTE_QUIET | ROUTE_LOOSE | ROUTE_OPEN, {0}},
+    {"GET", "/version", meta_version, ROUTE_LOOSE | ROUTE_OPEN, {0}},
     {"GET", "/metrics", meta_metrics, ROUTE_QUIET | ROUTE_LOOSE, {0}},
 };
 
@@ -162,21 +164,35 @@ static bool check_media_type(const struct request *request, struct reply *reply)
     return false;
 }
 
+/* What stores nothing is reading, a map of the caller's mesh as well. */
+static enum tokens_role role_needed(const struct route *route) {
+    return !strcmp(route->method, "GET") || route->flags & ROUTE_MESH ? TOKENS_READ : TOKENS_WRITE;
+}
+
+/* Answers that depend on who asks are not for caches that others use. */
+static void mark(const struct http_services *services, const struct request *request,
+                 struct reply *reply) {
+    if (!(request->route->flags & ROUTE_OPEN))
+        access_mark(services, reply);
+}
+
 bool routes_screen(const struct http_services *services, struct request *request,
                    struct reply *reply) {
     char allow[64];
-    (void)services;
     find_route(request, allow, sizeof allow);
     if (!request->route) {
         refuse_route(request, reply, allow);
         return true;
     }
-    if (!check_query(request, reply) || !check_media_type(request, reply))
-        return true;
-    if (!request->draining || !(request->route->flags & ROUTE_WORK))
-        return false;
-    resources_draining(request, reply);
-    return true;
+    const struct route *route = request->route;
+    bool good =
+        (route->flags & ROUTE_OPEN || access_allow(services, request, role_needed(route), reply)) &&
+        check_query(request, reply) && check_media_type(request, reply);
+    if (good && request->draining && route->flags & ROUTE_WORK)
+        resources_draining(request, reply);
+    if (reply->status)
+        mark(services, request, reply);
+    return reply->status != 0;
 }
 
 struct routes_limit routes_limit(const struct http_services *services,
@@ -188,7 +204,10 @@ struct routes_limit routes_limit(const struct http_services *services,
 
 enum routes_next routes_handle(const struct http_services *services, struct request *request,
                                struct reply *reply) {
-    return request->route->handler(services, request, reply);
+    enum routes_next next = request->route->handler(services, request, reply);
+    if (next == ROUTES_DONE)
+        mark(services, request, reply);
+    return next;
 }
 
 /* ------------------------------------------------------------------ counting */

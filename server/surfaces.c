@@ -38,6 +38,7 @@ enum routes_next surfaces_create(const struct http_services *services, struct re
                                  struct reply *reply) {
     struct api_problem problem = {0};
     struct store_surface stored = {0};
+    memcpy(stored.owner, request->caller, sizeof stored.owner);
     struct arena *arena = arena_new((size_t)services->config->job_memory);
     enum store_answer answer = STORE_DOWN;
     bool created = false;
@@ -66,7 +67,8 @@ enum routes_next surfaces_list(const struct http_services *services, struct requ
     int64_t cursor;
     if (!resources_page(request, reply, &limit, &cursor))
         return ROUTES_DONE;
-    enum store_answer answer = store_surface_list(services->store, NULL, cursor, limit, &page);
+    enum store_answer answer =
+        store_surface_list(services->store, resources_owner(request), cursor, limit, &page);
     if (answer == STORE_OK)
         reply_text(reply, 200, "application/json", documents_surfaces(&page));
     else
@@ -78,7 +80,8 @@ enum routes_next surfaces_list(const struct http_services *services, struct requ
 enum routes_next surfaces_get(const struct http_services *services, struct request *request,
                               struct reply *reply) {
     struct store_surface surface = {0};
-    enum store_answer answer = store_surface_get(services->store, request->parameter, &surface);
+    enum store_answer answer =
+        store_surface_get(services->store, resources_owner(request), request->parameter, &surface);
     if (answer == STORE_OK) {
         reply_text(reply, 200, "application/json", surface.definition);
         surface.definition = NULL; /* the reply has it */
@@ -93,7 +96,8 @@ enum routes_next surfaces_get(const struct http_services *services, struct reque
 
 enum routes_next surfaces_delete(const struct http_services *services, struct request *request,
                                  struct reply *reply) {
-    enum store_answer answer = store_surface_delete(services->store, request->parameter);
+    enum store_answer answer =
+        store_surface_delete(services->store, resources_owner(request), request->parameter);
     if (answer == STORE_OK)
         reply_empty(reply, 204);
     else if (answer == STORE_EMPTY)

@@ -94,8 +94,10 @@ openapi() {
     jq -e '. as $all | [.. | objects | ."$ref"? // empty] | length > 20 and
            all(. as $ref | ($ref | startswith("#/")) and
                ($all | getpath($ref | ltrimstr("#/") | split("/"))) != null)' "$body"
-    # Nothing is described that nobody refers to.
-    jq -r '.components | to_entries[] | .key as $kind | .value | keys[] |
+    # Nothing is described that nobody refers to (ways to authenticate are named, not referred to).
+    jq -e '([.. | objects | .security[]? | keys[]] | unique) == (.components.securitySchemes | keys)' \
+        "$body"
+    jq -r '.components | del(.securitySchemes) | to_entries[] | .key as $kind | .value | keys[] |
            "#/components/\($kind)/\(.)"' "$body" | sort >"$BATS_TEST_TMPDIR/there"
     jq -r '[.. | objects | ."$ref"? // empty] | unique[]' "$body" | sort |
         comm -13 - "$BATS_TEST_TMPDIR/there" >"$BATS_TEST_TMPDIR/unused"

@@ -198,7 +198,7 @@ static void test_config_keeps_strangers_out(void **state) {
                          CONFIG_RUN);
         assert_false(config.loopback);
     }
-    expect_bad("--tokens", "file", "not available in this version");
+    expect_bad("--tokens", "/nowhere", "/nowhere cannot be read: No such file");
     expect_bad("--store", "mysql://u:p@h/d", "neither sqlite:PATH");
     assert_null(strstr(err.text, "u:p"));
     assert_int_equal(parse(&config, "--store", "postgresql://u:p@h/d", "--check-config", NULL),

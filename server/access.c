@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: MIT */
+#include "access.h"
+#include <string.h>
+#include <strings.h>
+
+_Static_assert((int)REQUEST_CALLER_SIZE == (int)TOKENS_NAME_SIZE, "a caller is a token's name");
+
+/* What stands behind "Bearer", or NULL. */
+static const char *bearer(const struct request *request) {
+    const char *text = request_header(request, "Authorization");
+    if (!text || strncasecmp(text, "Bearer ", 7) != 0)
+        return NULL;
+    return text + 7 + strspn(text + 7, " ");
+}
+
+static bool refuse_unknown(const struct request *request, bool tried, struct reply *reply) {
+    reply_header(reply, "WWW-Authenticate", "Bearer realm=\"draped\"%s",
+                 tried ? ", error=\"invalid_token\"" : "");
+    reply_refuse(reply, request->id, API_UNAUTHORIZED,
+                 tried ? "this token is not known here"
+                       : "this needs a header 'Authorization: Bearer TOKEN'");
+    return false;
+}
+
+static bool refuse_role(const struct request *request, enum tokens_role needed,
+                        struct reply *reply) {
+    const char *role = needed == TOKENS_ADMIN ? "admin" : "write";
+    reply_header(reply, "WWW-Authenticate",
+                 "Bearer realm=\"draped\", error=\"insufficient_scope\", scope=\"%s\"", role);
+    reply_refuse(reply, request->id, API_FORBIDDEN, "this takes a token of the role %s", role);
+    return false;
+}
+
+bool access_allow(const struct http_services *services, struct request *request,
+                  enum tokens_role needed, struct reply *reply) {
+    struct tokens_holder holder;
+    request->sees_all = !services->tokens;
+    if (!services->tokens)
+        return true;
+    const char *token = bearer(request);
+    if (!token || !tokens_find(services->tokens, token, &holder))
+        return refuse_unknown(request, token != NULL, reply);
+    memcpy(request->caller, holder.name, sizeof holder.name);
+    request->sees_all = holder.role == TOKENS_ADMIN;
+    return holder.role >= needed || refuse_role(request, needed, reply);
+}
+
+void access_mark(const struct http_services *services, struct reply *reply) {
+    if (!services->tokens)
+        return;
+    if (!reply_has_header(reply, "Cache-Control"))
+        reply_header(reply, "Cache-Control", "private");
+    reply_header(reply, "Vary", "Authorization");
+}
