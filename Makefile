@@ -27,7 +27,7 @@ API_OBJ := $(call objects,$(filter-out api/main.c,$(wildcard api/*.c))) \
 SERVER_OBJ := $(call objects,$(filter-out server/main.c,$(wildcard server/*.c)))
 LIBS := $(B)/libdrapeserver.a $(B)/libdrapeapi.a $(B)/libdrape.a
 API_LIBS := -ljansson -lsodium -lz -lstdc++ -lpthread -lm
-SERVER_LIBS := -lmicrohttpd -lsqlite3 -lpq -lzstd $(API_LIBS)
+SERVER_LIBS := -lmicrohttpd -lseccomp -lsqlite3 -lpq -lzstd $(API_LIBS)
 
 # A test program is tests/KIND/test_NAME.c with the other files of its folder.
 TEST_SRC := $(wildcard tests/unit/*.c tests/exact/*.c tests/store/*.c)

@@ -5,7 +5,7 @@
 set -eu
 
 build='gcc g++ libmicrohttpd-dev libjansson-dev libsodium-dev libsqlite3-dev libpq-dev zlib1g-dev
-    libzstd-dev python3-yaml curl jq'
+    libzstd-dev libseccomp-dev python3-yaml curl jq'
 # The last line: readers of result formats that others wrote.
 package='debhelper dpkg-dev' # for make deb
 tests='bats libcmocka-dev clang-format-14 procps postgresql-15 iproute2 util-linux

@@ -8,6 +8,8 @@
 #include <string.h>
 #include <unistd.h>
 
+enum { CPU_MARGIN_SECONDS = 30 };
+
 /* How a job on a worker ended. */
 enum outcome {
     OUTCOME_NONE,    /* not yet */
@@ -168,10 +170,18 @@ static void take_frame(struct attempt *attempt) {
     }
 }
 
+/* The deadline ends a job that takes too long. Should nobody watch it any more, this does. */
+static uint64_t cpu_seconds(const struct dispatcher_settings *settings) {
+    int64_t seconds = settings->job_timeout_ms / 1000 + CPU_MARGIN_SECONDS;
+    return (uint64_t)seconds *
+           (uint64_t)(settings->limits.threads > 1 ? settings->limits.threads : 1);
+}
+
 /* Sends the job; a worker that dies while it is sent is noticed by receiving. */
 static void send_job(struct attempt *attempt, const struct api_input *input) {
     struct frame_outbox outbox;
     frame_outbox_fill(&outbox, input, &attempt->shared->settings.limits);
+    outbox.job.cpu_seconds = cpu_seconds(&attempt->shared->settings);
     while (attempt->outcome == OUTCOME_NONE &&
            frame_push(attempt->child->socket, &outbox) == FRAME_LATER) {
         wait_for_worker(attempt, POLLOUT);

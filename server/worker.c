@@ -3,13 +3,13 @@
 #include "../api/columns.h"
 #include "clock.h"
 #include "frame.h"
+#include "sandbox.h"
 #include <malloc.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/prctl.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 enum {
@@ -19,12 +19,6 @@ enum {
 
 /* Beyond the job's own budget: the program itself and the JSON tree of a body at its limits. */
 #define MEMORY_BESIDE_BYTES (INT64_C(1) << 30)
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-enum { SANITIZED = 1 };
-#else
-enum { SANITIZED = 0 };
-#endif
 
 /* One job under way. */
 struct task {
@@ -117,16 +111,8 @@ static bool run_job(const struct worker_engine *engine, struct task *task,
     return id == API_OK ? send_summary(engine, task) : send_problem(&problem);
 }
 
-/* Sanitizers reserve terabytes of address space. */
-static void limit_memory(const struct frame_job *job) {
-    struct rlimit limit;
-    uint64_t bytes =
-        job->limits.max_memory + MEMORY_BESIDE_BYTES + job->request_length + job->surface_length;
-    if (SANITIZED || getrlimit(RLIMIT_AS, &limit) != 0)
-        return;
-    limit.rlim_cur =
-        limit.rlim_max == RLIM_INFINITY || bytes < limit.rlim_max ? bytes : limit.rlim_max;
-    setrlimit(RLIMIT_AS, &limit);
+static uint64_t memory_of(const struct frame_job *job) {
+    return job->limits.max_memory + MEMORY_BESIDE_BYTES + job->request_length + job->surface_length;
 }
 
 /* Reads away what cannot be kept, so that the next frame starts where it should. */
@@ -144,7 +130,7 @@ static bool skip(struct task *task, uint64_t length) {
 static bool handle(const struct worker_engine *engine, struct task *task,
                    const struct frame_job *job) {
     uint64_t length = job->request_length + job->surface_length;
-    limit_memory(job);
+    sandbox_limit(memory_of(job), job->cpu_seconds);
     char *bytes = malloc(length + 1);
     if (!bytes) {
         struct api_problem problem = {0};
@@ -165,23 +151,10 @@ static bool handle(const struct worker_engine *engine, struct task *task,
 
 /* ------------------------------------------------------------------ the process */
 
-/* A solver that was taken over by hostile input gets no file but the socket, and a crash leaves no
- * core file of gigabytes. Sanitizers open files to report. */
-static void limit_files(void) {
-    static const struct rlimit none = {0, 0};
-    static const struct rlimit socket_only = {WORKER_FD + 1, WORKER_FD + 1};
-    setrlimit(RLIMIT_CORE, &none);
-    if (SANITIZED)
-        return;
-    setrlimit(RLIMIT_FSIZE, &none);
-    setrlimit(RLIMIT_NOFILE, &socket_only);
-}
-
-/* No life without the dispatcher, even in the midst of a solve; no rights to be gained. */
+/* No life without the dispatcher, even in the midst of a solve. */
 static bool set_up(void) {
     signal(SIGPIPE, SIG_IGN);
-    limit_files();
-    return prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 && prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0;
+    return prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 && sandbox_enter(WORKER_FD);
 }
 
 int worker_serve(const struct worker_engine *engine) {

@@ -26,6 +26,7 @@ only sqlite3.h 'server/db\.c'
 only libpq-fe.h 'server/pg\.c'
 only jansson.h 'api/tree(_parse)?\.c|server/documents\.c'
 only zlib.h 'api/(encode_npz|lcmsim)\.c|server/pack\.c'
+only seccomp.h 'server/sandbox\.c'
 only zstd.h 'server/pack\.c'
 only sodium.h 'api/digest\.c|server/(id|store_sqlite_jobs|tokens)\.c'
 exit $bad

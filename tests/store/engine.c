@@ -3,6 +3,7 @@
 #include "../../server/frame.h"
 #include "../../server/worker.h"
 #include <fcntl.h>
+#include <poll.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -133,12 +134,17 @@ static enum api_problem_id be_oversized(const struct job *job) {
     return API_OK;
 }
 
+static bool is_open(int fd) {
+    struct pollfd file = {.fd = fd, .events = POLLIN};
+    return poll(&file, 1, 0) >= 0 && !(file.revents & POLLNVAL);
+}
+
 /* Open descriptors, variables of the environment, and whether files and sockets can be had. */
 static enum api_problem_id look_inside(const struct job *job) {
     char text[256];
     int files = 0, variables = 0;
     for (int fd = 0; fd < 1024; fd++)
-        files += fcntl(fd, F_GETFD) >= 0;
+        files += is_open(fd);
     for (char **variable = environ; variable && *variable; variable++)
         variables++;
     int length = snprintf(text, sizeof text, "files %d variables %d open %s socket %s", files,

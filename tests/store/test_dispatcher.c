@@ -337,7 +337,7 @@ static void test_worker_has_nothing_but_its_socket(void **state) {
 #endif
     start(bench);
     submit(bench, "inside", id);
-    expect_echo(bench, id, "files 4 variables 0 open no socket no");
+    expect_echo(bench, id, "files 1 variables 0 open no socket no");
 }
 
 /* ------------------------------------------------------------------ stopping jobs */

@@ -1,0 +1,125 @@
+/* SPDX-License-Identifier: MIT */
+#include "sandbox.h"
+#include <errno.h>
+#include <sched.h>
+#include <seccomp.h>
+#include <sys/ioctl.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+/* ------------------------------------------------------------------ limits */
+
+static void limit(int resource, rlim_t bytes) {
+    const struct rlimit both = {bytes, bytes};
+    setrlimit((__rlimit_resource_t)resource, &both);
+}
+
+/* Up to what the process may have anyway. */
+static void limit_softly(int resource, rlim_t value) {
+    struct rlimit both;
+    if (getrlimit((__rlimit_resource_t)resource, &both) != 0)
+        return;
+    both.rlim_cur = value < both.rlim_max ? value : both.rlim_max;
+    setrlimit((__rlimit_resource_t)resource, &both);
+}
+
+void sandbox_limit(uint64_t memory, uint64_t cpu_seconds) {
+    struct rusage used;
+    if (!SANDBOX_SANITIZED)
+        limit_softly(RLIMIT_AS, memory ? memory : RLIM_INFINITY);
+    if (getrusage(RUSAGE_SELF, &used) != 0)
+        return;
+    rlim_t before = (rlim_t)(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + 1;
+    limit_softly(RLIMIT_CPU, cpu_seconds ? before + cpu_seconds : RLIM_INFINITY);
+}
+
+/* ------------------------------------------------------------------ system calls */
+
+/* What needs no look at its arguments. */
+static const int allowed[] = {
+    /* the socket, and waiting for it */
+    SCMP_SYS(read), SCMP_SYS(write), SCMP_SYS(recvfrom), SCMP_SYS(recvmsg), SCMP_SYS(sendto),
+    SCMP_SYS(sendmsg), SCMP_SYS(poll), SCMP_SYS(ppoll), SCMP_SYS(close),
+    /* memory that is not code */
+    SCMP_SYS(brk), SCMP_SYS(munmap), SCMP_SYS(mremap), SCMP_SYS(madvise),
+    /* threads and their locks */
+    SCMP_SYS(futex), SCMP_SYS(set_robust_list), SCMP_SYS(rseq), SCMP_SYS(sched_yield),
+    SCMP_SYS(sched_getaffinity), SCMP_SYS(gettid), SCMP_SYS(getpid), SCMP_SYS(exit),
+    SCMP_SYS(exit_group), SCMP_SYS(restart_syscall),
+    /* signals, of which a crash is one */
+    SCMP_SYS(rt_sigaction), SCMP_SYS(rt_sigprocmask), SCMP_SYS(rt_sigreturn), SCMP_SYS(sigaltstack),
+    /* clocks, random numbers, the use of both limits */
+    SCMP_SYS(clock_gettime), SCMP_SYS(clock_nanosleep), SCMP_SYS(nanosleep), SCMP_SYS(gettimeofday),
+    SCMP_SYS(getrandom), SCMP_SYS(getrusage)};
+
+/* What sanitizers need beyond it to report and to look for leaks. */
+static const int allowed_sanitized[] = {
+    SCMP_SYS(open),       SCMP_SYS(openat),    SCMP_SYS(stat),   SCMP_SYS(fstat),
+    SCMP_SYS(newfstatat), SCMP_SYS(readlink),  SCMP_SYS(lseek),  SCMP_SYS(fcntl),
+    SCMP_SYS(ioctl),      SCMP_SYS(pipe),      SCMP_SYS(pipe2),  SCMP_SYS(getdents64),
+    SCMP_SYS(clone),      SCMP_SYS(ptrace),    SCMP_SYS(wait4),  SCMP_SYS(prctl),
+    SCMP_SYS(getppid),    SCMP_SYS(kill),      SCMP_SYS(tgkill), SCMP_SYS(mmap),
+    SCMP_SYS(mprotect),   SCMP_SYS(prlimit64), SCMP_SYS(writev), SCMP_SYS(process_vm_readv),
+    SCMP_SYS(dup),        SCMP_SYS(dup2),      SCMP_SYS(uname),  SCMP_SYS(access)};
+
+static bool allow(scmp_filter_ctx filter, const int *calls, size_t count) {
+    for (size_t k = 0; k < count; k++)
+        if (seccomp_rule_add(filter, SCMP_ACT_ALLOW, calls[k], 0) != 0)
+            return false;
+    return true;
+}
+
+static bool allow_if(scmp_filter_ctx filter, int call, struct scmp_arg_cmp condition) {
+    return seccomp_rule_add_array(filter, SCMP_ACT_ALLOW, call, 1, &condition) == 0;
+}
+
+/* Memory is data or code, and code there is enough. A clone is a thread of this process; clone3
+ * hides its flags in memory, where no filter can see them, so the C library is told that there is
+ * no such call and takes clone. Signals and limits are this process's own. */
+static bool allow_some(scmp_filter_ctx filter) {
+    const scmp_datum_t thread = CLONE_VM | CLONE_FS | CLONE_FILES | CLONE_SIGHAND | CLONE_THREAD;
+    const struct scmp_arg_cmp no_code = SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0);
+    const struct scmp_arg_cmp own = SCMP_A0(SCMP_CMP_EQ, (scmp_datum_t)getpid());
+    return allow_if(filter, SCMP_SYS(mmap), no_code) &&
+           allow_if(filter, SCMP_SYS(mprotect), no_code) &&
+           allow_if(filter, SCMP_SYS(clone), SCMP_A0(SCMP_CMP_MASKED_EQ, thread, thread)) &&
+           seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0) == 0 &&
+           allow_if(filter, SCMP_SYS(tgkill), own) &&
+           allow_if(filter, SCMP_SYS(prlimit64), SCMP_A0(SCMP_CMP_EQ, 0));
+}
+
+static bool filter_calls(void) {
+    scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ERRNO(EPERM));
+    bool good = filter && allow(filter, allowed, sizeof allowed / sizeof *allowed);
+    if (good && SANDBOX_SANITIZED)
+        good = allow(filter, allowed_sanitized,
+                     sizeof allowed_sanitized / sizeof *allowed_sanitized) &&
+               seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0) == 0;
+    else if (good)
+        good = allow_some(filter);
+    good = good && seccomp_load(filter) == 0;
+    seccomp_release(filter);
+    return good;
+}
+
+/* ------------------------------------------------------------------ entering */
+
+static bool close_all_but(int socket) {
+    const int first = SANDBOX_SANITIZED ? STDERR_FILENO + 1 : 0;
+    return (socket <= first || close_range((unsigned)first, (unsigned)socket - 1, 0) == 0) &&
+           close_range((unsigned)socket + 1, ~0U, 0) == 0;
+}
+
+/* A crash leaves no core file of gigabytes, with a customer's surface in it. */
+bool sandbox_enter(int socket) {
+    limit(RLIMIT_CORE, 0);
+    if (!SANDBOX_SANITIZED) {
+        limit(RLIMIT_FSIZE, 0);
+        limit(RLIMIT_NOFILE, (rlim_t)socket + 1);
+        if (prctl(PR_SET_DUMPABLE, 0) != 0)
+            return false;
+    }
+    return close_all_but(socket) && prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && filter_calls();
+}
