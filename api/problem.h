@@ -26,6 +26,7 @@
     X(TOO_LARGE, "too-large", 413, "The request is over a limit")                                  \
     X(TARGET_TOO_LONG, "target-too-long", 414, "The path and query are too long")                  \
     X(UNSUPPORTED_MEDIA_TYPE, "unsupported-media-type", 415, "The body is of another kind")        \
+    X(RANGE, "range-not-satisfiable", 416, "The result has no such bytes")                         \
     X(INVALID_REQUEST, "invalid-request", 422, "The request cannot be understood")                 \
     X(IDEMPOTENCY_MISMATCH, "idempotency-mismatch", 422, "The key was used with another body")     \
     X(START_OFF_SURFACE, "start-off-surface", 422, "The start is not on the surface")              \

@@ -123,3 +123,35 @@ bool accept_is_json(const char *content_type) {
             return false;
     return true;
 }
+
+/* Digits alone; too large a number is the largest. False without any. */
+static bool read_position(const char **text, uint64_t *value) {
+    const char *begin = *text;
+    *value = 0;
+    for (; **text >= '0' && **text <= '9'; (*text)++) {
+        uint64_t digit = (uint64_t)(**text - '0');
+        *value = *value > (UINT64_MAX - digit) / 10 ? UINT64_MAX : *value * 10 + digit;
+    }
+    return *text > begin;
+}
+
+enum accept_part accept_range(const char *range, uint64_t length, struct accept_range *out) {
+    uint64_t first, last;
+    if (!range || strncasecmp(range, "bytes=", 6) != 0)
+        return ACCEPT_ALL;
+    const char *text = range + 6;
+    bool begins = read_position(&text, &first);
+    if (*text++ != '-')
+        return ACCEPT_ALL;
+    bool ends = read_position(&text, &last);
+    if (*text || (!begins && !ends) || (begins && ends && last < first))
+        return ACCEPT_ALL;
+    if (begins ? first >= length : last == 0 || length == 0)
+        return ACCEPT_NONE;
+    if (!begins) { /* so many at the end */
+        first = last < length ? length - last : 0;
+        ends = false;
+    }
+    *out = (struct accept_range){first, ends && last < length ? last : length - 1};
+    return ACCEPT_SOME;
+}

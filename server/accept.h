@@ -25,6 +25,20 @@ bool accept_etag_known(const char *if_none_match, const char *etag);
 /* Whether a Content-Type is this one, with any parameters. */
 bool accept_is_type(const char *content_type, const char *type);
 
+/* A part of a body of `length` bytes. */
+struct accept_range {
+    uint64_t first, last; /* both within */
+};
+
+enum accept_part {
+    ACCEPT_ALL,  /* no range, several, or none that can be read: all of it */
+    ACCEPT_SOME, /* one range */
+    ACCEPT_NONE  /* it begins beyond the end */
+};
+
+/* What a Range header (RFC 9110, 14.2) wants. NULL wants all. */
+enum accept_part accept_range(const char *range, uint64_t length, struct accept_range *out);
+
 /* Whether a Content-Type is JSON: application/json or anything +json, in UTF-8. */
 bool accept_is_json(const char *content_type);
 

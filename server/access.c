@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "access.h"
+#include "config.h"
 #include <string.h>
 #include <strings.h>
 
@@ -51,4 +52,46 @@ void access_mark(const struct http_services *services, struct reply *reply) {
     if (!reply_has_header(reply, "Cache-Control"))
         reply_header(reply, "Cache-Control", "private");
     reply_header(reply, "Vary", "Authorization");
+}
+
+/* ------------------------------------------------------------------ web pages */
+
+/* Whether the origin is in the list that commas split. */
+static bool origin_allowed(const char *list, const char *origin) {
+    size_t length = strlen(origin);
+    if (!strcmp(list, "*"))
+        return true;
+    for (;; list++) {
+        size_t width = strcspn(list, ",");
+        if (width == length && !strncmp(list, origin, length))
+            return true;
+        list += width;
+        if (!*list)
+            return false;
+    }
+}
+
+/* Credentials in the browser's sense, cookies, are not used here: a page that has a token sends it
+ * by itself, so that any origin may be allowed without giving anything away. */
+void access_cors(const struct http_services *services, const struct request *request,
+                 struct reply *reply) {
+    const char *list = services->config->cors_origin;
+    const char *origin = request_header(request, "Origin");
+    if (!list[0])
+        return;
+    reply_header(reply, "Vary", "Origin");
+    if (!origin || !origin_allowed(list, origin))
+        return;
+    reply_header(reply, "Access-Control-Allow-Origin", "%s", origin);
+    reply_header(reply, "Access-Control-Expose-Headers",
+                 "Allow, Content-Location, Content-Range, Draped-Binning, ETag, Location, "
+                 "Preference-Applied, Retry-After, Server-Timing, X-Request-Id");
+    if (strcmp(request->method, "OPTIONS") != 0 ||
+        !request_header(request, "Access-Control-Request-Method"))
+        return;
+    reply_header(reply, "Access-Control-Allow-Methods", "GET, HEAD, POST, DELETE");
+    reply_header(reply, "Access-Control-Allow-Headers",
+                 "Authorization, Content-Type, Idempotency-Key, If-None-Match, If-Range, "
+                 "Last-Event-ID, Prefer, Range, X-Request-Id");
+    reply_header(reply, "Access-Control-Max-Age", "600");
 }

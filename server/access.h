@@ -16,4 +16,9 @@ bool access_allow(const struct http_services *services, struct request *request,
 /* Tells caches on the way that the answer is for this caller alone. */
 void access_mark(const struct http_services *services, struct reply *reply);
 
+/* Tells a browser that the page which calls may see the answer, if --cors-origin names its origin;
+ * and, when it asks beforehand, what it may send. */
+void access_cors(const struct http_services *services, const struct request *request,
+                 struct reply *reply);
+
 #endif

@@ -12,6 +12,9 @@
 /* Milliseconds of CLOCK_MONOTONIC. */
 int64_t clock_ms(void);
 
+/* The same in microseconds. */
+int64_t clock_us(void);
+
 /* `ms` from now by CLOCK_MONOTONIC, for timed waits on conditions that use it. */
 struct timespec clock_after_ms(int64_t ms);
 

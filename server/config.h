@@ -34,6 +34,8 @@ struct config {
     int64_t queue_limit;     /* queued jobs */
     int64_t max_body;        /* bytes of a request's body */
     int64_t max_mesh;        /* bytes of the body of a map */
+    int64_t max_bodies;      /* bytes of all bodies that are being received */
+    const char *cors_origin; /* origins of web pages, split by commas; empty: none; "*": all */
     int64_t max_nodes;       /* nodes of one drape */
     int64_t max_elements;    /* JSON values of one body */
     int64_t threads_per_job; /* threads of one drape */

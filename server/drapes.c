@@ -5,7 +5,9 @@
 #include "../api/shape.h"
 #include "../api/shape_mesh.h"
 #include "accept.h"
+#include "config.h"
 #include "documents.h"
+#include "drain.h"
 #include "resources.h"
 #include <stdio.h>
 #include <stdlib.h>
@@ -118,8 +120,9 @@ static enum store_answer submit(const struct http_services *services, const stru
     return store_submit(services->store, &submission, receipt);
 }
 
-static void refuse_submission(const struct request *request, const struct intake *intake,
-                              enum store_answer answer, struct reply *reply) {
+static void refuse_submission(const struct http_services *services, const struct request *request,
+                              const struct intake *intake, enum store_answer answer,
+                              struct reply *reply) {
     struct api_problem problem = {0};
     switch (answer) {
     case STORE_CONFLICT:
@@ -127,7 +130,7 @@ static void refuse_submission(const struct request *request, const struct intake
                      "this Idempotency-Key came with another body before");
         break;
     case STORE_FULL:
-        reply_header(reply, "Retry-After", "5");
+        reply_header(reply, "Retry-After", "%d", drain_seconds(services->config->queue_limit));
         reply_refuse(reply, request->id, API_QUEUE_FULL,
                      "the queue is at its limit (--queue-limit)");
         break;
@@ -147,6 +150,7 @@ static bool take_in(const struct http_services *services, const struct request *
     struct intake intake = {.limits = resources_limits(services)};
     struct api_problem problem = {0};
     enum store_answer answer = STORE_DOWN;
+    drain_watch(services->store);
     intake.arena = arena_new(intake.limits.max_memory);
     if (!intake.arena)
         api_problem_set(&problem, API_UNAVAILABLE, "there is no memory for this now");
@@ -155,7 +159,7 @@ static bool take_in(const struct http_services *services, const struct request *
     if (problem.id != API_OK)
         reply_problem(reply, request->id, &problem);
     else if (answer != STORE_OK)
-        refuse_submission(request, &intake, answer, reply);
+        refuse_submission(services, request, &intake, answer, reply);
     store_surface_clear(&intake.surface);
     arena_free(intake.arena);
     return !reply->status;

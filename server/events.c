@@ -7,7 +7,7 @@
 #include <string.h>
 
 /* A comment this often keeps proxies from closing the stream and finds clients that are gone. */
-enum { EVENTS_KEEP_ALIVE_MS = 15000 };
+enum { EVENTS_KEEP_ALIVE_MS = 15000, EVENTS_ID_SIZE = 48 };
 
 struct events {
     struct store *store;
@@ -19,7 +19,8 @@ struct events {
     int64_t begun, spoken; /* when the stream and its last message began */
     enum store_status status;
     double progress;
-    int attempts; /* of the last event; -1 before the first */
+    int attempts;               /* of the last event; -1 before the first */
+    char known[EVENTS_ID_SIZE]; /* what the client had before it came back; "" */
 };
 
 static void say(struct events *events, char *text) {
@@ -30,22 +31,39 @@ static void say(struct events *events, char *text) {
     events->spoken = request_clock_ms();
 }
 
+/* Names a state of the job: attempt, status and progress in thousandths. */
+static void name_state(const struct store_job *job, char name[EVENTS_ID_SIZE]) {
+    snprintf(name, EVENTS_ID_SIZE, "%d-%s-%d", job->attempts, store_status_name(job->status),
+             (int)(job->progress * 1000));
+}
+
 /* Takes up the event for the job as it is now. */
 static void say_status(struct events *events, const struct store_job *job) {
     char *document = documents_status(job), *text = NULL;
+    char state[EVENTS_ID_SIZE];
+    name_state(job, state);
     events->ended = store_status_ended(job->status);
     events->status = job->status;
     events->progress = job->progress;
     events->attempts = job->attempts;
     const char *name = events->ended ? "end" : "progress";
-    if (document && asprintf(&text, "event: %s\ndata: %s\n\n", name, document) < 0)
+    if (document && asprintf(&text, "event: %s\nid: %s\ndata: %s\n\n", name, state, document) < 0)
         text = NULL;
     free(document);
     say(events, text);
     events->ended = events->ended || !text; /* without memory the stream ends early */
 }
 
+/* Whether that is what the client saw last, before its connection broke. */
+static bool seen(const char *known, const struct store_job *job) {
+    char state[EVENTS_ID_SIZE];
+    name_state(job, state);
+    return !strcmp(state, known);
+}
+
 static bool changed(const struct events *events, const struct store_job *job) {
+    if (events->attempts < 0 && seen(events->known, job))
+        return false;
     return events->attempts < 0 || job->status != events->status ||
            job->progress > events->progress || job->attempts != events->attempts;
 }
@@ -96,12 +114,17 @@ enum routes_next events_stream(const struct http_services *services, struct requ
     struct store_job job = {0};
     if (!resources_job(services, request, reply, &job))
         return ROUTES_DONE;
+    const char *known = request_header(request, "Last-Event-ID");
     struct events *events = calloc(1, sizeof *events);
-    if (events) {
+    if (known && store_status_ended(job.status) && seen(known, &job)) {
+        free(events);
+        reply_empty(reply, 204); /* so that the client does not come back again */
+    } else if (events) {
         events->store = services->store;
         events->request = request;
         events->begun = events->spoken = request_clock_ms();
         events->attempts = -1;
+        snprintf(events->known, sizeof events->known, "%s", known ? known : "");
         memcpy(events->id, job.id, sizeof events->id);
         http_watch(request, job.id);
         struct reply_stream stream = {events_next, events_free, events};

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "http.h"
+#include "access.h"
+#include "clock.h"
 #include "config.h"
 #include "farewell.h"
 #include "hub.h"
@@ -39,7 +41,8 @@ struct http {
     struct farewell *farewell;
     struct pace *pace;
     atomic_bool draining;
-    atomic_long exchanges; /* requests that have begun and are not over */
+    atomic_int_fast64_t bodies; /* bytes of those that are being received */
+    atomic_long exchanges;      /* requests that have begun and are not over */
 
     pthread_mutex_t lock; /* what is below; taken inside the hub's lock, outside of MHD's own */
     pthread_cond_t changed;
@@ -65,6 +68,7 @@ struct exchange {
     struct MHD_Connection *connection;
     const char *target; /* in the library's memory */
     int64_t begun_us;
+    int64_t held;              /* bytes of body in `http->bodies` */
     int64_t received;          /* bytes of body, kept or not */
     struct routes_limit limit; /* of them */
     int64_t sent;              /* bytes of a stream */
@@ -76,12 +80,6 @@ struct exchange {
     bool notified, suspended; /* under the lock; `notified` since the handler was called last */
     struct exchange *next, *previous;
 };
-
-static int64_t clock_us(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
-}
 
 /* ------------------------------------------------------------------ waiting */
 
@@ -300,6 +298,7 @@ static struct MHD_Response *make_response(struct exchange *exchange) {
 
 static enum MHD_Result send_reply(struct exchange *exchange) {
     struct reply *reply = &exchange->reply;
+    access_cors(&exchange->http->services, exchange->request, reply);
     struct MHD_Response *response = pace_reply(exchange->http->pace, &exchange->client->pace,
                                                reply->streamed ? 0 : reply->length)
                                         ? make_response(exchange)
@@ -345,6 +344,30 @@ static void refuse_size(struct exchange *exchange) {
                  (long long)exchange->limit.bytes, exchange->limit.flag);
 }
 
+static bool bodies_fit(struct http *http, int64_t more) {
+    return (int64_t)atomic_load(&http->bodies) + more <= http->services.config->max_bodies;
+}
+
+static void refuse_bodies(struct exchange *exchange) {
+    reply_header(&exchange->reply, "Retry-After", "1");
+    reply_refuse(&exchange->reply, exchange->request->id, API_UNAVAILABLE,
+                 "too many bodies are being received at the moment (--max-bodies)");
+}
+
+/* Keeps a piece of the body. What is not sent yet takes no memory and counts for nothing, or slow
+ * clients could keep others away by announcements. */
+static void keep(struct exchange *exchange, const char *bytes, size_t length) {
+    if (!bodies_fit(exchange->http, (int64_t)length)) {
+        refuse_bodies(exchange);
+    } else if (!request_append_body(exchange->request, bytes, length)) {
+        reply_refuse(&exchange->reply, exchange->request->id, API_UNAVAILABLE,
+                     "there is no memory for the body now");
+    } else {
+        atomic_fetch_add(&exchange->http->bodies, (int_fast64_t)length);
+        exchange->held += (int64_t)length;
+    }
+}
+
 /* With all headers: sets the reply if it is clear already. True when it cannot wait for the rest of
  * the message: its end is unknown, or the client had better not send it. */
 static bool screen(struct exchange *exchange) {
@@ -362,6 +385,8 @@ static bool screen(struct exchange *exchange) {
         reply_refuse(&exchange->reply, request->id, API_BAD_REQUEST, "%s", request->fault);
     else if (passed && large)
         refuse_size(exchange);
+    else if (passed && length > 0 && !bodies_fit(exchange->http, length))
+        refuse_bodies(exchange);
     bool refused = exchange->reply.status != 0;
     return refused &&
            (request->fault[0] || (has_body && (large || request_expects_continue(request))));
@@ -402,9 +427,8 @@ static enum MHD_Result receive(struct exchange *exchange, const char *bytes, siz
         refuse_on_socket(exchange->client, API_TOO_LARGE, detail);
         return MHD_NO;
     }
-    if (!reply->status && !request_append_body(exchange->request, bytes, length))
-        reply_refuse(reply, exchange->request->id, API_UNAVAILABLE,
-                     "there is no memory for the body now");
+    if (!reply->status)
+        keep(exchange, bytes, length);
     return MHD_YES;
 }
 
@@ -450,6 +474,7 @@ static void finish(struct exchange *exchange) {
     exchange->client->exchange = NULL;
     if (exchange->watching)
         hub_unsubscribe(http->services.hub, &exchange->watch);
+    atomic_fetch_sub(&http->bodies, (int_fast64_t)exchange->held);
     routes_count(exchange->request, exchange->reply.status);
     if (exchange->known)
         log_access(exchange);

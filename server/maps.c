@@ -41,7 +41,7 @@ static void reply_task(const struct request *request, struct map_task *task, str
         reply_header(reply, "Draped-Binning", "%s", binning);
     reply_header(reply, "Vary", "Accept, Accept-Encoding");
     reply_header(reply, "Cache-Control", "no-store");
-    const struct stream_source source = {read_task, free_task, task,
+    const struct stream_source source = {read_task, free_task, task, NULL,
                                          api_mesh_encoder_length(encoder)};
     stream_reply(request, reply, api_mesh_format_media_type(mapper_format(task)),
                  pack_choose(request_header(request, "Accept-Encoding")), &source);

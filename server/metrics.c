@@ -3,8 +3,8 @@
 #include <stdatomic.h>
 
 /* The statuses this service answers with; the first stands for all others. */
-static const int statuses[] = {0,   200, 201, 202, 204, 304, 400, 401, 403, 404, 405, 406,
-                               408, 409, 410, 413, 414, 415, 422, 429, 431, 500, 503, 505};
+static const int statuses[] = {0,   200, 201, 202, 204, 206, 304, 400, 401, 403, 404, 405, 406,
+                               408, 409, 410, 413, 414, 415, 416, 422, 429, 431, 500, 503, 505};
 
 enum { STATUS_COUNT = sizeof statuses / sizeof *statuses };
 

@@ -11,7 +11,7 @@
 #include <stddef.h>
 #include <sys/types.h>
 
-enum { REPLY_HEADERS_MAX = 12, REPLY_VALUE_SIZE = 200 };
+enum { REPLY_HEADERS_MAX = 20, REPLY_VALUE_SIZE = 200 };
 
 /* What a stream's `next` may return beside a number of bytes. */
 enum {

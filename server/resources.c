@@ -49,8 +49,10 @@ bool resources_job(const struct http_services *services, const struct request *r
     enum store_answer answer = STORE_EMPTY;
     if (id_valid(request->parameter))
         answer = store_get(services->store, request->parameter, job);
-    if (answer == STORE_OK && !request->sees_all && strcmp(job->owner, request->caller) != 0)
+    if (answer == STORE_OK && !request->sees_all && strcmp(job->owner, request->caller) != 0) {
+        store_job_clear(job);
         answer = STORE_EMPTY;
+    }
     if (answer == STORE_OK)
         return true;
     if (answer == STORE_EMPTY)

@@ -2,6 +2,7 @@
 #include "../api/digest.h"
 #include "../api/pattern.h"
 #include "accept.h"
+#include "clock.h"
 #include "documents.h"
 #include "resources.h"
 #include "stream.h"
@@ -120,9 +121,16 @@ static struct source *source_new(struct store *store, const struct store_result 
 
 /* ------------------------------------------------------------------ the answer */
 
+/* Of the encoder the time to the first bytes, or to the last if the answer is short. */
+static void tell_times(struct reply *reply, const struct store_job *job, int64_t encode_us) {
+    int64_t solve_us = job->finished > job->started ? job->finished - job->started : 0;
+    reply_header(reply, "Server-Timing", "queue;dur=%.3f, solve;dur=%.3f, encode;dur=%.3f",
+                 documents_queue_ms(job), (double)solve_us / 1e3, (double)encode_us / 1e3);
+}
+
 static void reply_result(const struct http_services *services, const struct request *request,
                          const struct store_job *job, const struct results_choice *choice,
-                         enum pack_coding coding, struct reply *reply) {
+                         enum pack_coding coding, const char *etag, struct reply *reply) {
     struct store_result result;
     enum store_answer answer = store_result_find(services->store, job->id, &result);
     if (answer == STORE_EMPTY) {
@@ -139,9 +147,11 @@ static void reply_result(const struct http_services *services, const struct requ
         reply_problem(reply, request->id, &problem);
         return;
     }
-    const struct stream_source stream = {source_read, source_free, source,
+    int64_t begun = clock_us();
+    const struct stream_source stream = {source_read, source_free, source, etag,
                                          api_encoder_length(source->encoder)};
     stream_reply(request, reply, api_format_media_type(choice->format), coding, &stream);
+    tell_times(reply, job, clock_us() - begun);
 }
 
 static void reply_failure(const struct request *request, const struct store_job *job,
@@ -176,7 +186,7 @@ void results_reply(const struct http_services *services, const struct request *r
     make_etag(job, choice, coding, etag);
     if (!strcmp(request->method, "POST") ||
         !accept_etag_known(request_header(request, "If-None-Match"), etag))
-        reply_result(services, request, job, choice, coding, reply);
+        reply_result(services, request, job, choice, coding, etag, reply);
     else
         reply_empty(reply, 304);
     if (reply->status < 400) {

@@ -1,15 +1,20 @@
 /* SPDX-License-Identifier: MIT */
 #include "stream.h"
+#include "accept.h"
 #include <stdlib.h>
 #include <string.h>
 
-enum { HEAD_BYTES = 64 * 1024 }; /* documents up to this size are sent with their length */
+enum {
+    HEAD_BYTES = 64 * 1024,      /* documents up to this size are sent with their length */
+    SKIP_BYTES = 4 * 1024 * 1024 /* of a range's beginning that are thrown away at a time */
+};
 
 /* A document with its first bytes. */
 struct stream {
     struct stream_source source;
     char *head;
     size_t head_length, head_sent;
+    uint64_t skip, left; /* bytes until a range begins, and of it */
 };
 
 static void stream_free(void *context) {
@@ -30,6 +35,27 @@ static ssize_t stream_next(void *context, char *buffer, size_t size) {
     }
     ssize_t got = stream->source.read(stream->source.context, buffer, size);
     return got > 0 ? got : got == 0 ? REPLY_END : REPLY_BROKEN;
+}
+
+/* A range of the stream: what is before it is made and thrown away, a piece at a time, so that
+ * others have their turn in between. */
+static ssize_t range_next(void *context, char *buffer, size_t size) {
+    struct stream *stream = context;
+    for (uint64_t most = SKIP_BYTES; stream->skip > 0;) {
+        if (most == 0)
+            return REPLY_WAIT;
+        uint64_t wanted = stream->skip < most ? stream->skip : most;
+        ssize_t got = stream_next(context, buffer, wanted < size ? (size_t)wanted : size);
+        if (got <= 0)
+            return got;
+        stream->skip -= (uint64_t)got;
+        most -= (uint64_t)got;
+    }
+    if (stream->left == 0)
+        return REPLY_END;
+    ssize_t got = stream_next(context, buffer, stream->left < size ? (size_t)stream->left : size);
+    stream->left -= got > 0 ? (uint64_t)got : 0;
+    return got;
 }
 
 /* Reads the beginning of the document. `*whole` tells that there is no more. False when it cannot
@@ -60,6 +86,42 @@ static void reply_packed(const struct request *request, struct reply *reply, con
     reply_stream(reply, 200, type, stream, 0);
 }
 
+/* A range is of the version that the client has a part of already. */
+static bool same_version(const struct request *request, const char *etag) {
+    const char *version = request_header(request, "If-Range");
+    return !version || !strcmp(version, etag);
+}
+
+/* Answers with a part of a document of that length, if that is what is wanted. */
+static bool reply_part(const struct request *request, struct reply *reply, const char *type,
+                       struct stream *stream, uint64_t length) {
+    struct accept_range range;
+    if (!stream->source.etag || !length || strcmp(request->method, "GET") != 0)
+        return false;
+    reply_header(reply, "Accept-Ranges", "bytes");
+    if (!same_version(request, stream->source.etag))
+        return false;
+    switch (accept_range(request_header(request, "Range"), length, &range)) {
+    case ACCEPT_ALL:
+        return false;
+    case ACCEPT_NONE:
+        stream_free(stream);
+        reply_header(reply, "Content-Range", "bytes */%llu", (unsigned long long)length);
+        reply_refuse(reply, request->id, API_RANGE, "there are %llu bytes",
+                     (unsigned long long)length);
+        return true;
+    case ACCEPT_SOME:
+        break;
+    }
+    stream->skip = range.first;
+    stream->left = range.last - range.first + 1;
+    reply_header(reply, "Content-Range", "bytes %llu-%llu/%llu", (unsigned long long)range.first,
+                 (unsigned long long)range.last, (unsigned long long)length);
+    reply_stream(reply, 206, type, (struct reply_stream){range_next, stream_free, stream},
+                 (size_t)stream->left);
+    return true;
+}
+
 static void reply_begun(const struct request *request, struct reply *reply, const char *type,
                         enum pack_coding coding, struct stream *stream) {
     const struct reply_stream bytes = {stream_next, stream_free, stream};
@@ -69,6 +131,9 @@ static void reply_begun(const struct request *request, struct reply *reply, cons
         reply_refuse(reply, request->id, API_INTERNAL, "the stored result cannot be read");
     } else if (coding != PACK_IDENTITY) {
         reply_packed(request, reply, type, coding, bytes);
+    } else if (reply_part(request, reply, type, stream,
+                          whole ? stream->head_length : stream->source.length)) {
+        return;
     } else if (whole) {
         reply_bytes(reply, 200, type, stream->head, stream->head_length);
         stream->head = NULL;

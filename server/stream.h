@@ -14,11 +14,13 @@ struct stream_source {
     ssize_t (*read)(void *context, char *buffer, size_t size);
     void (*free)(void *context);
     void *context;
-    uint64_t length; /* of all of it, 0 when that is only known at the end */
+    const char *etag; /* NULL: no ranges of it are given */
+    uint64_t length;  /* of all of it, 0 when that is only known at the end */
 };
 
-/* Answers with the document, 200, or with a problem when it cannot even be begun. The source is
- * taken over: it is freed once the reply is. */
+/* Answers with the document, 200; with the part of it that the request's Range wants, 206 or 416,
+ * where the length is known and nothing is compressed; or with a problem when it cannot even be
+ * begun. The source is taken over: it is freed once the reply is. */
 void stream_reply(const struct request *request, struct reply *reply, const char *type,
                   enum pack_coding coding, const struct stream_source *source);
 

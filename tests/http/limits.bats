@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: MIT
+# Limits that hold, parts of results, times, other origins, and streams that are taken up again.
+
+load helper
+bats_require_minimum_version 1.5.0
+
+setup_file() { start_shared_daemon --workers 1 --cors-origin https://a.example,https://b.example; }
+teardown_file() { stop_daemon; }
+
+# result FACTOR: a drape that is done; sets id.
+result() {
+    quick "$1" | submit
+    wait_for "$id" succeeded
+}
+
+@test "limits: GET /v1/limits has every limit of --help" {
+    call GET /v1/limits
+    expect 200
+    for limit in queue_limit max_body max_bodies max_mesh max_nodes max_elements max_depth \
+        job_timeout_seconds job_memory max_result retention_hours max_connections threads_per_job; do
+        field ".$limit > 0"
+    done
+}
+
+@test "limits: beyond the queue limit 429 says when to come back" {
+    start_daemon "$BATS_TEST_TMPDIR/daemon" --workers 1 --queue-limit 1
+    stop_workers
+    quick 1 | submit
+    wait_until 10 has_status "$id" running
+    quick 1.01 | submit
+    quick 1.02 | post /v1/drapes -
+    expect_problem 429 queue-full
+    [ "$(header Retry-After)" -ge 1 ]
+    [ "$(header Retry-After)" -le 600 ]
+    kill -CONT $(workers)
+    stop_daemon
+}
+
+@test "limits: all bodies together have a budget, and what is refused leaves room" {
+    start_daemon "$BATS_TEST_TMPDIR/daemon" --workers 1 --max-bodies 2K
+    quick 1 | post /v1/drapes -
+    expect 202
+    jq -c '. + {permeability: null} | tojson + (" " * 4000)' -r $EXAMPLES/saddle.json >"$BATS_TEST_TMPDIR/large"
+    for how in 'Expect: 100-continue' 'Expect:' 'Transfer-Encoding: chunked'; do
+        post /v1/drapes "$BATS_TEST_TMPDIR/large" -H "$how"
+        expect_problem 503 unavailable
+        [ "$(header Retry-After)" = 1 ]
+    done
+    quick 1.1 | post /v1/drapes -
+    expect 202
+    stop_daemon
+}
+
+@test "limits: a part of a result is the same bytes" {
+    local whole=$BATS_TEST_TMPDIR/whole part=$BATS_TEST_TMPDIR/part size etag
+    result 0.2
+    for format in json csv vtp glb npz; do
+        call GET "/v1/drapes/$id/result?format=$format"
+        expect 200
+        cp "$body" "$whole"
+        size=$(stat -c %s "$whole") etag=$(header ETag)
+        [ -n "$(header Content-Length)" ] || continue
+        [ "$(header Accept-Ranges)" = bytes ]
+        for range in "0 9" "5 5" "100 $((size - 1))" "$((size - 1)) $((size - 1))"; do
+            call GET "/v1/drapes/$id/result?format=$format" -H "Range: bytes=${range/ /-}"
+            expect 206
+            [ "$(header Content-Range)" = "bytes ${range/ /-}/$size" ]
+            [ "$(header ETag)" = "$etag" ]
+            tail -c +$((${range% *} + 1)) "$whole" | head -c $((${range#* } - ${range% *} + 1)) >"$part"
+            cmp "$part" "$body"
+        done
+        call GET "/v1/drapes/$id/result?format=$format" -H 'Range: bytes=-7'
+        expect 206
+        tail -c 7 "$whole" | cmp - "$body"
+        call GET "/v1/drapes/$id/result?format=$format" -H "Range: bytes=$((size - 3))-"
+        expect 206
+        tail -c 3 "$whole" | cmp - "$body"
+        call GET "/v1/drapes/$id/result?format=$format" -H "Range: bytes=$size-"
+        expect_problem 416 range-not-satisfiable
+        [ "$(header Content-Range)" = "bytes */$size" ]
+        call GET "/v1/drapes/$id/result?format=$format" -H 'Range: bytes=0-1' -H "If-Range: $etag"
+        expect 206
+        call GET "/v1/drapes/$id/result?format=$format" -H 'Range: bytes=0-1' -H 'If-Range: "old"'
+        expect 200
+        cmp "$whole" "$body"
+        ranged=$((${ranged:-0} + 1))
+    done
+    [ "$ranged" -ge 3 ]
+}
+
+@test "limits: several ranges, other units and compressed answers are whole" {
+    result 0.3
+    for range in 'bytes=0-1,3-4' 'lines=0-1' 'bytes=9-1' 'bytes=a-b' 'bytes=-' 'bytes=1'; do
+        call GET "/v1/drapes/$id/result?format=npz" -H "Range: $range"
+        expect 200
+    done
+    call GET "/v1/drapes/$id/result?format=npz" -H 'Range: bytes=0-1' -H 'Accept-Encoding: gzip'
+    expect 200
+}
+
+@test "limits: a result tells how long it waited, was solved and encoded" {
+    result 0.5
+    call GET "/v1/drapes/$id/result"
+    [[ "$(header Server-Timing)" =~ ^queue\;dur=[0-9.]+,\ solve\;dur=[0-9.]+,\ encode\;dur=[0-9.]+$ ]]
+}
+
+@test "limits: web pages of the named origins may call, others may not" {
+    for origin in https://a.example https://b.example; do
+        call GET /v1/limits -H "Origin: $origin"
+        [ "$(header Access-Control-Allow-Origin)" = "$origin" ]
+        [ "$(header Vary)" = Origin ]
+        call GET /nothing -H "Origin: $origin"
+        expect_problem 404 not-found
+        [ "$(header Access-Control-Allow-Origin)" = "$origin" ]
+    done
+    for origin in https://a.example.org https://c.example null http://a.example ''; do
+        call GET /v1/limits -H "Origin: $origin"
+        expect 200
+        [ -z "$(header Access-Control-Allow-Origin)" ]
+    done
+    call OPTIONS /v1/drapes -H 'Origin: https://a.example' -H 'Access-Control-Request-Method: POST' \
+        -H 'Access-Control-Request-Headers: authorization,content-type'
+    expect 204
+    [[ "$(header Access-Control-Allow-Methods)" == *POST* ]]
+    [[ "$(header Access-Control-Allow-Headers)" == *Authorization*Content-Type* ]]
+}
+
+@test "limits: without --cors-origin no page of another origin may call" {
+    start_daemon "$BATS_TEST_TMPDIR/daemon" --workers 1
+    call OPTIONS /v1/drapes -H 'Origin: https://a.example' -H 'Access-Control-Request-Method: POST'
+    expect 204
+    ! grep -qi '^Access-Control' "$headers"
+    stop_daemon
+}
+
+@test "limits: a stream of events is taken up where it broke" {
+    result 0.6
+    call GET "/v1/drapes/$id/events"
+    expect 200
+    grep -q '^event: end' "$body"
+    local last
+    last=$(sed -n 's/^id: //p' "$body" | tail -1)
+    [ -n "$last" ]
+    call GET "/v1/drapes/$id/events" -H "Last-Event-ID: $last"
+    expect 204
+    call GET "/v1/drapes/$id/events" -H 'Last-Event-ID: 1-running-500'
+    expect 200
+    grep -q '^event: end' "$body"
+}
