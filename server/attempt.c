@@ -2,6 +2,7 @@
 #include "attempt.h"
 #include "clock.h"
 #include "log.h"
+#include "metrics.h"
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -323,13 +324,28 @@ static bool load(struct attempt *attempt, struct api_input *input, char **reques
     return answer == STORE_OK;
 }
 
+/* How long it waited, told at its first attempt. */
+static void count_wait(struct attempt *attempt) {
+    struct store_job job;
+    if (attempt->claim->attempts > 1)
+        return;
+    enum store_answer answer = store_get(attempt->shared->store, attempt->claim->id, &job);
+    if (answer == STORE_OK && job.started >= job.created)
+        metrics_time(METRICS_QUEUE, job.started - job.created);
+    store_job_clear(&job);
+}
+
 static void work(struct attempt *attempt) {
     struct api_input input = {0};
     struct store_surface surface = {0};
     char *request = NULL;
+    count_wait(attempt);
     if (load(attempt, &input, &request, &surface)) {
+        int64_t begun = clock_us();
         send_job(attempt, &input);
         receive_result(attempt);
+        if (attempt->outcome == OUTCOME_DONE)
+            metrics_time(METRICS_SOLVE, clock_us() - begun);
     }
     free(request);
     store_surface_clear(&surface);

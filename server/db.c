@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "db.h"
 #include "log.h"
+#include "metrics.h"
 #include <sqlite3.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -35,9 +36,11 @@ static enum store_answer answer_of(int code) {
 
 static enum store_answer report(struct db *db, int code) {
     enum store_answer answer = answer_of(code);
-    if (answer != STORE_OK)
+    if (answer != STORE_OK) {
+        metrics_store_failed(answer == STORE_BUSY);
         log_error(log_event("store_error"), log_text("answer", store_answer_name(answer)),
                   log_int("code", code), log_text("detail", sqlite3_errmsg(db->handle)));
+    }
     return answer;
 }
 

@@ -204,7 +204,7 @@ static void refuse_on_socket(struct client *client, enum api_problem_id problem,
     if (exchange)
         exchange->reply.status = status;
     else
-        routes_count(NULL, status);
+        routes_count(NULL, status, 0);
 }
 
 /* What the library cannot read it answers by itself, with a page of its own. */
@@ -475,7 +475,7 @@ static void finish(struct exchange *exchange) {
     if (exchange->watching)
         hub_unsubscribe(http->services.hub, &exchange->watch);
     atomic_fetch_sub(&http->bodies, (int_fast64_t)exchange->held);
-    routes_count(exchange->request, exchange->reply.status);
+    routes_count(exchange->request, exchange->reply.status, clock_us() - exchange->begun_us);
     if (exchange->known)
         log_access(exchange);
     reply_clear(&exchange->reply);

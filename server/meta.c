@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The service about itself: description, limits, health, version, counters, front page. */
+#include "clock.h"
 #include "config.h"
 #include "dispatcher.h"
 #include "metrics.h"
@@ -95,6 +96,67 @@ static void write_route(void *context, size_t route, int status, long count) {
                 method, pattern, status, count);
 }
 
+/* `labels` ends with a comma, or is empty. */
+static void write_times(FILE *out, const char *name, const char *labels, size_t times) {
+    struct metrics_histogram histogram;
+    if (!metrics_histogram(times, &histogram) && labels[0])
+        return;
+    for (size_t k = 0; k + 1 < METRICS_BOUNDS; k++)
+        fprintf(out, "%s_bucket{%sle=\"%g\"} %ld\n", name, labels, histogram.bounds[k],
+                histogram.counts[k]);
+    long all = histogram.counts[METRICS_BOUNDS - 1];
+    int bare = labels[0] ? (int)strlen(labels) - 1 : 0;
+    const char *open = labels[0] ? "{" : "", *close = labels[0] ? "}" : "";
+    fprintf(out, "%s_bucket{%sle=\"+Inf\"} %ld\n", name, labels, all);
+    fprintf(out, "%s_sum%s%.*s%s %.6f\n", name, open, bare, labels, close, histogram.sum);
+    fprintf(out, "%s_count%s%.*s%s %ld\n", name, open, bare, labels, close, all);
+}
+
+static void write_histograms(FILE *out) {
+    static const char *const kinds[][2] = {
+        {"draped_queue_seconds", "Time of drapes from submission to a worker."},
+        {"draped_solve_seconds", "Time on a worker of drapes that gave a result."},
+        {"draped_encode_seconds", "Time spent encoding a document that is sent."}};
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
+        head(out, kinds[k][0], "histogram", kinds[k][1]);
+        write_times(out, kinds[k][0], "", k);
+    }
+    const char *name = "draped_http_request_seconds";
+    head(out, name, "histogram", "Time of answers from the first header to the last byte.");
+    const char *method, *pattern;
+    for (size_t route = 0; routes_describe(route, &method, &pattern); route++) {
+        char labels[128];
+        snprintf(labels, sizeof labels, "method=\"%s\",route=\"%s\",", method, pattern);
+        write_times(out, name, labels, METRICS_ROUTE + route);
+    }
+}
+
+static void write_refusals(FILE *out) {
+    head(out, "draped_rejections_total", "counter", "Problems that were answered, by reason.");
+    for (int k = API_OK + 1; k < API_PROBLEM_COUNT; k++)
+        if (metrics_refused((enum api_problem_id)k))
+            fprintf(out, "draped_rejections_total{reason=\"%s\"} %ld\n",
+                    api_problem_slug((enum api_problem_id)k),
+                    metrics_refused((enum api_problem_id)k));
+    head(out, "draped_store_errors_total", "counter", "Answers of the database that failed.");
+    for (int busy = 0; busy < 2; busy++)
+        fprintf(out, "draped_store_errors_total{kind=\"%s\"} %ld\n", busy ? "busy" : "down",
+                metrics_store_failures(busy));
+}
+
+static void write_process(FILE *out) {
+    head(out, "process_resident_memory_bytes", "gauge", "Memory of the daemon without workers.");
+    fprintf(out, "process_resident_memory_bytes %lld\n", (long long)metrics_resident());
+    head(out, "process_open_fds", "gauge", "Descriptors that the daemon has open.");
+    fprintf(out, "process_open_fds %lld\n", (long long)metrics_descriptors());
+}
+
+/* By our clock; a database on another machine has its own. */
+static double age_of(int64_t us) {
+    int64_t age = us ? clock_utc_us() - us : 0;
+    return age > 0 ? (double)age / 1e6 : 0;
+}
+
 static void write_jobs(FILE *out, const struct store_counts *counts) {
     head(out, "draped_jobs", "gauge", "Drapes in the store by status.");
     for (int k = 0; k < STORE_STATUS_COUNT; k++)
@@ -102,6 +164,8 @@ static void write_jobs(FILE *out, const struct store_counts *counts) {
                 (long long)counts->jobs[k]);
     head(out, "draped_queue_depth", "gauge", "Drapes that wait for a worker.");
     fprintf(out, "draped_queue_depth %lld\n", (long long)counts->jobs[STORE_QUEUED]);
+    head(out, "draped_queue_age_seconds", "gauge", "Since when the oldest of them waits.");
+    fprintf(out, "draped_queue_age_seconds %.3f\n", age_of(counts->oldest_queued));
 }
 
 static void write_counter(FILE *out, const char *name, const char *help, int64_t value) {
@@ -143,6 +207,9 @@ enum routes_next meta_metrics(const struct http_services *services, struct reque
               out);
         head(out, "draped_http_requests_total", "counter", "Answers by route and status.");
         metrics_each(write_route, out);
+        write_histograms(out);
+        write_refusals(out);
+        write_process(out);
         bool up = store_counts(services->store, &counts) == STORE_OK;
         head(out, "draped_store_up", "gauge", "Whether the store answers.");
         fprintf(out, "draped_store_up %d\n", up);

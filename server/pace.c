@@ -89,7 +89,7 @@ static void say_timeout(int socket) {
     id_make(id);
     int status = reply_on_socket(socket, id, API_TIMEOUT, "the request did not arrive in time");
     log_info(log_event("request_timeout"), log_text("request_id", id));
-    routes_count(NULL, status);
+    routes_count(NULL, status, 0);
 }
 
 /* With the lock. The second time, or in the midst of a reply, at once. */

@@ -2,6 +2,7 @@
 #include "pg.h"
 #include "clock.h"
 #include "log.h"
+#include "metrics.h"
 #include <errno.h>
 #include <libpq-fe.h>
 #include <poll.h>
@@ -432,6 +433,8 @@ size_t pg_run(struct pg_query *query) {
 enum store_answer pg_end(struct pg_query *query) {
     PQclear(query->result);
     query->result = NULL;
+    if (query->answer == STORE_BUSY || query->answer == STORE_DOWN)
+        metrics_store_failed(query->answer == STORE_BUSY);
     return query->answer;
 }
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "reply.h"
+#include "metrics.h"
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -84,6 +85,7 @@ void reply_stream(struct reply *reply, int status, const char *type, struct repl
 }
 
 void reply_problem(struct reply *reply, const char *request_id, const struct api_problem *problem) {
+    metrics_refuse(problem->id);
     reply_text(reply, api_problem_status(problem->id), "application/problem+json",
                api_problem_json(problem, request_id));
 }

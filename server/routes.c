@@ -216,8 +216,8 @@ static size_t route_number(const struct request *request) {
     return request && request->route ? (size_t)(request->route - routes) : ROUTE_COUNT;
 }
 
-void routes_count(const struct request *request, int status) {
-    metrics_count(route_number(request), status);
+void routes_count(const struct request *request, int status, int64_t us) {
+    metrics_count(route_number(request), status, us);
 }
 
 bool routes_quiet(const struct request *request) {

@@ -38,8 +38,8 @@ enum routes_next routes_handle(const struct http_services *services, struct requ
                                struct reply *reply);
 
 /* Counts a request that is over, for /metrics; NULL for one that never was whole; `status` 0 when
- * there was no answer. */
-void routes_count(const struct request *request, int status);
+ * there was no answer; `us` microseconds after it began. */
+void routes_count(const struct request *request, int status, int64_t us);
 
 /* Whether its access log line is of little interest: probes and scrapes. */
 bool routes_quiet(const struct request *request);

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "stream.h"
 #include "accept.h"
+#include "clock.h"
+#include "metrics.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -14,14 +16,23 @@ struct stream {
     struct stream_source source;
     char *head;
     size_t head_length, head_sent;
+    int64_t encode_us;   /* spent so far */
     uint64_t skip, left; /* bytes until a range begins, and of it */
 };
 
 static void stream_free(void *context) {
     struct stream *stream = context;
+    metrics_time(METRICS_ENCODE, stream->encode_us);
     stream->source.free(stream->source.context);
     free(stream->head);
     free(stream);
+}
+
+static ssize_t read_source(struct stream *stream, char *buffer, size_t size) {
+    int64_t begun = clock_us();
+    ssize_t got = stream->source.read(stream->source.context, buffer, size);
+    stream->encode_us += clock_us() - begun;
+    return got;
 }
 
 static ssize_t stream_next(void *context, char *buffer, size_t size) {
@@ -33,7 +44,7 @@ static ssize_t stream_next(void *context, char *buffer, size_t size) {
         stream->head_sent += length;
         return (ssize_t)length;
     }
-    ssize_t got = stream->source.read(stream->source.context, buffer, size);
+    ssize_t got = read_source(stream, buffer, size);
     return got > 0 ? got : got == 0 ? REPLY_END : REPLY_BROKEN;
 }
 
@@ -64,9 +75,8 @@ static bool begin(struct stream *stream, bool *whole) {
     stream->head = malloc(HEAD_BYTES);
     *whole = false;
     while (stream->head && !*whole && stream->head_length < HEAD_BYTES) {
-        ssize_t got =
-            stream->source.read(stream->source.context, stream->head + stream->head_length,
-                                HEAD_BYTES - stream->head_length);
+        ssize_t got = read_source(stream, stream->head + stream->head_length,
+                                  HEAD_BYTES - stream->head_length);
         if (got < 0)
             return false;
         stream->head_length += (size_t)got;

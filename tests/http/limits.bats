@@ -104,6 +104,47 @@ result() {
     [[ "$(header Server-Timing)" =~ ^queue\;dur=[0-9.]+,\ solve\;dur=[0-9.]+,\ encode\;dur=[0-9.]+$ ]]
 }
 
+@test "limits: the counters tell of waiting, solving, encoding, refusals and memory" {
+    local scrape=$BATS_TEST_TMPDIR/scrape queued solved encoded refused
+    queued=$(metric draped_queue_seconds_count) solved=$(metric draped_solve_seconds_count)
+    encoded=$(metric draped_encode_seconds_count)
+    result 0.7
+    call GET "/v1/drapes/$id/result"
+    call GET "/v1/drapes/$id/result" -H 'Accept: image/png'
+    expect 406
+    [ "$(metric draped_queue_seconds_count)" = $((queued + 1)) ]
+    [ "$(metric draped_solve_seconds_count)" = $((solved + 1)) ]
+    [ "$(metric draped_encode_seconds_count)" = $((encoded + 1)) ]
+    [ "$(metric 'draped_rejections_total{reason="not-acceptable"}')" -ge 1 ]
+    [ "$(metric 'draped_store_errors_total{kind="down"}')" = 0 ]
+    [ "$(metric process_resident_memory_bytes)" -gt 1000000 ]
+    [ "$(metric process_open_fds)" -gt 5 ]
+    [ "$(metric draped_queue_age_seconds)" = 0.000 ]
+    curl -sS --max-time 20 "$URL/metrics" >"$scrape"
+    # Buckets grow, and the last one is all.
+    awk -F'[ {}]' '/_bucket/ {
+        series = $0; sub(/,?le=.*/, "", series)
+        if (series == last && $NF < count) exit 1
+        last = series; count = $NF
+        if (/\+Inf/) all[series] = $NF
+    } END { exit length(all) < 4 }' "$scrape"
+    grep -qF 'draped_http_request_seconds_count{method="POST",route="/v1/drapes"} ' "$scrape"
+    [ ! -x build/tools/promtool ] || build/tools/promtool check metrics <"$scrape"
+}
+
+@test "limits: the age of the queue is that of who waits longest" {
+    start_daemon "$BATS_TEST_TMPDIR/daemon" --workers 1
+    stop_workers
+    quick 1 | submit
+    wait_until 10 has_status "$id" running
+    quick 1.01 | submit
+    sleep 0.1
+    [ "$(metric draped_queue_depth)" = 1 ]
+    [ "$(metric draped_queue_age_seconds | tr -d .)" -ge 100 ]
+    kill -CONT $(workers)
+    stop_daemon
+}
+
 @test "limits: web pages of the named origins may call, others may not" {
     for origin in https://a.example https://b.example; do
         call GET /v1/limits -H "Origin: $origin"
