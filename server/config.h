@@ -44,6 +44,7 @@ struct config {
     int64_t job_memory;      /* bytes one job may hold */
     int64_t max_result;      /* bytes of one stored result */
     int64_t retention;       /* hours a result is kept after its job ended */
+    int64_t retention_bytes; /* of all results together; 0: no bound */
     int64_t max_connections;
     int64_t drain_timeout; /* seconds running jobs get at SIGTERM */
     int64_t log_level;     /* enum log_level */

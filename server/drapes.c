@@ -349,7 +349,8 @@ enum routes_next drapes_request(const struct http_services *services, struct req
         return ROUTES_DONE;
     enum store_answer answer = store_request(services->store, job.id, &bytes, &length);
     if (answer == STORE_EMPTY)
-        api_problem_set(&problem, API_GONE, "the request was kept for --retention hours");
+        api_problem_set(&problem, API_GONE,
+                        "the request has been removed (--retention, --retention-bytes)");
     char *text = answer == STORE_OK ? normalise(services, job.id, bytes, length, &problem) : NULL;
     if (text)
         reply_text(reply, 200, "application/json", text);

@@ -162,6 +162,7 @@ static bool open_store(struct service *service) {
     char why[STORE_WHY_SIZE];
     options.queue_limit = config->queue_limit;
     options.retention_us = config->retention * INT64_C(3600) * 1000000;
+    options.retention_bytes = config->retention_bytes;
     options.shared = config->role != CONFIG_ROLE_ALL;
     if (!find_store(config, url))
         return false;

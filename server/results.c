@@ -172,7 +172,7 @@ bool results_ready(const struct request *request, const struct store_job *job,
         reply_refuse(reply, request->id, API_CANCELLED, "the drape was cancelled: no result");
     else if (job->expired)
         reply_refuse(reply, request->id, API_GONE,
-                     "the result was kept for --retention hours and has been removed");
+                     "the result has been removed (--retention, --retention-bytes)");
     return reply->status == 0;
 }
 

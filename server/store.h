@@ -75,13 +75,15 @@ bool store_status_ended(enum store_status status);
 /* ------------------------------------------------------------------ open and close */
 
 struct store_options {
-    int64_t queue_limit;    /* queued jobs at the most; submit answers STORE_FULL beyond */
-    int64_t lease_us;       /* how long a claim holds without renewal */
-    int max_attempts;       /* a job whose worker died that often fails */
-    int64_t busy_ms;        /* how long to wait for another process's lock */
-    int64_t retention_us;   /* results of jobs that ended longer ago expire in `store_sweep` */
-    bool shared;            /* other processes may open it too; else it is ours alone (SQLite) */
-    int64_t (*clock)(void); /* for tests: microseconds since 1970 UTC; NULL: the system's */
+    int64_t queue_limit;     /* queued jobs at the most; submit answers STORE_FULL beyond */
+    int64_t lease_us;        /* how long a claim holds without renewal */
+    int max_attempts;        /* a job whose worker died that often fails */
+    int64_t busy_ms;         /* how long to wait for another process's lock */
+    int64_t retention_us;    /* results of jobs that ended longer ago expire in `store_sweep` */
+    int64_t retention_bytes; /* of all results together: beyond it the oldest jobs expire in a
+                                sweep; 0: no bound */
+    bool shared;             /* other processes may open it too; else it is ours alone (SQLite) */
+    int64_t (*clock)(void);  /* for tests: microseconds since 1970 UTC; NULL: the system's */
 };
 
 /* 10,000 queued jobs; 60 s; 3; 5 s; 168 h; not shared; the system's clock. */

@@ -64,6 +64,26 @@ static const char expire_sql[] =
     "  FROM due WHERE j.sequence = due.sequence RETURNING due.result)"
     " SELECT count(*), draped.forget_results(array_agg(result)) FROM done";
 
+/* $2 is the bound of bytes. The oldest jobs before which too much remains; what others share is
+ * freed with the last of them, in a later step. */
+static const char excess_sql[] =
+    "WITH excess AS MATERIALIZED (SELECT sum(length) - $2 AS bytes FROM draped.results"
+    " WHERE $1::bigint IS DISTINCT FROM $2 AND state = 1),"
+    " oldest AS (SELECT j.sequence, j.finished, coalesce(r.length, 0) AS length FROM draped.jobs j"
+    "  LEFT JOIN draped.results r ON r.number = j.result"
+    "  WHERE j.status >= 2 AND j.expired = 0 AND (SELECT bytes FROM excess) > 0"
+    "  ORDER BY j.finished, j.sequence LIMIT 64),"
+    " chosen AS (SELECT sequence, sum(length) OVER (ORDER BY finished, sequence) - length AS freed"
+    "  FROM oldest),"
+    " due AS MATERIALIZED (SELECT sequence, result FROM draped.jobs WHERE expired = 0"
+    "  AND sequence IN (SELECT sequence FROM chosen, excess WHERE freed < bytes)"
+    "  FOR UPDATE SKIP LOCKED),"
+    " gone AS (DELETE FROM draped.requests USING due WHERE job = due.sequence),"
+    " done AS (UPDATE draped.jobs j SET expired = 1, result = NULL,"
+    "  summary = (SELECT r.summary FROM draped.results r WHERE r.number = due.result)"
+    "  FROM due WHERE j.sequence = due.sequence RETURNING due.result)"
+    " SELECT count(*), draped.forget_results(array_agg(result)) FROM done";
+
 static const char remove_sql[] =
     "WITH due AS MATERIALIZED (SELECT sequence FROM draped.jobs WHERE status >= 2 AND expired = 1"
     " AND finished < " POSTGRES_NOW " - $2 * 4 LIMIT 64 FOR UPDATE SKIP LOCKED),"
@@ -96,8 +116,9 @@ static const char clear_sql[] =
     " SELECT count(*), " POSTGRES_LAZY " FROM doomed";
 
 static struct pg_query retention_query(struct store *store, const char *sql) {
+    const struct store_options *options = postgres_options(store);
     struct pg_query query = postgres_query_now(store, sql);
-    pg_bind_int(&query, postgres_options(store)->retention_us);
+    pg_bind_int(&query, sql == excess_sql ? options->retention_bytes : options->retention_us);
     return query;
 }
 
@@ -120,7 +141,7 @@ static enum store_answer repeat(struct store *store, const char *sql, struct sto
 /* ------------------------------------------------------------------ the sweep */
 
 struct work {
-    bool leases, expire, remove, doom, clear;
+    bool leases, expire, excess, remove, doom, clear;
 };
 
 static enum store_answer look_at_work(struct store *store, struct work *work) {
@@ -133,6 +154,7 @@ static enum store_answer look_at_work(struct store *store, struct work *work) {
         "  AND finished < " POSTGRES_NOW " - $2 * 4),"
         " EXISTS (SELECT 1 FROM draped.results r WHERE r.state <> 1 AND " ABANDONED "),"
         " EXISTS (SELECT 1 FROM draped.results WHERE state <> 1 AND state = 2)");
+    work->excess = postgres_options(store)->retention_bytes > 0;
     if (pg_run(&query)) {
         work->leases = pg_int(&query, 0, 0) != 0;
         work->expire = pg_int(&query, 0, 1) != 0;
@@ -151,6 +173,8 @@ enum store_answer postgres_sweep(struct store *store, struct store_sweep *sweep)
         answer = sweep_claims(store, sweep);
     if (answer == STORE_OK && work.expire)
         answer = repeat(store, expire_sql, sweep, &sweep->expired);
+    if (answer == STORE_OK && work.excess)
+        answer = repeat(store, excess_sql, sweep, &sweep->expired);
     if (answer == STORE_OK && work.remove)
         answer = repeat(store, remove_sql, sweep, &sweep->removed);
     if (answer == STORE_OK && (work.doom || work.leases))

@@ -95,7 +95,7 @@ static const char schema_2[] =
     "CREATE INDEX jobs_running ON jobs (owner) WHERE status = 1;";
 
 /* Schema 3: surfaces are named by their content, and several owners may have the same. What one
- * owner has is listed by an index of his own. */
+ * owner has is listed by an index of his own. How much all results hold is known at any time. */
 static const char schema_3[] =
     "CREATE TABLE owned_surfaces ("
     " sequence INTEGER PRIMARY KEY AUTOINCREMENT,"
@@ -109,6 +109,17 @@ static const char schema_3[] =
     " FROM surfaces;"
     "DROP TABLE surfaces;"
     "ALTER TABLE owned_surfaces RENAME TO surfaces;"
+    "CREATE TABLE stored (bytes INTEGER NOT NULL);" /* of complete results, kept by triggers */
+    "INSERT INTO stored SELECT coalesce(sum(length), 0) FROM results WHERE state = 1;"
+    "CREATE TRIGGER results_inserted AFTER INSERT ON results WHEN new.state = 1 BEGIN"
+    " UPDATE stored SET bytes = bytes + new.length; END;"
+    "CREATE TRIGGER results_deleted AFTER DELETE ON results WHEN old.state = 1 BEGIN"
+    " UPDATE stored SET bytes = bytes - old.length; END;"
+    "CREATE TRIGGER results_changed AFTER UPDATE OF state, length ON results"
+    " WHEN old.state = 1 OR new.state = 1 BEGIN"
+    " UPDATE stored SET bytes = bytes + (new.state = 1) * new.length - (old.state = 1) * "
+    "old.length;"
+    " END;"
     "CREATE INDEX surfaces_owner ON surfaces (owner, sequence);"
     "CREATE INDEX jobs_owner ON jobs (owner, sequence);";
 

@@ -111,7 +111,8 @@ static enum store_answer sweep_claims(struct store *store, struct store_sweep *s
 static enum store_answer next_ended(struct db *db, bool expired, int64_t before, int64_t *sequence,
                                     int64_t *result) {
     struct query query = db_query(db, "SELECT sequence, result FROM jobs WHERE status >= 2"
-                                      " AND expired = ? AND finished < ? LIMIT 1");
+                                      " AND expired = ? AND finished < ? ORDER BY finished"
+                                      " LIMIT 1");
     query_bind_int(&query, expired);
     query_bind_int(&query, before);
     bool found = query_row(&query);
@@ -167,6 +168,26 @@ static enum store_answer several(struct db *db, enum store_answer (*one)(struct 
 static enum store_answer expire(struct sqlite_store *store, struct db *db, void *context) {
     return several(db, expire_one, sqlite_now(store) - sqlite_options(store)->retention_us,
                    context);
+}
+
+static bool over_bytes(const struct sqlite_store *store, struct db *db) {
+    int64_t most = sqlite_options(store)->retention_bytes;
+    struct query query = db_query(db, "SELECT bytes FROM stored");
+    bool over = most > 0 && query_row(&query) && query_int(&query, 0) > most;
+    return query_end(&query) == STORE_OK && over;
+}
+
+/* The oldest, until the rest is within the bound. What others share is freed with the last. */
+static enum store_answer expire_excess(struct sqlite_store *store, struct db *db, void *context) {
+    struct step *step = context;
+    enum store_answer answer = STORE_OK;
+    for (step->done = 0; step->done < JOBS_A_STEP && over_bytes(store, db); step->done++) {
+        answer = expire_one(db, INT64_MAX);
+        if (answer != STORE_OK)
+            break;
+    }
+    return answer == STORE_OK || answer == STORE_EMPTY ? (step->done ? STORE_OK : STORE_EMPTY)
+                                                       : answer;
 }
 
 static enum store_answer remove_records(struct sqlite_store *store, struct db *db, void *context) {
@@ -237,7 +258,7 @@ static enum store_answer shrink(struct sqlite_store *store, struct db *db, void 
 /* ------------------------------------------------------------------ the sweep */
 
 struct work {
-    bool expire, remove, doom, clear, shrink;
+    bool expire, excess, remove, doom, clear, shrink;
 };
 
 static bool any(struct db *db, const char *sql, int64_t value) {
@@ -256,6 +277,7 @@ static enum store_answer look_at_work(struct sqlite_store *store, struct db *db,
                        "SELECT 1 FROM jobs WHERE status >= 2 AND expired = 0"
                        " AND finished < ? LIMIT 1",
                        now - retention);
+    work->excess = over_bytes(store, db);
     work->remove = any(db,
                        "SELECT 1 FROM jobs WHERE status >= 2 AND expired = 1"
                        " AND finished < ? LIMIT 1",
@@ -289,6 +311,8 @@ enum store_answer sqlite_sweep(struct store *store, struct store_sweep *sweep) {
         answer = sqlite_read(store, look_at_work, &work);
     if (answer == STORE_OK && work.expire)
         answer = repeat(store, expire, sweep, &sweep->expired);
+    if (answer == STORE_OK && work.excess)
+        answer = repeat(store, expire_excess, sweep, &sweep->expired);
     if (answer == STORE_OK && work.remove)
         answer = repeat(store, remove_records, sweep, &sweep->removed);
     if (answer == STORE_OK && work.doom)

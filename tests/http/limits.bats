@@ -20,6 +20,25 @@ result() {
         job_timeout_seconds job_memory max_result retention_hours max_connections threads_per_job; do
         field ".$limit > 0"
     done
+    field '.retention_bytes == 0'
+}
+
+gone_by_now() { call GET "/v1/drapes/$1/result"; [ "$status" = 410 ]; }
+
+@test "limits: beyond --retention-bytes the oldest results are 410" {
+    local first
+    start_daemon "$BATS_TEST_TMPDIR/daemon" --workers 1 --retention-bytes 100K
+    result 1
+    first=$id
+    for factor in 0.9 0.8 0.7 0.6 0.5; do result $factor; done
+    wait_until 10 gone_by_now "$first"
+    expect_problem 410 gone
+    call GET "/v1/drapes/$first"
+    expect 200
+    [ "$(field .status)" = succeeded ]
+    call GET "/v1/drapes/$id/result"
+    expect 200
+    stop_daemon
 }
 
 @test "limits: beyond the queue limit 429 says when to come back" {

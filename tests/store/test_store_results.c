@@ -266,6 +266,38 @@ static void test_store_results_expire_after_the_retention(void **state) {
     assert_int_equal(store_get(scratch->store, late, &job), STORE_EMPTY);
 }
 
+/* Beyond the bound of bytes the oldest go, and no more than it takes. */
+static void test_store_results_expire_beyond_a_bound_of_bytes(void **state) {
+    struct scratch *scratch = *state;
+    enum { JOBS = 6, BYTES = 1000 };
+    static char bytes[BYTES];
+    char ids[JOBS][ID_SIZE], waiting[ID_SIZE], body[8];
+    scratch_stop(scratch);
+    scratch->options.retention_bytes = 3 * BYTES + 1;
+    scratch_start(scratch);
+    for (int k = 0; k < JOBS; k++) {
+        snprintf(body, sizeof body, "%d", k);
+        struct store_claim claim = scratch_claimed(scratch, body);
+        assert_int_equal(scratch_commit(scratch, &claim, bytes, BYTES), STORE_OK);
+        memcpy(ids[k], claim.id, sizeof ids[k]);
+        scratch_now += hour;
+    }
+    scratch_submit(scratch, "waiting", waiting);
+    assert_int_equal(scratch_sweep(scratch).expired, JOBS - 3);
+    for (int k = 0; k < JOBS - 3; k++)
+        expect_expired(scratch, ids[k]);
+    for (int k = JOBS - 3; k < JOBS; k++)
+        scratch_expect_result(scratch, ids[k], bytes, BYTES, BYTES);
+    assert_int_equal(scratch_sweep(scratch).expired, 0);
+    assert_int_equal(scratch_number(scratch, RESULTS), 3);
+    assert_int_equal(scratch_status(scratch, waiting), STORE_QUEUED);
+    assert_int_equal(store_delete(scratch->store, ids[JOBS - 1]), STORE_OK); /* makes room */
+    struct store_claim claim;
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+    assert_int_equal(scratch_commit(scratch, &claim, bytes, BYTES), STORE_OK);
+    assert_int_equal(scratch_sweep(scratch).expired, 0);
+}
+
 static void test_store_jobs_that_wait_do_not_expire(void **state) {
     struct scratch *scratch = *state;
     char id[ID_SIZE];
@@ -308,6 +340,7 @@ int main(void) {
         WITH_STORE(test_store_writer_of_a_lost_claim_leaves_nothing),
         WITH_STORE(test_store_sweep_clears_what_a_dead_process_began),
         WITH_STORE(test_store_results_expire_after_the_retention),
+        WITH_STORE(test_store_results_expire_beyond_a_bound_of_bytes),
         WITH_STORE(test_store_jobs_that_wait_do_not_expire),
         WITH_STORE(test_store_many_results_expire_in_steps),
     };
