@@ -281,6 +281,15 @@ static void check_permeability(const struct tree_place *root, const struct api_r
         tree_fault(&thickness, "is required by this permeability model in a rigid cavity");
 }
 
+static void check_points(const struct tree_place *place, const struct api_surface *surface,
+                         const struct api_limits *limits) {
+    struct tree_place points = tree_member(place, "control_points");
+    if (surface->kind == API_SURFACE_NURBS &&
+        surface->nurbs.point_count > limits->max_control_points)
+        tree_fault(&points, "has %zu points, and %zu are allowed", surface->nurbs.point_count,
+                   limits->max_control_points);
+}
+
 static struct api_request default_request(const struct api_limits *limits) {
     return (struct api_request){
         .length_unit = &api_units[0],
@@ -306,6 +315,7 @@ enum api_problem_id api_decode(const struct api_input *input, const struct api_l
             decode_stored(input, limits, arena, &request->surface, problem);
         else
             request->surface = (struct api_surface){.kind = API_SURFACE_NAMED};
+        check_points(&surface, &request->surface, limits);
         decode_rest(&root, request);
         check_permeability(&root, request);
     }
@@ -321,6 +331,7 @@ enum api_problem_id api_decode_surface(const char *bytes, size_t length,
         return problem->id;
     struct tree_place root = tree_root(&tree);
     decode_surface(&root, surface);
+    check_points(&root, surface, limits);
     if (problem->id == API_OK && surface->kind == API_SURFACE_NAMED) {
         struct tree_place degree = tree_member(&root, "degree_u");
         tree_fault(&degree, "is required: a definition, not an id");

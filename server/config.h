@@ -23,28 +23,29 @@ struct config {
     struct sockaddr_storage address; /* of `listen`; port 0: any free one */
     socklen_t address_length;
     char inherited_name[INET6_ADDRSTRLEN + 8]; /* what `listen` is then */
-    int inherited;           /* the socket the service manager handed over; -1: none */
-    bool loopback;           /* whether only this machine can reach it */
-    const char *data;        /* folder of the embedded store; created when missing */
-    const char *store;       /* URL; empty: SQLite in `data` */
-    int64_t workers;         /* worker processes, 1..1024 */
-    int64_t role;            /* enum config_role */
-    const char *tokens;      /* empty: none */
-    bool allow_anonymous;    /* may listen beyond loopback without tokens */
-    int64_t queue_limit;     /* queued jobs */
-    int64_t max_body;        /* bytes of a request's body */
-    int64_t max_mesh;        /* bytes of the body of a map */
-    int64_t max_bodies;      /* bytes of all bodies that are being received */
-    const char *cors_origin; /* origins of web pages, split by commas; empty: none; "*": all */
-    int64_t max_nodes;       /* nodes of one drape */
-    int64_t max_elements;    /* JSON values of one body */
-    int64_t threads_per_job; /* threads of one drape */
-    int64_t max_depth;       /* JSON nesting */
-    int64_t job_timeout;     /* seconds one attempt may take */
-    int64_t job_memory;      /* bytes one job may hold */
-    int64_t max_result;      /* bytes of one stored result */
-    int64_t retention;       /* hours a result is kept after its job ended */
-    int64_t retention_bytes; /* of all results together; 0: no bound */
+    int inherited;              /* the socket the service manager handed over; -1: none */
+    bool loopback;              /* whether only this machine can reach it */
+    const char *data;           /* folder of the embedded store; created when missing */
+    const char *store;          /* URL; empty: SQLite in `data` */
+    int64_t workers;            /* worker processes, 1..1024 */
+    int64_t role;               /* enum config_role */
+    const char *tokens;         /* empty: none */
+    bool allow_anonymous;       /* may listen beyond loopback without tokens */
+    int64_t queue_limit;        /* queued jobs */
+    int64_t max_body;           /* bytes of a request's body */
+    int64_t max_mesh;           /* bytes of the body of a map */
+    int64_t max_bodies;         /* bytes of all bodies that are being received */
+    const char *cors_origin;    /* origins of web pages, split by commas; empty: none; "*": all */
+    int64_t max_nodes;          /* nodes of one drape */
+    int64_t max_control_points; /* of one surface */
+    int64_t max_elements;       /* JSON values of one body */
+    int64_t threads_per_job;    /* threads of one drape */
+    int64_t max_depth;          /* JSON nesting */
+    int64_t job_timeout;        /* seconds one attempt may take */
+    int64_t job_memory;         /* bytes one job may hold */
+    int64_t max_result;         /* bytes of one stored result */
+    int64_t retention;          /* hours a result is kept after its job ended */
+    int64_t retention_bytes;    /* of all results together; 0: no bound */
     int64_t max_connections;
     int64_t drain_timeout; /* seconds running jobs get at SIGTERM */
     int64_t log_level;     /* enum log_level */

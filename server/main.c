@@ -181,6 +181,7 @@ static bool start_dispatcher(struct service *service) {
     settings.limits.max_nodes = (size_t)config->max_nodes;
     settings.limits.max_memory = (size_t)config->job_memory;
     settings.limits.max_elements = (size_t)config->max_elements;
+    settings.limits.max_control_points = (size_t)config->max_control_points;
     settings.limits.max_depth = (int)config->max_depth;
     settings.limits.threads = (int)config->threads_per_job;
     if (config->role == CONFIG_ROLE_API)

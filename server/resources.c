@@ -14,6 +14,7 @@ struct api_limits resources_limits(const struct http_services *services) {
         .max_nodes = (size_t)config->max_nodes,
         .max_memory = (size_t)config->job_memory,
         .max_elements = (size_t)config->max_elements,
+        .max_control_points = (size_t)config->max_control_points,
         .max_depth = (int)config->max_depth,
         .threads = 1,
     };

@@ -16,7 +16,7 @@ result() {
 @test "limits: GET /v1/limits has every limit of --help" {
     call GET /v1/limits
     expect 200
-    for limit in queue_limit max_body max_bodies max_mesh max_nodes max_elements max_depth \
+    for limit in queue_limit max_body max_bodies max_mesh max_nodes max_control_points max_elements max_depth \
         job_timeout_seconds job_memory max_result retention_hours max_connections threads_per_job; do
         field ".$limit > 0"
     done
@@ -27,10 +27,10 @@ gone_by_now() { call GET "/v1/drapes/$1/result"; [ "$status" = 410 ]; }
 
 @test "limits: beyond --retention-bytes the oldest results are 410" {
     local first
-    start_daemon "$BATS_TEST_TMPDIR/daemon" --workers 1 --retention-bytes 100K
+    start_daemon "$BATS_TEST_TMPDIR/daemon" --workers 1 --retention-bytes 300K
     result 1
     first=$id
-    for factor in 0.9 0.8 0.7 0.6 0.5; do result $factor; done
+    for factor in 1.01 1.02 1.03 1.04 1.05 1.06; do result $factor; done
     wait_until 10 gone_by_now "$first"
     expect_problem 410 gone
     call GET "/v1/drapes/$first"

@@ -271,7 +271,7 @@ static void test_store_results_expire_beyond_a_bound_of_bytes(void **state) {
     struct scratch *scratch = *state;
     enum { JOBS = 6, BYTES = 1000 };
     static char bytes[BYTES];
-    char ids[JOBS][ID_SIZE], waiting[ID_SIZE], body[8];
+    char ids[JOBS][ID_SIZE], waiting[ID_SIZE], body[16];
     scratch_stop(scratch);
     scratch->options.retention_bytes = 3 * BYTES + 1;
     scratch_start(scratch);

@@ -302,6 +302,18 @@ static void test_decode_limits_are_too_large(void **state) {
                      API_TOO_LARGE);
 }
 
+static void test_decode_has_too_many_control_points(void **state) {
+    struct decoded *d = *state;
+    struct api_limits limits = api_limits_default;
+    const struct api_input input = {saddle_request, strlen(saddle_request), NULL, 0};
+    limits.max_control_points = 9;
+    assert_int_equal(api_decode(&input, &limits, d->arena, &d->request, &d->problem), API_OK);
+    limits.max_control_points = 8;
+    assert_int_equal(api_decode(&input, &limits, d->arena, &d->request, &d->problem),
+                     API_INVALID_REQUEST);
+    assert_string_equal(d->problem.place[0].pointer, "/surface/control_points");
+}
+
 /* Any damage to a document is answered, and never worse. */
 static void test_decode_survives_damaged_documents(void **state) {
     (void)state;
@@ -347,6 +359,7 @@ int main(void) {
         TEST(test_decode_of_a_normalised_request_changes_nothing),
         TEST(test_decode_normalised_start_is_what_was_chosen),
         TEST(test_decode_limits_are_too_large),
+        TEST(test_decode_has_too_many_control_points),
         TEST(test_decode_survives_damaged_documents),
     };
     prepare();
