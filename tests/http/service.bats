@@ -75,8 +75,10 @@ teardown_file() { stop_daemon; }
     [ $((after - ${before:-0})) = 2 ]
     call GET /metrics
     [[ "$(header Content-Type)" == text/plain* ]]
-    # Every sample has its HELP and TYPE, and a number.
-    awk '/^# TYPE/ {type[$3] = 1} !/^#/ {split($0, name, /[{ ]/); if (!type[name[1]] ||
+    # Every sample has its HELP and TYPE, and a number; those of a histogram share theirs.
+    awk '/^# TYPE/ {type[$3] = $4} !/^#/ {split($0, name, /[{ ]/); base = name[1]
+         if (sub(/_(bucket|sum|count)$/, "", base) && type[base] == "histogram") name[1] = base
+         if (!type[name[1]] ||
          $NF !~ /^[0-9.e+-]+$/) {print; bad = 1}} END {exit bad}' "$body"
     grep -q '^draped_queue_depth 0$' "$body"
 }
