@@ -71,7 +71,7 @@ $(B)/%.a:
 
 $(B)/draped: $(B)/server/main.o $(LIBS)
 	$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS)
-$(B)/drape: $(B)/api/main.o $(B)/libdrapeapi.a $(B)/libdrape.a
+$(B)/drape: $(B)/api/main.o $(call objects,$(wildcard api/command/*.c)) $(B)/libdrapeapi.a $(B)/libdrape.a
 	$(CC) $(LDFLAGS) -o $@ $^ $(API_LIBS)
 
 .SECONDEXPANSION:
@@ -112,6 +112,7 @@ figures: $(B)/drape
 bench: $(B)/tests/bench/bench_solver $(B)/draped
 	$<
 	tests/bench/bench_formats.sh $(B)
+	tests/bench/bench_map.sh $(B)
 $(B)/tests/bench/bench_solver: $(B)/tests/bench/bench_solver.o $(B)/libdrapeapi.a $(B)/libdrape.a
 	$(CC) $(LDFLAGS) -o $@ $^ $(API_LIBS)
 

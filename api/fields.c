@@ -15,7 +15,8 @@ static double stack_thickness(const struct api_request *request) {
 /* t = n t0 / cos gamma between flexible faces, else the height: mass conservation. */
 static double thickness(const struct api_request *request, double shear_deg) {
     const struct api_cavity *cavity = &request->cavity;
-    return cavity->rigid ? cavity->height : stack_thickness(request) * permeability_areal_ratio(shear_deg);
+    return cavity->rigid ? cavity->height
+                         : stack_thickness(request) * permeability_areal_ratio(shear_deg);
 }
 
 /* Vf = Vf0 between flexible faces, else Vf0 (n t0 / h) / cos gamma: mass conservation. It may
@@ -25,7 +26,8 @@ static double fiber_volume_fraction(const struct api_request *request, double sh
     double unsheared = request->fabric.fiber_volume_fraction;
     if (!cavity->rigid)
         return unsheared;
-    return unsheared * (stack_thickness(request) / cavity->height) * permeability_areal_ratio(shear_deg);
+    return unsheared * (stack_thickness(request) / cavity->height) *
+           permeability_areal_ratio(shear_deg);
 }
 
 /* phi = 1 - Vf */

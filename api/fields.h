@@ -39,8 +39,7 @@ struct api_fields {
 /* Lists the columns in the order of the contract; those of the permeability are computed now, in
  * `arena`. STATUS_OUT_OF_MEMORY. */
 enum status api_fields_list(struct api_fields *fields, const struct api_request *request,
-                            const struct drape_result *result,
-                            struct arena *arena) STATUS_MUST_USE;
+                            const struct drape_result *result, struct arena *arena) STATUS_MUST_USE;
 
 /* How many cells are beyond the locking angle, and beyond the packing limit; 0 where the request
  * does not say. */

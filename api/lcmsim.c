@@ -14,8 +14,7 @@ enum {
     TEXT_BYTES = 64 * 1024, /* of one piece before it is compressed */
     LINES = 512,            /* of mesh.bdf in one piece; none is longer than 96 bytes */
     LEVEL = 1,              /* the case is large, and unpacked at once */
-    FIELD = 8,
-    NUMBER_MAX = 99999999 /* what a field of 8 digits holds */
+    FIELD = 8
 };
 
 /* LCMsim refuses more. */
@@ -343,33 +342,11 @@ static void next(struct api_mesh_encoder *encoder) {
 
 /* ---- the beginning ---- */
 
-static bool check(const struct api_mesh_fields *fields, struct api_problem *problem) {
-    static const char *const needed[] = {"thickness", "porosity", "k1",   "k2",
-                                         "k3",        "k1_x",     "k1_y", "k1_z"};
-    for (size_t k = 0; k < sizeof needed / sizeof *needed; k++)
-        if (!mesh_column(fields, needed[k])) {
-            api_problem_set(problem, API_INVALID_REQUEST,
-                            "lcmsim needs a thickness, a fiber_volume_fraction and a permeability "
-                            "in the drape request; there is no %s",
-                            needed[k]);
-            return false;
-        }
-    if (fields->element_count == 0) {
-        api_problem_set(problem, API_INVALID_REQUEST, "lcmsim needs a mesh with elements");
-        return false;
-    }
-    if (fields->vertex_count > NUMBER_MAX || fields->element_count > NUMBER_MAX / 2) {
-        api_problem_set(problem, API_TOO_LARGE, "the mesh has more elements than mesh.bdf can");
-        return false;
-    }
-    return true;
-}
-
 static bool begin(struct api_mesh_encoder *encoder, struct api_problem *problem) {
     struct state *state = encoder->state;
     struct lcmsim_bins *bins = &state->bins;
     enum { RAW = -15 }; /* zlib's way to say: without a header of its own */
-    if (!check(&encoder->fields, problem))
+    if (!lcmsim_check(&encoder->fields, problem))
         return false;
     state->deflating =
         deflateInit2(&state->deflate, LEVEL, Z_DEFLATED, RAW, 8, Z_DEFAULT_STRATEGY) == Z_OK;

@@ -15,7 +15,8 @@
 enum {
     LCMSIM_BINS_MAX = 125,
     LCMSIM_FIRST_PART = 2, /* of the bins */
-    LCMSIM_INLET_PART = 1
+    LCMSIM_INLET_PART = 1,
+    LCMSIM_NUMBER_MAX = 99999999 /* what a field of 8 digits holds */
 };
 
 /* The local inputs of one element, or the area-weighted mean of a bin. */
@@ -38,6 +39,11 @@ struct lcmsim_bins {
 
 /* A permeability that differs less than this by direction has none that matters. */
 static const double LCMSIM_ISOTROPIC = 0.99;
+
+/* Whether a case can be made of the fields: all columns are there, and every element has a
+ * thickness, pores and a permeability that are positive, as LCMsim's equations need. False with the
+ * problem set: API_INVALID_REQUEST or API_TOO_LARGE. */
+bool lcmsim_check(const struct api_mesh_fields *fields, struct api_problem *problem);
 
 /* Puts the elements of the mesh into bins: the one with the largest area-weighted variance of
  * (k1 direction weighted by anisotropy, log k1, log thickness, k2/k1, porosity) is cut at its mean

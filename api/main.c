@@ -1,35 +1,40 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * drape: the same solver without the daemon. Reads a request document, writes the result document;
- * progress on stderr when that is a terminal. Exit status: 0, 1 when the drape could not be done
- * (why is on stderr), 2 when the command line is wrong.
+ * drape: the same solver without the daemon. Reads a request document, writes the result document,
+ * or the result's fields on a mesh; progress on stderr when that is a terminal. Exit status: 0, 1
+ * when the drape could not be done (why is on stderr), 2 when the command line is wrong.
  */
+#include "command/files.h"
 #include "decode.h"
 #include "digest.h"
 #include "encode.h"
+#include "map.h"
 #include "pattern.h"
 #include "run.h"
 #include <errno.h>
 #include <getopt.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
+#include <strings.h>
 #include <unistd.h>
 
-enum { EXIT_USAGE = 2, COPY_SIZE = 1 << 16 };
+enum { EXIT_USAGE = 2 };
 
 static const char help[] =
     "Usage: drape [OPTION]... [REQUEST.json|-]\n"
     "Drapes a fabric over a surface: reads a drape request (by default from standard\n"
-    "input) and writes the result.\n"
+    "input) and writes the result, or the result's fields on a mesh.\n"
     "\n"
     "  --format FORMAT    json (default), csv, vtp, glb or npz; or the flat cut pattern\n"
-    "                     as svg or dxf\n"
+    "                     as svg or dxf; with --map: json (default), csv, vtu, or\n"
+    "                     lcmsim, a zip with a case for LCMsim\n"
+    "  --map MESH         write the fields on this mesh: Nastran bulk data, or points or\n"
+    "                     triangles as JSON when the name ends in .json\n"
+    "  --inlet LIST       elements of the inlet, for lcmsim: 17,18, by the file's ids\n"
     "  -o, --output FILE  where to write; default: standard output. The file appears\n"
     "                     when it is complete, or not at all\n"
-    "  --fields LIST      only these columns: nodes.x,cells.shear_deg\n"
+    "  --fields LIST      only these columns: nodes.x,cells.shear_deg; of a map: k1,k2\n"
     "  --precision P      round numbers to P significant digits, 1..17\n"
     "  --table TABLE      for csv: nodes (default) or cells\n"
     "  --max-nodes N      refuse larger nets; default 4000000\n"
@@ -42,23 +47,17 @@ static const char help[] =
 
 struct arguments {
     const char *input, *output; /* NULL: standard input, standard output */
-    const struct api_format *format;
+    const char *map, *inlet;    /* NULL: no mesh, no inlet */
+    const char *format_name;
+    const struct api_format *format;           /* without a mesh */
+    const struct api_mesh_format *mesh_format; /* with one */
     struct api_encode_options options;
     struct api_limits limits;
+    char id[API_ID_SIZE]; /* that the service would know the result by */
 };
-
-/* A growing buffer of the heap. */
-struct bytes {
-    char *data;
-    size_t length, capacity;
-};
-
-static void complain(const char *what, const char *why) {
-    fprintf(stderr, "drape: %s: %s\n", what, why);
-}
 
 static void print_problem(const struct api_problem *problem) {
-    complain(api_problem_slug(problem->id), api_problem_title(problem->id));
+    files_complain(api_problem_slug(problem->id), api_problem_title(problem->id));
     for (size_t i = 0; i < problem->count; i++) {
         const struct api_problem_place *place = &problem->place[i];
         const char *pointer = place->pointer[0] ? place->pointer : "(the whole document)";
@@ -85,11 +84,12 @@ static bool take_option(struct arguments *arguments, const char *name, const cha
         arguments->output = strcmp(value, "-") == 0 ? NULL : value;
         return true;
     }
-    if (strcmp(name, "format") == 0) {
-        arguments->format = api_format_named(value);
-        if (!arguments->format)
-            arguments->format = api_pattern_named(value);
-        return arguments->format != NULL;
+    if (strcmp(name, "format") == 0 || strcmp(name, "map") == 0 || strcmp(name, "inlet") == 0) {
+        const char **known = *name == 'f'   ? &arguments->format_name
+                             : *name == 'm' ? &arguments->map
+                                            : &arguments->inlet;
+        *known = value;
+        return true;
     }
     if (strcmp(name, "threads") == 0) {
         bool ok = parse_count(value, 1024, &count);
@@ -106,11 +106,26 @@ static bool take_option(struct arguments *arguments, const char *name, const cha
 
 static const struct option option_table[] = {
     {"format", required_argument, NULL, 0},    {"output", required_argument, NULL, 'o'},
+    {"map", required_argument, NULL, 0},       {"inlet", required_argument, NULL, 0},
     {"fields", required_argument, NULL, 0},    {"precision", required_argument, NULL, 0},
     {"table", required_argument, NULL, 0},     {"threads", required_argument, NULL, 0},
     {"max-nodes", required_argument, NULL, 0}, {"help", no_argument, NULL, 'h'},
     {"version", no_argument, NULL, 'v'},       {0},
 };
+
+/* The format, once it is known whether there is a mesh. */
+static bool choose_format(struct arguments *arguments) {
+    const char *name = arguments->format_name ? arguments->format_name : "json";
+    arguments->mesh_format = arguments->map ? api_mesh_format_named(name) : NULL;
+    arguments->format = arguments->map ? NULL : api_format_named(name);
+    if (!arguments->map && !arguments->format)
+        arguments->format = api_pattern_named(name);
+    if (arguments->format || arguments->mesh_format)
+        return true;
+    fprintf(stderr, "drape: --format does not take \"%s\"%s\n", name,
+            arguments->map ? " with --map" : "");
+    return false;
+}
 
 /* Fills `arguments`; -1, or the exit status when there is nothing to run. */
 static int parse_arguments(int argc, char **argv, struct arguments *arguments) {
@@ -129,46 +144,16 @@ static int parse_arguments(int argc, char **argv, struct arguments *arguments) {
         }
     }
     if (argc - optind > 1) {
-        complain(argv[optind + 1], "one request at a time");
+        files_complain(argv[optind + 1], "one request at a time");
         return EXIT_USAGE;
     }
     if (optind < argc && strcmp(argv[optind], "-") != 0)
         arguments->input = argv[optind];
-    return -1;
-}
-
-/* ---- input ---- */
-
-static bool grow(struct bytes *bytes) {
-    size_t capacity = bytes->capacity ? 2 * bytes->capacity : COPY_SIZE;
-    char *data = realloc(bytes->data, capacity);
-    if (!data)
-        return false;
-    bytes->data = data;
-    bytes->capacity = capacity;
-    return true;
-}
-
-static bool read_stream(FILE *stream, struct bytes *bytes) {
-    while (!feof(stream)) {
-        if (bytes->length == bytes->capacity && !grow(bytes))
-            return false;
-        bytes->length +=
-            fread(bytes->data + bytes->length, 1, bytes->capacity - bytes->length, stream);
-        if (ferror(stream))
-            return false;
+    if (arguments->inlet && !arguments->map) {
+        files_complain("--inlet", "needs --map");
+        return EXIT_USAGE;
     }
-    return true;
-}
-
-static bool read_input(const char *path, struct bytes *bytes) {
-    FILE *stream = path ? fopen(path, "rb") : stdin;
-    bool ok = stream && read_stream(stream, bytes);
-    if (!ok)
-        complain(path ? path : "standard input", strerror(errno));
-    if (stream && path)
-        fclose(stream);
-    return ok;
+    return choose_format(arguments) ? -1 : EXIT_USAGE;
 }
 
 /* ---- solving into a temporary file ---- */
@@ -201,8 +186,8 @@ static bool identify(const struct api_input *input, const struct api_limits *lim
     return ok;
 }
 
-static bool solve(const struct bytes *request, const struct api_limits *limits, FILE *container,
-                  char id[API_ID_SIZE], struct api_problem *problem) {
+static bool solve(const struct files_bytes *request, const struct api_limits *limits,
+                  FILE *container, char id[API_ID_SIZE], struct api_problem *problem) {
     const struct api_input input = {.request = request->data, .request_length = request->length};
     const struct api_sink sink = {write_container, container};
     const struct drape_monitor monitor = {show_progress, NULL};
@@ -218,145 +203,130 @@ static bool solve(const struct bytes *request, const struct api_limits *limits, 
 
 /* ---- output ---- */
 
-/* Where the document goes: a stream, and for a regular file the temporary one beside it that takes
- * its place once it is complete. */
-struct output {
-    const char *name; /* for messages */
-    FILE *stream;
-    char *target, *temporary; /* NULL: the stream is the real one */
-};
+/* Bytes of either kind of encoder. */
+typedef ssize_t read_document(void *encoder, char *buffer, size_t size);
 
-/* The temporary file of this process, for a signal that ends it. */
-static char *volatile unfinished;
-
-static void end_by_signal(int number) {
-    if (unfinished)
-        unlink(unfinished);
-    raise(number); /* its default action is back */
+static ssize_t read_result(void *encoder, char *buffer, size_t size) {
+    return api_encoder_read(encoder, buffer, size);
 }
 
-static void watch_signals(void) {
-    const int numbers[] = {SIGINT, SIGTERM, SIGHUP, SIGPIPE};
-    struct sigaction action = {.sa_handler = end_by_signal, .sa_flags = (int)SA_RESETHAND};
-    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
-        sigaction(numbers[i], &action, NULL);
+static ssize_t read_map(void *encoder, char *buffer, size_t size) {
+    return api_mesh_encoder_read(encoder, buffer, size);
 }
 
-static mode_t mode_of_new_files(void) {
-    mode_t mask = umask(0);
-    umask(mask);
-    return 0666 & ~mask;
-}
-
-/* A temporary file beside `target`, with the mode that the target will have. */
-static bool open_temporary(struct output *output, mode_t mode) {
-    if (!output->target || asprintf(&output->temporary, "%s.XXXXXX", output->target) < 0) {
-        output->temporary = NULL;
-        return false;
-    }
-    int file = mkstemp(output->temporary);
-    if (file < 0) {
-        free(output->temporary);
-        output->temporary = NULL;
-        return false;
-    }
-    unfinished = output->temporary;
-    output->stream = fchmod(file, mode) == 0 ? fdopen(file, "wb") : NULL;
-    if (!output->stream)
-        close(file);
-    return output->stream != NULL;
-}
-
-static bool open_output(struct output *output, const char *path) {
-    struct stat old;
-    bool exists = path && stat(path, &old) == 0, ok;
-    *output = (struct output){.name = path ? path : "standard output"};
-    if (!path) {
-        output->stream = stdout;
-        ok = true;
-    } else if (exists && !S_ISREG(old.st_mode)) {
-        output->stream = fopen(path, "wb");
-        ok = output->stream != NULL;
-    } else {
-        output->target = exists ? realpath(path, NULL) : strdup(path);
-        ok = (!exists || access(path, W_OK) == 0) &&
-             open_temporary(output, exists ? old.st_mode & 0777 : mode_of_new_files());
-    }
-    if (!ok)
-        complain(output->name, strerror(errno));
-    return ok;
-}
-
-/* Closes it; with `ok` what was written takes its place, else nothing stays. */
-static bool close_output(struct output *output, bool ok) {
-    bool wanted = ok;
-    if (output->stream)
-        ok = (output->stream == stdout ? fflush(stdout) : fclose(output->stream)) == 0 && ok;
-    if (output->temporary)
-        ok = ok && rename(output->temporary, output->target) == 0;
-    if (wanted && !ok)
-        complain(output->name, strerror(errno));
-    if (output->temporary && !ok)
-        unlink(output->temporary);
-    unfinished = NULL;
-    free(output->temporary);
-    free(output->target);
-    return ok;
-}
-
-static bool write_document(struct api_encoder *encoder, const struct output *output) {
-    static char buffer[COPY_SIZE];
+static bool write_document(read_document *read, void *encoder, const struct files_output *output) {
+    static char buffer[1 << 16];
     ssize_t length;
-    while ((length = api_encoder_read(encoder, buffer, sizeof buffer)) > 0) {
+    while ((length = read(encoder, buffer, sizeof buffer)) > 0) {
         if (fwrite(buffer, 1, (size_t)length, output->stream) != (size_t)length) {
-            complain(output->name, strerror(errno));
+            files_complain(output->name, strerror(errno));
             return false;
         }
     }
     if (length < 0)
-        complain(output->name, "the solved net could not be read back");
+        files_complain(output->name, "the solved net could not be read back");
     return length == 0;
 }
 
-static bool drape(struct arguments *arguments, const struct bytes *request, FILE *container,
-                  const struct output *output) {
+static bool write_result(const struct arguments *arguments, const struct api_reader *reader,
+                         const struct files_output *output, struct api_problem *problem) {
+    struct api_encoder *encoder =
+        api_encoder_new(arguments->format, reader, &arguments->options, problem);
+    bool ok = encoder && write_document(read_result, encoder, output);
+    api_encoder_free(encoder);
+    return ok;
+}
+
+/* ---- on a mesh ---- */
+
+static bool read_mesh(const struct arguments *arguments, const struct files_bytes *text,
+                      struct arena *arena, struct api_map_mesh *mesh, struct api_problem *problem) {
+    size_t length = strlen(arguments->map);
+    bool json = length >= 5 && strcasecmp(arguments->map + length - 5, ".json") == 0;
+    enum api_problem_id result = (json ? api_map_mesh_json : api_map_mesh_nastran)(
+        text->data, text->length, arena, mesh, problem);
+    if (result == API_OK && arguments->inlet)
+        result = api_map_mesh_inlet(mesh, arguments->inlet, arena, problem);
+    if (result == API_OK && !mesh->elements &&
+        api_mesh_format_needs_elements(arguments->mesh_format))
+        api_problem_set(problem, API_NOT_ACCEPTABLE, "%s is of elements, but these are points",
+                        api_mesh_format_name(arguments->mesh_format));
+    return problem->id == API_OK;
+}
+
+static bool write_fields(const struct arguments *arguments, struct api_map *map,
+                         const struct files_output *output, struct api_problem *problem) {
+    if (!api_map_select(map, arguments->options.fields, problem))
+        return false;
+    map->fields.precision = arguments->options.precision;
+    struct api_mesh_encoder *encoder =
+        api_mesh_encoder_new(arguments->mesh_format, &map->fields, problem);
+    bool ok = encoder && write_document(read_map, encoder, output);
+    if (ok && map->fields.warning)
+        files_complain("warning", map->fields.warning);
+    api_mesh_encoder_free(encoder);
+    return ok;
+}
+
+static bool write_map(const struct arguments *arguments, const struct api_reader *reader,
+                      const struct files_output *output, struct api_problem *problem) {
+    static struct api_map map;
+    struct files_bytes text = {0};
+    struct api_map_mesh mesh;
+    struct arena *arena = arena_new(arguments->limits.max_memory);
+    bool ok = false;
+    if (!arena)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the map");
+    else
+        ok = files_read(arguments->map, &text) &&
+             read_mesh(arguments, &text, arena, &mesh, problem) &&
+             api_map_make(reader, arguments->options.id, &mesh, NULL, arena, &map, problem) ==
+                 API_OK &&
+             write_fields(arguments, &map, output, problem);
+    arena_free(arena);
+    free(text.data);
+    return ok;
+}
+
+/* ---- all of it ---- */
+
+static bool drape(struct arguments *arguments, const struct files_bytes *request, FILE *container,
+                  const struct files_output *output) {
     const struct api_reader reader = {read_container, container};
     struct api_problem problem = {0};
-    struct api_encoder *encoder = NULL;
-    char id[API_ID_SIZE];
-    if (solve(request, &arguments->limits, container, id, &problem)) {
-        arguments->options.id = id;
-        encoder = api_encoder_new(arguments->format, &reader, &arguments->options, &problem);
-    }
-    bool ok = encoder && write_document(encoder, output);
+    bool ok = solve(request, &arguments->limits, container, arguments->id, &problem);
+    arguments->options.id = arguments->id;
+    if (ok && arguments->map)
+        ok = write_map(arguments, &reader, output, &problem);
+    else if (ok)
+        ok = write_result(arguments, &reader, output, &problem);
     if (problem.id != API_OK)
         print_problem(&problem);
-    api_encoder_free(encoder);
     return ok;
 }
 
 /* From the request to the document, once the command line is understood. */
 static bool work(struct arguments *arguments) {
-    struct bytes request = {0};
-    struct output output = {0};
+    struct files_bytes request = {0};
+    struct files_output output = {0};
     FILE *container = tmpfile();
     if (!container || !api_prepare()) {
-        complain("cannot start", container ? "no randomness" : strerror(errno));
+        files_complain("cannot start", container ? "no randomness" : strerror(errno));
         return false;
     }
-    bool ok = read_input(arguments->input, &request) && open_output(&output, arguments->output) &&
+    bool ok = files_read(arguments->input, &request) && files_open(&output, arguments->output) &&
               drape(arguments, &request, container, &output);
-    ok = close_output(&output, ok);
+    ok = files_close(&output, ok);
     fclose(container);
     free(request.data);
     return ok;
 }
 
 int main(int argc, char **argv) {
-    struct arguments arguments = {.format = api_format_at(0), .limits = api_limits_default};
+    struct arguments arguments = {.limits = api_limits_default};
     int status = parse_arguments(argc, argv, &arguments);
     if (status >= 0)
         return status;
-    watch_signals();
+    files_watch_signals();
     return work(&arguments) ? EXIT_SUCCESS : EXIT_FAILURE;
 }

@@ -6,14 +6,13 @@
  *
  * - Plain fields (shear, thickness, ...) are interpolated as they are, directions as vectors that
  *   are made unit again.
- * - The permeability is interpolated by its components in the frame of the warp (k_ww, k_wa, k_aa of
- *   the tangent plane and k3), which turns with the cloth: so a curved cloth loses nothing, and
- *   what is positive stays so. k1, k2 and their direction follow from the interpolated tensor.
+ * - The permeability is interpolated by its components in the frame of the warp (`map_net.h`),
+ * which turns with the cloth: so a curved cloth loses nothing, and what is positive stays so. k1,
+ * k2 and their direction follow from the interpolated tensor.
  * - What is counted or flagged (i, j, locked, ...) is that of the cell in which the place lies.
  *
- * A place needs the values of up to nine cells. They are kept row by row, so that the time goes into
- * the search and not into memory: a million elements on a million cells take about three seconds
- * and 0.8 GB of the arena.
+ * Between the middle of a cell at the rim and the rim itself there are fewer neighbours, and the
+ * fields level off. Beyond the rim they are those of the rim.
  */
 #ifndef API_MAP_H
 #define API_MAP_H
@@ -26,21 +25,23 @@
 
 enum { API_MAP_WARNING_SIZE = 256 };
 
-/* What lies in the arena of the call: not to be moved. */
+/* Its columns lie in the arena of the call. Not to be moved. */
 struct api_map {
     struct api_mesh_fields fields; /* its columns: id, those of the cells, kxx kyy kzz kxy kyz kxz
                                       where there is a permeability, distance, extrapolated */
     struct api_column_source columns[API_COLUMNS_MAX];
+    char names[API_COLUMNS_MAX][API_COLUMN_NAME_SIZE];
     char id[API_ID_SIZE];
     char warning[API_MAP_WARNING_SIZE];
 };
 
 /*
- * Maps the result that `reader` holds, of the drape `id`, onto `mesh`, which must outlive `map`. A
- * warning is given when more than half of the places lie further from the cloth than its thickness
- * and its spacing. `monitor` (may be NULL) is asked now and then whether to go on. Returns API_OK,
- * API_INVALID_REQUEST when the net has no cells, API_INTERNAL for a damaged container,
- * API_CANCELLED or API_OUT_OF_MEMORY.
+ * Maps the result that `reader` holds, of the drape `id`, onto `mesh`, which must outlive `map`.
+ * More than the columns (8 bytes a place and column) is taken from the arena only for the time of
+ * the call. There is a warning when more than half of the places lie further from the cloth than
+ * both its larger spacing and its thickness there. `monitor` (may be NULL) is asked now and then
+ * whether to go on. Returns API_OK, API_INVALID_REQUEST when the net has no cells, API_INTERNAL for
+ * a damaged container, API_CANCELLED or API_OUT_OF_MEMORY.
  */
 enum api_problem_id api_map_make(const struct api_reader *reader, const char *id,
                                  const struct api_map_mesh *mesh,
@@ -49,6 +50,7 @@ enum api_problem_id api_map_make(const struct api_reader *reader, const char *id
 
 /* Keeps only the columns of the list "k1,cells.k2,..." (NULL or "": all), in their own order. False
  * with the problem set for a name that is not there. */
-bool api_map_select(struct api_map *map, const char *list, struct api_problem *problem);
+bool api_map_select(struct api_map *map, const char *list,
+                    struct api_problem *problem) STATUS_MUST_USE;
 
 #endif

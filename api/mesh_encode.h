@@ -27,7 +27,7 @@ struct api_mesh_fields {
     size_t column_count;
     const uint8_t *inlet; /* for each element whether it belongs to the inlet; NULL: none does */
     const char *warning;  /* what the caller should know about the fields; NULL: nothing */
-    int precision;        /* of text: significant digits; 0: the shortest that reads back the same */
+    int precision; /* of text: significant digits; 0: the shortest that reads back the same */
 };
 
 struct api_mesh_format;
@@ -37,9 +37,8 @@ struct api_mesh_format;
  *   the directions as vectors, the permeability as a tensor.
  * - "lcmsim" (application/zip): a case for LCMsim, see `lcmsim.h`; takes the columns thickness,
  *   porosity, k1, k2, k3, k1_x, k1_y and k1_z.
- * - "json" (application/json) and "csv" (text/csv): the columns alone, also of points, which have no
- *   elements.
- * NULL when there is no such format.
+ * - "json" (application/json) and "csv" (text/csv): the columns alone, also of points, which have
+ * no elements. NULL when there is no such format.
  */
 const struct api_mesh_format *api_mesh_format_named(const char *name);
 const char *api_mesh_format_media_type(const struct api_mesh_format *format);

@@ -18,8 +18,8 @@ struct state {
     double rows[API_COLUMNS_MAX][ROWS]; /* CSV: a block of every column */
 };
 
-static void write_value(struct api_mesh_encoder *encoder,
-                        const struct api_column_source *column, double value) {
+static void write_value(struct api_mesh_encoder *encoder, const struct api_column_source *column,
+                        double value) {
     char text[API_NUMBER_SIZE];
     size_t length;
     if (column->integer)

@@ -21,8 +21,8 @@ double api_packing_limit(const struct api_permeability *permeability) {
 static struct permeability evaluate(const struct api_permeability *model, double vf,
                                     double shear_deg, bool *outside) {
     const double k[3] = {model->k1, model->k2, model->k3};
-    const struct permeability_table table = {model->rows, model->shear_deg, model->table_k1,
-                                             model->table_k2, model->table_k3, model->angle_deg};
+    const struct permeability_table table = {model->rows,     model->shear_deg, model->table_k1,
+                                             model->table_k2, model->table_k3,  model->angle_deg};
     switch (model->model) {
     case API_PERMEABILITY_KOZENY_CARMAN:
         return permeability_kozeny_carman(k, model->at_fiber_volume_fraction, vf, shear_deg);
@@ -35,8 +35,9 @@ static struct permeability evaluate(const struct api_permeability *model, double
 
 static bool allocate(struct api_permeability_columns *columns, bool table, size_t count,
                      struct arena *arena) {
-    double **const column[] = {&columns->k1,   &columns->k2,   &columns->k3,          &columns->k1_x,
-                               &columns->k1_y, &columns->k1_z, &columns->out_of_table};
+    double **const column[] = {&columns->k1,          &columns->k2,   &columns->k3,
+                               &columns->k1_x,        &columns->k1_y, &columns->k1_z,
+                               &columns->out_of_table};
     const size_t wanted = sizeof column / sizeof *column - !table;
     for (size_t k = 0; k < wanted; k++) {
         *column[k] = arena_take(arena, count, sizeof **column[k]);
@@ -46,12 +47,10 @@ static bool allocate(struct api_permeability_columns *columns, bool table, size_
     return true;
 }
 
-enum status api_permeability_columns(const struct api_request *request,
-                                     const struct drape_cells *cells,
-                                     double (*vf)(const struct api_request *request,
-                                                  double shear_deg),
-                                     struct arena *arena,
-                                     struct api_permeability_columns *columns) {
+enum status
+api_permeability_columns(const struct api_request *request, const struct drape_cells *cells,
+                         double (*vf)(const struct api_request *request, double shear_deg),
+                         struct arena *arena, struct api_permeability_columns *columns) {
     const struct api_permeability *model = &request->permeability;
     *columns = (struct api_permeability_columns){0};
     if (model->model == API_PERMEABILITY_NONE)

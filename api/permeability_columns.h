@@ -19,11 +19,10 @@ double api_packing_limit(const struct api_permeability *permeability);
 
 /* Computes the columns in `arena`; `vf` is the fibre volume fraction of a cell by its shear in
  * degrees. STATUS_OUT_OF_MEMORY. */
-enum status api_permeability_columns(const struct api_request *request,
-                                     const struct drape_cells *cells,
-                                     double (*vf)(const struct api_request *request,
-                                                  double shear_deg),
-                                     struct arena *arena,
-                                     struct api_permeability_columns *columns) STATUS_MUST_USE;
+enum status
+api_permeability_columns(const struct api_request *request, const struct drape_cells *cells,
+                         double (*vf)(const struct api_request *request, double shear_deg),
+                         struct arena *arena,
+                         struct api_permeability_columns *columns) STATUS_MUST_USE;
 
 #endif

@@ -25,7 +25,7 @@
     X(GONE, "gone", 410, "The result has expired")                                                 \
     X(TOO_LARGE, "too-large", 413, "The request is over a limit")                                  \
     X(TARGET_TOO_LONG, "target-too-long", 414, "The path and query are too long")                  \
-    X(UNSUPPORTED_MEDIA_TYPE, "unsupported-media-type", 415, "The body must be JSON")              \
+    X(UNSUPPORTED_MEDIA_TYPE, "unsupported-media-type", 415, "The body is of another kind")        \
     X(INVALID_REQUEST, "invalid-request", 422, "The request cannot be understood")                 \
     X(IDEMPOTENCY_MISMATCH, "idempotency-mismatch", 422, "The key was used with another body")     \
     X(START_OFF_SURFACE, "start-off-surface", 422, "The start is not on the surface")              \

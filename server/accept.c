@@ -104,6 +104,11 @@ bool accept_etag_known(const char *if_none_match, const char *etag) {
     return false;
 }
 
+bool accept_is_type(const char *content_type, const char *type) {
+    char own[ITEM_SIZE];
+    return next_piece(&content_type, ";", own) && strcasecmp(own, type) == 0;
+}
+
 bool accept_is_json(const char *content_type) {
     char type[ITEM_SIZE], parameter[ITEM_SIZE];
     if (!next_piece(&content_type, ";", type))

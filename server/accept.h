@@ -22,6 +22,9 @@ int64_t accept_wait(const char *prefer, int64_t high);
 /* Whether an If-None-Match header names the entity tag (with its quotes), or is "*". */
 bool accept_etag_known(const char *if_none_match, const char *etag);
 
+/* Whether a Content-Type is this one, with any parameters. */
+bool accept_is_type(const char *content_type, const char *type);
+
 /* Whether a Content-Type is JSON: application/json or anything +json, in UTF-8. */
 bool accept_is_json(const char *content_type);
 

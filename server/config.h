@@ -31,6 +31,7 @@ struct config {
     bool allow_anonymous;    /* may listen beyond loopback without tokens */
     int64_t queue_limit;     /* queued jobs */
     int64_t max_body;        /* bytes of a request's body */
+    int64_t max_mesh;        /* bytes of the body of a map */
     int64_t max_nodes;       /* nodes of one drape */
     int64_t max_elements;    /* JSON values of one body */
     int64_t threads_per_job; /* threads of one drape */

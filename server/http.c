@@ -9,6 +9,7 @@
 #include "pace.h"
 #include "routes.h"
 #include <dlfcn.h>
+#include <errno.h>
 #include <microhttpd.h>
 #include <pthread.h>
 #include <stdatomic.h>
@@ -35,7 +36,6 @@ struct http {
     struct http_services services;
     struct MHD_Daemon *daemon;
     int socket;
-    int64_t max_body;
     struct farewell *farewell;
     struct pace *pace;
     atomic_bool draining;
@@ -65,10 +65,11 @@ struct exchange {
     struct MHD_Connection *connection;
     const char *target; /* in the library's memory */
     int64_t begun_us;
-    int64_t received; /* bytes of body, kept or not */
-    int64_t sent;     /* bytes of a stream */
-    bool known;       /* the headers were looked at */
-    bool unread;      /* answered before the body was here */
+    int64_t received;          /* bytes of body, kept or not */
+    struct routes_limit limit; /* of them */
+    int64_t sent;              /* bytes of a stream */
+    bool known;                /* the headers were looked at */
+    bool unread;               /* answered before the body was here */
     bool watching;
     struct hub_watch watch;
 
@@ -169,6 +170,13 @@ void http_watch(struct request *request, const char *subject) {
         return;
     exchange->watching = true;
     hub_subscribe(exchange->http->services.hub, &exchange->watch, subject, wake, exchange);
+}
+
+bool http_abandoned(const struct request *request) {
+    const struct exchange *exchange = request->transport;
+    char byte;
+    ssize_t got = recv(exchange->client->pace.socket, &byte, 1, MSG_PEEK | MSG_DONTWAIT);
+    return got == 0 || (got < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR);
 }
 
 /* Before every call of the routes: what they may want to know, and a fresh start for `notified`. */
@@ -333,8 +341,8 @@ static enum MHD_Result take_header(void *context, enum MHD_ValueKind kind, const
 
 static void refuse_size(struct exchange *exchange) {
     reply_refuse(&exchange->reply, exchange->request->id, API_TOO_LARGE,
-                 "the body is over the limit of %lld bytes (--max-body)",
-                 (long long)exchange->http->max_body);
+                 "the body is over the limit of %lld bytes (--%s)",
+                 (long long)exchange->limit.bytes, exchange->limit.flag);
 }
 
 /* With all headers: sets the reply if it is clear already. True when it cannot wait for the rest of
@@ -345,11 +353,14 @@ static bool screen(struct exchange *exchange) {
     request_check_framing(request);
     request_choose_id(request);
     bool has_body = request_has_body(request, &length);
-    bool large = length > exchange->http->max_body;
     refresh(exchange);
+    bool passed =
+        !request->fault[0] && !routes_screen(&exchange->http->services, request, &exchange->reply);
+    exchange->limit = routes_limit(&exchange->http->services, request);
+    bool large = length > exchange->limit.bytes;
     if (request->fault[0])
         reply_refuse(&exchange->reply, request->id, API_BAD_REQUEST, "%s", request->fault);
-    else if (!routes_screen(&exchange->http->services, request, &exchange->reply) && large)
+    else if (passed && large)
         refuse_size(exchange);
     bool refused = exchange->reply.status != 0;
     return refused &&
@@ -385,9 +396,10 @@ static enum MHD_Result receive(struct exchange *exchange, const char *bytes, siz
     exchange->received += (int64_t)length;
     if (!pace_received(exchange->http->pace, &exchange->client->pace, length))
         return MHD_NO;
-    if (exchange->received > exchange->http->max_body) {
-        refuse_on_socket(exchange->client, API_TOO_LARGE,
-                         "the body is over the limit (--max-body)");
+    if (exchange->received > exchange->limit.bytes) {
+        char detail[64];
+        snprintf(detail, sizeof detail, "the body is over the limit (--%s)", exchange->limit.flag);
+        refuse_on_socket(exchange->client, API_TOO_LARGE, detail);
         return MHD_NO;
     }
     if (!reply->status && !request_append_body(exchange->request, bytes, length))
@@ -550,7 +562,6 @@ bool http_start(const struct http_services *services, struct http **out) {
     if (!http)
         return false;
     http->services = *services;
-    http->max_body = services->config->max_body;
     http->socket = listener_open(services->config);
     http->farewell = farewell_start();
     http->pace = pace_new();

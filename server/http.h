@@ -21,6 +21,7 @@ struct config;
 struct store;
 struct hub;
 struct dispatcher;
+struct mapper;
 struct http;
 
 /* What the routes work with. All of it is borrowed and must outlive the front. */
@@ -28,6 +29,7 @@ struct http_services {
     const struct config *config;
     struct store *store;
     struct hub *hub;
+    struct mapper *mapper;
     struct dispatcher *dispatcher; /* NULL in the role `api`: other machines do the work */
 };
 
@@ -52,5 +54,9 @@ struct request;
  * handler or stream that waits be called again. Call it before the look at the store that decides
  * whether to wait. One subject a request; later calls change nothing. */
 void http_watch(struct request *request, const char *subject);
+
+/* For handlers that wait: whether the client has closed its side of the connection. Nobody who
+ * wants the answer does that. */
+bool http_abandoned(const struct request *request);
 
 #endif

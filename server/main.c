@@ -10,10 +10,12 @@
 #include "hub.h"
 #include "id.h"
 #include "log.h"
+#include "mapper.h"
 #include "store.h"
 #include "worker.h"
 #include <errno.h>
 #include <limits.h>
+#include <malloc.h>
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
@@ -23,7 +25,8 @@
 enum {
     EXIT_FAILED = 1,
     EXIT_USAGE = 2,
-    STOP_SECONDS = 28 /* whatever hangs at the end, the process does not outlive this */
+    STOP_SECONDS = 28,        /* whatever hangs at the end, the process does not outlive this */
+    LARGE_BLOCK = 1024 * 1024 /* bytes; such memory goes back to the system when it is freed */
 };
 
 /* What runs; NULL: not (yet), or not in this role. */
@@ -32,6 +35,7 @@ struct service {
     struct hub *hub;
     struct store *store;
     struct dispatcher *dispatcher;
+    struct mapper *mapper;
     struct http *http;
 };
 
@@ -146,13 +150,22 @@ static bool start_dispatcher(struct service *service) {
 }
 
 static bool start_front(struct service *service) {
+    const struct config *config = service->config;
+    const struct mapper_settings maps = {.memory = (size_t)config->job_memory,
+                                         .timeout_ms = config->job_timeout * 1000};
+    if (config->role == CONFIG_ROLE_WORKER)
+        return true;
+    service->mapper = mapper_start(service->store, service->hub, &maps);
+    if (!service->mapper)
+        return refuse("maps", "their threads cannot be started");
     const struct http_services services = {
-        .config = service->config,
+        .config = config,
         .store = service->store,
         .hub = service->hub,
+        .mapper = service->mapper,
         .dispatcher = service->dispatcher,
     };
-    return service->config->role == CONFIG_ROLE_WORKER || http_start(&services, &service->http);
+    return http_start(&services, &service->http);
 }
 
 static bool start(struct service *service) {
@@ -185,6 +198,7 @@ static void stop(struct service *service) {
         http_drain(service->http);
     dispatcher_stop(service->dispatcher, service->config->drain_timeout * 1000);
     http_stop(service->http);
+    mapper_stop(service->mapper);
     dispatcher_free(service->dispatcher);
     store_close(service->store);
     hub_free(service->hub);
@@ -193,6 +207,8 @@ static void stop(struct service *service) {
 static int serve(const struct config *config) {
     struct service service = {.config = config};
     log_init((enum log_level)config->log_level);
+    /* By itself the C library raises this as it goes, and then keeps what a large map had. */
+    mallopt(M_MMAP_THRESHOLD, LARGE_BLOCK);
     umask(077); /* what customers sent is for this user alone */
     set_up_signals();
     bool good = start(&service);

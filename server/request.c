@@ -128,7 +128,10 @@ void request_free(struct request *request) {
     free(request->target);
     free(request->decoded);
     free(request->body);
-    free(request->state);
+    if (request->state_free && request->state)
+        request->state_free(request->state);
+    else
+        free(request->state);
     free(request);
 }
 

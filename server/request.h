@@ -46,10 +46,11 @@ struct request {
 
     /* The routes' own. */
     const struct route *route;
-    const char *parameter; /* the path's {id} */
-    void *state;           /* between two calls of a handler that waits; freed with `free` */
-    int64_t wake_at;       /* `request_clock_ms` at which to call again a handler that waits */
-    char *decoded;         /* memory of segments and query */
+    const char *parameter;           /* the path's {id} */
+    void *state;                     /* between two calls of a handler that waits */
+    void (*state_free)(void *state); /* how it is freed; NULL: `free` */
+    int64_t wake_at; /* `request_clock_ms` at which to call again a handler that waits */
+    char *decoded;   /* memory of segments and query */
 };
 
 /* Milliseconds of a clock that never goes back. */

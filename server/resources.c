@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "resources.h"
+#include "accept.h"
 #include "config.h"
 #include "hub.h"
+#include <stdio.h>
+#include <string.h>
 
 enum { POLL_MAX_MS = 2000 };
 
@@ -70,6 +73,35 @@ bool resources_page(const struct request *request, struct reply *reply, int *lim
     }
     *limit = (int)number;
     return true;
+}
+
+/* The format of that name; else of those that `accept` wants the most the first. */
+static bool find_format(resources_offers *offers, const char *name, const char *accept,
+                        size_t *index) {
+    struct resources_offer offer;
+    int highest = 0;
+    for (size_t k = 0; offers(k, &offer); k++) {
+        int quality = name ? !strcmp(name, offer.name) : accept_quality(accept, offer.media_type);
+        if (quality <= highest)
+            continue;
+        highest = quality;
+        *index = k;
+    }
+    return highest > 0;
+}
+
+bool resources_format(const struct request *request, struct reply *reply, resources_offers *offers,
+                      size_t *index) {
+    struct resources_offer offer;
+    char names[128] = "";
+    if (find_format(offers, request_query(request, "format"), request_header(request, "Accept"),
+                    index))
+        return true;
+    for (size_t k = 0, used = 0; offers(k, &offer) && used < sizeof names; k++)
+        used +=
+            (size_t)snprintf(names + used, sizeof names - used, "%s%s", k ? ", " : "", offer.name);
+    reply_refuse(reply, request->id, API_NOT_ACCEPTABLE, "this is available as %s", names);
+    return false;
 }
 
 int64_t resources_poll_at(int64_t begun, int64_t now) {

@@ -27,6 +27,8 @@ routes_handler drapes_create, drapes_list, drapes_status, drapes_request, drapes
 routes_handler events_stream;
 /* results.c */
 routes_handler results_get, results_pattern;
+/* maps.c */
+routes_handler maps_create;
 /* surfaces.c */
 routes_handler surfaces_create, surfaces_list, surfaces_get, surfaces_delete;
 /* meta.c */
@@ -63,7 +65,19 @@ bool resources_page(const struct request *request, struct reply *reply, int *lim
  * often at first, more seldom later, because the hub tells of nearly everything. */
 int64_t resources_poll_at(int64_t begun, int64_t now);
 
-/* How a caller wants a result: by the query, else by Accept. */
+/* A format that a resource comes in. */
+struct resources_offer {
+    const char *name, *media_type;
+};
+
+/* The formats of a resource, the default first; false after the last. */
+typedef bool resources_offers(size_t index, struct resources_offer *offer);
+
+/* The format that a caller wants: by `?format=`, else by Accept. False: the reply says 406. */
+bool resources_format(const struct request *request, struct reply *reply, resources_offers *offers,
+                      size_t *index);
+
+/* How a caller wants a result. */
 struct results_choice {
     const struct api_format *format;
     struct api_encode_options options; /* points into the request */
@@ -72,6 +86,10 @@ struct results_choice {
 /* False: the reply says what is wrong (406, 422). */
 bool results_choose(const struct request *request, struct reply *reply,
                     struct results_choice *choice);
+
+/* Whether there is a result. False: the reply says why not, with the drape's own problem if it
+ * failed. */
+bool results_ready(const struct request *request, const struct store_job *job, struct reply *reply);
 
 /* Answers with the result of a job that has ended, or with the problem it ended with. */
 void results_reply(const struct http_services *services, const struct request *request,

@@ -3,59 +3,39 @@
 #include "../api/pattern.h"
 #include "accept.h"
 #include "documents.h"
-#include "pack.h"
 #include "resources.h"
+#include "stream.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-enum { RESULT_HEAD_BYTES = 64 * 1024 }; /* results up to this size are sent with their length */
 
 /* ------------------------------------------------------------------ choosing the format */
 
 /* The formats of a resource, the default first. */
 typedef const struct api_format *formats_at(size_t index);
 
-static const struct api_format *find_format(formats_at *formats, const char *name) {
-    size_t k = 0;
-    while (formats(k) && strcmp(api_format_name(formats(k)), name) != 0)
-        k++;
-    return formats(k);
+static bool offer(formats_at *formats, size_t index, struct resources_offer *offer) {
+    const struct api_format *format = formats(index);
+    if (format)
+        *offer = (struct resources_offer){api_format_name(format), api_format_media_type(format)};
+    return format != NULL;
 }
 
-static const struct api_format *accepted_format(formats_at *formats, const char *accept) {
-    const struct api_format *best = NULL;
-    int highest = 0;
-    for (size_t k = 0; formats(k); k++) {
-        int quality = accept_quality(accept, api_format_media_type(formats(k)));
-        if (quality <= highest)
-            continue;
-        highest = quality;
-        best = formats(k);
-    }
-    return best;
+static bool offer_result(size_t index, struct resources_offer *out) {
+    return offer(api_format_at, index, out);
 }
 
-static bool choose_format(const struct request *request, struct reply *reply, formats_at *formats,
-                          struct results_choice *choice) {
-    const char *name = request_query(request, "format");
-    choice->format = name ? find_format(formats, name)
-                          : accepted_format(formats, request_header(request, "Accept"));
-    if (choice->format)
-        return true;
-    char names[128] = "";
-    for (size_t k = 0, used = 0; formats(k) && used < sizeof names; k++)
-        used += (size_t)snprintf(names + used, sizeof names - used, "%s%s", k ? ", " : "",
-                                 api_format_name(formats(k)));
-    reply_refuse(reply, request->id, API_NOT_ACCEPTABLE, "this is available as %s", names);
-    return false;
+static bool offer_pattern(size_t index, struct resources_offer *out) {
+    return offer(api_pattern_at, index, out);
 }
 
 static bool choose(const struct request *request, struct reply *reply, formats_at *formats,
-                   struct results_choice *choice) {
+                   resources_offers *offers, struct results_choice *choice) {
+    size_t index;
     memset(choice, 0, sizeof *choice);
-    if (!choose_format(request, reply, formats, choice))
+    if (!resources_format(request, reply, offers, &index))
         return false;
+    choice->format = formats(index);
     struct api_problem problem = {0};
     for (size_t k = 0; k < request->query_count; k++)
         api_encode_option(&choice->options, request->query[k].name, request->query[k].value,
@@ -68,7 +48,7 @@ static bool choose(const struct request *request, struct reply *reply, formats_a
 
 bool results_choose(const struct request *request, struct reply *reply,
                     struct results_choice *choice) {
-    return choose(request, reply, api_format_at, choice);
+    return choose(request, reply, api_format_at, offer_result, choice);
 }
 
 /* The entity tag: the bytes of a drape's result depend on nothing but its id, the choice and the
@@ -88,15 +68,13 @@ static void make_etag(const struct store_job *job, const struct results_choice *
 
 /* ------------------------------------------------------------------ the stream */
 
-/* An encoder over a stored result, with the document's first bytes. */
+/* An encoder over a stored result. */
 struct source {
     struct store *store;
     struct store_result result;
     struct api_reader reader;
     struct api_encoder *encoder;
     char id[ID_SIZE];
-    char *head;
-    size_t head_length, head_sent;
 };
 
 static bool source_read_at(void *context, uint64_t offset, void *buffer, size_t length) {
@@ -110,37 +88,12 @@ static bool source_read_at(void *context, uint64_t offset, void *buffer, size_t 
 static void source_free(void *context) {
     struct source *source = context;
     api_encoder_free(source->encoder);
-    free(source->head);
     free(source);
 }
 
-static ssize_t source_next(void *context, char *buffer, size_t size) {
+static ssize_t source_read(void *context, char *buffer, size_t size) {
     struct source *source = context;
-    size_t left = source->head_length - source->head_sent;
-    if (left) {
-        size_t length = left < size ? left : size;
-        memcpy(buffer, source->head + source->head_sent, length);
-        source->head_sent += length;
-        return (ssize_t)length;
-    }
-    ssize_t got = api_encoder_read(source->encoder, buffer, size);
-    return got > 0 ? got : got == 0 ? REPLY_END : REPLY_BROKEN;
-}
-
-/* Reads the beginning of the document. `*whole` tells that there is no more. False when the stored
- * result cannot be read. */
-static bool source_begin(struct source *source, bool *whole) {
-    source->head = malloc(RESULT_HEAD_BYTES);
-    *whole = false;
-    while (source->head && !*whole && source->head_length < RESULT_HEAD_BYTES) {
-        ssize_t got = api_encoder_read(source->encoder, source->head + source->head_length,
-                                       RESULT_HEAD_BYTES - source->head_length);
-        if (got < 0)
-            return false;
-        source->head_length += (size_t)got;
-        *whole = got == 0;
-    }
-    return source->head != NULL;
+    return api_encoder_read(source->encoder, buffer, size);
 }
 
 static struct source *source_new(struct store *store, const struct store_result *result,
@@ -167,36 +120,6 @@ static struct source *source_new(struct store *store, const struct store_result 
 
 /* ------------------------------------------------------------------ the answer */
 
-static void reply_packed(const struct request *request, enum pack_coding coding, const char *type,
-                         struct reply_stream stream, struct reply *reply) {
-    if (!pack_stream(coding, &stream)) {
-        stream.free(stream.context);
-        reply_refuse(reply, request->id, API_UNAVAILABLE, "there is no memory for this now");
-        return;
-    }
-    reply_header(reply, "Content-Encoding", "%s", pack_name(coding));
-    reply_stream(reply, 200, type, stream, 0);
-}
-
-static void reply_source(const struct request *request, const struct results_choice *choice,
-                         enum pack_coding coding, struct source *source, struct reply *reply) {
-    const char *type = api_format_media_type(choice->format);
-    struct reply_stream stream = {source_next, source_free, source};
-    bool whole;
-    if (!source_begin(source, &whole)) {
-        source_free(source);
-        reply_refuse(reply, request->id, API_INTERNAL, "the stored result cannot be read");
-    } else if (coding != PACK_IDENTITY) {
-        reply_packed(request, coding, type, stream, reply);
-    } else if (whole) {
-        reply_bytes(reply, 200, type, source->head, source->head_length);
-        source->head = NULL;
-        source_free(source);
-    } else {
-        reply_stream(reply, 200, type, stream, api_encoder_length(source->encoder));
-    }
-}
-
 static void reply_result(const struct http_services *services, const struct request *request,
                          const struct store_job *job, const struct results_choice *choice,
                          enum pack_coding coding, struct reply *reply) {
@@ -212,10 +135,13 @@ static void reply_result(const struct http_services *services, const struct requ
     }
     struct api_problem problem = {0};
     struct source *source = source_new(services->store, &result, job, choice, &problem);
-    if (source)
-        reply_source(request, choice, coding, source, reply);
-    else
+    if (!source) {
         reply_problem(reply, request->id, &problem);
+        return;
+    }
+    const struct stream_source stream = {source_read, source_free, source,
+                                         api_encoder_length(source->encoder)};
+    stream_reply(request, reply, api_format_media_type(choice->format), coding, &stream);
 }
 
 static void reply_failure(const struct request *request, const struct store_job *job,
@@ -225,43 +151,46 @@ static void reply_failure(const struct request *request, const struct store_job 
     reply_text(reply, status, "application/problem+json", text);
 }
 
+bool results_ready(const struct request *request, const struct store_job *job,
+                   struct reply *reply) {
+    if (!store_status_ended(job->status))
+        reply_refuse(reply, request->id, API_RESULT_NOT_READY, "the drape is %s",
+                     store_status_name(job->status));
+    else if (job->status == STORE_FAILED)
+        reply_failure(request, job, reply);
+    else if (job->status == STORE_CANCELLED)
+        reply_refuse(reply, request->id, API_CANCELLED, "the drape was cancelled: no result");
+    else if (job->expired)
+        reply_refuse(reply, request->id, API_GONE,
+                     "the result was kept for --retention hours and has been removed");
+    return reply->status == 0;
+}
+
 void results_reply(const struct http_services *services, const struct request *request,
                    const struct store_job *job, const struct results_choice *choice,
                    struct reply *reply) {
     char etag[96];
-    if (job->status == STORE_FAILED) {
-        reply_failure(request, job, reply);
-    } else if (job->status == STORE_CANCELLED) {
-        reply_refuse(reply, request->id, API_CANCELLED, "the drape was cancelled: no result");
-    } else if (job->expired) {
-        reply_refuse(reply, request->id, API_GONE,
-                     "the result was kept for --retention hours and has been removed");
-    } else {
-        enum pack_coding coding = pack_choose(request_header(request, "Accept-Encoding"));
-        make_etag(job, choice, coding, etag);
-        if (!strcmp(request->method, "POST") ||
-            !accept_etag_known(request_header(request, "If-None-Match"), etag))
-            reply_result(services, request, job, choice, coding, reply);
-        else
-            reply_empty(reply, 304);
-        if (reply->status < 400) {
-            reply_header(reply, "ETag", "%s", etag);
-            reply_header(reply, "Vary", "Accept, Accept-Encoding");
-            reply_header(reply, "Cache-Control", "private, no-cache");
-        }
+    if (!results_ready(request, job, reply))
+        return;
+    enum pack_coding coding = pack_choose(request_header(request, "Accept-Encoding"));
+    make_etag(job, choice, coding, etag);
+    if (!strcmp(request->method, "POST") ||
+        !accept_etag_known(request_header(request, "If-None-Match"), etag))
+        reply_result(services, request, job, choice, coding, reply);
+    else
+        reply_empty(reply, 304);
+    if (reply->status < 400) {
+        reply_header(reply, "ETag", "%s", etag);
+        reply_header(reply, "Vary", "Accept, Accept-Encoding");
+        reply_header(reply, "Cache-Control", "private, no-cache");
     }
 }
 
 static enum routes_next reply_ended(const struct http_services *services, struct request *request,
                                     const struct results_choice *choice, struct reply *reply) {
     struct store_job job = {0};
-    if (resources_job(services, request, reply, &job)) {
-        if (store_status_ended(job.status))
-            results_reply(services, request, &job, choice, reply);
-        else
-            reply_refuse(reply, request->id, API_RESULT_NOT_READY, "the drape is %s",
-                         store_status_name(job.status));
-    }
+    if (resources_job(services, request, reply, &job))
+        results_reply(services, request, &job, choice, reply);
     store_job_clear(&job);
     return ROUTES_DONE;
 }
@@ -277,7 +206,7 @@ enum routes_next results_get(const struct http_services *services, struct reques
 enum routes_next results_pattern(const struct http_services *services, struct request *request,
                                  struct reply *reply) {
     struct results_choice choice;
-    if (!choose(request, reply, api_pattern_at, &choice))
+    if (!choose(request, reply, api_pattern_at, offer_pattern, &choice))
         return ROUTES_DONE;
     return reply_ended(services, request, &choice, reply);
 }

@@ -11,7 +11,8 @@ enum {
     ROUTE_BODY = 1,  /* takes a JSON document */
     ROUTE_WORK = 2,  /* new work: not while draining */
     ROUTE_QUIET = 4, /* probes and scrapes: not worth a line of the log each */
-    ROUTE_LOOSE = 8  /* takes any query */
+    ROUTE_LOOSE = 8, /* takes any query */
+    ROUTE_MESH = 16  /* takes a mesh, JSON or Nastran */
 };
 
 struct route {
@@ -22,6 +23,7 @@ struct route {
 };
 
 #define RESULT_QUERY "format", "table", "fields", "precision"
+#define MAP_QUERY "format", "fields", "precision", "inlet_elements"
 
 static const struct route routes[] = {
     {"POST", "/v1/drapes", drapes_create, ROUTE_BODY | ROUTE_WORK, {RESULT_QUERY}},
@@ -33,6 +35,7 @@ static const struct route routes[] = {
     {"GET", "/v1/drapes/{id}/request", drapes_request, 0, {0}},
     {"GET", "/v1/drapes/{id}/events", events_stream, 0, {0}},
     {"POST", "/v1/drapes/{id}/cancel", drapes_cancel, 0, {0}},
+    {"POST", "/v1/drapes/{id}/map", maps_create, ROUTE_MESH | ROUTE_WORK, {MAP_QUERY}},
     {"POST", "/v1/surfaces", surfaces_create, ROUTE_BODY | ROUTE_WORK, {0}},
     {"GET", "/v1/surfaces", surfaces_list, 0, {"limit", "cursor"}},
     {"GET", "/v1/surfaces/{id}", surfaces_get, 0, {0}},
@@ -147,13 +150,15 @@ static bool check_query(const struct request *request, struct reply *reply) {
  * make a browser send those here. */
 static bool check_media_type(const struct request *request, struct reply *reply) {
     const char *type = request_header(request, "Content-Type");
-    if (!(request->route->flags & ROUTE_BODY) || !type || accept_is_json(type))
+    bool mesh = request->route->flags & ROUTE_MESH;
+    if (!(request->route->flags & (ROUTE_BODY | ROUTE_MESH)) || !type || accept_is_json(type) ||
+        (mesh && accept_is_type(type, "text/x-nastran")))
         return true;
-    reply_header(reply, "Accept", "application/json");
+    reply_header(reply, "Accept", "application/json%s", mesh ? ", text/x-nastran" : "");
     reply_refuse(reply, request->id, API_UNSUPPORTED_MEDIA_TYPE,
-                 "the Content-Type is '%.64s' but must be application/json; with curl: -H "
+                 "the Content-Type is '%.64s' but must be application/json%s; with curl: -H "
                  "'Content-Type: application/json'",
-                 type);
+                 type, mesh ? " or text/x-nastran" : "");
     return false;
 }
 
@@ -172,6 +177,13 @@ bool routes_screen(const struct http_services *services, struct request *request
         return false;
     resources_draining(request, reply);
     return true;
+}
+
+struct routes_limit routes_limit(const struct http_services *services,
+                                 const struct request *request) {
+    if (request->route && request->route->flags & ROUTE_MESH)
+        return (struct routes_limit){services->config->max_mesh, "max-mesh"};
+    return (struct routes_limit){services->config->max_body, "max-body"};
 }
 
 enum routes_next routes_handle(const struct http_services *services, struct request *request,

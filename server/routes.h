@@ -23,6 +23,16 @@ enum routes_next { ROUTES_DONE, ROUTES_WAIT };
 bool routes_screen(const struct http_services *services, struct request *request,
                    struct reply *reply);
 
+/* The largest body that the request may have, and the flag that says so. */
+struct routes_limit {
+    int64_t bytes;
+    const char *flag;
+};
+
+/* After `routes_screen`; also for a request without a route. */
+struct routes_limit routes_limit(const struct http_services *services,
+                                 const struct request *request);
+
 /* The answer to a request that was not screened out, with its body. */
 enum routes_next routes_handle(const struct http_services *services, struct request *request,
                                struct reply *reply);

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The draped cloth as a surface of its own, to find the place of it that is nearest to a point: each
- * cell is four flat triangles between its middle, the mean of its corners, and its edges. They join
- * without gaps; and what is known at the middles of the cells can be interpolated on them, with
- * the mean of the surrounding middles at a corner, so that it is continuous over the whole net.
+ * The draped cloth as a surface of its own, to find the place of it that is nearest to a point:
+ * each cell is four flat triangles between its middle, the mean of its corners, and its edges. They
+ * join without gaps; and what is known at the middles of the cells can be interpolated on them,
+ * with the mean of the surrounding middles at a corner, so that it is continuous over the whole
+ * net.
  *
  * A tree of boxes over the cells, in the order of Morton's curve through their places (i, j), makes
  * the search fast: neighbours in the net are neighbours in space, because the yarns do not stretch.
@@ -22,8 +23,8 @@
 
 /* A net as it was solved: a view of the caller's arrays, which must outlive the facets. */
 struct facets_source {
-    const struct vec3 *nodes; /* finite */
-    size_t node_count;        /* at most INT32_MAX */
+    const struct vec3 *nodes;    /* finite */
+    size_t node_count;           /* at most INT32_MAX */
     const int32_t (*corners)[4]; /* nodes (i,j), (i+1,j), (i+1,j+1), (i,j+1) of each cell */
     const int32_t (*places)[2];  /* (i, j) of each cell, each once */
     size_t cell_count;           /* 1 .. INT32_MAX */

@@ -65,8 +65,8 @@ struct vec3 permeability_across(struct vec3 warp, struct vec3 weft);
 double permeability_kozeny_carman_factor(double vf, double vref);
 
 /* k1, k2, k3 measured along warp, weft and through the unsheared fabric at Vref; sheared by
- * gamma and at Vf: K = g F diag(k1, k2) F^T / det F with F = [warp weft], the affine push-forward of
- * a flow that keeps its mass; k3 becomes g k3. */
+ * gamma and at Vf: K = g F diag(k1, k2) F^T / det F with F = [warp weft], the affine push-forward
+ * of a flow that keeps its mass; k3 becomes g k3. */
 struct permeability permeability_kozeny_carman(const double k[3], double vref, double vf,
                                                double shear_deg);
 

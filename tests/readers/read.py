@@ -92,7 +92,10 @@ def read_vtu(path, columns=None):
     arrays = vtk_arrays(data.GetCellData())
     assert all(len(values) == data.GetNumberOfCells() for values in arrays.values())
     if columns:
-        compare_arrays(arrays, columns)
+        tensor = {"kxx": 0, "kyy": 1, "kzz": 2, "kxy": 3, "kyz": 4, "kxz": 5}
+        compare_arrays(arrays, columns, tensor)
+        for name, component in tensor.items():
+            same(arrays["permeability"][:, component], columns[name], name)
     if "permeability" in arrays:
         check_tensor(arrays)
 

@@ -240,6 +240,82 @@ static void test_command_keeps_what_is_no_regular_file(void **state) {
     refuse("-o /nowhere/out", saddle_request, 1, "/nowhere/out", "No such file");
 }
 
+static void put_file(const char *name, const char *text) {
+    FILE *file = fopen(in_folder(name), "w");
+    assert_non_null(file);
+    fputs(text, file);
+    fclose(file);
+}
+
+static const char two_triangles[] =
+    "GRID,10,,-1.,-1.,0.\nGRID,11,,1.,-1.,0.\nGRID,12,,1.,1.,0.\nGRID,13,,-1.,1.,0.\n"
+    "CTRIA3,7,1,10,11,12\nCTRIA3,5,1,10,12,13\nENDDATA\n";
+
+static void test_command_maps_onto_a_mesh(void **state) {
+    (void)state;
+    char line[256];
+    need_program();
+    put_file("mesh.bdf", two_triangles);
+    put_file("points.JSON", "{\"points\":[[0,0,0],[0.5,0.25,9]]}");
+    snprintf(line, sizeof line, "--map %s --format csv --fields id,shear_deg,extrapolated",
+             in_folder("mesh.bdf"));
+    struct outcome csv = run(line, saddle_request);
+    assert_int_equal(csv.status, 0);
+    assert_memory_equal(csv.out.data, "id,shear_deg,extrapolated\n7,", 28);
+    assert_non_null(strstr(csv.out.data, "\n5,"));
+    assert_string_equal(csv.err.data, "");
+    snprintf(line, sizeof line, "--map %s --precision 3", in_folder("points.JSON"));
+    struct outcome points = run(line, saddle_request);
+    json_t *json = json_loads(points.out.data, 0, NULL), *cells = json_object_get(json, "cells");
+    assert_int_equal(json_array_size(json_object_get(cells, "distance")), 2);
+    assert_int_equal(json_array_size(json_object_get(cells, "warp_x")), 2);
+    json_decref(json);
+    snprintf(line, sizeof line, "--map %s --format vtu", in_folder("mesh.bdf"));
+    struct outcome vtu = run(line, saddle_request);
+    assert_int_equal(vtu.status, 0);
+    assert_non_null(strstr(vtu.out.data, "UnstructuredGrid"));
+    outcome_free(&csv);
+    outcome_free(&points);
+    outcome_free(&vtu);
+    assert_int_equal(unlink(in_folder("mesh.bdf")) | unlink(in_folder("points.JSON")), 0);
+}
+
+static void test_command_warns_of_a_mesh_far_away(void **state) {
+    (void)state;
+    char line[128];
+    need_program();
+    put_file("far.json", "{\"points\":[[0,0,50]]}");
+    snprintf(line, sizeof line, "--map %s", in_folder("far.json"));
+    struct outcome outcome = run(line, saddle_request);
+    assert_int_equal(outcome.status, 0);
+    assert_non_null(strstr(outcome.err.data, "1 of 1 places lie further"));
+    outcome_free(&outcome);
+    assert_int_equal(unlink(in_folder("far.json")), 0);
+}
+
+static void test_command_explains_what_is_wrong_with_a_map(void **state) {
+    (void)state;
+    char line[128];
+    need_program();
+    refuse("--map missing.bdf", saddle_request, 1, "missing.bdf", "No such file");
+    refuse("--inlet 5", saddle_request, 2, "--inlet", "--map");
+    refuse("--map x.bdf --format vtp", saddle_request, 2, "vtp", "with --map");
+    refuse("--format vtu", saddle_request, 2, "vtu", "");
+    put_file("mesh.bdf", two_triangles);
+    snprintf(line, sizeof line, "--map %s --format lcmsim", in_folder("mesh.bdf"));
+    refuse(line, saddle_request, 1, "invalid-request", "");
+    snprintf(line, sizeof line, "--map %s --inlet 6", in_folder("mesh.bdf"));
+    refuse(line, saddle_request, 1, "invalid-request", "no element 6");
+    put_file("mesh.bdf", "GRID,1,,0.,0.,0.\nCBAR,1,1,1,2\n");
+    snprintf(line, sizeof line, "--map %s", in_folder("mesh.bdf"));
+    refuse(line, saddle_request, 1, "invalid-request", "line 2: CBAR is not supported");
+    assert_int_equal(unlink(in_folder("mesh.bdf")), 0);
+    put_file("points.json", "{\"points\":[[0,0,0]]}");
+    snprintf(line, sizeof line, "--map %s --format vtu", in_folder("points.json"));
+    refuse(line, saddle_request, 1, "not-acceptable", "vtu is of elements");
+    assert_int_equal(unlink(in_folder("points.json")), 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_command_writes_the_result_document),
@@ -251,6 +327,9 @@ int main(void) {
         cmocka_unit_test(test_command_writes_a_whole_file),
         cmocka_unit_test(test_command_leaves_no_partial_file),
         cmocka_unit_test(test_command_keeps_what_is_no_regular_file),
+        cmocka_unit_test(test_command_maps_onto_a_mesh),
+        cmocka_unit_test(test_command_warns_of_a_mesh_far_away),
+        cmocka_unit_test(test_command_explains_what_is_wrong_with_a_map),
     };
     return cmocka_run_group_tests_name("command", tests, find_program, remove_folder);
 }

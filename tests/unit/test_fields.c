@@ -255,8 +255,7 @@ static void test_fields_permeability_without_memory_is_a_status(void **state) {
     struct api_fields fields;
     for (size_t n = 1; n <= 7; n++) {
         arena_fail_at(arena, n);
-        assert_int_equal(api_fields_list(&fields, &request, &result, arena),
-                         STATUS_OUT_OF_MEMORY);
+        assert_int_equal(api_fields_list(&fields, &request, &result, arena), STATUS_OUT_OF_MEMORY);
     }
     arena_fail_at(arena, 0);
 }

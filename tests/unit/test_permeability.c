@@ -247,7 +247,8 @@ static void test_permeability_is_positive_and_ordered(void **state) {
     (void)state;
     struct random random = random_begin("positive");
     for (int trial = 0; trial < 4000; trial++) {
-        double shear = random_between(&random, -89.9, 89.9), vf = random_between(&random, 0.05, 1.5);
+        double shear = random_between(&random, -89.9, 89.9),
+               vf = random_between(&random, 0.05, 1.5);
         struct permeability k = model(trial % MODELS, vf, shear);
         assert_true(k.k1 >= k.k2 && k.k2 >= 0 && k.k3 >= 0 && k.along >= 0);
         assert_true(vf > 0.78 || (k.k2 > 0 && k.k3 > 0));
@@ -294,9 +295,8 @@ static void test_permeability_turns_with_the_yarns(void **state) {
         struct permeability k = model(trial % MODELS, 0.55, shear);
         struct tensor flat = in_space(&k, vec3_make(1, 0, 0),
                                       vec3_make(vec3_dot(weft, warp), vec3_dot(weft, e2), 0));
-        const double rotation[3][3] = {{warp.x, e2.x, normal.x},
-                                       {warp.y, e2.y, normal.y},
-                                       {warp.z, e2.z, normal.z}};
+        const double rotation[3][3] = {
+            {warp.x, e2.x, normal.x}, {warp.y, e2.y, normal.y}, {warp.z, e2.z, normal.z}};
         struct tensor turned = {0}, found = in_space(&k, warp, weft);
         for (int i = 0; i < 9; i++)
             for (int j = 0; j < 9; j++)
@@ -314,8 +314,8 @@ static void test_permeability_of_a_balanced_fabric_knows_no_first_yarn(void **st
         double shear = random_between(&random, -80, 80);
         struct vec3 warp, weft;
         make_yarns(&random, shear, &warp, &weft);
-        struct permeability k = trial % 2 ? permeability_kozeny_carman(k0, 0.5, 0.6, shear)
-                                          : model(1, 0.5, shear);
+        struct permeability k =
+            trial % 2 ? permeability_kozeny_carman(k0, 0.5, 0.6, shear) : model(1, 0.5, shear);
         /* The weft as first yarn, the other way round, so that the normal stays. */
         struct tensor a = in_space(&k, warp, weft);
         struct tensor b = in_space(&k, weft, vec3_scale(-1, warp));
@@ -331,8 +331,8 @@ static void test_permeability_principal_undoes_a_rotation(void **state) {
     for (int trial = 0; trial < 1000; trial++) {
         double angle = random_between(&random, -pi / 2, pi / 2), c = cos(angle), s = sin(angle);
         double k1 = random_between(&random, 1, 2), k2 = random_between(&random, 0.01, 0.99);
-        struct permeability k = permeability_principal(
-            k1 * c * c + k2 * s * s, (k1 - k2) * c * s, k1 * s * s + k2 * c * c, 0.5);
+        struct permeability k = permeability_principal(k1 * c * c + k2 * s * s, (k1 - k2) * c * s,
+                                                       k1 * s * s + k2 * c * c, 0.5);
         assert_near(k.k1, k1, 1e-13);
         assert_near(k.k2, k2, 1e-11);
         assert_near(k.along * c + k.across * s, 1, 1e-12);

@@ -31,7 +31,7 @@ def main() -> int:
     parser.add_argument("--inlet", help="ids of the elements at the inlet: 17,18,19")
     arguments = parser.parse_args()
     client = draped.Client(arguments.url)
-    options = {"inlet_elements": arguments.inlet} if arguments.inlet else {}
+    options = {"inlet_elements": arguments.inlet.split(",")} if arguments.inlet else {}
     try:
         with open(arguments.request, encoding="utf-8") as file:
             drape = client.submit(json.load(file))

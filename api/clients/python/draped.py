@@ -247,28 +247,34 @@ class Client:
 
     def _open_map(self, drape: str, mesh: Mesh, format: str,
                   options: Mapping[str, Any]) -> http.client.HTTPResponse:
-        path = f"/v1/drapes/{drape}/map"
+        path, query = f"/v1/drapes/{drape}/map", dict(options)
+        inlet = query.pop("inlet_elements", None)
         if isinstance(mesh, Mapping):
-            body = json.dumps({**mesh, **options}, allow_nan=False).encode()
-            return self._open("POST", path, body, {"Content-Type": "application/json"}, format=format)
+            document = dict(mesh) if inlet is None else {**mesh, "inlet_elements": list(inlet)}
+            body = json.dumps(document, allow_nan=False).encode()
+            return self._open("POST", path, body, {"Content-Type": "application/json"},
+                              format=format, **query)
+        if inlet is not None:
+            query["inlet_elements"] = ",".join(str(int(element)) for element in inlet)
         with open(mesh, "rb") as file:
             return self._open("POST", path, file.read(), {"Content-Type": "text/x-nastran"},
-                              format=format, **options)
+                              format=format, **query)
 
     def map(self, drape: str, mesh: Mesh, **options: Any) -> Json:
         """The drape's fields on a mesh: the name of a Nastran bulk-data file, or a dict
-        {"points": [[x, y, z], ...]} or {"mesh": {"vertices", "triangles"}}. The columns that the
-        service answers with, one value for each element or point, arrays where NumPy is
-        installed."""
+        {"points": [[x, y, z], ...]} or {"mesh": {"vertices", "triangles"}}. The answer's `cells` has
+        one value a column for each element or point, arrays where NumPy is installed; `warnings`
+        tells of a mesh that lies elsewhere. `options`: `fields`, `precision`, and `inlet_elements`, a
+        list of the file's ids, of a dict's mesh of indices."""
         with self._open_map(drape, mesh, "json", options) as answer:
             document = json.load(answer)
-        return {name: _column(value) if isinstance(value, list) else
-                _table(value) if name == "cells" else value for name, value in document.items()}
+        return {**document, "cells": _table(document["cells"])}
 
     def save_map(self, drape: str, mesh: Mesh, path: Union[str, os.PathLike],
                  format: Optional[str] = None, **options: Any) -> Optional[str]:
-        """Saves them to a file: json, csv, vtu, or lcmsim (a zip). For lcmsim: what the binning
-        costs, as the service tells it in the header Draped-Binning."""
+        """Saves them to a file: json, csv, vtu, or lcmsim (a zip); the format by its name's ending
+        unless given, the options as above. For lcmsim: what the binning costs, as the service tells
+        it in the header Draped-Binning."""
         name = format or os.path.splitext(os.fspath(path))[1].lstrip(".").lower()
         answer = self._open_map(drape, mesh, name, options)
         binning = answer.headers.get("Draped-Binning")

@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: MIT */
+#include "files.h"
+
+#include <errno.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum { COPY_SIZE = 1 << 16 };
+
+void files_complain(const char *what, const char *why) {
+    fprintf(stderr, "drape: %s: %s\n", what, why);
+}
+
+/* ---- input ---- */
+
+static bool grow(struct files_bytes *bytes) {
+    size_t capacity = bytes->capacity ? 2 * bytes->capacity : COPY_SIZE;
+    char *data = realloc(bytes->data, capacity);
+    if (!data)
+        return false;
+    bytes->data = data;
+    bytes->capacity = capacity;
+    return true;
+}
+
+static bool read_stream(FILE *stream, struct files_bytes *bytes) {
+    while (!feof(stream)) {
+        if (bytes->length == bytes->capacity && !grow(bytes))
+            return false;
+        bytes->length +=
+            fread(bytes->data + bytes->length, 1, bytes->capacity - bytes->length, stream);
+        if (ferror(stream))
+            return false;
+    }
+    return true;
+}
+
+bool files_read(const char *path, struct files_bytes *bytes) {
+    FILE *stream = path ? fopen(path, "rb") : stdin;
+    bool ok = stream && read_stream(stream, bytes);
+    if (!ok)
+        files_complain(path ? path : "standard input", strerror(errno));
+    if (stream && path)
+        fclose(stream);
+    return ok;
+}
+
+/* ---- output ---- */
+
+/* The temporary file of this process, for a signal that ends it. */
+static char *volatile unfinished;
+
+static void end_by_signal(int number) {
+    if (unfinished)
+        unlink(unfinished);
+    raise(number); /* its default action is back */
+}
+
+void files_watch_signals(void) {
+    const int numbers[] = {SIGINT, SIGTERM, SIGHUP, SIGPIPE};
+    struct sigaction action = {.sa_handler = end_by_signal, .sa_flags = (int)SA_RESETHAND};
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
+        sigaction(numbers[i], &action, NULL);
+}
+
+static mode_t mode_of_new_files(void) {
+    mode_t mask = umask(0);
+    umask(mask);
+    return 0666 & ~mask;
+}
+
+/* A temporary file beside `target`, with the mode that the target will have. */
+static bool open_temporary(struct files_output *output, mode_t mode) {
+    if (!output->target || asprintf(&output->temporary, "%s.XXXXXX", output->target) < 0) {
+        output->temporary = NULL;
+        return false;
+    }
+    int file = mkstemp(output->temporary);
+    if (file < 0) {
+        free(output->temporary);
+        output->temporary = NULL;
+        return false;
+    }
+    unfinished = output->temporary;
+    output->stream = fchmod(file, mode) == 0 ? fdopen(file, "wb") : NULL;
+    if (!output->stream)
+        close(file);
+    return output->stream != NULL;
+}
+
+bool files_open(struct files_output *output, const char *path) {
+    struct stat old;
+    bool exists = path && stat(path, &old) == 0, ok;
+    *output = (struct files_output){.name = path ? path : "standard output"};
+    if (!path) {
+        output->stream = stdout;
+        ok = true;
+    } else if (exists && !S_ISREG(old.st_mode)) {
+        output->stream = fopen(path, "wb");
+        ok = output->stream != NULL;
+    } else {
+        output->target = exists ? realpath(path, NULL) : strdup(path);
+        ok = (!exists || access(path, W_OK) == 0) &&
+             open_temporary(output, exists ? old.st_mode & 0777 : mode_of_new_files());
+    }
+    if (!ok)
+        files_complain(output->name, strerror(errno));
+    return ok;
+}
+
+bool files_close(struct files_output *output, bool ok) {
+    bool wanted = ok;
+    if (output->stream)
+        ok = (output->stream == stdout ? fflush(stdout) : fclose(output->stream)) == 0 && ok;
+    if (output->temporary)
+        ok = ok && rename(output->temporary, output->target) == 0;
+    if (wanted && !ok)
+        files_complain(output->name, strerror(errno));
+    if (output->temporary && !ok)
+        unlink(output->temporary);
+    unfinished = NULL;
+    free(output->temporary);
+    free(output->target);
+    return ok;
+}

@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: MIT */
+#include "scan.h"
+
+#include "number.h"
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+/* ---- what is wrong ---- */
+
+bool scan_malformed(struct scan *scan, const char *what) {
+    size_t line = 1, column = 1;
+    for (const char *c = scan->begin; c < scan->at; c++) {
+        column = *c == '\n' ? 1 : column + 1;
+        line += *c == '\n';
+    }
+    api_problem_set(scan->problem, API_MALFORMED_JSON, "line %zu, column %zu: %s", line, column,
+                    what);
+    return false;
+}
+
+bool scan_invalid(struct scan *scan, const char *path, long row, int element, const char *what,
+                  ...) {
+    char pointer[API_POINTER_MAX], detail[API_DETAIL_MAX];
+    int used = snprintf(pointer, sizeof pointer, "%s", path);
+    if (row >= 0)
+        used += snprintf(pointer + used, sizeof pointer - (size_t)used, "/%ld", row);
+    if (element >= 0)
+        snprintf(pointer + used, sizeof pointer - (size_t)used, "/%d", element);
+    va_list arguments;
+    va_start(arguments, what);
+    vsnprintf(detail, sizeof detail, what, arguments);
+    va_end(arguments);
+    api_problem_set_at(scan->problem, API_INVALID_REQUEST, pointer, "%s", detail);
+    return false;
+}
+
+bool scan_no_memory(struct scan *scan) {
+    api_problem_set(scan->problem, API_OUT_OF_MEMORY, "the mesh needs more memory than allowed");
+    return false;
+}
+
+/* ---- characters ---- */
+
+char scan_peek(struct scan *scan) {
+    while (scan->at < scan->end &&
+           (*scan->at == ' ' || *scan->at == '\n' || *scan->at == '\r' || *scan->at == '\t'))
+        scan->at++;
+    return scan->at < scan->end ? *scan->at : '\0';
+}
+
+bool scan_take(struct scan *scan, char wanted) {
+    if (scan_peek(scan) != wanted || scan->at == scan->end)
+        return false;
+    scan->at++;
+    return true;
+}
+
+/* Whether a value of JSON begins here. */
+static bool at_value(struct scan *scan) {
+    static const char *const words[] = {"true", "false", "null"};
+    char c = scan_peek(scan);
+    for (size_t k = 0; k < sizeof words / sizeof *words; k++) {
+        size_t length = strlen(words[k]);
+        if ((size_t)(scan->end - scan->at) >= length && memcmp(scan->at, words[k], length) == 0)
+            return true;
+    }
+    return c && strchr("{[\"-0123456789", c);
+}
+
+/* What is here is not the value that has to be here: another one is invalid, anything else is no
+ * JSON. */
+static bool scan_refuse(struct scan *scan, const char *path, long row, int element,
+                        const char *what) {
+    if (at_value(scan))
+        return scan_invalid(scan, path, row, element, "%s", what);
+    return scan_malformed(scan,
+                          scan->at == scan->end ? "the document ends early" : "a value is missing");
+}
+
+bool scan_open(struct scan *scan, char bracket, const char *path, long row, const char *what) {
+    return scan_take(scan, bracket) || scan_refuse(scan, path, row, -1, what);
+}
+
+bool scan_next(struct scan *scan, char closing, bool *more) {
+    *more = scan_take(scan, ',');
+    if (*more || scan_take(scan, closing))
+        return true;
+    return scan_malformed(scan, scan->at == scan->end ? "the document ends early"
+                                                      : "a comma or a closing bracket is missing");
+}
+
+bool scan_key(struct scan *scan, char key[SCAN_KEY_SIZE]) {
+    if (!scan_take(scan, '"'))
+        return scan_malformed(scan, "a key in quotes is missing");
+    size_t length = 0;
+    for (; scan->at < scan->end && *scan->at != '"'; scan->at++) {
+        if (*scan->at == '\\' || (unsigned char)*scan->at < ' ')
+            return scan_malformed(scan, "a key has a character that no key here has");
+        if (length < SCAN_KEY_SIZE - 1)
+            key[length++] = *scan->at;
+    }
+    key[length] = '\0';
+    if (scan->at == scan->end)
+        return scan_malformed(scan, "the document ends early");
+    scan->at++;
+    return scan_take(scan, ':') || scan_malformed(scan, "a colon is missing");
+}
+
+/* Whether the characters are a number as JSON writes it; what the number reader takes is more. */
+static bool is_json_number(const char *text, size_t length) {
+    const char *end = text + length;
+    text += *text == '-';
+    if (text < end && *text == '0' && text + 1 < end && text[1] >= '0' && text[1] <= '9')
+        return false;
+    if (text == end || *text < '0' || *text > '9')
+        return false;
+    while (text < end && *text >= '0' && *text <= '9')
+        text++;
+    return text == end || *text != '.' || (text + 1 < end && text[1] >= '0' && text[1] <= '9');
+}
+
+bool scan_number(struct scan *scan, const char *path, long row, int element, double *value) {
+    char c = scan_peek(scan);
+    if (c != '-' && (c < '0' || c > '9'))
+        return scan_refuse(scan, path, row, element, "must be a number");
+    size_t length = api_number_read(scan->at, (size_t)(scan->end - scan->at), value);
+    if (length > 0 && !is_json_number(scan->at, length))
+        return scan_malformed(scan, "this is no number of JSON");
+    if (length == 0 && c == '-' &&
+        !(scan->at + 1 < scan->end && scan->at[1] >= '0' && scan->at[1] <= '9'))
+        return scan_malformed(scan, "this is no number of JSON");
+    if (length == 0)
+        return scan_invalid(scan, path, row, element, "is too large for a double-precision number");
+    scan->at += length;
+    return true;
+}

@@ -1,0 +1,357 @@
+# SPDX-License-Identifier: MIT
+# Maps: the fields of a drape at the caller's points and on their mesh.
+load helper
+
+NASTRAN='Content-Type: text/x-nastran'
+
+# The saddle with all fields, its map and its id; and the sphere, whose middle is as near to all of
+# it, so that a map of points there takes long.
+setup_file() {
+    start_shared_daemon --max-mesh 9M --max-body 1M
+    jq -c '.fabric += {thickness: 0.003, fiber_volume_fraction: 0.4} |
+        .permeability = {model: "kozeny_carman", k1: 1.63e-10, k2: 5e-11, k3: 1e-12,
+                         at_fiber_volume_fraction: 0.4}' "$EXAMPLES/saddle.json" \
+        >"$BATS_FILE_TMPDIR/request.json"
+    for name in request sphere; do
+        file=$BATS_FILE_TMPDIR/request.json
+        [ $name = request ] || file=$EXAMPLES/sphere.json
+        curl -sS --max-time 50 -H "$JSON" -H 'Prefer: wait=40' --data-binary "@$file" \
+            "$URL/v1/drapes?fields=nodes.i" | jq -r .id >"$BATS_FILE_TMPDIR/$name"
+    done
+    cat >"$BATS_FILE_TMPDIR/mesh.bdf" <<'END'
+$ a unit square over the start
+GRID           1             -1.     -1.      0.
+GRID           2              1.     -1.      0.
+GRID,3,,1.,1.,0.
+GRID*                  4                             -1.              1.
+*                     0.
+CQUAD4        17       1       1       2       3       4
+CTRIA3,5,1,1,2,3
+ENDDATA
+END
+    awk 'BEGIN {printf "{\"points\":[[0,0,0]"; for (k = 1; k < 1000000; k++) printf ",[0,0,0]";
+                print "]}"}' >"$BATS_FILE_TMPDIR/long.json"
+}
+teardown_file() { stop_daemon; }
+setup() {
+    id=$(<"$BATS_FILE_TMPDIR/request")
+    sphere=$(<"$BATS_FILE_TMPDIR/sphere")
+    mesh=$BATS_FILE_TMPDIR/mesh.bdf
+    pids=
+}
+teardown() {
+    for pid in $pids; do
+        kill "$pid" 2>/dev/null || true
+        wait "$pid" 2>/dev/null || true
+    done
+    [ -z "${DAEMON:-}" ] || { call GET /healthz && expect 200; }
+}
+
+# map BODY [QUERY [CURL OPTION...]]: JSON onto the saddle.
+map() {
+    local text=$1 query=${2:-}
+    shift; [ $# -eq 0 ] || shift
+    call POST "/v1/drapes/$id/map$query" -H "$JSON" --data-binary "$text" "$@"
+}
+
+# map_bulk QUERY [CURL OPTION...]: the bulk-data file onto the saddle.
+map_bulk() {
+    local query=$1
+    shift
+    call POST "/v1/drapes/$id/map$query" -H "$NASTRAN" --data-binary "@$mesh" "$@"
+}
+
+# long_map: one that takes minutes, in the background.
+long_map() {
+    curl -sS --max-time 300 -o /dev/null -H "$JSON" --data-binary "@$BATS_FILE_TMPDIR/long.json" \
+        "$URL/v1/drapes/$sphere/map" 2>/dev/null 3>&- &
+    pids+=" $!"
+}
+
+POINTS='{"points": [[0, 0, 0], [1, 0.5, 0.375], [1, 0.5, 1.375]]}'
+
+@test "map: points get the columns of cells, in their order, with distance and extrapolated" {
+    map "$POINTS"
+    expect 200
+    [ "$(header Content-Type)" = application/json ]
+    jq -e --arg id "$id" '.id == $id and .warnings == [] and
+        (.cells | all(.[]; length == 3)) and .cells.id == [0, 1, 2] and
+        .cells.extrapolated == [false, false, false] and
+        .cells.distance[0] < 1e-3 and (.cells.distance[2] | . > 0.6 and . < 0.61) and
+        (.cells.shear_deg[1] | . < -15 and . > -20) and
+        (.cells.thickness[1] * (.cells.shear_deg[1] * 3.141592653589793 / 180 | cos) / 0.003
+         | . > 0.999 and . < 1.001)' "$body"
+    jq -r '.cells | keys_unsorted[]' "$body" | grep -vxE 'id|k[xyz][xyz]|distance|extrapolated' \
+        >"$BATS_TEST_TMPDIR/mapped"
+    call GET "/v1/drapes/$id/result"
+    jq -r '.cells | keys_unsorted[]' "$body" | diff - "$BATS_TEST_TMPDIR/mapped"
+}
+
+@test "map: the middle of a cell gets the cell's own values" {
+    call GET "/v1/drapes/$id/result"
+    cp "$body" "$BATS_TEST_TMPDIR/result"
+    jq -c '.nodes as $n | .cells as $c |
+        ([range($n.i | length)] | map({key: "\($n.i[.]),\($n.j[.])", value: .}) | from_entries)
+            as $at |
+        {points: [range(0; $c.i | length; 37) | [$c.i[.], $c.j[.]] as [$i, $j] |
+            [$at["\($i),\($j)"], $at["\($i + 1),\($j)"], $at["\($i + 1),\($j + 1)"],
+             $at["\($i),\($j + 1)"]] as $q |
+            [$n.x, $n.y, $n.z] | map(. as $x | [$q[] | $x[.]] | add / 4)]}' "$body" \
+        >"$BATS_TEST_TMPDIR/points"
+    call POST "/v1/drapes/$id/map" -H "$JSON" --data-binary "@$BATS_TEST_TMPDIR/points"
+    expect 200
+    jq -e --slurpfile result "$BATS_TEST_TMPDIR/result" '
+        .cells as $m | $result[0].cells as $c |
+        [range(0; $c.i | length; 37)] as $rows | ($rows | length) > 50 and
+        ($c | keys | all(. as $name | ($c[$name] | map(fabs) | max) as $scale |
+            [range($rows | length)] |
+            all(($m[$name][.] - $c[$name][$rows[.]] | fabs) <= 1e-9 * $scale)))' "$body"
+}
+
+@test "map: each format is had by its name and by its media type" {
+    while read -r format type; do
+        map_bulk "?format=$format"
+        expect 200
+        [ "$(header Content-Type)" = "$type" ]
+        cp "$body" "$BATS_TEST_TMPDIR/by_name"
+        map_bulk '' -H "Accept: $type"
+        expect 200
+        cmp "$body" "$BATS_TEST_TMPDIR/by_name"
+    done <<END
+json application/json
+csv text/csv
+vtu application/vnd.vtk
+lcmsim application/zip
+END
+    map_bulk '?format=glb'
+    expect_problem 406 not-acceptable
+    [[ $(field .detail) == *'json, csv, vtu, lcmsim' ]]
+    map_bulk '' -H 'Accept: image/png'
+    expect_problem 406 not-acceptable
+    for format in vtu lcmsim; do
+        map "$POINTS" "?format=$format"
+        expect_problem 406 not-acceptable
+        [[ $(field .detail) == *'json, csv' ]]
+    done
+}
+
+@test "map: the ids of bulk data come back, and its inlet goes into the case" {
+    map_bulk '?fields=id,cells.k1,distance'
+    expect 200
+    jq -e '.cells | keys_unsorted == ["id", "k1", "distance"] and .id == [17, 5]' "$body"
+    map_bulk '?format=lcmsim&inlet_elements=5'
+    expect 200
+    [[ $(header Draped-Binning) =~ ^bins=1\;\ direction_deg=[0-9.e-]+\;\ k1=.*\;\ thickness= ]]
+    unzip -p "$body" part_description.csv | grep -q '^inlet1,inlet,1,'
+    map '{"mesh": {"vertices": [[0,0,0],[1,0,0.5],[0,1,-0.5]], "triangles": [[0,1,2]]},
+          "inlet_elements": [0]}' '?format=lcmsim'
+    expect 200
+    unzip -p "$body" part_description.csv | grep -q '^inlet1,inlet,1,'
+    map_bulk '?inlet_elements=6'
+    expect_problem 422 invalid-request
+    map_bulk '?inlet_elements=5;17'
+    expect_problem 422 invalid-request
+    map "$POINTS" '?inlet_elements=0'
+    expect_problem 422 invalid-request
+}
+
+@test "map: precision and fields are those of results, anything else is refused" {
+    map "$POINTS" '?precision=3&format=csv&fields=shear_deg'
+    expect 200
+    [ "$(wc -l <"$body")" -eq 4 ]
+    ! grep -qE '[0-9]{5}' "$body"
+    for query in precision=0 precision=18 fields=nodes.x fields=k9 table=cells colour=red \
+        'precision=3&precision=4'; do
+        map "$POINTS" "?$query"
+        expect_problem 422 invalid-request
+    done
+}
+
+@test "map: zstd and gzip carry the same document" {
+    for format in json csv vtu lcmsim; do
+        map_bulk "?format=$format"
+        cp "$body" "$BATS_TEST_TMPDIR/plain"
+        for coding in zstd gzip; do
+            map_bulk "?format=$format" --compressed -H "Accept-Encoding: $coding"
+            [ "$(header Content-Encoding)" = "$coding" ]
+            cmp "$body" "$BATS_TEST_TMPDIR/plain"
+        done
+    done
+}
+
+@test "map: the command line gives the daemon's bytes" {
+    for format in csv vtu lcmsim; do
+        map_bulk "?format=$format&inlet_elements=17"
+        "$DRAPE" "$BATS_FILE_TMPDIR/request.json" --map "$mesh" --inlet 17 --format $format \
+            -o "$BATS_TEST_TMPDIR/own"
+        [ $format = lcmsim ] || cmp "$body" "$BATS_TEST_TMPDIR/own"
+        # README.txt in the zip names the drape.
+        [ $format != lcmsim ] || for file in mesh.bdf part_description.csv simulation_params.csv; do
+            cmp <(unzip -p "$body" $file) <(unzip -p "$BATS_TEST_TMPDIR/own" $file)
+        done
+    done
+}
+
+@test "map: a mesh far away is answered, with a warning" {
+    map '{"points": [[0, 0, 50], [0, 0, 60], [0, 0, 0]]}'
+    expect 200
+    [[ $(field '.warnings[0]') == '2 of 3 places lie further'* ]]
+    jq -e '.cells.distance[1] > 40' "$body"
+    map '{"points": [[0, 0, 50], [0, 0, 0]]}'
+    jq -e '.warnings == []' "$body"
+}
+
+@test "map: what is wrong with a JSON mesh is told with its place" {
+    # wrong BODY STATUS SLUG POINTER DETAIL
+    wrong() {
+        map "$1"
+        expect_problem "$2" "$3"
+        [ -z "$4" ] || [ "$(field .pointer)" = "$4" ] || { cat "$body"; return 1; }
+        [[ $(field .detail) == *"$5"* ]] || { cat "$body"; return 1; }
+    }
+    wrong '' 400 malformed-json '' empty
+    wrong '{"points": [[0, 0, NaN]]}' 400 malformed-json '' 'line 1, column 20'
+    wrong '{"points": [[0, 0, 0]' 400 malformed-json '' 'ends early'
+    wrong '{"points": []}' 422 invalid-request /points 'empty'
+    wrong '{"points": [[0, 0, null]]}' 422 invalid-request /points/0/2 'number'
+    wrong '{"points": [[0, 0, 0], [0, 0]]}' 422 invalid-request /points/1 'three numbers'
+    wrong '{"mesh": {"vertices": [[0,0,0]], "triangles": []}}' 422 invalid-request \
+        /mesh/triangles 'empty'
+    wrong '{"mesh": {"vertices": [[0,0,0]], "triangles": [[0,0,1]]}}' 422 invalid-request \
+        /mesh/triangles/0/2 'less than 1'
+    wrong '{"mesh": {}, "point": 1}' 422 invalid-request /point 'not known'
+    wrong '{}' 422 invalid-request '' 'either'
+}
+
+@test "map: what is wrong with bulk data is told with its line" {
+    # wrong DETAIL: the bulk data is on the standard input.
+    wrong() {
+        call POST "/v1/drapes/$id/map" -H "$NASTRAN" --data-binary @-
+        expect_problem 422 invalid-request
+        [[ $(field .detail) == *"$1"* ]] || { cat "$body"; return 1; }
+    }
+    grep -v '^C' "$mesh" | wrong 'no CTRIA3 and no CQUAD4'
+    sed 's/^CTRIA3,5/CTRIA3,17/' "$mesh" | wrong 'line 8: there is another element 17 before it'
+    sed 's/^CTRIA3/CTRIA6/' "$mesh" | wrong 'line 8: CTRIA6 is not supported'
+    sed 's/^GRID,3,,1./GRID,3,,NaN/' "$mesh" | wrong "line 4: coordinate x of GRID is 'NaN'"
+    sed 's/^GRID,3,/GRID,3,9/' "$mesh" | wrong "line 4: GRID 3 is in the coordinate system '9'"
+    head -c 400 "$mesh" | head -n 6 | wrong 'no CTRIA3'
+    { echo 'BEGIN BULK'; head -n 7 "$mesh"; } | wrong 'line 8: the file ends without ENDDATA'
+    head -c $(($(wc -c <"$mesh") - 11)) "$mesh" | wrong "line 8: a corner of CTRIA3 is ''"
+}
+
+@test "map: a missing, waiting, cancelled or wrongly typed drape answers like its result" {
+    call POST /v1/drapes/none/map -H "$JSON" --data "$POINTS"
+    expect_problem 404 not-found
+    call POST "/v1/drapes/$id/map" -H 'Content-Type: text/plain' --data "$POINTS"
+    expect_problem 415 unsupported-media-type
+    [ "$(header Accept)" = 'application/json, text/x-nastran' ]
+    call POST "/v1/drapes/$id/map" -H 'Content-Type:' --data "$POINTS"
+    expect 200
+    call GET "/v1/drapes/$id/map"
+    expect_problem 405 method-not-allowed
+    [ "$(header Allow)" = 'POST, OPTIONS' ]
+    stop_workers
+    quick 1.77 | submit
+    call POST "/v1/drapes/$id/map" -H "$JSON" --data "$POINTS"
+    kill -CONT $(workers)
+    expect_problem 404 result-not-ready
+    wait_for "$id" succeeded
+    slow 1.77 | submit
+    call POST "/v1/drapes/$id/cancel" --data ''
+    wait_for "$id" cancelled
+    call POST "/v1/drapes/$id/map" -H "$JSON" --data "$POINTS"
+    expect_problem 409 cancelled
+}
+
+@test "map: lcmsim says what a drape lacks" {
+    post '/v1/drapes?fields=nodes.i' "$EXAMPLES/saddle.json" -H 'Prefer: wait=40'
+    id=$(field .id)
+    map_bulk '?format=lcmsim'
+    expect_problem 422 invalid-request
+    map_bulk '?format=csv'
+    expect 200
+    ! head -1 "$body" | grep -q k1
+    # A cavity thinner than the fabric: cells are flagged and counted, but there is no case.
+    jq '.cavity = {height: 0.0011} | .fabric.spacing = 0.2' "$BATS_FILE_TMPDIR/request.json" |
+        post /v1/drapes - -H 'Prefer: wait=40'
+    expect 200
+    jq -e '.summary.packing_exceeded_cells > 0 and
+           .summary.packing_exceeded_cells == (.cells.packing_exceeded | add) and
+           (.cells.porosity | min) < 0' "$body"
+    id=$(field .id)
+    map_bulk '?format=json'
+    expect 200
+    jq -e '.cells.packing_exceeded == [1, 1]' "$body"
+    map_bulk '?format=lcmsim'
+    expect_problem 422 invalid-request
+    [[ $(field .detail) == '2 of 2 elements have no pores'* ]]
+}
+
+@test "map: a mesh may be larger than other bodies, but not than --max-mesh" {
+    [ "$(stat -c %s "$BATS_FILE_TMPDIR/long.json")" -lt 9000100 ]
+    { cat "$mesh"; head -c 2000000 /dev/zero | tr '\0' '$'; } >"$BATS_TEST_TMPDIR/large.bdf"
+    call POST "/v1/drapes/$id/map" -H "$NASTRAN" --data-binary "@$BATS_TEST_TMPDIR/large.bdf"
+    expect 200
+    head -c 9500000 /dev/zero | tr '\0' ' ' >"$BATS_TEST_TMPDIR/too_large"
+    call POST "/v1/drapes/$id/map" -H "$JSON" --data-binary "@$BATS_TEST_TMPDIR/too_large"
+    expect_problem 413 too-large
+    [[ $(field .detail) == *'(--max-mesh)'* ]]
+    call POST "/v1/drapes/$id/map" -H "$JSON" -H 'Transfer-Encoding: chunked' \
+        --data-binary "@$BATS_TEST_TMPDIR/too_large"
+    expect_problem 413 too-large
+    call GET /v1/limits
+    [ "$(field .max_mesh)" -eq 9437184 ]
+    DRAPED_MAX_MESH=2M "$DRAPED" --check-config | grep -qx 'max-mesh = 2097152'
+    "$DRAPED" --help | grep -q -- --max-mesh
+}
+
+@test "map: long ones hold up nobody, and are given up when their callers go" {
+    long_map
+    long_map
+    long_map
+    sleep 0.5
+    for _ in 1 2 3 4 5 6 7 8; do
+        call GET "/v1/drapes/$id/result?format=npz" --max-time 10
+        expect 200
+    done
+    for pid in $pids; do
+        gone "$pid" && return 1 # still being made
+        kill "$pid"
+    done
+    map "$POINTS" '' --max-time 20
+    expect 200
+}
+
+@test "map: there are sixteen at a time at the most" {
+    for _ in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16; do long_map; done
+    refused() { map "$POINTS" '' --max-time 1 2>/dev/null && [ "$status" = 503 ]; }
+    wait_until 20 refused
+    expect_problem 503 unavailable
+    [ "$(header Retry-After)" -ge 1 ]
+    for pid in $pids; do kill "$pid" || true; done # one may have been refused itself
+    accepted() { map "$POINTS" '' --max-time 10 2>/dev/null && [ "$status" = 200 ]; }
+    wait_until 20 accepted
+}
+
+@test "map: one that takes too long is told so, and one under way does not keep the daemon" {
+    start_daemon "$BATS_TEST_TMPDIR/other" --job-timeout 1
+    curl -sS --max-time 50 -H "$JSON" -H 'Prefer: wait=40' --data-binary "@$EXAMPLES/sphere.json" \
+        -o /dev/null "$URL/v1/drapes?fields=nodes.i"
+    call GET /v1/drapes
+    sphere=$(field '.drapes[0].id')
+    call POST "/v1/drapes/$sphere/map" -H "$JSON" --data-binary "@$BATS_FILE_TMPDIR/long.json"
+    expect_problem 500 job-timeout
+    stop_daemon
+    start_daemon "$BATS_TEST_TMPDIR/other"
+    curl -sS --max-time 50 -o "$BATS_TEST_TMPDIR/cut" -w '%{http_code}' -H "$JSON" \
+        --data-binary "@$BATS_FILE_TMPDIR/long.json" "$URL/v1/drapes/$sphere/map" \
+        >"$BATS_TEST_TMPDIR/code" 3>&- &
+    pids=$!
+    sleep 1
+    stop_daemon
+    wait "$pids"
+    pids=
+    [ "$(<"$BATS_TEST_TMPDIR/code")" = 503 ]
+    jq -e '.type == "/problems/unavailable"' "$BATS_TEST_TMPDIR/cut"
+}

@@ -1,0 +1,212 @@
+/* SPDX-License-Identifier: MIT */
+#include "../../api/map_mesh.h"
+
+#include "check.h"
+#include "support.h"
+#include <stdlib.h>
+#include <string.h>
+
+static struct arena *arena;
+
+static int set_up(void **state) {
+    (void)state;
+    arena = arena_new((size_t)1 << 26);
+    return arena ? 0 : -1;
+}
+
+static int tear_down(void **state) {
+    (void)state;
+    arena_free(arena);
+    return 0;
+}
+
+/* Reads a copy that ends where the text ends, so that a sanitizer sees who reads on. */
+static enum api_problem_id read_bytes(const char *text, size_t length, struct api_map_mesh *mesh,
+                                      struct api_problem *problem) {
+    char *copy = malloc(length ? length : 1);
+    assert_non_null(copy);
+    memcpy(copy, text, length);
+    memset(problem, 0, sizeof *problem);
+    enum api_problem_id id = api_map_mesh_json(copy, length, arena, mesh, problem);
+    free(copy);
+    return id;
+}
+
+static struct api_map_mesh read_good(const char *text) {
+    struct api_map_mesh mesh;
+    struct api_problem problem;
+    if (read_bytes(text, strlen(text), &mesh, &problem) != API_OK)
+        fail_msg("%s: %s", text, problem.place[0].detail);
+    return mesh;
+}
+
+static void test_map_json_reads_points(void **state) {
+    (void)state;
+    struct api_map_mesh mesh =
+        read_good(" {\"points\" : [[1, -2.5e1, 0], [0.125,1E-2,-0]\n, [1e12,-1e12,3]]} \r\n");
+    assert_int_equal(mesh.element_count, 3);
+    assert_int_equal(mesh.vertex_count, 3);
+    assert_null(mesh.elements);
+    assert_null(mesh.ids);
+    assert_null(mesh.inlet);
+    assert_true(mesh.vertices[0].x == 1 && mesh.vertices[0].y == -25 && mesh.vertices[0].z == 0);
+    assert_true(mesh.vertices[1].x == 0.125 && mesh.vertices[1].y == 0.01);
+    assert_true(mesh.vertices[2].x == 1e12 && mesh.vertices[2].y == -1e12);
+}
+
+#define SQUARE "\"vertices\":[[0,0,0],[1,0,0],[1,1,0],[0,1,0]]"
+#define HALVES "\"triangles\":[[0,1,2],[0,2,3]]"
+
+static void test_map_json_reads_a_mesh_in_any_order(void **state) {
+    (void)state;
+    static const char *const texts[] = {"{\"mesh\":{" SQUARE "," HALVES "},\"inlet_elements\":[1]}",
+                                        "{\"inlet_elements\":[1,1],\"mesh\":{" HALVES "," SQUARE
+                                        "}}"};
+    for (int k = 0; k < 2; k++) {
+        struct api_map_mesh mesh = read_good(texts[k]);
+        static const int32_t expected[2][4] = {{0, 1, 2, -1}, {0, 2, 3, -1}};
+        assert_int_equal(mesh.vertex_count, 4);
+        assert_int_equal(mesh.element_count, 2);
+        assert_memory_equal(mesh.elements, expected, sizeof expected);
+        assert_true(mesh.inlet[0] == 0 && mesh.inlet[1] == 1);
+    }
+    assert_null(read_good("{\"mesh\":{" SQUARE "," HALVES "}}").inlet);
+    assert_non_null(read_good("{\"mesh\":{" SQUARE "," HALVES "},\"inlet_elements\":[]}").inlet);
+}
+
+struct wrong {
+    const char *text;
+    enum api_problem_id id;
+    const char *pointer; /* NULL: none */
+    const char *detail;  /* a part of it */
+};
+
+#define MALFORMED API_MALFORMED_JSON, NULL
+#define INVALID API_INVALID_REQUEST
+#define MESH(...) "{\"mesh\":{" __VA_ARGS__ "}}"
+
+static const struct wrong wrongs[] = {
+    {"", MALFORMED, "empty"},
+    {" ", MALFORMED, "line 1, column 2"},
+    {"nonsense", MALFORMED, "line 1, column 1: a value is missing"},
+    {"null", INVALID, "", "must be an object"},
+    {"[]", INVALID, "", "must be an object"},
+    {"{}", INVALID, "", "either \"points\" or \"mesh\""},
+    {"{\"points\":[[1,2,3]]} x", MALFORMED, "line 1, column 22: there is something behind"},
+    {"{\"points\":[[1,2,3]],}", MALFORMED, "a key in quotes"},
+    {"{\"points\" [[1,2,3]]}", MALFORMED, "colon"},
+    {"{\"points\":[[1,2,3]]", MALFORMED, "ends early"},
+    {"{\"points\":[[1,2,3]", MALFORMED, "ends early"},
+    {"{\"points\":[[1,2", MALFORMED, "ends early"},
+    {"{\"points\":[[1,2,3],\n[1,2,]]}", MALFORMED, "line 2, column 6: a value is missing"},
+    {"{\"points\":[[1,2,3] [1,2,3]]}", MALFORMED, "comma"},
+    {"{\"points\":[[1,2,NaN]]}", MALFORMED, "line 1, column 17: a value is missing"},
+    {"{\"points\":[[1,2,-Infinity]]}", MALFORMED, "no number of JSON"},
+    {"{\"points\":[[1,2,+3]]}", MALFORMED, "a value is missing"},
+    {"{\"points\":[[1,2,03]]}", MALFORMED, "no number of JSON"},
+    {"{\"points\":[[1,2,3.]]}", MALFORMED, "no number of JSON"},
+    {"{\"points\":[[1,2,.3]]}", MALFORMED, "a value is missing"},
+    {"{\"points\":[[1,2,-.3]]}", MALFORMED, "no number of JSON"},
+    {"{\"points\":[[1,2,3e]]}", MALFORMED, "comma"},
+    {"{\"points\":[[1,2,0x3]]}", MALFORMED, "comma"},
+    {"{\"points\":[[1,2,1e999]]}", INVALID, "/points/0/2", "too large"},
+    {"{\"points\":[[1,2,2e12]]}", INVALID, "/points/0/2", "between -1e12 and 1e12"},
+    {"{\"points\":[[1,2,null]]}", INVALID, "/points/0/2", "must be a number"},
+    {"{\"points\":[[1,2,nan]]}", MALFORMED, "a value is missing"},
+    {"{\"points\":[[1,2,\"3\"]]}", INVALID, "/points/0/2", "must be a number"},
+    {"{\"points\":[[1,2,3],[1,2]]}", INVALID, "/points/1", "three numbers"},
+    {"{\"points\":[[1,2,3,4]]}", INVALID, "/points/0", "three numbers"},
+    {"{\"points\":[[]]}", INVALID, "/points/0", "three numbers"},
+    {"{\"points\":[1,2,3]}", INVALID, "/points/0", "three numbers"},
+    {"{\"points\":[]}", INVALID, "/points", "empty"},
+    {"{\"points\":{}}", INVALID, "/points", "array"},
+    {"{\"points\":7}", INVALID, "/points", "array"},
+    {"{\"point\":[[1,2,3]]}", INVALID, "/point", "not known"},
+    {"{\"points\":[[1,2,3]],\"points\":[[1,2,3]]}", INVALID, "/points", "only one"},
+    {"{\"points\":[[1,2,3]],\"mesh\":{}}", INVALID, "/mesh", "only one"},
+    {"{\"points\":[[1,2,3]],\"inlet_elements\":[0]}", INVALID, "/inlet_elements", "needs a mesh"},
+    {"{\"mesh\":[]}", INVALID, "/mesh", "must be an object"},
+    {MESH(""), INVALID, "/mesh/vertices", "required"},
+    {MESH(SQUARE), INVALID, "/mesh/triangles", "required"},
+    {MESH(HALVES), INVALID, "/mesh/vertices", "required"},
+    {MESH(SQUARE ",\"triangles\":[]"), INVALID, "/mesh/triangles", "empty"},
+    {MESH(SQUARE ",\"triangles\":[[0,1,4]]"), INVALID, "/mesh/triangles/0/2", "less than 4"},
+    {MESH(SQUARE ",\"triangles\":[[0,1,-1]]"), INVALID, "/mesh/triangles/0/2", "index"},
+    {MESH(SQUARE ",\"triangles\":[[0,1,1.5]]"), INVALID, "/mesh/triangles/0/2", "index"},
+    {MESH(SQUARE ",\"triangles\":[[0,1,2,3]]"), INVALID, "/mesh/triangles/0", "three"},
+    {MESH(SQUARE ",\"quads\":[[0,1,2,3]]"), INVALID, "/mesh/quads", "not known"},
+    {MESH(SQUARE "," SQUARE), MALFORMED, "twice"},
+    {"{\"mesh\":{" SQUARE "," HALVES "},\"inlet_elements\":[2]}", INVALID, "/inlet_elements/0",
+     "less than 2"},
+    {"{\"mesh\":{" SQUARE "," HALVES "},\"inlet_elements\":[\"a\"]}", INVALID, "/inlet_elements/0",
+     "must be a number"},
+    {"{\"inlet_elements\":[0],\"inlet_elements\":[0]}", MALFORMED, "twice"},
+    {"{\"po\\u0069nts\":[[1,2,3]]}", MALFORMED, "a character that no key here has"},
+    {"\xef\xbb\xbf{\"points\":[[1,2,3]]}", MALFORMED, "a value is missing"},
+};
+
+static void test_map_json_says_what_is_wrong_and_where(void **state) {
+    (void)state;
+    for (size_t k = 0; k < sizeof wrongs / sizeof *wrongs; k++) {
+        const struct wrong *wrong = &wrongs[k];
+        struct api_map_mesh mesh;
+        struct api_problem problem;
+        enum api_problem_id id = read_bytes(wrong->text, strlen(wrong->text), &mesh, &problem);
+        if (id != wrong->id || !strstr(problem.place[0].detail, wrong->detail) ||
+            problem.has_pointer != (wrong->pointer != NULL) ||
+            (wrong->pointer && strcmp(problem.place[0].pointer, wrong->pointer) != 0))
+            fail_msg("%s: %s at '%s': %s", wrong->text, api_problem_slug(id),
+                     problem.place[0].pointer, problem.place[0].detail);
+    }
+}
+
+/* Cut anywhere, or with any byte replaced, it is read or refused, and never read beyond its end. */
+static void test_map_json_takes_any_bytes(void **state) {
+    (void)state;
+    static const char text[] =
+        "{\"mesh\":{\"vertices\":[[0,0,0],[1,-1.5e-3,0],[1,1,0.25]],\"triangles\":[[0,1,2]]},"
+        "\"inlet_elements\":[0]}";
+    struct random random = random_begin("bytes");
+    struct api_map_mesh mesh;
+    struct api_problem problem;
+    for (size_t length = 0; length < sizeof text - 1; length++)
+        assert_int_equal(read_bytes(text, length, &mesh, &problem), API_MALFORMED_JSON);
+    for (int trial = 0; trial < 20000; trial++) {
+        static const char some[] = "{}[]\",:0123456789.-+eE \n\\tn\xff";
+        char changed[sizeof text];
+        memcpy(changed, text, sizeof text);
+        for (int k = random_index(&random, 3); k >= 0; k--)
+            changed[random_index(&random, sizeof text - 1)] =
+                some[random_index(&random, sizeof some)];
+        struct arena_mark mark = arena_mark(arena);
+        enum api_problem_id id = read_bytes(changed, sizeof text - 1, &mesh, &problem);
+        assert_true(id == problem.id);
+        assert_true(id == API_OK || id == API_MALFORMED_JSON || id == API_INVALID_REQUEST);
+        arena_rewind(arena, mark);
+    }
+}
+
+static void test_map_json_without_memory_is_a_problem(void **state) {
+    (void)state;
+    static const char text[] = "{\"mesh\":{" SQUARE "," HALVES "},\"inlet_elements\":[1]}";
+    struct api_map_mesh mesh;
+    struct api_problem problem;
+    for (size_t n = 1; n <= 4; n++) {
+        arena_fail_at(arena, n);
+        assert_int_equal(read_bytes(text, sizeof text - 1, &mesh, &problem), API_OUT_OF_MEMORY);
+    }
+    arena_fail_at(arena, 5);
+    assert_int_equal(read_bytes(text, sizeof text - 1, &mesh, &problem), API_OK);
+    arena_fail_at(arena, 0);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_map_json_reads_points),
+        cmocka_unit_test(test_map_json_reads_a_mesh_in_any_order),
+        cmocka_unit_test(test_map_json_says_what_is_wrong_and_where),
+        cmocka_unit_test(test_map_json_takes_any_bytes),
+        cmocka_unit_test(test_map_json_without_memory_is_a_problem),
+    };
+    return cmocka_run_group_tests_name("map_json", tests, set_up, tear_down);
+}

@@ -1,0 +1,352 @@
+/* SPDX-License-Identifier: MIT */
+#include "../../api/map_mesh.h"
+
+#include "check.h"
+#include "support.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static struct arena *arena;
+
+static int set_up(void **state) {
+    (void)state;
+    arena = arena_new((size_t)1 << 26);
+    return arena ? 0 : -1;
+}
+
+static int tear_down(void **state) {
+    (void)state;
+    arena_free(arena);
+    return 0;
+}
+
+static enum api_problem_id read_bytes(const char *text, size_t length, struct api_map_mesh *mesh,
+                                      struct api_problem *problem) {
+    char *copy = malloc(length ? length : 1);
+    assert_non_null(copy);
+    memcpy(copy, text, length);
+    memset(problem, 0, sizeof *problem);
+    enum api_problem_id id = api_map_mesh_nastran(copy, length, arena, mesh, problem);
+    free(copy);
+    return id;
+}
+
+static struct api_map_mesh read_good(const char *text) {
+    struct api_map_mesh mesh;
+    struct api_problem problem;
+    if (read_bytes(text, strlen(text), &mesh, &problem) != API_OK)
+        fail_msg("%s\n%s", text, problem.place[0].detail);
+    return mesh;
+}
+
+/* ---- what is read ---- */
+
+/* The same unit square with a triangle to its right, in all ways of writing. */
+static const char small_fields[] =
+    "$ a comment\n"
+    "GRID           1              0.      0.     0.0       0\n"
+    "GRID           2              1.      0.      0.\n"
+    "GRID           3             1.0    1.+0      0.               0\n"
+    "GRID          40              0.      1.      0.\n"
+    "GRID           5             2.0      .5  -1.5-3\n"
+    "CQUAD4       901       1       1       2       3      40\n"
+    "CTRIA3        17       2       2       5       3      0.\n";
+
+static const char large_fields[] =
+    "GRID*                  1                             0.0             0.0\n"
+    "*                    0.0               0\n"
+    "GRID*                  2                            1.D0          0.0E+0\n"
+    "*       0.0\n"
+    "GRID*                  3                             1.0             1.0+GRID3\n"
+    "*GRID3               0.0\n"
+    "GRID*                 40                             0.0             1.0\n"
+    "*                    0.0\n"
+    "GRID*                  5                             2.0             0.5\n"
+    "*            -1.500000-3\n"
+    "CQUAD4*              901               1               1               2\n"
+    "*                      3              40\n"
+    "CTRIA3*               17               2               2               5\n"
+    "*                      3\n";
+
+static const char free_fields[] = "grid,1,,0.,0.,0.\n"
+                                  "Grid, 2, 0, 1., 0., 0., , ,\n"
+                                  "GRID,3,,1.,1.,0.\r\n"
+                                  "GRID*,40,,0.,1.,\n"
+                                  "*,0.\n"
+                                  "GRID,5,,2.,.5,-.0015 $ to the right\n"
+                                  "cquad4*,901,1,1,2\n"
+                                  "\n"
+                                  "$ between\n"
+                                  "*,3,40\n"
+                                  "CTRIA3,17,2,2,5,3";
+
+/* Small fields are parted by tabs as well; and the order of the cards means nothing. */
+static const char tabs[] = "CTRIA3\t17\t2\t2\t5\t3\n"
+                           "CQUAD4\t901\t1\t1\t2\t3\t40\n"
+                           "GRID\t1\t\t0.\t0.\t0.\n"
+                           "GRID\t2\t\t1.\t0.\t0.\n"
+                           "GRID\t3\t\t1.\t1.\t0.\n"
+                           "GRID\t40\t\t\t1.\t0.\n"
+                           "GRID\t5\t\t2.\t.5\t-1.5E-3\n";
+
+static const char whole_deck[] = "SOL 101\n"
+                                 "CEND\n"
+                                 "TITLE = a mould, GRID and all\n"
+                                 "begin bulk\n"
+                                 "PARAM,POST,-1\n"
+                                 "MAT1,1,7.+10,,.3\n"
+                                 "PSHELL         1       1    .002       1               1\n"
+                                 "PCOMP          2\n"
+                                 "               1    .001     45.\n"
+                                 "GRID,5,,2.,.5,-1.5e-3\n"
+                                 "GRID,1,,,,\n"
+                                 "GRID,2,,1.,,\n"
+                                 "GRID,3,,1.,1.,\n"
+                                 "GRID,40,,,1.,\n"
+                                 "CTRIA3,17,2,2,5,3\n"
+                                 "CQUAD4,901,1,1,2,3,40\n"
+                                 "ENDDATA\n"
+                                 "whatever comes behind it\n";
+
+/* The index of the vertex with these coordinates. */
+static int32_t vertex_at(const struct api_map_mesh *mesh, double x, double y, double z) {
+    for (size_t k = 0; k < mesh->vertex_count; k++)
+        if (mesh->vertices[k].x == x && mesh->vertices[k].y == y && mesh->vertices[k].z == z)
+            return (int32_t)k;
+    fail_msg("no vertex at %g, %g, %g", x, y, z);
+    return -1;
+}
+
+static void test_map_nastran_reads_all_ways_of_writing(void **state) {
+    (void)state;
+    static const char *const texts[] = {small_fields, large_fields, free_fields, tabs, whole_deck};
+    for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
+        struct api_map_mesh mesh = read_good(texts[k]);
+        assert_int_equal(mesh.vertex_count, 5);
+        assert_int_equal(mesh.element_count, 2);
+        const int32_t a = vertex_at(&mesh, 0, 0, 0), b = vertex_at(&mesh, 1, 0, 0);
+        const int32_t c = vertex_at(&mesh, 1, 1, 0), d = vertex_at(&mesh, 0, 1, 0);
+        const int32_t e = vertex_at(&mesh, 2, 0.5, -0.0015);
+        size_t quad = mesh.ids[0] == 901 ? 0 : 1;
+        assert_int_equal(mesh.ids[quad], 901);
+        assert_int_equal(mesh.ids[1 - quad], 17);
+        assert_memory_equal(mesh.elements[quad], ((int32_t[]){a, b, c, d}), 16);
+        assert_memory_equal(mesh.elements[1 - quad], ((int32_t[]){b, e, c, -1}), 16);
+        assert_null(mesh.inlet);
+    }
+}
+
+static void test_map_nastran_reads_its_reals(void **state) {
+    (void)state;
+    static const struct {
+        const char *text;
+        double value;
+    } reals[] = {{"1.5", 1.5},      {"-1.5+3", -1500},  {"+1.5-3", 0.0015}, {"1.5E3", 1500},
+                 {"1.5e+03", 1500}, {"1.5D-3", 0.0015}, {".5", 0.5},        {"7", 7},
+                 {"-.5d0", -0.5},   {"1.-12", 1e-12},   {"5.E-400", 0}};
+    for (size_t k = 0; k < sizeof reals / sizeof *reals; k++) {
+        struct bytes text = {0};
+        bytes_format(&text,
+                     "GRID,1,,%s,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\n"
+                     "CTRIA3,1,1,1,2,3\n",
+                     reals[k].text);
+        struct api_map_mesh mesh = read_good(text.data);
+        assert_true(mesh.vertices[0].x == reals[k].value);
+        bytes_free(&text);
+    }
+}
+
+/* ---- what is not ---- */
+
+#define GRIDS "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\n"
+#define TRIANGLE "CTRIA3,1,1,1,2,3\n"
+
+struct wrong {
+    const char *text, *detail;
+};
+
+static const struct wrong wrongs[] = {
+    {"", "no CTRIA3 and no CQUAD4"},
+    {GRIDS, "no CTRIA3 and no CQUAD4"},
+    {"$ nothing\n\n", "no CTRIA3 and no CQUAD4"},
+    {TRIANGLE, "line 1: element 1 has the corner 1, but there is no GRID 1"},
+    {GRIDS "CTRIA3,1,1,1,2,4\n", "line 4: element 1 has the corner 4, but there is no GRID 4"},
+    {GRIDS TRIANGLE "CQUAD4,1,1,1,2,3,1\n", "line 5: there is another element 1 before it"},
+    {GRIDS TRIANGLE "$\nGRID,2,,5.,5.,5.\n", "line 6: there is another GRID 2 before it"},
+    {GRIDS TRIANGLE "CTRIA6,2,1,1,2,3,4,5,6\n", "line 5: CTRIA6 is not supported"},
+    {GRIDS TRIANGLE "CORD2R  1\n", "line 5: CORD2R is not supported"},
+    {GRIDS TRIANGLE "CHEXA,2,1,1,2,3,4,5,6,\n+,7,8\n", "line 5: CHEXA is not supported"},
+    {GRIDS TRIANGLE "INCLUDE 'more.bdf'\n", "line 5: INCLUDE is not supported"},
+    {"{\"points\":[[1,2,3]]}", "line 1:"},
+    {GRIDS "GRID,4,7,0.,0.,0.\n" TRIANGLE, "line 4: GRID 4 is in the coordinate system '7'"},
+    {GRIDS "GRID,x,,0.,0.,0.\n", "line 4: the id of GRID is 'x'"},
+    {GRIDS "GRID,0,,0.,0.,0.\n", "line 4: the id of GRID is '0'"},
+    {GRIDS "GRID,-4,,0.,0.,0.\n", "line 4: the id of GRID is '-4'"},
+    {GRIDS "GRID,100000000,,0.,0.,0.\n", "line 4: the id of GRID is '100000000'"},
+    {GRIDS "GRID,99999999999999999999,,0.,0.,0.\n", "line 4: the id of GRID"},
+    {GRIDS "GRID,4,,NaN,0.,0.\n", "line 4: coordinate x of GRID is 'NaN'"},
+    {GRIDS "GRID,4,,0.,inf,0.\n", "line 4: coordinate y of GRID is 'inf'"},
+    {GRIDS "GRID,4,,0.,0.,1.e13\n", "line 4: coordinate z of GRID is '1.e13'"},
+    {GRIDS "GRID,4,,0.,0.,1.e999\n", "line 4: coordinate z of GRID is '1.e999'"},
+    {GRIDS "GRID,4,,0.,0.,1.2.3\n", "line 4: coordinate z of GRID is '1.2.3'"},
+    {GRIDS "GRID,4,,0.,0.,1+2+3\n", "line 4: coordinate z of GRID is '1+2+3'"},
+    {GRIDS "GRID,4,,0.,0.,1.-\n", "line 4: coordinate z of GRID is '1.-'"},
+    {GRIDS "GRID,4,,0.,0.\n" TRIANGLE, "line 4: GRID ends before its coordinate z"},
+    {GRIDS "GRID           4              0.\n", "line 4: GRID ends before its coordinate y"},
+    {GRIDS "GRID*                  4                             0.0             0.0\n" TRIANGLE,
+     "line 4: GRID ends before its coordinate z"},
+    {GRIDS "CTRIA3,1,1,1,2\n", "line 4: a corner of CTRIA3 is ''"},
+    {GRIDS "CQUAD4,1,1,1,2,3\n", "line 4: a corner of CQUAD4 is ''"},
+    {GRIDS "CTRIA3,1,1,1,2,3.\n", "line 4: a corner of CTRIA3 is '3.'"},
+    {"+,1\n" GRIDS TRIANGLE, "line 1: a continuation without its card"},
+    {"BEGIN BULK\n" GRIDS TRIANGLE, "line 5: the file ends without ENDDATA"},
+    {GRIDS "\x80\x81\x82\n", "line 4: this is no card"},
+    {GRIDS "GRID,4,,0.,0.,0.00000000000000000000000000000001\n",
+     "line 4: a field is longer than 31 characters"},
+    {GRIDS "AVERYLONGNAMEINDEED,1\n", "line 4: this is no card"},
+};
+
+static void test_map_nastran_says_what_is_wrong_and_in_which_line(void **state) {
+    (void)state;
+    for (size_t k = 0; k < sizeof wrongs / sizeof *wrongs; k++) {
+        struct api_map_mesh mesh;
+        struct api_problem problem;
+        enum api_problem_id id =
+            read_bytes(wrongs[k].text, strlen(wrongs[k].text), &mesh, &problem);
+        if (id != API_INVALID_REQUEST || !strstr(problem.place[0].detail, wrongs[k].detail))
+            fail_msg("%s: %s: %s", wrongs[k].text, api_problem_slug(id), problem.place[0].detail);
+    }
+}
+
+static void test_map_nastran_refuses_lines_that_it_would_have_to_cut(void **state) {
+    (void)state;
+    struct api_map_mesh mesh;
+    struct api_problem problem;
+    struct bytes text = {0};
+    bytes_format(&text, "%sGRID,4,,0.,0.,%250s1.5\n%s", GRIDS, "", TRIANGLE);
+    assert_int_equal(read_bytes(text.data, text.length, &mesh, &problem), API_INVALID_REQUEST);
+    assert_non_null(strstr(problem.place[0].detail, "line 4: is longer than 255 columns"));
+    text.length = 0;
+    bytes_format(&text, "%sGRID,4,,0.,0.,1.5%250s$ a comment\n%s", GRIDS, "", TRIANGLE);
+    assert_int_equal(read_bytes(text.data, text.length, &mesh, &problem), API_OK);
+    bytes_free(&text);
+}
+
+/* Cut before its last line ends, a file is refused; the only other cuts that can be read are those
+ * that leave a smaller mesh, or that of the last number. */
+static void test_map_nastran_takes_any_bytes(void **state) {
+    (void)state;
+    static const char *const texts[] = {small_fields, large_fields, free_fields, whole_deck};
+    struct random random = random_begin("bytes");
+    struct api_map_mesh mesh;
+    struct api_problem problem;
+    size_t deck = strlen(whole_deck) - strlen("whatever comes behind it\n") - 1;
+    for (size_t length = strlen("SOL 101\nCEND\nTITLE"); length < deck; length++)
+        assert_int_equal(read_bytes(whole_deck, length, &mesh, &problem), API_INVALID_REQUEST);
+    for (int trial = 0; trial < 20000; trial++) {
+        static const char some[] = "$*+,-.0123456789DEGRID \n\r\t\xff";
+        const char *text = texts[trial % 4];
+        size_t length = strlen(text);
+        char *changed = malloc(length);
+        assert_non_null(changed);
+        memcpy(changed, text, length);
+        for (int k = random_index(&random, 3); k >= 0; k--)
+            changed[random_index(&random, (int)length)] = some[random_index(&random, sizeof some)];
+        size_t kept = trial % 2 ? length : (size_t)random_index(&random, (int)length);
+        struct arena_mark mark = arena_mark(arena);
+        enum api_problem_id id = read_bytes(changed, kept, &mesh, &problem);
+        assert_true(id == problem.id && (id == API_OK || id == API_INVALID_REQUEST));
+        for (size_t k = 0; id == API_OK && k < mesh.element_count; k++)
+            for (int c = 0; c < 4; c++)
+                assert_true(mesh.elements[k][c] < (int32_t)mesh.vertex_count &&
+                            mesh.elements[k][c] >= (c == 3 ? -1 : 0));
+        arena_rewind(arena, mark);
+        free(changed);
+    }
+}
+
+static void test_map_nastran_finds_scattered_ids(void **state) {
+    (void)state;
+    struct bytes text = {0};
+    struct random random = random_begin("ids");
+    enum { COUNT = 500 };
+    int32_t ids[COUNT];
+    for (int k = 0; k < COUNT; k++) {
+        ids[k] = 1 + (k * 7919 % COUNT) * 1000 + random_index(&random, 1000);
+        bytes_format(&text, "GRID,%d,,%d.,0.,0.\n", ids[k], k);
+    }
+    for (int k = 0; k + 2 < COUNT; k++)
+        bytes_format(&text, "CTRIA3,%d,1,%d,%d,%d\n", COUNT - k, ids[k + 2], ids[k], ids[k + 1]);
+    struct api_map_mesh mesh = read_good(text.data);
+    for (int k = 0; k + 2 < COUNT; k++) {
+        assert_int_equal(mesh.ids[k], COUNT - k);
+        assert_memory_equal(mesh.elements[k], ((int32_t[]){k + 2, k, k + 1, -1}), 16);
+    }
+    bytes_free(&text);
+}
+
+static void test_map_nastran_without_memory_is_a_problem(void **state) {
+    (void)state;
+    struct api_map_mesh mesh;
+    struct api_problem problem;
+    for (size_t n = 1; n <= 8; n++) {
+        arena_fail_at(arena, n);
+        assert_int_equal(read_bytes(small_fields, strlen(small_fields), &mesh, &problem),
+                         API_OUT_OF_MEMORY);
+    }
+    arena_fail_at(arena, 9);
+    assert_int_equal(read_bytes(small_fields, strlen(small_fields), &mesh, &problem), API_OK);
+    arena_fail_at(arena, 0);
+}
+
+/* ---- the inlet ---- */
+
+static void test_map_inlet_is_by_the_ids_of_the_file(void **state) {
+    (void)state;
+    struct api_map_mesh mesh = read_good(small_fields);
+    struct api_problem problem = {0};
+    assert_int_equal(api_map_mesh_inlet(&mesh, "17", arena, &problem), API_OK);
+    assert_true(mesh.inlet[0] == 0 && mesh.inlet[1] == 1);
+    assert_int_equal(api_map_mesh_inlet(&mesh, "17", arena, &problem), API_INVALID_REQUEST);
+    mesh.inlet = NULL;
+    problem = (struct api_problem){0};
+    assert_int_equal(api_map_mesh_inlet(&mesh, "17,901", arena, &problem), API_OK);
+    assert_true(mesh.inlet[0] == 1 && mesh.inlet[1] == 1);
+    mesh.inlet = NULL;
+    mesh.ids = NULL;
+    assert_int_equal(api_map_mesh_inlet(&mesh, "0", arena, &problem), API_OK);
+    assert_true(mesh.inlet[0] == 1 && mesh.inlet[1] == 0);
+}
+
+static void test_map_inlet_of_no_element_is_a_problem(void **state) {
+    (void)state;
+    static const char *const lists[] = {"18", "", ",", "17,", "a", "17 901", "-17", "99999999999"};
+    struct api_map_mesh mesh = read_good(small_fields);
+    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++) {
+        struct api_problem problem = {0};
+        assert_int_equal(api_map_mesh_inlet(&mesh, lists[k], arena, &problem), API_INVALID_REQUEST);
+        assert_null(mesh.inlet);
+    }
+    struct api_problem problem = {0};
+    mesh.ids = NULL;
+    assert_int_equal(api_map_mesh_inlet(&mesh, "2", arena, &problem), API_INVALID_REQUEST);
+    mesh.elements = NULL;
+    problem = (struct api_problem){0};
+    assert_int_equal(api_map_mesh_inlet(&mesh, "0", arena, &problem), API_INVALID_REQUEST);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_map_nastran_reads_all_ways_of_writing),
+        cmocka_unit_test(test_map_nastran_reads_its_reals),
+        cmocka_unit_test(test_map_nastran_says_what_is_wrong_and_in_which_line),
+        cmocka_unit_test(test_map_nastran_refuses_lines_that_it_would_have_to_cut),
+        cmocka_unit_test(test_map_nastran_takes_any_bytes),
+        cmocka_unit_test(test_map_nastran_finds_scattered_ids),
+        cmocka_unit_test(test_map_nastran_without_memory_is_a_problem),
+        cmocka_unit_test(test_map_inlet_is_by_the_ids_of_the_file),
+        cmocka_unit_test(test_map_inlet_of_no_element_is_a_problem),
+    };
+    return cmocka_run_group_tests_name("map_nastran", tests, set_up, tear_down);
+}
