@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# all, demo, test, bench, figures, lint, format, install, clean. See README.md.
+# all, demo, test, bench, figures, lint, format, install, deb, sbom, clean. See README.md.
 .DEFAULT_GOAL := all
 SHELL := /bin/bash
 B ?= build
@@ -35,7 +35,7 @@ TEST_MAIN := $(filter $(addsuffix test_%,$(sort $(dir $(TEST_SRC)))),$(TEST_SRC)
 TESTS := $(TEST_MAIN:%.c=$(B)/%)
 test_helpers = $(call objects,$(filter-out $(dir $(1))test_%,$(wildcard $(dir $(1))*.c)))
 
-.PHONY: all demo test tests bench figures lint format install clean
+.PHONY: all demo test tests bench figures lint format install deb sbom clean
 all: $(B)/draped $(B)/drape
 
 # Installs what the build needs, once; `make test` asks for more.
@@ -83,13 +83,14 @@ $(TESTS): $(B)/%: $(B)/%.o $$(call test_helpers,$$*.c) $(LIBS)
 SANITIZED := OPT=-O1 SANITIZE="-fsanitize=address,undefined -fno-sanitize-recover=all"
 test:
 	@deploy/setup.sh test
-	@$(MAKE) --no-print-directory -s all tests tests/readers/node_modules
+	@$(MAKE) --no-print-directory -s all tests \
+	    tests/readers/node_modules tests/manifests/node_modules
 	@$(MAKE) --no-print-directory -s B=$(B)/sanitized $(SANITIZED) all tests
 	@tests/run.sh $(B) $(B)/sanitized
 tests: $(TESTS)
-# The validator of glTF, as the lock file pins it.
-tests/readers/node_modules: tests/readers/package-lock.json
-	@npm ci --silent --no-audit --no-fund --prefix tests/readers && touch $@
+# The validators of glTF, manifests and bills of materials, as the lock files pin them.
+tests/%/node_modules: tests/%/package-lock.json
+	@npm ci --silent --no-audit --no-fund --ignore-scripts --omit=optional --prefix tests/$* && touch $@
 
 demo: all
 	@deploy/demo.sh $(B)
@@ -99,11 +100,35 @@ lint: all
 	@for check in tests/checks/*.sh; do echo $$check; $$check $(B) || exit 1; done
 
 format:
-	find solver api server tests -name '*.[ch]' -o -name '*.cc' | xargs $(CLANG_FORMAT) -i
+	find solver api server tests -name node_modules -prune -o \
+	    \( -name '*.[ch]' -o -name '*.cc' \) -print | xargs $(CLANG_FORMAT) -i
 
 PREFIX ?= /usr/local
-install: all
+UNITS ?= $(PREFIX)/lib/systemd/system
+VERSION := $(shell sed -n 's/^\#define DRAPED_VERSION "\(.*\)"/\1/p' server/config.h)
+OPERATORS := $(addprefix deploy/,operations.md runbook.md nginx.conf Caddyfile prometheus grafana)
+install: all sbom $(B)/draped.1 $(B)/drape.1
 	install -D -t $(DESTDIR)$(PREFIX)/bin $(B)/draped $(B)/drape
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man1 $(B)/draped.1 $(B)/drape.1
+	install -D -m 644 -t $(DESTDIR)$(UNITS) deploy/systemd/draped.socket
+	sed 's|/usr/bin/|$(PREFIX)/bin/|' deploy/systemd/draped.service | \
+	    install -m 644 /dev/stdin $(DESTDIR)$(UNITS)/draped.service
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/doc/draped $(B)/draped.cdx.json
+	cp -r $(OPERATORS) $(DESTDIR)$(PREFIX)/share/doc/draped
+
+# Manual pages, their flags from --help.
+$(B)/%.1: deploy/man/%.1.in deploy/man/options.awk $(B)/%
+	awk -f deploy/man/options.awk <($(B)/$* --help) $< >$@
+
+# The bill of materials.
+sbom: $(B)/draped.cdx.json
+$(B)/draped.cdx.json: deploy/sbom.py $(B)/draped $(B)/drape
+	python3 $< $(VERSION) $(B)/draped $(B)/drape >$@.new && mv $@.new $@
+
+# The Debian package, in $(B)/deb.
+deb:
+	@deploy/setup.sh package
+	@deploy/deb.sh $(B) $(VERSION)
 
 # Redraws api/figures from the program's own results.
 figures: $(B)/drape

@@ -1,21 +1,24 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # Installs what is missing to build, run and test draped on Debian 12; does nothing on a machine
-# that has it all. Usage: deploy/setup.sh build|test
+# that has it all. Usage: deploy/setup.sh build|package|test
 set -eu
 
 build='gcc g++ libmicrohttpd-dev libjansson-dev libsodium-dev libsqlite3-dev zlib1g-dev
     libzstd-dev python3-yaml curl jq'
-# The second line: readers of result formats that others wrote.
+# The last line: readers of result formats that others wrote.
+package='build-essential debhelper' # for make deb
 tests='bats libcmocka-dev clang-format-14 procps
+    man-db systemd lintian sqlite3 openssl
     python3-vtk9 python3-numpy python3-ezdxf python3-meshio librsvg2-bin unzip'
 command -v npm >/dev/null || tests="$tests nodejs npm"
 
 case "${1:-}" in
 build) wanted=$build ;;
-test) wanted="$build $tests" ;;
+package) wanted="$build $package" ;;
+test) wanted="$build $package $tests" ;;
 *)
-    echo "usage: $0 build|test" >&2
+    echo "usage: $0 build|package|test" >&2
     exit 2
     ;;
 esac
@@ -28,19 +31,45 @@ for package in $wanted; do
     *) missing="$missing $package" ;;
     esac
 done
-[ -n "$missing" ] || exit 0
+
+# Programs that deploy/ is tested with, whose packages would start a service on this machine: only
+# the program is taken from each, into build/tools.
+programs='nginx:usr/sbin/nginx caddy:usr/bin/caddy prometheus:usr/bin/promtool'
+tools=$(dirname "$0")/../build/tools
+
+fetch_tools() {
+    mkdir -p "$tools"
+    for entry in $programs; do
+        program=${entry#*:}
+        [ ! -x "$tools/${program##*/}" ] || continue
+        (cd "$tools" && { apt-get download "${entry%%:*}" ||
+            { $root apt-get update && apt-get download "${entry%%:*}"; }; }) >"$log" 2>&1 || {
+            cat "$log" >&2
+            echo "$0: could not fetch ${entry%%:*}" >&2
+            exit 1
+        }
+        dpkg-deb --fsys-tarfile "$tools/${entry%%:*}"_*.deb |
+            tar -xO "./$program" >"$tools/new"
+        chmod +x "$tools/new"
+        mv "$tools/new" "$tools/${program##*/}"
+        rm "$tools/${entry%%:*}"_*.deb
+    done
+}
 
 root=
-if [ "$(id -u)" -ne 0 ]; then
-    command -v sudo >/dev/null || {
-        echo "$0: not root and no sudo; install:$missing" >&2
-        exit 1
-    }
-    root=sudo
-fi
-echo "installing:$missing" >&2
+[ "$(id -u)" -eq 0 ] || root=sudo
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
+if [ -z "$missing" ]; then
+    [ "$1" != test ] || fetch_tools
+    exit
+fi
+
+if [ -n "$root" ] && ! command -v sudo >/dev/null; then
+    echo "$0: not root and no sudo; install:$missing" >&2
+    exit 1
+fi
+echo "installing:$missing" >&2
 {
     $root apt-get update &&
         $root env DEBIAN_FRONTEND=noninteractive \
@@ -50,3 +79,4 @@ trap 'rm -f "$log"' EXIT
     echo "$0: could not install:$missing" >&2
     exit 1
 }
+[ "$1" != test ] || fetch_tools

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "config.h"
 #include "log.h"
+#include "manager.h"
 #include <arpa/inet.h>
 #include <errno.h>
 #include <limits.h>
+#include <netdb.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdlib.h>
@@ -296,8 +298,29 @@ static bool parse_listen(struct config *config) {
                     config->listen);
 }
 
+/* The address of the socket that was handed over, in place of --listen. */
+static bool take_inherited(struct config *config) {
+    const char *why = NULL;
+    char port[8];
+    char host[INET6_ADDRSTRLEN];
+    socklen_t length = sizeof config->address;
+    if (!manager_socket(&config->inherited, &why))
+        return complain("%s", why);
+    struct sockaddr *address = (struct sockaddr *)&config->address;
+    if (config->inherited < 0)
+        return true;
+    if (getsockname(config->inherited, address, &length) != 0 ||
+        getnameinfo(address, length, host, sizeof host, port, sizeof port,
+                    NI_NUMERICHOST | NI_NUMERICSERV) != 0)
+        return complain("the address of the socket that was handed over cannot be read");
+    snprintf(config->inherited_name, sizeof config->inherited_name,
+             address->sa_family == AF_INET6 ? "[%s]:%s" : "%s:%s", host, port);
+    config->listen = config->inherited_name;
+    return true;
+}
+
 static bool check(struct config *config) {
-    if (!parse_listen(config))
+    if (!take_inherited(config) || !parse_listen(config))
         return false;
     if (config->tokens[0])
         return complain("--tokens is not available in this version: leave it out, and keep callers "
@@ -330,6 +353,8 @@ void config_help(FILE *out) {
         fprintf(out, " (%s)\n", flag->variable);
     }
     fprintf(out, "  --%-*s%s\n", HELP_COLUMN - 4, "check-config", "check the flags and stop");
+    fprintf(out, "  --%-*s%s\n", HELP_COLUMN - 4, "healthcheck",
+            "ask the daemon that listens there; exit 0 if it is well");
     fprintf(out, "  --%-*s%s\n", HELP_COLUMN - 4, "version", "print the version and stop");
     fprintf(out, "  --%-*s%s\n", HELP_COLUMN - 4, "help", "print this and stop");
 }
@@ -402,14 +427,19 @@ enum config_verdict config_parse(int argc, char **argv, struct config *config) {
     if (!set_defaults(config))
         return CONFIG_BAD;
     bool only_check = false;
+    bool probe = false;
     for (int k = 1; k < argc; k++) {
         if (!strcmp(argv[k], "--check-config"))
             only_check = true;
+        else if (!strcmp(argv[k], "--healthcheck"))
+            probe = true;
         else if (!set_argument(config, argv, argc, &k))
             return CONFIG_BAD;
     }
     if (!check(config))
         return CONFIG_BAD;
+    if (probe)
+        return CONFIG_PROBE;
     if (only_check)
         print_config(config, stdout);
     return only_check ? CONFIG_DONE : CONFIG_RUN;

@@ -22,6 +22,8 @@ struct config {
     const char *listen;              /* as written, ADDR:PORT */
     struct sockaddr_storage address; /* of `listen`; port 0: any free one */
     socklen_t address_length;
+    char inherited_name[INET6_ADDRSTRLEN + 8]; /* what `listen` is then */
+    int inherited;           /* the socket the service manager handed over; -1: none */
     bool loopback;           /* whether only this machine can reach it */
     const char *data;        /* folder of the embedded store; created when missing */
     const char *store;       /* URL; empty: SQLite in `data` */
@@ -47,12 +49,14 @@ struct config {
 
 /* What to do after parsing. */
 enum config_verdict {
-    CONFIG_RUN,  /* go on */
-    CONFIG_DONE, /* --help, --version, --check-config were answered on stdout: exit 0 */
-    CONFIG_BAD   /* a message is on stderr: exit 2 */
+    CONFIG_RUN,   /* go on */
+    CONFIG_DONE,  /* --help, --version, --check-config were answered on stdout: exit 0 */
+    CONFIG_PROBE, /* --healthcheck: ask the daemon that runs with this configuration */
+    CONFIG_BAD    /* a message is on stderr: exit 2 */
 };
 
-/* Fills `config` from the arguments (argv[0] is skipped) and the environment. */
+/* Fills `config` from the arguments (argv[0] is skipped) and the environment. A socket that the
+ * service manager handed over goes before --listen. */
 enum config_verdict config_parse(int argc, char **argv, struct config *config);
 
 /* Writes the --help text. */

@@ -582,13 +582,20 @@ uint16_t http_port(const struct http *http) {
     return listener_port(http->socket);
 }
 
+void http_touch(struct http *http) {
+    pthread_mutex_lock(&http->lock);
+    pthread_mutex_unlock(&http->lock);
+}
+
 void http_drain(struct http *http) {
     if (atomic_exchange(&http->draining, true))
         return;
     MHD_quiesce_daemon(http->daemon);
     /* Who calls now is refused at once. Closing has to wait for MHD's threads, which may be about
-     * to use the descriptor. */
-    shutdown(http->socket, SHUT_RDWR);
+     * to use the descriptor. A socket of the service manager's keeps callers for the next daemon.
+     */
+    if (http->services.config->inherited < 0)
+        shutdown(http->socket, SHUT_RDWR);
 }
 
 static void stop_timer(struct http *http) {

@@ -40,8 +40,13 @@ bool http_start(const struct http_services *services, struct http **http)
 /* The port in use; the one the system chose when the configuration said 0. */
 uint16_t http_port(const struct http *http);
 
-/* Takes no new connections and refuses new drapes and surfaces (503); everything else goes on:
- * who waits for a running drape still gets it. */
+/* Returns when the front's timer and calls can go on, and never when they are stuck in a lock: for
+ * who has to know that the front is alive. */
+void http_touch(struct http *http);
+
+/* Takes no new connections (those to an inherited socket wait for the next daemon) and refuses new
+ * drapes and surfaces (503); everything else goes on: who waits for a running drape still gets it.
+ */
 void http_drain(struct http *http);
 
 /* Lets every waiting call answer with what there is now, gives answers under way two seconds to

@@ -25,13 +25,14 @@ static void raise_descriptor_limit(int64_t connections) {
 int listener_open(const struct config *config) {
     const struct sockaddr *address = (const struct sockaddr *)&config->address;
     int on = 1;
+    raise_descriptor_limit(config->max_connections);
+    if (config->inherited >= 0)
+        return config->inherited;
     int listener = socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (listener >= 0 && setsockopt(listener, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) == 0 &&
         bind(listener, address, config->address_length) == 0 &&
-        listen(listener, LISTENER_BACKLOG) == 0) {
-        raise_descriptor_limit(config->max_connections);
+        listen(listener, LISTENER_BACKLOG) == 0)
         return listener;
-    }
     log_error(log_event("listen_failed"), log_text("address", config->listen),
               log_text("error", strerror(errno)));
     if (listener >= 0)

@@ -6,8 +6,9 @@
 #include "config.h"
 #include <stdint.h>
 
-/* Binds and listens where the configuration says, ready for so many connections as it allows, as
- * far as the system lets us. The socket, which the caller closes; -1 with a line in the log. */
+/* Binds and listens where the configuration says, or takes the socket that was inherited, ready for
+ * so many connections as it allows, as far as the system lets us. The socket, which the caller
+ * closes; -1 with a line in the log. */
 int listener_open(const struct config *config);
 
 /* The port in use; the one the system chose when the configuration said 0. */

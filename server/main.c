@@ -1,15 +1,18 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * draped: the daemon. Opens the store, starts the dispatcher and the HTTP front, says on stdout
- * where it listens, waits for a signal, and takes everything down in the opposite order.
+ * where it listens, tells the service manager, waits for a signal, and takes everything down in the
+ * opposite order.
  */
 #include "../api/run.h"
 #include "config.h"
 #include "dispatcher.h"
+#include "healthcheck.h"
 #include "http.h"
 #include "hub.h"
 #include "id.h"
 #include "log.h"
+#include "manager.h"
 #include "mapper.h"
 #include "store.h"
 #include "worker.h"
@@ -69,13 +72,28 @@ static void give_up(int number) {
     _exit(0); /* the store needs no goodbye: what runs is taken up again at the next start */
 }
 
+/* Waits for a signal, and tells the service manager meanwhile that this thread and the front are
+ * alive. Not the store: a restart does not mend a database that is away. */
+static int keep_alive(struct service *service, const sigset_t *signals) {
+    int64_t every_ms = manager_watchdog_ms();
+    const struct timespec step = {every_ms / 1000, every_ms % 1000 * 1000000};
+    for (;;) {
+        int number = sigtimedwait(signals, NULL, every_ms ? &step : NULL);
+        if (number > 0)
+            return number;
+        if (errno != EAGAIN)
+            continue;
+        if (service->http)
+            http_touch(service->http);
+        manager_alive();
+    }
+}
+
 /* Returns at the first signal; from then on a second one ends the process at once, even where a
  * shell has started us with signals ignored. */
-static void wait_for_signal(void) {
+static void wait_for_signal(struct service *service) {
     sigset_t signals = stop_signals();
-    int number = 0;
-    while (sigwait(&signals, &number) != 0)
-        continue;
+    int number = keep_alive(service, &signals);
     log_info(log_event("stopping"), log_text("signal", number == SIGTERM ? "SIGTERM" : "SIGINT"));
     signal(SIGALRM, give_up);
     alarm(STOP_SECONDS);
@@ -214,7 +232,9 @@ static int serve(const struct config *config) {
     bool good = start(&service);
     if (good) {
         announce(&service);
-        wait_for_signal();
+        manager_ready();
+        wait_for_signal(&service);
+        manager_stopping();
     }
     stop(&service);
     if (good)
@@ -229,6 +249,8 @@ int main(int argc, char **argv) {
     switch (config_parse(argc, argv, &config)) {
     case CONFIG_DONE:
         return 0;
+    case CONFIG_PROBE:
+        return healthcheck_passes(&config) ? 0 : EXIT_FAILED;
     case CONFIG_BAD:
         return EXIT_USAGE;
     case CONFIG_RUN:

@@ -109,9 +109,11 @@ static void write_counter(FILE *out, const char *name, const char *help, int64_t
     fprintf(out, "%s %lld\n", name, (long long)value);
 }
 
-static void write_workers(FILE *out, struct dispatcher *dispatcher) {
+static void write_workers(FILE *out, struct dispatcher *dispatcher, int64_t workers) {
     struct dispatcher_stats stats;
     dispatcher_stats(dispatcher, &stats);
+    head(out, "draped_workers", "gauge", "Worker processes of this daemon.");
+    fprintf(out, "draped_workers %lld\n", (long long)workers);
     head(out, "draped_workers_busy", "gauge", "Worker processes that are solving.");
     fprintf(out, "draped_workers_busy %lld\n", (long long)stats.busy);
     head(out, "draped_drapes_total", "counter", "Drapes that ended in this process, by how.");
@@ -135,12 +137,19 @@ enum routes_next meta_metrics(const struct http_services *services, struct reque
     FILE *out = open_memstream(&text, &length);
     (void)request;
     if (out) {
+        head(out, "draped_build_info", "gauge", "The version that runs, as labels of 1.");
+        fputs("draped_build_info{version=\"" DRAPED_VERSION
+              "\",solver_version=\"" DRAPE_SOLVER_VERSION "\"} 1\n",
+              out);
         head(out, "draped_http_requests_total", "counter", "Answers by route and status.");
         metrics_each(write_route, out);
-        if (store_counts(services->store, &counts) == STORE_OK)
+        bool up = store_counts(services->store, &counts) == STORE_OK;
+        head(out, "draped_store_up", "gauge", "Whether the store answers.");
+        fprintf(out, "draped_store_up %d\n", up);
+        if (up)
             write_jobs(out, &counts);
         if (services->dispatcher)
-            write_workers(out, services->dispatcher);
+            write_workers(out, services->dispatcher, services->config->workers);
         fclose(out);
     }
     reply_text(reply, 200, "text/plain; version=0.0.4; charset=utf-8", text);

@@ -46,5 +46,9 @@ for b in "$build" "$sanitized"; do
         run "$b $file" env BUILD="$b" bats --tap "$file"
     done
 done
+# What runs the daemon as users install it: once.
+for file in tests/deploy/*.bats; do
+    run "$file" env BUILD="$build" bats --tap "$file"
+done
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]

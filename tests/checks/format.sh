@@ -1,5 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # All C is formatted by the project's .clang-format.
-find solver api server tests -name '*.[ch]' -o -name '*.cc' |
+find solver api server tests -name node_modules -prune -o \
+    \( -name '*.[ch]' -o -name '*.cc' \) -print |
     xargs clang-format-14 --dry-run -Werror

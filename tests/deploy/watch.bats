@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: MIT
+# Alerts, dashboard and runbook: sound by Prometheus's own tool, true of what a daemon tells, and in
+# step with each other.
+load helper
+
+setup_file() {
+    start_shared_daemon
+    # A drape and a call for each way of ending that counters are made by.
+    post /v1/drapes $EXAMPLES/saddle.json -H 'Prefer: wait=30'
+    expect 200
+    call GET /metrics
+    expect 200
+    call GET /metrics
+    cp "$body" "$BATS_FILE_TMPDIR/metrics"
+}
+teardown_file() { stop_daemon; }
+
+# setup_file has no folder of a test's own.
+BATS_TEST_TMPDIR=${BATS_TEST_TMPDIR:-$BATS_FILE_TMPDIR}
+
+@test "deploy: the metrics are as Prometheus likes them" {
+    build/tools/promtool check metrics <"$BATS_FILE_TMPDIR/metrics"
+}
+
+@test "deploy: promtool takes the rules, and each alert comes where it should" {
+    build/tools/promtool check config deploy/prometheus/prometheus.yml
+    build/tools/promtool test rules deploy/prometheus/draped.tests.yml
+    # No alert is without a test that it comes, nor without one that it stays away.
+    sed -n 's/^ *- alert: //p' deploy/prometheus/draped.rules.yml | while read -r alert; do
+        grep -A1 "alertname: $alert\$" deploy/prometheus/draped.tests.yml | grep -q exp_alerts
+        grep -q "alertname: $alert}" deploy/prometheus/draped.tests.yml
+    done
+}
+
+# The expressions of rules and panels, one a line.
+expressions() {
+    python3 - <<'END'
+import json, yaml
+for group in yaml.safe_load(open("deploy/prometheus/draped.rules.yml"))["groups"]:
+    for rule in group["rules"]:
+        print(" ".join(rule["expr"].split()))
+for panel in json.load(open("deploy/grafana/draped.json"))["panels"]:
+    for target in panel["targets"]:
+        print(target["expr"].replace("$__rate_interval", "5m").replace("$job", "draped"))
+END
+}
+
+@test "deploy: every panel's expression is one" {
+    expressions | jq -R '{record: "check:\(input_line_number)", expr: .}' |
+        jq -s '{groups: [{name: "panels", rules: .}]}' >"$BATS_TEST_TMPDIR/panels.yml"
+    [ "$(jq '.groups[0].rules | length' "$BATS_TEST_TMPDIR/panels.yml")" -gt 25 ]
+    build/tools/promtool check rules "$BATS_TEST_TMPDIR/panels.yml"
+}
+
+@test "deploy: what rules and panels ask for is what a daemon tells" {
+    expressions >"$BATS_TEST_TMPDIR/expressions"
+    grep -oE 'draped_[a-z_]+' "$BATS_TEST_TMPDIR/expressions" | sort -u >"$BATS_TEST_TMPDIR/wanted"
+    grep -oE '^draped_[a-z_]+' "$BATS_FILE_TMPDIR/metrics" | sort -u >"$BATS_TEST_TMPDIR/told"
+    [ "$(wc -l <"$BATS_TEST_TMPDIR/wanted")" -ge 9 ]
+    [ -z "$(comm -23 "$BATS_TEST_TMPDIR/wanted" "$BATS_TEST_TMPDIR/told")" ] ||
+        { comm -23 "$BATS_TEST_TMPDIR/wanted" "$BATS_TEST_TMPDIR/told"; false; }
+    # Labels: the daemon's, and the two that Prometheus adds.
+    {
+        grep -oE '[a-z_]+="' "$BATS_FILE_TMPDIR/metrics" | tr -d '="'
+        printf 'job\ninstance\n'
+    } | sort -u >"$BATS_TEST_TMPDIR/labels"
+    {
+        grep -oE '[a-z_]+=~?"' "$BATS_TEST_TMPDIR/expressions" | tr -d '=~"'
+        grep -oE 'by \([^)]*\)' "$BATS_TEST_TMPDIR/expressions" | sed 's/by (//; s/)//; s/, */\n/g'
+    } | sort -u >"$BATS_TEST_TMPDIR/asked"
+    [ -z "$(comm -23 "$BATS_TEST_TMPDIR/asked" "$BATS_TEST_TMPDIR/labels")" ] ||
+        { comm -23 "$BATS_TEST_TMPDIR/asked" "$BATS_TEST_TMPDIR/labels"; false; }
+    # And so are the series of the rules' tests, with the values of their labels.
+    grep -oE 'draped_drapes_total\{[^}]*\}' deploy/prometheus/draped.tests.yml |
+        grep -oE 'outcome="[a-z]+"' | sort -u | while read -r outcome; do
+        grep -qF "draped_drapes_total{$outcome}" "$BATS_FILE_TMPDIR/metrics"
+    done
+    grep -qE '^draped_http_requests_total\{method="GET",route="/metrics",status="200"\} ' \
+        "$BATS_FILE_TMPDIR/metrics"
+}
+
+@test "deploy: the panels lie side by side, and each has a title and a place" {
+    jq -e '.panels | length > 10 and ([.[].id] | length == (unique | length)) and
+           all((.title | length > 0) and .gridPos.x + .gridPos.w <= 24 and (.targets | length > 0))' \
+        deploy/grafana/draped.json
+    jq -e '[.panels[] | .gridPos as $g | range($g.x; $g.x + $g.w) as $x |
+            range($g.y; $g.y + $g.h) as $y | [$x, $y]] | length == (unique | length)' \
+        deploy/grafana/draped.json
+}
+
+@test "deploy: the runbook has every alert, and no other" {
+    sed -n 's/^ *- alert: //p' deploy/prometheus/draped.rules.yml | sort >"$BATS_TEST_TMPDIR/alerts"
+    sed -n 's/^## \(Draped[A-Za-z]*\)$/\1/p' deploy/runbook.md | sort >"$BATS_TEST_TMPDIR/entries"
+    diff "$BATS_TEST_TMPDIR/alerts" "$BATS_TEST_TMPDIR/entries"
+    # The links lead there, and each entry says what it means and what to do.
+    sed -n 's/.*runbook: "runbook\.md#\([a-z]*\)"/\1/p' deploy/prometheus/draped.rules.yml | sort |
+        diff - <(tr 'A-Z' 'a-z' <"$BATS_TEST_TMPDIR/alerts")
+    awk '/^## Draped/ {if (name && (!means || !act)) {print name; bad = 1} name = $2; means = act = 0}
+         /^\*\*Means\*\*/ {means = 1} /^\*\*Do\*\*/ {act = 1}
+         END {exit bad || !means || !act}' deploy/runbook.md
+}
