@@ -215,7 +215,8 @@ static void decode_method(const struct tree_place *root, struct api_request *req
         struct tree_place generators = tree_member(root, "generators");
         struct tree_place generator = tree_member(&generators, yarn_keys[k]);
         if (settings->generator[k].kind == DRAPE_GENERATOR_CURVE)
-            tree_fault(&generator, "must not be a curve in u and v, which a triangle mesh does not have");
+            tree_fault(&generator,
+                       "must not be a curve in u and v, which a triangle mesh does not have");
     }
 }
 
