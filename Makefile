@@ -56,6 +56,19 @@ $(B)/gen/openapi_json.h: api/openapi.yaml api/embed_openapi.py | $(B)/.setup
 	python3 api/embed_openapi.py $< $@
 $(B)/server/meta.o: $(B)/gen/openapi_json.h
 
+# The page at / in the binary: its files, the modules of three.js it draws with, the examples.
+VIEWER := $(wildcard server/viewer/*.html server/viewer/*.css server/viewer/*.js server/viewer/*.svg) \
+          $(wildcard api/examples/*.json)
+THREE := server/viewer/node_modules/three
+THREE_FILES := $(THREE)/build/three.module.min.js $(THREE)/build/three.core.min.js \
+               $(THREE)/examples/jsm/controls/OrbitControls.js $(THREE)/examples/jsm/curves/NURBSUtils.js
+$(THREE)/package.json: server/viewer/package-lock.json | $(B)/.setup
+	@npm ci --silent --no-audit --no-fund --prefix server/viewer && touch $@
+$(B)/gen/viewer_files.h: server/viewer/embed.py $(VIEWER) $(THREE)/package.json
+	@mkdir -p $(@D)
+	python3 $< $(@D) $(VIEWER) $(THREE_FILES)
+$(B)/server/viewer.o: $(B)/gen/viewer_files.h
+
 # The powers of ten that the shortest decimals take.
 $(B)/gen/powers.h: api/embed_powers.py | $(B)/.setup
 	@mkdir -p $(@D)
