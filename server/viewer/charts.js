@@ -7,7 +7,7 @@ import { nodeAt } from './lattice.js';
 const BINS = 36;
 const WIDTH = 288;
 const HEIGHT = 150;
-const FRAME = { left: 34, right: 8, top: 8, bottom: 30 };
+const FRAME = { left: 34, right: 8, top: 20, bottom: 30 };
 
 function svg(name, attributes = {}, ...children) {
   const node = document.createElementNS('http://www.w3.org/2000/svg', name);
@@ -28,7 +28,7 @@ function ticks(low, high, count) {
 
 /** `values` with a mark at each of `marks` that lies within. */
 export function drawScale(parent, { range: [low, high], map, unit, label, marks = [] }) {
-  const box = { width: Math.max(parent.clientWidth, 200), top: 4, height: 12, side: 26 };
+  const box = { width: Math.max(parent.clientWidth, 200), top: 4, height: 12, side: 36 };
   const inner = box.width - 2 * box.side;
   const x = (value) => box.side + (inner * (value - low)) / (high - low);
   const bars = Array.from({ length: 64 }, (_, k) =>
@@ -36,8 +36,10 @@ export function drawScale(parent, { range: [low, high], map, unit, label, marks 
   );
   const text = (value, y, kind) => svg('text', { x: x(value), y, 'text-anchor': 'middle', class: kind }, withUnit(format(value, 3), unit === '°' ? unit : ''));
   const inside = marks.filter((value) => value > low && value < high);
-  const far = (value) => inside.every((mark) => Math.abs(x(mark) - x(value)) > 44);
-  const labels = ticks(low, high, Math.max(2, inner / 90)).filter(far).map((value) => text(value, 30, ''));
+  const room = (others) => (value) => others.every((other) => Math.abs(x(other) - x(value)) > 56);
+  const between = ticks(low, high, Math.max(2, inner / 90)).filter(room([low, high, ...inside]));
+  const ends = [low, high].filter(room(inside));
+  const labels = [...ends, ...between].map((value) => text(value, 30, ''));
   const lines = inside.flatMap((value) => [
     svg('line', { x1: x(value), x2: x(value), y1: 1, y2: 20, class: 'mark' }),
     svg('text', { x: x(value), y: 30, 'text-anchor': 'middle', class: 'marked' }, `locks ${withUnit(format(value, 3), unit)}`),
@@ -60,7 +62,7 @@ function frame({ xs, ys, xLabel, yLabel }) {
   }
   const middle = (FRAME.left + WIDTH - FRAME.right) / 2;
   group.append(svg('text', { x: middle, y: HEIGHT - 3, 'text-anchor': 'middle' }, xLabel));
-  group.append(svg('text', { x: FRAME.left + 3, y: FRAME.top + 4 }, yLabel));
+  group.append(svg('text', { x: 2, y: 11 }, yLabel));
   return { group, x, y };
 }
 
@@ -115,8 +117,8 @@ export function drawDiagonals(parent, lattices, unit, locking) {
     svg('polyline', { class: `curve ${kind}`, points: points.map(([a, b]) => `${x(a).toFixed(1)},${y(b).toFixed(1)}`).join(' ') }),
   );
   const key = ['first', 'second'].flatMap((kind, k) => [
-    svg('line', { x1: 180 + 58 * k, x2: 194 + 58 * k, y1: 9, y2: 9, class: `curve ${kind}` }),
-    svg('text', { x: 198 + 58 * k, y: 13 }, k ? 'i = −j' : 'i = j'),
+    svg('line', { x1: 166 + 60 * k, x2: 180 + 60 * k, y1: 7, y2: 7, class: `curve ${kind}` }),
+    svg('text', { x: 184 + 60 * k, y: 11 }, k ? 'i = −j' : 'i = j'),
   ]);
   const marks = locking && locking < ys[1] ? [svg('line', { x1: FRAME.left, x2: WIDTH - FRAME.right, y1: y(locking), y2: y(locking), class: 'mark' })] : [];
   const most = ['i = j', 'i = −j'].map((name, k) => `along ${name} up to ${format(Math.max(0, ...curves[k].points.map((point) => point[1])), 3)}`);

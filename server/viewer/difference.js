@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The difference of two drapes, cell by cell of the first: the other's value at the same place is
 // the mean of the cells around it, weighted by 1 / distance². Runs in the worker.
+import { NO_VALUE } from './lattice.js';
 
-const NO_VALUE = 1e30; // as in net.js, which the worker does not load
 const CLOSE = 1e-6; // of the reach: the same place
 
 /** Cells by the cube of side `reach` that they lie in. */

@@ -24,7 +24,10 @@ export const ofNodes = (field) => field.column.startsWith('nodes.');
 /** The shown values of a field, of nodes or of cells, or null when the result has none. */
 export function valuesOf(columns, field) {
   const column = columns[field.column];
-  return column ? Float32Array.from(column, field.of) : null;
+  if (!column) return null;
+  const values = new Float32Array(column.length);
+  for (let row = 0; row < values.length; row++) values[row] = field.of(column[row]);
+  return values;
 }
 
 export function rangeOf(values) {

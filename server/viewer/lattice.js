@@ -5,6 +5,9 @@
 // vertex, whose values WebGL then gives to the whole cell (`flat`). So a field of the cells is one
 // number a node, and colours change without touching the triangles.
 
+/** The value of a cell that has none; not NaN, which graphics cards need not know. */
+export const NO_VALUE = Math.fround(1e30);
+
 /** Extremes of a column; 0 and 0 without rows. */
 function range(column) {
   let low = Infinity;
@@ -86,6 +89,26 @@ export function makeNormals(position, index) {
   return normal;
 }
 
+/** Of the cell that each node owns, when it is locked: 16 and the sides without a locked neighbour,
+ *  1: i - 1, 2: i + 1, 4: j - 1, 8: j + 1. Otherwise 0. */
+function makeSides(columns, grid, cellOfNode) {
+  const locked = columns['cells.locked'];
+  const sides = new Uint8Array(cellOfNode.length);
+  if (!locked) return sides;
+  const free = (i, j) => {
+    const owner = nodeAt(grid, i, j);
+    return owner < 0 || cellOfNode[owner] < 0 || !locked[cellOfNode[owner]];
+  };
+  for (let node = 0; node < sides.length; node++) {
+    const cell = cellOfNode[node];
+    if (cell < 0 || !locked[cell]) continue;
+    const i = columns['cells.i'][cell];
+    const j = columns['cells.j'][cell];
+    sides[node] = 16 + free(i - 1, j) + 2 * free(i + 1, j) + 4 * free(i, j - 1) + 8 * free(i, j + 1);
+  }
+  return sides;
+}
+
 /** The middles of the cells, as positions are. */
 function makeCentres(position, index) {
   const centres = new Float32Array(index.length / 2);
@@ -119,6 +142,7 @@ export function makeLattice(columns) {
     ...cells,
     ...placed,
     normal: makeNormals(placed.position, cells.index),
+    sides: makeSides(columns, grid, cells.cellOfNode),
     centres: makeCentres(placed.position, cells.index),
     places: interleave(columns['nodes.i'], columns['nodes.j']),
   };
@@ -127,6 +151,6 @@ export function makeLattice(columns) {
 /** The buffers of a lattice, to hand over instead of copying. */
 export function buffersOf(lattice) {
   const own = [lattice.grid.nodes, lattice.index, lattice.cellOfNode, lattice.position];
-  const all = [...own, lattice.normal, lattice.centres, lattice.places, ...Object.values(lattice.columns)];
+  const all = [...own, lattice.normal, lattice.sides, lattice.centres, lattice.places, ...Object.values(lattice.columns)];
   return all.map((array) => array.buffer);
 }

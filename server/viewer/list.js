@@ -12,10 +12,10 @@ function button(text, label, onClick, kind = '') {
 }
 
 function describe({ status, summary, created }) {
-  const time = new Date(created).toLocaleTimeString([], { hour12: false });
-  if (!summary) return `${time}  ${status}`;
+  const time = new Date(created).toLocaleString([], { dateStyle: 'short', timeStyle: 'medium' });
+  if (!summary) return `${time}\n${status}`;
   const { cells, max_shear_deg } = summary;
-  return `${time}  ${cells.toLocaleString('en')} cells, max ${max_shear_deg.toFixed(1)}°`;
+  return `${time}\n${cells.toLocaleString('en')} cells, up to ${max_shear_deg.toFixed(1)}°`;
 }
 
 export class Drapes {

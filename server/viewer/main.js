@@ -6,7 +6,7 @@ import { drawDiagonals, drawHistogram, drawScale } from './charts.js';
 import { fetchDrape, fetchRequest, spacingOf } from './drape.js';
 import { fieldOf, fields, format, isShear, ofNodes, rangeOf, scaleOf, valuesOf, withUnit } from './fields.js';
 import { Form } from './form.js';
-import { nodeAt } from './lattice.js';
+import { nodeAt, NO_VALUE } from './lattice.js';
 import { curlCommand, saveAs, showDownloads } from './links.js';
 import { Drapes } from './list.js';
 import { REASON_TEXT } from './marks.js';
@@ -291,17 +291,24 @@ function refreshNumbers() {
   const node = page.pinned ? page.pinnedNode : page.hovered?.node;
   const corners = cell >= 0 ? cornersOf(one.lattice, cell) : [];
   const nearest = corners.includes(node) ? node : corners[0];
-  showReadout(element('readout'), one?.lattice, cell >= 0 ? cell : null, nearest, frontOfOne(), form.unit);
+  showReadout(element('readout'), {
+    lattice: one?.lattice,
+    cell: cell >= 0 ? cell : null,
+    node: nearest,
+    front: frontOfOne(),
+    unit: form.unit,
+    isUv: form.shape?.kind !== 'mesh',
+  });
 }
 
 const frontOfOne = () => view.slots.one?.front || new Map();
 
 function refreshCharts() {
   const { one, two } = page;
-  const empty = { grid: { imin: 0, imax: -1, jmin: 0, jmax: -1 } };
-  const locking = form.locking;
-  drawHistogram(element('histogram'), one ? one.lattice.columns['cells.shear_deg'] : [], locking);
-  drawDiagonals(element('diagonals'), [one?.lattice || empty, ...(two ? [two.lattice] : [])], form.unit, locking);
+  for (const id of ['histogram', 'diagonals']) element(id).replaceChildren();
+  if (!one) return;
+  drawHistogram(element('histogram'), one.lattice.columns['cells.shear_deg'], form.locking);
+  drawDiagonals(element('diagonals'), [one, two].filter(Boolean).map(({ lattice }) => lattice), form.unit, form.locking);
 }
 
 /* ---- cells ---- */
@@ -323,7 +330,7 @@ function chipText({ lattice }, { slot, cell }) {
   const stop = reason ? `, the net stops: ${REASON_TEXT[reason]}` : '';
   if (slot === 'difference') {
     const value = page.difference?.[cell];
-    return `${place}: ${value < 1e29 ? withUnit(format(value), page.field.unit(form.unit)) : 'not covered by the other'}`;
+    return `${place}: ${value < NO_VALUE ? withUnit(format(value), page.field.unit(form.unit)) : 'not covered by the other'}`;
   }
   const { field } = page;
   if (ofNodes(field)) return `${place}${stop}`;
@@ -382,7 +389,10 @@ async function compareFields() {
   const shift = two.lattice.origin.map((value, axis) => value - one.lattice.origin[axis]);
   const values = await readDifference({ one: first, two: second, shift, reach: Math.max(...one.spacing, ...two.spacing) });
   page.difference = values;
-  const most = values.reduce((high, value) => (value < 1e29 ? Math.max(high, Math.abs(value)) : high), 0) || 1e-9;
+  const sizes = values.filter((value) => value < NO_VALUE).map(Math.abs).sort();
+  const most = sizes[Math.floor(0.99 * sizes.length)] || 1e-9;
+  const greatest = withUnit(format(sizes.at(-1) ?? 0, 3), field.unit(form.unit));
+  element('caption-difference').textContent = `Difference, this − other; greatest ${greatest}`;
   view.setField('difference', values, false, [-most, most], 'diverging');
   view.mark('pinned', page.pinned, cellAt);
   const scale = { range: [-most, most], map: 'diverging', unit: field.unit(form.unit), label: `${field.label}, this − other` };
@@ -411,7 +421,7 @@ function save() {
     view: page.layout,
     show: shown.join(',') || 'none',
     cell: page.pinned?.join(','),
-    eye: page.moved ? view.eye : '',
+    eye: view.eye,
   });
 }
 
@@ -440,10 +450,7 @@ function restoreChoices(state) {
 function restoreCell(state) {
   const place = state.cell?.split(',').map(Number);
   if (place?.length === 2 && place.every(Number.isInteger)) pin(place);
-  if (state.eye) {
-    page.moved = true;
-    view.eye = state.eye;
-  }
+  if (state.eye) view.eye = state.eye;
 }
 
 async function restore() {
@@ -531,10 +538,7 @@ const view = new View({
     }
     live(settled);
   },
-  onEye: () => {
-    page.moved = true;
-    save();
-  },
+  onEye: save,
 });
 
 const drapes = new Drapes(element('list'), {
@@ -597,7 +601,10 @@ function listenView() {
     view.arrange(page.layout);
     save();
   });
-  element('home').addEventListener('click', () => view.home());
+  element('home').addEventListener('click', () => {
+    view.home();
+    save();
+  });
   for (const id of ['cell-i', 'cell-j']) element(id).addEventListener('change', pinFromFields);
   element('cell-clear').addEventListener('click', () => pin(null));
   document.addEventListener('keydown', (event) => event.key === 'Escape' && (setPlacing(false), page.pinned && pin(null)));

@@ -3,11 +3,8 @@
 // the marked cell, all in one mesh and one shader; the same buffers laid flat give the pattern.
 import * as THREE from './three.module.min.js';
 import { maps } from './colour.js';
-import { nodeAt } from './lattice.js';
 
 const NOWHERE = 1e9;
-/** The value of a cell that has none. */
-export const NO_VALUE = 1e30;
 
 const vertexShader = /* glsl */ `
   in vec2 place;        // (i, j)
@@ -99,20 +96,6 @@ function textureOf(bytes) {
 }
 const textures = { sequential: textureOf(maps.sequential), diverging: textureOf(maps.diverging) };
 
-/** 16 and the sides (1: i - 1, 2: i + 1, 4: j - 1, 8: j + 1) without a locked neighbour; or 0. */
-function lockedSides({ columns, grid, cellOfNode }, cell) {
-  const locked = columns['cells.locked'];
-  if (!locked || !locked[cell]) return 0;
-  const i = columns['cells.i'][cell];
-  const j = columns['cells.j'][cell];
-  const neighbours = [[i - 1, j], [i + 1, j], [i, j - 1], [i, j + 1]];
-  return neighbours.reduce((mask, [a, b], side) => {
-    const owner = nodeAt(grid, a, b);
-    const other = owner < 0 ? -1 : cellOfNode[owner];
-    return other >= 0 && locked[other] ? mask : mask + 2 ** side;
-  }, 16);
-}
-
 function makeGeometry(lattice) {
   const geometry = new THREE.BufferGeometry();
   geometry.setIndex(new THREE.BufferAttribute(lattice.index, 1));
@@ -120,9 +103,7 @@ function makeGeometry(lattice) {
   geometry.setAttribute('normal', new THREE.BufferAttribute(lattice.normal, 3));
   geometry.setAttribute('place', new THREE.BufferAttribute(lattice.places, 2));
   const field = new Float32Array(lattice.places.length);
-  lattice.cellOfNode.forEach((cell, node) => {
-    field[2 * node + 1] = cell < 0 ? 0 : lockedSides(lattice, cell);
-  });
+  for (let node = 0; node < lattice.sides.length; node++) field[2 * node + 1] = lattice.sides[node];
   geometry.setAttribute('field', new THREE.BufferAttribute(field, 2));
   geometry.boundingSphere = new THREE.Sphere(new THREE.Vector3(), lattice.radius);
   return geometry;

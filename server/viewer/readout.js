@@ -16,6 +16,9 @@ const SUMMARY = [
   ['error_estimate_max', 'Greatest error estimate'],
 ];
 
+/** The rows of a read-out that has nothing to say, so that nothing moves later. */
+const EMPTY = ['Shear angle', 'Nearest node', 'x', 'y', 'z', 'u, v', 'Shear at the node'];
+
 /** Rows of name and text; `data` is the whole number, as the service gave it. */
 function fill(list, rows) {
   const nodes = rows.flatMap(([name, text, data]) => {
@@ -62,22 +65,23 @@ function cellRows({ columns }, cell, unit) {
   return rows;
 }
 
-function nodeRows({ columns }, node, unit) {
+function nodeRows({ columns }, node, unit, isUv) {
   const at = (name) => columns[`nodes.${name}`][node];
   const rows = [
     ['Nearest node', `(${at('i')}, ${at('j')})`.replaceAll('-', '−')],
     ...['x', 'y', 'z'].map((axis) => [axis, withUnit(format(at(axis), 6), unit), at(axis)]),
   ];
-  if (columns['nodes.u']) rows.push(['u, v', `${format(at('u'), 5)}, ${format(at('v'), 5)}`]);
+  if (isUv) rows.push(['u, v', `${format(at('u'), 5)}, ${format(at('v'), 5)}`]);
   rows.push(['Shear at the node', `${format(at('shear_deg'), 5)}°`, at('shear_deg')]);
   if (columns['nodes.error_estimate']) rows.push(['Error estimate', withUnit(format(at('error_estimate'), 3), unit), at('error_estimate')]);
   return rows;
 }
 
-/** All about a cell and its corner `node`; an invitation without one. */
-export function showReadout(list, lattice, cell, node, front, unit) {
+/** All about a cell and its corner `node`; an invitation without one. `isUv`: the surface has
+ *  parameters, as meshes have not. */
+export function showReadout(list, { lattice, cell, node, front, unit, isUv }) {
   if (!lattice || cell === null) {
-    fill(list, [['Point at a cell, or give its i and j', '']]);
+    fill(list, [['Cell', 'point at one, or give its i and j'], ...EMPTY.map((name) => [name, '–'])]);
     return;
   }
   const [i, j] = placeOf(lattice, cell);
@@ -85,7 +89,7 @@ export function showReadout(list, lattice, cell, node, front, unit) {
   fill(list, [
     ['Cell', `(${i}, ${j})`.replaceAll('-', '−')],
     ...cellRows(lattice, cell, unit),
-    ...nodeRows(lattice, node, unit),
+    ...nodeRows(lattice, node, unit, isUv),
     ...(reason ? [['The net stops here', REASON_TEXT[reason]]] : []),
   ]);
 }

@@ -6,7 +6,18 @@ import { OrbitControls } from './OrbitControls.js';
 
 const FIELD_OF_VIEW = 32;
 const TURN = Math.PI / 24; // an arrow key
-const HOME = new THREE.Vector3(0.55, -1.1, 0.85).normalize();
+const SAMPLES = 4000; // points that framing looks at
+// From where a part may be seen at first, the most liked first.
+const HOMES = [[0.55, -1.1], [1.1, -0.55], [1.1, 0.55], [0.55, 1.1], [-0.55, -1.1], [-1.1, -0.55], [-1.1, 0.55], [-0.55, 1.1]].map(
+  ([x, y]) => new THREE.Vector3(x, y, 0.85).normalize(),
+);
+const LIKED = 1.1; // so much better another one has to be
+
+/** The direction that shows the most of a part whose area vectors add up to `area`. */
+function homeOf(area) {
+  const shown = (home) => Math.abs(home.dot(area));
+  return HOMES.reduce((best, home) => (shown(home) > LIKED * shown(best) ? home : best));
+}
 
 export class Pane {
   /** `flat`: seen straight from above, without turning. `twin`: shares that pane's camera. */
@@ -29,19 +40,56 @@ export class Pane {
     this.controls.addEventListener('end', () => stage.onView());
     element.addEventListener('keydown', (event) => this.#key(event));
     this.radius = 1;
+    this.points = [0, 0, 0];
+    [this.direction] = HOMES;
     this.half = [1, 1];
+    this.centre = [0, 0];
   }
 
   get visible() {
     return this.element.offsetWidth > 0 && this.element.offsetHeight > 0;
   }
 
-  /** Frames a ball about the origin, or a rectangle when flat. */
-  frame(radius, half = [radius, radius], centre = [0, 0]) {
+  /** What `home` shows: points (x, y, z, x, ...) within `radius` of the origin, with normals. */
+  frame({ radius, position, normal }) {
     this.radius = radius;
+    this.points = position;
+    const area = new THREE.Vector3();
+    for (let k = 0; k < normal.length; k++) area.setComponent(k % 3, area.getComponent(k % 3) + normal[k]);
+    this.direction = homeOf(area);
+    this.home();
+  }
+
+  /** The same for a flat pane: a rectangle. */
+  frameFlat(half, centre) {
+    this.radius = Math.hypot(...half);
     this.half = half;
     this.centre = centre;
     this.home();
+  }
+
+  /** Where the eye looks and how far away it is to see all points from its direction. */
+  #fitAll() {
+    const back = this.direction;
+    const right = new THREE.Vector3(0, 0, 1).cross(back).normalize();
+    const up = back.clone().cross(right);
+    const point = new THREE.Vector3();
+    const seen = [];
+    const step = 3 * Math.ceil(this.points.length / 3 / SAMPLES);
+    for (let k = 0; k < this.points.length; k += step) {
+      point.fromArray(this.points, k);
+      seen.push([point.dot(right), point.dot(up), point.dot(back)]);
+    }
+    const middle = [0, 1].map((axis) => {
+      const values = seen.map((place) => place[axis]);
+      return (Math.min(...values) + Math.max(...values)) / 2;
+    });
+    const slope = Math.tan((FIELD_OF_VIEW * Math.PI) / 360) / 1.12;
+    const { offsetWidth, offsetHeight } = this.element;
+    const aspect = offsetWidth / offsetHeight || 1;
+    const need = ([x, y, z]) => z + Math.max(Math.abs(x - middle[0]) / aspect, Math.abs(y - middle[1])) / slope;
+    const target = right.multiplyScalar(middle[0]).addScaledVector(up, middle[1]);
+    return { target, away: Math.max(...seen.map(need)) };
   }
 
   home() {
@@ -51,10 +99,9 @@ export class Pane {
       camera.position.set(...this.centre, radius * 10);
       camera.zoom = 1;
     } else {
-      controls.target.set(0, 0, 0);
-      const aspect = Math.min(1, this.element.offsetWidth / this.element.offsetHeight || 1);
-      const away = (radius * 0.98) / Math.sin((FIELD_OF_VIEW * Math.PI) / 360) / aspect;
-      camera.position.copy(HOME).multiplyScalar(away);
+      const { target, away } = this.#fitAll();
+      controls.target.copy(target);
+      camera.position.copy(this.direction).multiplyScalar(away).add(target);
     }
     camera.near = radius / 500;
     camera.far = radius * 60;

@@ -49,7 +49,10 @@ export class View {
     const difference = stage.addPane(element('pane-difference'), { twin: solid });
     const flat = stage.addPane(element('pane-flat'), { flat: true });
     this.panes = { solid, other, difference, flat };
-    stage.onView = () => this.onEye();
+    stage.onView = () => {
+      this.moved = true;
+      this.onEye();
+    };
     stage.onFrame = () => this.#moveHandle();
     for (const [name, slot] of [['solid', 'one'], ['flat', 'one'], ['other', 'two'], ['difference', 'difference']])
       this.#listen(this.panes[name], slot);
@@ -64,12 +67,13 @@ export class View {
     if (!this.stage) return;
     this.origin = shape ? shape.origin : [0, 0, 0];
     this.#drawSurface();
-    if (shape) this.#frame(shape.radius);
+    if (shape) this.#frame(shape);
     this.stage.redraw();
   }
 
-  #frame(radius) {
-    for (const name of ['other', 'difference', 'solid']) this.panes[name].frame(radius);
+  #frame(body) {
+    this.moved = false;
+    for (const name of ['other', 'difference', 'solid']) this.panes[name].frame(body);
   }
 
   #drawSurface() {
@@ -107,7 +111,7 @@ export class View {
     const pane = this.panes[{ one: 'solid', two: 'other', difference: 'difference' }[slot]];
     if (!this.shape && slot === 'one') {
       this.origin = lattice.origin;
-      this.#frame(lattice.radius);
+      this.#frame(lattice);
     }
     entry.marks.front = makeFront(lattice, front, spacing);
     entry.marks.crosses = slot === 'difference' ? null : makeCrosses(lattice, spacing);
@@ -128,7 +132,7 @@ export class View {
     const centre = [((imax + imin) * spacing[0]) / 2, ((jmax + jmin) * spacing[1]) / 2];
     const { flat } = this.panes;
     flat.scene.add(net.flat);
-    if (flat.half.join() !== half.join()) flat.frame(Math.hypot(...half), half, centre);
+    if (flat.half.join() !== half.join()) flat.frameFlat(half, centre);
   }
 
   #empty(slot) {
@@ -166,7 +170,9 @@ export class View {
   arrange(name) {
     element('panes').dataset.view = name;
     for (const id of ['pane-other', 'pane-difference']) element(id).hidden = name !== 'compare';
-    this.stage?.redraw();
+    if (!this.stage) return;
+    if (!this.moved) this.home();
+    this.stage.redraw();
   }
 
   /** Marks a cell of the main net as 'hovered' or 'pinned', and the cell of the same i and j in
@@ -181,18 +187,21 @@ export class View {
 
   home() {
     if (!this.stage) return;
+    this.moved = false;
     this.panes.flat.home();
     this.panes.solid.home();
-    this.onEye();
   }
 
   get eye() {
-    return this.stage ? this.panes.solid.view.join(',') : '';
+    return this.moved ? this.panes.solid.view.join(',') : '';
   }
 
   set eye(text) {
     const numbers = text.split(',').map(Number);
-    if (this.stage && numbers.length === 6 && numbers.every(Number.isFinite)) this.panes.solid.view = numbers;
+    if (this.stage && numbers.length === 6 && numbers.every(Number.isFinite)) {
+      this.moved = true;
+      this.panes.solid.view = numbers;
+    }
   }
 
   /* ---- the pointer ---- */
