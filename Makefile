@@ -96,13 +96,14 @@ $(TESTS): $(B)/%: $(B)/%.o $$(call test_helpers,$$*.c) $(LIBS)
 SANITIZED := OPT=-O1 SANITIZE="-fsanitize=address,undefined -fno-sanitize-recover=all"
 test:
 	@deploy/setup.sh test
-	@$(MAKE) --no-print-directory -s all tests tests/readers/node_modules
+	@$(MAKE) --no-print-directory -s all tests $(TEST_MODULES)
 	@$(MAKE) --no-print-directory -s B=$(B)/sanitized $(SANITIZED) all tests
 	@tests/run.sh $(B) $(B)/sanitized
 tests: $(TESTS)
-# The validator of glTF, as the lock file pins it.
-tests/readers/node_modules: tests/readers/package-lock.json
-	@npm ci --silent --no-audit --no-fund --prefix tests/readers && touch $@
+# The validator of glTF, and what drives the browser, as the lock files pin them.
+TEST_MODULES := tests/readers/node_modules tests/browser/node_modules
+$(TEST_MODULES): %/node_modules: %/package-lock.json
+	@npm ci --silent --no-audit --no-fund --prefix $* && touch $@
 
 demo: all
 	@deploy/demo.sh $(B)

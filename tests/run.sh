@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # Runs every test and counts: checks of the source, cmocka programs and bats files, first as
-# built for use, then built with sanitizers. Prints what fails in full, for the rest one line a
+# built for use, then built with sanitizers, and the page in Chromium. Prints what fails in full, for the rest one line a
 # program. The last line is "N passed, N failed"; the exit status says the same.
 # Usage: tests/run.sh BUILD SANITIZED_BUILD
 set -u
@@ -45,6 +45,10 @@ for b in "$build" "$sanitized"; do
         [ -e "$file" ] || continue
         run "$b $file" env BUILD="$b" bats --tap "$file"
     done
+done
+# The page runs in the browser, not in the daemon: once is enough.
+for file in tests/browser/*.test.mjs; do
+    run "$file" env BUILD="$build" node --test-reporter=tap "$file"
 done
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]

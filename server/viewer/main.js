@@ -451,6 +451,7 @@ function restoreCell(state) {
   const place = state.cell?.split(',').map(Number);
   if (place?.length === 2 && place.every(Number.isInteger)) pin(place);
   if (state.eye) view.eye = state.eye;
+  save();
 }
 
 async function restore() {

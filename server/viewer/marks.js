@@ -160,7 +160,9 @@ export function makeSurface(shape, depth, tone, edgeTone) {
   geometry.setAttribute('normal', new THREE.BufferAttribute(shape.normal, 3));
   if (shape.uv) geometry.setAttribute('uv', new THREE.BufferAttribute(shape.uv, 2));
   geometry.setIndex(new THREE.BufferAttribute(shape.index, 1));
-  const body = new THREE.Mesh(geometry, material(surfaceShaders, { lift: -depth, tone: new THREE.Vector3(...tintOf(tone)) }));
+  const style = material(surfaceShaders, { lift: -depth, tone: new THREE.Vector3(...tintOf(tone)) });
+  Object.assign(style, { polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 2 });
+  const body = new THREE.Mesh(geometry, style);
   const lines = new THREE.BufferGeometry();
   lines.setAttribute('position', geometry.attributes.position);
   const tints = new Float32Array(shape.position.length);

@@ -72,6 +72,8 @@ const fragmentShader = /* glsl */ `
     float locked = step(16.0, ofCell.y) * outlines;
     tone = mix(tone, vec3(0.95, 0.16, 0.22), 0.6 * locked * room * stroke(toSides(sides, 15.0), 0.8));
     tone = mix(tone, vec3(0.95, 0.16, 0.22), locked * stroke(toSides(sides, ofCell.y - 16.0), 2.0));
+    float hatch = abs(fract((gl_FragCoord.x + gl_FragCoord.y) / 9.0) - 0.5) * 9.0; // for cells too small to outline
+    tone = mix(tone, vec3(0.95, 0.16, 0.22), 0.7 * locked * (1.0 - room) * stroke(hatch, 0.7));
 
     float rim = toSides(sides, 15.0);
     float isHovered = step(distance(cell, hovered), 0.5), isPinned = step(distance(cell, pinned), 0.5);

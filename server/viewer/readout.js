@@ -106,7 +106,7 @@ export function showSummary(list, summary, unit) {
     return [name, text, value];
   });
   const reasons = Object.entries(summary.front_reasons || {}).filter(([, count]) => count);
-  rows.push(['Front', reasons.map(([name, count]) => `${count} ${name.replace('_', ' ')}`).join(', ') || 'none']);
+  rows.push(['Front', reasons.map(([name, count]) => `${count.toLocaleString('en')} ${name.replace('_', ' ')}`).join(', ') || 'none']);
   const { queue, solve } = summary.timing_ms;
   rows.push(['Queue, solve', `${format(queue, 3)}, ${format(solve, 3)} ms`]);
   fill(list, rows);

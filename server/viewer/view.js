@@ -84,7 +84,7 @@ export class View {
       disposeTree(old);
       if (!this.shape) continue;
       const step = Math.max(...(this.slots.one?.spacing || [0]));
-      const depth = 0.3 * step + 0.002 * this.shape.radius;
+      const depth = 0.3 * step + 0.004 * this.shape.radius;
       const surface = makeSurface(this.shape, depth, themed('--surface'), themed('--edge'));
       surface.name = 'surface';
       surface.visible = this.shown.surface;

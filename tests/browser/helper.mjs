@@ -86,3 +86,41 @@ export async function drapeExample(page, name) {
 /** Two frames later everything that was asked for is drawn. */
 export const drawn = (page) =>
   page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+
+/** In the page: the pixels of PNG images. */
+function pixelsOf(page, ...images) {
+  return page.evaluateHandle(
+    (sources) =>
+      Promise.all(
+        sources.map(async (source) => {
+          const bytes = Uint8Array.from(atob(source), (letter) => letter.charCodeAt(0));
+          const bitmap = await createImageBitmap(new Blob([bytes], { type: 'image/png' }));
+          const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
+          context.drawImage(bitmap, 0, 0);
+          return context.getImageData(0, 0, bitmap.width, bitmap.height).data;
+        }),
+      ),
+    images.map((image) => image.toString('base64')),
+  );
+}
+
+/** How many different colours, of 4096, an element shows: few when the picture is empty. */
+export async function colours(page, selector) {
+  const handle = await pixelsOf(page, await page.locator(selector).screenshot());
+  return handle.evaluate(([data]) => {
+    const seen = new Set();
+    for (let k = 0; k < data.length; k += 4) seen.add(((data[k] >> 4) << 8) | ((data[k + 1] >> 4) << 4) | (data[k + 2] >> 4));
+    return seen.size;
+  });
+}
+
+/** The share of pixels in which two pictures differ clearly. */
+export async function difference(page, one, two) {
+  const handle = await pixelsOf(page, one, two);
+  return handle.evaluate(([first, second]) => {
+    let count = 0;
+    for (let k = 0; k < first.length; k += 4)
+      count += [0, 1, 2].some((c) => Math.abs(first[k + c] - second[k + c]) > 24);
+    return count / (first.length / 4);
+  });
+}
