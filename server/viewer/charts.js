@@ -4,7 +4,7 @@ import { css } from './colour.js';
 import { format, withUnit } from './fields.js';
 import { nodeAt } from './lattice.js';
 
-const BINS = 36;
+const BINS_MAX = 40;
 const WIDTH = 288;
 const HEIGHT = 150;
 const FRAME = { left: 34, right: 8, top: 20, bottom: 30 };
@@ -73,14 +73,15 @@ function place(parent, label, ...children) {
 /** How many cells have which absolute shear, in the colours of the map. */
 export function drawHistogram(parent, shear, locking) {
   const most = shear.reduce((high, value) => Math.max(high, Math.abs(value)), 0) || 1;
-  const counts = new Array(BINS).fill(0);
-  for (const value of shear) counts[Math.min(BINS - 1, Math.floor((Math.abs(value) / most) * BINS))]++;
+  const bins = Math.round(Math.min(BINS_MAX, Math.max(8, Math.sqrt(shear.length) / 2)));
+  const counts = new Array(bins).fill(0);
+  for (const value of shear) counts[Math.min(bins - 1, Math.floor((Math.abs(value) / most) * bins))]++;
   const parts = counts.map((count) => (100 * count) / (shear.length || 1));
   const top = Math.max(...parts) * 1.05;
   const { group, x, y } = frame({ xs: [0, most], ys: [0, top], xLabel: 'absolute shear angle, degrees', yLabel: '% of the cells' });
   const bars = parts.map((part, k) => {
-    const [left, right] = [x((most * k) / BINS), x((most * (k + 1)) / BINS)];
-    return svg('rect', { x: left, y: y(part), width: right - left - 0.6, height: Math.max(0, y(0) - y(part)), fill: css('sequential', (k + 0.5) / BINS) });
+    const [left, right] = [x((most * k) / bins), x((most * (k + 1)) / bins)];
+    return svg('rect', { x: left, y: y(part), width: right - left - 0.6, height: Math.max(0, y(0) - y(part)), fill: css('sequential', (k + 0.5) / bins) });
   });
   const marks = locking && locking < most ? [svg('line', { x1: x(locking), x2: x(locking), y1: FRAME.top, y2: y(0), class: 'mark' })] : [];
   place(parent, `Histogram of the absolute shear of ${shear.length} cells, up to ${format(most, 3)} degrees`, group, ...bars, ...marks);

@@ -67,12 +67,14 @@ const form = new Form({
 });
 
 /** Puts a request into the form and its surface into the picture; forgets the drape that was shown. */
-function takeRequest(request, keep = false) {
+function takeRequest(request) {
   form.load(request);
   if (request.fault) form.surfaceError(request.fault);
   element('about').textContent = request.shape ? request.shape.about : '';
-  if (!keep) clear();
+  clear();
   view.setShape(request.shape);
+  const ready = 'Press Drape. Click on the surface to choose where the net starts.';
+  hint(request.shape ? ready : 'This surface cannot be shown. Press Drape: the service says what is wrong with it.', true);
   refreshCurl();
 }
 
@@ -82,7 +84,7 @@ function clear() {
   view.setHandle(-1);
   element('downloads').replaceChildren();
   refresh();
-  hint('Press Drape. Click on the surface to choose where the net starts.', true);
+  for (const id of ['cell-i', 'cell-j']) element(id).value = '';
 }
 
 function hint(text, low = false) {

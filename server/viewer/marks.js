@@ -45,17 +45,23 @@ const surfaceShaders = {
   vertexShader: `${lifted}
     out vec3 seen;
     out vec3 seenNormal;
+    out vec2 place;
+    uniform vec4 domain; // of (u, v): lower ends, lengths
     void main() {
+      place = (uv - domain.xy) / domain.zw;
       seen = (modelViewMatrix * vec4(position, 1.0)).xyz;
       seenNormal = normalMatrix * normal;
       gl_Position = moved(position);
     }`,
   fragmentShader: `
     uniform vec3 tone;
+    uniform sampler2D mask;
     in vec3 seen;
     in vec3 seenNormal;
+    in vec2 place;
     layout(location = 0) out vec4 colour;
     void main() {
+      if (texture(mask, place).r < 0.5) discard;
       float facing = abs(dot(normalize(seenNormal), normalize(seen)));
       colour = vec4(tone * (0.55 + 0.45 * facing), 1.0);
     }`,
@@ -153,6 +159,17 @@ export const reasonColour = (reason) => REASON_COLOURS[reason];
 
 /* ---- surface ---- */
 
+/** What is left of a trimmed surface; one white pixel for all of it. */
+function maskTexture(mask) {
+  const bytes = mask || new Uint8Array([255]);
+  const side = Math.sqrt(bytes.length);
+  const texture = new THREE.DataTexture(bytes, side, side, THREE.RedFormat);
+  texture.magFilter = texture.minFilter = THREE.LinearFilter;
+  texture.unpackAlignment = 1;
+  texture.needsUpdate = true;
+  return texture;
+}
+
 /** The surface as a quiet body with its edges; `depth` is how far it lies behind the net. */
 export function makeSurface(shape, depth, tone, edgeTone) {
   const geometry = new THREE.BufferGeometry();
@@ -160,7 +177,13 @@ export function makeSurface(shape, depth, tone, edgeTone) {
   geometry.setAttribute('normal', new THREE.BufferAttribute(shape.normal, 3));
   if (shape.uv) geometry.setAttribute('uv', new THREE.BufferAttribute(shape.uv, 2));
   geometry.setIndex(new THREE.BufferAttribute(shape.index, 1));
-  const style = material(surfaceShaders, { lift: -depth, tone: new THREE.Vector3(...tintOf(tone)) });
+  const [u0, u1, v0, v1] = shape.domain || [0, 1, 0, 1];
+  const style = material(surfaceShaders, {
+    lift: -depth,
+    tone: new THREE.Vector3(...tintOf(tone)),
+    domain: new THREE.Vector4(u0, v0, u1 - u0, v1 - v0),
+    mask: maskTexture(shape.mask),
+  });
   Object.assign(style, { polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 2 });
   const body = new THREE.Mesh(geometry, style);
   const lines = new THREE.BufferGeometry();
@@ -180,6 +203,7 @@ export function makeSurface(shape, depth, tone, edgeTone) {
 export function disposeTree(object) {
   object?.traverse((part) => {
     part.geometry?.dispose();
+    part.material?.uniforms?.mask?.value.dispose();
     part.material?.dispose();
   });
 }

@@ -16,9 +16,6 @@ const SUMMARY = [
   ['error_estimate_max', 'Greatest error estimate'],
 ];
 
-/** The rows of a read-out that has nothing to say, so that nothing moves later. */
-const EMPTY = ['Shear angle', 'Nearest node', 'x', 'y', 'z', 'u, v', 'Shear at the node'];
-
 /** Rows of name and text; `data` is the whole number, as the service gave it. */
 function fill(list, rows) {
   const nodes = rows.flatMap(([name, text, data]) => {
@@ -80,8 +77,13 @@ function nodeRows({ columns }, node, unit, isUv) {
 /** All about a cell and its corner `node`; an invitation without one. `isUv`: the surface has
  *  parameters, as meshes have not. */
 export function showReadout(list, { lattice, cell, node, front, unit, isUv }) {
-  if (!lattice || cell === null) {
-    fill(list, [['Cell', 'point at one, or give its i and j'], ...EMPTY.map((name) => [name, '–'])]);
+  if (!lattice || !lattice.columns['cells.i'].length) {
+    fill(list, [['Cell', '–']]);
+    return;
+  }
+  if (cell === null) { // the same rows, so that nothing moves later
+    const rows = [...cellRows(lattice, 0, unit), ...nodeRows(lattice, 0, unit, isUv)];
+    fill(list, [['Cell', 'point at one'], ...rows.map(([name]) => [name, '–'])]);
     return;
   }
   const [i, j] = placeOf(lattice, cell);

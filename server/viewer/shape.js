@@ -4,6 +4,7 @@
 import { Vector3, Vector4 } from './three.module.min.js';
 import * as NURBS from './NURBSUtils.js';
 import { makeNormals } from './lattice.js';
+import { loopsOf, maskOf } from './trims.js';
 
 const STEPS_MAX = 160; // a side
 const STEPS_A_SPAN = 40;
@@ -80,7 +81,31 @@ function gridEdges(columns, rows) {
     for (const b of [0, rows - 1]) edges.push(a * rows + b, (a + 1) * rows + b);
   for (let b = 0; b + 1 < rows; b++)
     for (const a of [0, columns - 1]) edges.push(a * rows + b, a * rows + b + 1);
-  return new Uint32Array(edges);
+  return edges;
+}
+
+/** The points at all (u, v) of `places`, and these. */
+function evaluate(surface, net, places) {
+  const position = new Float32Array(places.length * 3);
+  const uv = new Float32Array(places.length * 2);
+  const { degree_u, degree_v, knotvector_u, knotvector_v } = surface;
+  const point = new Vector3();
+  places.forEach(([u, v], k) => {
+    NURBS.calcSurfacePoint(degree_u, degree_v, knotvector_u, knotvector_v, net, u, v, point);
+    point.toArray(position, 3 * k);
+    uv.set([u, v], 2 * k);
+  });
+  return { position, uv };
+}
+
+/** Pairs of neighbours along the loops, whose points are numbered from `first`. */
+function loopEdges(loops, first) {
+  const edges = [];
+  for (const { points } of loops) {
+    for (let k = 0; k + 1 < points.length; k++) edges.push(first + k, first + k + 1);
+    first += points.length;
+  }
+  return edges;
 }
 
 function nurbsShape(surface) {
@@ -92,23 +117,20 @@ function nurbsShape(surface) {
   const net = controlNet(surface, points, weights, origin);
   const us = parameters(surface.knotvector_u, surface.degree_u, surface.size_u);
   const vs = parameters(surface.knotvector_v, surface.degree_v, surface.size_v);
-  const position = new Float32Array(us.length * vs.length * 3);
-  const uv = new Float32Array(us.length * vs.length * 2);
-  const point = new Vector3();
-  us.forEach((u, a) =>
-    vs.forEach((v, b) => {
-      const k = a * vs.length + b;
-      const knots = [surface.knotvector_u, surface.knotvector_v];
-      NURBS.calcSurfacePoint(surface.degree_u, surface.degree_v, ...knots, net, u, v, point);
-      point.toArray(position, 3 * k);
-      uv.set([u, v], 2 * k);
-    }),
-  );
-  const index = gridIndex(us.length, vs.length);
-  const edges = gridEdges(us.length, vs.length);
-  const about = `NURBS, degree ${surface.degree_u} × ${surface.degree_v}, ${surface.size_u} × ${surface.size_v} control points`;
   const domain = [us[0], us.at(-1), vs[0], vs.at(-1)];
-  return { kind: 'nurbs', about, domain, position, uv, index, edges, origin };
+  const loops = loopsOf(surface);
+  const grid = us.flatMap((u) => vs.map((v) => [u, v]));
+  const sides = loops.some((loop) => loop.keep) ? [] : gridEdges(us.length, vs.length);
+  return {
+    kind: 'nurbs',
+    about: `NURBS, degree ${surface.degree_u} × ${surface.degree_v}, ${surface.size_u} × ${surface.size_v} control points`,
+    domain,
+    ...evaluate(surface, net, [...grid, ...loops.flatMap((loop) => loop.points)]),
+    mask: maskOf(loops, domain),
+    index: gridIndex(us.length, vs.length),
+    edges: new Uint32Array([...sides, ...loopEdges(loops, grid.length)]),
+    origin,
+  };
 }
 
 /* ---- meshes ---- */

@@ -38,7 +38,7 @@ function readRequest({ text, surfaceText }) {
 }
 
 function shapeBuffers(shape) {
-  return ['position', 'normal', 'index', 'edges', 'uv'].flatMap((k) => (shape?.[k] ? [shape[k].buffer] : []));
+  return ['position', 'normal', 'index', 'edges', 'uv', 'mask'].flatMap((k) => (shape?.[k] ? [shape[k].buffer] : []));
 }
 
 const tasks = {

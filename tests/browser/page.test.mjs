@@ -303,6 +303,25 @@ test('page: a surface dropped on it, with nothing else, can be draped', async ()
   assert.match(await page.textContent('#summary'), /Outcomecomplete/);
 });
 
+test('page: a trimmed surface has its hole', async () => {
+  const { surface, fabric } = JSON.parse(readFileSync(join(root, 'api/examples/saddle.json')));
+  const hole = Array.from({ length: 40 }, (_, k) => [0.5 + 0.2 * Math.cos(k * Math.PI / 20), 0.25 + 0.2 * Math.sin(k * Math.PI / 20)]);
+  const shots = [];
+  for (const trims of [[], [{ type: 'freeform', points: hole }]]) {
+    const buffer = Buffer.from(JSON.stringify({ surface: { ...surface, trims }, fabric }));
+    const name = `trims-${trims.length}.json`;
+    await page.setInputFiles('#file', { name, mimeType: 'application/json', buffer });
+    await page.waitForFunction((file) => document.querySelector('#about').textContent.startsWith(file), name);
+    await drawn(page);
+    shots.push(await page.locator('#pane-solid').screenshot());
+  }
+  assert.ok((await difference(page, ...shots)) > 0.02);
+  await page.click('#drape');
+  await page.waitForFunction(() => /solved in/.test(document.querySelector('#state').textContent));
+  await drawn(page);
+  await picture(page, 'trimmed');
+});
+
 test('page: everything is within reach of the keyboard', async () => {
   const keyed = await openPage(browser, daemon.url);
   const focused = () => keyed.evaluate(() => document.activeElement.id || document.activeElement.className);
