@@ -110,10 +110,13 @@ demo: all
 
 lint: all
 	@deploy/setup.sh test
+	@$(MAKE) --no-print-directory -s $(TEST_MODULES)
 	@for check in tests/checks/*.sh; do echo $$check; $$check $(B) || exit 1; done
 
-format:
-	find solver api server tests -name '*.[ch]' -o -name '*.cc' | xargs $(CLANG_FORMAT) -i
+format: tests/browser/node_modules
+	find solver api server tests -name node_modules -prune -o \( -name '*.[ch]' -o -name '*.cc' \) -print | \
+	    xargs $(CLANG_FORMAT) -i
+	node $</prettier/bin/prettier.cjs --log-level warn --write server/viewer/*.js tests/*/*.mjs
 
 PREFIX ?= /usr/local
 install: all

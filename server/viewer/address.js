@@ -1,11 +1,26 @@
 // SPDX-License-Identifier: MIT
 // The state of the page in its address, behind the '#', so that a link shows the same view.
 
-const KEYS = ['drape', 'compare', 'example', 'method', 'spacing', 'angle', 'start', 'field', 'view', 'show', 'cell', 'eye'];
+const KEYS = [
+  'drape',
+  'compare',
+  'example',
+  'method',
+  'spacing',
+  'angle',
+  'start',
+  'field',
+  'view',
+  'show',
+  'cell',
+  'eye',
+];
 
 /** {drape: id, cell: '3,4', ...} of what the address has. */
 export function readAddress() {
-  const known = [...new URLSearchParams(location.hash.slice(1))].filter(([key]) => KEYS.includes(key));
+  const known = [...new URLSearchParams(location.hash.slice(1))].filter(([key]) =>
+    KEYS.includes(key),
+  );
   return Object.fromEntries(known);
 }
 

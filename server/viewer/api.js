@@ -124,7 +124,8 @@ export async function follow(id, onStatus, signal) {
       if (ended(last)) return last;
       if (last) failures = 0;
     } catch (error) {
-      if (error.name === 'AbortError' || (error instanceof Problem && error.status < 500)) throw error;
+      if (error.name === 'AbortError' || (error instanceof Problem && error.status < 500))
+        throw error;
     }
     if (failures === RETRY_MS.length) throw new Unreachable();
     onStatus(null);

@@ -45,7 +45,9 @@ function table(colourAt) {
   return bytes;
 }
 
-const stops = VIRIDIS.split(' ').map((hex) => [0, 2, 4].map((k) => parseInt(hex.slice(k, k + 2), 16)));
+const stops = VIRIDIS.split(' ').map((hex) =>
+  [0, 2, 4].map((k) => parseInt(hex.slice(k, k + 2), 16)),
+);
 const arms = [polar(0.38, 0.15, 255), [0.95, 0, 0], polar(0.38, 0.15, 25)];
 
 /** RGBA bytes of 256 colours. */

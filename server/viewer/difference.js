@@ -9,7 +9,9 @@ const CLOSE = 1e-6; // of the reach: the same place
 function makeCubes(centres, shift, reach) {
   const cubes = new Map();
   for (let cell = 0; cell < centres.length / 3; cell++) {
-    const place = [0, 1, 2].map((axis) => Math.floor((centres[3 * cell + axis] + shift[axis]) / reach));
+    const place = [0, 1, 2].map((axis) =>
+      Math.floor((centres[3 * cell + axis] + shift[axis]) / reach),
+    );
     const key = place.join();
     if (cubes.has(key)) cubes.get(key).push(cell);
     else cubes.set(key, [cell]);

@@ -6,15 +6,48 @@ const identity = (value) => value;
 
 /** `column` of the result; `of` turns its numbers into what is shown; `unit` of the request. */
 export const fields = [
-  { key: 'shear', label: 'Shear angle, absolute', column: 'cells.shear_deg', of: Math.abs, unit: () => '°', zero: true },
-  { key: 'shear_signed', label: 'Shear angle, signed', column: 'cells.shear_deg', of: identity, unit: () => '°', signed: true },
-  { key: 'thickness', label: 'Thickness', column: 'cells.thickness', of: identity, unit: (length) => length },
-  { key: 'fiber_volume_fraction', label: 'Fibre volume fraction', column: 'cells.fiber_volume_fraction', of: identity, unit: () => '' },
+  {
+    key: 'shear',
+    label: 'Shear angle, absolute',
+    column: 'cells.shear_deg',
+    of: Math.abs,
+    unit: () => '°',
+    zero: true,
+  },
+  {
+    key: 'shear_signed',
+    label: 'Shear angle, signed',
+    column: 'cells.shear_deg',
+    of: identity,
+    unit: () => '°',
+    signed: true,
+  },
+  {
+    key: 'thickness',
+    label: 'Thickness',
+    column: 'cells.thickness',
+    of: identity,
+    unit: (length) => length,
+  },
+  {
+    key: 'fiber_volume_fraction',
+    label: 'Fibre volume fraction',
+    column: 'cells.fiber_volume_fraction',
+    of: identity,
+    unit: () => '',
+  },
   { key: 'porosity', label: 'Porosity', column: 'cells.porosity', of: identity, unit: () => '' },
   { key: 'k1', label: 'Permeability k1', column: 'cells.k1', of: identity, unit: () => 'm²' },
   { key: 'k2', label: 'Permeability k2', column: 'cells.k2', of: identity, unit: () => 'm²' },
   { key: 'k3', label: 'Permeability k3', column: 'cells.k3', of: identity, unit: () => 'm²' },
-  { key: 'error_estimate', label: 'Error estimate', column: 'nodes.error_estimate', of: identity, unit: (length) => length, zero: true },
+  {
+    key: 'error_estimate',
+    label: 'Error estimate',
+    column: 'nodes.error_estimate',
+    of: identity,
+    unit: (length) => length,
+    zero: true,
+  },
 ];
 
 export const fieldOf = (key) => fields.find((field) => field.key === key) || fields[0];
@@ -69,7 +102,10 @@ export function format(value, digits = 4) {
 
 function superscript(exponent) {
   const digits = '⁰¹²³⁴⁵⁶⁷⁸⁹';
-  return String(Number(exponent)).replace(/\d/g, (digit) => digits[digit]).replace('-', '⁻');
+  return String(Number(exponent))
+    .replace(/\d/g, (digit) => digits[digit])
+    .replace('-', '⁻');
 }
 
-export const withUnit = (text, unit) => (unit === '°' ? `${text}°` : unit ? `${text} ${unit}` : text);
+export const withUnit = (text, unit) =>
+  unit === '°' ? `${text}°` : unit ? `${text} ${unit}` : text;

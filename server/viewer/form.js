@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 // The request as a form: from a document into the fields and back, and errors of the service at the
 // fields that their pointers name. What the form does not show is kept and sent along.
+import { element } from './dom.js';
 
-const element = (id) => document.getElementById(id);
 const DEFAULTS = { yarn_path: 'chord', cavity: 'flexible', permeability: null };
-const FABRIC = { thickness: 'thickness', fraction: 'fiber_volume_fraction', locking: 'locking_angle_deg' };
+const FABRIC = {
+  thickness: 'thickness',
+  fraction: 'fiber_volume_fraction',
+  locking: 'locking_angle_deg',
+};
 const MODELS = {
   kozeny_carman: { k1: 'k1', k2: 'k2', k3: 'k3', 'at-fraction': 'at_fiber_volume_fraction' },
   gebart: { radius: 'fiber_radius', packing: 'packing' },
@@ -13,7 +17,10 @@ const SUGGESTED = { k1: '2e-10', k2: '1e-10', k3: '2e-11', 'at-fraction': '0.5',
 
 /** A number, several as a list, or the text itself: the service then says what is wrong with it. */
 function parse(text) {
-  const parts = text.trim().split(/[\s,;]+/).filter(Boolean);
+  const parts = text
+    .trim()
+    .split(/[\s,;]+/)
+    .filter(Boolean);
   const numbers = parts.map(Number);
   if (!parts.length || numbers.some(Number.isNaN)) return text;
   return numbers.length === 1 ? numbers[0] : numbers;
@@ -67,11 +74,13 @@ export class Form {
 
   #moveSlider() {
     const angle = Number(element('angle').value);
-    if (!Number.isNaN(angle)) element('angle-slider').value = ((((angle + 90) % 180) + 180) % 180) - 90;
+    if (!Number.isNaN(angle))
+      element('angle-slider').value = ((((angle + 90) % 180) + 180) % 180) - 90;
   }
 
   #showUnit() {
-    for (const label of document.querySelectorAll('[data-unit="length"]')) label.textContent = this.unit;
+    for (const label of document.querySelectorAll('[data-unit="length"]'))
+      label.textContent = this.unit;
     this.onUnit();
   }
 
@@ -79,7 +88,8 @@ export class Form {
     const model = element('permeability').value;
     for (const [name, inputs] of Object.entries(MODELS)) {
       element(name).hidden = name !== model;
-      for (const id of Object.keys(inputs)) if (!element(id).value) element(id).value = SUGGESTED[id] || 'quadratic';
+      for (const id of Object.keys(inputs))
+        if (!element(id).value) element(id).value = SUGGESTED[id] || 'quadratic';
     }
   }
 
@@ -94,7 +104,8 @@ export class Form {
     this.shape = shape;
     const kept = withoutDefaults(settings);
     this.kept = kept;
-    if (kept.fabric.spacing === undefined && shape) kept.fabric.spacing = suggestSpacing(shape.radius);
+    if (kept.fabric.spacing === undefined && shape)
+      kept.fabric.spacing = suggestSpacing(shape.radius);
     this.#setUnit(kept.length_unit || 'm');
     element('method').value = kept.method || (shape?.kind === 'mesh' ? 'mosaic' : 'gib');
     element('spacing').value = show(kept.fabric.spacing);
@@ -120,22 +131,35 @@ export class Form {
   #loadPermeability(permeability) {
     const model = permeability?.model || '';
     element('permeability').value = model;
-    for (const [id, key] of Object.entries(MODELS[model] || {})) element(id).value = show(permeability[key]);
+    for (const [id, key] of Object.entries(MODELS[model] || {}))
+      element(id).value = show(permeability[key]);
     element('permeability').querySelector('[value="table"]').hidden = model !== 'table';
     this.#showModel();
   }
 
   #showKept() {
-    const shown = ['fabric', 'start', 'direction', 'method', 'cavity', 'permeability', 'length_unit'];
+    const shown = [
+      'fabric',
+      'start',
+      'direction',
+      'method',
+      'cavity',
+      'permeability',
+      'length_unit',
+    ];
     const fabric = ['spacing', ...Object.values(FABRIC)];
     const names = Object.keys(this.kept).filter((key) => !shown.includes(key));
     names.push(...Object.keys(this.kept.fabric).filter((key) => !fabric.includes(key)));
     if (this.kept.direction?.vector) names.push('direction.vector');
-    element('kept').textContent = names.length ? `Sent along as in the file: ${names.join(', ')}.` : '';
+    element('kept').textContent = names.length
+      ? `Sent along as in the file: ${names.join(', ')}.`
+      : '';
   }
 
   setStart(numbers) {
-    element('start').value = numbers ? numbers.map((value) => Number(Number(value).toPrecision(6))).join(', ') : '';
+    element('start').value = numbers
+      ? numbers.map((value) => Number(Number(value).toPrecision(6))).join(', ')
+      : '';
   }
 
   /** As the address keeps them. */
@@ -175,7 +199,10 @@ export class Form {
     const model = element('permeability').value;
     if (!model) return undefined;
     if (!MODELS[model]) return this.kept.permeability;
-    const inputs = Object.entries(MODELS[model]).map(([id, key]) => [key, parse(element(id).value)]);
+    const inputs = Object.entries(MODELS[model]).map(([id, key]) => [
+      key,
+      parse(element(id).value),
+    ]);
     return { model, ...Object.fromEntries(inputs) };
   }
 
@@ -187,7 +214,11 @@ export class Form {
       ...this.kept,
       length_unit: this.unit,
       fabric: this.#fabric(coarser),
-      start: text('start') ? (Array.isArray(place) && place.length === 3 ? { point: place } : { uv: place }) : undefined,
+      start: text('start')
+        ? Array.isArray(place) && place.length === 3
+          ? { point: place }
+          : { uv: place }
+        : undefined,
       direction: text('angle') ? { angle_deg: parse(text('angle')) } : this.kept.direction,
       method: element('method').value,
       cavity: text('cavity') ? { height: parse(text('cavity')) } : undefined,

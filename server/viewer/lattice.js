@@ -73,9 +73,15 @@ function addNormal(normal, p, index, at) {
   const a = 3 * index[at];
   const b = 3 * index[at + 1];
   const c = 3 * index[at + 2];
-  const x1 = p[b] - p[a], y1 = p[b + 1] - p[a + 1], z1 = p[b + 2] - p[a + 2];
-  const x2 = p[c] - p[a], y2 = p[c + 1] - p[a + 1], z2 = p[c + 2] - p[a + 2];
-  const x = y1 * z2 - z1 * y2, y = z1 * x2 - x1 * z2, z = x1 * y2 - y1 * x2;
+  const x1 = p[b] - p[a],
+    y1 = p[b + 1] - p[a + 1],
+    z1 = p[b + 2] - p[a + 2];
+  const x2 = p[c] - p[a],
+    y2 = p[c + 1] - p[a + 1],
+    z2 = p[c + 2] - p[a + 2];
+  const x = y1 * z2 - z1 * y2,
+    y = z1 * x2 - x1 * z2,
+    z = x1 * y2 - y1 * x2;
   for (const k of [a, b, c]) {
     normal[k] += x;
     normal[k + 1] += y;
@@ -104,7 +110,8 @@ function makeSides(columns, grid, cellOfNode) {
     if (cell < 0 || !locked[cell]) continue;
     const i = columns['cells.i'][cell];
     const j = columns['cells.j'][cell];
-    sides[node] = 16 + free(i - 1, j) + 2 * free(i + 1, j) + 4 * free(i, j - 1) + 8 * free(i, j + 1);
+    sides[node] =
+      16 + free(i - 1, j) + 2 * free(i + 1, j) + 4 * free(i, j - 1) + 8 * free(i, j + 1);
   }
   return sides;
 }
@@ -151,6 +158,13 @@ export function makeLattice(columns) {
 /** The buffers of a lattice, to hand over instead of copying. */
 export function buffersOf(lattice) {
   const own = [lattice.grid.nodes, lattice.index, lattice.cellOfNode, lattice.position];
-  const all = [...own, lattice.normal, lattice.sides, lattice.centres, lattice.places, ...Object.values(lattice.columns)];
+  const all = [
+    ...own,
+    lattice.normal,
+    lattice.sides,
+    lattice.centres,
+    lattice.places,
+    ...Object.values(lattice.columns),
+  ];
   return all.map((array) => array.buffer);
 }

@@ -17,7 +17,10 @@ const DOWNLOADS = [
 
 /** Offers bytes as a file. */
 export function saveAs(blob, name) {
-  const link = Object.assign(document.createElement('a'), { href: URL.createObjectURL(blob), download: name });
+  const link = Object.assign(document.createElement('a'), {
+    href: URL.createObjectURL(blob),
+    download: name,
+  });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 60000);
 }
@@ -28,7 +31,11 @@ export function showDownloads(list, id, onError) {
     const item = document.createElement('li');
     const link = document.createElement('a');
     const name = `drape-${id}.${ending}`;
-    Object.assign(link, { href: address(`v1/drapes/${id}/${path}`), textContent: label, download: name });
+    Object.assign(link, {
+      href: address(`v1/drapes/${id}/${path}`),
+      textContent: label,
+      download: name,
+    });
     link.addEventListener('click', (event) => {
       if (!token.get()) return;
       event.preventDefault();

@@ -5,7 +5,11 @@ import { list, remove } from './api.js';
 const SHOWN = 30;
 
 function button(text, label, onClick, kind = '') {
-  const node = Object.assign(document.createElement('button'), { type: 'button', textContent: text, className: kind });
+  const node = Object.assign(document.createElement('button'), {
+    type: 'button',
+    textContent: text,
+    className: kind,
+  });
   node.setAttribute('aria-label', label);
   node.addEventListener('click', onClick);
   return node;
@@ -28,7 +32,9 @@ export class Drapes {
     const text = describe(drape);
     const done = drape.status === 'succeeded';
     const open = button(text, `Open the drape of ${text}`, () => this.onOpen(drape.id), 'open');
-    const compare = button('Compare', `Compare with the drape of ${text}`, () => this.onCompare(drape.id));
+    const compare = button('Compare', `Compare with the drape of ${text}`, () =>
+      this.onCompare(drape.id),
+    );
     open.disabled = !done;
     compare.disabled = !done || drape.id === this.current;
     if (drape.id === this.current) item.setAttribute('aria-current', 'true');

@@ -2,17 +2,31 @@
 // The page: what follows from what. The parts know nothing of each other; here they meet.
 import * as api from './api.js';
 import { readAddress, writeAddress } from './address.js';
+import { Comparison } from './comparison.js';
 import { drawDiagonals, drawHistogram, drawScale } from './charts.js';
+import { element, say } from './dom.js';
 import { fetchDrape, fetchRequest, spacingOf } from './drape.js';
-import { fieldOf, fields, format, isShear, ofNodes, rangeOf, scaleOf, valuesOf, withUnit } from './fields.js';
+import {
+  fieldOf,
+  fields,
+  format,
+  isShear,
+  ofNodes,
+  rangeOf,
+  scaleOf,
+  valuesOf,
+  withUnit,
+} from './fields.js';
 import { Form } from './form.js';
-import { nodeAt, NO_VALUE } from './lattice.js';
+import { nodeAt } from './lattice.js';
 import { curlCommand, saveAs, showDownloads } from './links.js';
 import { Drapes } from './list.js';
-import { REASON_TEXT } from './marks.js';
-import { cellAt, cornersOf, placeOf, reasonAt, showReadout, showSummary } from './readout.js';
+import { cellAt, cornersOf, describeCell, placeOf, showReadout, showSummary } from './readout.js';
+import { Runner } from './run.js';
+import { startTheme } from './theme.js';
+import { askToken, startToken } from './token.js';
 import { View } from './view.js';
-import { readDifference, readRequest } from './work.js';
+import { readRequest } from './work.js';
 
 const EXAMPLES = [
   ['saddle', 'Saddle'],
@@ -23,22 +37,15 @@ const EXAMPLES = [
   ['freeform', 'Free-form part'],
   ['tray', 'Tray, a triangle mesh'],
 ];
-const LIVE_CELLS = 12000; // a drape this large answers while one drags
-const LIVE_SECONDS = 20;
 const RETRY = 'Check the address, or drape again.';
-
-const element = (id) => document.getElementById(id);
-const say = (text) => (element('state').textContent = text);
 
 const page = {
   field: fields[0],
   layout: 'both',
-  one: null, // {id, lattice, summary, spacing}
-  two: null,
+  one: null, // {id, lattice, summary, spacing} of the drape that is shown
   pinned: null, // [i, j]
   hovered: null,
   example: 'saddle',
-  busy: null, // AbortController of the drape that runs
 };
 
 /* ---- errors ---- */
@@ -58,10 +65,10 @@ function reportQuietly(error) {
 /* ---- the request ---- */
 
 const form = new Form({
-  onLive: () => live(false),
+  onLive: () => runner.live(false),
   onSettled: () => {
     save();
-    live(true);
+    runner.live(true);
   },
   onUnit: () => page.one && refreshNumbers(),
 });
@@ -74,13 +81,21 @@ function takeRequest(request) {
   clear();
   view.setShape(request.shape);
   const ready = 'Press Drape. Click on the surface to choose where the net starts.';
-  hint(request.shape ? ready : 'This surface cannot be shown. Press Drape: the service says what is wrong with it.', true);
+  hint(
+    request.shape
+      ? ready
+      : 'This surface cannot be shown. Press Drape: the service says what is wrong with it.',
+    true,
+  );
   refreshCurl();
 }
 
 function clear() {
-  page.one = page.two = page.pinned = page.hovered = null;
-  for (const slot of ['one', 'two', 'difference']) view.setNet(slot, null);
+  page.one = page.pinned = page.hovered = null;
+  runner.forget();
+  comparison.end();
+  view.arrange(page.layout);
+  view.setNet('one', null);
   view.setHandle(-1);
   element('downloads').replaceChildren();
   refresh();
@@ -132,123 +147,23 @@ function refreshCurl() {
   element('curl').textContent = form.surfaceText ? curlCommand(form.body()) : '';
 }
 
-/* ---- draping ---- */
-
-function setBusy(controller) {
-  page.busy = controller;
-  element('drape').disabled = Boolean(controller);
-  element('cancel').disabled = !controller;
-  if (!controller) element('progress').value = 0;
-}
-
-function showProgress(status) {
-  if (!status) {
-    say('The service does not answer; trying again …');
-    return;
-  }
-  element('progress').value = status.progress;
-  const part = status.status === 'running' ? ` ${Math.round(100 * status.progress)} %` : '';
-  say(`${status.status}${part}${status.attempts > 1 ? `, attempt ${status.attempts}` : ''}`);
-}
-
-/** Submits the form and follows the drape to its end. */
-async function run() {
-  const controller = new AbortController();
-  form.clearErrors();
-  refreshCurl();
-  setBusy(controller);
-  say('Sending …');
-  try {
-    const spacing = form.spacing;
-    const { id } = await api.submit(form.body(), controller.signal);
-    page.running = id;
-    const last = await api.follow(id, showProgress, controller.signal);
-    await finish(last, spacing, controller.signal);
-  } catch (error) {
-    say('');
-    report(error);
-  }
-  page.running = null;
-  setBusy(null);
-  drapes.refresh(page.one?.id);
-}
-
-async function finish(last, spacing, signal) {
-  if (last.status === 'failed') throw new api.Problem(last.error.status, last.error);
-  if (last.status === 'cancelled') {
-    say('Cancelled.');
-    return;
-  }
-  say('Fetching the net …');
-  showDrape({ ...(await fetchDrape(last.id, last, signal)), spacing });
-}
-
-async function cancelRun() {
-  if (!page.running) return page.busy?.abort();
-  element('cancel').disabled = true;
-  try {
-    await api.cancel(page.running);
-  } catch (error) {
-    report(error);
-  }
-}
-
-/** Drapes what the form says while it changes: one call at a time, the last state always; the
- *  drapes on the way are deleted. */
-async function live(settled) {
-  page.wanted = { settled: settled || page.wanted?.settled };
-  if (!page.one || page.busy || page.living) return;
-  page.living = true;
-  try {
-    while (page.wanted) {
-      const { settled: final } = page.wanted;
-      page.wanted = null;
-      await liveOnce(final);
-    }
-  } catch (error) {
-    report(error);
-  }
-  page.wanted = null;
-  page.living = false;
-}
-
-async function liveOnce(final) {
-  form.clearErrors();
-  const cells = page.cellsAtFull || page.one.lattice.cellOfNode.length;
-  const coarser = final ? 1 : Math.max(1, Math.sqrt(cells / LIVE_CELLS));
-  if (final && cells > 20 * LIVE_CELLS) return run();
-  const begun = performance.now();
-  const spacing = form.spacing.map((value) => value * coarser);
-  const { id, columns } = await api.drapeNow(form.body(coarser), LIVE_SECONDS);
-  if (!columns) throw new api.Problem(0, { detail: 'This takes too long to follow the pointer; press Drape.' });
-  const { readNet } = await import('./work.js');
-  const lattice = await readNet(columns);
-  const before = page.liveId;
-  page.liveId = final ? null : id;
-  if (before) api.remove(before).catch(() => {});
-  const summary = final ? (await api.status(id)).summary : page.one.summary;
-  showDrape({ id: final ? id : page.one.id, lattice, summary, spacing }, !final);
-  say(`${lattice.columns['cells.i'].length.toLocaleString('en')} cells in ${(performance.now() - begun).toFixed(0)} ms`);
-  if (final) drapes.refresh(id);
-}
-
 /* ---- what is shown ---- */
 
-/** Shows a drape; `passing` for one on the way, whose numbers are not kept. */
+/** Shows a drape; `passing` for one on the way, which has neither id nor summary. */
 function showDrape(drape, passing = false) {
-  page.one = drape;
+  const { id, summary } = page.one || {};
+  page.one = passing ? { ...drape, id, summary } : drape;
   page.hovered = null;
   hint('');
   view.setNet('one', drape.lattice, drape.spacing);
   view.setHandle(nodeAt(drape.lattice.grid, 0, 0));
-  if (!passing) page.cellsAtFull = drape.lattice.columns['cells.i'].length;
   refresh(passing);
   if (passing) return;
   const { cells, timing_ms: time } = drape.summary;
   say(`${cells.toLocaleString('en')} cells, solved in ${format(time.solve, 3)} ms`);
   refreshCurl();
   showDownloads(element('downloads'), drape.id, reportQuietly);
-  if (page.two) compareFields();
+  compareFields();
   save();
 }
 
@@ -264,23 +179,31 @@ function refresh(passing = false) {
 function refreshFields() {
   const columns = page.one?.lattice.columns;
   const given = columns ? fields.filter((field) => columns[field.column]) : fields.slice(0, 2);
-  if (!given.includes(page.field)) page.field = given[0];
-  element('field').replaceChildren(...given.map(({ key, label }) => new Option(label, key, false, key === page.field.key)));
+  if (columns && !given.includes(page.field)) page.field = given[0];
+  element('field').replaceChildren(
+    ...given.map(({ key, label }) => new Option(label, key, false, key === page.field.key)),
+  );
 }
 
 function refreshColours() {
-  const { field, one, two } = page;
+  const { field, one } = page;
   const map = field.signed ? 'diverging' : 'sequential';
-  const sets = { one, two };
+  const sets = { one, two: comparison.other };
   const values = {};
-  for (const [slot, drape] of Object.entries(sets)) values[slot] = drape && valuesOf(drape.lattice.columns, field);
-  const ranges = Object.values(values).filter((set) => set?.length).map(rangeOf);
-  const range = ranges.length ? [Math.min(...ranges.map(([low]) => low)), Math.max(...ranges.map(([, high]) => high))] : [0, 60];
+  for (const [slot, drape] of Object.entries(sets))
+    values[slot] = drape && valuesOf(drape.lattice.columns, field);
+  const ranges = Object.values(values)
+    .filter((set) => set?.length)
+    .map(rangeOf);
+  const range = ranges.length
+    ? [Math.min(...ranges.map(([low]) => low)), Math.max(...ranges.map(([, high]) => high))]
+    : [0, 60];
   const scale = scaleOf(field, range);
   for (const slot of Object.keys(sets))
     if (values[slot]) view.setField(slot, values[slot], ofNodes(field), scale, map);
   const locking = form.locking;
-  const marks = isShear(field) && locking !== null ? (field.signed ? [-locking, locking] : [locking]) : [];
+  const marks =
+    isShear(field) && locking !== null ? (field.signed ? [-locking, locking] : [locking]) : [];
   page.scale = { range: scale, map, unit: field.unit(form.unit), label: field.label, marks };
   drawScale(element('scale'), page.scale);
 }
@@ -306,38 +229,37 @@ function refreshNumbers() {
 const frontOfOne = () => view.slots.one?.front || new Map();
 
 function refreshCharts() {
-  const { one, two } = page;
+  const { one } = page;
   for (const id of ['histogram', 'diagonals']) element(id).replaceChildren();
   if (!one) return;
   drawHistogram(element('histogram'), one.lattice.columns['cells.shear_deg'], form.locking);
-  drawDiagonals(element('diagonals'), [one, two].filter(Boolean).map(({ lattice }) => lattice), form.unit, form.locking);
+  drawDiagonals(
+    element('diagonals'),
+    [one, comparison.other].filter(Boolean).map(({ lattice }) => lattice),
+    form.unit,
+    form.locking,
+  );
 }
 
 /* ---- cells ---- */
 
 function hover(hit) {
-  const drape = hit && (hit.slot === 'two' ? page.two : page.one);
+  const drape = hit && (hit.slot === 'two' ? comparison.other : page.one);
   page.hovered = drape ? { ...hit, place: placeOf(drape.lattice, hit.cell) } : null;
   view.mark('hovered', page.hovered?.place || null, cellAt);
   const chip = element('chip');
   chip.hidden = !page.hovered;
-  if (page.hovered) chip.textContent = chipText(drape, hit);
+  if (page.hovered) chip.textContent = describeHit(drape.lattice, hit);
   if (!page.pinned) refreshNumbers();
 }
 
-function chipText({ lattice }, { slot, cell }) {
-  const place = `cell (${placeOf(lattice, cell).join(', ')})`.replaceAll('-', '−');
-  const front = view.slots[slot]?.front || new Map();
-  const reason = reasonAt(lattice, front, cell);
-  const stop = reason ? `, the net stops: ${REASON_TEXT[reason]}` : '';
-  if (slot === 'difference') {
-    const value = page.difference?.[cell];
-    return `${place}: ${value < NO_VALUE ? withUnit(format(value), page.field.unit(form.unit)) : 'not covered by the other'}`;
-  }
+function describeHit(lattice, { slot, cell }) {
   const { field } = page;
-  if (ofNodes(field)) return `${place}${stop}`;
-  const value = field.of(lattice.columns[field.column][cell]);
-  return `${place}: ${withUnit(format(value), field.unit(form.unit))}${stop}`;
+  const values = slot === 'difference' ? comparison.values : lattice.columns[field.column];
+  const of = slot === 'difference' ? (value) => value : field.of;
+  const value = ofNodes(field) ? null : of(values[cell]);
+  const front = view.slots[slot]?.front || new Map();
+  return describeCell(lattice, cell, { value, unit: field.unit(form.unit), front });
 }
 
 function pin(place, node) {
@@ -364,14 +286,7 @@ function pinFromFields() {
 
 async function compareWith(id) {
   try {
-    const [request, drape] = await Promise.all([fetchRequest(id), fetchDrape(id)]);
-    page.two = { ...drape, spacing: spacingOf(request.settings), settings: request.settings };
-    view.setNet('two', page.two.lattice, page.two.spacing);
-    view.setNet('difference', page.one.lattice, page.one.spacing);
-    const { method, direction } = request.settings;
-    element('caption-other').textContent = `The other: ${method}, ${direction?.angle_deg ?? 'vector'}°`;
-    element('compare-end').hidden = false;
-    view.arrange('compare');
+    await comparison.start(id);
     refresh();
     await compareFields();
     save();
@@ -380,31 +295,14 @@ async function compareWith(id) {
   }
 }
 
-/** Colours the difference of the field that is shown; of the shear where that is one of nodes. */
 async function compareFields() {
-  const { one, two } = page;
-  if (!one || !two) return;
-  const field = ofNodes(page.field) ? fields[0] : page.field;
-  const [first, second] = [one, two].map(({ lattice }) => ({ centres: lattice.centres, values: valuesOf(lattice.columns, field) }));
-  if (!first.values || !second.values) return;
-  if (view.slots.difference?.lattice !== one.lattice) view.setNet('difference', one.lattice, one.spacing);
-  const shift = two.lattice.origin.map((value, axis) => value - one.lattice.origin[axis]);
-  const values = await readDifference({ one: first, two: second, shift, reach: Math.max(...one.spacing, ...two.spacing) });
-  page.difference = values;
-  const sizes = values.filter((value) => value < NO_VALUE).map(Math.abs).sort();
-  const most = sizes[Math.floor(0.99 * sizes.length)] || 1e-9;
-  const greatest = withUnit(format(sizes.at(-1) ?? 0, 3), field.unit(form.unit));
-  element('caption-difference').textContent = `Difference, this − other; greatest ${greatest}`;
-  view.setField('difference', values, false, [-most, most], 'diverging');
+  if (!page.one || !comparison.other) return;
+  await comparison.colour(page.one, page.field, form.unit);
   view.mark('pinned', page.pinned, cellAt);
-  const scale = { range: [-most, most], map: 'diverging', unit: field.unit(form.unit), label: `${field.label}, this − other` };
-  drawScale(element('difference-scale'), scale);
 }
 
 function endComparison() {
-  page.two = null;
-  for (const slot of ['two', 'difference']) view.setNet(slot, null);
-  element('compare-end').hidden = true;
+  comparison.end();
   view.arrange(page.layout);
   refresh();
   save();
@@ -413,10 +311,12 @@ function endComparison() {
 /* ---- the address ---- */
 
 function save() {
-  const shown = Object.entries(view.shown).filter(([, on]) => on).map(([name]) => name);
+  const shown = Object.entries(view.shown)
+    .filter(([, on]) => on)
+    .map(([name]) => name);
   writeAddress({
     drape: page.one?.id,
-    compare: page.two?.id,
+    compare: comparison.other?.id,
     example: page.example,
     ...form.main,
     field: page.field.key,
@@ -471,7 +371,8 @@ async function restore() {
   } catch (error) {
     if (!(error instanceof api.Problem) || ![404, 410].includes(error.status)) return report(error);
     await restoreExample(state);
-    element('fault-general').textContent = `The drape of this link is gone: ${error.message}. ${RETRY}`;
+    element('fault-general').textContent =
+      `The drape of this link is gone: ${error.message}. ${RETRY}`;
     return;
   }
   await restoreExample(state);
@@ -487,49 +388,13 @@ async function restoreExample(state) {
   refreshCurl();
 }
 
-/* ---- token and theme ---- */
-
-function askToken() {
-  element('token').value = api.token.get();
-  if (!element('token-dialog').open) element('token-dialog').showModal();
-}
-
-function listenToken() {
-  element('token-open').addEventListener('click', askToken);
-  element('token-dialog').addEventListener('close', () => {
-    if (element('token-dialog').returnValue !== 'ok') return;
-    api.token.set(element('token').value.trim());
-    element('message').textContent = '';
-    form.clearErrors();
-    restore();
-    drapes.refresh();
-  });
-}
-
-function setTheme(theme) {
-  document.documentElement.dataset.theme = theme;
-  localStorage.setItem('draped-theme', theme);
-  element('theme').textContent = theme === 'dark' ? 'Light' : 'Dark';
-  view.retint();
-}
-
-function startTheme() {
-  const kept = localStorage.getItem('draped-theme');
-  const dark = matchMedia('(prefers-color-scheme: dark)');
-  setTheme(kept || (dark.matches ? 'dark' : 'light'));
-  if (!kept) localStorage.removeItem('draped-theme');
-  element('theme').addEventListener('click', () =>
-    setTheme(document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark'),
-  );
-}
-
 /* ---- the parts, and who listens to whom ---- */
 
 const view = new View({
   onHover: hover,
   onPick: (hit) => {
     if (!hit) return pin(null);
-    const drape = hit.slot === 'two' ? page.two : page.one;
+    const drape = hit.slot === 'two' ? comparison.other : page.one;
     pin(placeOf(drape.lattice, hit.cell), hit.slot === 'two' ? undefined : hit.node);
   },
   onStart: (place, settled) => {
@@ -539,9 +404,17 @@ const view = new View({
       save();
       refreshCurl();
     }
-    live(settled);
+    runner.live(settled);
   },
   onEye: save,
+});
+
+const comparison = new Comparison(view);
+
+const runner = new Runner(form, {
+  onDrape: showDrape,
+  onError: report,
+  onEnd: () => drapes.refresh(page.one?.id),
 });
 
 const drapes = new Drapes(element('list'), {
@@ -558,17 +431,27 @@ function setPlacing(placing) {
 function listenRequest() {
   element('request').addEventListener('submit', (event) => {
     event.preventDefault();
-    if (!page.busy) run();
+    refreshCurl();
+    if (!runner.busy) runner.run();
   });
   element('request').addEventListener('change', () => {
     refreshCurl();
     save();
   });
-  element('cancel').addEventListener('click', cancelRun);
+  element('cancel').addEventListener('click', () => runner.cancel());
   element('place').addEventListener('click', () => setPlacing(!view.placing));
-  element('example').replaceChildren(new Option('own file', ''), ...EXAMPLES.map(([name, label]) => new Option(label, name)));
-  element('example').addEventListener('change', ({ target }) => target.value && takeExample(target.value).catch(report));
-  element('file').addEventListener('change', ({ target }) => target.files[0] && takeFile(target.files[0]).catch(report));
+  element('example').replaceChildren(
+    new Option('own file', ''),
+    ...EXAMPLES.map(([name, label]) => new Option(label, name)),
+  );
+  element('example').addEventListener(
+    'change',
+    ({ target }) => target.value && takeExample(target.value).catch(report),
+  );
+  element('file').addEventListener(
+    'change',
+    ({ target }) => target.files[0] && takeFile(target.files[0]).catch(report),
+  );
 }
 
 function listenDrop() {
@@ -590,7 +473,7 @@ function listenView() {
   element('field').addEventListener('change', ({ target }) => {
     page.field = fieldOf(target.value);
     refreshColours();
-    if (page.two) compareFields();
+    compareFields();
     save();
   });
   for (const name of Object.keys(view.shown))
@@ -600,7 +483,7 @@ function listenView() {
     });
   element('views').addEventListener('change', ({ target }) => {
     page.layout = target.value;
-    if (page.two) endComparison();
+    if (comparison.other) endComparison();
     view.arrange(page.layout);
     save();
   });
@@ -610,15 +493,22 @@ function listenView() {
   });
   for (const id of ['cell-i', 'cell-j']) element(id).addEventListener('change', pinFromFields);
   element('cell-clear').addEventListener('click', () => pin(null));
-  document.addEventListener('keydown', (event) => event.key === 'Escape' && (setPlacing(false), page.pinned && pin(null)));
-  new ResizeObserver(() => page.scale && drawScale(element('scale'), page.scale)).observe(element('scale'));
+  document.addEventListener(
+    'keydown',
+    (event) => event.key === 'Escape' && (setPlacing(false), page.pinned && pin(null)),
+  );
+  new ResizeObserver(() => page.scale && drawScale(element('scale'), page.scale)).observe(
+    element('scale'),
+  );
 }
 
 function listenResults() {
   element('refresh').addEventListener('click', () => drapes.refresh());
   element('compare-end').addEventListener('click', endComparison);
   element('copy').addEventListener('click', async () => {
-    await navigator.clipboard.writeText(element('curl').textContent).catch(() => getSelection().selectAllChildren(element('curl')));
+    await navigator.clipboard
+      .writeText(element('curl').textContent)
+      .catch(() => getSelection().selectAllChildren(element('curl')));
     element('copy').textContent = 'Copied';
     setTimeout(() => (element('copy').textContent = 'Copy'), 1500);
   });
@@ -631,8 +521,13 @@ listenRequest();
 listenDrop();
 listenView();
 listenResults();
-listenToken();
-startTheme();
+startToken(() => {
+  element('message').textContent = '';
+  form.clearErrors();
+  restore();
+  drapes.refresh();
+});
+startTheme(() => view.retint());
 refresh();
 await restore();
 drapes.refresh();

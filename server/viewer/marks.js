@@ -68,8 +68,15 @@ const surfaceShaders = {
 };
 
 function material(shaders, values) {
-  const uniforms = Object.fromEntries(Object.entries(values).map(([key, value]) => [key, { value }]));
-  return new THREE.ShaderMaterial({ ...shaders, uniforms, glslVersion: THREE.GLSL3, side: THREE.DoubleSide });
+  const uniforms = Object.fromEntries(
+    Object.entries(values).map(([key, value]) => [key, { value }]),
+  );
+  return new THREE.ShaderMaterial({
+    ...shaders,
+    uniforms,
+    glslVersion: THREE.GLSL3,
+    side: THREE.DoubleSide,
+  });
 }
 
 function geometryOf(position, tints) {
@@ -110,7 +117,10 @@ export function makeCrosses(lattice, spacing) {
     const middle = corner(lattice.centres, cell);
     const normal = normalOf(lattice, cell);
     const first = ['x', 'y', 'z'].map((axis) => columns[`cells.k1_${axis}`][cell]);
-    for (const [k, along] of [[k1[cell], first], [columns['cells.k2'][cell], unit(cross(normal, first))]]) {
+    for (const [k, along] of [
+      [k1[cell], first],
+      [columns['cells.k2'][cell], unit(cross(normal, first))],
+    ]) {
       const half = reach * Math.sqrt(k / most);
       ends.push(...add(middle, along, half), ...add(middle, along, -half));
     }
@@ -124,7 +134,17 @@ export function makeCrosses(lattice, spacing) {
 
 /** The node nearest to a place of the front, which may lie one step beyond the net. */
 function nodeBeside(grid, i, j) {
-  for (const [a, b] of [[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1], [-1, -1], [1, 1], [-1, 1], [1, -1]]) {
+  for (const [a, b] of [
+    [0, 0],
+    [-1, 0],
+    [1, 0],
+    [0, -1],
+    [0, 1],
+    [-1, -1],
+    [1, 1],
+    [-1, 1],
+    [1, -1],
+  ]) {
     const node = nodeAt(grid, i + a, j + b);
     if (node >= 0) return node;
   }
@@ -193,7 +213,10 @@ export function makeSurface(shape, depth, tone, edgeTone) {
   for (let k = 0; k < tints.length; k++) tints[k] = tint[k % 3];
   lines.setAttribute('tint', new THREE.BufferAttribute(tints, 3));
   lines.setIndex(new THREE.BufferAttribute(shape.edges, 1));
-  const edges = new THREE.LineSegments(lines, material(lineShaders, { lift: depth, size: 1, rounded: 0 }));
+  const edges = new THREE.LineSegments(
+    lines,
+    material(lineShaders, { lift: depth, size: 1, rounded: 0 }),
+  );
   const group = new THREE.Group();
   group.add(body, edges);
   group.userData.body = body;

@@ -172,7 +172,8 @@ export class Net {
   /** Marks the cell under the pointer, or the one that was chosen; null for none. */
   mark(which, cell) {
     const { columns } = this.lattice;
-    const place = cell === null ? [NOWHERE, NOWHERE] : [columns['cells.i'][cell], columns['cells.j'][cell]];
+    const place =
+      cell === null ? [NOWHERE, NOWHERE] : [columns['cells.i'][cell], columns['cells.j'][cell]];
     this.uniforms[which].value.set(...place);
   }
 

@@ -7,7 +7,8 @@ const ENTRY = 0x02014b50;
 const LARGE = 0xffffffff;
 
 function findEnd(view) {
-  for (let at = view.byteLength - 22; at >= 0; at--) if (view.getUint32(at, true) === END) return at;
+  for (let at = view.byteLength - 22; at >= 0; at--)
+    if (view.getUint32(at, true) === END) return at;
   throw new Error('the result is cut off');
 }
 

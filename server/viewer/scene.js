@@ -8,9 +8,16 @@ const FIELD_OF_VIEW = 32;
 const TURN = Math.PI / 24; // an arrow key
 const SAMPLES = 4000; // points that framing looks at
 // From where a part may be seen at first, the most liked first.
-const HOMES = [[0.55, -1.1], [1.1, -0.55], [1.1, 0.55], [0.55, 1.1], [-0.55, -1.1], [-1.1, -0.55], [-1.1, 0.55], [-0.55, 1.1]].map(
-  ([x, y]) => new THREE.Vector3(x, y, 0.85).normalize(),
-);
+const HOMES = [
+  [0.55, -1.1],
+  [1.1, -0.55],
+  [1.1, 0.55],
+  [0.55, 1.1],
+  [-0.55, -1.1],
+  [-1.1, -0.55],
+  [-1.1, 0.55],
+  [-0.55, 1.1],
+].map(([x, y]) => new THREE.Vector3(x, y, 0.85).normalize());
 const LIKED = 1.1; // so much better another one has to be
 
 /** The direction that shows the most of a part whose area vectors add up to `area`. */
@@ -26,7 +33,11 @@ export class Pane {
     this.element = element;
     this.flat = flat;
     this.scene = new THREE.Scene();
-    this.camera = twin ? twin.camera : flat ? new THREE.OrthographicCamera() : new THREE.PerspectiveCamera(FIELD_OF_VIEW);
+    this.camera = twin
+      ? twin.camera
+      : flat
+        ? new THREE.OrthographicCamera()
+        : new THREE.PerspectiveCamera(FIELD_OF_VIEW);
     if (!flat) this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, element);
     if (twin) this.controls.target = twin.controls.target;
@@ -55,7 +66,8 @@ export class Pane {
     this.radius = radius;
     this.points = position;
     const area = new THREE.Vector3();
-    for (let k = 0; k < normal.length; k++) area.setComponent(k % 3, area.getComponent(k % 3) + normal[k]);
+    for (let k = 0; k < normal.length; k++)
+      area.setComponent(k % 3, area.getComponent(k % 3) + normal[k]);
     this.direction = homeOf(area);
     this.home();
   }
@@ -87,7 +99,8 @@ export class Pane {
     const slope = Math.tan((FIELD_OF_VIEW * Math.PI) / 360) / 1.12;
     const { offsetWidth, offsetHeight } = this.element;
     const aspect = offsetWidth / offsetHeight || 1;
-    const need = ([x, y, z]) => z + Math.max(Math.abs(x - middle[0]) / aspect, Math.abs(y - middle[1])) / slope;
+    const need = ([x, y, z]) =>
+      z + Math.max(Math.abs(x - middle[0]) / aspect, Math.abs(y - middle[1])) / slope;
     const target = right.multiplyScalar(middle[0]).addScaledVector(up, middle[1]);
     return { target, away: Math.max(...seen.map(need)) };
   }
@@ -142,11 +155,14 @@ export class Pane {
     const { camera, controls } = this;
     if (this.flat) {
       const step = (0.1 * this.radius) / camera.zoom;
-      for (const point of [camera.position, controls.target]) point.add(new THREE.Vector3(aside * step, -down * step, 0));
+      for (const point of [camera.position, controls.target])
+        point.add(new THREE.Vector3(aside * step, -down * step, 0));
       return;
     }
     const offset = camera.position.clone().sub(controls.target);
-    const sphere = new THREE.Spherical().setFromVector3(new THREE.Vector3(offset.x, offset.z, -offset.y));
+    const sphere = new THREE.Spherical().setFromVector3(
+      new THREE.Vector3(offset.x, offset.z, -offset.y),
+    );
     sphere.theta += aside * TURN;
     sphere.phi = Math.min(Math.max(sphere.phi + down * TURN, 0.01), Math.PI - 0.01);
     const turned = new THREE.Vector3().setFromSpherical(sphere);
@@ -155,7 +171,11 @@ export class Pane {
 
   #zoom(factor) {
     if (this.flat) this.camera.zoom /= factor;
-    else this.camera.position.sub(this.controls.target).multiplyScalar(factor).add(this.controls.target);
+    else
+      this.camera.position
+        .sub(this.controls.target)
+        .multiplyScalar(factor)
+        .add(this.controls.target);
   }
 
   /** Fits the camera to the pane's shape. */
@@ -164,7 +184,12 @@ export class Pane {
     if (this.flat) {
       const [x, y] = this.half.map((value) => value * 1.08);
       const scale = Math.max(x / width, y / height);
-      Object.assign(camera, { left: -scale * width, right: scale * width, top: scale * height, bottom: -scale * height });
+      Object.assign(camera, {
+        left: -scale * width,
+        right: scale * width,
+        top: scale * height,
+        bottom: -scale * height,
+      });
     } else {
       camera.aspect = width / height;
     }
@@ -223,7 +248,8 @@ export class Stage {
     const size = this.renderer.getSize(new THREE.Vector2());
     const ratio = Math.min(window.devicePixelRatio, 2);
     if (this.renderer.getPixelRatio() !== ratio) this.renderer.setPixelRatio(ratio);
-    if (size.x !== clientWidth || size.y !== clientHeight) this.renderer.setSize(clientWidth, clientHeight, false);
+    if (size.x !== clientWidth || size.y !== clientHeight)
+      this.renderer.setSize(clientWidth, clientHeight, false);
   }
 
   draw() {

@@ -156,12 +156,27 @@ function meshShape(surface) {
   const { vertices, triangles } = surface;
   const { origin } = boundsOf(vertices);
   const position = new Float32Array(vertices.length * 3);
-  vertices.forEach((point, k) => position.set(point.map((value, axis) => value - origin[axis]), 3 * k));
+  vertices.forEach((point, k) =>
+    position.set(
+      point.map((value, axis) => value - origin[axis]),
+      3 * k,
+    ),
+  );
   const index = new Uint32Array(triangles.length * 3);
   triangles.forEach((triangle, k) => index.set(triangle, 3 * k));
-  if (index.some((k) => k >= vertices.length)) refuse('A triangle names a vertex that is not there.');
+  if (index.some((k) => k >= vertices.length))
+    refuse('A triangle names a vertex that is not there.');
   const about = `mesh, ${vertices.length} vertices, ${triangles.length} triangles`;
-  return { kind: 'mesh', about, domain: null, position, uv: null, index, edges: openEdges(triangles), origin };
+  return {
+    kind: 'mesh',
+    about,
+    domain: null,
+    position,
+    uv: null,
+    index,
+    edges: openEdges(triangles),
+    origin,
+  };
 }
 
 /* ---- both ---- */

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The pictures: which net, marks and surface are in which pane, and what the pointer does there.
 // Without WebGL there are no pictures, and all else works.
+import { element } from './dom.js';
 import { Net } from './net.js';
 import { disposeTree, frontOf, makeCrosses, makeFront, makeSurface } from './marks.js';
 import { Stage } from './scene.js';
@@ -11,7 +12,6 @@ const NO_WEBGL =
   'This browser shows no WebGL 2, which the pictures need. Turn on hardware acceleration in its ' +
   'settings, or use another browser. Draping, numbers, charts and downloads work here all the same.';
 
-const element = (id) => document.getElementById(id);
 const styleOf = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
 
 /** The colour of a custom property as rgb(), whatever the theme. */
@@ -38,7 +38,8 @@ export class View {
     }
     this.#addPanes();
     element('canvas').addEventListener('webglcontextlost', () => {
-      element('hint').textContent = 'The graphics card gave up on this picture. Load the page again.';
+      element('hint').textContent =
+        'The graphics card gave up on this picture. Load the page again.';
     });
   }
 
@@ -54,7 +55,12 @@ export class View {
       this.onEye();
     };
     stage.onFrame = () => this.#moveHandle();
-    for (const [name, slot] of [['solid', 'one'], ['flat', 'one'], ['other', 'two'], ['difference', 'difference']])
+    for (const [name, slot] of [
+      ['solid', 'one'],
+      ['flat', 'one'],
+      ['other', 'two'],
+      ['difference', 'difference'],
+    ])
       this.#listen(this.panes[name], slot);
     this.#listenHandle();
   }
@@ -138,7 +144,8 @@ export class View {
   #empty(slot) {
     const entry = this.slots[slot];
     if (!entry) return;
-    for (const object of [entry.net.solid, entry.net.flat, ...Object.values(entry.marks)]) object?.removeFromParent();
+    for (const object of [entry.net.solid, entry.net.flat, ...Object.values(entry.marks)])
+      object?.removeFromParent();
     for (const mark of Object.values(entry.marks)) disposeTree(mark);
     entry.net.dispose();
     delete this.slots[slot];
@@ -212,9 +219,13 @@ export class View {
       if (!event.buttons) this.#hover(pane, slot, event);
     });
     pane.element.addEventListener('pointerleave', () => this.onHover(null));
-    pane.element.addEventListener('pointerdown', (event) => (pressed = [event.clientX, event.clientY]));
+    pane.element.addEventListener(
+      'pointerdown',
+      (event) => (pressed = [event.clientX, event.clientY]),
+    );
     pane.element.addEventListener('pointerup', (event) => {
-      const still = pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < CLICK;
+      const still =
+        pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < CLICK;
       pressed = null;
       if (!still || event.button !== 0) return;
       if (pane === this.panes.solid && (this.placing || !this.slots.one)) this.#place(event, true);
@@ -238,7 +249,12 @@ export class View {
   hit(pane, slot, { clientX, clientY }) {
     const entry = this.slots[slot];
     if (!entry || !pane.visible) return null;
-    const owner = this.stage.pick(pane, pane.flat ? entry.net.flat : entry.net.solid, clientX, clientY);
+    const owner = this.stage.pick(
+      pane,
+      pane.flat ? entry.net.flat : entry.net.solid,
+      clientX,
+      clientY,
+    );
     const cell = owner < 0 ? -1 : (entry.lattice.cellOfNode[owner] ?? -1);
     if (cell < 0) return null;
     const box = pane.element.getBoundingClientRect();
@@ -246,12 +262,15 @@ export class View {
       const { x, y } = pane.project(this.#placeOf(entry, node, pane.flat));
       return Math.hypot(x + box.left - clientX, y + box.top - clientY);
     };
-    const node = cornersOf(entry.lattice, cell).reduce((best, other) => (away(other) < away(best) ? other : best));
+    const node = cornersOf(entry.lattice, cell).reduce((best, other) =>
+      away(other) < away(best) ? other : best,
+    );
     return { slot, cell, node };
   }
 
   #placeOf({ lattice, spacing, shift }, node, flat) {
-    if (flat) return [lattice.places[2 * node] * spacing[0], lattice.places[2 * node + 1] * spacing[1], 0];
+    if (flat)
+      return [lattice.places[2 * node] * spacing[0], lattice.places[2 * node + 1] * spacing[1], 0];
     return [0, 1, 2].map((axis) => lattice.position[3 * node + axis] + shift[axis]);
   }
 
@@ -281,7 +300,8 @@ export class View {
   setHandle(node) {
     if (!this.stage) return;
     const entry = this.slots.one;
-    if (!this.dragging) this.handlePoint = entry && node >= 0 ? this.#placeOf(entry, node, false) : null;
+    if (!this.dragging)
+      this.handlePoint = entry && node >= 0 ? this.#placeOf(entry, node, false) : null;
     this.stage.redraw();
   }
 
@@ -315,7 +335,10 @@ export class View {
       event.stopPropagation();
       const box = handle.getBoundingClientRect();
       const [x, y] = moves[event.key];
-      this.#place({ clientX: box.x + box.width / 2 + x, clientY: box.y + box.height / 2 + y }, true);
+      this.#place(
+        { clientX: box.x + box.width / 2 + x, clientY: box.y + box.height / 2 + y },
+        true,
+      );
     });
   }
 }

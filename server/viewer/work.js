@@ -15,7 +15,11 @@ function start() {
   };
   worker.onerror = (event) => {
     for (const { failed } of waiting.values())
-      failed(new Error(event.message || 'The page ran out of memory. Use a greater spacing or a smaller file.'));
+      failed(
+        new Error(
+          event.message || 'The page ran out of memory. Use a greater spacing or a smaller file.',
+        ),
+      );
     waiting.clear();
     worker.terminate();
     worker = null;

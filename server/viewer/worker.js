@@ -9,7 +9,9 @@ function parse(text) {
   try {
     return JSON.parse(text);
   } catch (error) {
-    throw new Error(`This is not JSON: ${error.message}. Choose a surface or a drape request as a JSON file.`);
+    throw new Error(
+      `This is not JSON: ${error.message}. Choose a surface or a drape request as a JSON file.`,
+    );
   }
 }
 
@@ -38,7 +40,9 @@ function readRequest({ text, surfaceText }) {
 }
 
 function shapeBuffers(shape) {
-  return ['position', 'normal', 'index', 'edges', 'uv', 'mask'].flatMap((k) => (shape?.[k] ? [shape[k].buffer] : []));
+  return ['position', 'normal', 'index', 'edges', 'uv', 'mask'].flatMap((k) =>
+    shape?.[k] ? [shape[k].buffer] : [],
+  );
 }
 
 const tasks = {

@@ -16,7 +16,11 @@ export const pictures = join(root, build, 'tests/browser');
 export const WAIT = 60000; // how long a test waits for what must come
 
 /** Starts the daemon on `port` (0: a free one): {url, stop, kill}. */
-export async function startDaemon({ port = 0, data = mkdtempSync(join(tmpdir(), 'draped-')), flags = [] } = {}) {
+export async function startDaemon({
+  port = 0,
+  data = mkdtempSync(join(tmpdir(), 'draped-')),
+  flags = [],
+} = {}) {
   const program = join(root, build, 'draped');
   const listen = ['--listen', `127.0.0.1:${port}`, '--data', data, '--log-level', 'error'];
   const child = spawn(program, [...listen, ...flags], { stdio: ['ignore', 'pipe', 'inherit'] });
@@ -42,7 +46,11 @@ export async function startDaemon({ port = 0, data = mkdtempSync(join(tmpdir(), 
 
 /** Chromium with a software renderer, so that WebGL is there on every machine; `flags` beside. */
 export async function startBrowser(flags = []) {
-  const executablePath = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find(existsSync);
+  const executablePath = [
+    '/usr/bin/chromium',
+    '/usr/bin/chromium-browser',
+    '/usr/bin/google-chrome',
+  ].find(existsSync);
   if (!executablePath) throw new Error('there is no chromium: deploy/setup.sh test installs it');
   mkdirSync(pictures, { recursive: true });
   const args = ['--use-angle=swiftshader', '--enable-unsafe-swiftshader', ...flags];
@@ -52,7 +60,11 @@ export async function startBrowser(flags = []) {
 
 /** A page that notes errors of the console and requests to anywhere but the daemon. */
 export async function openPage(browser, url, { width = 1440, height = 900, ...options } = {}) {
-  const context = await browser.newContext({ viewport: { width, height }, colorScheme: 'light', ...options });
+  const context = await browser.newContext({
+    viewport: { width, height },
+    colorScheme: 'light',
+    ...options,
+  });
   const page = await context.newPage();
   page.setDefaultTimeout(WAIT);
   page.faults = [];
@@ -62,7 +74,8 @@ export async function openPage(browser, url, { width = 1440, height = 900, ...op
     if (message.type() === 'error') page.faults.push(`console: ${message.text()}`);
   });
   page.on('request', (request) => {
-    const local = request.url().startsWith(`${origin}/`) || request.url().startsWith(`blob:${origin}`);
+    const local =
+      request.url().startsWith(`${origin}/`) || request.url().startsWith(`blob:${origin}`);
     if (!local) page.faults.push(`outside: ${request.url()}`);
   });
   await page.goto(url);
@@ -77,7 +90,10 @@ export async function drapeExample(page, name) {
   if ((await page.inputValue('#example')) !== name) {
     const before = await page.textContent('#about');
     await page.selectOption('#example', name);
-    await page.waitForFunction((old) => document.querySelector('#about').textContent !== old, before);
+    await page.waitForFunction(
+      (old) => document.querySelector('#about').textContent !== old,
+      before,
+    );
   }
   await page.click('#drape');
   await page.waitForFunction(() => /solved in/.test(document.querySelector('#state').textContent));
@@ -85,7 +101,9 @@ export async function drapeExample(page, name) {
 
 /** Two frames later everything that was asked for is drawn. */
 export const drawn = (page) =>
-  page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  page.evaluate(
+    () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))),
+  );
 
 /** In the page: the pixels of PNG images. */
 function pixelsOf(page, ...images) {
@@ -109,7 +127,8 @@ export async function colours(page, selector) {
   const handle = await pixelsOf(page, await page.locator(selector).screenshot());
   return handle.evaluate(([data]) => {
     const seen = new Set();
-    for (let k = 0; k < data.length; k += 4) seen.add(((data[k] >> 4) << 8) | ((data[k + 1] >> 4) << 4) | (data[k + 2] >> 4));
+    for (let k = 0; k < data.length; k += 4)
+      seen.add(((data[k] >> 4) << 8) | ((data[k + 1] >> 4) << 4) | (data[k + 2] >> 4));
     return seen.size;
   });
 }

@@ -8,7 +8,17 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { promisify } from 'node:util';
-import { colours, difference, drapeExample, drawn, openPage, picture, root, startBrowser, startDaemon } from './helper.mjs';
+import {
+  colours,
+  difference,
+  drapeExample,
+  drawn,
+  openPage,
+  picture,
+  root,
+  startBrowser,
+  startDaemon,
+} from './helper.mjs';
 
 const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 let daemon, browser, page;
@@ -46,16 +56,22 @@ test('page: its headers let nothing in and let browsers keep its files', async (
   assert.match(policy, /default-src 'none'/);
   assert.doesNotMatch(policy, /unsafe|https?:|\*/);
   const script = /src="([^"]+main\.js)"/.exec(await answer.text())[1];
-  const again = await fetch(daemon.url, { headers: { 'If-None-Match': answer.headers.get('etag') } });
+  const again = await fetch(daemon.url, {
+    headers: { 'If-None-Match': answer.headers.get('etag') },
+  });
   assert.equal(again.status, 304);
   const file = await fetch(new URL(script, daemon.url));
   assert.match(file.headers.get('cache-control'), /immutable/);
   assert.equal(file.headers.get('content-encoding'), 'gzip');
   assert.equal(file.headers.get('content-type'), 'text/javascript; charset=utf-8');
-  const plain = await fetch(new URL(script, daemon.url), { headers: { 'Accept-Encoding': 'identity' } });
+  const plain = await fetch(new URL(script, daemon.url), {
+    headers: { 'Accept-Encoding': 'identity' },
+  });
   assert.equal(plain.headers.get('content-encoding'), null);
   assert.equal(await plain.text(), await file.text());
-  const stale = await fetch(new URL(script.replace(/viewer\/\w+/, 'viewer/0123456789abcdef'), daemon.url));
+  const stale = await fetch(
+    new URL(script.replace(/viewer\/\w+/, 'viewer/0123456789abcdef'), daemon.url),
+  );
   assert.equal(stale.status, 404);
 });
 
@@ -68,7 +84,10 @@ test('page: drapes an example by a click and shows its net', async () => {
   const full = await colours(page, '#panes');
   assert.ok(full > 4 * empty, `${full} colours with the net, ${empty} without`);
   const { summary } = await ask(`v1/drapes/${idOf(page)}`);
-  assert.match(await page.textContent('#summary'), new RegExp(`Cells${summary.cells.toLocaleString('en')}`));
+  assert.match(
+    await page.textContent('#summary'),
+    new RegExp(`Cells${summary.cells.toLocaleString('en')}`),
+  );
   assert.deepEqual(await violations(page), []);
 });
 
@@ -102,7 +121,8 @@ test('page: the read-out is the number of the service', async () => {
   await page.fill('#cell-i', '7');
   await page.fill('#cell-j', '-5');
   await page.press('#cell-j', 'Enter');
-  const shown = async (name) => Number(await page.getAttribute(`#readout dt:text-is("${name}") + dd data`, 'value'));
+  const shown = async (name) =>
+    Number(await page.getAttribute(`#readout dt:text-is("${name}") + dd data`, 'value'));
   assert.equal(await shown('Shear angle'), cells.shear_deg[row]);
   assert.equal(await shown('Thickness'), cells.thickness[row]);
   const node = nodes.i.findIndex((i, k) => i === 7 && nodes.j[k] === -5);
@@ -114,25 +134,37 @@ test('page: what the pointer is on is read out, the same on the surface and in t
   const { cells } = await ask(`v1/drapes/${idOf(page)}/result`);
   const box = await page.locator('#pane-flat').boundingBox();
   const shear = {};
-  cells.shear_deg.forEach((value, row) => (shear[`${cells.i[row]}, ${cells.j[row]}`] = Math.abs(value)));
+  cells.shear_deg.forEach(
+    (value, row) => (shear[`${cells.i[row]}, ${cells.j[row]}`] = Math.abs(value)),
+  );
   let seen = 0;
   for (const selector of ['#pane-flat', '#pane-solid']) {
     const { x, y, width, height } = await page.locator(selector).boundingBox();
-    for (const [a, b] of [[0.4, 0.55], [0.6, 0.52], [0.45, 0.6]]) {
+    for (const [a, b] of [
+      [0.4, 0.55],
+      [0.6, 0.52],
+      [0.45, 0.6],
+    ]) {
       await page.mouse.move(x + a * width, y + b * height);
       await page.waitForTimeout(100);
       const text = (await page.textContent('#chip')).replaceAll('−', '-');
       const found = /cell \(([^)]*)\): ([\d.]+)°/.exec(text);
       if (!found || (await page.isHidden('#chip'))) continue;
       seen++;
-      assert.ok(Math.abs(shear[found[1]] - Number(found[2])) < 1e-3 * Math.max(1, shear[found[1]]), text);
+      assert.ok(
+        Math.abs(shear[found[1]] - Number(found[2])) < 1e-3 * Math.max(1, shear[found[1]]),
+        text,
+      );
     }
   }
   assert.ok(seen >= 4, `${seen} places had a cell under them`);
   // The cell at (i, j) of the pattern lies where i and j say: 59 cells a side about the middle.
   await page.mouse.move(box.x + box.width / 2 + 40, box.y + box.height / 2 - 60);
   await page.waitForTimeout(100);
-  const [i, j] = /\(([^)]*)\)/.exec((await page.textContent('#chip')).replaceAll('−', '-'))[1].split(',').map(Number);
+  const [i, j] = /\(([^)]*)\)/
+    .exec((await page.textContent('#chip')).replaceAll('−', '-'))[1]
+    .split(',')
+    .map(Number);
   assert.ok(i > 0 && j > i, `cell (${i}, ${j})`);
 });
 
@@ -151,7 +183,10 @@ test('page: a link shows the same view', async () => {
   assert.equal(await other.inputValue('#field'), 'shear_signed');
   assert.equal(await other.inputValue('#cell-i'), '7');
   assert.equal(await other.textContent('#readout'), await page.textContent('#readout'));
-  const [one, two] = [await page.locator('#panes').screenshot(), await other.locator('#panes').screenshot()];
+  const [one, two] = [
+    await page.locator('#panes').screenshot(),
+    await other.locator('#panes').screenshot(),
+  ];
   assert.ok((await difference(page, one, two)) < 0.02);
   assert.deepEqual(other.faults, []);
   await other.context().close();
@@ -169,7 +204,10 @@ test('page: dragging the angle drapes while it moves, and leaves one drape behin
   await page.mouse.move(slider.x + slider.width / 2, slider.y + slider.height / 2);
   await page.mouse.down();
   for (let step = 1; step <= 10; step++) {
-    await page.mouse.move(slider.x + slider.width * (0.5 + 0.025 * step), slider.y + slider.height / 2);
+    await page.mouse.move(
+      slider.x + slider.width * (0.5 + 0.025 * step),
+      slider.y + slider.height / 2,
+    );
     await page.waitForTimeout(60);
   }
   await page.mouse.up();
@@ -213,14 +251,23 @@ test('page: permeability has its fields, its crosses and its numbers', async () 
   await page.check('#show-crosses');
   await page.check('#show-front');
   await drawn(page);
-  assert.ok((await difference(page, without, await page.locator('#pane-solid').screenshot())) > 0.01);
+  assert.ok(
+    (await difference(page, without, await page.locator('#pane-solid').screenshot())) > 0.01,
+  );
   await picture(page, 'permeability');
   const { cells } = await ask(`v1/drapes/${idOf(page)}/result?fields=cells.i,cells.j,cells.k1`);
   const row = cells.i.findIndex((i, k) => i === 10 && cells.j[k] === 9);
   await page.fill('#cell-i', '10');
   await page.fill('#cell-j', '9');
   await page.press('#cell-j', 'Enter');
-  assert.equal(Number(await page.getAttribute('#readout dt:text-is("Permeability k1") + dd data', 'value')), cells.k1[row]);
+  assert.equal(
+    Number(await page.getAttribute('#readout dt:text-is("Permeability k1") + dd data', 'value')),
+    cells.k1[row],
+  );
+  const link = await openPage(browser, page.url());
+  assert.equal(await link.inputValue('#field'), 'k1');
+  assert.ok(await link.isChecked('#show-crosses'));
+  await link.context().close();
   await page.uncheck('#show-crosses');
   await page.selectOption('#field', 'shear');
 });
@@ -257,7 +304,10 @@ test('page: two drapes side by side with their difference', async () => {
   await picture(page, 'compare');
   assert.match(await page.textContent('#caption-other'), /gib4, 0°/);
   // Where the nets agree to less than 0.1 degrees, so does the map: its range is the difference.
-  assert.match(await page.getAttribute('#difference-scale svg', 'aria-label'), /this − other: −0\.0\d+ to 0\.0\d+°/);
+  assert.match(
+    await page.getAttribute('#difference-scale svg', 'aria-label'),
+    /this − other: −0\.0\d+ to 0\.0\d+°/,
+  );
   assert.ok((await colours(page, '#pane-difference')) > 30);
   assert.deepEqual(await violations(page), []);
   const link = await openPage(browser, page.url());
@@ -269,7 +319,9 @@ test('page: two drapes side by side with their difference', async () => {
 });
 
 test('page: every download is there, and the curl command gives the same net', async () => {
-  const links = await page.locator('#downloads a').evaluateAll((all) => all.map((link) => link.href));
+  const links = await page
+    .locator('#downloads a')
+    .evaluateAll((all) => all.map((link) => link.href));
   assert.equal(links.length, 9);
   for (const link of links) {
     const answer = await fetch(link);
@@ -294,9 +346,13 @@ test('page: a surface dropped on it, with nothing else, can be draped', async ()
   await page.evaluate((content) => {
     const transfer = new DataTransfer();
     transfer.items.add(new File([content], 'torus.json', { type: 'application/json' }));
-    document.querySelector('#drop').dispatchEvent(new DragEvent('drop', { dataTransfer: transfer, bubbles: true }));
+    document
+      .querySelector('#drop')
+      .dispatchEvent(new DragEvent('drop', { dataTransfer: transfer, bubbles: true }));
   }, text);
-  await page.waitForFunction(() => document.querySelector('#about').textContent.startsWith('torus.json'));
+  await page.waitForFunction(() =>
+    document.querySelector('#about').textContent.startsWith('torus.json'),
+  );
   assert.equal(await page.inputValue('#spacing'), '10');
   await page.click('#drape');
   await page.waitForFunction(() => /solved in/.test(document.querySelector('#state').textContent));
@@ -305,13 +361,19 @@ test('page: a surface dropped on it, with nothing else, can be draped', async ()
 
 test('page: a trimmed surface has its hole', async () => {
   const { surface, fabric } = JSON.parse(readFileSync(join(root, 'api/examples/saddle.json')));
-  const hole = Array.from({ length: 40 }, (_, k) => [0.5 + 0.2 * Math.cos(k * Math.PI / 20), 0.25 + 0.2 * Math.sin(k * Math.PI / 20)]);
+  const hole = Array.from({ length: 40 }, (_, k) => [
+    0.5 + 0.2 * Math.cos((k * Math.PI) / 20),
+    0.25 + 0.2 * Math.sin((k * Math.PI) / 20),
+  ]);
   const shots = [];
   for (const trims of [[], [{ type: 'freeform', points: hole }]]) {
     const buffer = Buffer.from(JSON.stringify({ surface: { ...surface, trims }, fabric }));
     const name = `trims-${trims.length}.json`;
     await page.setInputFiles('#file', { name, mimeType: 'application/json', buffer });
-    await page.waitForFunction((file) => document.querySelector('#about').textContent.startsWith(file), name);
+    await page.waitForFunction(
+      (file) => document.querySelector('#about').textContent.startsWith(file),
+      name,
+    );
     await drawn(page);
     shots.push(await page.locator('#pane-solid').screenshot());
   }
@@ -324,7 +386,8 @@ test('page: a trimmed surface has its hole', async () => {
 
 test('page: everything is within reach of the keyboard', async () => {
   const keyed = await openPage(browser, daemon.url);
-  const focused = () => keyed.evaluate(() => document.activeElement.id || document.activeElement.className);
+  const focused = () =>
+    keyed.evaluate(() => document.activeElement.id || document.activeElement.className);
   await keyed.keyboard.press('Tab');
   assert.equal(await focused(), 'skip');
   const reached = [];
@@ -332,7 +395,21 @@ test('page: everything is within reach of the keyboard', async () => {
     await keyed.keyboard.press('Tab');
     reached.push(await focused());
   }
-  for (const id of ['example', 'file', 'method', 'spacing', 'angle-slider', 'start', 'drape', 'field', 'pane-solid', 'pane-flat', 'cell-i', 'curl', 'copy'])
+  for (const id of [
+    'example',
+    'file',
+    'method',
+    'spacing',
+    'angle-slider',
+    'start',
+    'drape',
+    'field',
+    'pane-solid',
+    'pane-flat',
+    'cell-i',
+    'curl',
+    'copy',
+  ])
     assert.ok(reached.includes(id), `${id} is reached by Tab`);
   await keyed.focus('#spacing');
   await keyed.keyboard.press('Enter');
@@ -342,7 +419,9 @@ test('page: everything is within reach of the keyboard', async () => {
   const before = await keyed.locator('#pane-solid').screenshot();
   await keyed.keyboard.press('ArrowRight');
   await drawn(keyed);
-  assert.ok((await difference(keyed, before, await keyed.locator('#pane-solid').screenshot())) > 0.02);
+  assert.ok(
+    (await difference(keyed, before, await keyed.locator('#pane-solid').screenshot())) > 0.02,
+  );
   assert.deepEqual(keyed.faults, []);
   await keyed.context().close();
 });

@@ -2,11 +2,28 @@
 // What goes wrong: bad files and values, a drape that is cancelled, a daemon that goes away, a
 // browser without WebGL, a service that asks for a token. Each time a sentence, never a blank page.
 import assert from 'node:assert/strict';
-import { closeSync, ftruncateSync, mkdtempSync, openSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import {
+  closeSync,
+  ftruncateSync,
+  mkdtempSync,
+  openSync,
+  readFileSync,
+  rmSync,
+  writeFileSync,
+} from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { colours, drapeExample, drawn, openPage, picture, root, startBrowser, startDaemon } from './helper.mjs';
+import {
+  colours,
+  drapeExample,
+  drawn,
+  openPage,
+  picture,
+  root,
+  startBrowser,
+  startDaemon,
+} from './helper.mjs';
 
 const folder = mkdtempSync(join(tmpdir(), 'draped-trouble-'));
 const saddle = JSON.parse(readFileSync(join(root, 'api/examples/saddle.json')));
@@ -25,7 +42,10 @@ after(async () => {
 
 const textOf = (selector, where = page) => where.textContent(selector);
 const becomes = (selector, pattern, where = page) =>
-  where.waitForFunction(([place, source]) => new RegExp(source).test(document.querySelector(place).textContent), [selector, pattern.source]);
+  where.waitForFunction(
+    ([place, source]) => new RegExp(source).test(document.querySelector(place).textContent),
+    [selector, pattern.source],
+  );
 
 /** Gives the page a file of that content. */
 async function give(name, content) {
@@ -36,14 +56,21 @@ async function give(name, content) {
 
 test('trouble: a file that is not JSON', async () => {
   await give('part.step', 'ISO-10303-21; HEADER;');
-  await becomes('#fault-surface', /part\.step: This is not JSON.*Choose a surface or a drape request as a JSON file/);
+  await becomes(
+    '#fault-surface',
+    /part\.step: This is not JSON.*Choose a surface or a drape request as a JSON file/,
+  );
   assert.match(await textOf('#about'), /NURBS/, 'the surface before it is still there');
 });
 
 test('trouble: JSON that is no surface', async () => {
   await give('list.json', '{"rows": [1, 2, 3]}');
   await becomes('#fault-surface', /list\.json: This is JSON, but no surface: it needs degree_u/);
-  for (const [name, content] of [['null.json', 'null'], ['number.json', '5'], ['empty.json', '']]) {
+  for (const [name, content] of [
+    ['null.json', 'null'],
+    ['number.json', '5'],
+    ['empty.json', ''],
+  ]) {
     await give(name, content);
     await becomes('#fault-surface', new RegExp(`${name}: This is`));
   }
@@ -55,7 +82,10 @@ test('trouble: a file of 50 MB', async () => {
   ftruncateSync(file, 50e6);
   closeSync(file);
   await page.setInputFiles('#file', path);
-  await becomes('#fault-surface', /large\.json has 50 MB; this service takes 42 MB\. Export a coarser surface/);
+  await becomes(
+    '#fault-surface',
+    /large\.json has 50 MB; this service takes 42 MB\. Export a coarser surface/,
+  );
 });
 
 test('trouble: a surface whose sizes do not fit shows the error at its place', async () => {
@@ -69,10 +99,15 @@ test('trouble: a surface whose sizes do not fit shows the error at its place', a
 
 test('trouble: a valid surface that cannot be draped', async () => {
   const points = saddle.surface.control_points.points.map(() => [1, 2, 3]);
-  await give('point.json', JSON.stringify({ ...saddle, surface: { ...saddle.surface, control_points: { points } } }));
+  await give(
+    'point.json',
+    JSON.stringify({ ...saddle, surface: { ...saddle.surface, control_points: { points } } }),
+  );
   await becomes('#about', /point\.json/);
   await page.click('#drape');
-  await page.waitForFunction(() => [...document.querySelectorAll('#request .fault')].some((fault) => fault.textContent));
+  await page.waitForFunction(() =>
+    [...document.querySelectorAll('#request .fault')].some((fault) => fault.textContent),
+  );
   const said = await page.locator('#request .fault').allTextContents();
   assert.match(said.join(''), /surface|area|tangent|degenerate/i);
   assert.ok(await page.isEnabled('#drape'));
@@ -155,7 +190,12 @@ test('trouble: a service that asks for a token', async () => {
   await other.route(/\/v1\//, async (route) => {
     if (route.request().headers().authorization === 'Bearer open-sesame') return route.continue();
     bare.push(route.request().url());
-    const body = JSON.stringify({ type: '/problems/unauthorized', title: 'Unauthorized', status: 401, detail: 'a token is needed' });
+    const body = JSON.stringify({
+      type: '/problems/unauthorized',
+      title: 'Unauthorized',
+      status: 401,
+      detail: 'a token is needed',
+    });
     return route.fulfill({ status: 401, contentType: 'application/problem+json', body });
   });
   await other.goto(daemon.url);
@@ -167,9 +207,16 @@ test('trouble: a service that asks for a token', async () => {
   await other.waitForSelector('#token-dialog:not([open])', { state: 'attached' });
   await drapeExample(other, 'saddle');
   assert.match(await other.textContent('#curl'), /Authorization: Bearer \$DRAPED_TOKEN/);
-  const [download] = await Promise.all([other.waitForEvent('download'), other.click('#downloads a:text("CSV of cells")')]);
+  const [download] = await Promise.all([
+    other.waitForEvent('download'),
+    other.click('#downloads a:text("CSV of cells")'),
+  ]);
   assert.match(readFileSync(await download.path(), 'utf8'), /^i,j,shear_deg/);
-  assert.equal(await other.evaluate(() => localStorage.length), 0, 'the token is not kept beyond the tab');
+  assert.equal(
+    await other.evaluate(() => localStorage.length),
+    0,
+    'the token is not kept beyond the tab',
+  );
   await context.close();
 });
 
