@@ -524,7 +524,7 @@ listenResults();
 startToken(() => {
   element('message').textContent = '';
   form.clearErrors();
-  restore();
+  if (!form.surfaceText) restore(); // the link's drape could not be fetched without it
   drapes.refresh();
 });
 startTheme(() => view.retint());

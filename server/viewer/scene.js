@@ -198,9 +198,10 @@ export class Pane {
 
   /** Pixels in the pane of a point in the scene, and whether it lies before the eye. */
   project(point) {
+    const { offsetWidth, offsetHeight } = this.element;
+    this.fit(offsetWidth, offsetHeight); // panes that share the camera differ in shape
     this.camera.updateMatrixWorld();
     const p = new THREE.Vector3(...point).project(this.camera);
-    const { offsetWidth, offsetHeight } = this.element;
     return { x: ((p.x + 1) / 2) * offsetWidth, y: ((1 - p.y) / 2) * offsetHeight, shown: p.z < 1 };
   }
 

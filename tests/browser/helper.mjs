@@ -83,7 +83,8 @@ export async function openPage(browser, url, { width = 1440, height = 900, ...op
   return page;
 }
 
-export const picture = (page, name) => page.screenshot({ path: join(pictures, `${name}.png`) });
+export const picture = (page, name, options = {}) =>
+  page.screenshot({ path: join(pictures, `${name}.png`), ...options });
 
 /** Chooses an example, presses Drape, waits for the net. */
 export async function drapeExample(page, name) {

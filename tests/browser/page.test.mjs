@@ -3,6 +3,7 @@
 import assert from 'node:assert/strict';
 import { execFile } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { createServer, request } from 'node:http';
 import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -199,7 +200,7 @@ test('page: dragging the angle drapes while it moves, and leaves one drape behin
   const first = idOf(page);
   const drapes = await count();
   let posts = 0;
-  page.on('request', (request) => (posts += request.method() === 'POST'));
+  page.on('request', (call) => (posts += call.method() === 'POST'));
   const slider = await page.locator('#angle-slider').boundingBox();
   await page.mouse.move(slider.x + slider.width / 2, slider.y + slider.height / 2);
   await page.mouse.down();
@@ -217,8 +218,8 @@ test('page: dragging the angle drapes while it moves, and leaves one drape behin
   assert.ok(posts >= 3, `${posts} drapes on the way`);
   const angle = Number(await page.inputValue('#angle'));
   assert.ok(angle > 30 && angle < 60, `${angle} degrees`);
-  const request = await ask(`v1/drapes/${idOf(page)}/request`);
-  assert.equal(request.direction.angle_deg, angle);
+  const sent = await ask(`v1/drapes/${idOf(page)}/request`);
+  assert.equal(sent.direction.angle_deg, angle);
   for (let k = 0; k < 50 && (await count()) > drapes + 1; k++) await page.waitForTimeout(100);
   assert.equal(await count(), drapes + 1);
 });
@@ -436,10 +437,66 @@ test('page: in the dark and on a phone', async () => {
   const phone = await openPage(browser, page.url(), { width: 390, height: 844 });
   await phone.waitForFunction(() => /solved in/.test(document.querySelector('#state').textContent));
   await drawn(phone);
-  await picture(phone, 'phone');
+  await picture(phone, 'phone', { fullPage: true });
   assert.equal(await phone.evaluate(() => document.documentElement.scrollWidth), 390);
   assert.deepEqual(await violations(phone), []);
   await phone.context().close();
+});
+
+/** A proxy that has the service under /tools/draped/, as the README describes it for nginx. */
+async function startProxy(port) {
+  const prefix = '/tools/draped/';
+  const server = createServer((incoming, outgoing) => {
+    if (!incoming.url.startsWith(prefix)) return outgoing.writeHead(404).end();
+    const { method, headers } = incoming;
+    const path = incoming.url.slice(prefix.length - 1);
+    const onward = request({ host: '127.0.0.1', port, method, path, headers }, (answer) => {
+      outgoing.writeHead(answer.statusCode, answer.headers);
+      answer.pipe(outgoing);
+    });
+    onward.on('error', () => outgoing.destroy());
+    return incoming.pipe(onward);
+  });
+  await new Promise((done) => server.listen(0, '127.0.0.1', done));
+  return { url: `http://127.0.0.1:${server.address().port}${prefix}`, server };
+}
+
+test('page: works below a path of a proxy', async () => {
+  const { url, server } = await startProxy(daemon.port);
+  try {
+    const behind = await openPage(browser, url);
+    const outside = [];
+    behind.on('request', (call) => call.url().startsWith(url) || outside.push(call.url()));
+    await drapeExample(behind, 'torus');
+    assert.match(await behind.textContent('#curl'), /\/tools\/draped\/v1\/drapes'/);
+    assert.match(await behind.getAttribute('#downloads a', 'href'), /\/tools\/draped\/v1\//);
+    assert.deepEqual([...behind.faults, ...outside], []);
+    await behind.context().close();
+  } finally {
+    server.closeAllConnections();
+    server.close();
+  }
+});
+
+test('page: the picture of the README', async () => {
+  const small = await openPage(browser, daemon.url, {
+    width: 1200,
+    height: 700,
+    deviceScaleFactor: 0.65,
+  });
+  await small.selectOption('#example', 'freeform');
+  await small.waitForFunction(() => /8 × 7/.test(document.querySelector('#about').textContent));
+  await small.fill('#spacing', '10');
+  await small.click('#drape');
+  await small.waitForFunction(() => /solved/.test(document.querySelector('#state').textContent));
+  await small.fill('#cell-i', '-9');
+  await small.fill('#cell-j', '-7');
+  await small.press('#cell-j', 'Enter');
+  await small.focus('#drape');
+  await drawn(small);
+  const shot = await picture(small, 'readme');
+  assert.ok(shot.length < 150e3, `${shot.length} bytes`);
+  await small.context().close();
 });
 
 test('page: nothing went wrong unseen', () => {
