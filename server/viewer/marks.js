@@ -175,7 +175,17 @@ export function makeFront(lattice, front, spacing) {
   return new THREE.Points(geometryOf(places, tints), style);
 }
 
-export const reasonColour = (reason) => REASON_COLOURS[reason];
+/** What the colours of the dots mean: of the reasons that occur. */
+export function fillFrontKey(list, front) {
+  const present = [...new Set(front.values())].sort();
+  const items = present.map((reason) => {
+    const item = document.createElement('li');
+    item.textContent = `${REASONS[reason].replace('_', ' ')}: ${REASON_TEXT[REASONS[reason]]}`;
+    item.style.setProperty('--dot', REASON_COLOURS[reason]);
+    return item;
+  });
+  list.replaceChildren(...items);
+}
 
 /* ---- surface ---- */
 

@@ -3,7 +3,14 @@
 // Without WebGL there are no pictures, and all else works.
 import { element } from './dom.js';
 import { Net } from './net.js';
-import { disposeTree, frontOf, makeCrosses, makeFront, makeSurface } from './marks.js';
+import {
+  disposeTree,
+  fillFrontKey,
+  frontOf,
+  makeCrosses,
+  makeFront,
+  makeSurface,
+} from './marks.js';
 import { Stage } from './scene.js';
 import { cornersOf } from './readout.js';
 
@@ -166,6 +173,8 @@ export class View {
       marks.front.visible = shown.front;
       if (marks.crosses) marks.crosses.visible = shown.crosses;
     }
+    fillFrontKey(element('front-key'), this.slots.one?.front || new Map());
+    element('front-key').hidden = !shown.front || !this.slots.one;
     for (const name of ['solid', 'other', 'difference']) {
       const surface = this.panes[name].scene.getObjectByName('surface');
       if (surface) surface.visible = shown.surface;

@@ -282,6 +282,7 @@ test('page: the front says why the net stops', async () => {
     if (await page.isVisible('#chip')) said = await page.textContent('#chip');
   }
   assert.match(said, /the net stops: the surface ends here/);
+  assert.equal(await page.textContent('#front-key'), 'boundary: the surface ends here');
 });
 
 test('page: a mesh is draped with mosaic', async () => {
