@@ -2,7 +2,7 @@
 // For the tests of the page: a daemon of their own on a free port, and Chromium without a window.
 import { spawn } from 'node:child_process';
 import { once } from 'node:events';
-import { existsSync, mkdirSync, mkdtempSync, rmSync } from 'node:fs';
+import { existsSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { dirname, join } from 'node:path';
 import { createInterface } from 'node:readline';
@@ -14,6 +14,12 @@ const build = process.env.BUILD || 'build';
 /** Where screenshots are kept. */
 export const pictures = join(root, build, 'tests/browser');
 export const WAIT = 60000; // how long a test waits for what must come
+
+function childrenOf(pid) {
+  const tasks = readdirSync(`/proc/${pid}/task`);
+  const lists = tasks.map((task) => readFileSync(`/proc/${pid}/task/${task}/children`, 'utf8'));
+  return lists.flatMap((list) => list.split(' ').filter(Boolean).map(Number));
+}
 
 /** Starts the daemon on `port` (0: a free one): {url, stop, kill}. */
 export async function startDaemon({
@@ -37,6 +43,9 @@ export async function startDaemon({
     data,
     port: Number(new URL(url).port),
     kill: () => end('SIGKILL'),
+    stopWorkers: () => {
+      for (const worker of childrenOf(child.pid)) process.kill(worker, 'SIGSTOP');
+    },
     stop: async () => {
       await end('SIGTERM');
       rmSync(data, { recursive: true, force: true });

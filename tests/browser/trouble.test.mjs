@@ -23,6 +23,7 @@ import {
   root,
   startBrowser,
   startDaemon,
+  WAIT,
 } from './helper.mjs';
 
 const folder = mkdtempSync(join(tmpdir(), 'draped-trouble-'));
@@ -140,6 +141,7 @@ test('trouble: cancel stops a drape that runs', async () => {
   await page.fill('#spacing', '0.0032');
   await page.click('#drape');
   await becomes('#state', /running/);
+  daemon.stopWorkers(); // so that it runs for as long as this takes
   await picture(page, 'running');
   await page.click('#cancel');
   await becomes('#state', /Cancelled/);
@@ -185,6 +187,7 @@ test('trouble: the link of a drape that is gone', async () => {
 test('trouble: a service that asks for a token', async () => {
   const context = await browser.newContext({ viewport: { width: 1440, height: 900 } });
   const other = await context.newPage();
+  other.setDefaultTimeout(WAIT);
   // Stands before the daemon as a proxy may: no call below /v1 without the token.
   const bare = [];
   await other.route(/\/v1\//, async (route) => {
