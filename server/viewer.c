@@ -22,10 +22,9 @@ extern const char viewer_bytes[] __attribute__((visibility("hidden")));
 
 enum { FILE_COUNT = sizeof viewer_files / sizeof *viewer_files };
 
-/* Nothing but the page's own files, and calls to where it came from. Workers are modules of its
- * own; `blob:` is for images drawn in the page. */
+/* Nothing but the page's own files, and calls to where it came from. */
 static const char policy[] = "default-src 'none'; script-src 'self'; style-src 'self'; "
-                             "img-src 'self' blob:; connect-src 'self'; worker-src 'self'; "
+                             "img-src 'self'; connect-src 'self'; worker-src 'self'; "
                              "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 _Static_assert(sizeof policy <= REPLY_VALUE_SIZE, "a longer header would be left out");

@@ -114,7 +114,7 @@ async function readEvents(id, onStatus, signal) {
   }
 }
 
-export const ended = (document) => ['succeeded', 'failed', 'cancelled'].includes(document?.status);
+const ended = (document) => ['succeeded', 'failed', 'cancelled'].includes(document?.status);
 
 /** Follows a drape to its end, over a service that restarts meanwhile: the last status. */
 export async function follow(id, onStatus, signal) {

@@ -154,7 +154,7 @@ export function drawHistogram(parent, shear, locking) {
 }
 
 /** Absolute shear at the nodes (k, side k), over the way along that diagonal from the start. */
-export function alongDiagonal({ grid, position, columns }, side) {
+function alongDiagonal({ grid, position, columns }, side) {
   const points = [];
   for (const direction of [-1, 1]) {
     let way = 0;

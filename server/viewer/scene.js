@@ -26,7 +26,7 @@ function homeOf(area) {
   return HOMES.reduce((best, home) => (shown(home) > LIKED * shown(best) ? home : best));
 }
 
-export class Pane {
+class Pane {
   /** `flat`: seen straight from above, without turning. `twin`: shares that pane's camera. */
   constructor(stage, element, { flat = false, twin = null } = {}) {
     this.stage = stage;
