@@ -42,7 +42,8 @@ static const struct route routes[] = {
     {"DELETE", "/v1/surfaces/{id}", surfaces_delete, 0, {0}},
     {"GET", "/v1/openapi.json", meta_openapi, 0, {0}},
     {"GET", "/v1/limits", meta_limits, 0, {0}},
-    {"GET", "/", meta_index, ROUTE_LOOSE, {0}},
+    {"GET", "/", viewer_page, ROUTE_LOOSE, {0}},
+    {"GET", "/viewer/{digest}/{file}", viewer_file, ROUTE_LOOSE, {0}},
     {"GET", "/healthz", meta_health, ROUTE_QUIET | ROUTE_LOOSE, {0}},
     {"GET", "/readyz", meta_ready, ROUTE_QUIET | ROUTE_LOOSE, {0}},
     {"GET", "/version", meta_version, ROUTE_LOOSE, {0}},
@@ -55,7 +56,8 @@ _Static_assert((int)ROUTE_COUNT < (int)METRICS_ROUTES_MAX, "every route and `non
 
 /* ------------------------------------------------------------------ matching */
 
-/* Whether the segments are those of the pattern; `*parameter` is what stands for {id}. */
+/* Whether the segments are those of the pattern; `*parameter` is what stands for {id},
+ * for the last one if there are several. */
 static bool match(const char *pattern, const struct request *request, const char **parameter) {
     size_t k = 0;
     *parameter = NULL;

@@ -1,8 +1,9 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # Runs every test and counts: checks of the source, cmocka programs and bats files, first as
-# built for use, then built with sanitizers. Prints what fails in full, for the rest one line a
-# program. The last line is "N passed, N failed"; the exit status says the same.
+# built for use, then built with sanitizers; then the page in Chromium and what is in deploy/. Prints
+# what fails in full, for the rest one line a program. The last line is "N passed, N failed"; the
+# exit status says the same.
 # Usage: tests/run.sh BUILD SANITIZED_BUILD
 set -u
 cd "$(dirname "$0")/.." || exit 1
@@ -58,7 +59,11 @@ for b in "$build" "$sanitized"; do
         run "$b $file" env BUILD="$b" bats --tap "$file"
     done
 done
-# What runs the daemon as users install it: once.
+# The page runs in the browser, not in the daemon: once is enough. So it is for what runs the daemon
+# as users install it.
+for file in tests/browser/*.test.mjs; do
+    run "$file" env BUILD="$build" node --test-reporter=tap "$file"
+done
 for file in tests/deploy/*.bats; do
     run "$file" env BUILD="$build" bats --tap "$file"
 done
