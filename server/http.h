@@ -28,7 +28,7 @@ struct http_services {
     const struct config *config;
     struct store *store;
     struct hub *hub;
-    struct dispatcher *dispatcher; /* NULL in the role `api`: other machines do the work */
+    struct dispatcher *dispatcher; /* NULL in the role `api`: others do the work */
 };
 
 /* Binds, listens and serves. On false nothing runs, and why was logged. */
