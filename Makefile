@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# all, demo, test, bench, figures, lint, format, install, clean. See README.md.
+# all, demo, test, hosts, bench, figures, lint, format, install, clean. See README.md.
 .DEFAULT_GOAL := all
 SHELL := /bin/bash
 B ?= build
@@ -35,7 +35,7 @@ TEST_MAIN := $(filter $(addsuffix test_%,$(sort $(dir $(TEST_SRC)))),$(TEST_SRC)
 TESTS := $(TEST_MAIN:%.c=$(B)/%)
 test_helpers = $(call objects,$(filter-out $(dir $(1))test_%,$(wildcard $(dir $(1))*.c)))
 
-.PHONY: all demo test tests bench figures lint format install clean
+.PHONY: all demo test tests hosts bench figures lint format install clean
 all: $(B)/draped $(B)/drape
 
 # Installs what the build needs, once; `make test` asks for more.
@@ -109,11 +109,21 @@ install: all
 figures: $(B)/drape
 	@tests/figures/figures.sh $(B)
 
-bench: $(B)/tests/bench/bench_solver $(B)/draped
+bench: $(B)/tests/bench/bench_solver $(B)/tests/bench/bench_store $(B)/draped
 	$<
 	tests/bench/bench_formats.sh $(B)
+	@deploy/setup.sh test
+	tests/bench/bench_store.sh $(B)
 $(B)/tests/bench/bench_solver: $(B)/tests/bench/bench_solver.o $(B)/libdrapeapi.a $(B)/libdrape.a
 	$(CC) $(LDFLAGS) -o $@ $^ $(API_LIBS)
+
+$(B)/tests/bench/bench_store: $(B)/tests/bench/bench_store.o $(LIBS)
+	$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS)
+
+# The test with six hosts, in its long form.
+hosts: all
+	@deploy/setup.sh test
+	tests/hosts/hosts.sh $(B) 2000
 
 clean:
 	rm -rf $(B)

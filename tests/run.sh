@@ -46,5 +46,6 @@ for b in "$build" "$sanitized"; do
         run "$b $file" env BUILD="$b" bats --tap "$file"
     done
 done
+run tests/hosts/hosts.sh tests/hosts/hosts.sh "$build" 200
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]
