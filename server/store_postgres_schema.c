@@ -116,7 +116,7 @@ static const char schema_1[] =
 static const char schema_2[] =
     "DROP INDEX draped.jobs_queue;"
     "CREATE INDEX jobs_queue ON draped.jobs (owner, rank, sequence) WHERE status = 0;"
-    "CREATE INDEX jobs_running ON draped.jobs (owner) WHERE status = 1;";
+    "CREATE INDEX jobs_running ON draped.jobs (owner, sequence) WHERE status = 1;";
 
 /* Migrations in order: the n-th leads to version n, which is the same in SQLite's backend. */
 static const char *const migrations[] = {schema_1, schema_2};
