@@ -58,7 +58,22 @@ static void commit(struct store *store, const struct store_claim *claim) {
     store_writer_free(writer);
 }
 
-static void bench_operations(struct store *store) {
+/* What PostgreSQL has written to its log so far; 0 for SQLite. */
+static int64_t log_bytes(const char *url) {
+    char why[STORE_WHY_SIZE];
+    struct pg *pg = store_url_remote(url) ? pg_open(url, 60000, why) : NULL;
+    if (!pg)
+        return 0;
+    struct pg_query query =
+        pg_query(pg, "SELECT (pg_current_wal_insert_lsn() - '0/0'::pg_lsn)::bigint");
+    int64_t bytes = pg_run(&query) ? pg_int(&query, 0, 0) : 0;
+    must(pg_end(&query) == STORE_OK, "position in the log");
+    pg_close(pg);
+    return bytes;
+}
+
+static void bench_operations(struct store *store, const char *url) {
+    int64_t written = log_bytes(url);
     static double us[7][JOBS];
     for (int k = 0; k < JOBS; k++) {
         struct store_claim claim;
@@ -91,6 +106,9 @@ static void bench_operations(struct store *store) {
     printf("  %-34s %9s %9s\n", "one caller, us", "median", "99 %");
     for (int n = 0; n < 7; n++)
         print_times(names[n], us[n], JOBS);
+    written = log_bytes(url) - written;
+    if (written > 0)
+        printf("  %-34s %9.0f\n", "log of such a drape, bytes", (double)written / JOBS);
 }
 
 /* ------------------------------------------------------------------ many callers */
@@ -235,7 +253,7 @@ int main(int argc, char **argv) {
     if (!store)
         fprintf(stderr, "%s\n", why);
     must(store, "open");
-    bench_operations(store);
+    bench_operations(store, argv[1]);
     printf("  %-34s %9s\n", "eight callers", "a second");
     run_callers(store, "submit", submit_many);
     run_callers(store, "claim", claim_many);
