@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# all, demo, test, bench, figures, lint, format, install, deb, sbom, clean. See README.md.
+# all, demo, test, hosts, bench, figures, lint, format, install, deb, sbom, clean. See README.md.
 .DEFAULT_GOAL := all
 SHELL := /bin/bash
 B ?= build
@@ -12,7 +12,7 @@ WARN := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wstric
 # No contraction: the same bits on every machine. Four-lane vectors are passed between static
 # functions only, so the ABI note about them does not matter.
 NUMERIC := -ffp-contract=off -Wno-psabi
-CPPFLAGS := -D_GNU_SOURCE -I$(B)/gen
+CPPFLAGS := -D_GNU_SOURCE -I$(B)/gen -isystem /usr/include/postgresql
 CFLAGS := -std=gnu11 $(OPT) -g $(NUMERIC) $(WARN) $(SANITIZE)
 CXXFLAGS := -std=c++17 $(OPT) -g -fno-exceptions -fno-rtti -Wall -Wextra -Wpedantic -Wshadow \
             -Wconversion -Werror $(SANITIZE)
@@ -27,7 +27,7 @@ API_OBJ := $(call objects,$(filter-out api/main.c,$(wildcard api/*.c))) \
 SERVER_OBJ := $(call objects,$(filter-out server/main.c,$(wildcard server/*.c)))
 LIBS := $(B)/libdrapeserver.a $(B)/libdrapeapi.a $(B)/libdrape.a
 API_LIBS := -ljansson -lsodium -lz -lstdc++ -lpthread -lm
-SERVER_LIBS := -lmicrohttpd -lsqlite3 -lzstd $(API_LIBS)
+SERVER_LIBS := -lmicrohttpd -lsqlite3 -lpq -lzstd $(API_LIBS)
 
 # A test program is tests/KIND/test_NAME.c with the other files of its folder.
 TEST_SRC := $(wildcard tests/unit/*.c tests/exact/*.c tests/store/*.c)
@@ -35,7 +35,7 @@ TEST_MAIN := $(filter $(addsuffix test_%,$(sort $(dir $(TEST_SRC)))),$(TEST_SRC)
 TESTS := $(TEST_MAIN:%.c=$(B)/%)
 test_helpers = $(call objects,$(filter-out $(dir $(1))test_%,$(wildcard $(dir $(1))*.c)))
 
-.PHONY: all demo test tests bench figures lint format install deb sbom clean
+.PHONY: all demo test tests hosts bench figures lint format install deb sbom clean
 all: $(B)/draped $(B)/drape
 
 # Installs what the build needs, once; `make test` asks for more.
@@ -150,12 +150,22 @@ deb:
 figures: $(B)/drape
 	@tests/figures/figures.sh $(B)
 
-bench: $(B)/tests/bench/bench_solver $(B)/draped
+bench: $(B)/tests/bench/bench_solver $(B)/tests/bench/bench_store $(B)/draped
 	$<
 	tests/bench/bench_formats.sh $(B)
 	tests/bench/bench_map.sh $(B)
+	@deploy/setup.sh test
+	tests/bench/bench_store.sh $(B)
 $(B)/tests/bench/bench_solver: $(B)/tests/bench/bench_solver.o $(B)/libdrapeapi.a $(B)/libdrape.a
 	$(CC) $(LDFLAGS) -o $@ $^ $(API_LIBS)
+
+$(B)/tests/bench/bench_store: $(B)/tests/bench/bench_store.o $(LIBS)
+	$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS)
+
+# The test with six hosts, in its long form.
+hosts: all
+	@deploy/setup.sh test
+	tests/hosts/hosts.sh $(B) 2000
 
 clean:
 	rm -rf $(B)

@@ -4,13 +4,13 @@
 # that has it all. Usage: deploy/setup.sh build|package|test
 set -eu
 
-build='gcc g++ libmicrohttpd-dev libjansson-dev libsodium-dev libsqlite3-dev zlib1g-dev
+build='gcc g++ libmicrohttpd-dev libjansson-dev libsodium-dev libsqlite3-dev libpq-dev zlib1g-dev
     libzstd-dev python3-yaml curl jq'
 command -v npm >/dev/null || build="$build nodejs npm"
 package='build-essential debhelper' # for make deb
 # The last line: readers of result formats that others wrote, and the browser.
 tests='bats libcmocka-dev clang-format-14 procps
-    man-db systemd lintian sqlite3 openssl
+    man-db systemd lintian sqlite3 openssl postgresql-15 iproute2 util-linux
     python3-vtk9 python3-numpy python3-ezdxf python3-meshio librsvg2-bin unzip chromium'
 
 case "${1:-}" in

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "log.h"
 #include "manager.h"
+#include "store.h"
 #include <arpa/inet.h>
 #include <errno.h>
 #include <limits.h>
@@ -47,12 +48,15 @@ static const struct flag flags[] = {
     {"data", "DRAPED_DATA", "DIR", "./draped-data", "folder of the database, created when missing",
      KIND_TEXT, AT(data), 0, 0, NULL},
     {"store", "DRAPED_STORE", "URL", "",
-     "database: sqlite:PATH; by default draped.db in the data folder", KIND_TEXT, AT(store), 0, 0,
-     NULL},
+     "database: sqlite:PATH (by default draped.db in the data folder), or "
+     "postgresql://USER@HOST/DATABASE for several machines; see PGPASSWORD and ~/.pgpass",
+     KIND_TEXT, AT(store), 0, 0, NULL},
     {"workers", "DRAPED_WORKERS", "N", NULL, "worker processes; by default one per core",
      KIND_COUNT, AT(workers), 1, 1024, NULL},
     {"role", "DRAPED_ROLE", "all|api|worker", "all",
-     "api answers calls, worker solves drapes, all does both", KIND_CHOICE, AT(role), 0, 0, NULL},
+     "api answers calls, worker solves drapes (and answers /healthz, /readyz and /metrics alone), "
+     "all does both",
+     KIND_CHOICE, AT(role), 0, 0, NULL},
     {"tokens", "DRAPED_TOKENS", "FILE", "", "who may call (not available in this version)",
      KIND_TEXT, AT(tokens), 0, 0, NULL},
     {"allow-anonymous", "DRAPED_ALLOW_ANONYMOUS", NULL, "0",
@@ -74,6 +78,9 @@ static const struct flag flags[] = {
      8, 1000, "max_depth"},
     {"job-timeout", "DRAPED_JOB_TIMEOUT", "SECONDS", "600", "longest solve of one drape",
      KIND_COUNT, AT(job_timeout), 1, 604800, "job_timeout_seconds"},
+    {"lease", "DRAPED_LEASE", "SECONDS", "60",
+     "after so long without a word from its process a drape is given to another", KIND_COUNT,
+     AT(lease), 2, 3600, NULL},
     {"job-memory", "DRAPED_JOB_MEMORY", "BYTES", "4G", "most memory of one drape or map",
      KIND_BYTES, AT(job_memory), 16 * MIB, 1024 * GIB, "job_memory"},
     {"max-result", "DRAPED_MAX_RESULT", "BYTES", "16G", "largest stored result", KIND_BYTES,
@@ -332,8 +339,8 @@ static bool check(struct config *config) {
                         config->listen);
     if (!config->data[0])
         return complain("--data is empty");
-    if (strstr(config->store, "://"))
-        return complain("--store: only SQLite (sqlite:PATH) is available in this version");
+    if (strstr(config->store, "://") && !store_url_remote(config->store))
+        return complain("--store: it is neither sqlite:PATH nor postgresql://USER@HOST/DATABASE");
     return true;
 }
 
@@ -373,7 +380,7 @@ static void print_config(const struct config *config, FILE *out) {
         const char *text = NULL;
         if (flag->kind == KIND_TEXT) {
             memcpy(&text, (const char *)config + flag->offset, sizeof text);
-            fprintf(out, "%s = %s\n", flag->name, strchr(text, '@') ? "(hidden)" : text);
+            fprintf(out, "%s = %s\n", flag->name, store_url_remote(text) ? "(hidden)" : text);
         } else if (flag->kind == KIND_SWITCH) {
             fprintf(out, "%s = %d\n", flag->name, *((const char *)config + flag->offset));
         } else if (flag->kind == KIND_CHOICE) {

@@ -29,7 +29,7 @@ struct http_services {
     const struct config *config;
     struct store *store;
     struct hub *hub;
-    struct mapper *mapper;
+    struct mapper *mapper;         /* NULL in the role `worker` */
     struct dispatcher *dispatcher; /* NULL in the role `api`: other machines do the work */
 };
 

@@ -3,8 +3,8 @@
  * Tells those who wait that a job has changed, without polling, inside one process. A waiter
  * subscribes to a job's id, THEN reads the job from the store, then waits: a change between the
  * two is not lost. The store notifies after every commit that changes a job (status or progress),
- * so callers of the store never call `hub_notify` themselves. Changes made by other processes are
- * not seen here: waiters also look at the store every HUB_POLL_MS.
+ * so callers of the store never call `hub_notify` themselves. Of changes made by other processes
+ * PostgreSQL tells some, SQLite none: waiters also look at the store every HUB_POLL_MS.
  *
  * All functions are safe from any thread.
  */

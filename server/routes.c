@@ -83,13 +83,17 @@ static bool method_matches(const struct route *route, const char *method) {
            (!strcmp(method, "HEAD") && !strcmp(route->method, "GET"));
 }
 
-/* Sets the route. `allow` gets the methods of the path, "" when there is no such path. */
-static void find_route(struct request *request, char *allow, size_t size) {
+/* Sets the route. `allow` gets the methods of the path, "" when there is no such path. Who only
+ * works is probed and scraped, no more. */
+static void find_route(const struct http_services *services, struct request *request, char *allow,
+                       size_t size) {
+    bool works = services->config->role == CONFIG_ROLE_WORKER;
     size_t used = 0;
     *allow = '\0';
     for (size_t k = 0; k < ROUTE_COUNT; k++) {
         const char *parameter;
-        if (!match(routes[k].pattern, request, &parameter))
+        if ((works && !(routes[k].flags & ROUTE_QUIET)) ||
+            !match(routes[k].pattern, request, &parameter))
             continue;
         bool get = !strcmp(routes[k].method, "GET");
         used += (size_t)snprintf(allow + used, size - used, "%s%s", routes[k].method,
@@ -167,8 +171,7 @@ static bool check_media_type(const struct request *request, struct reply *reply)
 bool routes_screen(const struct http_services *services, struct request *request,
                    struct reply *reply) {
     char allow[64];
-    (void)services;
-    find_route(request, allow, sizeof allow);
+    find_route(services, request, allow, sizeof allow);
     if (!request->route) {
         refuse_route(request, reply, allow);
         return true;

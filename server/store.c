@@ -45,11 +45,18 @@ bool store_status_ended(enum store_status status) {
 
 /* ------------------------------------------------------------------ open and close */
 
-struct store *store_open(const char *url, const struct store_options *options, struct hub *hub,
-                         char why[STORE_WHY_SIZE]) {
+bool store_url_remote(const char *url) {
+    return !strncmp(url, "postgresql://", 13) || !strncmp(url, "postgres://", 11);
+}
+
+/* The backend that the URL names. One of an unknown kind may hold a password: it is not told. */
+static struct store *open_backend(const char *url, const struct store_options *options,
+                                  struct hub *hub, char why[STORE_WHY_SIZE]) {
+    if (store_url_remote(url))
+        return store_postgres_open(url, options, hub, why);
     if (strstr(url, "://")) {
         snprintf(why, STORE_WHY_SIZE,
-                 "only SQLite (sqlite:PATH) is available as a store in this version");
+                 "the store is of an unknown kind: there are sqlite:PATH and postgresql://...");
         return NULL;
     }
     const char *path = strncmp(url, "sqlite:", 7) ? url : url + 7;
@@ -57,7 +64,12 @@ struct store *store_open(const char *url, const struct store_options *options, s
         snprintf(why, STORE_WHY_SIZE, "'%s' names no file: the store must be one", url);
         return NULL;
     }
-    struct store *store = store_sqlite_open(path, options, hub, why);
+    return store_sqlite_open(path, options, hub, why);
+}
+
+struct store *store_open(const char *url, const struct store_options *options, struct hub *hub,
+                         char why[STORE_WHY_SIZE]) {
+    struct store *store = open_backend(url, options, hub, why);
     if (!store)
         return NULL;
     store->cache = store_cache_new();
@@ -81,18 +93,22 @@ enum store_answer store_ping(struct store *store) {
 
 /* ------------------------------------------------------------------ jobs */
 
-/* Tells the waiters of a job, and the dispatchers when it may be claimed. */
-static void tell(struct store *store, const char *id, bool claimable) {
+void store_tell(struct store *store, const char *subject) {
+    hub_notify(store->hub, subject);
+    if (store->ops->announce)
+        store->ops->announce(store, subject);
+}
+
+/* What changes often, and ends nothing, is told in this process alone; others look now and then. */
+static void tell_here(struct store *store, const char *id) {
     hub_notify(store->hub, id);
-    if (claimable)
-        hub_notify(store->hub, hub_queue);
 }
 
 enum store_answer store_submit(struct store *store, const struct store_submission *submission,
                                struct store_receipt *receipt) {
     enum store_answer answer = store->ops->submit(store, submission, receipt);
-    if (answer == STORE_OK && !receipt->existing)
-        tell(store, receipt->id, receipt->status == STORE_QUEUED);
+    if (answer == STORE_OK && !receipt->existing && receipt->status == STORE_QUEUED)
+        store_tell(store, hub_queue);
     return answer;
 }
 
@@ -130,14 +146,14 @@ void store_page_clear(struct store_page *page) {
 enum store_answer store_cancel(struct store *store, const char *id) {
     enum store_answer answer = store->ops->cancel(store, id);
     if (answer == STORE_OK)
-        tell(store, id, false);
+        store_tell(store, id);
     return answer;
 }
 
 enum store_answer store_delete(struct store *store, const char *id) {
     enum store_answer answer = store->ops->remove(store, id);
     if (answer == STORE_OK)
-        tell(store, id, false);
+        store_tell(store, id);
     return answer;
 }
 
@@ -151,8 +167,10 @@ enum store_answer store_counts(struct store *store, struct store_counts *counts)
 enum store_answer store_claim(struct store *store, struct store_claim *claim) {
     memset(claim, 0, sizeof *claim);
     enum store_answer answer = store->ops->claim(store, claim);
-    if (answer == STORE_OK)
-        tell(store, claim->id, false);
+    if (answer == STORE_OK && claim->reused)
+        store_tell(store, claim->id);
+    else if (answer == STORE_OK)
+        tell_here(store, claim->id);
     return answer;
 }
 
@@ -160,7 +178,7 @@ enum store_answer store_renew(struct store *store, const struct store_claim *cla
                               double progress) {
     enum store_answer answer = store->ops->renew(store, claim, progress);
     if (answer == STORE_OK)
-        tell(store, claim->id, false);
+        tell_here(store, claim->id);
     return answer;
 }
 
@@ -172,22 +190,28 @@ enum store_answer store_fail(struct store *store, const struct store_claim *clai
                              const char *error) {
     enum store_answer answer = store->ops->fail(store, claim, error);
     if (answer == STORE_OK)
-        tell(store, claim->id, false);
+        store_tell(store, claim->id);
     return answer;
+}
+
+/* It may be claimed again. */
+static void tell_again(struct store *store, const char *id) {
+    store_tell(store, id);
+    store_tell(store, hub_queue);
 }
 
 enum store_answer store_crashed(struct store *store, const struct store_claim *claim,
                                 const char *detail) {
     enum store_answer answer = store->ops->crashed(store, claim, detail);
     if (answer == STORE_OK)
-        tell(store, claim->id, true);
+        tell_again(store, claim->id);
     return answer;
 }
 
 enum store_answer store_release(struct store *store, const struct store_claim *claim) {
     enum store_answer answer = store->ops->release(store, claim);
     if (answer == STORE_OK)
-        tell(store, claim->id, true);
+        tell_again(store, claim->id);
     return answer;
 }
 
@@ -288,7 +312,7 @@ enum store_answer store_writer_commit(struct store_writer *writer, const char *s
         writer->committed = true;
         if (part.number != 0)
             keep_chunks(writer, part.number);
-        tell(writer->store, writer->claim.id, false);
+        store_tell(writer->store, writer->claim.id);
     }
     return answer;
 }

@@ -1,12 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * What must survive: jobs, their requests, results and surfaces. One interface; the backend is
- * chosen by the URL (SQLite in a file now; PostgreSQL fits behind `store_backend.h`).
+ * chosen by the URL: SQLite in a file for one machine, PostgreSQL for any number of them.
  *
  * What is answered STORE_OK is durable: it survives a power cut. (Claims, renewals and chunks of
- * unfinished results survive the death of every process, but a power cut may take them, and with
- * them those who worked under them.) What is answered otherwise has changed nothing. Output
- * arguments mean something only with STORE_OK, unless a function says more.
+ * unfinished results survive the death of every process, but a power cut where the database is may
+ * take those of the last second; whoever still works under such a claim is refused as if it were
+ * old.) What is answered otherwise has changed nothing. Output
+ * arguments mean something only with STORE_OK, unless a function says more. (A change answered
+ * STORE_DOWN because a connection to another machine broke may have happened all the same. It can
+ * be repeated: a submission by its idempotency key; an end is refused the second time.)
  *
  * Claims are leases with a fencing token. `store_claim` counts the attempt and hands out the job
  * for a lease; the holder renews it; whoever holds an older token than the job's is answered
@@ -77,18 +80,23 @@ struct store_options {
     int max_attempts;       /* a job whose worker died that often fails */
     int64_t busy_ms;        /* how long to wait for another process's lock */
     int64_t retention_us;   /* results of jobs that ended longer ago expire in `store_sweep` */
-    bool shared;            /* other processes may open it too; else it is ours alone */
+    bool shared;            /* other processes may open it too; else it is ours alone (SQLite) */
     int64_t (*clock)(void); /* for tests: microseconds since 1970 UTC; NULL: the system's */
 };
 
 /* 10,000 queued jobs; 60 s; 3; 5 s; 168 h; not shared; the system's clock. */
 extern const struct store_options store_options_default;
 
+/* Whether the URL names a database that any number of machines may share. */
+bool store_url_remote(const char *url);
+
 /* Opens the store at `url`: a path, or `sqlite:PATH`; the file is created when missing, its folder
- * is not. Migrates an older schema. `hub` is told of every change and must outlive the store.
- * NULL with a sentence in `why` when it cannot be used: wrong folder, read-only, open elsewhere
- * (unless both share it), corrupt, of another program, of a newer version of this one, of an
- * unknown kind. The sentence never holds a password. */
+ * is not. Or `postgresql://...`: what is missing is created in the database's schema `draped`.
+ * Migrates an older schema. `hub` is told of every change and must outlive the store. NULL with a
+ * sentence in `why` when it cannot be used: wrong folder, read-only, open elsewhere (unless both
+ * share it), corrupt, of another program, of a newer version of this one, of an unknown kind; a
+ * server that cannot be reached, refuses the user, is older than 13, is a replica, forgets what it
+ * acknowledged. The sentence never holds a password. */
 struct store *store_open(const char *url, const struct store_options *options, struct hub *hub,
                          char why[STORE_WHY_SIZE]);
 
@@ -139,8 +147,9 @@ struct store_receipt {
 };
 
 /* Queues a job. STORE_OK also for a known key with the same body. STORE_CONFLICT: known key,
- * another body. STORE_EMPTY: the surface is not stored. STORE_FULL: over the queue limit.
- * Concurrent calls are written in one transaction. */
+ * another body. STORE_EMPTY: the surface is not stored. STORE_FULL: over the queue limit (with
+ * PostgreSQL a few that are submitted at the same moment may still come in). Concurrent calls share
+ * a wait for the disk. */
 enum store_answer store_submit(struct store *store, const struct store_submission *submission,
                                struct store_receipt *receipt) STORE_MUST_USE;
 
@@ -202,7 +211,12 @@ struct store_claim {
     bool reused;   /* the result was there already: the job has succeeded, nothing to do */
 };
 
-/* Hands out the queued job that comes first by priority and age. STORE_EMPTY: none. */
+/* Hands out the queued job whose turn it is. STORE_EMPTY: none. Of the owners who have jobs in the
+ * queue, the one of whom fewest are running (1000 at the most are counted) has the turn, so that
+ * each gets a fair share of the workers however much the others have submitted; among equals, the
+ * one whose first job comes first. The jobs of one owner, and so all of them while there is only
+ * one, come by priority and age: a step of priority is worth a minute of waiting, which lets no job
+ * wait for ever. */
 enum store_answer store_claim(struct store *store, struct store_claim *claim) STORE_MUST_USE;
 
 /* Prolongs the lease and stores the progress (0..1; it never goes back). STORE_CONFLICT: the claim
@@ -228,7 +242,7 @@ enum store_answer store_release(struct store *store,
 
 /* What a sweep did. */
 struct store_sweep {
-    int requeued; /* leases that ended, or whose process is gone: back in the queue */
+    int requeued; /* leases that ended, or (SQLite) whose process is gone: back in the queue */
     int failed;   /* the same, without attempts left */
     int expired;  /* jobs whose request and result were removed */
     int removed;  /* records removed for good, after four times the retention */
@@ -236,7 +250,7 @@ struct store_sweep {
 };
 
 /* Housekeeping, in short transactions: ended leases, retention, remains of abandoned results, the
- * write-ahead log. To be called every few seconds by one of the processes that share the store. */
+ * write-ahead log. To be called every second or so by the processes that share the store. */
 enum store_answer store_sweep(struct store *store, struct store_sweep *sweep) STORE_MUST_USE;
 
 /* ------------------------------------------------------------------ results */

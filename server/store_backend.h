@@ -31,6 +31,9 @@ struct store_part {
 
 struct store_ops {
     void (*close)(struct store *store);
+    /* Tells other processes soon that `subject` of the hub has changed; never waits. NULL: they
+     * find out by looking. */
+    void (*announce)(struct store *store, const char *subject);
     enum store_answer (*ping)(struct store *store);
     enum store_answer (*submit)(struct store *store, const struct store_submission *submission,
                                 struct store_receipt *receipt);
@@ -80,8 +83,13 @@ struct store {
     struct store_cache *cache;
 };
 
+/* Tells the hub, and other processes, that `subject` has changed. */
+void store_tell(struct store *store, const char *subject);
+
 /* Opens a backend; like `store_open`. */
 struct store *store_sqlite_open(const char *path, const struct store_options *options,
                                 struct hub *hub, char why[STORE_WHY_SIZE]);
+struct store *store_postgres_open(const char *url, const struct store_options *options,
+                                  struct hub *hub, char why[STORE_WHY_SIZE]);
 
 #endif

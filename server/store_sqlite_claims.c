@@ -19,12 +19,27 @@ static enum store_answer any_queued(struct sqlite_store *store, struct db *db, v
     return answer == STORE_OK && !any ? STORE_EMPTY : answer;
 }
 
+/* The first job of the owner whose turn it is. The owners who wait are found one by one in the
+ * index of the queue, so that its length does not matter. */
+static const char pick_sql[] =
+    "WITH RECURSIVE waiting (owner) AS ("
+    " SELECT min(owner) FROM jobs WHERE status = 0"
+    " UNION ALL"
+    " SELECT (SELECT min(j.owner) FROM jobs j WHERE j.status = 0 AND j.owner > waiting.owner)"
+    "  FROM waiting WHERE waiting.owner IS NOT NULL),"
+    " first (owner) AS ("
+    " SELECT owner FROM waiting WHERE owner IS NOT NULL"
+    "  ORDER BY (SELECT count(*) FROM (SELECT 1 FROM jobs j WHERE j.status = 1"
+    "    AND j.owner = waiting.owner LIMIT 1000)),"
+    "   (SELECT min(j.rank) FROM jobs j WHERE j.status = 0 AND j.owner = waiting.owner) LIMIT 1)"
+    "SELECT j.sequence, j.id, j.surface, j.token, j.attempts, r.number"
+    " FROM first CROSS JOIN jobs j ON j.owner = first.owner AND j.status = 0"
+    " LEFT JOIN results r ON r.digest = j.digest AND r.state = 1"
+    " ORDER BY j.rank, j.sequence LIMIT 1";
+
 /* The first of the queue, with the complete result of its digest (0: none). */
 static enum store_answer pick(struct db *db, struct store_claim *claim, int64_t *result) {
-    struct query query =
-        db_query(db, "SELECT j.sequence, j.id, j.surface, j.token, j.attempts, r.number FROM jobs j"
-                     " LEFT JOIN results r ON r.digest = j.digest AND r.state = 1"
-                     " WHERE j.status = 0 ORDER BY j.rank, j.sequence LIMIT 1");
+    struct query query = db_query(db, pick_sql);
     bool any = query_row(&query);
     if (any) {
         claim->sequence = query_int(&query, 0);

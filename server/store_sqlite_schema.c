@@ -9,8 +9,8 @@ enum { APPLICATION = 0x64726170 };
 /*
  * Schema 1.
  *
- * jobs.rank orders the queue: the time of creation less a minute a step of priority, so that
- * priority and age are one number that never has to be updated. jobs.key_digest is of the body
+ * jobs.rank orders the queue of an owner: the time of creation less a minute a step of priority, so
+ * that priority and age are one number that never has to be updated. jobs.key_digest is of the body
  * posted with the idempotency key. jobs.token is the fencing token of the latest claim.
  * jobs.excused counts the attempts that are not held against the job. chunks.id is result * 2^24 +
  * index. counts is kept by triggers: counting rows would cost more with every job.
@@ -87,8 +87,15 @@ static const char schema_1[] =
     " UPDATE counts SET n = n - 1 WHERE status = old.status;"
     " UPDATE counts SET n = n + 1 WHERE status = new.status; END;";
 
+/* Schema 2: shares of owners. The queue is in the order of each owner, and what runs of whom can be
+ * counted. */
+static const char schema_2[] =
+    "DROP INDEX jobs_queue;"
+    "CREATE INDEX jobs_queue ON jobs (owner, rank, sequence) WHERE status = 0;"
+    "CREATE INDEX jobs_running ON jobs (owner) WHERE status = 1;";
+
 /* Migrations in order: the n-th leads to version n. */
-static const char *const migrations[] = {schema_1};
+static const char *const migrations[] = {schema_1, schema_2};
 
 enum { CURRENT = sizeof migrations / sizeof migrations[0] };
 

@@ -67,4 +67,5 @@ done
 for file in tests/deploy/*.bats; do
     run "$file" env BUILD="$build" bats --tap "$file"
 done
+run tests/hosts/hosts.sh tests/hosts/hosts.sh "$build" 200
 awk '{p += $1; f += $2} END {print p + 0 " passed, " f + 0 " failed"; exit f > 0}' "$log/counts"

@@ -20,9 +20,10 @@ only() {
 
 forbid solver '\.\./|.*/' 'the solver stands alone'
 forbid solver 'stdio|time|locale|pthread|errno|unistd|signal|threads' 'the solver does no I/O'
-forbid api '\.\./server|microhttpd|sqlite3' 'the api does not know the server'
+forbid api '\.\./server|microhttpd|sqlite3|libpq' 'the api does not know the server'
 only microhttpd.h 'server/http\.c'
 only sqlite3.h 'server/db\.c'
+only libpq-fe.h 'server/pg\.c'
 only jansson.h 'api/tree(_parse)?\.c|server/documents\.c'
 only zlib.h 'api/(encode_npz|lcmsim)\.c|server/pack\.c'
 only zstd.h 'server/pack\.c'

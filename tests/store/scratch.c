@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "scratch.h"
 #include "../../server/clock.h"
+#include "../../server/db.h"
 #include "../../server/log.h"
+#include "../../server/pg.h"
+#include "cluster.h"
 #include <dirent.h>
 #include <errno.h>
 #include <stdio.h>
@@ -12,6 +15,8 @@
 
 /* Some day in 2001: nothing may depend on when the tests run. */
 _Atomic int64_t scratch_now = INT64_C(1000000000) * 1000000;
+
+struct cluster scratch_cluster;
 
 static int64_t clock_of_test(void) {
     return scratch_now;
@@ -26,8 +31,19 @@ void scratch_make(struct scratch *scratch) {
              base && strlen(base) < 64 ? base : "/tmp");
     assert_non_null(mkdtemp(scratch->folder));
     snprintf(scratch->path, sizeof scratch->path, "%.100s/store.db", scratch->folder);
+    scratch->remote = scratch_cluster.pid != 0;
+    if (scratch->remote)
+        snprintf(scratch->path, sizeof scratch->path, "%s", scratch_cluster.url);
+    scratch_forget(scratch);
     scratch->options = store_options_default;
     scratch->options.clock = clock_of_test;
+}
+
+void scratch_forget(struct scratch *scratch) {
+    if (scratch->remote)
+        scratch_script(scratch, "DROP SCHEMA IF EXISTS draped CASCADE");
+    else
+        unlink(scratch->path); /* closed, it is one file */
 }
 
 void scratch_start(struct scratch *scratch) {
@@ -71,6 +87,78 @@ void scratch_remove(struct scratch *scratch) {
     closedir(folder);
     assert_int_equal(rmdir(scratch->folder), 0);
 }
+
+/* ------------------------------------------------------------------ both backends */
+
+int scratch_start_cluster(void **state) {
+    (void)state;
+    cluster_start(&scratch_cluster);
+    return 0;
+}
+
+int scratch_remove_cluster(void **state) {
+    (void)state;
+    cluster_remove(&scratch_cluster);
+    return 0;
+}
+
+int scratch_run_tests(const char *name, const struct CMUnitTest *tests, size_t count,
+                      const struct CMUnitTest *only_sqlite, size_t only_count) {
+    char group[128];
+    snprintf(group, sizeof group, "%s, SQLite", name);
+    int failed = _cmocka_run_group_tests(group, tests, count, NULL, NULL);
+    if (only_count > 0)
+        failed += _cmocka_run_group_tests(group, only_sqlite, only_count, NULL, NULL);
+    snprintf(group, sizeof group, "%s, PostgreSQL", name);
+    return failed + _cmocka_run_group_tests(group, tests, count, scratch_start_cluster,
+                                            scratch_remove_cluster);
+}
+
+static int64_t sqlite_number(const char *path, const char *sql) {
+    char why[STORE_WHY_SIZE];
+    char text[512] = "";
+    struct db *db = db_open(path, 1000, why);
+    assert_non_null(db);
+    for (const char *from = sql; *from; from += !strncmp(from, "draped.", 7) ? 7 : 1) {
+        size_t used = strlen(text);
+        assert_true(used + 1 < sizeof text);
+        if (strncmp(from, "draped.", 7) != 0)
+            text[used] = *from;
+    }
+    struct query query = db_query(db, text);
+    assert_true(query_row(&query));
+    int64_t number = query_int(&query, 0);
+    assert_int_equal(query_end(&query), STORE_OK);
+    db_close(db);
+    return number;
+}
+
+int64_t scratch_number(struct scratch *scratch, const char *sql) {
+    char why[STORE_WHY_SIZE];
+    if (!scratch->remote)
+        return sqlite_number(scratch->path, sql);
+    struct pg *pg = pg_open(scratch->path, PG_PATIENCE_MS, why);
+    assert_non_null(pg);
+    struct pg_query query = pg_query(pg, sql);
+    assert_true(pg_run(&query) > 0);
+    int64_t number = pg_int(&query, 0, 0);
+    assert_int_equal(pg_end(&query), STORE_OK);
+    pg_close(pg);
+    return number;
+}
+
+void scratch_script(struct scratch *scratch, const char *sql) {
+    char why[STORE_WHY_SIZE] = "";
+    struct pg *pg = scratch->remote ? pg_open(scratch->path, PG_PATIENCE_MS, why) : NULL;
+    struct db *db = scratch->remote ? NULL : db_open(scratch->path, 1000, why);
+    bool good = pg ? pg_script(pg, sql, NULL, why) : db && db_script(db, sql) == STORE_OK;
+    if (!good)
+        fail_msg("the script fails: %s", why);
+    pg_close(pg);
+    db_close(db);
+}
+
+/* ------------------------------------------------------------------ jobs */
 
 void scratch_submit(struct scratch *scratch, const char *body, char id[ID_SIZE]) {
     char digest[STORE_DIGEST_SIZE];

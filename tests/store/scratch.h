@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* A store in a folder of its own for one test, with a clock that the test sets. */
+/*
+ * A store for one test, with a clock that the test sets: SQLite in a folder of its own, or an empty
+ * PostgreSQL database. What any store has to do is tested on both, by `scratch_run`.
+ */
 #ifndef TESTS_SCRATCH_H
 #define TESTS_SCRATCH_H
 
@@ -9,15 +12,18 @@
 #include <stdint.h>
 
 #include <cmocka.h>
+#include <stdbool.h>
 
 #include "../../server/hub.h"
 #include "../../server/store.h"
+#include "cluster.h"
 
-enum { SCRATCH_PATH_SIZE = 128 };
+enum { SCRATCH_PATH_SIZE = 256 };
 
 struct scratch {
     char folder[SCRATCH_PATH_SIZE];
-    char path[SCRATCH_PATH_SIZE]; /* of the database */
+    char path[SCRATCH_PATH_SIZE]; /* of the database, or its URL */
+    bool remote;                  /* it is PostgreSQL */
     struct store_options options;
     struct hub *hub;
     struct store *store;
@@ -25,6 +31,20 @@ struct scratch {
 
 /* What the store takes for the time, in microseconds. Moved by tests. */
 extern _Atomic int64_t scratch_now;
+
+/* The server while tests run with PostgreSQL. */
+extern struct cluster scratch_cluster;
+
+/* Set-up and tear-down of a group of tests: while they run, all stores are PostgreSQL's. */
+int scratch_start_cluster(void **state);
+int scratch_remove_cluster(void **state);
+
+/* Runs the tests with SQLite and then with PostgreSQL; `only_sqlite`, which may be NULL, with the
+ * former alone. The number that failed. */
+#define scratch_run(name, tests, only_sqlite, only_count)                                          \
+    scratch_run_tests(name, tests, sizeof(tests) / sizeof *(tests), only_sqlite, only_count)
+int scratch_run_tests(const char *name, const struct CMUnitTest *tests, size_t count,
+                      const struct CMUnitTest *only_sqlite, size_t only_count);
 
 /* A new folder and, in it, a store with default options and the clock of the test. */
 void scratch_open(struct scratch *scratch);
@@ -38,6 +58,9 @@ void scratch_make(struct scratch *scratch);
 /* Opens and closes the store of a folder that is there, with `scratch->options`. */
 void scratch_start(struct scratch *scratch);
 void scratch_stop(struct scratch *scratch);
+
+/* Makes an empty one of a database that nobody has open. */
+void scratch_forget(struct scratch *scratch);
 
 /* Closes the store and removes the folder. */
 void scratch_remove(struct scratch *scratch);
@@ -54,6 +77,13 @@ enum store_answer scratch_commit(struct scratch *scratch, const struct store_cla
 
 /* The status of a job that must exist. */
 enum store_status scratch_status(struct scratch *scratch, const char *id);
+
+/* The number a statement tells, seen by a connection of its own. Tables of PostgreSQL are written
+ * as `draped.NAME`; for SQLite that is taken for NAME. */
+int64_t scratch_number(struct scratch *scratch, const char *sql);
+
+/* Executes statements on the database. */
+void scratch_script(struct scratch *scratch, const char *sql);
 
 /* One sweep, which must succeed. */
 struct store_sweep scratch_sweep(struct scratch *scratch);

@@ -411,5 +411,5 @@ int main(void) {
         WITH_STORE(test_store_tells_the_hub_of_every_change),
         cmocka_unit_test(test_store_status_names_read_back),
     };
-    return cmocka_run_group_tests_name("store", tests, NULL, NULL);
+    return scratch_run("store", tests, NULL, 0);
 }

@@ -224,6 +224,22 @@ static void test_store_release_is_not_held_against_the_job(void **state) {
 
 /* ------------------------------------------------------------------ restarts */
 
+/* Who shares a database with other machines cannot know that a process is gone: the lease ends. */
+static void test_store_claim_of_a_process_that_is_gone_ends_with_its_lease(void **state) {
+    struct scratch *scratch = *state;
+    struct store_claim claim;
+    struct store_claim old = scratch_claimed(scratch, "a");
+    scratch_stop(scratch);
+    scratch_start(scratch);
+    scratch_now += 61 * second;
+    assert_int_equal(scratch_sweep(scratch).requeued, 1);
+    assert_int_equal(scratch_sweep(scratch).requeued, 0);
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+    assert_string_equal(claim.id, old.id);
+    assert_int_equal(claim.attempts, 2);
+    expect_lost(scratch, &old);
+}
+
 /* A store that is closed with jobs running looks to the next like one whose process was killed. */
 static void test_store_restart_takes_up_interrupted_jobs_at_once(void **state) {
     struct scratch *scratch = *state;
@@ -290,9 +306,13 @@ int main(void) {
         WITH_STORE(test_store_third_crash_fails_the_job),
         WITH_STORE(test_store_third_lost_lease_fails_the_job),
         WITH_STORE(test_store_release_is_not_held_against_the_job),
+        WITH_STORE(test_store_claim_of_a_process_that_is_gone_ends_with_its_lease),
+    };
+    const struct CMUnitTest only_sqlite[] = {
         WITH_STORE(test_store_restart_takes_up_interrupted_jobs_at_once),
         WITH_STORE(test_store_interruptions_are_forgiven_but_not_for_ever),
         WITH_STORE(test_store_shared_leaves_the_claims_of_the_living),
     };
-    return cmocka_run_group_tests_name("store claims", tests, NULL, NULL);
+    return scratch_run("store claims", tests, only_sqlite,
+                       sizeof only_sqlite / sizeof *only_sqlite);
 }

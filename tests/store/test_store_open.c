@@ -50,7 +50,7 @@ static void run_sql(const char *path, const char *sql) {
 
 static void test_store_open_refuses_what_is_no_file(void **state) {
     struct scratch *scratch = *state;
-    expect_refused("postgresql://user:secret@host/db", &scratch->options, "only SQLite");
+    expect_refused("mysql://user:secret@host/db", &scratch->options, "unknown kind");
     expect_refused(":memory:", &scratch->options, "names no file");
     expect_refused("sqlite:", &scratch->options, "names no file");
     expect_refused("/nowhere/at/all/store.db", &scratch->options, "No such file or directory");
@@ -63,7 +63,7 @@ static void test_store_open_refuses_what_is_no_file(void **state) {
 static void test_store_open_hides_the_password(void **state) {
     struct scratch *scratch = *state;
     char why[STORE_WHY_SIZE] = "";
-    assert_null(store_open("postgresql://user:secret@host/db", &scratch->options, NULL, why));
+    assert_null(store_open("mysql://user:secret@host/db", &scratch->options, NULL, why));
     assert_null(strstr(why, "secret"));
 }
 

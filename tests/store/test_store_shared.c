@@ -1,0 +1,420 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Several processes at one store, here as several stores with several threads each: whatever they
+ * do at the same moment, each job is handed out once, ends once, and nothing is lost or left over.
+ * Also what each owner gets, and databases that the first version made.
+ */
+#include "scratch.h"
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STORES = 2, THREADS = 4, WORKERS = STORES * THREADS };
+
+static const int64_t second = 1000000;
+
+/* Two openings of the same database. */
+struct shared {
+    struct scratch scratch[STORES];
+    uint64_t random;
+};
+
+static int set_up(void **state) {
+    struct shared *shared = calloc(1, sizeof *shared);
+    shared->random = scratch_seed();
+    scratch_make(&shared->scratch[0]);
+    shared->scratch[0].options.shared = true;
+    shared->scratch[0].options.busy_ms = 30000; /* SQLite's writers wait in turn */
+    shared->scratch[1] = shared->scratch[0];
+    scratch_start(&shared->scratch[0]);
+    scratch_start(&shared->scratch[1]);
+    *state = shared;
+    return 0;
+}
+
+static int tear_down(void **state) {
+    struct shared *shared = *state;
+    scratch_stop(&shared->scratch[1]);
+    scratch_remove(&shared->scratch[0]);
+    free(shared);
+    return 0;
+}
+
+/* ------------------------------------------------------------------ threads */
+
+struct worker {
+    struct scratch *scratch;
+    int number;
+    atomic_int *wrong; /* answers that must not be */
+    atomic_int *done;
+    const char *id;
+    uint64_t seed;
+    void *(*act)(void *context);
+    pthread_t thread;
+};
+
+/* Runs `act` in WORKERS threads, half of them at each store, and returns the sum of `done`. */
+static int run_all(struct shared *shared, void *(*act)(void *context), const char *id) {
+    struct worker workers[WORKERS];
+    atomic_int wrong = 0, done = 0;
+    for (int k = 0; k < WORKERS; k++) {
+        workers[k] = (struct worker){.scratch = &shared->scratch[k % STORES],
+                                     .number = k,
+                                     .wrong = &wrong,
+                                     .done = &done,
+                                     .id = id,
+                                     .seed = scratch_random(&shared->random),
+                                     .act = act};
+        assert_int_equal(pthread_create(&workers[k].thread, NULL, act, &workers[k]), 0);
+    }
+    for (int k = 0; k < WORKERS; k++)
+        pthread_join(workers[k].thread, NULL);
+    assert_int_equal(wrong, 0);
+    return done;
+}
+
+static int64_t count_of(struct scratch *scratch, enum store_status status) {
+    struct store_counts counts;
+    assert_int_equal(store_counts(scratch->store, &counts), STORE_OK);
+    return counts.jobs[status];
+}
+
+static enum store_answer commit(struct scratch *scratch, const struct store_claim *claim) {
+    return scratch_commit(scratch, claim, claim->id, ID_SIZE);
+}
+
+static void *claim_and_commit(void *context) {
+    struct worker *worker = context;
+    struct store_claim claim;
+    enum store_answer answer;
+    while ((answer = store_claim(worker->scratch->store, &claim)) == STORE_OK) {
+        *worker->wrong += claim.attempts != 1 || commit(worker->scratch, &claim) != STORE_OK;
+        ++*worker->done;
+    }
+    *worker->wrong += answer != STORE_EMPTY;
+    return NULL;
+}
+
+static void test_store_concurrent_claims_hand_out_each_job_once(void **state) {
+    struct shared *shared = *state;
+    enum { JOBS = 300 };
+    char ids[JOBS][ID_SIZE];
+    for (int k = 0; k < JOBS; k++) {
+        char body[32];
+        snprintf(body, sizeof body, "job %d", k);
+        scratch_submit(&shared->scratch[k % STORES], body, ids[k]);
+    }
+    int claimed = run_all(shared, claim_and_commit, NULL);
+    /* A claim may miss the only job left because another is just taking or giving it. */
+    assert_int_equal(claimed, JOBS);
+    assert_int_equal(count_of(&shared->scratch[0], STORE_SUCCEEDED), JOBS);
+    for (int k = 0; k < JOBS; k++)
+        scratch_expect_result(&shared->scratch[k % STORES], ids[k], ids[k], ID_SIZE, ID_SIZE);
+}
+
+static void *submit_with_one_key(void *context) {
+    struct worker *worker = context;
+    struct store_receipt receipt;
+    struct store_submission submission = {
+        .request = "body", .request_length = 4, .digest = "d", .owner = "anna", .key = worker->id};
+    *worker->wrong += store_submit(worker->scratch->store, &submission, &receipt) != STORE_OK;
+    *worker->done += !receipt.existing;
+    submission.request = "other";
+    submission.request_length = 5;
+    *worker->wrong += store_submit(worker->scratch->store, &submission, &receipt) != STORE_CONFLICT;
+    return NULL;
+}
+
+static void test_store_concurrent_submissions_of_a_key_make_one_job(void **state) {
+    struct shared *shared = *state;
+    for (int k = 1; k <= 20; k++) {
+        char key[32];
+        snprintf(key, sizeof key, "key %d", k);
+        assert_int_equal(run_all(shared, submit_with_one_key, key), 1);
+        assert_int_equal(count_of(&shared->scratch[1], STORE_QUEUED), k);
+    }
+}
+
+/* ------------------------------------------------------------------ races for one job */
+
+static struct store_claim contested; /* the claim that all threads know */
+static atomic_int commits, cancels, failures, requeues;
+
+static void *end_somehow(void *context) {
+    struct worker *worker = context;
+    struct store *store = worker->scratch->store;
+    struct store_sweep sweep;
+    uint64_t seed = worker->seed;
+    scratch_sleep((int)(scratch_random(&seed) % 6));
+    switch (worker->number / STORES) {
+    case 0:
+        commits += commit(worker->scratch, &contested) == STORE_OK;
+        break;
+    case 1:
+        cancels += store_cancel(store, contested.id) == STORE_OK;
+        break;
+    case 2:
+        failures += store_fail(store, &contested, "{}") == STORE_OK;
+        break;
+    default:
+        *worker->wrong += store_sweep(store, &sweep) != STORE_OK;
+        requeues += sweep.requeued;
+    }
+    return NULL;
+}
+
+/* Its lease is over, so that a sweep takes it, but its holder does not know that yet. */
+static void test_store_job_ends_once_whoever_is_first(void **state) {
+    struct shared *shared = *state;
+    int won[4] = {0};
+    for (int k = 0; k < 100; k++) {
+        char body[32];
+        snprintf(body, sizeof body, "race %d", k);
+        contested = scratch_claimed(&shared->scratch[0], body);
+        commits = cancels = failures = requeues = 0;
+        scratch_now += 61 * second;
+        run_all(shared, end_somehow, NULL);
+        enum store_status status = scratch_status(&shared->scratch[1], contested.id);
+        /* What was back in the queue may have been cancelled there. */
+        assert_int_equal(commits + failures + (requeues || cancels), 1);
+        assert_true(cancels <= 1 && requeues <= 1);
+        assert_int_equal(status, commits    ? STORE_SUCCEEDED
+                                 : failures ? STORE_FAILED
+                                 : cancels  ? STORE_CANCELLED
+                                            : STORE_QUEUED);
+        assert_int_equal(commit(&shared->scratch[0], &contested), STORE_CONFLICT);
+        won[0] += commits, won[1] += failures, won[2] += cancels, won[3] += requeues;
+        if (status == STORE_QUEUED)
+            assert_int_equal(store_delete(shared->scratch[0].store, contested.id), STORE_OK);
+    }
+    print_message("%d committed, %d failed, %d cancelled, %d returned\n", won[0], won[1], won[2],
+                  won[3]);
+}
+
+/* ------------------------------------------------------------------ races for results, surfaces */
+
+static void *submit_and_delete(void *context) {
+    struct worker *worker = context;
+    struct store *store = worker->scratch->store;
+    struct store_submission submission = {.request = "same", .request_length = 4, .digest = "same"};
+    for (int k = 0; k < 40; k++) {
+        struct store_receipt receipt;
+        struct store_result result;
+        struct store_claim claim;
+        char byte;
+        *worker->wrong += store_submit(store, &submission, &receipt) != STORE_OK;
+        while (store_claim(store, &claim) == STORE_OK) {
+            enum store_answer answer = claim.reused ? STORE_OK : commit(worker->scratch, &claim);
+            *worker->wrong += answer != STORE_OK && answer != STORE_CONFLICT; /* deleted */
+        }
+        /* Whoever has a job that has succeeded can read its result, whoever deletes his. */
+        if (store_result_find(store, receipt.id, &result) == STORE_OK)
+            *worker->wrong += store_result_read(store, &result, 0, &byte, 1) != STORE_OK;
+        else
+            *worker->wrong += scratch_status(worker->scratch, receipt.id) == STORE_SUCCEEDED &&
+                              store_result_find(store, receipt.id, &result) != STORE_OK;
+        struct store_sweep sweep;
+        *worker->wrong += store_delete(store, receipt.id) != STORE_OK;
+        *worker->wrong += store_sweep(store, &sweep) != STORE_OK;
+        ++*worker->done;
+    }
+    return NULL;
+}
+
+static void test_store_shared_result_stays_while_somebody_needs_it(void **state) {
+    struct shared *shared = *state;
+    assert_int_equal(run_all(shared, submit_and_delete, NULL), 40 * WORKERS);
+    for (int k = 0; k < 3; k++)
+        (void)scratch_sweep(&shared->scratch[0]);
+    assert_int_equal(scratch_number(&shared->scratch[0], "SELECT count(*) FROM draped.jobs"), 0);
+    assert_int_equal(scratch_number(&shared->scratch[0], "SELECT count(*) FROM draped.results"), 0);
+    assert_int_equal(scratch_number(&shared->scratch[0], "SELECT count(*) FROM draped.chunks"), 0);
+    for (int status = 0; status < STORE_STATUS_COUNT; status++)
+        assert_int_equal(count_of(&shared->scratch[1], (enum store_status)status), 0);
+}
+
+static void *use_or_delete_surface(void *context) {
+    static char text[] = "{}";
+    struct worker *worker = context;
+    struct store *store = worker->scratch->store;
+    struct store_surface surface = {
+        .id = "s", .definition = text, .definition_length = 2, .description = text};
+    struct store_submission submission = {.request = "x", .request_length = 1, .surface = "s"};
+    for (int k = 0; k < 40; k++) {
+        char digest[32];
+        bool created = false;
+        struct store_receipt receipt;
+        struct store_surface found;
+        snprintf(digest, sizeof digest, "%d of %d", k, worker->number);
+        submission.digest = digest;
+        enum store_answer answer = store_surface_put(store, &surface, &created);
+        *worker->wrong += answer != STORE_OK;
+        answer = worker->number < WORKERS / 2 ? store_surface_delete(store, "s")
+                                              : store_submit(store, &submission, &receipt);
+        if (worker->number < WORKERS / 2 || answer != STORE_OK)
+            continue;
+        *worker->wrong += store_surface_get(store, "s", &found) != STORE_OK;
+        store_surface_clear(&found);
+        *worker->wrong += store_delete(store, receipt.id) != STORE_OK;
+        ++*worker->done;
+    }
+    return NULL;
+}
+
+static void test_store_surface_is_not_deleted_under_a_job(void **state) {
+    struct shared *shared = *state;
+    print_message("%d used it\n", run_all(shared, use_or_delete_surface, NULL));
+}
+
+/* ------------------------------------------------------------------ several at the start */
+
+static void *open_and_close(void *context) {
+    struct worker *worker = context;
+    char why[STORE_WHY_SIZE];
+    struct hub *hub = hub_new();
+    struct store *store = store_open(worker->scratch->path, &worker->scratch->options, hub, why);
+    *worker->wrong += !store || store_ping(store) != STORE_OK;
+    *worker->done += store != NULL;
+    store_close(store);
+    hub_free(hub);
+    return NULL;
+}
+
+static void test_store_several_may_start_at_once(void **state) {
+    struct shared *shared = *state;
+    scratch_stop(&shared->scratch[1]);
+    scratch_stop(&shared->scratch[0]);
+    scratch_forget(&shared->scratch[0]);
+    assert_int_equal(run_all(shared, open_and_close, NULL), WORKERS);
+    scratch_start(&shared->scratch[0]);
+    scratch_start(&shared->scratch[1]);
+    assert_int_equal(
+        scratch_number(&shared->scratch[0], "SELECT count(*) FROM draped.schema_version"), 2);
+}
+
+/* ------------------------------------------------------------------ shares */
+
+static void submit_as(struct scratch *scratch, const char *owner, const char *body, int priority) {
+    struct store_receipt receipt;
+    struct store_submission submission = {.request = body,
+                                          .request_length = strlen(body),
+                                          .digest = body,
+                                          .owner = owner,
+                                          .priority = priority};
+    scratch_now += 1000;
+    assert_int_equal(store_submit(scratch->store, &submission, &receipt), STORE_OK);
+}
+
+static struct store_claim expect_next(struct scratch *scratch, const char *body) {
+    struct store_claim claim;
+    char *request = NULL;
+    size_t length = 0;
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+    assert_int_equal(store_request(scratch->store, claim.id, &request, &length), STORE_OK);
+    assert_string_equal(request, body);
+    free(request);
+    return claim;
+}
+
+static void test_store_owners_take_turns(void **state) {
+    struct shared *shared = *state;
+    struct scratch *scratch = shared->scratch;
+    static const char *const annas[] = {"a1", "a2", "a3", "a4", "a5"};
+    for (size_t k = 0; k < 5; k++)
+        submit_as(scratch, "anna", annas[k], 0);
+    submit_as(scratch, "bert", "b1", 0);
+    submit_as(scratch, "bert", "b2", 0);
+    submit_as(scratch, "bert", "b3 is urgent", 1);
+    submit_as(scratch, "", "nobody's", 0);
+    expect_next(scratch, "b3 is urgent"); /* nothing runs: priority and age decide */
+    expect_next(scratch, "a1");
+    expect_next(scratch, "nobody's"); /* the only one of whom nothing runs */
+    struct store_claim a2 = expect_next(scratch, "a2");
+    struct store_claim b1 = expect_next(scratch, "b1");
+    expect_next(scratch, "a3");
+    assert_int_equal(store_fail(scratch->store, &b1, "{}"), STORE_OK);
+    expect_next(scratch, "b2"); /* one of his runs, three of hers */
+    assert_int_equal(store_release(scratch->store, &a2), STORE_OK);
+    expect_next(scratch, "a2");
+    expect_next(scratch, "a4");
+    expect_next(scratch, "a5");
+}
+
+static void test_store_priority_does_not_buy_the_share_of_another(void **state) {
+    struct shared *shared = *state;
+    struct scratch *scratch = shared->scratch;
+    submit_as(scratch, "anna", "a1", 1000);
+    submit_as(scratch, "anna", "a2", 1000);
+    submit_as(scratch, "bert", "b1", -1000);
+    expect_next(scratch, "a1");
+    expect_next(scratch, "b1");
+    expect_next(scratch, "a2");
+}
+
+/* ------------------------------------------------------------------ databases of the first version
+ */
+
+static char *read_file(const char *path) {
+    FILE *file = fopen(path, "r");
+    char *text = NULL;
+    size_t size = 0;
+    if (!file)
+        fail_msg("%s is missing: run the tests from the project's folder", path);
+    assert_true(getdelim(&text, &size, '\0', file) > 0);
+    fclose(file);
+    return text;
+}
+
+static void test_store_first_schema_is_brought_up_to_date(void **state) {
+    struct shared *shared = *state;
+    struct scratch *scratch = shared->scratch;
+    struct store_page page;
+    struct store_filter filter = {.limit = 10, .owner = "anna"};
+    struct store_surface surface;
+    char *script = read_file(scratch->remote ? "tests/store/first_schema/postgres.sql"
+                                             : "tests/store/first_schema/sqlite.sql");
+    scratch_stop(&shared->scratch[1]);
+    scratch_stop(scratch);
+    scratch_forget(scratch);
+    scratch_script(scratch, script);
+    free(script);
+    scratch_now = INT64_C(1000000000) * 1000000 + 30 * second;
+    scratch_start(scratch);
+    scratch_start(&shared->scratch[1]);
+    assert_int_equal(scratch_number(scratch, "SELECT max(version) FROM draped.schema_version"), 2);
+    static const enum store_status statuses[] = {STORE_QUEUED, STORE_QUEUED, STORE_RUNNING,
+                                                 STORE_FAILED, STORE_SUCCEEDED};
+    assert_int_equal(store_list(scratch->store, &filter, &page), STORE_OK);
+    assert_int_equal(page.count, 5);
+    for (size_t k = 0; k < 5; k++)
+        assert_int_equal(page.jobs[k].status, statuses[k]);
+    scratch_expect_result(scratch, page.jobs[4].id, "result", 6, 6);
+    store_page_clear(&page);
+    assert_int_equal(store_surface_get(scratch->store, "s1", &surface), STORE_OK);
+    store_surface_clear(&surface);
+    scratch_now += 61 * second; /* whoever ran it then is gone */
+    assert_int_equal(scratch_sweep(scratch).requeued, 1);
+    expect_next(scratch, "urgent");
+    expect_next(scratch, "running");
+    expect_next(scratch, "waiting");
+    assert_int_equal(count_of(scratch, STORE_RUNNING), 3);
+}
+
+#define WITH_STORES(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        WITH_STORES(test_store_concurrent_claims_hand_out_each_job_once),
+        WITH_STORES(test_store_concurrent_submissions_of_a_key_make_one_job),
+        WITH_STORES(test_store_job_ends_once_whoever_is_first),
+        WITH_STORES(test_store_shared_result_stays_while_somebody_needs_it),
+        WITH_STORES(test_store_surface_is_not_deleted_under_a_job),
+        WITH_STORES(test_store_several_may_start_at_once),
+        WITH_STORES(test_store_owners_take_turns),
+        WITH_STORES(test_store_priority_does_not_buy_the_share_of_another),
+        WITH_STORES(test_store_first_schema_is_brought_up_to_date),
+    };
+    return scratch_run("store shared", tests, NULL, 0);
+}
