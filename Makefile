@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# all, demo, test, bench, figures, lint, format, install, deb, sbom, clean. See README.md.
+# all, demo, test, hosts, bench, figures, lint, format, install, deb, sbom, clean. See README.md.
 .DEFAULT_GOAL := all
 SHELL := /bin/bash
 B ?= build
@@ -35,7 +35,7 @@ TEST_MAIN := $(filter $(addsuffix test_%,$(sort $(dir $(TEST_SRC)))),$(TEST_SRC)
 TESTS := $(TEST_MAIN:%.c=$(B)/%)
 test_helpers = $(call objects,$(filter-out $(dir $(1))test_%,$(wildcard $(dir $(1))*.c)))
 
-.PHONY: all demo test tests bench figures lint format install deb sbom clean
+.PHONY: all demo test tests hosts bench figures lint format install deb sbom clean
 all: $(B)/draped $(B)/drape
 
 # Installs what the build needs, once; `make test` asks for more.
@@ -55,6 +55,19 @@ $(B)/gen/openapi_json.h: api/openapi.yaml api/embed_openapi.py | $(B)/.setup
 	@mkdir -p $(@D)
 	python3 api/embed_openapi.py $< $@
 $(B)/server/meta.o: $(B)/gen/openapi_json.h
+
+# The page at / in the binary: its files, the modules of three.js it draws with, the examples.
+VIEWER := $(wildcard server/viewer/*.html server/viewer/*.css server/viewer/*.js server/viewer/*.svg) \
+          $(wildcard api/examples/*.json)
+THREE := server/viewer/node_modules/three
+THREE_FILES := $(THREE)/build/three.module.min.js $(THREE)/build/three.core.min.js \
+               $(THREE)/examples/jsm/controls/OrbitControls.js $(THREE)/examples/jsm/curves/NURBSUtils.js
+$(THREE)/package.json: server/viewer/package-lock.json | $(B)/.setup
+	@npm ci --silent --no-audit --no-fund --ignore-scripts --prefix server/viewer && touch $@
+$(B)/gen/viewer_files.h: server/viewer/embed.py $(VIEWER) $(THREE)/package.json
+	@mkdir -p $(@D)
+	python3 $< $(@D) $(VIEWER) $(THREE_FILES)
+$(B)/server/viewer.o: $(B)/gen/viewer_files.h
 
 # The powers of ten that the shortest decimals take.
 $(B)/gen/powers.h: api/embed_powers.py | $(B)/.setup
@@ -83,25 +96,28 @@ $(TESTS): $(B)/%: $(B)/%.o $$(call test_helpers,$$*.c) $(LIBS)
 SANITIZED := OPT=-O1 SANITIZE="-fsanitize=address,undefined -fno-sanitize-recover=all"
 test:
 	@deploy/setup.sh test
-	@$(MAKE) --no-print-directory -s all tests \
-	    tests/readers/node_modules tests/manifests/node_modules
+	@$(MAKE) --no-print-directory -s all tests $(TEST_MODULES)
 	@$(MAKE) --no-print-directory -s B=$(B)/sanitized $(SANITIZED) all tests
 	@tests/run.sh $(B) $(B)/sanitized
 tests: $(TESTS)
-# The validators of glTF, manifests and bills of materials, as the lock files pin them.
-tests/%/node_modules: tests/%/package-lock.json
-	@npm ci --silent --no-audit --no-fund --ignore-scripts --omit=optional --prefix tests/$* && touch $@
+# Validators of glTF, manifests and bills of materials, and what drives the browser, as the lock
+# files pin them.
+TEST_MODULES := $(patsubst %,tests/%/node_modules,browser manifests readers)
+$(TEST_MODULES): %/node_modules: %/package-lock.json
+	@npm ci --silent --no-audit --no-fund --ignore-scripts --omit=optional --prefix $* && touch $@
 
 demo: all
 	@deploy/demo.sh $(B)
 
 lint: all
 	@deploy/setup.sh test
+	@$(MAKE) --no-print-directory -s $(TEST_MODULES)
 	@for check in tests/checks/*.sh; do echo $$check; $$check $(B) || exit 1; done
 
-format:
+format: tests/browser/node_modules
 	find solver api server tests -name node_modules -prune -o \
 	    \( -name '*.[ch]' -o -name '*.cc' \) -print | xargs $(CLANG_FORMAT) -i
+	node $</prettier/bin/prettier.cjs --log-level warn --write server/viewer/*.js tests/*/*.mjs
 
 PREFIX ?= /usr/local
 UNITS ?= $(PREFIX)/lib/systemd/system
@@ -134,12 +150,22 @@ deb:
 figures: $(B)/drape
 	@tests/figures/figures.sh $(B)
 
-bench: $(B)/tests/bench/bench_solver $(B)/draped
+bench: $(B)/tests/bench/bench_solver $(B)/tests/bench/bench_store $(B)/draped
 	$<
 	tests/bench/bench_formats.sh $(B)
 	tests/bench/bench_map.sh $(B)
+	@deploy/setup.sh test
+	tests/bench/bench_store.sh $(B)
 $(B)/tests/bench/bench_solver: $(B)/tests/bench/bench_solver.o $(B)/libdrapeapi.a $(B)/libdrape.a
 	$(CC) $(LDFLAGS) -o $@ $^ $(API_LIBS)
+
+$(B)/tests/bench/bench_store: $(B)/tests/bench/bench_store.o $(LIBS)
+	$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS)
+
+# The test with six hosts, in its long form.
+hosts: all
+	@deploy/setup.sh test
+	tests/hosts/hosts.sh $(B) 2000
 
 clean:
 	rm -rf $(B)

@@ -211,11 +211,12 @@ static void decode_method(const struct tree_place *root, struct api_request *req
         tree_fault(&path, "relaxation is for the method \"gib\"");
     if (request->surface.kind == API_SURFACE_MESH && settings->method != DRAPE_MOSAIC)
         tree_fault(&method, "a triangle mesh needs the method \"mosaic\"");
-    for (int k = 0; k < 2 && settings->method == DRAPE_MOSAIC; k++) {
+    for (int k = 0; k < 2 && request->surface.kind == API_SURFACE_MESH; k++) {
         struct tree_place generators = tree_member(root, "generators");
         struct tree_place generator = tree_member(&generators, yarn_keys[k]);
         if (settings->generator[k].kind == DRAPE_GENERATOR_CURVE)
-            tree_fault(&generator, "must not be a curve for the method \"mosaic\"");
+            tree_fault(&generator,
+                       "must not be a curve in u and v, which a triangle mesh does not have");
     }
 }
 

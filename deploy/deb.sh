@@ -9,7 +9,6 @@ out=$(realpath -m "$1/deb") tree=$1/deb/draped-$2
 rm -rf "$tree" "$out"/*.deb
 mkdir -p "$tree" "$out/obj"
 cp -a Makefile LICENSE README.md api server solver deploy "$tree"
-rm -rf "$tree"/*/*/node_modules
 mkdir "$tree/tests"
 for lock in tests/*/package-lock.json; do # for the bill of materials
     install -D -m 644 "$lock" "$tree/$lock"

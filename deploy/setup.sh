@@ -6,12 +6,12 @@ set -eu
 
 build='gcc g++ libmicrohttpd-dev libjansson-dev libsodium-dev libsqlite3-dev libpq-dev zlib1g-dev
     libzstd-dev libseccomp-dev python3-yaml curl jq'
-# The last line: readers of result formats that others wrote.
-package='debhelper dpkg-dev' # for make deb
-tests='bats libcmocka-dev clang-format-14 procps postgresql-15 iproute2 util-linux
-    man-db systemd lintian sqlite3 openssl
-    python3-vtk9 python3-numpy python3-ezdxf python3-meshio librsvg2-bin unzip'
-command -v npm >/dev/null || tests="$tests nodejs npm"
+command -v npm >/dev/null || build="$build nodejs npm"
+package='build-essential debhelper' # for make deb
+# The last line: readers of result formats that others wrote, and the browser.
+tests='bats libcmocka-dev clang-format-14 procps
+    man-db systemd lintian sqlite3 openssl postgresql-15 iproute2 util-linux
+    python3-vtk9 python3-numpy python3-ezdxf python3-meshio librsvg2-bin unzip chromium'
 
 case "${1:-}" in
 build) wanted=$build ;;

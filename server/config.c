@@ -55,7 +55,9 @@ static const struct flag flags[] = {
     {"workers", "DRAPED_WORKERS", "N", NULL, "worker processes; by default one per core",
      KIND_COUNT, AT(workers), 1, 1024, NULL},
     {"role", "DRAPED_ROLE", "all|api|worker", "all",
-     "api answers calls, worker solves drapes, all does both", KIND_CHOICE, AT(role), 0, 0, NULL},
+     "api answers calls, worker solves drapes (and answers /healthz, /readyz and /metrics alone), "
+     "all does both",
+     KIND_CHOICE, AT(role), 0, 0, NULL},
     {"tokens", "DRAPED_TOKENS", "FILE", "",
      "who may call: lines of name:role:hash, made by draped hash-token; read again at SIGHUP",
      KIND_TEXT, AT(tokens), 0, 0, NULL},
@@ -84,6 +86,9 @@ static const struct flag flags[] = {
      8, 1000, "max_depth"},
     {"job-timeout", "DRAPED_JOB_TIMEOUT", "SECONDS", "600", "longest solve of one drape",
      KIND_COUNT, AT(job_timeout), 1, 604800, "job_timeout_seconds"},
+    {"lease", "DRAPED_LEASE", "SECONDS", "60",
+     "after so long without a word from its process a drape is given to another", KIND_COUNT,
+     AT(lease), 2, 3600, NULL},
     {"job-memory", "DRAPED_JOB_MEMORY", "BYTES", "4G", "most memory of one drape or map",
      KIND_BYTES, AT(job_memory), 16 * MIB, 1024 * GIB, "job_memory"},
     {"max-result", "DRAPED_MAX_RESULT", "BYTES", "16G", "largest stored result", KIND_BYTES,
@@ -381,7 +386,8 @@ void config_help(FILE *out) {
     fprintf(out, "  --%-*s%s\n", HELP_COLUMN - 4, "version", "print the version and stop");
     fprintf(out, "  --%-*s%s\n", HELP_COLUMN - 4, "help", "print this and stop");
     fputs(
-        "\nWith --tokens every call needs 'Authorization: Bearer TOKEN', but for /, /healthz,\n"
+        "\nWith --tokens every call needs 'Authorization: Bearer TOKEN', but for the page, "
+        "/healthz,\n"
         "/readyz, /version, /v1/openapi.json and /v1/limits. read sees the drapes and surfaces of\n"
         "its name, and /metrics; write also makes and deletes them; admin does so with all.\n",
         out);

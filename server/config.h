@@ -42,6 +42,7 @@ struct config {
     int64_t threads_per_job;    /* threads of one drape */
     int64_t max_depth;          /* JSON nesting */
     int64_t job_timeout;        /* seconds one attempt may take */
+    int64_t lease;              /* seconds a claim holds without renewal */
     int64_t job_memory;         /* bytes one job may hold */
     int64_t max_result;         /* bytes of one stored result */
     int64_t retention;          /* hours a result is kept after its job ended */

@@ -30,8 +30,8 @@ struct http_services {
     const struct config *config;
     struct store *store;
     struct hub *hub;
-    struct tokens *tokens; /* who may call; NULL: everybody */
-    struct mapper *mapper;
+    struct tokens *tokens;         /* who may call; NULL: everybody */
+    struct mapper *mapper;         /* NULL in the role `worker` */
     struct dispatcher *dispatcher; /* NULL in the role `api`: other machines do the work */
 };
 
@@ -42,8 +42,8 @@ bool http_start(const struct http_services *services, struct http **http)
 /* The port in use; the one the system chose when the configuration said 0. */
 uint16_t http_port(const struct http *http);
 
-/* Whether the front is alive: returns when its timer and its calls can go on; it never does when
- * they are stuck in a lock. */
+/* Returns when the front's timer and calls can go on, and never when they are stuck in a lock: for
+ * who has to know that the front is alive. */
 void http_touch(struct http *http);
 
 /* Takes no new connections (those to an inherited socket wait for the next daemon) and refuses new

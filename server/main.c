@@ -29,11 +29,13 @@
 enum {
     EXIT_FAILED = 1,
     EXIT_USAGE = 2,
+    REMOTE_PROGRESS_MS = 1000,
+    REMOTE_SWEEP_MS = 1000,
     STOP_SECONDS = 28,        /* whatever hangs at the end, the process does not outlive this */
     LARGE_BLOCK = 1024 * 1024 /* bytes; such memory goes back to the system when it is freed */
 };
 
-/* What runs; NULL: not (yet), or not in this role. */
+/* What runs; NULL: not yet. */
 struct service {
     const struct config *config;
     struct hub *hub;
@@ -163,6 +165,7 @@ static bool open_store(struct service *service) {
     options.queue_limit = config->queue_limit;
     options.retention_us = config->retention * INT64_C(3600) * 1000000;
     options.retention_bytes = config->retention_bytes;
+    options.lease_us = config->lease * 1000000;
     options.shared = config->role != CONFIG_ROLE_ALL;
     if (!find_store(config, url))
         return false;
@@ -172,10 +175,17 @@ static bool open_store(struct service *service) {
 
 /* ------------------------------------------------------------------ start and stop */
 
+/* Who only answers calls sweeps all the same: the workers may all be gone. Of what many machines
+ * write to one database the progress is the bulk, so that there it is told less often. */
 static bool start_dispatcher(struct service *service) {
     const struct config *config = service->config;
     struct dispatcher_settings settings = dispatcher_settings_default();
-    settings.workers = (int)config->workers;
+    settings.workers = config->role == CONFIG_ROLE_API ? 0 : (int)config->workers;
+    settings.renew_ms = config->lease * 1000 / 4;
+    if (store_url_remote(config->store)) {
+        settings.progress_ms = REMOTE_PROGRESS_MS;
+        settings.sweep_ms = REMOTE_SWEEP_MS;
+    }
     settings.job_timeout_ms = config->job_timeout * 1000;
     settings.max_result = config->max_result;
     settings.limits.max_nodes = (size_t)config->max_nodes;
@@ -184,8 +194,6 @@ static bool start_dispatcher(struct service *service) {
     settings.limits.max_control_points = (size_t)config->max_control_points;
     settings.limits.max_depth = (int)config->max_depth;
     settings.limits.threads = (int)config->threads_per_job;
-    if (config->role == CONFIG_ROLE_API)
-        return true;
     service->dispatcher = dispatcher_start(service->store, service->hub, &settings);
     return service->dispatcher || refuse("workers", "their threads cannot be started");
 }
@@ -194,11 +202,11 @@ static bool start_front(struct service *service) {
     const struct config *config = service->config;
     const struct mapper_settings maps = {.memory = (size_t)config->job_memory,
                                          .timeout_ms = config->job_timeout * 1000};
-    if (config->role == CONFIG_ROLE_WORKER)
-        return true;
-    service->mapper = mapper_start(service->store, service->hub, &maps);
-    if (!service->mapper)
-        return refuse("maps", "their threads cannot be started");
+    if (config->role != CONFIG_ROLE_WORKER) {
+        service->mapper = mapper_start(service->store, service->hub, &maps);
+        if (!service->mapper)
+            return refuse("maps", "their threads cannot be started");
+    }
     char why[TOKENS_WHY_SIZE];
     service->tokens = config->tokens[0] ? tokens_open(config->tokens, why) : NULL;
     if (config->tokens[0] && !service->tokens)
@@ -209,7 +217,7 @@ static bool start_front(struct service *service) {
         .hub = service->hub,
         .tokens = service->tokens,
         .mapper = service->mapper,
-        .dispatcher = service->dispatcher,
+        .dispatcher = config->role == CONFIG_ROLE_API ? NULL : service->dispatcher,
     };
     return http_start(&services, &service->http);
 }
@@ -227,14 +235,12 @@ static bool start(struct service *service) {
 static void announce(const struct service *service) {
     const char *listen = service->config->listen;
     int host = (int)(strrchr(listen, ':') - listen);
-    if (service->http) {
-        printf("draped listening on http://%.*s:%u\n", host, listen, http_port(service->http));
-        fflush(stdout);
-    }
-    log_info(log_event("ready"), log_text("version", DRAPED_VERSION),
-             log_text("listen", service->http ? listen : NULL),
-             log_int("port", service->http ? http_port(service->http) : 0),
-             log_int("workers", service->dispatcher ? service->config->workers : 0));
+    printf("draped listening on http://%.*s:%u\n", host, listen, http_port(service->http));
+    fflush(stdout);
+    log_info(log_event("ready"), log_text("version", DRAPED_VERSION), log_text("listen", listen),
+             log_int("port", http_port(service->http)),
+             log_int("workers",
+                     service->config->role == CONFIG_ROLE_API ? 0 : service->config->workers));
 }
 
 /* Who waits for a running drape still gets it: the front goes after the dispatcher, which it may

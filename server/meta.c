@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The service about itself: description, limits, health, version, counters, front page. */
+/* The service about itself: description, limits, health, version, counters. */
 #include "clock.h"
 #include "config.h"
 #include "dispatcher.h"
@@ -9,35 +9,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-static const char index_page[] =
-    "<!doctype html>\n"
-    "<html lang=\"en\"><head><meta charset=\"utf-8\"><title>draped</title>\n"
-    "<style>body{font:16px/1.5 sans-serif;max-width:40em;margin:3em auto;padding:0 1em}"
-    "code{background:#eee;padding:.1em .3em}</style></head><body>\n"
-    "<h1>draped</h1>\n"
-    "<p>Lays woven fabric on curved surfaces: a surface goes in over HTTP, the draped net with its "
-    "shear angles comes back.</p>\n"
-    "<ul>\n"
-    "<li><a href=\"/v1/drapes\">drapes</a> and <a href=\"/v1/surfaces\">surfaces</a> stored here"
-    "</li>\n"
-    "<li><a href=\"/v1/openapi.json\">what it understands</a> (OpenAPI 3.1), its "
-    "<a href=\"/v1/limits\">limits</a></li>\n"
-    "<li><a href=\"/healthz\">alive</a>, <a href=\"/readyz\">ready</a>, "
-    "<a href=\"/version\">version</a>, <a href=\"/metrics\">counters</a></li>\n"
-    "</ul>\n"
-    "<p>To begin: <code>curl -H 'Content-Type: application/json' -H 'Prefer: wait=10' "
-    "--data-binary @request.json http://ADDRESS/v1/drapes</code></p>\n"
-    "</body></html>\n";
-
-enum routes_next meta_index(const struct http_services *services, struct request *request,
-                            struct reply *reply) {
-    (void)services, (void)request;
-    reply_literal(reply, 200, "text/html; charset=utf-8", index_page, sizeof index_page - 1);
-    reply_header(reply, "Content-Security-Policy",
-                 "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'");
-    return ROUTES_DONE;
-}
 
 enum routes_next meta_openapi(const struct http_services *services, struct request *request,
                               struct reply *reply) {

@@ -32,8 +32,9 @@ routes_handler maps_create;
 /* surfaces.c */
 routes_handler surfaces_create, surfaces_list, surfaces_get, surfaces_delete;
 /* meta.c */
-routes_handler meta_index, meta_openapi, meta_limits, meta_health, meta_ready, meta_version,
-    meta_metrics;
+routes_handler meta_openapi, meta_limits, meta_health, meta_ready, meta_version, meta_metrics;
+/* viewer.c */
+routes_handler viewer_page, viewer_file;
 
 /* Method and pattern of the route with that number of `metrics_count`; the last stands for requests
  * without a route. False beyond it. */

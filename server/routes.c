@@ -44,7 +44,8 @@ static const struct route routes[] = {
     {"DELETE", "/v1/surfaces/{id}", surfaces_delete, 0, {0}},
     {"GET", "/v1/openapi.json", meta_openapi, ROUTE_OPEN, {0}},
     {"GET", "/v1/limits", meta_limits, ROUTE_OPEN, {0}},
-    {"GET", "/", meta_index, ROUTE_LOOSE | ROUTE_OPEN, {0}},
+    {"GET", "/", viewer_page, ROUTE_LOOSE | ROUTE_OPEN, {0}},
+    {"GET", "/viewer/{digest}/{file}", viewer_file, ROUTE_LOOSE | ROUTE_OPEN, {0}},
     {"GET", "/healthz", meta_health, ROUTE_QUIET | ROUTE_LOOSE | ROUTE_OPEN, {0}},
     {"GET", "/readyz", meta_ready, ROUTE_QUIET | ROUTE_LOOSE | ROUTE_OPEN, {0}},
     {"GET", "/version", meta_version, ROUTE_LOOSE | ROUTE_OPEN, {0}},
@@ -57,7 +58,8 @@ _Static_assert((int)ROUTE_COUNT < (int)METRICS_ROUTES_MAX, "every route and `non
 
 /* ------------------------------------------------------------------ matching */
 
-/* Whether the segments are those of the pattern; `*parameter` is what stands for {id}. */
+/* Whether the segments are those of the pattern; `*parameter` is what stands for {id},
+ * for the last one if there are several. */
 static bool match(const char *pattern, const struct request *request, const char **parameter) {
     size_t k = 0;
     *parameter = NULL;
@@ -83,13 +85,17 @@ static bool method_matches(const struct route *route, const char *method) {
            (!strcmp(method, "HEAD") && !strcmp(route->method, "GET"));
 }
 
-/* Sets the route. `allow` gets the methods of the path, "" when there is no such path. */
-static void find_route(struct request *request, char *allow, size_t size) {
+/* Sets the route. `allow` gets the methods of the path, "" when there is no such path. Who only
+ * works is probed and scraped, no more. */
+static void find_route(const struct http_services *services, struct request *request, char *allow,
+                       size_t size) {
+    bool works = services->config->role == CONFIG_ROLE_WORKER;
     size_t used = 0;
     *allow = '\0';
     for (size_t k = 0; k < ROUTE_COUNT; k++) {
         const char *parameter;
-        if (!match(routes[k].pattern, request, &parameter))
+        if ((works && !(routes[k].flags & ROUTE_QUIET)) ||
+            !match(routes[k].pattern, request, &parameter))
             continue;
         bool get = !strcmp(routes[k].method, "GET");
         used += (size_t)snprintf(allow + used, size - used, "%s%s", routes[k].method,
@@ -179,7 +185,7 @@ static void mark(const struct http_services *services, const struct request *req
 bool routes_screen(const struct http_services *services, struct request *request,
                    struct reply *reply) {
     char allow[64];
-    find_route(request, allow, sizeof allow);
+    find_route(services, request, allow, sizeof allow);
     if (!request->route) {
         refuse_route(request, reply, allow);
         return true;

@@ -214,10 +214,11 @@ struct store_claim {
 };
 
 /* Hands out the queued job whose turn it is. STORE_EMPTY: none. Of the owners who have jobs in the
- * queue, the one of whom fewest are running has the turn, so that each gets a fair share of the
- * workers however much the others have submitted; among equals, the one whose first job comes
- * first. The jobs of one owner, and so all of them while there is only one, come by priority and
- * age: a step of priority is worth a minute of waiting, which lets no job wait for ever. */
+ * queue, the one of whom fewest are running (1000 at the most are counted) has the turn, so that
+ * each gets a fair share of the workers however much the others have submitted; among equals, the
+ * one whose first job comes first. The jobs of one owner, and so all of them while there is only
+ * one, come by priority and age: a step of priority is worth a minute of waiting, which lets no job
+ * wait for ever. */
 enum store_answer store_claim(struct store *store, struct store_claim *claim) STORE_MUST_USE;
 
 /* Prolongs the lease and stores the progress (0..1; it never goes back). STORE_CONFLICT: the claim

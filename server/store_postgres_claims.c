@@ -9,7 +9,8 @@
  * theirs and by their first job; of the first owner whose first job nobody else is just taking that
  * one is taken. The row that is read last is the only one that is locked. The token is the time, so
  * that it is a new one even if the server has crashed and forgotten the claim before: whoever held
- * that lives on elsewhere. */
+ * that lives on elsewhere. Everything is asked for in the order of an index, because walking along
+ * an index clears what has left it out of the way, which collecting a bitmap from it does not. */
 static const char claim_sql[] =
     "WITH RECURSIVE waiting (owner) AS ("
     " (SELECT owner FROM draped.jobs WHERE status = 0 ORDER BY owner LIMIT 1)"
@@ -17,8 +18,8 @@ static const char claim_sql[] =
     " SELECT (SELECT j.owner FROM draped.jobs j WHERE j.status = 0 AND j.owner > w.owner"
     "  ORDER BY j.owner LIMIT 1) FROM waiting w WHERE w.owner IS NOT NULL),"
     " turns AS MATERIALIZED ("
-    " SELECT w.owner, (SELECT count(*) FROM draped.jobs j WHERE j.status = 1 AND j.owner = w.owner)"
-    "   AS running,"
+    " SELECT w.owner, (SELECT count(*) FROM (SELECT 1 FROM draped.jobs j WHERE j.status = 1"
+    "   AND j.owner = w.owner ORDER BY j.sequence LIMIT 1000) counted) AS running,"
     "  (SELECT j.rank FROM draped.jobs j WHERE j.status = 0 AND j.owner = w.owner"
     "   ORDER BY j.rank LIMIT 1) AS rank"
     "  FROM waiting w WHERE w.owner IS NOT NULL ORDER BY 2, 3),"

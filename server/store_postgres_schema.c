@@ -116,7 +116,7 @@ static const char schema_1[] =
 static const char schema_2[] =
     "DROP INDEX draped.jobs_queue;"
     "CREATE INDEX jobs_queue ON draped.jobs (owner, rank, sequence) WHERE status = 0;"
-    "CREATE INDEX jobs_running ON draped.jobs (owner) WHERE status = 1;";
+    "CREATE INDEX jobs_running ON draped.jobs (owner, sequence) WHERE status = 1;";
 
 /* Schema 3: surfaces of several owners, as in SQLite. */
 static const char schema_3[] =

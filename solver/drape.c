@@ -87,9 +87,6 @@ enum status drape_solve(const struct surface *surface, const struct drape_settin
         .surface = surface, .settings = settings, .monitor = monitor, .arena = arena};
     bool mosaic = settings->method == DRAPE_MOSAIC;
     enum status status = check_settings(settings);
-    for (int k = 0; k < 2 && mosaic; k++)
-        if (settings->generator[k].kind == DRAPE_GENERATOR_CURVE)
-            return STATUS_INVALID;
     if (status == STATUS_OK)
         status = start_find(surface, settings, &march.start, &result->faulty_generator);
     if (status == STATUS_OK && mosaic)

@@ -24,7 +24,7 @@
 #include <stdint.h>
 
 /* Changes whenever the same request may give other numbers. */
-#define DRAPE_SOLVER_VERSION "0.1.0"
+#define DRAPE_SOLVER_VERSION "0.2.0"
 
 /* The fishnet algorithms of the paper's comparison, and the fourth-order one. */
 enum drape_method {

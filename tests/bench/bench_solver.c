@@ -4,11 +4,12 @@
  * surface of 8 x 8 spans, with the error on an exact case beside it, so that speed is never bought
  * with accuracy; then one large drape on more and more threads. Times are the least of a few runs,
  * CPU times but for the threads; the methods take turns, so that a busy machine disturbs all of
- * them alike and ratios hold.
+ * them alike and ratios hold. The process keeps its memory from run to run, as a worker does.
  */
 #include "../../api/team.h"
 #include "../../solver/drape.h"
 
+#include <malloc.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -187,6 +188,8 @@ static bool bench_threads(const struct wavy *wavy) {
 
 int main(void) {
     static struct wavy wavy;
+    mallopt(M_TRIM_THRESHOLD, 1 << 30);
+    mallopt(M_MMAP_THRESHOLD, 1 << 30);
     wavy_make(&wavy);
     struct arena *arena = arena_new((size_t)1 << 30);
     struct surface *surface;

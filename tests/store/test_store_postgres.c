@@ -257,7 +257,7 @@ static void test_postgres_restart_is_survived(void **state) {
     char id[ID_SIZE];
     scratch_start(scratch);
     for (int round = 0; round < 2; round++) {
-        char body[16];
+        char body[32];
         snprintf(body, sizeof body, "round %d", round);
         struct store_claim claim = scratch_claimed(scratch, body);
         put_surface(scratch, body); /* with it on the disk is all that came before */
@@ -345,7 +345,7 @@ static void test_postgres_tells_other_processes(void **state) {
     scratch_start(&other);
     hub_subscribe(other.hub, &queue, hub_queue, count_call, &queued);
     for (int k = 0; k < 1000 && atomic_load(&queued) == 0; k++) {
-        char body[16];
+        char body[32];
         snprintf(body, sizeof body, "body %d", k);
         scratch_submit(scratch, body, id);
         scratch_sleep(10);

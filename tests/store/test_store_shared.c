@@ -130,7 +130,7 @@ static void *submit_with_one_key(void *context) {
 static void test_store_concurrent_submissions_of_a_key_make_one_job(void **state) {
     struct shared *shared = *state;
     for (int k = 1; k <= 20; k++) {
-        char key[16];
+        char key[32];
         snprintf(key, sizeof key, "key %d", k);
         assert_int_equal(run_all(shared, submit_with_one_key, key), 1);
         assert_int_equal(count_of(&shared->scratch[1], STORE_QUEUED), k);

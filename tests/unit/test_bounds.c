@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "../../api/shape.h"
 #include "../../solver/bounds.h"
+#include "../../solver/surface_spans.h"
 
 #include "check.h"
 #include "patch.h"
@@ -9,7 +10,15 @@
 #include <jansson.h>
 #include <math.h>
 
-enum { SURFACES = 60, GRID = 80, TURNS = 30, CIRCLE = 9, PROFILE_MAX = 9 };
+enum {
+    SURFACES = 60,
+    GRID = 80,
+    SPAN_GRID = 16,
+    PLACES_MAX = PATCH_SIZE_MAX * SPAN_GRID + 1,
+    TURNS = 30,
+    CIRCLE = 9,
+    PROFILE_MAX = 9
+};
 
 /* Shares of the size: what is promised, and how well the search by samples finds an extreme. */
 static const double promised = 1e-9, walked = 1e-6;
@@ -229,21 +238,31 @@ static double walk_downhill(struct question *q, double u, double v) {
     return least;
 }
 
+/* Parameters along one direction: some in every span, however narrow. */
+static int make_places(const struct surface_axis *axis, double *places) {
+    int count = 0;
+    for (int s = 0; s < axis->span_count; s++)
+        for (int i = 0; i < SPAN_GRID; i++)
+            places[count++] =
+                axis->breaks[s] + (axis->breaks[s + 1] - axis->breaks[s]) * i / SPAN_GRID;
+    places[count++] = axis->breaks[axis->span_count];
+    return count;
+}
+
 /* The least coordinate of a grid of samples, each that is less than its neighbours refined. */
 static double search(struct question *q) {
-    static double grid[GRID + 1][GRID + 1];
-    double least = DBL_MAX, place[2][GRID + 1];
-    for (int k = 0; k < 2; k++)
-        for (int i = 0; i <= GRID; i++)
-            place[k][i] = q->lower[k] + (q->upper[k] - q->lower[k]) * i / GRID;
-    for (int i = 0; i <= GRID; i++)
-        for (int j = 0; j <= GRID; j++)
+    static double grid[PLACES_MAX][PLACES_MAX];
+    double least = DBL_MAX, place[2][PLACES_MAX];
+    int n = make_places(&q->surface->axis[0], place[0]);
+    int m = make_places(&q->surface->axis[1], place[1]);
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < m; j++)
             grid[i][j] = coordinate_at(q, place[0][i], place[1][j]);
-    for (int i = 0; i <= GRID; i++)
-        for (int j = 0; j <= GRID; j++) {
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < m; j++) {
             double c = grid[i][j];
-            if ((i > 0 && grid[i - 1][j] < c) || (i < GRID && grid[i + 1][j] < c) ||
-                (j > 0 && grid[i][j - 1] < c) || (j < GRID && grid[i][j + 1] < c))
+            if ((i > 0 && grid[i - 1][j] < c) || (i < n - 1 && grid[i + 1][j] < c) ||
+                (j > 0 && grid[i][j - 1] < c) || (j < m - 1 && grid[i][j + 1] < c))
                 continue;
             least = fmin(least, walk_downhill(q, place[0][i], place[1][j]));
         }

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+// The state of the page in its address, behind the '#', so that a link shows the same view.
+
+const KEYS = [
+  'drape',
+  'compare',
+  'example',
+  'method',
+  'spacing',
+  'angle',
+  'start',
+  'field',
+  'view',
+  'show',
+  'cell',
+  'eye',
+];
+
+/** {drape: id, cell: '3,4', ...} of what the address has. */
+export function readAddress() {
+  const known = [...new URLSearchParams(location.hash.slice(1))].filter(([key]) =>
+    KEYS.includes(key),
+  );
+  return Object.fromEntries(known);
+}
+
+/** Replaces the address; empty values are left out. */
+export function writeAddress(state) {
+  const given = KEYS.filter((key) => state[key]).map((key) => {
+    const value = encodeURIComponent(state[key]).replaceAll('%2C', ',').replaceAll('%20', '');
+    return `${key}=${value}`;
+  });
+  const hash = `#${given.join('&')}`;
+  if (hash !== location.hash) history.replaceState(null, '', hash);
+}

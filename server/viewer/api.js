@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+// Calls to the service: every address relative to the page, so that it works behind a proxy too;
+// every error an exception with a sentence for the user.
+
+const TOKEN = 'draped-token';
+const NOWHERE = 'The service does not answer. Check that draped runs and try again.';
+const RETRY_MS = [250, 500, 1000, 2000, 4000, 8000];
+
+/** What the service refuses (RFC 9457). `errors` are places in the body that was sent. */
+export class Problem extends Error {
+  constructor(status, document) {
+    super(document.detail || document.title || `The service answered with status ${status}.`);
+    this.status = status;
+    this.slug = String(document.type || '').replace('/problems/', '');
+    this.errors = document.errors || [];
+    if (!this.errors.length && document.pointer) this.errors = [document];
+  }
+}
+
+/** The service cannot be reached. */
+export class Unreachable extends Error {
+  constructor() {
+    super(NOWHERE);
+  }
+}
+
+export const token = {
+  get: () => sessionStorage.getItem(TOKEN) || '',
+  set: (value) => (value ? sessionStorage.setItem(TOKEN, value) : sessionStorage.removeItem(TOKEN)),
+};
+
+/** The absolute address of a path such as 'v1/drapes'. */
+export function address(path) {
+  return new URL(path.replace(/^\//, ''), document.baseURI).href;
+}
+
+async function toProblem(response) {
+  const text = await response.text().catch(() => '');
+  try {
+    return new Problem(response.status, JSON.parse(text));
+  } catch {
+    return new Problem(response.status, {});
+  }
+}
+
+/** A response with a status of success; otherwise throws Problem, Unreachable or AbortError. */
+export async function call(path, { method = 'GET', headers = {}, body, signal } = {}) {
+  const own = token.get();
+  if (own) headers = { ...headers, Authorization: `Bearer ${own}` };
+  let response;
+  try {
+    response = await fetch(address(path), { method, headers, body, signal, cache: 'no-cache' });
+  } catch (error) {
+    if (error.name === 'AbortError') throw error;
+    throw new Unreachable();
+  }
+  if (response.ok) return response;
+  throw await toProblem(response);
+}
+
+/** As `call`, with the whole body read as 'json', 'text', 'arrayBuffer' or 'blob'. */
+export async function read(path, kind = 'json', options = {}) {
+  const response = await call(path, options);
+  try {
+    return await response[kind]();
+  } catch (error) {
+    if (error.name === 'AbortError') throw error;
+    throw new Unreachable();
+  }
+}
+
+function post(path, body, headers, signal) {
+  const json = { 'Content-Type': 'application/json', ...headers };
+  return call(path, { method: 'POST', body, headers: json, signal });
+}
+
+/** Submits a drape request (JSON text); its status document. */
+export async function submit(body, signal) {
+  return (await post('v1/drapes', body, {}, signal)).json();
+}
+
+/** Submits and waits for the columns in the same call: {id, columns}; columns null when it takes
+ *  longer than `seconds`. */
+export async function drapeNow(body, seconds, signal) {
+  const response = await post('v1/drapes?format=npz', body, { Prefer: `wait=${seconds}` }, signal);
+  const id = (response.headers.get('Location') || '').split('/').pop();
+  return { id, columns: response.status === 200 ? await response.arrayBuffer() : null };
+}
+
+export const status = (id, signal) => read(`v1/drapes/${id}`, 'json', { signal });
+export const cancel = (id) => call(`v1/drapes/${id}/cancel`, { method: 'POST' });
+export const remove = (id) => call(`v1/drapes/${id}`, { method: 'DELETE' });
+export const list = (limit) => read(`v1/drapes?limit=${limit}`);
+
+const pause = (ms) => new Promise((done) => setTimeout(done, ms));
+
+/** Reads one stream of server-sent events to its end, calls `onStatus`; the last status. */
+async function readEvents(id, onStatus, signal) {
+  const response = await call(`v1/drapes/${id}/events`, { signal });
+  const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
+  let text = '';
+  let last = null;
+  for (;;) {
+    const { value, done } = await reader.read();
+    if (done) return last;
+    const messages = (text + value).split('\n\n');
+    text = messages.pop();
+    for (const message of messages) {
+      const data = message.split('\n').find((line) => line.startsWith('data: '));
+      if (!data) continue;
+      last = JSON.parse(data.slice(6));
+      onStatus(last);
+    }
+  }
+}
+
+const ended = (document) => ['succeeded', 'failed', 'cancelled'].includes(document?.status);
+
+/** Follows a drape to its end, over a service that restarts meanwhile: the last status. */
+export async function follow(id, onStatus, signal) {
+  for (let failures = 0; ; ) {
+    try {
+      const last = await readEvents(id, onStatus, signal);
+      if (ended(last)) return last;
+      if (last) failures = 0;
+    } catch (error) {
+      if (error.name === 'AbortError' || (error instanceof Problem && error.status < 500))
+        throw error;
+    }
+    if (failures === RETRY_MS.length) throw new Unreachable();
+    onStatus(null);
+    await pause(RETRY_MS[failures++]);
+  }
+}

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// One drape of the service, fetched: its columns ready to draw, its summary, its request.
+import { read, status } from './api.js';
+import { readNet, readRequest } from './work.js';
+
+const FORMAT = 'result?format=npz';
+
+/** {id, lattice, summary} of a drape that has succeeded; `document` is its status, if known. */
+export async function fetchDrape(id, document, signal) {
+  const [state, buffer] = await Promise.all([
+    document || status(id, signal),
+    read(`v1/drapes/${id}/${FORMAT}`, 'arrayBuffer', { signal }),
+  ]);
+  return { id, summary: state.summary, lattice: await readNet(buffer) };
+}
+
+/** What the form needs of the request of a drape, a surface that it names included. */
+export async function fetchRequest(id, signal) {
+  const text = await read(`v1/drapes/${id}/request`, 'text', { signal });
+  const request = await readRequest(text);
+  if (!request.named) return request;
+  const surface = await read(`v1/surfaces/${request.named}`, 'text', { signal });
+  return readRequest(text, surface);
+}
+
+/** The spacing along warp and weft that a request asks for. */
+export function spacingOf(settings) {
+  const [warp, weft = warp] = [settings.fabric.spacing].flat();
+  return [warp, weft];
+}

@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: MIT
+// The request as a form: from a document into the fields and back, and errors of the service at the
+// fields that their pointers name. What the form does not show is kept and sent along.
+import { element } from './dom.js';
+
+const DEFAULTS = { yarn_path: 'chord', cavity: 'flexible', permeability: null };
+const FABRIC = {
+  thickness: 'thickness',
+  fraction: 'fiber_volume_fraction',
+  locking: 'locking_angle_deg',
+};
+const MODELS = {
+  kozeny_carman: { k1: 'k1', k2: 'k2', k3: 'k3', 'at-fraction': 'at_fiber_volume_fraction' },
+  gebart: { radius: 'fiber_radius', packing: 'packing' },
+};
+const SUGGESTED = { k1: '2e-10', k2: '1e-10', k3: '2e-11', 'at-fraction': '0.5', radius: '8e-6' };
+
+/** A number, several as a list, or the text itself: the service then says what is wrong with it. */
+function parse(text) {
+  const parts = text
+    .trim()
+    .split(/[\s,;]+/)
+    .filter(Boolean);
+  const numbers = parts.map(Number);
+  if (!parts.length || numbers.some(Number.isNaN)) return text;
+  return numbers.length === 1 ? numbers[0] : numbers;
+}
+
+const show = (value) => (value === undefined || value === null ? '' : [value].flat().join(', '));
+
+/** A round spacing for a part of that size: some sixty cells across. */
+function suggestSpacing(radius) {
+  const wanted = radius / 30;
+  const power = 10 ** Math.floor(Math.log10(wanted));
+  const step = [1, 2, 5, 10].find((factor) => factor * power >= wanted * 0.999);
+  return Number((step * power).toPrecision(1));
+}
+
+/** Without what the service fills in by itself. */
+function withoutDefaults(settings) {
+  const kept = { ...settings, fabric: { ...settings.fabric } };
+  for (const [key, value] of Object.entries(DEFAULTS)) if (kept[key] === value) delete kept[key];
+  const { warp = 'geodesic', weft = 'geodesic' } = kept.generators || {};
+  if (warp === 'geodesic' && weft === 'geodesic') delete kept.generators;
+  if (kept.fabric.pre_shear_deg === 0) delete kept.fabric.pre_shear_deg;
+  if (kept.fabric.plies === 1) delete kept.fabric.plies;
+  const { spacing } = kept.fabric;
+  if (Array.isArray(spacing) && spacing[0] === spacing[1]) kept.fabric.spacing = spacing[0];
+  return kept;
+}
+
+export class Form {
+  /** `onLive` while a value is dragged, `onSettled` when it is let go, `onUnit` for a new unit. */
+  constructor({ onLive, onSettled, onUnit }) {
+    this.root = element('request');
+    this.kept = {};
+    this.surfaceText = null;
+    this.shape = null;
+    this.onUnit = onUnit;
+    const slider = element('angle-slider');
+    slider.addEventListener('input', () => {
+      element('angle').value = slider.value;
+      onLive();
+    });
+    slider.addEventListener('change', onSettled);
+    element('angle').addEventListener('change', () => {
+      this.#moveSlider();
+      onSettled();
+    });
+    element('start').addEventListener('change', onSettled);
+    element('permeability').addEventListener('change', () => this.#showModel());
+    element('unit').addEventListener('change', () => this.#showUnit());
+  }
+
+  #moveSlider() {
+    const angle = Number(element('angle').value);
+    if (!Number.isNaN(angle))
+      element('angle-slider').value = ((((angle + 90) % 180) + 180) % 180) - 90;
+  }
+
+  #showUnit() {
+    for (const label of document.querySelectorAll('[data-unit="length"]'))
+      label.textContent = this.unit;
+    this.onUnit();
+  }
+
+  #showModel() {
+    const model = element('permeability').value;
+    for (const [name, inputs] of Object.entries(MODELS)) {
+      element(name).hidden = name !== model;
+      for (const id of Object.keys(inputs))
+        if (!element(id).value) element(id).value = SUGGESTED[id] || 'quadratic';
+    }
+  }
+
+  get unit() {
+    return element('unit').value;
+  }
+
+  /** Fills the form from what the worker read of a document. */
+  load({ settings, surfaceText, shape }) {
+    this.clearErrors();
+    this.surfaceText = surfaceText;
+    this.shape = shape;
+    const kept = withoutDefaults(settings);
+    this.kept = kept;
+    if (kept.fabric.spacing === undefined && shape)
+      kept.fabric.spacing = suggestSpacing(shape.radius);
+    this.#setUnit(kept.length_unit || 'm');
+    element('method').value = kept.method || (shape?.kind === 'mesh' ? 'mosaic' : 'gib');
+    element('spacing').value = show(kept.fabric.spacing);
+    for (const [id, key] of Object.entries(FABRIC)) element(id).value = show(kept.fabric[key]);
+    const vector = kept.direction?.vector;
+    element('angle').value = vector ? '' : show(kept.direction?.angle_deg ?? 0);
+    element('angle').placeholder = vector ? 'vector' : '';
+    element('cavity').value = show(kept.cavity?.height);
+    this.setStart(kept.start?.uv || kept.start?.point);
+    this.#loadPermeability(kept.permeability);
+    this.#moveSlider();
+    element('start-kind').textContent = shape?.kind === 'mesh' ? 'x, y, z' : 'u, v';
+    this.#showKept();
+  }
+
+  #setUnit(unit) {
+    const select = element('unit');
+    if (![...select.options].some((option) => option.value === unit)) select.add(new Option(unit));
+    select.value = unit;
+    this.#showUnit();
+  }
+
+  #loadPermeability(permeability) {
+    const model = permeability?.model || '';
+    element('permeability').value = model;
+    for (const [id, key] of Object.entries(MODELS[model] || {}))
+      element(id).value = show(permeability[key]);
+    element('permeability').querySelector('[value="table"]').hidden = model !== 'table';
+    this.#showModel();
+  }
+
+  #showKept() {
+    const shown = [
+      'fabric',
+      'start',
+      'direction',
+      'method',
+      'cavity',
+      'permeability',
+      'length_unit',
+    ];
+    const fabric = ['spacing', ...Object.values(FABRIC)];
+    const names = Object.keys(this.kept).filter((key) => !shown.includes(key));
+    names.push(...Object.keys(this.kept.fabric).filter((key) => !fabric.includes(key)));
+    if (this.kept.direction?.vector) names.push('direction.vector');
+    element('kept').textContent = names.length
+      ? `Sent along as in the file: ${names.join(', ')}.`
+      : '';
+  }
+
+  setStart(numbers) {
+    element('start').value = numbers
+      ? numbers.map((value) => Number(Number(value).toPrecision(6))).join(', ')
+      : '';
+  }
+
+  /** As the address keeps them. */
+  get main() {
+    const keys = ['method', 'spacing', 'angle', 'start'];
+    return Object.fromEntries(keys.map((id) => [id, element(id).value]));
+  }
+
+  set main(values) {
+    for (const [id, value] of Object.entries(values)) element(id).value = value;
+    this.#moveSlider();
+  }
+
+  get locking() {
+    const angle = parse(element('locking').value);
+    return typeof angle === 'number' ? angle : null;
+  }
+
+  /** The spacing along warp and weft; [1, 1] while it is no number. */
+  get spacing() {
+    const [warp, weft = warp] = [parse(element('spacing').value)].flat();
+    return [warp, weft].every((value) => typeof value === 'number') ? [warp, weft] : [1, 1];
+  }
+
+  #fabric(coarser) {
+    const fabric = { ...this.kept.fabric };
+    const spacing = parse(element('spacing').value);
+    fabric.spacing = coarser > 1 ? this.spacing.map((value) => value * coarser) : spacing;
+    for (const [id, key] of Object.entries(FABRIC)) {
+      delete fabric[key];
+      if (element(id).value.trim()) fabric[key] = parse(element(id).value);
+    }
+    return fabric;
+  }
+
+  #permeability() {
+    const model = element('permeability').value;
+    if (!model) return undefined;
+    if (!MODELS[model]) return this.kept.permeability;
+    const inputs = Object.entries(MODELS[model]).map(([id, key]) => [
+      key,
+      parse(element(id).value),
+    ]);
+    return { model, ...Object.fromEntries(inputs) };
+  }
+
+  /** The request without its surface; `coarser` times the spacing. */
+  settings(coarser = 1) {
+    const text = (id) => element(id).value.trim();
+    const place = parse(element('start').value);
+    return {
+      ...this.kept,
+      length_unit: this.unit,
+      fabric: this.#fabric(coarser),
+      start: text('start')
+        ? Array.isArray(place) && place.length === 3
+          ? { point: place }
+          : { uv: place }
+        : undefined,
+      direction: text('angle') ? { angle_deg: parse(text('angle')) } : this.kept.direction,
+      method: element('method').value,
+      cavity: text('cavity') ? { height: parse(text('cavity')) } : undefined,
+      permeability: this.#permeability(),
+    };
+  }
+
+  /** The request as the service takes it, the surface as it was in the file. */
+  body(coarser) {
+    return `{"surface":${this.surfaceText},${JSON.stringify(this.settings(coarser)).slice(1)}`;
+  }
+
+  /* ---- errors ---- */
+
+  clearErrors() {
+    for (const fault of this.root.querySelectorAll('.fault[data-made]')) fault.remove();
+    for (const input of this.root.querySelectorAll('[aria-invalid]')) {
+      input.removeAttribute('aria-invalid');
+      input.removeAttribute('aria-describedby');
+    }
+    for (const id of ['fault-surface', 'fault-general']) element(id).textContent = '';
+  }
+
+  surfaceError(text) {
+    element('fault-surface').textContent = text;
+  }
+
+  /** Each error at the field that its pointer names, the rest below the button. */
+  showErrors(problem) {
+    const rest = [];
+    const errors = problem.errors?.length ? problem.errors : [{ detail: problem.message }];
+    for (const { pointer = '', detail } of errors) {
+      const control = this.#controlOf(pointer);
+      if (pointer.startsWith('/surface')) this.surfaceError(`${pointer}: ${detail}`);
+      else if (control) this.#fault(control, detail);
+      else rest.push(pointer ? `${pointer}: ${detail}` : detail);
+    }
+    element('fault-general').textContent = rest.join(' ');
+    this.root.querySelector('[aria-invalid]')?.focus();
+  }
+
+  #controlOf(pointer) {
+    const within = (control) => `${pointer}/`.startsWith(`${control.dataset.pointer}/`);
+    const controls = [...this.root.querySelectorAll('input[data-pointer], select[data-pointer]')];
+    const length = (control) => control.dataset.pointer.length;
+    return controls.filter(within).sort((a, b) => length(b) - length(a))[0];
+  }
+
+  #fault(control, detail) {
+    const fault = document.createElement('p');
+    Object.assign(fault, { className: 'fault', id: `fault-of-${control.id}`, textContent: detail });
+    fault.dataset.made = '';
+    control.closest('.slider, div').append(fault);
+    control.setAttribute('aria-invalid', 'true');
+    control.setAttribute('aria-describedby', fault.id);
+  }
+}

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+// What one can take away: downloads in every format, and the request as a curl command.
+import { address, read, token } from './api.js';
+
+const INLINE_MAX = 6000; // characters of a request that still make a command to copy
+const DOWNLOADS = [
+  ['JSON', 'result?format=json', 'json'],
+  ['CSV of nodes', 'result?format=csv&table=nodes', 'nodes.csv'],
+  ['CSV of cells', 'result?format=csv&table=cells', 'cells.csv'],
+  ['VTP (ParaView)', 'result?format=vtp', 'vtp'],
+  ['GLB', 'result?format=glb', 'glb'],
+  ['NPZ (NumPy)', 'result?format=npz', 'npz'],
+  ['Pattern SVG', 'pattern?format=svg', 'svg'],
+  ['Pattern DXF', 'pattern?format=dxf', 'dxf'],
+  ['Request', 'request', 'request.json'],
+];
+
+/** Offers bytes as a file. */
+export function saveAs(blob, name) {
+  const link = Object.assign(document.createElement('a'), {
+    href: URL.createObjectURL(blob),
+    download: name,
+  });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+}
+
+/** Links to all formats; with a token they are fetched, because a link cannot carry it. */
+export function showDownloads(list, id, onError) {
+  const items = DOWNLOADS.map(([label, path, ending]) => {
+    const item = document.createElement('li');
+    const link = document.createElement('a');
+    const name = `drape-${id}.${ending}`;
+    Object.assign(link, {
+      href: address(`v1/drapes/${id}/${path}`),
+      textContent: label,
+      download: name,
+    });
+    link.addEventListener('click', (event) => {
+      if (!token.get()) return;
+      event.preventDefault();
+      read(`v1/drapes/${id}/${path}`, 'blob').then((blob) => saveAs(blob, name), onError);
+    });
+    item.append(link);
+    return item;
+  });
+  list.replaceChildren(...items);
+}
+
+const quote = (text) => `'${text.replaceAll("'", "'\\''")}'`;
+
+/** The command that does what the button does. */
+export function curlCommand(body) {
+  const small = body.length <= INLINE_MAX;
+  const lines = [
+    `curl -sS ${quote(address('v1/drapes'))}`,
+    ...(token.get() ? ['  -H "Authorization: Bearer $DRAPED_TOKEN"'] : []),
+    "  -H 'Content-Type: application/json' -H 'Prefer: wait=60'",
+    `  -o result.json --data-binary ${small ? quote(body) : '@request.json'}`,
+  ];
+  return lines.join(' \\\n');
+}

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+// The earlier drapes of the service: to open again, to compare with, to delete.
+import { list, remove } from './api.js';
+
+const SHOWN = 30;
+
+function button(text, label, onClick, kind = '') {
+  const node = Object.assign(document.createElement('button'), {
+    type: 'button',
+    textContent: text,
+    className: kind,
+  });
+  node.setAttribute('aria-label', label);
+  node.addEventListener('click', onClick);
+  return node;
+}
+
+function describe({ status, summary, created }) {
+  const time = new Date(created).toLocaleString([], { dateStyle: 'short', timeStyle: 'medium' });
+  if (!summary) return `${time}\n${status}`;
+  const { cells, max_shear_deg } = summary;
+  return `${time}\n${cells.toLocaleString('en')} cells, up to ${max_shear_deg.toFixed(1)}°`;
+}
+
+export class Drapes {
+  constructor(element, { onOpen, onCompare, onError }) {
+    Object.assign(this, { element, onOpen, onCompare, onError, current: null });
+  }
+
+  #row(drape) {
+    const item = document.createElement('li');
+    const text = describe(drape);
+    const done = drape.status === 'succeeded';
+    const open = button(text, `Open the drape of ${text}`, () => this.onOpen(drape.id), 'open');
+    const compare = button('Compare', `Compare with the drape of ${text}`, () =>
+      this.onCompare(drape.id),
+    );
+    open.disabled = !done;
+    compare.disabled = !done || drape.id === this.current;
+    if (drape.id === this.current) item.setAttribute('aria-current', 'true');
+    const drop = button('✕', `Delete the drape of ${text}`, () =>
+      remove(drape.id).then(() => this.refresh(), this.onError),
+    );
+    item.append(open, compare, drop);
+    return item;
+  }
+
+  /** Asks the service again; marks the drape that is shown. */
+  async refresh(current = this.current) {
+    this.current = current;
+    try {
+      const { drapes } = await list(SHOWN);
+      const rows = drapes.map((drape) => this.#row(drape));
+      const none = Object.assign(document.createElement('li'), { textContent: 'None yet.' });
+      this.element.replaceChildren(...(rows.length ? rows : [none]));
+    } catch (error) {
+      this.onError(error);
+    }
+  }
+}

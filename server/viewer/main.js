@@ -1,0 +1,535 @@
+// SPDX-License-Identifier: MIT
+// The page: what follows from what. The parts know nothing of each other; here they meet.
+import * as api from './api.js';
+import { readAddress, writeAddress } from './address.js';
+import { Comparison } from './comparison.js';
+import { drawDiagonals, drawHistogram, drawScale } from './charts.js';
+import { element, say } from './dom.js';
+import { fetchDrape, fetchRequest, spacingOf } from './drape.js';
+import {
+  fieldOf,
+  fields,
+  format,
+  isShear,
+  ofNodes,
+  rangeOf,
+  scaleOf,
+  valuesOf,
+  withUnit,
+} from './fields.js';
+import { Form } from './form.js';
+import { nodeAt } from './lattice.js';
+import { curlCommand, saveAs, showDownloads } from './links.js';
+import { Drapes } from './list.js';
+import { cellAt, cornersOf, describeCell, placeOf, showReadout, showSummary } from './readout.js';
+import { Runner } from './run.js';
+import { startTheme } from './theme.js';
+import { askToken, startToken } from './token.js';
+import { View } from './view.js';
+import { readRequest } from './work.js';
+
+const EXAMPLES = [
+  ['saddle', 'Saddle'],
+  ['octant', 'Sphere octant, from the pole'],
+  ['hemisphere', 'Hemisphere, with permeability'],
+  ['sphere', 'Spherical patch'],
+  ['torus', 'Quarter torus'],
+  ['freeform', 'Free-form part'],
+  ['tray', 'Tray, a triangle mesh'],
+];
+const RETRY = 'Check the address, or drape again.';
+
+const page = {
+  field: fields[0],
+  layout: 'both',
+  one: null, // {id, lattice, summary, spacing} of the drape that is shown
+  pinned: null, // [i, j]
+  hovered: null,
+  example: 'saddle',
+};
+
+/* ---- errors ---- */
+
+function report(error) {
+  if (error.name === 'AbortError') return;
+  if (error instanceof api.Problem && error.status === 401) askToken();
+  if (error instanceof api.Problem) form.showErrors(error);
+  else form.showErrors({ message: error.message });
+}
+
+function reportQuietly(error) {
+  element('message').textContent = error.message;
+  if (error.status === 401) askToken();
+}
+
+/* ---- the request ---- */
+
+const form = new Form({
+  onLive: () => runner.live(false),
+  onSettled: () => {
+    save();
+    runner.live(true);
+  },
+  onUnit: () => page.one && refreshNumbers(),
+});
+
+/** Puts a request into the form and its surface into the picture; forgets the drape that was shown. */
+function takeRequest(request) {
+  form.load(request);
+  if (request.fault) form.surfaceError(request.fault);
+  element('about').textContent = request.shape ? request.shape.about : '';
+  clear();
+  view.setShape(request.shape);
+  const ready = 'Press Drape. Click on the surface to choose where the net starts.';
+  hint(
+    request.shape
+      ? ready
+      : 'This surface cannot be shown. Press Drape: the service says what is wrong with it.',
+    true,
+  );
+  refreshCurl();
+}
+
+function clear() {
+  page.one = page.pinned = page.hovered = null;
+  runner.forget();
+  comparison.end();
+  view.arrange(page.layout);
+  view.setNet('one', null);
+  view.setHandle(-1);
+  element('downloads').replaceChildren();
+  refresh();
+  for (const id of ['cell-i', 'cell-j']) element(id).value = '';
+}
+
+function hint(text, low = false) {
+  if (!view.stage) return;
+  element('hint').textContent = text;
+  element('hint').classList.toggle('low', low);
+}
+
+async function takeExample(name) {
+  page.example = name;
+  element('example').value = name;
+  const response = await fetch(new URL(`./${name}.json`, import.meta.url));
+  if (!response.ok) throw new api.Unreachable();
+  takeRequest(await readRequest(await response.text()));
+  save();
+}
+
+/** The service's limits, asked once; a file that is too large is not even read. */
+async function takeFile(file) {
+  form.clearErrors();
+  page.limits ||= await api.read('v1/limits');
+  const { max_body: most } = page.limits;
+  const size = (bytes) => `${(bytes / 1e6).toFixed(0)} MB`;
+  if (file.size > most) {
+    form.surfaceError(
+      `${file.name} has ${size(file.size)}; this service takes ${size(most)}. Export a coarser surface, or start draped with a larger --max-body.`,
+    );
+    return;
+  }
+  say(`Reading ${file.name} …`);
+  try {
+    takeRequest(await readRequest(await file.text()));
+    page.example = '';
+    element('example').value = '';
+    element('about').textContent = `${file.name}: ${element('about').textContent}`;
+    say('');
+    save();
+  } catch (error) {
+    say('');
+    form.surfaceError(`${file.name}: ${error.message}`);
+  }
+}
+
+function refreshCurl() {
+  element('curl').textContent = form.surfaceText ? curlCommand(form.body()) : '';
+}
+
+/* ---- what is shown ---- */
+
+/** Shows a drape; `passing` for one on the way, which has neither id nor summary. */
+function showDrape(drape, passing = false) {
+  const { id, summary } = page.one || {};
+  page.one = passing ? { ...drape, id, summary } : drape;
+  page.hovered = null;
+  hint('');
+  view.setNet('one', drape.lattice, drape.spacing);
+  view.setHandle(nodeAt(drape.lattice.grid, 0, 0));
+  refresh(passing);
+  if (passing) return;
+  const { cells, timing_ms: time } = drape.summary;
+  say(`${cells.toLocaleString('en')} cells, solved in ${format(time.solve, 3)} ms`);
+  refreshCurl();
+  showDownloads(element('downloads'), drape.id, reportQuietly);
+  compareFields();
+  save();
+}
+
+/** Everything that depends on the drape, the field and the marked cell. */
+function refresh(passing = false) {
+  refreshFields();
+  refreshColours();
+  refreshNumbers();
+  if (!passing) refreshCharts();
+  view.mark('pinned', page.pinned, cellAt);
+}
+
+function refreshFields() {
+  const columns = page.one?.lattice.columns;
+  const given = columns ? fields.filter((field) => columns[field.column]) : fields.slice(0, 2);
+  if (columns && !given.includes(page.field)) page.field = given[0];
+  element('field').replaceChildren(
+    ...given.map(({ key, label }) => new Option(label, key, false, key === page.field.key)),
+  );
+}
+
+function refreshColours() {
+  const { field, one } = page;
+  const map = field.signed ? 'diverging' : 'sequential';
+  const sets = { one, two: comparison.other };
+  const values = {};
+  for (const [slot, drape] of Object.entries(sets))
+    values[slot] = drape && valuesOf(drape.lattice.columns, field);
+  const ranges = Object.values(values)
+    .filter((set) => set?.length)
+    .map(rangeOf);
+  const range = ranges.length
+    ? [Math.min(...ranges.map(([low]) => low)), Math.max(...ranges.map(([, high]) => high))]
+    : [0, 60];
+  const scale = scaleOf(field, range);
+  for (const slot of Object.keys(sets))
+    if (values[slot]) view.setField(slot, values[slot], ofNodes(field), scale, map);
+  const locking = form.locking;
+  const marks =
+    isShear(field) && locking !== null ? (field.signed ? [-locking, locking] : [locking]) : [];
+  page.scale = { range: scale, map, unit: field.unit(form.unit), label: field.label, marks };
+  drawScale(element('scale'), page.scale);
+}
+
+function refreshNumbers() {
+  const { one } = page;
+  showSummary(element('summary'), one?.summary, form.unit);
+  const place = page.pinned || page.hovered?.place;
+  const cell = one && place ? cellAt(one.lattice, ...place) : -1;
+  const node = page.pinned ? page.pinnedNode : page.hovered?.node;
+  const corners = cell >= 0 ? cornersOf(one.lattice, cell) : [];
+  const nearest = corners.includes(node) ? node : corners[0];
+  showReadout(element('readout'), {
+    lattice: one?.lattice,
+    cell: cell >= 0 ? cell : null,
+    node: nearest,
+    front: frontOfOne(),
+    unit: form.unit,
+    isUv: form.shape?.kind !== 'mesh',
+  });
+}
+
+const frontOfOne = () => view.slots.one?.front || new Map();
+
+function refreshCharts() {
+  const { one } = page;
+  for (const id of ['histogram', 'diagonals']) element(id).replaceChildren();
+  if (!one) return;
+  drawHistogram(element('histogram'), one.lattice.columns['cells.shear_deg'], form.locking);
+  drawDiagonals(
+    element('diagonals'),
+    [one, comparison.other].filter(Boolean).map(({ lattice }) => lattice),
+    form.unit,
+    form.locking,
+  );
+}
+
+/* ---- cells ---- */
+
+function hover(hit) {
+  const drape = hit && (hit.slot === 'two' ? comparison.other : page.one);
+  page.hovered = drape ? { ...hit, place: placeOf(drape.lattice, hit.cell) } : null;
+  view.mark('hovered', page.hovered?.place || null, cellAt);
+  const chip = element('chip');
+  chip.hidden = !page.hovered;
+  if (page.hovered) chip.textContent = describeHit(drape.lattice, hit);
+  if (!page.pinned) refreshNumbers();
+}
+
+function describeHit(lattice, { slot, cell }) {
+  const { field } = page;
+  const values = slot === 'difference' ? comparison.values : lattice.columns[field.column];
+  const of = slot === 'difference' ? (value) => value : field.of;
+  const value = ofNodes(field) ? null : of(values[cell]);
+  const front = view.slots[slot]?.front || new Map();
+  return describeCell(lattice, cell, { value, unit: field.unit(form.unit), front });
+}
+
+function pin(place, node) {
+  page.pinned = place;
+  page.pinnedNode = node;
+  const [i, j] = place || ['', ''];
+  element('cell-i').value = i;
+  element('cell-j').value = j;
+  view.mark('pinned', place, cellAt);
+  refreshNumbers();
+  save();
+}
+
+function pinFromFields() {
+  const numbers = ['cell-i', 'cell-j'].map((id) => element(id).value.trim());
+  if (numbers.some((text) => !/^-?\d+$/.test(text))) return;
+  page.pinned = numbers.map(Number);
+  view.mark('pinned', page.pinned, cellAt);
+  refreshNumbers();
+  save();
+}
+
+/* ---- comparing ---- */
+
+async function compareWith(id) {
+  try {
+    await comparison.start(id);
+    refresh();
+    await compareFields();
+    save();
+  } catch (error) {
+    reportQuietly(error);
+  }
+}
+
+async function compareFields() {
+  if (!page.one || !comparison.other) return;
+  await comparison.colour(page.one, page.field, form.unit);
+  view.mark('pinned', page.pinned, cellAt);
+}
+
+function endComparison() {
+  comparison.end();
+  view.arrange(page.layout);
+  refresh();
+  save();
+}
+
+/* ---- the address ---- */
+
+function save() {
+  const shown = Object.entries(view.shown)
+    .filter(([, on]) => on)
+    .map(([name]) => name);
+  writeAddress({
+    drape: page.one?.id,
+    compare: comparison.other?.id,
+    example: page.example,
+    ...form.main,
+    field: page.field.key,
+    view: page.layout,
+    show: shown.join(',') || 'none',
+    cell: page.pinned?.join(','),
+    eye: view.eye,
+  });
+}
+
+async function openDrape(id) {
+  const request = await fetchRequest(id);
+  takeRequest(request);
+  hint('Fetching the net …', true);
+  showDrape({ ...(await fetchDrape(id)), spacing: spacingOf(request.settings) });
+  drapes.refresh(id);
+}
+
+function restoreChoices(state) {
+  page.field = fieldOf(state.field);
+  page.layout = ['solid', 'both', 'flat'].includes(state.view) ? state.view : 'both';
+  document.querySelector(`[name="view"][value="${page.layout}"]`).checked = true;
+  view.arrange(page.layout);
+  if (state.show) {
+    for (const name of Object.keys(view.shown)) {
+      view.shown[name] = state.show.split(',').includes(name);
+      element(`show-${name}`).checked = view.shown[name];
+    }
+    view.show(view.shown);
+  }
+}
+
+function restoreCell(state) {
+  const place = state.cell?.split(',').map(Number);
+  if (place?.length === 2 && place.every(Number.isInteger)) pin(place);
+  if (state.eye) view.eye = state.eye;
+  save();
+}
+
+async function restore() {
+  const state = readAddress();
+  restoreChoices(state);
+  try {
+    if (state.drape && /^\w+$/.test(state.drape)) {
+      page.example = EXAMPLES.some(([name]) => name === state.example) ? state.example : '';
+      element('example').value = page.example;
+      await openDrape(state.drape);
+      if (state.compare && /^\w+$/.test(state.compare)) await compareWith(state.compare);
+      restoreCell(state);
+      return;
+    }
+  } catch (error) {
+    if (!(error instanceof api.Problem) || ![404, 410].includes(error.status)) return report(error);
+    await restoreExample(state);
+    element('fault-general').textContent =
+      `The drape of this link is gone: ${error.message}. ${RETRY}`;
+    return;
+  }
+  await restoreExample(state);
+  restoreCell(state);
+}
+
+async function restoreExample(state) {
+  const known = EXAMPLES.some(([name]) => name === state.example);
+  await takeExample(known ? state.example : 'saddle').catch(report);
+  if (!known) return;
+  const given = ['method', 'spacing', 'angle', 'start'].filter((key) => state[key] !== undefined);
+  form.main = Object.fromEntries(given.map((key) => [key, state[key]]));
+  refreshCurl();
+}
+
+/* ---- the parts, and who listens to whom ---- */
+
+const view = new View({
+  onHover: hover,
+  onPick: (hit) => {
+    if (!hit) return pin(null);
+    const drape = hit.slot === 'two' ? comparison.other : page.one;
+    pin(placeOf(drape.lattice, hit.cell), hit.slot === 'two' ? undefined : hit.node);
+  },
+  onStart: (place, settled) => {
+    if (place) form.setStart(place);
+    if (settled) {
+      setPlacing(false);
+      save();
+      refreshCurl();
+    }
+    runner.live(settled);
+  },
+  onEye: save,
+});
+
+const comparison = new Comparison(view);
+
+const runner = new Runner(form, {
+  onDrape: showDrape,
+  onError: report,
+  onEnd: () => drapes.refresh(page.one?.id),
+});
+
+const drapes = new Drapes(element('list'), {
+  onOpen: (id) => openDrape(id).catch(report),
+  onCompare: (id) => page.one && compareWith(id),
+  onError: reportQuietly,
+});
+
+function setPlacing(placing) {
+  view.setPlacing(placing);
+  element('place').setAttribute('aria-pressed', String(placing));
+}
+
+function listenRequest() {
+  element('request').addEventListener('submit', (event) => {
+    event.preventDefault();
+    refreshCurl();
+    if (!runner.busy) runner.run();
+  });
+  element('request').addEventListener('change', () => {
+    refreshCurl();
+    save();
+  });
+  element('cancel').addEventListener('click', () => runner.cancel());
+  element('place').addEventListener('click', () => setPlacing(!view.placing));
+  element('example').replaceChildren(
+    new Option('own file', ''),
+    ...EXAMPLES.map(([name, label]) => new Option(label, name)),
+  );
+  element('example').addEventListener(
+    'change',
+    ({ target }) => target.value && takeExample(target.value).catch(report),
+  );
+  element('file').addEventListener(
+    'change',
+    ({ target }) => target.files[0] && takeFile(target.files[0]).catch(report),
+  );
+}
+
+function listenDrop() {
+  const over = (on) => element('drop').classList.toggle('over', on);
+  document.addEventListener('dragover', (event) => {
+    event.preventDefault();
+    over(true);
+  });
+  document.addEventListener('dragleave', () => over(false));
+  document.addEventListener('drop', (event) => {
+    event.preventDefault();
+    over(false);
+    const [file] = event.dataTransfer.files;
+    if (file) takeFile(file).catch(report);
+  });
+}
+
+function listenView() {
+  element('field').addEventListener('change', ({ target }) => {
+    page.field = fieldOf(target.value);
+    refreshColours();
+    compareFields();
+    save();
+  });
+  for (const name of Object.keys(view.shown))
+    element(`show-${name}`).addEventListener('change', ({ target }) => {
+      view.show({ ...view.shown, [name]: target.checked });
+      save();
+    });
+  element('views').addEventListener('change', ({ target }) => {
+    page.layout = target.value;
+    if (comparison.other) endComparison();
+    view.arrange(page.layout);
+    save();
+  });
+  element('home').addEventListener('click', () => {
+    view.home();
+    save();
+  });
+  for (const id of ['cell-i', 'cell-j']) element(id).addEventListener('change', pinFromFields);
+  element('cell-clear').addEventListener('click', () => pin(null));
+  document.addEventListener(
+    'keydown',
+    (event) => event.key === 'Escape' && (setPlacing(false), page.pinned && pin(null)),
+  );
+  new ResizeObserver(() => page.scale && drawScale(element('scale'), page.scale)).observe(
+    element('scale'),
+  );
+}
+
+function listenResults() {
+  element('refresh').addEventListener('click', () => drapes.refresh());
+  element('compare-end').addEventListener('click', endComparison);
+  element('copy').addEventListener('click', async () => {
+    await navigator.clipboard
+      .writeText(element('curl').textContent)
+      .catch(() => getSelection().selectAllChildren(element('curl')));
+    element('copy').textContent = 'Copied';
+    setTimeout(() => (element('copy').textContent = 'Copy'), 1500);
+  });
+  element('save-request').addEventListener('click', () =>
+    saveAs(new Blob([form.body()], { type: 'application/json' }), 'request.json'),
+  );
+}
+
+listenRequest();
+listenDrop();
+listenView();
+listenResults();
+startToken(() => {
+  element('message').textContent = '';
+  form.clearErrors();
+  if (!form.surfaceText) restore(); // the link's drape could not be fetched without it
+  drapes.refresh();
+});
+startTheme(() => view.retint());
+refresh();
+await restore();
+drapes.refresh();
+addEventListener('hashchange', restore);
+document.documentElement.dataset.ready = '';

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+// A draped net on the graphics card: cells coloured by a field, yarns, outlines of locked cells and
+// the marked cell, all in one mesh and one shader; the same buffers laid flat give the pattern.
+import * as THREE from './three.module.min.js';
+import { maps } from './colour.js';
+
+const NOWHERE = 1e9;
+
+const vertexShader = /* glsl */ `
+  in vec2 place;        // (i, j)
+  in vec2 field;        // value; sides of the owned cell where locked meets unlocked, + 16 if locked
+  uniform vec2 spacing;
+  uniform float unrolled;
+  out vec2 at;
+  flat out vec2 cell;
+  flat out vec2 ofCell;
+  out float ofNode;
+  out vec3 seen;
+  out vec3 seenNormal;
+  flat out int vertex;
+  void main() {
+    vec3 flatPlace = vec3(place * spacing, 0.0);
+    vec4 view = modelViewMatrix * vec4(mix(position, flatPlace, unrolled), 1.0);
+    at = place;
+    cell = place;
+    ofCell = field;
+    ofNode = field.x;
+    seen = view.xyz;
+    seenNormal = normalMatrix * normal;
+    vertex = gl_VertexID;
+    gl_Position = projectionMatrix * view;
+  }`;
+
+const fragmentShader = /* glsl */ `
+  uniform sampler2D map;
+  uniform float low, high, smoothly, yarns, outlines, unrolled;
+  uniform vec2 hovered, pinned;
+  in vec2 at;
+  flat in vec2 cell;
+  flat in vec2 ofCell;
+  in float ofNode;
+  in vec3 seen;
+  in vec3 seenNormal;
+  layout(location = 0) out vec4 colour;
+
+  float stroke(float pixels, float width) {
+    return 1.0 - smoothstep(width - 0.5, width + 0.5, pixels);
+  }
+  // Distance, in pixels, to the sides that the mask names.
+  float toSides(vec4 sides, float mask) {
+    vec4 wanted = step(0.5, mod(floor(mask / vec4(1.0, 2.0, 4.0, 8.0)), 2.0));
+    vec4 far = mix(vec4(1e6), sides, wanted);
+    return min(min(far.x, far.y), min(far.z, far.w));
+  }
+  void main() {
+    float value = mix(ofCell.x, ofNode, smoothly);
+    float part = clamp((value - low) / (high - low), 0.0, 1.0);
+    vec3 tone = texture(map, vec2((part * 255.0 + 0.5) / 256.0, 0.5)).rgb;
+    if (value > 1e29) tone = vec3(0.5);
+    float facing = abs(dot(normalize(seenNormal), normalize(seen)));
+    tone *= mix(0.66 + 0.34 * facing, 1.0, unrolled);
+
+    vec2 pixel = max(fwidth(at), vec2(1e-6));
+    vec2 toLine = abs(fract(at + 0.5) - 0.5) / pixel;
+    float room = 1.0 - smoothstep(0.12, 0.34, max(pixel.x, pixel.y));
+    tone = mix(tone, vec3(0.04, 0.05, 0.08), 0.42 * yarns * room * stroke(min(toLine.x, toLine.y), 0.6));
+    tone = mix(tone, vec3(1.0, 0.62, 0.2), yarns * stroke(abs(at.y) / pixel.y, 1.3));
+    tone = mix(tone, vec3(0.55, 0.85, 1.0), yarns * stroke(abs(at.x) / pixel.x, 1.3));
+
+    vec2 inner = at - cell;
+    vec4 sides = vec4(inner.x, 1.0 - inner.x, inner.y, 1.0 - inner.y) / pixel.xxyy;
+    float locked = step(16.0, ofCell.y) * outlines;
+    tone = mix(tone, vec3(0.95, 0.16, 0.22), 0.6 * locked * room * stroke(toSides(sides, 15.0), 0.8));
+    tone = mix(tone, vec3(0.95, 0.16, 0.22), locked * stroke(toSides(sides, ofCell.y - 16.0), 2.0));
+    float hatch = abs(fract((gl_FragCoord.x + gl_FragCoord.y) / 9.0) - 0.5) * 9.0; // for cells too small to outline
+    tone = mix(tone, vec3(0.95, 0.16, 0.22), 0.7 * locked * (1.0 - room) * stroke(hatch, 0.7));
+
+    float rim = toSides(sides, 15.0);
+    float isHovered = step(distance(cell, hovered), 0.5), isPinned = step(distance(cell, pinned), 0.5);
+    tone = mix(tone, vec3(1.0), 0.35 * isHovered);
+    tone = mix(tone, vec3(0.0), max(isHovered, isPinned) * stroke(rim, 3.5));
+    tone = mix(tone, vec3(1.0), max(isHovered, isPinned) * stroke(rim, 2.0));
+    colour = vec4(tone, 1.0);
+  }`;
+
+const pickShader = /* glsl */ `
+  flat in int vertex;
+  layout(location = 0) out vec4 colour;
+  void main() {
+    int id = vertex + 1;
+    colour = vec4(id & 255, (id >> 8) & 255, (id >> 16) & 255, (id >> 24) & 255) / 255.0;
+  }`;
+
+function textureOf(bytes) {
+  const texture = new THREE.DataTexture(bytes, bytes.length / 4, 1);
+  texture.needsUpdate = true;
+  return texture;
+}
+const textures = { sequential: textureOf(maps.sequential), diverging: textureOf(maps.diverging) };
+
+function makeGeometry(lattice) {
+  const geometry = new THREE.BufferGeometry();
+  geometry.setIndex(new THREE.BufferAttribute(lattice.index, 1));
+  geometry.setAttribute('position', new THREE.BufferAttribute(lattice.position, 3));
+  geometry.setAttribute('normal', new THREE.BufferAttribute(lattice.normal, 3));
+  geometry.setAttribute('place', new THREE.BufferAttribute(lattice.places, 2));
+  const field = new Float32Array(lattice.places.length);
+  for (let node = 0; node < lattice.sides.length; node++) field[2 * node + 1] = lattice.sides[node];
+  geometry.setAttribute('field', new THREE.BufferAttribute(field, 2));
+  geometry.boundingSphere = new THREE.Sphere(new THREE.Vector3(), lattice.radius);
+  return geometry;
+}
+
+export class Net {
+  constructor(lattice, spacing) {
+    this.lattice = lattice;
+    this.geometry = makeGeometry(lattice);
+    this.uniforms = {
+      map: { value: textures.sequential },
+      low: { value: 0 },
+      high: { value: 1 },
+      smoothly: { value: 0 },
+      yarns: { value: 1 },
+      outlines: { value: 1 },
+      hovered: { value: new THREE.Vector2(NOWHERE, NOWHERE) },
+      pinned: { value: new THREE.Vector2(NOWHERE, NOWHERE) },
+      spacing: { value: new THREE.Vector2(...spacing) },
+    };
+    this.materials = [];
+    this.solid = this.#mesh(0);
+    this.flat = this.#mesh(1);
+  }
+
+  /** The net on its surface (0) or laid flat (1), with a twin that is drawn to find cells. */
+  #mesh(unrolled) {
+    const uniforms = { ...this.uniforms, unrolled: { value: unrolled } };
+    const shared = { glslVersion: THREE.GLSL3, vertexShader, uniforms, side: THREE.DoubleSide };
+    const material = new THREE.ShaderMaterial({ ...shared, fragmentShader });
+    const picking = new THREE.ShaderMaterial({
+      ...shared,
+      fragmentShader: pickShader,
+      blending: THREE.NoBlending,
+    });
+    this.materials.push(material, picking);
+    const mesh = new THREE.Mesh(this.geometry, material);
+    mesh.frustumCulled = false;
+    mesh.userData.picking = picking;
+    return mesh;
+  }
+
+  /** Colours by values of cells or of nodes. */
+  setField(values, ofNodes, [low, high], map) {
+    const attribute = this.geometry.attributes.field;
+    const { cellOfNode } = this.lattice;
+    for (let node = 0; node < cellOfNode.length; node++) {
+      const row = ofNodes ? node : cellOfNode[node];
+      attribute.array[2 * node] = row < 0 ? 0 : values[row];
+    }
+    attribute.needsUpdate = true;
+    this.uniforms.low.value = low;
+    this.uniforms.high.value = high;
+    this.uniforms.smoothly.value = ofNodes ? 1 : 0;
+    this.uniforms.map.value = textures[map];
+  }
+
+  /** Shows or hides yarns and the outlines of locked cells. */
+  show({ yarns, locked }) {
+    this.uniforms.yarns.value = yarns ? 1 : 0;
+    this.uniforms.outlines.value = locked ? 1 : 0;
+  }
+
+  /** Marks the cell under the pointer, or the one that was chosen; null for none. */
+  mark(which, cell) {
+    const { columns } = this.lattice;
+    const place =
+      cell === null ? [NOWHERE, NOWHERE] : [columns['cells.i'][cell], columns['cells.j'][cell]];
+    this.uniforms[which].value.set(...place);
+  }
+
+  dispose() {
+    this.geometry.dispose();
+    for (const material of this.materials) material.dispose();
+  }
+}

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+// Numbers in words: a cell and its nearest node, and the summary of a drape.
+import { fields, format, ofNodes, withUnit } from './fields.js';
+import { nodeAt, NO_VALUE } from './lattice.js';
+import { REASONS, REASON_TEXT } from './marks.js';
+
+const SUMMARY = [
+  ['outcome', 'Outcome'],
+  ['nodes', 'Nodes'],
+  ['cells', 'Cells'],
+  ['coverage', 'Covered area', (value) => `${format(100 * value)} %`],
+  ['max_shear_deg', 'Greatest shear', (value) => `${format(value)}°`],
+  ['mean_shear_deg', 'Mean shear', (value) => `${format(value)}°`],
+  ['locked_cells', 'Locked cells'],
+  ['residual_max', 'Greatest edge error', (value) => format(value, 2)],
+  ['error_estimate_max', 'Greatest error estimate'],
+];
+
+/** Rows of name and text; `data` is the whole number, as the service gave it. */
+function fill(list, rows) {
+  const nodes = rows.flatMap(([name, text, data]) => {
+    const term = document.createElement('dt');
+    const value = document.createElement('dd');
+    term.textContent = name;
+    if (data === undefined) value.textContent = text;
+    else
+      value.append(
+        Object.assign(document.createElement('data'), { value: String(data), textContent: text }),
+      );
+    return [term, value];
+  });
+  list.replaceChildren(...nodes);
+}
+
+/** The cell (i, j) or -1. */
+export function cellAt({ grid, cellOfNode }, i, j) {
+  const owner = nodeAt(grid, i, j);
+  return owner < 0 ? -1 : cellOfNode[owner];
+}
+
+export function placeOf({ columns }, cell) {
+  return [columns['cells.i'][cell], columns['cells.j'][cell]];
+}
+
+/** The corners of a cell: (i, j), (i+1, j), (i+1, j+1), (i, j+1). */
+export function cornersOf({ grid, columns }, cell) {
+  const [i, j] = placeOf({ columns }, cell);
+  return [
+    [0, 0],
+    [1, 0],
+    [1, 1],
+    [0, 1],
+  ].map(([a, b]) => nodeAt(grid, i + a, j + b));
+}
+
+/** Why the net stops at one of the cell's corners, or ''. */
+function reasonAt(lattice, front, cell) {
+  const reasons = cornersOf(lattice, cell)
+    .map((node) => front.get(node))
+    .filter((reason) => reason !== undefined);
+  const worst = Math.max(...reasons);
+  return reasons.length ? REASONS[worst] : '';
+}
+
+/** A cell in a line: where it is, the value it shows (null: none), and why the net stops at it. */
+export function describeCell(lattice, cell, { value, unit, front }) {
+  const place = `cell (${placeOf(lattice, cell).join(', ')})`.replaceAll('-', '−');
+  const text = value < NO_VALUE ? withUnit(format(value), unit) : 'not covered by the other';
+  const reason = reasonAt(lattice, front, cell);
+  const stop = reason ? `, the net stops: ${REASON_TEXT[reason]}` : '';
+  return `${place}${value === null ? '' : `: ${text}`}${stop}`;
+}
+
+function cellRows({ columns }, cell, unit) {
+  const given = fields.filter(
+    (field) => !ofNodes(field) && field.key !== 'shear' && columns[field.column],
+  );
+  const rows = given.map((field) => {
+    const value = columns[field.column][cell];
+    return [
+      field.label.replace(', signed', ''),
+      withUnit(format(value, 5), field.unit(unit)),
+      value,
+    ];
+  });
+  if (columns['cells.locked'])
+    rows.push(['Beyond locking', columns['cells.locked'][cell] ? 'yes' : 'no']);
+  return rows;
+}
+
+function nodeRows({ columns }, node, unit, isUv) {
+  const at = (name) => columns[`nodes.${name}`][node];
+  const rows = [
+    ['Nearest node', `(${at('i')}, ${at('j')})`.replaceAll('-', '−')],
+    ...['x', 'y', 'z'].map((axis) => [axis, withUnit(format(at(axis), 6), unit), at(axis)]),
+  ];
+  if (isUv) rows.push(['u, v', `${format(at('u'), 5)}, ${format(at('v'), 5)}`]);
+  rows.push(['Shear at the node', `${format(at('shear_deg'), 5)}°`, at('shear_deg')]);
+  if (columns['nodes.error_estimate'])
+    rows.push([
+      'Error estimate',
+      withUnit(format(at('error_estimate'), 3), unit),
+      at('error_estimate'),
+    ]);
+  return rows;
+}
+
+/** All about a cell and its corner `node`; an invitation without one. `isUv`: the surface has
+ *  parameters, as meshes have not. */
+export function showReadout(list, { lattice, cell, node, front, unit, isUv }) {
+  if (!lattice || !lattice.columns['cells.i'].length) {
+    fill(list, [['Cell', '–']]);
+    return;
+  }
+  if (cell === null) {
+    // the same rows, so that nothing moves later
+    const rows = [...cellRows(lattice, 0, unit), ...nodeRows(lattice, 0, unit, isUv)];
+    fill(list, [['Cell', 'point at one'], ...rows.map(([name]) => [name, '–'])]);
+    return;
+  }
+  const [i, j] = placeOf(lattice, cell);
+  const reason = reasonAt(lattice, front, cell);
+  fill(list, [
+    ['Cell', `(${i}, ${j})`.replaceAll('-', '−')],
+    ...cellRows(lattice, cell, unit),
+    ...nodeRows(lattice, node, unit, isUv),
+    ...(reason ? [['The net stops here', REASON_TEXT[reason]]] : []),
+  ]);
+}
+
+export function showSummary(list, summary, unit) {
+  if (!summary) {
+    fill(list, [['Nothing is draped yet', '']]);
+    return;
+  }
+  const rows = SUMMARY.filter(([key]) => summary[key] !== null && summary[key] !== undefined).map(
+    ([key, name, write]) => {
+      const value = summary[key];
+      if (typeof value === 'string') return [name, value];
+      const text = write
+        ? write(value)
+        : key === 'error_estimate_max'
+          ? withUnit(format(value, 3), unit)
+          : value.toLocaleString('en');
+      return [name, text, value];
+    },
+  );
+  const reasons = Object.entries(summary.front_reasons || {}).filter(([, count]) => count);
+  rows.push([
+    'Front',
+    reasons
+      .map(([name, count]) => `${count.toLocaleString('en')} ${name.replace('_', ' ')}`)
+      .join(', ') || 'none',
+  ]);
+  const { queue, solve } = summary.timing_ms;
+  rows.push(['Queue, solve', `${format(queue, 3)}, ${format(solve, 3)} ms`]);
+  fill(list, rows);
+}

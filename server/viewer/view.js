@@ -1,0 +1,353 @@
+// SPDX-License-Identifier: MIT
+// The pictures: which net, marks and surface are in which pane, and what the pointer does there.
+// Without WebGL there are no pictures, and all else works.
+import { element } from './dom.js';
+import { Net } from './net.js';
+import {
+  disposeTree,
+  fillFrontKey,
+  frontOf,
+  makeCrosses,
+  makeFront,
+  makeSurface,
+} from './marks.js';
+import { Stage } from './scene.js';
+import { cornersOf } from './readout.js';
+
+const CLICK = 5; // pixels that a click may move
+const NO_WEBGL =
+  'This browser shows no WebGL 2, which the pictures need. Turn on hardware acceleration in its ' +
+  'settings, or use another browser. Draping, numbers, charts and downloads work here all the same.';
+
+const styleOf = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
+
+/** The colour of a custom property as rgb(), whatever the theme. */
+function themed(name) {
+  const probe = element('canvas');
+  probe.style.color = styleOf(name);
+  return getComputedStyle(probe).color;
+}
+
+export class View {
+  /** `onHover(hit)`, `onPick(hit)` with {slot, cell, node} or null, `onStart(place, settled)`,
+   *  `onEye()` when the camera has moved. */
+  constructor(handlers) {
+    Object.assign(this, handlers);
+    this.slots = {};
+    this.shown = { yarns: true, locked: true, front: false, crosses: false, surface: true };
+    this.placing = false;
+    try {
+      this.stage = new Stage(element('canvas'));
+    } catch {
+      this.stage = null;
+      element('hint').textContent = NO_WEBGL;
+      return;
+    }
+    this.#addPanes();
+    element('canvas').addEventListener('webglcontextlost', () => {
+      element('hint').textContent =
+        'The graphics card gave up on this picture. Load the page again.';
+    });
+  }
+
+  #addPanes() {
+    const { stage } = this;
+    const solid = stage.addPane(element('pane-solid'));
+    const other = stage.addPane(element('pane-other'), { twin: solid });
+    const difference = stage.addPane(element('pane-difference'), { twin: solid });
+    const flat = stage.addPane(element('pane-flat'), { flat: true });
+    this.panes = { solid, other, difference, flat };
+    stage.onView = () => {
+      this.moved = true;
+      this.onEye();
+    };
+    stage.onFrame = () => this.#moveHandle();
+    for (const [name, slot] of [
+      ['solid', 'one'],
+      ['flat', 'one'],
+      ['other', 'two'],
+      ['difference', 'difference'],
+    ])
+      this.#listen(this.panes[name], slot);
+    this.#listenHandle();
+  }
+
+  /* ---- what is shown ---- */
+
+  /** The surface under the nets; the camera goes to where all of it is seen. */
+  setShape(shape) {
+    this.shape = shape;
+    if (!this.stage) return;
+    this.origin = shape ? shape.origin : [0, 0, 0];
+    this.#drawSurface();
+    if (shape) this.#frame(shape);
+    this.stage.redraw();
+  }
+
+  #frame(body) {
+    this.moved = false;
+    for (const name of ['other', 'difference', 'solid']) this.panes[name].frame(body);
+  }
+
+  #drawSurface() {
+    for (const name of ['solid', 'other', 'difference']) {
+      const { scene } = this.panes[name];
+      const old = scene.getObjectByName('surface');
+      if (old) scene.remove(old);
+      disposeTree(old);
+      if (!this.shape) continue;
+      const step = Math.max(...(this.slots.one?.spacing || [0]));
+      const depth = 0.3 * step + 0.004 * this.shape.radius;
+      const surface = makeSurface(this.shape, depth, themed('--surface'), themed('--edge'));
+      surface.name = 'surface';
+      surface.visible = this.shown.surface;
+      scene.add(surface);
+    }
+  }
+
+  /** After a change of light and dark. */
+  retint() {
+    if (!this.stage) return;
+    this.#drawSurface();
+    this.stage.redraw();
+  }
+
+  /** Puts a net into a slot: 'one', 'two' or 'difference'; a null lattice empties it. */
+  setNet(slot, lattice, spacing) {
+    if (!this.stage) return;
+    this.#empty(slot);
+    if (!lattice) return;
+    const net = new Net(lattice, spacing);
+    const front = frontOf(lattice);
+    const entry = { net, lattice, spacing, front, marks: {} };
+    this.slots[slot] = entry;
+    const pane = this.panes[{ one: 'solid', two: 'other', difference: 'difference' }[slot]];
+    if (!this.shape && slot === 'one') {
+      this.origin = lattice.origin;
+      this.#frame(lattice);
+    }
+    entry.marks.front = makeFront(lattice, front, spacing);
+    entry.marks.crosses = slot === 'difference' ? null : makeCrosses(lattice, spacing);
+    entry.shift = lattice.origin.map((value, axis) => value - this.origin[axis]);
+    for (const object of [net.solid, ...Object.values(entry.marks)]) {
+      if (!object) continue;
+      object.position.set(...entry.shift);
+      pane.scene.add(object);
+    }
+    if (slot === 'one') this.#setFlat(entry);
+    this.#drawSurface();
+    this.show(this.shown);
+  }
+
+  #setFlat({ net, lattice, spacing }) {
+    const { imin, imax, jmin, jmax } = lattice.grid;
+    const half = [((imax - imin) * spacing[0]) / 2 || 1, ((jmax - jmin) * spacing[1]) / 2 || 1];
+    const centre = [((imax + imin) * spacing[0]) / 2, ((jmax + jmin) * spacing[1]) / 2];
+    const { flat } = this.panes;
+    flat.scene.add(net.flat);
+    if (flat.half.join() !== half.join()) flat.frameFlat(half, centre);
+  }
+
+  #empty(slot) {
+    const entry = this.slots[slot];
+    if (!entry) return;
+    for (const object of [entry.net.solid, entry.net.flat, ...Object.values(entry.marks)])
+      object?.removeFromParent();
+    for (const mark of Object.values(entry.marks)) disposeTree(mark);
+    entry.net.dispose();
+    delete this.slots[slot];
+    this.stage.redraw();
+  }
+
+  setField(slot, values, ofNodes, range, map) {
+    this.slots[slot]?.net.setField(values, ofNodes, range, map);
+    this.stage?.redraw();
+  }
+
+  /** Shows and hides {yarns, locked, front, crosses, surface}. */
+  show(shown) {
+    this.shown = shown;
+    if (!this.stage) return;
+    for (const { net, marks } of Object.values(this.slots)) {
+      net.show(shown);
+      marks.front.visible = shown.front;
+      if (marks.crosses) marks.crosses.visible = shown.crosses;
+    }
+    fillFrontKey(element('front-key'), this.slots.one?.front || new Map());
+    element('front-key').hidden = !shown.front || !this.slots.one;
+    for (const name of ['solid', 'other', 'difference']) {
+      const surface = this.panes[name].scene.getObjectByName('surface');
+      if (surface) surface.visible = shown.surface;
+    }
+    this.stage.redraw();
+  }
+
+  /** 'solid', 'both', 'flat' or 'compare'. */
+  arrange(name) {
+    element('panes').dataset.view = name;
+    for (const id of ['pane-other', 'pane-difference']) element(id).hidden = name !== 'compare';
+    if (!this.stage) return;
+    if (!this.moved) this.home();
+    this.stage.redraw();
+  }
+
+  /** Marks a cell of the main net as 'hovered' or 'pinned', and the cell of the same i and j in
+   *  the others. */
+  mark(which, place, cellAt) {
+    for (const { net, lattice } of Object.values(this.slots)) {
+      const cell = place ? cellAt(lattice, ...place) : -1;
+      net.mark(which, cell >= 0 ? cell : null);
+    }
+    this.stage?.redraw();
+  }
+
+  home() {
+    if (!this.stage) return;
+    this.moved = false;
+    this.panes.flat.home();
+    this.panes.solid.home();
+  }
+
+  get eye() {
+    return this.moved ? this.panes.solid.view.join(',') : '';
+  }
+
+  set eye(text) {
+    const numbers = text.split(',').map(Number);
+    if (this.stage && numbers.length === 6 && numbers.every(Number.isFinite)) {
+      this.moved = true;
+      this.panes.solid.view = numbers;
+    }
+  }
+
+  /* ---- the pointer ---- */
+
+  #listen(pane, slot) {
+    let pressed = null;
+    pane.element.addEventListener('pointermove', (event) => {
+      if (!event.buttons) this.#hover(pane, slot, event);
+    });
+    pane.element.addEventListener('pointerleave', () => this.onHover(null));
+    pane.element.addEventListener(
+      'pointerdown',
+      (event) => (pressed = [event.clientX, event.clientY]),
+    );
+    pane.element.addEventListener('pointerup', (event) => {
+      const still =
+        pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < CLICK;
+      pressed = null;
+      if (!still || event.button !== 0) return;
+      if (pane === this.panes.solid && (this.placing || !this.slots.one)) this.#place(event, true);
+      else this.onPick(this.hit(pane, slot, event));
+    });
+    pane.element.addEventListener('dblclick', (event) => {
+      if (pane === this.panes.solid) this.#place(event, true);
+    });
+  }
+
+  #hover(pane, slot, { clientX, clientY }) {
+    this.lastMove = { pane, slot, clientX, clientY };
+    this.hovering ||= requestAnimationFrame(() => {
+      this.hovering = null;
+      const { pane, slot, ...event } = this.lastMove;
+      this.onHover(this.hit(pane, slot, event));
+    });
+  }
+
+  /** The cell and its nearest node at a place of the window, or null. */
+  hit(pane, slot, { clientX, clientY }) {
+    const entry = this.slots[slot];
+    if (!entry || !pane.visible) return null;
+    const owner = this.stage.pick(
+      pane,
+      pane.flat ? entry.net.flat : entry.net.solid,
+      clientX,
+      clientY,
+    );
+    const cell = owner < 0 ? -1 : (entry.lattice.cellOfNode[owner] ?? -1);
+    if (cell < 0) return null;
+    const box = pane.element.getBoundingClientRect();
+    const away = (node) => {
+      const { x, y } = pane.project(this.#placeOf(entry, node, pane.flat));
+      return Math.hypot(x + box.left - clientX, y + box.top - clientY);
+    };
+    const node = cornersOf(entry.lattice, cell).reduce((best, other) =>
+      away(other) < away(best) ? other : best,
+    );
+    return { slot, cell, node };
+  }
+
+  #placeOf({ lattice, spacing, shift }, node, flat) {
+    if (flat)
+      return [lattice.places[2 * node] * spacing[0], lattice.places[2 * node + 1] * spacing[1], 0];
+    return [0, 1, 2].map((axis) => lattice.position[3 * node + axis] + shift[axis]);
+  }
+
+  /* ---- the start ---- */
+
+  /** Moves the start to what the pointer is on. */
+  #place({ clientX, clientY }, settled) {
+    const body = this.panes.solid.scene.getObjectByName('surface')?.userData.body;
+    if (!body) return;
+    const [found] = this.panes.solid.ray(clientX, clientY).intersectObject(body);
+    if (found) {
+      this.handlePoint = found.point.toArray();
+      const point = this.handlePoint.map((value, axis) => value + this.origin[axis]);
+      this.onStart(found.uv ? found.uv.toArray() : point, settled);
+    } else if (settled) {
+      this.onStart(null, true);
+    }
+    this.stage.redraw();
+  }
+
+  setPlacing(placing) {
+    this.placing = placing;
+    element('pane-solid').classList.toggle('placing', placing);
+  }
+
+  /** Puts the handle at the net's start. */
+  setHandle(node) {
+    if (!this.stage) return;
+    const entry = this.slots.one;
+    if (!this.dragging)
+      this.handlePoint = entry && node >= 0 ? this.#placeOf(entry, node, false) : null;
+    this.stage.redraw();
+  }
+
+  #moveHandle() {
+    const handle = element('handle');
+    handle.hidden = !this.handlePoint;
+    if (!this.handlePoint) return;
+    const { x, y } = this.panes.solid.project(this.handlePoint);
+    handle.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
+  }
+
+  #listenHandle() {
+    const handle = element('handle');
+    handle.addEventListener('pointerdown', (event) => {
+      event.stopPropagation();
+      handle.setPointerCapture(event.pointerId);
+      this.dragging = true;
+    });
+    handle.addEventListener('pointermove', (event) => {
+      if (this.dragging) this.#place(event, false);
+    });
+    handle.addEventListener('pointerup', (event) => {
+      event.stopPropagation();
+      if (this.dragging) this.#place(event, true);
+      this.dragging = false;
+    });
+    handle.addEventListener('keydown', (event) => {
+      const moves = { ArrowLeft: [-8, 0], ArrowRight: [8, 0], ArrowUp: [0, -8], ArrowDown: [0, 8] };
+      if (!moves[event.key] || !event.shiftKey) return;
+      event.preventDefault();
+      event.stopPropagation();
+      const box = handle.getBoundingClientRect();
+      const [x, y] = moves[event.key];
+      this.#place(
+        { clientX: box.x + box.width / 2 + x, clientY: box.y + box.height / 2 + y },
+        true,
+      );
+    });
+  }
+}

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+// The page's side of the worker: one promise a task.
+
+let worker;
+let count = 0;
+const waiting = new Map();
+
+function start() {
+  worker = new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+  worker.onmessage = ({ data }) => {
+    const { done, failed } = waiting.get(data.number);
+    waiting.delete(data.number);
+    if (data.error) failed(new Error(data.error));
+    else done(data.answer);
+  };
+  worker.onerror = (event) => {
+    for (const { failed } of waiting.values())
+      failed(
+        new Error(
+          event.message || 'The page ran out of memory. Use a greater spacing or a smaller file.',
+        ),
+      );
+    waiting.clear();
+    worker.terminate();
+    worker = null;
+  };
+}
+
+function ask(task, input, transfer = []) {
+  if (!worker) start();
+  const number = ++count;
+  return new Promise((done, failed) => {
+    waiting.set(number, { done, failed });
+    worker.postMessage({ task, number, input }, transfer);
+  });
+}
+
+/** A file's text (and that of the stored surface which it names): settings, surface, shape. */
+export const readRequest = (text, surfaceText) => ask('request', { text, surfaceText });
+
+/** The columns of a result, ready to draw; takes the buffer over. */
+export const readNet = (buffer) => ask('net', { buffer }, [buffer]);
+
+/** What `makeDifference` takes; the values of this minus those of the other. */
+export const readDifference = (input) => ask('difference', input);

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+// Work that would hold up the page: reading files and results, in a thread of its own.
+import { readNpz } from './npz.js';
+import { buffersOf, makeLattice } from './lattice.js';
+import { makeDifference } from './difference.js';
+import { isSurface, makeShape, unwrap } from './shape.js';
+
+function parse(text) {
+  try {
+    return JSON.parse(text);
+  } catch (error) {
+    throw new Error(
+      `This is not JSON: ${error.message}. Choose a surface or a drape request as a JSON file.`,
+    );
+  }
+}
+
+/** A file's text into the request's settings and the surface, as text and as triangles. */
+function readRequest({ text, surfaceText }) {
+  const document = unwrap(parse(text));
+  const whole = Boolean(document && typeof document === 'object' && 'surface' in document);
+  const { surface: inner, ...rest } = whole ? document : { surface: document };
+  const surface = unwrap(surfaceText ? parse(surfaceText) : inner);
+  const settings = whole ? rest : {};
+  if (whole && surface && 'id' in surface && !isSurface(surface))
+    return { settings, surfaceText: JSON.stringify(inner), named: surface.id, shape: null };
+  if (!isSurface(surface))
+    throw new Error(
+      'This is JSON, but no surface: it needs degree_u, knotvector_u, control_points and so on, ' +
+        'or vertices and triangles, or a drape request around them.',
+    );
+  let shape = null;
+  let fault = '';
+  try {
+    shape = makeShape(surface);
+  } catch (error) {
+    fault = error.message;
+  }
+  return { settings, surfaceText: JSON.stringify(surfaceText ? inner : surface), shape, fault };
+}
+
+function shapeBuffers(shape) {
+  return ['position', 'normal', 'index', 'edges', 'uv', 'mask'].flatMap((k) =>
+    shape?.[k] ? [shape[k].buffer] : [],
+  );
+}
+
+const tasks = {
+  request(input) {
+    const answer = readRequest(input);
+    return [answer, shapeBuffers(answer.shape)];
+  },
+  net({ buffer }) {
+    const lattice = makeLattice(readNpz(buffer));
+    return [lattice, buffersOf(lattice)];
+  },
+  difference(input) {
+    const values = makeDifference(input);
+    return [values, [values.buffer]];
+  },
+};
+
+self.onmessage = ({ data: { task, number, input } }) => {
+  try {
+    const [answer, buffers] = tasks[task](input);
+    self.postMessage({ number, answer }, buffers);
+  } catch (error) {
+    self.postMessage({ number, error: error.message });
+  }
+};

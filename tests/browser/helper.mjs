@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+// For the tests of the page: a daemon of their own on a free port, and Chromium without a window.
+import { spawn } from 'node:child_process';
+import { once } from 'node:events';
+import { existsSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { dirname, join } from 'node:path';
+import { createInterface } from 'node:readline';
+import { fileURLToPath } from 'node:url';
+import { chromium } from 'playwright-core';
+
+export const root = join(dirname(fileURLToPath(import.meta.url)), '../..');
+const build = process.env.BUILD || 'build';
+/** Where screenshots are kept. */
+export const pictures = join(root, build, 'tests/browser');
+export const WAIT = 60000; // how long a test waits for what must come
+
+function childrenOf(pid) {
+  const tasks = readdirSync(`/proc/${pid}/task`);
+  const lists = tasks.map((task) => readFileSync(`/proc/${pid}/task/${task}/children`, 'utf8'));
+  return lists.flatMap((list) => list.split(' ').filter(Boolean).map(Number));
+}
+
+/** Starts the daemon on `port` (0: a free one): {url, stop, kill}. */
+export async function startDaemon({
+  port = 0,
+  data = mkdtempSync(join(tmpdir(), 'draped-')),
+  flags = [],
+} = {}) {
+  const program = join(root, build, 'draped');
+  const listen = ['--listen', `127.0.0.1:${port}`, '--data', data, '--log-level', 'error'];
+  const child = spawn(program, [...listen, ...flags], { stdio: ['ignore', 'pipe', 'inherit'] });
+  const ended = once(child, 'exit');
+  const first = await Promise.race([once(createInterface({ input: child.stdout }), 'line'), ended]);
+  const url = /http:\S+/.exec(String(first[0]))?.[0];
+  if (!url) throw new Error(`the daemon did not start: ${first}`);
+  const end = async (signal) => {
+    child.kill(signal);
+    await ended;
+  };
+  return {
+    url: `${url}/`,
+    data,
+    port: Number(new URL(url).port),
+    kill: () => end('SIGKILL'),
+    stopWorkers: () => {
+      for (const worker of childrenOf(child.pid)) process.kill(worker, 'SIGSTOP');
+    },
+    stop: async () => {
+      await end('SIGTERM');
+      rmSync(data, { recursive: true, force: true });
+    },
+  };
+}
+
+/** Chromium with a software renderer, so that WebGL is there on every machine; `flags` beside. */
+export async function startBrowser(flags = []) {
+  const executablePath = [
+    '/usr/bin/chromium',
+    '/usr/bin/chromium-browser',
+    '/usr/bin/google-chrome',
+  ].find(existsSync);
+  if (!executablePath) throw new Error('there is no chromium: deploy/setup.sh test installs it');
+  mkdirSync(pictures, { recursive: true });
+  const args = ['--use-angle=swiftshader', '--enable-unsafe-swiftshader', ...flags];
+  if (process.getuid() === 0) args.push('--no-sandbox');
+  return chromium.launch({ executablePath, args });
+}
+
+/** A page that notes errors of the console and requests to anywhere but the daemon. */
+export async function openPage(browser, url, { width = 1440, height = 900, ...options } = {}) {
+  const context = await browser.newContext({
+    viewport: { width, height },
+    colorScheme: 'light',
+    ...options,
+  });
+  const page = await context.newPage();
+  page.setDefaultTimeout(WAIT);
+  page.faults = [];
+  const origin = new URL(url).origin;
+  page.on('pageerror', (error) => page.faults.push(`error: ${error.message}`));
+  page.on('console', (message) => {
+    if (message.type() === 'error') page.faults.push(`console: ${message.text()}`);
+  });
+  page.on('request', (request) => {
+    const local =
+      request.url().startsWith(`${origin}/`) || request.url().startsWith(`blob:${origin}`);
+    if (!local) page.faults.push(`outside: ${request.url()}`);
+  });
+  await page.goto(url);
+  await page.waitForSelector('html[data-ready]');
+  return page;
+}
+
+export const picture = (page, name, options = {}) =>
+  page.screenshot({ path: join(pictures, `${name}.png`), ...options });
+
+/** Chooses an example, presses Drape, waits for the net. */
+export async function drapeExample(page, name) {
+  if ((await page.inputValue('#example')) !== name) {
+    const before = await page.textContent('#about');
+    await page.selectOption('#example', name);
+    await page.waitForFunction(
+      (old) => document.querySelector('#about').textContent !== old,
+      before,
+    );
+  }
+  await page.click('#drape');
+  await page.waitForFunction(() => /solved in/.test(document.querySelector('#state').textContent));
+}
+
+/** Two frames later everything that was asked for is drawn. */
+export const drawn = (page) =>
+  page.evaluate(
+    () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))),
+  );
+
+/** In the page: the pixels of PNG images. */
+function pixelsOf(page, ...images) {
+  return page.evaluateHandle(
+    (sources) =>
+      Promise.all(
+        sources.map(async (source) => {
+          const bytes = Uint8Array.from(atob(source), (letter) => letter.charCodeAt(0));
+          const bitmap = await createImageBitmap(new Blob([bytes], { type: 'image/png' }));
+          const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
+          context.drawImage(bitmap, 0, 0);
+          return context.getImageData(0, 0, bitmap.width, bitmap.height).data;
+        }),
+      ),
+    images.map((image) => image.toString('base64')),
+  );
+}
+
+/** How many different colours, of 4096, an element shows: few when the picture is empty. */
+export async function colours(page, selector) {
+  const handle = await pixelsOf(page, await page.locator(selector).screenshot());
+  return handle.evaluate(([data]) => {
+    const seen = new Set();
+    for (let k = 0; k < data.length; k += 4)
+      seen.add(((data[k] >> 4) << 8) | ((data[k + 1] >> 4) << 4) | (data[k + 2] >> 4));
+    return seen.size;
+  });
+}
+
+/** The share of pixels in which two pictures differ clearly. */
+export async function difference(page, one, two) {
+  const handle = await pixelsOf(page, one, two);
+  return handle.evaluate(([first, second]) => {
+    let count = 0;
+    for (let k = 0; k < first.length; k += 4)
+      count += [0, 1, 2].some((c) => Math.abs(first[k + c] - second[k + c]) > 24);
+    return count / (first.length / 4);
+  });
+}

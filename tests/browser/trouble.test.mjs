@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: MIT
+// What goes wrong: bad files and values, a drape that is cancelled, a daemon that goes away, a
+// browser without WebGL, a service that asks for a token. Each time a sentence, never a blank page.
+import assert from 'node:assert/strict';
+import {
+  closeSync,
+  ftruncateSync,
+  mkdtempSync,
+  openSync,
+  readFileSync,
+  rmSync,
+  writeFileSync,
+} from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+import {
+  colours,
+  drapeExample,
+  drawn,
+  openPage,
+  picture,
+  root,
+  startBrowser,
+  startDaemon,
+  WAIT,
+} from './helper.mjs';
+
+const folder = mkdtempSync(join(tmpdir(), 'draped-trouble-'));
+const saddle = JSON.parse(readFileSync(join(root, 'api/examples/saddle.json')));
+let daemon, browser, page;
+
+before(async () => {
+  daemon = await startDaemon({ flags: ['--max-body', '40M', '--workers', '1'] });
+  browser = await startBrowser();
+  page = await openPage(browser, daemon.url);
+});
+after(async () => {
+  await browser?.close();
+  await daemon?.stop();
+  rmSync(folder, { recursive: true, force: true });
+});
+
+const textOf = (selector, where = page) => where.textContent(selector);
+const becomes = (selector, pattern, where = page) =>
+  where.waitForFunction(
+    ([place, source]) => new RegExp(source).test(document.querySelector(place).textContent),
+    [selector, pattern.source],
+  );
+
+/** Gives the page a file of that content. */
+async function give(name, content) {
+  const path = join(folder, name);
+  writeFileSync(path, content);
+  await page.setInputFiles('#file', path);
+}
+
+test('trouble: a file that is not JSON', async () => {
+  await give('part.step', 'ISO-10303-21; HEADER;');
+  await becomes(
+    '#fault-surface',
+    /part\.step: This is not JSON.*Choose a surface or a drape request as a JSON file/,
+  );
+  assert.match(await textOf('#about'), /NURBS/, 'the surface before it is still there');
+});
+
+test('trouble: JSON that is no surface', async () => {
+  await give('list.json', '{"rows": [1, 2, 3]}');
+  await becomes('#fault-surface', /list\.json: This is JSON, but no surface: it needs degree_u/);
+  for (const [name, content] of [
+    ['null.json', 'null'],
+    ['number.json', '5'],
+    ['empty.json', ''],
+  ]) {
+    await give(name, content);
+    await becomes('#fault-surface', new RegExp(`${name}: This is`));
+  }
+});
+
+test('trouble: a file of 50 MB', async () => {
+  const path = join(folder, 'large.json');
+  const file = openSync(path, 'w');
+  ftruncateSync(file, 50e6);
+  closeSync(file);
+  await page.setInputFiles('#file', path);
+  await becomes(
+    '#fault-surface',
+    /large\.json has 50 MB; this service takes 42 MB\. Export a coarser surface/,
+  );
+});
+
+test('trouble: a surface whose sizes do not fit shows the error at its place', async () => {
+  const { size_u, ...rest } = saddle.surface;
+  await give('torn.json', JSON.stringify({ ...saddle, surface: { ...rest, size_u: size_u + 1 } }));
+  await becomes('#fault-surface', /cannot be shown/);
+  await page.click('#drape');
+  await becomes('#fault-surface', /^\/surface.*: .*number/);
+  await picture(page, 'bad-surface');
+});
+
+test('trouble: a valid surface that cannot be draped', async () => {
+  const points = saddle.surface.control_points.points.map(() => [1, 2, 3]);
+  await give(
+    'point.json',
+    JSON.stringify({ ...saddle, surface: { ...saddle.surface, control_points: { points } } }),
+  );
+  await becomes('#about', /point\.json/);
+  await page.click('#drape');
+  await page.waitForFunction(() =>
+    [...document.querySelectorAll('#request .fault')].some((fault) => fault.textContent),
+  );
+  const said = await page.locator('#request .fault').allTextContents();
+  assert.match(said.join(''), /surface|area|tangent|degenerate/i);
+  assert.ok(await page.isEnabled('#drape'));
+});
+
+test('trouble: a value out of range is said at its field', async () => {
+  await page.selectOption('#example', 'saddle');
+  await becomes('#about', /^NURBS/);
+  for (const [id, value, pattern] of [
+    ['spacing', '-1', /must be a number between/],
+    ['fraction', '1.5', /must be a number/],
+    ['locking', 'steep', /must be a number/],
+    ['start', '3, 3', /domain|outside|between|within/],
+  ]) {
+    const right = await page.inputValue(`#${id}`);
+    await page.fill(`#${id}`, value);
+    await page.click('#drape');
+    await page.waitForSelector(`#${id}[aria-invalid="true"]`);
+    const fault = await page.getAttribute(`#${id}`, 'aria-describedby');
+    assert.match(await textOf(`#${fault}`), pattern);
+    assert.equal(await page.evaluate(() => document.activeElement.id), id);
+    if (id === 'spacing') await picture(page, 'bad-value');
+    await page.fill(`#${id}`, right);
+  }
+  await drapeExample(page, 'saddle');
+  assert.equal(await page.locator('[aria-invalid]').count(), 0);
+});
+
+test('trouble: cancel stops a drape that runs', async () => {
+  await page.fill('#spacing', '0.0032');
+  await page.click('#drape');
+  await becomes('#state', /running/);
+  daemon.stopWorkers(); // so that it runs for as long as this takes
+  await picture(page, 'running');
+  await page.click('#cancel');
+  await becomes('#state', /Cancelled/);
+  const { drapes } = await (await fetch(new URL('v1/drapes?limit=1', daemon.url))).json();
+  assert.equal(drapes[0].status, 'cancelled');
+  assert.ok(await page.isEnabled('#drape'));
+  assert.ok(await page.isDisabled('#cancel'));
+});
+
+test('trouble: a daemon that is restarted while it drapes', async () => {
+  await page.fill('#spacing', '0.0036');
+  await page.click('#drape');
+  await becomes('#state', /running/);
+  await daemon.kill();
+  await becomes('#state', /does not answer; trying again/);
+  daemon = await startDaemon({ port: daemon.port, data: daemon.data, flags: ['--workers', '1'] });
+  await becomes('#state', /solved in/);
+  assert.match(await textOf('#summary'), /Outcomecomplete/);
+});
+
+test('trouble: a daemon that is gone', async () => {
+  await page.fill('#spacing', '0.1');
+  await daemon.kill();
+  await page.click('#drape');
+  await becomes('#fault-general', /The service does not answer\. Check that draped runs/);
+  await picture(page, 'gone');
+  daemon = await startDaemon({ port: daemon.port, data: daemon.data });
+  await page.click('#drape');
+  await becomes('#state', /solved in/);
+  assert.equal(await textOf('#fault-general'), '');
+});
+
+test('trouble: the link of a drape that is gone', async () => {
+  const url = page.url().replace(/drape=\w+/, `drape=${'0'.repeat(32)}`);
+  const other = await openPage(browser, url);
+  await becomes('#fault-general', /The drape of this link is gone/, other);
+  assert.equal(await other.inputValue('#spacing'), '0.1');
+  await other.click('#drape');
+  await becomes('#state', /solved in/, other);
+  await other.context().close();
+});
+
+test('trouble: a service that asks for a token', async () => {
+  const context = await browser.newContext({ viewport: { width: 1440, height: 900 } });
+  const other = await context.newPage();
+  other.setDefaultTimeout(WAIT);
+  // Stands before the daemon as a proxy may: no call below /v1 without the token.
+  const bare = [];
+  await other.route(/\/v1\//, async (route) => {
+    if (route.request().headers().authorization === 'Bearer open-sesame') return route.continue();
+    bare.push(route.request().url());
+    const body = JSON.stringify({
+      type: '/problems/unauthorized',
+      title: 'Unauthorized',
+      status: 401,
+      detail: 'a token is needed',
+    });
+    return route.fulfill({ status: 401, contentType: 'application/problem+json', body });
+  });
+  await other.goto(daemon.url);
+  await other.waitForSelector('#token-dialog[open]');
+  assert.ok(bare.length > 0);
+  await other.fill('#token', 'open-sesame');
+  await picture(other, 'token');
+  await other.press('#token', 'Enter');
+  await other.waitForSelector('#token-dialog:not([open])', { state: 'attached' });
+  await drapeExample(other, 'saddle');
+  assert.match(await other.textContent('#curl'), /Authorization: Bearer \$DRAPED_TOKEN/);
+  const [download] = await Promise.all([
+    other.waitForEvent('download'),
+    other.click('#downloads a:text("CSV of cells")'),
+  ]);
+  assert.match(readFileSync(await download.path(), 'utf8'), /^i,j,shear_deg/);
+  assert.equal(
+    await other.evaluate(() => localStorage.length),
+    0,
+    'the token is not kept beyond the tab',
+  );
+  await context.close();
+});
+
+test('trouble: a browser without WebGL', async () => {
+  const blind = await startBrowser(['--disable-3d-apis']);
+  try {
+    const other = await openPage(blind, daemon.url);
+    await becomes('#hint', /shows no WebGL 2.*Turn on hardware acceleration/, other);
+    await drapeExample(other, 'saddle');
+    assert.match(await other.textContent('#summary'), /Outcomecomplete/);
+    await other.fill('#cell-i', '3');
+    await other.fill('#cell-j', '4');
+    await other.press('#cell-j', 'Enter');
+    assert.match(await other.textContent('#readout'), /Cell\(3, 4\)/);
+    assert.ok((await colours(other, '#histogram')) > 10);
+    await picture(other, 'no-webgl');
+  } finally {
+    await blind.close();
+  }
+});
+
+test('trouble: a million cells are shown, and change their colours', async () => {
+  const other = await openPage(browser, daemon.url);
+  await other.fill('#spacing', '0.0058');
+  await other.click('#drape');
+  await becomes('#state', /1,0\d\d,\d\d\d cells, solved/, other);
+  await drawn(other);
+  await picture(other, 'million');
+  assert.ok((await colours(other, '#panes')) > 200);
+  await other.selectOption('#field', 'thickness');
+  await drawn(other);
+  assert.match(await other.getAttribute('#scale svg', 'aria-label'), /Thickness/);
+  assert.deepEqual(other.faults, []);
+  await other.context().close();
+});

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: MIT
+# Calls answered by one process, drapes solved by another: over one file of SQLite, and over
+# PostgreSQL. Whatever a caller does or waits for goes through the store.
+load helper
+load ../postgres.bash
+
+teardown() {
+    [ -z "${WORKER:-}" ] || DAEMON=$WORKER
+    [ -z "${DAEMON:-}" ] || kill -CONT $(workers) 2>/dev/null || true
+    HOME_DIR=$BATS_TEST_TMPDIR/worker stop_daemon
+    DAEMON=${API:-}
+    HOME_DIR=$BATS_TEST_TMPDIR/api stop_daemon
+    postgres_stop
+    rm -rf "${PG_FOLDER:-}"
+}
+
+# start_roles STORE: sets API and WORKER, processes, and WORKER_URL; URL is that of the api.
+start_roles() {
+    start_daemon "$BATS_TEST_TMPDIR/worker" --store "$1" --role worker --workers 1
+    WORKER=$DAEMON WORKER_URL=$URL
+    start_daemon "$BATS_TEST_TMPDIR/api" --store "$1" --role api
+    API=$DAEMON
+    DAEMON=$WORKER # `workers` are its children
+}
+
+store_of() {
+    case $1 in
+    SQLite) echo "sqlite:$BATS_TEST_TMPDIR/store.db" ;;
+    *) echo "postgresql://draped@/postgres?host=$PG_FOLDER" ;;
+    esac
+}
+
+start_with() {
+    if [ "$1" = PostgreSQL ]; then
+        PG_FOLDER=$(mktemp -d /tmp/draped-postgres-XXXXXX) # where its user may go
+        postgres_make "$PG_FOLDER"
+        postgres_start "$PG_FOLDER" ''
+    fi
+    start_roles "$(store_of "$1")"
+}
+
+works_apart() {
+    start_with "$1"
+    # Who waits gets the result, whoever solved it.
+    quick 1.001 | post /v1/drapes - -H 'Prefer: wait=40'
+    expect 200
+    [ "$(field .summary.outcome)" = complete ]
+    # Events and a waiting call see progress and the end.
+    stop_workers
+    slow 3.001 | jq '.method = "geodesic"' | submit
+    curl -sSN --max-time 55 "$URL/v1/drapes/$id/events" >"$BATS_TEST_TMPDIR/events" 3>&- &
+    local reader=$!
+    curl -sS --max-time 55 -o "$BATS_TEST_TMPDIR/waited" "$URL/v1/drapes/$id?wait=50" 3>&- &
+    local waiter=$!
+    wait_until 10 grep -q '^event: progress' "$BATS_TEST_TMPDIR/events"
+    kill -CONT $(workers)
+    wait $reader
+    wait $waiter
+    [ "$(jq -r .status "$BATS_TEST_TMPDIR/waited")" = succeeded ]
+    grep '^event: ' "$BATS_TEST_TMPDIR/events" | uniq | diff - <(printf 'event: progress\nevent: end\n')
+    sed -n 's/^data: //p' "$BATS_TEST_TMPDIR/events" | jq -se \
+        'any(.status == "running") and .[-1].status == "succeeded" and ([.[].progress] | . == sort)'
+    # A cancelled drape stops where it runs, and the worker takes the next.
+    slow 1.001 | submit
+    wait_until 10 has_status "$id" running
+    call POST "/v1/drapes/$id/cancel"
+    expect 202
+    quick 1.002 | post /v1/drapes - -H 'Prefer: wait=40'
+    expect 200
+    URL=$WORKER_URL
+    [ "$(metric 'draped_drapes_total{outcome="stopped"}')" = 1 ]
+    [ "$(metric 'draped_drapes_total{outcome="succeeded"}')" = 3 ]
+}
+
+@test "http: an api and a worker share the work over SQLite" { works_apart SQLite; }
+@test "http: an api and a worker share the work over PostgreSQL" { works_apart PostgreSQL; }
+
+@test "http: a worker answers probes and scrapes alone" {
+    start_with SQLite
+    quick 1.003 | post /v1/drapes - -H 'Prefer: wait=40'
+    expect 200
+    ! curl -s "$URL/metrics" | grep -q draped_workers_busy # it has none
+    URL=$WORKER_URL
+    for path in /healthz /readyz /metrics; do
+        call GET "$path"
+        expect 200
+    done
+    [ "$(metric draped_workers_busy)" = 0 ]
+    for path in / /v1/drapes /v1/limits /version; do
+        call GET "$path"
+        expect_problem 404 not-found
+    done
+    quick 1 | post /v1/drapes -
+    expect_problem 404 not-found
+}
+
+@test "http: without a database calls are refused, and served again once it is back" {
+    start_with PostgreSQL
+    postgres_stop QUIT
+    call GET /healthz
+    expect 200
+    call GET /readyz
+    expect 503
+    quick 1.004 | post /v1/drapes -
+    expect_problem 503 unavailable
+    postgres_start "$PG_FOLDER" ''
+    ready() { call GET /readyz && [ "$status" = 200 ]; }
+    wait_until 20 ready
+    quick 1.005 | post /v1/drapes - -H 'Prefer: wait=40'
+    expect 200
+}
+
+@test "http: a password in the URL of the store is told nowhere" {
+    mkdir -p "$BATS_TEST_TMPDIR/none"
+    run timeout 30 "$DRAPED" --listen 127.0.0.1:0 --log-level debug \
+        --store "postgresql://draped:hush@/draped?host=$BATS_TEST_TMPDIR/none"
+    [ "$status" = 1 ]
+    [[ "$output" == *"the database cannot be used"* && "$output" != *hush* ]]
+    run "$DRAPED" --check-config --store postgresql://draped:hush@host/draped
+    [ "$status" = 0 ]
+    [[ "$output" != *hush* ]]
+}
