@@ -7,7 +7,7 @@ set -eu
 build='gcc g++ libmicrohttpd-dev libjansson-dev libsodium-dev libsqlite3-dev libpq-dev zlib1g-dev
     libzstd-dev python3-yaml curl jq'
 # The second line: readers of result formats that others wrote.
-tests='bats libcmocka-dev clang-format-14 procps postgresql-15 iproute2 util-linux
+tests='bats libcmocka-dev clang-format-14 procps postgresql-15 pgbouncer iproute2 util-linux
     python3-vtk9 python3-numpy python3-ezdxf python3-meshio librsvg2-bin unzip'
 command -v npm >/dev/null || tests="$tests nodejs npm"
 
