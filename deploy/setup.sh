@@ -10,7 +10,8 @@ command -v npm >/dev/null || build="$build nodejs npm"
 package='build-essential debhelper' # for make deb
 # The last line: readers of result formats that others wrote, and the browser.
 tests='bats libcmocka-dev clang-format-14 procps
-    man-db systemd lintian sqlite3 openssl postgresql-15 iproute2 util-linux
+    man-db systemd lintian sqlite3 openssl postgresql-15 pgbouncer iproute2
+    util-linux
     python3-vtk9 python3-numpy python3-ezdxf python3-meshio librsvg2-bin unzip chromium'
 
 case "${1:-}" in

@@ -6,10 +6,10 @@
  * What is answered STORE_OK is durable: it survives a power cut. (Claims, renewals and chunks of
  * unfinished results survive the death of every process, but a power cut where the database is may
  * take those of the last second; whoever still works under such a claim is refused as if it were
- * old.) What is answered otherwise has changed nothing. Output
- * arguments mean something only with STORE_OK, unless a function says more. (A change answered
- * STORE_DOWN because a connection to another machine broke may have happened all the same. It can
- * be repeated: a submission by its idempotency key; an end is refused the second time.)
+ * old.) What is answered otherwise has changed nothing. (A change answered STORE_DOWN because a
+ * connection to another machine broke may have happened all the same. It can be repeated: a
+ * submission by its idempotency key; an end is refused the second time.) Output arguments mean
+ * something only with STORE_OK, unless a function says more.
  *
  * Claims are leases with a fencing token. `store_claim` counts the attempt and hands out the job
  * for a lease; the holder renews it; whoever holds an older token than the job's is answered

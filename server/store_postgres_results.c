@@ -36,7 +36,7 @@ static const char append_sql[] =
 
 /* The job ends, and only if it does, its result is made. */
 static const char commit_new_sql[] =
-    "WITH fresh AS MATERIALIZED (SELECT nextval('draped.numbers') AS number),"
+    "WITH fresh AS MATERIALIZED (SELECT draped.next_number() AS number),"
     " ended AS (" END_JOB("fresh.number") " FROM fresh WHERE" HELD
                                           " RETURNING sequence, token, digest, fresh.number),"
                                           " made AS (INSERT INTO draped.results (number, digest, "

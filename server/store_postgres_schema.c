@@ -112,11 +112,19 @@ static const char schema_1[] =
     " RETURN 0; "
     "END $$;";
 
-/* Schema 2: shares of owners, as in SQLite. */
+/* Schema 2: shares of owners, as in SQLite. Numbers of results begin with the time, in
+ * milliseconds: processes keep chunks in memory by them, so that none may come again, not even
+ * where a replica takes over that has missed the latest. */
 static const char schema_2[] =
     "DROP INDEX draped.jobs_queue;"
     "CREATE INDEX jobs_queue ON draped.jobs (owner, rank, sequence) WHERE status = 0;"
-    "CREATE INDEX jobs_running ON draped.jobs (owner, sequence) WHERE status = 1;";
+    "CREATE INDEX jobs_running ON draped.jobs (owner, sequence) WHERE status = 1;"
+    "CREATE FUNCTION draped.next_number() RETURNS bigint LANGUAGE sql AS $$"
+    " SELECT (extract(epoch FROM clock_timestamp()) * 1000)::bigint * 1048576"
+    " + nextval('draped.numbers') % 1048576 $$;"
+    "ALTER TABLE draped.results ALTER number DROP IDENTITY;"
+    "CREATE SEQUENCE draped.numbers;"
+    "ALTER TABLE draped.results ALTER number SET DEFAULT draped.next_number();";
 
 /* Schema 3: surfaces of several owners, as in SQLite. */
 static const char schema_3[] =
