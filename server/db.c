@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "db.h"
+#include "clock.h"
 #include "log.h"
 #include "metrics.h"
 #include <sqlite3.h>
@@ -7,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { SET_UP_MS = 1000, SET_UP_PAUSE_MS = 10 }; /* for how long to try, and how often */
 enum { STATEMENTS = 128 }; /* prepared ones kept per connection; the backend has about 70 */
 
 struct db {
@@ -117,8 +119,14 @@ bool db_read_only(struct db *db) {
     return sqlite3_db_readonly(db->handle, "main") == 1;
 }
 
+/* Processes that turn a new file to a log at the same time are told "busy" at once, without the
+ * wait that other locks have: they would wait for each other. */
 bool db_set_up(struct db *db, const char *sql, char why[STORE_WHY_SIZE]) {
-    int code = sqlite3_exec(db->handle, sql, NULL, NULL, NULL);
+    const int64_t until = clock_ms() + SET_UP_MS;
+    int code;
+    while ((code = sqlite3_exec(db->handle, sql, NULL, NULL, NULL) & 0xff) == SQLITE_BUSY &&
+           clock_ms() < until)
+        sqlite3_sleep(SET_UP_PAUSE_MS);
     if (code != SQLITE_OK)
         explain(why, db, code, sqlite3_errmsg(db->handle));
     return code == SQLITE_OK;
