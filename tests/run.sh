@@ -49,7 +49,7 @@ for script in tests/checks/*.sh; do
     check "$script" "$build"
 done
 for b in "$build" "$sanitized"; do
-    for source in tests/unit/test_*.c tests/exact/test_*.c tests/store/test_*.c; do
+    for source in tests/exact/test_*.c tests/unit/test_*.c tests/store/test_*.c; do
         [ -e "$source" ] || continue
         beside "$b/${source%.c}" env CMOCKA_MESSAGE_OUTPUT=TAP "$b/${source%.c}"
     done
