@@ -1,6 +1,6 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# Runs every test and counts: checks of the source, cmocka programs and bats files, first as
+# Runs every test and counts: checks of the source, cmocka programs, Python and bats files, first as
 # built for use, then built with sanitizers. Prints what fails in full, for the rest one line a
 # program. The last line is "N passed, N failed"; the exit status says the same.
 # Usage: tests/run.sh BUILD SANITIZED_BUILD
@@ -40,6 +40,9 @@ for b in "$build" "$sanitized"; do
     for source in tests/unit/test_*.c tests/exact/test_*.c tests/store/test_*.c; do
         [ -e "$source" ] || continue
         run "$b/${source%.c}" env CMOCKA_MESSAGE_OUTPUT=TAP "$b/${source%.c}"
+    done
+    for file in tests/faults/test_*.py; do
+        run "$b $file" env BUILD="$b" python3 "$file"
     done
     for file in tests/http/*.bats; do
         [ -e "$file" ] || continue
