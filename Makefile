@@ -35,7 +35,13 @@ TEST_MAIN := $(filter $(addsuffix test_%,$(sort $(dir $(TEST_SRC)))),$(TEST_SRC)
 TESTS := $(TEST_MAIN:%.c=$(B)/%)
 test_helpers = $(call objects,$(filter-out $(dir $(1))test_%,$(wildcard $(dir $(1))*.c)))
 
-.PHONY: all demo test tests bench figures lint format install clean
+# A fuzz target is tests/fuzz/fuzz_NAME.c; without a fuzzer it replays corpus/NAME.
+FUZZ := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))
+FUZZ_HELPERS := $(call objects,tests/fuzz/encode.c tests/fuzz/mesh.c)
+REPLAYS := $(FUZZ:%=$(B)/tests/fuzz/fuzz_%)
+FUZZERS := $(FUZZ:%=$(B)/tests/fuzz/run_%)
+
+.PHONY: all demo test tests fuzz fuzzers bench figures lint format install clean
 all: $(B)/draped $(B)/drape
 
 # Installs what the build needs, once; `make test` asks for more.
@@ -78,6 +84,12 @@ $(B)/drape: $(B)/api/main.o $(B)/libdrapeapi.a $(B)/libdrape.a
 $(TESTS): $(B)/%: $(B)/%.o $$(call test_helpers,$$*.c) $(LIBS)
 	$(CC) $(LDFLAGS) -o $@ $^ -lcmocka $(SERVER_LIBS)
 
+$(REPLAYS): $(B)/tests/fuzz/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(B)/tests/fuzz/replay.o \
+        $(FUZZ_HELPERS) $(LIBS)
+	$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS)
+$(FUZZERS): $(B)/tests/fuzz/run_%: $(B)/tests/fuzz/fuzz_%.o $(FUZZ_HELPERS) $(LIBS)
+	$(CC) $(LDFLAGS) -fsanitize=fuzzer -o $@ $^ $(SERVER_LIBS)
+
 # All tests, also of a build with sanitizers. The installation comes first, in a make of its own,
 # because what is to be built depends on it.
 SANITIZED := OPT=-O1 SANITIZE="-fsanitize=address,undefined -fno-sanitize-recover=all"
@@ -86,10 +98,19 @@ test:
 	@$(MAKE) --no-print-directory -s all tests tests/readers/node_modules
 	@$(MAKE) --no-print-directory -s B=$(B)/sanitized $(SANITIZED) all tests
 	@tests/run.sh $(B) $(B)/sanitized
-tests: $(TESTS)
+tests: $(TESTS) $(REPLAYS)
 # The validator of glTF, as the lock file pins it.
 tests/readers/node_modules: tests/readers/package-lock.json
 	@npm ci --silent --no-audit --no-fund --prefix tests/readers && touch $@
+
+# Looks for inputs that break a promise, FUZZ_SECONDS for each target.
+FUZZ_SECONDS ?= 60
+fuzz:
+	@deploy/setup.sh test
+	@$(MAKE) --no-print-directory -s B=$(B)/fuzz CC=clang-14 CXX=clang++-14 OPT=-O1 WARN=-w \
+	    SANITIZE="-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all" fuzzers
+	@tests/fuzz/fuzz.sh $(B)/fuzz $(FUZZ_SECONDS) $(FUZZ)
+fuzzers: $(FUZZERS)
 
 demo: all
 	@deploy/demo.sh $(B)

@@ -41,6 +41,10 @@ for b in "$build" "$sanitized"; do
         [ -e "$source" ] || continue
         run "$b/${source%.c}" env CMOCKA_MESSAGE_OUTPUT=TAP "$b/${source%.c}"
     done
+    for source in tests/fuzz/fuzz_*.c; do
+        name=${source#tests/fuzz/fuzz_}
+        run "$b/${source%.c}" "$b/${source%.c}" "tests/fuzz/corpus/${name%.c}"
+    done
     for file in tests/faults/test_*.py; do
         run "$b $file" env BUILD="$b" python3 "$file"
     done
