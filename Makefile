@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# all, demo, test, hosts, bench, figures, lint, format, install, deb, sbom, clean. See README.md.
+# all, demo, test, hosts, fuzz, bench, figures, lint, format, install, deb, sbom, clean. See README.md.
 .DEFAULT_GOAL := all
 SHELL := /bin/bash
 B ?= build
@@ -35,7 +35,13 @@ TEST_MAIN := $(filter $(addsuffix test_%,$(sort $(dir $(TEST_SRC)))),$(TEST_SRC)
 TESTS := $(TEST_MAIN:%.c=$(B)/%)
 test_helpers = $(call objects,$(filter-out $(dir $(1))test_%,$(wildcard $(dir $(1))*.c)))
 
-.PHONY: all demo test tests hosts bench figures lint format install deb sbom clean
+# A fuzz target is tests/fuzz/fuzz_NAME.c; without a fuzzer it replays corpus/NAME.
+FUZZ := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))
+FUZZ_HELPERS := $(call objects,tests/fuzz/encode.c tests/fuzz/mesh.c)
+REPLAYS := $(FUZZ:%=$(B)/tests/fuzz/fuzz_%)
+FUZZERS := $(FUZZ:%=$(B)/tests/fuzz/run_%)
+
+.PHONY: all demo test tests fuzz fuzzers hosts bench figures lint format install deb sbom clean
 all: $(B)/draped $(B)/drape
 
 # Installs what the build needs, once; `make test` asks for more.
@@ -91,6 +97,12 @@ $(B)/drape: $(B)/api/main.o $(call objects,$(wildcard api/command/*.c)) $(B)/lib
 $(TESTS): $(B)/%: $(B)/%.o $$(call test_helpers,$$*.c) $(LIBS)
 	$(CC) $(LDFLAGS) -o $@ $^ -lcmocka $(SERVER_LIBS)
 
+$(REPLAYS): $(B)/tests/fuzz/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(B)/tests/fuzz/replay.o \
+        $(FUZZ_HELPERS) $(LIBS)
+	$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS)
+$(FUZZERS): $(B)/tests/fuzz/run_%: $(B)/tests/fuzz/fuzz_%.o $(FUZZ_HELPERS) $(LIBS)
+	$(CC) $(LDFLAGS) -fsanitize=fuzzer -o $@ $^ $(SERVER_LIBS)
+
 # All tests, also of a build with sanitizers. The installation comes first, in a make of its own,
 # because what is to be built depends on it.
 SANITIZED := OPT=-O1 SANITIZE="-fsanitize=address,undefined -fno-sanitize-recover=all"
@@ -99,12 +111,21 @@ test:
 	@$(MAKE) --no-print-directory -s all tests $(TEST_MODULES)
 	@$(MAKE) --no-print-directory -s B=$(B)/sanitized $(SANITIZED) all tests
 	@tests/run.sh $(B) $(B)/sanitized
-tests: $(TESTS)
+tests: $(TESTS) $(REPLAYS)
 # Validators of glTF, manifests and bills of materials, and what drives the browser, as the lock
 # files pin them.
 TEST_MODULES := $(patsubst %,tests/%/node_modules,browser manifests readers)
 $(TEST_MODULES): %/node_modules: %/package-lock.json
 	@npm ci --silent --no-audit --no-fund --ignore-scripts --omit=optional --prefix $* && touch $@
+
+# Looks for inputs that break a promise, FUZZ_SECONDS for each target.
+FUZZ_SECONDS ?= 60
+fuzz:
+	@deploy/setup.sh fuzz
+	@$(MAKE) --no-print-directory -s B=$(B)/fuzz CC=clang-14 CXX=clang++-14 OPT=-O1 WARN=-w \
+	    SANITIZE="-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all" fuzzers
+	@tests/fuzz/fuzz.sh $(B)/fuzz $(FUZZ_SECONDS) $(FUZZ)
+fuzzers: $(FUZZERS)
 
 demo: all
 	@deploy/demo.sh $(B)

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # Installs what is missing to build, run and test draped on Debian 12; does nothing on a machine
-# that has it all. Usage: deploy/setup.sh build|package|test
+# that has it all. Usage: deploy/setup.sh build|package|fuzz|test
 set -eu
 
 build='gcc g++ libmicrohttpd-dev libjansson-dev libsodium-dev libsqlite3-dev libpq-dev zlib1g-dev
@@ -10,16 +10,17 @@ command -v npm >/dev/null || build="$build nodejs npm"
 package='build-essential debhelper' # for make deb
 # The last line: readers of result formats that others wrote, and the browser.
 tests='bats libcmocka-dev clang-format-14 procps
-    man-db systemd lintian sqlite3 openssl postgresql-15 pgbouncer iproute2
-    util-linux
+    man-db systemd lintian sqlite3 openssl postgresql-15 pgbouncer
+    iproute2 util-linux
     python3-vtk9 python3-numpy python3-ezdxf python3-meshio librsvg2-bin unzip chromium'
 
 case "${1:-}" in
 build) wanted=$build ;;
 package) wanted="$build $package" ;;
+fuzz) wanted="$build clang-14 libclang-rt-14-dev" ;;
 test) wanted="$build $package $tests" ;;
 *)
-    echo "usage: $0 build|package|test" >&2
+    echo "usage: $0 build|package|fuzz|test" >&2
     exit 2
     ;;
 esac

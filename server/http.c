@@ -331,11 +331,32 @@ static enum MHD_Result answer(struct exchange *exchange) {
 
 /* ------------------------------------------------------------------ receiving */
 
+/* A walk along the head as it lies in memory. */
+struct head_walk {
+    struct request *request;
+    const char *last; /* the value, or version, before */
+};
+
 static enum MHD_Result take_header(void *context, enum MHD_ValueKind kind, const char *name,
                                    const char *value) {
+    struct head_walk *walk = context;
     (void)kind;
-    request_add_header(context, name, value);
+    value = value ? value : name + strlen(name);
+    request_add_header(walk->request, name, value);
+    request_check_gap(walk->request, walk->last, strlen(walk->last), name, 2);
+    walk->last = value;
     return MHD_YES;
+}
+
+/* The headers, and that there is nothing between the parts of the head that is in none of them. */
+static void take_head(struct exchange *exchange, const char *version, size_t size) {
+    struct request *request = exchange->request;
+    struct head_walk walk = {.request = request, .last = version};
+    const char *method = request->method;
+    request_check_gap(request, method, strlen(method), exchange->target, 1);
+    request_check_gap(request, exchange->target, strlen(request->target), version, 1);
+    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, take_header, &walk);
+    request_check_gap(request, walk.last, strlen(walk.last), method + size, 4);
 }
 
 static void refuse_size(struct exchange *exchange) {
@@ -398,13 +419,12 @@ static enum MHD_Result begin(struct exchange *exchange, const char *method, cons
     exchange->known = true;
     request->method = method;
     request->http_1_0 = !strcmp(version, "HTTP/1.0");
-    request_check_line(request, version - exchange->target);
-    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, take_header, request);
-    if (!pace_body(exchange->http->pace, &exchange->client->pace))
-        return MHD_NO;
     const union MHD_ConnectionInfo *info =
         MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_REQUEST_HEADER_SIZE);
-    if (info && info->header_size > HTTP_HEAD_BYTES) {
+    if (!info || !pace_body(exchange->http->pace, &exchange->client->pace))
+        return MHD_NO;
+    take_head(exchange, version, info->header_size);
+    if (info->header_size > HTTP_HEAD_BYTES) {
         refuse_for_library(exchange->client, strlen(request->target) < HTTP_HEAD_BYTES ? 431 : 414);
         return MHD_NO;
     }

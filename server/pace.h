@@ -16,9 +16,9 @@
 #include <stdint.h>
 
 enum {
-    PACE_HEAD_MS = 20000,  /* for all headers of a request */
+    PACE_HEAD_MS = 10000,  /* for all headers of a request */
     PACE_IDLE_MS = 60000,  /* between two requests of a connection */
-    PACE_BODY_MS = 30000,  /* how far a body may fall behind its least rate */
+    PACE_BODY_MS = 10000,  /* how far a body may fall behind its least rate */
     PACE_BODY_RATE = 1000, /* bytes a second; Apache and nginx ask for as much */
     PACE_REPLY_MS = 60000  /* for each piece of a reply, and again the rate above */
 };

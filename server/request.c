@@ -94,6 +94,8 @@ static void split_target(struct request *request) {
         if (!path)
             return;
     }
+    if (strchr(path, ' '))
+        set_fault(request, "the target has a blank");
     if (!strcmp(path, "*"))
         return;
     if (*path != '/') {
@@ -145,9 +147,18 @@ static bool is_token(const char *text) {
     return *text != '\0';
 }
 
+static bool has_control(const char *text) {
+    for (; *text; text++)
+        if (((unsigned char)*text < ' ' && *text != '\t') || *text == 0x7f)
+            return true;
+    return false;
+}
+
 void request_add_header(struct request *request, const char *name, const char *value) {
     if (!is_token(name))
         set_fault(request, "a header's name has a character that is not allowed there");
+    if (value && has_control(value))
+        set_fault(request, "a header's value has a control character");
     if (request->header_count == REQUEST_HEADERS_MAX)
         set_fault(request, "there are too many headers");
     else
@@ -155,9 +166,11 @@ void request_add_header(struct request *request, const char *name, const char *v
             (struct request_field){name, value ? value : ""};
 }
 
-void request_check_line(struct request *request, ptrdiff_t gap) {
-    if (gap != (ptrdiff_t)strlen(request->target) + 1 || strchr(request->target, ' '))
-        set_fault(request, "the request line is not METHOD TARGET VERSION with one blank between");
+void request_check_gap(struct request *request, const char *part, size_t length, const char *next,
+                       ptrdiff_t gap) {
+    if (next - part - (ptrdiff_t)length != gap)
+        set_fault(request,
+                  "the head has a zero byte, a blank too many, a folded line or a bare newline");
 }
 
 static size_t count_headers(const struct request *request, const char *name) {
@@ -165,6 +178,13 @@ static size_t count_headers(const struct request *request, const char *name) {
     for (size_t k = 0; k < request->header_count; k++)
         count += !strcasecmp(request->headers[k].name, name);
     return count;
+}
+
+/* More than any limit is a length too. */
+static bool parse_length(const char *text, int64_t *value) {
+    *value = INT64_MAX;
+    return (*text && strspn(text, "0123456789") == strlen(text)) &&
+           (request_parse_int(text, 0, INT64_MAX, value) || errno == ERANGE);
 }
 
 void request_check_framing(struct request *request) {
@@ -180,7 +200,7 @@ void request_check_framing(struct request *request) {
         set_fault(request, "Content-Length and Transfer-Encoding exclude each other");
     if (lengths > 1)
         set_fault(request, "there is more than one Content-Length");
-    if (length && !request_parse_int(length, 0, INT64_MAX, &value))
+    if (length && !parse_length(length, &value))
         set_fault(request, "Content-Length is no number");
     if (codings > 1 || (coding && strcasecmp(coding, "chunked") != 0))
         set_fault(request, "the only transfer coding here is chunked");
@@ -231,9 +251,9 @@ const char *request_query(const struct request *request, const char *name) {
 
 bool request_has_body(const struct request *request, int64_t *length) {
     const char *text = request_header(request, "Content-Length");
-    *length = -1;
-    if (text && request_parse_int(text, 0, INT64_MAX, length))
+    if (text && parse_length(text, length))
         return *length > 0;
+    *length = -1;
     return request_header(request, "Transfer-Encoding") != NULL;
 }
 

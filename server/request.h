@@ -68,10 +68,11 @@ void request_free(struct request *request);
 /* Takes over a header whose strings live as long as the request. */
 void request_add_header(struct request *request, const char *name, const char *value);
 
-/* A fault when the request line is not just METHOD SP TARGET SP VERSION. In memory the version
- * begins `gap` bytes after the target, whose end has become a zero; so a zero byte within, or one
- * more blank, shows as a gap longer than the target. */
-void request_check_line(struct request *request, ptrdiff_t gap);
+/* In memory the parts of a request's head stand as they were sent, with zeros for what ended them.
+ * A fault when there are not `gap` bytes between a part of that length and the `next` one: there is
+ * a zero byte, a blank too many, a folded line or a bare newline. */
+void request_check_gap(struct request *request, const char *part, size_t length, const char *next,
+                       ptrdiff_t gap);
 
 /* Checks how the message is framed, after all headers: a fault for what two HTTP implementations
  * could read differently (RFC 9112, sections 3.2, 6.1 and 6.3). */

@@ -1,6 +1,6 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# Runs every test and counts: checks of the source, cmocka programs and bats files, first as
+# Runs every test and counts: checks of the source, cmocka programs, fuzz inputs, Python and bats files, first as
 # built for use, then built with sanitizers; then the page in Chromium and what is in deploy/. Prints
 # what fails in full, for the rest one line a program. The last line is "N passed, N failed"; the
 # exit status says the same.
@@ -53,7 +53,14 @@ for b in "$build" "$sanitized"; do
         [ -e "$source" ] || continue
         beside "$b/${source%.c}" env CMOCKA_MESSAGE_OUTPUT=TAP "$b/${source%.c}"
     done
+    for source in tests/fuzz/fuzz_*.c; do
+        name=${source#tests/fuzz/fuzz_}
+        beside "$b/${source%.c}" "$b/${source%.c}" "tests/fuzz/corpus/${name%.c}"
+    done
     wait
+    for file in tests/faults/test_*.py; do
+        run "$b $file" env BUILD="$b" python3 "$file"
+    done
     for file in tests/http/*.bats; do
         [ -e "$file" ] || continue
         run "$b $file" env BUILD="$b" bats --tap "$file"

@@ -171,11 +171,11 @@ drip() {
 }
 
 @test "http: headers and bodies that come a byte a second are 408, and others are served" {
-    drip 30 'GET / HTTP/1.1\r\nHost: a\r\nX: ' head &
+    drip 20 'GET / HTTP/1.1\r\nHost: a\r\nX: ' head &
     head=$!
-    drip 42 "${POST}Content-Length: 1000\r\n\r\n" body &
+    drip 22 "${POST}Content-Length: 1000\r\n\r\n" body &
     slow=$!
-    drip 30 '' nothing &
+    drip 20 '' nothing &
     nothing=$!
     for _ in {1..20}; do
         call GET /version
