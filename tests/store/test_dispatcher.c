@@ -411,6 +411,26 @@ static void test_dispatcher_replaces_a_worker_killed_at_rest(void **state) {
     assert_int_equal(stats_of(bench).crashes, 0); /* it cost no job an attempt */
 }
 
+/* The lease is the dispatcher's to renew: a worker that does nothing for long loses nothing. */
+static void test_dispatcher_renews_the_lease_of_a_stopped_worker(void **state) {
+    enum { LEASE_MS = 500 };
+    struct bench *bench = *state;
+    char id[ID_SIZE];
+    scratch_stop(&bench->scratch);
+    bench->scratch.options.lease_us = LEASE_MS * 1000;
+    scratch_start(&bench->scratch);
+    start(bench);
+    submit(bench, "sleep 200", id);
+    wait_for(bench, id, STORE_RUNNING);
+    pid_t worker = child_of(getpid());
+    assert_int_equal(kill(worker, SIGSTOP), 0);
+    scratch_sleep(3 * LEASE_MS);
+    assert_int_equal(scratch_status(&bench->scratch, id), STORE_RUNNING);
+    assert_int_equal(kill(worker, SIGCONT), 0);
+    expect_echo(bench, id, "sleep 200");
+    assert_int_equal(attempts_of(bench, id), 1);
+}
+
 /* ------------------------------------------------------------------ shutdown and restart */
 
 static void test_dispatcher_stop_lets_jobs_finish(void **state) {
@@ -478,6 +498,54 @@ static void test_dispatcher_restart_takes_up_what_a_killed_daemon_left(void **st
     assert_int_equal(attempts_of(bench, running), 2);
 }
 
+/* Stops a process that shares our database, though not within a transaction: that would keep all
+ * others from writing until it goes on. */
+static void stop_between_writes(struct bench *bench, pid_t daemon) {
+    struct store_receipt receipt;
+    struct store_submission submission = {.request = "echo", .request_length = 4, .digest = "echo"};
+    enum store_answer answer = STORE_BUSY;
+    for (int tries = 0; tries < 100 && answer != STORE_OK; tries++) {
+        kill(daemon, SIGCONT);
+        scratch_sleep(10);
+        assert_int_equal(kill(daemon, SIGSTOP), 0);
+        answer = store_submit(bench->scratch.store, &submission, &receipt);
+    }
+    assert_int_equal(answer, STORE_OK);
+}
+
+/* A whole process stands still beyond its lease, as a machine that was suspended: another takes its
+ * job, and what it still says afterwards is not heard. */
+static void test_dispatcher_takes_over_from_a_stopped_process(void **state) {
+    enum { LEASE_MS = 1000 };
+    struct bench *bench = *state;
+    char id[ID_SIZE];
+    struct store_job job;
+    scratch_stop(&bench->scratch);
+    bench->scratch.options.shared = true;
+    bench->scratch.options.lease_us = LEASE_MS * 1000;
+    bench->scratch.options.busy_ms = 300;
+    pid_t daemon = start_daemon(bench);
+    scratch_start(&bench->scratch);
+    submit(bench, "sleep 1500", id);
+    wait_for(bench, id, STORE_RUNNING);
+    stop_between_writes(bench, daemon); /* its worker goes on, and has its result ready */
+    start(bench);
+    expect_echo(bench, id, "sleep 1500");
+    assert_int_equal(attempts_of(bench, id), 2);
+    assert_int_equal(store_get(bench->scratch.store, id, &job), STORE_OK);
+    int64_t finished = job.finished;
+    store_job_clear(&job);
+    kill(daemon, SIGCONT);
+    scratch_sleep(500);
+    assert_int_equal(store_get(bench->scratch.store, id, &job), STORE_OK);
+    assert_int_equal(job.status, STORE_SUCCEEDED);
+    assert_int_equal(job.attempts, 2);
+    assert_true(job.finished == finished);
+    store_job_clear(&job);
+    kill(daemon, SIGKILL);
+    waitpid(daemon, NULL, 0);
+}
+
 #define WITH_BENCH(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
 
 int main(int argc, char **argv) {
@@ -505,9 +573,11 @@ int main(int argc, char **argv) {
         WITH_BENCH(test_dispatcher_sees_what_another_process_cancels),
         WITH_BENCH(test_dispatcher_survives_a_killed_worker),
         WITH_BENCH(test_dispatcher_replaces_a_worker_killed_at_rest),
+        WITH_BENCH(test_dispatcher_renews_the_lease_of_a_stopped_worker),
         WITH_BENCH(test_dispatcher_stop_lets_jobs_finish),
         WITH_BENCH(test_dispatcher_stop_returns_jobs_after_the_grace),
         WITH_BENCH(test_dispatcher_restart_takes_up_what_a_killed_daemon_left),
+        WITH_BENCH(test_dispatcher_takes_over_from_a_stopped_process),
     };
     return cmocka_run_group_tests_name("dispatcher", tests, NULL, NULL);
 }
