@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# all, demo, test, hosts, fuzz, bench, figures, lint, format, install, deb, sbom, clean. See README.md.
+# all, demo, test, soak, hosts, fuzz, bench, figures, lint, format, install, deb, sbom, clean. See README.md.
 .DEFAULT_GOAL := all
 SHELL := /bin/bash
 B ?= build
@@ -41,7 +41,7 @@ FUZZ_HELPERS := $(call objects,tests/fuzz/encode.c tests/fuzz/mesh.c)
 REPLAYS := $(FUZZ:%=$(B)/tests/fuzz/fuzz_%)
 FUZZERS := $(FUZZ:%=$(B)/tests/fuzz/run_%)
 
-.PHONY: all demo test tests fuzz fuzzers hosts bench figures lint format install deb sbom clean
+.PHONY: all demo test tests soak fuzz fuzzers hosts bench figures lint format install deb sbom clean
 all: $(B)/draped $(B)/drape
 
 # Installs what the build needs, once; `make test` asks for more.
@@ -117,6 +117,12 @@ tests: $(TESTS) $(REPLAYS)
 TEST_MODULES := $(patsubst %,tests/%/node_modules,browser manifests readers)
 $(TEST_MODULES): %/node_modules: %/package-lock.json
 	@npm ci --silent --no-audit --no-fund --ignore-scripts --omit=optional --prefix $* && touch $@
+
+# The tests that hurt, at full length: 200 kills, a thousand slow clients for 30 s, ...
+soak:
+	@deploy/setup.sh test
+	@$(MAKE) --no-print-directory -s all
+	@for test in tests/faults/test_*.py; do LONG=1 BUILD=$(B) python3 $$test || exit 1; done
 
 # Looks for inputs that break a promise, FUZZ_SECONDS for each target.
 FUZZ_SECONDS ?= 60
