@@ -184,27 +184,20 @@ test('trouble: the link of a drape that is gone', async () => {
   await other.context().close();
 });
 
+// anna:write, of the token below.
+const ANNA = 'anna:write:bd9bf43011eaca25159f897a6ebef895e75c3f33d6334e45a0004e9a3b22c97d\n';
+const TOKEN = 'open-sesame-open-sesame-1234';
+
 test('trouble: a service that asks for a token', async () => {
+  const tokens = join(mkdtempSync(join(tmpdir(), 'draped-')), 'tokens');
+  writeFileSync(tokens, ANNA);
+  const locked = await startDaemon({ flags: ['--tokens', tokens] });
   const context = await browser.newContext({ viewport: { width: 1440, height: 900 } });
   const other = await context.newPage();
   other.setDefaultTimeout(WAIT);
-  // Stands before the daemon as a proxy may: no call below /v1 without the token.
-  const bare = [];
-  await other.route(/\/v1\//, async (route) => {
-    if (route.request().headers().authorization === 'Bearer open-sesame') return route.continue();
-    bare.push(route.request().url());
-    const body = JSON.stringify({
-      type: '/problems/unauthorized',
-      title: 'Unauthorized',
-      status: 401,
-      detail: 'a token is needed',
-    });
-    return route.fulfill({ status: 401, contentType: 'application/problem+json', body });
-  });
-  await other.goto(daemon.url);
+  await other.goto(locked.url);
   await other.waitForSelector('#token-dialog[open]');
-  assert.ok(bare.length > 0);
-  await other.fill('#token', 'open-sesame');
+  await other.fill('#token', TOKEN);
   await picture(other, 'token');
   await other.press('#token', 'Enter');
   await other.waitForSelector('#token-dialog:not([open])', { state: 'attached' });
@@ -221,6 +214,7 @@ test('trouble: a service that asks for a token', async () => {
     'the token is not kept beyond the tab',
   );
   await context.close();
+  await locked.stop();
 });
 
 test('trouble: a browser without WebGL', async () => {
