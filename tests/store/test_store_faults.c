@@ -155,7 +155,7 @@ static void expect_promises(struct life *life, bool restarted) {
     for (int k = 0; k < STORE_STATUS_COUNT; k++)
         found += counts.jobs[k];
     assert_int_equal(found, expected);
-    enum store_answer answer = store_surface_get(life->scratch->store, "surface", &surface);
+    enum store_answer answer = store_surface_get(life->scratch->store, NULL, "surface", &surface);
     store_surface_clear(&surface);
     assert_int_equal(answer, life->surface ? STORE_OK : STORE_EMPTY);
 }
