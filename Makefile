@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# all, demo, test, bench, figures, lint, format, install, deb, sbom, clean. See README.md.
+# all, demo, test, bench, load, figures, lint, format, install, deb, sbom, clean. See README.md.
 .DEFAULT_GOAL := all
 SHELL := /bin/bash
 B ?= build
@@ -35,7 +35,7 @@ TEST_MAIN := $(filter $(addsuffix test_%,$(sort $(dir $(TEST_SRC)))),$(TEST_SRC)
 TESTS := $(TEST_MAIN:%.c=$(B)/%)
 test_helpers = $(call objects,$(filter-out $(dir $(1))test_%,$(wildcard $(dir $(1))*.c)))
 
-.PHONY: all demo test tests bench figures lint format install deb sbom clean
+.PHONY: all demo test tests bench load figures lint format install deb sbom clean
 all: $(B)/draped $(B)/drape
 
 # Installs what the build needs, once; `make test` asks for more.
@@ -156,6 +156,14 @@ bench: $(B)/tests/bench/bench_solver $(B)/draped
 	tests/bench/bench_map.sh $(B)
 $(B)/tests/bench/bench_solver: $(B)/tests/bench/bench_solver.o $(B)/libdrapeapi.a $(B)/libdrape.a
 	$(CC) $(LDFLAGS) -o $@ $^ $(API_LIBS)
+
+# What the daemon bears, next to libmicrohttpd alone.
+load: all
+	@deploy/setup.sh test
+	@$(MAKE) --no-print-directory -s $(B)/tests/load/bare
+	@tests/load/load.sh $(B)
+$(B)/tests/load/bare: $(B)/tests/load/bare.o
+	$(CC) $(LDFLAGS) -o $@ $^ -lmicrohttpd
 
 clean:
 	rm -rf $(B)
