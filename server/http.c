@@ -287,12 +287,17 @@ static ssize_t pull(void *context, uint64_t position, char *buffer, size_t size)
     }
 }
 
+static size_t block_of(const struct reply *reply) {
+    if (reply->stream.block)
+        return reply->stream.block;
+    return reply->length ? HTTP_LARGE_BLOCK_BYTES : HTTP_BLOCK_BYTES;
+}
+
 static struct MHD_Response *make_response(struct exchange *exchange) {
     struct reply *reply = &exchange->reply;
     if (reply->streamed)
-        return MHD_create_response_from_callback(
-            reply->length ? reply->length : MHD_SIZE_UNKNOWN,
-            reply->length ? HTTP_LARGE_BLOCK_BYTES : HTTP_BLOCK_BYTES, pull, exchange, NULL);
+        return MHD_create_response_from_callback(reply->length ? reply->length : MHD_SIZE_UNKNOWN,
+                                                 block_of(reply), pull, exchange, NULL);
     const char *bytes = reply->body ? reply->body : reply->literal;
     /* The bytes live as long as the exchange, and are not written to in spite of the type. */
     return MHD_create_response_from_buffer(reply->length, (void *)(uintptr_t)bytes,

@@ -62,7 +62,7 @@ static void reply_packed(const struct request *request, struct reply *reply, con
 
 static void reply_begun(const struct request *request, struct reply *reply, const char *type,
                         enum pack_coding coding, struct stream *stream) {
-    const struct reply_stream bytes = {stream_next, stream_free, stream};
+    const struct reply_stream bytes = {stream_next, stream_free, stream, 0};
     bool whole;
     if (!begin(stream, &whole)) {
         stream_free(stream);
