@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# all, demo, test, bench, load, figures, lint, format, install, deb, sbom, clean. See README.md.
+# all, demo, test, bench, load, tsan, coverage, valgrind, figures, lint, format, install, deb, sbom, clean. See README.md.
 .DEFAULT_GOAL := all
 SHELL := /bin/bash
 B ?= build
@@ -35,7 +35,7 @@ TEST_MAIN := $(filter $(addsuffix test_%,$(sort $(dir $(TEST_SRC)))),$(TEST_SRC)
 TESTS := $(TEST_MAIN:%.c=$(B)/%)
 test_helpers = $(call objects,$(filter-out $(dir $(1))test_%,$(wildcard $(dir $(1))*.c)))
 
-.PHONY: all demo test tests bench load figures lint format install deb sbom clean
+.PHONY: all demo test tests bench load tsan coverage valgrind figures lint format install deb sbom clean
 all: $(B)/draped $(B)/drape
 
 # Installs what the build needs, once; `make test` asks for more.
@@ -164,6 +164,23 @@ load: all
 	@tests/load/load.sh $(B)
 $(B)/tests/load/bare: $(B)/tests/load/bare.o
 	$(CC) $(LDFLAGS) -o $@ $^ -lmicrohttpd
+
+# What is threaded, under ThreadSanitizer.
+tsan:
+	@deploy/setup.sh test
+	@$(MAKE) --no-print-directory -s B=$(B)/tsan OPT=-O1 SANITIZE=-fsanitize=thread all tests
+	@tests/run_tsan.sh $(B)/tsan
+
+# Lines of solver, api and server that the tests run.
+coverage:
+	@deploy/setup.sh test
+	@$(MAKE) --no-print-directory -s B=$(B)/coverage OPT=-O0 SANITIZE=--coverage all tests
+	@tests/run_coverage.sh $(B)/coverage
+
+# The daemon and the command, once each, under valgrind.
+valgrind: all
+	@deploy/setup.sh test
+	@tests/run_valgrind.sh $(B)
 
 clean:
 	rm -rf $(B)
