@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-# all, demo, test, soak, hosts, fuzz, bench, figures, lint, format, install, deb, sbom, clean. See README.md.
+# all, demo, test, soak, hosts, fuzz, load, tsan, valgrind, coverage, bench, figures, lint, format,
+# install, deb, sbom, clean. See README.md and CONTRIBUTING.md.
 .DEFAULT_GOAL := all
 SHELL := /bin/bash
 B ?= build
@@ -41,7 +42,7 @@ FUZZ_HELPERS := $(call objects,tests/fuzz/encode.c tests/fuzz/mesh.c)
 REPLAYS := $(FUZZ:%=$(B)/tests/fuzz/fuzz_%)
 FUZZERS := $(FUZZ:%=$(B)/tests/fuzz/run_%)
 
-.PHONY: all demo test tests soak fuzz fuzzers hosts bench figures lint format install deb sbom clean
+.PHONY: all demo test tests soak fuzz fuzzers hosts load tsan valgrind coverage bench figures lint format install deb sbom clean
 all: $(B)/draped $(B)/drape
 
 # Installs what the build needs, once; `make test` asks for more.
@@ -193,6 +194,31 @@ $(B)/tests/bench/bench_store: $(B)/tests/bench/bench_store.o $(LIBS)
 hosts: all
 	@deploy/setup.sh test
 	tests/hosts/hosts.sh $(B) 2000
+
+# What the daemon bears, next to libmicrohttpd alone.
+load: all
+	@deploy/setup.sh test
+	@$(MAKE) --no-print-directory -s $(B)/tests/load/bare
+	@tests/load/load.sh $(B)
+$(B)/tests/load/bare: $(B)/tests/load/bare.o
+	$(CC) $(LDFLAGS) -o $@ $^ -lmicrohttpd
+
+# What is threaded, under ThreadSanitizer.
+tsan:
+	@deploy/setup.sh test
+	@$(MAKE) --no-print-directory -s B=$(B)/tsan OPT=-O1 SANITIZE=-fsanitize=thread all tests
+	@tests/run_tsan.sh $(B)/tsan
+
+# Lines of solver, api and server that the tests run.
+coverage:
+	@deploy/setup.sh test
+	@$(MAKE) --no-print-directory -s B=$(B)/coverage OPT=-O0 SANITIZE=--coverage all tests
+	@tests/run_coverage.sh $(B)/coverage
+
+# The daemon and the command, once each, under valgrind.
+valgrind: all
+	@deploy/setup.sh test
+	@tests/run_valgrind.sh $(B)
 
 clean:
 	rm -rf $(B)

@@ -9,6 +9,9 @@
 /* A comment this often keeps proxies from closing the stream and finds clients that are gone. */
 enum { EVENTS_KEEP_ALIVE_MS = 15000, EVENTS_ID_SIZE = 48 };
 
+/* Most events are less than this; thousands of streams that wait have a buffer each. */
+enum { EVENTS_BLOCK_BYTES = 2048 };
+
 struct events {
     struct store *store;
     struct request *request;
@@ -127,7 +130,7 @@ enum routes_next events_stream(const struct http_services *services, struct requ
         snprintf(events->known, sizeof events->known, "%s", known ? known : "");
         memcpy(events->id, job.id, sizeof events->id);
         http_watch(request, job.id);
-        struct reply_stream stream = {events_next, events_free, events};
+        struct reply_stream stream = {events_next, events_free, events, EVENTS_BLOCK_BYTES};
         reply_stream(reply, 200, "text/event-stream", stream, 0);
         reply_header(reply, "Cache-Control", "no-store");
         reply_header(reply, "X-Accel-Buffering", "no"); /* nginx would hold events back */

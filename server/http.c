@@ -22,7 +22,8 @@
 #include <unistd.h>
 
 enum {
-    HTTP_THREADS_MAX = 4,
+    HTTP_THREADS_PER_CORE = 4, /* a thread whose call waits for the disk answers nobody else */
+    HTTP_THREADS_MAX = 16,
     HTTP_HEAD_BYTES = 32 * 1024,  /* request line and headers */
     HTTP_POOL_BYTES = 48 * 1024,  /* of a connection: the above, and room for the reply's headers */
     HTTP_BLOCK_BYTES = 16 * 1024, /* asked of a stream at a time */
@@ -284,12 +285,17 @@ static ssize_t pull(void *context, uint64_t position, char *buffer, size_t size)
     }
 }
 
+static size_t block_of(const struct reply *reply) {
+    if (reply->stream.block)
+        return reply->stream.block;
+    return reply->length ? HTTP_LARGE_BLOCK_BYTES : HTTP_BLOCK_BYTES;
+}
+
 static struct MHD_Response *make_response(struct exchange *exchange) {
     struct reply *reply = &exchange->reply;
     if (reply->streamed)
-        return MHD_create_response_from_callback(
-            reply->length ? reply->length : MHD_SIZE_UNKNOWN,
-            reply->length ? HTTP_LARGE_BLOCK_BYTES : HTTP_BLOCK_BYTES, pull, exchange, NULL);
+        return MHD_create_response_from_callback(reply->length ? reply->length : MHD_SIZE_UNKNOWN,
+                                                 block_of(reply), pull, exchange, NULL);
     const char *bytes = reply->body ? reply->body : reply->literal;
     /* The bytes live as long as the exchange, and are not written to in spite of the type. */
     return MHD_create_response_from_buffer(reply->length, (void *)(uintptr_t)bytes,
@@ -583,19 +589,21 @@ static bool start_timer(struct http *http) {
     return pthread_create(&http->timer, NULL, timer, http) == 0;
 }
 
-static bool start_daemon(struct http *http) {
+/* More than the cores: submits that come in while a commit waits for the disk share the next one.
+ * Never more than the least --max-connections, which are divided among them. */
+static unsigned thread_count(void) {
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
-    unsigned threads = (unsigned)(cores < 1                  ? 1
-                                  : cores < HTTP_THREADS_MAX ? cores
-                                                             : HTTP_THREADS_MAX);
+    long threads = cores < 1 ? 1 : cores * HTTP_THREADS_PER_CORE;
+    return threads < HTTP_THREADS_MAX ? (unsigned)threads : HTTP_THREADS_MAX;
+}
+
+static bool start_daemon(struct http *http) {
     unsigned connections = (unsigned)http->services.config->max_connections;
-    if (connections < threads)
-        connections = threads;
     unsigned flags =
         MHD_USE_EPOLL_INTERNAL_THREAD | MHD_USE_ITC | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG;
     http->daemon = MHD_start_daemon(
         flags, 0, NULL, NULL, handle, http, MHD_OPTION_EXTERNAL_LOGGER, log_library, NULL,
-        MHD_OPTION_LISTEN_SOCKET, http->socket, MHD_OPTION_THREAD_POOL_SIZE, threads,
+        MHD_OPTION_LISTEN_SOCKET, http->socket, MHD_OPTION_THREAD_POOL_SIZE, thread_count(),
         MHD_OPTION_CONNECTION_LIMIT, connections, MHD_OPTION_CONNECTION_TIMEOUT,
         (unsigned)PACE_IDLE_MS / 1000, MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)HTTP_POOL_BYTES,
         MHD_OPTION_NOTIFY_CONNECTION, connection_notified, http, MHD_OPTION_URI_LOG_CALLBACK,

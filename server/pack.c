@@ -131,6 +131,6 @@ bool pack_stream(enum pack_coding coding, struct reply_stream *stream) {
         return false;
     }
     packer->source = *stream;
-    *stream = (struct reply_stream){packer_next, packer_free, packer};
+    *stream = (struct reply_stream){packer_next, packer_free, packer, 0};
     return true;
 }

@@ -25,6 +25,7 @@ struct reply_stream {
     ssize_t (*next)(void *context, char *buffer, size_t size); /* size > 0 */
     void (*free)(void *context);
     void *context;
+    size_t block; /* bytes asked for at a time, which a waiting stream keeps; 0: for throughput */
 };
 
 struct reply_header {

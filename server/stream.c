@@ -127,14 +127,14 @@ static bool reply_part(const struct request *request, struct reply *reply, const
     stream->left = range.last - range.first + 1;
     reply_header(reply, "Content-Range", "bytes %llu-%llu/%llu", (unsigned long long)range.first,
                  (unsigned long long)range.last, (unsigned long long)length);
-    reply_stream(reply, 206, type, (struct reply_stream){range_next, stream_free, stream},
+    reply_stream(reply, 206, type, (struct reply_stream){range_next, stream_free, stream, 0},
                  (size_t)stream->left);
     return true;
 }
 
 static void reply_begun(const struct request *request, struct reply *reply, const char *type,
                         enum pack_coding coding, struct stream *stream) {
-    const struct reply_stream bytes = {stream_next, stream_free, stream};
+    const struct reply_stream bytes = {stream_next, stream_free, stream, 0};
     bool whole;
     if (!begin(stream, &whole)) {
         stream_free(stream);

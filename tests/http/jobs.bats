@@ -267,8 +267,10 @@ start() { start_daemon "$BATS_TEST_TMPDIR/daemon" "$@"; }
     stop_workers
     quick 10.01 | submit
     wait_until 10 has_status "$id" running
-    curl -sS --max-time 40 -o "$BATS_TEST_TMPDIR/waited" "$URL/v1/drapes/$id?wait=30" 3>&- &
+    curl -sSv --max-time 40 -o "$BATS_TEST_TMPDIR/waited" "$URL/v1/drapes/$id?wait=30" \
+        2>"$BATS_TEST_TMPDIR/called" 3>&- &
     waiter=$!
+    wait_until 10 grep -q '^> GET' "$BATS_TEST_TMPDIR/called"
     curl -sSN --max-time 40 -o "$BATS_TEST_TMPDIR/events" "$URL/v1/drapes/$id/events" 3>&- &
     reader=$!
     wait_until 10 grep -q progress "$BATS_TEST_TMPDIR/events"
