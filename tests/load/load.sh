@@ -48,7 +48,9 @@ post() {
 
 # Processor time of the daemon, of its workers too, in seconds.
 processor() {
-    cat /proc/"$daemon"/stat $(cat /proc/"$daemon"/task/*/children | sed -E 's:[0-9]+:/proc/&/stat:g') | awk -v hz="$(getconf CLK_TCK)" '{t += $14 + $15} END {print t / hz}'
+    local workers
+    workers=$(cat /proc/"$daemon"/task/*/children | sed -E 's:[0-9]+:/proc/&/stat:g')
+    cat /proc/"$daemon"/stat $workers | awk -v hz="$(getconf CLK_TCK)" '{t += $14 + $15} END {print t / hz}'
 }
 
 resident() { awk '/^VmRSS/ {print $2}' "/proc/$daemon/status"; }
