@@ -17,7 +17,7 @@ url=
 stop() {
     [ -z "$daemon" ] || { kill "$daemon"; wait "$daemon" || true; }
     daemon=
-    rm -rf "$work/data"
+    rm -rf "$work/data" "$work/out"
 }
 trap 'stop; rm -rf "$work"' EXIT
 
@@ -31,7 +31,7 @@ start() {
     url=$(sed -n 's/^draped listening on //p' "$work/out")
 }
 
-wait_listening() { until grep -q listening "$1"; do sleep 0.05; done; }
+wait_listening() { until grep -qs listening "$1"; do sleep 0.05; done; }
 
 # say NAME FIGURE UNIT RELATION TARGET [NOTE]
 say() {
