@@ -212,7 +212,8 @@ tsan:
 # Lines of solver, api and server that the tests run.
 coverage:
 	@deploy/setup.sh test
-	@$(MAKE) --no-print-directory -s B=$(B)/coverage OPT=-O0 SANITIZE=--coverage all tests
+	@$(MAKE) --no-print-directory -s B=$(B)/coverage OPT=-O0 \
+	    SANITIZE="--coverage -fprofile-update=atomic" all tests
 	@tests/run_coverage.sh $(B)/coverage
 
 # The daemon and the command, once each, under valgrind.

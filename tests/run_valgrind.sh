@@ -1,8 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # A drape by the command and the same by the daemon, from its start to SIGTERM, under valgrind: no use
-# of memory that is not there or not set, and nothing lost. The solver's vectors for newer processors
-# are beyond it; it runs the plain ones. Usage: tests/run_valgrind.sh BUILD
+# of memory that is not there or not set, and nothing lost. Usage: tests/run_valgrind.sh BUILD
 set -eu
 cd "$(dirname "$0")/.."
 build=$1

@@ -17,7 +17,7 @@ url=
 stop() {
     [ -z "$daemon" ] || { kill "$daemon"; wait "$daemon" || true; }
     daemon=
-    rm -rf "$work/data"
+    rm -rf "$work/data" "$work/out"
 }
 trap 'stop; rm -rf "$work"' EXIT
 
@@ -31,7 +31,7 @@ start() {
     url=$(sed -n 's/^draped listening on //p' "$work/out")
 }
 
-wait_listening() { until grep -q listening "$1"; do sleep 0.05; done; }
+wait_listening() { until grep -qs listening "$1"; do sleep 0.05; done; }
 
 # say NAME FIGURE UNIT RELATION TARGET [NOTE]
 say() {
@@ -48,7 +48,9 @@ post() {
 
 # Processor time of the daemon, of its workers too, in seconds.
 processor() {
-    cat /proc/"$daemon"/stat $(cat /proc/"$daemon"/task/*/children | sed -E 's:[0-9]+:/proc/&/stat:g') | awk -v hz="$(getconf CLK_TCK)" '{t += $14 + $15} END {print t / hz}'
+    local workers
+    workers=$(cat /proc/"$daemon"/task/*/children | sed -E 's:[0-9]+:/proc/&/stat:g')
+    cat /proc/"$daemon"/stat $workers | awk -v hz="$(getconf CLK_TCK)" '{t += $14 + $15} END {print t / hz}'
 }
 
 resident() { awk '/^VmRSS/ {print $2}' "/proc/$daemon/status"; }
