@@ -15,8 +15,6 @@ as_server() {
 }
 
 setup() {
-    "$DRAPED" --store postgresql://nobody@127.0.0.1/none --check-config >"$BATS_TEST_TMPDIR/check" 2>&1 ||
-        skip 'this build has no PostgreSQL store'
     [ -n "$PROGRAMS" ]
     # Unix sockets and their owner are of short paths and known users.
     SERVER=$(mktemp -d /tmp/draped-backup-XXXXXX)
