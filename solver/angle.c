@@ -68,12 +68,16 @@ static double arctangent(double x) {
     return arctangents[k] + t * (1 - square * sum);
 }
 
+double angle_atan_deg(double x) {
+    double angle = arctangent(fabs(x)) * (180 / ANGLE_PI);
+    return copysign(angle, x);
+}
+
 double angle_atan2_deg(double y, double x) {
     double ax = fabs(x), ay = fabs(y);
     if (!(ax + ay > 0))
         return 0;
-    double angle = ay <= ax ? arctangent(ay / ax) * (180 / ANGLE_PI)
-                            : 90 - arctangent(ax / ay) * (180 / ANGLE_PI);
+    double angle = ay <= ax ? angle_atan_deg(ay / ax) : 90 - angle_atan_deg(ax / ay);
     if (x < 0)
         angle = 180 - angle;
     return y < 0 ? -angle : angle;

@@ -17,6 +17,9 @@ double angle_sinc(double x);
 /* Sine and cosine of an angle in degrees, exact at multiples of 90; |degrees| <= 1e6. */
 void angle_sincos_deg(double degrees, double *sine, double *cosine);
 
+/* The angle in degrees whose tangent is x, for -1 <= x <= 1. */
+double angle_atan_deg(double x);
+
 /* The angle of (x, y) from the x axis in degrees, -180..180; 0 for the origin. */
 double angle_atan2_deg(double y, double x);
 

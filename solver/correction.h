@@ -15,9 +15,9 @@
 #include "net.h"
 
 /* The chord of the edge from (i, j) to (i + di, j + dj), one of di, dj being 0 and the other 1 or
- * -1, d long along the yarn, by the positions in `before`. False where that yarn has fewer than
- * four nodes round the edge. */
-bool correction_chord(struct net *before, int32_t i, int32_t j, int di, int dj, double d,
+ * -1, d long along the yarn, by the positions in `before`, which must have been moved to one of its
+ * ends or next to it. False where that yarn has fewer than four nodes round the edge. */
+bool correction_chord(const struct net_view *before, int32_t i, int32_t j, int di, int dj, double d,
                       double *chord);
 
 #endif

@@ -54,7 +54,7 @@ static enum status march_all(struct march *march) {
                             .monitor = march->monitor,
                             .arena = march->arena,
                             .start = march->start,
-                            .before = march->net,
+                            .before = net_view(march->net),
                             .watch = march->watch,
                             .fringe = FRINGE};
     return march_run(march);

@@ -8,16 +8,7 @@
  * and r and its derivatives follow from those of A by the quotient rule.
  */
 #include "surface_spans.h"
-
-/* The whole evaluation is compiled for AVX as well, where four lanes are one register; without
- * contraction both versions give the same bits. */
-#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__clang__) &&                        \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && !defined(__SSP_ALL__)
-#define WIDE_CLONES __attribute__((target_clones("avx2", "default")))
-#else
-#define WIDE_CLONES
-#endif
-#define INLINE static inline __attribute__((always_inline))
+#include "wide.h"
 
 enum { ORDER_MAX = NURBS_DEGREE_MAX + 1 };
 

@@ -31,8 +31,8 @@ void fishnet_chords(const struct surface *surface, struct surface_cursor *cursor
     cell->cd = length[1];
     if (method == DRAPE_BASIC)
         return;
-    struct vec3 r1 = station_tangent(a, vec3_sub(b->jet.r, a->jet.r));
-    struct vec3 r2 = station_tangent(a, vec3_sub(c->jet.r, a->jet.r));
+    struct vec3 r1 = station_projection(a, vec3_sub(b->jet.r, a->jet.r));
+    struct vec3 r2 = station_projection(a, vec3_sub(c->jet.r, a->jet.r));
     if (path == DRAPE_PATH_RELAXATION) {
         (void)relaxation_tangents(surface, cursor, a, b, &r1, &found, NULL);
         (void)relaxation_tangents(surface, cursor, a, c, &r2, &found, NULL);
@@ -132,7 +132,8 @@ static void shorten(double step[2], double share) {
 /* Newton from uv; a step that does not reduce the error is halved. */
 static bool newton(const struct surface *surface, struct surface_cursor *cursor,
                    const struct fishnet_cell *cell, const double uv[2], struct fishnet_node *node) {
-    double least = fmin(cell->bd, cell->cd), longest = 2 * fmax(cell->bd, cell->cd);
+    bool ordered = cell->bd < cell->cd;
+    double least = ordered ? cell->bd : cell->cd, longest = 2 * (ordered ? cell->cd : cell->bd);
     const double inverse[2] = {1 / (cell->bd * cell->bd), 1 / (cell->cd * cell->cd)};
     double enough = tolerance + rounding * surface->magnitude / least;
     int halvings = 0;

@@ -11,12 +11,8 @@ bool march_in_extent(const struct march *march, int32_t i, int32_t j) {
 }
 
 enum status march_fail(struct march *march, int32_t i, int32_t j, enum drape_reason reason) {
-    struct net_node *node = net_touch(march->net, i, j);
-    if (!node)
-        return STATUS_OUT_OF_MEMORY;
-    node->state = NET_FAILED;
-    node->reason = (uint8_t)reason;
-    return STATUS_OK;
+    struct net_node node = {.state = NET_FAILED, .reason = (uint8_t)reason};
+    return net_put(march->net, i, j, &node);
 }
 
 bool march_parameters(const struct march *march, const struct station *station, double uv[2]) {
@@ -76,13 +72,12 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
     }
     if (*zone == STATION_BEYOND)
         return march_fail(march, i, j, reason);
-    struct net_node *node = net_touch(march->net, i, j);
-    if (!node)
+    struct net_node node = {.r = station->jet.r,
+                            .uv = {station->uv[0], station->uv[1]},
+                            .state = *zone == STATION_INSIDE ? NET_INSIDE : NET_GHOST,
+                            .reason = (uint8_t)reason};
+    if (net_put(march->net, i, j, &node) != STATUS_OK)
         return STATUS_OUT_OF_MEMORY;
-    *node = (struct net_node){.r = station->jet.r,
-                              .uv = {station->uv[0], station->uv[1]},
-                              .state = *zone == STATION_INSIDE ? NET_INSIDE : NET_GHOST,
-                              .reason = (uint8_t)reason};
     *(*zone == STATION_INSIDE ? &march->inside : &march->ghosts) += 1;
     if (*zone == STATION_INSIDE && march->monitor)
         atomic_fetch_add(&march->watch->inside, 1);

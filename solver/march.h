@@ -54,11 +54,11 @@ struct march {
     struct march_start start;
     struct surface_cursor cursor;
     struct net *net;
-    struct net *before;    /* the net of a first march that this one corrects; or NULL */
-    int fringe;            /* ghosts beyond the last node inside that difference stencils reach */
-    struct fold *fold;     /* NULL as long as the net cannot meet itself */
-    size_t inside, ghosts; /* nodes placed */
-    size_t solved;         /* of them by fishnet_solve, in this many steps: */
+    struct net_view before; /* the net of a first march that this one corrects, if any */
+    int fringe;             /* ghosts beyond the last node inside that difference stencils reach */
+    struct fold *fold;      /* NULL as long as the net cannot meet itself */
+    size_t inside, ghosts;  /* nodes placed */
+    size_t solved;          /* of them by fishnet_solve, in this many steps: */
     size_t iterations;
     double residual_max;
     struct march_watch *watch; /* shared by all parts of the march */

@@ -25,26 +25,33 @@ static struct vec3 guess(const struct march_cell *at) {
 }
 
 /* D of the net before, moved as the other corners have moved since. */
-static bool guess_from_before(struct march *march, const struct march_cell *at, double uv[2]) {
-    const struct net_node *a = net_place(march->before, at->i - at->si, at->j - at->sj);
-    const struct net_node *b = net_place(march->before, at->i - at->si, at->j);
-    const struct net_node *c = net_place(march->before, at->i, at->j - at->sj);
-    const struct net_node *d = net_place(march->before, at->i, at->j);
+static bool guess_from_before(const struct march *march, const struct march_cell *at,
+                              double uv[2]) {
+    const struct net_view *before = &march->before;
+    const struct net_node *a = net_view_place(before, at->i - at->si, at->j - at->sj);
+    const struct net_node *b = net_view_place(before, at->i - at->si, at->j);
+    const struct net_node *c = net_view_place(before, at->i, at->j - at->sj);
+    const struct net_node *d = net_view_place(before, at->i, at->j);
     for (int k = 0; a && b && c && d && k < 2; k++)
         uv[k] = d->uv[k] + (at->b->uv[k] - b->uv[k]) + (at->c->uv[k] - c->uv[k]) -
                 (at->a->uv[k] - a->uv[k]);
     return a && b && c && d;
 }
 
-/* The chords of a cell by its edges BD and CD in the net before, where they can be had. */
-static void correct_chords(struct march *march, const struct march_cell *at,
-                           struct fishnet_cell *cell) {
-    const double *d = march->settings->spacing;
-    double chord;
-    if (correction_chord(march->before, at->i - at->si, at->j, at->si, 0, d[0], &chord))
-        cell->bd = chord;
-    if (correction_chord(march->before, at->i, at->j - at->sj, 0, at->sj, d[1], &chord))
-        cell->cd = chord;
+/* The chords of a cell: by its edges BD and CD in the net before, where they can be had. */
+static void find_chords(struct march *march, const struct march_cell *at,
+                        struct fishnet_cell *cell) {
+    const struct drape_settings *s = march->settings;
+    const double *d = s->spacing;
+    double bd, cd;
+    bool by_bd = march->before.net &&
+                 correction_chord(&march->before, at->i - at->si, at->j, at->si, 0, d[0], &bd);
+    bool by_cd = march->before.net &&
+                 correction_chord(&march->before, at->i, at->j - at->sj, 0, at->sj, d[1], &cd);
+    if (!by_bd || !by_cd)
+        fishnet_chords(march->surface, &march->cursor, s->method, s->yarn_path, d, cell);
+    cell->bd = by_bd ? bd : cell->bd;
+    cell->cd = by_cd ? cd : cell->cd;
 }
 
 /* Whether (u, v) is beyond an open boundary. */
@@ -79,12 +86,12 @@ static bool solve_on_surface(struct march *march, const struct march_cell *at,
     double uv[2];
     cell.guess = guess(at);
     cell.guess_uv = at->guess_uv;
-    fishnet_chords(march->surface, &march->cursor, s->method, s->yarn_path, s->spacing, &cell);
-    if (march->before) {
+    if (march->before.net) {
+        net_view_move(&march->before, at->i, at->j);
         if (guess_from_before(march, at, uv))
             cell.guess_uv = uv;
-        correct_chords(march, at, &cell);
     }
+    find_chords(march, at, &cell);
     enum fishnet_end end = fishnet_solve(march->surface, &march->cursor, &cell, node);
     if (end == FISHNET_FOUND && s->method == DRAPE_GEODESIC)
         end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, s->spacing[0],
@@ -101,7 +108,8 @@ bool march_solve_corner(struct march *march, const struct march_cell *at, struct
     if (found) {
         march->solved++;
         march->iterations += (size_t)node->iterations;
-        march->residual_max = fmax(march->residual_max, node->residual);
+        march->residual_max =
+            node->residual > march->residual_max ? node->residual : march->residual_max;
     }
     return found;
 }

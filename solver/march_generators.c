@@ -118,9 +118,12 @@ static bool advance_arm(struct march *march, struct arm *arm, int32_t k, double 
     *lost = false;
     if (march->mesh)
         return advance_on_mesh(march, arm, d, station, lost);
-    bool corrected =
-        march->before && correction_chord(march->before, (k - 1) * arm->di, (k - 1) * arm->dj,
-                                          arm->di, arm->dj, d, &chord);
+    int32_t i = (k - 1) * arm->di, j = (k - 1) * arm->dj;
+    bool corrected = march->before.net != NULL;
+    if (corrected) {
+        net_view_move(&march->before, i, j);
+        corrected = correction_chord(&march->before, i, j, arm->di, arm->dj, d, &chord);
+    }
     bool moved = corrected ? advance_chord(&arm->path, &march->cursor, chord)
                            : advance(march, &arm->path, &march->cursor, d);
     return moved && path_station(&arm->path, &march->cursor, station, NULL);

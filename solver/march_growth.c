@@ -251,14 +251,20 @@ static enum status go_straight(struct growth *g, const struct free_end *e) {
 static enum status push_tile(struct growth *g, const struct net_tile *tile) {
     struct net_window window = net_window(g->march->net, tile->ti, tile->tj);
     enum status status = STATUS_OK;
-    for (int y = 0; y < NET_TILE; y++)
-        for (int x = 0; x < NET_TILE; x++)
-            for (int k = 0; k < 4 && tile->node[y][x].state == NET_INSIDE; k++) {
-                int nx = x + sides[k][0], ny = y + sides[k][1];
-                const struct net_node *next = net_window_find(&window, nx, ny);
-                if ((!next || next->state == NET_UNKNOWN) && status == STATUS_OK)
+    for (int y = 0; y < NET_TILE; y++) {
+        uint32_t row = net_window_known(&window, y), up = net_window_known(&window, y + 1),
+                 down = net_window_known(&window, y - 1);
+        uint32_t rim = (uint32_t)tile->inside[y] << 1 & ~(up & down & row << 1 & row >> 1);
+        for (; rim; rim &= rim - 1) {
+            int bit = __builtin_ctz(rim);
+            for (int k = 0; k < 4 && status == STATUS_OK; k++) {
+                int nx = bit - 1 + sides[k][0], ny = y + sides[k][1];
+                uint32_t beside = ny < y ? down : ny > y ? up : row;
+                if (!(beside >> (nx + 1) & 1))
                     status = push_place(g, tile->ti * NET_TILE + nx, tile->tj * NET_TILE + ny);
             }
+        }
+    }
     return status;
 }
 

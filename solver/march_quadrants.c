@@ -10,9 +10,8 @@
 #include "march.h"
 
 struct quadrant {
-    struct march local;  /* the march as this quadrant sees it: counts and cursors of its own */
+    struct march local; /* the march as this quadrant sees it: counts, cursor and view of its own */
     struct march *march; /* = &local */
-    struct net before;   /* what finding places in the net before remembers is its own, too */
     enum status status;  /* how it ended */
     int si, sj;
     struct net_node *arm[2]; /* the places on the warp and weft arm, to the first that is none */
@@ -200,10 +199,6 @@ static enum status prepare(struct march *march, int number, struct quadrant *q) 
     *q = (struct quadrant){.local = *march, .si = number % 2 ? -1 : 1, .sj = number / 2 ? -1 : 1};
     q->march = &q->local;
     q->local.inside = q->local.ghosts = q->local.solved = q->local.iterations = 0;
-    if (march->before) {
-        q->before = *march->before;
-        q->local.before = &q->before;
-    }
     q->arm[0] = copy_arm(march, q->si, 0, &q->length);
     q->arm[1] = copy_arm(march, 0, q->sj, &height);
     q->below = arena_alloc(march->arena, (size_t)q->length, sizeof *q->below);

@@ -47,8 +47,8 @@ static bool grow(struct net_table *table) {
     return true;
 }
 
-static struct net_table *table_of(struct net *net, int32_t ti, int32_t tj) {
-    return &net->table[(ti < 0) + 2 * (tj < 0)];
+static int table_of(int32_t ti, int32_t tj) {
+    return (ti < 0) + 2 * (tj < 0);
 }
 
 static struct net_tile *find_tile(struct net_table *table, int32_t ti, int32_t tj) {
@@ -61,41 +61,53 @@ static struct net_tile *find_tile(struct net_table *table, int32_t ti, int32_t t
     return tile;
 }
 
-static struct net_node *in_tile(struct net_tile *tile, int32_t i, int32_t j) {
-    return &tile->node[j & (NET_TILE - 1)][i & (NET_TILE - 1)];
-}
-
 struct net_node *net_find(struct net *net, int32_t i, int32_t j) {
     int32_t ti = i >> NET_TILE_BITS, tj = j >> NET_TILE_BITS;
-    struct net_tile *tile = find_tile(table_of(net, ti, tj), ti, tj);
-    return tile ? in_tile(tile, i, j) : NULL;
+    struct net_tile *tile = find_tile(&net->table[table_of(ti, tj)], ti, tj);
+    return tile ? &tile->node[j & (NET_TILE - 1)][i & (NET_TILE - 1)] : NULL;
 }
 
-struct net_node *net_touch(struct net *net, int32_t i, int32_t j) {
-    int32_t ti = i >> NET_TILE_BITS, tj = j >> NET_TILE_BITS;
-    struct net_table *table = table_of(net, ti, tj);
+/* The tile, made if there is none; NULL without memory. */
+static struct net_tile *touch_tile(struct net_table *table, int32_t ti, int32_t tj) {
     struct net_tile *tile = find_tile(table, ti, tj);
-    if (!tile) {
-        if (table->tile_count * 2 >= table->slot_count && !grow(table))
-            return NULL;
-        tile = arena_alloc(table->arena, 1, sizeof *tile);
-        if (!tile)
-            return NULL;
-        tile->ti = ti;
-        tile->tj = tj;
-        *probe(table, ti, tj) = tile;
-        table->tile_count++;
-        table->last = tile;
-    }
-    return in_tile(tile, i, j);
+    if (tile)
+        return tile;
+    if (table->tile_count * 2 >= table->slot_count && !grow(table))
+        return NULL;
+    tile = arena_alloc(table->arena, 1, sizeof *tile);
+    if (!tile)
+        return NULL;
+    tile->ti = ti;
+    tile->tj = tj;
+    *probe(table, ti, tj) = tile;
+    table->tile_count++;
+    table->last = tile;
+    return tile;
 }
 
-struct net_window net_window(struct net *net, int32_t ti, int32_t tj) {
+static void set_bit(uint16_t *bits, int x, bool on) {
+    unsigned bit = 1u << x;
+    *bits = (uint16_t)(on ? *bits | bit : *bits & ~bit);
+}
+
+enum status net_put(struct net *net, int32_t i, int32_t j, const struct net_node *node) {
+    int32_t ti = i >> NET_TILE_BITS, tj = j >> NET_TILE_BITS;
+    int x = i & (NET_TILE - 1), y = j & (NET_TILE - 1);
+    struct net_tile *tile = touch_tile(&net->table[table_of(ti, tj)], ti, tj);
+    if (!tile)
+        return STATUS_OUT_OF_MEMORY;
+    tile->node[y][x] = *node;
+    set_bit(&tile->inside[y], x, node->state == NET_INSIDE);
+    set_bit(&tile->known[y], x, node->state != NET_UNKNOWN);
+    return STATUS_OK;
+}
+
+struct net_window net_window(const struct net *net, int32_t ti, int32_t tj) {
     struct net_window window;
     for (int row = 0; row < 3; row++)
         for (int column = 0; column < 3; column++) {
             int32_t i = ti + column - 1, j = tj + row - 1;
-            window.tile[row][column] = *probe(table_of(net, i, j), i, j);
+            window.tile[row][column] = *probe(&net->table[table_of(i, j)], i, j);
         }
     return window;
 }

@@ -29,7 +29,9 @@ struct net_node {
 enum { NET_TILE_BITS = 4, NET_TILE = 1 << NET_TILE_BITS };
 
 struct net_tile {
-    int32_t ti, tj; /* it holds i = ti * NET_TILE .. + NET_TILE - 1, j alike */
+    int32_t ti, tj;            /* it holds i = ti * NET_TILE .. + NET_TILE - 1, j alike */
+    uint16_t inside[NET_TILE]; /* bit x of row y: the node there is NET_INSIDE */
+    uint16_t known[NET_TILE];  /* alike: it is not NET_UNKNOWN */
     struct net_node node[NET_TILE][NET_TILE]; /* [j][i] */
 };
 
@@ -57,8 +59,9 @@ enum status net_make(struct net *net, struct arena *arena, bool divided) STATUS_
 /* The node at (i, j), NULL when nothing was ever put near it. */
 struct net_node *net_find(struct net *net, int32_t i, int32_t j);
 
-/* The node at (i, j) for writing; NULL without memory. */
-struct net_node *net_touch(struct net *net, int32_t i, int32_t j);
+/* Puts a node at (i, j), in place of what was there. Errors: STATUS_OUT_OF_MEMORY. */
+enum status net_put(struct net *net, int32_t i, int32_t j,
+                    const struct net_node *node) STATUS_MUST_USE;
 
 static inline enum net_state net_state_at(struct net *net, int32_t i, int32_t j) {
     const struct net_node *node = net_find(net, i, j);
@@ -77,7 +80,7 @@ struct net_window {
     const struct net_tile *tile[3][3]; /* [row][column], [1][1] the tile itself */
 };
 
-struct net_window net_window(struct net *net, int32_t ti, int32_t tj);
+struct net_window net_window(const struct net *net, int32_t ti, int32_t tj);
 
 /* The node at column x and row y counted from the tile's first, both -NET_TILE..2 NET_TILE - 1;
  * NULL when nothing was ever put near it. */
@@ -90,6 +93,52 @@ static inline const struct net_node *net_window_find(const struct net_window *w,
 static inline const struct net_node *net_window_place(const struct net_window *w, int x, int y) {
     const struct net_node *node = net_window_find(w, x, y);
     return node && (node->state == NET_INSIDE || node->state == NET_GHOST) ? node : NULL;
+}
+
+/* A net that is only read, near one place and then near the next: a window that moves along. */
+struct net_view {
+    const struct net *net; /* NULL: none */
+    int32_t ti, tj;
+    struct net_window window;
+};
+
+static inline struct net_view net_view(const struct net *net) {
+    return (struct net_view){net, 0, 0, net_window(net, 0, 0)};
+}
+
+/* Moves to the tile of (i, j): from there places up to NET_TILE off can be seen. */
+static inline void net_view_move(struct net_view *view, int32_t i, int32_t j) {
+    int32_t ti = i >> NET_TILE_BITS, tj = j >> NET_TILE_BITS;
+    if (ti != view->ti || tj != view->tj)
+        *view = (struct net_view){view->net, ti, tj, net_window(view->net, ti, tj)};
+}
+
+/* As net_place. */
+static inline const struct net_node *net_view_place(const struct net_view *view, int32_t i,
+                                                    int32_t j) {
+    return net_window_place(&view->window, i - view->ti * NET_TILE, j - view->tj * NET_TILE);
+}
+
+/* Bits of a row of three tiles: those of the middle one as bits 1 .. NET_TILE, and a place to
+ * either side of it. */
+static inline uint32_t net_row_bits(uint16_t left, uint16_t middle, uint16_t right) {
+    return (uint32_t)(left >> (NET_TILE - 1)) | (uint32_t)middle << 1 |
+           (uint32_t)(right & 1) << (NET_TILE + 1);
+}
+
+/* Which places x = -1 .. NET_TILE of row y are inside, or known, as bit x + 1; y alike. */
+static inline uint32_t net_window_inside(const struct net_window *w, int y) {
+    const struct net_tile *const *row = w->tile[(y >> NET_TILE_BITS) + 1];
+    int at = y & (NET_TILE - 1);
+    return net_row_bits(row[0] ? row[0]->inside[at] : 0, row[1] ? row[1]->inside[at] : 0,
+                        row[2] ? row[2]->inside[at] : 0);
+}
+
+static inline uint32_t net_window_known(const struct net_window *w, int y) {
+    const struct net_tile *const *row = w->tile[(y >> NET_TILE_BITS) + 1];
+    int at = y & (NET_TILE - 1);
+    return net_row_bits(row[0] ? row[0]->known[at] : 0, row[1] ? row[1]->known[at] : 0,
+                        row[2] ? row[2]->known[at] : 0);
 }
 
 /* How many tiles there are. */

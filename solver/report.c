@@ -2,17 +2,13 @@
 #include "report.h"
 
 #include "shear.h"
+#include <string.h>
 
 /* Uncovered area that one node of the boundary can stand for, in cells: the strip beyond it, and
  * where the boundary runs obliquely the corner between two of them. */
 static const double strip_cells = 2;
 
-/* Which places of a tile and of a ring of one place round it are inside: bit x + 1 of row y + 1. */
-struct inside_map {
-    uint32_t row[NET_TILE + 2];
-};
-
-/* The bits of a map's row that are the tile's own. */
+/* The bits of a row of a window that are the tile's own. */
 static const uint32_t own_bits = ((1u << NET_TILE) - 1) << 1;
 
 /* A known place of the net: (i, j), which is (x, y) of the window. */
@@ -33,7 +29,6 @@ struct part {
     const struct march *march;
     struct drape_result *result;
     const struct net_window *windows; /* on its tiles, in order */
-    struct inside_map *maps;          /* of the same tiles */
     size_t count;
     struct tally holds; /* how much it has for the columns */
     struct tally next;  /* where in them its next one goes */
@@ -41,34 +36,22 @@ struct part {
     double estimate_max;
     size_t reasons[DRAPE_REASON_COUNT];
     struct surface_cursor cursor;
-    struct net before; /* as this part remembers it */
+    struct net_view before;
 };
-
-/* One row of a tile's map, y from -1 to NET_TILE. */
-static uint32_t map_row(const struct net_window *window, int y) {
-    uint32_t bits = 0;
-    for (int x = -1; x <= NET_TILE; x++) {
-        const struct net_node *node = net_window_find(window, x, y);
-        bits |= (uint32_t)(node && node->state == NET_INSIDE) << (x + 1);
-    }
-    return bits;
-}
 
 /* Own places of row y that are inside, those from which a cell goes on, and those at which the net
  * may end: inside with a neighbour that is not, or the other way round. */
-static uint32_t inside_bits(const struct inside_map *map, int y) {
-    return map->row[y + 1] & own_bits;
-}
+struct row_bits {
+    uint32_t inside, cells, rim;
+};
 
-static uint32_t cell_bits(const struct inside_map *map, int y) {
-    uint32_t both = map->row[y + 1] & map->row[y + 2];
-    return both & both >> 1 & own_bits;
-}
-
-static uint32_t rim_bits(const struct inside_map *map, int y) {
-    uint32_t row = map->row[y + 1], up = map->row[y + 2], down = map->row[y];
+static struct row_bits row_bits(const struct net_window *window, int y) {
+    uint32_t row = net_window_inside(window, y), up = net_window_inside(window, y + 1),
+             down = net_window_inside(window, y - 1), both = row & up;
     uint32_t all = up & down & row << 1 & row >> 1, any = up | down | row << 1 | row >> 1;
-    return ((row & ~all) | (~row & any)) & own_bits;
+    return (struct row_bits){.inside = row & own_bits,
+                             .cells = both & both >> 1 & own_bits,
+                             .rim = ((row & ~all) | (~row & any)) & own_bits};
 }
 
 static struct spot spot_at(const struct net_window *window, int x, int y) {
@@ -109,13 +92,11 @@ static bool ends_at(const struct spot *spot, enum drape_reason *reason) {
 }
 
 static void count_tile(struct part *part, size_t t) {
-    struct inside_map *map = &part->maps[t];
-    for (int y = -1; y <= NET_TILE; y++)
-        map->row[y + 1] = map_row(&part->windows[t], y);
     for (int y = 0; y < NET_TILE; y++) {
-        part->holds.nodes += (size_t)__builtin_popcount(inside_bits(map, y));
-        part->holds.cells += (size_t)__builtin_popcount(cell_bits(map, y));
-        for (uint32_t rim = rim_bits(map, y); rim; rim &= rim - 1) {
+        struct row_bits bits = row_bits(&part->windows[t], y);
+        part->holds.nodes += (size_t)__builtin_popcount(bits.inside);
+        part->holds.cells += (size_t)__builtin_popcount(bits.cells);
+        for (uint32_t rim = bits.rim; rim; rim &= rim - 1) {
             enum drape_reason reason;
             struct spot spot = spot_at(&part->windows[t], __builtin_ctz(rim) - 1, y);
             part->holds.front += ends_at(&spot, &reason);
@@ -169,7 +150,8 @@ static struct vec3 bring_inside(struct part *part, const struct net_node *node, 
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &surface->axis[k];
         double wrapped = surface_axis_wrap(axis, node->uv[k]);
-        uv[k] = fmin(fmax(wrapped, surface_axis_lower(axis)), surface_axis_upper(axis));
+        double low = surface_axis_lower(axis), high = surface_axis_upper(axis);
+        uv[k] = wrapped < low ? low : wrapped > high ? high : wrapped;
         moved = moved || uv[k] != wrapped;
     }
     if (!moved)
@@ -181,15 +163,16 @@ static struct vec3 bring_inside(struct part *part, const struct net_node *node, 
 /* The distance to the first march's node, of which it is the error to leading order. Where that had
  * none, the largest elsewhere stands for it (`summarise`). */
 static void add_estimate(struct part *part, size_t at, const struct spot *spot) {
-    const struct net_node *before = net_place(&part->before, spot->i, spot->j);
+    net_view_move(&part->before, spot->i, spot->j);
+    const struct net_node *before = net_view_place(&part->before, spot->i, spot->j);
     double estimate = before ? vec3_distance(before->r, spot->node->r) : -1;
     part->result->nodes.error_estimate[at] = estimate;
     part->estimate_max = fmax(part->estimate_max, estimate);
 }
 
-static void add_node(struct part *part, const struct spot *spot) {
+static void add_node(struct part *part, const struct spot *spot, struct shear_row *yarns) {
     struct drape_nodes *nodes = &part->result->nodes;
-    bool corrected = part->march->before != NULL;
+    bool corrected = part->march->before.net != NULL;
     enum shear_order order = corrected ? SHEAR_FOURTH : SHEAR_SECOND;
     size_t at = part->next.nodes++;
     double uv[2];
@@ -201,7 +184,7 @@ static void add_node(struct part *part, const struct spot *spot) {
     nodes->x[at] = r.x;
     nodes->y[at] = r.y;
     nodes->z[at] = r.z;
-    nodes->shear_deg[at] = shear_at_node(spot->window, spot->x, spot->y, order);
+    shear_add_node(yarns, spot->window, spot->x, spot->y, order);
     if (corrected)
         add_estimate(part, at, spot);
 }
@@ -213,22 +196,28 @@ static double cell_area(const struct vec3 corner[4]) {
            2;
 }
 
-static void add_cell(struct part *part, const struct spot *spot) {
+static void add_cell(struct part *part, const struct spot *spot, struct shear_row *yarns) {
     struct vec3 corner[4];
     cell_corners(spot, corner);
     struct drape_cells *cells = &part->result->cells;
-    struct shear_cell cell = shear_of_cell(corner[0], corner[1], corner[2], corner[3]);
     size_t at = part->next.cells++;
     cells->i[at] = spot->i;
     cells->j[at] = spot->j;
-    cells->shear_deg[at] = cell.shear_deg;
-    cells->warp_x[at] = cell.warp.x;
-    cells->warp_y[at] = cell.warp.y;
-    cells->warp_z[at] = cell.warp.z;
-    cells->weft_x[at] = cell.weft.x;
-    cells->weft_y[at] = cell.weft.y;
-    cells->weft_z[at] = cell.weft.z;
+    shear_add_cell(yarns, corner);
     part->covered += cell_area(corner);
+}
+
+/* The directions and angles of the cells from `first` on. */
+static void add_yarns(struct drape_cells *cells, size_t first, struct shear_row *yarns) {
+    double *warp[] = {cells->warp_x, cells->warp_y, cells->warp_z};
+    double *weft[] = {cells->weft_x, cells->weft_y, cells->weft_z};
+    size_t size = (size_t)yarns->count * sizeof(double);
+    shear_normalise(yarns);
+    for (int k = 0; k < 3; k++) {
+        memcpy(warp[k] + first, yarns->warp[k], size);
+        memcpy(weft[k] + first, yarns->weft[k], size);
+    }
+    shear_angles(yarns, cells->shear_deg + first);
 }
 
 static void add_end(struct part *part, const struct spot *spot) {
@@ -244,18 +233,21 @@ static void add_end(struct part *part, const struct spot *spot) {
 }
 
 static void add_row(struct part *part, size_t t, int y) {
-    uint32_t inside = inside_bits(&part->maps[t], y), cells = cell_bits(&part->maps[t], y);
-    uint32_t rim = rim_bits(&part->maps[t], y);
-    for (uint32_t left = inside | rim; left; left &= left - 1) {
+    struct row_bits bits = row_bits(&part->windows[t], y);
+    struct shear_row at_nodes = {0}, over_cells = {0};
+    struct tally first = part->next;
+    for (uint32_t left = bits.inside | bits.rim; left; left &= left - 1) {
         int bit = __builtin_ctz(left);
         struct spot spot = spot_at(&part->windows[t], bit - 1, y);
-        if (inside >> bit & 1)
-            add_node(part, &spot);
-        if (cells >> bit & 1)
-            add_cell(part, &spot);
-        if (rim >> bit & 1)
+        if (bits.inside >> bit & 1)
+            add_node(part, &spot, &at_nodes);
+        if (bits.cells >> bit & 1)
+            add_cell(part, &spot, &over_cells);
+        if (bits.rim >> bit & 1)
             add_end(part, &spot);
     }
+    shear_angles(&at_nodes, part->result->nodes.shear_deg + first.nodes);
+    add_yarns(&part->result->cells, first.cells, &over_cells);
 }
 
 /* Sorted by j, then i. */
@@ -329,9 +321,8 @@ static size_t tile_rows(const struct net_window *windows, size_t tiles) {
 static struct part *make_parts(struct march *march, struct drape_result *result, int *count) {
     size_t tiles = net_tile_count(march->net);
     const struct net_window *windows = make_windows(march->net);
-    struct inside_map *maps = arena_take(march->arena, tiles, sizeof *maps);
     struct part *parts = arena_alloc(march->arena, tile_rows(windows, tiles), sizeof *parts);
-    if (!windows || !maps || !parts)
+    if (!windows || !parts)
         return NULL;
     *count = 0;
     for (size_t t = 0; t < tiles; t++) {
@@ -340,10 +331,8 @@ static struct part *make_parts(struct march *march, struct drape_result *result,
             *part = (struct part){.march = march,
                                   .result = result,
                                   .windows = &windows[t],
-                                  .maps = &maps[t],
+                                  .before = march->before,
                                   .estimate_max = -1};
-            if (march->before)
-                part->before = *march->before;
         }
         parts[*count - 1].count++;
     }
@@ -395,7 +384,7 @@ enum status report_make(struct march *march, struct drape_result *result) {
         return STATUS_OUT_OF_MEMORY;
     run_parts(march, count, count_part, parts);
     place_parts(parts, count, result);
-    enum status status = alloc_columns(march->arena, march->before, result);
+    enum status status = alloc_columns(march->arena, march->before.net, result);
     if (status != STATUS_OK)
         return status;
     run_parts(march, count, add_part, parts);

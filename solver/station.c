@@ -1,9 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "station.h"
 
-/* Tangents this nearly parallel (sine of their angle) span no tangent plane. */
-static const double parallel = 1e-9;
-
 /* A node this close outside the domain, as a share of the domain, is on its boundary. */
 static const double boundary_width = 1e-9;
 
@@ -45,7 +42,7 @@ static struct vec3 limit_normal(const struct surface *surface, const struct stat
     double inward = station->uv[1 - vanished] < middle ? 1 : -1;
     struct vec3 normal = vanished == 0 ? vec3_cross(jet->uv, jet->v) : vec3_cross(jet->u, jet->uv);
     double scale = vec3_norm(jet->uv) * vec3_norm(vanished == 0 ? jet->v : jet->u);
-    if (!(vec3_norm(normal) > parallel * scale))
+    if (!(vec3_norm(normal) > STATION_PARALLEL * scale))
         return vec3_make(0, 0, 0);
     return vec3_scale(inward, vec3_unit(normal));
 }
@@ -58,7 +55,7 @@ bool station_complete(const struct surface *surface, struct station *station) {
     station->first[0] = nu;
     station->first[1] = vec3_dot(jet->u, jet->v);
     station->first[2] = nv;
-    if (nu > least[0] && nv > least[1] && area > parallel * parallel * nu * nv)
+    if (nu > least[0] && nv > least[1] && area > STATION_PARALLEL * STATION_PARALLEL * nu * nv)
         station->normal = vec3_scale(1 / sqrt(area), cross);
     else
         station->normal = limit_normal(surface, station);
@@ -80,60 +77,11 @@ bool station_at(const struct surface *surface, struct surface_cursor *cursor, co
     return station_complete(surface, station);
 }
 
-/* With E, F, G the first fundamental form and (p, q) = direction . (r_u, r_v), the components are
- * (G p - F q, E q - F p) / (E G - F^2); this is the numerator. */
-static void scaled_components(const struct station *station, struct vec3 direction, double ab[2]) {
-    const double *first = station->first;
-    double p = vec3_dot(direction, station->jet.u), q = vec3_dot(direction, station->jet.v);
-    ab[0] = first[2] * p - first[1] * q;
-    ab[1] = first[0] * q - first[1] * p;
-}
-
-static double first_determinant(const struct station *station) {
-    return station->first[0] * station->first[2] - station->first[1] * station->first[1];
-}
-
-/* Whether r_u and r_v are not parallel; written so that NaN says no. */
-static bool regular(const struct station *station, double determinant) {
-    return determinant > parallel * parallel * station->first[0] * station->first[2];
-}
-
-bool station_components(const struct station *station, struct vec3 direction, double ab[2]) {
-    double determinant = first_determinant(station);
-    if (!regular(station, determinant))
-        return false;
-    double inverse = 1 / determinant;
-    scaled_components(station, direction, ab);
-    ab[0] *= inverse;
-    ab[1] *= inverse;
-    return true;
-}
-
-struct vec3 station_tangent(const struct station *station, struct vec3 direction) {
-    double along = vec3_dot(direction, station->normal);
-    return vec3_unit(vec3_axpy(-along, station->normal, direction));
-}
-
 /* r_uu a^2 + 2 r_uv a b + r_vv b^2 */
 static struct vec3 second_derivative(const struct surface_jet *jet, const double ab[2]) {
     struct vec3 sum = vec3_scale(ab[0] * ab[0], jet->uu);
     sum = vec3_axpy(2 * ab[0] * ab[1], jet->uv, sum);
     return vec3_axpy(ab[1] * ab[1], jet->vv, sum);
-}
-
-/* a^2, 2 a b, b^2 weighted by a fundamental form */
-static double form(const double coefficients[3], const double ab[2]) {
-    return ab[0] * ab[0] * coefficients[0] + 2 * ab[0] * ab[1] * coefficients[1] +
-           ab[1] * ab[1] * coefficients[2];
-}
-
-/* A ratio of forms: the length of the direction does not matter, nor a scale of its components. */
-double station_normal_curvature(const struct station *station, struct vec3 direction) {
-    double ab[2];
-    scaled_components(station, direction, ab);
-    double length2 = form(station->first, ab);
-    bool good = regular(station, first_determinant(station)) && length2 > 0;
-    return good ? form(station->second, ab) / length2 : 0;
 }
 
 /* A pole: the end of an axis where the domain's edge is one point. */
@@ -282,6 +230,8 @@ double station_cut_turn(const struct surface *surface, int k) {
 
 /* Beyond the cut opposite the start, its ghosts end a full turn from there. */
 static enum station_zone zone_round(const struct surface *surface, int k, double from, double to) {
+    if (!surface->axis[k].closed)
+        return STATION_INSIDE;
     double turns = fabs(to - from) / station_cut_turn(surface, k);
     return turns <= 1 + boundary_width ? STATION_INSIDE
            : turns <= 2                ? STATION_GHOST

@@ -46,18 +46,6 @@ bool station_pull(const struct surface *surface, struct surface_cursor *cursor,
 /* The distance from `point` to the nearest pole, and that pole; infinite when there is none. */
 double station_pole_distance(const struct surface *surface, struct vec3 point, struct vec3 *pole);
 
-/* Components (a, b) of the projection of `direction` on the tangent plane: r_u a + r_v b. False
- * where r_u and r_v are parallel. */
-bool station_components(const struct station *station, struct vec3 direction, double ab[2]);
-
-/* `direction` projected on the tangent plane, unit; zero when it is normal to the surface. */
-struct vec3 station_tangent(const struct station *station, struct vec3 direction);
-
-/* Normal curvature II(t, t) / I(t, t) in the direction t of the projection of `direction`
- * (paper, equation 12), in 1 / length, positive where the surface bends towards the normal. 0
- * where there is none. */
-double station_normal_curvature(const struct station *station, struct vec3 direction);
-
 /* Round a closed direction k that no pole closes, the net is cut open half a turn from its start:
  * that much in its parameter; HUGE_VAL for other directions. */
 double station_cut_turn(const struct surface *surface, int k);
@@ -68,5 +56,72 @@ double station_cut_turn(const struct surface *surface, int k);
 enum station_zone station_zone(const struct surface *surface, struct surface_cursor *cursor,
                                const double start[2], const struct station *station,
                                enum drape_reason *reason);
+
+/* ---- the tangent plane: inline, because every node needs it several times ---- */
+
+/* Tangents this nearly parallel (sine of their angle) span no tangent plane. */
+#define STATION_PARALLEL 1e-9
+
+/* With E, F, G the first fundamental form and (p, q) = direction . (r_u, r_v), the components are
+ * (G p - F q, E q - F p) / (E G - F^2); this is the numerator. */
+static inline void station_scaled_components(const struct station *station, struct vec3 direction,
+                                             double ab[2]) {
+    const double *first = station->first;
+    double p = vec3_dot(direction, station->jet.u), q = vec3_dot(direction, station->jet.v);
+    ab[0] = first[2] * p - first[1] * q;
+    ab[1] = first[0] * q - first[1] * p;
+}
+
+static inline double station_determinant(const struct station *station) {
+    return station->first[0] * station->first[2] - station->first[1] * station->first[1];
+}
+
+/* Whether r_u and r_v are not parallel; written so that NaN says no. */
+static inline bool station_is_regular(const struct station *station) {
+    double least = STATION_PARALLEL * STATION_PARALLEL * station->first[0] * station->first[2];
+    return station_determinant(station) > least;
+}
+
+/* Components (a, b) of the projection of `direction` on the tangent plane: r_u a + r_v b. False
+ * where r_u and r_v are parallel. */
+static inline bool station_components(const struct station *station, struct vec3 direction,
+                                      double ab[2]) {
+    if (!station_is_regular(station))
+        return false;
+    double inverse = 1 / station_determinant(station);
+    station_scaled_components(station, direction, ab);
+    ab[0] *= inverse;
+    ab[1] *= inverse;
+    return true;
+}
+
+/* `direction` projected on the tangent plane, zero when it is normal to the surface; and that as a
+ * unit vector. */
+static inline struct vec3 station_projection(const struct station *station, struct vec3 direction) {
+    double along = vec3_dot(direction, station->normal);
+    return vec3_axpy(-along, station->normal, direction);
+}
+
+static inline struct vec3 station_tangent(const struct station *station, struct vec3 direction) {
+    return vec3_unit(station_projection(station, direction));
+}
+
+/* a^2, 2 a b, b^2 weighted by a fundamental form */
+static inline double station_form(const double coefficients[3], const double ab[2]) {
+    return ab[0] * ab[0] * coefficients[0] + 2 * ab[0] * ab[1] * coefficients[1] +
+           ab[1] * ab[1] * coefficients[2];
+}
+
+/* Normal curvature II(t, t) / I(t, t) in the direction t of the projection of `direction`
+ * (paper, equation 12), in 1 / length, positive where the surface bends towards the normal; a ratio
+ * of forms, so that the length of t does not matter. 0 where there is none. */
+static inline double station_normal_curvature(const struct station *station,
+                                              struct vec3 direction) {
+    double ab[2];
+    station_scaled_components(station, direction, ab);
+    double length2 = station_form(station->first, ab);
+    bool good = station_is_regular(station) && length2 > 0;
+    return good ? station_form(station->second, ab) / length2 : 0;
+}
 
 #endif

@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Functions marked WIDE_CLONES are compiled for AVX as well, where four doubles are one register;
+ * the processor's own is chosen when the program is loaded. Without contraction both versions give
+ * the same bits. What they call must be INLINE to be wide, too.
+ */
+#ifndef DRAPE_WIDE_H
+#define DRAPE_WIDE_H
+
+#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__clang__) &&                        \
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && !defined(__SSP_ALL__)
+#define WIDE_CLONES __attribute__((target_clones("avx2", "default")))
+#else
+#define WIDE_CLONES
+#endif
+#define INLINE static inline __attribute__((always_inline))
+
+#endif
