@@ -193,7 +193,7 @@ static struct net_node *copy_arm(struct march *march, int di, int dj, int32_t *l
     return arm;
 }
 
-/* Everything a quadrant needs, before any of them is marched. */
+/* What a quadrant needs but its rows, before any of them is marched. */
 static enum status prepare(struct march *march, int number, struct quadrant *q) {
     int32_t height;
     *q = (struct quadrant){.local = *march, .si = number % 2 ? -1 : 1, .sj = number / 2 ? -1 : 1};
@@ -201,9 +201,24 @@ static enum status prepare(struct march *march, int number, struct quadrant *q) 
     q->local.inside = q->local.ghosts = q->local.solved = q->local.iterations = 0;
     q->arm[0] = copy_arm(march, q->si, 0, &q->length);
     q->arm[1] = copy_arm(march, 0, q->sj, &height);
-    q->below = arena_alloc(march->arena, (size_t)q->length, sizeof *q->below);
-    q->row = arena_alloc(march->arena, (size_t)q->length, sizeof *q->row);
-    return q->arm[0] && q->arm[1] && q->below && q->row ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    return q->arm[0] && q->arm[1] ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+}
+
+/* Two rows for each quadrant, or the same two for all that are marched one after the other. */
+static enum status make_rows(struct march *march, struct quadrant *quadrants, bool together) {
+    int32_t longest = 0;
+    for (int k = 0; k < NET_TABLES; k++)
+        longest = quadrants[k].length > longest ? quadrants[k].length : longest;
+    for (int k = 0; k < NET_TABLES; k++) {
+        struct quadrant *q = &quadrants[k];
+        bool own = k == 0 || together;
+        size_t room = (size_t)longest;
+        q->below = own ? arena_alloc(march->arena, room, sizeof *q->below) : quadrants[0].below;
+        q->row = own ? arena_alloc(march->arena, room, sizeof *q->row) : quadrants[0].row;
+        if (!q->below || !q->row)
+            return STATUS_OUT_OF_MEMORY;
+    }
+    return STATUS_OK;
 }
 
 static void grow_quadrant(void *data, int number) {
@@ -230,16 +245,19 @@ static enum status gather(struct march *march, const struct quadrant *q) {
  */
 enum status march_quadrants(struct march *march) {
     const struct drape_team *team = march->settings->team;
+    bool together = team && !march->fold;
     struct quadrant *quadrants = arena_alloc(march->arena, NET_TABLES, sizeof *quadrants);
     enum status status = quadrants ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     for (int k = 0; k < NET_TABLES && status == STATUS_OK; k++)
         status = prepare(march, k, &quadrants[k]);
+    if (status == STATUS_OK)
+        status = make_rows(march, quadrants, together);
     if (status != STATUS_OK)
         return status;
-    if (team && !march->fold)
+    if (together)
         team->run(team->context, NET_TABLES, grow_quadrant, quadrants);
     for (int k = 0; k < NET_TABLES && status == STATUS_OK; k++) {
-        if (!team || march->fold)
+        if (!together)
             grow_quadrant(quadrants, k);
         status = gather(march, &quadrants[k]);
     }
