@@ -20,20 +20,24 @@ static enum store_answer any_queued(struct sqlite_store *store, struct db *db, v
 }
 
 /* The first job of the owner whose turn it is. The owners who wait are found one by one in the
- * index of the queue, so that its length does not matter. */
+ * index of the queue, so that its length does not matter; nor does what has ended, as long as no
+ * index that has that, too, is taken: hence INDEXED BY. */
 static const char pick_sql[] =
     "WITH RECURSIVE waiting (owner) AS ("
-    " SELECT min(owner) FROM jobs WHERE status = 0"
+    " SELECT min(owner) FROM jobs INDEXED BY jobs_queue WHERE status = 0"
     " UNION ALL"
-    " SELECT (SELECT min(j.owner) FROM jobs j WHERE j.status = 0 AND j.owner > waiting.owner)"
+    " SELECT (SELECT min(j.owner) FROM jobs j INDEXED BY jobs_queue"
+    "   WHERE j.status = 0 AND j.owner > waiting.owner)"
     "  FROM waiting WHERE waiting.owner IS NOT NULL),"
     " first (owner) AS ("
     " SELECT owner FROM waiting WHERE owner IS NOT NULL"
-    "  ORDER BY (SELECT count(*) FROM (SELECT 1 FROM jobs j WHERE j.status = 1"
-    "    AND j.owner = waiting.owner LIMIT 1000)),"
-    "   (SELECT min(j.rank) FROM jobs j WHERE j.status = 0 AND j.owner = waiting.owner) LIMIT 1)"
+    "  ORDER BY (SELECT count(*) FROM (SELECT 1 FROM jobs j INDEXED BY jobs_running"
+    "    WHERE j.status = 1 AND j.owner = waiting.owner LIMIT 1000)),"
+    "   (SELECT min(j.rank) FROM jobs j INDEXED BY jobs_queue"
+    "    WHERE j.status = 0 AND j.owner = waiting.owner) LIMIT 1)"
     "SELECT j.sequence, j.id, j.surface, j.token, j.attempts, r.number"
-    " FROM first CROSS JOIN jobs j ON j.owner = first.owner AND j.status = 0"
+    " FROM first CROSS JOIN jobs j INDEXED BY jobs_queue"
+    "  ON j.owner = first.owner AND j.status = 0"
     " LEFT JOIN results r ON r.digest = j.digest AND r.state = 1"
     " ORDER BY j.rank, j.sequence LIMIT 1";
 
