@@ -201,9 +201,10 @@ static enum store_answer remove_records(struct sqlite_store *store, struct db *d
 static enum store_answer doom(struct sqlite_store *store, struct db *db, void *context) {
     (void)store;
     struct step *step = context;
-    struct query query = db_query(db, "UPDATE results SET state = 2 WHERE state = 0 AND NOT EXISTS"
-                                      " (SELECT 1 FROM jobs j WHERE j.sequence = results.job"
-                                      " AND j.token = results.token AND j.status = 1)");
+    struct query query =
+        db_query(db, "UPDATE results SET state = 2 WHERE state <> 1 AND state = 0 AND NOT EXISTS"
+                     " (SELECT 1 FROM jobs j WHERE j.sequence = results.job"
+                     " AND j.token = results.token AND j.status = 1)");
     enum store_answer answer = query_run(&query);
     step->done = db_changes(db);
     return answer == STORE_OK && step->done == 0 ? STORE_EMPTY : answer;
