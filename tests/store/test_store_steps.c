@@ -60,6 +60,23 @@ static void list(struct scratch *scratch, struct counted *counted, const char *o
     store_page_clear(&page);
 }
 
+/* A sweep while a result too large for one piece is being written. */
+static void sweep_beside_writer(struct scratch *scratch, const char *digest,
+                                struct counted *counted) {
+    static const char bytes[3 << 20];
+    struct store *store = scratch->store;
+    struct store_claim claim;
+    struct store_sweep sweep;
+    note(counted, "submit a large one", submit(store, digest, NULL));
+    note(counted, "claim a large one", store_claim(store, &claim));
+    struct store_writer *writer = store_writer_new(store, &claim);
+    assert_non_null(writer);
+    note(counted, "append", store_writer_append(writer, bytes, sizeof bytes));
+    note(counted, "sweep beside a writer", store_sweep(store, &sweep));
+    note(counted, "commit a large one", store_writer_commit(writer, "{}"));
+    store_writer_free(writer);
+}
+
 /* Jobs go through their life; the digests say which round it is. */
 static void live(struct scratch *scratch, const char *round, struct counted *counted) {
     struct store *store = scratch->store;
@@ -67,8 +84,8 @@ static void live(struct scratch *scratch, const char *round, struct counted *cou
     struct store_job job;
     struct store_counts counts;
     struct store_sweep sweep;
-    char digest[4][32];
-    for (int k = 0; k < 4; k++)
+    char digest[5][32];
+    for (int k = 0; k < 5; k++)
         snprintf(digest[k], sizeof digest[k], "%s %d", round, k);
     atomic_store(&steps, 0);
     note(counted, "submit", submit(store, digest[0], digest[0]));
@@ -90,6 +107,7 @@ static void live(struct scratch *scratch, const char *round, struct counted *cou
     note(counted, "submit a third", submit(store, digest[3], NULL));
     note(counted, "claim a third", store_claim(store, &claim));
     note(counted, "cancel", store_cancel(store, claim.id));
+    sweep_beside_writer(scratch, digest[4], counted);
     note(counted, "counts", store_counts(store, &counts));
     list(scratch, counted, "list", (struct store_filter){0});
     list(scratch, counted, "list of an owner", (struct store_filter){.owner = ""});
