@@ -93,7 +93,10 @@ static void set_bit(uint16_t *bits, int x, bool on) {
 enum status net_put(struct net *net, int32_t i, int32_t j, const struct net_node *node) {
     int32_t ti = i >> NET_TILE_BITS, tj = j >> NET_TILE_BITS;
     int x = i & (NET_TILE - 1), y = j & (NET_TILE - 1);
-    struct net_tile *tile = touch_tile(&net->table[table_of(ti, tj)], ti, tj);
+    struct net_table *table = &net->table[table_of(ti, tj)];
+    struct net_tile *tile = table->last;
+    if (!tile || tile->ti != ti || tile->tj != tj)
+        tile = touch_tile(table, ti, tj);
     if (!tile)
         return STATUS_OUT_OF_MEMORY;
     tile->node[y][x] = *node;

@@ -241,12 +241,14 @@ static enum station_zone zone_round(const struct surface *surface, int k, double
 enum station_zone station_zone(const struct surface *surface, struct surface_cursor *cursor,
                                const double start[2], const struct station *station,
                                enum drape_reason *reason) {
-    double edge[2];
+    double edge[2] = {station->uv[0], station->uv[1]};
     bool outside = false;
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &surface->axis[k];
         double x = station->uv[k], low = surface_axis_lower(axis), high = surface_axis_upper(axis);
-        edge[k] = axis->closed || (x >= low && x <= high) ? x : x < low ? low : high;
+        if (axis->closed || (x >= low && x <= high))
+            continue;
+        edge[k] = x < low ? low : high;
         outside = outside || fabs(edge[k] - x) > boundary_width * (high - low);
     }
     *reason = DRAPE_REASON_BOUNDARY;
