@@ -40,6 +40,29 @@ told_times() { [ "$(grep -c "$1" "$NOTICES")" -ge "$2" ]; }
     [[ "$(tail -1 "$NOTICES")" == STOPPING=1* ]]
 }
 
+@test "deploy: the daemon tells of a reload, whatever becomes of it" {
+    listen_for_notices "$BATS_TEST_TMPDIR/socket"
+    "$DRAPED" hash-token anna write --generate >"$BATS_TEST_TMPDIR/tokens" 2>/dev/null
+    NOTIFY_SOCKET=$BATS_TEST_TMPDIR/socket \
+        start_daemon "$BATS_TEST_TMPDIR/daemon" --tokens "$BATS_TEST_TMPDIR/tokens"
+    wait_until 10 told_times '^READY=1' 1
+    kill -HUP "$DAEMON"
+    wait_until 10 told_times '^READY=1' 2
+    echo nonsense >"$BATS_TEST_TMPDIR/tokens"
+    kill -HUP "$DAEMON"
+    wait_until 10 told_times '^READY=1' 3
+    # By the clock that began with the machine, as systemd reads it.
+    [[ "$(sed -n 3p "$NOTICES")" =~ ^RELOADING=1\ MONOTONIC_USEC=([0-9]+)\  ]]
+    local since_boot
+    since_boot=$(python3 -c 'import time; print(int(time.monotonic()))')
+    [ "$((BASH_REMATCH[1] / 1000000))" -le "$((since_boot + 1))" ]
+    [ "$((BASH_REMATCH[1] / 1000000))" -ge "$((since_boot - 60))" ]
+    [[ "$(sed -n 4p "$NOTICES")" == READY=1* ]]
+    [[ "$(sed -n 5p "$NOTICES")" == RELOADING=1* ]]
+    [[ "$(sed -n 6p "$NOTICES")" == READY=1* ]]
+    stop_daemon
+}
+
 @test "deploy: a daemon that stands still gives no sign of life" {
     listen_for_notices "@draped-test-$$-$BATS_TEST_NUMBER"
     NOTIFY_SOCKET=@draped-test-$$-$BATS_TEST_NUMBER WATCHDOG_USEC=100000 \
@@ -205,6 +228,7 @@ END
     make -s install B="${BUILD:-build}" DESTDIR="$root" PREFIX=/usr
     mkdir -p "$root/etc/systemd/system/draped.service.d"
     cp deploy/systemd/drop-ins/*.conf "$root/etc/systemd/system/draped.service.d"
+    install -D -t "$root/bin" /bin/kill
     for target in sysinit basic network network-online multi-user sockets shutdown; do
         printf '[Unit]\nDescription=%s\n' "$target" >"$root/usr/lib/systemd/system/$target.target"
     done
