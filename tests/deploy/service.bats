@@ -4,8 +4,10 @@
 load helper
 
 teardown() {
-    stop_daemon
+    local failed=0
+    stop_daemon || failed=1
     [ -z "${LISTENER:-}" ] || { kill "$LISTENER"; wait "$LISTENER" || true; }
+    return $failed
 }
 
 # listen_for_notices ADDRESS: writes what the daemon tells into $NOTICES, a notice a line.
@@ -173,6 +175,7 @@ END
     [ "$status" -ne 0 ]
     run join_daemon
     [ "$status" = 2 ]
+    DAEMON=
     grep -q 'tokens' "$HOME_DIR/log"
     # More than one socket, and one that is not TCP.
     run sh -c 'LISTEN_PID=$$ LISTEN_FDS=2 exec "$@" 3</dev/null' sh "$DRAPED" --check-config

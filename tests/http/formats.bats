@@ -109,7 +109,7 @@ END
         done
     done
     [ "$(sort -u "$BATS_TEST_TMPDIR/tags" | wc -l)" -eq 15 ]
-    ! grep -q '^W/' "$BATS_TEST_TMPDIR/tags"
+    not grep -q '^W/' "$BATS_TEST_TMPDIR/tags"
 }
 
 @test "formats: the same result has the same bytes each time" {
