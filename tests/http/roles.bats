@@ -98,6 +98,21 @@ works_apart() {
     expect_problem 404 not-found
 }
 
+@test "http: what is no text is refused before the database sees it" {
+    start_with PostgreSQL
+    for id in %ff a%80 x; do
+        call GET "/v1/surfaces/$id"
+        expect_problem 404 not-found
+        call DELETE "/v1/surfaces/$id"
+        expect_problem 404 not-found
+        call GET "/v1/drapes/$id"
+        expect_problem 404 not-found
+    done
+    quick 1.006 | post /v1/drapes - -H $'Idempotency-Key: a\xff'
+    expect_problem 422 invalid-request
+    not grep -q store_failed "$BATS_TEST_TMPDIR/api/log"
+}
+
 @test "http: without a database calls are refused, and served again once it is back" {
     start_with PostgreSQL
     postgres_stop QUIT
