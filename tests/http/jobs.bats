@@ -247,6 +247,25 @@ start() { start_daemon "$BATS_TEST_TMPDIR/daemon" "$@"; }
     wait_until 8 over 'method="GET",route="/v1/drapes/{id}/events"' 200
 }
 
+@test "http: who closes the sending side is answered, but not waited for" {
+    start --workers 1
+    stop_workers
+    quick 9.05 | submit
+    half_closed() {
+        python3 - "$PORT" "$1" <<'END'
+import socket, sys
+with socket.create_connection(("127.0.0.1", int(sys.argv[1])), 20) as client:
+    client.sendall(f"GET {sys.argv[2]} HTTP/1.1\r\nHost: a\r\n\r\n".encode())
+    client.shutdown(socket.SHUT_WR)
+    while piece := client.recv(65536):
+        sys.stdout.buffer.write(piece)
+END
+    }
+    half_closed "/v1/drapes/$id" | head -1 | grep -q '^HTTP/1.1 200 '
+    half_closed "/v1/drapes/$id?wait=50" >"$BATS_TEST_TMPDIR/waited"
+    [ ! -s "$BATS_TEST_TMPDIR/waited" ]
+}
+
 @test "http: a wait that is too short ends with what there is" {
     start --workers 1
     stop_workers
