@@ -40,7 +40,7 @@ test_helpers = $(call objects,$(filter-out $(dir $(1))test_%,$(wildcard $(dir $(
 
 # A fuzz target is tests/fuzz/fuzz_NAME.c; without a fuzzer it replays corpus/NAME.
 FUZZ := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))
-FUZZ_HELPERS := $(call objects,tests/fuzz/encode.c tests/fuzz/mesh.c)
+FUZZ_HELPERS := $(call objects,tests/fuzz/encode.c tests/fuzz/mesh.c tests/fuzz/service.c)
 REPLAYS := $(FUZZ:%=$(B)/tests/fuzz/fuzz_%)
 FUZZERS := $(FUZZ:%=$(B)/tests/fuzz/run_%)
 

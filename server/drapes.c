@@ -165,12 +165,19 @@ static bool take_in(const struct http_services *services, const struct request *
     return !reply->status;
 }
 
+/* Other bytes need be no text, which PostgreSQL does not take. */
+static bool is_printable(const char *text) {
+    while (*text >= ' ' && *text <= '~')
+        text++;
+    return !*text;
+}
+
 static bool check_key(const struct request *request, struct reply *reply) {
     const char *key = request_header(request, "Idempotency-Key");
-    if (!key || (*key && strlen(key) < STORE_KEY_SIZE))
+    if (!key || (*key && strlen(key) < STORE_KEY_SIZE && is_printable(key)))
         return true;
     reply_refuse(reply, request->id, API_INVALID_REQUEST,
-                 "the Idempotency-Key must have 1 to %d characters", STORE_KEY_SIZE - 1);
+                 "the Idempotency-Key must have 1 to %d characters of ASCII", STORE_KEY_SIZE - 1);
     return false;
 }
 

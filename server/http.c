@@ -11,8 +11,8 @@
 #include "pace.h"
 #include "routes.h"
 #include <dlfcn.h>
-#include <errno.h>
 #include <microhttpd.h>
+#include <poll.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
@@ -29,7 +29,7 @@ enum {
     HTTP_BLOCK_BYTES = 16 * 1024, /* asked of a stream at a time */
     HTTP_LARGE_BLOCK_BYTES = 128 * 1024, /* the same when the length is known */
     HTTP_TICK_MS = 10,                   /* the timer looks no more often than this */
-    HTTP_REAP_MS = 1000,                 /* and this often for slow clients */
+    HTTP_REAP_MS = 1000,                 /* and this often for clients that are slow or gone */
     HTTP_GOODBYE_MS = 2000               /* answers under way get this long at the end */
 };
 
@@ -79,6 +79,7 @@ struct exchange {
     struct hub_watch watch;
 
     bool notified, suspended; /* under the lock; `notified` since the handler was called last */
+    bool gone;                /* under the lock: nobody wants the answer any more */
     struct exchange *next, *previous;
 };
 
@@ -142,6 +143,24 @@ static void resume_due(struct http *http, int64_t now) {
         http->wake_at = now + HTTP_TICK_MS;
 }
 
+/* Whether the client has closed its side of the connection. Most who do are gone, and for the rest
+ * there is no telling: as with nginx, who wants the answer must leave its side open. */
+static bool hung_up(const struct client *client) {
+    struct pollfd side = {client->pace.socket, POLLRDHUP, 0};
+    return poll(&side, 1, 0) == 1;
+}
+
+/* With the lock: resumes those whose client is gone, so that their connections end. The library
+ * does not look at the socket of one that is suspended. */
+static void resume_gone(struct http *http) {
+    for (struct exchange *exchange = http->suspended, *next; exchange; exchange = next) {
+        next = exchange->next;
+        exchange->gone = hung_up(exchange->client);
+        if (exchange->gone)
+            resume(exchange);
+    }
+}
+
 static void *timer(void *context) {
     struct http *http = context;
     int64_t reap_at = 0;
@@ -150,6 +169,7 @@ static void *timer(void *context) {
         int64_t now = request_clock_ms();
         if (now >= reap_at) {
             pace_reap(http->pace, now);
+            resume_gone(http);
             reap_at = now + HTTP_REAP_MS;
         }
         resume_due(http, now);
@@ -171,21 +191,17 @@ void http_watch(struct request *request, const char *subject) {
     hub_subscribe(exchange->http->services.hub, &exchange->watch, subject, wake, exchange);
 }
 
-bool http_abandoned(const struct request *request) {
-    const struct exchange *exchange = request->transport;
-    char byte;
-    ssize_t got = recv(exchange->client->pace.socket, &byte, 1, MSG_PEEK | MSG_DONTWAIT);
-    return got == 0 || (got < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR);
-}
-
-/* Before every call of the routes: what they may want to know, and a fresh start for `notified`. */
-static void refresh(struct exchange *exchange) {
+/* Before every call of the routes: what they may want to know, and a fresh start for `notified`.
+ * False when there is nobody left to answer. */
+static bool refresh(struct exchange *exchange) {
     struct http *http = exchange->http;
     pthread_mutex_lock(&http->lock);
     exchange->notified = false;
     exchange->request->stopping = http->stopping;
+    bool gone = exchange->gone;
     pthread_mutex_unlock(&http->lock);
     exchange->request->draining = atomic_load(&http->draining);
+    return !gone;
 }
 
 /* ------------------------------------------------------------------ refusing */
@@ -269,7 +285,8 @@ static ssize_t pull(void *context, uint64_t position, char *buffer, size_t size)
     struct pace *pace = exchange->http->pace;
     (void)position;
     for (;;) {
-        refresh(exchange);
+        if (!refresh(exchange))
+            return MHD_CONTENT_READER_END_WITH_ERROR;
         pace_hold(pace, &exchange->client->pace);
         ssize_t got = exchange->reply.stream.next(exchange->reply.stream.context, buffer, size);
         if (got > 0) {
@@ -326,7 +343,8 @@ static enum MHD_Result send_reply(struct exchange *exchange) {
 /* Asks the routes until there is an answer or a reason to wait. */
 static enum MHD_Result answer(struct exchange *exchange) {
     for (;;) {
-        refresh(exchange);
+        if (!refresh(exchange))
+            return MHD_NO;
         const struct http_services *services = &exchange->http->services;
         if (routes_handle(services, exchange->request, &exchange->reply) == ROUTES_DONE)
             return send_reply(exchange);
@@ -403,9 +421,8 @@ static bool screen(struct exchange *exchange) {
     request_check_framing(request);
     request_choose_id(request);
     bool has_body = request_has_body(request, &length);
-    refresh(exchange);
-    bool passed =
-        !request->fault[0] && !routes_screen(&exchange->http->services, request, &exchange->reply);
+    bool passed = refresh(exchange) && !request->fault[0] &&
+                  !routes_screen(&exchange->http->services, request, &exchange->reply);
     exchange->limit = routes_limit(&exchange->http->services, request);
     bool large = length > exchange->limit.bytes;
     if (request->fault[0])

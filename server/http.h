@@ -4,9 +4,10 @@
  * asks `routes_handle` for the answer and sends it; what the answers are is `routes.h`'s business.
  * `http.c` is the only file that includes microhttpd.h.
  *
- * Threads: libmicrohttpd's own (at most four, epoll) call the routes; a call that has to wait is
- * suspended and holds no thread, and one timer thread wakes those whose time is up. All functions
- * here are called from the main thread.
+ * Threads: libmicrohttpd's own (epoll) call the routes; a call that has to wait is suspended and
+ * holds no thread, and one timer thread wakes those whose time is up. A call that waits and whose
+ * client has closed its side of the connection ends within about a second, unanswered. All
+ * functions here are called from the main thread.
  *
  * The order of a shutdown: `http_drain`, then the dispatcher's own draining, then `http_stop`, then
  * the store may be closed.
@@ -61,9 +62,5 @@ struct request;
  * handler or stream that waits be called again. Call it before the look at the store that decides
  * whether to wait. One subject a request; later calls change nothing. */
 void http_watch(struct request *request, const char *subject);
-
-/* For handlers that wait: whether the client has closed its side of the connection. Nobody who
- * wants the answer does that. */
-bool http_abandoned(const struct request *request);
 
 #endif

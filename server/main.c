@@ -79,7 +79,7 @@ static void give_up(int number) {
 }
 
 /* A file that cannot be used changes nothing: who could call before still can. */
-static void reload(struct service *service) {
+static void read_tokens(struct service *service) {
     char why[TOKENS_WHY_SIZE];
     if (!service->tokens)
         return;
@@ -98,7 +98,9 @@ static int keep_alive(struct service *service, const sigset_t *signals) {
     for (;;) {
         int number = sigtimedwait(signals, NULL, every_ms ? &step : NULL);
         if (number == SIGHUP) {
-            reload(service);
+            manager_reloading();
+            read_tokens(service);
+            manager_ready();
             continue;
         }
         if (number > 0)

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "manager.h"
+#include "clock.h"
 #include "log.h"
 #include <errno.h>
 #include <fcntl.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -81,6 +83,13 @@ static void tell(const char *words) {
 
 void manager_ready(void) {
     tell("READY=1\nSTATUS=Draping");
+}
+
+void manager_reloading(void) {
+    char words[96];
+    snprintf(words, sizeof words, "RELOADING=1\nMONOTONIC_USEC=%lld\nSTATUS=Reading the tokens",
+             (long long)clock_us());
+    tell(words);
 }
 
 void manager_stopping(void) {

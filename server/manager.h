@@ -17,8 +17,11 @@
  * caller's, and shared with the manager: never shut it down, only close it. */
 bool manager_socket(int *socket, const char **why) __attribute__((warn_unused_result));
 
-/* The daemon answers calls. */
+/* The daemon answers calls, at the start and after `manager_reloading`. */
 void manager_ready(void);
+
+/* The daemon reads again what SIGHUP is for; it answers calls meanwhile. */
+void manager_reloading(void);
 
 /* The daemon is draining. */
 void manager_stopping(void);

@@ -66,7 +66,8 @@ static bool read_mesh(struct map_task *task) {
     enum api_problem_id (*read)(const char *, size_t, struct arena *, struct api_map_mesh *,
                                 struct api_problem *) =
         task->nastran ? api_map_mesh_nastran : api_map_mesh_json;
-    enum api_problem_id result = read(task->body, task->length, task->arena, &task->mesh, problem);
+    const char *body = task->body ? task->body : "";
+    enum api_problem_id result = read(body, task->length, task->arena, &task->mesh, problem);
     free(task->body);
     task->body = NULL;
     if (result == API_OK && task->inlet)

@@ -56,9 +56,9 @@ static void drop_state(void *state) {
 
 static enum routes_next go_on(struct request *request, struct reply *reply) {
     struct map_task *task = request->state;
-    bool done = mapper_done(task), abandoned = !done && http_abandoned(request);
-    if (!done && !abandoned && !request->stopping) {
-        request->wake_at = request_clock_ms() + HUB_POLL_MS; /* is the caller still there? */
+    bool done = mapper_done(task);
+    if (!done && !request->stopping) {
+        request->wake_at = INT64_MAX; /* the mapper tells */
         return ROUTES_WAIT;
     }
     request->state = NULL;
@@ -67,10 +67,7 @@ static enum routes_next go_on(struct request *request, struct reply *reply) {
         return ROUTES_DONE;
     }
     mapper_drop(task);
-    if (!abandoned)
-        return resources_draining(request, reply);
-    reply_refuse(reply, request->id, API_UNAVAILABLE, "the caller is gone");
-    return ROUTES_DONE;
+    return resources_draining(request, reply);
 }
 
 /* ------------------------------------------------------------------ the beginning */

@@ -176,7 +176,8 @@ enum routes_next meta_metrics(const struct http_services *services, struct reque
         fputs("draped_build_info{version=\"" DRAPED_VERSION
               "\",solver_version=\"" DRAPE_SOLVER_VERSION "\"} 1\n",
               out);
-        head(out, "draped_http_requests_total", "counter", "Answers by route and status.");
+        head(out, "draped_http_requests_total", "counter",
+             "Answers by route and status; 0 where the caller had gone.");
         metrics_each(write_route, out);
         write_histograms(out);
         write_refusals(out);

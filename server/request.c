@@ -2,6 +2,7 @@
 #include "request.h"
 #include "id.h"
 #include <errno.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -130,6 +131,8 @@ void request_free(struct request *request) {
     free(request->target);
     free(request->decoded);
     free(request->body);
+    for (size_t k = 0; k < REQUEST_LISTS; k++)
+        free(request->joined[k]);
     if (request->state_free && request->state)
         request->state_free(request->state);
     else
@@ -154,16 +157,47 @@ static bool has_control(const char *text) {
     return false;
 }
 
+/* The number of the first header of that name; `header_count` without. */
+static size_t find_header(const struct request *request, const char *name) {
+    size_t k = 0;
+    while (k < request->header_count && strcasecmp(request->headers[k].name, name) != 0)
+        k++;
+    return k;
+}
+
+/* Which of the lists that are read here that is; REQUEST_LISTS for none. */
+static size_t list_number(const char *name) {
+    static const char *const lists[REQUEST_LISTS] = {"Accept", "Accept-Encoding", "If-None-Match",
+                                                     "Prefer"};
+    size_t k = 0;
+    while (k < REQUEST_LISTS && strcasecmp(lists[k], name) != 0)
+        k++;
+    return k;
+}
+
+/* A further line of a list continues it (RFC 9110, 5.3). False when it is none. */
+static bool continue_list(struct request *request, const char *name, const char *value) {
+    size_t list = list_number(name), first = find_header(request, name);
+    char *joined = NULL;
+    if (list == REQUEST_LISTS || first == request->header_count)
+        return false;
+    if (asprintf(&joined, "%s, %s", request->headers[first].value, value) < 0)
+        return true; /* without memory it is as if it had not come */
+    free(request->joined[list]);
+    request->headers[first].value = request->joined[list] = joined;
+    return true;
+}
+
 void request_add_header(struct request *request, const char *name, const char *value) {
+    const char *text = value ? value : "";
     if (!is_token(name))
         set_fault(request, "a header's name has a character that is not allowed there");
-    if (value && has_control(value))
+    if (has_control(text))
         set_fault(request, "a header's value has a control character");
     if (request->header_count == REQUEST_HEADERS_MAX)
         set_fault(request, "there are too many headers");
-    else
-        request->headers[request->header_count++] =
-            (struct request_field){name, value ? value : ""};
+    else if (!continue_list(request, name, text))
+        request->headers[request->header_count++] = (struct request_field){name, text};
 }
 
 void request_check_gap(struct request *request, const char *part, size_t length, const char *next,
@@ -236,10 +270,8 @@ void request_choose_id(struct request *request) {
 }
 
 const char *request_header(const struct request *request, const char *name) {
-    for (size_t k = 0; k < request->header_count; k++)
-        if (!strcasecmp(request->headers[k].name, name))
-            return request->headers[k].value;
-    return NULL;
+    size_t k = find_header(request, name);
+    return k < request->header_count ? request->headers[k].value : NULL;
 }
 
 const char *request_query(const struct request *request, const char *name) {

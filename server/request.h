@@ -14,6 +14,7 @@ enum {
     REQUEST_SEGMENTS_MAX = 8,
     REQUEST_QUERY_MAX = 32,
     REQUEST_HEADERS_MAX = 100,
+    REQUEST_LISTS = 4, /* headers that are lists, and may come in several lines */
     REQUEST_CALLER_SIZE = 65,
     REQUEST_ID_SIZE = 65, /* a caller's own X-Request-Id: at most 64 characters */
     REQUEST_FAULT_SIZE = 128
@@ -36,6 +37,7 @@ struct request {
     size_t query_count;
     struct request_field headers[REQUEST_HEADERS_MAX];
     size_t header_count;
+    char *joined[REQUEST_LISTS];    /* memory of lists in several lines */
     char fault[REQUEST_FAULT_SIZE]; /* why it is not well-formed HTTP; "" if it is */
 
     char *body; /* zero-terminated beyond its length; NULL without a body */
@@ -65,7 +67,8 @@ int64_t request_clock_ms(void);
 struct request *request_new(const char *target);
 void request_free(struct request *request);
 
-/* Takes over a header whose strings live as long as the request. */
+/* Takes over a header whose strings live as long as the request. Several lines of Accept,
+ * Accept-Encoding, If-None-Match or Prefer become one. */
 void request_add_header(struct request *request, const char *name, const char *value);
 
 /* In memory the parts of a request's head stand as they were sent, with zeros for what ended them.

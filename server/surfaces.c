@@ -5,6 +5,7 @@
 #include "../api/shape.h"
 #include "config.h"
 #include "documents.h"
+#include "id.h"
 #include "resources.h"
 #include <stdlib.h>
 #include <string.h>
@@ -80,8 +81,10 @@ enum routes_next surfaces_list(const struct http_services *services, struct requ
 enum routes_next surfaces_get(const struct http_services *services, struct request *request,
                               struct reply *reply) {
     struct store_surface surface = {0};
-    enum store_answer answer =
-        store_surface_get(services->store, resources_owner(request), request->parameter, &surface);
+    enum store_answer answer = STORE_EMPTY;
+    if (id_valid(request->parameter))
+        answer = store_surface_get(services->store, resources_owner(request), request->parameter,
+                                   &surface);
     if (answer == STORE_OK) {
         reply_text(reply, 200, "application/json", surface.definition);
         surface.definition = NULL; /* the reply has it */
@@ -96,8 +99,10 @@ enum routes_next surfaces_get(const struct http_services *services, struct reque
 
 enum routes_next surfaces_delete(const struct http_services *services, struct request *request,
                                  struct reply *reply) {
-    enum store_answer answer =
-        store_surface_delete(services->store, resources_owner(request), request->parameter);
+    enum store_answer answer = STORE_EMPTY;
+    if (id_valid(request->parameter))
+        answer =
+            store_surface_delete(services->store, resources_owner(request), request->parameter);
     if (answer == STORE_OK)
         reply_empty(reply, 204);
     else if (answer == STORE_EMPTY)

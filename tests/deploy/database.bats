@@ -30,11 +30,13 @@ setup() {
 }
 
 teardown() {
-    stop_daemon
+    local failed=0
+    stop_daemon || failed=1
     [ -z "${SERVER:-}" ] || {
         as_server "$PROGRAMS/pg_ctl" -D "$SERVER/data" -m immediate stop >"$BATS_TEST_TMPDIR/stop" || true
         rm -rf "$SERVER"
     }
+    return $failed
 }
 
 # documented NAME: the commands of that block.

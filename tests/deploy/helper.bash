@@ -2,9 +2,6 @@
 # For the tests of deploy/: what those of the daemon have (tests/http/helper.bash), and this.
 load ../http/helper
 
-# not COMMAND...: as `!`, which by itself never fails a test.
-not() { ! "$@"; }
-
 free_port() {
     python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'
 }

@@ -10,8 +10,10 @@ setup_file() {
 }
 
 teardown() {
-    stop_daemon
+    local failed=0
+    stop_daemon || failed=1
     [ -z "${MACHINE:-}" ] || { kill -TERM "$MACHINE"; wait "$MACHINE" || true; }
+    return $failed
 }
 
 @test "deploy: the package has no errors for lintian" {

@@ -83,15 +83,21 @@ expect_events() {
     grep -q '^event: end' "$BATS_TEST_TMPDIR/events"
 }
 
+# What the daemon itself has refused.
+refusals() {
+    curl -sS --fail -o "$BATS_TEST_TMPDIR/metrics" "http://127.0.0.1:$BACKEND/metrics"
+    sed -n '/status="413"/p' "$BATS_TEST_TMPDIR/metrics"
+}
+
 # One byte more than --max-body: the proxy itself refuses it.
 expect_cap() {
-    local before after
-    before=$(curl -sS "http://127.0.0.1:$BACKEND/metrics" | grep -c 'status="413"' || true)
+    local before=$BATS_TEST_TMPDIR/before after=$BATS_TEST_TMPDIR/after
+    refusals >"$before"
     truncate -s $((64 * 1024 * 1024 + 1)) "$BATS_TEST_TMPDIR/large"
     post /v1/drapes "$BATS_TEST_TMPDIR/large"
     expect 413
-    after=$(curl -sS "http://127.0.0.1:$BACKEND/metrics" | grep -c 'status="413"' || true)
-    [ "$before" = "$after" ]
+    refusals >"$after"
+    cmp "$before" "$after"
 }
 
 @test "deploy: nginx passes drapes over TLS, and plain calls to it" {

@@ -4,8 +4,10 @@
 load helper
 
 teardown() {
-    stop_daemon
+    local failed=0
+    stop_daemon || failed=1
     [ -z "${LISTENER:-}" ] || { kill "$LISTENER"; wait "$LISTENER" || true; }
+    return $failed
 }
 
 # listen_for_notices ADDRESS: writes what the daemon tells into $NOTICES, a notice a line.
@@ -38,6 +40,29 @@ told_times() { [ "$(grep -c "$1" "$NOTICES")" -ge "$2" ]; }
     # Ready first, stopping last.
     [[ "$(sed -n 2p "$NOTICES")" == READY=1* ]]
     [[ "$(tail -1 "$NOTICES")" == STOPPING=1* ]]
+}
+
+@test "deploy: the daemon tells of a reload, whatever becomes of it" {
+    listen_for_notices "$BATS_TEST_TMPDIR/socket"
+    "$DRAPED" hash-token anna write --generate >"$BATS_TEST_TMPDIR/tokens" 2>/dev/null
+    NOTIFY_SOCKET=$BATS_TEST_TMPDIR/socket \
+        start_daemon "$BATS_TEST_TMPDIR/daemon" --tokens "$BATS_TEST_TMPDIR/tokens"
+    wait_until 10 told_times '^READY=1' 1
+    kill -HUP "$DAEMON"
+    wait_until 10 told_times '^READY=1' 2
+    echo nonsense >"$BATS_TEST_TMPDIR/tokens"
+    kill -HUP "$DAEMON"
+    wait_until 10 told_times '^READY=1' 3
+    # By the clock that began with the machine, as systemd reads it.
+    [[ "$(sed -n 3p "$NOTICES")" =~ ^RELOADING=1\ MONOTONIC_USEC=([0-9]+)\  ]]
+    local since_boot
+    since_boot=$(python3 -c 'import time; print(int(time.monotonic()))')
+    [ "$((BASH_REMATCH[1] / 1000000))" -le "$((since_boot + 1))" ]
+    [ "$((BASH_REMATCH[1] / 1000000))" -ge "$((since_boot - 60))" ]
+    [[ "$(sed -n 4p "$NOTICES")" == READY=1* ]]
+    [[ "$(sed -n 5p "$NOTICES")" == RELOADING=1* ]]
+    [[ "$(sed -n 6p "$NOTICES")" == READY=1* ]]
+    stop_daemon
 }
 
 @test "deploy: a daemon that stands still gives no sign of life" {
@@ -150,6 +175,7 @@ END
     [ "$status" -ne 0 ]
     run join_daemon
     [ "$status" = 2 ]
+    DAEMON=
     grep -q 'tokens' "$HOME_DIR/log"
     # More than one socket, and one that is not TCP.
     run sh -c 'LISTEN_PID=$$ LISTEN_FDS=2 exec "$@" 3</dev/null' sh "$DRAPED" --check-config
@@ -205,6 +231,7 @@ END
     make -s install B="${BUILD:-build}" DESTDIR="$root" PREFIX=/usr
     mkdir -p "$root/etc/systemd/system/draped.service.d"
     cp deploy/systemd/drop-ins/*.conf "$root/etc/systemd/system/draped.service.d"
+    install -D -t "$root/bin" /bin/kill
     for target in sysinit basic network network-online multi-user sockets shutdown; do
         printf '[Unit]\nDescription=%s\n' "$target" >"$root/usr/lib/systemd/system/$target.target"
     done

@@ -1,17 +1,30 @@
 /* SPDX-License-Identifier: MIT */
-/* The text of a request's head as http.c hands it on: target, headers (NAME:VALUE), a line each. */
+/* A whole request as http.c hands it on, from its first line to the last byte of its answer: METHOD
+ * TARGET VERSION, headers (NAME:VALUE), a line each, an empty line, the body. In the target {drape}
+ * and {surface} stand for the ids of those that are stored. */
 #include "fuzz.h"
 
 #include "../../server/accept.h"
-#include "../../server/id.h"
-#include "../../server/request.h"
-#include <stdbool.h>
+#include "../../server/access.h"
+#include "../../server/routes.h"
+#include "service.h"
+#include <jansson.h>
 #include <string.h>
+#include <unistd.h>
+
+enum { CALLS = 10 }; /* a small map is ready by then; a drape never will be: nobody works */
+
+/* Of http.c, for handlers that wait. Here they are called again without being told. */
+void http_watch(struct request *request, const char *subject) {
+    (void)request, (void)subject;
+}
 
 static void expect_printable(const char *text) {
     for (; *text; text++)
         FUZZ_PROMISE(*text > ' ' && *text < 0x7f);
 }
+
+/* ------------------------------------------------------------------ the head */
 
 static void read_headers(const struct request *request) {
     for (size_t k = 0; k < request->header_count; k++) {
@@ -29,18 +42,37 @@ static void read_headers(const struct request *request) {
     }
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
-    static bool prepared;
-    int64_t length;
-    if (!prepared)
-        prepared = id_init();
-    char *text = strndup((const char *)data, size);
-    char *rest = text;
-    char *target = strsep(&rest, "\n");
+/* The target with {drape} and {surface} filled in; malloc'ed. */
+static char *fill_in(const char *target) {
+    char *text = NULL;
+    const char *id = service_drape, *place = strstr(target, "{drape}");
+    if (!place) {
+        id = service_surface;
+        place = strstr(target, "{surface}");
+    }
+    if (!place)
+        return strdup(target);
+    FUZZ_PROMISE(asprintf(&text, "%.*s%s%s", (int)(place - target), target, id,
+                          strchr(place, '}') + 1) >= 0);
+    return text;
+}
+
+static struct request *read_first_line(char *line) {
+    char *method = strsep(&line, " ");
+    char *target = fill_in(line ? strsep(&line, " ") : "/");
     struct request *request = request_new(target);
+    free(target);
     FUZZ_PROMISE(request != NULL);
-    request->method = "POST";
-    for (char *line; (line = strsep(&rest, "\n"));) {
+    request->method = method;
+    request->http_1_0 = line && !strcmp(line, "HTTP/1.0");
+    return request;
+}
+
+/* `*text` moves on to the body. */
+static struct request *read_head(char **text) {
+    int64_t length;
+    struct request *request = read_first_line(strsep(text, "\n"));
+    for (char *line; (line = strsep(text, "\n")) && *line;) {
         char *value = strchr(line, ':');
         if (value)
             *value++ = '\0';
@@ -53,6 +85,95 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     FUZZ_PROMISE(length >= -1 && (body || length <= 0));
     FUZZ_PROMISE(request->fault[0] || request_header(request, "host") || request->http_1_0);
     read_headers(request);
+    return request;
+}
+
+/* ------------------------------------------------------------------ the answer */
+
+static void expect_problem(const struct request *request, const struct reply *reply,
+                           const json_t *problem) {
+    const char *type = json_string_value(json_object_get(problem, "type"));
+    const char *id = json_string_value(json_object_get(problem, "request_id"));
+    FUZZ_PROMISE(type && !strncmp(type, "/problems/", 10) && strcmp(type, "/problems/internal"));
+    FUZZ_PROMISE(json_integer_value(json_object_get(problem, "status")) == reply->status);
+    FUZZ_PROMISE(id && !strcmp(id, request->id));
+}
+
+static void expect_body(const struct request *request, const struct reply *reply) {
+    const char *bytes = reply->body ? reply->body : reply->literal, *type = "";
+    for (size_t k = 0; k < reply->header_count; k++)
+        if (!strcmp(reply->headers[k].name, "Content-Type"))
+            type = reply->headers[k].value;
+    FUZZ_PROMISE(!strcmp(type, "application/problem+json") == (reply->status >= 400));
+    if (!strstr(type, "json") || reply_has_header(reply, "Content-Encoding"))
+        return;
+    json_t *json = json_loadb(bytes, reply->length, JSON_DECODE_ANY, NULL);
+    FUZZ_PROMISE(json != NULL || reply->status == 206);
+    if (reply->status >= 400)
+        expect_problem(request, reply, json);
+    json_decref(json);
+}
+
+/* To its end; a stream of events, which has none, until it waits. */
+static void expect_stream(const struct reply *reply) {
+    static char piece[4096];
+    size_t total = 0;
+    ssize_t got;
+    while ((got = reply->stream.next(reply->stream.context, piece, sizeof piece)) > 0)
+        total += (size_t)got;
+    FUZZ_PROMISE(got == REPLY_END || got == REPLY_WAIT);
+    FUZZ_PROMISE(!reply->length || got == REPLY_WAIT || total == reply->length);
+}
+
+static void expect_answer(const struct request *request, const struct reply *reply) {
+    FUZZ_PROMISE(reply->status >= 200 && reply->status < 504 && reply->status != 500);
+    FUZZ_PROMISE(reply->header_count < REPLY_HEADERS_MAX);
+    FUZZ_PROMISE(reply->status != 405 || reply_has_header(reply, "Allow"));
+    FUZZ_PROMISE(reply->status != 201 || reply_has_header(reply, "Location"));
+    if (reply->streamed)
+        expect_stream(reply);
+    else if (reply->length)
+        expect_body(request, reply);
+}
+
+/* ------------------------------------------------------------------ from one to the other */
+
+static void handle(struct request *request, struct reply *reply) {
+    for (int k = 0; routes_handle(service(), request, reply) == ROUTES_WAIT; k++) {
+        FUZZ_PROMISE(!request->stopping);
+        request->stopping = k == CALLS;
+        usleep(1000);
+    }
+}
+
+static void serve(struct request *request, const char *body, size_t length) {
+    struct reply reply = {0};
+    bool screened = routes_screen(service(), request, &reply);
+    FUZZ_PROMISE(screened == (reply.status != 0));
+    FUZZ_PROMISE(screened || request->route);
+    if (!screened && (int64_t)length > routes_limit(service(), request).bytes)
+        length = 0;
+    if (!screened) {
+        FUZZ_PROMISE(!length || request_append_body(request, body, length));
+        handle(request, &reply);
+    }
+    access_cors(service(), request, &reply);
+    expect_answer(request, &reply);
+    bool changed = reply.status > 200 && reply.status < 300 && strcmp(request->method, "GET") != 0;
+    reply_clear(&reply);
+    if (changed)
+        service_spoil();
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    (void)service(); /* for the ids */
+    char *text = malloc(size + 1), *rest = text;
+    FUZZ_PROMISE(text != NULL);
+    memcpy(text, data, size);
+    text[size] = '\0';
+    struct request *request = read_head(&rest);
+    if (!request->fault[0])
+        serve(request, rest, rest ? size - (size_t)(rest - text) : 0);
     request_free(request);
     free(text);
     return 0;

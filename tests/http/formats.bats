@@ -109,7 +109,20 @@ END
         done
     done
     [ "$(sort -u "$BATS_TEST_TMPDIR/tags" | wc -l)" -eq 15 ]
-    ! grep -q '^W/' "$BATS_TEST_TMPDIR/tags"
+    not grep -q '^W/' "$BATS_TEST_TMPDIR/tags"
+}
+
+@test "formats: a list of headers may come in several lines" {
+    call GET "/v1/drapes/$id/result" -H 'Accept: image/png' -H 'ACCEPT: text/csv' -H 'Accept:;'
+    expect 200
+    [ "$(header Content-Type)" = text/csv ]
+    call GET "/v1/drapes/$id/result" -H 'Accept-Encoding: br' -H 'Accept-Encoding: gzip'
+    [ "$(header Content-Encoding)" = gzip ]
+    call GET "/v1/drapes/$id/result" -H 'Accept-Encoding: gzip' -H 'If-None-Match: "a"' \
+        -H "If-None-Match: $(header ETag)" -H 'If-None-Match: "b"'
+    expect 304
+    quick 2.7 | post /v1/drapes - -H 'Prefer: handling=strict' -H 'Prefer: wait=20'
+    expect 200
 }
 
 @test "formats: the same result has the same bytes each time" {

@@ -11,6 +11,9 @@ DRAPE=${DRAPE:-${BUILD:-build}/drape}
 EXAMPLES=api/examples
 JSON='Content-Type: application/json'
 
+# not COMMAND...: as `!`, which by itself never fails a test.
+not() { ! "$@"; }
+
 # wait_until SECONDS COMMAND...: until the command succeeds; false when the time is up.
 wait_until() {
     local end=$((SECONDS + $1))

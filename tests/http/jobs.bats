@@ -217,6 +217,55 @@ start() { start_daemon "$BATS_TEST_TMPDIR/daemon" "$@"; }
     [ "$(jq -r .status "$BATS_TEST_TMPDIR"/[0-9]* | grep -c succeeded)" = 40 ]
 }
 
+# The library itself does not look at connections that wait.
+@test "http: callers who go away while they wait leave room for others" {
+    start --workers 1 --max-connections 16
+    stop_workers
+    quick 9.04 | submit
+    waiters=()
+    wait_in_vain() {
+        curl -sSN --max-time 55 -o /dev/null "$@" 3>&- &
+        waiters+=($!)
+    }
+    for k in {1..6}; do
+        wait_in_vain "$URL/v1/drapes/$id?wait=50"
+        wait_in_vain "$URL/v1/drapes/$id/events"
+        quick "9.1$k" >"$BATS_TEST_TMPDIR/$k.json"
+        wait_in_vain -H "$JSON" -H 'Prefer: wait=50' --data-binary "@$BATS_TEST_TMPDIR/$k.json" \
+            "$URL/v1/drapes"
+    done
+    full() { ! curl -sS --max-time 1 -o /dev/null "$URL/healthz" 2>/dev/null; }
+    wait_until 20 full
+    kill "${waiters[@]}"
+    # Long before the waits end, and before a stream finds out by writing.
+    call GET "/v1/drapes/$id?wait=1" --max-time 8
+    expect 200
+    # over ROUTE STATUS: four or more such requests have ended.
+    over() { [ "$(metric "draped_http_requests_total{$1,status=\"$2\"}")" -ge 4 ]; }
+    wait_until 8 over 'method="GET",route="/v1/drapes/{id}"' 0
+    wait_until 8 over 'method="POST",route="/v1/drapes"' 0
+    wait_until 8 over 'method="GET",route="/v1/drapes/{id}/events"' 200
+}
+
+@test "http: who closes the sending side is answered, but not waited for" {
+    start --workers 1
+    stop_workers
+    quick 9.05 | submit
+    half_closed() {
+        python3 - "$PORT" "$1" <<'END'
+import socket, sys
+with socket.create_connection(("127.0.0.1", int(sys.argv[1])), 20) as client:
+    client.sendall(f"GET {sys.argv[2]} HTTP/1.1\r\nHost: a\r\n\r\n".encode())
+    client.shutdown(socket.SHUT_WR)
+    while piece := client.recv(65536):
+        sys.stdout.buffer.write(piece)
+END
+    }
+    half_closed "/v1/drapes/$id" | head -1 | grep -q '^HTTP/1.1 200 '
+    half_closed "/v1/drapes/$id?wait=50" >"$BATS_TEST_TMPDIR/waited"
+    [ ! -s "$BATS_TEST_TMPDIR/waited" ]
+}
+
 @test "http: a wait that is too short ends with what there is" {
     start --workers 1
     stop_workers

@@ -5,13 +5,15 @@ load helper
 load ../postgres.bash
 
 teardown() {
+    local failed=0
     [ -z "${WORKER:-}" ] || DAEMON=$WORKER
     [ -z "${DAEMON:-}" ] || kill -CONT $(workers) 2>/dev/null || true
-    HOME_DIR=$BATS_TEST_TMPDIR/worker stop_daemon
+    HOME_DIR=$BATS_TEST_TMPDIR/worker stop_daemon || failed=1
     DAEMON=${API:-}
-    HOME_DIR=$BATS_TEST_TMPDIR/api stop_daemon
+    HOME_DIR=$BATS_TEST_TMPDIR/api stop_daemon || failed=1
     postgres_stop
     rm -rf "${PG_FOLDER:-}"
+    return $failed
 }
 
 # start_roles STORE: sets API and WORKER, processes, and WORKER_URL; URL is that of the api.
@@ -79,7 +81,9 @@ works_apart() {
     start_with SQLite
     quick 1.003 | post /v1/drapes - -H 'Prefer: wait=40'
     expect 200
-    ! curl -s "$URL/metrics" | grep -q draped_workers_busy # it has none
+    call GET /metrics
+    expect 200
+    not grep -q draped_workers_busy "$body" # it has none
     URL=$WORKER_URL
     for path in /healthz /readyz /metrics; do
         call GET "$path"
@@ -92,6 +96,21 @@ works_apart() {
     done
     quick 1 | post /v1/drapes -
     expect_problem 404 not-found
+}
+
+@test "http: what is no text is refused before the database sees it" {
+    start_with PostgreSQL
+    for id in %ff a%80 x; do
+        call GET "/v1/surfaces/$id"
+        expect_problem 404 not-found
+        call DELETE "/v1/surfaces/$id"
+        expect_problem 404 not-found
+        call GET "/v1/drapes/$id"
+        expect_problem 404 not-found
+    done
+    quick 1.006 | post /v1/drapes - -H $'Idempotency-Key: a\xff'
+    expect_problem 422 invalid-request
+    not grep -q store_failed "$BATS_TEST_TMPDIR/api/log"
 }
 
 @test "http: without a database calls are refused, and served again once it is back" {

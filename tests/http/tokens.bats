@@ -171,7 +171,7 @@ submit_file() {
 @test "tokens: a refused body is not read and an answer is for its caller alone" {
     quick 1 | as wrong post /v1/drapes - -H 'Expect: 100-continue'
     expect_problem 401 unauthorized
-    grep -q 'HTTP/1.1 100' "$headers" && return 1
+    not grep -q 'HTTP/1.1 100' "$headers"
     quick 1.6 | as "$ANNA" submit
     as "$ANNA" call GET "/v1/drapes/$id?wait=40"
     as "$ANNA" call GET "/v1/drapes/$id/result"
@@ -242,7 +242,7 @@ kept() { grep -q '"event":"tokens_kept".*line 2 ' "$HOME_DIR/log"; }
 
 @test "tokens: no log has one, nor the database" {
     for token in "$ANNA" "$BERT" "$READER" "$BOSS"; do
-        ! grep -rqF "$token" "$HOME_DIR"
+        not grep -rqF "$token" "$HOME_DIR"
     done
     grep -q '"caller":"bert"' "$HOME_DIR/log"
 }

@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: MIT */
+/* What the routes work with, without sockets: a store with one surface, and one drape of it that
+ * has a result. */
+#ifndef TESTS_FUZZ_SERVICE_H
+#define TESTS_FUZZ_SERVICE_H
+
+#include "../../server/http.h"
+
+/* Made at the first call, removed when the process ends. */
+const struct http_services *service(void);
+
+/* Makes a new one at the next call: the old one is not as it was. */
+void service_spoil(void);
+
+/* Ids of the drape and of the surface that `service` has now. */
+extern char service_drape[], service_surface[];
+
+#endif
