@@ -52,10 +52,10 @@ $(B)/.setup: deploy/setup.sh
 	@deploy/setup.sh build
 	@mkdir -p $(B) && touch $@
 
-$(B)/%.o: %.c | $(B)/.setup
+$(B)/%.o: %.c Makefile | $(B)/.setup
 	@mkdir -p $(@D)
 	$(CC) $(CPPFLAGS) $(CFLAGS) $(DEPFLAGS) -c -o $@ $<
-$(B)/%.o: %.cc | $(B)/.setup
+$(B)/%.o: %.cc Makefile | $(B)/.setup
 	@mkdir -p $(@D)
 	$(CXX) $(CPPFLAGS) $(CXXFLAGS) $(DEPFLAGS) -c -o $@ $<
 
