@@ -2,13 +2,17 @@
 #include "listener.h"
 #include "log.h"
 #include <errno.h>
+#include <netinet/tcp.h>
 #include <string.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 enum {
-    LISTENER_BACKLOG = 1024,   /* connections the kernel may hold for us */
-    LISTENER_DESCRIPTORS = 256 /* for everything but connections */
+    LISTENER_BACKLOG = 1024,    /* connections the kernel may hold for us */
+    LISTENER_DESCRIPTORS = 256, /* for everything but connections */
+    LISTENER_SILENCE_S = 15,    /* a client that says nothing for so long is asked if it is there */
+    LISTENER_PROBE_S = 5,       /* and again */
+    LISTENER_UNHEARD_MS = 60000 /* what was sent or asked must arrive within that */
 };
 
 static void raise_descriptor_limit(int64_t connections) {
@@ -22,12 +26,23 @@ static void raise_descriptor_limit(int64_t connections) {
                     log_int("allowed", (int64_t)limit.rlim_cur));
 }
 
-int listener_open(const struct config *config) {
+/* A client whose machine or line has gone says no goodbye: its connections, which inherit this, are
+ * closed within a minute and a half. */
+static void ask_the_silent(int listener) {
+    static const struct {
+        int level, name, value;
+    } options[] = {{SOL_SOCKET, SO_KEEPALIVE, 1},
+                   {IPPROTO_TCP, TCP_KEEPIDLE, LISTENER_SILENCE_S},
+                   {IPPROTO_TCP, TCP_KEEPINTVL, LISTENER_PROBE_S},
+                   {IPPROTO_TCP, TCP_USER_TIMEOUT, LISTENER_UNHEARD_MS}};
+    for (size_t k = 0; k < sizeof options / sizeof *options; k++)
+        (void)setsockopt(listener, options[k].level, options[k].name, &options[k].value,
+                         sizeof options[k].value);
+}
+
+static int listen_at(const struct config *config) {
     const struct sockaddr *address = (const struct sockaddr *)&config->address;
     int on = 1;
-    raise_descriptor_limit(config->max_connections);
-    if (config->inherited >= 0)
-        return config->inherited;
     int listener = socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (listener >= 0 && setsockopt(listener, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) == 0 &&
         bind(listener, address, config->address_length) == 0 &&
@@ -38,6 +53,14 @@ int listener_open(const struct config *config) {
     if (listener >= 0)
         close(listener);
     return -1;
+}
+
+int listener_open(const struct config *config) {
+    raise_descriptor_limit(config->max_connections);
+    int listener = config->inherited >= 0 ? config->inherited : listen_at(config);
+    if (listener >= 0)
+        ask_the_silent(listener);
+    return listener;
 }
 
 uint16_t listener_port(int listener) {

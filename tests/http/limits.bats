@@ -207,3 +207,11 @@ gone_by_now() { call GET "/v1/drapes/$1/result"; [ "$status" = 410 ]; }
     expect 200
     grep -q '^event: end' "$body"
 }
+
+# How long it takes then, a minute and a half at most, is the kernel's affair.
+@test "limits: a client that falls silent is asked whether it is there" {
+    exec {silent}<>"/dev/tcp/127.0.0.1/$PORT"
+    asked() { ss -Htno state established "sport = :$PORT" | grep -q 'timer:(keepalive'; }
+    wait_until 5 asked
+    exec {silent}>&-
+}
