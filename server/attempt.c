@@ -288,7 +288,7 @@ static void settle(struct attempt *attempt) {
     enum outcome seen = attempt->outcome;
     settle_worker(attempt, why);
     enum store_answer answer = tell_store(attempt, why);
-    while (answer == STORE_BUSY || answer == STORE_DOWN) {
+    while (store_failed(answer)) {
         const struct timespec pause = {.tv_nsec = ATTEMPT_RETRY_MS * 1000000L};
         if (attempt_out_of_time(attempt->shared))
             break;
@@ -351,7 +351,7 @@ static void work(struct attempt *attempt) {
     store_surface_clear(&surface);
 }
 
-void attempt_run(struct attempt_shared *shared, const struct store_claim *claim,
+bool attempt_run(struct attempt_shared *shared, const struct store_claim *claim,
                  struct child *child, int wake) {
     int64_t now = clock_ms();
     struct hub_watch watch;
@@ -377,4 +377,5 @@ void attempt_run(struct attempt_shared *shared, const struct store_claim *claim,
     store_writer_free(attempt.writer);
     free(attempt.text);
     atomic_fetch_sub(&shared->counters.busy, 1);
+    return attempt.outcome != OUTCOME_RELEASED;
 }

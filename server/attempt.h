@@ -36,8 +36,10 @@ bool attempt_out_of_time(struct attempt_shared *shared);
 
 /* Works on the claimed job until it is off the worker and the store knows. `child` is running; when
  * it is not afterwards, it had to be killed or died. `wake` is an eventfd, non-blocking: what is
- * written to it makes the attempt look at once at its claim and at the time. */
-void attempt_run(struct attempt_shared *shared, const struct store_claim *claim,
+ * written to it makes the attempt look at once at its claim and at the time. False: the job went
+ * back to the queue because it could not be worked on now; to take it again at once would not help.
+ */
+bool attempt_run(struct attempt_shared *shared, const struct store_claim *claim,
                  struct child *child, int wake);
 
 /* Writes to such an eventfd. Any thread; never blocks. */

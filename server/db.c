@@ -31,6 +31,13 @@ static enum store_answer answer_of(int code) {
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
         return STORE_BUSY;
+    case SQLITE_FULL:
+        return STORE_NO_SPACE;
+    case SQLITE_READONLY:
+        return STORE_READ_ONLY;
+    case SQLITE_CORRUPT:
+    case SQLITE_NOTADB:
+        return STORE_DAMAGED;
     default:
         return STORE_DOWN;
     }
@@ -53,7 +60,7 @@ static void explain(char why[STORE_WHY_SIZE], const struct db *db, int code, con
     const char *what = "cannot be opened";
     switch (code & 0xff) {
     case SQLITE_NOTADB:
-        what = "is not a database, or is damaged";
+        what = "is not a database, or is damaged: restore it from a backup";
         break;
     case SQLITE_CORRUPT:
         what = "is damaged: restore it from a backup";
@@ -106,13 +113,25 @@ struct db *db_open(const char *path, int64_t busy_ms, char why[STORE_WHY_SIZE]) 
     int flags =
         SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE;
     int code = sqlite3_open_v2(path, &db->handle, flags, NULL);
-    if (code == SQLITE_OK)
-        code = sqlite3_busy_timeout(db->handle, (int)busy_ms);
-    if (code == SQLITE_OK)
+    if (code == SQLITE_OK) {
+        db_wait_for_locks(db, busy_ms);
         return db;
+    }
     explain(why, db, code, db->handle ? sqlite3_errmsg(db->handle) : "no memory");
     db_close(db);
     return NULL;
+}
+
+const char *db_path(const struct db *db) {
+    return db->path;
+}
+
+void db_explain(const struct db *db, char why[STORE_WHY_SIZE]) {
+    explain(why, db, sqlite3_errcode(db->handle), sqlite3_errmsg(db->handle));
+}
+
+void db_wait_for_locks(struct db *db, int64_t ms) {
+    (void)sqlite3_busy_timeout(db->handle, (int)ms);
 }
 
 bool db_read_only(struct db *db) {
@@ -128,7 +147,7 @@ bool db_set_up(struct db *db, const char *sql, char why[STORE_WHY_SIZE]) {
            clock_ms() < until)
         sqlite3_sleep(SET_UP_PAUSE_MS);
     if (code != SQLITE_OK)
-        explain(why, db, code, sqlite3_errmsg(db->handle));
+        db_explain(db, why);
     return code == SQLITE_OK;
 }
 

@@ -25,8 +25,17 @@ enum db_durability {
  * sentence in `why`. */
 struct db *db_open(const char *path, int64_t busy_ms, char why[STORE_WHY_SIZE]);
 
+/* From now on waits up to `ms` for them. */
+void db_wait_for_locks(struct db *db, int64_t ms);
+
 /* NULL is allowed. */
 void db_close(struct db *db);
+
+/* Of the file, as it was opened. */
+const char *db_path(const struct db *db);
+
+/* Why the last call failed, as a sentence that names the file. */
+void db_explain(const struct db *db, char why[STORE_WHY_SIZE]);
 
 /* Whether the file can be read only. */
 bool db_read_only(struct db *db);
@@ -86,7 +95,7 @@ void query_copy(const struct query *query, int column, char *to, size_t size);
  * may be NULL. */
 void query_duplicate(struct query *query, int column, char **to, size_t *length);
 
-/* STORE_OK, STORE_BUSY or STORE_DOWN (logged). */
+/* STORE_OK, or how the database failed (logged). */
 enum store_answer query_end(struct query *query);
 
 /* Executes a statement that gives no rows: query_row and query_end. */

@@ -112,8 +112,8 @@ static int64_t take_turn(struct lane *lane, bool *hints) {
         return ATTEMPT_RETRY_MS;
     if (claim.reused)
         atomic_fetch_add(&dispatcher->shared.counters.reused, 1);
-    else
-        attempt_run(&dispatcher->shared, &claim, &lane->child, lane->wake);
+    else if (!attempt_run(&dispatcher->shared, &claim, &lane->child, lane->wake))
+        return ATTEMPT_RETRY_MS;
     return 0;
 }
 

@@ -28,8 +28,7 @@ enum routes_next resources_store_failed(const struct request *request, struct re
                                         enum store_answer answer) {
     bool busy = answer == STORE_BUSY;
     reply_header(reply, "Retry-After", "%d", busy ? 1 : 10);
-    reply_refuse(reply, request->id, API_UNAVAILABLE, "the store is %s",
-                 busy ? "busy" : "not available");
+    reply_refuse(reply, request->id, API_UNAVAILABLE, "the store is %s", store_answer_name(answer));
     return ROUTES_DONE;
 }
 

@@ -15,7 +15,9 @@ const struct store_options store_options_default = {
 /* ------------------------------------------------------------------ names */
 
 const char *store_answer_name(enum store_answer answer) {
-    static const char *const names[] = {"ok", "empty", "conflict", "full", "busy", "down"};
+    static const char *const names[] = {"ok",     "empty", "conflict",          "full",
+                                        "busy",   "down",  "out of disk space", "read-only",
+                                        "damaged"};
     return names[answer];
 }
 

@@ -35,14 +35,23 @@ enum store_answer {
     STORE_EMPTY,    /* nothing of that name, or nothing to hand out */
     STORE_CONFLICT, /* it exists, and its state forbids this */
     STORE_FULL,     /* the queue limit is reached (submit only) */
-    STORE_BUSY,     /* the database was locked for too long: try again (503) */
-    STORE_DOWN      /* the database cannot be used: disk full, corrupt, gone (503); logged */
+    /* Failures of the database, logged: 503. */
+    STORE_BUSY,      /* it was locked for too long: try again */
+    STORE_DOWN,      /* it cannot be used; these say why: */
+    STORE_NO_SPACE,  /* the disk is full */
+    STORE_READ_ONLY, /* it cannot be written */
+    STORE_DAMAGED    /* the file is corrupt */
 };
 
 #define STORE_MUST_USE __attribute__((warn_unused_result))
 
-/* "ok", "empty", ... for logs. */
+/* What the store is: "ok", "empty", ..., "out of disk space". */
 const char *store_answer_name(enum store_answer answer);
+
+/* Whether the database failed, rather than said no. */
+static inline bool store_failed(enum store_answer answer) {
+    return answer >= STORE_BUSY;
+}
 
 enum {
     STORE_DIGEST_SIZE = 65, /* digests: at most 64 characters and the final zero */
@@ -269,8 +278,8 @@ enum store_answer store_writer_append(struct store_writer *writer, const void *b
                                       size_t length) STORE_MUST_USE;
 
 /* Ends the job as succeeded with this result and its `summary` (a JSON object). If another job of
- * the same digest was first, its result is taken and this one dropped. STORE_BUSY and STORE_DOWN
- * may be tried again. */
+ * the same digest was first, its result is taken and this one dropped. What failed may be tried
+ * again. */
 enum store_answer store_writer_commit(struct store_writer *writer,
                                       const char *summary) STORE_MUST_USE;
 

@@ -34,7 +34,7 @@ struct sqlite_store {
     pthread_cond_t queue_moved;
     struct pending *first, **end; /* waiting operations in order */
     bool leading;                 /* some thread is running a batch */
-    atomic_bool broken;           /* the last write failed */
+    atomic_bool broken;           /* the last write or taking of the log failed */
 
     pthread_mutex_t readers_lock;
     pthread_cond_t reader_back;
@@ -83,23 +83,26 @@ static void answer_all(struct pending *batch, enum store_answer answer) {
 }
 
 /* A failed statement may have ended the transaction as a whole (disk full, I/O error): then nothing
- * of the batch has happened. */
-static enum store_answer finish_batch(struct sqlite_store *store, bool wrote) {
+ * of the batch has happened. `last` is the answer of the last operation that was run. */
+static enum store_answer finish_batch(struct sqlite_store *store, bool wrote,
+                                      enum store_answer last) {
     struct db *db = store->writer;
     if (!db_in_transaction(db))
-        return STORE_DOWN;
+        return store_failed(last) ? last : STORE_DOWN;
     enum store_answer answer = wrote ? db_run(db, "COMMIT") : STORE_OK;
     if (db_in_transaction(db))
         db_run(db, "ROLLBACK");
     return answer;
 }
 
-/* One operation that must not be lost is enough to wait for the disk. */
+/* One operation that must not be lost is enough to wait for the disk. Who waited in vain for the
+ * lock of another process does so once: it holds up threads that answer calls. */
 static enum store_answer begin_batch(struct sqlite_store *store, const struct pending *batch) {
     enum db_durability durability = DB_LAZY;
     for (; batch; batch = batch->next)
         if (batch->durability == DB_DURABLE)
             durability = DB_DURABLE;
+    db_wait_for_locks(store->writer, atomic_load(&store->broken) ? 0 : store->options.busy_ms);
     enum store_answer answer = db_keep(store->writer, durability);
     return answer == STORE_OK ? db_run(store->writer, "BEGIN IMMEDIATE") : answer;
 }
@@ -108,7 +111,7 @@ static void run_batch(struct sqlite_store *store, struct pending *batch) {
     enum store_answer answer = begin_batch(store, batch);
     if (answer != STORE_OK) {
         answer_all(batch, answer);
-        atomic_store(&store->broken, answer == STORE_DOWN);
+        atomic_store(&store->broken, true);
         return;
     }
     bool alone = !batch->next;
@@ -116,14 +119,15 @@ static void run_batch(struct sqlite_store *store, struct pending *batch) {
     for (struct pending *one = batch; one; one = one->next) {
         one->answer =
             alone ? one->operation(store, store->writer, one->context) : run_guarded(store, one);
-        wrote = wrote || one->answer == STORE_OK;
+        answer = one->answer;
+        wrote = wrote || answer == STORE_OK;
         if (!db_in_transaction(store->writer))
             break;
     }
-    answer = finish_batch(store, wrote);
+    answer = finish_batch(store, wrote, answer);
     if (answer != STORE_OK)
         answer_all(batch, answer);
-    atomic_store(&store->broken, answer == STORE_DOWN);
+    atomic_store(&store->broken, answer != STORE_OK);
 }
 
 /* Takes up to BATCH_OPERATIONS from the queue; the lock is held. */
@@ -202,7 +206,10 @@ enum store_answer sqlite_take_log(struct store *base) {
     for (int k = 0; k < LOG_ROUNDS && answer == STORE_OK && !all; k++)
         answer = db_checkpoint(store->keeper, &all);
     pthread_mutex_unlock(&store->keeper_lock);
-    return answer == STORE_BUSY ? STORE_OK : answer;
+    if (answer == STORE_OK || answer == STORE_BUSY)
+        return STORE_OK;
+    atomic_store(&store->broken, true);
+    return answer;
 }
 
 /* ------------------------------------------------------------------ open and close */
@@ -286,11 +293,15 @@ static enum store_answer ping_write(struct sqlite_store *store, struct db *db, v
     return db_run(db, "UPDATE probe SET n = n + 1"); /* the same value would not be written */
 }
 
-/* The disk is written to only to find out whether a failure is over. */
+/* The disk is written to only to find out whether a failure is over. That so little can be written
+ * is not enough: the log may have room for it on a full disk. */
 static enum store_answer sqlite_ping(struct store *store) {
+    bool broken = atomic_load(&sqlite_of(store)->broken);
     enum store_answer answer = sqlite_read(store, ping_read, NULL);
-    if (answer == STORE_OK && atomic_load(&sqlite_of(store)->broken))
+    if (answer == STORE_OK && broken)
         answer = sqlite_write(store, ping_write, NULL);
+    if (answer == STORE_OK && broken)
+        answer = sqlite_take_log(store);
     return answer;
 }
 

@@ -159,24 +159,24 @@ static bool apply(struct db *db, int64_t version) {
 bool sqlite_migrate(struct db *db, char why[STORE_WHY_SIZE]) {
     int64_t version = 0;
     if (!read_version(db, &version)) {
-        snprintf(why, STORE_WHY_SIZE, "the database cannot be read: it is damaged (see the log)");
+        db_explain(db, why);
         return false;
     }
     if (version < 0) {
-        snprintf(why, STORE_WHY_SIZE, "the database belongs to another program");
+        snprintf(why, STORE_WHY_SIZE, "the database %s belongs to another program", db_path(db));
         return false;
     }
     if (version > CURRENT) {
-        snprintf(why, STORE_WHY_SIZE,
-                 "the database has schema %lld, this version of draped knows %d: use a newer one",
-                 (long long)version, (int)CURRENT);
+        snprintf(
+            why, STORE_WHY_SIZE,
+            "the database %s has schema %lld, this version of draped knows %d: use a newer one",
+            db_path(db), (long long)version, (int)CURRENT);
         return false;
     }
     bool good = version > 0 || db_script(db, "PRAGMA application_id = 0x64726170") == STORE_OK;
     while (good && version < CURRENT)
         good = apply(db, ++version);
     if (!good)
-        snprintf(why, STORE_WHY_SIZE,
-                 "the database could not be brought to schema %d (see the log)", (int)CURRENT);
+        db_explain(db, why);
     return good;
 }

@@ -72,7 +72,8 @@ static int reach_out(int socket_end) {
     EXPECT(7, refused(accept(socket_end, NULL, NULL)));
     EXPECT(8, refused(unlink("/tmp/none")));
     EXPECT(9, refused(mkdir("/tmp/none", 0700)));
-    EXPECT(10, refused(setuid(0)));
+    EXPECT(10,
+           refused(syscall(SYS_setuid, 0))); /* glibc's own aborts beside a sanitizer's thread */
     EXPECT(11, refused(syscall(SYS_unshare, CLONE_NEWUSER)));
     EXPECT(12, refused(syscall(SYS_mount, "", "/", "", 0, NULL)));
     EXPECT(13, refused(syscall(SYS_bpf, 0, NULL, 0)));

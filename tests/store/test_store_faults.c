@@ -28,7 +28,7 @@ struct life {
 
 /* An answer is yes, or it is about the disk. */
 static bool good(struct life *life, enum store_answer answer) {
-    if (answer != STORE_OK && answer != STORE_BUSY && answer != STORE_DOWN)
+    if (answer != STORE_OK && !store_failed(answer))
         fail_msg("the answer is '%s'", store_answer_name(answer));
     life->bad += answer != STORE_OK;
     return answer == STORE_OK;
