@@ -44,12 +44,12 @@ async function toProblem(response) {
 }
 
 /** A response with a status of success; otherwise throws Problem, Unreachable or AbortError. */
-export async function call(path, { method = 'GET', headers = {}, body, signal } = {}) {
+export async function call(path, { method = 'GET', headers = {}, ...options } = {}) {
   const own = token.get();
   if (own) headers = { ...headers, Authorization: `Bearer ${own}` };
   let response;
   try {
-    response = await fetch(address(path), { method, headers, body, signal, cache: 'no-cache' });
+    response = await fetch(address(path), { method, headers, ...options, cache: 'no-cache' });
   } catch (error) {
     if (error.name === 'AbortError') throw error;
     throw new Unreachable();
@@ -80,16 +80,19 @@ export async function submit(body, signal) {
 }
 
 /** Submits and waits for the columns in the same call: {id, columns}; columns null when it takes
- *  longer than `seconds`. */
-export async function drapeNow(body, seconds, signal) {
-  const response = await post('v1/drapes?format=npz', body, { Prefer: `wait=${seconds}` }, signal);
+ *  longer than `seconds`. `names`: the columns that are wanted, null for all. */
+export async function drapeNow(body, seconds, names) {
+  const path = `v1/drapes?format=npz${names ? `&fields=${names}` : ''}`;
+  const response = await post(path, body, { Prefer: `wait=${seconds}` });
   const id = (response.headers.get('Location') || '').split('/').pop();
   return { id, columns: response.status === 200 ? await response.arrayBuffer() : null };
 }
 
 export const status = (id, signal) => read(`v1/drapes/${id}`, 'json', { signal });
 export const cancel = (id) => call(`v1/drapes/${id}/cancel`, { method: 'POST' });
-export const remove = (id) => call(`v1/drapes/${id}`, { method: 'DELETE' });
+/** `leaving`: the call outlives the page. */
+export const remove = (id, leaving = false) =>
+  call(`v1/drapes/${id}`, { method: 'DELETE', keepalive: leaving });
 export const list = (limit) => read(`v1/drapes?limit=${limit}`);
 
 const pause = (ms) => new Promise((done) => setTimeout(done, ms));

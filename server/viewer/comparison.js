@@ -4,7 +4,7 @@ import { drawScale } from './charts.js';
 import { element } from './dom.js';
 import { fetchDrape, fetchRequest, spacingOf } from './drape.js';
 import { fields, format, ofNodes, valuesOf, withUnit } from './fields.js';
-import { NO_VALUE } from './lattice.js';
+import { centresOf, NO_VALUE } from './lattice.js';
 import { readDifference } from './work.js';
 
 const SHARE = 0.99; // of the cells: the colours span their differences, not those of a few at the rim
@@ -57,7 +57,7 @@ export class Comparison {
 /** The field of one minus that of two, at the cells of one; null when one of them lacks it. */
 async function differenceOf(one, two, field) {
   const [first, second] = [one, two].map(({ lattice }) => ({
-    centres: lattice.centres,
+    centres: centresOf(lattice),
     values: valuesOf(lattice.columns, field),
   }));
   if (!first.values || !second.values) return null;

@@ -226,6 +226,12 @@ export class Form {
     };
   }
 
+  /** What decides which columns the result has. */
+  get kind() {
+    const { method, fabric, cavity, permeability } = this.settings();
+    return JSON.stringify({ method, fabric: { ...fabric, spacing: null }, cavity, permeability });
+  }
+
   /** The request as the service takes it, the surface as it was in the file. */
   body(coarser) {
     return `{"surface":${this.surfaceText},${JSON.stringify(this.settings(coarser)).slice(1)}`;

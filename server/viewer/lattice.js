@@ -48,7 +48,11 @@ function makeCells(columns, grid) {
     const j = cellJ[cell];
     const owner = nodeAt(grid, i, j);
     const far = nodeAt(grid, i + 1, j + 1);
-    index.set([nodeAt(grid, i + 1, j), far, owner, far, nodeAt(grid, i, j + 1), owner], 6 * cell);
+    const at = 6 * cell;
+    index[at] = nodeAt(grid, i + 1, j);
+    index[at + 1] = index[at + 3] = far;
+    index[at + 2] = index[at + 5] = owner;
+    index[at + 4] = nodeAt(grid, i, j + 1);
     cellOfNode[owner] = cell;
   }
   return { index, cellOfNode };
@@ -117,15 +121,13 @@ function makeSides(columns, grid, cellOfNode) {
 }
 
 /** The middles of the cells, as positions are. */
-function makeCentres(position, index) {
+export function centresOf({ position: p, index }) {
   const centres = new Float32Array(index.length / 2);
-  for (let cell = 0; cell < index.length / 6; cell++) {
-    const [b, c, a, , d] = index.subarray(6 * cell, 6 * cell + 6);
-    for (let axis = 0; axis < 3; axis++) {
-      const sum = [a, b, c, d].reduce((total, node) => total + position[3 * node + axis], 0);
-      centres[3 * cell + axis] = sum / 4;
+  for (let at = 0, k = 0; at < index.length; at += 6)
+    for (let axis = 0; axis < 3; axis++, k++) {
+      const [b, c, a, d] = [index[at], index[at + 1], index[at + 2], index[at + 4]];
+      centres[k] = (p[3 * a + axis] + p[3 * b + axis] + p[3 * c + axis] + p[3 * d + axis]) / 4;
     }
-  }
   return centres;
 }
 
@@ -150,7 +152,6 @@ export function makeLattice(columns) {
     ...placed,
     normal: makeNormals(placed.position, cells.index),
     sides: makeSides(columns, grid, cells.cellOfNode),
-    centres: makeCentres(placed.position, cells.index),
     places: interleave(columns['nodes.i'], columns['nodes.j']),
   };
 }
@@ -162,7 +163,6 @@ export function buffersOf(lattice) {
     ...own,
     lattice.normal,
     lattice.sides,
-    lattice.centres,
     lattice.places,
     ...Object.values(lattice.columns),
   ];

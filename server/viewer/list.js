@@ -23,8 +23,8 @@ function describe({ status, summary, created }) {
 }
 
 export class Drapes {
-  constructor(element, { onOpen, onCompare, onError }) {
-    Object.assign(this, { element, onOpen, onCompare, onError, current: null });
+  constructor(element, { isHidden, onOpen, onCompare, onError }) {
+    Object.assign(this, { element, isHidden, onOpen, onCompare, onError, current: null });
   }
 
   #row(drape) {
@@ -50,7 +50,7 @@ export class Drapes {
     this.current = current;
     try {
       const { drapes } = await list(SHOWN);
-      const rows = drapes.map((drape) => this.#row(drape));
+      const rows = drapes.filter(({ id }) => !this.isHidden(id)).map((drape) => this.#row(drape));
       const none = Object.assign(document.createElement('li'), { textContent: 'None yet.' });
       this.element.replaceChildren(...(rows.length ? rows : [none]));
     } catch (error) {

@@ -21,7 +21,15 @@ import { Form } from './form.js';
 import { nodeAt } from './lattice.js';
 import { curlCommand, saveAs, showDownloads } from './links.js';
 import { Drapes } from './list.js';
-import { cellAt, cornersOf, describeCell, placeOf, showReadout, showSummary } from './readout.js';
+import {
+  briefSummary,
+  cellAt,
+  cornersOf,
+  describeCell,
+  placeOf,
+  showReadout,
+  showSummary,
+} from './readout.js';
 import { Runner } from './run.js';
 import { startTheme } from './theme.js';
 import { askToken, startToken } from './token.js';
@@ -149,16 +157,29 @@ function refreshCurl() {
 
 /* ---- what is shown ---- */
 
-/** Shows a drape; `passing` for one on the way, which has neither id nor summary. */
+/** The columns of a net that is shown for a moment only; with a cell chosen all, for its numbers. */
+function columnsOnTheWay(names) {
+  if (page.pinned) return null;
+  const shown = ['cells.shear_deg', 'cells.locked', page.field.column];
+  const wanted = (name) =>
+    /^(nodes\.[ijxyz]|cells\.[ij]|front\..*)$/.test(name) ||
+    (view.shown.crosses && /^cells\.k[12]/.test(name)) ||
+    shown.includes(name);
+  return names.filter(wanted);
+}
+
+/** Shows a drape; `passing` for one on the way, which has no id and need not have all columns. */
 function showDrape(drape, passing = false) {
-  const { id, summary } = page.one || {};
-  page.one = passing ? { ...drape, id, summary } : drape;
+  const { id, brief, summary } = page.one || {};
+  page.one = passing
+    ? { ...drape, id, passing, brief: briefSummary(drape.lattice, brief || summary) }
+    : drape;
   page.hovered = null;
   hint('');
   view.setNet('one', drape.lattice, drape.spacing);
   view.setHandle(nodeAt(drape.lattice.grid, 0, 0));
   refresh(passing);
-  if (passing) return;
+  if (passing) return view.passing();
   const { cells, timing_ms: time } = drape.summary;
   say(`${cells.toLocaleString('en')} cells, solved in ${format(time.solve, 3)} ms`);
   refreshCurl();
@@ -169,7 +190,7 @@ function showDrape(drape, passing = false) {
 
 /** Everything that depends on the drape, the field and the marked cell. */
 function refresh(passing = false) {
-  refreshFields();
+  if (!passing) refreshFields();
   refreshColours();
   refreshNumbers();
   if (!passing) refreshCharts();
@@ -210,7 +231,8 @@ function refreshColours() {
 
 function refreshNumbers() {
   const { one } = page;
-  showSummary(element('summary'), one?.summary, form.unit);
+  showSummary(element('summary'), one?.passing ? one.brief : one?.summary, form.unit);
+  if (one && !one.lattice.columns['nodes.u']) return; // it will have its numbers when it rests
   const place = page.pinned || page.hovered?.place;
   const cell = one && place ? cellAt(one.lattice, ...place) : -1;
   const node = page.pinned ? page.pinnedNode : page.hovered?.node;
@@ -331,7 +353,9 @@ async function openDrape(id) {
   const request = await fetchRequest(id);
   takeRequest(request);
   hint('Fetching the net …', true);
-  showDrape({ ...(await fetchDrape(id)), spacing: spacingOf(request.settings) });
+  const drape = { ...(await fetchDrape(id)), spacing: spacingOf(request.settings) };
+  showDrape(drape);
+  runner.follow(drape);
   drapes.refresh(id);
 }
 
@@ -415,9 +439,11 @@ const runner = new Runner(form, {
   onDrape: showDrape,
   onError: report,
   onEnd: () => drapes.refresh(page.one?.id),
+  columnsOnTheWay,
 });
 
 const drapes = new Drapes(element('list'), {
+  isHidden: (id) => runner.passing.includes(id),
   onOpen: (id) => openDrape(id).catch(report),
   onCompare: (id) => page.one && compareWith(id),
   onError: reportQuietly,

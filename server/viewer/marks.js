@@ -3,7 +3,7 @@
 // stopped, and the surface itself under it. All keep their place on the screen but are moved a
 // little towards the eye, or away from it, so that they lie over or under the net.
 import * as THREE from './three.module.min.js';
-import { nodeAt } from './lattice.js';
+import { centresOf, nodeAt } from './lattice.js';
 
 const CROSSES_MAX = 2500;
 export const REASONS = ['boundary', 'collapsed', 'no_convergence', 'degenerate', 'extent', 'fold'];
@@ -79,6 +79,20 @@ function material(shaders, values) {
   });
 }
 
+const lineMaterials = new Map();
+
+/** One material for all lines of a kind: it stays, because to make its shader again takes longer
+ *  than to drape. */
+function lineMaterial({ lift, size = 1, rounded = 0 }) {
+  const key = [lift, size, rounded].join();
+  if (!lineMaterials.has(key)) {
+    const style = material(lineShaders, { lift, size, rounded });
+    style.userData.shared = true;
+    lineMaterials.set(key, style);
+  }
+  return lineMaterials.get(key);
+}
+
 function geometryOf(position, tints) {
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(position), 3));
@@ -111,10 +125,11 @@ export function makeCrosses(lattice, spacing) {
   const stride = Math.ceil(Math.sqrt(k1.length / CROSSES_MAX));
   const most = k1.reduce((high, value) => Math.max(high, value), 0);
   const reach = 0.48 * stride * Math.min(...spacing);
+  const centres = centresOf(lattice);
   const ends = [];
   for (let cell = 0; cell < k1.length; cell++) {
     if (columns['cells.i'][cell] % stride || columns['cells.j'][cell] % stride) continue;
-    const middle = corner(lattice.centres, cell);
+    const middle = corner(centres, cell);
     const normal = normalOf(lattice, cell);
     const first = ['x', 'y', 'z'].map((axis) => columns[`cells.k1_${axis}`][cell]);
     for (const [k, along] of [
@@ -126,7 +141,7 @@ export function makeCrosses(lattice, spacing) {
     }
   }
   const white = new Float32Array(ends.length).fill(1);
-  const style = material(lineShaders, { lift: 0.6 * Math.min(...spacing), size: 1, rounded: 0 });
+  const style = lineMaterial({ lift: 0.6 * Math.min(...spacing) });
   return new THREE.LineSegments(geometryOf(ends, white), style);
 }
 
@@ -171,7 +186,7 @@ export function makeFront(lattice, front, spacing) {
     tints.push(...tintOf(REASON_COLOURS[reason]));
   }
   const size = 5 * window.devicePixelRatio;
-  const style = material(lineShaders, { lift: 0.5 * Math.min(...spacing), size, rounded: 1 });
+  const style = lineMaterial({ lift: 0.5 * Math.min(...spacing), size, rounded: 1 });
   return new THREE.Points(geometryOf(places, tints), style);
 }
 
@@ -230,13 +245,21 @@ export function makeSurface(shape, depth, tone, edgeTone) {
   const group = new THREE.Group();
   group.add(body, edges);
   group.userData.body = body;
+  group.userData.edges = edges;
   return group;
+}
+
+/** Moves it to another depth behind the net. */
+export function sinkSurface(group, depth) {
+  const { body, edges } = group.userData;
+  body.material.uniforms.lift.value = -depth;
+  edges.material.uniforms.lift.value = depth;
 }
 
 export function disposeTree(object) {
   object?.traverse((part) => {
     part.geometry?.dispose();
     part.material?.uniforms?.mask?.value.dispose();
-    part.material?.dispose();
+    if (!part.material?.userData.shared) part.material?.dispose();
   });
 }

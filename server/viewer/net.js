@@ -112,9 +112,9 @@ function makeGeometry(lattice) {
 }
 
 export class Net {
-  constructor(lattice, spacing) {
-    this.lattice = lattice;
-    this.geometry = makeGeometry(lattice);
+  /** Without a lattice as yet: that comes with `fill`, any number of times. The shaders stay, because
+   *  to make them again takes longer than to drape. */
+  constructor() {
     this.uniforms = {
       map: { value: textures.sequential },
       low: { value: 0 },
@@ -124,11 +124,20 @@ export class Net {
       outlines: { value: 1 },
       hovered: { value: new THREE.Vector2(NOWHERE, NOWHERE) },
       pinned: { value: new THREE.Vector2(NOWHERE, NOWHERE) },
-      spacing: { value: new THREE.Vector2(...spacing) },
+      spacing: { value: new THREE.Vector2(1, 1) },
     };
-    this.materials = [];
     this.solid = this.#mesh(0);
     this.flat = this.#mesh(1);
+  }
+
+  /** Shows this lattice from now on, with no cell marked. */
+  fill(lattice, spacing) {
+    this.empty();
+    this.lattice = lattice;
+    this.geometry = makeGeometry(lattice);
+    for (const mesh of [this.solid, this.flat]) mesh.geometry = this.geometry;
+    this.uniforms.spacing.value.set(...spacing);
+    for (const which of ['hovered', 'pinned']) this.mark(which, null);
   }
 
   /** The net on its surface (0) or laid flat (1), with a twin that is drawn to find cells. */
@@ -141,8 +150,7 @@ export class Net {
       fragmentShader: pickShader,
       blending: THREE.NoBlending,
     });
-    this.materials.push(material, picking);
-    const mesh = new THREE.Mesh(this.geometry, material);
+    const mesh = new THREE.Mesh(undefined, material);
     mesh.frustumCulled = false;
     mesh.userData.picking = picking;
     return mesh;
@@ -177,8 +185,10 @@ export class Net {
     this.uniforms[which].value.set(...place);
   }
 
-  dispose() {
-    this.geometry.dispose();
-    for (const material of this.materials) material.dispose();
+  /** Gives the memory on the graphics card back. */
+  empty() {
+    this.geometry?.dispose();
+    this.geometry = null;
+    for (const mesh of [this.solid, this.flat]) mesh.removeFromParent();
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Numbers in words: a cell and its nearest node, and the summary of a drape.
-import { fields, format, ofNodes, withUnit } from './fields.js';
+import { fields, format, ofNodes, rangeOf, withUnit } from './fields.js';
 import { nodeAt, NO_VALUE } from './lattice.js';
 import { REASONS, REASON_TEXT } from './marks.js';
 
@@ -128,6 +128,30 @@ export function showReadout(list, { lattice, cell, node, front, unit, isUv }) {
   ]);
 }
 
+/** What the page can tell of a net by itself; NaN for all else that the summary `before` has. */
+export function briefSummary({ columns }, before) {
+  const unknown = Object.entries(before || {}).map(([key, value]) => [
+    key,
+    value === null ? null : NaN,
+  ]);
+  const shear = columns['cells.shear_deg'].map(Math.abs);
+  const sum = (column) => column?.reduce((total, value) => total + value, 0);
+  const reasons = {};
+  for (const reason of columns['front.reason'])
+    reasons[REASONS[reason]] = (reasons[REASONS[reason]] || 0) + 1;
+  return {
+    ...Object.fromEntries(unknown),
+    outcome: 'on the way',
+    nodes: columns['nodes.i'].length,
+    cells: shear.length,
+    max_shear_deg: rangeOf(shear)[1],
+    mean_shear_deg: sum(shear) / (shear.length || 1),
+    locked_cells: sum(columns['cells.locked']),
+    front_reasons: reasons,
+    timing_ms: { queue: NaN, solve: NaN },
+  };
+}
+
 export function showSummary(list, summary, unit) {
   if (!summary) {
     fill(list, [['Nothing is draped yet', '']]);
@@ -137,6 +161,7 @@ export function showSummary(list, summary, unit) {
     ([key, name, write]) => {
       const value = summary[key];
       if (typeof value === 'string') return [name, value];
+      if (Number.isNaN(value)) return [name, '–'];
       const text = write
         ? write(value)
         : key === 'error_estimate_max'

@@ -6,26 +6,43 @@ import { element, say } from './dom.js';
 import { fetchDrape } from './drape.js';
 import { readNet } from './work.js';
 
-const LIVE_CELLS = 12000; // a drape this large answers while one drags
-const LIVE_MOST = 20 * LIVE_CELLS; // a larger one is run with its progress when one lets go
+const LIVE_CELLS = 8000; // a drape this large answers while one drags
+const LIVE_MOST = 30 * LIVE_CELLS; // a larger one is run with its progress when one lets go
 const LIVE_SECONDS = 20;
+const REST_MS = 400; // after which the drapes on the way are deleted
 const TOO_LONG = 'This takes too long to follow the pointer; press Drape.';
 
 export class Runner {
-  /** `onDrape(drape, passing)` with what is to be shown, `onError`, `onEnd` after a run. */
-  constructor(form, { onDrape, onError, onEnd }) {
-    Object.assign(this, { form, onDrape, onError, onEnd });
+  /** `onDrape(drape, passing)` with what is to be shown, `onError`, `onEnd` after a run;
+   *  `columnsOnTheWay(names)`: those of a result that are shown while one drags. */
+  constructor(form, { onDrape, onError, onEnd, columnsOnTheWay }) {
+    Object.assign(this, { form, onDrape, onError, onEnd, columnsOnTheWay });
     this.busy = null; // AbortController of the run
     this.running = null; // its drape
-    this.cells = 0; // of the drape that is shown, at the spacing of the form
+    this.net = null; // of the drape that is shown: its area, its columns, the request's kind
     this.age = 0; // of the surface
+    this.passing = []; // drapes on the way, to be deleted
+    addEventListener('pagehide', () => this.#deletePassing(true));
   }
 
   /** The surface is another one: what is still under way is not to be shown. */
   forget() {
     this.age++;
-    this.cells = 0;
+    this.net = null;
     this.wanted = null;
+  }
+
+  /** This drape is shown, the answer to a request of that kind; what is dragged now drapes it anew. */
+  follow({ lattice, spacing }, kind = this.form.kind) {
+    const { columns } = lattice;
+    const area = columns['cells.i'].length * spacing[0] * spacing[1];
+    this.net = { area, names: Object.keys(columns), kind };
+  }
+
+  /** About how many cells there will be at the spacing of the form. */
+  get #cells() {
+    const [warp, weft] = this.form.spacing;
+    return this.net.area / (warp * weft);
   }
 
   #setBusy(controller) {
@@ -35,9 +52,9 @@ export class Runner {
     if (!controller) element('progress').value = 0;
   }
 
-  #show(drape, age, passing = false) {
+  #show(drape, { age, kind, passing = false }) {
     if (age !== this.age) return say('The drape of the surface before is among the earlier ones.');
-    if (!passing) this.cells = drape.lattice.columns['cells.i'].length;
+    if (!passing) this.follow(drape, kind);
     return this.onDrape(drape, passing);
   }
 
@@ -60,14 +77,14 @@ export class Runner {
 
   async #runOnce(signal) {
     const { age } = this;
-    const { spacing } = this.form;
+    const { spacing, kind } = this.form;
     const { id } = await api.submit(this.form.body(), signal);
     this.running = id;
     const last = await api.follow(id, showProgress, signal);
     if (last.status === 'failed') throw new api.Problem(last.error.status, last.error);
     if (last.status === 'cancelled') return say('Cancelled.');
     say('Fetching the net …');
-    return this.#show({ ...(await fetchDrape(id, last, signal)), spacing }, age);
+    return this.#show({ ...(await fetchDrape(id, last, signal)), spacing }, { age, kind });
   }
 
   async cancel() {
@@ -80,42 +97,52 @@ export class Runner {
    *  drapes on the way are deleted. */
   async live(settled) {
     this.wanted = { settled: settled || Boolean(this.wanted?.settled) };
-    if (!this.cells || this.busy || this.living) return;
+    if (!this.net || this.busy || this.living) return;
     this.living = true;
+    clearTimeout(this.rest);
     try {
       while (this.wanted) {
         const final = this.wanted.settled;
         this.wanted = null;
-        await (final && this.cells > LIVE_MOST ? this.run() : this.#liveOnce(final));
+        await (final && this.#cells > LIVE_MOST ? this.run() : this.#liveOnce(final));
       }
     } catch (error) {
       this.onError(error);
     }
     this.wanted = null;
     this.living = false;
+    this.rest = setTimeout(() => this.#deletePassing(), REST_MS);
   }
 
   async #liveOnce(final) {
     const { age } = this;
+    const { kind } = this.form;
     const begun = performance.now();
-    const coarser = final ? 1 : Math.max(1, Math.sqrt(this.cells / LIVE_CELLS));
+    const coarser = final ? 1 : Math.max(1, Math.sqrt(this.#cells / LIVE_CELLS));
     const spacing = this.form.spacing.map((value) => value * coarser);
+    const same = kind === this.net.kind; // otherwise other columns may come
+    const names = final || !same ? null : this.columnsOnTheWay(this.net.names);
     this.form.clearErrors();
-    const { id, columns } = await api.drapeNow(this.form.body(coarser), LIVE_SECONDS);
-    this.#forgetPassing(final ? null : id);
+    const { id, columns } = await api.drapeNow(this.form.body(coarser), LIVE_SECONDS, names);
+    if (!final) this.passing.push(id);
     if (!columns) throw new api.Problem(0, { detail: TOO_LONG });
-    const lattice = await readNet(columns);
-    const summary = final ? (await api.status(id)).summary : null;
-    this.#show({ id: final ? id : null, lattice, summary, spacing }, age, !final);
+    const [lattice, state] = await Promise.all([readNet(columns), final && api.status(id)]);
+    const drape = { id: final ? id : null, lattice, summary: state?.summary, spacing };
+    this.#show(drape, { age, kind, passing: !final });
     const cells = lattice.columns['cells.i'].length.toLocaleString('en');
     say(`${cells} cells in ${(performance.now() - begun).toFixed(0)} ms`);
     if (final) this.onEnd();
   }
 
-  /** Deletes the drape that was shown on the way, now that there is another. */
-  #forgetPassing(id) {
-    if (this.passing) api.remove(this.passing).catch(() => {});
-    this.passing = id;
+  /** Deletes the drapes that were shown on the way, one after the other, until one drags again. */
+  async #deletePassing(leaving = false) {
+    if (!this.passing.length) return;
+    while (this.passing.length && (leaving || !this.living)) {
+      const call = api.remove(this.passing.at(-1), leaving).catch(() => {});
+      if (!leaving) await call;
+      this.passing.pop();
+    }
+    this.onEnd();
   }
 }
 

@@ -7,6 +7,10 @@ import { OrbitControls } from './OrbitControls.js';
 const FIELD_OF_VIEW = 32;
 const TURN = Math.PI / 24; // an arrow key
 const SAMPLES = 4000; // points that framing looks at
+const SLOW = 25; // ms that a picture may take the graphics card
+const COARSE = 0.5; // of the pixels a side, where it takes longer, while something moves
+const REST_MS = 250; // without a move, after which the picture is drawn in full
+const POLL_MS = 2;
 // From where a part may be seen at first, the most liked first.
 const HOMES = [
   [0.55, -1.1],
@@ -47,7 +51,7 @@ class Pane {
       this.controls.touches.ONE = THREE.TOUCH.PAN;
     }
     this.controls.zoomToCursor = true;
-    this.controls.addEventListener('change', () => stage.redraw());
+    this.controls.addEventListener('change', () => stage.move());
     this.controls.addEventListener('end', () => stage.onView());
     element.addEventListener('keydown', (event) => this.#key(event));
     this.radius = 1;
@@ -227,6 +231,7 @@ export class Stage {
     this.panes = [];
     this.onView = () => {};
     this.onFrame = () => {};
+    this.costs = [0, 0]; // ms of the last pictures in full
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
 
@@ -244,10 +249,44 @@ export class Stage {
     });
   }
 
+  /** As `redraw`, for a picture that is soon followed by another: with fewer pixels where the
+   *  graphics card is slow. */
+  move() {
+    clearTimeout(this.rest);
+    this.moving = true;
+    this.rest = setTimeout(() => {
+      this.moving = false;
+      this.redraw();
+    }, REST_MS);
+    this.redraw();
+  }
+
+  /** Two, because the first one with a shader also waits for that. */
+  get #coarse() {
+    return this.moving && Math.min(...this.costs) > SLOW;
+  }
+
+  /** Notes how long the graphics card takes for what was drawn. */
+  #clock() {
+    if (this.fence || this.#coarse) return;
+    const gl = this.renderer.getContext();
+    const begun = performance.now();
+    this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    const look = () => {
+      const done = gl.getSyncParameter(this.fence, gl.SYNC_STATUS) !== gl.UNSIGNALED;
+      if (!done && !gl.isContextLost()) return setTimeout(look, POLL_MS);
+      gl.deleteSync(this.fence);
+      this.fence = null;
+      this.costs = [this.costs[1], performance.now() - begun];
+    };
+    setTimeout(look, POLL_MS);
+  }
+
   #resize() {
     const { clientWidth, clientHeight } = this.canvas;
     const size = this.renderer.getSize(new THREE.Vector2());
-    const ratio = Math.min(window.devicePixelRatio, 2);
+    const ratio = Math.min(window.devicePixelRatio, 2) * (this.#coarse ? COARSE : 1);
     if (this.renderer.getPixelRatio() !== ratio) this.renderer.setPixelRatio(ratio);
     if (size.x !== clientWidth || size.y !== clientHeight)
       this.renderer.setSize(clientWidth, clientHeight, false);
@@ -268,6 +307,7 @@ export class Stage {
       pane.fit(own.width, own.height);
       renderer.render(pane.scene, pane.camera);
     }
+    this.#clock();
     this.onFrame();
   }
 

@@ -6,7 +6,7 @@ import * as NURBS from './NURBSUtils.js';
 import { makeNormals } from './lattice.js';
 import { loopsOf, maskOf } from './trims.js';
 
-const STEPS_MAX = 160; // a side
+const STEPS_MAX = 96; // a side
 const STEPS_A_SPAN = 40;
 
 const refuse = (text) => {

@@ -10,6 +10,7 @@ import {
   makeCrosses,
   makeFront,
   makeSurface,
+  sinkSurface,
 } from './marks.js';
 import { Stage } from './scene.js';
 import { cornersOf } from './readout.js';
@@ -34,6 +35,7 @@ export class View {
   constructor(handlers) {
     Object.assign(this, handlers);
     this.slots = {};
+    this.nets = {};
     this.shown = { yarns: true, locked: true, front: false, crosses: false, surface: true };
     this.placing = false;
     try {
@@ -96,12 +98,24 @@ export class View {
       if (old) scene.remove(old);
       disposeTree(old);
       if (!this.shape) continue;
-      const step = Math.max(...(this.slots.one?.spacing || [0]));
-      const depth = 0.3 * step + 0.004 * this.shape.radius;
-      const surface = makeSurface(this.shape, depth, themed('--surface'), themed('--edge'));
+      const tones = [themed('--surface'), themed('--edge')];
+      const surface = makeSurface(this.shape, this.#depth(), ...tones);
       surface.name = 'surface';
       surface.visible = this.shown.surface;
       scene.add(surface);
+    }
+  }
+
+  /** How far the surface lies behind the net, which is made of chords. */
+  #depth() {
+    const step = Math.max(...(this.slots.one?.spacing || [0]));
+    return 0.3 * step + 0.004 * this.shape.radius;
+  }
+
+  #sinkSurface() {
+    for (const name of ['solid', 'other', 'difference']) {
+      const surface = this.panes[name].scene.getObjectByName('surface');
+      if (surface) sinkSurface(surface, this.#depth());
     }
   }
 
@@ -117,26 +131,35 @@ export class View {
     if (!this.stage) return;
     this.#empty(slot);
     if (!lattice) return;
-    const net = new Net(lattice, spacing);
-    const front = frontOf(lattice);
-    const entry = { net, lattice, spacing, front, marks: {} };
-    this.slots[slot] = entry;
+    const net = (this.nets[slot] ||= new Net());
+    net.fill(lattice, spacing);
     const pane = this.panes[{ one: 'solid', two: 'other', difference: 'difference' }[slot]];
+    const entry = { net, lattice, spacing, pane, front: frontOf(lattice), marks: {} };
+    this.slots[slot] = entry;
     if (!this.shape && slot === 'one') {
       this.origin = lattice.origin;
       this.#frame(lattice);
     }
-    entry.marks.front = makeFront(lattice, front, spacing);
-    entry.marks.crosses = slot === 'difference' ? null : makeCrosses(lattice, spacing);
     entry.shift = lattice.origin.map((value, axis) => value - this.origin[axis]);
-    for (const object of [net.solid, ...Object.values(entry.marks)]) {
-      if (!object) continue;
-      object.position.set(...entry.shift);
-      pane.scene.add(object);
-    }
+    this.#add(entry, net.solid);
     if (slot === 'one') this.#setFlat(entry);
-    this.#drawSurface();
+    this.#sinkSurface();
     this.show(this.shown);
+  }
+
+  #add({ pane, shift }, object) {
+    object.position.set(...shift);
+    pane.scene.add(object);
+  }
+
+  /** Shows or hides what is drawn over a net; made when it is first wanted. */
+  #showMark(entry, name, on, make) {
+    const { marks } = entry;
+    if (on && marks[name] === undefined) {
+      marks[name] = make(entry);
+      if (marks[name]) this.#add(entry, marks[name]);
+    }
+    if (marks[name]) marks[name].visible = on;
   }
 
   #setFlat({ net, lattice, spacing }) {
@@ -151,10 +174,11 @@ export class View {
   #empty(slot) {
     const entry = this.slots[slot];
     if (!entry) return;
-    for (const object of [entry.net.solid, entry.net.flat, ...Object.values(entry.marks)])
-      object?.removeFromParent();
-    for (const mark of Object.values(entry.marks)) disposeTree(mark);
-    entry.net.dispose();
+    for (const mark of Object.values(entry.marks)) {
+      mark?.removeFromParent();
+      disposeTree(mark);
+    }
+    entry.net.empty();
     delete this.slots[slot];
     this.stage.redraw();
   }
@@ -168,12 +192,14 @@ export class View {
   show(shown) {
     this.shown = shown;
     if (!this.stage) return;
-    for (const { net, marks } of Object.values(this.slots)) {
-      net.show(shown);
-      marks.front.visible = shown.front;
-      if (marks.crosses) marks.crosses.visible = shown.crosses;
+    for (const [slot, entry] of Object.entries(this.slots)) {
+      entry.net.show(shown);
+      const { lattice, front, spacing } = entry;
+      this.#showMark(entry, 'front', shown.front, () => makeFront(lattice, front, spacing));
+      if (slot !== 'difference')
+        this.#showMark(entry, 'crosses', shown.crosses, () => makeCrosses(lattice, spacing));
     }
-    fillFrontKey(element('front-key'), this.slots.one?.front || new Map());
+    if (shown.front) fillFrontKey(element('front-key'), this.slots.one?.front || new Map());
     element('front-key').hidden = !shown.front || !this.slots.one;
     for (const name of ['solid', 'other', 'difference']) {
       const surface = this.panes[name].scene.getObjectByName('surface');
@@ -189,6 +215,11 @@ export class View {
     if (!this.stage) return;
     if (!this.moved) this.home();
     this.stage.redraw();
+  }
+
+  /** Another net will follow soon: the picture of this one may be coarse. */
+  passing() {
+    this.stage?.move();
   }
 
   /** Marks a cell of the main net as 'hovered' or 'pinned', and the cell of the same i and j in

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The page's side of the worker: one promise a task.
+import { makeLattice } from './lattice.js';
+import { readNpz } from './npz.js';
+
+const SMALL = 1.5e6; // bytes
 
 let worker;
 let count = 0;
@@ -38,8 +42,13 @@ function ask(task, input, transfer = []) {
 /** A file's text (and that of the stored surface which it names): settings, surface, shape. */
 export const readRequest = (text, surfaceText) => ask('request', { text, surfaceText });
 
-/** The columns of a result, ready to draw; takes the buffer over. */
-export const readNet = (buffer) => ask('net', { buffer }, [buffer]);
+/** The columns of a result, ready to draw; takes the buffer over. A small one is read here, which
+ *  is done before the worker has it. */
+export async function readNet(buffer) {
+  return buffer.byteLength < SMALL
+    ? makeLattice(readNpz(buffer))
+    : ask('net', { buffer }, [buffer]);
+}
 
 /** What `makeDifference` takes; the values of this minus those of the other. */
 export const readDifference = (input) => ask('difference', input);

@@ -98,12 +98,8 @@ export const picture = (page, name, options = {}) =>
 /** Chooses an example, presses Drape, waits for the net. */
 export async function drapeExample(page, name) {
   if ((await page.inputValue('#example')) !== name) {
-    const before = await page.textContent('#about');
     await page.selectOption('#example', name);
-    await page.waitForFunction(
-      (old) => document.querySelector('#about').textContent !== old,
-      before,
-    );
+    await page.waitForFunction((hash) => location.hash.includes(hash), `example=${name}&`);
   }
   await page.click('#drape');
   await page.waitForFunction(() => /solved in/.test(document.querySelector('#state').textContent));

@@ -198,6 +198,16 @@ test('page: dragging the angle drapes while it moves, and leaves one drape behin
   const count = async () => (await ask('v1/drapes?limit=1000')).drapes.length;
   const first = idOf(page);
   const drapes = await count();
+  await page.click('#cell-clear');
+  await page.evaluate(() => {
+    const { prototype } = WebGL2RenderingContext;
+    const link = prototype.linkProgram;
+    globalThis.linked = 0;
+    prototype.linkProgram = function (program) {
+      globalThis.linked++;
+      return link.call(this, program);
+    };
+  });
   const slider = await page.locator('#angle-slider').boundingBox();
   await page.mouse.move(slider.x + slider.width / 2, slider.y + slider.height / 2);
   await page.mouse.down();
@@ -205,8 +215,18 @@ test('page: dragging the angle drapes while it moves, and leaves one drape behin
     page.waitForResponse((answer) => answer.request().method() === 'POST' && answer.ok());
   for (let step = 1; step <= 5; step++) {
     const x = slider.x + slider.width * (0.5 + 0.05 * step);
-    await Promise.all([answered(), page.mouse.move(x, slider.y + slider.height / 2)]);
+    const [answer] = await Promise.all([
+      answered(),
+      page.mouse.move(x, slider.y + slider.height / 2),
+    ]);
+    assert.match(
+      answer.url(),
+      /fields=nodes\.i,/,
+      'a net on the way comes without what is not shown',
+    );
   }
+  await drawn(page);
+  assert.equal(await page.evaluate(() => globalThis.linked), 0, 'shaders are not made anew');
   await page.mouse.up();
   await page.waitForFunction((id) => !location.hash.includes(id), first);
   await page.waitForFunction(() => document.querySelectorAll('#list [aria-current]').length === 1);
@@ -217,6 +237,16 @@ test('page: dragging the angle drapes while it moves, and leaves one drape behin
   assert.equal(sent.direction.angle_deg, angle);
   for (let k = 0; k < 50 && (await count()) > drapes + 1; k++) await page.waitForTimeout(100);
   assert.equal(await count(), drapes + 1);
+});
+
+test('page: the drape of a link follows the angle, too', async () => {
+  const other = await openPage(browser, page.url());
+  await other.focus('#angle-slider');
+  await other.keyboard.press('ArrowRight');
+  await other.waitForFunction((id) => !location.hash.includes(id), idOf(page));
+  const sent = await ask(`v1/drapes/${idOf(other)}/request`);
+  assert.equal(sent.direction.angle_deg, Number(await page.inputValue('#angle')) + 1);
+  await other.context().close();
 });
 
 test('page: the start follows its handle, and a click when asked to', async () => {
