@@ -21,7 +21,7 @@ for source in tests/unit/test_*.c \
     timeout 600 "$build/${source%.c}" >"$build/test.log" 2>&1 ||
         { tail -20 "$build/test.log"; fail "$source"; }
 done
-for file in tests/http/*.bats; do
+for file in tests/http/*.bats tests/deploy/service.bats; do
     BUILD=$build LD_PRELOAD=$preload timeout 600 bats --tap "$file" >"$build/test.log" 2>&1 ||
         { grep -A20 '^not ok' "$build/test.log"; fail "$file"; }
 done
