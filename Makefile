@@ -214,8 +214,9 @@ tsan:
 # Lines of solver, api and server that the tests run.
 coverage:
 	@deploy/setup.sh test
-	@$(MAKE) --no-print-directory -s B=$(B)/coverage OPT=-O0 \
-	    SANITIZE="--coverage -fprofile-update=atomic" all tests
+	@$(MAKE) --no-print-directory -s $(TEST_MODULES)
+	@$(MAKE) --no-print-directory -s B=$(B)/coverage OPT=-O0 SANITIZE="--coverage \
+	    -fprofile-update=atomic -Wl,-u,__gcov_dump,--export-dynamic-symbol=__gcov_dump" all tests
 	@tests/run_coverage.sh $(B)/coverage
 
 # The daemon and the command, once each, under valgrind.

@@ -26,11 +26,11 @@ _Static_assert(sizeof(struct block) <= ALIGNMENT, "a block's header fits before 
 struct arena {
     struct block *last;
     size_t next_capacity;
-    size_t fail_in;        /* allocations until the first failing one; 0: none fails */
     struct arena *root;    /* whose budget counts: itself unless it is a child */
     struct arena *sibling; /* the child made before; of a root its last child */
-    size_t budget;         /* of a root */
+    size_t budget;         /* of a root, as are those below */
     _Atomic size_t held, peak;
+    _Atomic size_t fail_in; /* allocations until the first failing one; 0: none fails */
 };
 
 struct arena *arena_new(size_t budget) {
@@ -43,8 +43,15 @@ struct arena *arena_new(size_t budget) {
     return arena;
 }
 
+static bool injected_failure(struct arena *root) {
+    size_t left = atomic_load(&root->fail_in);
+    while (left > 1 && !atomic_compare_exchange_weak(&root->fail_in, &left, left - 1))
+        ;
+    return left == 1;
+}
+
 struct arena *arena_child(struct arena *parent) {
-    struct arena *child = calloc(1, sizeof *child);
+    struct arena *child = injected_failure(parent->root) ? NULL : calloc(1, sizeof *child);
     if (child) {
         child->root = parent->root;
         child->next_capacity = block_smallest;
@@ -111,14 +118,6 @@ static bool add_block(struct arena *arena, size_t needed) {
     return true;
 }
 
-static bool injected_failure(struct arena *arena) {
-    if (arena->fail_in > 1) {
-        arena->fail_in--;
-        return false;
-    }
-    return arena->fail_in == 1;
-}
-
 /* The bytes taken for an allocation, a multiple of the alignment; 0 when they overflow. */
 static size_t rounded(size_t count, size_t size) {
     size_t bytes;
@@ -130,7 +129,7 @@ static size_t rounded(size_t count, size_t size) {
 
 void *arena_take(struct arena *arena, size_t count, size_t size) {
     size_t bytes = rounded(count, size);
-    if (injected_failure(arena) || bytes == 0)
+    if (injected_failure(arena->root) || bytes == 0)
         return NULL;
     struct block *block = arena->last;
     if ((!block || bytes > block->capacity - block->used) && !add_block(arena, bytes))
@@ -166,5 +165,5 @@ size_t arena_peak(const struct arena *arena) {
 }
 
 void arena_fail_at(struct arena *arena, size_t n) {
-    arena->fail_in = n;
+    atomic_store(&arena->root->fail_in, n);
 }

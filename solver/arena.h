@@ -44,7 +44,8 @@ void arena_rewind(struct arena *arena, struct arena_mark mark);
 size_t arena_held(const struct arena *arena);
 size_t arena_peak(const struct arena *arena);
 
-/* For tests: the n-th allocation from now on (1 is the next) and all after it fail; 0 never. */
+/* For tests: the n-th allocation from now on (1 is the next) and all after it fail, those of all
+ * children counted too; 0 never. */
 void arena_fail_at(struct arena *arena, size_t n);
 
 #endif

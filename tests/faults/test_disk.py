@@ -230,7 +230,7 @@ def mount_image(disk):
     with open(image, "wb") as file:
         file.truncate(DISK_BYTES)
     return all(subprocess.run(words, capture_output=True, check=False).returncode == 0
-               for words in (["mkfs.ext4", "-q", image],
+               for words in (["/sbin/mkfs.ext4", "-q", image],
                              ["mount", "-o", "loop", image, disk.data]))
 
 

@@ -2,10 +2,12 @@
 /* The n-th allocation fails, for every n: each time the answer is a clean out-of-memory, and under
  * a sanitizer nothing is lost. */
 #include "check.h"
+#include "cloth.h"
 #include "support.h"
 
 #include "../../api/decode.h"
 #include "../../api/digest.h"
+#include "../../api/map.h"
 #include "../../api/normalise.h"
 #include "../../api/shape.h"
 #include "../../api/tree.h"
@@ -29,6 +31,24 @@ static const char everything[] =
     "\"shear_deg\":[0,10],\"k1\":[1e-10,1e-10],\"k2\":[1e-10,1e-10],\"k3\":[1e-11,1e-11],"
     "\"angle_deg\":[0,5]}}";
 
+/* A tent of eight triangles. */
+#define TENT                                                                                       \
+    "{\"surface\":{\"vertices\":[[0,0,0],[1,0,0],[2,0,0],[0,1,0.3],[1,1,0.5],[2,1,0.3],[0,2,0],"   \
+    "[1,2,0],[2,2,0]],\"triangles\":[[0,1,4],[0,4,3],[1,2,5],[1,5,4],[3,4,7],[3,7,6],[4,5,8],"     \
+    "[4,8,7]]},\"fabric\":{\"spacing\":0.25},\"direction\":{\"vector\":"                           \
+    "[1,0.2,0]}}"
+
+/* A twisted square, open for more members; without a triangle in its middle; of a fabric. */
+#define PATCH                                                                                      \
+    "{\"surface\":{\"degree_u\":1,\"degree_v\":1,\"size_u\":2,\"size_v\":2,\"knotvector_u\":"      \
+    "[0,0,1,1],\"knotvector_v\":[0,0,1,1],\"control_points\":[[0,0,0],[0,1,0],[1,0,0],[1,1,0.5]]"
+#define TRIMMED                                                                                    \
+    PATCH ",\"trims\":[{\"reversed\":0,\"degree\":1,\"knotvector\":[0,0,0.3,0.6,1,1],"             \
+          "\"control_points\":[[0.6,0.6],[0.8,0.6],[0.7,0.8],[0.6,0.6]]}]},\"start\":{\"uv\":"     \
+          "[0.3,0.3]},\"fabric\":{\"spacing\":0.1}}"
+#define PERMEABLE                                                                                  \
+    PATCH "},\"fabric\":{\"spacing\":0.1,\"thickness\":0.001,\"fiber_volume_fraction\":0.5}}"
+
 /* Decodes with the n-th allocation of the parser, or of the arena, failing. */
 static enum api_problem_id decode_failing(const char *text, size_t parser_n, size_t arena_n) {
     struct api_request request;
@@ -46,7 +66,8 @@ static enum api_problem_id decode_failing(const char *text, size_t parser_n, siz
 
 static void test_allocation_failures_of_the_parser(void **state) {
     (void)state;
-    static const char *const texts[] = {saddle_request, everything, "\"\\u00e9 string\"", "[[1]]"};
+    static const char *const texts[] = {saddle_request, everything,           TRIMMED,
+                                        TENT,           "\"\\u00e9 string\"", "[[1]]"};
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
         enum api_problem_id sound = decode_failing(texts[k], 0, 0);
         size_t n = 1;
@@ -60,7 +81,7 @@ static void test_allocation_failures_of_the_parser(void **state) {
 
 static void test_allocation_failures_of_the_decoder(void **state) {
     (void)state;
-    static const char *const texts[] = {saddle_request, everything};
+    static const char *const texts[] = {saddle_request, everything, PERMEABLE, TRIMMED, TENT};
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
         enum api_problem_id sound = decode_failing(texts[k], 0, 0);
         size_t n = 1;
@@ -73,46 +94,125 @@ static void test_allocation_failures_of_the_decoder(void **state) {
 }
 
 /* What a request costs from its bytes to the result's. */
-static enum api_problem_id run_failing(const char *text, size_t n, size_t budget,
+static enum api_problem_id run_failing(const char *text, int threads, size_t n, size_t budget,
                                        struct api_problem *problem) {
     struct arena *arena = arena_new(budget);
     struct bytes container = {0};
     struct api_sink sink = sink_into(&container);
     const struct api_input input = {text, strlen(text), NULL, 0};
+    struct api_limits limits = api_limits_default;
+    limits.threads = threads;
     *problem = (struct api_problem){0};
     arena_fail_at(arena, n);
-    enum api_problem_id id = api_run_in(arena, &input, &api_limits_default, NULL, &sink, problem);
+    enum api_problem_id id = api_run_in(arena, &input, &limits, NULL, &sink, problem);
     assert_int_equal(id, problem->id);
     arena_free(arena);
     bytes_free(&container);
     return id;
 }
 
-/* Every way through the solver that has memory of its own. */
-static const char *const members[] = {
-    "\"method\":\"basic\"",
-    "\"method\":\"gib\"",
-    "\"method\":\"gib4\"",
-    "\"method\":\"geodesic\"",
-    "\"start\":{\"uv\":[0.5,0.5]},\"generators\":{\"warp\":{\"uv\":[[0,0.5],[1,0.5]]}}",
-    "\"start\":{\"uv\":[0.5,0.5]},\"generators\":{\"weft\":{\"plane\":[1,0,0]}}",
+/* ---- runs ---- */
+
+/* Every way through the solver that has memory of its own: added to which request, with how many
+ * threads. */
+static const struct {
+    const char *members, *request;
+    int threads;
+} runs[] = {
+    {"\"method\":\"basic\"", saddle_request, 1},
+    {"\"method\":\"gib\"", saddle_request, 1},
+    {"\"method\":\"gib\"", saddle_request, 4},
+    {"\"method\":\"gib\",\"yarn_path\":\"relaxation\"", saddle_request, 1},
+    {"\"method\":\"gib4\"", saddle_request, 1},
+    {"\"method\":\"gib4\"", saddle_request, 4},
+    {"\"method\":\"geodesic\"", saddle_request, 1},
+    {"\"method\":\"mosaic\"", saddle_request, 1},
+    {"\"start\":{\"uv\":[0.5,0.5]},\"generators\":{\"warp\":{\"uv\":[[0,0.5],[1,0.5]]}}",
+     saddle_request, 1},
+    {"\"start\":{\"uv\":[0.5,0.5]},\"generators\":{\"weft\":{\"plane\":[1,0,0]}}", saddle_request,
+     1},
+    {"\"extent\":{\"warp\":[-2,2],\"weft\":[-1,2]}", saddle_request, 1},
+    {"\"permeability\":{\"model\":\"gebart\",\"fiber_radius\":5e-6,\"packing\":\"hexagonal\"}",
+     PERMEABLE, 1},
+    {"\"permeability\":{\"model\":\"table\",\"shear_deg\":[0,40],\"k1\":[1e-10,2e-10],"
+     "\"k2\":[1e-10,1e-10],\"k3\":[1e-11,1e-11]}",
+     PERMEABLE, 1},
+    {"\"method\":\"gib\"", TRIMMED, 1},
+    {"\"method\":\"mosaic\"", TENT, 1},
+    {"\"method\":\"mosaic\"", TENT, 4},
 };
 
 static void test_allocation_failures_of_a_whole_run(void **state) {
     (void)state;
-    for (size_t k = 0; k < sizeof members / sizeof *members; k++) {
+    for (size_t k = 0; k < sizeof runs / sizeof *runs; k++) {
         struct api_problem problem;
         struct bytes text = {0};
         size_t n = 1;
-        bytes_format(&text, "{%s,%s", members[k], saddle_request + 1);
-        while (run_failing(text.data, n, (size_t)1 << 30, &problem) == API_OUT_OF_MEMORY)
+        bytes_format(&text, "{%s,%s", runs[k].members, runs[k].request + 1);
+        while (run_failing(text.data, runs[k].threads, n, (size_t)1 << 30, &problem) ==
+               API_OUT_OF_MEMORY)
             n++;
         if (problem.id != API_OK)
-            fail_msg("%s: allocation %zu: %s", members[k], n, problem.place[0].detail);
+            fail_msg("%s: allocation %zu: %s", text.data, n, problem.place[0].detail);
         assert_true(n > 10);
-        printf("%zu allocations of a run with %s\n", n - 1, members[k]);
+        printf("%zu allocations of a run with %s\n", n - 1, runs[k].members);
         bytes_free(&text);
     }
+}
+
+/* ---- maps ---- */
+
+static struct vec3 flat(double i, double j) {
+    return vec3_make(i, j, 0);
+}
+
+typedef enum api_problem_id mesh_reader(const char *bytes, size_t length, struct arena *arena,
+                                        struct api_map_mesh *mesh, struct api_problem *problem);
+
+/* The mesh is read and mapped onto the cloth. */
+static enum api_problem_id map_failing(mesh_reader *read, const char *text, struct bytes *container,
+                                       size_t n) {
+    struct api_reader reader = reader_over(container);
+    struct arena *arena = arena_new((size_t)1 << 28);
+    struct api_map_mesh mesh = {0};
+    struct api_map map;
+    struct api_problem problem = {0};
+    arena_fail_at(arena, n);
+    enum api_problem_id id = read(text, strlen(text), arena, &mesh, &problem);
+    if (id == API_OK && mesh.elements)
+        id = api_map_mesh_inlet(&mesh, "1", arena, &problem);
+    if (id == API_OK)
+        id = api_map_make(&reader, "cloth", &mesh, NULL, arena, &map, &problem);
+    assert_int_equal(id, problem.id);
+    arena_free(arena);
+    return id;
+}
+
+static void test_allocation_failures_of_a_map(void **state) {
+    static const struct {
+        mesh_reader *read;
+        const char *text;
+    } maps[] = {
+        {api_map_mesh_json, "{\"points\":[[1,1,0],[2,2.5,0],[-1,3,2]]}"},
+        {api_map_mesh_json, "{\"mesh\":{\"triangles\":[[0,1,2],[0,2,3]],"
+                            "\"vertices\":[[0,0,0],[1,0,0],[1,1,0],[0,1,0]]}}"},
+        {api_map_mesh_nastran, "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,1.,1.,0.\n"
+                               "GRID,4,,0.,1.,0.\nCQUAD4,1,1,1,2,3,4\nCTRIA3,2,1,1,2,3\n"},
+    };
+    struct cloth cloth = cloth_make(8, 8, flat, NULL);
+    struct bytes container = cloth_result(&cloth);
+    (void)state;
+    for (size_t k = 0; k < sizeof maps / sizeof *maps; k++) {
+        size_t n = 1;
+        enum api_problem_id id;
+        while ((id = map_failing(maps[k].read, maps[k].text, &container, n)) == API_OUT_OF_MEMORY)
+            n++;
+        assert_int_equal(id, API_OK);
+        assert_true(n > 10);
+        printf("%zu allocations of a map\n", n - 1);
+    }
+    bytes_free(&container);
+    cloth_free(&cloth);
 }
 
 static void test_allocation_budgets_of_a_whole_run(void **state) {
@@ -120,7 +220,7 @@ static void test_allocation_budgets_of_a_whole_run(void **state) {
     struct api_problem problem = {0};
     size_t budget = 0;
     for (; budget < (size_t)1 << 26; budget += budget / 16 + 64)
-        if (run_failing(saddle_request, 0, budget, &problem) != API_OUT_OF_MEMORY)
+        if (run_failing(saddle_request, 1, 0, budget, &problem) != API_OUT_OF_MEMORY)
             break;
     if (problem.id != API_OK)
         fail_msg("budget %zu: %s", budget, problem.place[0].detail);
@@ -156,6 +256,7 @@ int main(void) {
         cmocka_unit_test(test_allocation_failures_of_the_parser),
         cmocka_unit_test(test_allocation_failures_of_the_decoder),
         cmocka_unit_test(test_allocation_failures_of_a_whole_run),
+        cmocka_unit_test(test_allocation_failures_of_a_map),
         cmocka_unit_test(test_allocation_budgets_of_a_whole_run),
         cmocka_unit_test(test_allocation_failures_of_the_written_documents),
     };

@@ -13,8 +13,9 @@
 enum {
     SURFACES = 60,
     GRID = 80,
-    SPAN_GRID = 16,
-    PLACES_MAX = PATCH_SIZE_MAX * SPAN_GRID + 1,
+    SPAN_GRID = 16, /* places in a span, and where an extreme hides between them */
+    SPAN_GRID_FINE = 64,
+    PLACES_MAX = PATCH_SIZE_MAX * SPAN_GRID_FINE + 1,
     TURNS = 30,
     CIRCLE = 9,
     PROFILE_MAX = 9
@@ -239,22 +240,22 @@ static double walk_downhill(struct question *q, double u, double v) {
 }
 
 /* Parameters along one direction: some in every span, however narrow. */
-static int make_places(const struct surface_axis *axis, double *places) {
+static int make_places(const struct surface_axis *axis, int span_grid, double *places) {
     int count = 0;
     for (int s = 0; s < axis->span_count; s++)
-        for (int i = 0; i < SPAN_GRID; i++)
+        for (int i = 0; i < span_grid; i++)
             places[count++] =
-                axis->breaks[s] + (axis->breaks[s + 1] - axis->breaks[s]) * i / SPAN_GRID;
+                axis->breaks[s] + (axis->breaks[s + 1] - axis->breaks[s]) * i / span_grid;
     places[count++] = axis->breaks[axis->span_count];
     return count;
 }
 
 /* The least coordinate of a grid of samples, each that is less than its neighbours refined. */
-static double search(struct question *q) {
+static double search(struct question *q, int span_grid) {
     static double grid[PLACES_MAX][PLACES_MAX];
     double least = DBL_MAX, place[2][PLACES_MAX];
-    int n = make_places(&q->surface->axis[0], place[0]);
-    int m = make_places(&q->surface->axis[1], place[1]);
+    int n = make_places(&q->surface->axis[0], span_grid, place[0]);
+    int m = make_places(&q->surface->axis[1], span_grid, place[1]);
     for (int i = 0; i < n; i++)
         for (int j = 0; j < m; j++)
             grid[i][j] = coordinate_at(q, place[0][i], place[1][j]);
@@ -281,7 +282,9 @@ static void check_random(const struct surface *surface) {
         struct question q = {.surface = surface};
         q.direction = vec3_make(sign * (k % 3 == 0), sign * (k % 3 == 1), sign * (k % 3 == 2));
         surface_domain(surface, q.lower, q.upper);
-        double value = vec3_dot(q.direction, tight[k / 3]), found = search(&q);
+        double value = vec3_dot(q.direction, tight[k / 3]), found = search(&q, SPAN_GRID);
+        if (value < found - walked * size)
+            found = search(&q, SPAN_GRID_FINE);
         assert_true(value >= vec3_dot(q.direction, hull[k / 3]) - 1e-12 * size);
         if (!(value <= found + promised * size && value >= found - walked * size))
             fail_msg("side %d: %.12g, but the surface reaches %.12g", k, value, found);
