@@ -5,7 +5,7 @@ import { readAddress, writeAddress } from './address.js';
 import { Comparison } from './comparison.js';
 import { drawDiagonals, drawHistogram, drawScale } from './charts.js';
 import { element, say } from './dom.js';
-import { fetchDrape, fetchRequest, spacingOf } from './drape.js';
+import { fetchDrape, fetchRequest, labelOf, spacingOf } from './drape.js';
 import {
   fieldOf,
   fields,
@@ -50,7 +50,7 @@ const RETRY = 'Check the address, or drape again.';
 const page = {
   field: fields[0],
   layout: 'both',
-  one: null, // {id, lattice, summary, spacing} of the drape that is shown
+  one: null, // {id, lattice, summary, spacing, label} of the drape that is shown
   pinned: null, // [i, j]
   hovered: null,
   example: 'saddle',
@@ -60,14 +60,15 @@ const page = {
 
 function report(error) {
   if (error.name === 'AbortError') return;
-  if (error instanceof api.Problem && error.status === 401) askToken();
+  if (error instanceof api.Problem && error.status === 401) askToken(Boolean(api.token.get()));
   if (error instanceof api.Problem) form.showErrors(error);
   else form.showErrors({ message: error.message });
 }
 
 function reportQuietly(error) {
-  element('message').textContent = error.message;
-  if (error.status === 401) askToken();
+  element('message').textContent =
+    error.status === 401 ? 'This service asks for a token.' : error.message;
+  if (error.status === 401) askToken(Boolean(api.token.get()));
 }
 
 /* ---- the request ---- */
@@ -105,7 +106,7 @@ function clear() {
   view.arrange(page.layout);
   view.setNet('one', null);
   view.setHandle(-1);
-  element('downloads').replaceChildren();
+  showDownloads(element('downloads'), null, reportQuietly);
   refresh();
   for (const id of ['cell-i', 'cell-j']) element(id).value = '';
 }
@@ -117,11 +118,13 @@ function hint(text, low = false) {
 }
 
 async function takeExample(name) {
-  page.example = name;
   element('example').value = name;
   const response = await fetch(new URL(`./${name}.json`, import.meta.url));
   if (!response.ok) throw new api.Unreachable();
-  takeRequest(await readRequest(await response.text()));
+  const request = await readRequest(await response.text());
+  if (element('example').value !== name) return; // another one was chosen meanwhile
+  page.example = name;
+  takeRequest(request);
   save();
 }
 
@@ -353,7 +356,9 @@ async function openDrape(id) {
   const request = await fetchRequest(id);
   takeRequest(request);
   hint('Fetching the net …', true);
-  const drape = { ...(await fetchDrape(id)), spacing: spacingOf(request.settings) };
+  const { settings } = request;
+  const told = { spacing: spacingOf(settings), label: labelOf(settings) };
+  const drape = { ...(await fetchDrape(id)), ...told };
   showDrape(drape);
   runner.follow(drape);
   drapes.refresh(id);

@@ -89,6 +89,23 @@ test('trouble: a file of 50 MB', async () => {
   );
 });
 
+test('trouble: a dropped file of 50 MB', async () => {
+  await give('null.json', 'null'); // another sentence than the one that is to come
+  await becomes('#fault-surface', /null\.json/);
+  await page.evaluate(() => {
+    const transfer = new DataTransfer();
+    transfer.items.add(new File([new Uint8Array(50e6)], 'dropped.json'));
+    const event = new DragEvent('drop', {
+      dataTransfer: transfer,
+      bubbles: true,
+      cancelable: true,
+    });
+    document.querySelector('#pane-solid').dispatchEvent(event);
+    if (!event.defaultPrevented) throw new Error('the browser would open the file instead');
+  });
+  await becomes('#fault-surface', /dropped\.json has 50 MB; this service takes 42 MB/);
+});
+
 test('trouble: a surface whose sizes do not fit shows the error at its place', async () => {
   const { size_u, ...rest } = saddle.surface;
   await give('torn.json', JSON.stringify({ ...saddle, surface: { ...rest, size_u: size_u + 1 } }));
@@ -196,6 +213,11 @@ test('trouble: a service that asks for a token', async () => {
   const other = await context.newPage();
   other.setDefaultTimeout(WAIT);
   await other.goto(locked.url);
+  await other.waitForSelector('#token-dialog[open]');
+  assert.equal(await textOf('#message', other), 'This service asks for a token.');
+  await other.fill('#token', `${TOKEN}5`);
+  await other.press('#token', 'Enter');
+  await becomes('#fault-token', /does not take this token/, other);
   await other.waitForSelector('#token-dialog[open]');
   await other.fill('#token', TOKEN);
   await picture(other, 'token');
