@@ -22,6 +22,7 @@ import { nodeAt } from './lattice.js';
 import { curlCommand, saveAs, showDownloads } from './links.js';
 import { Drapes } from './list.js';
 import {
+  blankReadout,
   briefSummary,
   cellAt,
   cornersOf,
@@ -45,6 +46,8 @@ const EXAMPLES = [
   ['freeform', 'Free-form part'],
   ['tray', 'Tray, a triangle mesh'],
 ];
+const NO_CELL =
+  'The net has no cell here: choose a smaller spacing, or another start, and press Drape.';
 const RETRY = 'Check the address, or drape again.';
 
 const page = {
@@ -178,7 +181,9 @@ function showDrape(drape, passing = false) {
     ? { ...drape, id, passing, brief: briefSummary(drape.lattice, brief || summary) }
     : drape;
   page.hovered = null;
-  hint('');
+  element('chip').hidden = true;
+  const { length } = drape.lattice.columns['cells.i'];
+  hint(length ? '' : NO_CELL, true);
   view.setNet('one', drape.lattice, drape.spacing);
   view.setHandle(nodeAt(drape.lattice.grid, 0, 0));
   refresh(passing);
@@ -235,7 +240,7 @@ function refreshColours() {
 function refreshNumbers() {
   const { one } = page;
   showSummary(element('summary'), one?.passing ? one.brief : one?.summary, form.unit);
-  if (one && !one.lattice.columns['nodes.u']) return; // it will have its numbers when it rests
+  if (one && !one.lattice.columns['nodes.u']) return blankReadout(element('readout'));
   const place = page.pinned || page.hovered?.place;
   const cell = one && place ? cellAt(one.lattice, ...place) : -1;
   const node = page.pinned ? page.pinnedNode : page.hovered?.node;
@@ -256,7 +261,7 @@ const frontOfOne = () => view.slots.one?.front || new Map();
 function refreshCharts() {
   const { one } = page;
   for (const id of ['histogram', 'diagonals']) element(id).replaceChildren();
-  if (!one) return;
+  if (!one?.lattice.columns['cells.i'].length) return;
   drawHistogram(element('histogram'), one.lattice.columns['cells.shear_deg'], form.locking);
   drawDiagonals(
     element('diagonals'),

@@ -143,6 +143,11 @@ export function showReadout(list, { lattice, cell, node, front, unit, isUv }) {
   ]);
 }
 
+/** While the numbers are on their way. */
+export function blankReadout(list) {
+  for (const value of list.querySelectorAll('dd')) value.textContent = '–';
+}
+
 /** What the page can tell of a net by itself; NaN for all else that the summary `before` has. */
 export function briefSummary({ columns }, before) {
   const unknown = Object.entries(before || {}).map(([key, value]) => [

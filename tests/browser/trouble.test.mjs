@@ -154,6 +154,20 @@ test('trouble: a value out of range is said at its field', async () => {
   assert.equal(await page.locator('[aria-invalid]').count(), 0);
 });
 
+test('trouble: a spacing that leaves no cell', async () => {
+  await page.fill('#spacing', '50');
+  await page.click('#drape');
+  await becomes('#hint', /has no cell here: choose a smaller spacing/);
+  assert.equal(await page.locator('#histogram svg, #diagonals svg').count(), 0);
+  await page.fill('#spacing', '0.00001');
+  await page.click('#drape');
+  await page.waitForSelector('#spacing[aria-invalid="true"]');
+  assert.match(await textOf('#fault-of-spacing'), /is too small: .* nodes, and \d+ are allowed/);
+  await page.fill('#spacing', '0.1');
+  await drapeExample(page, 'saddle');
+  assert.equal(await textOf('#hint'), '');
+});
+
 test('trouble: cancel stops a drape that runs', async () => {
   await page.fill('#spacing', '0.0032');
   await page.click('#drape');
@@ -188,6 +202,19 @@ test('trouble: a daemon that is gone', async () => {
   daemon = await startDaemon({ port: daemon.port, data: daemon.data });
   await page.click('#drape');
   await becomes('#state', /solved in/);
+  assert.equal(await textOf('#fault-general'), '');
+});
+
+test('trouble: a daemon that goes while one turns the angle, and comes back', async () => {
+  await daemon.kill();
+  await page.focus('#angle-slider');
+  await page.keyboard.press('ArrowRight');
+  await becomes('#fault-general', /The service does not answer/);
+  daemon = await startDaemon({ port: daemon.port, data: daemon.data });
+  const before = page.url();
+  await page.keyboard.press('ArrowRight');
+  await page.waitForFunction((url) => location.href !== url, before);
+  await becomes('#state', /cells in \d+ ms/);
   assert.equal(await textOf('#fault-general'), '');
 });
 
