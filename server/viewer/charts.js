@@ -188,7 +188,7 @@ export function drawDiagonals(parent, lattices, unit, locking) {
   const { group, x, y } = frame({
     xs,
     ys,
-    xLabel: `way along the diagonal from the start, ${unit}`,
+    xLabel: `distance along the diagonal, ${unit}`,
     yLabel: '|shear|, degrees',
   });
   const lines = curves.map(({ points, kind }) =>
@@ -201,6 +201,11 @@ export function drawDiagonals(parent, lattices, unit, locking) {
     svg('line', { x1: 166 + 60 * k, x2: 180 + 60 * k, y1: 7, y2: 7, class: `curve ${kind}` }),
     svg('text', { x: 184 + 60 * k, y: 11 }, k ? 'i = −j' : 'i = j'),
   ]);
+  if (lattices.length > 1)
+    key.push(
+      svg('line', { x1: 98, x2: 116, y1: 7, y2: 7, class: 'axis other strong' }),
+      svg('text', { x: 120, y: 11 }, 'other'),
+    );
   const marks =
     locking && locking < ys[1]
       ? [

@@ -2,7 +2,7 @@
 // Two drapes side by side, with a map of their difference.
 import { drawScale } from './charts.js';
 import { element } from './dom.js';
-import { fetchDrape, fetchRequest, spacingOf } from './drape.js';
+import { fetchDrape, fetchRequest, labelOf, spacingOf } from './drape.js';
 import { fields, format, ofNodes, valuesOf, withUnit } from './fields.js';
 import { centresOf, NO_VALUE } from './lattice.js';
 import { readDifference } from './work.js';
@@ -22,9 +22,7 @@ export class Comparison {
     const { settings } = request;
     this.other = { ...drape, spacing: spacingOf(settings) };
     this.view.setNet('two', drape.lattice, this.other.spacing);
-    const angle = settings.direction?.angle_deg;
-    const direction = angle === undefined ? 'along a vector' : `${angle}°`;
-    element('caption-other').textContent = `The other: ${settings.method}, ${direction}`;
+    element('caption-other').textContent = `The other: ${labelOf(settings)}`;
     element('compare-end').hidden = false;
     this.view.arrange('compare');
   }
@@ -33,12 +31,14 @@ export class Comparison {
     this.other = this.values = null;
     for (const slot of ['two', 'difference']) this.view.setNet(slot, null);
     element('compare-end').hidden = true;
+    element('caption-one').textContent = '';
   }
 
   /** Colours the difference of a field; of the shear for one that is known at nodes. */
   async colour(one, shown, unitOfLength) {
     const two = this.other;
     const field = ofNodes(shown) ? fields[0] : shown;
+    element('caption-one').textContent = `This: ${one.label} · `;
     const values = await differenceOf(one, two, field);
     if (!values || this.other !== two) return;
     this.values = values;

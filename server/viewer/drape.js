@@ -23,6 +23,12 @@ export async function fetchRequest(id, signal) {
   return readRequest(text, surface);
 }
 
+/** What tells a drape from another: its method and direction. */
+export function labelOf({ method, direction }) {
+  const angle = direction?.angle_deg;
+  return `${method}, ${angle === undefined ? 'along a vector' : `${angle}°`}`;
+}
+
 /** The spacing along warp and weft that a request asks for. */
 export function spacingOf(settings) {
   const [warp, weft = warp] = [settings.fabric.spacing].flat();

@@ -274,6 +274,7 @@ export class Form {
   }
 
   #fault(control, detail) {
+    element(`fault-of-${control.id}`)?.remove();
     const fault = document.createElement('p');
     Object.assign(fault, { className: 'fault', id: `fault-of-${control.id}`, textContent: detail });
     fault.dataset.made = '';

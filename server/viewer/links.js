@@ -25,23 +25,22 @@ export function saveAs(blob, name) {
   setTimeout(() => URL.revokeObjectURL(link.href), 60000);
 }
 
-/** Links to all formats; with a token they are fetched, because a link cannot carry it. */
+/** Links to all formats; with a token they are fetched, because a link cannot carry it. Without an
+ *  id their names alone. */
 export function showDownloads(list, id, onError) {
   const items = DOWNLOADS.map(([label, path, ending]) => {
     const item = document.createElement('li');
     const link = document.createElement('a');
     const name = `drape-${id}.${ending}`;
-    Object.assign(link, {
-      href: address(`v1/drapes/${id}/${path}`),
-      textContent: label,
-      download: name,
-    });
+    link.textContent = label;
+    item.append(link);
+    if (!id) return item;
+    Object.assign(link, { href: address(`v1/drapes/${id}/${path}`), download: name });
     link.addEventListener('click', (event) => {
       if (!token.get()) return;
       event.preventDefault();
       read(`v1/drapes/${id}/${path}`, 'blob').then((blob) => saveAs(blob, name), onError);
     });
-    item.append(link);
     return item;
   });
   list.replaceChildren(...items);

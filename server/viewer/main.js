@@ -5,7 +5,7 @@ import { readAddress, writeAddress } from './address.js';
 import { Comparison } from './comparison.js';
 import { drawDiagonals, drawHistogram, drawScale } from './charts.js';
 import { element, say } from './dom.js';
-import { fetchDrape, fetchRequest, spacingOf } from './drape.js';
+import { fetchDrape, fetchRequest, labelOf, spacingOf } from './drape.js';
 import {
   fieldOf,
   fields,
@@ -22,6 +22,7 @@ import { nodeAt } from './lattice.js';
 import { curlCommand, saveAs, showDownloads } from './links.js';
 import { Drapes } from './list.js';
 import {
+  blankReadout,
   briefSummary,
   cellAt,
   cornersOf,
@@ -45,12 +46,14 @@ const EXAMPLES = [
   ['freeform', 'Free-form part'],
   ['tray', 'Tray, a triangle mesh'],
 ];
+const NO_CELL =
+  'The net has no cell here: choose a smaller spacing, or another start, and press Drape.';
 const RETRY = 'Check the address, or drape again.';
 
 const page = {
   field: fields[0],
   layout: 'both',
-  one: null, // {id, lattice, summary, spacing} of the drape that is shown
+  one: null, // {id, lattice, summary, spacing, label} of the drape that is shown
   pinned: null, // [i, j]
   hovered: null,
   example: 'saddle',
@@ -60,14 +63,15 @@ const page = {
 
 function report(error) {
   if (error.name === 'AbortError') return;
-  if (error instanceof api.Problem && error.status === 401) askToken();
+  if (error instanceof api.Problem && error.status === 401) askToken(Boolean(api.token.get()));
   if (error instanceof api.Problem) form.showErrors(error);
   else form.showErrors({ message: error.message });
 }
 
 function reportQuietly(error) {
-  element('message').textContent = error.message;
-  if (error.status === 401) askToken();
+  element('message').textContent =
+    error.status === 401 ? 'This service asks for a token.' : error.message;
+  if (error.status === 401) askToken(Boolean(api.token.get()));
 }
 
 /* ---- the request ---- */
@@ -105,7 +109,7 @@ function clear() {
   view.arrange(page.layout);
   view.setNet('one', null);
   view.setHandle(-1);
-  element('downloads').replaceChildren();
+  showDownloads(element('downloads'), null, reportQuietly);
   refresh();
   for (const id of ['cell-i', 'cell-j']) element(id).value = '';
 }
@@ -117,11 +121,13 @@ function hint(text, low = false) {
 }
 
 async function takeExample(name) {
-  page.example = name;
   element('example').value = name;
   const response = await fetch(new URL(`./${name}.json`, import.meta.url));
   if (!response.ok) throw new api.Unreachable();
-  takeRequest(await readRequest(await response.text()));
+  const request = await readRequest(await response.text());
+  if (element('example').value !== name) return; // another one was chosen meanwhile
+  page.example = name;
+  takeRequest(request);
   save();
 }
 
@@ -175,7 +181,9 @@ function showDrape(drape, passing = false) {
     ? { ...drape, id, passing, brief: briefSummary(drape.lattice, brief || summary) }
     : drape;
   page.hovered = null;
-  hint('');
+  element('chip').hidden = true;
+  const { length } = drape.lattice.columns['cells.i'];
+  hint(length ? '' : NO_CELL, true);
   view.setNet('one', drape.lattice, drape.spacing);
   view.setHandle(nodeAt(drape.lattice.grid, 0, 0));
   refresh(passing);
@@ -232,7 +240,7 @@ function refreshColours() {
 function refreshNumbers() {
   const { one } = page;
   showSummary(element('summary'), one?.passing ? one.brief : one?.summary, form.unit);
-  if (one && !one.lattice.columns['nodes.u']) return; // it will have its numbers when it rests
+  if (one && !one.lattice.columns['nodes.u']) return blankReadout(element('readout'));
   const place = page.pinned || page.hovered?.place;
   const cell = one && place ? cellAt(one.lattice, ...place) : -1;
   const node = page.pinned ? page.pinnedNode : page.hovered?.node;
@@ -253,7 +261,7 @@ const frontOfOne = () => view.slots.one?.front || new Map();
 function refreshCharts() {
   const { one } = page;
   for (const id of ['histogram', 'diagonals']) element(id).replaceChildren();
-  if (!one) return;
+  if (!one?.lattice.columns['cells.i'].length) return;
   drawHistogram(element('histogram'), one.lattice.columns['cells.shear_deg'], form.locking);
   drawDiagonals(
     element('diagonals'),
@@ -353,7 +361,9 @@ async function openDrape(id) {
   const request = await fetchRequest(id);
   takeRequest(request);
   hint('Fetching the net …', true);
-  const drape = { ...(await fetchDrape(id)), spacing: spacingOf(request.settings) };
+  const { settings } = request;
+  const told = { spacing: spacingOf(settings), label: labelOf(settings) };
+  const drape = { ...(await fetchDrape(id)), ...told };
   showDrape(drape);
   runner.follow(drape);
   drapes.refresh(id);

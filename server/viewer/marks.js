@@ -36,8 +36,9 @@ const lineShaders = {
     uniform float rounded;
     layout(location = 0) out vec4 colour;
     void main() {
-      if (rounded > 0.5 && length(gl_PointCoord - 0.5) > 0.5) discard;
-      colour = vec4(tone, 1.0);
+      float far = rounded * length(gl_PointCoord - 0.5);
+      if (far > 0.5) discard;
+      colour = vec4(far > 0.32 ? vec3(0.08) : tone, 1.0); // a rim, to be seen on any ground
     }`,
 };
 
@@ -185,7 +186,7 @@ export function makeFront(lattice, front, spacing) {
     places.push(...corner(lattice.position, node));
     tints.push(...tintOf(REASON_COLOURS[reason]));
   }
-  const size = 5 * window.devicePixelRatio;
+  const size = 7 * window.devicePixelRatio;
   const style = lineMaterial({ lift: 0.5 * Math.min(...spacing), size, rounded: 1 });
   return new THREE.Points(geometryOf(places, tints), style);
 }

@@ -16,6 +16,21 @@ const SUMMARY = [
   ['error_estimate_max', 'Greatest error estimate'],
 ];
 
+// What stands there before there is a drape, so that nothing moves later.
+const ALWAYS = [
+  'Shear angle',
+  'Thickness',
+  'Fibre volume fraction',
+  'Porosity',
+  'Beyond locking',
+  'Nearest node',
+  'x',
+  'y',
+  'z',
+  'u, v',
+  'Shear at the node',
+];
+
 /** Rows of name and text; `data` is the whole number, as the service gave it. */
 function fill(list, rows) {
   const nodes = rows.flatMap(([name, text, data]) => {
@@ -109,7 +124,7 @@ function nodeRows({ columns }, node, unit, isUv) {
  *  parameters, as meshes have not. */
 export function showReadout(list, { lattice, cell, node, front, unit, isUv }) {
   if (!lattice || !lattice.columns['cells.i'].length) {
-    fill(list, [['Cell', '–']]);
+    fill(list, [['Cell', '–'], ...ALWAYS.map((name) => [name, '–'])]);
     return;
   }
   if (cell === null) {
@@ -126,6 +141,11 @@ export function showReadout(list, { lattice, cell, node, front, unit, isUv }) {
     ...nodeRows(lattice, node, unit, isUv),
     ...(reason ? [['The net stops here', REASON_TEXT[reason]]] : []),
   ]);
+}
+
+/** While the numbers are on their way. */
+export function blankReadout(list) {
+  for (const value of list.querySelectorAll('dd')) value.textContent = '–';
 }
 
 /** What the page can tell of a net by itself; NaN for all else that the summary `before` has. */
@@ -154,7 +174,9 @@ export function briefSummary({ columns }, before) {
 
 export function showSummary(list, summary, unit) {
   if (!summary) {
-    fill(list, [['Nothing is draped yet', '']]);
+    const names = SUMMARY.slice(1, -1).map(([, name]) => name);
+    const rows = [...names, 'Front', 'Queue, solve'].map((name) => [name, '–']);
+    fill(list, [['Outcome', 'nothing is draped yet'], ...rows]);
     return;
   }
   const rows = SUMMARY.filter(([key]) => summary[key] !== null && summary[key] !== undefined).map(

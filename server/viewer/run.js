@@ -3,7 +3,7 @@
 // dragged.
 import * as api from './api.js';
 import { element, say } from './dom.js';
-import { fetchDrape } from './drape.js';
+import { fetchDrape, labelOf } from './drape.js';
 import { readNet } from './work.js';
 
 const LIVE_CELLS = 8000; // a drape this large answers while one drags
@@ -78,13 +78,15 @@ export class Runner {
   async #runOnce(signal) {
     const { age } = this;
     const { spacing, kind } = this.form;
+    const label = labelOf(this.form.settings());
     const { id } = await api.submit(this.form.body(), signal);
     this.running = id;
     const last = await api.follow(id, showProgress, signal);
     if (last.status === 'failed') throw new api.Problem(last.error.status, last.error);
     if (last.status === 'cancelled') return say('Cancelled.');
     say('Fetching the net …');
-    return this.#show({ ...(await fetchDrape(id, last, signal)), spacing }, { age, kind });
+    const drape = await fetchDrape(id, last, signal);
+    return this.#show({ ...drape, spacing, label }, { age, kind });
   }
 
   async cancel() {
@@ -117,6 +119,7 @@ export class Runner {
   async #liveOnce(final) {
     const { age } = this;
     const { kind } = this.form;
+    const label = labelOf(this.form.settings());
     const begun = performance.now();
     const coarser = final ? 1 : Math.max(1, Math.sqrt(this.#cells / LIVE_CELLS));
     const spacing = this.form.spacing.map((value) => value * coarser);
@@ -127,7 +130,7 @@ export class Runner {
     if (!final) this.passing.push(id);
     if (!columns) throw new api.Problem(0, { detail: TOO_LONG });
     const [lattice, state] = await Promise.all([readNet(columns), final && api.status(id)]);
-    const drape = { id: final ? id : null, lattice, summary: state?.summary, spacing };
+    const drape = { id: final ? id : null, lattice, summary: state?.summary, spacing, label };
     this.#show(drape, { age, kind, passing: !final });
     const cells = lattice.columns['cells.i'].length.toLocaleString('en');
     say(`${cells} cells in ${(performance.now() - begun).toFixed(0)} ms`);

@@ -78,7 +78,14 @@ test('page: its headers let nothing in and let browsers keep its files', async (
 
 test('page: drapes an example by a click and shows its net', async () => {
   const empty = await colours(page, '#panes');
+  const tops = () =>
+    page
+      .locator('h2, h3, legend, label, #drape, #state')
+      .evaluateAll((all) => all.map((one) => [one.textContent, one.getBoundingClientRect().top]));
+  const before = await tops();
   await drapeExample(page, 'saddle');
+  const moved = (await tops()).filter(([, top], k) => Math.abs(top - before[k][1]) > 3);
+  assert.deepEqual(moved, [], 'nothing moves when the net comes');
   await drawn(page);
   const shot = await picture(page, 'draped');
   assert.ok(shot.length > 10000);
@@ -226,6 +233,7 @@ test('page: dragging the angle drapes while it moves, and leaves one drape behin
     );
   }
   await drawn(page);
+  assert.match(await page.textContent('#summary'), /^Outcomeon the way.*Cells3,\d\d\d/);
   assert.equal(await page.evaluate(() => globalThis.linked), 0, 'shaders are not made anew');
   await page.mouse.up();
   await page.waitForFunction((id) => !location.hash.includes(id), first);
@@ -330,6 +338,8 @@ test('page: two drapes side by side with their difference', async () => {
   await drawn(page);
   await picture(page, 'compare');
   assert.match(await page.textContent('#caption-other'), /gib4, 0°/);
+  assert.match(await page.textContent('#caption-solid'), /^This: basic, 0°/);
+  assert.match(await page.textContent('#diagonals'), /other/);
   // Where the nets agree to less than 0.1 degrees, so does the map: its range is the difference.
   assert.match(
     await page.getAttribute('#difference-scale svg', 'aria-label'),

@@ -89,6 +89,23 @@ test('trouble: a file of 50 MB', async () => {
   );
 });
 
+test('trouble: a dropped file of 50 MB', async () => {
+  await give('null.json', 'null'); // another sentence than the one that is to come
+  await becomes('#fault-surface', /null\.json/);
+  await page.evaluate(() => {
+    const transfer = new DataTransfer();
+    transfer.items.add(new File([new Uint8Array(50e6)], 'dropped.json'));
+    const event = new DragEvent('drop', {
+      dataTransfer: transfer,
+      bubbles: true,
+      cancelable: true,
+    });
+    document.querySelector('#pane-solid').dispatchEvent(event);
+    if (!event.defaultPrevented) throw new Error('the browser would open the file instead');
+  });
+  await becomes('#fault-surface', /dropped\.json has 50 MB; this service takes 42 MB/);
+});
+
 test('trouble: a surface whose sizes do not fit shows the error at its place', async () => {
   const { size_u, ...rest } = saddle.surface;
   await give('torn.json', JSON.stringify({ ...saddle, surface: { ...rest, size_u: size_u + 1 } }));
@@ -137,6 +154,20 @@ test('trouble: a value out of range is said at its field', async () => {
   assert.equal(await page.locator('[aria-invalid]').count(), 0);
 });
 
+test('trouble: a spacing that leaves no cell', async () => {
+  await page.fill('#spacing', '50');
+  await page.click('#drape');
+  await becomes('#hint', /has no cell here: choose a smaller spacing/);
+  assert.equal(await page.locator('#histogram svg, #diagonals svg').count(), 0);
+  await page.fill('#spacing', '0.00001');
+  await page.click('#drape');
+  await page.waitForSelector('#spacing[aria-invalid="true"]');
+  assert.match(await textOf('#fault-of-spacing'), /is too small: .* nodes, and \d+ are allowed/);
+  await page.fill('#spacing', '0.1');
+  await drapeExample(page, 'saddle');
+  assert.equal(await textOf('#hint'), '');
+});
+
 test('trouble: cancel stops a drape that runs', async () => {
   await page.fill('#spacing', '0.0032');
   await page.click('#drape');
@@ -174,6 +205,19 @@ test('trouble: a daemon that is gone', async () => {
   assert.equal(await textOf('#fault-general'), '');
 });
 
+test('trouble: a daemon that goes while one turns the angle, and comes back', async () => {
+  await daemon.kill();
+  await page.focus('#angle-slider');
+  await page.keyboard.press('ArrowRight');
+  await becomes('#fault-general', /The service does not answer/);
+  daemon = await startDaemon({ port: daemon.port, data: daemon.data });
+  const before = page.url();
+  await page.keyboard.press('ArrowRight');
+  await page.waitForFunction((url) => location.href !== url, before);
+  await becomes('#state', /cells in \d+ ms/);
+  assert.equal(await textOf('#fault-general'), '');
+});
+
 test('trouble: the link of a drape that is gone', async () => {
   const url = page.url().replace(/drape=\w+/, `drape=${'0'.repeat(32)}`);
   const other = await openPage(browser, url);
@@ -196,6 +240,11 @@ test('trouble: a service that asks for a token', async () => {
   const other = await context.newPage();
   other.setDefaultTimeout(WAIT);
   await other.goto(locked.url);
+  await other.waitForSelector('#token-dialog[open]');
+  assert.equal(await textOf('#message', other), 'This service asks for a token.');
+  await other.fill('#token', `${TOKEN}5`);
+  await other.press('#token', 'Enter');
+  await becomes('#fault-token', /does not take this token/, other);
   await other.waitForSelector('#token-dialog[open]');
   await other.fill('#token', TOKEN);
   await picture(other, 'token');
