@@ -27,7 +27,7 @@ static void raise_descriptor_limit(int64_t connections) {
 }
 
 /* A client whose machine or line has gone says no goodbye: its connections, which inherit this, are
- * closed within a minute and a half. */
+ * closed within two minutes. */
 static void ask_the_silent(int listener) {
     static const struct {
         int level, name, value;

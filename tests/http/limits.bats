@@ -208,7 +208,7 @@ gone_by_now() { call GET "/v1/drapes/$1/result"; [ "$status" = 410 ]; }
     grep -q '^event: end' "$body"
 }
 
-# How long it takes then, a minute and a half at most, is the kernel's affair.
+# How long it takes then, two minutes at most, is the kernel's affair.
 @test "limits: a client that falls silent is asked whether it is there" {
     exec {silent}<>"/dev/tcp/127.0.0.1/$PORT"
     asked() { ss -Htno state established "sport = :$PORT" | grep -q 'timer:(keepalive'; }
