@@ -51,8 +51,13 @@ class Pane {
       this.controls.touches.ONE = THREE.TOUCH.PAN;
     }
     this.controls.zoomToCursor = true;
-    this.controls.addEventListener('change', () => stage.move());
-    this.controls.addEventListener('end', () => stage.onView());
+    this.turning = false; // by the pointer
+    this.controls.addEventListener('start', () => (this.turning = true));
+    this.controls.addEventListener('change', () => (this.turning ? stage.move() : stage.redraw()));
+    this.controls.addEventListener('end', () => {
+      this.turning = false;
+      stage.onView();
+    });
     element.addEventListener('keydown', (event) => this.#key(event));
     this.radius = 1;
     this.points = [0, 0, 0];
@@ -151,7 +156,7 @@ class Pane {
     else return;
     event.preventDefault();
     this.controls.update();
-    this.stage.redraw();
+    this.stage.move();
     this.stage.onView();
   }
 

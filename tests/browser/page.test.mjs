@@ -243,7 +243,7 @@ test('page: dragging the angle drapes while it moves, and leaves one drape behin
   assert.ok(angle > 30 && angle < 60, `${angle} degrees`);
   const sent = await ask(`v1/drapes/${idOf(page)}/request`);
   assert.equal(sent.direction.angle_deg, angle);
-  for (let k = 0; k < 50 && (await count()) > drapes + 1; k++) await page.waitForTimeout(100);
+  for (let k = 0; k < 600 && (await count()) > drapes + 1; k++) await page.waitForTimeout(100);
   assert.equal(await count(), drapes + 1);
 });
 

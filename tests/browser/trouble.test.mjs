@@ -286,11 +286,19 @@ test('trouble: a browser without WebGL', async () => {
 
 test('trouble: a million cells are shown, and change their colours', async () => {
   const other = await openPage(browser, daemon.url);
+  await other.evaluate(() => {
+    globalThis.resized = 0; // which would wait for all that is being drawn
+    new MutationObserver((changes) => (globalThis.resized += changes.length)).observe(
+      document.querySelector('#canvas'),
+      { attributeFilter: ['width'] },
+    );
+  });
   await other.fill('#spacing', '0.0058');
   await other.click('#drape');
   await becomes('#state', /1,0\d\d,\d\d\d cells, solved/, other);
   await drawn(other);
   await picture(other, 'million');
+  assert.equal(await other.evaluate(() => globalThis.resized), 0);
   assert.ok((await colours(other, '#panes')) > 200);
   await other.selectOption('#field', 'thickness');
   await drawn(other);
