@@ -22,6 +22,8 @@ for source in tests/unit/test_*.c \
         { tail -20 "$build/test.log"; fail "$source"; }
 done
 for file in tests/http/*.bats tests/deploy/service.bats; do
+    # There libraries are counted for the bill of materials.
+    [ "$file" != tests/deploy/service.bats ] || preload=
     BUILD=$build LD_PRELOAD=$preload timeout 600 bats --tap "$file" >"$build/test.log" 2>&1 ||
         { grep -A20 '^not ok' "$build/test.log"; fail "$file"; }
 done
