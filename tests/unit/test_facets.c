@@ -3,21 +3,8 @@
 
 #include "check.h"
 #include "cloth.h"
+#include "own_arena.h"
 #include <math.h>
-
-static struct arena *arena;
-
-static int set_up(void **state) {
-    (void)state;
-    arena = arena_new((size_t)1 << 26);
-    return arena ? 0 : -1;
-}
-
-static int tear_down(void **state) {
-    (void)state;
-    arena_free(arena);
-    return 0;
-}
 
 /* ---- nets ---- */
 

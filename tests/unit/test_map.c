@@ -4,26 +4,13 @@
 #include "../../solver/permeability.h"
 #include "check.h"
 #include "cloth.h"
+#include "own_arena.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 static const double pi = 3.14159265358979323846;
-
-static struct arena *arena;
-
-static int set_up(void **state) {
-    (void)state;
-    arena = arena_new((size_t)1 << 27);
-    return arena ? 0 : -1;
-}
-
-static int tear_down(void **state) {
-    (void)state;
-    arena_free(arena);
-    return 0;
-}
 
 /* ---- cloth ---- */
 

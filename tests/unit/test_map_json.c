@@ -1,43 +1,18 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../api/map_mesh.h"
-
 #include "check.h"
+#include "mesh_text.h"
+#include "own_arena.h"
 #include "support.h"
 #include <stdlib.h>
 #include <string.h>
 
-static struct arena *arena;
-
-static int set_up(void **state) {
-    (void)state;
-    arena = arena_new((size_t)1 << 26);
-    return arena ? 0 : -1;
-}
-
-static int tear_down(void **state) {
-    (void)state;
-    arena_free(arena);
-    return 0;
-}
-
-/* Reads a copy that ends where the text ends, so that a sanitizer sees who reads on. */
 static enum api_problem_id read_bytes(const char *text, size_t length, struct api_map_mesh *mesh,
                                       struct api_problem *problem) {
-    char *copy = malloc(length ? length : 1);
-    assert_non_null(copy);
-    memcpy(copy, text, length);
-    memset(problem, 0, sizeof *problem);
-    enum api_problem_id id = api_map_mesh_json(copy, length, arena, mesh, problem);
-    free(copy);
-    return id;
+    return mesh_text_read(api_map_mesh_json, text, length, arena, mesh, problem);
 }
 
 static struct api_map_mesh read_good(const char *text) {
-    struct api_map_mesh mesh;
-    struct api_problem problem;
-    if (read_bytes(text, strlen(text), &mesh, &problem) != API_OK)
-        fail_msg("%s: %s", text, problem.place[0].detail);
-    return mesh;
+    return mesh_text_good(api_map_mesh_json, text, arena);
 }
 
 static void test_map_json_reads_points(void **state) {
