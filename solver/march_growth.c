@@ -252,9 +252,11 @@ static enum status push_tile(struct growth *g, const struct net_tile *tile) {
     struct net_window window = net_window(g->march->net, tile->ti, tile->tj);
     enum status status = STATUS_OK;
     for (int y = 0; y < NET_TILE; y++) {
-        uint32_t row = net_window_known(&window, y), up = net_window_known(&window, y + 1),
-                 down = net_window_known(&window, y - 1);
-        uint32_t rim = (uint32_t)tile->inside[y] << 1 & ~(up & down & row << 1 & row >> 1);
+        uint32_t row = net_window_bits(&window, NET_BIT_KNOWN, y);
+        uint32_t up = net_window_bits(&window, NET_BIT_KNOWN, y + 1);
+        uint32_t down = net_window_bits(&window, NET_BIT_KNOWN, y - 1);
+        uint32_t rim =
+            (uint32_t)tile->bits[NET_BIT_INSIDE][y] << 1 & ~(up & down & row << 1 & row >> 1);
         for (; rim; rim &= rim - 1) {
             int bit = __builtin_ctz(rim);
             for (int k = 0; k < 4 && status == STATUS_OK; k++) {

@@ -100,8 +100,8 @@ enum status net_put(struct net *net, int32_t i, int32_t j, const struct net_node
     if (!tile)
         return STATUS_OUT_OF_MEMORY;
     tile->node[y][x] = *node;
-    set_bit(&tile->inside[y], x, node->state == NET_INSIDE);
-    set_bit(&tile->known[y], x, node->state != NET_UNKNOWN);
+    set_bit(&tile->bits[NET_BIT_INSIDE][y], x, node->state == NET_INSIDE);
+    set_bit(&tile->bits[NET_BIT_KNOWN][y], x, node->state != NET_UNKNOWN);
     return STATUS_OK;
 }
 

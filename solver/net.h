@@ -28,10 +28,16 @@ struct net_node {
 
 enum { NET_TILE_BITS = 4, NET_TILE = 1 << NET_TILE_BITS };
 
+/* What a tile keeps a bit of for each of its places. */
+enum net_bit {
+    NET_BIT_INSIDE, /* the node there is NET_INSIDE */
+    NET_BIT_KNOWN,  /* it is not NET_UNKNOWN */
+    NET_BITS
+};
+
 struct net_tile {
-    int32_t ti, tj;            /* it holds i = ti * NET_TILE .. + NET_TILE - 1, j alike */
-    uint16_t inside[NET_TILE]; /* bit x of row y: the node there is NET_INSIDE */
-    uint16_t known[NET_TILE];  /* alike: it is not NET_UNKNOWN */
+    int32_t ti, tj;                    /* it holds i = ti * NET_TILE .. + NET_TILE - 1, j alike */
+    uint16_t bits[NET_BITS][NET_TILE]; /* bit x of row y */
     struct net_node node[NET_TILE][NET_TILE]; /* [j][i] */
 };
 
@@ -119,26 +125,14 @@ static inline const struct net_node *net_view_place(const struct net_view *view,
     return net_window_place(&view->window, i - view->ti * NET_TILE, j - view->tj * NET_TILE);
 }
 
-/* Bits of a row of three tiles: those of the middle one as bits 1 .. NET_TILE, and a place to
- * either side of it. */
-static inline uint32_t net_row_bits(uint16_t left, uint16_t middle, uint16_t right) {
-    return (uint32_t)(left >> (NET_TILE - 1)) | (uint32_t)middle << 1 |
-           (uint32_t)(right & 1) << (NET_TILE + 1);
-}
-
-/* Which places x = -1 .. NET_TILE of row y are inside, or known, as bit x + 1; y alike. */
-static inline uint32_t net_window_inside(const struct net_window *w, int y) {
+/* The bits of places x = -1 .. NET_TILE of row y, as bit x + 1; y alike. */
+static inline uint32_t net_window_bits(const struct net_window *w, enum net_bit which, int y) {
     const struct net_tile *const *row = w->tile[(y >> NET_TILE_BITS) + 1];
-    int at = y & (NET_TILE - 1);
-    return net_row_bits(row[0] ? row[0]->inside[at] : 0, row[1] ? row[1]->inside[at] : 0,
-                        row[2] ? row[2]->inside[at] : 0);
-}
-
-static inline uint32_t net_window_known(const struct net_window *w, int y) {
-    const struct net_tile *const *row = w->tile[(y >> NET_TILE_BITS) + 1];
-    int at = y & (NET_TILE - 1);
-    return net_row_bits(row[0] ? row[0]->known[at] : 0, row[1] ? row[1]->known[at] : 0,
-                        row[2] ? row[2]->known[at] : 0);
+    uint64_t bits = 0;
+    for (int k = 0; k < 3; k++)
+        if (row[k])
+            bits |= (uint64_t)row[k]->bits[which][y & (NET_TILE - 1)] << (k * NET_TILE);
+    return (uint32_t)(bits >> (NET_TILE - 1)) & ((1u << (NET_TILE + 2)) - 1);
 }
 
 /* How many tiles there are. */

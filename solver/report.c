@@ -46,8 +46,9 @@ struct row_bits {
 };
 
 static struct row_bits row_bits(const struct net_window *window, int y) {
-    uint32_t row = net_window_inside(window, y), up = net_window_inside(window, y + 1),
-             down = net_window_inside(window, y - 1), both = row & up;
+    uint32_t row = net_window_bits(window, NET_BIT_INSIDE, y);
+    uint32_t up = net_window_bits(window, NET_BIT_INSIDE, y + 1), both = row & up;
+    uint32_t down = net_window_bits(window, NET_BIT_INSIDE, y - 1);
     uint32_t all = up & down & row << 1 & row >> 1, any = up | down | row << 1 | row >> 1;
     return (struct row_bits){.inside = row & own_bits,
                              .cells = both & both >> 1 & own_bits,

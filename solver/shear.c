@@ -44,10 +44,12 @@ static bool difference(const struct net_window *window, int x, int y, int dx, in
 static struct vec3 tangent(const struct net_window *window, int x, int y, int dx, int dy,
                            enum shear_order order) {
     struct vec3 sum;
-    const struct net_node *ahead = net_window_place(window, x + dx, y + dy);
-    const struct net_node *back = net_window_place(window, x - dx, y - dy);
-    if (order == SHEAR_SECOND && ahead && back)
-        return vec3_sub(ahead->r, back->r);
+    if (order == SHEAR_SECOND) {
+        const struct net_node *ahead = net_window_place(window, x + dx, y + dy);
+        const struct net_node *back = net_window_place(window, x - dx, y - dy);
+        if (ahead && back)
+            return vec3_sub(ahead->r, back->r);
+    }
     for (int s = order == SHEAR_FOURTH ? 0 : FIRST_OF_SECOND_ORDER; s < STENCILS; s++)
         if (difference(window, x, y, dx, dy, &stencils[s], &sum))
             return sum;
