@@ -5,22 +5,8 @@
 # Usage: tests/bench/bench_formats.sh BUILD
 set -eu
 cd "$(dirname "$0")/../.."
-build=$1
-work=$(mktemp -d)
-"$build/draped" --listen 127.0.0.1:0 --data "$work/data" --workers 1 >"$work/out" 2>"$work/log" &
-daemon=$!
-trap 'kill "$daemon"; wait "$daemon" || true; rm -rf "$work"' EXIT
-until grep -q listening "$work/out"; do sleep 0.1; done
-url=$(sed -n 's/^draped listening on //p' "$work/out")
-
-# The saddle with so fine a net that it has a million nodes.
-id=$(jq -c '.fabric.spacing = 0.0059' api/examples/saddle.json |
-    curl -sS -H 'Content-Type: application/json' --data-binary @- "$url/v1/drapes" | jq -r .id)
-status=queued
-while [ "$status" = queued ] || [ "$status" = running ]; do
-    status=$(curl -sS "$url/v1/drapes/$id?wait=60" | jq -r .status)
-done
-curl -sS "$url/v1/drapes/$id" | jq -r '"\(.summary.nodes) nodes, \(.summary.cells) cells"'
+. tests/bench/million.bash
+start_million "$1" .
 
 resident() { awk '/^VmRSS/ {print $2}' "/proc/$daemon/status"; }
 peak() { awk '/^VmHWM/ {print $2}' "/proc/$daemon/status"; }

@@ -6,24 +6,11 @@
 # Usage: tests/bench/bench_map.sh BUILD
 set -eu
 cd "$(dirname "$0")/../.."
-build=$1
-work=$(mktemp -d)
-"$build/draped" --listen 127.0.0.1:0 --data "$work/data" --workers 1 >"$work/out" 2>"$work/log" &
-daemon=$!
-trap 'kill "$daemon"; wait "$daemon" || true; rm -rf "$work"' EXIT
-until grep -q listening "$work/out"; do sleep 0.1; done
-url=$(sed -n 's/^draped listening on //p' "$work/out")
-
-# The saddle with so fine a net that it has a million nodes, and all fields.
-id=$(jq -c '.fabric += {spacing: 0.0059, thickness: 0.003, fiber_volume_fraction: 0.4} |
-        .permeability = {model: "kozeny_carman", k1: 1.63e-10, k2: 5e-11, k3: 1e-12,
-                         at_fiber_volume_fraction: 0.4}' api/examples/saddle.json |
-    curl -sS -H 'Content-Type: application/json' --data-binary @- "$url/v1/drapes" | jq -r .id)
-status=queued
-while [ "$status" = queued ] || [ "$status" = running ]; do
-    status=$(curl -sS "$url/v1/drapes/$id?wait=60" | jq -r .status)
-done
-curl -sS "$url/v1/drapes/$id" | jq -r '"\(.summary.nodes) nodes, \(.summary.cells) cells"'
+. tests/bench/million.bash
+# With all fields.
+start_million "$1" '.fabric += {thickness: 0.003, fiber_volume_fraction: 0.4} |
+    .permeability = {model: "kozeny_carman", k1: 1.63e-10, k2: 5e-11, k3: 1e-12,
+                     at_fiber_volume_fraction: 0.4}'
 
 # 707 by 707 squares over [-1.9, 1.9]^2, each two triangles, a millimetre off the surface.
 awk -v json="$work/mesh.json" -v bulk="$work/mesh.bdf" 'BEGIN {
