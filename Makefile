@@ -15,7 +15,7 @@ WARN := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wstric
 # instructions cost more to fill than they save. Four-lane vectors are passed between static
 # functions only, so the ABI note about them does not matter.
 NUMERIC := -ffp-contract=off -fno-math-errno -fno-trapping-math -fno-tree-slp-vectorize -Wno-psabi
-CPPFLAGS := -D_GNU_SOURCE -I$(B)/gen -isystem /usr/include/postgresql
+CPPFLAGS := -D_GNU_SOURCE -I. -I$(B)/gen -isystem /usr/include/postgresql
 CFLAGS := -std=gnu11 $(OPT) -g $(NUMERIC) $(WARN) $(SANITIZE)
 CXXFLAGS := -std=c++17 $(OPT) -g -fno-exceptions -fno-rtti -Wall -Wextra -Wpedantic -Wshadow \
             -Wconversion -Werror $(SANITIZE)
@@ -24,10 +24,13 @@ LDFLAGS := $(SANITIZE)
 CLANG_FORMAT := clang-format-14
 
 objects = $(patsubst %.c,$(B)/%.o,$(1))
-SOLVER_OBJ := $(call objects,$(wildcard solver/*.c))
-API_OBJ := $(call objects,$(filter-out api/main.c,$(wildcard api/*.c))) \
-           $(patsubst %.cc,$(B)/%.o,$(wildcard api/*.cc))
-SERVER_OBJ := $(call objects,$(filter-out server/main.c,$(wildcard server/*.c)))
+# The C files of a folder and of those in it, two deep.
+sources = $(wildcard $(1)/*.c $(1)/*/*.c $(1)/*/*/*.c)
+SOLVER_OBJ := $(call objects,$(call sources,solver))
+API_OBJ := $(call objects,$(filter-out api/clients/%,$(call sources,api))) \
+           $(patsubst %.cc,$(B)/%.o,$(wildcard api/*/*.cc))
+CLI_OBJ := $(call objects,$(call sources,cli))
+SERVER_OBJ := $(call objects,$(filter-out server/main.c server/viewer/%,$(call sources,server)))
 LIBS := $(B)/libdrapeserver.a $(B)/libdrapeapi.a $(B)/libdrape.a
 API_LIBS := -ljansson -lsodium -lz -lstdc++ -lpthread -lm
 SERVER_LIBS := -lmicrohttpd -lseccomp -lsqlite3 -lpq -lzstd $(API_LIBS)
@@ -63,7 +66,7 @@ $(B)/%.o: %.cc Makefile | $(B)/.setup
 $(B)/gen/openapi_json.h: api/openapi.yaml api/embed_openapi.py | $(B)/.setup
 	@mkdir -p $(@D)
 	python3 api/embed_openapi.py $< $@
-$(B)/server/meta.o: $(B)/gen/openapi_json.h
+$(B)/server/resources/meta.o: $(B)/gen/openapi_json.h
 
 # The page at / in the binary: its files, the modules of three.js it draws with, the examples.
 VIEWER := $(wildcard server/viewer/*.html server/viewer/*.css server/viewer/*.js server/viewer/*.svg) \
@@ -76,13 +79,13 @@ $(THREE)/package.json: server/viewer/package-lock.json | $(B)/.setup
 $(B)/gen/viewer_files.h: server/viewer/embed.py $(VIEWER) $(THREE)/package.json
 	@mkdir -p $(@D)
 	python3 $< $(@D) $(VIEWER) $(THREE_FILES)
-$(B)/server/viewer.o: $(B)/gen/viewer_files.h
+$(B)/server/resources/viewer.o: $(B)/gen/viewer_files.h
 
 # The powers of ten that the shortest decimals take.
 $(B)/gen/powers.h: api/embed_powers.py | $(B)/.setup
 	@mkdir -p $(@D)
 	python3 $< $@
-$(B)/api/shortest.o: $(B)/gen/powers.h
+$(B)/api/json/shortest.o: $(B)/gen/powers.h
 
 $(B)/libdrape.a: $(SOLVER_OBJ)
 $(B)/libdrapeapi.a: $(API_OBJ)
@@ -93,7 +96,7 @@ $(B)/%.a:
 
 $(B)/draped: $(B)/server/main.o $(LIBS)
 	$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS)
-$(B)/drape: $(B)/api/main.o $(call objects,$(wildcard api/command/*.c)) $(B)/libdrapeapi.a $(B)/libdrape.a
+$(B)/drape: $(CLI_OBJ) $(B)/libdrapeapi.a $(B)/libdrape.a
 	$(CC) $(LDFLAGS) -o $@ $^ $(API_LIBS)
 
 .SECONDEXPANSION:
@@ -145,14 +148,14 @@ lint: all
 	@for check in tests/checks/*.sh; do echo $$check; $$check $(B) || exit 1; done
 
 format: tests/browser/node_modules
-	find solver api server tests -name node_modules -prune -o \
+	find solver api cli server tests -name node_modules -prune -o \
 	    \( -name '*.[ch]' -o -name '*.cc' \) -print | xargs $(CLANG_FORMAT) -i
 	node $</prettier/bin/prettier.cjs --log-level warn --write server/viewer/*.js tests/*/*.mjs
 
 PREFIX ?= /usr/local
 UNITS ?= $(PREFIX)/lib/systemd/system
 VERSION := $(shell sed -n 's/^\#define DRAPED_VERSION "\(.*\)"/\1/p' server/config.h)
-OPERATORS := $(addprefix deploy/,operations.md runbook.md nginx.conf Caddyfile prometheus grafana)
+OPERATORS := $(addprefix deploy/,nginx.conf Caddyfile prometheus grafana)
 install: all sbom $(B)/draped.1 $(B)/drape.1
 	install -D -t $(DESTDIR)$(PREFIX)/bin $(B)/draped $(B)/drape
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man1 $(B)/draped.1 $(B)/drape.1
@@ -161,6 +164,9 @@ install: all sbom $(B)/draped.1 $(B)/drape.1
 	    install -m 644 /dev/stdin $(DESTDIR)$(UNITS)/draped.service
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/doc/draped $(B)/draped.cdx.json
 	cp -r $(OPERATORS) $(DESTDIR)$(PREFIX)/share/doc/draped
+	for page in operations runbook; do \
+	    sed 's|](\.\./deploy/|](|g' docs/$$page.md | \
+	        install -m 644 /dev/stdin $(DESTDIR)$(PREFIX)/share/doc/draped/$$page.md; done
 
 # Manual pages, their flags from --help.
 $(B)/%.1: deploy/man/%.1.in deploy/man/options.awk $(B)/%
@@ -176,7 +182,7 @@ deb:
 	@deploy/setup.sh package
 	@deploy/deb.sh $(B) $(VERSION)
 
-# Redraws api/figures from the program's own results.
+# Redraws docs/figures from the program's own results.
 figures: $(B)/drape
 	@tests/figures/figures.sh $(B)
 

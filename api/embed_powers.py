@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The powers of ten that api/shortest.c multiplies by: g(k) = ceil(10^k 2^(127 - floor(log2 10^k))),
+"""The powers of ten that api/json/shortest.c multiplies by: g(k) = ceil(10^k 2^(127 - floor(log2 10^k))),
 128 bits each, for k = -292 .. 324. Usage: embed_powers.py HEADER"""
 
 import sys

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "problem.h"
 
-#include "text.h"
+#include "api/json/text.h"
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,25 +1,16 @@
 /* SPDX-License-Identifier: MIT */
 #include "run.h"
 
-#include "columns.h"
-#include "decode.h"
-#include "digest.h"
-#include "fields.h"
-#include "shape.h"
-#include "shape_mesh.h"
-#include "team.h"
-#include "tree.h"
+#include "api/json/place.h"
+#include "api/request/decode.h"
+#include "api/request/digest.h"
+#include "api/request/shape.h"
+#include "api/request/shape_mesh.h"
+#include "api/result/columns.h"
+#include "api/result/fields.h"
+#include "threads.h"
 #include <string.h>
 #include <time.h>
-
-const struct api_limits api_limits_default = {
-    .max_nodes = 4000000,
-    .max_memory = (size_t)4 << 30,
-    .max_elements = 4000000,
-    .max_control_points = 1000000,
-    .max_depth = 32,
-    .threads = 1,
-};
 
 bool api_prepare(void) {
     tree_prepare();

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "config.h"
 #include "log.h"
-#include "manager.h"
-#include "store.h"
-#include "tokens.h"
+#include "server/http/tokens.h"
+#include "server/store/store.h"
+#include "systemd.h"
 #include <arpa/inet.h>
 #include <errno.h>
 #include <limits.h>

@@ -4,19 +4,19 @@
  * where it listens, tells the service manager, waits for a signal, and takes everything down in the
  * opposite order.
  */
-#include "../api/run.h"
+#include "api/run.h"
 #include "config.h"
-#include "dispatcher.h"
 #include "healthcheck.h"
-#include "http.h"
 #include "hub.h"
 #include "id.h"
 #include "log.h"
-#include "manager.h"
-#include "mapper.h"
-#include "store.h"
-#include "tokens.h"
-#include "worker.h"
+#include "server/http/http.h"
+#include "server/http/tokens.h"
+#include "server/store/store.h"
+#include "server/work/dispatcher.h"
+#include "server/work/mapper.h"
+#include "server/work/worker.h"
+#include "systemd.h"
 #include <errno.h>
 #include <limits.h>
 #include <malloc.h>

@@ -6,7 +6,7 @@
 #ifndef SERVER_METRICS_H
 #define SERVER_METRICS_H
 
-#include "../api/problem.h"
+#include "api/problem.h"
 #include <stddef.h>
 #include <stdint.h>
 

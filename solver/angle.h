@@ -4,8 +4,8 @@
  * the C library's functions differ in the last place from one machine to the next. Accurate to a
  * few units in the last place.
  */
-#ifndef DRAPE_ANGLE_H
-#define DRAPE_ANGLE_H
+#ifndef SOLVER_ANGLE_H
+#define SOLVER_ANGLE_H
 
 #include "vec.h"
 

@@ -4,8 +4,8 @@
  * back at once. Scratch is taken after a mark and returned by rewinding to it. An arena belongs to
  * one thread.
  */
-#ifndef DRAPE_ARENA_H
-#define DRAPE_ARENA_H
+#ifndef SOLVER_ARENA_H
+#define SOLVER_ARENA_H
 
 #include <stddef.h>
 

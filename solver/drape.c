@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "drape.h"
 
-#include "march.h"
-#include "mesh_surface.h"
-#include "report.h"
-#include "start.h"
+#include "solver/mesh/tessellation.h"
+#include "solver/net/march.h"
+#include "solver/net/report.h"
+#include "solver/net/start.h"
 #include <float.h>
 
 const char *drape_reason_name(enum drape_reason reason) {

@@ -10,14 +10,16 @@
  * Lengths are in the surface's own unit, angles in degrees where a name ends in `_deg`. The library
  * does no input or output, reads no clock, keeps no state between calls, never prints, never exits.
  */
-#ifndef DRAPE_DRAPE_H
-#define DRAPE_DRAPE_H
+#ifndef SOLVER_DRAPE_H
+#define SOLVER_DRAPE_H
 
 #include "arena.h"
-#include "mesh.h"
+#include "method.h"
+#include "reason.h"
+#include "solver/mesh/mesh.h"
+#include "solver/surface/surface.h"
+#include "solver/surface/trim.h"
 #include "status.h"
-#include "surface.h"
-#include "trim.h"
 #include "vec.h"
 #include <stdbool.h>
 #include <stddef.h>
@@ -25,21 +27,6 @@
 
 /* Changes whenever the same request may give other numbers. */
 #define DRAPE_SOLVER_VERSION "0.2.0"
-
-/* The fishnet algorithms of the paper's comparison, and the fourth-order one. */
-enum drape_method {
-    DRAPE_BASIC,    /* yarns between nodes are straight chords of the spacing's length */
-    DRAPE_GEODESIC, /* geodesics of the spacing's length */
-    DRAPE_MOSAIC,   /* basic on flat triangles: of a tessellation 0.25 spacings fine, or a mesh */
-    DRAPE_GIB,      /* arcs of the surface's normal curvature (paper, section 4.1) */
-    DRAPE_GIB4      /* gib with deferred correction: fourth order, with an error estimate */
-};
-
-/* How gib obtains the yarn tangents at A. */
-enum drape_yarn_path {
-    DRAPE_PATH_CHORD,     /* the chord projected on the tangent plane: closed form */
-    DRAPE_PATH_RELAXATION /* the boundary-value problem of the paper's section 4.3 */
-};
 
 enum drape_start_kind {
     DRAPE_START_CENTROID, /* the surface point nearest to the centroid of the area */
@@ -103,25 +90,6 @@ struct drape_monitor {
     bool (*progress)(void *context, double fraction); /* false: stop with STATUS_CANCELLED */
     void *context;
 };
-
-/* Why the net has no node at a place of its front. X(id, name) */
-#define DRAPE_REASON_LIST(X)                                                                       \
-    X(BOUNDARY, "boundary")   /* the surface, or its trimmed region, ends */                       \
-    X(COLLAPSED, "collapsed") /* the spheres no longer meet on the surface */                      \
-    X(NO_CONVERGENCE, "no_convergence")                                                            \
-    X(DEGENERATE, "degenerate") /* no tangent plane there */                                       \
-    X(EXTENT, "extent")                                                                            \
-    X(FOLD, "fold") /* the net would overlap itself */
-
-enum drape_reason {
-#define X(id, name) DRAPE_REASON_##id,
-    DRAPE_REASON_LIST(X)
-#undef X
-        DRAPE_REASON_COUNT
-};
-
-/* The reason's name as in the contract, in static storage. */
-const char *drape_reason_name(enum drape_reason reason);
 
 /* Nodes on the surface, sorted by j, then i. Columns of `count` elements. */
 struct drape_nodes {

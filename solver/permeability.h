@@ -20,8 +20,8 @@
  * local monotone piecewise cubic interpolants, SIAM J. Sci. Stat. Comput. 5 (1984) 300-304
  * (Fritsch and Butland).
  */
-#ifndef DRAPE_PERMEABILITY_H
-#define DRAPE_PERMEABILITY_H
+#ifndef SOLVER_PERMEABILITY_H
+#define SOLVER_PERMEABILITY_H
 
 #include "vec.h"
 #include <stdbool.h>

@@ -3,8 +3,8 @@
  * Why a computation could not run. Every fallible function of the library returns one of these
  * and marks it must-use. How a drape that did run ended is no status: see `drape_outcome`.
  */
-#ifndef DRAPE_STATUS_H
-#define DRAPE_STATUS_H
+#ifndef SOLVER_STATUS_H
+#define SOLVER_STATUS_H
 
 enum status {
     STATUS_OK = 0,

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Vectors of space, passed and returned by value. */
-#ifndef DRAPE_VEC_H
-#define DRAPE_VEC_H
+#ifndef SOLVER_VEC_H
+#define SOLVER_VEC_H
 
 #include <math.h>
 

@@ -4,8 +4,8 @@
  * the processor's own is chosen when the program is loaded. Without contraction both versions give
  * the same bits. What they call must be INLINE to be wide, too.
  */
-#ifndef DRAPE_WIDE_H
-#define DRAPE_WIDE_H
+#ifndef SOLVER_WIDE_H
+#define SOLVER_WIDE_H
 
 #if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__clang__) &&                        \
     !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && !defined(__SSP_ALL__)

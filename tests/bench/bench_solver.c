@@ -6,8 +6,8 @@
  * CPU times but for the threads; the methods take turns, so that a busy machine disturbs all of
  * them alike and ratios hold. The process keeps its memory from run to run, as a worker does.
  */
-#include "../../api/team.h"
-#include "../../solver/drape.h"
+#include "api/threads.h"
+#include "solver/drape.h"
 
 #include <malloc.h>
 #include <math.h>

@@ -3,9 +3,9 @@
  * What the store costs: each operation for itself, the same from eight threads at once, and a claim
  * beside ever more jobs that have ended. Usage: bench_store URL, an empty database or a new file.
  */
-#include "../../server/db.h"
-#include "../../server/log.h"
-#include "../../server/pg.h"
+#include "server/log.h"
+#include "server/store/postgres/pg.h"
+#include "server/store/sqlite/db.h"
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>

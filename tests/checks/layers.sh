@@ -1,32 +1,74 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# The layers: server -> api -> solver and never back; a library's header in one file alone.
+# The layers, by folder: what each may include, and which one file a library's header belongs to.
+# Includes are written from the top of the tree, within a folder by the bare name.
 set -u
 bad=0
 
-# forbid FOLDER PATTERN WHY: no include line in FOLDER may match.
-forbid() {
-    local found
-    found=$(grep -rnE "^ *# *include +[<\"]($2)" "$1" --include='*.[ch]' --include='*.cc')
-    [ -z "$found" ] || { echo "$3:"; echo "$found"; bad=1; }
+# The tops of the libraries and programs: what lies in their folders may not include these, and
+# they may include all of their own tree. What else lies directly in solver/, api/ or server/ is
+# the ground that their folders stand on.
+tops='solver/drape.c|api/(run|problem).c|server/(main|config|healthcheck).c'
+
+# FOLDER, and those whose headers its files may include besides its own.
+rules='
+solver                 -
+solver/surface         solver
+solver/mesh            solver|solver/surface
+solver/net             solver|solver/surface|solver/mesh
+api                    solver
+api/json               api|solver
+api/request            api|api/json|solver|solver/surface|solver/mesh
+api/result             api|api/json|api/request|solver
+api/format             api|api/json|api/request|api/result|solver
+api/map                api|api/json|api/result|api/format|solver|solver/mesh
+cli                    api|api/[a-z]*
+server                 api
+server/store           server
+server/store/sqlite    api|server|server/store
+server/store/postgres  api|server|server/store
+server/http            api|server|server/resources
+server/work            api|api/[a-z]*|server|server/store|server/http
+server/resources       api|api/[a-z]*|server|server/store|server/work|server/http
+'
+
+# Of the headers of drape.h and run.h the folders that they are the top of take none.
+forbidden='^(solver/(surface|mesh)/.* solver/drape.h|api/(json|request|result|format|map)/.* api/run.h|solver/.* (stdio|time|locale|pthread|errno|unistd|signal|threads).h)$'
+
+# Every include line of our own, as "FILE HEADER".
+includes() {
+    find solver api cli server -name node_modules -prune -o \
+        \( -name '*.[ch]' -o -name '*.cc' \) -print |
+        xargs grep -oE '^ *# *include +[<"][^>"]+' | sed -E 's/: *# *include +[<"]/ /'
 }
+
+while read -r file header; do
+    if [[ "$file $header" =~ $forbidden ]]; then
+        echo "$file may not include $header"
+        bad=1
+    fi
+    [[ $header == */* && -e $header && ! $file =~ ^($tops)$ ]] || continue
+    may=$(awk -v folder="${file%/*}" '$1 == folder {print $2}' <<<"$rules")
+    [[ ${header%/*} =~ ^($may)$ ]] && continue
+    # drape.h and its like gather the folders below them.
+    [[ $file =~ ^(solver/drape|api/run)\.h$ ]] && continue
+    echo "$file may not include $header: ${file%/*} may include ${may//|/, }"
+    bad=1
+done < <(includes)
 
 # only HEADER FILES: the files, a pattern, that alone may include it.
 only() {
     local found
-    found=$(grep -rlE "^ *# *include +<$1>" solver api server | grep -vxE "$2")
+    found=$(grep -rlE "^ *# *include +<$1>" solver api cli server | grep -vxE "$2")
     [ -z "$found" ] || { echo "$1 belongs in $2 alone, but is included in:" $found; bad=1; }
 }
 
-forbid solver '\.\./|.*/' 'the solver stands alone'
-forbid solver 'stdio|time|locale|pthread|errno|unistd|signal|threads' 'the solver does no I/O'
-forbid api '\.\./server|microhttpd|sqlite3|libpq' 'the api does not know the server'
-only microhttpd.h 'server/http\.c'
-only sqlite3.h 'server/db\.c'
-only libpq-fe.h 'server/pg\.c'
-only jansson.h 'api/tree(_parse)?\.c|server/documents\.c'
-only zlib.h 'api/(encode_npz|lcmsim)\.c|server/pack\.c'
-only seccomp.h 'server/sandbox\.c'
-only zstd.h 'server/pack\.c'
-only sodium.h 'api/digest\.c|server/(id|store_sqlite_jobs|tokens)\.c'
+only microhttpd.h 'server/http/http\.c'
+only sqlite3.h 'server/store/sqlite/db\.c'
+only libpq-fe.h 'server/store/postgres/pg\.c'
+only jansson.h 'api/json/(place|parse)\.c|server/resources/documents\.c'
+only zlib.h 'api/format/(npz|lcmsim)\.c|server/http/compress\.c'
+only seccomp.h 'server/work/sandbox\.c'
+only zstd.h 'server/http/compress\.c'
+only sodium.h 'api/request/digest\.c|server/id\.c|server/store/sqlite/jobs\.c|server/http/tokens\.c'
 exit $bad

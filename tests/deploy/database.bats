@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# Back-up and restore of a PostgreSQL store, by the commands of deploy/operations.md as they stand,
+# Back-up and restore of a PostgreSQL store, by the commands of docs/operations.md as they stand,
 # on a server of the test's own.
 load helper
 
@@ -41,7 +41,7 @@ teardown() {
 
 # documented NAME: the commands of that block.
 documented() {
-    sed -n "/^\`\`\`sh $1\$/,/^\`\`\`\$/p" deploy/operations.md | sed '1d;$d' >"$BATS_TEST_TMPDIR/$1"
+    sed -n "/^\`\`\`sh $1\$/,/^\`\`\`\$/p" docs/operations.md | sed '1d;$d' >"$BATS_TEST_TMPDIR/$1"
     [ -s "$BATS_TEST_TMPDIR/$1" ]
     (cd "$BATS_TEST_TMPDIR" && bash -eu "$1")
 }

@@ -90,12 +90,12 @@ END
 
 @test "deploy: the runbook has every alert, and no other" {
     sed -n 's/^ *- alert: //p' deploy/prometheus/draped.rules.yml | sort >"$BATS_TEST_TMPDIR/alerts"
-    sed -n 's/^## \(Draped[A-Za-z]*\)$/\1/p' deploy/runbook.md | sort >"$BATS_TEST_TMPDIR/entries"
+    sed -n 's/^## \(Draped[A-Za-z]*\)$/\1/p' docs/runbook.md | sort >"$BATS_TEST_TMPDIR/entries"
     diff "$BATS_TEST_TMPDIR/alerts" "$BATS_TEST_TMPDIR/entries"
     # The links lead there, and each entry says what it means and what to do.
     sed -n 's/.*runbook: "runbook\.md#\([a-z]*\)"/\1/p' deploy/prometheus/draped.rules.yml | sort |
         diff - <(tr 'A-Z' 'a-z' <"$BATS_TEST_TMPDIR/alerts")
     awk '/^## Draped/ {if (name && (!means || !act)) {print name; bad = 1} name = $2; means = act = 0}
          /^\*\*Means\*\*/ {means = 1} /^\*\*Do\*\*/ {act = 1}
-         END {exit bad || !means || !act}' deploy/runbook.md
+         END {exit bad || !means || !act}' docs/runbook.md
 }

@@ -7,8 +7,8 @@
 #ifndef DRAPE_TESTS_MARCH_H
 #define DRAPE_TESTS_MARCH_H
 
-#include "../../solver/drape.h"
 #include "shapes.h"
+#include "solver/drape.h"
 
 struct plain_setup {
     const struct shape *shape;

@@ -6,8 +6,8 @@
 #ifndef DRAPE_TESTS_MEASURE_H
 #define DRAPE_TESTS_MEASURE_H
 
-#include "../../solver/drape.h"
 #include "reference.h"
+#include "solver/drape.h"
 
 /* Nodes by (i, j). */
 struct grid {

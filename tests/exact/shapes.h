@@ -10,8 +10,8 @@
 #ifndef DRAPE_TESTS_SHAPES_H
 #define DRAPE_TESTS_SHAPES_H
 
-#include "../../solver/nurbs.h"
-#include "../../solver/surface.h"
+#include "solver/surface/nurbs.h"
+#include "solver/surface/surface.h"
 #include <stdint.h>
 
 enum {

@@ -7,13 +7,13 @@
  * they pass its vertices, where all its curvature is, on one side or the other; along a row of
  * vertices always on the same. They tend to geodesics, but more slowly.
  */
-#include "../../solver/mesh_corner.h"
-#include "../../solver/mesh_surface.h"
-#include "../../solver/mesh_walk.h"
 #include "check.h"
 #include "march.h"
 #include "measure.h"
 #include "scenes.h"
+#include "solver/mesh/corner.h"
+#include "solver/mesh/tessellation.h"
+#include "solver/mesh/walk.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Paths past the corners of spans: on a sphere, split as one likes, geodesics are great circles. */
-#include "../../solver/path.h"
 #include "check.h"
 #include "shapes.h"
+#include "solver/surface/path.h"
 #include <stdio.h>
 
 enum { DIRECTIONS = 24 };

@@ -1,10 +1,10 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# Draws api/figures/*.svg from the program's own results, and prints what they show. Exact curves are
+# Draws docs/figures/*.svg from the program's own results, and prints what they show. Exact curves are
 # computed here by awk, apart from the program. Usage: tests/figures/figures.sh BUILD
 set -eu
 cd "$(dirname "$0")/../.."
-drape=$1/drape here=tests/figures data=$1/figures out=api/figures
+drape=$1/drape here=tests/figures data=$1/figures out=docs/figures
 methods=${METHODS:-basic mosaic geodesic gib gib4}
 rm -rf "$data"
 mkdir -p "$data" "$out"

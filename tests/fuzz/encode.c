@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "encode.h"
 
-#include "../../api/encode.h"
+#include "api/format/encode.h"
 #include <string.h>
 
 struct memory {

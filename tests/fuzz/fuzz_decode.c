@@ -3,9 +3,10 @@
  * understood again. */
 #include "fuzz.h"
 
-#include "../../api/decode.h"
-#include "../../api/digest.h"
-#include "../../api/normalise.h"
+#include "api/request/decode.h"
+#include "api/request/digest.h"
+#include "api/request/normalise.h"
+#include "api/run.h"
 #include <string.h>
 
 enum { BUDGET = 1 << 24 };

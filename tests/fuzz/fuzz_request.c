@@ -4,9 +4,9 @@
  * and {surface} stand for the ids of those that are stored. */
 #include "fuzz.h"
 
-#include "../../server/accept.h"
-#include "../../server/access.h"
-#include "../../server/routes.h"
+#include "server/http/access.h"
+#include "server/http/negotiate.h"
+#include "server/resources/routes.h"
 #include "service.h"
 #include <jansson.h>
 #include <string.h>

@@ -2,7 +2,7 @@
 /* A whole job within tiny budgets, from any request to its result in every format. */
 #include "encode.h"
 
-#include "../../api/run.h"
+#include "api/run.h"
 #include <string.h>
 
 enum {

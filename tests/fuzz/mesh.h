@@ -5,7 +5,7 @@
 
 #include "fuzz.h"
 
-#include "../../api/map_mesh.h"
+#include "api/map/mesh.h"
 
 typedef enum api_problem_id mesh_reader(const char *bytes, size_t length, struct arena *arena,
                                         struct api_map_mesh *mesh, struct api_problem *problem);

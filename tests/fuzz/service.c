@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "service.h"
 
-#include "../../api/run.h"
-#include "../../server/config.h"
-#include "../../server/hub.h"
-#include "../../server/log.h"
-#include "../../server/mapper.h"
-#include "../../server/store.h"
+#include "api/run.h"
 #include "fuzz.h"
+#include "server/config.h"
+#include "server/hub.h"
+#include "server/log.h"
+#include "server/store/store.h"
+#include "server/work/mapper.h"
 #include <string.h>
 #include <unistd.h>
 

@@ -4,7 +4,7 @@
 #ifndef TESTS_FUZZ_SERVICE_H
 #define TESTS_FUZZ_SERVICE_H
 
-#include "../../server/http.h"
+#include "server/http/http.h"
 
 /* Made at the first call, removed when the process ends. */
 const struct http_services *service(void);

@@ -16,7 +16,7 @@ blocks() {
 }
 
 @test "docs: the worked example of fields.md gives what it shows" {
-    blocks api/fields.md
+    blocks docs/fields.md
     local project=$PWD
     mkdir "$BATS_TEST_TMPDIR/project"
     cd "$BATS_TEST_TMPDIR/project"

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * What libmicrohttpd alone can do on this machine at this moment: a daemon with the flags, threads
- * and limits of server/http.c, whose handler answers every request with the file it is given. Says
- * where it listens as draped does, and ends with its standard input. Usage: bare FILE
+ * and limits of server/http/http.c, whose handler answers every request with the file it is given.
+ * Says where it listens as draped does, and ends with its standard input. Usage: bare FILE
  */
 #include <arpa/inet.h>
 #include <microhttpd.h>

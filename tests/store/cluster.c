@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "cluster.h"
-#include "../../server/clock.h"
 #include "scratch.h"
+#include "server/clock.h"
 #include <fcntl.h>
 #include <glob.h>
 #include <grp.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "engine.h"
-#include "../../server/frame.h"
-#include "../../server/worker.h"
+#include "server/work/frame.h"
+#include "server/work/worker.h"
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>

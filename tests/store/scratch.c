@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "scratch.h"
-#include "../../server/clock.h"
-#include "../../server/db.h"
-#include "../../server/log.h"
-#include "../../server/pg.h"
 #include "cluster.h"
+#include "server/clock.h"
+#include "server/log.h"
+#include "server/store/postgres/pg.h"
+#include "server/store/sqlite/db.h"
 #include <dirent.h>
 #include <errno.h>
 #include <stdio.h>

@@ -14,9 +14,9 @@
 #include <cmocka.h>
 #include <stdbool.h>
 
-#include "../../server/hub.h"
-#include "../../server/store.h"
 #include "cluster.h"
+#include "server/hub.h"
+#include "server/store/store.h"
 
 enum { SCRATCH_PATH_SIZE = 256 };
 

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /* The table of flags: each flag, its variable, which of the two wins, and what is said of a value
  * that cannot be. */
-#include "../../server/config.h"
-#include "../../server/log.h"
 #include "capture.h"
 #include "scratch.h"
+#include "server/config.h"
+#include "server/log.h"
 #include <arpa/inet.h>
 #include <jansson.h>
 #include <stdlib.h>

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* The dispatcher with real worker processes, which are this program itself (see engine.h). */
-#include "../../server/clock.h"
-#include "../../server/dispatcher.h"
 #include "engine.h"
 #include "scratch.h"
+#include "server/clock.h"
+#include "server/work/dispatcher.h"
 #include <dirent.h>
 #include <errno.h>
 #include <signal.h>

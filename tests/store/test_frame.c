@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* Frames: cut in two anywhere, too long, of no known kind, into a socket that is full. */
-#include "../../server/frame.h"
-#include "../../server/worker.h"
 #include "engine.h"
 #include "scratch.h"
+#include "server/work/frame.h"
+#include "server/work/worker.h"
 #include <pthread.h>
 #include <signal.h>
 #include <stdlib.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* The hub and the cache of chunks: small, but used by all threads at once. */
-#include "../../server/hub.h"
-#include "../../server/store_cache.h"
 #include "scratch.h"
+#include "server/hub.h"
+#include "server/store/cache.h"
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>

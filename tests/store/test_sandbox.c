@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* A process that has locked itself in tries what a taken-over solver would try. */
-#include "../../server/sandbox.h"
 #include "../unit/check.h"
+#include "server/work/sandbox.h"
 #include <errno.h>
 #include <fcntl.h>
 #include <pthread.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Opening: what is refused, and whether the sentence says why. */
-#include "../../server/db.h"
 #include "scratch.h"
+#include "server/store/sqlite/db.h"
 #include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>

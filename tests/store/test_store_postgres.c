@@ -4,11 +4,11 @@
  * behind a pooler, have another clock. The program has its own clock_gettime, by which its wall
  * clock can be set.
  */
-#include "../../server/clock.h"
-#include "../../server/log.h"
-#include "../../server/pg.h"
 #include "capture.h"
 #include "scratch.h"
+#include "server/clock.h"
+#include "server/log.h"
+#include "server/store/postgres/pg.h"
 #include <netinet/in.h>
 #include <pthread.h>
 #include <signal.h>

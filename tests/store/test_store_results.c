@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Results: chunks, sharing among equal requests, remains, retention. */
-#include "../../server/store_backend.h"
 #include "scratch.h"
+#include "server/store/backend.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

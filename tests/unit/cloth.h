@@ -3,7 +3,7 @@
 #ifndef UNIT_CLOTH_H
 #define UNIT_CLOTH_H
 
-#include "../../solver/facets.h"
+#include "solver/mesh/facets.h"
 #include "support.h"
 
 /* The fields of a cell; all columns of its container, in this order. */

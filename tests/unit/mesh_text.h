@@ -3,7 +3,7 @@
 #ifndef UNIT_MESH_TEXT_H
 #define UNIT_MESH_TEXT_H
 
-#include "../../api/map_mesh.h"
+#include "api/map/mesh.h"
 
 /* api_map_mesh_json or api_map_mesh_nastran. */
 typedef enum api_problem_id mesh_reader(const char *text, size_t length, struct arena *arena,

@@ -3,7 +3,7 @@
 #ifndef UNIT_OWN_ARENA_H
 #define UNIT_OWN_ARENA_H
 
-#include "../../solver/arena.h"
+#include "solver/arena.h"
 
 static struct arena *arena;
 

@@ -4,8 +4,8 @@
 #ifndef UNIT_PATCH_H
 #define UNIT_PATCH_H
 
-#include "../../solver/nurbs.h"
-#include "../../solver/vec.h"
+#include "solver/surface/nurbs.h"
+#include "solver/vec.h"
 #include "support.h"
 #include <stdbool.h>
 

@@ -3,7 +3,7 @@
 #ifndef UNIT_SAMPLE_H
 #define UNIT_SAMPLE_H
 
-#include "../../solver/mesh.h"
+#include "solver/mesh/mesh.h"
 #include "support.h"
 
 /* On the heap; `sample_free` gives it back. */

@@ -4,7 +4,7 @@
 #ifndef UNIT_SMALL_H
 #define UNIT_SMALL_H
 
-#include "../../api/mesh_encode.h"
+#include "api/format/mesh_encode.h"
 #include "support.h"
 
 /* A result of these cells, which are sorted by j, then i; the nodes are their corners. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "support.h"
 
-#include "../../api/decode.h"
+#include "api/request/decode.h"
 #include "check.h"
 #include <stdio.h>
 #include <stdlib.h>

@@ -4,11 +4,11 @@
 #ifndef UNIT_SUPPORT_H
 #define UNIT_SUPPORT_H
 
-#include "../../api/columns.h"
-#include "../../api/problem.h"
-#include "../../api/request.h"
-#include "../../api/run.h"
-#include "../../solver/arena.h"
+#include "api/problem.h"
+#include "api/request/request.h"
+#include "api/result/columns.h"
+#include "api/run.h"
+#include "solver/arena.h"
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>

@@ -5,12 +5,12 @@
 #include "cloth.h"
 #include "support.h"
 
-#include "../../api/decode.h"
-#include "../../api/digest.h"
-#include "../../api/map.h"
-#include "../../api/normalise.h"
-#include "../../api/shape.h"
-#include "../../api/tree.h"
+#include "api/json/place.h"
+#include "api/map/map.h"
+#include "api/request/decode.h"
+#include "api/request/digest.h"
+#include "api/request/normalise.h"
+#include "api/request/shape.h"
 #include <stdio.h>
 #include <string.h>
 

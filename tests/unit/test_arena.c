@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../solver/arena.h"
+#include "solver/arena.h"
 
 #include "check.h"
 #include "support.h"

@@ -7,7 +7,7 @@
 #include "check.h"
 #include "support.h"
 
-#include "../../api/decode.h"
+#include "api/request/decode.h"
 #include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../api/shape.h"
-#include "../../solver/bounds.h"
-#include "../../solver/surface_spans.h"
+#include "api/request/shape.h"
+#include "solver/surface/bounds.h"
+#include "solver/surface/spans.h"
 
 #include "check.h"
 #include "patch.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../api/columns.h"
+#include "api/result/columns.h"
 
-#include "../../api/encode.h"
+#include "api/format/encode.h"
 #include "check.h"
 #include "support.h"
 #include <jansson.h>

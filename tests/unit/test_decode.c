@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../api/decode.h"
+#include "api/request/decode.h"
 
-#include "../../api/normalise.h"
+#include "api/request/normalise.h"
 #include "check.h"
 #include "support.h"
 #include <stdio.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../api/digest.h"
+#include "api/request/digest.h"
 
-#include "../../api/normalise.h"
+#include "api/request/normalise.h"
 #include "check.h"
 #include "support.h"
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../api/encode.h"
+#include "api/format/encode.h"
 
 #include "check.h"
 #include "support.h"

@@ -5,8 +5,8 @@
 #include "small.h"
 #include "support.h"
 
-#include "../../api/encode.h"
-#include "../../api/pattern.h"
+#include "api/format/encode.h"
+#include "api/format/pattern.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 #include "check.h"
 #include "support.h"
 
-#include "../../api/shape.h"
+#include "api/request/shape.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../solver/facets.h"
+#include "solver/mesh/facets.h"
 
 #include "check.h"
 #include "cloth.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../api/fields.h"
+#include "api/result/fields.h"
 
 #include "check.h"
 #include "support.h"

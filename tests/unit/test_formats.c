@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /* The binary formats, the pattern and the meshes byte by byte against files in golden/, which the
  * readers of tests/readers open as well. DRAPE_GOLDEN=write writes them anew. */
-#include "../../api/colour.h"
-#include "../../api/encode.h"
-#include "../../api/fieldset.h"
-#include "../../api/lcmsim.h"
-#include "../../api/outline.h"
-#include "../../api/pattern.h"
+#include "api/format/colour.h"
+#include "api/format/encode.h"
+#include "api/format/lcmsim.h"
+#include "api/format/pattern.h"
+#include "api/result/fieldset.h"
+#include "api/result/outline.h"
 
 #include "check.h"
 #include "small.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../api/locate.h"
+#include "api/json/locate.h"
 
 #include "check.h"
 #include "support.h"

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../api/map.h"
+#include "api/map/map.h"
 
-#include "../../solver/permeability.h"
 #include "check.h"
 #include "cloth.h"
 #include "own_arena.h"
+#include "solver/permeability.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

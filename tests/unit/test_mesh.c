@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../solver/mesh.h"
+#include "solver/mesh/mesh.h"
 
 #include "check.h"
 #include "sample.h"

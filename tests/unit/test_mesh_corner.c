@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../solver/mesh_corner.h"
+#include "solver/mesh/corner.h"
 
-#include "../../solver/mesh_walk.h"
 #include "check.h"
 #include "sample.h"
+#include "solver/mesh/walk.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

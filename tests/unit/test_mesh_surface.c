@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../solver/mesh_surface.h"
+#include "solver/mesh/tessellation.h"
 
 #include "check.h"
 #include "patch.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../solver/mesh_walk.h"
+#include "solver/mesh/walk.h"
 
 #include "check.h"
 #include "sample.h"

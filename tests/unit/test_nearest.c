@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../solver/surface.h"
+#include "solver/surface/surface.h"
 
 #include "check.h"
 #include "patch.h"

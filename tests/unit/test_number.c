@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../api/number.h"
-#include "../../api/shortest.h"
+#include "api/json/number.h"
+#include "api/json/shortest.h"
 
 #include "check.h"
 #include "support.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../solver/nurbs.h"
+#include "solver/surface/nurbs.h"
 
 #include "check.h"
 #include "support.h"

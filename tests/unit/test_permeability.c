@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../solver/permeability.h"
+#include "solver/permeability.h"
 
 #include "check.h"
 #include "support.h"

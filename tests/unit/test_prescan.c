@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../api/prescan.h"
+#include "api/json/prescan.h"
 
 #include "check.h"
 #include "support.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../api/problem.h"
+#include "api/problem.h"
 
 #include "check.h"
 #include "support.h"

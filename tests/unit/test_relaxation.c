@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /* Against shooting: a geodesic is sent off from A and ends at B; relaxation from A to B has to find
  * the direction and the length it was given. */
-#include "../../solver/relaxation.h"
+#include "solver/surface/relaxation.h"
 
-#include "../../solver/angle.h"
-#include "../../solver/path.h"
 #include "check.h"
 #include "patch.h"
+#include "solver/angle.h"
+#include "solver/surface/path.h"
 #include "support.h"
 #include <stdio.h>
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-#include "../../api/run.h"
+#include "api/run.h"
 
-#include "../../api/decode.h"
-#include "../../api/shape.h"
+#include "api/request/decode.h"
+#include "api/request/shape.h"
 #include "check.h"
 #include "support.h"
 #include <jansson.h>

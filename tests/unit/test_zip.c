@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* An archive beyond 4 GiB, most of it a hole in the file, as Python's zipfile reads it. */
-#include "../../api/zip.h"
+#include "api/format/zip.h"
 
 #include "check.h"
 #include "support.h"

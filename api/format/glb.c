@@ -1,0 +1,283 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Binary glTF 2.0: the cells as two triangles each, the nodes coloured by their absolute shear. The
+ * file is a description in JSON and one buffer with the positions (float), the colours (linear
+ * RGBA, 16 bits) and the indices; all lengths are known from the start. glTF counts in metres: the
+ * drape's own unit is the scale of its node.
+ */
+#include "api/result/quads.h"
+#include "colour.h"
+#include "format.h"
+#include <endian.h>
+#include <math.h>
+#include <string.h>
+
+enum {
+    COLOURS = 256,
+    POSITION = 12, /* bytes of a node's position, of its colour, of a cell's indices */
+    COLOUR = 8,
+    INDICES = 24,
+    HEADER = 12, /* bytes before the chunks, and before each chunk's own */
+    CHUNK = 8,
+    ROWS = ENCODE_VALUES / 4, /* of one piece */
+    ARRAY_BUFFER = 34962,     /* names of OpenGL that glTF uses */
+    ELEMENT_BUFFER = 34963,
+    UNSIGNED_SHORT = 5123,
+    UNSIGNED_INT = 5125,
+    FLOAT = 5126,
+    POINTS = 0,
+    TRIANGLES = 4
+};
+
+/* Below this greatest shear (degrees) the colours do not spread: it would be rounding that shows.
+ */
+static const double least_range_deg = 1;
+
+struct state {
+    const struct api_column *position[3], *shear;
+    struct quads quads;
+    uint64_t nodes, cells;
+    double range_deg; /* the shear that has the last colour */
+    float low[3], high[3];
+    uint16_t colour[COLOURS][4];
+    int part; /* of the buffer */
+};
+
+/* ---- numbers of the buffer ---- */
+
+static void put_float(char *bytes, double value) {
+    float narrow = (float)value;
+    uint32_t bits;
+    memcpy(&bits, &narrow, sizeof bits);
+    bits = htole32(bits);
+    memcpy(bytes, &bits, sizeof bits);
+}
+
+static void put_integer(struct api_text *text, uint64_t value) {
+    uint32_t bits = htole32((uint32_t)value);
+    api_text_bytes(text, &bits, sizeof bits);
+}
+
+static uint64_t buffer_length(const struct state *state) {
+    return state->nodes * (POSITION + COLOUR) + state->cells * INDICES;
+}
+
+/* ---- the description ---- */
+
+static void write_view(struct api_text *text, uint64_t offset, uint64_t length, int target) {
+    api_text_raw(text, offset ? ",{\"buffer\":0" : "{\"buffer\":0");
+    api_text_key_integer(text, "byteOffset", (int64_t)offset);
+    api_text_key_integer(text, "byteLength", (int64_t)length);
+    api_text_key_integer(text, "target", target);
+    api_text_raw(text, "}");
+}
+
+static void write_accessor(struct api_text *text, int view, int type, uint64_t count,
+                           const char *shape) {
+    api_text_raw(text, view ? ",{" : "{");
+    api_text_key_integer(text, "bufferView", view);
+    api_text_key_integer(text, "componentType", type);
+    api_text_key_integer(text, "count", (int64_t)count);
+    api_text_key_string(text, "type", shape);
+}
+
+static void write_floats(struct api_text *text, const char *key, const float *values) {
+    api_text_key(text, key);
+    api_text_numbers(text, (const double[]){values[0], values[1], values[2]}, 3);
+}
+
+static void write_buffers(struct api_text *text, const struct state *state) {
+    uint64_t colours = state->nodes * POSITION, indices = colours + state->nodes * COLOUR;
+    api_text_key(text, "buffers");
+    api_text_raw(text, "[{");
+    api_text_key_integer(text, "byteLength", (int64_t)buffer_length(state));
+    api_text_raw(text, "}]");
+    api_text_key(text, "bufferViews");
+    api_text_raw(text, "[");
+    write_view(text, 0, colours, ARRAY_BUFFER);
+    write_view(text, colours, indices - colours, ARRAY_BUFFER);
+    if (state->cells)
+        write_view(text, indices, state->cells * INDICES, ELEMENT_BUFFER);
+    api_text_raw(text, "]");
+    api_text_key(text, "accessors");
+    api_text_raw(text, "[");
+    write_accessor(text, 0, FLOAT, state->nodes, "VEC3");
+    write_floats(text, "min", state->low);
+    write_floats(text, "max", state->high);
+    api_text_raw(text, "}");
+    write_accessor(text, 1, UNSIGNED_SHORT, state->nodes, "VEC4");
+    api_text_raw(text, ",\"normalized\":true}");
+    if (state->cells) {
+        write_accessor(text, 2, UNSIGNED_INT, state->cells * 6, "SCALAR");
+        api_text_raw(text, "}");
+    }
+    api_text_raw(text, "]");
+}
+
+static void write_scene(struct api_text *text, const struct api_encoder *encoder) {
+    const struct state *state = encoder->state;
+    double scale = encoder->columns.unit->metres;
+    api_text_raw(text, ",\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0");
+    if (scale != 1) {
+        api_text_key(text, "scale");
+        api_text_numbers(text, (const double[]){scale, scale, scale}, 3);
+    }
+    api_text_raw(text, "}],\"meshes\":[{");
+    api_text_key_string(text, "name", encoder->id);
+    api_text_raw(text, ",\"primitives\":[{\"attributes\":{\"POSITION\":0,\"COLOR_0\":1}");
+    if (state->cells)
+        api_text_raw(text, ",\"indices\":2");
+    api_text_key_integer(text, "mode", state->cells ? TRIANGLES : POINTS);
+    api_text_raw(text, ",\"material\":0}],\"extras\":{\"colour\":\"absolute shear, viridis\"");
+    api_text_key(text, "shear_deg");
+    api_text_numbers(text, (const double[]){0, state->range_deg}, 2);
+    api_text_key_string(text, "length_unit", encoder->columns.unit->name);
+    api_text_raw(text, "}}],\"materials\":[{\"doubleSided\":true,\"pbrMetallicRoughness\":"
+                       "{\"metallicFactor\":0,\"roughnessFactor\":1}}]");
+}
+
+/* All that comes before the buffer's bytes. */
+static void write_description(const struct api_encoder *encoder, struct api_text *text) {
+    const struct state *state = encoder->state;
+    char buffer[API_HEADER_MAX];
+    struct api_text json = api_text_over(buffer, sizeof buffer);
+    api_text_raw(&json, "{\"asset\":{\"version\":\"2.0\",\"generator\":\"draped\"}");
+    write_scene(&json, encoder);
+    write_buffers(&json, state);
+    api_text_raw(&json, "}");
+    while (json.length % 4 != 0)
+        api_text_raw(&json, " ");
+    uint64_t length = HEADER + CHUNK + json.length + CHUNK + buffer_length(state);
+    api_text_raw(text, "glTF");
+    put_integer(text, 2);
+    put_integer(text, length);
+    put_integer(text, json.length);
+    api_text_raw(text, "JSON");
+    api_text_bytes(text, json.bytes, json.length);
+    put_integer(text, buffer_length(state));
+    api_text_bytes(text, "BIN", 4);
+    text->failed = text->failed || json.failed || length > UINT32_MAX;
+}
+
+/* ---- the buffer ---- */
+
+static void write_positions(struct api_encoder *encoder, size_t count) {
+    struct state *state = encoder->state;
+    char *bytes = encoder->piece.bytes + encoder->piece.length;
+    for (int k = 0; k < 3; k++) {
+        if (!api_columns_read(encoder->reader, state->position[k], encoder->row, count,
+                              encoder->values))
+            encoder->failed = true;
+        for (size_t row = 0; row < count && !encoder->failed; row++)
+            put_float(bytes + row * POSITION + 4 * k, encoder->values[row]);
+    }
+    encoder->piece.length += count * POSITION;
+}
+
+static void write_colours(struct api_encoder *encoder, size_t count) {
+    struct state *state = encoder->state;
+    char *bytes = encoder->piece.bytes + encoder->piece.length;
+    if (!api_columns_read(encoder->reader, state->shear, encoder->row, count, encoder->values))
+        encoder->failed = true;
+    for (size_t row = 0; row < count && !encoder->failed; row++) {
+        double t = fmin(fabs(encoder->values[row]) / state->range_deg, 1);
+        memcpy(bytes + row * COLOUR, state->colour[(int)(t * (COLOURS - 1) + 0.5)], COLOUR);
+    }
+    encoder->piece.length += count * COLOUR;
+}
+
+/* Two triangles a cell, both turning as warp turns to weft. */
+static void write_indices(struct api_encoder *encoder, size_t count) {
+    static const int corner[6] = {0, 1, 2, 0, 2, 3};
+    struct state *state = encoder->state;
+    int32_t corners[ROWS][4];
+    if (!quads_next(&state->quads, count, corners, NULL)) {
+        encoder->failed = true;
+        return;
+    }
+    for (size_t cell = 0; cell < count; cell++)
+        for (int k = 0; k < 6; k++)
+            put_integer(&encoder->piece, (uint64_t)corners[cell][corner[k]]);
+}
+
+static void next(struct api_encoder *encoder) {
+    struct state *state = encoder->state;
+    static void (*const write[])(struct api_encoder *, size_t) = {write_positions, write_colours,
+                                                                  write_indices};
+    if (!encoder->begun)
+        write_description(encoder, &encoder->piece);
+    encoder->begun = true;
+    uint64_t rows = state->part < 2 ? state->nodes : state->cells, left = rows - encoder->row;
+    size_t count = left < ROWS ? (size_t)left : ROWS;
+    write[state->part](encoder, count);
+    encoder->row += count;
+    if (encoder->row == rows) {
+        encoder->row = 0;
+        state->part++;
+    }
+    encoder->ended = state->part == 3;
+}
+
+/* ---- the beginning ---- */
+
+/* The box of the positions, as the numbers that are written. */
+static bool measure(struct api_encoder *encoder, int k) {
+    struct state *state = encoder->state;
+    size_t rows = (size_t)state->nodes;
+    state->low[k] = INFINITY;
+    state->high[k] = -INFINITY;
+    for (size_t first = 0, count; first < rows; first += count) {
+        count = rows - first < ENCODE_VALUES ? rows - first : ENCODE_VALUES;
+        if (!api_columns_read(encoder->reader, state->position[k], first, count, encoder->values))
+            return false;
+        for (size_t row = 0; row < count; row++) {
+            float value = (float)encoder->values[row];
+            state->low[k] = value < state->low[k] ? value : state->low[k];
+            state->high[k] = value > state->high[k] ? value : state->high[k];
+        }
+    }
+    return rows > 0;
+}
+
+static void make_colours(struct state *state) {
+    for (int k = 0; k < COLOURS; k++) {
+        double srgb[3];
+        colour_viridis((double)k / (COLOURS - 1), srgb);
+        for (int c = 0; c < 4; c++) {
+            double light = c < 3 ? colour_linear(srgb[c]) : 1;
+            state->colour[k][c] = htole16((uint16_t)(light * UINT16_MAX + 0.5));
+        }
+    }
+}
+
+static bool begin(struct api_encoder *encoder, struct api_problem *problem) {
+    static const char *const names[] = {"x", "y", "z"};
+    struct state *state = encoder->state;
+    const struct api_columns *columns = &encoder->columns;
+    state->nodes = api_columns_rows(columns, API_TABLE_NODES);
+    state->cells = api_columns_rows(columns, API_TABLE_CELLS);
+    state->shear = api_columns_find(columns, API_TABLE_NODES, "shear_deg");
+    state->range_deg = fmax(columns->summary.max_shear_deg, least_range_deg);
+    if (!state->shear || !quads_begin(&state->quads, encoder->reader, columns))
+        return encode_damaged(problem);
+    for (int k = 0; k < 3; k++) {
+        state->position[k] = api_columns_find(columns, API_TABLE_NODES, names[k]);
+        if (!state->position[k] || !measure(encoder, k))
+            return encode_damaged(problem);
+    }
+    make_colours(state);
+    struct api_text text = api_text_over(encoder->buffer, sizeof encoder->buffer);
+    write_description(encoder, &text);
+    if (text.failed) {
+        api_problem_set(problem, API_TOO_LARGE, "the net is too large for glTF's 32-bit lengths");
+        return false;
+    }
+    encoder->length = text.length + buffer_length(state);
+    return true;
+}
+
+const struct api_format encode_glb = {.name = "glb",
+                                      .media_type = "model/gltf-binary",
+                                      .state_size = sizeof(struct state),
+                                      .begin = begin,
+                                      .next = next};

@@ -1,0 +1,270 @@
+/* SPDX-License-Identifier: MIT */
+#include "lcmsim.h"
+
+#include "mesh_format.h"
+#include "solver/vec.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { FEATURES = 10, INPUTS = 8, BLOCK = 1024, POWER_STEPS = 100 };
+
+static const double PI = 3.14159265358979323846;
+
+/* A variance (of features that are of the order of one) below which elements are alike. */
+static const double alike = 1e-12;
+
+/* What the features weigh against each other: the direction as a dyad, whose distance is sqrt 2
+ * times the sine of the angle; log k1; log thickness, which goes into flow and volume both; k2/k1;
+ * porosity, of which the fibre volume that fills the rest follows. */
+static const double weights[FEATURES] = {1, 1, 1, 1, 1, 1, 1.5, 3, 0.5, 2};
+
+/* A bin while it may still be cut: elements first .. first + count - 1 of the order. */
+struct heap_part {
+    size_t first, count;
+    int axis;
+    double mean, spread; /* along the axis of largest spread, area times variance */
+};
+
+struct builder {
+    const struct api_mesh_fields *fields;
+    const struct api_column_source *column[INPUTS];
+    float (*feature)[FEATURES];
+    float *area;
+    uint32_t *order;
+};
+
+static const char *const input_names[INPUTS] = {"thickness", "porosity", "k1",   "k2",
+                                                "k3",        "k1_x",     "k1_y", "k1_z"};
+
+/* ---- one element ---- */
+
+static struct lcmsim_inputs read_element(const struct builder *b, size_t element) {
+    double v[INPUTS];
+    for (int k = 0; k < INPUTS; k++)
+        b->column[k]->fill(b->column[k]->context, element, 1, &v[k]);
+    return (struct lcmsim_inputs){v[0] * b->fields->unit->metres, v[1], v[2], v[3], v[4],
+                                  vec3_make(v[5], v[6], v[7])};
+}
+
+/* Twice the area times the normal; half the cross product of the diagonals for a quadrilateral. */
+static struct vec3 element_normal(const struct api_mesh_fields *fields, size_t element) {
+    const int32_t *corner = fields->elements[element];
+    const struct vec3 *v = fields->vertices;
+    struct vec3 a = v[corner[0]], b = v[corner[1]], c = v[corner[2]];
+    if (corner[3] < 0)
+        return vec3_cross(vec3_sub(b, a), vec3_sub(c, a));
+    return vec3_cross(vec3_sub(c, a), vec3_sub(v[corner[3]], b));
+}
+
+static double safe_log(double value) {
+    return log(fmax(value, 1e-300));
+}
+
+/* A direction and its opposite are one: they have the same dyad. It counts as much as k1 and k2
+ * differ. */
+static void make_features(const struct lcmsim_inputs *in, float feature[FEATURES]) {
+    struct vec3 d = in->direction;
+    double ratio = in->k1 > 0 ? in->k2 / in->k1 : 1, s = sqrt(2), w = 1 - ratio;
+    const double values[FEATURES] = {w * d.x * d.x,     w * d.y * d.y,           w * d.z * d.z,
+                                     w * s * d.x * d.y, w * s * d.y * d.z,       w * s * d.x * d.z,
+                                     safe_log(in->k1),  safe_log(in->thickness), ratio,
+                                     in->porosity};
+    for (int k = 0; k < FEATURES; k++)
+        feature[k] = (float)(weights[k] * values[k]);
+}
+
+/* ---- cutting ---- */
+
+/* The axis along which the part spreads most. */
+static void measure(const struct builder *b, struct heap_part *part) {
+    double sum[FEATURES] = {0}, squares[FEATURES] = {0}, total = 0;
+    const float *origin = b->feature[b->order[part->first]]; /* against cancellation */
+    for (size_t n = part->first; n < part->first + part->count; n++) {
+        uint32_t element = b->order[n];
+        double area = (double)b->area[element];
+        total += area;
+        for (int k = 0; k < FEATURES; k++) {
+            double value = (double)(b->feature[element][k] - origin[k]);
+            sum[k] += area * value;
+            squares[k] += area * value * value;
+        }
+    }
+    part->spread = 0;
+    for (int k = 0; k < FEATURES && total > 0; k++) {
+        double mean = sum[k] / total, variance = squares[k] / total - mean * mean;
+        if (variance > alike && variance * total > part->spread) {
+            part->spread = variance * total;
+            part->axis = k;
+            part->mean = (double)origin[k] + mean;
+        }
+    }
+}
+
+/* Cuts a part at its mean: what is beyond becomes `other`. False when nothing is. */
+static bool cut(const struct builder *b, struct heap_part *part, struct heap_part *other) {
+    size_t low = part->first, high = part->first + part->count;
+    while (low < high) {
+        uint32_t element = b->order[low];
+        if ((double)b->feature[element][part->axis] <= part->mean) {
+            low++;
+        } else {
+            b->order[low] = b->order[--high];
+            b->order[high] = element;
+        }
+    }
+    *other = (struct heap_part){.first = low, .count = part->first + part->count - low};
+    part->count = low - part->first;
+    if (part->count == 0 || other->count == 0) {
+        part->first = part->count ? part->first : other->first;
+        part->count += other->count;
+        part->spread = 0;
+        return false;
+    }
+    measure(b, part);
+    measure(b, other);
+    return true;
+}
+
+static size_t cut_all(const struct builder *b, struct heap_part *parts, size_t elements) {
+    size_t count = 1;
+    parts[0] = (struct heap_part){.count = elements};
+    measure(b, &parts[0]);
+    while (count < LCMSIM_BINS_MAX) {
+        struct heap_part *widest = &parts[0];
+        for (size_t k = 1; k < count; k++)
+            if (parts[k].spread > widest->spread)
+                widest = &parts[k];
+        if (widest->spread <= 0)
+            break;
+        count += cut(b, widest, &parts[count]);
+    }
+    return count;
+}
+
+/* ---- means ---- */
+
+/* The direction whose dyad is closest to a mean of dyads: its first eigenvector, by powers. */
+static struct vec3 principal(const double m[6]) {
+    struct vec3 v = m[0] >= m[1] && m[0] >= m[2] ? vec3_make(m[0], m[3], m[5])
+                    : m[1] >= m[2]               ? vec3_make(m[3], m[1], m[4])
+                                                 : vec3_make(m[5], m[4], m[2]);
+    for (int step = 0; step < POWER_STEPS; step++)
+        v = vec3_unit(vec3_make(m[0] * v.x + m[3] * v.y + m[5] * v.z,
+                                m[3] * v.x + m[1] * v.y + m[4] * v.z,
+                                m[5] * v.x + m[4] * v.y + m[2] * v.z));
+    return v;
+}
+
+static struct lcmsim_inputs mean_of(const struct builder *b, size_t first, size_t count) {
+    struct lcmsim_inputs mean = {0};
+    double dyad[6] = {0}, total = 0;
+    for (size_t n = first; n < first + count; n++) {
+        struct lcmsim_inputs in = read_element(b, b->order[n]);
+        double area = b->area[b->order[n]];
+        struct vec3 d = in.direction;
+        const double own[6] = {d.x * d.x, d.y * d.y, d.z * d.z, d.x * d.y, d.y * d.z, d.x * d.z};
+        total += area;
+        mean.thickness += area * in.thickness;
+        mean.porosity += area * in.porosity;
+        mean.k1 += area * in.k1;
+        mean.k2 += area * in.k2;
+        mean.k3 += area * in.k3;
+        for (int k = 0; k < 6; k++)
+            dyad[k] += area * own[k];
+    }
+    mean.thickness /= total;
+    mean.porosity /= total;
+    mean.k1 /= total;
+    mean.k2 /= total;
+    mean.k3 /= total;
+    mean.direction = principal(dyad);
+    return mean;
+}
+
+/* The angle, 0..90 deg, between two directions as they lie in a plane. */
+static double angle_in_plane(struct vec3 a, struct vec3 b, struct vec3 normal) {
+    struct vec3 n = vec3_unit(normal);
+    struct vec3 p = vec3_axpy(-vec3_dot(a, n), n, a), q = vec3_axpy(-vec3_dot(b, n), n, b);
+    double angle = vec3_angle(p, q) * 180 / PI;
+    return fmin(angle, 180 - angle);
+}
+
+static void compare(const struct builder *b, struct lcmsim_bins *bins, uint32_t element,
+                    const struct lcmsim_inputs *mean) {
+    struct lcmsim_inputs in = read_element(b, element);
+    bins->k1 = fmax(bins->k1, fabs(in.k1 / mean->k1 - 1));
+    bins->thickness = fmax(bins->thickness, fabs(in.thickness / mean->thickness - 1));
+    if (in.k2 < LCMSIM_ISOTROPIC * in.k1)
+        bins->direction_deg =
+            fmax(bins->direction_deg,
+                 angle_in_plane(in.direction, mean->direction, element_normal(b->fields, element)));
+}
+
+/* ---- all ---- */
+
+static bool allocate(struct builder *b, struct lcmsim_bins *bins) {
+    size_t count = b->fields->element_count;
+    b->feature = malloc(count * sizeof *b->feature);
+    b->area = malloc(count * sizeof *b->area);
+    b->order = malloc(count * sizeof *b->order);
+    bins->part = malloc(count);
+    return b->feature && b->area && b->order && bins->part;
+}
+
+/* Features and areas; elements of the inlet go to the end of the order. How many do not. */
+static size_t prepare(struct builder *b) {
+    const struct api_mesh_fields *fields = b->fields;
+    size_t count = fields->element_count, low = 0, high = count;
+    double total = 0;
+    for (size_t e = 0; e < count; e++) {
+        struct lcmsim_inputs in = read_element(b, e);
+        make_features(&in, b->feature[e]);
+        b->area[e] = (float)(vec3_norm(element_normal(fields, e)) / 2);
+        total += (double)b->area[e];
+        b->order[fields->inlet && fields->inlet[e] ? --high : low++] = (uint32_t)e;
+    }
+    float least = (float)(total > 0 ? 1e-9 * total / (double)count : 1); /* flat ones count, too */
+    for (size_t e = 0; e < count; e++)
+        b->area[e] = b->area[e] > least ? b->area[e] : least;
+    return low;
+}
+
+static void finish_part(const struct builder *b, struct lcmsim_bins *bins,
+                        const struct heap_part *part, size_t number) {
+    bins->bin[number] = mean_of(b, part->first, part->count);
+    for (size_t n = part->first; n < part->first + part->count; n++) {
+        bins->part[b->order[n]] = (uint8_t)(LCMSIM_FIRST_PART + number);
+        compare(b, bins, b->order[n], &bins->bin[number]);
+    }
+}
+
+bool lcmsim_make_bins(struct lcmsim_bins *bins, const struct api_mesh_fields *fields) {
+    struct builder builder = {.fields = fields};
+    struct heap_part parts[LCMSIM_BINS_MAX];
+    size_t count = fields->element_count;
+    *bins = (struct lcmsim_bins){0};
+    for (int k = 0; k < INPUTS; k++)
+        builder.column[k] = mesh_column(fields, input_names[k]);
+    bool room = allocate(&builder, bins);
+    if (room) {
+        size_t inner = prepare(&builder);
+        bins->count = inner > 0 ? cut_all(&builder, parts, inner) : 0;
+        for (size_t k = 0; k < bins->count; k++)
+            finish_part(&builder, bins, &parts[k], k);
+        bins->has_inlet = inner < count;
+        if (bins->has_inlet)
+            bins->inlet = mean_of(&builder, inner, count - inner);
+        for (size_t n = inner; n < count; n++)
+            bins->part[builder.order[n]] = LCMSIM_INLET_PART;
+    }
+    free(builder.feature);
+    free(builder.area);
+    free(builder.order);
+    return room;
+}
+
+void lcmsim_free_bins(struct lcmsim_bins *bins) {
+    free(bins->part);
+    bins->part = NULL;
+}

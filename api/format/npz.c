@@ -1,0 +1,131 @@
+/* SPDX-License-Identifier: MIT */
+/* NumPy's archive: a stored zip with an array of float64 for each column, "nodes.x" and so on. A
+ * zip wants an array's checksum before its bytes, so each column is read twice. */
+#include "format.h"
+#include "zip.h"
+#include <endian.h>
+#include <stdio.h>
+#include <string.h>
+#include <zlib.h>
+
+enum { VALUE = 8, ARRAY_HEADER = 128 };
+
+struct state {
+    uint64_t position; /* in the document, of the next piece */
+    struct zip_entry entry[API_COLUMNS_MAX];
+};
+
+/* The description before an array's values (format 1.0), always ARRAY_HEADER bytes. */
+static void describe(char header[ARRAY_HEADER], size_t rows) {
+    enum { PREFIX = 10 };
+    const char magic[PREFIX] = {'\x93', 'N', 'U', 'M', 'P', 'Y', 1, 0, ARRAY_HEADER - PREFIX, 0};
+    char text[ARRAY_HEADER];
+    int length = snprintf(text, sizeof text,
+                          "{'descr': '<f8', 'fortran_order': False, 'shape': (%zu,), }", rows);
+    memset(header, ' ', ARRAY_HEADER);
+    memcpy(header, magic, PREFIX);
+    memcpy(header + PREFIX, text, (size_t)length);
+    header[ARRAY_HEADER - 1] = '\n';
+}
+
+/* The next rows of a column as the bytes of the archive. */
+static size_t read_rows(struct api_encoder *encoder, const struct api_column *column,
+                        size_t first) {
+    size_t left = column->rows - first, count = left < ENCODE_VALUES ? left : ENCODE_VALUES;
+    if (!api_columns_read(encoder->reader, column, first, count, encoder->values))
+        encoder->failed = true;
+    for (size_t k = 0; k < count; k++) {
+        uint64_t bits;
+        memcpy(&bits, &encoder->values[k], VALUE);
+        bits = htole64(bits);
+        memcpy(&encoder->values[k], &bits, VALUE);
+    }
+    return count;
+}
+
+static uint32_t checksum(struct api_encoder *encoder, const struct api_column *column) {
+    char header[ARRAY_HEADER];
+    describe(header, column->rows);
+    uLong crc = crc32(0, (const Bytef *)header, ARRAY_HEADER);
+    for (size_t row = 0; row < column->rows && !encoder->failed;) {
+        size_t count = read_rows(encoder, column, row);
+        crc = crc32_z(crc, (const Bytef *)encoder->values, count * VALUE);
+        row += count;
+    }
+    return (uint32_t)crc;
+}
+
+static void begin_array(struct api_encoder *encoder, const struct api_column *column) {
+    struct state *state = encoder->state;
+    struct zip_entry *entry = &state->entry[encoder->column];
+    char header[ARRAY_HEADER];
+    entry->crc = checksum(encoder, column);
+    entry->offset = state->position;
+    zip_begin_entry(&encoder->piece, entry);
+    describe(header, column->rows);
+    api_text_bytes(&encoder->piece, header, ARRAY_HEADER);
+}
+
+static void write_array(struct api_encoder *encoder) {
+    const struct api_column *column = encoder->selected[encoder->column];
+    if (encoder->row == 0)
+        begin_array(encoder, column);
+    size_t count = read_rows(encoder, column, encoder->row);
+    api_text_bytes(&encoder->piece, encoder->values, count * VALUE);
+    encoder->row += count;
+    if (encoder->row == column->rows) {
+        encoder->row = 0;
+        encoder->column++;
+    }
+}
+
+/* API_COLUMNS_MAX entries fit into one piece. */
+static void write_directory(struct api_encoder *encoder) {
+    struct state *state = encoder->state;
+    for (size_t k = 0; k < encoder->count; k++)
+        zip_list_entry(&encoder->piece, &state->entry[k]);
+    zip_end(&encoder->piece, encoder->count, state->position, encoder->piece.length);
+    encoder->ended = true;
+}
+
+static void next(struct api_encoder *encoder) {
+    struct state *state = encoder->state;
+    if (encoder->column < encoder->count)
+        write_array(encoder);
+    else
+        write_directory(encoder);
+    state->position += encoder->piece.length;
+}
+
+/* Names and sizes of all entries; their headers are made once to know the length of the document.
+ */
+static bool begin(struct api_encoder *encoder, struct api_problem *problem) {
+    struct state *state = encoder->state;
+    uint64_t length = 0, directory;
+    struct api_text text = api_text_over(encoder->buffer, sizeof encoder->buffer);
+    (void)problem;
+    for (size_t k = 0; k < encoder->count; k++) {
+        const struct api_column *column = encoder->selected[k];
+        struct zip_entry *entry = &state->entry[k];
+        snprintf(entry->name, sizeof entry->name, "%s.%s.npy", api_table_name(column->table),
+                 column->name);
+        entry->size = entry->packed = ARRAY_HEADER + (uint64_t)column->rows * VALUE;
+        entry->offset = length;
+        text.length = 0;
+        zip_begin_entry(&text, entry);
+        length += text.length + entry->packed;
+    }
+    text.length = 0;
+    for (size_t k = 0; k < encoder->count; k++)
+        zip_list_entry(&text, &state->entry[k]);
+    directory = text.length;
+    zip_end(&text, encoder->count, length, directory);
+    encoder->length = length + text.length;
+    return true;
+}
+
+const struct api_format encode_npz = {.name = "npz",
+                                      .media_type = "application/x-npz",
+                                      .state_size = sizeof(struct state),
+                                      .begin = begin,
+                                      .next = next};

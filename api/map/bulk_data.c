@@ -1,0 +1,265 @@
+/* SPDX-License-Identifier: MIT */
+#include "bulk_data.h"
+
+#include "api/json/number.h"
+#include <math.h>
+#include <string.h>
+#include <strings.h>
+
+enum {
+    NAME_COLUMNS = 8,
+    DATA_COLUMNS = 72, /* the continuation mark stands behind them */
+    ID_MAX = 99999999
+};
+
+static const double coordinate_max = 1e12;
+
+#define FAIL(problem, ...) (api_problem_set(problem, API_INVALID_REQUEST, __VA_ARGS__), false)
+
+/* ---- lines ---- */
+
+/* Copies the next line with its tabs expanded, without its comment. False at the end. */
+static bool load_line(struct bulk_reader *reader) {
+    size_t column = 0;
+    if (reader->at == reader->end)
+        return false;
+    reader->number++;
+    reader->cut = false;
+    for (; reader->at < reader->end && *reader->at != '\n'; reader->at++) {
+        char c = *reader->at;
+        if (c == '$') {
+            const char *newline = memchr(reader->at, '\n', (size_t)(reader->end - reader->at));
+            reader->at = newline ? newline : reader->end;
+            break;
+        }
+        bool blank = c == ' ' || c == '\t' || c == '\r' || c == '\0';
+        size_t width = c == '\t' ? 8 - column % 8 : 1;
+        for (; width > 0 && column < BULK_COLUMNS - 1; width--)
+            reader->line[column++] = blank ? ' ' : c;
+        reader->cut = reader->cut || (width > 0 && !blank);
+    }
+    reader->at += reader->at < reader->end;
+    reader->line[column] = '\0';
+    return true;
+}
+
+static bool is_blank(const char *line) {
+    return line[strspn(line, " ")] == '\0';
+}
+
+/* Whether the line begins with the word, or with the two. */
+static bool begins_with(const char *line, const char *first, const char *second) {
+    line += strspn(line, " ");
+    size_t length = strlen(first);
+    if (strncasecmp(line, first, length) != 0)
+        return false;
+    line += length;
+    if (!*second)
+        return *line == ' ' || *line == '\0' || *line == ',';
+    return *line == ' ' && strncasecmp(line + strspn(line, " "), second, strlen(second)) == 0;
+}
+
+/* The next line that says something, until ENDDATA. */
+static bool next_line(struct bulk_reader *reader) {
+    if (reader->held) {
+        reader->held = false;
+        return true;
+    }
+    while (!reader->ended && load_line(reader)) {
+        reader->ended = begins_with(reader->line, "ENDDATA", "");
+        if (!reader->ended && !is_blank(reader->line))
+            return true;
+    }
+    return false;
+}
+
+/* Passes what stands before BEGIN BULK, if there is one. */
+static void skip_control(struct bulk_reader *reader) {
+    struct bulk_reader ahead = *reader;
+    while (load_line(&ahead)) {
+        if (begins_with(ahead.line, "BEGIN", "BULK")) {
+            *reader = ahead;
+            reader->bulk = true;
+            return;
+        }
+    }
+}
+
+/* ---- fields ---- */
+
+/* Copies the text without the blanks around it; false when it does not fit. */
+static bool copy_trimmed(const char *text, size_t length, char *out, size_t size) {
+    while (length > 0 && *text == ' ')
+        text++, length--;
+    while (length > 0 && text[length - 1] == ' ')
+        length--;
+    bool fits = length < size;
+    length = fits ? length : 0;
+    memcpy(out, text, length);
+    out[length] = '\0';
+    return fits;
+}
+
+static bool put_field(struct bulk_reader *reader, struct bulk_card *card, int index,
+                      const char *text, size_t length) {
+    if (index >= BULK_FIELDS)
+        return true;
+    if (!copy_trimmed(text, length, card->field[index], BULK_FIELD_SIZE))
+        return FAIL(reader->problem, "line %zu: a field is longer than %d characters",
+                    reader->number, BULK_FIELD_SIZE - 1);
+    card->given = index + 1 > card->given ? index + 1 : card->given;
+    return true;
+}
+
+/* What stands before the first data field: a name, or what marks a continuation. */
+static size_t head_length(const char *line, bool free_field) {
+    size_t length = free_field ? strcspn(line, ",") : strlen(line);
+    return !free_field && length > NAME_COLUMNS ? NAME_COLUMNS : length;
+}
+
+/* Fields of 8 columns, or 16 in large cards, up to column 72. */
+static bool split_fixed(struct bulk_reader *reader, struct bulk_card *card, int first, bool large) {
+    size_t length = strlen(reader->line), width = large ? 16 : 8, column = NAME_COLUMNS;
+    for (int k = first; column < DATA_COLUMNS && column < length; k++, column += width) {
+        size_t left = length - column;
+        if (!put_field(reader, card, k, reader->line + column, left < width ? left : width))
+            return false;
+    }
+    return true;
+}
+
+static bool split_free(struct bulk_reader *reader, struct bulk_card *card, int first, bool large) {
+    const char *at = strchr(reader->line, ',');
+    for (int k = 0; at && k < (large ? 4 : 8); k++) {
+        size_t length = strcspn(++at, ",");
+        if (!put_field(reader, card, first + k, at, length))
+            return false;
+        at = at[length] ? at + length : NULL;
+    }
+    return true;
+}
+
+/* Adds the fields of the current line from `*first` on, which becomes that of the next line. */
+static bool split(struct bulk_reader *reader, struct bulk_card *card, int *first, char *head) {
+    bool free_field = strchr(reader->line, ',') != NULL;
+    if (reader->cut)
+        return FAIL(reader->problem, "line %zu: is longer than %d columns", reader->number,
+                    BULK_COLUMNS - 1);
+    if (!copy_trimmed(reader->line, head_length(reader->line, free_field), head, BULK_NAME_SIZE))
+        return FAIL(reader->problem, "line %zu: this is no card", reader->number);
+    size_t length = strlen(head);
+    bool large = length > 0 && (head[0] == '*' || head[length - 1] == '*');
+    bool good = free_field ? split_free(reader, card, *first, large)
+                           : split_fixed(reader, card, *first, large);
+    *first += large ? 4 : 8;
+    return good;
+}
+
+static bool is_continuation(const char *line) {
+    size_t blanks = strspn(line, " ");
+    return *line == '+' || *line == '*' || blanks >= NAME_COLUMNS || line[blanks] == ',';
+}
+
+static void set_name(struct bulk_card *card, const char *head) {
+    size_t length = strlen(head);
+    length -= length > 0 && head[length - 1] == '*';
+    for (size_t k = 0; k < length; k++)
+        card->name[k] = head[k] >= 'a' && head[k] <= 'z' ? (char)(head[k] - 32) : head[k];
+    card->name[length] = '\0';
+    card->name[strcspn(card->name, " ")] = '\0';
+}
+
+struct bulk_reader bulk_begin(const char *bytes, size_t length, struct api_problem *problem) {
+    struct bulk_reader reader = {.at = bytes, .end = bytes + length, .problem = problem};
+    skip_control(&reader);
+    return reader;
+}
+
+/* At the end of the file: false, with the problem set when it should not be there. */
+static bool end_file(struct bulk_reader *reader) {
+    if (reader->bulk && !reader->ended)
+        return FAIL(reader->problem, "line %zu: the file ends without ENDDATA: it is not whole",
+                    reader->number);
+    return false;
+}
+
+bool bulk_next(struct bulk_reader *reader, struct bulk_card *card) {
+    char head[BULK_NAME_SIZE];
+    int first = 0;
+    if (!next_line(reader))
+        return end_file(reader);
+    memset(card, 0, sizeof *card);
+    card->line = reader->number;
+    if (is_continuation(reader->line))
+        return FAIL(reader->problem, "line %zu: a continuation without its card", reader->number);
+    if (!split(reader, card, &first, head))
+        return false;
+    set_name(card, head);
+    while (next_line(reader)) {
+        if (!is_continuation(reader->line)) {
+            reader->held = true;
+            break;
+        }
+        if (!split(reader, card, &first, head))
+            return false;
+    }
+    return true;
+}
+
+/* ---- values ---- */
+
+bool bulk_id(const struct bulk_card *card, int index, const char *what, int32_t *id,
+             struct api_problem *problem) {
+    const char *text = card->field[index];
+    int64_t value = 0;
+    size_t length = strlen(text), k = text[0] == '+';
+    for (; k < length && text[k] >= '0' && text[k] <= '9' && value <= ID_MAX; k++)
+        value = 10 * value + (text[k] - '0');
+    *id = (int32_t)value;
+    if (length > 0 && k == length && value > 0 && value <= ID_MAX)
+        return true;
+    return FAIL(problem, "line %zu: %s of %s is '%s', which is no whole number from 1 to %d",
+                card->line, what, card->name, text, ID_MAX);
+}
+
+/* Nastran's reals as the number reader has them: 1.5+3 and 1.5D+3 for 1.5e+3. False when it is none
+ * that could be one. */
+static bool normalise_real(const char *text, char out[BULK_FIELD_SIZE + 2]) {
+    size_t length = 0;
+    bool exponent = false;
+    text += *text == '+';
+    for (const char *c = text; *c; c++) {
+        bool sign = (*c == '+' || *c == '-') && c > text;
+        bool letter = strchr("eEdD", *c) != NULL;
+        if (letter || (sign && !exponent)) {
+            if (exponent)
+                return false;
+            exponent = true;
+            out[length++] = 'e';
+            c += letter && (c[1] == '+' || c[1] == '-');
+            if (*c == '-')
+                out[length++] = '-';
+        } else {
+            out[length++] = *c;
+        }
+    }
+    out[length] = '\0';
+    return true;
+}
+
+bool bulk_coordinate(const struct bulk_card *card, int index, double *value,
+                     struct api_problem *problem) {
+    char text[BULK_FIELD_SIZE + 2];
+    if (index >= card->given)
+        return FAIL(problem, "line %zu: %s ends before its coordinate %c", card->line, card->name,
+                    "xyz"[index - 2]);
+    *value = 0;
+    if (!card->field[index][0])
+        return true;
+    bool good = normalise_real(card->field[index], text);
+    size_t length = good ? strlen(text) : 0;
+    if (good && api_number_read(text, length, value) == length && fabs(*value) <= coordinate_max)
+        return true;
+    return FAIL(problem, "line %zu: coordinate %c of %s is '%s', which is no number within +-1e12",
+                card->line, "xyz"[index - 2], card -> name, card -> field[index]);
+}

@@ -1,0 +1,260 @@
+/* SPDX-License-Identifier: MIT */
+#include "map.h"
+
+#include "api/result/fieldset.h"
+#include "net.h"
+#include "solver/permeability.h"
+#include <stdio.h>
+#include <string.h>
+
+enum { ASK_EVERY = 1024 }; /* places between two questions to the monitor */
+
+/* Beside those of the cells: id, the tensor, distance and extrapolated. */
+enum { OWN_COLUMNS = 9, TENSOR_PARTS = 6 };
+
+static const char *const tensor_names[TENSOR_PARTS] = {"kxx", "kyy", "kzz", "kxy", "kyz", "kxz"};
+
+/* One run: the columns that are filled, by name. */
+struct mapping {
+    const struct api_map_mesh *mesh;
+    const struct drape_monitor *monitor;
+    struct map_net net;
+    double *column[API_COLUMNS_MAX]; /* those of the cells, in their order */
+    double *tensor[TENSOR_PARTS];    /* NULL without a permeability */
+    double *distance, *extrapolated;
+    int thickness; /* its place in a row, or -1 */
+    size_t far;    /* places that are too far away */
+    double farthest;
+};
+
+/* ---- columns ---- */
+
+static void fill_real(const void *context, size_t first, size_t count, double *values) {
+    memcpy(values, (const double *)context + first, count * sizeof *values);
+}
+
+static void fill_id(const void *context, size_t first, size_t count, double *values) {
+    const int32_t *ids = context;
+    for (size_t k = 0; k < count; k++)
+        values[k] = ids ? ids[first + k] : (double)(first + k);
+}
+
+static void add_column(struct api_map *map, const char *name, bool integer,
+                       void (*fill)(const void *, size_t, size_t, double *), const void *context) {
+    size_t k = map->fields.column_count++;
+    snprintf(map->names[k], sizeof map->names[k], "%s", name);
+    map->columns[k] = (struct api_column_source){.table = API_TABLE_CELLS,
+                                                 .name = map->names[k],
+                                                 .integer = integer,
+                                                 .rows = map->fields.element_count,
+                                                 .fill = fill,
+                                                 .context = context};
+}
+
+/* A column of its own; NULL without memory. */
+static double *new_column(struct api_map *map, const char *name, bool integer,
+                          struct arena *arena) {
+    double *values = arena_take(arena, map->fields.element_count, sizeof *values);
+    add_column(map, name, integer, fill_real, values);
+    return values;
+}
+
+static bool make_columns(struct mapping *mapping, struct arena *arena, struct api_map *map) {
+    const struct map_net *net = &mapping->net;
+    bool tensor = false, good = net->column_count + OWN_COLUMNS <= API_COLUMNS_MAX;
+    size_t column = 0;
+    add_column(map, "id", true, fill_id, mapping->mesh->ids);
+    for (size_t k = 0; good && k < net->group_count; k++) {
+        const struct map_group *group = &net->group[k];
+        tensor = tensor || group->kind == MAP_TENSOR;
+        if (strcmp(group->column->name, "thickness") == 0)
+            mapping->thickness = (int)group->place;
+        for (size_t c = 0; good && c < group->columns; c++, column++) {
+            const struct api_column *own = &group->column[c];
+            mapping->column[column] = new_column(map, own->name, own->integer, arena);
+            good = mapping->column[column] != NULL;
+        }
+    }
+    for (int k = 0; good && tensor && k < TENSOR_PARTS; k++) {
+        mapping->tensor[k] = new_column(map, tensor_names[k], false, arena);
+        good = mapping->tensor[k] != NULL;
+    }
+    mapping->distance = good ? new_column(map, "distance", false, arena) : NULL;
+    mapping->extrapolated = good ? new_column(map, "extrapolated", true, arena) : NULL;
+    return mapping->distance && mapping->extrapolated;
+}
+
+/* ---- one place ---- */
+
+static struct vec3 place_of(const struct api_map_mesh *mesh, size_t row) {
+    if (!mesh->elements)
+        return mesh->vertices[row];
+    struct vec3 sum = {0, 0, 0};
+    int count = mesh->elements[row][3] < 0 ? 3 : 4;
+    for (int k = 0; k < count; k++)
+        sum = vec3_add(sum, mesh->vertices[mesh->elements[row][k]]);
+    return vec3_scale(1.0 / count, sum);
+}
+
+/* The tensor of a row's components by k1, k2, k3 and the direction of k1, and in global axes. */
+static void put_tensor(const struct mapping *mapping, const double *k, struct vec3 warp,
+                       struct vec3 weft, size_t row, size_t column) {
+    double *const *out = mapping->column + column;
+    struct permeability principal = permeability_principal(k[0], k[1], k[2], k[3]);
+    struct vec3 d = permeability_direction(&principal, warp, weft);
+    const double values[FIELDSET_TENSOR_COLUMNS] = {
+        principal.k1, principal.k2, principal.k3, d.x,    d.y,    d.z,
+        warp.x,       warp.y,       warp.z,       weft.x, weft.y, weft.z};
+    double tensor[TENSOR_PARTS];
+    fieldset_tensor(values, tensor);
+    for (int i = 0; i < MAP_TENSOR_COLUMNS; i++)
+        out[i][row] = values[i];
+    for (int i = 0; i < TENSOR_PARTS; i++)
+        mapping->tensor[i][row] = tensor[i];
+}
+
+static void put_vector(const struct mapping *mapping, struct vec3 v, size_t row, size_t column) {
+    mapping->column[column][row] = v.x;
+    mapping->column[column + 1][row] = v.y;
+    mapping->column[column + 2][row] = v.z;
+}
+
+static void put_row(const struct mapping *mapping, const struct facets_place *place,
+                    const double *values, size_t row) {
+    const struct map_net *net = &mapping->net;
+    struct vec3 warp, weft;
+    size_t column = 0;
+    map_net_yarns(net, place, values, &warp, &weft);
+    for (size_t k = 0; k < net->group_count; k++) {
+        const struct map_group *group = &net->group[k];
+        const double *own = values + group->place;
+        if (group->kind == MAP_TENSOR)
+            put_tensor(mapping, own, warp, weft, row, column);
+        else if (group->kind != MAP_VECTOR)
+            mapping->column[column][row] = own[0];
+        else if (group->place == net->warp || group->place == net->weft)
+            put_vector(mapping, group->place == net->warp ? warp : weft, row, column);
+        else
+            put_vector(mapping, vec3_unit(vec3_make(own[0], own[1], own[2])), row, column);
+        column += group->columns;
+    }
+}
+
+/* ---- all of them ---- */
+
+static bool map_places(struct mapping *mapping, struct api_problem *problem) {
+    const struct map_net *net = &mapping->net;
+    size_t count = mapping->mesh->element_count;
+    double values[API_COLUMNS_MAX];
+    struct facets_place place = {.cell = 0};
+    for (size_t row = 0; row < count; row++) {
+        if (row % ASK_EVERY == 0 && mapping->monitor &&
+            !mapping->monitor->progress(mapping->monitor->context, (double)row / (double)count)) {
+            api_problem_set(problem, API_CANCELLED, "the map was cancelled");
+            return false;
+        }
+        facets_nearest(net->facets, place_of(mapping->mesh, row), place.cell, &place);
+        map_net_interpolate(net, &place, values);
+        put_row(mapping, &place, values, row);
+        mapping->distance[row] = place.distance;
+        mapping->extrapolated[row] = place.outside;
+        double thickness = mapping->thickness < 0 ? 0 : values[mapping->thickness];
+        mapping->far += place.distance > net->spacing && place.distance > thickness;
+        mapping->farthest = place.distance > mapping->farthest ? place.distance : mapping->farthest;
+    }
+    return true;
+}
+
+static void warn(const struct mapping *mapping, struct api_map *map) {
+    size_t count = mapping->mesh->element_count;
+    if (mapping->far <= count / 2)
+        return;
+    snprintf(map->warning, sizeof map->warning,
+             "%zu of %zu places lie further from the cloth than its spacing and thickness, up to "
+             "%.3g %s: are they in the drape's length unit and position?",
+             mapping->far, count, mapping->farthest, map->fields.unit->name);
+    map->fields.warning = map->warning;
+}
+
+static enum api_problem_id run(struct mapping *mapping, const struct api_reader *reader,
+                               struct arena *arena, struct api_map *map,
+                               struct api_problem *problem) {
+    if (map_net_open(reader, &mapping->net, problem) != API_OK)
+        return problem->id;
+    map->fields.unit = mapping->net.columns.unit;
+    if (!make_columns(mapping, arena, map)) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
+        return problem->id;
+    }
+    struct arena_mark mark = arena_mark(arena);
+    if (map_net_load(reader, mapping->monitor, arena, &mapping->net, problem) == API_OK &&
+        map_places(mapping, problem))
+        warn(mapping, map);
+    arena_rewind(arena, mark);
+    return problem->id;
+}
+
+enum api_problem_id api_map_make(const struct api_reader *reader, const char *id,
+                                 const struct api_map_mesh *mesh,
+                                 const struct drape_monitor *monitor, struct arena *arena,
+                                 struct api_map *map, struct api_problem *problem) {
+    struct mapping *mapping = arena_alloc(arena, 1, sizeof *mapping);
+    memset(map, 0, sizeof *map);
+    if (!mapping) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
+        return problem->id;
+    }
+    snprintf(map->id, sizeof map->id, "%s", id);
+    map->fields = (struct api_mesh_fields){.id = map->id,
+                                           .vertices = mesh->vertices,
+                                           .vertex_count = mesh->vertex_count,
+                                           .elements = mesh->elements,
+                                           .element_count = mesh->element_count,
+                                           .columns = map->columns,
+                                           .inlet = mesh->inlet};
+    mapping->mesh = mesh;
+    mapping->monitor = monitor;
+    mapping->thickness = -1;
+    return run(mapping, reader, arena, map, problem);
+}
+
+/* ---- selection ---- */
+
+static bool mark(const struct api_map *map, const char *list, bool wanted[API_COLUMNS_MAX],
+                 struct api_problem *problem) {
+    static const char table[] = "cells.";
+    for (const char *name = list; name;) {
+        size_t length = strcspn(name, ","), column = 0;
+        const char *next = name[length] ? name + length + 1 : NULL;
+        if (strncmp(name, table, sizeof table - 1) == 0) {
+            name += sizeof table - 1;
+            length -= sizeof table - 1;
+        }
+        while (column < map->fields.column_count &&
+               (strlen(map->columns[column].name) != length ||
+                memcmp(map->columns[column].name, name, length) != 0))
+            column++;
+        if (column == map->fields.column_count) {
+            api_problem_set(problem, API_INVALID_REQUEST, "fields: \"%.*s\" is not in this map",
+                            length > 60 ? 60 : (int)length, name);
+            return false;
+        }
+        wanted[column] = true;
+        name = next;
+    }
+    return true;
+}
+
+bool api_map_select(struct api_map *map, const char *list, struct api_problem *problem) {
+    bool wanted[API_COLUMNS_MAX] = {false};
+    size_t kept = 0;
+    if (!list || !*list)
+        return true;
+    if (!mark(map, list, wanted, problem))
+        return false;
+    for (size_t k = 0; k < map->fields.column_count; k++)
+        if (wanted[k])
+            map->columns[kept++] = map->columns[k];
+    map->fields.column_count = kept;
+    return true;
+}

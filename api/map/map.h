@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The fields of a drape at places of the caller's choosing: each point goes to the nearest place of
+ * the draped cloth (`facets.h`), where the fields of the cells are interpolated between their
+ * middles, so that they are continuous over the net.
+ *
+ * - Plain fields (shear, thickness, ...) are interpolated as they are, directions as vectors that
+ *   are made unit again.
+ * - The permeability is interpolated by its components in the frame of the warp (`net.h`),
+ * which turns with the cloth: so a curved cloth loses nothing, and what is positive stays so. k1,
+ * k2 and their direction follow from the interpolated tensor.
+ * - What is counted or flagged (i, j, locked, ...) is that of the cell in which the place lies.
+ *
+ * Between the middle of a cell at the rim and the rim itself there are fewer neighbours, and the
+ * fields level off. Beyond the rim they are those of the rim.
+ */
+#ifndef API_MAP_MAP_H
+#define API_MAP_MAP_H
+
+#include "api/format/mesh_encode.h"
+#include "api/problem.h"
+#include "api/result/columns.h"
+#include "mesh.h"
+#include "solver/drape.h"
+
+enum { API_MAP_WARNING_SIZE = 256 };
+
+/* Its columns lie in the arena of the call. Not to be moved. */
+struct api_map {
+    struct api_mesh_fields fields; /* its columns: id, those of the cells, kxx kyy kzz kxy kyz kxz
+                                      where there is a permeability, distance, extrapolated */
+    struct api_column_source columns[API_COLUMNS_MAX];
+    char names[API_COLUMNS_MAX][API_COLUMN_NAME_SIZE];
+    char id[API_ID_SIZE];
+    char warning[API_MAP_WARNING_SIZE];
+};
+
+/*
+ * Maps the result that `reader` holds, of the drape `id`, onto `mesh`, which must outlive `map`.
+ * More than the columns (8 bytes a place and column) is taken from the arena only for the time of
+ * the call. There is a warning when more than half of the places lie further from the cloth than
+ * both its larger spacing and its thickness there. `monitor` (may be NULL) is asked now and then
+ * whether to go on. Returns API_OK, API_INVALID_REQUEST when the net has no cells, API_INTERNAL for
+ * a damaged container, API_CANCELLED or API_OUT_OF_MEMORY.
+ */
+enum api_problem_id api_map_make(const struct api_reader *reader, const char *id,
+                                 const struct api_map_mesh *mesh,
+                                 const struct drape_monitor *monitor, struct arena *arena,
+                                 struct api_map *map, struct api_problem *problem) STATUS_MUST_USE;
+
+/* Keeps only the columns of the list "k1,cells.k2,..." (NULL or "": all), in their own order. False
+ * with the problem set for a name that is not there. */
+bool api_map_select(struct api_map *map, const char *list,
+                    struct api_problem *problem) STATUS_MUST_USE;
+
+#endif

@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Where a caller wants the fields of a drape: points, or the middles of a mesh's elements, read
+ * from the body of a map request. Its arrays lie in the arena it was read with. Both readers go
+ * through the text without a tree of it, so that a mesh of a million elements takes little more
+ * memory than its numbers.
+ *
+ * Coordinates are in the length unit of the drape and lie within +-1e12.
+ */
+#ifndef API_MAP_MESH_H
+#define API_MAP_MESH_H
+
+#include "api/problem.h"
+#include "solver/arena.h"
+#include "solver/status.h"
+#include "solver/vec.h"
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct api_map_mesh {
+    const struct vec3 *vertices;
+    size_t vertex_count;
+    const int32_t (*elements)[4]; /* vertices from 0; the fourth of a triangle is -1; NULL: the
+                                     vertices themselves are the points */
+    size_t element_count;         /* 1..INT32_MAX; without elements that of the points */
+    const int32_t *ids;           /* of each element, as the file has them; NULL: from 0 */
+    const uint8_t *inlet;         /* of each element whether it belongs to the inlet, or NULL */
+};
+
+/*
+ * Reads {"points": [[x, y, z]...]} or {"mesh": {"vertices": [[x, y, z]...], "triangles":
+ * [[a, b, c]...]}}, the latter also with "inlet_elements": [index...]. Returns API_OK,
+ * API_MALFORMED_JSON with line and column, API_INVALID_REQUEST with the place, or
+ * API_OUT_OF_MEMORY; the first error is the only one.
+ */
+enum api_problem_id api_map_mesh_json(const char *bytes, size_t length, struct arena *arena,
+                                      struct api_map_mesh *mesh,
+                                      struct api_problem *problem) STATUS_MUST_USE;
+
+/*
+ * Reads Nastran bulk data: GRID, CTRIA3 and CQUAD4 in small, large (NAME*) and free fields,
+ * comments ($), continuations, in any order and case; with or without what stands before BEGIN
+ * BULK. Properties, materials and parameters (PSHELL, PCOMP.., MAT.., PARAM) are passed over.
+ * Everything else is refused with its line: other elements, coordinate systems, an id that is there
+ * twice, an element whose GRID is missing, a coordinate beyond the end of its line. Returns API_OK,
+ * API_INVALID_REQUEST with the line in the detail, or API_OUT_OF_MEMORY.
+ */
+enum api_problem_id api_map_mesh_nastran(const char *bytes, size_t length, struct arena *arena,
+                                         struct api_map_mesh *mesh,
+                                         struct api_problem *problem) STATUS_MUST_USE;
+
+/*
+ * Marks as inlet the elements of a list "17,18", by the file's ids, else by index. Returns API_OK,
+ * API_INVALID_REQUEST (no list of elements of this mesh, points, or the document had an inlet of
+ * its own), or API_OUT_OF_MEMORY.
+ */
+enum api_problem_id api_map_mesh_inlet(struct api_map_mesh *mesh, const char *list,
+                                       struct arena *arena,
+                                       struct api_problem *problem) STATUS_MUST_USE;
+
+#endif

@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The net of a stored result as it is mapped from: its cloth, and what is known in its cells. The
+ * values of a cell stand in one row, because a place needs those of up to six cells at once.
+ */
+#ifndef API_MAP_NET_H
+#define API_MAP_NET_H
+
+#include "api/result/columns.h"
+#include "solver/mesh/facets.h"
+
+/* How a column of the cells is mapped. */
+enum map_kind {
+    MAP_SMOOTH, /* interpolated */
+    MAP_VECTOR, /* the first of three that are a direction: interpolated, then made unit again */
+    MAP_TENSOR, /* the first of k1, k2, k3, k1_x, k1_y, k1_z */
+    MAP_CELL    /* that of the cell */
+};
+
+/* What a row holds of a permeability: its components in the frame of the warp (`permeability.h`),
+ * k_ww, k_wa, k_aa of the tangent plane, then k3. They turn with the cloth; and a mean of positive
+ * tensors in that frame is positive. */
+enum { MAP_TENSOR_COLUMNS = 6, MAP_TENSOR_VALUES = 4 };
+
+struct map_group {
+    const struct api_column *column; /* the first; the others follow it */
+    enum map_kind kind;
+    size_t columns; /* of the result */
+    size_t place;   /* of its first value in a row */
+};
+
+struct map_net {
+    struct api_columns columns; /* of the result; `group` points into it: not to be moved */
+    struct map_group group[API_COLUMNS_MAX];
+    size_t group_count;
+    size_t column_count; /* of all groups */
+    size_t width;        /* of a row */
+    size_t warp, weft;   /* their places in a row */
+    double spacing;      /* the larger one */
+    struct facets *facets;
+    double *rows; /* one a cell */
+};
+
+/* Reads the header and lists the groups, in the order of their columns. API_INVALID_REQUEST when
+ * the net has no cells, API_INTERNAL for a container that is damaged or has no yarn directions. */
+enum api_problem_id map_net_open(const struct api_reader *reader, struct map_net *net,
+                                 struct api_problem *problem) STATUS_MUST_USE;
+
+/* Then reads the net into `arena`. `monitor` (may be NULL) is asked whether to go on. API_INTERNAL,
+ * API_CANCELLED, API_OUT_OF_MEMORY. */
+enum api_problem_id map_net_load(const struct api_reader *reader,
+                                 const struct drape_monitor *monitor, struct arena *arena,
+                                 struct map_net *net, struct api_problem *problem) STATUS_MUST_USE;
+
+/* The row at a place of the cloth, `width` values: linear on each facet between the cell's own at
+ * its middle and the mean of the cells around it at a corner; those of MAP_CELL are the cell's. */
+void map_net_interpolate(const struct map_net *net, const struct facets_place *place, double *row);
+
+/* The warp and weft of a row, unit vectors; where a mean vanishes, those of the cell. */
+void map_net_yarns(const struct map_net *net, const struct facets_place *place, const double *row,
+                   struct vec3 *warp, struct vec3 *weft);
+
+#endif

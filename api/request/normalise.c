@@ -1,0 +1,268 @@
+/* SPDX-License-Identifier: MIT */
+#include "normalise.h"
+
+#include "api/json/text.h"
+
+static void write_vector(struct api_text *text, const char *key, struct vec3 v) {
+    api_text_key(text, key);
+    api_text_numbers(text, (const double[]){v.x, v.y, v.z}, 3);
+}
+
+/* `count` rows of `width` numbers as an array of arrays. */
+static void write_rows(struct api_text *text, const double *values, size_t width, size_t count) {
+    api_text_raw(text, "[");
+    for (size_t i = 0; i < count; i++) {
+        if (i)
+            api_text_raw(text, ",");
+        api_text_numbers(text, values + i * width, width);
+    }
+    api_text_raw(text, "]");
+}
+
+static void write_control(struct api_text *text, const double *points, size_t width,
+                          const double *weights, size_t count) {
+    api_text_key(text, "control_points");
+    api_text_raw(text, "{\"points\":");
+    write_rows(text, points, width, count);
+    if (weights) {
+        api_text_key(text, "weights");
+        api_text_numbers(text, weights, count);
+    }
+    api_text_raw(text, "}");
+}
+
+static void write_curve(struct api_text *text, const struct trim_curve *curve) {
+    api_text_raw(text, "{");
+    api_text_key_string(text, "type", curve->knots ? "spline" : "freeform");
+    if (curve->knots) {
+        api_text_key_integer(text, "degree", curve->degree);
+        api_text_key(text, "knotvector");
+        api_text_numbers(text, curve->knots, curve->count + (size_t)curve->degree + 1);
+        write_control(text, curve->points[0], 2, curve->weights, curve->count);
+    } else {
+        api_text_key(text, "points");
+        write_rows(text, curve->points[0], 2, curve->count);
+    }
+    api_text_raw(text, "}");
+}
+
+static void write_trim(struct api_text *text, const struct trim_loop *trim) {
+    api_text_raw(text, "{\"type\":\"container\",\"data\":[");
+    for (size_t i = 0; i < trim->count; i++) {
+        if (i)
+            api_text_raw(text, ",");
+        write_curve(text, &trim->curves[i]);
+    }
+    api_text_raw(text, trim->reversed ? "],\"reversed\":true}" : "],\"reversed\":false}");
+}
+
+static void write_nurbs(struct api_text *text, const struct api_surface *surface) {
+    const struct nurbs *nurbs = &surface->nurbs;
+    api_text_raw(text, "{");
+    api_text_key_integer(text, "degree_u", nurbs->u.degree);
+    api_text_key_integer(text, "degree_v", nurbs->v.degree);
+    api_text_key(text, "knotvector_u");
+    api_text_numbers(text, nurbs->u.knots, nurbs->u.knot_count);
+    api_text_key(text, "knotvector_v");
+    api_text_numbers(text, nurbs->v.knots, nurbs->v.knot_count);
+    api_text_key_integer(text, "size_u", nurbs->u.size);
+    api_text_key_integer(text, "size_v", nurbs->v.size);
+    write_control(text, &nurbs->points[0].x, 3, nurbs->weights, nurbs->point_count);
+    if (surface->trim_count) {
+        api_text_key(text, "trims");
+        api_text_raw(text, "[");
+        for (size_t i = 0; i < surface->trim_count; i++) {
+            if (i)
+                api_text_raw(text, ",");
+            write_trim(text, &surface->trims[i]);
+        }
+        api_text_raw(text, "]");
+    }
+    api_text_raw(text, "}");
+}
+
+static void write_mesh(struct api_text *text, const struct api_mesh *mesh) {
+    api_text_raw(text, "{\"vertices\":");
+    write_rows(text, &mesh->vertices[0].x, 3, mesh->vertex_count);
+    api_text_raw(text, ",\"triangles\":[");
+    for (size_t i = 0; i < mesh->triangle_count; i++) {
+        if (i)
+            api_text_raw(text, ",");
+        api_text_integers(text, mesh->triangles[i], 3);
+    }
+    api_text_raw(text, "]}");
+}
+
+static void write_definition(struct api_text *text, const struct api_surface *surface) {
+    if (surface->kind == API_SURFACE_MESH)
+        write_mesh(text, &surface->mesh);
+    else
+        write_nurbs(text, surface);
+}
+
+static void write_surface(struct api_text *text, const struct api_surface *surface) {
+    api_text_key(text, "surface");
+    if (surface->id[0]) {
+        api_text_raw(text, "{");
+        api_text_key_string(text, "id", surface->id);
+        api_text_raw(text, "}");
+    } else {
+        write_definition(text, surface);
+    }
+}
+
+static void write_fabric(struct api_text *text, const struct api_request *request) {
+    const struct api_fabric *fabric = &request->fabric;
+    api_text_key(text, "fabric");
+    api_text_raw(text, "{");
+    api_text_key(text, "spacing");
+    api_text_numbers(text, request->settings.spacing, 2);
+    if (fabric->thickness > 0)
+        api_text_key_number(text, "thickness", fabric->thickness);
+    if (fabric->fiber_volume_fraction > 0)
+        api_text_key_number(text, "fiber_volume_fraction", fabric->fiber_volume_fraction);
+    if (fabric->locking_angle_deg >= 0)
+        api_text_key_number(text, "locking_angle_deg", fabric->locking_angle_deg);
+    api_text_key_number(text, "pre_shear_deg", request->settings.pre_shear_deg);
+    api_text_key_integer(text, "plies", fabric->plies);
+    api_text_raw(text, "}");
+}
+
+static void write_start(struct api_text *text, const struct drape_settings *settings,
+                        const struct api_start *chosen) {
+    if (settings->start_kind == DRAPE_START_CENTROID && !chosen)
+        return;
+    api_text_key(text, "start");
+    api_text_raw(text, "{");
+    if (settings->start_kind == DRAPE_START_POINT) {
+        write_vector(text, "point", settings->start_point);
+    } else {
+        api_text_key(text, "uv");
+        api_text_numbers(
+            text, settings->start_kind == DRAPE_START_UV ? settings->start_uv : chosen->uv, 2);
+    }
+    api_text_raw(text, "}");
+}
+
+static void write_direction(struct api_text *text, const struct drape_settings *settings) {
+    api_text_key(text, "direction");
+    api_text_raw(text, "{");
+    if (settings->direction_kind == DRAPE_DIRECTION_VECTOR)
+        write_vector(text, "vector", settings->direction_vector);
+    else
+        api_text_key_number(text, "angle_deg", settings->direction_deg);
+    api_text_raw(text, "}");
+}
+
+static void write_generator(struct api_text *text, const char *key,
+                            const struct drape_generator *generator) {
+    api_text_key(text, key);
+    switch (generator->kind) {
+    case DRAPE_GENERATOR_GEODESIC:
+        api_text_string(text, "geodesic");
+        break;
+    case DRAPE_GENERATOR_CURVE:
+        api_text_raw(text, "{\"uv\":");
+        write_rows(text, generator->curve[0], 2, generator->curve_count);
+        api_text_raw(text, "}");
+        break;
+    case DRAPE_GENERATOR_PLANE:
+        api_text_raw(text, "{");
+        write_vector(text, "plane", generator->plane_normal);
+        api_text_raw(text, "}");
+        break;
+    }
+}
+
+static void write_extent(struct api_text *text, const struct drape_settings *settings) {
+    static const char *const keys[2] = {"warp", "weft"};
+    if (!settings->has_extent[0] && !settings->has_extent[1])
+        return;
+    api_text_key(text, "extent");
+    api_text_raw(text, "{");
+    for (int k = 0; k < 2; k++) {
+        if (!settings->has_extent[k])
+            continue;
+        api_text_key(text, keys[k]);
+        api_text_integers(text, settings->extent[k], 2);
+    }
+    api_text_raw(text, "}");
+}
+
+static void write_cavity(struct api_text *text, const struct api_cavity *cavity) {
+    if (!cavity->rigid) {
+        api_text_key_string(text, "cavity", "flexible");
+        return;
+    }
+    api_text_key(text, "cavity");
+    api_text_raw(text, "{");
+    api_text_key_number(text, "height", cavity->height);
+    api_text_raw(text, "}");
+}
+
+static void write_table(struct api_text *text, const struct api_permeability *k) {
+    const struct {
+        const char *key;
+        const double *values;
+    } columns[] = {{"shear_deg", k->shear_deg},
+                   {"k1", k->table_k1},
+                   {"k2", k->table_k2},
+                   {"k3", k->table_k3},
+                   {"angle_deg", k->angle_deg}};
+    for (size_t i = 0; i < sizeof columns / sizeof *columns; i++) {
+        if (!columns[i].values)
+            continue;
+        api_text_key(text, columns[i].key);
+        api_text_numbers(text, columns[i].values, k->rows);
+    }
+}
+
+static void write_permeability(struct api_text *text, const struct api_permeability *k) {
+    if (k->model == API_PERMEABILITY_NONE)
+        return;
+    api_text_key(text, "permeability");
+    api_text_raw(text, "{");
+    api_text_key_string(text, "model", api_permeability_names[k->model]);
+    if (k->model == API_PERMEABILITY_KOZENY_CARMAN) {
+        api_text_key_number(text, "k1", k->k1);
+        api_text_key_number(text, "k2", k->k2);
+        api_text_key_number(text, "k3", k->k3);
+        api_text_key_number(text, "at_fiber_volume_fraction", k->at_fiber_volume_fraction);
+    } else if (k->model == API_PERMEABILITY_GEBART) {
+        api_text_key_number(text, "fiber_radius", k->fiber_radius);
+        api_text_key_string(text, "packing", api_packing_names[k->packing]);
+    } else {
+        write_table(text, k);
+    }
+    api_text_raw(text, "}");
+}
+
+const char *api_normalise(const struct api_request *request, const struct api_start *chosen,
+                          struct arena *arena) {
+    const struct drape_settings *settings = &request->settings;
+    struct api_text text = api_text_growing(arena);
+    api_text_raw(&text, "{");
+    write_surface(&text, &request->surface);
+    api_text_key_string(&text, "length_unit", request->length_unit->name);
+    write_fabric(&text, request);
+    write_start(&text, settings, chosen);
+    write_direction(&text, settings);
+    api_text_key(&text, "generators");
+    api_text_raw(&text, "{");
+    write_generator(&text, "warp", &settings->generator[0]);
+    write_generator(&text, "weft", &settings->generator[1]);
+    api_text_raw(&text, "}");
+    api_text_key_string(&text, "method", api_method_names[settings->method]);
+    api_text_key_string(&text, "yarn_path", api_yarn_path_names[settings->yarn_path]);
+    write_extent(&text, settings);
+    write_cavity(&text, &request->cavity);
+    write_permeability(&text, &request->permeability);
+    api_text_raw(&text, "}");
+    return api_text_finish(&text);
+}
+
+const char *api_normalise_surface(const struct api_surface *surface, struct arena *arena) {
+    struct api_text text = api_text_growing(arena);
+    write_definition(&text, surface);
+    return api_text_finish(&text);
+}

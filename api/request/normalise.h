@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * A request as it was understood, written down again: fixed key order, shortest numbers, every
+ * default filled in. Decoding it gives the same request, so it is also what gets digested.
+ * The strings are zero-terminated and lie in the arena; NULL without memory.
+ */
+#ifndef API_REQUEST_NORMALISE_H
+#define API_REQUEST_NORMALISE_H
+
+#include "request.h"
+#include "solver/arena.h"
+
+/* What a solve chose to start from. */
+struct api_start {
+    double uv[2];
+    struct vec3 point;
+    struct vec3 warp, weft; /* unit directions there */
+};
+
+/* The request. A surface that was given by id stays {"id": ...}. `chosen` (may be NULL) is written
+ * as the start of a request that left the start to the solver. */
+const char *api_normalise(const struct api_request *request, const struct api_start *chosen,
+                          struct arena *arena);
+
+/* The definition of a surface (not API_SURFACE_NAMED). */
+const char *api_normalise_surface(const struct api_surface *surface, struct arena *arena);
+
+#endif

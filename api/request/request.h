@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * A drape request as it was understood: every key of the document decoded, checked and with its
+ * default filled in. The arrays it points to lie in the arena it was decoded with.
+ */
+#ifndef API_REQUEST_REQUEST_H
+#define API_REQUEST_REQUEST_H
+
+#include "solver/drape.h"
+#include "solver/surface/nurbs.h"
+#include "solver/surface/trim.h"
+#include "solver/vec.h"
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum {
+    API_ID_LENGTH = 32,             /* lower-case hex digits of a content id: 128 bits */
+    API_ID_SIZE = API_ID_LENGTH + 1 /* with its terminating zero */
+};
+
+struct api_mesh {
+    const struct vec3 *vertices;
+    size_t vertex_count;
+    const int32_t (*triangles)[3]; /* indices into `vertices`, from 0 */
+    size_t triangle_count;
+};
+
+enum api_surface_kind {
+    API_SURFACE_NURBS,
+    API_SURFACE_MESH,
+    API_SURFACE_NAMED /* by its id alone: the definition was not among the input */
+};
+
+struct api_surface {
+    enum api_surface_kind kind;
+    char id[API_ID_SIZE]; /* the id the request gave; "" when it carries the definition */
+    struct nurbs nurbs;   /* API_SURFACE_NURBS; weights NULL when all are 1 */
+    const struct trim_loop *trims;
+    size_t trim_count;
+    struct api_mesh mesh; /* API_SURFACE_MESH */
+};
+
+struct api_unit {
+    const char *name; /* as in `length_unit` */
+    double metres;
+};
+
+enum { API_UNIT_COUNT = 6 };
+extern const struct api_unit api_units[API_UNIT_COUNT]; /* the default first */
+
+struct api_fabric {
+    double thickness;             /* of one ply before shear; 0: not given */
+    double fiber_volume_fraction; /* before shear, 0..1; 0: not given */
+    double locking_angle_deg;     /* 0..90; negative: not given */
+    int plies;
+};
+
+struct api_cavity {
+    bool rigid;    /* else flexible: thickness follows shear */
+    double height; /* of a rigid cavity */
+};
+
+enum api_permeability_model {
+    API_PERMEABILITY_KOZENY_CARMAN,
+    API_PERMEABILITY_GEBART,
+    API_PERMEABILITY_TABLE,
+    API_PERMEABILITY_COUNT,
+    API_PERMEABILITY_NONE
+};
+
+enum api_packing { API_PACKING_QUADRATIC, API_PACKING_HEXAGONAL, API_PACKING_COUNT };
+
+struct api_permeability {
+    enum api_permeability_model model;
+    /* Kozeny-Carman: of the unsheared fabric, m^2, along warp, weft and through it */
+    double k1, k2, k3;
+    double at_fiber_volume_fraction;
+    /* Gebart */
+    double fiber_radius; /* m */
+    enum api_packing packing;
+    /* Table against the absolute shear angle: columns of `rows` values */
+    size_t rows;
+    const double *shear_deg;                      /* increasing, 0..90 */
+    const double *table_k1, *table_k2, *table_k3; /* m^2 */
+    const double *angle_deg;                      /* of k1 from the acute bisector; NULL: all 0 */
+};
+
+struct api_request {
+    struct api_surface surface;
+    const struct api_unit *length_unit;
+    struct api_fabric fabric;
+    struct drape_settings settings; /* max_nodes comes from the limits */
+    struct api_cavity cavity;
+    struct api_permeability permeability;
+};
+
+/* The names that the document uses, in the order of the enumerations. */
+extern const char *const api_method_names[DRAPE_GIB4 + 1];
+extern const char *const api_yarn_path_names[DRAPE_PATH_RELAXATION + 1];
+extern const char *const api_permeability_names[API_PERMEABILITY_COUNT];
+extern const char *const api_packing_names[API_PACKING_COUNT];
+
+#endif

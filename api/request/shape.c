@@ -1,0 +1,131 @@
+/* SPDX-License-Identifier: MIT */
+#include "shape.h"
+
+#include "api/json/text.h"
+#include "digest.h"
+#include "solver/surface/bounds.h"
+
+/* `pointer` leads to the definition in the caller's document. */
+static enum api_problem_id make(const struct api_surface *definition, const char *pointer,
+                                struct arena *arena, struct surface **surface,
+                                struct api_problem *problem) {
+    if (definition->kind != API_SURFACE_NURBS) {
+        api_problem_add(problem, pointer, "must be the definition of a NURBS surface");
+        return problem->id;
+    }
+    switch (surface_make(&definition->nurbs, arena, surface)) {
+    case STATUS_OK:
+        return API_OK;
+    case STATUS_OUT_OF_MEMORY:
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the surface needs more memory than allowed");
+        break;
+    default:
+        api_problem_set_at(problem, API_DEGENERATE_SURFACE, pointer, "the surface has no area");
+        break;
+    }
+    return problem->id;
+}
+
+/* The least number of nodes that can cover the area: cells are no larger than spacing squared. A
+ * net bounded in one direction covers a strip, of which nothing is known beforehand. */
+static double least_nodes(const struct drape_settings *settings, double area) {
+    double nodes = area / (settings->spacing[0] * settings->spacing[1]);
+    if (!settings->has_extent[0] && !settings->has_extent[1])
+        return nodes;
+    if (!settings->has_extent[0] || !settings->has_extent[1])
+        return 1;
+    const int(*extent)[2] = settings->extent;
+    double warp = (double)extent[0][1] - extent[0][0] + 1;
+    double weft = (double)extent[1][1] - extent[1][0] + 1;
+    return fmin(nodes, warp * weft);
+}
+
+/* The trimmed region, NULL where the surface has no trims; `pointer` leads to them. */
+static enum api_problem_id make_trim(const struct api_surface *definition, const char *pointer,
+                                     const struct surface *surface, struct arena *arena,
+                                     struct trim **trim, struct api_problem *problem) {
+    *trim = NULL;
+    if (definition->trim_count == 0)
+        return API_OK;
+    switch (trim_make(surface, definition->trims, definition->trim_count, arena, trim)) {
+    case STATUS_OK:
+        return API_OK;
+    case STATUS_OUT_OF_MEMORY:
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the trims need more memory than allowed");
+        break;
+    default:
+        api_problem_set_at(problem, API_DEGENERATE_SURFACE, pointer,
+                           "the trims leave nothing of the surface");
+        break;
+    }
+    return problem->id;
+}
+
+static double usable_area(const struct trim *trim, const struct surface *surface) {
+    struct vec3 centroid;
+    return trim ? trim_area(trim, &centroid) : surface_area(surface, NULL);
+}
+
+enum api_problem_id api_shape_make(struct api_request *request, const struct api_limits *limits,
+                                   struct arena *arena, struct surface **surface,
+                                   struct api_problem *problem) {
+    struct trim *trim;
+    if (make(&request->surface, "/surface", arena, surface, problem) != API_OK ||
+        make_trim(&request->surface, "/surface/trims", *surface, arena, &trim, problem) != API_OK)
+        return problem->id;
+    if (trim)
+        request->settings.trim = trim;
+    double nodes = least_nodes(&request->settings, usable_area(trim, *surface));
+    if (nodes <= (double)limits->max_nodes)
+        return API_OK;
+    api_problem_add(
+        problem, "/fabric/spacing",
+        "is too small: covering the surface takes about %.3g nodes, and %zu are allowed", nodes,
+        limits->max_nodes);
+    return problem->id;
+}
+
+static void write_point(struct api_text *text, struct vec3 point) {
+    api_text_numbers(text, (const double[]){point.x, point.y, point.z}, 3);
+}
+
+static void write_truth(struct api_text *text, const char *key, bool value) {
+    api_text_key(text, key);
+    api_text_raw(text, value ? "true" : "false");
+}
+
+const char *api_shape_describe(const struct api_surface *definition, struct arena *arena,
+                               struct api_problem *problem) {
+    struct surface *surface;
+    struct trim *trim;
+    struct vec3 lower, upper;
+    char id[API_ID_SIZE];
+    const struct nurbs *nurbs = &definition->nurbs;
+    if (make(definition, "", arena, &surface, problem) != API_OK ||
+        make_trim(definition, "/trims", surface, arena, &trim, problem) != API_OK)
+        return NULL;
+    bool ok = api_digest_surface(definition, arena, id);
+    bounds_tight(surface, &lower, &upper);
+    struct api_text text = api_text_growing(arena);
+    api_text_raw(&text, "{");
+    api_text_key_string(&text, "id", ok ? id : "");
+    api_text_key_integer(&text, "degree_u", nurbs->u.degree);
+    api_text_key_integer(&text, "degree_v", nurbs->v.degree);
+    api_text_key_integer(&text, "size_u", nurbs->u.size);
+    api_text_key_integer(&text, "size_v", nurbs->v.size);
+    write_truth(&text, "rational", nurbs->weights != NULL);
+    write_truth(&text, "closed_u", surface_closed(surface, 0));
+    write_truth(&text, "closed_v", surface_closed(surface, 1));
+    api_text_key(&text, "bounding_box");
+    api_text_raw(&text, "[");
+    write_point(&text, lower);
+    api_text_raw(&text, ",");
+    write_point(&text, upper);
+    api_text_raw(&text, "]");
+    api_text_key_number(&text, "area", usable_area(trim, surface));
+    api_text_raw(&text, "}");
+    const char *document = ok ? api_text_finish(&text) : NULL;
+    if (!document)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to describe the surface");
+    return document;
+}

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: MIT */
+/* The surface of a request, made ready for the solver, and described to who stores it. */
+#ifndef API_REQUEST_SHAPE_H
+#define API_REQUEST_SHAPE_H
+
+#include "api/limits.h"
+#include "api/problem.h"
+#include "request.h"
+#include "solver/arena.h"
+#include "solver/surface/surface.h"
+
+/*
+ * Makes the surface of a decoded request in `arena` and refuses at once a spacing so small that
+ * covering the area, or the extent where that is less, would take more than `limits->max_nodes`
+ * (not asked when only one direction has an extent); cheap enough to be asked before a job is
+ * queued.
+ * Problems: API_DEGENERATE_SURFACE (no area), API_INVALID_REQUEST (spacing), API_OUT_OF_MEMORY.
+ */
+enum api_problem_id api_shape_make(struct api_request *request, const struct api_limits *limits,
+                                   struct arena *arena, struct surface **surface,
+                                   struct api_problem *problem) STATUS_MUST_USE;
+
+/*
+ * The document of a stored surface: id, degree_u, degree_v, size_u, size_v, rational, closed_u,
+ * closed_v, bounding_box and area. Zero-terminated, in `arena`; NULL with `problem` set to
+ * API_DEGENERATE_SURFACE, API_INVALID_REQUEST (a triangle mesh) or API_OUT_OF_MEMORY.
+ */
+const char *api_shape_describe(const struct api_surface *surface, struct arena *arena,
+                               struct api_problem *problem);
+
+#endif

@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: MIT */
+/* The triangle mesh of a request as the solver needs it. */
+#ifndef API_REQUEST_SHAPE_MESH_H
+#define API_REQUEST_SHAPE_MESH_H
+
+#include "api/limits.h"
+#include "api/problem.h"
+#include "request.h"
+#include "solver/mesh/mesh.h"
+
+/*
+ * Makes the mesh of a decoded request whose surface is one, in `arena`, and refuses a spacing so
+ * small that covering its largest component would take more than `limits->max_nodes`.
+ * Problems: API_INVALID_REQUEST at the vertex, the triangle or the spacing; API_OUT_OF_MEMORY.
+ */
+enum api_problem_id api_shape_mesh(const struct api_request *request,
+                                   const struct api_limits *limits, struct arena *arena,
+                                   struct mesh **mesh, struct api_problem *problem) STATUS_MUST_USE;
+
+#endif

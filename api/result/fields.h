@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The columns of a result: what the solver computed, and the local inputs of a mould-filling code
+ * that follow from the shear angle gamma of each cell (mass conservation). With the areal weight of
+ * the fabric A = A0 / cos gamma:
+ *
+ *   flexible cavity:        thickness = n t0 / cos gamma,  Vf = Vf0
+ *   rigid cavity, height h: thickness = h,                 Vf = Vf0 (n t0 / h) / cos gamma
+ *
+ * for n plies of thickness t0. The permeability is that of `permeability.h`. Fields whose
+ * inputs the request did not give are left out. What each means is told in `fields.md`.
+ */
+#ifndef API_RESULT_FIELDS_H
+#define API_RESULT_FIELDS_H
+
+#include "api/request/request.h"
+#include "columns.h"
+#include "permeability.h"
+#include "solver/drape.h"
+#include <stddef.h>
+
+enum { API_DERIVED_MAX = 8 };
+
+struct api_derived;
+
+/* The columns of one result; both must outlive it. Not to be moved once listed. */
+struct api_fields {
+    const struct api_request *request;
+    const struct drape_result *result;
+    struct api_derived_column {
+        const struct api_fields *fields;
+        const struct api_derived *derived;
+    } derived[API_DERIVED_MAX];
+    struct api_permeability_columns permeability;
+    size_t count;
+    struct api_column_source source[API_COLUMNS_MAX];
+};
+
+/* Lists the columns in the order of the contract; those of the permeability are computed now, in
+ * `arena`. STATUS_OUT_OF_MEMORY. */
+enum status api_fields_list(struct api_fields *fields, const struct api_request *request,
+                            const struct drape_result *result, struct arena *arena) STATUS_MUST_USE;
+
+/* How many cells are beyond the locking angle, and beyond the packing limit; 0 where the request
+ * does not say. */
+size_t api_fields_locked(const struct api_request *request, const struct drape_cells *cells);
+size_t api_fields_packing_exceeded(const struct api_request *request,
+                                   const struct drape_cells *cells);
+
+#endif

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: MIT */
+/* The permeability of every cell, by the model of the request. */
+#ifndef API_RESULT_PERMEABILITY_H
+#define API_RESULT_PERMEABILITY_H
+
+#include "api/request/request.h"
+#include "solver/arena.h"
+#include "solver/drape.h"
+
+/* Columns with a row for each cell; all NULL when the request asks for no permeability. */
+struct api_permeability_columns {
+    double *k1, *k2, *k3;       /* m^2 */
+    double *k1_x, *k1_y, *k1_z; /* the direction of k1, a unit vector */
+    double *out_of_table;       /* 1 where the shear lies outside the table; NULL: there is none */
+};
+
+/* The packing beyond which the request's model, or without one any fabric, has no meaning. */
+double api_packing_limit(const struct api_permeability *permeability);
+
+/* Computes the columns in `arena`; `vf` is the fibre volume fraction of a cell by its shear in
+ * degrees. STATUS_OUT_OF_MEMORY. */
+enum status
+api_permeability_columns(const struct api_request *request, const struct drape_cells *cells,
+                         double (*vf)(const struct api_request *request, double shear_deg),
+                         struct arena *arena,
+                         struct api_permeability_columns *columns) STATUS_MUST_USE;
+
+#endif

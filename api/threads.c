@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: MIT */
+#include "threads.h"
+
+#include <pthread.h>
+#include <stdatomic.h>
+
+enum { THREADS_MAX = 64 };
+
+struct work {
+    void (*task)(void *data, int k);
+    void *data;
+    int count;
+    _Atomic int next;
+};
+
+static void *take_tasks(void *context) {
+    struct work *work = context;
+    for (int k; (k = atomic_fetch_add(&work->next, 1)) < work->count;)
+        work->task(work->data, k);
+    return NULL;
+}
+
+static void run(void *context, int count, void (*task)(void *data, int k), void *data) {
+    const struct api_team *team = context;
+    struct work work = {.task = task, .data = data, .count = count};
+    pthread_t threads[THREADS_MAX];
+    int wanted = (team->threads < count ? team->threads : count) - 1, started = 0;
+    while (started < wanted && started < THREADS_MAX &&
+           pthread_create(&threads[started], NULL, take_tasks, &work) == 0)
+        started++;
+    take_tasks(&work);
+    while (started > 0)
+        pthread_join(threads[--started], NULL);
+}
+
+const struct drape_team *api_team_make(struct api_team *team, int threads) {
+    *team = (struct api_team){.team = {.run = run, .context = team}, .threads = threads};
+    return threads > 1 ? &team->team : NULL;
+}

@@ -1,0 +1,332 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * drape: the same solver without the daemon. Reads a request document, writes the result document,
+ * or the result's fields on a mesh; progress on stderr when that is a terminal. Exit status: 0, 1
+ * when the drape could not be done (why is on stderr), 2 when the command line is wrong.
+ */
+#include "api/format/encode.h"
+#include "api/format/pattern.h"
+#include "api/map/map.h"
+#include "api/request/decode.h"
+#include "api/request/digest.h"
+#include "api/run.h"
+#include "files.h"
+#include <errno.h>
+#include <getopt.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <unistd.h>
+
+enum { EXIT_USAGE = 2 };
+
+static const char help[] =
+    "Usage: drape [OPTION]... [REQUEST.json|-]\n"
+    "Drapes a fabric over a surface: reads a drape request (by default from standard\n"
+    "input) and writes the result, or the result's fields on a mesh.\n"
+    "\n"
+    "  --format FORMAT    json (default), csv, vtp, glb or npz; or the flat cut pattern\n"
+    "                     as svg or dxf; with --map: json (default), csv, vtu, or\n"
+    "                     lcmsim, a zip with a case for LCMsim\n"
+    "  --map MESH         write the fields on this mesh: Nastran bulk data, or points or\n"
+    "                     triangles as JSON when the name ends in .json\n"
+    "  --inlet LIST       elements of the inlet, for lcmsim: 17,18, by the file's ids\n"
+    "  -o, --output FILE  where to write; default: standard output. The file appears\n"
+    "                     when it is complete, or not at all\n"
+    "  --fields LIST      only these columns: nodes.x,cells.shear_deg; of a map: k1,k2\n"
+    "  --precision P      round numbers to P significant digits, 1..17\n"
+    "  --table TABLE      for csv: nodes (default) or cells\n"
+    "  --max-nodes N      refuse larger nets; default 4000000\n"
+    "  --threads N        threads to solve with; default 1\n"
+    "  -h, --help         this text\n"
+    "  --version          the solver's version\n"
+    "\n"
+    "Exit status: 0; 1 when the drape could not be done, with the reason on standard\n"
+    "error; 2 when the command line is wrong.\n";
+
+struct arguments {
+    const char *input, *output; /* NULL: standard input, standard output */
+    const char *map, *inlet;    /* NULL: no mesh, no inlet */
+    const char *format_name;
+    const struct api_format *format;           /* without a mesh */
+    const struct api_mesh_format *mesh_format; /* with one */
+    struct api_encode_options options;
+    struct api_limits limits;
+    char id[API_ID_SIZE]; /* that the service would know the result by */
+};
+
+static void print_problem(const struct api_problem *problem) {
+    files_complain(api_problem_slug(problem->id), api_problem_title(problem->id));
+    for (size_t i = 0; i < problem->count; i++) {
+        const struct api_problem_place *place = &problem->place[i];
+        const char *pointer = place->pointer[0] ? place->pointer : "(the whole document)";
+        fprintf(stderr, "  %s%s%s\n", problem->has_pointer ? pointer : "",
+                problem->has_pointer ? ": " : "", place->detail);
+    }
+}
+
+/* ---- the command line ---- */
+
+/* A whole number of at least 1 that fits in `most`. */
+static bool parse_count(const char *text, long most, long *value) {
+    char *end;
+    errno = 0;
+    *value = strtol(text, &end, 10);
+    return errno == 0 && end != text && *end == '\0' && *value >= 1 && *value <= most;
+}
+
+/* One option with its value; false when the value is wrong. */
+static bool take_option(struct arguments *arguments, const char *name, const char *value) {
+    struct api_problem problem = {0};
+    long count = 0;
+    if (strcmp(name, "output") == 0) {
+        arguments->output = strcmp(value, "-") == 0 ? NULL : value;
+        return true;
+    }
+    if (strcmp(name, "format") == 0 || strcmp(name, "map") == 0 || strcmp(name, "inlet") == 0) {
+        const char **known = *name == 'f'   ? &arguments->format_name
+                             : *name == 'm' ? &arguments->map
+                                            : &arguments->inlet;
+        *known = value;
+        return true;
+    }
+    if (strcmp(name, "threads") == 0) {
+        bool ok = parse_count(value, 1024, &count);
+        arguments->limits.threads = (int)count;
+        return ok;
+    }
+    if (strcmp(name, "max-nodes") == 0) {
+        bool ok = parse_count(value, 1000000000, &count);
+        arguments->limits.max_nodes = (size_t)count;
+        return ok;
+    }
+    return api_encode_option(&arguments->options, name, value, &problem);
+}
+
+static const struct option option_table[] = {
+    {"format", required_argument, NULL, 0},    {"output", required_argument, NULL, 'o'},
+    {"map", required_argument, NULL, 0},       {"inlet", required_argument, NULL, 0},
+    {"fields", required_argument, NULL, 0},    {"precision", required_argument, NULL, 0},
+    {"table", required_argument, NULL, 0},     {"threads", required_argument, NULL, 0},
+    {"max-nodes", required_argument, NULL, 0}, {"help", no_argument, NULL, 'h'},
+    {"version", no_argument, NULL, 'v'},       {0},
+};
+
+/* The format, once it is known whether there is a mesh. */
+static bool choose_format(struct arguments *arguments) {
+    const char *name = arguments->format_name ? arguments->format_name : "json";
+    arguments->mesh_format = arguments->map ? api_mesh_format_named(name) : NULL;
+    arguments->format = arguments->map ? NULL : api_format_named(name);
+    if (!arguments->map && !arguments->format)
+        arguments->format = api_pattern_named(name);
+    if (arguments->format || arguments->mesh_format)
+        return true;
+    fprintf(stderr, "drape: --format does not take \"%s\"%s\n", name,
+            arguments->map ? " with --map" : "");
+    return false;
+}
+
+/* Fills `arguments`; -1, or the exit status when there is nothing to run. */
+static int parse_arguments(int argc, char **argv, struct arguments *arguments) {
+    int option, index = 0;
+    while ((option = getopt_long(argc, argv, "ho:", option_table, &index)) != -1) {
+        const char *name = option == 'o' ? "output" : option_table[index].name;
+        if (option == 'h')
+            return fputs(help, stdout) < 0 ? EXIT_FAILURE : EXIT_SUCCESS;
+        if (option == 'v')
+            return puts("drape " DRAPE_SOLVER_VERSION) < 0 ? EXIT_FAILURE : EXIT_SUCCESS;
+        if (option == '?')
+            return EXIT_USAGE;
+        if (!take_option(arguments, name, optarg)) {
+            fprintf(stderr, "drape: --%s does not take \"%s\"\n", name, optarg);
+            return EXIT_USAGE;
+        }
+    }
+    if (argc - optind > 1) {
+        files_complain(argv[optind + 1], "one request at a time");
+        return EXIT_USAGE;
+    }
+    if (optind < argc && strcmp(argv[optind], "-") != 0)
+        arguments->input = argv[optind];
+    if (arguments->inlet && !arguments->map) {
+        files_complain("--inlet", "needs --map");
+        return EXIT_USAGE;
+    }
+    return choose_format(arguments) ? -1 : EXIT_USAGE;
+}
+
+/* ---- solving into a temporary file ---- */
+
+static bool show_progress(void *context, double fraction) {
+    (void)context;
+    fprintf(stderr, "\rdraping %3.0f %%", 100 * fraction);
+    return true;
+}
+
+static bool write_container(void *context, const void *bytes, size_t length) {
+    return fwrite(bytes, 1, length, context) == length;
+}
+
+static bool read_container(void *context, uint64_t offset, void *buffer, size_t length) {
+    return fseeko(context, (off_t)offset, SEEK_SET) == 0 &&
+           fread(buffer, 1, length, context) == length;
+}
+
+/* The id that the service would know the request's result by. */
+static bool identify(const struct api_input *input, const struct api_limits *limits,
+                     char id[API_ID_SIZE], struct api_problem *problem) {
+    struct api_request request;
+    struct arena *arena = arena_new(limits->max_memory);
+    bool ok = arena && api_decode(input, limits, arena, &request, problem) == API_OK &&
+              api_digest_request(&request, arena, id);
+    if (!ok)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the request");
+    arena_free(arena);
+    return ok;
+}
+
+static bool solve(const struct files_bytes *request, const struct api_limits *limits,
+                  FILE *container, char id[API_ID_SIZE], struct api_problem *problem) {
+    const struct api_input input = {.request = request->data, .request_length = request->length};
+    const struct api_sink sink = {write_container, container};
+    const struct drape_monitor monitor = {show_progress, NULL};
+    bool terminal = isatty(STDERR_FILENO);
+    if (!identify(&input, limits, id, problem))
+        return false;
+    enum api_problem_id result =
+        api_run(&input, limits, terminal ? &monitor : NULL, &sink, problem);
+    if (terminal)
+        fputs("\r\033[K", stderr);
+    return result == API_OK;
+}
+
+/* ---- output ---- */
+
+/* Bytes of either kind of encoder. */
+typedef ssize_t read_document(void *encoder, char *buffer, size_t size);
+
+static ssize_t read_result(void *encoder, char *buffer, size_t size) {
+    return api_encoder_read(encoder, buffer, size);
+}
+
+static ssize_t read_map(void *encoder, char *buffer, size_t size) {
+    return api_mesh_encoder_read(encoder, buffer, size);
+}
+
+static bool write_document(read_document *read, void *encoder, const struct files_output *output) {
+    static char buffer[1 << 16];
+    ssize_t length;
+    while ((length = read(encoder, buffer, sizeof buffer)) > 0) {
+        if (fwrite(buffer, 1, (size_t)length, output->stream) != (size_t)length) {
+            files_complain(output->name, strerror(errno));
+            return false;
+        }
+    }
+    if (length < 0)
+        files_complain(output->name, "the solved net could not be read back");
+    return length == 0;
+}
+
+static bool write_result(const struct arguments *arguments, const struct api_reader *reader,
+                         const struct files_output *output, struct api_problem *problem) {
+    struct api_encoder *encoder =
+        api_encoder_new(arguments->format, reader, &arguments->options, problem);
+    bool ok = encoder && write_document(read_result, encoder, output);
+    api_encoder_free(encoder);
+    return ok;
+}
+
+/* ---- on a mesh ---- */
+
+static bool read_mesh(const struct arguments *arguments, const struct files_bytes *text,
+                      struct arena *arena, struct api_map_mesh *mesh, struct api_problem *problem) {
+    size_t length = strlen(arguments->map);
+    bool json = length >= 5 && strcasecmp(arguments->map + length - 5, ".json") == 0;
+    enum api_problem_id result = (json ? api_map_mesh_json : api_map_mesh_nastran)(
+        text->data, text->length, arena, mesh, problem);
+    if (result == API_OK && arguments->inlet)
+        result = api_map_mesh_inlet(mesh, arguments->inlet, arena, problem);
+    if (result == API_OK && !mesh->elements &&
+        api_mesh_format_needs_elements(arguments->mesh_format))
+        api_problem_set(problem, API_NOT_ACCEPTABLE, "%s is of elements, but these are points",
+                        api_mesh_format_name(arguments->mesh_format));
+    return problem->id == API_OK;
+}
+
+static bool write_fields(const struct arguments *arguments, struct api_map *map,
+                         const struct files_output *output, struct api_problem *problem) {
+    if (!api_map_select(map, arguments->options.fields, problem))
+        return false;
+    map->fields.precision = arguments->options.precision;
+    struct api_mesh_encoder *encoder =
+        api_mesh_encoder_new(arguments->mesh_format, &map->fields, problem);
+    bool ok = encoder && write_document(read_map, encoder, output);
+    if (ok && map->fields.warning)
+        files_complain("warning", map->fields.warning);
+    api_mesh_encoder_free(encoder);
+    return ok;
+}
+
+static bool write_map(const struct arguments *arguments, const struct api_reader *reader,
+                      const struct files_output *output, struct api_problem *problem) {
+    static struct api_map map;
+    struct files_bytes text = {0};
+    struct api_map_mesh mesh;
+    struct arena *arena = arena_new(arguments->limits.max_memory);
+    bool ok = false;
+    if (!arena)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the map");
+    else
+        ok = files_read(arguments->map, &text) &&
+             read_mesh(arguments, &text, arena, &mesh, problem) &&
+             api_map_make(reader, arguments->options.id, &mesh, NULL, arena, &map, problem) ==
+                 API_OK &&
+             write_fields(arguments, &map, output, problem);
+    arena_free(arena);
+    free(text.data);
+    return ok;
+}
+
+/* ---- all of it ---- */
+
+static bool drape(struct arguments *arguments, const struct files_bytes *request, FILE *container,
+                  const struct files_output *output) {
+    const struct api_reader reader = {read_container, container};
+    struct api_problem problem = {0};
+    bool ok = solve(request, &arguments->limits, container, arguments->id, &problem);
+    arguments->options.id = arguments->id;
+    if (ok && arguments->map)
+        ok = write_map(arguments, &reader, output, &problem);
+    else if (ok)
+        ok = write_result(arguments, &reader, output, &problem);
+    if (problem.id != API_OK)
+        print_problem(&problem);
+    return ok;
+}
+
+/* From the request to the document, once the command line is understood. */
+static bool work(struct arguments *arguments) {
+    struct files_bytes request = {0};
+    struct files_output output = {0};
+    FILE *container = tmpfile();
+    if (!container || !api_prepare()) {
+        files_complain("cannot start", container ? "no randomness" : strerror(errno));
+        return false;
+    }
+    bool ok = files_read(arguments->input, &request) && files_open(&output, arguments->output) &&
+              drape(arguments, &request, container, &output);
+    ok = files_close(&output, ok);
+    fclose(container);
+    free(request.data);
+    return ok;
+}
+
+int main(int argc, char **argv) {
+    struct arguments arguments = {.limits = api_limits_default};
+    int status = parse_arguments(argc, argv, &arguments);
+    if (status >= 0)
+        return status;
+    files_watch_signals();
+    return work(&arguments) ? EXIT_SUCCESS : EXIT_FAILURE;
+}

@@ -1,0 +1,97 @@
+/* SPDX-License-Identifier: MIT */
+#include "access.h"
+#include "server/config.h"
+#include <string.h>
+#include <strings.h>
+
+_Static_assert((int)REQUEST_CALLER_SIZE == (int)TOKENS_NAME_SIZE, "a caller is a token's name");
+
+/* What stands behind "Bearer", or NULL. */
+static const char *bearer(const struct request *request) {
+    const char *text = request_header(request, "Authorization");
+    if (!text || strncasecmp(text, "Bearer ", 7) != 0)
+        return NULL;
+    return text + 7 + strspn(text + 7, " ");
+}
+
+static bool refuse_unknown(const struct request *request, bool tried, struct reply *reply) {
+    reply_header(reply, "WWW-Authenticate", "Bearer realm=\"draped\"%s",
+                 tried ? ", error=\"invalid_token\"" : "");
+    reply_refuse(reply, request->id, API_UNAUTHORIZED,
+                 tried ? "this token is not known here"
+                       : "this needs a header 'Authorization: Bearer TOKEN'");
+    return false;
+}
+
+static bool refuse_role(const struct request *request, enum tokens_role needed,
+                        struct reply *reply) {
+    const char *role = needed == TOKENS_ADMIN ? "admin" : "write";
+    reply_header(reply, "WWW-Authenticate",
+                 "Bearer realm=\"draped\", error=\"insufficient_scope\", scope=\"%s\"", role);
+    reply_refuse(reply, request->id, API_FORBIDDEN, "this takes a token of the role %s", role);
+    return false;
+}
+
+bool access_allow(const struct http_services *services, struct request *request,
+                  enum tokens_role needed, struct reply *reply) {
+    struct tokens_holder holder;
+    request->sees_all = !services->tokens;
+    if (!services->tokens)
+        return true;
+    const char *token = bearer(request);
+    if (!token || !tokens_find(services->tokens, token, &holder))
+        return refuse_unknown(request, token != NULL, reply);
+    memcpy(request->caller, holder.name, sizeof holder.name);
+    request->sees_all = holder.role == TOKENS_ADMIN;
+    return holder.role >= needed || refuse_role(request, needed, reply);
+}
+
+void access_mark(const struct http_services *services, struct reply *reply) {
+    if (!services->tokens)
+        return;
+    if (!reply_has_header(reply, "Cache-Control"))
+        reply_header(reply, "Cache-Control", "private");
+    reply_header(reply, "Vary", "Authorization");
+}
+
+/* ------------------------------------------------------------------ web pages */
+
+/* Whether the origin is in the list that commas split. */
+static bool origin_allowed(const char *list, const char *origin) {
+    size_t length = strlen(origin);
+    if (!strcmp(list, "*"))
+        return true;
+    for (;; list++) {
+        size_t width = strcspn(list, ",");
+        if (width == length && !strncmp(list, origin, length))
+            return true;
+        list += width;
+        if (!*list)
+            return false;
+    }
+}
+
+/* Credentials in the browser's sense, cookies, are not used here: a page that has a token sends it
+ * by itself, so that any origin may be allowed without giving anything away. */
+void access_cors(const struct http_services *services, const struct request *request,
+                 struct reply *reply) {
+    const char *list = services->config->cors_origin;
+    const char *origin = request_header(request, "Origin");
+    if (!list[0])
+        return;
+    reply_header(reply, "Vary", "Origin");
+    if (!origin || !origin_allowed(list, origin))
+        return;
+    reply_header(reply, "Access-Control-Allow-Origin", "%s", origin);
+    reply_header(reply, "Access-Control-Expose-Headers",
+                 "Allow, Content-Location, Content-Range, Draped-Binning, ETag, Location, "
+                 "Preference-Applied, Retry-After, Server-Timing, X-Request-Id");
+    if (strcmp(request->method, "OPTIONS") != 0 ||
+        !request_header(request, "Access-Control-Request-Method"))
+        return;
+    reply_header(reply, "Access-Control-Allow-Methods", "GET, HEAD, POST, DELETE");
+    reply_header(reply, "Access-Control-Allow-Headers",
+                 "Authorization, Content-Type, Idempotency-Key, If-None-Match, If-Range, "
+                 "Last-Event-ID, Prefer, Range, X-Request-Id");
+    reply_header(reply, "Access-Control-Max-Age", "600");
+}

@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: MIT */
+#include "listener.h"
+#include "server/log.h"
+#include <errno.h>
+#include <netinet/tcp.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+enum {
+    LISTENER_BACKLOG = 1024,    /* connections the kernel may hold for us */
+    LISTENER_DESCRIPTORS = 256, /* for everything but connections */
+    LISTENER_SILENCE_S = 15,    /* a client that says nothing for so long is asked if it is there */
+    LISTENER_PROBE_S = 5,       /* and again */
+    LISTENER_UNHEARD_MS = 60000 /* what was sent or asked must arrive within that */
+};
+
+static void raise_descriptor_limit(int64_t connections) {
+    struct rlimit limit;
+    rlim_t wanted = (rlim_t)connections + LISTENER_DESCRIPTORS;
+    if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= wanted)
+        return;
+    limit.rlim_cur = limit.rlim_max < wanted ? limit.rlim_max : wanted;
+    if (setrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur < wanted)
+        log_warning(log_event("few_descriptors"), log_int("wanted", (int64_t)wanted),
+                    log_int("allowed", (int64_t)limit.rlim_cur));
+}
+
+/* A client whose machine or line has gone says no goodbye: its connections, which inherit this, are
+ * closed within two minutes. */
+static void ask_the_silent(int listener) {
+    static const struct {
+        int level, name, value;
+    } options[] = {{SOL_SOCKET, SO_KEEPALIVE, 1},
+                   {IPPROTO_TCP, TCP_KEEPIDLE, LISTENER_SILENCE_S},
+                   {IPPROTO_TCP, TCP_KEEPINTVL, LISTENER_PROBE_S},
+                   {IPPROTO_TCP, TCP_USER_TIMEOUT, LISTENER_UNHEARD_MS}};
+    for (size_t k = 0; k < sizeof options / sizeof *options; k++)
+        (void)setsockopt(listener, options[k].level, options[k].name, &options[k].value,
+                         sizeof options[k].value);
+}
+
+static int listen_at(const struct config *config) {
+    const struct sockaddr *address = (const struct sockaddr *)&config->address;
+    int on = 1;
+    int listener = socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (listener >= 0 && setsockopt(listener, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) == 0 &&
+        bind(listener, address, config->address_length) == 0 &&
+        listen(listener, LISTENER_BACKLOG) == 0)
+        return listener;
+    log_error(log_event("listen_failed"), log_text("address", config->listen),
+              log_text("error", strerror(errno)));
+    if (listener >= 0)
+        close(listener);
+    return -1;
+}
+
+int listener_open(const struct config *config) {
+    raise_descriptor_limit(config->max_connections);
+    int listener = config->inherited >= 0 ? config->inherited : listen_at(config);
+    if (listener >= 0)
+        ask_the_silent(listener);
+    return listener;
+}
+
+uint16_t listener_port(int listener) {
+    union {
+        struct sockaddr any;
+        struct sockaddr_in v4;
+        struct sockaddr_in6 v6;
+    } bound = {0};
+    socklen_t length = sizeof bound;
+    if (getsockname(listener, &bound.any, &length) != 0)
+        return 0;
+    return ntohs(bound.any.sa_family == AF_INET6 ? bound.v6.sin6_port : bound.v4.sin_port);
+}

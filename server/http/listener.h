@@ -1,0 +1,17 @@
+/* SPDX-License-Identifier: MIT */
+/* The listening socket. */
+#ifndef SERVER_HTTP_LISTENER_H
+#define SERVER_HTTP_LISTENER_H
+
+#include "server/config.h"
+#include <stdint.h>
+
+/* Binds and listens where the configuration says, or takes the socket that was inherited, ready for
+ * so many connections as it allows, as far as the system lets us. The socket, which the caller
+ * closes; -1 with a line in the log. */
+int listener_open(const struct config *config);
+
+/* The port in use; the one the system chose when the configuration said 0. */
+uint16_t listener_port(int socket);
+
+#endif

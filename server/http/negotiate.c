@@ -1,0 +1,157 @@
+/* SPDX-License-Identifier: MIT */
+#include "negotiate.h"
+#include "request.h"
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+enum { ITEM_SIZE = 256 };
+
+static void trim(char *text) {
+    size_t length = strlen(text), blanks = strspn(text, " \t");
+    while (length > blanks && strchr(" \t", text[length - 1]))
+        length--;
+    memmove(text, text + blanks, length - blanks);
+    text[length - blanks] = '\0';
+}
+
+/* Copies the next piece of a list up to one of `separators`, without blanks around it; moves
+ * `*rest` on. Too long a piece is cut, which at worst makes it match nothing. False at the end. */
+static bool next_piece(const char **rest, const char *separators, char piece[ITEM_SIZE]) {
+    if (!**rest)
+        return false;
+    size_t length = strcspn(*rest, separators);
+    snprintf(piece, ITEM_SIZE, "%.*s", (int)(length < ITEM_SIZE ? length : ITEM_SIZE - 1), *rest);
+    *rest += length + ((*rest)[length] != '\0');
+    trim(piece);
+    return true;
+}
+
+/* 3: the type itself, 2: "type / *", 1: "* / *", 0: no match. */
+static int specificity(const char *range, const char *media_type) {
+    size_t kind = strcspn(media_type, "/") + 1;
+    if (!strcasecmp(range, media_type))
+        return 3;
+    if (!strcmp(range, "*/*"))
+        return 1;
+    return !strncasecmp(range, media_type, kind) && !strcmp(range + kind, "*") ? 2 : 0;
+}
+
+/* The q of a range's parameters, in thousandths. */
+static int quality(const char *parameters) {
+    char parameter[ITEM_SIZE];
+    while (next_piece(&parameters, ";", parameter)) {
+        if (strncasecmp(parameter, "q=", 2) != 0)
+            continue;
+        double q = strtod(parameter + 2, NULL);
+        return q >= 1 ? 1000 : q > 0 ? (int)(q * 1000) : 0;
+    }
+    return 1000;
+}
+
+int accept_quality(const char *accept, const char *media_type) {
+    if (!accept || !accept[strspn(accept, " \t")])
+        return 1000;
+    int best = 0, wanted = 0;
+    char item[ITEM_SIZE], range[ITEM_SIZE];
+    while (next_piece(&accept, ",", item)) {
+        const char *rest = item;
+        if (!next_piece(&rest, ";", range))
+            continue;
+        int specific = specificity(range, media_type);
+        if (specific > best) {
+            best = specific;
+            wanted = quality(rest);
+        }
+    }
+    return wanted;
+}
+
+int accept_coding(const char *accept_encoding, const char *coding) {
+    int others = 0;
+    char item[ITEM_SIZE], name[ITEM_SIZE];
+    while (accept_encoding && next_piece(&accept_encoding, ",", item)) {
+        const char *rest = item;
+        if (!next_piece(&rest, ";", name))
+            continue;
+        if (!strcasecmp(name, coding))
+            return quality(rest);
+        if (!strcmp(name, "*"))
+            others = quality(rest);
+    }
+    return others;
+}
+
+int64_t accept_wait(const char *prefer, int64_t high) {
+    char item[ITEM_SIZE];
+    while (prefer && next_piece(&prefer, ",;", item)) {
+        int64_t seconds;
+        if (!strncasecmp(item, "wait=", 5) && request_parse_int(item + 5, 0, INT64_MAX, &seconds))
+            return seconds < high ? seconds : high;
+    }
+    return 0;
+}
+
+bool accept_etag_known(const char *if_none_match, const char *etag) {
+    char item[ITEM_SIZE];
+    while (if_none_match && next_piece(&if_none_match, ",", item)) {
+        const char *tag = strncmp(item, "W/", 2) ? item : item + 2;
+        if (!strcmp(tag, "*") || !strcmp(tag, etag))
+            return true;
+    }
+    return false;
+}
+
+bool accept_is_type(const char *content_type, const char *type) {
+    char own[ITEM_SIZE];
+    return next_piece(&content_type, ";", own) && strcasecmp(own, type) == 0;
+}
+
+bool accept_is_json(const char *content_type) {
+    char type[ITEM_SIZE], parameter[ITEM_SIZE];
+    if (!next_piece(&content_type, ";", type))
+        return false;
+    size_t length = strlen(type);
+    if (strcasecmp(type, "application/json") != 0 &&
+        (length < 5 || strcasecmp(type + length - 5, "+json") != 0))
+        return false;
+    while (next_piece(&content_type, ";", parameter))
+        if (!strncasecmp(parameter, "charset=", 8) && strcasecmp(parameter + 8, "utf-8") != 0 &&
+            strcasecmp(parameter + 8, "\"utf-8\"") != 0)
+            return false;
+    return true;
+}
+
+/* Digits alone; too large a number is the largest. False without any. */
+static bool read_position(const char **text, uint64_t *value) {
+    const char *begin = *text;
+    *value = 0;
+    for (; **text >= '0' && **text <= '9'; (*text)++) {
+        uint64_t digit = (uint64_t)(**text - '0');
+        *value = *value > (UINT64_MAX - digit) / 10 ? UINT64_MAX : *value * 10 + digit;
+    }
+    return *text > begin;
+}
+
+enum accept_part accept_range(const char *range, uint64_t length, struct accept_range *out) {
+    uint64_t first, last;
+    if (!range || strncasecmp(range, "bytes=", 6) != 0)
+        return ACCEPT_ALL;
+    const char *text = range + 6;
+    bool begins = read_position(&text, &first);
+    if (*text++ != '-')
+        return ACCEPT_ALL;
+    bool ends = read_position(&text, &last);
+    if (*text || (!begins && !ends) || (begins && ends && last < first))
+        return ACCEPT_ALL;
+    if (begins ? first >= length : last == 0 || length == 0)
+        return ACCEPT_NONE;
+    if (!begins) { /* so many at the end */
+        first = last < length ? length - last : 0;
+        ends = false;
+    }
+    *out = (struct accept_range){first, ends && last < length ? last : length - 1};
+    return ACCEPT_SOME;
+}

@@ -1,0 +1,325 @@
+/* SPDX-License-Identifier: MIT */
+#include "request.h"
+#include "server/id.h"
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <time.h>
+
+int64_t request_clock_ms(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+}
+
+/* The first fault wins. */
+static void set_fault(struct request *request, const char *fault) {
+    if (!request->fault[0])
+        strncpy(request->fault, fault, REQUEST_FAULT_SIZE - 1);
+}
+
+static int hex_value(char c) {
+    if (c >= '0' && c <= '9')
+        return c - '0';
+    if (c >= 'a' && c <= 'f')
+        return c - 'a' + 10;
+    if (c >= 'A' && c <= 'F')
+        return c - 'A' + 10;
+    return -1;
+}
+
+/* One character of encoded text, `*in` moved to its last byte; -1 when it is not allowed. A zero
+ * byte would end the string early. */
+static int decode_one(const char **in) {
+    int c = (unsigned char)**in;
+    if (c == '%') {
+        int high = hex_value((*in)[1]);
+        int low = high < 0 ? -1 : hex_value((*in)[2]);
+        *in += low < 0 ? 0 : 2;
+        c = low < 0 ? 0 : high * 16 + low;
+        return c ? c : -1;
+    }
+    return c < ' ' || c == 0x7f ? -1 : c;
+}
+
+/* Undoes percent-encoding in place. */
+static void decode(struct request *request, char *text, bool plus_is_space) {
+    char *out = text;
+    for (const char *in = text; *in; in++) {
+        int c = *in == '+' && plus_is_space ? ' ' : decode_one(&in);
+        if (c < 0) {
+            set_fault(request, "the target has a control character or a stray %");
+            return;
+        }
+        *out++ = (char)c;
+    }
+    *out = '\0';
+}
+
+static void split_path(struct request *request, char *path) {
+    if (!path[1])
+        return; /* "/": no segments */
+    for (char *rest = path + 1, *segment; (segment = strsep(&rest, "/"));) {
+        if (request->segment_count == REQUEST_SEGMENTS_MAX)
+            return; /* one more than any route has: not found */
+        decode(request, segment, false);
+        request->segments[request->segment_count++] = segment;
+    }
+}
+
+static void split_query(struct request *request, char *query) {
+    for (char *pair; (pair = strsep(&query, "&"));) {
+        if (!*pair)
+            continue;
+        if (request->query_count == REQUEST_QUERY_MAX) {
+            set_fault(request, "the query has too many parameters");
+            return;
+        }
+        char *value = strchr(pair, '=');
+        if (value)
+            *value++ = '\0';
+        else
+            value = pair + strlen(pair);
+        decode(request, pair, true);
+        decode(request, value, true);
+        request->query[request->query_count++] = (struct request_field){pair, value};
+    }
+}
+
+static void split_target(struct request *request) {
+    char *path = request->decoded;
+    if (!strncasecmp(path, "http://", 7) || !strncasecmp(path, "https://", 8)) {
+        path = strchr(strchr(path, '/') + 2, '/'); /* absolute form: the authority is skipped */
+        if (!path)
+            return;
+    }
+    if (strchr(path, ' '))
+        set_fault(request, "the target has a blank");
+    if (!strcmp(path, "*"))
+        return;
+    if (*path != '/') {
+        set_fault(request, "the target is no path");
+        return;
+    }
+    char *query = strchr(path, '?');
+    if (query)
+        *query++ = '\0';
+    split_path(request, path);
+    split_query(request, query);
+}
+
+struct request *request_new(const char *target) {
+    struct request *request = calloc(1, sizeof *request);
+    if (!request)
+        return NULL;
+    request->method = "";
+    request->target = strdup(target);
+    request->decoded = strdup(target);
+    if (!request->target || !request->decoded) {
+        request_free(request);
+        return NULL;
+    }
+    split_target(request);
+    return request;
+}
+
+void request_free(struct request *request) {
+    if (!request)
+        return;
+    free(request->target);
+    free(request->decoded);
+    free(request->body);
+    for (size_t k = 0; k < REQUEST_LISTS; k++)
+        free(request->joined[k]);
+    if (request->state_free && request->state)
+        request->state_free(request->state);
+    else
+        free(request->state);
+    free(request);
+}
+
+static bool is_token(const char *text) {
+    static const char marks[] = "!#$%&'*+-.^_`|~";
+    for (const char *c = text; *c; c++) {
+        bool alphanumeric = (*c >= '0' && *c <= '9') || ((*c | 32) >= 'a' && (*c | 32) <= 'z');
+        if (!alphanumeric && !strchr(marks, *c))
+            return false;
+    }
+    return *text != '\0';
+}
+
+static bool has_control(const char *text) {
+    for (; *text; text++)
+        if (((unsigned char)*text < ' ' && *text != '\t') || *text == 0x7f)
+            return true;
+    return false;
+}
+
+/* The number of the first header of that name; `header_count` without. */
+static size_t find_header(const struct request *request, const char *name) {
+    size_t k = 0;
+    while (k < request->header_count && strcasecmp(request->headers[k].name, name) != 0)
+        k++;
+    return k;
+}
+
+/* Which of the lists that are read here that is; REQUEST_LISTS for none. */
+static size_t list_number(const char *name) {
+    static const char *const lists[REQUEST_LISTS] = {"Accept", "Accept-Encoding", "If-None-Match",
+                                                     "Prefer"};
+    size_t k = 0;
+    while (k < REQUEST_LISTS && strcasecmp(lists[k], name) != 0)
+        k++;
+    return k;
+}
+
+/* A further line of a list continues it (RFC 9110, 5.3). False when it is none. */
+static bool continue_list(struct request *request, const char *name, const char *value) {
+    size_t list = list_number(name), first = find_header(request, name);
+    char *joined = NULL;
+    if (list == REQUEST_LISTS || first == request->header_count)
+        return false;
+    if (asprintf(&joined, "%s, %s", request->headers[first].value, value) < 0)
+        return true; /* without memory it is as if it had not come */
+    free(request->joined[list]);
+    request->headers[first].value = request->joined[list] = joined;
+    return true;
+}
+
+void request_add_header(struct request *request, const char *name, const char *value) {
+    const char *text = value ? value : "";
+    if (!is_token(name))
+        set_fault(request, "a header's name has a character that is not allowed there");
+    if (has_control(text))
+        set_fault(request, "a header's value has a control character");
+    if (request->header_count == REQUEST_HEADERS_MAX)
+        set_fault(request, "there are too many headers");
+    else if (!continue_list(request, name, text))
+        request->headers[request->header_count++] = (struct request_field){name, text};
+}
+
+void request_check_gap(struct request *request, const char *part, size_t length, const char *next,
+                       ptrdiff_t gap) {
+    if (next - part - (ptrdiff_t)length != gap)
+        set_fault(request,
+                  "the head has a zero byte, a blank too many, a folded line or a bare newline");
+}
+
+static size_t count_headers(const struct request *request, const char *name) {
+    size_t count = 0;
+    for (size_t k = 0; k < request->header_count; k++)
+        count += !strcasecmp(request->headers[k].name, name);
+    return count;
+}
+
+/* More than any limit is a length too. */
+static bool parse_length(const char *text, int64_t *value) {
+    *value = INT64_MAX;
+    return (*text && strspn(text, "0123456789") == strlen(text)) &&
+           (request_parse_int(text, 0, INT64_MAX, value) || errno == ERANGE);
+}
+
+void request_check_framing(struct request *request) {
+    size_t lengths = count_headers(request, "Content-Length");
+    size_t codings = count_headers(request, "Transfer-Encoding");
+    size_t hosts = count_headers(request, "Host");
+    const char *length = request_header(request, "Content-Length");
+    const char *coding = request_header(request, "Transfer-Encoding");
+    int64_t value;
+    if (!is_token(request->method))
+        set_fault(request, "the method is no token");
+    if (lengths && codings)
+        set_fault(request, "Content-Length and Transfer-Encoding exclude each other");
+    if (lengths > 1)
+        set_fault(request, "there is more than one Content-Length");
+    if (length && !parse_length(length, &value))
+        set_fault(request, "Content-Length is no number");
+    if (codings > 1 || (coding && strcasecmp(coding, "chunked") != 0))
+        set_fault(request, "the only transfer coding here is chunked");
+    if (coding && request->http_1_0)
+        set_fault(request, "HTTP/1.0 has no Transfer-Encoding");
+    if (count_headers(request, "Authorization") > 1)
+        set_fault(request, "there is more than one Authorization");
+    if (hosts > 1)
+        set_fault(request, "there is more than one Host");
+    if (!hosts && !request->http_1_0)
+        set_fault(request, "there is no Host");
+}
+
+static bool sane_id(const char *text) {
+    size_t length = strlen(text);
+    if (!length || length >= REQUEST_ID_SIZE)
+        return false;
+    for (size_t k = 0; k < length; k++) {
+        char c = text[k], lower = (char)(c | 32);
+        if (!((c >= '0' && c <= '9') || (lower >= 'a' && lower <= 'z') || strchr("._:-", c)))
+            return false;
+    }
+    return true;
+}
+
+void request_choose_id(struct request *request) {
+    const char *given = request_header(request, "X-Request-Id");
+    _Static_assert((int)REQUEST_ID_SIZE >= (int)ID_SIZE, "an id of ours must fit");
+    if (given && sane_id(given))
+        memcpy(request->id, given, strlen(given) + 1);
+    else
+        id_make(request->id);
+}
+
+const char *request_header(const struct request *request, const char *name) {
+    size_t k = find_header(request, name);
+    return k < request->header_count ? request->headers[k].value : NULL;
+}
+
+const char *request_query(const struct request *request, const char *name) {
+    for (size_t k = 0; k < request->query_count; k++)
+        if (!strcmp(request->query[k].name, name))
+            return request->query[k].value;
+    return NULL;
+}
+
+bool request_has_body(const struct request *request, int64_t *length) {
+    const char *text = request_header(request, "Content-Length");
+    if (text && parse_length(text, length))
+        return *length > 0;
+    *length = -1;
+    return request_header(request, "Transfer-Encoding") != NULL;
+}
+
+bool request_expects_continue(const struct request *request) {
+    const char *expect = request_header(request, "Expect");
+    return expect && !strcasecmp(expect, "100-continue");
+}
+
+bool request_append_body(struct request *request, const char *bytes, size_t length) {
+    size_t needed = request->body_length + length + 1;
+    if (needed > request->body_capacity) {
+        size_t capacity = request->body_capacity ? 2 * request->body_capacity : 8192;
+        if (capacity < needed)
+            capacity = needed;
+        char *body = realloc(request->body, capacity);
+        if (!body)
+            return false;
+        request->body = body;
+        request->body_capacity = capacity;
+    }
+    memcpy(request->body + request->body_length, bytes, length);
+    request->body_length += length;
+    request->body[request->body_length] = '\0';
+    return true;
+}
+
+bool request_parse_int(const char *text, int64_t low, int64_t high, int64_t *value) {
+    if (*text < '0' || *text > '9')
+        return false; /* strtoll would take signs and blanks */
+    char *end;
+    errno = 0;
+    long long number = strtoll(text, &end, 10);
+    if (errno || *end || number < low || number > high)
+        return false;
+    *value = number;
+    return true;
+}

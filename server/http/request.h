@@ -1,0 +1,106 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * One HTTP request as the routes see it: method, decoded path segments and query, headers, body.
+ * It is plain memory, filled by `http.c` on one thread at a time; the strings live as long as it.
+ */
+#ifndef SERVER_HTTP_REQUEST_H
+#define SERVER_HTTP_REQUEST_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum {
+    REQUEST_SEGMENTS_MAX = 8,
+    REQUEST_QUERY_MAX = 32,
+    REQUEST_HEADERS_MAX = 100,
+    REQUEST_LISTS = 4, /* headers that are lists, and may come in several lines */
+    REQUEST_CALLER_SIZE = 65,
+    REQUEST_ID_SIZE = 65, /* a caller's own X-Request-Id: at most 64 characters */
+    REQUEST_FAULT_SIZE = 128
+};
+
+struct request_field {
+    const char *name, *value;
+};
+
+struct route;
+
+struct request {
+    char id[REQUEST_ID_SIZE]; /* of X-Request-Id */
+    const char *method;
+    bool http_1_0;
+    char *target; /* as it was sent; for the log */
+    const char *segments[REQUEST_SEGMENTS_MAX];
+    size_t segment_count;
+    struct request_field query[REQUEST_QUERY_MAX];
+    size_t query_count;
+    struct request_field headers[REQUEST_HEADERS_MAX];
+    size_t header_count;
+    char *joined[REQUEST_LISTS];    /* memory of lists in several lines */
+    char fault[REQUEST_FAULT_SIZE]; /* why it is not well-formed HTTP; "" if it is */
+
+    char *body; /* zero-terminated beyond its length; NULL without a body */
+    size_t body_length, body_capacity;
+
+    char caller[REQUEST_CALLER_SIZE]; /* whose token it has: the owner of what is stored; "" */
+    bool sees_all;                    /* what others own, too */
+
+    void *transport; /* http.c's own */
+    bool draining;   /* the daemon takes no new work */
+    bool stopping;   /* no more waiting: answer now */
+
+    /* The routes' own. */
+    const struct route *route;
+    const char *parameter;           /* the path's {id} */
+    void *state;                     /* between two calls of a handler that waits */
+    void (*state_free)(void *state); /* how it is freed; NULL: `free` */
+    int64_t wake_at; /* `request_clock_ms` at which to call again a handler that waits */
+    char *decoded;   /* memory of segments and query */
+};
+
+/* Milliseconds of a clock that never goes back. */
+int64_t request_clock_ms(void);
+
+/* A new request for a target as sent (origin form, absolute form or "*"). What is wrong with it is
+ * in `fault`. NULL without memory. */
+struct request *request_new(const char *target);
+void request_free(struct request *request);
+
+/* Takes over a header whose strings live as long as the request. Several lines of Accept,
+ * Accept-Encoding, If-None-Match or Prefer become one. */
+void request_add_header(struct request *request, const char *name, const char *value);
+
+/* In memory the parts of a request's head stand as they were sent, with zeros for what ended them.
+ * A fault when there are not `gap` bytes between a part of that length and the `next` one: there is
+ * a zero byte, a blank too many, a folded line or a bare newline. */
+void request_check_gap(struct request *request, const char *part, size_t length, const char *next,
+                       ptrdiff_t gap);
+
+/* Checks how the message is framed, after all headers: a fault for what two HTTP implementations
+ * could read differently (RFC 9112, sections 3.2, 6.1 and 6.3). */
+void request_check_framing(struct request *request);
+
+/* Sets `id` from the caller's X-Request-Id if that is 1 to 64 letters, digits, or any of "._:-",
+ * else makes a new one. */
+void request_choose_id(struct request *request);
+
+/* The value of the first header of that name, in any case of letters, or NULL. */
+const char *request_header(const struct request *request, const char *name);
+
+/* The decoded value of the query parameter, or NULL. */
+const char *request_query(const struct request *request, const char *name);
+
+/* Whether a body is announced; its length if that is known, else -1. */
+bool request_has_body(const struct request *request, int64_t *length);
+
+/* Whether the client waits for `100 Continue` before it sends the body. */
+bool request_expects_continue(const struct request *request);
+
+/* Appends to the body. False without memory. */
+bool request_append_body(struct request *request, const char *bytes, size_t length);
+
+/* Reads a decimal integer of [low, high] that fills the text. */
+bool request_parse_int(const char *text, int64_t low, int64_t high, int64_t *value);
+
+#endif

@@ -1,0 +1,166 @@
+/* SPDX-License-Identifier: MIT */
+#include "stream.h"
+#include "negotiate.h"
+#include "server/clock.h"
+#include "server/metrics.h"
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    HEAD_BYTES = 64 * 1024,      /* documents up to this size are sent with their length */
+    SKIP_BYTES = 4 * 1024 * 1024 /* of a range's beginning that are thrown away at a time */
+};
+
+/* A document with its first bytes. */
+struct stream {
+    struct stream_source source;
+    char *head;
+    size_t head_length, head_sent;
+    int64_t encode_us;   /* spent so far */
+    uint64_t skip, left; /* bytes until a range begins, and of it */
+};
+
+static void stream_free(void *context) {
+    struct stream *stream = context;
+    metrics_time(METRICS_ENCODE, stream->encode_us);
+    stream->source.free(stream->source.context);
+    free(stream->head);
+    free(stream);
+}
+
+static ssize_t read_source(struct stream *stream, char *buffer, size_t size) {
+    int64_t begun = clock_us();
+    ssize_t got = stream->source.read(stream->source.context, buffer, size);
+    stream->encode_us += clock_us() - begun;
+    return got;
+}
+
+static ssize_t stream_next(void *context, char *buffer, size_t size) {
+    struct stream *stream = context;
+    size_t left = stream->head_length - stream->head_sent;
+    if (left) {
+        size_t length = left < size ? left : size;
+        memcpy(buffer, stream->head + stream->head_sent, length);
+        stream->head_sent += length;
+        return (ssize_t)length;
+    }
+    ssize_t got = read_source(stream, buffer, size);
+    return got > 0 ? got : got == 0 ? REPLY_END : REPLY_BROKEN;
+}
+
+/* A range of the stream: what is before it is made and thrown away, a piece at a time, so that
+ * others have their turn in between. */
+static ssize_t range_next(void *context, char *buffer, size_t size) {
+    struct stream *stream = context;
+    for (uint64_t most = SKIP_BYTES; stream->skip > 0;) {
+        if (most == 0)
+            return REPLY_WAIT;
+        uint64_t wanted = stream->skip < most ? stream->skip : most;
+        ssize_t got = stream_next(context, buffer, wanted < size ? (size_t)wanted : size);
+        if (got <= 0)
+            return got;
+        stream->skip -= (uint64_t)got;
+        most -= (uint64_t)got;
+    }
+    if (stream->left == 0)
+        return REPLY_END;
+    ssize_t got = stream_next(context, buffer, stream->left < size ? (size_t)stream->left : size);
+    stream->left -= got > 0 ? (uint64_t)got : 0;
+    return got;
+}
+
+/* Reads the beginning of the document. `*whole` tells that there is no more. False when it cannot
+ * be made. */
+static bool begin(struct stream *stream, bool *whole) {
+    stream->head = malloc(HEAD_BYTES);
+    *whole = false;
+    while (stream->head && !*whole && stream->head_length < HEAD_BYTES) {
+        ssize_t got = read_source(stream, stream->head + stream->head_length,
+                                  HEAD_BYTES - stream->head_length);
+        if (got < 0)
+            return false;
+        stream->head_length += (size_t)got;
+        *whole = got == 0;
+    }
+    return stream->head != NULL;
+}
+
+static void reply_packed(const struct request *request, struct reply *reply, const char *type,
+                         enum pack_coding coding, struct reply_stream stream) {
+    if (!pack_stream(coding, &stream)) {
+        stream.free(stream.context);
+        reply_refuse(reply, request->id, API_UNAVAILABLE, "there is no memory for this now");
+        return;
+    }
+    reply_header(reply, "Content-Encoding", "%s", pack_name(coding));
+    reply_stream(reply, 200, type, stream, 0);
+}
+
+/* A range is of the version that the client has a part of already. */
+static bool same_version(const struct request *request, const char *etag) {
+    const char *version = request_header(request, "If-Range");
+    return !version || !strcmp(version, etag);
+}
+
+/* Answers with a part of a document of that length, if that is what is wanted. */
+static bool reply_part(const struct request *request, struct reply *reply, const char *type,
+                       struct stream *stream, uint64_t length) {
+    struct accept_range range;
+    if (!stream->source.etag || !length || strcmp(request->method, "GET") != 0)
+        return false;
+    reply_header(reply, "Accept-Ranges", "bytes");
+    if (!same_version(request, stream->source.etag))
+        return false;
+    switch (accept_range(request_header(request, "Range"), length, &range)) {
+    case ACCEPT_ALL:
+        return false;
+    case ACCEPT_NONE:
+        stream_free(stream);
+        reply_header(reply, "Content-Range", "bytes */%llu", (unsigned long long)length);
+        reply_refuse(reply, request->id, API_RANGE, "there are %llu bytes",
+                     (unsigned long long)length);
+        return true;
+    case ACCEPT_SOME:
+        break;
+    }
+    stream->skip = range.first;
+    stream->left = range.last - range.first + 1;
+    reply_header(reply, "Content-Range", "bytes %llu-%llu/%llu", (unsigned long long)range.first,
+                 (unsigned long long)range.last, (unsigned long long)length);
+    reply_stream(reply, 206, type, (struct reply_stream){range_next, stream_free, stream, 0},
+                 (size_t)stream->left);
+    return true;
+}
+
+static void reply_begun(const struct request *request, struct reply *reply, const char *type,
+                        enum pack_coding coding, struct stream *stream) {
+    const struct reply_stream bytes = {stream_next, stream_free, stream, 0};
+    bool whole;
+    if (!begin(stream, &whole)) {
+        stream_free(stream);
+        reply_refuse(reply, request->id, API_INTERNAL, "the stored result cannot be read");
+    } else if (coding != PACK_IDENTITY) {
+        reply_packed(request, reply, type, coding, bytes);
+    } else if (reply_part(request, reply, type, stream,
+                          whole ? stream->head_length : stream->source.length)) {
+        return;
+    } else if (whole) {
+        reply_bytes(reply, 200, type, stream->head, stream->head_length);
+        stream->head = NULL;
+        stream_free(stream);
+    } else {
+        reply_stream(reply, 200, type, bytes, stream->source.length);
+    }
+}
+
+void stream_reply(const struct request *request, struct reply *reply, const char *type,
+                  enum pack_coding coding, const struct stream_source *source) {
+    struct stream *stream = calloc(1, sizeof *stream);
+    if (!stream) {
+        source->free(source->context);
+        reply_refuse(reply, request->id, API_UNAVAILABLE, "there is no memory for this now");
+        return;
+    }
+    stream->source = *source;
+    reply_begun(request, reply, type, coding, stream);
+}

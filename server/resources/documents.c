@@ -1,0 +1,155 @@
+/* SPDX-License-Identifier: MIT */
+#include "documents.h"
+#include "api/json/text.h"
+#include <jansson.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+/* The longest list: 1000 jobs, each with a problem of 16 places at the worst. */
+enum { DOCUMENT_BYTES_MAX = 64 << 20 };
+
+struct document {
+    struct arena *arena;
+    struct api_text text;
+};
+
+static struct document document_new(void) {
+    struct document document = {.arena = arena_new(DOCUMENT_BYTES_MAX)};
+    document.text = api_text_growing(document.arena);
+    document.text.failed = !document.arena;
+    return document;
+}
+
+/* The text in memory of its own; frees the rest. */
+static char *document_finish(struct document *document) {
+    const char *text = document->text.failed ? NULL : api_text_finish(&document->text);
+    char *copy = text ? strdup(text) : NULL;
+    arena_free(document->arena);
+    return copy;
+}
+
+/* "key": RFC 3339 in UTC, or null for 0. */
+static void write_time(struct api_text *text, const char *key, int64_t us) {
+    api_text_key(text, key);
+    if (!us) {
+        api_text_raw(text, "null");
+        return;
+    }
+    time_t seconds = (time_t)(us / 1000000);
+    struct tm utc;
+    char date[32], whole[48];
+    gmtime_r(&seconds, &utc);
+    strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%S", &utc);
+    snprintf(whole, sizeof whole, "%s.%06dZ", date, (int)(us % 1000000));
+    api_text_string(text, whole);
+}
+
+static void write_link(struct api_text *text, const char *key, const char *id, const char *tail) {
+    char path[128];
+    snprintf(path, sizeof path, "/v1/drapes/%s%s", id, tail);
+    api_text_key_string(text, key, path);
+}
+
+static void write_links(struct api_text *text, const char *id) {
+    api_text_key(text, "links");
+    api_text_raw(text, "{");
+    write_link(text, "self", id, "");
+    write_link(text, "result", id, "/result");
+    write_link(text, "request", id, "/request");
+    write_link(text, "events", id, "/events");
+    api_text_raw(text, "}");
+}
+
+/* The stored summary belongs to the result, which other jobs may share; the time in the queue is
+ * this job's. */
+static void write_summary(struct api_text *text, const struct store_job *job) {
+    static const char place[] = "\"timing_ms\":{\"queue\":";
+    const char *found = strstr(job->summary, place), *rest = job->summary;
+    api_text_key(text, "summary");
+    if (found) {
+        rest = found + sizeof place - 1;
+        api_text_bytes(text, job->summary, (size_t)(rest - job->summary));
+        api_text_number(text, documents_queue_ms(job));
+        rest += strcspn(rest, ",}");
+    }
+    api_text_raw(text, rest);
+}
+
+static void write_status(struct api_text *text, const struct store_job *job) {
+    api_text_raw(text, "{");
+    api_text_key_string(text, "id", job->id);
+    if (job->owner[0])
+        api_text_key_string(text, "owner", job->owner);
+    api_text_key_string(text, "status", store_status_name(job->status));
+    api_text_key_number(text, "progress", job->progress);
+    write_time(text, "created", job->created);
+    write_time(text, "started", job->started);
+    write_time(text, "finished", job->finished);
+    api_text_key_integer(text, "attempts", job->attempts);
+    if (job->summary)
+        write_summary(text, job);
+    if (job->error) {
+        api_text_key(text, "error");
+        api_text_raw(text, job->error);
+    }
+    write_links(text, job->id);
+    api_text_raw(text, "}");
+}
+
+char *documents_status(const struct store_job *job) {
+    struct document document = document_new();
+    write_status(&document.text, job);
+    return document_finish(&document);
+}
+
+/* The cursor is a string: what it means is the store's business. */
+static void write_next(struct api_text *text, int64_t next) {
+    char cursor[24];
+    snprintf(cursor, sizeof cursor, "\"%lld\"", (long long)next);
+    api_text_key(text, "next");
+    api_text_raw(text, next ? cursor : "null");
+}
+
+char *documents_list(const struct store_page *page) {
+    struct document document = document_new();
+    api_text_raw(&document.text, "{\"drapes\":[");
+    for (size_t k = 0; k < page->count; k++) {
+        api_text_raw(&document.text, k ? "," : "");
+        write_status(&document.text, &page->jobs[k]);
+    }
+    api_text_raw(&document.text, "]");
+    write_next(&document.text, page->next);
+    api_text_raw(&document.text, "}");
+    return document_finish(&document);
+}
+
+char *documents_surfaces(const struct store_surfaces *page) {
+    struct document document = document_new();
+    api_text_raw(&document.text, "{\"surfaces\":[");
+    for (size_t k = 0; k < page->count; k++) {
+        const char *description = page->surfaces[k].description;
+        api_text_raw(&document.text, k ? "," : "");
+        api_text_raw(&document.text, description ? description : "null");
+    }
+    api_text_raw(&document.text, "]");
+    write_next(&document.text, page->next);
+    api_text_raw(&document.text, "}");
+    return document_finish(&document);
+}
+
+char *documents_job_problem(const struct store_job *job, const char *request_id, int *status) {
+    json_t *problem = json_loads(job->error ? job->error : "{}", 0, NULL);
+    json_int_t own = json_integer_value(json_object_get(problem, "status"));
+    *status = own >= 400 && own <= 599 ? (int)own : 500;
+    json_object_set_new(problem, "request_id", json_string(request_id));
+    char *text = json_dumps(problem, JSON_COMPACT);
+    json_decref(problem);
+    return text;
+}
+
+double documents_queue_ms(const struct store_job *job) {
+    int64_t us = job->started > job->created ? job->started - job->created : 0;
+    return (double)us / 1000;
+}

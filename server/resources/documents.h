@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The JSON documents about jobs, as in the contract. Every function returns a malloc'ed string that
+ * the caller frees (`reply_text` takes it over), or NULL without memory.
+ */
+#ifndef SERVER_RESOURCES_DOCUMENTS_H
+#define SERVER_RESOURCES_DOCUMENTS_H
+
+#include "api/problem.h"
+#include "server/store/store.h"
+
+/* The status document, in one line. */
+char *documents_status(const struct store_job *job);
+
+/* {"drapes": [...], "next": cursor or null}. */
+char *documents_list(const struct store_page *page);
+
+/* {"surfaces": [...], "next": cursor or null}. */
+char *documents_surfaces(const struct store_surfaces *page);
+
+/* The problem of a failed job (`job->error`) with the request's id, and its HTTP status. */
+char *documents_job_problem(const struct store_job *job, const char *request_id, int *status);
+
+/* How long a job waited in the queue, in milliseconds. */
+double documents_queue_ms(const struct store_job *job);
+
+#endif

@@ -1,0 +1,133 @@
+/* SPDX-License-Identifier: MIT */
+/* POST /v1/drapes/{id}/map: the fields of a drape on the caller's points or mesh. */
+#include "resources.h"
+#include "server/http/negotiate.h"
+#include "server/http/stream.h"
+#include "server/id.h"
+#include "server/work/mapper.h"
+#include <stdlib.h>
+#include <string.h>
+
+static bool offer(size_t index, struct resources_offer *out) {
+    const struct api_mesh_format *format = api_mesh_format_at(index);
+    if (format)
+        *out = (struct resources_offer){api_mesh_format_name(format),
+                                        api_mesh_format_media_type(format)};
+    return format != NULL;
+}
+
+/* ------------------------------------------------------------------ the answer */
+
+static ssize_t read_task(void *context, char *buffer, size_t size) {
+    struct api_problem problem;
+    return api_mesh_encoder_read(mapper_result(context, &problem), buffer, size);
+}
+
+static void free_task(void *context) {
+    mapper_drop(context);
+}
+
+/* Of a task that is done, which it takes over. */
+static void reply_task(const struct request *request, struct map_task *task, struct reply *reply) {
+    struct api_problem problem = {0};
+    struct api_mesh_encoder *encoder = mapper_result(task, &problem);
+    if (!encoder) {
+        reply_problem(reply, request->id, &problem);
+        mapper_drop(task);
+        return;
+    }
+    const char *binning = api_mesh_encoder_binning(encoder);
+    if (*binning)
+        reply_header(reply, "Draped-Binning", "%s", binning);
+    reply_header(reply, "Vary", "Accept, Accept-Encoding");
+    reply_header(reply, "Cache-Control", "no-store");
+    const struct stream_source source = {read_task, free_task, task, NULL,
+                                         api_mesh_encoder_length(encoder)};
+    stream_reply(request, reply, api_mesh_format_media_type(mapper_format(task)),
+                 pack_choose(request_header(request, "Accept-Encoding")), &source);
+}
+
+/* ------------------------------------------------------------------ waiting for it */
+
+/* `request->state`: the task, until the reply takes it over. */
+static void drop_state(void *state) {
+    mapper_drop(state);
+}
+
+static enum routes_next go_on(struct request *request, struct reply *reply) {
+    struct map_task *task = request->state;
+    bool done = mapper_done(task);
+    if (!done && !request->stopping) {
+        request->wake_at = INT64_MAX; /* the mapper tells */
+        return ROUTES_WAIT;
+    }
+    request->state = NULL;
+    if (done) {
+        reply_task(request, task, reply);
+        return ROUTES_DONE;
+    }
+    mapper_drop(task);
+    return resources_draining(request, reply);
+}
+
+/* ------------------------------------------------------------------ the beginning */
+
+/* Sets the order's format and options by headers and query. */
+static bool read_order(const struct request *request, struct reply *reply,
+                       struct mapper_order *order) {
+    struct api_encode_options options = {0};
+    struct api_problem problem = {0};
+    const char *type = request_header(request, "Content-Type");
+    size_t format;
+    if (!resources_format(request, reply, offer, &format))
+        return false;
+    for (size_t k = 0; k < request->query_count; k++)
+        api_encode_option(&options, request->query[k].name, request->query[k].value, &problem);
+    order->format = api_mesh_format_at(format);
+    order->nastran = type && accept_is_type(type, "text/x-nastran");
+    order->inlet = request_query(request, "inlet_elements");
+    order->fields = options.fields;
+    order->precision = options.precision;
+    if (problem.id == API_OK)
+        return true;
+    reply_problem(reply, request->id, &problem);
+    return false;
+}
+
+/* The drape's result. False: the reply says why there is none. */
+static bool find_result(const struct http_services *services, const struct request *request,
+                        struct reply *reply, struct mapper_order *order) {
+    struct store_job job = {0};
+    if (!resources_job(services, request, reply, &job))
+        return false;
+    bool found = results_ready(request, &job, reply);
+    enum store_answer answer =
+        found ? store_result_find(services->store, job.id, &order->result) : STORE_OK;
+    if (answer == STORE_EMPTY)
+        reply_refuse(reply, request->id, API_GONE, "the result has been removed");
+    else if (answer != STORE_OK)
+        resources_store_failed(request, reply, answer);
+    store_job_clear(&job);
+    return found && answer == STORE_OK;
+}
+
+enum routes_next maps_create(const struct http_services *services, struct request *request,
+                             struct reply *reply) {
+    struct mapper_order order = {.id = request->parameter};
+    char subject[ID_SIZE];
+    if (request->state)
+        return go_on(request, reply);
+    if (!read_order(request, reply, &order) || !find_result(services, request, reply, &order))
+        return ROUTES_DONE;
+    id_make(subject);
+    http_watch(request, subject);
+    request->state =
+        mapper_begin(services->mapper, &order, &request->body, request->body_length, subject);
+    request->state_free = drop_state;
+    if (request->state)
+        return go_on(request, reply);
+    reply_header(reply, "Retry-After", "5");
+    reply_refuse(reply, request->id, API_UNAVAILABLE,
+                 "%d maps are being made or fetched already: try again later", MAPPER_MAPS_MAX);
+    return ROUTES_DONE;
+}

@@ -1,0 +1,196 @@
+/* SPDX-License-Identifier: MIT */
+/* The service about itself: description, limits, health, version, counters. */
+#include "openapi_json.h"
+#include "resources.h"
+#include "server/clock.h"
+#include "server/config.h"
+#include "server/metrics.h"
+#include "server/work/dispatcher.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum routes_next meta_openapi(const struct http_services *services, struct request *request,
+                              struct reply *reply) {
+    (void)services, (void)request;
+    reply_literal(reply, 200, "application/json", openapi_json, sizeof openapi_json - 1);
+    return ROUTES_DONE;
+}
+
+enum routes_next meta_limits(const struct http_services *services, struct request *request,
+                             struct reply *reply) {
+    (void)request;
+    reply_text(reply, 200, "application/json", config_limits_json(services->config));
+    return ROUTES_DONE;
+}
+
+enum routes_next meta_health(const struct http_services *services, struct request *request,
+                             struct reply *reply) {
+    static const char alive[] = "{\"status\":\"ok\"}";
+    (void)services, (void)request;
+    reply_literal(reply, 200, "application/json", alive, sizeof alive - 1);
+    return ROUTES_DONE;
+}
+
+enum routes_next meta_ready(const struct http_services *services, struct request *request,
+                            struct reply *reply) {
+    static const char ready[] = "{\"status\":\"ready\"}";
+    enum store_answer answer = store_ping(services->store);
+    if (answer != STORE_OK)
+        return resources_store_failed(request, reply, answer);
+    if (request->draining)
+        return resources_draining(request, reply);
+    reply_literal(reply, 200, "application/json", ready, sizeof ready - 1);
+    return ROUTES_DONE;
+}
+
+enum routes_next meta_version(const struct http_services *services, struct request *request,
+                              struct reply *reply) {
+    static const char version[] = "{\"name\":\"draped\",\"version\":\"" DRAPED_VERSION
+                                  "\",\"solver_version\":\"" DRAPE_SOLVER_VERSION "\"}";
+    (void)services, (void)request;
+    reply_literal(reply, 200, "application/json", version, sizeof version - 1);
+    return ROUTES_DONE;
+}
+
+/* ------------------------------------------------------------------ metrics */
+
+static void head(FILE *out, const char *name, const char *type, const char *help) {
+    fprintf(out, "# HELP %s %s\n# TYPE %s %s\n", name, help, name, type);
+}
+
+static void write_route(void *context, size_t route, int status, long count) {
+    const char *method, *pattern;
+    if (routes_describe(route, &method, &pattern))
+        fprintf(context,
+                "draped_http_requests_total{method=\"%s\",route=\"%s\",status=\"%d\"} %ld\n",
+                method, pattern, status, count);
+}
+
+/* `labels` ends with a comma, or is empty. */
+static void write_times(FILE *out, const char *name, const char *labels, size_t times) {
+    struct metrics_histogram histogram;
+    if (!metrics_histogram(times, &histogram) && labels[0])
+        return;
+    for (size_t k = 0; k + 1 < METRICS_BOUNDS; k++)
+        fprintf(out, "%s_bucket{%sle=\"%g\"} %ld\n", name, labels, histogram.bounds[k],
+                histogram.counts[k]);
+    long all = histogram.counts[METRICS_BOUNDS - 1];
+    int bare = labels[0] ? (int)strlen(labels) - 1 : 0;
+    const char *open = labels[0] ? "{" : "", *close = labels[0] ? "}" : "";
+    fprintf(out, "%s_bucket{%sle=\"+Inf\"} %ld\n", name, labels, all);
+    fprintf(out, "%s_sum%s%.*s%s %.6f\n", name, open, bare, labels, close, histogram.sum);
+    fprintf(out, "%s_count%s%.*s%s %ld\n", name, open, bare, labels, close, all);
+}
+
+static void write_histograms(FILE *out) {
+    static const char *const kinds[][2] = {
+        {"draped_queue_seconds", "Time of drapes from submission to a worker."},
+        {"draped_solve_seconds", "Time on a worker of drapes that gave a result."},
+        {"draped_encode_seconds", "Time spent encoding a document that is sent."}};
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
+        head(out, kinds[k][0], "histogram", kinds[k][1]);
+        write_times(out, kinds[k][0], "", k);
+    }
+    const char *name = "draped_http_request_seconds";
+    head(out, name, "histogram", "Time of answers from the first header to the last byte.");
+    const char *method, *pattern;
+    for (size_t route = 0; routes_describe(route, &method, &pattern); route++) {
+        char labels[128];
+        snprintf(labels, sizeof labels, "method=\"%s\",route=\"%s\",", method, pattern);
+        write_times(out, name, labels, METRICS_ROUTE + route);
+    }
+}
+
+static void write_refusals(FILE *out) {
+    head(out, "draped_rejections_total", "counter", "Problems that were answered, by reason.");
+    for (int k = API_OK + 1; k < API_PROBLEM_COUNT; k++)
+        if (metrics_refused((enum api_problem_id)k))
+            fprintf(out, "draped_rejections_total{reason=\"%s\"} %ld\n",
+                    api_problem_slug((enum api_problem_id)k),
+                    metrics_refused((enum api_problem_id)k));
+    head(out, "draped_store_errors_total", "counter", "Answers of the database that failed.");
+    for (int busy = 0; busy < 2; busy++)
+        fprintf(out, "draped_store_errors_total{kind=\"%s\"} %ld\n", busy ? "busy" : "down",
+                metrics_store_failures(busy));
+}
+
+static void write_process(FILE *out) {
+    head(out, "process_resident_memory_bytes", "gauge", "Memory of the daemon without workers.");
+    fprintf(out, "process_resident_memory_bytes %lld\n", (long long)metrics_resident());
+    head(out, "process_open_fds", "gauge", "Descriptors that the daemon has open.");
+    fprintf(out, "process_open_fds %lld\n", (long long)metrics_descriptors());
+}
+
+/* By our clock; a database on another machine has its own. */
+static double age_of(int64_t us) {
+    int64_t age = us ? clock_utc_us() - us : 0;
+    return age > 0 ? (double)age / 1e6 : 0;
+}
+
+static void write_jobs(FILE *out, const struct store_counts *counts) {
+    head(out, "draped_jobs", "gauge", "Drapes in the store by status.");
+    for (int k = 0; k < STORE_STATUS_COUNT; k++)
+        fprintf(out, "draped_jobs{status=\"%s\"} %lld\n", store_status_name((enum store_status)k),
+                (long long)counts->jobs[k]);
+    head(out, "draped_queue_depth", "gauge", "Drapes that wait for a worker.");
+    fprintf(out, "draped_queue_depth %lld\n", (long long)counts->jobs[STORE_QUEUED]);
+    head(out, "draped_queue_age_seconds", "gauge", "Since when the oldest of them waits.");
+    fprintf(out, "draped_queue_age_seconds %.3f\n", age_of(counts->oldest_queued));
+}
+
+static void write_counter(FILE *out, const char *name, const char *help, int64_t value) {
+    head(out, name, "counter", help);
+    fprintf(out, "%s %lld\n", name, (long long)value);
+}
+
+static void write_workers(FILE *out, struct dispatcher *dispatcher, int64_t workers) {
+    struct dispatcher_stats stats;
+    dispatcher_stats(dispatcher, &stats);
+    head(out, "draped_workers", "gauge", "Worker processes of this daemon.");
+    fprintf(out, "draped_workers %lld\n", (long long)workers);
+    head(out, "draped_workers_busy", "gauge", "Worker processes that are solving.");
+    fprintf(out, "draped_workers_busy %lld\n", (long long)stats.busy);
+    head(out, "draped_drapes_total", "counter", "Drapes that ended in this process, by how.");
+    fprintf(out, "draped_drapes_total{outcome=\"succeeded\"} %lld\n", (long long)stats.succeeded);
+    fprintf(out, "draped_drapes_total{outcome=\"failed\"} %lld\n", (long long)stats.failed);
+    fprintf(out, "draped_drapes_total{outcome=\"reused\"} %lld\n", (long long)stats.reused);
+    fprintf(out, "draped_drapes_total{outcome=\"stopped\"} %lld\n", (long long)stats.stopped);
+    write_counter(out, "draped_worker_crashes_total", "Workers that died on their own.",
+                  stats.crashes);
+    write_counter(out, "draped_worker_timeouts_total", "Workers killed for taking too long.",
+                  stats.timeouts);
+    write_counter(out, "draped_worker_restarts_total", "Workers started in place of another.",
+                  stats.restarts);
+}
+
+enum routes_next meta_metrics(const struct http_services *services, struct request *request,
+                              struct reply *reply) {
+    struct store_counts counts;
+    char *text = NULL;
+    size_t length;
+    FILE *out = open_memstream(&text, &length);
+    (void)request;
+    if (out) {
+        head(out, "draped_build_info", "gauge", "The version that runs, as labels of 1.");
+        fputs("draped_build_info{version=\"" DRAPED_VERSION
+              "\",solver_version=\"" DRAPE_SOLVER_VERSION "\"} 1\n",
+              out);
+        head(out, "draped_http_requests_total", "counter",
+             "Answers by route and status; 0 where the caller had gone.");
+        metrics_each(write_route, out);
+        write_histograms(out);
+        write_refusals(out);
+        write_process(out);
+        bool up = store_counts(services->store, &counts) == STORE_OK;
+        head(out, "draped_store_up", "gauge", "Whether the store answers.");
+        fprintf(out, "draped_store_up %d\n", up);
+        if (up)
+            write_jobs(out, &counts);
+        if (services->dispatcher)
+            write_workers(out, services->dispatcher, services->config->workers);
+        fclose(out);
+    }
+    reply_text(reply, 200, "text/plain; version=0.0.4; charset=utf-8", text);
+    return ROUTES_DONE;
+}

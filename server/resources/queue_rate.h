@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: MIT */
+/* How fast the queue empties, for callers who have to come back: told by how many jobs have ended
+ * in the last seconds, whoever worked on them. One of the process; any thread. */
+#ifndef SERVER_RESOURCES_QUEUE_RATE_H
+#define SERVER_RESOURCES_QUEUE_RATE_H
+
+#include "server/store/store.h"
+
+enum { DRAIN_UNKNOWN_SECONDS = 5, DRAIN_MAX_SECONDS = 600 };
+
+/* Looks at the store if the last look is over a second ago. To be called with every submission. */
+void drain_watch(struct store *store);
+
+/* The seconds, 1 to DRAIN_MAX_SECONDS, after which a tenth of a queue of that length (but at least
+ * one job) has been worked off, so that those who come back find room. */
+int drain_seconds(int64_t queue);
+
+/* The same by numbers alone: `ended` jobs in `ms`. */
+int drain_estimate(int64_t queue, int64_t ended, int64_t ms);
+
+#endif

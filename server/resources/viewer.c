@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: MIT */
+/* The page at `/` and its files, which the binary holds as they are and packed with gzip. */
+#include "resources.h"
+#include "server/http/compress.h"
+#include "server/http/negotiate.h"
+#include <stdio.h>
+#include <string.h>
+
+struct viewer_file {
+    const char *name, *type;
+    size_t offset, length;               /* as it is */
+    size_t packed_offset, packed_length; /* with gzip */
+};
+
+#include "viewer_files.h"
+
+/* The bytes of all files, from the assembler: a C array of a megabyte takes the compiler long. */
+__asm__(".section .rodata\n"
+        "viewer_bytes: .incbin \"" VIEWER_BINARY "\"\n"
+        ".previous\n");
+extern const char viewer_bytes[] __attribute__((visibility("hidden")));
+
+enum { FILE_COUNT = sizeof viewer_files / sizeof *viewer_files };
+
+/* Nothing but the page's own files, and calls to where it came from. */
+static const char policy[] = "default-src 'none'; script-src 'self'; style-src 'self'; "
+                             "img-src 'self'; connect-src 'self'; worker-src 'self'; "
+                             "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+_Static_assert(sizeof policy <= REPLY_VALUE_SIZE, "a longer header would be left out");
+
+static const struct viewer_file *find_file(const char *name) {
+    for (size_t k = 0; k < FILE_COUNT; k++)
+        if (!strcmp(viewer_files[k].name, name))
+            return &viewer_files[k];
+    return NULL;
+}
+
+/* The file in the coding that the caller takes, or 304 when it has it. */
+static void reply_file(const struct request *request, const struct viewer_file *file,
+                       const char *cache, struct reply *reply) {
+    char etag[96];
+    bool packed = accept_coding(request_header(request, "Accept-Encoding"), "gzip") > 0;
+    snprintf(etag, sizeof etag, "\"%s-%s%s\"", VIEWER_DIGEST, file->name, packed ? "-gzip" : "");
+    if (accept_etag_known(request_header(request, "If-None-Match"), etag))
+        reply_empty(reply, 304);
+    else if (packed)
+        reply_literal(reply, 200, file->type, viewer_bytes + file->packed_offset,
+                      file->packed_length);
+    else
+        reply_literal(reply, 200, file->type, viewer_bytes + file->offset, file->length);
+    if (packed && reply->status == 200)
+        reply_header(reply, "Content-Encoding", "%s", pack_name(PACK_GZIP));
+    reply_header(reply, "ETag", "%s", etag);
+    reply_header(reply, "Vary", "Accept-Encoding");
+    reply_header(reply, "Cache-Control", "%s", cache);
+    reply_header(reply, "Content-Security-Policy", "%s", policy);
+}
+
+enum routes_next viewer_page(const struct http_services *services, struct request *request,
+                             struct reply *reply) {
+    (void)services;
+    reply_file(request, find_file("index.html"), "no-cache", reply);
+    reply_header(reply, "Cross-Origin-Opener-Policy", "same-origin");
+    reply_header(reply, "Referrer-Policy", "no-referrer");
+    return ROUTES_DONE;
+}
+
+/* The address has the digest of all files in it: what is there never changes. */
+enum routes_next viewer_file(const struct http_services *services, struct request *request,
+                             struct reply *reply) {
+    const struct viewer_file *file = find_file(request->parameter);
+    (void)services;
+    if (file && !strcmp(request->segments[1], VIEWER_DIGEST))
+        reply_file(request, file, "public, max-age=31536000, immutable", reply);
+    else
+        reply_refuse(reply, request->id, API_NOT_FOUND,
+                     "the page has no such file, or is of another version: load / again");
+    return ROUTES_DONE;
+}

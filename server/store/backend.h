@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What a backend of the store provides. `store.c` forwards the calls of `store.h` to it, cuts
+ * results into chunks and tells the hub of changes, so that a backend is about its database alone.
+ * The meaning of each member is that of the function of the same name in `store.h`.
+ */
+#ifndef SERVER_STORE_BACKEND_H
+#define SERVER_STORE_BACKEND_H
+
+#include "cache.h"
+#include "store.h"
+
+/* Results are stored in chunks of this many bytes; only the last one may be shorter: few enough to
+ * be read for a small piece of it, enough not to be many. A result has at most STORE_CHUNKS_MAX of
+ * them (1 TiB). */
+enum { STORE_CHUNK_BYTES = 1 << 16, STORE_CHUNKS_BITS = 24, STORE_CHUNKS_MAX = 1 << 24 };
+
+/* They are written several at a time: a transaction is worth that many. */
+enum { STORE_PART_CHUNKS = 16, STORE_PART_BYTES = STORE_PART_CHUNKS * STORE_CHUNK_BYTES };
+
+/* Consecutive chunks of a result that is being written under a claim. */
+struct store_part {
+    const struct store_claim *claim;
+    int64_t number; /* of the result; 0 until its first part is stored */
+    int64_t index;  /* of the first chunk */
+    unsigned char *const *chunks;
+    size_t length;       /* of all of them */
+    int64_t total;       /* commit: the result's length */
+    const char *summary; /* commit: the summary object */
+};
+
+struct store_ops {
+    void (*close)(struct store *store);
+    /* Tells other processes soon that `subject` of the hub has changed; never waits. NULL: they
+     * find out by looking. */
+    void (*announce)(struct store *store, const char *subject);
+    enum store_answer (*ping)(struct store *store);
+    enum store_answer (*submit)(struct store *store, const struct store_submission *submission,
+                                struct store_receipt *receipt);
+    enum store_answer (*get)(struct store *store, const char *id, struct store_job *job);
+    enum store_answer (*request)(struct store *store, const char *id, char **bytes, size_t *length);
+    enum store_answer (*list)(struct store *store, const struct store_filter *filter,
+                              struct store_page *page);
+    enum store_answer (*cancel)(struct store *store, const char *id);
+    enum store_answer (*remove)(struct store *store, const char *id);
+    enum store_answer (*counts)(struct store *store, struct store_counts *counts);
+    enum store_answer (*claim)(struct store *store, struct store_claim *claim);
+    enum store_answer (*renew)(struct store *store, const struct store_claim *claim,
+                               double progress);
+    enum store_answer (*check)(struct store *store, const struct store_claim *claim);
+    enum store_answer (*fail)(struct store *store, const struct store_claim *claim,
+                              const char *error);
+    enum store_answer (*crashed)(struct store *store, const struct store_claim *claim,
+                                 const char *detail);
+    enum store_answer (*release)(struct store *store, const struct store_claim *claim);
+    /* Tells the hub itself: only it knows which jobs changed. */
+    enum store_answer (*sweep)(struct store *store, struct store_sweep *sweep);
+    /* Stores a part; for the first one begins the result and sets `part->number`. */
+    enum store_answer (*result_append)(struct store *store, struct store_part *part);
+    /* Stores the last part (which may be the only one, or empty) and ends the job. Sets
+     * `part->number`; to 0 when the result of another job was taken. */
+    enum store_answer (*result_commit)(struct store *store, struct store_part *part);
+    /* Drops a result that was begun and not committed. */
+    enum store_answer (*result_drop)(struct store *store, int64_t number);
+    enum store_answer (*result_find)(struct store *store, const char *id,
+                                     struct store_result *result);
+    /* Reads one chunk, which has that length. */
+    enum store_answer (*result_read)(struct store *store, int64_t number, int64_t index,
+                                     void *bytes, size_t length);
+    enum store_answer (*surface_put)(struct store *store, const struct store_surface *surface,
+                                     bool *created);
+    enum store_answer (*surface_get)(struct store *store, const char *owner, const char *id,
+                                     struct store_surface *surface);
+    enum store_answer (*surface_list)(struct store *store, const char *owner, int64_t cursor,
+                                      int limit, struct store_surfaces *page);
+    enum store_answer (*surface_delete)(struct store *store, const char *owner, const char *id);
+};
+
+/* The head of every backend's own struct. A backend sets all but the cache. */
+struct store {
+    const struct store_ops *ops;
+    struct hub *hub;
+    struct store_cache *cache;
+};
+
+/* Tells the hub, and other processes, that `subject` has changed. */
+void store_tell(struct store *store, const char *subject);
+
+/* Opens a backend; like `store_open`. */
+struct store *store_sqlite_open(const char *path, const struct store_options *options,
+                                struct hub *hub, char why[STORE_WHY_SIZE]);
+struct store *store_postgres_open(const char *url, const struct store_options *options,
+                                  struct hub *hub, char why[STORE_WHY_SIZE]);
+
+#endif

@@ -1,0 +1,112 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Inside the PostgreSQL backend. `postgres.c` opens the database; what is written in SQL is
+ * in `jobs.c`, `_claims.c`, `_results.c`, `_surfaces.c`, `_sweep.c` and `_schema.c`,
+ * in the words of `pg.h`; `notify.c` carries hints between processes.
+ *
+ * SQLite's backend is sure to be the only writer and takes its time over several statements in one
+ * transaction. Here others write at the same moment and every statement costs a way to another
+ * machine, so that an operation is one statement, written so that it is right beside any other:
+ * what decides is locked (FOR SHARE, FOR UPDATE) or is a condition of the very row that changes.
+ * That is why the two share no SQL; they share the tests.
+ */
+#ifndef SERVER_STORE_POSTGRES_POSTGRES_H
+#define SERVER_STORE_POSTGRES_POSTGRES_H
+
+#include "pg.h"
+#include "server/store/backend.h"
+
+struct postgres_store;
+const struct store_options *postgres_options(struct store *store);
+
+/* A statement on the store's database. */
+struct pg_query postgres_query(struct store *store, const char *sql);
+
+/* The same, with the time by the test's clock as $1, or null. */
+struct pg_query postgres_query_now(struct store *store, const char *sql);
+
+/* In such a statement: the time, in microseconds since 1970 UTC by the database's clock. */
+#define POSTGRES_NOW "coalesce($1, (extract(epoch FROM clock_timestamp()) * 1000000)::bigint)"
+
+/* Among the columns of a statement: its commit does not wait for the disk. For what means nothing
+ * once the database's machine has stopped, or is done again. */
+#define POSTGRES_LAZY "set_config('synchronous_commit', 'off', true)"
+
+/* Ends a statement that has to change or give one row at least; else the answer is `none`. */
+enum store_answer postgres_end(struct pg_query *query, size_t rows, enum store_answer none);
+
+/* --- schema.c */
+
+/* Brings the database to the current schema; any number of processes may do so at once. False with
+ * `why`. */
+bool postgres_migrate(struct pg *pg, char why[STORE_WHY_SIZE]);
+
+/* --- notify.c */
+
+/* A thread that tells the hub of what other processes announce, and them of what happens here. Only
+ * hints: what it misses is found by looking. */
+struct bell;
+
+/* NULL without memory or threads. Both must outlive it. */
+struct bell *bell_start(struct pg *pg, struct hub *hub);
+void bell_stop(struct bell *bell);
+
+/* Announces `subject` (a job's id, or hub_queue) soon. Any thread; never waits. */
+void bell_ring(struct bell *bell, const char *subject);
+
+/* --- jobs.c */
+
+enum store_answer postgres_submit(struct store *store, const struct store_submission *submission,
+                                  struct store_receipt *receipt);
+enum store_answer postgres_get(struct store *store, const char *id, struct store_job *job);
+enum store_answer postgres_request(struct store *store, const char *id, char **bytes,
+                                   size_t *length);
+enum store_answer postgres_list(struct store *store, const struct store_filter *filter,
+                                struct store_page *page);
+enum store_answer postgres_cancel(struct store *store, const char *id);
+enum store_answer postgres_remove(struct store *store, const char *id);
+enum store_answer postgres_counts(struct store *store, struct store_counts *counts);
+
+/* --- claims.c */
+
+enum store_answer postgres_claim(struct store *store, struct store_claim *claim);
+enum store_answer postgres_renew(struct store *store, const struct store_claim *claim,
+                                 double progress);
+enum store_answer postgres_check(struct store *store, const struct store_claim *claim);
+enum store_answer postgres_fail(struct store *store, const struct store_claim *claim,
+                                const char *error);
+enum store_answer postgres_crashed(struct store *store, const struct store_claim *claim,
+                                   const char *detail);
+enum store_answer postgres_release(struct store *store, const struct store_claim *claim);
+
+/* Takes the job from who holds it because the lease has ended: back into the queue or, without
+ * attempts left, failed; tells which. STORE_CONFLICT when it is no longer held so, or the lease was
+ * renewed after all. */
+enum store_answer postgres_end_lease(struct store *store, const struct store_claim *held,
+                                     bool *failed);
+
+/* --- results.c */
+
+enum store_answer postgres_result_append(struct store *store, struct store_part *part);
+enum store_answer postgres_result_commit(struct store *store, struct store_part *part);
+enum store_answer postgres_result_drop(struct store *store, int64_t number);
+enum store_answer postgres_result_find(struct store *store, const char *id,
+                                       struct store_result *result);
+enum store_answer postgres_result_read(struct store *store, int64_t number, int64_t index,
+                                       void *bytes, size_t length);
+
+/* --- sweep.c */
+
+enum store_answer postgres_sweep(struct store *store, struct store_sweep *sweep);
+
+/* --- surfaces.c */
+
+enum store_answer postgres_surface_put(struct store *store, const struct store_surface *surface,
+                                       bool *created);
+enum store_answer postgres_surface_get(struct store *store, const char *owner, const char *id,
+                                       struct store_surface *surface);
+enum store_answer postgres_surface_list(struct store *store, const char *owner, int64_t cursor,
+                                        int limit, struct store_surfaces *page);
+enum store_answer postgres_surface_delete(struct store *store, const char *owner, const char *id);
+
+#endif

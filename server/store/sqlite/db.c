@@ -1,0 +1,313 @@
+/* SPDX-License-Identifier: MIT */
+#include "db.h"
+#include "server/clock.h"
+#include "server/log.h"
+#include "server/metrics.h"
+#include <sqlite3.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SET_UP_MS = 1000, SET_UP_PAUSE_MS = 10 }; /* for how long to try, and how often */
+enum { STATEMENTS = 128 }; /* prepared ones kept per connection; the backend has about 70 */
+
+struct db {
+    sqlite3 *handle;
+    char *path;
+    enum db_durability durability;
+    size_t count;
+    struct {
+        const char *sql;
+        sqlite3_stmt *statement;
+    } cache[STATEMENTS];
+};
+
+static enum store_answer answer_of(int code) {
+    switch (code & 0xff) {
+    case SQLITE_OK:
+    case SQLITE_ROW:
+    case SQLITE_DONE:
+        return STORE_OK;
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+        return STORE_BUSY;
+    case SQLITE_FULL:
+        return STORE_NO_SPACE;
+    case SQLITE_READONLY:
+        return STORE_READ_ONLY;
+    case SQLITE_CORRUPT:
+    case SQLITE_NOTADB:
+        return STORE_DAMAGED;
+    default:
+        return STORE_DOWN;
+    }
+}
+
+static enum store_answer report(struct db *db, int code) {
+    enum store_answer answer = answer_of(code);
+    if (answer != STORE_OK) {
+        metrics_store_failed(answer == STORE_BUSY);
+        log_error(log_event("store_error"), log_text("answer", store_answer_name(answer)),
+                  log_int("code", code), log_text("detail", sqlite3_errmsg(db->handle)));
+    }
+    return answer;
+}
+
+/* ------------------------------------------------------------------ open and close */
+
+/* Explains a failure to open; the extended code and SQLite's text tell the rest. */
+static void explain(char why[STORE_WHY_SIZE], const struct db *db, int code, const char *detail) {
+    const char *what = "cannot be opened";
+    switch (code & 0xff) {
+    case SQLITE_NOTADB:
+        what = "is not a database, or is damaged: restore it from a backup";
+        break;
+    case SQLITE_CORRUPT:
+        what = "is damaged: restore it from a backup";
+        break;
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+        what = "is locked by another process";
+        break;
+    case SQLITE_READONLY:
+    case SQLITE_PERM:
+        what = "cannot be written";
+        break;
+    case SQLITE_FULL:
+        what = "cannot grow: the disk is full";
+        break;
+    default:
+        break;
+    }
+    snprintf(why, STORE_WHY_SIZE, "the database %s %s (%s)", db->path, what, detail);
+}
+
+void db_close(struct db *db) {
+    if (!db)
+        return;
+    for (size_t k = 0; k < db->count; k++)
+        sqlite3_finalize(db->cache[k].statement);
+    sqlite3_close(db->handle);
+    free(db->path);
+    free(db);
+}
+
+static struct db *db_new(const char *path) {
+    struct db *db = calloc(1, sizeof *db);
+    if (!db)
+        return NULL;
+    db->path = strdup(path);
+    if (!db->path) {
+        free(db);
+        return NULL;
+    }
+    return db;
+}
+
+struct db *db_open(const char *path, int64_t busy_ms, char why[STORE_WHY_SIZE]) {
+    struct db *db = db_new(path);
+    if (!db) {
+        snprintf(why, STORE_WHY_SIZE, "no memory for the database");
+        return NULL;
+    }
+    int flags =
+        SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE;
+    int code = sqlite3_open_v2(path, &db->handle, flags, NULL);
+    if (code == SQLITE_OK) {
+        db_wait_for_locks(db, busy_ms);
+        return db;
+    }
+    explain(why, db, code, db->handle ? sqlite3_errmsg(db->handle) : "no memory");
+    db_close(db);
+    return NULL;
+}
+
+const char *db_path(const struct db *db) {
+    return db->path;
+}
+
+void db_explain(const struct db *db, char why[STORE_WHY_SIZE]) {
+    explain(why, db, sqlite3_errcode(db->handle), sqlite3_errmsg(db->handle));
+}
+
+void db_wait_for_locks(struct db *db, int64_t ms) {
+    (void)sqlite3_busy_timeout(db->handle, (int)ms);
+}
+
+bool db_read_only(struct db *db) {
+    return sqlite3_db_readonly(db->handle, "main") == 1;
+}
+
+/* Processes that turn a new file to a log at the same time are told "busy" at once, without the
+ * wait that other locks have: they would wait for each other. */
+bool db_set_up(struct db *db, const char *sql, char why[STORE_WHY_SIZE]) {
+    const int64_t until = clock_ms() + SET_UP_MS;
+    int code;
+    while ((code = sqlite3_exec(db->handle, sql, NULL, NULL, NULL) & 0xff) == SQLITE_BUSY &&
+           clock_ms() < until)
+        sqlite3_sleep(SET_UP_PAUSE_MS);
+    if (code != SQLITE_OK)
+        db_explain(db, why);
+    return code == SQLITE_OK;
+}
+
+enum store_answer db_script(struct db *db, const char *sql) {
+    return report(db, sqlite3_exec(db->handle, sql, NULL, NULL, NULL));
+}
+
+bool db_check(struct db *db, const char *sql, char why[STORE_WHY_SIZE]) {
+    char verdict[256] = "";
+    struct query query = db_query(db, sql);
+    if (query_row(&query))
+        query_copy(&query, 0, verdict, sizeof verdict);
+    int code = query.code;
+    if (query_end(&query) == STORE_OK && !strcmp(verdict, "ok"))
+        return true;
+    explain(why, db, code == SQLITE_ROW ? SQLITE_CORRUPT : code, verdict);
+    return false;
+}
+
+bool db_in_transaction(struct db *db) {
+    return !sqlite3_get_autocommit(db->handle);
+}
+
+/* SQLite obeys this pragma when it is compiled, so it must not be a kept statement. */
+enum store_answer db_keep(struct db *db, enum db_durability durability) {
+    if (db->durability == durability)
+        return STORE_OK;
+    enum store_answer answer = db_script(db, durability == DB_LAZY ? "PRAGMA synchronous=NORMAL"
+                                                                   : "PRAGMA synchronous=FULL");
+    if (answer == STORE_OK)
+        db->durability = durability;
+    return answer;
+}
+
+enum store_answer db_checkpoint(struct db *db, bool *all) {
+    int pages = 0;
+    int copied = 0;
+    int code =
+        sqlite3_wal_checkpoint_v2(db->handle, NULL, SQLITE_CHECKPOINT_PASSIVE, &pages, &copied);
+    *all = code == SQLITE_OK && copied == pages;
+    return (code & 0xff) == SQLITE_BUSY ? STORE_BUSY : report(db, code);
+}
+
+/* ------------------------------------------------------------------ statements */
+
+static sqlite3_stmt *prepare(struct db *db, const char *sql, int *code) {
+    for (size_t k = 0; k < db->count; k++)
+        if (db->cache[k].sql == sql)
+            return db->cache[k].statement;
+    sqlite3_stmt *statement = NULL;
+    if (db->count == STATEMENTS) {
+        *code = SQLITE_FULL;
+        return NULL;
+    }
+    *code = sqlite3_prepare_v3(db->handle, sql, -1, SQLITE_PREPARE_PERSISTENT, &statement, NULL);
+    if (*code == SQLITE_OK) {
+        db->cache[db->count].sql = sql;
+        db->cache[db->count++].statement = statement;
+    }
+    return statement;
+}
+
+struct query db_query(struct db *db, const char *sql) {
+    struct query query = {.db = db};
+    query.statement = prepare(db, sql, &query.code);
+    return query;
+}
+
+void query_bind_int(struct query *query, int64_t value) {
+    if (query->code == SQLITE_OK)
+        query->code = sqlite3_bind_int64(query->statement, ++query->bound, value);
+}
+
+void query_bind_real(struct query *query, double value) {
+    if (query->code == SQLITE_OK)
+        query->code = sqlite3_bind_double(query->statement, ++query->bound, value);
+}
+
+void query_bind_text(struct query *query, const char *value) {
+    if (query->code == SQLITE_OK)
+        query->code = sqlite3_bind_text(query->statement, ++query->bound, value, -1, SQLITE_STATIC);
+}
+
+void query_bind_bytes(struct query *query, const void *bytes, size_t length) {
+    if (query->code == SQLITE_OK)
+        query->code = sqlite3_bind_blob64(query->statement, ++query->bound, bytes ? bytes : "",
+                                          length, SQLITE_STATIC);
+}
+
+bool query_row(struct query *query) {
+    if (query->code != SQLITE_OK && query->code != SQLITE_ROW)
+        return false;
+    query->code = sqlite3_step(query->statement);
+    return query->code == SQLITE_ROW;
+}
+
+int64_t query_int(const struct query *query, int column) {
+    return sqlite3_column_int64(query->statement, column);
+}
+
+double query_real(const struct query *query, int column) {
+    return sqlite3_column_double(query->statement, column);
+}
+
+const char *query_text(const struct query *query, int column) {
+    return (const char *)sqlite3_column_text(query->statement, column);
+}
+
+const void *query_bytes(const struct query *query, int column, size_t *length) {
+    const void *bytes = sqlite3_column_blob(query->statement, column);
+    *length = (size_t)sqlite3_column_bytes(query->statement, column);
+    return bytes;
+}
+
+void query_copy(const struct query *query, int column, char *to, size_t size) {
+    const char *text = query_text(query, column);
+    snprintf(to, size, "%s", text ? text : "");
+}
+
+void query_duplicate(struct query *query, int column, char **to, size_t *length) {
+    size_t size = 0;
+    *to = NULL;
+    if (sqlite3_column_type(query->statement, column) == SQLITE_NULL)
+        return;
+    const void *bytes = query_bytes(query, column, &size);
+    *to = malloc(size + 1);
+    if (!*to || (!bytes && size > 0)) {
+        query->code = SQLITE_NOMEM;
+        return;
+    }
+    if (size > 0)
+        memcpy(*to, bytes, size);
+    (*to)[size] = '\0';
+    if (length)
+        *length = size;
+}
+
+enum store_answer query_end(struct query *query) {
+    enum store_answer answer = report(query->db, query->code);
+    if (query->statement) {
+        sqlite3_reset(query->statement);
+        sqlite3_clear_bindings(query->statement);
+    }
+    return answer;
+}
+
+enum store_answer query_run(struct query *query) {
+    query_row(query);
+    return query_end(query);
+}
+
+enum store_answer db_run(struct db *db, const char *sql) {
+    struct query query = db_query(db, sql);
+    return query_run(&query);
+}
+
+int64_t db_changes(struct db *db) {
+    return sqlite3_changes64(db->handle);
+}
+
+int64_t db_last_row(struct db *db) {
+    return sqlite3_last_insert_rowid(db->handle);
+}

@@ -1,0 +1,349 @@
+/* SPDX-License-Identifier: MIT */
+#include "sqlite.h"
+#include <sodium.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A step of priority is worth a minute of waiting. */
+#define PRIORITY_US (INT64_C(60) * 1000000)
+
+enum { KEY_DIGEST_BYTES = 32 };
+
+/* ------------------------------------------------------------------ submit */
+
+struct submit {
+    const struct store_submission *submission;
+    struct store_receipt *receipt;
+    const char *owner;
+    const char *surface; /* NULL without */
+    int64_t now;
+    unsigned char key_digest[KEY_DIGEST_BYTES];
+};
+
+/* STORE_EMPTY when the key is new. */
+static enum store_answer find_key(struct db *db, struct submit *submit) {
+    struct store_receipt *receipt = submit->receipt;
+    struct query query =
+        db_query(db, "SELECT id, status, key_digest FROM jobs WHERE owner = ? AND key = ?");
+    query_bind_text(&query, submit->owner);
+    query_bind_text(&query, submit->submission->key);
+    enum store_answer found = STORE_EMPTY;
+    if (query_row(&query)) {
+        size_t length = 0;
+        const void *digest = query_bytes(&query, 2, &length);
+        bool same =
+            length == KEY_DIGEST_BYTES && !memcmp(digest, submit->key_digest, KEY_DIGEST_BYTES);
+        found = same ? STORE_OK : STORE_CONFLICT;
+        query_copy(&query, 0, receipt->id, sizeof receipt->id);
+        receipt->status = (enum store_status)query_int(&query, 1);
+        receipt->existing = true;
+    }
+    enum store_answer answer = query_end(&query);
+    return answer == STORE_OK ? found : answer;
+}
+
+static enum store_answer surface_stored(struct db *db, const char *id) {
+    struct query query = db_query(db, "SELECT 1 FROM surfaces WHERE id = ?");
+    query_bind_text(&query, id);
+    bool stored = query_row(&query);
+    enum store_answer answer = query_end(&query);
+    return answer == STORE_OK && !stored ? STORE_EMPTY : answer;
+}
+
+/* The complete result of that digest in `*number`, 0 for none. */
+static enum store_answer find_result(struct db *db, const char *digest, int64_t *number) {
+    struct query query = db_query(db, "SELECT number FROM results WHERE digest = ? AND state = 1");
+    query_bind_text(&query, digest);
+    *number = query_row(&query) ? query_int(&query, 0) : 0;
+    return query_end(&query);
+}
+
+static enum store_answer queue_room(struct sqlite_store *store, struct db *db) {
+    struct query query = db_query(db, "SELECT n FROM counts WHERE status = 0");
+    bool full = query_row(&query) && query_int(&query, 0) >= sqlite_options(store)->queue_limit;
+    enum store_answer answer = query_end(&query);
+    return answer == STORE_OK && full ? STORE_FULL : answer;
+}
+
+/* `result` 0: it is to be queued; else it has succeeded. */
+static enum store_answer insert_job(struct db *db, const struct submit *submit, int64_t result) {
+    const struct store_submission *submission = submit->submission;
+    struct query query = db_query(
+        db, "INSERT INTO jobs (id, status, rank, priority, owner, digest, surface, key, key_digest,"
+            " created, started, finished, progress, result)"
+            " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, nullif(?, 0))");
+    int64_t ended = result ? submit->now : 0;
+    query_bind_text(&query, submit->receipt->id);
+    query_bind_int(&query, result ? STORE_SUCCEEDED : STORE_QUEUED);
+    query_bind_int(&query, submit->now - submission->priority * PRIORITY_US);
+    query_bind_int(&query, submission->priority);
+    query_bind_text(&query, submit->owner);
+    query_bind_text(&query, submission->digest);
+    query_bind_text(&query, submit->surface);
+    query_bind_text(&query, submission->key);
+    query_bind_bytes(&query, submit->key_digest, submission->key ? KEY_DIGEST_BYTES : 0);
+    query_bind_int(&query, submit->now);
+    query_bind_int(&query, ended);
+    query_bind_int(&query, ended);
+    query_bind_real(&query, result ? 1.0 : 0.0);
+    query_bind_int(&query, result);
+    return query_run(&query);
+}
+
+static enum store_answer insert_request(struct db *db, const struct store_submission *submission) {
+    struct query query = db_query(db, "INSERT INTO requests (job, bytes) VALUES (?, ?)");
+    query_bind_int(&query, db_last_row(db));
+    query_bind_bytes(&query, submission->request, submission->request_length);
+    return query_run(&query);
+}
+
+static enum store_answer submit_new(struct sqlite_store *store, struct db *db,
+                                    struct submit *submit) {
+    int64_t result = 0;
+    enum store_answer answer = submit->surface ? surface_stored(db, submit->surface) : STORE_OK;
+    if (answer == STORE_OK)
+        answer = find_result(db, submit->submission->digest, &result);
+    if (answer == STORE_OK && !result)
+        answer = queue_room(store, db);
+    if (answer == STORE_OK)
+        answer = insert_job(db, submit, result);
+    if (answer == STORE_OK)
+        answer = insert_request(db, submit->submission);
+    submit->receipt->status = result ? STORE_SUCCEEDED : STORE_QUEUED;
+    return answer;
+}
+
+static enum store_answer submit_operation(struct sqlite_store *store, struct db *db,
+                                          void *context) {
+    struct submit *submit = context;
+    submit->now = sqlite_now(store);
+    if (submit->submission->key) {
+        enum store_answer known = find_key(db, submit);
+        if (known != STORE_EMPTY)
+            return known;
+    }
+    return submit_new(store, db, submit);
+}
+
+enum store_answer sqlite_submit(struct store *store, const struct store_submission *submission,
+                                struct store_receipt *receipt) {
+    const char *surface = submission->surface;
+    struct submit submit = {
+        .submission = submission,
+        .receipt = receipt,
+        .owner = submission->owner ? submission->owner : "",
+        .surface = surface && surface[0] ? surface : NULL,
+    };
+    memset(receipt, 0, sizeof *receipt);
+    id_make(receipt->id);
+    if (submission->key)
+        crypto_generichash(submit.key_digest, sizeof submit.key_digest, submission->request,
+                           submission->request_length, NULL, 0);
+    return sqlite_write(store, submit_operation, &submit);
+}
+
+/* ------------------------------------------------------------------ looking */
+
+#define JOB_COLUMNS                                                                                \
+    "j.sequence, j.id, j.status, j.progress, j.created, j.started, j.finished, j.attempts,"        \
+    " j.priority, j.expired, j.owner, j.surface, j.digest, j.error,"                               \
+    " coalesce(j.summary, r.summary)"                                                              \
+    " FROM jobs j LEFT JOIN results r ON r.number = j.result"
+
+static void read_job(struct query *query, struct store_job *job) {
+    job->sequence = query_int(query, 0);
+    query_copy(query, 1, job->id, sizeof job->id);
+    job->status = (enum store_status)query_int(query, 2);
+    job->progress = query_real(query, 3);
+    job->created = query_int(query, 4);
+    job->started = query_int(query, 5);
+    job->finished = query_int(query, 6);
+    job->attempts = (int)query_int(query, 7);
+    job->priority = (int)query_int(query, 8);
+    job->expired = query_int(query, 9) != 0;
+    query_copy(query, 10, job->owner, sizeof job->owner);
+    query_copy(query, 11, job->surface, sizeof job->surface);
+    query_copy(query, 12, job->digest, sizeof job->digest);
+    query_duplicate(query, 13, &job->error, NULL);
+    query_duplicate(query, 14, &job->summary, NULL);
+}
+
+struct get {
+    const char *id;
+    struct store_job *job;
+};
+
+static enum store_answer get_operation(struct sqlite_store *store, struct db *db, void *context) {
+    (void)store;
+    struct get *get = context;
+    struct query query = db_query(db, "SELECT " JOB_COLUMNS " WHERE j.id = ?");
+    query_bind_text(&query, get->id);
+    bool found = query_row(&query);
+    if (found)
+        read_job(&query, get->job);
+    enum store_answer answer = query_end(&query);
+    return answer == STORE_OK && !found ? STORE_EMPTY : answer;
+}
+
+enum store_answer sqlite_get(struct store *store, const char *id, struct store_job *job) {
+    struct get get = {.id = id, .job = job};
+    return sqlite_read(store, get_operation, &get);
+}
+
+struct request {
+    const char *id;
+    char **bytes;
+    size_t *length;
+};
+
+static enum store_answer request_operation(struct sqlite_store *store, struct db *db,
+                                           void *context) {
+    (void)store;
+    struct request *request = context;
+    struct query query = db_query(
+        db, "SELECT q.bytes FROM jobs j JOIN requests q ON q.job = j.sequence WHERE j.id = ?");
+    query_bind_text(&query, request->id);
+    bool found = query_row(&query);
+    if (found)
+        query_duplicate(&query, 0, request->bytes, request->length);
+    enum store_answer answer = query_end(&query);
+    return answer == STORE_OK && !found ? STORE_EMPTY : answer;
+}
+
+enum store_answer sqlite_request(struct store *store, const char *id, char **bytes,
+                                 size_t *length) {
+    struct request request = {.id = id, .bytes = bytes, .length = length};
+    return sqlite_read(store, request_operation, &request);
+}
+
+struct list {
+    const struct store_filter *filter;
+    struct store_page *page;
+};
+
+#define LIST_OF(which)                                                                             \
+    "SELECT " JOB_COLUMNS " WHERE j.sequence < ?1 AND " which " ORDER BY j.sequence DESC LIMIT ?4"
+
+/* Three statements, so that each has the index it needs. One row more than asked tells whether
+ * there is a next page. */
+static struct query list_query(struct db *db, const struct store_filter *filter) {
+    int64_t before = filter->cursor > 0 ? filter->cursor : INT64_MAX;
+    struct query query =
+        filter->owner ? db_query(db, LIST_OF("(?2 IS NULL OR +j.status = ?2) AND j.owner = ?3"))
+        : filter->has_status ? db_query(db, LIST_OF("j.status = ?2 AND ?3 IS NULL"))
+                             : db_query(db, LIST_OF("?2 IS NULL AND ?3 IS NULL"));
+    query_bind_int(&query, before);
+    if (filter->has_status)
+        query_bind_int(&query, filter->status);
+    else
+        query_bind_text(&query, NULL);
+    query_bind_text(&query, filter->owner);
+    query_bind_int(&query, filter->limit + 1);
+    return query;
+}
+
+static enum store_answer list_operation(struct sqlite_store *store, struct db *db, void *context) {
+    (void)store;
+    struct list *list = context;
+    struct store_page *page = list->page;
+    size_t limit = (size_t)list->filter->limit;
+    struct query query = list_query(db, list->filter);
+    while (query_row(&query)) {
+        if (page->count == limit) {
+            page->next = page->jobs[limit - 1].sequence;
+            break;
+        }
+        read_job(&query, &page->jobs[page->count++]);
+    }
+    return query_end(&query);
+}
+
+enum store_answer sqlite_list(struct store *store, const struct store_filter *filter,
+                              struct store_page *page) {
+    struct list list = {.filter = filter, .page = page};
+    page->jobs = calloc((size_t)filter->limit, sizeof *page->jobs);
+    return page->jobs ? sqlite_read(store, list_operation, &list) : STORE_DOWN;
+}
+
+static enum store_answer counts_operation(struct sqlite_store *store, struct db *db,
+                                          void *context) {
+    (void)store;
+    struct store_counts *counts = context;
+    struct query query = db_query(db, "SELECT status, n FROM counts");
+    while (query_row(&query)) {
+        int64_t status = query_int(&query, 0);
+        if (status >= 0 && status < STORE_STATUS_COUNT)
+            counts->jobs[status] = query_int(&query, 1);
+    }
+    enum store_answer answer = query_end(&query);
+    if (answer != STORE_OK)
+        return answer;
+    query = db_query(db, "SELECT created FROM jobs WHERE status = 0 ORDER BY sequence LIMIT 1");
+    counts->oldest_queued = query_row(&query) ? query_int(&query, 0) : 0;
+    return query_end(&query);
+}
+
+enum store_answer sqlite_counts(struct store *store, struct store_counts *counts) {
+    return sqlite_read(store, counts_operation, counts);
+}
+
+/* ------------------------------------------------------------------ ending by the caller */
+
+struct named {
+    const char *id;
+};
+
+static enum store_answer cancel_operation(struct sqlite_store *store, struct db *db,
+                                          void *context) {
+    const struct named *named = context;
+    struct query query =
+        db_query(db, "UPDATE jobs SET status = 4, finished = ?, lease = NULL, holder = NULL"
+                     " WHERE id = ? AND status < 2");
+    query_bind_int(&query, sqlite_now(store));
+    query_bind_text(&query, named->id);
+    enum store_answer answer = query_run(&query);
+    if (answer != STORE_OK || db_changes(db) > 0)
+        return answer;
+    query = db_query(db, "SELECT 1 FROM jobs WHERE id = ?");
+    query_bind_text(&query, named->id);
+    bool known = query_row(&query);
+    answer = query_end(&query);
+    return answer != STORE_OK ? answer : known ? STORE_CONFLICT : STORE_EMPTY;
+}
+
+enum store_answer sqlite_cancel(struct store *store, const char *id) {
+    struct named named = {.id = id};
+    return sqlite_write(store, cancel_operation, &named);
+}
+
+static enum store_answer remove_rows(struct db *db, int64_t sequence, int64_t result) {
+    struct query query = db_query(db, "DELETE FROM requests WHERE job = ?");
+    query_bind_int(&query, sequence);
+    enum store_answer answer = query_run(&query);
+    if (answer != STORE_OK)
+        return answer;
+    query = db_query(db, "DELETE FROM jobs WHERE sequence = ?");
+    query_bind_int(&query, sequence);
+    answer = query_run(&query);
+    return answer == STORE_OK && result ? sqlite_result_forget(db, result) : answer;
+}
+
+static enum store_answer remove_operation(struct sqlite_store *store, struct db *db,
+                                          void *context) {
+    (void)store;
+    const struct named *named = context;
+    struct query query = db_query(db, "SELECT sequence, result FROM jobs WHERE id = ?");
+    query_bind_text(&query, named->id);
+    bool known = query_row(&query);
+    int64_t sequence = known ? query_int(&query, 0) : 0;
+    int64_t result = known ? query_int(&query, 1) : 0;
+    enum store_answer answer = query_end(&query);
+    if (answer != STORE_OK)
+        return answer;
+    return known ? remove_rows(db, sequence, result) : STORE_EMPTY;
+}
+
+enum store_answer sqlite_remove(struct store *store, const char *id) {
+    struct named named = {.id = id};
+    return sqlite_write(store, remove_operation, &named);
+}

@@ -1,0 +1,213 @@
+/* SPDX-License-Identifier: MIT */
+#include "sqlite.h"
+#include <string.h>
+
+static int64_t chunk_row(int64_t number, int64_t index) {
+    return number * STORE_CHUNKS_MAX + index;
+}
+
+/* ------------------------------------------------------------------ writing */
+
+static enum store_answer insert_chunk(struct db *db, int64_t row, const void *bytes,
+                                      size_t length) {
+    struct query query = db_query(db, "INSERT INTO chunks (id, bytes) VALUES (?, ?)");
+    query_bind_int(&query, row);
+    query_bind_bytes(&query, bytes, length);
+    return query_run(&query);
+}
+
+static enum store_answer insert_chunks(struct db *db, const struct store_part *part,
+                                       int64_t number) {
+    enum store_answer answer = STORE_OK;
+    int64_t row = chunk_row(number, part->index);
+    for (size_t at = 0; at < part->length && answer == STORE_OK; at += STORE_CHUNK_BYTES) {
+        size_t left = part->length - at;
+        answer = insert_chunk(db, row++, part->chunks[at / STORE_CHUNK_BYTES],
+                              left < STORE_CHUNK_BYTES ? left : STORE_CHUNK_BYTES);
+    }
+    return answer;
+}
+
+/* A result of the claim's job, which must still be running under it. */
+static enum store_answer insert_result(struct db *db, const struct store_part *part, int state,
+                                       int64_t *number) {
+    struct query query =
+        db_query(db, "INSERT INTO results (digest, state, job, token, length, summary)"
+                     " SELECT digest, ?, sequence, token, ?, ? FROM jobs"
+                     " WHERE sequence = ? AND token = ? AND status = 1");
+    query_bind_int(&query, state);
+    query_bind_int(&query, part->total);
+    query_bind_text(&query, part->summary);
+    query_bind_int(&query, part->claim->sequence);
+    query_bind_int(&query, part->claim->token);
+    enum store_answer answer = query_run(&query);
+    *number = db_last_row(db);
+    return answer == STORE_OK && db_changes(db) == 0 ? STORE_CONFLICT : answer;
+}
+
+/* Between two parts the result may have been given up (its job cancelled, say). */
+static enum store_answer still_building(struct db *db, int64_t number) {
+    struct query query = db_query(
+        db, "SELECT 1 FROM results r JOIN jobs j ON j.sequence = r.job AND j.token = r.token"
+            " WHERE r.number = ? AND r.state = 0 AND j.status = 1");
+    query_bind_int(&query, number);
+    bool building = query_row(&query);
+    enum store_answer answer = query_end(&query);
+    return answer == STORE_OK && !building ? STORE_CONFLICT : answer;
+}
+
+static enum store_answer append_operation(struct sqlite_store *store, struct db *db,
+                                          void *context) {
+    (void)store;
+    struct store_part *part = context;
+    enum store_answer answer = part->index == 0
+                                   ? insert_result(db, part, RESULT_BUILDING, &part->number)
+                                   : still_building(db, part->number);
+    return answer == STORE_OK ? insert_chunks(db, part, part->number) : answer;
+}
+
+enum store_answer sqlite_result_append(struct store *store, struct store_part *part) {
+    return sqlite_write_lazy(store, append_operation, part);
+}
+
+/* The complete result of the job's digest, 0 for none. */
+static enum store_answer find_twin(struct db *db, const struct store_claim *claim,
+                                   int64_t *number) {
+    struct query query =
+        db_query(db, "SELECT r.number FROM jobs j JOIN results r ON r.digest = j.digest"
+                     " AND r.state = 1 WHERE j.sequence = ?");
+    query_bind_int(&query, claim->sequence);
+    *number = query_row(&query) ? query_int(&query, 0) : 0;
+    return query_end(&query);
+}
+
+static enum store_answer set_state(struct db *db, int64_t number, int state) {
+    struct query query = db_query(db, "UPDATE results SET state = ? WHERE number = ?");
+    query_bind_int(&query, state);
+    query_bind_int(&query, number);
+    return query_run(&query);
+}
+
+static enum store_answer complete(struct db *db, const struct store_part *part) {
+    struct query query = db_query(
+        db, "UPDATE results SET state = 1, length = ?, summary = ? WHERE number = ? AND state = 0");
+    query_bind_int(&query, part->total);
+    query_bind_text(&query, part->summary);
+    query_bind_int(&query, part->number);
+    enum store_answer answer = query_run(&query);
+    return answer == STORE_OK && db_changes(db) == 0 ? STORE_CONFLICT : answer;
+}
+
+/* Makes the result whole, or drops it for a twin that was first; `*number` is the one the job
+ * gets. */
+static enum store_answer settle(struct db *db, struct store_part *part, int64_t *number) {
+    enum store_answer answer = find_twin(db, part->claim, number);
+    if (answer != STORE_OK)
+        return answer;
+    if (*number != 0) {
+        int64_t dropped = part->number;
+        part->number = 0;
+        return dropped ? set_state(db, dropped, RESULT_DOOMED) : STORE_OK;
+    }
+    answer =
+        part->number ? complete(db, part) : insert_result(db, part, RESULT_COMPLETE, &part->number);
+    *number = part->number;
+    return answer == STORE_OK ? insert_chunks(db, part, *number) : answer;
+}
+
+static enum store_answer commit_operation(struct sqlite_store *store, struct db *db,
+                                          void *context) {
+    struct store_part *part = context;
+    int64_t number = 0;
+    enum store_answer answer = settle(db, part, &number);
+    if (answer != STORE_OK)
+        return answer;
+    struct query query = db_query(
+        db, "UPDATE jobs SET status = 2, progress = 1, finished = ?, result = ?,"
+            " lease = NULL, holder = NULL WHERE sequence = ? AND token = ? AND status = 1");
+    query_bind_int(&query, sqlite_now(store));
+    query_bind_int(&query, number);
+    query_bind_int(&query, part->claim->sequence);
+    query_bind_int(&query, part->claim->token);
+    answer = query_run(&query);
+    return answer == STORE_OK && db_changes(db) == 0 ? STORE_CONFLICT : answer;
+}
+
+enum store_answer sqlite_result_commit(struct store *store, struct store_part *part) {
+    return sqlite_write(store, commit_operation, part);
+}
+
+static enum store_answer drop_operation(struct sqlite_store *store, struct db *db, void *context) {
+    (void)store;
+    const int64_t *number = context;
+    return set_state(db, *number, RESULT_DOOMED);
+}
+
+enum store_answer sqlite_result_drop(struct store *store, int64_t number) {
+    return sqlite_write_lazy(store, drop_operation, &number);
+}
+
+enum store_answer sqlite_result_forget(struct db *db, int64_t number) {
+    struct query query = db_query(db, "UPDATE results SET state = 2 WHERE number = ?1"
+                                      " AND NOT EXISTS (SELECT 1 FROM jobs WHERE result = ?1)");
+    query_bind_int(&query, number);
+    return query_run(&query);
+}
+
+/* ------------------------------------------------------------------ reading */
+
+struct find {
+    const char *id;
+    struct store_result *result;
+};
+
+static enum store_answer find_operation(struct sqlite_store *store, struct db *db, void *context) {
+    (void)store;
+    struct find *find = context;
+    struct query query =
+        db_query(db, "SELECT r.number, r.length FROM jobs j JOIN results r ON r.number = j.result"
+                     " WHERE j.id = ? AND r.state = 1");
+    query_bind_text(&query, find->id);
+    bool found = query_row(&query);
+    if (found) {
+        find->result->number = query_int(&query, 0);
+        find->result->length = query_int(&query, 1);
+    }
+    enum store_answer answer = query_end(&query);
+    return answer == STORE_OK && !found ? STORE_EMPTY : answer;
+}
+
+enum store_answer sqlite_result_find(struct store *store, const char *id,
+                                     struct store_result *result) {
+    struct find find = {.id = id, .result = result};
+    return sqlite_read(store, find_operation, &find);
+}
+
+struct reading {
+    int64_t row;
+    void *bytes;
+    size_t length;
+};
+
+static enum store_answer read_operation(struct sqlite_store *store, struct db *db, void *context) {
+    (void)store;
+    const struct reading *reading = context;
+    struct query query = db_query(db, "SELECT bytes FROM chunks WHERE id = ?");
+    query_bind_int(&query, reading->row);
+    bool found = query_row(&query);
+    size_t length = 0;
+    const void *bytes = found ? query_bytes(&query, 0, &length) : NULL;
+    bool good = bytes && length == reading->length;
+    if (good)
+        memcpy(reading->bytes, bytes, length);
+    enum store_answer answer = query_end(&query);
+    if (answer != STORE_OK)
+        return answer;
+    return good ? STORE_OK : found ? STORE_DOWN : STORE_EMPTY;
+}
+
+enum store_answer sqlite_result_read(struct store *store, int64_t number, int64_t index,
+                                     void *bytes, size_t length) {
+    struct reading reading = {.row = chunk_row(number, index), .bytes = bytes, .length = length};
+    return sqlite_read(store, read_operation, &reading);
+}

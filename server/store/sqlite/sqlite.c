@@ -1,0 +1,370 @@
+/* SPDX-License-Identifier: MIT */
+#include "sqlite.h"
+#include "server/clock.h"
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    READERS = 4,            /* reading connections */
+    BATCH_OPERATIONS = 256, /* most operations in one transaction */
+    LOG_ROUNDS = 4          /* tries to get the log copied whole */
+};
+
+/* A caller that waits for its change to be kept. */
+struct pending {
+    sqlite_operation operation;
+    void *context;
+    enum db_durability durability;
+    enum store_answer answer;
+    bool done;
+    struct pending *next;
+};
+
+struct sqlite_store {
+    struct store base;
+    struct store_options options;
+    char *path;
+    struct holder *holder;
+
+    struct db *writer;
+    pthread_mutex_t queue_lock;
+    pthread_cond_t queue_moved;
+    struct pending *first, **end; /* waiting operations in order */
+    bool leading;                 /* some thread is running a batch */
+    atomic_bool broken;           /* the last write or taking of the log failed */
+
+    pthread_mutex_t readers_lock;
+    pthread_cond_t reader_back;
+    struct db *readers[READERS]; /* the idle ones first */
+    size_t idle;
+
+    pthread_mutex_t keeper_lock;
+    struct db *keeper; /* takes the log into the database, beside the writer */
+};
+
+struct sqlite_store *sqlite_of(struct store *store) {
+    return (struct sqlite_store *)store;
+}
+
+const struct store_options *sqlite_options(const struct sqlite_store *store) {
+    return &store->options;
+}
+
+int64_t sqlite_now(const struct sqlite_store *store) {
+    return store->options.clock ? store->options.clock() : clock_utc_us();
+}
+
+const struct holder *sqlite_holder(const struct sqlite_store *store) {
+    return store->holder;
+}
+
+/* ------------------------------------------------------------------ writing together */
+
+/* One of several operations of a transaction: it alone is undone when it does not succeed. */
+static enum store_answer run_guarded(struct sqlite_store *store, struct pending *one) {
+    struct db *db = store->writer;
+    enum store_answer answer = db_run(db, "SAVEPOINT operation");
+    if (answer != STORE_OK)
+        return answer;
+    answer = one->operation(store, db, one->context);
+    if (answer != STORE_OK && db_in_transaction(db))
+        db_run(db, "ROLLBACK TO operation");
+    if (db_in_transaction(db))
+        db_run(db, "RELEASE operation");
+    return answer;
+}
+
+static void answer_all(struct pending *batch, enum store_answer answer) {
+    for (; batch; batch = batch->next)
+        batch->answer = answer;
+}
+
+/* A failed statement may have ended the transaction as a whole (disk full, I/O error): then nothing
+ * of the batch has happened. `last` is the answer of the last operation that was run. */
+static enum store_answer finish_batch(struct sqlite_store *store, bool wrote,
+                                      enum store_answer last) {
+    struct db *db = store->writer;
+    if (!db_in_transaction(db))
+        return store_failed(last) ? last : STORE_DOWN;
+    enum store_answer answer = wrote ? db_run(db, "COMMIT") : STORE_OK;
+    if (db_in_transaction(db))
+        db_run(db, "ROLLBACK");
+    return answer;
+}
+
+/* One operation that must not be lost is enough to wait for the disk. Who waited in vain for the
+ * lock of another process does so once: it holds up threads that answer calls. */
+static enum store_answer begin_batch(struct sqlite_store *store, const struct pending *batch) {
+    enum db_durability durability = DB_LAZY;
+    for (; batch; batch = batch->next)
+        if (batch->durability == DB_DURABLE)
+            durability = DB_DURABLE;
+    db_wait_for_locks(store->writer, atomic_load(&store->broken) ? 0 : store->options.busy_ms);
+    enum store_answer answer = db_keep(store->writer, durability);
+    return answer == STORE_OK ? db_run(store->writer, "BEGIN IMMEDIATE") : answer;
+}
+
+static void run_batch(struct sqlite_store *store, struct pending *batch) {
+    enum store_answer answer = begin_batch(store, batch);
+    if (answer != STORE_OK) {
+        answer_all(batch, answer);
+        atomic_store(&store->broken, true);
+        return;
+    }
+    bool alone = !batch->next;
+    bool wrote = false;
+    for (struct pending *one = batch; one; one = one->next) {
+        one->answer =
+            alone ? one->operation(store, store->writer, one->context) : run_guarded(store, one);
+        answer = one->answer;
+        wrote = wrote || answer == STORE_OK;
+        if (!db_in_transaction(store->writer))
+            break;
+    }
+    answer = finish_batch(store, wrote, answer);
+    if (answer != STORE_OK)
+        answer_all(batch, answer);
+    atomic_store(&store->broken, answer != STORE_OK);
+}
+
+/* Takes up to BATCH_OPERATIONS from the queue; the lock is held. */
+static struct pending *take_batch(struct sqlite_store *store) {
+    struct pending *batch = store->first;
+    struct pending *last = batch;
+    for (int n = 1; last->next && n < BATCH_OPERATIONS; n++)
+        last = last->next;
+    store->first = last->next;
+    if (!store->first)
+        store->end = &store->first;
+    last->next = NULL;
+    return batch;
+}
+
+/* The first thread that finds nobody leading runs what has queued up, its own operation among it.
+ */
+static enum store_answer write_together(struct sqlite_store *store, struct pending *own) {
+    pthread_mutex_lock(&store->queue_lock);
+    *store->end = own;
+    store->end = &own->next;
+    while (!own->done) {
+        if (store->leading) {
+            pthread_cond_wait(&store->queue_moved, &store->queue_lock);
+            continue;
+        }
+        struct pending *batch = take_batch(store);
+        store->leading = true;
+        pthread_mutex_unlock(&store->queue_lock);
+        run_batch(store, batch);
+        pthread_mutex_lock(&store->queue_lock);
+        store->leading = false;
+        for (struct pending *one = batch, *next; one; one = next) {
+            next = one->next;
+            one->done = true;
+        }
+        pthread_cond_broadcast(&store->queue_moved);
+    }
+    pthread_mutex_unlock(&store->queue_lock);
+    return own->answer;
+}
+
+enum store_answer sqlite_write(struct store *store, sqlite_operation operation, void *context) {
+    struct pending own = {.operation = operation, .context = context, .durability = DB_DURABLE};
+    return write_together(sqlite_of(store), &own);
+}
+
+enum store_answer sqlite_write_lazy(struct store *store, sqlite_operation operation,
+                                    void *context) {
+    struct pending own = {.operation = operation, .context = context, .durability = DB_LAZY};
+    return write_together(sqlite_of(store), &own);
+}
+
+enum store_answer sqlite_read(struct store *base, sqlite_operation operation, void *context) {
+    struct sqlite_store *store = sqlite_of(base);
+    pthread_mutex_lock(&store->readers_lock);
+    while (store->idle == 0)
+        pthread_cond_wait(&store->reader_back, &store->readers_lock);
+    struct db *db = store->readers[--store->idle];
+    pthread_mutex_unlock(&store->readers_lock);
+    enum store_answer answer = operation(store, db, context);
+    pthread_mutex_lock(&store->readers_lock);
+    store->readers[store->idle++] = db;
+    pthread_cond_signal(&store->reader_back);
+    pthread_mutex_unlock(&store->readers_lock);
+    return answer;
+}
+
+/* While the bulk is copied writers go on; the little that came meanwhile is soon copied too, and
+ * only when nothing is left does the log begin anew instead of growing. */
+enum store_answer sqlite_take_log(struct store *base) {
+    struct sqlite_store *store = sqlite_of(base);
+    enum store_answer answer = STORE_OK;
+    bool all = false;
+    pthread_mutex_lock(&store->keeper_lock);
+    for (int k = 0; k < LOG_ROUNDS && answer == STORE_OK && !all; k++)
+        answer = db_checkpoint(store->keeper, &all);
+    pthread_mutex_unlock(&store->keeper_lock);
+    if (answer == STORE_OK || answer == STORE_BUSY)
+        return STORE_OK;
+    atomic_store(&store->broken, true);
+    return answer;
+}
+
+/* ------------------------------------------------------------------ open and close */
+
+/* Page size and auto_vacuum have an effect only before the first table; pages of 8 KiB took a tenth
+ * off the time of a small drape against 4 KiB, larger ones nothing more. The sweep takes the log
+ * into the database long before it has the 64 MiB at which a caller would have to. The checks cover
+ * the tables whose loss would be silent, not the bulk of requests and results. */
+static bool set_up_writer(struct sqlite_store *store, char why[STORE_WHY_SIZE]) {
+    struct db *db = store->writer = db_open(store->path, store->options.busy_ms, why);
+    if (!db)
+        return false;
+    if (db_read_only(db)) {
+        snprintf(why, STORE_WHY_SIZE, "the database %s cannot be written", store->path);
+        return false;
+    }
+    if (!db_set_up(db,
+                   "PRAGMA page_size=8192;"
+                   "PRAGMA auto_vacuum=INCREMENTAL;"
+                   "PRAGMA journal_mode=WAL;"
+                   "PRAGMA synchronous=FULL;"
+                   "PRAGMA foreign_keys=ON;"
+                   "PRAGMA temp_store=MEMORY;"
+                   "PRAGMA cache_size=-32768;"
+                   "PRAGMA journal_size_limit=67108864;"
+                   "PRAGMA wal_autocheckpoint=8192;"
+                   "BEGIN IMMEDIATE",
+                   why))
+        return false;
+    bool good = sqlite_migrate(db, why) && db_set_up(db, "COMMIT", why);
+    if (!good && db_in_transaction(db))
+        (void)db_run(db, "ROLLBACK");
+    return good && db_check(db, "PRAGMA quick_check('jobs')", why) &&
+           db_check(db, "PRAGMA quick_check('results')", why) &&
+           db_check(db, "PRAGMA quick_check('surfaces')", why);
+}
+
+static bool open_others(struct sqlite_store *store, char why[STORE_WHY_SIZE]) {
+    store->keeper = db_open(store->path, store->options.busy_ms, why);
+    /* A connection that has read nothing does not know that there is a log. */
+    if (!store->keeper || !db_set_up(store->keeper, "SELECT version FROM schema_version", why))
+        return false;
+    for (int k = 0; k < READERS; k++) {
+        struct db *db = db_open(store->path, store->options.busy_ms, why);
+        if (!db)
+            return false;
+        store->readers[store->idle++] = db;
+        if (!db_set_up(db, "PRAGMA query_only=ON;PRAGMA temp_store=MEMORY", why))
+            return false;
+    }
+    return true;
+}
+
+static void sqlite_close(struct store *base) {
+    struct sqlite_store *store = sqlite_of(base);
+    while (store->idle > 0)
+        db_close(store->readers[--store->idle]);
+    db_close(store->keeper);
+    db_close(store->writer);
+    holder_free(store->holder);
+    pthread_mutex_destroy(&store->queue_lock);
+    pthread_cond_destroy(&store->queue_moved);
+    pthread_mutex_destroy(&store->readers_lock);
+    pthread_mutex_destroy(&store->keeper_lock);
+    pthread_cond_destroy(&store->reader_back);
+    free(store->path);
+    free(store);
+}
+
+static enum store_answer ping_read(struct sqlite_store *store, struct db *db, void *context) {
+    (void)store;
+    (void)context;
+    struct query query = db_query(db, "SELECT n FROM counts WHERE status = 0");
+    query_row(&query);
+    return query_end(&query);
+}
+
+static enum store_answer ping_write(struct sqlite_store *store, struct db *db, void *context) {
+    (void)store;
+    (void)context;
+    return db_run(db, "UPDATE probe SET n = n + 1"); /* the same value would not be written */
+}
+
+/* The disk is written to only to find out whether a failure is over. That so little can be written
+ * is not enough: the log may have room for it on a full disk. */
+static enum store_answer sqlite_ping(struct store *store) {
+    bool broken = atomic_load(&sqlite_of(store)->broken);
+    enum store_answer answer = sqlite_read(store, ping_read, NULL);
+    if (answer == STORE_OK && broken)
+        answer = sqlite_write(store, ping_write, NULL);
+    if (answer == STORE_OK && broken)
+        answer = sqlite_take_log(store);
+    return answer;
+}
+
+static const struct store_ops sqlite_ops = {
+    .close = sqlite_close,
+    .ping = sqlite_ping,
+    .submit = sqlite_submit,
+    .get = sqlite_get,
+    .request = sqlite_request,
+    .list = sqlite_list,
+    .cancel = sqlite_cancel,
+    .remove = sqlite_remove,
+    .counts = sqlite_counts,
+    .claim = sqlite_claim,
+    .renew = sqlite_renew,
+    .check = sqlite_check,
+    .fail = sqlite_fail,
+    .crashed = sqlite_crashed,
+    .release = sqlite_release,
+    .sweep = sqlite_sweep,
+    .result_append = sqlite_result_append,
+    .result_commit = sqlite_result_commit,
+    .result_drop = sqlite_result_drop,
+    .result_find = sqlite_result_find,
+    .result_read = sqlite_result_read,
+    .surface_put = sqlite_surface_put,
+    .surface_get = sqlite_surface_get,
+    .surface_list = sqlite_surface_list,
+    .surface_delete = sqlite_surface_delete,
+};
+
+static struct sqlite_store *sqlite_new(const char *path, const struct store_options *options,
+                                       struct hub *hub) {
+    struct sqlite_store *store = calloc(1, sizeof *store);
+    if (!store)
+        return NULL;
+    store->base.ops = &sqlite_ops;
+    store->base.hub = hub;
+    store->options = *options;
+    store->end = &store->first;
+    store->path = strdup(path);
+    pthread_mutex_init(&store->queue_lock, NULL);
+    pthread_cond_init(&store->queue_moved, NULL);
+    pthread_mutex_init(&store->readers_lock, NULL);
+    pthread_mutex_init(&store->keeper_lock, NULL);
+    pthread_cond_init(&store->reader_back, NULL);
+    if (!store->path) {
+        sqlite_close(&store->base);
+        return NULL;
+    }
+    return store;
+}
+
+struct store *store_sqlite_open(const char *path, const struct store_options *options,
+                                struct hub *hub, char why[STORE_WHY_SIZE]) {
+    struct sqlite_store *store = sqlite_new(path, options, hub);
+    if (!store) {
+        snprintf(why, STORE_WHY_SIZE, "no memory for the database");
+        return NULL;
+    }
+    store->holder = holder_take(path, options->shared, why);
+    if (store->holder && set_up_writer(store, why) && open_others(store, why))
+        return &store->base;
+    sqlite_close(&store->base);
+    return NULL;
+}

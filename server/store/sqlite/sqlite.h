@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Inside the SQLite backend. `sqlite.c` opens the database and runs transactions. What is
+ * written in SQL is in `jobs.c`, `_claims.c`, `_results.c`, `_surfaces.c`, `_sweep.c`
+ * and `_schema.c`, in the words of `db.h`.
+ *
+ * Writing is a matter of one connection. An operation is a function that runs inside a transaction;
+ * those that queue up while a commit is under way run together in the next one, so that many
+ * callers share one fsync and each still returns only when its change is on disk. Reading uses a
+ * few connections of its own and never waits for writers.
+ */
+#ifndef SERVER_STORE_SQLITE_SQLITE_H
+#define SERVER_STORE_SQLITE_SQLITE_H
+
+#include "db.h"
+#include "server/store/backend.h"
+#include "server/store/process_lock.h"
+
+struct sqlite_store;
+struct sqlite_store *sqlite_of(struct store *store);
+const struct store_options *sqlite_options(const struct sqlite_store *store);
+
+/* Microseconds since 1970 by the store's clock. */
+int64_t sqlite_now(const struct sqlite_store *store);
+
+/* Who claims here, and who else may have. */
+const struct holder *sqlite_holder(const struct sqlite_store *store);
+
+/* An operation. Answering anything but STORE_OK undoes what it wrote. It may run on another
+ * caller's thread, and what it put into `context` is true only if the call answers STORE_OK. */
+typedef enum store_answer (*sqlite_operation)(struct sqlite_store *store, struct db *db,
+                                              void *context);
+
+/* Runs it in a transaction and returns when that is durable. */
+enum store_answer sqlite_write(struct store *store, sqlite_operation operation, void *context);
+
+/* The same without waiting for the disk: for what means nothing once the machine has stopped, such
+ * as that somebody on it holds a lease. */
+enum store_answer sqlite_write_lazy(struct store *store, sqlite_operation operation, void *context);
+
+/* Runs it on a reading connection. */
+enum store_answer sqlite_read(struct store *store, sqlite_operation operation, void *context);
+
+/* Takes the write-ahead log into the database. Writers and readers go on meanwhile. */
+enum store_answer sqlite_take_log(struct store *store);
+
+/* --- schema.c */
+
+/* Checks whose the file is and brings it to the current schema; runs in a transaction. False with
+ * `why`. */
+bool sqlite_migrate(struct db *db, char why[STORE_WHY_SIZE]);
+
+/* --- jobs.c */
+
+enum store_answer sqlite_submit(struct store *store, const struct store_submission *submission,
+                                struct store_receipt *receipt);
+enum store_answer sqlite_get(struct store *store, const char *id, struct store_job *job);
+enum store_answer sqlite_request(struct store *store, const char *id, char **bytes, size_t *length);
+enum store_answer sqlite_list(struct store *store, const struct store_filter *filter,
+                              struct store_page *page);
+enum store_answer sqlite_cancel(struct store *store, const char *id);
+enum store_answer sqlite_remove(struct store *store, const char *id);
+enum store_answer sqlite_counts(struct store *store, struct store_counts *counts);
+
+/* --- claims.c */
+
+enum store_answer sqlite_claim(struct store *store, struct store_claim *claim);
+enum store_answer sqlite_renew(struct store *store, const struct store_claim *claim,
+                               double progress);
+enum store_answer sqlite_check(struct store *store, const struct store_claim *claim);
+enum store_answer sqlite_fail(struct store *store, const struct store_claim *claim,
+                              const char *error);
+enum store_answer sqlite_crashed(struct store *store, const struct store_claim *claim,
+                                 const char *detail);
+enum store_answer sqlite_release(struct store *store, const struct store_claim *claim);
+
+/* Why a job goes back to the queue. */
+enum requeue { REQUEUE_CRASHED, REQUEUE_RELEASED, REQUEUE_INTERRUPTED };
+
+/* Puts the running job back into the queue or, without attempts left, fails it; tells which. For
+ * use inside an operation. STORE_CONFLICT when it does not run under that token. */
+enum store_answer sqlite_requeue(struct sqlite_store *store, struct db *db, int64_t sequence,
+                                 int64_t token, enum requeue cause, const char *detail,
+                                 bool *failed);
+
+/* --- results.c */
+
+enum store_answer sqlite_result_append(struct store *store, struct store_part *part);
+enum store_answer sqlite_result_commit(struct store *store, struct store_part *part);
+enum store_answer sqlite_result_drop(struct store *store, int64_t number);
+enum store_answer sqlite_result_find(struct store *store, const char *id,
+                                     struct store_result *result);
+enum store_answer sqlite_result_read(struct store *store, int64_t number, int64_t index,
+                                     void *bytes, size_t length);
+
+/* results.state */
+enum { RESULT_BUILDING, RESULT_COMPLETE, RESULT_DOOMED };
+
+/* Dooms the result if no job refers to it: its chunks go by and by. Inside an operation. */
+enum store_answer sqlite_result_forget(struct db *db, int64_t number);
+
+/* --- sweep.c */
+
+enum store_answer sqlite_sweep(struct store *store, struct store_sweep *sweep);
+
+/* --- surfaces.c */
+
+enum store_answer sqlite_surface_put(struct store *store, const struct store_surface *surface,
+                                     bool *created);
+enum store_answer sqlite_surface_get(struct store *store, const char *owner, const char *id,
+                                     struct store_surface *surface);
+enum store_answer sqlite_surface_list(struct store *store, const char *owner, int64_t cursor,
+                                      int limit, struct store_surfaces *page);
+enum store_answer sqlite_surface_delete(struct store *store, const char *owner, const char *id);
+
+#endif

@@ -1,0 +1,413 @@
+/* SPDX-License-Identifier: MIT */
+#include "backend.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+const struct store_options store_options_default = {
+    .queue_limit = 10000,
+    .lease_us = INT64_C(60) * 1000000,
+    .max_attempts = 3,
+    .busy_ms = 5000,
+    .retention_us = INT64_C(168) * 3600 * 1000000,
+};
+
+/* ------------------------------------------------------------------ names */
+
+const char *store_answer_name(enum store_answer answer) {
+    static const char *const names[] = {"ok",     "empty", "conflict",          "full",
+                                        "busy",   "down",  "out of disk space", "read-only",
+                                        "damaged"};
+    return names[answer];
+}
+
+static const char *const status_names[] = {
+#define X(id, name) name,
+    STORE_STATUS_LIST(X)
+#undef X
+};
+
+const char *store_status_name(enum store_status status) {
+    return status_names[status];
+}
+
+bool store_status_from_name(const char *name, enum store_status *status) {
+    for (int k = 0; k < STORE_STATUS_COUNT; k++) {
+        if (!strcmp(name, status_names[k])) {
+            *status = (enum store_status)k;
+            return true;
+        }
+    }
+    return false;
+}
+
+bool store_status_ended(enum store_status status) {
+    return status != STORE_QUEUED && status != STORE_RUNNING;
+}
+
+/* ------------------------------------------------------------------ open and close */
+
+bool store_url_remote(const char *url) {
+    return !strncmp(url, "postgresql://", 13) || !strncmp(url, "postgres://", 11);
+}
+
+/* The backend that the URL names. One of an unknown kind may hold a password: it is not told. */
+static struct store *open_backend(const char *url, const struct store_options *options,
+                                  struct hub *hub, char why[STORE_WHY_SIZE]) {
+    if (store_url_remote(url))
+        return store_postgres_open(url, options, hub, why);
+    if (strstr(url, "://")) {
+        snprintf(why, STORE_WHY_SIZE,
+                 "the store is of an unknown kind: there are sqlite:PATH and postgresql://...");
+        return NULL;
+    }
+    const char *path = strncmp(url, "sqlite:", 7) ? url : url + 7;
+    if (!path[0] || path[0] == ':') {
+        snprintf(why, STORE_WHY_SIZE, "'%s' names no file: the store must be one", url);
+        return NULL;
+    }
+    return store_sqlite_open(path, options, hub, why);
+}
+
+struct store *store_open(const char *url, const struct store_options *options, struct hub *hub,
+                         char why[STORE_WHY_SIZE]) {
+    struct store *store = open_backend(url, options, hub, why);
+    if (!store)
+        return NULL;
+    store->cache = store_cache_new();
+    if (store->cache)
+        return store;
+    snprintf(why, STORE_WHY_SIZE, "no memory for the store");
+    store_close(store);
+    return NULL;
+}
+
+void store_close(struct store *store) {
+    if (!store)
+        return;
+    store_cache_free(store->cache);
+    store->ops->close(store);
+}
+
+enum store_answer store_ping(struct store *store) {
+    return store->ops->ping(store);
+}
+
+/* ------------------------------------------------------------------ jobs */
+
+void store_tell(struct store *store, const char *subject) {
+    hub_notify(store->hub, subject);
+    if (store->ops->announce)
+        store->ops->announce(store, subject);
+}
+
+/* What changes often, and ends nothing, is told in this process alone; others look now and then. */
+static void tell_here(struct store *store, const char *id) {
+    hub_notify(store->hub, id);
+}
+
+enum store_answer store_submit(struct store *store, const struct store_submission *submission,
+                               struct store_receipt *receipt) {
+    enum store_answer answer = store->ops->submit(store, submission, receipt);
+    if (answer == STORE_OK && !receipt->existing && receipt->status == STORE_QUEUED)
+        store_tell(store, hub_queue);
+    return answer;
+}
+
+enum store_answer store_get(struct store *store, const char *id, struct store_job *job) {
+    memset(job, 0, sizeof *job);
+    return store->ops->get(store, id, job);
+}
+
+void store_job_clear(struct store_job *job) {
+    free(job->error);
+    free(job->summary);
+    job->error = NULL;
+    job->summary = NULL;
+}
+
+enum store_answer store_request(struct store *store, const char *id, char **bytes, size_t *length) {
+    *bytes = NULL;
+    *length = 0;
+    return store->ops->request(store, id, bytes, length);
+}
+
+enum store_answer store_list(struct store *store, const struct store_filter *filter,
+                             struct store_page *page) {
+    memset(page, 0, sizeof *page);
+    return store->ops->list(store, filter, page);
+}
+
+void store_page_clear(struct store_page *page) {
+    for (size_t k = 0; k < page->count; k++)
+        store_job_clear(&page->jobs[k]);
+    free(page->jobs);
+    memset(page, 0, sizeof *page);
+}
+
+enum store_answer store_cancel(struct store *store, const char *id) {
+    enum store_answer answer = store->ops->cancel(store, id);
+    if (answer == STORE_OK)
+        store_tell(store, id);
+    return answer;
+}
+
+enum store_answer store_delete(struct store *store, const char *id) {
+    enum store_answer answer = store->ops->remove(store, id);
+    if (answer == STORE_OK)
+        store_tell(store, id);
+    return answer;
+}
+
+enum store_answer store_counts(struct store *store, struct store_counts *counts) {
+    memset(counts, 0, sizeof *counts);
+    return store->ops->counts(store, counts);
+}
+
+/* ------------------------------------------------------------------ dispatchers */
+
+enum store_answer store_claim(struct store *store, struct store_claim *claim) {
+    memset(claim, 0, sizeof *claim);
+    enum store_answer answer = store->ops->claim(store, claim);
+    if (answer == STORE_OK && claim->reused)
+        store_tell(store, claim->id);
+    else if (answer == STORE_OK)
+        tell_here(store, claim->id);
+    return answer;
+}
+
+enum store_answer store_renew(struct store *store, const struct store_claim *claim,
+                              double progress) {
+    enum store_answer answer = store->ops->renew(store, claim, progress);
+    if (answer == STORE_OK)
+        tell_here(store, claim->id);
+    return answer;
+}
+
+enum store_answer store_check(struct store *store, const struct store_claim *claim) {
+    return store->ops->check(store, claim);
+}
+
+enum store_answer store_fail(struct store *store, const struct store_claim *claim,
+                             const char *error) {
+    enum store_answer answer = store->ops->fail(store, claim, error);
+    if (answer == STORE_OK)
+        store_tell(store, claim->id);
+    return answer;
+}
+
+/* It may be claimed again. */
+static void tell_again(struct store *store, const char *id) {
+    store_tell(store, id);
+    store_tell(store, hub_queue);
+}
+
+enum store_answer store_crashed(struct store *store, const struct store_claim *claim,
+                                const char *detail) {
+    enum store_answer answer = store->ops->crashed(store, claim, detail);
+    if (answer == STORE_OK)
+        tell_again(store, claim->id);
+    return answer;
+}
+
+enum store_answer store_release(struct store *store, const struct store_claim *claim) {
+    enum store_answer answer = store->ops->release(store, claim);
+    if (answer == STORE_OK)
+        tell_again(store, claim->id);
+    return answer;
+}
+
+enum store_answer store_sweep(struct store *store, struct store_sweep *sweep) {
+    memset(sweep, 0, sizeof *sweep);
+    return store->ops->sweep(store, sweep);
+}
+
+/* ------------------------------------------------------------------ results */
+
+struct store_writer {
+    struct store *store;
+    struct store_claim claim;
+    int64_t number; /* of the stored parts; 0 while all is in `chunks` */
+    int64_t index;  /* chunks stored */
+    bool committed;
+    size_t used;                              /* bytes in `chunks` */
+    unsigned char *chunks[STORE_PART_CHUNKS]; /* malloc'ed when they are needed */
+};
+
+struct store_writer *store_writer_new(struct store *store, const struct store_claim *claim) {
+    struct store_writer *writer = calloc(1, sizeof *writer);
+    if (!writer)
+        return NULL;
+    writer->store = store;
+    writer->claim = *claim;
+    return writer;
+}
+
+static struct store_part part_of(const struct store_writer *writer) {
+    return (struct store_part){
+        .claim = &writer->claim,
+        .number = writer->number,
+        .index = writer->index,
+        .chunks = writer->chunks,
+        .length = writer->used,
+        .total = writer->index * STORE_CHUNK_BYTES + (int64_t)writer->used,
+    };
+}
+
+static enum store_answer flush(struct store_writer *writer) {
+    if (writer->index + STORE_PART_CHUNKS >= STORE_CHUNKS_MAX)
+        return STORE_DOWN;
+    struct store_part part = part_of(writer);
+    enum store_answer answer = writer->store->ops->result_append(writer->store, &part);
+    if (answer == STORE_OK) {
+        writer->number = part.number;
+        writer->index += STORE_PART_CHUNKS;
+        writer->used = 0;
+    }
+    return answer;
+}
+
+/* The chunk that takes the next byte; NULL without memory. */
+static unsigned char *open_chunk(struct store_writer *writer) {
+    unsigned char **chunk = &writer->chunks[writer->used / STORE_CHUNK_BYTES];
+    if (!*chunk)
+        *chunk = malloc(STORE_CHUNK_BYTES);
+    return *chunk;
+}
+
+enum store_answer store_writer_append(struct store_writer *writer, const void *bytes,
+                                      size_t length) {
+    const unsigned char *from = bytes;
+    while (length > 0) {
+        enum store_answer answer = writer->used == STORE_PART_BYTES ? flush(writer) : STORE_OK;
+        unsigned char *chunk = answer == STORE_OK ? open_chunk(writer) : NULL;
+        if (!chunk)
+            return answer == STORE_OK ? STORE_DOWN : answer;
+        size_t within = writer->used % STORE_CHUNK_BYTES;
+        size_t room = STORE_CHUNK_BYTES - within;
+        size_t taken = length < room ? length : room;
+        memcpy(chunk + within, from, taken);
+        writer->used += taken;
+        from += taken;
+        length -= taken;
+    }
+    return STORE_OK;
+}
+
+/* Who waits for the job is going to read it now: the chunks go to the cache as they are. */
+static void keep_chunks(struct store_writer *writer, int64_t number) {
+    size_t left = writer->used;
+    for (size_t k = 0; left > 0; k++) {
+        size_t length = left < STORE_CHUNK_BYTES ? left : STORE_CHUNK_BYTES;
+        store_cache_put(writer->store->cache, number, writer->index + (int64_t)k, writer->chunks[k],
+                        length);
+        writer->chunks[k] = NULL;
+        left -= length;
+    }
+}
+
+enum store_answer store_writer_commit(struct store_writer *writer, const char *summary) {
+    struct store_part part = part_of(writer);
+    part.summary = summary;
+    enum store_answer answer = writer->store->ops->result_commit(writer->store, &part);
+    if (answer == STORE_OK) {
+        writer->committed = true;
+        if (part.number != 0)
+            keep_chunks(writer, part.number);
+        store_tell(writer->store, writer->claim.id);
+    }
+    return answer;
+}
+
+void store_writer_free(struct store_writer *writer) {
+    if (!writer)
+        return;
+    if (writer->number != 0 && !writer->committed) {
+        enum store_answer dropped = writer->store->ops->result_drop(writer->store, writer->number);
+        (void)dropped; /* else the sweep finds it */
+    }
+    for (size_t k = 0; k < STORE_PART_CHUNKS; k++)
+        free(writer->chunks[k]);
+    free(writer);
+}
+
+enum store_answer store_result_find(struct store *store, const char *id,
+                                    struct store_result *result) {
+    memset(result, 0, sizeof *result);
+    return store->ops->result_find(store, id, result);
+}
+
+/* Loads the chunk whole: the next call is going to ask for what follows. */
+static enum store_answer load_chunk(struct store *store, const struct store_result *result,
+                                    int64_t index, size_t offset, void *to, size_t length) {
+    int64_t left = result->length - index * STORE_CHUNK_BYTES;
+    size_t size = left < STORE_CHUNK_BYTES ? (size_t)left : STORE_CHUNK_BYTES;
+    unsigned char *bytes = malloc(size);
+    if (!bytes)
+        return STORE_DOWN;
+    enum store_answer answer = store->ops->result_read(store, result->number, index, bytes, size);
+    if (answer == STORE_OK) {
+        memcpy(to, bytes + offset, length);
+        store_cache_put(store->cache, result->number, index, bytes, size);
+    } else {
+        free(bytes);
+    }
+    return answer;
+}
+
+enum store_answer store_result_read(struct store *store, const struct store_result *result,
+                                    int64_t offset, void *bytes, size_t length) {
+    unsigned char *to = bytes;
+    while (length > 0) {
+        int64_t index = offset / STORE_CHUNK_BYTES;
+        size_t within = (size_t)(offset % STORE_CHUNK_BYTES);
+        size_t room = STORE_CHUNK_BYTES - within;
+        size_t taken = length < room ? length : room;
+        enum store_answer answer = STORE_OK;
+        if (!store_cache_read(store->cache, result->number, index, within, to, taken))
+            answer = load_chunk(store, result, index, within, to, taken);
+        if (answer != STORE_OK)
+            return answer;
+        to += taken;
+        offset += (int64_t)taken;
+        length -= taken;
+    }
+    return STORE_OK;
+}
+
+/* ------------------------------------------------------------------ surfaces */
+
+void store_surface_clear(struct store_surface *surface) {
+    free(surface->definition);
+    free(surface->description);
+    surface->definition = NULL;
+    surface->description = NULL;
+}
+
+enum store_answer store_surface_put(struct store *store, const struct store_surface *surface,
+                                    bool *created) {
+    return store->ops->surface_put(store, surface, created);
+}
+
+enum store_answer store_surface_get(struct store *store, const char *owner, const char *id,
+                                    struct store_surface *surface) {
+    memset(surface, 0, sizeof *surface);
+    return store->ops->surface_get(store, owner, id, surface);
+}
+
+enum store_answer store_surface_list(struct store *store, const char *owner, int64_t cursor,
+                                     int limit, struct store_surfaces *page) {
+    memset(page, 0, sizeof *page);
+    return store->ops->surface_list(store, owner, cursor, limit, page);
+}
+
+void store_surfaces_clear(struct store_surfaces *page) {
+    for (size_t k = 0; k < page->count; k++)
+        store_surface_clear(&page->surfaces[k]);
+    free(page->surfaces);
+    memset(page, 0, sizeof *page);
+}
+
+enum store_answer store_surface_delete(struct store *store, const char *owner, const char *id) {
+    return store->ops->surface_delete(store, owner, id);
+}

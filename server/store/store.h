@@ -1,0 +1,348 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What must survive: jobs, their requests, results and surfaces. One interface; the backend is
+ * chosen by the URL: SQLite in a file for one machine, PostgreSQL for any number of them.
+ *
+ * What is answered STORE_OK is durable: it survives a power cut. (Claims, renewals and chunks of
+ * unfinished results survive the death of every process, but a power cut where the database is may
+ * take those of the last second; whoever still works under such a claim is refused as if it were
+ * old.) What is answered otherwise has changed nothing. (A change answered STORE_DOWN because a
+ * connection to another machine broke may have happened all the same. It can be repeated: a
+ * submission by its idempotency key; an end is refused the second time.) Output arguments mean
+ * something only with STORE_OK, unless a function says more.
+ *
+ * Claims are leases with a fencing token. `store_claim` counts the attempt and hands out the job
+ * for a lease; the holder renews it; whoever holds an older token than the job's is answered
+ * STORE_CONFLICT and must drop its work. No transaction stays open between two calls.
+ *
+ * Every function may be called from any thread at any time between open and close. Times are
+ * microseconds since 1970 UTC by the database's clock; 0 means "not yet". Texts are UTF-8.
+ */
+#ifndef SERVER_STORE_STORE_H
+#define SERVER_STORE_STORE_H
+
+#include "server/hub.h"
+#include "server/id.h"
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct store;
+
+/* How a call ended; kept apart from the problems of a request. */
+enum store_answer {
+    STORE_OK = 0,
+    STORE_EMPTY,    /* nothing of that name, or nothing to hand out */
+    STORE_CONFLICT, /* it exists, and its state forbids this */
+    STORE_FULL,     /* the queue limit is reached (submit only) */
+    /* Failures of the database, logged: 503. */
+    STORE_BUSY,      /* it was locked for too long: try again */
+    STORE_DOWN,      /* it cannot be used; these say why: */
+    STORE_NO_SPACE,  /* the disk is full */
+    STORE_READ_ONLY, /* it cannot be written */
+    STORE_DAMAGED    /* the file is corrupt */
+};
+
+#define STORE_MUST_USE __attribute__((warn_unused_result))
+
+/* What the store is: "ok", "empty", ..., "out of disk space". */
+const char *store_answer_name(enum store_answer answer);
+
+/* Whether the database failed, rather than said no. */
+static inline bool store_failed(enum store_answer answer) {
+    return answer >= STORE_BUSY;
+}
+
+enum {
+    STORE_DIGEST_SIZE = 65, /* digests: at most 64 characters and the final zero */
+    STORE_OWNER_SIZE = 65,  /* names of owners: the same; "" is nobody in particular */
+    STORE_KEY_SIZE = 256,   /* idempotency keys: at most 255 bytes and the final zero */
+    STORE_WHY_SIZE = 512    /* a message that says why the store cannot be opened */
+};
+
+/* The states of a job; the names are those of the contract. X(id, name) */
+#define STORE_STATUS_LIST(X)                                                                       \
+    X(QUEUED, "queued")                                                                            \
+    X(RUNNING, "running")                                                                          \
+    X(SUCCEEDED, "succeeded")                                                                      \
+    X(FAILED, "failed")                                                                            \
+    X(CANCELLED, "cancelled")
+
+enum store_status {
+#define X(id, name) STORE_##id,
+    STORE_STATUS_LIST(X)
+#undef X
+        STORE_STATUS_COUNT
+};
+
+const char *store_status_name(enum store_status status);
+/* False for a name that is no status. */
+bool store_status_from_name(const char *name, enum store_status *status);
+/* Whether a job in this state will never change again (but for expiry and deletion). */
+bool store_status_ended(enum store_status status);
+
+/* ------------------------------------------------------------------ open and close */
+
+struct store_options {
+    int64_t queue_limit;     /* queued jobs at the most; submit answers STORE_FULL beyond */
+    int64_t lease_us;        /* how long a claim holds without renewal */
+    int max_attempts;        /* a job whose worker died that often fails */
+    int64_t busy_ms;         /* how long to wait for another process's lock */
+    int64_t retention_us;    /* results of jobs that ended longer ago expire in `store_sweep` */
+    int64_t retention_bytes; /* of all results together: beyond it the oldest jobs expire in a
+                                sweep; 0: no bound */
+    bool shared;             /* other processes may open it too; else it is ours alone (SQLite) */
+    int64_t (*clock)(void);  /* for tests: microseconds since 1970 UTC; NULL: the system's */
+};
+
+/* 10,000 queued jobs; 60 s; 3; 5 s; 168 h; not shared; the system's clock. */
+extern const struct store_options store_options_default;
+
+/* Whether the URL names a database that any number of machines may share. */
+bool store_url_remote(const char *url);
+
+/* Opens the store at `url`: a path, or `sqlite:PATH`; the file is created when missing, its folder
+ * is not. Or `postgresql://...`: what is missing is created in the database's schema `draped`.
+ * Migrates an older schema. `hub` is told of every change and must outlive the store. NULL with a
+ * sentence in `why` when it cannot be used: wrong folder, read-only, open elsewhere (unless both
+ * share it), corrupt, of another program, of a newer version of this one, of an unknown kind; a
+ * server that cannot be reached, refuses the user, is older than 13, is a replica, forgets what it
+ * acknowledged. The sentence never holds a password. */
+struct store *store_open(const char *url, const struct store_options *options, struct hub *hub,
+                         char why[STORE_WHY_SIZE]);
+
+/* Waits for no one: no other call may be under way. NULL is allowed. */
+void store_close(struct store *store);
+
+/* Whether the store answers at all, by a read and a look at the writer (for /readyz). */
+enum store_answer store_ping(struct store *store) STORE_MUST_USE;
+
+/* ------------------------------------------------------------------ jobs */
+
+/* A job as it is told to others. `error` and `summary` are malloc'ed JSON texts or NULL; the struct
+ * is emptied with `store_job_clear`. */
+struct store_job {
+    char id[ID_SIZE];
+    int64_t sequence; /* position in the list, ascending with submission; unique */
+    enum store_status status;
+    double progress; /* 0..1 */
+    int64_t created, started, finished;
+    int attempts;
+    int priority;
+    bool expired; /* request and result were removed by retention: answer 410 */
+    char owner[STORE_OWNER_SIZE];
+    char surface[STORE_DIGEST_SIZE]; /* the stored surface it names; "" when it has its own */
+    char digest[STORE_DIGEST_SIZE];  /* of the request as understood, with the solver's version */
+    char *error;                     /* failed: the problem document without request_id */
+    char *summary;                   /* succeeded: the result's `summary` object */
+};
+
+/* Frees what the struct owns, not the struct; twice is harmless. */
+void store_job_clear(struct store_job *job);
+
+/* A new job; everything is the caller's and is not kept. */
+struct store_submission {
+    const void *request; /* the body as posted */
+    size_t request_length;
+    const char *digest;  /* jobs of the same digest share one result */
+    const char *surface; /* id of a stored surface, or NULL or "" */
+    const char *owner;   /* NULL is "" */
+    const char *key;     /* idempotency key, of this owner; NULL without */
+    int priority;        /* each step is worth a minute of waiting in the queue; 0 is usual */
+};
+
+struct store_receipt {
+    char id[ID_SIZE];
+    enum store_status status; /* STORE_SUCCEEDED at once when the result is there already */
+    bool existing;            /* the key was known with the same body: the earlier job */
+};
+
+/* Queues a job. STORE_OK also for a known key with the same body. STORE_CONFLICT: known key,
+ * another body. STORE_EMPTY: the surface is not stored. STORE_FULL: over the queue limit (with
+ * PostgreSQL a few that are submitted at the same moment may still come in). Concurrent calls share
+ * a wait for the disk. */
+enum store_answer store_submit(struct store *store, const struct store_submission *submission,
+                               struct store_receipt *receipt) STORE_MUST_USE;
+
+/* The job, to be cleared by the caller also when the answer is not STORE_OK. STORE_EMPTY. */
+enum store_answer store_get(struct store *store, const char *id,
+                            struct store_job *job) STORE_MUST_USE;
+
+/* The request's bytes as posted, in a malloc'ed buffer (zero-terminated beyond its length) that the
+ * caller frees. STORE_EMPTY: no such job, or expired. */
+enum store_answer store_request(struct store *store, const char *id, char **bytes,
+                                size_t *length) STORE_MUST_USE;
+
+struct store_filter {
+    bool has_status;
+    enum store_status status;
+    const char *owner; /* NULL: of anybody */
+    int64_t cursor;    /* 0: from the newest; else `next` of the page before */
+    int limit;         /* 1..1000 */
+};
+
+/* Newest first. `next` is 0 after the last page. Jobs submitted while paging do not shift pages. */
+struct store_page {
+    struct store_job *jobs; /* `count` of them */
+    size_t count;
+    int64_t next;
+};
+
+/* STORE_OK also when the page is empty. The caller clears the page with `store_page_clear`,
+ * whatever the answer. */
+enum store_answer store_list(struct store *store, const struct store_filter *filter,
+                             struct store_page *page) STORE_MUST_USE;
+void store_page_clear(struct store_page *page);
+
+/* Ends a queued or running job as cancelled; its worker is stopped by its dispatcher. STORE_OK: it
+ * is cancelled by this call. STORE_CONFLICT: it had ended before. STORE_EMPTY: no such job. */
+enum store_answer store_cancel(struct store *store, const char *id) STORE_MUST_USE;
+
+/* Removes the record, the request and, if no other job refers to it, the result; a running job is
+ * stopped by its dispatcher. STORE_EMPTY: no such job. */
+enum store_answer store_delete(struct store *store, const char *id) STORE_MUST_USE;
+
+struct store_counts {
+    int64_t jobs[STORE_STATUS_COUNT];
+    int64_t oldest_queued; /* when the job that has waited longest was created; 0 without any */
+};
+
+/* Cheap: kept up to date by every change. */
+enum store_answer store_counts(struct store *store, struct store_counts *counts) STORE_MUST_USE;
+
+/* ------------------------------------------------------------------ for dispatchers */
+
+/* The right to work on a job until `lease_end`. Plain memory. */
+struct store_claim {
+    char id[ID_SIZE];
+    char surface[STORE_DIGEST_SIZE];
+    int64_t sequence;
+    int64_t token; /* grows with every claim of the job */
+    int attempts;  /* how often it was handed out, this one included */
+    bool reused;   /* the result was there already: the job has succeeded, nothing to do */
+};
+
+/* Hands out the queued job whose turn it is. STORE_EMPTY: none. Of the owners who have jobs in the
+ * queue, the one of whom fewest are running (1000 at the most are counted) has the turn, so that
+ * each gets a fair share of the workers however much the others have submitted; among equals, the
+ * one whose first job comes first. The jobs of one owner, and so all of them while there is only
+ * one, come by priority and age: a step of priority is worth a minute of waiting, which lets no job
+ * wait for ever. */
+enum store_answer store_claim(struct store *store, struct store_claim *claim) STORE_MUST_USE;
+
+/* Prolongs the lease and stores the progress (0..1; it never goes back). STORE_CONFLICT: the claim
+ * is lost (cancelled, deleted, expired and given to another). */
+enum store_answer store_renew(struct store *store, const struct store_claim *claim,
+                              double progress) STORE_MUST_USE;
+
+/* Whether the claim still holds, by a read alone. STORE_OK or STORE_CONFLICT. */
+enum store_answer store_check(struct store *store, const struct store_claim *claim) STORE_MUST_USE;
+
+/* Ends the job as failed. `error` is the problem document. STORE_CONFLICT as above. */
+enum store_answer store_fail(struct store *store, const struct store_claim *claim,
+                             const char *error) STORE_MUST_USE;
+
+/* The worker died: back to the queue, or failed as `solver-crashed` with `detail` (a clause such as
+ * "signal 11") when this was the last attempt. */
+enum store_answer store_crashed(struct store *store, const struct store_claim *claim,
+                                const char *detail) STORE_MUST_USE;
+
+/* Back to the queue at its old place. The attempt stays counted but is not held against the job. */
+enum store_answer store_release(struct store *store,
+                                const struct store_claim *claim) STORE_MUST_USE;
+
+/* What a sweep did. */
+struct store_sweep {
+    int requeued; /* leases that ended, or (SQLite) whose process is gone: back in the queue */
+    int failed;   /* the same, without attempts left */
+    int expired;  /* jobs whose request and result were removed */
+    int removed;  /* records removed for good, after four times the retention */
+    bool more;    /* there is more to do: call again soon */
+};
+
+/* Housekeeping, in short transactions: ended leases, retention, remains of abandoned results, the
+ * write-ahead log. To be called every second or so by the processes that share the store. */
+enum store_answer store_sweep(struct store *store, struct store_sweep *sweep) STORE_MUST_USE;
+
+/* ------------------------------------------------------------------ results */
+
+/* A result being written by the holder of a claim; one thread. It buffers up to 1 MiB, so that
+ * results of that size are written by the commit alone. */
+struct store_writer;
+
+/* NULL without memory. The claim is copied. */
+struct store_writer *store_writer_new(struct store *store, const struct store_claim *claim);
+
+/* Appends. Not STORE_OK: give it up. STORE_CONFLICT: the claim is lost. */
+enum store_answer store_writer_append(struct store_writer *writer, const void *bytes,
+                                      size_t length) STORE_MUST_USE;
+
+/* Ends the job as succeeded with this result and its `summary` (a JSON object). If another job of
+ * the same digest was first, its result is taken and this one dropped. What failed may be tried
+ * again. */
+enum store_answer store_writer_commit(struct store_writer *writer,
+                                      const char *summary) STORE_MUST_USE;
+
+/* Frees it; without a commit what was written is dropped. NULL is allowed. */
+void store_writer_free(struct store_writer *writer);
+
+/* A finished result. Its bytes never change; `digest` of the job names them. */
+struct store_result {
+    int64_t number;
+    int64_t length;
+};
+
+/* The result of a succeeded job. STORE_EMPTY: no such job, not succeeded, or expired. */
+enum store_answer store_result_find(struct store *store, const char *id,
+                                    struct store_result *result) STORE_MUST_USE;
+
+/* Copies exactly `length` bytes from `offset` on; both within the result's length. STORE_EMPTY: the
+ * result has been removed meanwhile. */
+enum store_answer store_result_read(struct store *store, const struct store_result *result,
+                                    int64_t offset, void *bytes, size_t length) STORE_MUST_USE;
+
+/* ------------------------------------------------------------------ surfaces */
+
+/* Both texts are malloc'ed and may be NULL; cleared by `store_surface_clear`. */
+struct store_surface {
+    char id[STORE_DIGEST_SIZE];
+    int64_t sequence;
+    int64_t created;
+    char owner[STORE_OWNER_SIZE];
+    char *definition; /* the JSON document of the surface */
+    size_t definition_length;
+    char *description; /* the JSON object told to callers */
+};
+
+void store_surface_clear(struct store_surface *surface);
+
+/* Surfaces are named by what they hold and belong to whoever stored them: each owner of the same
+ * surface has it for himself, and what one does with it does not touch the other's. */
+
+/* Stores the surface under `id`, a digest of its content, for its owner. `*created` is false when
+ * that owner had it already; then nothing changes. */
+enum store_answer store_surface_put(struct store *store, const struct store_surface *surface,
+                                    bool *created) STORE_MUST_USE;
+
+/* Both texts. `owner` NULL: of anybody; all that have the same id say the same. STORE_EMPTY. */
+enum store_answer store_surface_get(struct store *store, const char *owner, const char *id,
+                                    struct store_surface *surface) STORE_MUST_USE;
+
+/* `count` surfaces without their definitions, newest first; `next` as in store_page. */
+struct store_surfaces {
+    struct store_surface *surfaces;
+    size_t count;
+    int64_t next;
+};
+
+/* `owner` NULL: of anybody; `cursor` 0: from the newest. Cleared by `store_surfaces_clear`. */
+enum store_answer store_surface_list(struct store *store, const char *owner, int64_t cursor,
+                                     int limit, struct store_surfaces *page) STORE_MUST_USE;
+void store_surfaces_clear(struct store_surfaces *page);
+
+/* Takes it from its owner; `owner` NULL: from all who have it. STORE_CONFLICT while a queued or
+ * running job of that owner needs it, or, when nobody else has it, of anybody; STORE_EMPTY. */
+enum store_answer store_surface_delete(struct store *store, const char *owner,
+                                       const char *id) STORE_MUST_USE;
+
+#endif

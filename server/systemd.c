@@ -1,0 +1,108 @@
+/* SPDX-License-Identifier: MIT */
+#include "systemd.h"
+#include "clock.h"
+#include "log.h"
+#include <errno.h>
+#include <fcntl.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+enum { FIRST_SOCKET = 3 }; /* SD_LISTEN_FDS_START */
+
+/* A positive number in the environment; 0 without one. */
+static int64_t number_of(const char *variable) {
+    const char *text = getenv(variable);
+    char *end = NULL;
+    errno = 0;
+    long long number = text ? strtoll(text, &end, 10) : 0;
+    return end != text && end && !*end && errno == 0 && number > 0 ? number : 0;
+}
+
+/* ------------------------------------------------------------------ the socket */
+
+static int option_of(int socket, int name) {
+    int value = 0;
+    socklen_t length = sizeof value;
+    return getsockopt(socket, SOL_SOCKET, name, &value, &length) == 0 ? value : -1;
+}
+
+static bool listens_on_tcp(int socket) {
+    int domain = option_of(socket, SO_DOMAIN);
+    return (domain == AF_INET || domain == AF_INET6) && option_of(socket, SO_TYPE) == SOCK_STREAM &&
+           option_of(socket, SO_ACCEPTCONN) == 1;
+}
+
+bool manager_socket(int *socket, const char **why) {
+    *socket = -1;
+    int64_t count = number_of("LISTEN_FDS");
+    if (number_of("LISTEN_PID") != getpid() || count == 0)
+        return true;
+    *why = count > 1 ? "draped takes one socket, and more were handed over (LISTEN_FDS)"
+                     : "the socket that was handed over (LISTEN_FDS) is no listening TCP socket";
+    if (count > 1 || !listens_on_tcp(FIRST_SOCKET))
+        return false;
+    *why = "the socket that was handed over cannot be set up";
+    *socket = FIRST_SOCKET;
+    return fcntl(FIRST_SOCKET, F_SETFD, FD_CLOEXEC) == 0 &&
+           fcntl(FIRST_SOCKET, F_SETFL, fcntl(FIRST_SOCKET, F_GETFL) | O_NONBLOCK) == 0;
+}
+
+/* ------------------------------------------------------------------ notices */
+
+/* NULL, or why the words did not arrive. */
+static const char *send_words(const char *path, const char *words) {
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    size_t length = strlen(path);
+    if ((path[0] != '/' && path[0] != '@') || length >= sizeof address.sun_path)
+        return "this is no address of a socket";
+    memcpy(address.sun_path, path, length);
+    if (path[0] == '@')
+        address.sun_path[0] = '\0'; /* an abstract name, which ends where its length says */
+    socklen_t size = (socklen_t)(offsetof(struct sockaddr_un, sun_path) + length);
+    int sender = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    if (sender < 0)
+        return strerror(errno);
+    const struct sockaddr *to = (const struct sockaddr *)&address;
+    const char *why =
+        sendto(sender, words, strlen(words), MSG_NOSIGNAL, to, size) < 0 ? strerror(errno) : NULL;
+    close(sender);
+    return why;
+}
+
+static void tell(const char *words) {
+    const char *path = getenv("NOTIFY_SOCKET");
+    const char *why = path && path[0] ? send_words(path, words) : NULL;
+    if (why)
+        log_warning(log_event("notify_failed"), log_text("socket", path), log_text("error", why));
+}
+
+void manager_ready(void) {
+    tell("READY=1\nSTATUS=Draping");
+}
+
+void manager_reloading(void) {
+    char words[96];
+    snprintf(words, sizeof words, "RELOADING=1\nMONOTONIC_USEC=%lld\nSTATUS=Reading the tokens",
+             (long long)clock_us());
+    tell(words);
+}
+
+void manager_stopping(void) {
+    tell("STOPPING=1\nSTATUS=Draining: running drapes finish");
+}
+
+void manager_alive(void) {
+    tell("WATCHDOG=1");
+}
+
+int64_t manager_watchdog_ms(void) {
+    int64_t limit_us = number_of("WATCHDOG_USEC");
+    bool ours = !getenv("WATCHDOG_PID") || number_of("WATCHDOG_PID") == getpid();
+    int64_t half_ms = limit_us / 2000;
+    return !ours || limit_us == 0 ? 0 : half_ms > 0 ? half_ms : 1;
+}

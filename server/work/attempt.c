@@ -1,0 +1,381 @@
+/* SPDX-License-Identifier: MIT */
+#include "attempt.h"
+#include "server/clock.h"
+#include "server/log.h"
+#include "server/metrics.h"
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { CPU_MARGIN_SECONDS = 30 };
+
+/* How a job on a worker ended. */
+enum outcome {
+    OUTCOME_NONE,    /* not yet */
+    OUTCOME_DONE,    /* the result is whole, `text` is its summary */
+    OUTCOME_PROBLEM, /* `text` is the problem document */
+    OUTCOME_CRASHED, /* the worker died */
+    OUTCOME_BROKEN,  /* the worker said what it must not */
+    OUTCOME_TIMEOUT, /* over its time */
+    OUTCOME_TOO_LARGE,
+    OUTCOME_LOST,    /* cancelled, deleted or given to another */
+    OUTCOME_RELEASED /* the daemon stops, or the store cannot take the result now */
+};
+
+struct attempt {
+    struct attempt_shared *shared;
+    const struct store_claim *claim;
+    struct child *child;
+    int wake;
+    struct store_writer *writer;
+    enum outcome outcome;
+    char *text; /* malloc'ed */
+    double progress;
+    int64_t written; /* bytes of the result */
+    int64_t deadline_ms, renew_at_ms, progress_at_ms, look_at_ms;
+};
+
+bool attempt_out_of_time(struct attempt_shared *shared) {
+    int64_t stop_at = atomic_load(&shared->stop_at_ms);
+    return stop_at != ATTEMPT_NO_STOP && clock_ms() >= stop_at;
+}
+
+void attempt_wake(int wake) {
+    uint64_t one = 1;
+    ssize_t written = write(wake, &one, sizeof one);
+    (void)written; /* it only fails when it is awake already */
+}
+
+/* Called by the hub. */
+static void wake_up(void *context) {
+    attempt_wake(*(const int *)context);
+}
+
+/* ------------------------------------------------------------------ under way */
+
+static void conclude(struct attempt *attempt, enum outcome outcome) {
+    if (attempt->outcome == OUTCOME_NONE)
+        attempt->outcome = outcome;
+}
+
+/* What the store answered to a write under the claim. */
+static void conclude_answer(struct attempt *attempt, enum store_answer answer) {
+    if (answer == STORE_CONFLICT)
+        conclude(attempt, OUTCOME_LOST);
+    else if (answer != STORE_OK)
+        conclude(attempt, OUTCOME_RELEASED);
+}
+
+/* Renewal that fails because the store is down is tried again; if it stays down, the claim will
+ * turn out to be lost. */
+static void renew(struct attempt *attempt, int64_t now) {
+    const struct dispatcher_settings *settings = &attempt->shared->settings;
+    enum store_answer answer =
+        store_renew(attempt->shared->store, attempt->claim, attempt->progress);
+    if (answer == STORE_CONFLICT)
+        conclude(attempt, OUTCOME_LOST);
+    attempt->renew_at_ms = now + (answer == STORE_OK ? settings->renew_ms : ATTEMPT_RETRY_MS);
+    attempt->progress_at_ms = now + settings->progress_ms;
+}
+
+static void look_at_claim(struct attempt *attempt, int64_t now) {
+    if (store_check(attempt->shared->store, attempt->claim) == STORE_CONFLICT)
+        conclude(attempt, OUTCOME_LOST);
+    attempt->look_at_ms = now + DISPATCHER_POLL_MS;
+}
+
+/* The duties that do not depend on the worker. */
+static void attend(struct attempt *attempt) {
+    int64_t now = clock_ms();
+    if (now >= attempt->deadline_ms)
+        conclude(attempt, OUTCOME_TIMEOUT);
+    if (attempt_out_of_time(attempt->shared))
+        conclude(attempt, OUTCOME_RELEASED);
+    if (now >= attempt->look_at_ms)
+        look_at_claim(attempt, now);
+    if (now >= attempt->renew_at_ms)
+        renew(attempt, now);
+}
+
+static int64_t least(int64_t a, int64_t b) {
+    return a < b ? a : b;
+}
+
+/* Sleeps until the worker's socket is ready, a duty is due, or the lane is woken. */
+static void wait_for_worker(struct attempt *attempt, short events) {
+    struct pollfd files[2] = {{.fd = attempt->child->socket, .events = events},
+                              {.fd = attempt->wake, .events = POLLIN}};
+    int64_t stop_at = atomic_load(&attempt->shared->stop_at_ms);
+    int64_t due = least(least(attempt->deadline_ms, attempt->look_at_ms), attempt->renew_at_ms);
+    if (stop_at != ATTEMPT_NO_STOP)
+        due = least(due, stop_at);
+    int64_t wait = due - clock_ms();
+    if (poll(files, 2, wait < 0 ? 0 : (int)least(wait, 60000)) <= 0)
+        return;
+    if (files[1].revents) {
+        uint64_t count = 0;
+        ssize_t got = read(attempt->wake, &count, sizeof count);
+        (void)got;
+        attempt->look_at_ms = 0;
+    }
+}
+
+static void take_progress(struct attempt *attempt) {
+    double fraction = 0;
+    if (attempt->child->inbox.head.length != sizeof fraction) {
+        conclude(attempt, OUTCOME_BROKEN);
+        return;
+    }
+    memcpy(&fraction, attempt->child->inbox.bytes, sizeof fraction);
+    if (fraction > attempt->progress && fraction <= 1.0)
+        attempt->progress = fraction;
+    int64_t now = clock_ms();
+    if (now >= attempt->progress_at_ms)
+        renew(attempt, now);
+}
+
+static void take_result(struct attempt *attempt) {
+    size_t length = attempt->child->inbox.head.length;
+    attempt->written += (int64_t)length;
+    if (attempt->written > attempt->shared->settings.max_result)
+        conclude(attempt, OUTCOME_TOO_LARGE);
+    else
+        conclude_answer(attempt,
+                        store_writer_append(attempt->writer, attempt->child->inbox.bytes, length));
+}
+
+static void take_text(struct attempt *attempt, enum outcome outcome) {
+    attempt->text =
+        strndup((const char *)attempt->child->inbox.bytes, attempt->child->inbox.head.length);
+    conclude(attempt, attempt->text ? outcome : OUTCOME_RELEASED);
+}
+
+static void take_frame(struct attempt *attempt) {
+    switch (attempt->child->inbox.head.type) {
+    case FRAME_PROGRESS:
+        take_progress(attempt);
+        break;
+    case FRAME_RESULT:
+        take_result(attempt);
+        break;
+    case FRAME_DONE:
+        take_text(attempt, OUTCOME_DONE);
+        break;
+    case FRAME_PROBLEM:
+        take_text(attempt, OUTCOME_PROBLEM);
+        break;
+    default:
+        conclude(attempt, OUTCOME_BROKEN);
+    }
+}
+
+/* The deadline ends a job that takes too long. Should nobody watch it any more, this does. */
+static uint64_t cpu_seconds(const struct dispatcher_settings *settings) {
+    int64_t seconds = settings->job_timeout_ms / 1000 + CPU_MARGIN_SECONDS;
+    return (uint64_t)seconds *
+           (uint64_t)(settings->limits.threads > 1 ? settings->limits.threads : 1);
+}
+
+/* Sends the job; a worker that dies while it is sent is noticed by receiving. */
+static void send_job(struct attempt *attempt, const struct api_input *input) {
+    struct frame_outbox outbox;
+    frame_outbox_fill(&outbox, input, &attempt->shared->settings.limits);
+    outbox.job.cpu_seconds = cpu_seconds(&attempt->shared->settings);
+    while (attempt->outcome == OUTCOME_NONE &&
+           frame_push(attempt->child->socket, &outbox) == FRAME_LATER) {
+        wait_for_worker(attempt, POLLOUT);
+        attend(attempt);
+    }
+}
+
+static void receive_result(struct attempt *attempt) {
+    while (attempt->outcome == OUTCOME_NONE) {
+        switch (frame_poll(attempt->child->socket, &attempt->child->inbox)) {
+        case FRAME_READY:
+            take_frame(attempt);
+            break;
+        case FRAME_LATER:
+            wait_for_worker(attempt, POLLIN);
+            break;
+        case FRAME_CLOSED:
+            conclude(attempt, OUTCOME_CRASHED);
+            break;
+        case FRAME_BROKEN:
+            conclude(attempt, OUTCOME_BROKEN);
+            break;
+        }
+        attend(attempt);
+    }
+}
+
+/* ------------------------------------------------------------------ its end */
+
+/* A problem document in `attempt->text`; without memory the job goes back to the queue. */
+static void set_problem(struct attempt *attempt, enum api_problem_id id, const char *detail,
+                        long long number) {
+    struct api_problem problem = {0};
+    char text[API_DETAIL_MAX];
+    snprintf(text, sizeof text, "%s %lld.", detail, number);
+    api_problem_set(&problem, id, "%s", text);
+    free(attempt->text);
+    attempt->text = api_problem_json(&problem, NULL);
+    attempt->outcome = attempt->text ? OUTCOME_PROBLEM : OUTCOME_RELEASED;
+}
+
+/* Ends the worker unless it can go on with the next job, and turns what was the worker's fault into
+ * what the store is to be told. `why` is set for OUTCOME_CRASHED. */
+static void settle_worker(struct attempt *attempt, char why[CHILD_WHY_SIZE]) {
+    struct attempt_shared *shared = attempt->shared;
+    const struct dispatcher_settings *settings = &shared->settings;
+    if (attempt->outcome == OUTCOME_DONE || attempt->outcome == OUTCOME_PROBLEM)
+        return;
+    if (attempt->outcome == OUTCOME_CRASHED)
+        child_bury(attempt->child, why);
+    child_kill(attempt->child);
+    if (attempt->outcome == OUTCOME_CRASHED || attempt->outcome == OUTCOME_BROKEN)
+        atomic_fetch_add(&shared->counters.crashes, 1);
+    if (attempt->outcome == OUTCOME_BROKEN) {
+        snprintf(why, CHILD_WHY_SIZE, "it sent what it must not");
+        attempt->outcome = OUTCOME_CRASHED;
+    } else if (attempt->outcome == OUTCOME_TIMEOUT) {
+        atomic_fetch_add(&shared->counters.timeouts, 1);
+        set_problem(attempt, API_JOB_TIMEOUT, "The longest a drape may take, in seconds:",
+                    (long long)settings->job_timeout_ms / 1000);
+    } else if (attempt->outcome == OUTCOME_TOO_LARGE) {
+        set_problem(attempt, API_TOO_LARGE,
+                    "The most a result may hold, in bytes:", (long long)settings->max_result);
+    }
+}
+
+static enum store_answer tell_store(struct attempt *attempt, const char *why) {
+    struct store *store = attempt->shared->store;
+    switch (attempt->outcome) {
+    case OUTCOME_DONE:
+        return store_writer_commit(attempt->writer, attempt->text);
+    case OUTCOME_PROBLEM:
+        return store_fail(store, attempt->claim, attempt->text);
+    case OUTCOME_CRASHED:
+        return store_crashed(store, attempt->claim, why);
+    case OUTCOME_RELEASED:
+        return store_release(store, attempt->claim);
+    default:
+        return STORE_CONFLICT;
+    }
+}
+
+static void count_outcome(struct attempt *attempt, enum store_answer answer) {
+    struct attempt_counters *counters = &attempt->shared->counters;
+    if (answer == STORE_CONFLICT)
+        atomic_fetch_add(&counters->stopped, 1);
+    else if (attempt->outcome == OUTCOME_DONE)
+        atomic_fetch_add(&counters->succeeded, 1);
+    else if (attempt->outcome == OUTCOME_PROBLEM)
+        atomic_fetch_add(&counters->failed, 1);
+}
+
+static const char *outcome_name(enum outcome outcome) {
+    static const char *const names[] = {"none",    "done",      "problem", "crashed", "broken",
+                                        "timeout", "too large", "lost",    "released"};
+    return names[outcome];
+}
+
+/* Tells the store, again and again while it is down: the work is done and must not be lost. When
+ * the daemon stops meanwhile, the lease will end by itself. */
+static void settle(struct attempt *attempt) {
+    char why[CHILD_WHY_SIZE] = "";
+    enum outcome seen = attempt->outcome;
+    settle_worker(attempt, why);
+    enum store_answer answer = tell_store(attempt, why);
+    while (store_failed(answer)) {
+        const struct timespec pause = {.tv_nsec = ATTEMPT_RETRY_MS * 1000000L};
+        if (attempt_out_of_time(attempt->shared))
+            break;
+        nanosleep(&pause, NULL);
+        answer = tell_store(attempt, why);
+    }
+    count_outcome(attempt, answer);
+    log_write(seen == OUTCOME_DONE ? LOG_LEVEL_DEBUG : LOG_LEVEL_INFO,
+              LOG_FIELDS(log_event("job_left_worker"), log_text("job", attempt->claim->id),
+                         log_text("outcome", outcome_name(seen)), log_text("worker", why),
+                         log_int("attempt", attempt->claim->attempts),
+                         log_text("store", store_answer_name(answer))));
+}
+
+/* ------------------------------------------------------------------ from claim to end */
+
+/* The documents of the job; false when it cannot be worked on, with the outcome set. */
+static bool load(struct attempt *attempt, struct api_input *input, char **request,
+                 struct store_surface *surface) {
+    struct store *store = attempt->shared->store;
+    enum store_answer answer =
+        store_request(store, attempt->claim->id, request, &input->request_length);
+    if (answer == STORE_OK && attempt->claim->surface[0])
+        answer = store_surface_get(store, NULL, attempt->claim->surface, surface);
+    input->request = *request;
+    input->surface = surface->definition;
+    input->surface_length = surface->definition_length;
+    /* Neither can be missing while the job is running: it was deleted. */
+    if (answer == STORE_EMPTY)
+        conclude(attempt, OUTCOME_LOST);
+    else if (answer != STORE_OK)
+        conclude(attempt, OUTCOME_RELEASED);
+    return answer == STORE_OK;
+}
+
+/* How long it waited, told at its first attempt. */
+static void count_wait(struct attempt *attempt) {
+    struct store_job job;
+    if (attempt->claim->attempts > 1)
+        return;
+    enum store_answer answer = store_get(attempt->shared->store, attempt->claim->id, &job);
+    if (answer == STORE_OK && job.started >= job.created)
+        metrics_time(METRICS_QUEUE, job.started - job.created);
+    store_job_clear(&job);
+}
+
+static void work(struct attempt *attempt) {
+    struct api_input input = {0};
+    struct store_surface surface = {0};
+    char *request = NULL;
+    count_wait(attempt);
+    if (load(attempt, &input, &request, &surface)) {
+        int64_t begun = clock_us();
+        send_job(attempt, &input);
+        receive_result(attempt);
+        if (attempt->outcome == OUTCOME_DONE)
+            metrics_time(METRICS_SOLVE, clock_us() - begun);
+    }
+    free(request);
+    store_surface_clear(&surface);
+}
+
+bool attempt_run(struct attempt_shared *shared, const struct store_claim *claim,
+                 struct child *child, int wake) {
+    int64_t now = clock_ms();
+    struct hub_watch watch;
+    struct attempt attempt = {
+        .shared = shared,
+        .claim = claim,
+        .child = child,
+        .wake = wake,
+        .writer = store_writer_new(shared->store, claim),
+        .deadline_ms = now + shared->settings.job_timeout_ms,
+        .renew_at_ms = now + shared->settings.renew_ms,
+        .progress_at_ms = now + shared->settings.progress_ms,
+        .look_at_ms = now + DISPATCHER_POLL_MS,
+    };
+    atomic_fetch_add(&shared->counters.busy, 1);
+    hub_subscribe(shared->hub, &watch, claim->id, wake_up, &attempt.wake);
+    if (attempt.writer)
+        work(&attempt);
+    else
+        conclude(&attempt, OUTCOME_RELEASED);
+    hub_unsubscribe(shared->hub, &watch);
+    settle(&attempt);
+    store_writer_free(attempt.writer);
+    free(attempt.text);
+    atomic_fetch_sub(&shared->counters.busy, 1);
+    return attempt.outcome != OUTCOME_RELEASED;
+}

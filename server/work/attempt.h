@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * One attempt of one job on a worker process: sends the job, renews the lease, passes progress and
+ * result to the store, watches for cancellation, deadline and shutdown, and at the end tells the
+ * store how it went. Ending a job early is always a kill of its worker.
+ */
+#ifndef SERVER_WORK_ATTEMPT_H
+#define SERVER_WORK_ATTEMPT_H
+
+#include "child.h"
+#include "dispatcher.h"
+#include <stdatomic.h>
+
+/* Since the start of the dispatcher; as in struct dispatcher_stats. */
+struct attempt_counters {
+    atomic_int_fast64_t busy, succeeded, failed, reused, stopped, crashes, timeouts, restarts;
+};
+
+enum {
+    ATTEMPT_RETRY_MS = 500, /* between two tries when the store is busy or down */
+    ATTEMPT_NO_STOP = -1
+};
+
+/* What the attempts of one dispatcher have in common. */
+struct attempt_shared {
+    struct store *store;
+    struct hub *hub;
+    struct dispatcher_settings settings;
+    /* By `clock_ms`: from when jobs that run go back to the queue; ATTEMPT_NO_STOP: go on. */
+    atomic_int_fast64_t stop_at_ms;
+    struct attempt_counters counters;
+};
+
+/* Whether running jobs have had their time after the daemon was told to stop. */
+bool attempt_out_of_time(struct attempt_shared *shared);
+
+/* Works on the claimed job until it is off the worker and the store knows. `child` is running; when
+ * it is not afterwards, it had to be killed or died. `wake` is an eventfd, non-blocking: what is
+ * written to it makes the attempt look at once at its claim and at the time. False: the job went
+ * back to the queue because it could not be worked on now; to take it again at once would not help.
+ */
+bool attempt_run(struct attempt_shared *shared, const struct store_claim *claim,
+                 struct child *child, int wake);
+
+/* Writes to such an eventfd. Any thread; never blocks. */
+void attempt_wake(int wake);
+
+#endif

@@ -1,0 +1,145 @@
+/* SPDX-License-Identifier: MIT */
+#include "child.h"
+#include "server/log.h"
+#include "worker.h"
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+enum {
+    BURY_MS = 500, /* a process whose socket closed is nearly dead */
+    BURY_STEP_MS = 2
+};
+
+/* Sanitizers report on stderr and are told how by the environment; a release worker gets neither,
+ * since its words would stand in the daemon's log unescaped. */
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+enum { KEEP_STDERR = 1 };
+#else
+enum { KEEP_STDERR = 0 };
+#endif
+
+static int add_files(posix_spawn_file_actions_t *files, int socket) {
+    int code = posix_spawn_file_actions_adddup2(files, socket, WORKER_FD);
+    for (int fd = 0; fd <= (KEEP_STDERR ? 1 : 2) && code == 0; fd++)
+        code = posix_spawn_file_actions_addopen(files, fd, "/dev/null", O_RDWR, 0);
+    if (code == 0)
+        code = posix_spawn_file_actions_addclosefrom_np(files, WORKER_FD + 1);
+    return code;
+}
+
+static int set_attributes(posix_spawnattr_t *attributes) {
+    sigset_t all;
+    sigset_t none;
+    sigfillset(&all);
+    sigemptyset(&none);
+    int code = posix_spawnattr_setsigdefault(attributes, &all);
+    if (code == 0)
+        code = posix_spawnattr_setsigmask(attributes, &none);
+    if (code == 0)
+        code = posix_spawnattr_setpgroup(attributes, 0);
+    if (code == 0)
+        code = posix_spawnattr_setflags(attributes, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK |
+                                                        POSIX_SPAWN_SETPGROUP);
+    return code;
+}
+
+static int spawn(int socket, pid_t *pid) {
+    static char name[] = "draped";
+    static char argument[] = WORKER_ARGUMENT;
+    char *const arguments[] = {name, argument, NULL};
+    char *const empty[] = {NULL};
+    posix_spawn_file_actions_t files;
+    posix_spawnattr_t attributes;
+    int code = posix_spawn_file_actions_init(&files);
+    if (code != 0)
+        return code;
+    code = posix_spawnattr_init(&attributes);
+    if (code == 0) {
+        code = add_files(&files, socket);
+        if (code == 0)
+            code = set_attributes(&attributes);
+        if (code == 0)
+            code = posix_spawn(pid, "/proc/self/exe", &files, &attributes, arguments,
+                               KEEP_STDERR ? environ : empty);
+        posix_spawnattr_destroy(&attributes);
+    }
+    posix_spawn_file_actions_destroy(&files);
+    return code;
+}
+
+bool child_start(struct child *child) {
+    int pair[2];
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair) != 0) {
+        log_error(log_event("worker_start_failed"), log_text("detail", strerror(errno)));
+        return false;
+    }
+    int code = spawn(pair[1], &child->pid);
+    close(pair[1]);
+    if (code != 0) {
+        log_error(log_event("worker_start_failed"), log_text("detail", strerror(code)));
+        close(pair[0]);
+        child->pid = 0;
+        return false;
+    }
+    child->socket = pair[0];
+    child->inbox.have = 0;
+    return true;
+}
+
+bool child_running(const struct child *child) {
+    return child->pid != 0;
+}
+
+static void forget(struct child *child) {
+    close(child->socket);
+    child->pid = 0;
+    child->socket = -1;
+}
+
+static int wait_for(pid_t pid) {
+    int status = 0;
+    while (waitpid(pid, &status, 0) < 0 && errno == EINTR)
+        continue;
+    return status;
+}
+
+void child_kill(struct child *child) {
+    if (!child_running(child))
+        return;
+    kill(child->pid, SIGKILL);
+    wait_for(child->pid);
+    forget(child);
+}
+
+static void describe(int status, char why[CHILD_WHY_SIZE]) {
+    if (WIFSIGNALED(status))
+        snprintf(why, CHILD_WHY_SIZE, "signal %d (%s)", WTERMSIG(status),
+                 sigdescr_np(WTERMSIG(status)) ? sigdescr_np(WTERMSIG(status)) : "unknown");
+    else
+        snprintf(why, CHILD_WHY_SIZE, "exit with code %d", WEXITSTATUS(status));
+}
+
+void child_bury(struct child *child, char why[CHILD_WHY_SIZE]) {
+    static const struct timespec step = {.tv_nsec = BURY_STEP_MS * 1000000L};
+    int status = 0;
+    pid_t ended = 0;
+    for (int waited = 0; waited < BURY_MS && ended == 0; waited += BURY_STEP_MS) {
+        ended = waitpid(child->pid, &status, WNOHANG);
+        if (ended == 0)
+            nanosleep(&step, NULL);
+    }
+    if (ended == 0) {
+        kill(child->pid, SIGKILL);
+        status = wait_for(child->pid);
+    }
+    describe(status, why);
+    forget(child);
+}

@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * A worker process as its dispatcher sees it: start it, talk to it by `frame.h`, end it. The child
+ * is the running binary itself, with a socket on WORKER_FD, nothing on its other descriptors, no
+ * environment, default signals and a process group of its own (so that Ctrl-C is the daemon's to
+ * handle). It dies with the thread that started it, so that thread must live as long as it.
+ */
+#ifndef SERVER_WORK_CHILD_H
+#define SERVER_WORK_CHILD_H
+
+#include "frame.h"
+#include <sys/types.h>
+
+enum { CHILD_WHY_SIZE = 96 };
+
+/* Zero-initialised: not running. One thread's. */
+struct child {
+    pid_t pid; /* 0: not running */
+    int socket;
+    struct frame_inbox inbox;
+};
+
+/* Starts it; it must not be running. False with a line in the log. */
+bool child_start(struct child *child);
+
+bool child_running(const struct child *child);
+
+/* Kills it and waits for its end. Harmless when it is not running. */
+void child_kill(struct child *child);
+
+/* After its socket closed: waits for its end (killing it if that does not come soon) and says how
+ * it went, such as "signal 11 (Segmentation fault)". */
+void child_bury(struct child *child, char why[CHILD_WHY_SIZE]);
+
+#endif

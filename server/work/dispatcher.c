@@ -1,0 +1,266 @@
+/* SPDX-License-Identifier: MIT */
+#include "dispatcher.h"
+#include "attempt.h"
+#include "child.h"
+#include "server/clock.h"
+#include "server/log.h"
+#include <poll.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+enum { START_RETRY_MS = 1000 }; /* between two tries to start a worker */
+
+/* A thread with its worker. */
+struct lane {
+    struct dispatcher *dispatcher;
+    pthread_t thread;
+    struct child child;
+    int wake;  /* eventfd of its attempts */
+    bool used; /* a worker has run here before */
+};
+
+struct dispatcher {
+    struct attempt_shared shared;
+    struct lane *lanes;
+    int lane_count; /* threads that run */
+    pthread_t sweeper;
+    bool sweeping; /* the sweeper runs */
+    struct hub_watch watch;
+
+    pthread_mutex_t lock;
+    pthread_cond_t idle;      /* lanes without a job wait here */
+    pthread_cond_t sweep_now; /* the sweeper waits here */
+    int hints;                /* jobs that may be there, at most one a lane */
+    bool quiet;               /* no new claims */
+    bool stopping;
+};
+
+struct dispatcher_settings dispatcher_settings_default(void) {
+    return (struct dispatcher_settings){
+        .workers = 1,
+        .job_timeout_ms = 600 * 1000,
+        .renew_ms = 15 * 1000,
+        .progress_ms = 200,
+        .sweep_ms = 250,
+        .max_result = INT64_C(64) << 30,
+        .limits = api_limits_default,
+    };
+}
+
+/* ------------------------------------------------------------------ waiting */
+
+/* Called by the hub: there may be a job. */
+static void hint(void *context) {
+    struct dispatcher *dispatcher = context;
+    pthread_mutex_lock(&dispatcher->lock);
+    if (dispatcher->hints < dispatcher->shared.settings.workers)
+        dispatcher->hints++;
+    pthread_cond_signal(&dispatcher->idle);
+    pthread_mutex_unlock(&dispatcher->lock);
+}
+
+/* Waits for a hint or `ms`; false when no more work is to be taken. */
+static bool wait_idle(struct dispatcher *dispatcher, int64_t ms, bool hints) {
+    struct timespec then = clock_after_ms(ms);
+    int code = 0;
+    pthread_mutex_lock(&dispatcher->lock);
+    while (!dispatcher->quiet && !(hints && dispatcher->hints > 0) && code == 0)
+        code = pthread_cond_timedwait(&dispatcher->idle, &dispatcher->lock, &then);
+    if (hints && dispatcher->hints > 0)
+        dispatcher->hints--;
+    bool go_on = !dispatcher->quiet;
+    pthread_mutex_unlock(&dispatcher->lock);
+    return go_on;
+}
+
+/* ------------------------------------------------------------------ a lane */
+
+/* Sees to it that the lane has a worker; false when that has to wait. */
+static bool ready_worker(struct lane *lane) {
+    char why[CHILD_WHY_SIZE];
+    struct pollfd file = {.fd = lane->child.socket, .events = POLLIN};
+    /* An idle worker says nothing: what can be read is its end. */
+    if (child_running(&lane->child) && poll(&file, 1, 0) > 0) {
+        child_bury(&lane->child, why);
+        log_warning(log_event("idle_worker_died"), log_text("worker", why));
+    }
+    if (child_running(&lane->child))
+        return true;
+    if (!child_start(&lane->child))
+        return false;
+    if (lane->used)
+        atomic_fetch_add(&lane->dispatcher->shared.counters.restarts, 1);
+    lane->used = true;
+    return true;
+}
+
+/* One turn: how long to wait for the next (0: not at all), and whether a hint ends the wait. */
+static int64_t take_turn(struct lane *lane, bool *hints) {
+    struct dispatcher *dispatcher = lane->dispatcher;
+    *hints = false;
+    if (!ready_worker(lane))
+        return START_RETRY_MS;
+    struct store_claim claim;
+    enum store_answer answer = store_claim(dispatcher->shared.store, &claim);
+    if (answer == STORE_EMPTY) {
+        *hints = true;
+        return DISPATCHER_POLL_MS;
+    }
+    if (answer != STORE_OK)
+        return ATTEMPT_RETRY_MS;
+    if (claim.reused)
+        atomic_fetch_add(&dispatcher->shared.counters.reused, 1);
+    else if (!attempt_run(&dispatcher->shared, &claim, &lane->child, lane->wake))
+        return ATTEMPT_RETRY_MS;
+    return 0;
+}
+
+static void *serve(void *context) {
+    struct lane *lane = context;
+    bool hints = false;
+    int64_t wait = 0;
+    do
+        wait = take_turn(lane, &hints);
+    while (wait_idle(lane->dispatcher, wait, hints));
+    child_kill(&lane->child);
+    return NULL;
+}
+
+/* ------------------------------------------------------------------ the sweeper */
+
+static void sweep_once(struct dispatcher *dispatcher) {
+    struct store_sweep sweep;
+    do {
+        enum store_answer answer = store_sweep(dispatcher->shared.store, &sweep);
+        if (answer != STORE_OK)
+            return;
+        if (sweep.requeued + sweep.failed + sweep.expired + sweep.removed > 0)
+            log_info(log_event("store_swept"), log_int("requeued", sweep.requeued),
+                     log_int("failed", sweep.failed), log_int("expired", sweep.expired),
+                     log_int("removed", sweep.removed));
+    } while (sweep.more && !attempt_out_of_time(&dispatcher->shared));
+}
+
+static void *sweep(void *context) {
+    struct dispatcher *dispatcher = context;
+    pthread_mutex_lock(&dispatcher->lock);
+    while (!dispatcher->stopping) {
+        pthread_mutex_unlock(&dispatcher->lock);
+        sweep_once(dispatcher);
+        struct timespec then = clock_after_ms(dispatcher->shared.settings.sweep_ms);
+        int code = 0;
+        pthread_mutex_lock(&dispatcher->lock);
+        while (!dispatcher->stopping && code == 0)
+            code = pthread_cond_timedwait(&dispatcher->sweep_now, &dispatcher->lock, &then);
+    }
+    pthread_mutex_unlock(&dispatcher->lock);
+    return NULL;
+}
+
+/* ------------------------------------------------------------------ start and stop */
+
+static bool start_lane(struct dispatcher *dispatcher) {
+    struct lane *lane = &dispatcher->lanes[dispatcher->lane_count];
+    lane->dispatcher = dispatcher;
+    lane->child.socket = -1;
+    lane->wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    if (lane->wake < 0)
+        return false;
+    if (pthread_create(&lane->thread, NULL, serve, lane) != 0) {
+        close(lane->wake);
+        return false;
+    }
+    dispatcher->lane_count++;
+    return true;
+}
+
+static void init_locks(struct dispatcher *dispatcher) {
+    pthread_condattr_t monotonic;
+    pthread_condattr_init(&monotonic);
+    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    pthread_mutex_init(&dispatcher->lock, NULL);
+    pthread_cond_init(&dispatcher->idle, &monotonic);
+    pthread_cond_init(&dispatcher->sweep_now, &monotonic);
+    pthread_condattr_destroy(&monotonic);
+}
+
+struct dispatcher *dispatcher_start(struct store *store, struct hub *hub,
+                                    const struct dispatcher_settings *settings) {
+    struct dispatcher *dispatcher = calloc(1, sizeof *dispatcher);
+    struct lane *lanes = calloc((size_t)settings->workers + 1, sizeof *lanes);
+    if (!dispatcher || !lanes) {
+        free(dispatcher);
+        free(lanes);
+        return NULL;
+    }
+    dispatcher->shared.store = store;
+    dispatcher->shared.hub = hub;
+    dispatcher->shared.settings = *settings;
+    dispatcher->lanes = lanes;
+    atomic_init(&dispatcher->shared.stop_at_ms, ATTEMPT_NO_STOP);
+    init_locks(dispatcher);
+    hub_subscribe(hub, &dispatcher->watch, hub_queue, hint, dispatcher);
+    dispatcher->sweeping = pthread_create(&dispatcher->sweeper, NULL, sweep, dispatcher) == 0;
+    while (dispatcher->lane_count < settings->workers && start_lane(dispatcher))
+        continue;
+    if (dispatcher->sweeping && dispatcher->lane_count == settings->workers)
+        return dispatcher;
+    log_error(log_event("dispatcher_start_failed"), log_int("threads", dispatcher->lane_count));
+    dispatcher_stop(dispatcher, 0);
+    dispatcher_free(dispatcher);
+    return NULL;
+}
+
+static void quiesce(struct dispatcher *dispatcher) {
+    pthread_mutex_lock(&dispatcher->lock);
+    dispatcher->quiet = true;
+    pthread_cond_broadcast(&dispatcher->idle);
+    pthread_mutex_unlock(&dispatcher->lock);
+}
+
+static void stop_sweeper(struct dispatcher *dispatcher) {
+    pthread_mutex_lock(&dispatcher->lock);
+    dispatcher->stopping = true;
+    pthread_cond_broadcast(&dispatcher->sweep_now);
+    pthread_mutex_unlock(&dispatcher->lock);
+    if (dispatcher->sweeping)
+        pthread_join(dispatcher->sweeper, NULL);
+}
+
+void dispatcher_stop(struct dispatcher *dispatcher, int64_t grace_ms) {
+    if (!dispatcher)
+        return;
+    quiesce(dispatcher);
+    atomic_store(&dispatcher->shared.stop_at_ms, clock_ms() + grace_ms);
+    for (int k = 0; k < dispatcher->lane_count; k++) {
+        attempt_wake(dispatcher->lanes[k].wake);
+        pthread_join(dispatcher->lanes[k].thread, NULL);
+        close(dispatcher->lanes[k].wake);
+    }
+    stop_sweeper(dispatcher);
+    hub_unsubscribe(dispatcher->shared.hub, &dispatcher->watch);
+}
+
+void dispatcher_free(struct dispatcher *dispatcher) {
+    if (!dispatcher)
+        return;
+    pthread_mutex_destroy(&dispatcher->lock);
+    pthread_cond_destroy(&dispatcher->idle);
+    pthread_cond_destroy(&dispatcher->sweep_now);
+    free(dispatcher->lanes);
+    free(dispatcher);
+}
+
+void dispatcher_stats(struct dispatcher *dispatcher, struct dispatcher_stats *stats) {
+    struct attempt_counters *counters = &dispatcher->shared.counters;
+    stats->busy = atomic_load(&counters->busy);
+    stats->succeeded = atomic_load(&counters->succeeded);
+    stats->failed = atomic_load(&counters->failed);
+    stats->reused = atomic_load(&counters->reused);
+    stats->stopped = atomic_load(&counters->stopped);
+    stats->crashes = atomic_load(&counters->crashes);
+    stats->timeouts = atomic_load(&counters->timeouts);
+    stats->restarts = atomic_load(&counters->restarts);
+}

@@ -1,0 +1,83 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What a dispatcher and its worker process say to each other over a socketpair: frames of a type, a
+ * length and that many bytes. Both ends are the same binary on the same machine, so numbers are in
+ * native order; but the worker is the sandbox of hostile input, so the dispatcher believes no
+ * length beyond FRAME_MAX_BYTES and no type out of place.
+ *
+ *   dispatcher -> worker   JOB: a struct frame_job, after the frame the request and the surface
+ *   worker -> dispatcher   PROGRESS: a double; RESULT: the next bytes of the container; at last
+ *                          DONE: the summary object, or PROBLEM: the problem document
+ *
+ * The worker's functions block; the dispatcher's never do, it polls the socket beside its other
+ * duties. No function raises SIGPIPE.
+ */
+#ifndef SERVER_WORK_FRAME_H
+#define SERVER_WORK_FRAME_H
+
+#include "api/input.h"
+#include "api/limits.h"
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <sys/uio.h>
+
+enum { FRAME_MAX_BYTES = 256 * 1024 }; /* of a frame after its head */
+
+enum frame_type { FRAME_JOB = 1, FRAME_PROGRESS, FRAME_RESULT, FRAME_DONE, FRAME_PROBLEM };
+
+struct frame_head {
+    uint32_t type;
+    uint32_t length;
+};
+
+struct frame_job {
+    struct api_limits limits;
+    uint64_t cpu_seconds; /* of the processor, for all threads together; 0: no bound */
+    uint64_t request_length;
+    uint64_t surface_length;
+};
+
+/* ------------------------------------------------------------------ blocking: the worker */
+
+/* Sends all of it; false when the other end is gone. */
+bool frame_send(int fd, enum frame_type type, const void *bytes, size_t length);
+
+/* Receives exactly `length` bytes; false when the other end is gone. */
+bool frame_receive(int fd, void *bytes, size_t length);
+
+/* ------------------------------------------------------------------ polling: the dispatcher */
+
+enum frame_state {
+    FRAME_READY,  /* a frame is whole; everything has been sent */
+    FRAME_LATER,  /* poll and call again */
+    FRAME_CLOSED, /* the other end is gone */
+    FRAME_BROKEN  /* the other end sent nonsense */
+};
+
+/* The frame being received; zero-initialised before the first. */
+struct frame_inbox {
+    struct frame_head head;
+    size_t have; /* bytes of head and payload so far */
+    unsigned char bytes[FRAME_MAX_BYTES];
+};
+
+/* Receives what is there. After FRAME_READY `head` and `bytes` hold the frame until the next call.
+ */
+enum frame_state frame_poll(int fd, struct frame_inbox *inbox);
+
+/* A job being sent; refers to the caller's bytes. */
+struct frame_outbox {
+    struct frame_head head;
+    struct frame_job job;
+    struct iovec parts[4]; /* what is left to send */
+};
+
+/* `input` must live until all is sent; `outbox` must not be moved. */
+void frame_outbox_fill(struct frame_outbox *outbox, const struct api_input *input,
+                       const struct api_limits *limits);
+
+/* Sends what the socket takes. FRAME_READY, FRAME_LATER or FRAME_CLOSED. */
+enum frame_state frame_push(int fd, struct frame_outbox *outbox);
+
+#endif

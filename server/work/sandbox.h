@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The cage of a worker process. Who takes over the solver by a hostile request finds a process with
+ * one socket, no files, no rights to be gained, and a kernel that answers EPERM to all but what
+ * solving takes: memory, threads, clocks, the socket's two directions. What is refused fails
+ * instead of killing, because the C library tries some calls for convenience and goes on without
+ * them.
+ */
+#ifndef SERVER_WORK_SANDBOX_H
+#define SERVER_WORK_SANDBOX_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* Sanitizers reserve terabytes of address space, open /proc to report, trace the process at its end
+ * and write to standard error: builds with them keep that, and are as closed as the others for
+ * sockets and programs. */
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+enum { SANDBOX_SANITIZED = 1 };
+#else
+enum { SANDBOX_SANITIZED = 0 };
+#endif
+
+/* Locks the calling process, which must have one thread, in for good: closes all descriptors but
+ * `socket`; no core dumps, no files, no new privileges; not to be traced; and the filter of system
+ * calls. False when the kernel does not provide it: then no job must be taken. */
+bool sandbox_enter(int socket) __attribute__((warn_unused_result));
+
+/* Bounds of the job that comes next: address space in bytes, and seconds of processor time from now
+ * on, beyond which the kernel ends the process (SIGXCPU). 0: no bound. */
+void sandbox_limit(uint64_t memory, uint64_t cpu_seconds);
+
+#endif

@@ -1,0 +1,209 @@
+/* SPDX-License-Identifier: MIT */
+#include "worker.h"
+#include "api/result/columns.h"
+#include "frame.h"
+#include "sandbox.h"
+#include "server/clock.h"
+#include <malloc.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+enum {
+    PROGRESS_MS = 20,             /* shortest time between two progress frames */
+    KEPT_BYTES = 32 * 1024 * 1024 /* between jobs: most need no new memory from the system */
+};
+
+/* Beyond the job's own budget: the program itself and the JSON tree of a body at its limits. */
+#define MEMORY_BESIDE_BYTES (INT64_C(1) << 30)
+
+/* One job under way. */
+struct task {
+    bool gone; /* the dispatcher is */
+    int64_t last_progress_ms;
+    size_t head_length; /* of the container's beginning, kept for the summary */
+    size_t used;
+    size_t total;
+    unsigned char head[WORKER_HEAD_BYTES];
+    unsigned char buffer[FRAME_MAX_BYTES];
+};
+
+/* ------------------------------------------------------------------ sending */
+
+static bool flush(struct task *task) {
+    if (task->used > 0 && !task->gone)
+        task->gone = !frame_send(WORKER_FD, FRAME_RESULT, task->buffer, task->used);
+    task->used = 0;
+    return !task->gone;
+}
+
+static bool take_result(void *context, const void *bytes, size_t length) {
+    struct task *task = context;
+    const unsigned char *from = bytes;
+    size_t wanted = sizeof task->head - task->head_length;
+    size_t kept = length < wanted ? length : wanted;
+    memcpy(task->head + task->head_length, from, kept);
+    task->head_length += kept;
+    task->total += length;
+    while (length > 0) {
+        size_t room = sizeof task->buffer - task->used;
+        size_t part = length < room ? length : room;
+        memcpy(task->buffer + task->used, from, part);
+        task->used += part;
+        from += part;
+        length -= part;
+        if (task->used == sizeof task->buffer && !flush(task))
+            return false;
+    }
+    return !task->gone;
+}
+
+static bool take_progress(void *context, double fraction) {
+    struct task *task = context;
+    int64_t now = clock_ms();
+    if (now - task->last_progress_ms < PROGRESS_MS)
+        return !task->gone;
+    task->last_progress_ms = now;
+    task->gone = !frame_send(WORKER_FD, FRAME_PROGRESS, &fraction, sizeof fraction);
+    return !task->gone;
+}
+
+/* Without memory for the document one from static storage says just that. */
+static bool send_problem(const struct api_problem *problem) {
+    static const char no_memory[] =
+        "{\"type\":\"/problems/out-of-memory\",\"title\":\"The drape needs more memory than "
+        "allowed\",\"status\":500,\"detail\":\"The problem of this drape could not be told.\"}";
+    char *json = api_problem_json(problem, NULL);
+    const char *text = json ? json : no_memory;
+    bool sent = frame_send(WORKER_FD, FRAME_PROBLEM, text, strlen(text));
+    free(json);
+    return sent;
+}
+
+static bool send_summary(const struct worker_engine *engine, struct task *task) {
+    char *summary = engine->summary(task->head, task->head_length);
+    if (!summary) {
+        struct api_problem problem = {0};
+        api_problem_set(&problem, API_INTERNAL, "The result has no readable header.");
+        return send_problem(&problem);
+    }
+    bool sent = flush(task) && frame_send(WORKER_FD, FRAME_DONE, summary, strlen(summary));
+    free(summary);
+    return sent;
+}
+
+/* ------------------------------------------------------------------ a job */
+
+static bool run_job(const struct worker_engine *engine, struct task *task,
+                    const struct api_input *input, const struct api_limits *limits) {
+    struct api_problem problem = {0};
+    struct drape_monitor monitor = {.progress = take_progress, .context = task};
+    struct api_sink sink = {.write = take_result, .context = task};
+    task->gone = false;
+    task->last_progress_ms = clock_ms();
+    task->head_length = task->used = task->total = 0;
+    enum api_problem_id id = engine->run(input, limits, &monitor, &sink, &problem);
+    if (task->gone)
+        return false;
+    return id == API_OK ? send_summary(engine, task) : send_problem(&problem);
+}
+
+static uint64_t memory_of(const struct frame_job *job) {
+    return job->limits.max_memory + MEMORY_BESIDE_BYTES + job->request_length + job->surface_length;
+}
+
+/* Reads away what cannot be kept, so that the next frame starts where it should. */
+static bool skip(struct task *task, uint64_t length) {
+    while (length > 0) {
+        size_t part = length < sizeof task->buffer ? (size_t)length : sizeof task->buffer;
+        if (!frame_receive(WORKER_FD, task->buffer, part))
+            return false;
+        length -= part;
+    }
+    return true;
+}
+
+/* False when the dispatcher is gone. */
+static bool handle(const struct worker_engine *engine, struct task *task,
+                   const struct frame_job *job) {
+    uint64_t length = job->request_length + job->surface_length;
+    sandbox_limit(memory_of(job), job->cpu_seconds);
+    char *bytes = malloc(length + 1);
+    if (!bytes) {
+        struct api_problem problem = {0};
+        api_problem_set(&problem, API_OUT_OF_MEMORY, "The request does not fit into memory.");
+        return skip(task, length) && send_problem(&problem);
+    }
+    struct api_input input = {.request = bytes,
+                              .request_length = job->request_length,
+                              .surface = bytes + job->request_length,
+                              .surface_length = job->surface_length};
+    bool good =
+        frame_receive(WORKER_FD, bytes, length) && run_job(engine, task, &input, &job->limits);
+    free(bytes);
+    if (length + task->total > KEPT_BYTES)
+        malloc_trim(0);
+    return good;
+}
+
+/* ------------------------------------------------------------------ the process */
+
+/* What a job frees stays with the process up to KEPT_BYTES: asking the system for it anew, page by
+ * page, costs a sixth of a drape's time. */
+static void keep_memory(void) {
+    mallopt(M_TRIM_THRESHOLD, KEPT_BYTES);
+    mallopt(M_MMAP_THRESHOLD, KEPT_BYTES);
+}
+
+/* No life without the dispatcher, even in the midst of a solve. */
+static bool set_up(void) {
+    signal(SIGPIPE, SIG_IGN);
+    keep_memory();
+    return prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 && sandbox_enter(WORKER_FD);
+}
+
+int worker_serve(const struct worker_engine *engine) {
+    static struct task task;
+    struct frame_head head;
+    struct frame_job job;
+    if (!set_up())
+        return 1;
+    while (frame_receive(WORKER_FD, &head, sizeof head)) {
+        if (head.type != FRAME_JOB || head.length != sizeof job ||
+            !frame_receive(WORKER_FD, &job, sizeof job) || !handle(engine, &task, &job))
+            return 1;
+    }
+    return 0;
+}
+
+struct head {
+    const unsigned char *bytes;
+    size_t length;
+};
+
+static bool read_head(void *context, uint64_t offset, void *buffer, size_t length) {
+    const struct head *head = context;
+    if (offset > head->length || length > head->length - offset)
+        return false;
+    memcpy(buffer, head->bytes + offset, length);
+    return true;
+}
+
+/* The time in the queue is not the result's but each job's own. */
+static char *summary_of(const void *bytes, size_t length) {
+    static struct api_columns columns;
+    struct api_problem problem = {0};
+    struct head head = {.bytes = bytes, .length = length};
+    struct api_reader reader = {.read_at = read_head, .context = &head};
+    if (api_columns_open(&reader, &columns, &problem) != API_OK)
+        return NULL;
+    return api_summary_json(&columns.summary, 0.0);
+}
+
+int worker_main(void) {
+    static const struct worker_engine engine = {.run = api_run, .summary = summary_of};
+    return api_prepare() ? worker_serve(&engine) : 1;
+}

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The worker process: reads jobs from the socket on WORKER_FD, runs them one after the other, sends
+ * progress and result back, and ends when the socket closes. It has no store, is locked in
+ * (`sandbox.h`), and holds no more memory than its job may; what hurts it hurts one attempt of one
+ * job. It is the same binary, started by `child.h` with WORKER_ARGUMENT.
+ */
+#ifndef SERVER_WORK_WORKER_H
+#define SERVER_WORK_WORKER_H
+
+#include "api/run.h"
+
+enum { WORKER_FD = 3 };
+#define WORKER_ARGUMENT "worker"
+
+/* What a worker does with a job. The daemon's is `api_run`; tests have their own. */
+struct worker_engine {
+    enum api_problem_id (*run)(const struct api_input *input, const struct api_limits *limits,
+                               const struct drape_monitor *monitor, const struct api_sink *sink,
+                               struct api_problem *problem);
+    /* The summary object of a result from its first bytes (at most WORKER_HEAD_BYTES): a malloc'ed
+     * string, NULL when it cannot be told. */
+    char *(*summary)(const void *head, size_t length);
+};
+
+enum { WORKER_HEAD_BYTES = 64 * 1024 };
+
+/* Serves WORKER_FD with the engine until it closes. Returns the process's exit code. */
+int worker_serve(const struct worker_engine *engine);
+
+/* Serves with `api_run`: what `draped worker` does. Readies `api_run` itself. */
+int worker_main(void);
+
+#endif

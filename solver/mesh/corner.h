@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The basic step over flat triangles: the fourth corner D of a cell A, B, C on a mesh.
+ *
+ *       B ---- D        |D - B| = bd and |D - C| = cd, D on the side of BC away from A
+ *       |      |        (see `fishnet.h`).
+ *       A ---- C
+ *
+ * The spheres round B and C meet in a circle, and in the plane of a triangle D is one of the two
+ * points where that circle passes through it, in closed form. From C a walk heads for the D of the
+ * triangle it is in, and so from triangle to triangle until D lies in its own; else one from B.
+ * When both fail, all triangles on the circle are tried.
+ */
+#ifndef SOLVER_MESH_CORNER_H
+#define SOLVER_MESH_CORNER_H
+
+#include "mesh.h"
+
+struct mesh_cell {
+    struct mesh_place a, b, c;
+    double bd, cd;     /* chord lengths wanted, > 0 */
+    struct vec3 guess; /* where D is expected: of several it is the nearest to it */
+    int orientation;   /* 1 when A, C, D, B turn counter-clockwise about the normals, -1 when not */
+};
+
+enum mesh_corner_end {
+    MESH_CORNER_FOUND,
+    MESH_CORNER_COLLAPSED,     /* the spheres no longer meet on the mesh */
+    MESH_CORNER_BOUNDARY,      /* D would lie past the edge of the mesh */
+    MESH_CORNER_NO_CONVERGENCE /* D is there, but not to be reached from B or C */
+};
+
+struct mesh_corner {
+    struct mesh_place place; /* D */
+    int steps;               /* triangles in which D was looked for */
+    double residual;         /* the larger of | |D - B| / bd - 1 |, | |D - C| / cd - 1 | */
+};
+
+/* Solves a cell. D is never on the side of A, nor on a sheet that has turned by more than a right
+ * angle (95 degrees, so that square edges pass) from those of B and C, nor on one that hangs
+ * together with theirs only further away. The place is set only when it was found. */
+enum mesh_corner_end mesh_corner_solve(const struct mesh *mesh, const struct mesh_cell *cell,
+                                       struct mesh_corner *corner);
+
+#endif

@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: MIT */
+#include "fan.h"
+
+#include "solver/angle.h"
+
+static int32_t following(int32_t edge) {
+    return edge % 3 == 2 ? edge - 2 : edge + 1;
+}
+
+static int32_t preceding(int32_t edge) {
+    return edge % 3 == 0 ? edge + 2 : edge - 1;
+}
+
+int32_t mesh_fan_next(const struct mesh *mesh, int32_t leaving) {
+    return mesh->twins[preceding(leaving)];
+}
+
+int32_t mesh_fan_previous(const struct mesh *mesh, int32_t leaving) {
+    int32_t twin = mesh->twins[leaving];
+    return twin == MESH_NONE ? MESH_NONE : following(twin);
+}
+
+/* From the start to the end of a half-edge. */
+static struct vec3 edge_vector(const struct mesh *mesh, int32_t edge) {
+    return vec3_sub(mesh_corner_point(mesh, edge / 3, following(edge) % 3),
+                    mesh_corner_point(mesh, edge / 3, edge % 3));
+}
+
+/* The angle of a triangle at the start of a half-edge. */
+static double corner_angle(const struct mesh *mesh, int32_t edge) {
+    struct vec3 a = edge_vector(mesh, edge);
+    struct vec3 b = vec3_scale(-1, edge_vector(mesh, preceding(edge)));
+    return angle_atan2_deg(vec3_norm(vec3_cross(a, b)), vec3_dot(a, b));
+}
+
+struct mesh_fan mesh_fan_make(const struct mesh *mesh, int32_t triangle, int corner) {
+    int32_t asked = 3 * triangle + corner, at = asked, back;
+    while ((back = mesh_fan_previous(mesh, at)) != MESH_NONE && back != asked)
+        at = back;
+    struct mesh_fan fan = {.mesh = mesh, .first = at, .closed = back == asked};
+    if (fan.closed)
+        fan.first = asked;
+    at = fan.first;
+    do {
+        if (at == asked)
+            fan.before = fan.total;
+        fan.total += corner_angle(mesh, at);
+        at = mesh_fan_next(mesh, at);
+    } while (at != MESH_NONE && at != fan.first);
+    return fan;
+}
+
+double mesh_fan_angle(const struct mesh *mesh, int32_t triangle, int corner,
+                      struct vec3 direction) {
+    struct vec3 x = vec3_unit(edge_vector(mesh, 3 * triangle + corner));
+    struct vec3 y = vec3_cross(mesh->normals[triangle], x);
+    return angle_atan2_deg(vec3_dot(direction, y), vec3_dot(direction, x));
+}
+
+void mesh_fan_direction(const struct mesh_fan *fan, double angle, int32_t *triangle, int *corner,
+                        struct vec3 *direction) {
+    const struct mesh *mesh = fan->mesh;
+    int32_t at = fan->first;
+    double here, sine, cosine;
+    while (angle > (here = corner_angle(mesh, at))) {
+        int32_t next = mesh_fan_next(mesh, at);
+        if (next == MESH_NONE || next == fan->first) {
+            angle = here;
+            break;
+        }
+        angle -= here;
+        at = next;
+    }
+    angle_sincos_deg(angle, &sine, &cosine);
+    struct vec3 x = vec3_unit(edge_vector(mesh, at));
+    struct vec3 y = vec3_cross(mesh->normals[at / 3], x);
+    *triangle = at / 3;
+    *corner = at % 3;
+    *direction = vec3_axpy(sine, y, vec3_scale(cosine, x));
+}

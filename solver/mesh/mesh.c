@@ -1,0 +1,192 @@
+/* SPDX-License-Identifier: MIT */
+#include "mesh.h"
+
+#include "topology.h"
+#include "tree.h"
+#include <string.h>
+
+/* Beyond it products of four lengths overflow. */
+static const double coordinate_max = 1e60;
+
+/* A triangle whose height is less than this share of the coordinates' size has none but rounding:
+ * its normal would be off by more than 1e-3. */
+static const double height_of_rounding = 1e-13;
+
+static enum status blame(struct mesh_fault *fault, enum mesh_fault_kind kind, size_t index) {
+    fault->kind = kind;
+    fault->index = index;
+    return STATUS_INVALID;
+}
+
+static bool usable(double x) {
+    return fabs(x) <= coordinate_max;
+}
+
+static enum status check_source(const struct mesh_source *source, struct mesh_fault *fault) {
+    if (source->triangle_count == 0)
+        return blame(fault, MESH_FAULT_EMPTY, 0);
+    if (source->triangle_count > INT32_MAX / 3 || source->vertex_count > INT32_MAX)
+        return blame(fault, MESH_FAULT_TOO_LARGE, 0);
+    for (size_t i = 0; i < source->vertex_count; i++) {
+        struct vec3 p = source->vertices[i];
+        if (!usable(p.x) || !usable(p.y) || !usable(p.z))
+            return blame(fault, MESH_FAULT_VERTEX, i);
+    }
+    for (size_t t = 0; t < source->triangle_count; t++)
+        for (int k = 0; k < 3; k++) {
+            int32_t at = source->triangles[t][k];
+            fault->corner = k;
+            if (at < 0 || (size_t)at >= source->vertex_count)
+                return blame(fault, MESH_FAULT_INDEX, t);
+        }
+    return STATUS_OK;
+}
+
+static enum status copy_source(const struct mesh_source *source, struct arena *arena,
+                               struct mesh *mesh) {
+    size_t n = source->triangle_count, m = source->vertex_count;
+    mesh->triangle_count = n;
+    mesh->vertex_count = m;
+    mesh->vertices = arena_alloc(arena, m, sizeof *mesh->vertices);
+    mesh->corners = arena_alloc(arena, n, sizeof *mesh->corners);
+    mesh->twins = arena_alloc(arena, n, 3 * sizeof *mesh->twins);
+    mesh->normals = arena_alloc(arena, n, sizeof *mesh->normals);
+    mesh->component = arena_alloc(arena, n, sizeof *mesh->component);
+    if (source->parameters)
+        mesh->parameters = arena_alloc(arena, m, sizeof *mesh->parameters);
+    if (!mesh->vertices || !mesh->corners || !mesh->twins || !mesh->normals || !mesh->component ||
+        (source->parameters && !mesh->parameters))
+        return STATUS_OUT_OF_MEMORY;
+    memcpy(mesh->vertices, source->vertices, m * sizeof *mesh->vertices);
+    memcpy(mesh->corners, source->triangles, n * sizeof *mesh->corners);
+    if (source->parameters)
+        memcpy(mesh->parameters, source->parameters, m * sizeof *mesh->parameters);
+    return STATUS_OK;
+}
+
+/* Vertices that no triangle has do not count. */
+static void find_bounds(struct mesh *mesh) {
+    struct vec3 low = mesh_corner_point(mesh, 0, 0), high = low;
+    for (size_t t = 0; t < mesh->triangle_count; t++)
+        for (int k = 0; k < 3; k++) {
+            struct vec3 p = mesh_corner_point(mesh, (int32_t)t, k);
+            low = vec3_make(fmin(low.x, p.x), fmin(low.y, p.y), fmin(low.z, p.z));
+            high = vec3_make(fmax(high.x, p.x), fmax(high.y, p.y), fmax(high.z, p.z));
+        }
+    mesh->lower = low;
+    mesh->upper = high;
+    mesh->size = vec3_distance(low, high);
+    mesh->magnitude = fmax(fmax(fmax(-low.x, high.x), fmax(-low.y, high.y)),
+                           fmax(fmax(-low.z, high.z), mesh->size));
+}
+
+/* With a, b the edges at a corner, |a x b| is the longest edge times the smallest height. */
+static enum status find_normals(struct mesh *mesh, double least_height, struct mesh_fault *fault) {
+    double rounding = height_of_rounding * mesh->magnitude;
+    for (size_t t = 0; t < mesh->triangle_count; t++) {
+        struct vec3 p[3];
+        mesh_corner_points(mesh, (int32_t)t, p);
+        struct vec3 a = vec3_sub(p[1], p[0]), b = vec3_sub(p[2], p[0]), cross = vec3_cross(a, b);
+        double twice_area = vec3_norm(cross);
+        double longest2 =
+            fmax(fmax(vec3_norm2(a), vec3_norm2(b)), vec3_norm2(vec3_sub(p[2], p[1])));
+        if (!(twice_area > rounding * sqrt(longest2)))
+            return blame(fault, MESH_FAULT_NO_AREA, t);
+        if (!(twice_area > least_height * longest2))
+            return blame(fault, MESH_FAULT_SLIVER, t);
+        mesh->normals[t] = vec3_scale(1 / twice_area, cross);
+    }
+    return STATUS_OK;
+}
+
+static void add_area(double *area, struct vec3 *moment, double part, struct vec3 middle) {
+    *area += part;
+    *moment = vec3_axpy(part, middle, *moment);
+}
+
+/* Areas and centroids of the components and of them all. */
+static enum status find_areas(struct mesh *mesh, struct arena *arena) {
+    mesh->components = arena_alloc(arena, mesh->component_count, sizeof *mesh->components);
+    if (!mesh->components)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t t = 0; t < mesh->triangle_count; t++) {
+        struct mesh_component *component = &mesh->components[mesh->component[t]];
+        struct vec3 p[3];
+        mesh_corner_points(mesh, (int32_t)t, p);
+        double area = vec3_norm(vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]))) / 2;
+        struct vec3 middle = vec3_scale(1.0 / 3, vec3_add(p[0], vec3_add(p[1], p[2])));
+        component->triangle_count++;
+        for (int k = 0; k < 3; k++)
+            component->rim_count += mesh->twins[3 * t + (size_t)k] == MESH_NONE;
+        add_area(&component->area, &component->centroid, area, middle);
+    }
+    for (size_t k = 0; k < mesh->component_count; k++) {
+        struct mesh_component *c = &mesh->components[k];
+        c->centroid = vec3_scale(1 / c->area, c->centroid);
+        add_area(&mesh->area, &mesh->centroid, c->area, c->centroid);
+    }
+    mesh->centroid = vec3_scale(1 / mesh->area, mesh->centroid);
+    return STATUS_OK;
+}
+
+static enum status assemble(const struct mesh_source *source, struct arena *arena,
+                            struct mesh *mesh, struct mesh_fault *fault) {
+    enum status status = check_source(source, fault);
+    if (status == STATUS_OK)
+        status = copy_source(source, arena, mesh);
+    if (status != STATUS_OK)
+        return status;
+    find_bounds(mesh);
+    status =
+        find_normals(mesh, source->least_height > 0 ? source->least_height : MESH_SLIVER, fault);
+    if (status == STATUS_OK)
+        status = mesh_topology_find(mesh, arena, fault);
+    if (status == STATUS_OK)
+        status = find_areas(mesh, arena);
+    return status == STATUS_OK ? mesh_tree_build(mesh, arena) : status;
+}
+
+enum status mesh_make(const struct mesh_source *source, struct arena *arena, struct mesh **mesh,
+                      struct mesh_fault *fault) {
+    static const char *const reasons[] = {
+#define X(id, reason) reason,
+        MESH_FAULT_LIST(X)
+#undef X
+    };
+    struct mesh_fault found = {0};
+    *mesh = arena_alloc(arena, 1, sizeof **mesh);
+    enum status status = *mesh ? assemble(source, arena, *mesh, &found) : STATUS_OUT_OF_MEMORY;
+    if (status == STATUS_INVALID && fault) {
+        *fault = found;
+        fault->reason = reasons[found.kind];
+    }
+    return status;
+}
+
+/* With edges a, b at corner 0 and d = r - p_0 in the plane: the areas of the triangles that r makes
+ * with two corners, over the whole. */
+void mesh_weights(const struct mesh *mesh, const struct mesh_place *place, double weight[3]) {
+    struct vec3 p[3], normal = mesh->normals[place->triangle];
+    mesh_corner_points(mesh, place->triangle, p);
+    struct vec3 a = vec3_sub(p[1], p[0]), b = vec3_sub(p[2], p[0]), d = vec3_sub(place->r, p[0]);
+    double whole = vec3_dot(vec3_cross(a, b), normal);
+    weight[1] = vec3_dot(vec3_cross(d, b), normal) / whole;
+    weight[2] = vec3_dot(vec3_cross(a, d), normal) / whole;
+    weight[0] = 1 - weight[1] - weight[2];
+}
+
+void mesh_parameters(const struct mesh *mesh, const struct mesh_place *place, double uv[2]) {
+    double weight[3];
+    uv[0] = place->triangle;
+    uv[1] = 0;
+    if (!mesh->parameters)
+        return;
+    mesh_weights(mesh, place, weight);
+    const int32_t *corner = mesh->corners[place->triangle];
+    for (int k = 0; k < 2; k++) {
+        double a = mesh->parameters[corner[0]][k], b = mesh->parameters[corner[1]][k];
+        double c = mesh->parameters[corner[2]][k];
+        double x = weight[0] * a + weight[1] * b + weight[2] * c;
+        uv[k] = fmin(fmax(x, fmin(a, fmin(b, c))), fmax(a, fmax(b, c))); /* but for rounding, x */
+    }
+}

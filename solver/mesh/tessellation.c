@@ -1,0 +1,386 @@
+/* SPDX-License-Identifier: MIT */
+#include "tessellation.h"
+
+#include "solver/surface/spans.h"
+#include <string.h>
+
+enum {
+    STEPS = 16,       /* samples of the speed along a line in one span */
+    LINES = 64,       /* lines, at least, by which the distance of rows is measured */
+    AROUND = 4,       /* pieces, at least, round a closed direction or between two poles */
+    ROWS_COMPARED = 9 /* to find the direction of the rows */
+};
+
+/* A row this short, as a share of the surface's size, is a pole. */
+static const double pole_length = 1e-9;
+
+/* A triangle of the tessellation may be so flat: next to places that are nearly poles they are. */
+static const double least_height = 1e-12;
+
+/* Rows run along parameter `along`, one behind the other across it. */
+struct tessellation {
+    const struct surface *surface;
+    struct surface_cursor cursor;
+    struct arena *arena;
+    double size;
+    size_t most;
+    int along;
+    struct row *rows;
+    size_t row_count;
+    int *pieces; /* of each row and span along it */
+    struct vec3 *points;
+    double (*parameters)[2];
+    size_t point_count;
+    int32_t (*triangles)[3];
+    size_t triangle_count;
+};
+
+struct row {
+    double across; /* its parameter */
+    size_t first;  /* of its points */
+    int *pieces;   /* of each span; points are one more than their sum */
+    size_t total;  /* that sum */
+    bool pole;     /* it has no points of its own: each triangle there has one */
+};
+
+/* Arc length over one span: at[k] from its beginning to the share k / STEPS of it. */
+struct ruler {
+    double from, width;
+    double at[STEPS + 1];
+};
+
+static const struct surface_axis *axis_of(const struct tessellation *g, int k) {
+    return &g->surface->axis[k];
+}
+
+/* The speed |r_k| at parameters x along and y across. */
+static struct vec3 tangent_at(struct tessellation *g, int k, double x, double y, struct vec3 *r) {
+    struct surface_jet jet;
+    double uv[2];
+    uv[g->along] = x;
+    uv[1 - g->along] = y;
+    surface_evaluate(g->surface, &g->cursor, uv[0], uv[1], &jet);
+    *r = jet.r;
+    return k == 0 ? jet.u : jet.v;
+}
+
+static double speed_at(struct tessellation *g, int k, double x, double y) {
+    struct vec3 r;
+    return vec3_norm(tangent_at(g, k, x, y, &r));
+}
+
+/* Sums the speeds up, by the rule of the middle points. */
+static void add_speed(struct ruler *ruler, int k, double speed) {
+    ruler->at[k + 1] = ruler->at[k] + speed * ruler->width / STEPS;
+}
+
+static struct ruler make_ruler(const struct surface_axis *axis, int span) {
+    return (struct ruler){.from = axis->breaks[span],
+                          .width = axis->breaks[span + 1] - axis->breaks[span]};
+}
+
+static double middle_of_step(const struct ruler *ruler, int k) {
+    return ruler->from + ruler->width * (k + 0.5) / STEPS;
+}
+
+/* Along the row at y, in one span. */
+static struct ruler measure_row(struct tessellation *g, int span, double y) {
+    struct ruler ruler = make_ruler(axis_of(g, g->along), span);
+    for (int k = 0; k < STEPS; k++)
+        add_speed(&ruler, k, speed_at(g, g->along, middle_of_step(&ruler, k), y));
+    return ruler;
+}
+
+static double row_length(struct tessellation *g, double y) {
+    double sum = 0;
+    for (int span = 0; span < axis_of(g, g->along)->span_count; span++)
+        sum += measure_row(g, span, y).at[STEPS];
+    return sum;
+}
+
+/* The fastest that any of many lines goes across the rows at y. */
+static double fastest_across(struct tessellation *g, double y) {
+    const struct surface_axis *axis = axis_of(g, g->along);
+    int each = axis->span_count < LINES ? (LINES - 1) / axis->span_count + 1 : 1;
+    double fastest = 0;
+    for (int span = 0; span < axis->span_count; span++)
+        for (int k = 0; k < each; k++) {
+            double width = axis->breaks[span + 1] - axis->breaks[span];
+            double x = axis->breaks[span] + width * (k + 0.5) / each;
+            fastest = fmax(fastest, speed_at(g, 1 - g->along, x, y));
+        }
+    return fastest;
+}
+
+static struct ruler measure_across(struct tessellation *g, int span) {
+    struct ruler ruler = make_ruler(axis_of(g, 1 - g->along), span);
+    for (int k = 0; k < STEPS; k++)
+        add_speed(&ruler, k, fastest_across(g, middle_of_step(&ruler, k)));
+    return ruler;
+}
+
+/* The parameter at a share of the ruler's length, linear within its steps. */
+static double parameter_at(const struct ruler *ruler, double share) {
+    double length = share * ruler->at[STEPS];
+    int k = 0;
+    while (k < STEPS - 1 && ruler->at[k + 1] < length)
+        k++;
+    double step = ruler->at[k + 1] - ruler->at[k];
+    double part = step > 0 ? (length - ruler->at[k]) / step : share * STEPS - k;
+    return ruler->from + ruler->width * (k + fmin(fmax(part, 0), 1)) / STEPS;
+}
+
+/* Pieces of about `size`, at least `least`; more than `most` count as so many and one. */
+static size_t pieces_of(const struct tessellation *g, double length, size_t least) {
+    double wanted = length / g->size;
+    size_t pieces = wanted < (double)g->most ? (size_t)ceil(wanted * (1 - 1e-9)) : g->most + 1;
+    return pieces > least ? pieces : least;
+}
+
+/* Pieces that each span of a direction has at least. */
+static size_t least_pieces(const struct tessellation *g, int k) {
+    const struct surface_axis *axis = axis_of(g, k);
+    bool many = axis->closed || axis->pole[0] || axis->pole[1];
+    return many ? (size_t)((AROUND - 1) / axis->span_count + 1) : 1;
+}
+
+/* ---- where the points are ---- */
+
+/* How much the lengths of lines along direction k differ: the shortest over the longest. */
+static double evenness(struct tessellation *g, int k) {
+    double shortest = HUGE_VAL, longest = 0;
+    g->along = k;
+    const struct surface_axis *across = axis_of(g, 1 - k);
+    double low = surface_axis_lower(across), width = surface_axis_upper(across) - low;
+    for (int row = 0; row < ROWS_COMPARED; row++) {
+        double length = row_length(g, low + width * row / (ROWS_COMPARED - 1));
+        shortest = fmin(shortest, length);
+        longest = fmax(longest, length);
+    }
+    return shortest / longest;
+}
+
+/* Rows may have different numbers of points; so they run where lines differ most in length. */
+static void choose_direction(struct tessellation *g) {
+    double along_u = evenness(g, 0), along_v = evenness(g, 1);
+    g->along = along_v < along_u ? 1 : 0;
+}
+
+/* Counts the rows, or with g->rows sets their parameters. */
+static enum status place_rows(struct tessellation *g) {
+    const struct surface_axis *axis = axis_of(g, 1 - g->along);
+    size_t least = least_pieces(g, 1 - g->along);
+    g->row_count = 0;
+    for (int span = 0; span < axis->span_count; span++) {
+        struct ruler ruler = measure_across(g, span);
+        size_t pieces = pieces_of(g, ruler.at[STEPS], least);
+        if (g->row_count + pieces > g->most)
+            return STATUS_TOO_MANY_NODES;
+        for (size_t k = 0; k < pieces && g->rows; k++)
+            g->rows[g->row_count + k].across = parameter_at(&ruler, (double)k / (double)pieces);
+        g->row_count += pieces;
+    }
+    if (g->rows)
+        g->rows[g->row_count].across = surface_axis_upper(axis);
+    g->row_count++;
+    return STATUS_OK;
+}
+
+static void cut_row(struct tessellation *g, struct row *row) {
+    const struct surface_axis *axis = axis_of(g, g->along);
+    size_t least = axis->closed ? (size_t)((AROUND - 1) / axis->span_count + 1) : 1;
+    row->pole = row_length(g, row->across) <= pole_length * g->surface->size;
+    for (int span = 0; span < axis->span_count && !row->pole; span++) {
+        double length = measure_row(g, span, row->across).at[STEPS];
+        size_t pieces = pieces_of(g, length, least);
+        row->pieces[span] = (int)pieces;
+        row->total += pieces;
+    }
+}
+
+/* Cuts all rows; a closed surface's last one as the first, of which it is the copy. */
+static enum status cut_rows(struct tessellation *g) {
+    const struct surface_axis *axis = axis_of(g, g->along);
+    size_t spans = (size_t)axis->span_count, triangles = 0;
+    bool closed = axis_of(g, 1 - g->along)->closed;
+    for (size_t k = 0; k < g->row_count; k++) {
+        struct row *row = &g->rows[k];
+        row->pieces = g->pieces + k * spans;
+        if (closed && k + 1 == g->row_count) {
+            memcpy(row->pieces, g->rows[0].pieces, spans * sizeof *row->pieces);
+            row->total = g->rows[0].total;
+            row->pole = g->rows[0].pole;
+        } else {
+            cut_row(g, row);
+        }
+        triangles += row->total * (k == 0 || k + 1 == g->row_count ? 1 : 2);
+        if (triangles > g->most)
+            return STATUS_TOO_MANY_NODES;
+    }
+    g->triangle_count = triangles;
+    return STATUS_OK;
+}
+
+static void add_point(struct tessellation *g, double x, double y, struct vec3 r) {
+    g->points[g->point_count] = r;
+    g->parameters[g->point_count][g->along] = x;
+    g->parameters[g->point_count][1 - g->along] = y;
+    g->point_count++;
+}
+
+static void set_row(struct tessellation *g, struct row *row) {
+    const struct surface_axis *axis = axis_of(g, g->along);
+    struct vec3 r;
+    row->first = g->point_count;
+    if (row->pole)
+        return;
+    for (int span = 0; span < axis->span_count; span++) {
+        struct ruler ruler = measure_row(g, span, row->across);
+        for (int k = 0; k < row->pieces[span]; k++) {
+            double x = parameter_at(&ruler, (double)k / row->pieces[span]);
+            tangent_at(g, 0, x, row->across, &r);
+            add_point(g, x, row->across, r);
+        }
+    }
+    tangent_at(g, 0, surface_axis_upper(axis), row->across, &r);
+    add_point(g, surface_axis_upper(axis), row->across, axis->closed ? g->points[row->first] : r);
+}
+
+/* The first row's points with the parameter of the last. */
+static void repeat_row(struct tessellation *g, const struct row *from, struct row *row) {
+    row->first = g->point_count;
+    for (size_t k = 0; k <= from->total && !row->pole; k++)
+        add_point(g, g->parameters[from->first + k][g->along], row->across,
+                  g->points[from->first + k]);
+}
+
+/* ---- triangles ---- */
+
+/* Turned over where rows run along v, so that the normal is along r_u x r_v. */
+static void add_triangle(struct tessellation *g, size_t a, size_t b, size_t c) {
+    int32_t *corner = g->triangles[g->triangle_count++];
+    corner[0] = (int32_t)a;
+    corner[1] = (int32_t)(g->along == 0 ? b : c);
+    corner[2] = (int32_t)(g->along == 0 ? c : b);
+}
+
+/* The triangles between a row and a pole, each with a point of its own there, whose parameter along
+ * the row is that of the triangle's middle. */
+static void join_pole(struct tessellation *g, const struct row *row, const struct row *pole,
+                      bool pole_first) {
+    struct vec3 r;
+    for (size_t k = row->first; k < row->first + row->total; k++) {
+        double x = (g->parameters[k][g->along] + g->parameters[k + 1][g->along]) / 2;
+        tangent_at(g, 0, surface_axis_lower(axis_of(g, g->along)), pole->across, &r);
+        add_triangle(g, pole_first ? k + 1 : k, pole_first ? k : k + 1, g->point_count);
+        add_point(g, x, pole->across, r);
+    }
+}
+
+/* Points of one span in two rows. */
+struct strip {
+    size_t p, p_end, q, q_end;
+};
+
+/* Whether the next triangle of a strip has its side on row p: by the shorter of the two diagonals
+ * while both rows have come about as far, else on the row that is behind. */
+static bool next_on_p(const struct tessellation *g, const struct strip *s) {
+    if (s->p == s->p_end || s->q == s->q_end)
+        return s->q == s->q_end;
+    const double(*x)[2] = (const double(*)[2])g->parameters;
+    int k = g->along;
+    double p = x[s->p][k] + x[s->p + 1][k], q = x[s->q][k] + x[s->q + 1][k];
+    double width = fmin(x[s->p + 1][k] - x[s->p][k], x[s->q + 1][k] - x[s->q][k]);
+    if (fabs(p - q) > width)
+        return p < q;
+    double by_p = vec3_distance(g->points[s->p + 1], g->points[s->q]);
+    double by_q = vec3_distance(g->points[s->p], g->points[s->q + 1]);
+    return by_p <= by_q;
+}
+
+static void join_span(struct tessellation *g, struct strip s) {
+    while (s.p < s.p_end || s.q < s.q_end) {
+        if (next_on_p(g, &s)) {
+            add_triangle(g, s.p, s.p + 1, s.q);
+            s.p++;
+        } else {
+            add_triangle(g, s.p, s.q + 1, s.q);
+            s.q++;
+        }
+    }
+}
+
+static void join_rows(struct tessellation *g, const struct row *p, const struct row *q) {
+    if (p->pole && !q->pole)
+        join_pole(g, q, p, true);
+    else if (q->pole && !p->pole)
+        join_pole(g, p, q, false);
+    if (p->pole || q->pole)
+        return;
+    struct strip s = {.p_end = p->first, .q_end = q->first};
+    for (int span = 0; span < axis_of(g, g->along)->span_count; span++) {
+        s.p = s.p_end;
+        s.q = s.q_end;
+        s.p_end += (size_t)p->pieces[span];
+        s.q_end += (size_t)q->pieces[span];
+        join_span(g, s);
+    }
+}
+
+/* ---- the whole ---- */
+
+static enum status make_rows(struct tessellation *g) {
+    choose_direction(g);
+    enum status status = place_rows(g);
+    if (status != STATUS_OK)
+        return status;
+    size_t spans = (size_t)axis_of(g, g->along)->span_count;
+    g->rows = arena_alloc(g->arena, g->row_count, sizeof *g->rows);
+    g->pieces = arena_alloc(g->arena, g->row_count * spans, sizeof *g->pieces);
+    if (!g->rows || !g->pieces)
+        return STATUS_OUT_OF_MEMORY;
+    status = place_rows(g);
+    return status == STATUS_OK ? cut_rows(g) : status;
+}
+
+/* Room for a point of each row's piece and one more, and one at a pole for each triangle. */
+static bool alloc_points(struct tessellation *g) {
+    size_t most = 0;
+    for (size_t k = 0; k < g->row_count; k++)
+        most += 3 * g->rows[k].total + 1;
+    g->points = arena_alloc(g->arena, most, sizeof *g->points);
+    g->parameters = arena_alloc(g->arena, most, sizeof *g->parameters);
+    g->triangles = arena_alloc(g->arena, g->triangle_count, sizeof *g->triangles);
+    return g->points && g->parameters && g->triangles;
+}
+
+static void fill(struct tessellation *g) {
+    bool closed = axis_of(g, 1 - g->along)->closed;
+    for (size_t k = 0; k < g->row_count; k++)
+        if (closed && k + 1 == g->row_count)
+            repeat_row(g, &g->rows[0], &g->rows[k]);
+        else
+            set_row(g, &g->rows[k]);
+    g->triangle_count = 0;
+    for (size_t k = 0; k + 1 < g->row_count; k++)
+        join_rows(g, &g->rows[k], &g->rows[k + 1]);
+}
+
+enum status mesh_from_surface(const struct surface *surface, double size, size_t most,
+                              struct arena *arena, struct mesh **mesh) {
+    struct tessellation g = {.surface = surface, .arena = arena, .size = size, .most = most};
+    enum status status = make_rows(&g);
+    if (status != STATUS_OK)
+        return status;
+    if (!alloc_points(&g))
+        return STATUS_OUT_OF_MEMORY;
+    fill(&g);
+    const struct mesh_source source = {.vertices = g.points,
+                                       .vertex_count = g.point_count,
+                                       .triangles = (const int32_t(*)[3])g.triangles,
+                                       .triangle_count = g.triangle_count,
+                                       .least_height = least_height,
+                                       .parameters = (const double(*)[2])g.parameters};
+    status = mesh_make(&source, arena, mesh, NULL);
+    return status == STATUS_INVALID ? STATUS_DEGENERATE_SURFACE : status;
+}

@@ -1,0 +1,228 @@
+/* SPDX-License-Identifier: MIT */
+#include "fishnet.h"
+
+#include "solver/angle.h"
+#include "solver/surface/relaxation.h"
+
+enum { NEWTON_MAX = 40, HALVINGS_MAX = 13, PREDICTORS = 5 };
+
+/* Newton stops at this length error relative to the edge, or where rounding hides it. */
+static const double tolerance = 1e-12;
+
+/* A guess is only taken as it is when it is this much better still: errors of guesses grow from
+ * node to node, those of a Newton step do not. */
+static const double guess_share = 0.01;
+static const double rounding = 1e-15;
+
+/* Below this sine of the angle between its yarns a cell that finds no corner has collapsed. */
+static const double collapsed_sine = 0.12;
+
+double fishnet_arc_chord(double length, double curvature) {
+    double half = length * curvature / 2;
+    return fabs(half) < ANGLE_PI ? length * angle_sinc(half) : 0;
+}
+
+void fishnet_chords(const struct surface *surface, struct surface_cursor *cursor,
+                    enum drape_method method, enum drape_yarn_path path, const double length[2],
+                    struct fishnet_cell *cell) {
+    const struct station *a = cell->a, *b = cell->b, *c = cell->c;
+    double found;
+    cell->bd = length[0];
+    cell->cd = length[1];
+    if (method == DRAPE_BASIC)
+        return;
+    struct vec3 r1 = station_projection(a, vec3_sub(b->jet.r, a->jet.r));
+    struct vec3 r2 = station_projection(a, vec3_sub(c->jet.r, a->jet.r));
+    if (path == DRAPE_PATH_RELAXATION) {
+        (void)relaxation_tangents(surface, cursor, a, b, &r1, &found, NULL);
+        (void)relaxation_tangents(surface, cursor, a, c, &r2, &found, NULL);
+    }
+    cell->cd = fishnet_arc_chord(length[1], station_normal_curvature(c, r1));
+    cell->bd = fishnet_arc_chord(length[0], station_normal_curvature(b, r2));
+}
+
+/* Twice the area of the triangle p q r as seen along the normal. */
+static double turn(struct vec3 p, struct vec3 q, struct vec3 r, struct vec3 normal) {
+    return vec3_dot(vec3_cross(vec3_sub(q, p), vec3_sub(r, p)), normal);
+}
+
+bool fishnet_right_root(const struct fishnet_cell *cell, const struct station *d) {
+    struct vec3 b = cell->b->jet.r, c = cell->c->jet.r;
+    return cell->orientation * turn(c, d->jet.r, b, d->normal) > 0 &&
+           cell->orientation * turn(c, d->jet.r, b, cell->b->normal) > 0;
+}
+
+/* Solves J step = f with the rows of J being 2 w . (r_u, r_v). */
+struct linear {
+    double a, b, c, d, inverse;
+};
+
+static bool linear_make(const struct surface_jet *jet, struct vec3 wb, struct vec3 wc,
+                        struct linear *linear) {
+    struct linear m = {vec3_dot(wb, jet->u), vec3_dot(wb, jet->v), vec3_dot(wc, jet->u),
+                       vec3_dot(wc, jet->v), 0};
+    double determinant = m.a * m.d - m.b * m.c;
+    m.inverse = 1 / determinant;
+    *linear = m;
+    return isfinite(m.inverse);
+}
+
+static void linear_solve(const struct linear *m, double f1, double f2, double step[2]) {
+    step[0] = (m->d * f1 - m->b * f2) * m->inverse;
+    step[1] = (m->a * f2 - m->c * f1) * m->inverse;
+}
+
+/* Chebyshev's step: Newton's step s for F(u, v) = (|r - B|^2 - bd^2, |r - C|^2 - cd^2) / 2, and
+ * the correction -J^-1 F''(s, s) / 2, which the second derivatives at hand give almost for free:
+ * F''(s, s) = |r' s|^2 + w . r''(s, s). The error of a step is cubic in that before. */
+static bool newton_step(const struct surface_jet *jet, struct vec3 wb, struct vec3 wc,
+                        const double f[2], double step[2]) {
+    struct linear linear;
+    double s[2], correction[2];
+    if (!linear_make(jet, wb, wc, &linear))
+        return false;
+    linear_solve(&linear, -f[0], -f[1], s);
+    struct vec3 first = vec3_axpy(s[1], jet->v, vec3_scale(s[0], jet->u));
+    struct vec3 second = vec3_scale(s[0] * s[0], jet->uu);
+    second = vec3_axpy(2 * s[0] * s[1], jet->uv, second);
+    second = vec3_axpy(s[1] * s[1], jet->vv, second);
+    double common = vec3_norm2(first);
+    linear_solve(&linear, -(common + vec3_dot(wb, second)) / 2,
+                 -(common + vec3_dot(wc, second)) / 2, correction);
+    bool small = fabs(correction[0]) + fabs(correction[1]) < 0.5 * (fabs(s[0]) + fabs(s[1]));
+    step[0] = s[0] + (small ? correction[0] : 0);
+    step[1] = s[1] + (small ? correction[1] : 0);
+    return isfinite(step[0]) && isfinite(step[1]);
+}
+
+/* The square of the size of a step in space, to first order. */
+static double spatial_size2(const struct surface_jet *jet, const double step[2]) {
+    return vec3_norm2(vec3_axpy(step[1], jet->v, vec3_scale(step[0], jet->u)));
+}
+
+/* From uv by `step`; near a pole through its chart. */
+static void move(const struct surface *surface, struct surface_cursor *cursor, double uv[2],
+                 const double step[2]) {
+    struct vec3 pole;
+    struct station from;
+    if (surface->has_poles && station_at(surface, cursor, uv, &from)) {
+        struct vec3 spatial = vec3_axpy(step[1], from.jet.v, vec3_scale(step[0], from.jet.u));
+        if (station_pole_distance(surface, from.jet.r, &pole) < 4 * vec3_norm(spatial) &&
+            station_pull(surface, cursor, &from, spatial, uv))
+            return;
+    }
+    uv[0] += step[0];
+    uv[1] += step[1];
+}
+
+/* F of newton_step, and the larger relative length error; `inverse` holds 1 / bd^2, 1 / cd^2. */
+static double length_error(const struct fishnet_cell *cell, const double inverse[2], struct vec3 wb,
+                           struct vec3 wc, double f[2]) {
+    f[0] = (vec3_norm2(wb) - cell->bd * cell->bd) / 2;
+    f[1] = (vec3_norm2(wc) - cell->cd * cell->cd) / 2;
+    double b = fabs(f[0]) * inverse[0], c = fabs(f[1]) * inverse[1];
+    return b > c ? b : c;
+}
+
+static void shorten(double step[2], double share) {
+    step[0] *= share;
+    step[1] *= share;
+}
+
+/* Newton from uv; a step that does not reduce the error is halved. */
+static bool newton(const struct surface *surface, struct surface_cursor *cursor,
+                   const struct fishnet_cell *cell, const double uv[2], struct fishnet_node *node) {
+    bool ordered = cell->bd < cell->cd;
+    double least = ordered ? cell->bd : cell->cd, longest = 2 * (ordered ? cell->cd : cell->bd);
+    const double inverse[2] = {1 / (cell->bd * cell->bd), 1 / (cell->cd * cell->cd)};
+    double enough = tolerance + rounding * surface->magnitude / least;
+    int halvings = 0;
+    double previous = HUGE_VAL, step[2] = {0, 0}, from[2] = {uv[0], uv[1]};
+    struct station *d = &node->station;
+    d->uv[0] = uv[0];
+    d->uv[1] = uv[1];
+    for (int round = 0; round < NEWTON_MAX; round++) {
+        double f[2];
+        surface_evaluate(surface, cursor, d->uv[0], d->uv[1], &d->jet);
+        struct vec3 wb = vec3_sub(d->jet.r, cell->b->jet.r);
+        struct vec3 wc = vec3_sub(d->jet.r, cell->c->jet.r);
+        double error = length_error(cell, inverse, wb, wc, f);
+        node->residual = error;
+        node->iterations += 1;
+        if (error <= (round == 0 ? guess_share * enough : enough))
+            return station_complete(surface, d);
+        if (error < previous) {
+            if (!newton_step(&d->jet, wb, wc, f, step))
+                return false;
+            previous = error;
+            halvings = 0;
+            from[0] = d->uv[0];
+            from[1] = d->uv[1];
+            double size2 = spatial_size2(&d->jet, step);
+            if (size2 > longest * longest)
+                shorten(step, longest / sqrt(size2));
+        } else {
+            if (++halvings > HALVINGS_MAX)
+                return false;
+            shorten(step, 0.5);
+            d->uv[0] = from[0];
+            d->uv[1] = from[1];
+        }
+        move(surface, cursor, d->uv, step);
+    }
+    return false;
+}
+
+/* D if the surface were the tangent plane at B: the intersection of the two circles away from A,
+ * or where they come closest. */
+static struct vec3 planar_corner(const struct fishnet_cell *cell) {
+    struct vec3 b = cell->b->jet.r, base = vec3_sub(cell->c->jet.r, b);
+    double length = vec3_norm(base);
+    struct vec3 along = vec3_unit(base), up = vec3_cross(cell->b->normal, along);
+    double x = (length * length + cell->bd * cell->bd - cell->cd * cell->cd) / (2 * length);
+    double height = sqrt(fmax(0, cell->bd * cell->bd - x * x));
+    double side = vec3_dot(vec3_sub(cell->a->jet.r, b), up) > 0 ? -1 : 1;
+    return vec3_axpy(side * height, up, vec3_axpy(x, along, b));
+}
+
+/* The k-th place to start Newton from: the guess, then the parallelogram and the planar corner,
+ * seen from C and from B. False when it cannot be had. */
+static bool predict(const struct surface *surface, struct surface_cursor *cursor,
+                    const struct fishnet_cell *cell, int k, double uv[2]) {
+    const struct station *from = k % 2 ? cell->b : cell->c;
+    if (k == 0 && cell->guess_uv) {
+        uv[0] = cell->guess_uv[0];
+        uv[1] = cell->guess_uv[1];
+        return true;
+    }
+    struct vec3 opposite = vec3_sub(vec3_add(cell->b->jet.r, cell->c->jet.r), cell->a->jet.r);
+    struct vec3 target = k == 0 ? cell->guess : k < 3 ? opposite : planar_corner(cell);
+    return station_pull(surface, cursor, from, vec3_sub(target, from->jet.r), uv);
+}
+
+bool fishnet_has_collapsed(const struct fishnet_cell *cell) {
+    struct vec3 ab = vec3_sub(cell->b->jet.r, cell->a->jet.r);
+    struct vec3 ac = vec3_sub(cell->c->jet.r, cell->a->jet.r);
+    double sine = cell->orientation * vec3_dot(vec3_cross(ac, ab), cell->a->normal) /
+                  (vec3_norm(ab) * vec3_norm(ac));
+    double apart = vec3_distance(cell->b->jet.r, cell->c->jet.r);
+    return sine < collapsed_sine || apart > (1 - collapsed_sine / 10) * (cell->bd + cell->cd);
+}
+
+enum fishnet_end fishnet_solve(const struct surface *surface, struct surface_cursor *cursor,
+                               const struct fishnet_cell *cell, struct fishnet_node *node) {
+    node->iterations = 0;
+    struct vec3 a = cell->a->jet.r, b = cell->b->jet.r, c = cell->c->jet.r;
+    if (!(cell->bd > 0) || !(cell->cd > 0) ||
+        !(cell->orientation * turn(a, c, b, cell->b->normal) > 0))
+        return FISHNET_COLLAPSED;
+    for (int k = 0; k < PREDICTORS; k++) {
+        double uv[2];
+        if (predict(surface, cursor, cell, k, uv) && newton(surface, cursor, cell, uv, node) &&
+            fishnet_right_root(cell, &node->station))
+            return FISHNET_FOUND;
+    }
+    if (fishnet_has_collapsed(cell))
+        return FISHNET_COLLAPSED;
+    return FISHNET_NO_CONVERGENCE;
+}

@@ -1,0 +1,160 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The march: grows the net over the surface.
+ *
+ * 1. Two generators through the start, four arms.
+ * 2. The four quadrants between them, row by row: node (i, j) from A = (i-1, j-1), B = (i-1, j),
+ *    C = (i, j-1), over the continued surface where it is left, so that a part drapes like the
+ *    larger surface it was cut from.
+ * 3. What the quadrants cannot reach: cells with three corners give the fourth, from whichever
+ *    side; where none is left, a yarn whose pinning neighbour is missing goes straight on.
+ */
+#ifndef SOLVER_NET_MARCH_H
+#define SOLVER_NET_MARCH_H
+
+#include "fishnet.h"
+#include "fold.h"
+#include "net.h"
+#include "solver/drape.h"
+#include "solver/mesh/walk.h"
+#include "solver/surface/station.h"
+#include <stdatomic.h>
+
+/* How a generator that is a polyline passes the start. */
+struct march_curve {
+    struct station from; /* the start; at a pole with the parameters that the polyline has there */
+    int sense;           /* of its points along the positive arm: 1 or -1 */
+    size_t next[2]; /* its first point off the start in the sense of its points, and against it */
+    bool ends[2];   /* there is none */
+};
+
+/* The start and its two yarn directions. */
+struct march_start {
+    struct station station;
+    struct vec3 warp, weft; /* unit, in the tangent plane */
+    struct station smooth;  /* on a mesh made of a surface: the start there, and the directions */
+    struct vec3 smooth_direction[2];
+    struct march_curve curve[2];
+};
+
+/* What has been told to the monitor. */
+struct march_watch {
+    _Atomic size_t inside; /* nodes of all parts */
+    size_t next;           /* nodes inside at which the monitor is told again */
+    atomic_flag busy;      /* a thread is telling it */
+    _Atomic bool stopped;  /* it said stop */
+};
+
+struct march {
+    const struct surface *surface; /* NULL on a mesh of the caller's */
+    const struct mesh *mesh;       /* what the net is laid on for the method mosaic; else NULL */
+    const struct drape_settings *settings;
+    const struct drape_monitor *monitor; /* may be NULL */
+    struct arena *arena;
+    struct march_start start;
+    struct surface_cursor cursor;
+    struct net *net;
+    struct net_view before; /* the net of a first march that this one corrects, if any */
+    int fringe;             /* ghosts beyond the last node inside that difference stencils reach */
+    struct fold *fold;      /* NULL as long as the net cannot meet itself */
+    size_t inside, ghosts;  /* nodes placed */
+    size_t solved;          /* of them by fishnet_solve, in this many steps: */
+    size_t iterations;
+    double residual_max;
+    struct march_watch *watch; /* shared by all parts of the march */
+};
+
+/* Runs the whole march; `march` has its surface or mesh, the members up to the start,
+ * `before`, `fringe` and `watch` set, the rest zero.
+ * Errors: STATUS_OUT_OF_MEMORY, STATUS_TOO_MANY_NODES, STATUS_CANCELLED, and
+ * STATUS_DEGENERATE_SURFACE when no yarn can leave the start. */
+enum status march_run(struct march *march) STATUS_MUST_USE;
+
+/* The steps it consists of, in files of their own. */
+enum status march_generators(struct march *march) STATUS_MUST_USE;
+enum status march_quadrants(struct march *march) STATUS_MUST_USE;
+enum status march_growth(struct march *march) STATUS_MUST_USE;
+
+/* Whether (i, j) lies in the extent asked for. */
+bool march_in_extent(const struct march *march, int32_t i, int32_t j);
+
+/* From now on the net is watched for meeting itself. */
+enum status march_watch_folds(struct march *march) STATUS_MUST_USE;
+
+/* Parameters (u, v) of a station inside, in the domain of closed directions; on a mesh without any
+ * (triangle, 0). Whether they lie in the domain. */
+bool march_parameters(const struct march *march, const struct station *station, double uv[2]);
+
+/* Area to be covered. */
+double march_area(const struct march *march);
+
+/* Whether the net has left what is to be covered for good at a station that is not inside, as far
+ * as one can tell: it is beyond the domain, or the box of the trimmed region. */
+bool march_has_left(const struct march *march, const struct station *station);
+
+/* Puts a station at (i, j), inside or as a ghost; beyond healthy continuation, or
+ * where the net is already, a failure with its reason. `zone` gets which. */
+enum status march_place(struct march *march, int32_t i, int32_t j, const struct station *station,
+                        enum station_zone *zone) STATUS_MUST_USE;
+
+/* Notes that there can be no node at (i, j). */
+enum status march_fail(struct march *march, int32_t i, int32_t j,
+                       enum drape_reason reason) STATUS_MUST_USE;
+
+/* The station of a node of the net; false where there is no tangent plane. */
+bool march_station_at(struct march *march, const struct net_node *node, struct station *station);
+
+/* The station of a place of the net; false when (i, j) has none. */
+bool march_station(struct march *march, int32_t i, int32_t j, struct station *station);
+
+/* A cell to be solved for D = (i, j), which lies in the direction (si, sj), each 1 or -1, of A: AC
+ * along warp, AB along weft. */
+struct march_cell {
+    int32_t i, j;
+    int si, sj;
+    const struct station *a, *b, *c;
+    struct vec3 trend;      /* by which CD is expected to differ from AB */
+    const double *guess_uv; /* the parameters expected of D, away from poles; or NULL */
+};
+
+/* Solves a cell. Notes the cost; on failure gives the reason. */
+bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,
+                        enum drape_reason *reason);
+
+/* The same for (i, j) from places of the net, and puts the node there if there is one. `placed`
+ * says whether; if not, `reason` why, which is not yet noted in the net unless it is that the node
+ * lies beyond the surface. */
+enum status march_corner(struct march *march, int32_t i, int32_t j, int si, int sj, bool *placed,
+                         enum drape_reason *reason) STATUS_MUST_USE;
+
+/* The place one spacing straight on from `from` along the projection of `direction`, as the
+ * method measures spacings along a generator; false when there is none. */
+bool march_straight_on(struct march *march, const struct station *from, struct vec3 direction,
+                       double d, struct station *station);
+
+/*
+ * The same on a mesh (march_mesh.c). A station there has its triangle as uv[0], and neither
+ * derivatives nor curvature.
+ */
+struct station march_mesh_station(const struct mesh *mesh, const struct mesh_place *place);
+struct mesh_place march_mesh_place(const struct station *station);
+bool march_mesh_corner(struct march *march, const struct march_cell *at, struct vec3 guess,
+                       struct fishnet_node *node, enum drape_reason *reason);
+bool march_mesh_straight_on(struct march *march, const struct station *from, struct vec3 direction,
+                            double d, struct station *station);
+
+/* Sets off along a generator on a mesh of the caller's to the side of `direction`, and on along it
+ * to the place one chord away; `lost` tells whether it failed otherwise than at the edge. */
+bool march_mesh_arm(const struct march *march, const struct drape_generator *generator,
+                    struct vec3 direction, struct mesh_walk *walk);
+bool march_mesh_advance(struct mesh_walk *walk, double chord, struct station *station, bool *lost);
+
+/* From `from` to the place one chord away towards `target`, the next place of a generator on the
+ * surface the mesh was made of: triangles turn a straight walk aside, the surface does not. */
+bool march_mesh_towards(struct march *march, const struct station *from, struct vec3 target,
+                        double chord, struct station *station, bool *lost);
+
+/* Tells the monitor; false: stop. */
+bool march_progress(struct march *march);
+
+#endif

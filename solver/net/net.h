@@ -1,0 +1,145 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The net while it grows: nodes at integer places (i, j) without bounds, kept in square tiles that
+ * are found by hashing, so that a long thin net costs no more than a square one.
+ */
+#ifndef SOLVER_NET_NET_H
+#define SOLVER_NET_NET_H
+
+#include "solver/arena.h"
+#include "solver/status.h"
+#include "solver/vec.h"
+#include <stdbool.h>
+#include <stdint.h>
+
+enum net_state {
+    NET_UNKNOWN = 0,
+    NET_INSIDE, /* a node of the result */
+    NET_GHOST,  /* beyond the boundary: carries the net on, is not reported */
+    NET_FAILED  /* there can be no node here */
+};
+
+struct net_node {
+    struct vec3 r;
+    double uv[2];
+    uint8_t state;  /* enum net_state */
+    uint8_t reason; /* enum drape_reason, of ghosts and failures */
+};
+
+enum { NET_TILE_BITS = 4, NET_TILE = 1 << NET_TILE_BITS };
+
+/* What a tile keeps a bit of for each of its places. */
+enum net_bit {
+    NET_BIT_INSIDE, /* the node there is NET_INSIDE */
+    NET_BIT_KNOWN,  /* it is not NET_UNKNOWN */
+    NET_BITS
+};
+
+struct net_tile {
+    int32_t ti, tj;                    /* it holds i = ti * NET_TILE .. + NET_TILE - 1, j alike */
+    uint16_t bits[NET_BITS][NET_TILE]; /* bit x of row y */
+    struct net_node node[NET_TILE][NET_TILE]; /* [j][i] */
+};
+
+/* The tiles of one quadrant, i or j from 0 or below it: each is a table of its own, so that four
+ * threads can fill the quadrants at the same time. */
+struct net_table {
+    _Alignas(64) struct arena *arena;
+    struct net_tile **slots; /* open addressing; NULL is free */
+    size_t slot_count;       /* a power of two */
+    size_t tile_count;
+    struct net_tile *last; /* found last */
+};
+
+enum { NET_TABLES = 4 };
+
+struct net {
+    struct arena *arena;
+    struct net_table table[NET_TABLES]; /* + 1 for i < 0, + 2 for j < 0 */
+};
+
+/* An empty net whose memory comes from `arena`, and from children of it, one for each quadrant, if
+ * it is `divided`. Errors: STATUS_OUT_OF_MEMORY. */
+enum status net_make(struct net *net, struct arena *arena, bool divided) STATUS_MUST_USE;
+
+/* The node at (i, j), NULL when nothing was ever put near it. */
+struct net_node *net_find(struct net *net, int32_t i, int32_t j);
+
+/* Puts a node at (i, j), in place of what was there. Errors: STATUS_OUT_OF_MEMORY. */
+enum status net_put(struct net *net, int32_t i, int32_t j,
+                    const struct net_node *node) STATUS_MUST_USE;
+
+static inline enum net_state net_state_at(struct net *net, int32_t i, int32_t j) {
+    const struct net_node *node = net_find(net, i, j);
+    return node ? (enum net_state)node->state : NET_UNKNOWN;
+}
+
+/* The node at (i, j) if it has a place, inside or ghost; else NULL. */
+static inline const struct net_node *net_place(struct net *net, int32_t i, int32_t j) {
+    const struct net_node *node = net_find(net, i, j);
+    return node && (node->state == NET_INSIDE || node->state == NET_GHOST) ? node : NULL;
+}
+
+/* A tile with those round it, NULL where there is none: its places by their position in it,
+ * without looking tiles up again. */
+struct net_window {
+    const struct net_tile *tile[3][3]; /* [row][column], [1][1] the tile itself */
+};
+
+struct net_window net_window(const struct net *net, int32_t ti, int32_t tj);
+
+/* The node at column x and row y counted from the tile's first, both -NET_TILE..2 NET_TILE - 1;
+ * NULL when nothing was ever put near it. */
+static inline const struct net_node *net_window_find(const struct net_window *w, int x, int y) {
+    const struct net_tile *tile = w->tile[(y >> NET_TILE_BITS) + 1][(x >> NET_TILE_BITS) + 1];
+    return tile ? &tile->node[y & (NET_TILE - 1)][x & (NET_TILE - 1)] : NULL;
+}
+
+/* The same if it has a place, inside or ghost; else NULL. */
+static inline const struct net_node *net_window_place(const struct net_window *w, int x, int y) {
+    const struct net_node *node = net_window_find(w, x, y);
+    return node && (node->state == NET_INSIDE || node->state == NET_GHOST) ? node : NULL;
+}
+
+/* A net that is only read, near one place and then near the next: a window that moves along. */
+struct net_view {
+    const struct net *net; /* NULL: none */
+    int32_t ti, tj;
+    struct net_window window;
+};
+
+static inline struct net_view net_view(const struct net *net) {
+    return (struct net_view){net, 0, 0, net_window(net, 0, 0)};
+}
+
+/* Moves to the tile of (i, j): from there places up to NET_TILE off can be seen. */
+static inline void net_view_move(struct net_view *view, int32_t i, int32_t j) {
+    int32_t ti = i >> NET_TILE_BITS, tj = j >> NET_TILE_BITS;
+    if (ti != view->ti || tj != view->tj)
+        *view = (struct net_view){view->net, ti, tj, net_window(view->net, ti, tj)};
+}
+
+/* As net_place. */
+static inline const struct net_node *net_view_place(const struct net_view *view, int32_t i,
+                                                    int32_t j) {
+    return net_window_place(&view->window, i - view->ti * NET_TILE, j - view->tj * NET_TILE);
+}
+
+/* The bits of places x = -1 .. NET_TILE of row y, as bit x + 1; y alike. */
+static inline uint32_t net_window_bits(const struct net_window *w, enum net_bit which, int y) {
+    const struct net_tile *const *row = w->tile[(y >> NET_TILE_BITS) + 1];
+    uint64_t bits = 0;
+    for (int k = 0; k < 3; k++)
+        if (row[k])
+            bits |= (uint64_t)row[k]->bits[which][y & (NET_TILE - 1)] << (k * NET_TILE);
+    return (uint32_t)(bits >> (NET_TILE - 1)) & ((1u << (NET_TILE + 2)) - 1);
+}
+
+/* How many tiles there are. */
+size_t net_tile_count(const struct net *net);
+
+/* All tiles sorted by (tj, ti), as an array of net_tile_count pointers from the arena; NULL without
+ * memory. */
+struct net_tile **net_sorted_tiles(struct net *net);
+
+#endif

@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: MIT */
+#include "start.h"
+
+#include "solver/angle.h"
+#include <string.h>
+
+/* A direction whose projection is shorter than this share of it lies along the normal. */
+static const double along_normal = 1e-9;
+
+/* A triangle whose normal has a larger x lies across the x axis. */
+static const double across_x = 0.9;
+
+/* A polyline passes the start when it is this near, as a share of the spacing. */
+static const double passing = 1e-3;
+
+/* Generators that meet at an angle with a smaller sine make no net: 1 degree. */
+static const double nearly_parallel = 0.0175;
+
+static enum status find_point(const struct surface *surface, const struct drape_settings *settings,
+                              double uv[2]) {
+    double distance, reach = fmax(settings->spacing[0], settings->spacing[1]);
+    surface_nearest(surface, settings->start_point, uv, &distance);
+    return distance <= reach ? STATUS_OK : STATUS_START_OFF_SURFACE;
+}
+
+/* The surface point nearest to the centroid; where that is trimmed away, a place well inside the
+ * trimmed region. */
+static void find_centroid(const struct surface *surface, const struct trim *trim, double uv[2]) {
+    struct vec3 centroid;
+    double distance;
+    if (trim)
+        trim_area(trim, &centroid);
+    else
+        surface_area(surface, &centroid);
+    surface_nearest(surface, centroid, uv, &distance);
+    if (trim && !trim_contains(trim, uv))
+        trim_middle(trim, uv);
+}
+
+static enum status find_uv(const struct surface *surface, const struct drape_settings *settings,
+                           double uv[2]) {
+    double lower[2], upper[2];
+    enum status status = STATUS_OK;
+    surface_domain(surface, lower, upper);
+    if (settings->start_kind == DRAPE_START_CENTROID)
+        find_centroid(surface, settings->trim, uv);
+    else if (settings->start_kind == DRAPE_START_POINT)
+        status = find_point(surface, settings, uv);
+    else
+        memcpy(uv, settings->start_uv, sizeof settings->start_uv);
+    for (int k = 0; k < 2; k++)
+        if (!(uv[k] >= lower[k] && uv[k] <= upper[k]))
+            return STATUS_START_OFF_SURFACE;
+    if (settings->trim && !trim_contains(settings->trim, uv))
+        return STATUS_START_OFF_SURFACE;
+    return status;
+}
+
+/* Turned about the unit normal, to which `direction` is at right angles. */
+static struct vec3 turned(struct vec3 direction, struct vec3 normal, double degrees) {
+    double sine, cosine;
+    angle_sincos_deg(degrees, &sine, &cosine);
+    struct vec3 across = vec3_cross(normal, direction);
+    return vec3_axpy(sine, across, vec3_scale(cosine, direction));
+}
+
+/* The direction that the settings give, without regard to generators. */
+static enum status find_direction(const struct surface *surface,
+                                  const struct drape_settings *settings,
+                                  const struct station *station, struct vec3 *warp) {
+    if (settings->direction_kind == DRAPE_DIRECTION_VECTOR) {
+        struct vec3 wanted = vec3_unit(settings->direction_vector);
+        *warp = station_tangent(station, wanted);
+        return vec3_norm(vec3_cross(station->normal, wanted)) > along_normal ? STATUS_OK
+                                                                             : STATUS_INVALID;
+    }
+    bool along_v = station_at_pole(surface, station) && station->first[0] < station->first[2];
+    struct vec3 from = station_tangent(station, along_v ? station->jet.v : station->jet.u);
+    *warp = turned(from, station->normal, settings->direction_deg);
+    return STATUS_OK;
+}
+
+/* The share of the segment p q at which it is nearest to `at`, 0..1, by the metric of the station,
+ * and how far that is in space. */
+static double nearest_share(const struct station *station, const double p[2], const double q[2],
+                            double *distance) {
+    const struct surface_jet *jet = &station->jet;
+    struct vec3 along = vec3_axpy(q[1] - p[1], jet->v, vec3_scale(q[0] - p[0], jet->u));
+    struct vec3 to =
+        vec3_axpy(station->uv[1] - p[1], jet->v, vec3_scale(station->uv[0] - p[0], jet->u));
+    double length2 = vec3_norm2(along);
+    double share = length2 > 0 ? fmin(fmax(vec3_dot(to, along) / length2, 0), 1) : 0;
+    *distance = vec3_norm(vec3_axpy(-share, along, to));
+    return share;
+}
+
+/* The start as the polyline's segment p q sees it: at a pole all its parameters are one place, but
+ * the surface's lines leave it in different directions. */
+static bool on_segment(const struct surface *surface, const struct station *start,
+                       const double p[2], const double q[2], double share, struct station *from) {
+    struct surface_cursor cursor = {0};
+    double uv[2] = {p[0] + share * (q[0] - p[0]), p[1] + share * (q[1] - p[1])};
+    *from = *start;
+    return !station_at_pole(surface, start) || station_at(surface, &cursor, uv, from);
+}
+
+/* From the station to (u, v), to first order. */
+static struct vec3 offset_to(const struct station *station, const double uv[2]) {
+    return vec3_axpy(uv[1] - station->uv[1], station->jet.v,
+                     vec3_scale(uv[0] - station->uv[0], station->jet.u));
+}
+
+/* The first points on both sides of the segment from point `before` on that are further than
+ * `reach` from the start. */
+static void find_next(const struct drape_generator *generator, const struct station *from,
+                      double reach, size_t before, struct march_curve *curve) {
+    size_t ahead = before + 1, behind = before + 1; /* behind: one more than the index */
+    while (ahead < generator->curve_count &&
+           !(vec3_norm(offset_to(from, generator->curve[ahead])) > reach))
+        ahead++;
+    while (behind > 0 && !(vec3_norm(offset_to(from, generator->curve[behind - 1])) > reach))
+        behind--;
+    curve->ends[0] = ahead == generator->curve_count;
+    curve->ends[1] = behind == 0;
+    curve->next[0] = ahead;
+    curve->next[1] = behind - 1;
+}
+
+/* Where the polyline passes the start, and its direction there. */
+static enum status find_on_curve(const struct surface *surface,
+                                 const struct drape_generator *generator, double spacing,
+                                 const struct station *start, struct march_curve *curve,
+                                 struct vec3 *direction) {
+    double least = HUGE_VAL, share = 0;
+    size_t before = 0;
+    for (size_t k = 0; k + 1 < generator->curve_count; k++) {
+        double distance;
+        double at = nearest_share(start, generator->curve[k], generator->curve[k + 1], &distance);
+        if (distance < least) {
+            least = distance;
+            share = at;
+            before = k;
+        }
+    }
+    const double *p = generator->curve[before], *q = generator->curve[before + 1];
+    if (!(least <= passing * spacing) || !on_segment(surface, start, p, q, share, &curve->from))
+        return STATUS_GENERATOR_OFF_START;
+    curve->sense = 1;
+    find_next(generator, &curve->from, passing * spacing, before, curve);
+    size_t to = curve->ends[0] ? curve->next[1] : curve->next[0];
+    if (curve->ends[0] && curve->ends[1])
+        return STATUS_GENERATOR_OFF_START;
+    struct vec3 offset = offset_to(&curve->from, generator->curve[to]);
+    *direction = station_tangent(start, curve->ends[0] ? vec3_scale(-1, offset) : offset);
+    return vec3_norm2(*direction) > 0 ? STATUS_OK : STATUS_GENERATOR_OFF_START;
+}
+
+/* Turns `direction`, warp or weft as the settings alone have it, into that of the generator. */
+static enum status find_generator(const struct surface *surface,
+                                  const struct drape_settings *settings, int k,
+                                  struct march_start *start, struct vec3 *direction) {
+    const struct drape_generator *generator = &settings->generator[k];
+    const struct station *station = &start->station;
+    if (generator->kind == DRAPE_GENERATOR_GEODESIC)
+        return STATUS_OK;
+    if (generator->kind == DRAPE_GENERATOR_CURVE)
+        return find_on_curve(surface, generator, settings->spacing[k], station, &start->curve[k],
+                             direction);
+    struct vec3 along = vec3_cross(vec3_unit(generator->plane_normal), station->normal);
+    if (!(vec3_norm(along) > nearly_parallel))
+        return STATUS_GENERATOR_PARALLEL;
+    *direction = vec3_unit(vec3_dot(along, *direction) < 0 ? vec3_scale(-1, along) : along);
+    return STATUS_OK;
+}
+
+/* Weft to the left of warp. */
+static enum status find_generators(const struct surface *surface,
+                                   const struct drape_settings *settings, struct march_start *start,
+                                   int *faulty) {
+    *faulty = 0;
+    enum status status = find_generator(surface, settings, 0, start, &start->warp);
+    if (status != STATUS_OK)
+        return status;
+    *faulty = 1;
+    start->weft = turned(start->warp, start->station.normal, 90 - settings->pre_shear_deg);
+    status = find_generator(surface, settings, 1, start, &start->weft);
+    double left = vec3_dot(vec3_cross(start->warp, start->weft), start->station.normal);
+    if (left < 0) {
+        start->weft = vec3_scale(-1, start->weft);
+        start->curve[1].sense = -1;
+    }
+    if (status == STATUS_OK && !(fabs(left) > nearly_parallel))
+        return STATUS_GENERATOR_PARALLEL;
+    return status;
+}
+
+enum status start_find(const struct surface *surface, const struct drape_settings *settings,
+                       struct march_start *start, int *faulty) {
+    struct surface_cursor cursor = {0};
+    double uv[2];
+    enum status status = find_uv(surface, settings, uv);
+    if (status != STATUS_OK)
+        return status;
+    if (!station_at(surface, &cursor, uv, &start->station))
+        return STATUS_DEGENERATE_SURFACE;
+    status = find_direction(surface, settings, &start->station, &start->warp);
+    return status == STATUS_OK ? find_generators(surface, settings, start, faulty) : status;
+}
+
+enum status start_move_to_mesh(const struct mesh *mesh, struct march_start *start) {
+    struct mesh_place place;
+    if (!mesh_nearest(mesh, start->station.jet.r, MESH_ANY, &place, NULL))
+        return STATUS_START_OFF_SURFACE;
+    start->smooth = start->station;
+    start->smooth_direction[0] = start->warp;
+    start->smooth_direction[1] = start->weft;
+    start->station = march_mesh_station(mesh, &place);
+    start->warp = mesh_tangent(mesh, place.triangle, start->warp);
+    start->weft = mesh_tangent(mesh, place.triangle, start->weft);
+    return STATUS_OK;
+}
+
+static int32_t largest_component(const struct mesh *mesh) {
+    size_t largest = 0;
+    for (size_t k = 1; k < mesh->component_count; k++)
+        if (mesh->components[k].area > mesh->components[largest].area)
+            largest = k;
+    return (int32_t)largest;
+}
+
+static enum status find_on_mesh(const struct mesh *mesh, const struct drape_settings *settings,
+                                struct mesh_place *place) {
+    double distance, reach = fmax(settings->spacing[0], settings->spacing[1]);
+    if (settings->start_kind == DRAPE_START_UV)
+        return STATUS_INVALID;
+    bool by_point = settings->start_kind == DRAPE_START_POINT;
+    int32_t component = by_point ? MESH_ANY : largest_component(mesh);
+    struct vec3 target = by_point ? settings->start_point : mesh->components[component].centroid;
+    bool found = mesh_nearest(mesh, target, component, place, &distance);
+    return found && (!by_point || distance <= reach) ? STATUS_OK : STATUS_START_OFF_SURFACE;
+}
+
+static enum status mesh_direction(const struct drape_settings *settings, struct vec3 normal,
+                                  struct vec3 *warp) {
+    bool by_vector = settings->direction_kind == DRAPE_DIRECTION_VECTOR;
+    struct vec3 axis = fabs(normal.x) < across_x ? vec3_make(1, 0, 0) : vec3_make(0, 1, 0);
+    struct vec3 wanted = by_vector ? vec3_unit(settings->direction_vector) : axis;
+    *warp = vec3_unit(vec3_axpy(-vec3_dot(wanted, normal), normal, wanted));
+    if (!by_vector)
+        *warp = turned(*warp, normal, settings->direction_deg);
+    bool along = vec3_norm(vec3_cross(normal, wanted)) > along_normal;
+    return along ? STATUS_OK : STATUS_INVALID;
+}
+
+enum status start_find_on_mesh(const struct mesh *mesh, const struct drape_settings *settings,
+                               struct march_start *start, int *faulty) {
+    struct mesh_place place;
+    enum status status = find_on_mesh(mesh, settings, &place);
+    for (int k = 0; k < 2; k++)
+        if (settings->generator[k].kind == DRAPE_GENERATOR_CURVE)
+            return STATUS_INVALID;
+    if (status != STATUS_OK)
+        return status;
+    start->station = march_mesh_station(mesh, &place);
+    status = mesh_direction(settings, start->station.normal, &start->warp);
+    return status == STATUS_OK ? find_generators(NULL, settings, start, faulty) : status;
+}

@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: MIT */
+/* Where the net starts, and the directions of its two generators there. */
+#ifndef SOLVER_NET_START_H
+#define SOLVER_NET_START_H
+
+#include "march.h"
+
+/* Finds the start that the settings ask for. Warp by angle is r_u turned about the normal, at a
+ * pole where r_u vanishes r_v takes its place; by vector its projection on the tangent plane. Weft
+ * is 90 degrees less the pre-shear further. Generators that are curves or planes have the direction
+ * they have. Errors: STATUS_START_OFF_SURFACE (parameters outside the domain, or a point further
+ * from the surface than a spacing), STATUS_DEGENERATE_SURFACE (no tangent plane there),
+ * STATUS_INVALID (a direction along the normal), STATUS_GENERATOR_OFF_START and
+ * STATUS_GENERATOR_PARALLEL, for which `faulty` says which. */
+enum status start_find(const struct surface *surface, const struct drape_settings *settings,
+                       struct march_start *start, int *faulty) STATUS_MUST_USE;
+
+/* The same on a mesh: the default is the centroid of its largest component, parameters are
+ * STATUS_INVALID. Angle 0 is the x axis projected on the triangle, or the y axis where the triangle
+ * lies across x. Generators may be planes, but not curves. */
+enum status start_find_on_mesh(const struct mesh *mesh, const struct drape_settings *settings,
+                               struct march_start *start, int *faulty) STATUS_MUST_USE;
+
+/* Moves a start on a surface to the mesh made of it. */
+enum status start_move_to_mesh(const struct mesh *mesh, struct march_start *start) STATUS_MUST_USE;
+
+#endif

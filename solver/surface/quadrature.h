@@ -1,0 +1,17 @@
+/* SPDX-License-Identifier: MIT */
+/* Gauss-Legendre quadrature on [-1, 1]: exact for polynomials up to degree 2 count - 1. */
+#ifndef SOLVER_SURFACE_QUADRATURE_H
+#define SOLVER_SURFACE_QUADRATURE_H
+
+enum { QUADRATURE_MAX = 16 };
+
+struct quadrature {
+    int count;
+    double node[QUADRATURE_MAX];   /* roots of the Legendre polynomial P_count, decreasing */
+    double weight[QUADRATURE_MAX]; /* they sum to 2 */
+};
+
+/* `count`: 1..QUADRATURE_MAX. */
+struct quadrature quadrature_make(int count);
+
+#endif

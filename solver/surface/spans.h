@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Inside of a surface: the Bezier spans. Only the files of the solver that make, evaluate or walk
+ * on surfaces include it.
+ */
+#ifndef SOLVER_SURFACE_SPANS_H
+#define SOLVER_SURFACE_SPANS_H
+
+#include "surface.h"
+
+/* Homogeneous coordinates (w x, w y, w z, w). */
+typedef double vec4 __attribute__((vector_size(32)));
+
+/* Up to this degree powers lose less than a decimal digit. */
+enum { SURFACE_POWERS_DEGREE = 3 };
+
+/* One parametric direction: the domain cut at its distinct knots. */
+struct surface_axis {
+    int degree;
+    int span_count;
+    double *breaks;  /* span_count + 1 increasing parameters */
+    double *rates;   /* 1 / length of each span */
+    double *middles; /* of each span */
+    bool closed;
+    bool pole[2]; /* at the lower and upper end: the other direction's tangent vanishes there */
+    struct vec3 pole_point[2]; /* that end's first point; with `pole`, all of it */
+};
+
+struct surface {
+    struct surface_axis axis[2];
+    size_t points_per_span; /* (p + 1) (q + 1) */
+    vec4 *points;           /* [span_u][span_v][k][l]: Bezier control points */
+    vec4 *powers; /* alike: coefficients of (u - middle)^k (v - middle)^l; NULL where the degree
+                     makes them inaccurate */
+    struct vec3 lower, upper;
+    double size;      /* diagonal of the box around the control points */
+    double magnitude; /* the largest absolute coordinate of that box: what rounding scales with */
+    double area;
+    struct vec3 centroid;
+    double least_tangent2[2]; /* tangents whose square is less have vanished */
+    bool has_poles;
+};
+
+static inline double surface_axis_lower(const struct surface_axis *axis) {
+    return axis->breaks[0];
+}
+
+static inline double surface_axis_upper(const struct surface_axis *axis) {
+    return axis->breaks[axis->span_count];
+}
+
+/* Parameter x of `axis` brought into the domain when the direction is closed. */
+double surface_axis_wrap(const struct surface_axis *axis, double x);
+
+/* The span that x lies in; the first or last beyond the ends. `hint` is tried first. */
+int surface_axis_span(const struct surface_axis *axis, int hint, double x);
+
+/* Evaluates the polynomials of one span, anywhere. */
+void surface_evaluate_span(const struct surface *surface, int span_u, int span_v, double u,
+                           double v, struct surface_jet *jet);
+
+#endif

@@ -1,0 +1,298 @@
+/* SPDX-License-Identifier: MIT */
+#include "spans.h"
+
+#include "quadrature.h"
+#include <string.h>
+
+enum { ORDER_MAX = NURBS_DEGREE_MAX + 1 };
+
+/* A tangent this short, as a share of the surface's size over its domain, has vanished. */
+static const double vanished_tangent = 1e-9;
+
+/* Edges closer than this share of the surface's size are one edge, or one point. */
+static const double coincidence = 1e-9;
+
+/* Bezier control points of one span as combinations of the span's B-spline control points:
+ * b_k = sum_i weight[k][i] P_(l-p+i). */
+struct extraction {
+    int first; /* l - p */
+    double weight[ORDER_MAX][ORDER_MAX];
+};
+
+/* b_k is the blossom of the span [t_l, t_(l+1)] at (a, .., a, b, .., b) with k times b = t_(l+1):
+ * de Boor's algorithm with a new argument in each round, run on unit vectors. Holds for clamped
+ * and unclamped knots alike. */
+static void extract_span(const struct nurbs_axis *axis, int l, struct extraction *extraction) {
+    int p = axis->degree;
+    const double *t = axis->knots;
+    extraction->first = l - p;
+    for (int k = 0; k <= p; k++) {
+        double d[ORDER_MAX][ORDER_MAX] = {{0}};
+        for (int i = 0; i <= p; i++)
+            d[i][i] = 1;
+        for (int r = 1; r <= p; r++) {
+            double x = r <= p - k ? t[l] : t[l + 1];
+            for (int i = p; i >= r; i--) {
+                double low = t[l - p + i], high = t[l + 1 + i - r];
+                double alpha = (x - low) / (high - low);
+                for (int m = 0; m <= p; m++)
+                    d[i][m] = (1 - alpha) * d[i - 1][m] + alpha * d[i][m];
+            }
+        }
+        for (int m = 0; m <= p; m++)
+            extraction->weight[k][m] = d[p][m];
+    }
+}
+
+/* Finds the spans of one direction; `extractions` gets one entry each. */
+static enum status cut_axis(const struct nurbs_axis *from, struct arena *arena,
+                            struct surface_axis *axis, struct extraction **extractions) {
+    int p = from->degree, n = from->size, count = 0;
+    axis->degree = p;
+    axis->breaks = arena_alloc(arena, (size_t)(n - p + 1), sizeof *axis->breaks);
+    axis->rates = arena_alloc(arena, (size_t)(n - p), sizeof *axis->rates);
+    axis->middles = arena_alloc(arena, (size_t)(n - p), sizeof *axis->middles);
+    *extractions = arena_alloc(arena, (size_t)(n - p), sizeof **extractions);
+    if (!axis->breaks || !axis->rates || !axis->middles || !*extractions)
+        return STATUS_OUT_OF_MEMORY;
+    for (int l = p; l < n; l++) {
+        if (!(from->knots[l + 1] > from->knots[l]))
+            continue;
+        axis->breaks[count] = from->knots[l];
+        axis->rates[count] = 1 / (from->knots[l + 1] - from->knots[l]);
+        axis->middles[count] = from->knots[l] + (from->knots[l + 1] - from->knots[l]) / 2;
+        extract_span(from, l, &(*extractions)[count++]);
+    }
+    axis->breaks[count] = from->knots[n];
+    axis->span_count = count;
+    return STATUS_OK;
+}
+
+static vec4 homogeneous(const struct nurbs *nurbs, int i, int j) {
+    size_t at = (size_t)i * (size_t)nurbs->v.size + (size_t)j;
+    double w = nurbs->weights ? nurbs->weights[at] : 1;
+    struct vec3 p = nurbs->points[at];
+    return (vec4){w * p.x, w * p.y, w * p.z, w};
+}
+
+/* points = E_u P E_v^T for one span. */
+static void fill_span(const struct nurbs *nurbs, const struct extraction *eu,
+                      const struct extraction *ev, vec4 *points) {
+    int p = nurbs->u.degree, q = nurbs->v.degree;
+    vec4 row[ORDER_MAX][ORDER_MAX];
+    for (int i = 0; i <= p; i++)
+        for (int l = 0; l <= q; l++) {
+            vec4 sum = {0};
+            for (int j = 0; j <= q; j++)
+                sum += ev->weight[l][j] * homogeneous(nurbs, eu->first + i, ev->first + j);
+            row[i][l] = sum;
+        }
+    for (int k = 0; k <= p; k++)
+        for (int l = 0; l <= q; l++) {
+            vec4 sum = {0};
+            for (int i = 0; i <= p; i++)
+                sum += eu->weight[k][i] * row[i][l];
+            points[k * (q + 1) + l] = sum;
+        }
+}
+
+/* Bernstein polynomials in powers of the distance x from the middle of a span 1 / rate long:
+ * row[k] = binomial(p, k) (1/2 + rate x)^k (1/2 - rate x)^(p - k). */
+static void bernstein_powers(int p, double rate, double row[ORDER_MAX][ORDER_MAX]) {
+    double binomial = 1;
+    for (int k = 0; k <= p; k++) {
+        double *c = row[k];
+        memset(c, 0, ORDER_MAX * sizeof *c);
+        c[0] = binomial;
+        for (int factor = 0; factor < p; factor++) {
+            double slope = factor < k ? rate : -rate;
+            for (int m = p; m > 0; m--)
+                c[m] = c[m] / 2 + slope * c[m - 1];
+            c[0] /= 2;
+        }
+        binomial = binomial * (p - k) / (k + 1);
+    }
+}
+
+/* powers[m][n] = sum_kl a[k][m] b[l][n] points[k][l] for one span. */
+static void fill_powers(const struct surface *surface, int su, int sv, const vec4 *points,
+                        vec4 *powers) {
+    const struct surface_axis *u = &surface->axis[0], *v = &surface->axis[1];
+    int p = u->degree, q = v->degree;
+    double a[ORDER_MAX][ORDER_MAX], b[ORDER_MAX][ORDER_MAX];
+    bernstein_powers(p, u->rates[su], a);
+    bernstein_powers(q, v->rates[sv], b);
+    for (int m = 0; m <= p; m++)
+        for (int n = 0; n <= q; n++) {
+            vec4 sum = {0};
+            for (int k = 0; k <= p; k++)
+                for (int l = 0; l <= q; l++)
+                    sum += a[k][m] * b[l][n] * points[k * (q + 1) + l];
+            powers[m * (q + 1) + n] = sum;
+        }
+}
+
+static enum status make_powers(struct arena *arena, struct surface *surface) {
+    int nu = surface->axis[0].span_count, nv = surface->axis[1].span_count;
+    if (surface->axis[0].degree > SURFACE_POWERS_DEGREE ||
+        surface->axis[1].degree > SURFACE_POWERS_DEGREE)
+        return STATUS_OK;
+    size_t size = surface->points_per_span;
+    surface->powers = arena_alloc(arena, (size_t)nu * (size_t)nv * size, sizeof *surface->powers);
+    for (int i = 0; surface->powers && i < nu * nv; i++)
+        fill_powers(surface, i / nv, i % nv, surface->points + (size_t)i * size,
+                    surface->powers + (size_t)i * size);
+    return surface->powers ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+}
+
+static void find_bounds(const struct nurbs *nurbs, struct surface *surface) {
+    struct vec3 low = nurbs->points[0], high = low;
+    for (size_t i = 1; i < nurbs->point_count; i++) {
+        struct vec3 p = nurbs->points[i];
+        low = vec3_make(fmin(low.x, p.x), fmin(low.y, p.y), fmin(low.z, p.z));
+        high = vec3_make(fmax(high.x, p.x), fmax(high.y, p.y), fmax(high.z, p.z));
+    }
+    surface->lower = low;
+    surface->upper = high;
+    surface->size = vec3_distance(low, high);
+    surface->magnitude = fmax(fmax(fmax(-low.x, high.x), fmax(-low.y, high.y)),
+                              fmax(fmax(-low.z, high.z), surface->size));
+}
+
+/* The homogeneous control point at position `along` of the edge at the lower (end 0) or upper
+ * (end 1) bound of `direction`; `span` counts along the edge. */
+static vec4 edge_point(const struct surface *surface, int direction, int end, int span, int along) {
+    const struct surface_axis *a = surface->axis;
+    int across_span = end ? a[direction].span_count - 1 : 0;
+    int across = end ? a[direction].degree : 0;
+    int span_u = direction == 0 ? across_span : span, span_v = direction == 0 ? span : across_span;
+    int k = direction == 0 ? across : along, l = direction == 0 ? along : across;
+    size_t at = (size_t)span_u * (size_t)a[1].span_count + (size_t)span_v;
+    return surface->points[at * surface->points_per_span + (size_t)(k * (a[1].degree + 1) + l)];
+}
+
+static struct vec3 place_of(vec4 a) {
+    return vec3_make(a[0] / a[3], a[1] / a[3], a[2] / a[3]);
+}
+
+static bool same_place(const struct surface *surface, vec4 a, vec4 b) {
+    return vec3_distance(place_of(a), place_of(b)) <= coincidence * surface->size;
+}
+
+/* What of the topology the march asks for all the time. */
+static void find_limits(struct surface *surface) {
+    const struct surface_axis *a = surface->axis;
+    surface->has_poles = a[0].pole[0] || a[0].pole[1] || a[1].pole[0] || a[1].pole[1];
+    for (int k = 0; k < 2; k++) {
+        double least = vanished_tangent * surface->size /
+                       (surface_axis_upper(&a[k]) - surface_axis_lower(&a[k]));
+        surface->least_tangent2[k] = least * least;
+    }
+}
+
+/* An edge is a pole when all its control points are one; a direction is closed when its two edges
+ * have the same control points and proportional weights. */
+static void find_topology(struct surface *surface, int direction) {
+    struct surface_axis *axis = &surface->axis[direction];
+    const struct surface_axis *other = &surface->axis[1 - direction];
+    vec4 first[2] = {edge_point(surface, direction, 0, 0, 0),
+                     edge_point(surface, direction, 1, 0, 0)};
+    axis->pole[0] = axis->pole[1] = axis->closed = true;
+    axis->pole_point[0] = place_of(first[0]);
+    axis->pole_point[1] = place_of(first[1]);
+    for (int span = 0; span < other->span_count; span++)
+        for (int along = 0; along <= other->degree; along++) {
+            vec4 low = edge_point(surface, direction, 0, span, along);
+            vec4 high = edge_point(surface, direction, 1, span, along);
+            axis->pole[0] = axis->pole[0] && same_place(surface, low, first[0]);
+            axis->pole[1] = axis->pole[1] && same_place(surface, high, first[1]);
+            double skew = low[3] * first[1][3] - high[3] * first[0][3];
+            axis->closed = axis->closed && same_place(surface, low, high) &&
+                           fabs(skew) <= coincidence * fabs(low[3] * first[1][3]);
+        }
+}
+
+/* Gauss points per span and direction: many where spans are few and large. */
+static int quadrature_order(const struct surface *surface) {
+    long spans = (long)surface->axis[0].span_count * surface->axis[1].span_count;
+    return spans <= 64 ? 16 : spans <= 1024 ? 8 : spans <= 16384 ? 4 : 2;
+}
+
+/* area = int |r_u x r_v| du dv and area * centroid = int r |r_u x r_v| du dv over one span. */
+static void integrate_span(const struct surface *surface, const struct quadrature *rule, int su,
+                           int sv, double *area, struct vec3 *moment) {
+    const double *bu = &surface->axis[0].breaks[su], *bv = &surface->axis[1].breaks[sv];
+    double hu = (bu[1] - bu[0]) / 2, hv = (bv[1] - bv[0]) / 2;
+    for (int a = 0; a < rule->count; a++)
+        for (int b = 0; b < rule->count; b++) {
+            struct surface_jet jet;
+            surface_evaluate_span(surface, su, sv, bu[0] + hu * (1 + rule->node[a]),
+                                  bv[0] + hv * (1 + rule->node[b]), &jet);
+            double element =
+                vec3_norm(vec3_cross(jet.u, jet.v)) * hu * hv * rule->weight[a] * rule->weight[b];
+            *area += element;
+            *moment = vec3_axpy(element, jet.r, *moment);
+        }
+}
+
+static enum status find_area(struct surface *surface) {
+    struct quadrature rule = quadrature_make(quadrature_order(surface));
+    struct vec3 moment = {0, 0, 0};
+    for (int su = 0; su < surface->axis[0].span_count; su++)
+        for (int sv = 0; sv < surface->axis[1].span_count; sv++)
+            integrate_span(surface, &rule, su, sv, &surface->area, &moment);
+    double least = coincidence * coincidence * surface->size * surface->size;
+    if (!(surface->area > least) || !isfinite(surface->area))
+        return STATUS_DEGENERATE_SURFACE;
+    surface->centroid = vec3_scale(1 / surface->area, moment);
+    return STATUS_OK;
+}
+
+enum status surface_make(const struct nurbs *nurbs, struct arena *arena, struct surface **surface) {
+    struct extraction *extraction[2];
+    struct surface *made = arena_alloc(arena, 1, sizeof *made);
+    if (!made)
+        return STATUS_OUT_OF_MEMORY;
+    enum status status = cut_axis(&nurbs->u, arena, &made->axis[0], &extraction[0]);
+    if (status == STATUS_OK)
+        status = cut_axis(&nurbs->v, arena, &made->axis[1], &extraction[1]);
+    if (status != STATUS_OK)
+        return status;
+    size_t nu = (size_t)made->axis[0].span_count, nv = (size_t)made->axis[1].span_count;
+    made->points_per_span = (size_t)((nurbs->u.degree + 1) * (nurbs->v.degree + 1));
+    made->points = arena_alloc(arena, nu * nv * made->points_per_span, sizeof *made->points);
+    if (!made->points)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t i = 0; i < nu * nv; i++)
+        fill_span(nurbs, &extraction[0][i / nv], &extraction[1][i % nv],
+                  made->points + i * made->points_per_span);
+    find_bounds(nurbs, made);
+    find_topology(made, 0);
+    find_topology(made, 1);
+    find_limits(made);
+    *surface = made;
+    status = make_powers(arena, made);
+    return status == STATUS_OK ? find_area(made) : status;
+}
+
+void surface_domain(const struct surface *surface, double lower[2], double upper[2]) {
+    for (int k = 0; k < 2; k++) {
+        lower[k] = surface_axis_lower(&surface->axis[k]);
+        upper[k] = surface_axis_upper(&surface->axis[k]);
+    }
+}
+
+bool surface_closed(const struct surface *surface, int direction) {
+    return surface->axis[direction].closed;
+}
+
+void surface_bounds(const struct surface *surface, struct vec3 *lower, struct vec3 *upper) {
+    *lower = surface->lower;
+    *upper = surface->upper;
+}
+
+double surface_area(const struct surface *surface, struct vec3 *centroid) {
+    if (centroid)
+        *centroid = surface->centroid;
+    return surface->area;
+}

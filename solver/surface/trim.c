@@ -1,0 +1,393 @@
+/* SPDX-License-Identifier: MIT */
+#include "trim.h"
+
+#include "quadrature.h"
+#include "spans.h"
+#include <stdlib.h>
+#include <string.h>
+
+enum { ORDER_MAX = NURBS_DEGREE_MAX + 1, HALVINGS = 16, STRIPS_MAX = 4096, LINES = 512 };
+
+/* Flattened curves deviate from the curve by less than this share of the domain. */
+static const double flatness = 1e-6;
+
+struct edge {
+    double u[2], v[2]; /* v[0] <= v[1] */
+    uint32_t loop;
+};
+
+struct trim {
+    const struct surface *surface;
+    const struct trim_loop *loops; /* a copy, without the curves */
+    size_t loop_count, kept_count; /* kept: loops that keep their inside */
+    struct edge *edges;
+    size_t edge_count;
+    double low[2], high[2]; /* box around the edges; the domain if nothing keeps its inside */
+    double strip_height;
+    size_t strip_count, *strip_first; /* strip_count + 1 places in strip_edges */
+    uint32_t *strip_edges;            /* by strip, and there by loop */
+    double area, middle[2];
+    struct vec3 centroid;
+};
+
+/* Edges while they are collected. */
+struct collector {
+    struct arena *arena;
+    struct edge *edges;
+    size_t count, room;
+    double tolerance[2];
+    uint32_t loop;
+    double last[2];
+    bool begun;
+};
+
+static bool add_edge(struct collector *c, const double to[2]) {
+    if (!c->begun) {
+        memcpy(c->last, to, sizeof c->last);
+        c->begun = true;
+        return true;
+    }
+    if (c->count == c->room) {
+        size_t room = c->room ? 2 * c->room : 256;
+        struct edge *edges = arena_alloc(c->arena, room, sizeof *edges);
+        if (!edges)
+            return false;
+        if (c->count)
+            memcpy(edges, c->edges, c->count * sizeof *edges);
+        c->edges = edges;
+        c->room = room;
+    }
+    bool up = c->last[1] <= to[1];
+    const double *low = up ? c->last : to, *high = up ? to : c->last;
+    if (low[1] < high[1])
+        c->edges[c->count++] = (struct edge){{low[0], high[0]}, {low[1], high[1]}, c->loop};
+    memcpy(c->last, to, sizeof c->last);
+    return true;
+}
+
+/* The curve's point at t in the knot span l, by de Boor's algorithm in homogeneous coordinates. */
+static void curve_point(const struct trim_curve *curve, size_t l, double t, double uv[2]) {
+    int p = curve->degree;
+    double d[ORDER_MAX][3];
+    for (int k = 0; k <= p; k++) {
+        size_t at = l - (size_t)p + (size_t)k;
+        double w = curve->weights ? curve->weights[at] : 1;
+        d[k][0] = w * curve->points[at][0];
+        d[k][1] = w * curve->points[at][1];
+        d[k][2] = w;
+    }
+    for (int r = 1; r <= p; r++)
+        for (int k = p; k >= r; k--) {
+            const double *knot = curve->knots + l - (size_t)p + (size_t)k;
+            double a = (t - knot[0]) / (knot[p - r + 1] - knot[0]);
+            for (int x = 0; x < 3; x++)
+                d[k][x] = (1 - a) * d[k - 1][x] + a * d[k][x];
+        }
+    uv[0] = d[p][0] / d[p][2];
+    uv[1] = d[p][1] / d[p][2];
+}
+
+/* The part of a curve between two places of one knot span. */
+struct piece {
+    double t[2], from[2], to[2];
+};
+
+static bool is_flat(const struct collector *c, const struct trim_curve *curve, size_t l,
+                    const struct piece *piece) {
+    for (int quarter = 1; quarter <= 3; quarter++) {
+        double share = quarter / 4.0, at[2];
+        curve_point(curve, l, piece->t[0] + share * (piece->t[1] - piece->t[0]), at);
+        for (int k = 0; k < 2; k++) {
+            double chord = piece->from[k] + share * (piece->to[k] - piece->from[k]);
+            if (fabs(at[k] - chord) > c->tolerance[k])
+                return false;
+        }
+    }
+    return true;
+}
+
+/* Halves the span until its pieces are flat; a stack of the halves yet to come. */
+static bool flatten_span(struct collector *c, const struct trim_curve *curve, size_t l) {
+    struct piece stack[HALVINGS + 1];
+    int depth = 0;
+    stack[0].t[0] = curve->knots[l];
+    stack[0].t[1] = curve->knots[l + 1];
+    curve_point(curve, l, stack[0].t[0], stack[0].from);
+    curve_point(curve, l, stack[0].t[1], stack[0].to);
+    if (!add_edge(c, stack[0].from))
+        return false;
+    while (depth >= 0) {
+        struct piece *top = &stack[depth];
+        if (depth == HALVINGS || is_flat(c, curve, l, top)) {
+            if (!add_edge(c, top->to))
+                return false;
+            depth--;
+            continue;
+        }
+        struct piece first = *top;
+        first.t[1] = top->t[0] + (top->t[1] - top->t[0]) / 2;
+        curve_point(curve, l, first.t[1], first.to);
+        top->t[0] = first.t[1];
+        memcpy(top->from, first.to, sizeof first.to);
+        stack[++depth] = first;
+    }
+    return true;
+}
+
+static bool flatten(struct collector *c, const struct trim_curve *curve) {
+    bool good = true;
+    if (!curve->knots) {
+        for (size_t k = 0; good && k < curve->count; k++)
+            good = add_edge(c, curve->points[k]);
+        return good;
+    }
+    for (size_t l = (size_t)curve->degree; good && l < curve->count; l++)
+        if (curve->knots[l + 1] > curve->knots[l])
+            good = flatten_span(c, curve, l);
+    return good;
+}
+
+static bool flatten_loop(struct collector *c, const struct trim_loop *loop) {
+    double first[2] = {0, 0};
+    c->begun = false;
+    for (size_t k = 0; k < loop->count; k++) {
+        const struct trim_curve *curve = &loop->curves[k];
+        if (k == 0 && curve->knots) {
+            size_t l = (size_t)curve->degree;
+            while (!(curve->knots[l + 1] > curve->knots[l]))
+                l++;
+            curve_point(curve, l, curve->knots[l], first);
+        } else if (k == 0) {
+            memcpy(first, curve->points[0], sizeof first);
+        }
+        if (!flatten(c, curve))
+            return false;
+    }
+    return !c->begun || add_edge(c, first);
+}
+
+static size_t strip_of(const struct trim *trim, double v) {
+    double strip = (v - trim->low[1]) / trim->strip_height;
+    return strip < 0                            ? 0
+           : strip >= (double)trim->strip_count ? trim->strip_count - 1
+                                                : (size_t)strip;
+}
+
+/* Sorts the edges into strips of v by counting; edges are in the order of their loops already. */
+static enum status make_strips(struct trim *trim, struct arena *arena) {
+    size_t wanted = trim->edge_count / 4 + 1, total = 0;
+    trim->strip_count = wanted < STRIPS_MAX ? wanted : STRIPS_MAX;
+    trim->strip_height = (trim->high[1] - trim->low[1]) / (double)trim->strip_count;
+    trim->strip_first = arena_alloc(arena, trim->strip_count + 1, sizeof *trim->strip_first);
+    if (!trim->strip_first || !(trim->strip_height > 0))
+        return trim->strip_first ? STATUS_DEGENERATE_SURFACE : STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < trim->edge_count; k++)
+        for (size_t s = strip_of(trim, trim->edges[k].v[0]);
+             s <= strip_of(trim, trim->edges[k].v[1]); s++)
+            trim->strip_first[s + 1]++;
+    for (size_t s = 0; s < trim->strip_count; s++)
+        total = trim->strip_first[s + 1] += trim->strip_first[s];
+    trim->strip_edges = arena_alloc(arena, total, sizeof *trim->strip_edges);
+    size_t *fill = arena_alloc(arena, trim->strip_count, sizeof *fill);
+    if (!trim->strip_edges || !fill)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < trim->edge_count; k++)
+        for (size_t s = strip_of(trim, trim->edges[k].v[0]);
+             s <= strip_of(trim, trim->edges[k].v[1]); s++)
+            trim->strip_edges[trim->strip_first[s] + fill[s]++] = (uint32_t)k;
+    return STATUS_OK;
+}
+
+/* Where the edge meets the line v = const; false when it does not. The lower end belongs to it. */
+static bool crossing(const struct edge *edge, double v, double *u) {
+    if (v < edge->v[0] || v >= edge->v[1])
+        return false;
+    double share = (v - edge->v[0]) / (edge->v[1] - edge->v[0]);
+    *u = edge->u[0] + share * (edge->u[1] - edge->u[0]);
+    return true;
+}
+
+bool trim_contains(const struct trim *trim, const double uv[2]) {
+    size_t kept = 0, strip = strip_of(trim, uv[1]);
+    const uint32_t *at = trim->strip_edges + trim->strip_first[strip];
+    const uint32_t *end = trim->strip_edges + trim->strip_first[strip + 1];
+    while (at < end) {
+        uint32_t loop = trim->edges[*at].loop;
+        bool inside = false;
+        for (; at < end && trim->edges[*at].loop == loop; at++) {
+            double u;
+            if (crossing(&trim->edges[*at], uv[1], &u) && u <= uv[0])
+                inside = !inside;
+        }
+        if (inside && !trim->loops[loop].reversed)
+            return false;
+        kept += inside;
+    }
+    return kept > 0 || trim->kept_count == 0;
+}
+
+bool trim_near(const struct trim *trim, const double uv[2]) {
+    return uv[0] >= trim->low[0] && uv[0] <= trim->high[0] && uv[1] >= trim->low[1] &&
+           uv[1] <= trim->high[1];
+}
+
+double trim_area(const struct trim *trim, struct vec3 *centroid) {
+    *centroid = trim->centroid;
+    return trim->area;
+}
+
+void trim_middle(const struct trim *trim, double uv[2]) {
+    uv[0] = trim->middle[0];
+    uv[1] = trim->middle[1];
+}
+
+/* What the lines of v = const gather. */
+struct gathered {
+    struct surface_cursor cursor;
+    const struct quadrature *rule;
+    double area;
+    struct vec3 moment;
+};
+
+/* Adds int |r_u x r_v| du, and r times it, from a to b on the line v, times `weight`; between
+ * breaks of u, because the surface is smooth only there. */
+static void integrate_line(const struct surface *surface, struct gathered *sum, double a, double b,
+                           double v, double weight) {
+    const struct surface_axis *axis = &surface->axis[0];
+    while (a < b) {
+        double next = axis->breaks[surface_axis_span(axis, 0, a) + 1];
+        double end = next > a && next < b ? next : b;
+        for (int k = 0; k < sum->rule->count; k++) {
+            struct surface_jet jet;
+            double u = (a + end + (end - a) * sum->rule->node[k]) / 2;
+            surface_evaluate(surface, &sum->cursor, u, v, &jet);
+            double element =
+                weight * sum->rule->weight[k] * (end - a) / 2 * vec3_norm(vec3_cross(jet.u, jet.v));
+            sum->area += element;
+            sum->moment = vec3_axpy(element, jet.r, sum->moment);
+        }
+        a = end;
+    }
+}
+
+static int compare_doubles(const void *a, const void *b) {
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* The places where the line v meets edges, and the ends of the domain, in order. */
+static size_t line_cuts(const struct trim *trim, double v, double *cuts) {
+    const struct surface_axis *axis = &trim->surface->axis[0];
+    size_t count = 0, strip = strip_of(trim, v);
+    double lower = surface_axis_lower(axis), upper = surface_axis_upper(axis);
+    cuts[count++] = lower;
+    cuts[count++] = upper;
+    for (size_t at = trim->strip_first[strip]; at < trim->strip_first[strip + 1]; at++) {
+        double u;
+        if (crossing(&trim->edges[trim->strip_edges[at]], v, &u) && u > lower && u < upper)
+            cuts[count++] = u;
+    }
+    qsort(cuts, count, sizeof *cuts, compare_doubles);
+    return count;
+}
+
+typedef void interval_visitor(struct trim *trim, void *context, double a, double b, double v,
+                              double weight);
+
+/* Visits the intervals of the region on the middle lines of LINES strips of the domain. */
+static void visit_lines(struct trim *trim, double *cuts, interval_visitor *visit, void *context) {
+    const struct surface_axis *axis = &trim->surface->axis[1];
+    double low = surface_axis_lower(axis), step = (surface_axis_upper(axis) - low) / LINES;
+    for (int line = 0; line < LINES; line++) {
+        double v = low + (line + 0.5) * step;
+        size_t count = line_cuts(trim, v, cuts);
+        for (size_t k = 0; k + 1 < count; k++) {
+            double middle[2] = {(cuts[k] + cuts[k + 1]) / 2, v};
+            if (cuts[k] < cuts[k + 1] && trim_contains(trim, middle))
+                visit(trim, context, cuts[k], cuts[k + 1], v, step);
+        }
+    }
+}
+
+static void add_interval(struct trim *trim, void *context, double a, double b, double v,
+                         double weight) {
+    integrate_line(trim->surface, context, a, b, v, weight);
+}
+
+/* Keeps the interval's middle if it is the nearest to the centroid yet. */
+static void try_middle(struct trim *trim, void *context, double a, double b, double v,
+                       double weight) {
+    double *nearest = context;
+    struct surface_cursor cursor = {0};
+    struct surface_jet jet;
+    (void)weight;
+    surface_evaluate(trim->surface, &cursor, (a + b) / 2, v, &jet);
+    double distance = vec3_distance(jet.r, trim->centroid);
+    if (distance < *nearest) {
+        *nearest = distance;
+        trim->middle[0] = (a + b) / 2;
+        trim->middle[1] = v;
+    }
+}
+
+static enum status measure(struct trim *trim, struct arena *arena) {
+    struct quadrature rule = quadrature_make(4);
+    struct gathered sum = {.rule = &rule};
+    double nearest = HUGE_VAL, *cuts = arena_alloc(arena, trim->edge_count + 2, sizeof *cuts);
+    if (!cuts)
+        return STATUS_OUT_OF_MEMORY;
+    visit_lines(trim, cuts, add_interval, &sum);
+    if (!(sum.area > 0))
+        return STATUS_DEGENERATE_SURFACE;
+    trim->area = sum.area;
+    trim->centroid = vec3_scale(1 / sum.area, sum.moment);
+    visit_lines(trim, cuts, try_middle, &nearest);
+    return STATUS_OK;
+}
+
+static void find_box(struct trim *trim) {
+    surface_domain(trim->surface, trim->low, trim->high);
+    if (trim->kept_count == 0)
+        return;
+    double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL};
+    for (size_t e = 0; e < trim->edge_count; e++)
+        for (int end = 0; end < 2; end++) {
+            const struct edge *edge = &trim->edges[e];
+            if (!trim->loops[edge->loop].reversed)
+                continue;
+            low[0] = fmin(low[0], edge->u[end]);
+            high[0] = fmax(high[0], edge->u[end]);
+            low[1] = fmin(low[1], edge->v[end]);
+            high[1] = fmax(high[1], edge->v[end]);
+        }
+    for (int k = 0; k < 2; k++) {
+        trim->low[k] = fmax(trim->low[k], low[k]);
+        trim->high[k] = fmin(trim->high[k], high[k]);
+    }
+}
+
+enum status trim_make(const struct surface *surface, const struct trim_loop *loops, size_t count,
+                      struct arena *arena, struct trim **trim) {
+    struct trim *made = arena_alloc(arena, 1, sizeof *made);
+    struct trim_loop *copy = arena_alloc(arena, count, sizeof *copy);
+    struct collector collector = {.arena = arena};
+    if (!made || !copy)
+        return STATUS_OUT_OF_MEMORY;
+    memcpy(copy, loops, count * sizeof *copy);
+    *made = (struct trim){.surface = surface, .loops = copy, .loop_count = count};
+    for (int k = 0; k < 2; k++)
+        collector.tolerance[k] = flatness * (surface_axis_upper(&surface->axis[k]) -
+                                             surface_axis_lower(&surface->axis[k]));
+    for (size_t k = 0; k < count; k++) {
+        made->kept_count += loops[k].reversed;
+        collector.loop = (uint32_t)k;
+        if (!flatten_loop(&collector, &loops[k]))
+            return STATUS_OUT_OF_MEMORY;
+    }
+    made->edges = collector.edges;
+    made->edge_count = collector.count;
+    find_box(made);
+    enum status status = make_strips(made, arena);
+    *trim = made;
+    return status == STATUS_OK ? measure(made, arena) : status;
+}

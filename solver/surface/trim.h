@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The usable region of a trimmed surface: loops of NURBS curves or polylines in (u, v). It is what
+ * lies inside a loop that keeps its inside, or the whole domain when there is none, less what lies
+ * inside the others.
+ * Curves are flattened once; whether a place is inside a loop is the parity of the edges to its
+ * left, found in strips of v.
+ */
+#ifndef SOLVER_SURFACE_TRIM_H
+#define SOLVER_SURFACE_TRIM_H
+
+#include "surface.h"
+#include <stdint.h>
+
+/* A planar curve in (u, v): a NURBS curve, or with `knots` NULL the polyline of its points. */
+struct trim_curve {
+    int degree;                /* 1..NURBS_DEGREE_MAX; 1 for a polyline */
+    const double (*points)[2]; /* not multiplied by the weights */
+    size_t count;              /* at least 2, and more than `degree` */
+    const double *knots;       /* count + degree + 1, non-decreasing; NULL: a polyline */
+    const double *weights;     /* `count`, positive; NULL: all 1 */
+};
+
+/* Curves end to end; the last is joined to the first by a straight line if it does not meet it. */
+struct trim_loop {
+    bool reversed; /* what lies inside the loop is kept, not cut away */
+    const struct trim_curve *curves;
+    size_t count;
+};
+
+struct trim;
+
+/* The region of `surface` within the loops, in `arena`; the loops are not needed afterwards.
+ * Errors: STATUS_OUT_OF_MEMORY; STATUS_DEGENERATE_SURFACE when nothing is left. */
+enum status trim_make(const struct surface *surface, const struct trim_loop *loops, size_t count,
+                      struct arena *arena, struct trim **trim) STATUS_MUST_USE;
+
+/* Whether (u, v), inside the domain, is in the region. */
+bool trim_contains(const struct trim *trim, const double uv[2]);
+
+/* Whether (u, v) is in the box around the region's edges. */
+bool trim_near(const struct trim *trim, const double uv[2]);
+
+/* Area of the region in the square of the surface's unit, to about 1e-4 of it, and its centroid. */
+double trim_area(const struct trim *trim, struct vec3 *centroid);
+
+/* A place of the region near its centroid: well inside it, where the centroid itself may not be. */
+void trim_middle(const struct trim *trim, double uv[2]);
+
+#endif
