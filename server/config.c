@@ -325,7 +325,7 @@ static bool take_inherited(struct config *config) {
     char port[8];
     char host[INET6_ADDRSTRLEN];
     socklen_t length = sizeof config->address;
-    if (!manager_socket(&config->inherited, &why))
+    if (!systemd_socket(&config->inherited, &why))
         return complain("%s", why);
     struct sockaddr *address = (struct sockaddr *)&config->address;
     if (config->inherited < 0)

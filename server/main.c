@@ -93,14 +93,14 @@ static void read_tokens(struct service *service) {
 /* Waits for a signal, and tells the service manager meanwhile that this thread and the front are
  * alive. Not the store: a restart does not mend a database that is away. */
 static int keep_alive(struct service *service, const sigset_t *signals) {
-    int64_t every_ms = manager_watchdog_ms();
+    int64_t every_ms = systemd_watchdog_ms();
     const struct timespec step = {every_ms / 1000, every_ms % 1000 * 1000000};
     for (;;) {
         int number = sigtimedwait(signals, NULL, every_ms ? &step : NULL);
         if (number == SIGHUP) {
-            manager_reloading();
+            systemd_reloading();
             read_tokens(service);
-            manager_ready();
+            systemd_ready();
             continue;
         }
         if (number > 0)
@@ -109,7 +109,7 @@ static int keep_alive(struct service *service, const sigset_t *signals) {
             continue;
         if (service->http)
             http_touch(service->http);
-        manager_alive();
+        systemd_alive();
     }
 }
 
@@ -269,9 +269,9 @@ static int serve(const struct config *config) {
     bool good = start(&service);
     if (good) {
         announce(&service);
-        manager_ready();
+        systemd_ready();
         wait_for_signal(&service);
-        manager_stopping();
+        systemd_stopping();
     }
     stop(&service);
     if (good)

@@ -37,7 +37,7 @@ static bool listens_on_tcp(int socket) {
            option_of(socket, SO_ACCEPTCONN) == 1;
 }
 
-bool manager_socket(int *socket, const char **why) {
+bool systemd_socket(int *socket, const char **why) {
     *socket = -1;
     int64_t count = number_of("LISTEN_FDS");
     if (number_of("LISTEN_PID") != getpid() || count == 0)
@@ -81,26 +81,26 @@ static void tell(const char *words) {
         log_warning(log_event("notify_failed"), log_text("socket", path), log_text("error", why));
 }
 
-void manager_ready(void) {
+void systemd_ready(void) {
     tell("READY=1\nSTATUS=Draping");
 }
 
-void manager_reloading(void) {
+void systemd_reloading(void) {
     char words[96];
     snprintf(words, sizeof words, "RELOADING=1\nMONOTONIC_USEC=%lld\nSTATUS=Reading the tokens",
              (long long)clock_us());
     tell(words);
 }
 
-void manager_stopping(void) {
+void systemd_stopping(void) {
     tell("STOPPING=1\nSTATUS=Draining: running drapes finish");
 }
 
-void manager_alive(void) {
+void systemd_alive(void) {
     tell("WATCHDOG=1");
 }
 
-int64_t manager_watchdog_ms(void) {
+int64_t systemd_watchdog_ms(void) {
     int64_t limit_us = number_of("WATCHDOG_USEC");
     bool ours = !getenv("WATCHDOG_PID") || number_of("WATCHDOG_PID") == getpid();
     int64_t half_ms = limit_us / 2000;

@@ -15,21 +15,21 @@
 /* The listening TCP socket that was handed over, made close-on-exec and non-blocking; -1: none was.
  * False: something else was handed over; `why` is then a constant text. The descriptor stays the
  * caller's, and shared with the manager: never shut it down, only close it. */
-bool manager_socket(int *socket, const char **why) __attribute__((warn_unused_result));
+bool systemd_socket(int *socket, const char **why) __attribute__((warn_unused_result));
 
-/* The daemon answers calls, at the start and after `manager_reloading`. */
-void manager_ready(void);
+/* The daemon answers calls, at the start and after `systemd_reloading`. */
+void systemd_ready(void);
 
 /* The daemon reads again what SIGHUP is for; it answers calls meanwhile. */
-void manager_reloading(void);
+void systemd_reloading(void);
 
 /* The daemon is draining. */
-void manager_stopping(void);
+void systemd_stopping(void);
 
-/* The daemon is alive: to be said every `manager_watchdog_ms`, or it will be killed. */
-void manager_alive(void);
+/* The daemon is alive: to be said every `systemd_watchdog_ms`, or it will be killed. */
+void systemd_alive(void);
 
 /* Half of what the manager's watchdog allows between two signs of life; 0: it has none for us. */
-int64_t manager_watchdog_ms(void);
+int64_t systemd_watchdog_ms(void);
 
 #endif

@@ -6,17 +6,17 @@
 #include "reply.h"
 #include <stdbool.h>
 
-enum pack_coding { PACK_IDENTITY, PACK_ZSTD, PACK_GZIP };
+enum compress_coding { COMPRESS_IDENTITY, COMPRESS_ZSTD, COMPRESS_GZIP };
 
 /* The coding that an Accept-Encoding header (NULL: none was sent) wants the most; among equals zstd
  * before gzip before none. */
-enum pack_coding pack_choose(const char *accept_encoding);
+enum compress_coding compress_choose(const char *accept_encoding);
 
 /* As in Content-Encoding; "identity" for none. */
-const char *pack_name(enum pack_coding coding);
+const char *compress_name(enum compress_coding coding);
 
 /* Replaces the stream, which it takes over, by one of its compressed bytes: the same bytes for the
- * same content. Not for PACK_IDENTITY. False without memory, the stream left as it was. */
-bool pack_stream(enum pack_coding coding, struct reply_stream *stream);
+ * same content. Not for COMPRESS_IDENTITY. False without memory, the stream left as it was. */
+bool compress_stream(enum compress_coding coding, struct reply_stream *stream);
 
 #endif

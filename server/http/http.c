@@ -30,7 +30,7 @@ enum {
     HTTP_LARGE_BLOCK_BYTES = 128 * 1024, /* the same when the length is known */
     HTTP_TICK_MS = 10,                   /* the timer looks no more often than this */
     HTTP_REAP_MS = 1000,                 /* and this often for clients that are slow or gone */
-    HTTP_GOODBYE_MS = 2000               /* answers under way get this long at the end */
+    HTTP_FLUSH_MS = 2000                 /* answers under way get this long at the end */
 };
 
 struct exchange;
@@ -39,8 +39,8 @@ struct http {
     struct http_services services;
     struct MHD_Daemon *daemon;
     int socket;
-    struct farewell *farewell;
-    struct pace *pace;
+    struct linger_pool *linger;
+    struct deadlines *deadlines;
     atomic_bool draining;
     atomic_int_fast64_t bodies; /* bytes of those that are being received */
     atomic_long exchanges;      /* requests that have begun and are not over */
@@ -55,7 +55,7 @@ struct http {
 
 /* A connection. */
 struct client {
-    struct pace_client pace;
+    struct deadlines_client deadline;
     struct http *http;
     struct exchange *exchange; /* the request under way, or NULL */
 };
@@ -146,7 +146,7 @@ static void resume_due(struct http *http, int64_t now) {
 /* Whether the client has closed its side of the connection. Most who do are gone, and for the rest
  * there is no telling: as with nginx, who wants the answer must leave its side open. */
 static bool hung_up(const struct client *client) {
-    struct pollfd side = {client->pace.socket, POLLRDHUP, 0};
+    struct pollfd side = {client->deadline.socket, POLLRDHUP, 0};
     return poll(&side, 1, 0) == 1;
 }
 
@@ -166,9 +166,9 @@ static void *timer(void *context) {
     int64_t reap_at = 0;
     pthread_mutex_lock(&http->lock);
     while (!http->stopping) {
-        int64_t now = request_clock_ms();
+        int64_t now = clock_ms();
         if (now >= reap_at) {
-            pace_reap(http->pace, now);
+            deadlines_reap(http->deadlines, now);
             resume_gone(http);
             reap_at = now + HTTP_REAP_MS;
         }
@@ -178,7 +178,7 @@ static void *timer(void *context) {
         struct timespec until = {http->wake_at / 1000, http->wake_at % 1000 * 1000000};
         pthread_cond_timedwait(&http->changed, &http->lock, &until);
     }
-    resume_due(http, request_clock_ms());
+    resume_due(http, clock_ms());
     pthread_mutex_unlock(&http->lock);
     return NULL;
 }
@@ -213,11 +213,11 @@ static void refuse_on_socket(struct client *client, enum api_problem_id problem,
     struct exchange *exchange = client->exchange;
     char id[ID_SIZE];
     id_make(id);
-    int status = reply_on_socket(client->pace.socket,
+    int status = reply_on_socket(client->deadline.socket,
                                  exchange && exchange->request->id[0] ? exchange->request->id : id,
                                  problem, detail);
-    farewell_add(client->http->farewell, client->pace.socket);
-    shutdown(client->pace.socket, SHUT_WR);
+    linger_add(client->http->linger, client->deadline.socket);
+    shutdown(client->deadline.socket, SHUT_WR);
     if (exchange)
         exchange->reply.status = status;
     else
@@ -282,16 +282,16 @@ enum MHD_Result MHD_queue_response(struct MHD_Connection *connection, unsigned s
 /* The next bytes of a streamed reply. Zero is only returned with the connection suspended. */
 static ssize_t pull(void *context, uint64_t position, char *buffer, size_t size) {
     struct exchange *exchange = context;
-    struct pace *pace = exchange->http->pace;
+    struct deadlines *deadlines = exchange->http->deadlines;
     (void)position;
     for (;;) {
         if (!refresh(exchange))
             return MHD_CONTENT_READER_END_WITH_ERROR;
-        pace_hold(pace, &exchange->client->pace);
+        deadlines_suspend(deadlines, &exchange->client->deadline);
         ssize_t got = exchange->reply.stream.next(exchange->reply.stream.context, buffer, size);
         if (got > 0) {
             exchange->sent += got;
-            pace_reply(pace, &exchange->client->pace, (size_t)got);
+            deadlines_reply(deadlines, &exchange->client->deadline, (size_t)got);
             return got;
         }
         if (got != REPLY_WAIT)
@@ -322,10 +322,11 @@ static struct MHD_Response *make_response(struct exchange *exchange) {
 static enum MHD_Result send_reply(struct exchange *exchange) {
     struct reply *reply = &exchange->reply;
     access_cors(&exchange->http->services, exchange->request, reply);
-    struct MHD_Response *response = pace_reply(exchange->http->pace, &exchange->client->pace,
-                                               reply->streamed ? 0 : reply->length)
-                                        ? make_response(exchange)
-                                        : NULL;
+    struct MHD_Response *response =
+        deadlines_reply(exchange->http->deadlines, &exchange->client->deadline,
+                        reply->streamed ? 0 : reply->length)
+            ? make_response(exchange)
+            : NULL;
     if (!response)
         return MHD_NO;
     for (size_t k = 0; k < reply->header_count; k++)
@@ -444,7 +445,7 @@ static enum MHD_Result begin(struct exchange *exchange, const char *method, cons
     request->http_1_0 = !strcmp(version, "HTTP/1.0");
     const union MHD_ConnectionInfo *info =
         MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_REQUEST_HEADER_SIZE);
-    if (!info || !pace_body(exchange->http->pace, &exchange->client->pace))
+    if (!info || !deadlines_body(exchange->http->deadlines, &exchange->client->deadline))
         return MHD_NO;
     take_head(exchange, version, info->header_size);
     if (info->header_size > HTTP_HEAD_BYTES) {
@@ -462,7 +463,7 @@ static enum MHD_Result begin(struct exchange *exchange, const char *method, cons
 static enum MHD_Result receive(struct exchange *exchange, const char *bytes, size_t length) {
     struct reply *reply = &exchange->reply;
     exchange->received += (int64_t)length;
-    if (!pace_received(exchange->http->pace, &exchange->client->pace, length))
+    if (!deadlines_received(exchange->http->deadlines, &exchange->client->deadline, length))
         return MHD_NO;
     if (exchange->received > exchange->limit.bytes) {
         char detail[64];
@@ -492,7 +493,7 @@ static enum MHD_Result handle(void *context, struct MHD_Connection *connection, 
         *size = 0;
         return receive(exchange, data, length);
     }
-    if (!pace_hold(exchange->http->pace, &exchange->client->pace))
+    if (!deadlines_suspend(exchange->http->deadlines, &exchange->client->deadline))
         return MHD_NO;
     return exchange->reply.status ? send_reply(exchange) : answer(exchange);
 }
@@ -539,11 +540,11 @@ static void connection_notified(void *context, struct MHD_Connection *connection
         if (!client)
             return; /* its requests will be refused */
         client->http = http;
-        pace_enter(http->pace, &client->pace, info->connect_fd);
+        deadlines_add(http->deadlines, &client->deadline, info->connect_fd);
     } else if (client) {
         if (client->exchange)
             finish(client->exchange); /* MHD forgets it when the query overflows its memory */
-        pace_leave(http->pace, &client->pace);
+        deadlines_remove(http->deadlines, &client->deadline);
         free(client);
     }
 }
@@ -580,8 +581,8 @@ static void request_ends(void *context, struct MHD_Connection *connection, void 
     if (!exchange)
         return;
     if (exchange->unread && code == MHD_REQUEST_TERMINATED_COMPLETED_OK)
-        farewell_add(http->farewell, exchange->client->pace.socket);
-    pace_idle(http->pace, &exchange->client->pace);
+        linger_add(http->linger, exchange->client->deadline.socket);
+    deadlines_idle(http->deadlines, &exchange->client->deadline);
     finish(exchange);
 }
 
@@ -622,9 +623,10 @@ static bool start_daemon(struct http *http) {
         flags, 0, NULL, NULL, handle, http, MHD_OPTION_EXTERNAL_LOGGER, log_library, NULL,
         MHD_OPTION_LISTEN_SOCKET, http->socket, MHD_OPTION_THREAD_POOL_SIZE, thread_count(),
         MHD_OPTION_CONNECTION_LIMIT, connections, MHD_OPTION_CONNECTION_TIMEOUT,
-        (unsigned)PACE_IDLE_MS / 1000, MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)HTTP_POOL_BYTES,
-        MHD_OPTION_NOTIFY_CONNECTION, connection_notified, http, MHD_OPTION_URI_LOG_CALLBACK,
-        request_begins, http, MHD_OPTION_NOTIFY_COMPLETED, request_ends, http, MHD_OPTION_END);
+        (unsigned)DEADLINES_IDLE_MS / 1000, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
+        (size_t)HTTP_POOL_BYTES, MHD_OPTION_NOTIFY_CONNECTION, connection_notified, http,
+        MHD_OPTION_URI_LOG_CALLBACK, request_begins, http, MHD_OPTION_NOTIFY_COMPLETED,
+        request_ends, http, MHD_OPTION_END);
     return http->daemon != NULL;
 }
 
@@ -634,12 +636,11 @@ bool http_start(const struct http_services *services, struct http **out) {
         return false;
     http->services = *services;
     http->socket = listener_open(services->config);
-    http->farewell = farewell_start();
-    http->pace = pace_new();
-    http->ticking = http->pace && start_timer(http);
+    http->linger = linger_start();
+    http->deadlines = deadlines_new();
+    http->ticking = http->deadlines && start_timer(http);
     bool listening = http->socket >= 0;
-    if (listening && http->farewell && http->ticking && find_queue_response() &&
-        start_daemon(http)) {
+    if (listening && http->linger && http->ticking && find_queue_response() && start_daemon(http)) {
         *out = http;
         return true;
     }
@@ -679,8 +680,8 @@ static void stop_timer(struct http *http) {
 
 static void stop_daemon(struct http *http) {
     http_drain(http);
-    int64_t until = request_clock_ms() + HTTP_GOODBYE_MS;
-    while (atomic_load(&http->exchanges) > 0 && request_clock_ms() < until)
+    int64_t until = clock_ms() + HTTP_FLUSH_MS;
+    while (atomic_load(&http->exchanges) > 0 && clock_ms() < until)
         nanosleep(&(struct timespec){0, HTTP_TICK_MS * 1000000}, NULL);
     MHD_stop_daemon(http->daemon);
 }
@@ -692,8 +693,8 @@ void http_stop(struct http *http) {
         stop_timer(http);
     if (http->daemon)
         stop_daemon(http);
-    farewell_stop(http->farewell);
-    pace_free(http->pace);
+    linger_stop(http->linger);
+    deadlines_free(http->deadlines);
     if (http->socket >= 0)
         close(http->socket);
     pthread_cond_destroy(&http->changed);

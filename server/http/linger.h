@@ -8,16 +8,16 @@
 #ifndef SERVER_HTTP_LINGER_H
 #define SERVER_HTTP_LINGER_H
 
-struct farewell;
+struct linger_pool;
 
 /* Starts the thread that reads. NULL when it cannot. */
-struct farewell *farewell_start(void);
+struct linger_pool *linger_start(void);
 
 /* Takes a duplicate of the socket, which the caller goes on to close as usual. Any thread. When
  * many are lingering already, nothing happens. */
-void farewell_add(struct farewell *farewell, int socket);
+void linger_add(struct linger_pool *pool, int socket);
 
 /* Closes what is left. NULL is allowed. */
-void farewell_stop(struct farewell *farewell);
+void linger_stop(struct linger_pool *pool);
 
 #endif

@@ -51,7 +51,7 @@ static int quality(const char *parameters) {
     return 1000;
 }
 
-int accept_quality(const char *accept, const char *media_type) {
+int negotiate_quality(const char *accept, const char *media_type) {
     if (!accept || !accept[strspn(accept, " \t")])
         return 1000;
     int best = 0, wanted = 0;
@@ -69,7 +69,7 @@ int accept_quality(const char *accept, const char *media_type) {
     return wanted;
 }
 
-int accept_coding(const char *accept_encoding, const char *coding) {
+int negotiate_coding(const char *accept_encoding, const char *coding) {
     int others = 0;
     char item[ITEM_SIZE], name[ITEM_SIZE];
     while (accept_encoding && next_piece(&accept_encoding, ",", item)) {
@@ -84,7 +84,7 @@ int accept_coding(const char *accept_encoding, const char *coding) {
     return others;
 }
 
-int64_t accept_wait(const char *prefer, int64_t high) {
+int64_t negotiate_wait(const char *prefer, int64_t high) {
     char item[ITEM_SIZE];
     while (prefer && next_piece(&prefer, ",;", item)) {
         int64_t seconds;
@@ -94,7 +94,7 @@ int64_t accept_wait(const char *prefer, int64_t high) {
     return 0;
 }
 
-bool accept_etag_known(const char *if_none_match, const char *etag) {
+bool negotiate_etag_matches(const char *if_none_match, const char *etag) {
     char item[ITEM_SIZE];
     while (if_none_match && next_piece(&if_none_match, ",", item)) {
         const char *tag = strncmp(item, "W/", 2) ? item : item + 2;
@@ -104,12 +104,12 @@ bool accept_etag_known(const char *if_none_match, const char *etag) {
     return false;
 }
 
-bool accept_is_type(const char *content_type, const char *type) {
+bool negotiate_is_type(const char *content_type, const char *type) {
     char own[ITEM_SIZE];
     return next_piece(&content_type, ";", own) && strcasecmp(own, type) == 0;
 }
 
-bool accept_is_json(const char *content_type) {
+bool negotiate_is_json(const char *content_type) {
     char type[ITEM_SIZE], parameter[ITEM_SIZE];
     if (!next_piece(&content_type, ";", type))
         return false;
@@ -135,23 +135,24 @@ static bool read_position(const char **text, uint64_t *value) {
     return *text > begin;
 }
 
-enum accept_part accept_range(const char *range, uint64_t length, struct accept_range *out) {
+enum negotiate_part negotiate_range(const char *range, uint64_t length,
+                                    struct negotiate_range *out) {
     uint64_t first, last;
     if (!range || strncasecmp(range, "bytes=", 6) != 0)
-        return ACCEPT_ALL;
+        return NEGOTIATE_ALL;
     const char *text = range + 6;
     bool begins = read_position(&text, &first);
     if (*text++ != '-')
-        return ACCEPT_ALL;
+        return NEGOTIATE_ALL;
     bool ends = read_position(&text, &last);
     if (*text || (!begins && !ends) || (begins && ends && last < first))
-        return ACCEPT_ALL;
+        return NEGOTIATE_ALL;
     if (begins ? first >= length : last == 0 || length == 0)
-        return ACCEPT_NONE;
+        return NEGOTIATE_NONE;
     if (!begins) { /* so many at the end */
         first = last < length ? length - last : 0;
         ends = false;
     }
-    *out = (struct accept_range){first, ends && last < length ? last : length - 1};
-    return ACCEPT_SOME;
+    *out = (struct negotiate_range){first, ends && last < length ? last : length - 1};
+    return NEGOTIATE_SOME;
 }

@@ -55,12 +55,9 @@ struct request {
     const char *parameter;           /* the path's {id} */
     void *state;                     /* between two calls of a handler that waits */
     void (*state_free)(void *state); /* how it is freed; NULL: `free` */
-    int64_t wake_at; /* `request_clock_ms` at which to call again a handler that waits */
-    char *decoded;   /* memory of segments and query */
+    int64_t wake_at;                 /* `clock_ms` at which to call again a handler that waits */
+    char *decoded;                   /* memory of segments and query */
 };
-
-/* Milliseconds of a clock that never goes back. */
-int64_t request_clock_ms(void);
 
 /* A new request for a target as sent (origin form, absolute form or "*"). What is wrong with it is
  * in `fault`. NULL without memory. */

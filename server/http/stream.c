@@ -85,14 +85,14 @@ static bool begin(struct stream *stream, bool *whole) {
     return stream->head != NULL;
 }
 
-static void reply_packed(const struct request *request, struct reply *reply, const char *type,
-                         enum pack_coding coding, struct reply_stream stream) {
-    if (!pack_stream(coding, &stream)) {
+static void reply_compressed(const struct request *request, struct reply *reply, const char *type,
+                             enum compress_coding coding, struct reply_stream stream) {
+    if (!compress_stream(coding, &stream)) {
         stream.free(stream.context);
         reply_refuse(reply, request->id, API_UNAVAILABLE, "there is no memory for this now");
         return;
     }
-    reply_header(reply, "Content-Encoding", "%s", pack_name(coding));
+    reply_header(reply, "Content-Encoding", "%s", compress_name(coding));
     reply_stream(reply, 200, type, stream, 0);
 }
 
@@ -105,22 +105,22 @@ static bool same_version(const struct request *request, const char *etag) {
 /* Answers with a part of a document of that length, if that is what is wanted. */
 static bool reply_part(const struct request *request, struct reply *reply, const char *type,
                        struct stream *stream, uint64_t length) {
-    struct accept_range range;
+    struct negotiate_range range;
     if (!stream->source.etag || !length || strcmp(request->method, "GET") != 0)
         return false;
     reply_header(reply, "Accept-Ranges", "bytes");
     if (!same_version(request, stream->source.etag))
         return false;
-    switch (accept_range(request_header(request, "Range"), length, &range)) {
-    case ACCEPT_ALL:
+    switch (negotiate_range(request_header(request, "Range"), length, &range)) {
+    case NEGOTIATE_ALL:
         return false;
-    case ACCEPT_NONE:
+    case NEGOTIATE_NONE:
         stream_free(stream);
         reply_header(reply, "Content-Range", "bytes */%llu", (unsigned long long)length);
         reply_refuse(reply, request->id, API_RANGE, "there are %llu bytes",
                      (unsigned long long)length);
         return true;
-    case ACCEPT_SOME:
+    case NEGOTIATE_SOME:
         break;
     }
     stream->skip = range.first;
@@ -133,14 +133,14 @@ static bool reply_part(const struct request *request, struct reply *reply, const
 }
 
 static void reply_begun(const struct request *request, struct reply *reply, const char *type,
-                        enum pack_coding coding, struct stream *stream) {
+                        enum compress_coding coding, struct stream *stream) {
     const struct reply_stream bytes = {stream_next, stream_free, stream, 0};
     bool whole;
     if (!begin(stream, &whole)) {
         stream_free(stream);
         reply_refuse(reply, request->id, API_INTERNAL, "the stored result cannot be read");
-    } else if (coding != PACK_IDENTITY) {
-        reply_packed(request, reply, type, coding, bytes);
+    } else if (coding != COMPRESS_IDENTITY) {
+        reply_compressed(request, reply, type, coding, bytes);
     } else if (reply_part(request, reply, type, stream,
                           whole ? stream->head_length : stream->source.length)) {
         return;
@@ -154,7 +154,7 @@ static void reply_begun(const struct request *request, struct reply *reply, cons
 }
 
 void stream_reply(const struct request *request, struct reply *reply, const char *type,
-                  enum pack_coding coding, const struct stream_source *source) {
+                  enum compress_coding coding, const struct stream_source *source) {
     struct stream *stream = calloc(1, sizeof *stream);
     if (!stream) {
         source->free(source->context);

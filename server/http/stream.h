@@ -22,6 +22,6 @@ struct stream_source {
  * where the length is known and nothing is compressed; or with a problem when it cannot even be
  * begun. The source is taken over: it is freed once the reply is. */
 void stream_reply(const struct request *request, struct reply *reply, const char *type,
-                  enum pack_coding coding, const struct stream_source *source);
+                  enum compress_coding coding, const struct stream_source *source);
 
 #endif

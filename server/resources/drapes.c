@@ -7,6 +7,7 @@
 #include "documents.h"
 #include "queue_rate.h"
 #include "resources.h"
+#include "server/clock.h"
 #include "server/config.h"
 #include "server/http/negotiate.h"
 #include <stdio.h>
@@ -30,7 +31,7 @@ static bool start_waiting(struct request *request, const char *id, int64_t secon
     if (!waiting)
         return false;
     snprintf(waiting->id, sizeof waiting->id, "%.32s", id);
-    waiting->begun = request_clock_ms();
+    waiting->begun = clock_ms();
     waiting->deadline = waiting->begun + seconds * 1000;
     request->state = waiting;
     return true;
@@ -39,7 +40,7 @@ static bool start_waiting(struct request *request, const char *id, int64_t secon
 /* Whether to go on waiting for the job; sets when to look again. */
 static bool must_wait(struct request *request, const struct store_job *job) {
     const struct waiting *waiting = request->state;
-    int64_t now = request_clock_ms();
+    int64_t now = clock_ms();
     if (!waiting || request->stopping || store_status_ended(job->status) ||
         now >= waiting->deadline)
         return false;
@@ -130,7 +131,8 @@ static void refuse_submission(const struct http_services *services, const struct
                      "this Idempotency-Key came with another body before");
         break;
     case STORE_FULL:
-        reply_header(reply, "Retry-After", "%d", drain_seconds(services->config->queue_limit));
+        reply_header(reply, "Retry-After", "%d",
+                     queue_rate_retry_seconds(services->config->queue_limit));
         reply_refuse(reply, request->id, API_QUEUE_FULL,
                      "the queue is at its limit (--queue-limit)");
         break;
@@ -150,7 +152,7 @@ static bool take_in(const struct http_services *services, const struct request *
     struct intake intake = {.limits = resources_limits(services)};
     struct api_problem problem = {0};
     enum store_answer answer = STORE_DOWN;
-    drain_watch(services->store);
+    queue_rate_sample(services->store);
     intake.arena = arena_new(intake.limits.max_memory);
     if (!intake.arena)
         api_problem_set(&problem, API_UNAVAILABLE, "there is no memory for this now");
@@ -203,7 +205,7 @@ static bool create(const struct http_services *services, struct request *request
     if (!check_key(request, reply) || !take_in(services, request, reply, &receipt))
         return false;
     memcpy(id, receipt.id, ID_SIZE);
-    int64_t wait = accept_wait(request_header(request, "Prefer"), RESOURCES_WAIT_MAX);
+    int64_t wait = negotiate_wait(request_header(request, "Prefer"), RESOURCES_WAIT_MAX);
     if (wait)
         start_waiting(request, receipt.id, wait);
     return true;

@@ -2,6 +2,7 @@
 /* GET /v1/drapes/{id}/events: server-sent events, `progress` at every change, then `end`. */
 #include "documents.h"
 #include "resources.h"
+#include "server/clock.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -31,7 +32,7 @@ static void say(struct events *events, char *text) {
     events->text = text;
     events->length = text ? strlen(text) : 0;
     events->sent = 0;
-    events->spoken = request_clock_ms();
+    events->spoken = clock_ms();
 }
 
 /* Names a state of the job: attempt, status and progress in thousandths. */
@@ -74,7 +75,7 @@ static bool changed(const struct events *events, const struct store_job *job) {
 /* Finds something to say. False when there is nothing now. */
 static bool look(struct events *events) {
     struct store_job job;
-    int64_t now = request_clock_ms();
+    int64_t now = clock_ms();
     enum store_answer answer = store_get(events->store, events->id, &job);
     bool news = answer == STORE_OK && changed(events, &job);
     if (news) {
@@ -125,7 +126,7 @@ enum routes_next events_stream(const struct http_services *services, struct requ
     } else if (events) {
         events->store = services->store;
         events->request = request;
-        events->begun = events->spoken = request_clock_ms();
+        events->begun = events->spoken = clock_ms();
         events->attempts = -1;
         snprintf(events->known, sizeof events->known, "%s", known ? known : "");
         memcpy(events->id, job.id, sizeof events->id);

@@ -44,7 +44,7 @@ static void reply_task(const struct request *request, struct map_task *task, str
     const struct stream_source source = {read_task, free_task, task, NULL,
                                          api_mesh_encoder_length(encoder)};
     stream_reply(request, reply, api_mesh_format_media_type(mapper_format(task)),
-                 pack_choose(request_header(request, "Accept-Encoding")), &source);
+                 compress_choose(request_header(request, "Accept-Encoding")), &source);
 }
 
 /* ------------------------------------------------------------------ waiting for it */
@@ -84,7 +84,7 @@ static bool read_order(const struct request *request, struct reply *reply,
     for (size_t k = 0; k < request->query_count; k++)
         api_encode_option(&options, request->query[k].name, request->query[k].value, &problem);
     order->format = api_mesh_format_at(format);
-    order->nastran = type && accept_is_type(type, "text/x-nastran");
+    order->nastran = type && negotiate_is_type(type, "text/x-nastran");
     order->inlet = request_query(request, "inlet_elements");
     order->fields = options.fields;
     order->precision = options.precision;

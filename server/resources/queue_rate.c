@@ -15,30 +15,30 @@ static struct {
     pthread_mutex_t lock;
     int64_t look_at_ms;
     struct sample base, middle, latest;
-} drain = {.lock = PTHREAD_MUTEX_INITIALIZER};
+} queue_rate = {.lock = PTHREAD_MUTEX_INITIALIZER};
 
 static void add(struct sample sample) {
-    pthread_mutex_lock(&drain.lock);
-    drain.latest = sample;
-    if (!drain.base.at_ms)
-        drain.base = drain.middle = sample;
-    if (sample.at_ms - drain.middle.at_ms >= WINDOW_MS) {
-        drain.base = drain.middle;
-        drain.middle = sample;
+    pthread_mutex_lock(&queue_rate.lock);
+    queue_rate.latest = sample;
+    if (!queue_rate.base.at_ms)
+        queue_rate.base = queue_rate.middle = sample;
+    if (sample.at_ms - queue_rate.middle.at_ms >= WINDOW_MS) {
+        queue_rate.base = queue_rate.middle;
+        queue_rate.middle = sample;
     }
-    pthread_mutex_unlock(&drain.lock);
+    pthread_mutex_unlock(&queue_rate.lock);
 }
 
 static bool is_time(int64_t now) {
-    pthread_mutex_lock(&drain.lock);
-    bool look = now >= drain.look_at_ms;
+    pthread_mutex_lock(&queue_rate.lock);
+    bool look = now >= queue_rate.look_at_ms;
     if (look)
-        drain.look_at_ms = now + LOOK_MS;
-    pthread_mutex_unlock(&drain.lock);
+        queue_rate.look_at_ms = now + LOOK_MS;
+    pthread_mutex_unlock(&queue_rate.lock);
     return look;
 }
 
-void drain_watch(struct store *store) {
+void queue_rate_sample(struct store *store) {
     struct store_counts counts;
     int64_t now = clock_ms();
     if (!is_time(now) || store_counts(store, &counts) != STORE_OK)
@@ -47,18 +47,19 @@ void drain_watch(struct store *store) {
                                  counts.jobs[STORE_CANCELLED]});
 }
 
-int drain_estimate(int64_t queue, int64_t ended, int64_t ms) {
+int queue_rate_estimate(int64_t queue, int64_t ended, int64_t ms) {
     int64_t wanted = queue / SHARE > 1 ? queue / SHARE : 1;
     if (ms <= 0 || ended < 0) /* retention may remove more than ends */
-        return DRAIN_UNKNOWN_SECONDS;
-    double seconds = ended ? (double)wanted * (double)ms / 1000 / (double)ended : DRAIN_MAX_SECONDS;
-    return seconds >= DRAIN_MAX_SECONDS ? DRAIN_MAX_SECONDS : (int)seconds + 1;
+        return QUEUE_RATE_UNKNOWN_SECONDS;
+    double seconds =
+        ended ? (double)wanted * (double)ms / 1000 / (double)ended : QUEUE_RATE_MAX_SECONDS;
+    return seconds >= QUEUE_RATE_MAX_SECONDS ? QUEUE_RATE_MAX_SECONDS : (int)seconds + 1;
 }
 
-int drain_seconds(int64_t queue) {
-    pthread_mutex_lock(&drain.lock);
-    int64_t ended = drain.latest.ended - drain.base.ended;
-    int64_t ms = drain.latest.at_ms - drain.base.at_ms;
-    pthread_mutex_unlock(&drain.lock);
-    return drain_estimate(queue, ended, ms);
+int queue_rate_retry_seconds(int64_t queue) {
+    pthread_mutex_lock(&queue_rate.lock);
+    int64_t ended = queue_rate.latest.ended - queue_rate.base.ended;
+    int64_t ms = queue_rate.latest.at_ms - queue_rate.base.at_ms;
+    pthread_mutex_unlock(&queue_rate.lock);
+    return queue_rate_estimate(queue, ended, ms);
 }

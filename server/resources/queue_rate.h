@@ -6,16 +6,16 @@
 
 #include "server/store/store.h"
 
-enum { DRAIN_UNKNOWN_SECONDS = 5, DRAIN_MAX_SECONDS = 600 };
+enum { QUEUE_RATE_UNKNOWN_SECONDS = 5, QUEUE_RATE_MAX_SECONDS = 600 };
 
 /* Looks at the store if the last look is over a second ago. To be called with every submission. */
-void drain_watch(struct store *store);
+void queue_rate_sample(struct store *store);
 
-/* The seconds, 1 to DRAIN_MAX_SECONDS, after which a tenth of a queue of that length (but at least
- * one job) has been worked off, so that those who come back find room. */
-int drain_seconds(int64_t queue);
+/* The seconds, 1 to QUEUE_RATE_MAX_SECONDS, after which a tenth of a queue of that length (but at
+ * least one job) has been worked off, so that those who come back find room. */
+int queue_rate_retry_seconds(int64_t queue);
 
 /* The same by numbers alone: `ended` jobs in `ms`. */
-int drain_estimate(int64_t queue, int64_t ended, int64_t ms);
+int queue_rate_estimate(int64_t queue, int64_t ended, int64_t ms);
 
 #endif

@@ -89,7 +89,8 @@ static bool find_format(resources_offers *offers, const char *name, const char *
     struct resources_offer offer;
     int highest = 0;
     for (size_t k = 0; offers(k, &offer); k++) {
-        int quality = name ? !strcmp(name, offer.name) : accept_quality(accept, offer.media_type);
+        int quality =
+            name ? !strcmp(name, offer.name) : negotiate_quality(accept, offer.media_type);
         if (quality <= highest)
             continue;
         highest = quality;

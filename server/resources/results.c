@@ -55,7 +55,7 @@ bool results_choose(const struct request *request, struct reply *reply,
 /* The entity tag: the bytes of a drape's result depend on nothing but its id, the choice and the
  * coding. */
 static void make_etag(const struct store_job *job, const struct results_choice *choice,
-                      enum pack_coding coding, char etag[96]) {
+                      enum compress_coding coding, char etag[96]) {
     char text[512], digest[API_ID_SIZE];
     const struct api_encode_options *options = &choice->options;
     const char *fields = options->fields ? options->fields : "";
@@ -64,7 +64,7 @@ static void make_etag(const struct store_job *job, const struct results_choice *
              options->precision, digest);
     api_digest_bytes(text, strlen(text), digest);
     snprintf(etag, 96, "\"%s-%.8s%s%s\"", job->id, digest, coding ? "-" : "",
-             coding ? pack_name(coding) : "");
+             coding ? compress_name(coding) : "");
 }
 
 /* ------------------------------------------------------------------ the stream */
@@ -130,7 +130,7 @@ static void tell_times(struct reply *reply, const struct store_job *job, int64_t
 
 static void reply_result(const struct http_services *services, const struct request *request,
                          const struct store_job *job, const struct results_choice *choice,
-                         enum pack_coding coding, const char *etag, struct reply *reply) {
+                         enum compress_coding coding, const char *etag, struct reply *reply) {
     struct store_result result;
     enum store_answer answer = store_result_find(services->store, job->id, &result);
     if (answer == STORE_EMPTY) {
@@ -182,10 +182,10 @@ void results_reply(const struct http_services *services, const struct request *r
     char etag[96];
     if (!results_ready(request, job, reply))
         return;
-    enum pack_coding coding = pack_choose(request_header(request, "Accept-Encoding"));
+    enum compress_coding coding = compress_choose(request_header(request, "Accept-Encoding"));
     make_etag(job, choice, coding, etag);
     if (!strcmp(request->method, "POST") ||
-        !accept_etag_known(request_header(request, "If-None-Match"), etag))
+        !negotiate_etag_matches(request_header(request, "If-None-Match"), etag))
         reply_result(services, request, job, choice, coding, etag, reply);
     else
         reply_empty(reply, 304);

@@ -159,8 +159,8 @@ static bool check_query(const struct request *request, struct reply *reply) {
 static bool check_media_type(const struct request *request, struct reply *reply) {
     const char *type = request_header(request, "Content-Type");
     bool mesh = request->route->flags & ROUTE_MESH;
-    if (!(request->route->flags & (ROUTE_BODY | ROUTE_MESH)) || !type || accept_is_json(type) ||
-        (mesh && accept_is_type(type, "text/x-nastran")))
+    if (!(request->route->flags & (ROUTE_BODY | ROUTE_MESH)) || !type || negotiate_is_json(type) ||
+        (mesh && negotiate_is_type(type, "text/x-nastran")))
         return true;
     reply_header(reply, "Accept", "application/json%s", mesh ? ", text/x-nastran" : "");
     reply_refuse(reply, request->id, API_UNSUPPORTED_MEDIA_TYPE,

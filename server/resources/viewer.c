@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The page at `/` and its files, which the binary holds as they are and packed with gzip. */
+/* The page at `/` and its files, which the binary holds as they are and compressed with gzip. */
 #include "resources.h"
 #include "server/http/compress.h"
 #include "server/http/negotiate.h"
@@ -40,17 +40,17 @@ static const struct viewer_file *find_file(const char *name) {
 static void reply_file(const struct request *request, const struct viewer_file *file,
                        const char *cache, struct reply *reply) {
     char etag[96];
-    bool packed = accept_coding(request_header(request, "Accept-Encoding"), "gzip") > 0;
-    snprintf(etag, sizeof etag, "\"%s-%s%s\"", VIEWER_DIGEST, file->name, packed ? "-gzip" : "");
-    if (accept_etag_known(request_header(request, "If-None-Match"), etag))
+    bool gzip = negotiate_coding(request_header(request, "Accept-Encoding"), "gzip") > 0;
+    snprintf(etag, sizeof etag, "\"%s-%s%s\"", VIEWER_DIGEST, file->name, gzip ? "-gzip" : "");
+    if (negotiate_etag_matches(request_header(request, "If-None-Match"), etag))
         reply_empty(reply, 304);
-    else if (packed)
+    else if (gzip)
         reply_literal(reply, 200, file->type, viewer_bytes + file->packed_offset,
                       file->packed_length);
     else
         reply_literal(reply, 200, file->type, viewer_bytes + file->offset, file->length);
-    if (packed && reply->status == 200)
-        reply_header(reply, "Content-Encoding", "%s", pack_name(PACK_GZIP));
+    if (gzip && reply->status == 200)
+        reply_header(reply, "Content-Encoding", "%s", compress_name(COMPRESS_GZIP));
     reply_header(reply, "ETag", "%s", etag);
     reply_header(reply, "Vary", "Accept-Encoding");
     reply_header(reply, "Cache-Control", "%s", cache);

@@ -2,7 +2,7 @@
 #include "mapper.h"
 
 #include "api/map/map.h"
-#include "server/http/request.h"
+#include "server/clock.h"
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
@@ -57,7 +57,7 @@ static bool read_at(void *context, uint64_t offset, void *buffer, size_t length)
 static bool go_on(void *context, double fraction) {
     struct map_task *task = context;
     (void)fraction;
-    return !atomic_load(&task->dropped) && request_clock_ms() < task->deadline;
+    return !atomic_load(&task->dropped) && clock_ms() < task->deadline;
 }
 
 /* Reads the mesh. Its text is not needed any more then. */
@@ -100,7 +100,7 @@ static void make_map(struct map_task *task) {
     const struct api_reader reader = {read_at, task};
     const struct drape_monitor monitor = {go_on, task};
     struct api_problem *problem = &task->problem;
-    task->deadline = request_clock_ms() + task->mapper->settings.timeout_ms;
+    task->deadline = clock_ms() + task->mapper->settings.timeout_ms;
     task->arena = arena_new(task->mapper->settings.memory);
     if (!task->arena)
         api_problem_set(problem, API_UNAVAILABLE, "there is no memory for this now");

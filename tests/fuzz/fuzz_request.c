@@ -30,13 +30,13 @@ static void read_headers(const struct request *request) {
     for (size_t k = 0; k < request->header_count; k++) {
         const char *value = request->headers[k].value;
         int64_t number;
-        int quality = accept_quality(value, "application/json");
-        int coding = accept_coding(value, "gzip");
+        int quality = negotiate_quality(value, "application/json");
+        int coding = negotiate_coding(value, "gzip");
         FUZZ_PROMISE(quality >= 0 && quality <= 1000 && coding >= 0 && coding <= 1000);
-        int64_t wait = accept_wait(value, 60);
+        int64_t wait = negotiate_wait(value, 60);
         FUZZ_PROMISE(wait >= 0 && wait <= 60);
-        (void)accept_etag_known(value, "\"a\"");
-        (void)accept_is_json(value);
+        (void)negotiate_etag_matches(value, "\"a\"");
+        (void)negotiate_is_json(value);
         if (request_parse_int(value, 5, 99, &number))
             FUZZ_PROMISE(number >= 5 && number <= 99);
     }
