@@ -145,23 +145,20 @@ static void write_counter(FILE *out, const char *name, const char *help, int64_t
 }
 
 static void write_workers(FILE *out, struct dispatcher *dispatcher, int64_t workers) {
-    struct dispatcher_stats stats;
-    dispatcher_stats(dispatcher, &stats);
+    struct work_counts counts;
+    dispatcher_stats(dispatcher, &counts);
     head(out, "draped_workers", "gauge", "Worker processes of this daemon.");
     fprintf(out, "draped_workers %lld\n", (long long)workers);
     head(out, "draped_workers_busy", "gauge", "Worker processes that are solving.");
-    fprintf(out, "draped_workers_busy %lld\n", (long long)stats.busy);
+    fprintf(out, "draped_workers_busy %lld\n", (long long)counts.busy);
     head(out, "draped_drapes_total", "counter", "Drapes that ended in this process, by how.");
-    fprintf(out, "draped_drapes_total{outcome=\"succeeded\"} %lld\n", (long long)stats.succeeded);
-    fprintf(out, "draped_drapes_total{outcome=\"failed\"} %lld\n", (long long)stats.failed);
-    fprintf(out, "draped_drapes_total{outcome=\"reused\"} %lld\n", (long long)stats.reused);
-    fprintf(out, "draped_drapes_total{outcome=\"stopped\"} %lld\n", (long long)stats.stopped);
-    write_counter(out, "draped_worker_crashes_total", "Workers that died on their own.",
-                  stats.crashes);
-    write_counter(out, "draped_worker_timeouts_total", "Workers killed for taking too long.",
-                  stats.timeouts);
-    write_counter(out, "draped_worker_restarts_total", "Workers started in place of another.",
-                  stats.restarts);
+#define X(name, help)                                                                              \
+    fprintf(out, "draped_drapes_total{outcome=\"" #name "\"} %lld\n", (long long)counts.name);
+    WORK_OUTCOMES(X)
+#undef X
+#define X(name, help) write_counter(out, "draped_worker_" #name "_total", help, counts.name);
+    WORK_EVENTS(X)
+#undef X
 }
 
 enum routes_next meta_metrics(const struct http_services *services, struct request *request,

@@ -11,7 +11,7 @@
 #ifndef SERVER_STORE_PROCESS_LOCK_H
 #define SERVER_STORE_PROCESS_LOCK_H
 
-#include "store.h"
+#include "answer.h"
 
 struct holder;
 

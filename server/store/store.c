@@ -1,25 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "backend.h"
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-const struct store_options store_options_default = {
-    .queue_limit = 10000,
-    .lease_us = INT64_C(60) * 1000000,
-    .max_attempts = 3,
-    .busy_ms = 5000,
-    .retention_us = INT64_C(168) * 3600 * 1000000,
-};
-
 /* ------------------------------------------------------------------ names */
-
-const char *store_answer_name(enum store_answer answer) {
-    static const char *const names[] = {"ok",     "empty", "conflict",          "full",
-                                        "busy",   "down",  "out of disk space", "read-only",
-                                        "damaged"};
-    return names[answer];
-}
 
 static const char *const status_names[] = {
 #define X(id, name) name,
@@ -45,42 +29,7 @@ bool store_status_ended(enum store_status status) {
     return status != STORE_QUEUED && status != STORE_RUNNING;
 }
 
-/* ------------------------------------------------------------------ open and close */
-
-bool store_url_remote(const char *url) {
-    return !strncmp(url, "postgresql://", 13) || !strncmp(url, "postgres://", 11);
-}
-
-/* The backend that the URL names. One of an unknown kind may hold a password: it is not told. */
-static struct store *open_backend(const char *url, const struct store_options *options,
-                                  struct hub *hub, char why[STORE_WHY_SIZE]) {
-    if (store_url_remote(url))
-        return store_postgres_open(url, options, hub, why);
-    if (strstr(url, "://")) {
-        snprintf(why, STORE_WHY_SIZE,
-                 "the store is of an unknown kind: there are sqlite:PATH and postgresql://...");
-        return NULL;
-    }
-    const char *path = strncmp(url, "sqlite:", 7) ? url : url + 7;
-    if (!path[0] || path[0] == ':') {
-        snprintf(why, STORE_WHY_SIZE, "'%s' names no file: the store must be one", url);
-        return NULL;
-    }
-    return store_sqlite_open(path, options, hub, why);
-}
-
-struct store *store_open(const char *url, const struct store_options *options, struct hub *hub,
-                         char why[STORE_WHY_SIZE]) {
-    struct store *store = open_backend(url, options, hub, why);
-    if (!store)
-        return NULL;
-    store->cache = store_cache_new();
-    if (store->cache)
-        return store;
-    snprintf(why, STORE_WHY_SIZE, "no memory for the store");
-    store_close(store);
-    return NULL;
-}
+/* ------------------------------------------------------------------ the store itself */
 
 void store_close(struct store *store) {
     if (!store)

@@ -21,6 +21,7 @@
 #ifndef SERVER_STORE_STORE_H
 #define SERVER_STORE_STORE_H
 
+#include "answer.h"
 #include "server/hub.h"
 #include "server/id.h"
 #include <stdbool.h>
@@ -29,35 +30,10 @@
 
 struct store;
 
-/* How a call ended; kept apart from the problems of a request. */
-enum store_answer {
-    STORE_OK = 0,
-    STORE_EMPTY,    /* nothing of that name, or nothing to hand out */
-    STORE_CONFLICT, /* it exists, and its state forbids this */
-    STORE_FULL,     /* the queue limit is reached (submit only) */
-    /* Failures of the database, logged: 503. */
-    STORE_BUSY,      /* it was locked for too long: try again */
-    STORE_DOWN,      /* it cannot be used; these say why: */
-    STORE_NO_SPACE,  /* the disk is full */
-    STORE_READ_ONLY, /* it cannot be written */
-    STORE_DAMAGED    /* the file is corrupt */
-};
-
-#define STORE_MUST_USE __attribute__((warn_unused_result))
-
-/* What the store is: "ok", "empty", ..., "out of disk space". */
-const char *store_answer_name(enum store_answer answer);
-
-/* Whether the database failed, rather than said no. */
-static inline bool store_failed(enum store_answer answer) {
-    return answer >= STORE_BUSY;
-}
-
 enum {
     STORE_DIGEST_SIZE = 65, /* digests: at most 64 characters and the final zero */
     STORE_OWNER_SIZE = 65,  /* names of owners: the same; "" is nobody in particular */
-    STORE_KEY_SIZE = 256,   /* idempotency keys: at most 255 bytes and the final zero */
-    STORE_WHY_SIZE = 512    /* a message that says why the store cannot be opened */
+    STORE_KEY_SIZE = 256    /* idempotency keys: at most 255 bytes and the final zero */
 };
 
 /* The states of a job; the names are those of the contract. X(id, name) */

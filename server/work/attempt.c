@@ -83,7 +83,7 @@ static void renew(struct attempt *attempt, int64_t now) {
 static void look_at_claim(struct attempt *attempt, int64_t now) {
     if (store_check(attempt->shared->store, attempt->claim) == STORE_CONFLICT)
         conclude(attempt, OUTCOME_LOST);
-    attempt->look_at_ms = now + DISPATCHER_POLL_MS;
+    attempt->look_at_ms = now + WORK_POLL_MS;
 }
 
 /* The duties that do not depend on the worker. */
@@ -266,7 +266,7 @@ static enum store_answer tell_store(struct attempt *attempt, const char *why) {
 }
 
 static void count_outcome(struct attempt *attempt, enum store_answer answer) {
-    struct attempt_counters *counters = &attempt->shared->counters;
+    struct work_counters *counters = &attempt->shared->counters;
     if (answer == STORE_CONFLICT)
         atomic_fetch_add(&counters->stopped, 1);
     else if (attempt->outcome == OUTCOME_DONE)
@@ -364,7 +364,7 @@ bool attempt_run(struct attempt_shared *shared, const struct store_claim *claim,
         .deadline_ms = now + shared->settings.job_timeout_ms,
         .renew_at_ms = now + shared->settings.renew_ms,
         .progress_at_ms = now + shared->settings.progress_ms,
-        .look_at_ms = now + DISPATCHER_POLL_MS,
+        .look_at_ms = now + WORK_POLL_MS,
     };
     atomic_fetch_add(&shared->counters.busy, 1);
     hub_subscribe(shared->hub, &watch, claim->id, wake_up, &attempt.wake);

@@ -8,13 +8,11 @@
 #define SERVER_WORK_ATTEMPT_H
 
 #include "child.h"
-#include "dispatcher.h"
+#include "counters.h"
+#include "server/hub.h"
+#include "server/store/store.h"
+#include "settings.h"
 #include <stdatomic.h>
-
-/* Since the start of the dispatcher; as in struct dispatcher_stats. */
-struct attempt_counters {
-    atomic_int_fast64_t busy, succeeded, failed, reused, stopped, crashes, timeouts, restarts;
-};
 
 enum {
     ATTEMPT_RETRY_MS = 500, /* between two tries when the store is busy or down */
@@ -28,7 +26,7 @@ struct attempt_shared {
     struct dispatcher_settings settings;
     /* By `clock_ms`: from when jobs that run go back to the queue; ATTEMPT_NO_STOP: go on. */
     atomic_int_fast64_t stop_at_ms;
-    struct attempt_counters counters;
+    struct work_counters counters;
 };
 
 /* Whether running jobs have had their time after the daemon was told to stop. */

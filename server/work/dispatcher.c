@@ -37,18 +37,6 @@ struct dispatcher {
     bool stopping;
 };
 
-struct dispatcher_settings dispatcher_settings_default(void) {
-    return (struct dispatcher_settings){
-        .workers = 1,
-        .job_timeout_ms = 600 * 1000,
-        .renew_ms = 15 * 1000,
-        .progress_ms = 200,
-        .sweep_ms = 250,
-        .max_result = INT64_C(64) << 30,
-        .limits = api_limits_default,
-    };
-}
-
 /* ------------------------------------------------------------------ waiting */
 
 /* Called by the hub: there may be a job. */
@@ -106,7 +94,7 @@ static int64_t take_turn(struct lane *lane, bool *hints) {
     enum store_answer answer = store_claim(dispatcher->shared.store, &claim);
     if (answer == STORE_EMPTY) {
         *hints = true;
-        return DISPATCHER_POLL_MS;
+        return WORK_POLL_MS;
     }
     if (answer != STORE_OK)
         return ATTEMPT_RETRY_MS;
@@ -253,14 +241,11 @@ void dispatcher_free(struct dispatcher *dispatcher) {
     free(dispatcher);
 }
 
-void dispatcher_stats(struct dispatcher *dispatcher, struct dispatcher_stats *stats) {
-    struct attempt_counters *counters = &dispatcher->shared.counters;
-    stats->busy = atomic_load(&counters->busy);
-    stats->succeeded = atomic_load(&counters->succeeded);
-    stats->failed = atomic_load(&counters->failed);
-    stats->reused = atomic_load(&counters->reused);
-    stats->stopped = atomic_load(&counters->stopped);
-    stats->crashes = atomic_load(&counters->crashes);
-    stats->timeouts = atomic_load(&counters->timeouts);
-    stats->restarts = atomic_load(&counters->restarts);
+void dispatcher_stats(struct dispatcher *dispatcher, struct work_counts *counts) {
+    const struct work_counters *counters = &dispatcher->shared.counters;
+#define X(name, help) counts->name = atomic_load(&counters->name);
+    X(busy, "")
+    WORK_OUTCOMES(X)
+    WORK_EVENTS(X)
+#undef X
 }

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 #include "mapper.h"
-
 #include "api/map/map.h"
 #include "server/clock.h"
 #include <pthread.h>

@@ -28,7 +28,7 @@ server/store           server
 server/store/sqlite    api|server|server/store
 server/store/postgres  api|server|server/store
 server/http            api|server|server/resources
-server/work            api|api/[a-z]*|server|server/store|server/http
+server/work            api|api/[a-z]*|server|server/store
 server/resources       api|api/[a-z]*|server|server/store|server/work|server/http
 '
 

@@ -99,8 +99,8 @@ static int attempts_of(struct bench *bench, const char *id) {
 }
 
 /* Stops the dispatcher first: its counters rise only after the store knows of what they count. */
-static struct dispatcher_stats final_stats(struct bench *bench) {
-    struct dispatcher_stats stats;
+static struct work_counts final_stats(struct bench *bench) {
+    struct work_counts stats;
     dispatcher_stop(bench->dispatcher, PATIENCE_MS);
     dispatcher_stats(bench->dispatcher, &stats);
     dispatcher_free(bench->dispatcher);
@@ -223,7 +223,7 @@ static void test_dispatcher_shares_the_work_among_workers(void **state) {
     }
     for (int k = 0; k < JOBS; k++)
         expect_echo(bench, ids[k], acts[k]);
-    struct dispatcher_stats stats = final_stats(bench);
+    struct work_counts stats = final_stats(bench);
     assert_int_equal(stats.succeeded, JOBS);
     assert_int_equal(stats.busy, 0);
 }

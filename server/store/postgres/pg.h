@@ -18,7 +18,9 @@
 #ifndef SERVER_STORE_POSTGRES_PG_H
 #define SERVER_STORE_POSTGRES_PG_H
 
-#include "server/store/store.h"
+#include "server/store/answer.h"
+#include <stddef.h>
+#include <stdint.h>
 
 /* The pool. Its functions may be called by any thread at any time between open and close. */
 struct pg;

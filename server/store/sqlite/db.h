@@ -10,7 +10,9 @@
 #ifndef SERVER_STORE_SQLITE_DB_H
 #define SERVER_STORE_SQLITE_DB_H
 
-#include "server/store/store.h"
+#include "server/store/answer.h"
+#include <stddef.h>
+#include <stdint.h>
 
 /* A connection; used by one thread at a time. */
 struct db;
