@@ -11,6 +11,14 @@ enum { ORDER_MAX = NURBS_DEGREE_MAX + 1, HALVINGS = 16, STRIPS_MAX = 4096, LINES
 /* Flattened curves deviate from the curve by less than this share of the domain. */
 static const double flatness = 1e-6;
 
+/* What keeps the work in proportion to what the caller wrote, however the loops run: edges that
+ * curves may be flattened into, places in the strips for each edge, and places where all the lines
+ * of the area together cross edges. Beyond them curves are cut fewer times, strips are higher and
+ * lines fewer. A part with a hundred rows of a hundred holes has 1e5 crossings. */
+static const size_t edges_most = (size_t)1 << 18, edges_per_point = 2;
+static const size_t places_per_edge = 8, places_least = 64;
+static const size_t crossings_most = (size_t)1 << 18, crossings_per_edge = 4;
+
 struct edge {
     double u[2], v[2]; /* v[0] <= v[1] */
     uint32_t loop;
@@ -28,6 +36,7 @@ struct trim {
     uint32_t *strip_edges;            /* by strip, and there by loop */
     double area, middle[2];
     struct vec3 centroid;
+    size_t steps;
 };
 
 /* Edges while they are collected. */
@@ -35,6 +44,9 @@ struct collector {
     struct arena *arena;
     struct edge *edges;
     size_t count, room;
+    size_t most;  /* edges from curves that are allowed; beyond them `crowded` is set */
+    int halvings; /* how often a knot span is halved at the most */
+    bool crowded;
     double tolerance[2];
     uint32_t loop;
     double last[2];
@@ -118,9 +130,12 @@ static bool flatten_span(struct collector *c, const struct trim_curve *curve, si
         return false;
     while (depth >= 0) {
         struct piece *top = &stack[depth];
-        if (depth == HALVINGS || is_flat(c, curve, l, top)) {
+        if (depth == c->halvings || is_flat(c, curve, l, top)) {
             if (!add_edge(c, top->to))
                 return false;
+            c->crowded = c->crowded || (c->count > c->most && c->halvings > 0);
+            if (c->crowded)
+                return true;
             depth--;
             continue;
         }
@@ -141,7 +156,7 @@ static bool flatten(struct collector *c, const struct trim_curve *curve) {
             good = add_edge(c, curve->points[k]);
         return good;
     }
-    for (size_t l = (size_t)curve->degree; good && l < curve->count; l++)
+    for (size_t l = (size_t)curve->degree; good && !c->crowded && l < curve->count; l++)
         if (curve->knots[l + 1] > curve->knots[l])
             good = flatten_span(c, curve, l);
     return good;
@@ -173,14 +188,29 @@ static size_t strip_of(const struct trim *trim, double v) {
                                                 : (size_t)strip;
 }
 
+/* How many places the edges take in `strips` strips. */
+static size_t count_places(struct trim *trim, size_t strips) {
+    size_t total = 0;
+    trim->strip_count = strips;
+    trim->strip_height = (trim->high[1] - trim->low[1]) / (double)strips;
+    for (size_t k = 0; k < trim->edge_count; k++)
+        total += strip_of(trim, trim->edges[k].v[1]) - strip_of(trim, trim->edges[k].v[0]) + 1;
+    trim->steps += trim->edge_count;
+    return total;
+}
+
 /* Sorts the edges into strips of v by counting; edges are in the order of their loops already. */
 static enum status make_strips(struct trim *trim, struct arena *arena) {
     size_t wanted = trim->edge_count / 4 + 1, total = 0;
-    trim->strip_count = wanted < STRIPS_MAX ? wanted : STRIPS_MAX;
-    trim->strip_height = (trim->high[1] - trim->low[1]) / (double)trim->strip_count;
+    size_t most = places_least + places_per_edge * trim->edge_count;
+    wanted = wanted < STRIPS_MAX ? wanted : STRIPS_MAX;
+    if (!(trim->high[1] > trim->low[1]))
+        return STATUS_DEGENERATE_SURFACE;
+    while (count_places(trim, wanted) > most)
+        wanted = (wanted + 1) / 2;
     trim->strip_first = arena_alloc(arena, trim->strip_count + 1, sizeof *trim->strip_first);
-    if (!trim->strip_first || !(trim->strip_height > 0))
-        return trim->strip_first ? STATUS_DEGENERATE_SURFACE : STATUS_OUT_OF_MEMORY;
+    if (!trim->strip_first)
+        return STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < trim->edge_count; k++)
         for (size_t s = strip_of(trim, trim->edges[k].v[0]);
              s <= strip_of(trim, trim->edges[k].v[1]); s++)
@@ -195,6 +225,7 @@ static enum status make_strips(struct trim *trim, struct arena *arena) {
         for (size_t s = strip_of(trim, trim->edges[k].v[0]);
              s <= strip_of(trim, trim->edges[k].v[1]); s++)
             trim->strip_edges[trim->strip_first[s] + fill[s]++] = (uint32_t)k;
+    trim->steps += 2 * total + trim->strip_count;
     return STATUS_OK;
 }
 
@@ -270,43 +301,108 @@ static void integrate_line(const struct surface *surface, struct gathered *sum, 
     }
 }
 
-static int compare_doubles(const void *a, const void *b) {
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
+/* Where a line meets an edge of a loop. */
+struct cut {
+    double u;
+    uint32_t loop;
+};
+
+/* The middle lines of strips of the domain and where they meet edges: line k those from first[k]
+ * to first[k + 1]. */
+struct lines {
+    double low, step;
+    size_t count, *first;
+    struct cut *cuts;
+};
+
+static double line_height(const struct lines *lines, size_t k) {
+    return lines->low + ((double)k + 0.5) * lines->step;
 }
 
-/* The places where the line v meets edges, and the ends of the domain, in order. */
-static size_t line_cuts(const struct trim *trim, double v, double *cuts) {
-    const struct surface_axis *axis = &trim->surface->axis[0];
-    size_t count = 0, strip = strip_of(trim, v);
-    double lower = surface_axis_lower(axis), upper = surface_axis_upper(axis);
-    cuts[count++] = lower;
-    cuts[count++] = upper;
-    for (size_t at = trim->strip_first[strip]; at < trim->strip_first[strip + 1]; at++) {
-        double u;
-        if (crossing(&trim->edges[trim->strip_edges[at]], v, &u) && u > lower && u < upper)
-            cuts[count++] = u;
+/* The first line at v or above. */
+static size_t line_at(const struct lines *lines, double v) {
+    double at = ceil((v - lines->low) / lines->step - 0.5);
+    size_t k = at > 0 ? at < (double)lines->count ? (size_t)at : lines->count : 0;
+    while (k > 0 && line_height(lines, k - 1) >= v)
+        k--;
+    while (k < lines->count && line_height(lines, k) < v)
+        k++;
+    return k;
+}
+
+/* How often `count` lines cross edges. */
+static size_t count_crossings(struct trim *trim, struct lines *lines, size_t count) {
+    const struct surface_axis *axis = &trim->surface->axis[1];
+    size_t total = 0;
+    lines->count = count;
+    lines->low = surface_axis_lower(axis);
+    lines->step = (surface_axis_upper(axis) - lines->low) / (double)count;
+    for (size_t k = 0; k < trim->edge_count; k++)
+        total += line_at(lines, trim->edges[k].v[1]) - line_at(lines, trim->edges[k].v[0]);
+    trim->steps += trim->edge_count;
+    return total;
+}
+
+static int compare_cuts(const void *a, const void *b) {
+    const struct cut *x = a, *y = b;
+    return (x->u > y->u) - (x->u < y->u);
+}
+
+/* Chooses the lines and finds all places where they meet edges, in order. */
+static bool cut_lines(struct trim *trim, struct lines *lines, struct arena *arena) {
+    size_t wanted = LINES, most = crossings_most + crossings_per_edge * trim->edge_count, total;
+    while ((total = count_crossings(trim, lines, wanted)) > most)
+        wanted /= 2;
+    lines->first = arena_alloc(arena, lines->count + 2, sizeof *lines->first);
+    lines->cuts = arena_alloc(arena, total, sizeof *lines->cuts);
+    if (!lines->first || !lines->cuts)
+        return false;
+    size_t *fill = lines->first + 1; /* where the next cut of a line goes: in the end its end */
+    for (size_t k = 0; k < trim->edge_count; k++) {
+        const struct edge *edge = &trim->edges[k];
+        for (size_t at = line_at(lines, edge->v[0]); at < line_at(lines, edge->v[1]); at++)
+            fill[at + 1]++;
     }
-    qsort(cuts, count, sizeof *cuts, compare_doubles);
-    return count;
+    for (size_t at = 0; at < lines->count; at++)
+        fill[at + 1] += fill[at];
+    for (size_t k = 0; k < trim->edge_count; k++) {
+        const struct edge *edge = &trim->edges[k];
+        for (size_t at = line_at(lines, edge->v[0]); at < line_at(lines, edge->v[1]); at++) {
+            struct cut *cut = &lines->cuts[fill[at]++];
+            cut->loop = edge->loop;
+            crossing(edge, line_height(lines, at), &cut->u);
+        }
+    }
+    for (size_t at = 0; at < lines->count; at++)
+        qsort(lines->cuts + lines->first[at], lines->first[at + 1] - lines->first[at],
+              sizeof *lines->cuts, compare_cuts);
+    trim->steps += 3 * total;
+    return true;
 }
 
 typedef void interval_visitor(struct trim *trim, void *context, double a, double b, double v,
                               double weight);
 
-/* Visits the intervals of the region on the middle lines of LINES strips of the domain. */
-static void visit_lines(struct trim *trim, double *cuts, interval_visitor *visit, void *context) {
-    const struct surface_axis *axis = &trim->surface->axis[1];
-    double low = surface_axis_lower(axis), step = (surface_axis_upper(axis) - low) / LINES;
-    for (int line = 0; line < LINES; line++) {
-        double v = low + (line + 0.5) * step;
-        size_t count = line_cuts(trim, v, cuts);
-        for (size_t k = 0; k + 1 < count; k++) {
-            double middle[2] = {(cuts[k] + cuts[k + 1]) / 2, v};
-            if (cuts[k] < cuts[k + 1] && trim_contains(trim, middle))
-                visit(trim, context, cuts[k], cuts[k + 1], v, step);
-        }
+/* Visits the intervals of the region on a line: from cut to cut, keeping count of the loops that
+ * it is inside. Every loop is left as often as it is entered, so `inside` ends as it began. */
+static void visit_line(struct trim *trim, const struct lines *lines, size_t at, bool *inside,
+                       interval_visitor *visit, void *context) {
+    const struct surface_axis *axis = &trim->surface->axis[0];
+    double lower = surface_axis_lower(axis), upper = surface_axis_upper(axis), from = lower;
+    size_t kept = 0, cut_away = 0;
+    for (size_t k = lines->first[at]; k <= lines->first[at + 1]; k++) {
+        const struct cut *cut = k < lines->first[at + 1] ? &lines->cuts[k] : NULL;
+        double to = cut ? fmin(fmax(cut->u, lower), upper) : upper;
+        if (from < to && cut_away == 0 && (kept > 0 || trim->kept_count == 0))
+            visit(trim, context, from, to, line_height(lines, at), lines->step);
+        from = to;
+        if (!cut)
+            break;
+        size_t *count = trim->loops[cut->loop].reversed ? &kept : &cut_away;
+        inside[cut->loop] = !inside[cut->loop];
+        *count += inside[cut->loop] ? (size_t)1 : (size_t)-1;
     }
+    trim->steps += lines->first[at + 1] - lines->first[at] + 1;
 }
 
 static void add_interval(struct trim *trim, void *context, double a, double b, double v,
@@ -333,15 +429,21 @@ static void try_middle(struct trim *trim, void *context, double a, double b, dou
 static enum status measure(struct trim *trim, struct arena *arena) {
     struct quadrature rule = quadrature_make(4);
     struct gathered sum = {.rule = &rule};
-    double nearest = HUGE_VAL, *cuts = arena_alloc(arena, trim->edge_count + 2, sizeof *cuts);
-    if (!cuts)
+    struct lines lines;
+    double nearest = HUGE_VAL;
+    struct arena_mark mark = arena_mark(arena);
+    bool *inside = arena_alloc(arena, trim->loop_count, sizeof *inside);
+    if (!inside || !cut_lines(trim, &lines, arena))
         return STATUS_OUT_OF_MEMORY;
-    visit_lines(trim, cuts, add_interval, &sum);
+    for (size_t at = 0; at < lines.count; at++)
+        visit_line(trim, &lines, at, inside, add_interval, &sum);
     if (!(sum.area > 0))
         return STATUS_DEGENERATE_SURFACE;
     trim->area = sum.area;
     trim->centroid = vec3_scale(1 / sum.area, sum.moment);
-    visit_lines(trim, cuts, try_middle, &nearest);
+    for (size_t at = 0; at < lines.count; at++)
+        visit_line(trim, &lines, at, inside, try_middle, &nearest);
+    arena_rewind(arena, mark);
     return STATUS_OK;
 }
 
@@ -366,6 +468,32 @@ static void find_box(struct trim *trim) {
     }
 }
 
+size_t trim_steps(const struct trim *trim) {
+    return trim->steps;
+}
+
+/* All loops as edges; curves with fewer cuts as long as there are too many. */
+static bool flatten_all(struct trim *trim, struct collector *c) {
+    size_t points = 0;
+    for (size_t k = 0; k < trim->loop_count; k++)
+        for (size_t m = 0; m < trim->loops[k].count; m++)
+            points += trim->loops[k].curves[m].count;
+    c->most = edges_most + edges_per_point * points;
+    for (c->halvings = HALVINGS; c->halvings >= 0; c->halvings -= HALVINGS / 4) {
+        c->count = 0;
+        c->crowded = false;
+        for (size_t k = 0; !c->crowded && k < trim->loop_count; k++) {
+            c->loop = (uint32_t)k;
+            if (!flatten_loop(c, &trim->loops[k]))
+                return false;
+        }
+        trim->steps += c->count + points;
+        if (!c->crowded)
+            break;
+    }
+    return true;
+}
+
 enum status trim_make(const struct surface *surface, const struct trim_loop *loops, size_t count,
                       struct arena *arena, struct trim **trim) {
     struct trim *made = arena_alloc(arena, 1, sizeof *made);
@@ -378,12 +506,10 @@ enum status trim_make(const struct surface *surface, const struct trim_loop *loo
     for (int k = 0; k < 2; k++)
         collector.tolerance[k] = flatness * (surface_axis_upper(&surface->axis[k]) -
                                              surface_axis_lower(&surface->axis[k]));
-    for (size_t k = 0; k < count; k++) {
+    for (size_t k = 0; k < count; k++)
         made->kept_count += loops[k].reversed;
-        collector.loop = (uint32_t)k;
-        if (!flatten_loop(&collector, &loops[k]))
-            return STATUS_OUT_OF_MEMORY;
-    }
+    if (!flatten_all(made, &collector))
+        return STATUS_OUT_OF_MEMORY;
     made->edges = collector.edges;
     made->edge_count = collector.count;
     find_box(made);
