@@ -47,7 +47,7 @@ FUZZ_HELPERS := $(call objects,tests/fuzz/encode.c tests/fuzz/mesh.c tests/fuzz/
 REPLAYS := $(FUZZ:%=$(B)/tests/fuzz/fuzz_%)
 FUZZERS := $(FUZZ:%=$(B)/tests/fuzz/run_%)
 
-.PHONY: all demo test tests soak fuzz fuzzers hosts load tsan valgrind coverage bench figures lint format install deb sbom clean
+.PHONY: all demo test tests golden soak fuzz fuzzers hosts load tsan valgrind coverage bench figures lint format install deb sbom clean
 all: $(B)/draped $(B)/drape
 
 # Installs what the build needs, once; `make test` asks for more.
@@ -123,6 +123,10 @@ tests: $(TESTS) $(REPLAYS)
 TEST_MODULES := $(patsubst %,tests/%/node_modules,browser manifests readers)
 $(TEST_MODULES): %/node_modules: %/package-lock.json
 	@npm ci --silent --no-audit --no-fund --ignore-scripts --omit=optional --prefix $* && touch $@
+
+# Writes down what results are now, after a change of them that is meant: tests/results/.
+golden: $(B)/drape
+	@python3 tests/results/compare.py $(B) --write && git --no-pager diff --stat tests/results
 
 # The tests that hurt, at full length: 200 kills, a thousand slow clients for 30 s, ...
 soak:

@@ -1,0 +1,102 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Compares results byte by byte, by their digests, with those in tests/results/digests: the examples
+and the requests of the tests, in all methods and formats, with patterns and maps. The time that
+solving took is made 0; of a request that is refused the exit status alone is compared. A change
+that is meant is written down with `make golden`.
+Usage: compare.py BUILD [--write]"""
+import glob
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+HERE = Path(__file__).parent
+DIGESTS = HERE / "digests"
+LONGEST = 60  # seconds of a drape
+
+FORMATS = ["json", "csv", "csv --table cells", "vtp", "glb", "npz", "svg", "dxf"]
+MAP = " --map api/examples/mould.bdf"
+MAPS = [f + MAP for f in ["json", "csv", "vtu", "lcmsim", "lcmsim --inlet 17,18", "csv --fields k1"]] + [
+    "lcmsim --map tests/fuzz/corpus/map_json/mesh.json",
+    "json --map tests/fuzz/corpus/map_json/points.json"]
+WAYS = [{"method": m} for m in ["basic", "geodesic", "mosaic", "gib", "gib4"]] + [
+    {"method": "gib", "yarn_path": "relaxation"}]
+PERMEABLE = {"permeability": {"model": "gebart", "fiber_radius": 1e-5, "packing": "hexagonal"},
+             "fabric": {"thickness": 0.01, "fiber_volume_fraction": 0.5}}
+EXAMPLES = sorted(glob.glob("api/examples/*.json"))
+REQUESTS = sorted(glob.glob("tests/requests/*.json"))
+SEEDS = sorted(glob.glob("tests/fuzz/corpus/run/*.json"))
+OPTIONS = [f"json --precision {p}" for p in (1, 6, 17)] + [
+    f"{f} --fields nodes.x,cells.shear_deg" for f in FORMATS[:6]]
+
+
+def cases():
+    """Every (request file, changes, output): changes as a merge patch, output as arguments."""
+    for file in EXAMPLES + SEEDS:
+        yield from ((file, {}, output) for output in FORMATS)
+        yield from ((file, PERMEABLE, output) for output in MAPS)
+    for file in REQUESTS:
+        yield from ((file, {}, output) for output in FORMATS[:4])
+    for file in EXAMPLES + REQUESTS:
+        if "triangles" not in json.loads(Path(file).read_text())["surface"]:
+            yield from ((file, way, "json") for way in WAYS)
+    for changes in json.loads((HERE / "changes.json").read_text()):
+        outputs = FORMATS + MAPS if "permeability" in changes else FORMATS + MAPS[:3]
+        yield from (("api/examples/saddle.json", changes, output) for output in outputs)
+    yield from (("api/examples/freeform.json", {}, output) for output in OPTIONS)
+    for threads in (1, 2, 5):
+        yield "api/examples/sphere.json", {"fabric": {"spacing": 0.25}}, f"json --threads {threads}"
+
+
+def patched(value, patch):
+    """RFC 7386: members of `patch` replace those of `value`, null removes them."""
+    if not isinstance(patch, dict):
+        return patch
+    merged = dict(value) if isinstance(value, dict) else {}
+    for key, change in patch.items():
+        if change is None:
+            merged.pop(key, None)
+        else:
+            merged[key] = patched(merged.get(key), change)
+    return merged
+
+
+def digest_line(build, clock, case):
+    """What tests/results/digests says of a case: digest or exit status, and the case."""
+    file, changes, output = case
+    request = Path(file).read_bytes()
+    if changes:
+        request = json.dumps(patched(json.loads(request), changes)).encode()
+    done = subprocess.run([f"{build}/drape", "--format", *output.split()], input=request,
+                          capture_output=True, timeout=LONGEST,
+                          env={**os.environ, "LD_PRELOAD": clock})
+    said = hashlib.sha256(done.stdout).hexdigest()[:32] if done.returncode == 0 else \
+        f"exit status {done.returncode}"
+    changed = " " + json.dumps(changes, separators=(",", ":")) if changes else ""
+    return f"{said} {file}{changed} {output}"
+
+
+def main(build, write):
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
+        clock = os.path.join(folder, "stopped_clock.so")
+        subprocess.run(["gcc", "-shared", "-fPIC", "-Wall", "-Werror", "-o", clock,
+                        HERE / "stopped_clock.c"], check=True)
+        lines = list(pool.map(lambda case: digest_line(build, clock, case), cases()))
+    if write:
+        DIGESTS.write_text("\n".join(lines) + "\n")
+        return 0
+    expected = DIGESTS.read_text().splitlines()
+    other = [line for line in lines if line not in set(expected)]
+    missing = len(expected) - (len(lines) - len(other))
+    print(f"{len(lines)} results: {len(other)} new or changed, {missing} expected ones missing",
+          *other, sep="\n")
+    return int(lines != expected)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1], "--write" in sys.argv[2:]))
