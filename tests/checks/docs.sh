@@ -1,0 +1,12 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# What the documents refer to is there: links, headings, paths and tests by their names; and the
+# table of settings is what the daemon prints. Usage: docs.sh BUILD
+set -u
+bad=0
+python3 tests/checks/references.py README.md CONTRIBUTING.md docs/*.md api/examples/*.md || bad=1
+if ! diff docs/settings.md <("${1:-build}/draped" --help | awk -f docs/settings.awk); then
+    echo "make it again: ${1:-build}/draped --help | awk -f docs/settings.awk >docs/settings.md"
+    bad=1
+fi
+exit $bad
