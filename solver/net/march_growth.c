@@ -119,6 +119,13 @@ static bool has_corners(struct march *march, int32_t i, int32_t j, int si, int s
            net_place(net, i - si, j - sj);
 }
 
+/* Whether the cell of which (i, j) is the fourth corner rests on a grown node. */
+static bool is_on_grown(struct net *net, int32_t i, int32_t j, int si, int sj) {
+    const struct net_node *a = net_place(net, i - si, j - sj);
+    const struct net_node *b = net_place(net, i - si, j), *c = net_place(net, i, j - sj);
+    return (a && a->grown) || (b && b->grown) || (c && c->grown);
+}
+
 /* Tries the cells round an unknown place; `tried` tells whether there was one with three corners.
  */
 static enum status solve_place(struct growth *g, int32_t i, int32_t j, bool *tried) {
@@ -136,6 +143,8 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j, bool *tri
         *tried = true;
         if (status != STATUS_OK || net_state_at(march->net, i, j) == NET_FAILED)
             return status;
+        if (placed && is_on_grown(march->net, i, j, ki, kj))
+            net_mark_grown(march->net, i, j);
         if (placed)
             return push_around(g, i, j);
     }
@@ -244,6 +253,8 @@ static enum status go_straight(struct growth *g, const struct free_end *e) {
     if (!march_straight_on(march, &from, direction, march->settings->spacing[e->dj != 0], &to))
         return march_fail(march, i, j, DRAPE_REASON_BOUNDARY);
     enum status status = march_place(march, i, j, &to, &zone);
+    if (status == STATUS_OK && zone != STATION_BEYOND)
+        net_mark_grown(march->net, i, j);
     return status == STATUS_OK && zone != STATION_BEYOND ? push_around(g, i, j) : status;
 }
 

@@ -102,7 +102,18 @@ enum status net_put(struct net *net, int32_t i, int32_t j, const struct net_node
     tile->node[y][x] = *node;
     set_bit(&tile->bits[NET_BIT_INSIDE][y], x, node->state == NET_INSIDE);
     set_bit(&tile->bits[NET_BIT_KNOWN][y], x, node->state != NET_UNKNOWN);
+    set_bit(&tile->bits[NET_BIT_GROWN][y], x, node->grown);
     return STATUS_OK;
+}
+
+void net_mark_grown(struct net *net, int32_t i, int32_t j) {
+    int32_t ti = i >> NET_TILE_BITS, tj = j >> NET_TILE_BITS;
+    int x = i & (NET_TILE - 1), y = j & (NET_TILE - 1);
+    struct net_tile *tile = find_tile(&net->table[table_of(ti, tj)], ti, tj);
+    if (!tile || tile->node[y][x].state == NET_UNKNOWN)
+        return;
+    tile->node[y][x].grown = 1;
+    set_bit(&tile->bits[NET_BIT_GROWN][y], x, true);
 }
 
 struct net_window net_window(const struct net *net, int32_t ti, int32_t tj) {

@@ -24,6 +24,8 @@ struct net_node {
     double uv[2];
     uint8_t state;  /* enum net_state */
     uint8_t reason; /* enum drape_reason, of ghosts and failures */
+    uint8_t grown;  /* 1 where it rests on a yarn that went straight on along a free edge, or that
+                       set off across another one: the generators alone do not fix it; else 0 */
 };
 
 enum { NET_TILE_BITS = 4, NET_TILE = 1 << NET_TILE_BITS };
@@ -32,6 +34,7 @@ enum { NET_TILE_BITS = 4, NET_TILE = 1 << NET_TILE_BITS };
 enum net_bit {
     NET_BIT_INSIDE, /* the node there is NET_INSIDE */
     NET_BIT_KNOWN,  /* it is not NET_UNKNOWN */
+    NET_BIT_GROWN,  /* it is grown */
     NET_BITS
 };
 
@@ -68,6 +71,9 @@ struct net_node *net_find(struct net *net, int32_t i, int32_t j);
 /* Puts a node at (i, j), in place of what was there. Errors: STATUS_OUT_OF_MEMORY. */
 enum status net_put(struct net *net, int32_t i, int32_t j,
                     const struct net_node *node) STATUS_MUST_USE;
+
+/* Marks the place (i, j), if there is one, as grown. */
+void net_mark_grown(struct net *net, int32_t i, int32_t j);
 
 static inline enum net_state net_state_at(struct net *net, int32_t i, int32_t j) {
     const struct net_node *node = net_find(net, i, j);
