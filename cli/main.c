@@ -4,8 +4,7 @@
  * or the result's fields on a mesh; progress on stderr when that is a terminal. Exit status: 0, 1
  * when the drape could not be done (why is on stderr), 2 when the command line is wrong.
  */
-#include "api/format/encode.h"
-#include "api/format/pattern.h"
+#include "api/format/format.h"
 #include "api/map/map.h"
 #include "api/request/decode.h"
 #include "api/request/digest.h"
@@ -49,9 +48,8 @@ struct arguments {
     const char *input, *output; /* NULL: standard input, standard output */
     const char *map, *inlet;    /* NULL: no mesh, no inlet */
     const char *format_name;
-    const struct api_format *format;           /* without a mesh */
-    const struct api_mesh_format *mesh_format; /* with one */
-    struct api_encode_options options;
+    const struct format *format;
+    struct format_options options;
     struct api_limits limits;
     char id[API_ID_SIZE]; /* that the service would know the result by */
 };
@@ -101,7 +99,7 @@ static bool take_option(struct arguments *arguments, const char *name, const cha
         arguments->limits.max_nodes = (size_t)count;
         return ok;
     }
-    return api_encode_option(&arguments->options, name, value, &problem);
+    return format_option(&arguments->options, name, value, &problem);
 }
 
 static const struct option option_table[] = {
@@ -116,11 +114,10 @@ static const struct option option_table[] = {
 /* The format, once it is known whether there is a mesh. */
 static bool choose_format(struct arguments *arguments) {
     const char *name = arguments->format_name ? arguments->format_name : "json";
-    arguments->mesh_format = arguments->map ? api_mesh_format_named(name) : NULL;
-    arguments->format = arguments->map ? NULL : api_format_named(name);
+    arguments->format = format_named(arguments->map ? FORMAT_MAP : FORMAT_RESULT, name);
     if (!arguments->map && !arguments->format)
-        arguments->format = api_pattern_named(name);
-    if (arguments->format || arguments->mesh_format)
+        arguments->format = format_named(FORMAT_PATTERN, name);
+    if (arguments->format)
         return true;
     fprintf(stderr, "drape: --format does not take \"%s\"%s\n", name,
             arguments->map ? " with --map" : "");
@@ -203,21 +200,10 @@ static bool solve(const struct files_bytes *request, const struct api_limits *li
 
 /* ---- output ---- */
 
-/* Bytes of either kind of encoder. */
-typedef ssize_t read_document(void *encoder, char *buffer, size_t size);
-
-static ssize_t read_result(void *encoder, char *buffer, size_t size) {
-    return api_encoder_read(encoder, buffer, size);
-}
-
-static ssize_t read_map(void *encoder, char *buffer, size_t size) {
-    return api_mesh_encoder_read(encoder, buffer, size);
-}
-
-static bool write_document(read_document *read, void *encoder, const struct files_output *output) {
+static bool write_bytes(struct encoder *encoder, const struct files_output *output) {
     static char buffer[1 << 16];
     ssize_t length;
-    while ((length = read(encoder, buffer, sizeof buffer)) > 0) {
+    while ((length = encoder_read(encoder, buffer, sizeof buffer)) > 0) {
         if (fwrite(buffer, 1, (size_t)length, output->stream) != (size_t)length) {
             files_complain(output->name, strerror(errno));
             return false;
@@ -228,12 +214,12 @@ static bool write_document(read_document *read, void *encoder, const struct file
     return length == 0;
 }
 
-static bool write_result(const struct arguments *arguments, const struct api_reader *reader,
-                         const struct files_output *output, struct api_problem *problem) {
-    struct api_encoder *encoder =
-        api_encoder_new(arguments->format, reader, &arguments->options, problem);
-    bool ok = encoder && write_document(read_result, encoder, output);
-    api_encoder_free(encoder);
+static bool write_document(const struct arguments *arguments, struct format_source source,
+                           const struct files_output *output, struct api_problem *problem) {
+    source.id = arguments->id;
+    struct encoder *encoder = encoder_new(arguments->format, &source, &arguments->options, problem);
+    bool ok = encoder && write_bytes(encoder, output);
+    encoder_free(encoder);
     return ok;
 }
 
@@ -247,25 +233,10 @@ static bool read_mesh(const struct arguments *arguments, const struct files_byte
         text->data, text->length, arena, mesh, problem);
     if (result == API_OK && arguments->inlet)
         result = api_map_mesh_inlet(mesh, arguments->inlet, arena, problem);
-    if (result == API_OK && !mesh->elements &&
-        api_mesh_format_needs_elements(arguments->mesh_format))
+    if (result == API_OK && !mesh->elements && arguments->format->elements)
         api_problem_set(problem, API_NOT_ACCEPTABLE, "%s is of elements, but these are points",
-                        api_mesh_format_name(arguments->mesh_format));
+                        arguments->format->name);
     return problem->id == API_OK;
-}
-
-static bool write_fields(const struct arguments *arguments, struct api_map *map,
-                         const struct files_output *output, struct api_problem *problem) {
-    if (!api_map_select(map, arguments->options.fields, problem))
-        return false;
-    map->fields.precision = arguments->options.precision;
-    struct api_mesh_encoder *encoder =
-        api_mesh_encoder_new(arguments->mesh_format, &map->fields, problem);
-    bool ok = encoder && write_document(read_map, encoder, output);
-    if (ok && map->fields.warning)
-        files_complain("warning", map->fields.warning);
-    api_mesh_encoder_free(encoder);
-    return ok;
 }
 
 static bool write_map(const struct arguments *arguments, const struct api_reader *reader,
@@ -280,9 +251,11 @@ static bool write_map(const struct arguments *arguments, const struct api_reader
     else
         ok = files_read(arguments->map, &text) &&
              read_mesh(arguments, &text, arena, &mesh, problem) &&
-             api_map_make(reader, arguments->options.id, &mesh, NULL, arena, &map, problem) ==
-                 API_OK &&
-             write_fields(arguments, &map, output, problem);
+             api_map_make(reader, &mesh, NULL, arena, &map, problem) == API_OK &&
+             write_document(arguments, (struct format_source){.fields = &map.fields}, output,
+                            problem);
+    if (ok && map.fields.warning)
+        files_complain("warning", map.fields.warning);
     arena_free(arena);
     free(text.data);
     return ok;
@@ -295,11 +268,10 @@ static bool drape(struct arguments *arguments, const struct files_bytes *request
     const struct api_reader reader = {read_container, container};
     struct api_problem problem = {0};
     bool ok = solve(request, &arguments->limits, container, arguments->id, &problem);
-    arguments->options.id = arguments->id;
     if (ok && arguments->map)
         ok = write_map(arguments, &reader, output, &problem);
     else if (ok)
-        ok = write_result(arguments, &reader, output, &problem);
+        ok = write_document(arguments, (struct format_source){.reader = &reader}, output, &problem);
     if (problem.id != API_OK)
         print_problem(&problem);
     return ok;

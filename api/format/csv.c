@@ -1,49 +1,46 @@
 /* SPDX-License-Identifier: MIT */
-/* One table, nodes or cells, as lines of comma-separated values under a line of names. */
-#include "format.h"
+/* One table, nodes or cells of a result or the rows of a map, as lines of comma-separated values
+ * under a line of names. */
+#include "encoder.h"
 
-static void write_names(struct api_encoder *encoder) {
+static void write_names(struct encoder *encoder) {
     for (size_t i = 0; i < encoder->count; i++) {
         api_text_raw(&encoder->piece, i ? "," : "");
-        api_text_raw(&encoder->piece, encoder->selected[i]->name);
+        api_text_raw(&encoder->piece, encoder->selected[i].name);
     }
     api_text_raw(&encoder->piece, "\n");
 }
 
-/* The columns of `count` rows side by side in `values`. */
-static bool read_rows(struct api_encoder *encoder, size_t count) {
-    for (size_t i = 0; i < encoder->count; i++)
-        if (!api_columns_read(encoder->reader, encoder->selected[i], encoder->row, count,
-                              encoder->values + i * count))
-            return false;
-    return true;
-}
-
-static void write_rows(struct api_encoder *encoder, size_t count) {
+/* The columns of `count` rows lie side by side in `values`. */
+static void write_rows(struct encoder *encoder, size_t count) {
     char *at = encoder->piece.bytes + encoder->piece.length;
     for (size_t row = 0; row < count; row++) {
         for (size_t i = 0; i < encoder->count; i++) {
-            at += encode_value(encoder, encoder->selected[i], encoder->values[i * count + row], at);
+            at +=
+                encoder_value(encoder, &encoder->selected[i], encoder->values[i * count + row], at);
             *at++ = i + 1 < encoder->count ? ',' : '\n';
         }
     }
     encoder->piece.length = (size_t)(at - encoder->piece.bytes);
 }
 
-static void next(struct api_encoder *encoder) {
-    size_t rows = encoder->selected[0]->rows, left = rows - encoder->row;
-    size_t most = ENCODE_VALUES / encoder->count, count = left < most ? left : most;
+static void next(struct encoder *encoder) {
+    size_t rows = encoder->selected[0].rows, left = rows - encoder->row;
+    size_t most = ENCODER_VALUES / encoder->count, count = left < most ? left : most;
     if (!encoder->begun)
         write_names(encoder);
     encoder->begun = true;
-    if (!read_rows(encoder, count)) {
-        encoder->failed = true;
-        return;
-    }
+    for (size_t i = 0; i < encoder->count; i++)
+        if (!encoder_fill(encoder, &encoder->selected[i], encoder->row, count,
+                          encoder->values + i * count))
+            return;
     write_rows(encoder, count);
     encoder->row += count;
     encoder->ended = encoder->row == rows;
 }
 
-const struct api_format encode_csv = {
-    .name = "csv", .media_type = "text/csv", .one_table = true, .next = next};
+const struct format format_csv = {.name = "csv",
+                                  .media_type = "text/csv",
+                                  .uses = FORMAT_RESULT | FORMAT_MAP,
+                                  .one_table = true,
+                                  .next = next};

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The pattern in DXF, R12 in ASCII: lines in pairs, a group code and its value. */
-#include "pattern_pen.h"
+#include "pattern.h"
 #include <string.h>
 
 static void group(struct api_text *text, int code, const char *value) {
@@ -177,12 +177,15 @@ static void foot(struct api_text *text, const struct pattern_sheet *sheet) {
     group(text, 0, "EOF");
 }
 
-const struct pattern_pen pattern_dxf_pen = {.metres = 0,
-                                            .unit = NULL,
-                                            .head = head,
-                                            .begin_polygon = begin_polygon,
-                                            .corner = corner,
-                                            .end_polygon = end_polygon,
-                                            .end_outline = end_outline,
-                                            .locked = locked,
-                                            .foot = foot};
+static const struct pattern_pen pen = {.metres = 0,
+                                       .unit = NULL,
+                                       .head = head,
+                                       .begin_polygon = begin_polygon,
+                                       .corner = corner,
+                                       .end_polygon = end_polygon,
+                                       .end_outline = end_outline,
+                                       .locked = locked,
+                                       .foot = foot};
+
+const struct format format_dxf = {
+    .name = "dxf", .media_type = "image/vnd.dxf", PATTERN_FORMAT(pen)};

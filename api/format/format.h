@@ -1,71 +1,112 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * What a result format is made of, for those who write one. `encode.c` holds the table of formats,
- * selects the columns and hands out the bytes; a format writes the document piece by piece.
+ * The formats in which documents are sent, and a document while it is being sent: an encoder gives
+ * its bytes as they are asked for, in bounded memory, as an HTTP server sends them. Results, maps
+ * and patterns share both. A format is one file that defines a `struct format` (`encoder.h` is for
+ * its author) and one line of the registry in `format.c`.
  */
 #ifndef API_FORMAT_FORMAT_H
 #define API_FORMAT_FORMAT_H
 
-#include "api/json/number.h"
-#include "api/json/text.h"
+#include "api/problem.h"
+#include "api/request/request.h"
 #include "api/result/columns.h"
-#include "encode.h"
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <sys/types.h>
 
-enum {
-    ENCODE_VALUES = 4096, /* values of one piece */
-    ENCODE_VALUE_ROOM = API_NUMBER_SIZE,
-    ENCODE_PIECE = ENCODE_VALUES * ENCODE_VALUE_ROOM + API_HEADER_MAX /* bytes of one piece */
+struct encoder;
+
+/* What a document shows; a format may serve several. */
+enum format_use {
+    FORMAT_RESULT = 1,  /* a stored result, all of it or a selection of columns */
+    FORMAT_MAP = 2,     /* fields at the caller's points or elements */
+    FORMAT_PATTERN = 4, /* the flat cut pattern of a stored result */
 };
 
-struct api_encoder {
-    const struct api_format *format;
-    const struct api_reader *reader;
-    struct api_encode_options options; /* fields is not kept */
-    char id[API_ID_SIZE];
-    struct api_columns columns;
-    const struct api_column *selected[API_COLUMNS_MAX]; /* those to send, by table */
-    size_t count;
-    /* Where the format is; zero at the start. */
-    bool begun;
-    size_t column;        /* of `selected` */
-    size_t row;           /* in it */
-    enum api_table table; /* the one that is open */
-    /* The piece being sent. */
-    struct api_text piece;
-    size_t sent;
-    bool ended, failed;
-    uint64_t length; /* of the whole document, set by `begin`; 0: not known beforehand */
-    void *state;     /* the format's own, `state_size` bytes */
-    double values[ENCODE_VALUES];
-    char buffer[ENCODE_PIECE];
-};
-
-struct api_format {
-    const char *name, *media_type;
-    bool one_table; /* holds the table of the options alone */
-    size_t state_size;
+struct format {
+    const char *name;       /* in `?format=`; unique within a use */
+    const char *media_type; /* without parameters; unique within a use */
+    unsigned uses;          /* enum format_use, or-ed */
+    bool one_table;         /* of a result: holds the table of the options alone */
+    bool elements;          /* of a map: needs elements, so cannot show points */
+    const void *own;        /* data that formats sharing their functions differ by */
+    size_t state_size;      /* bytes of `encoder->state`; 0: it keeps none */
     /* Prepares the state, which is zero, once the columns are selected; NULL when there is nothing
      * to prepare. False with the problem set. */
-    bool (*begin)(struct api_encoder *encoder, struct api_problem *problem);
-    /* Appends the next piece to `encoder->piece`, which is empty and has ENCODE_PIECE bytes of
-     * room; sets `ended` with the last one, or `failed` when the container cannot be read. */
-    void (*next)(struct api_encoder *encoder);
+    bool (*begin)(struct encoder *encoder, struct api_problem *problem);
+    /* Appends the next piece to `encoder->piece`, which is empty and has ENCODER_PIECE bytes of
+     * room; sets `ended` with the last one, or `failed` when the source cannot be read. */
+    void (*next)(struct encoder *encoder);
     /* Frees what the state holds; NULL when it holds nothing. Also called when `begin` failed. */
-    void (*end)(struct api_encoder *encoder);
+    void (*end)(struct encoder *encoder);
 };
 
-extern const struct api_format encode_json, encode_csv, encode_vtp, encode_glb, encode_npz;
+/* The formats of a use: walked, the default first (NULL after the last); by name; by media type
+ * without parameters, in any case. NULL when there is none. */
+const struct format *format_at(enum format_use use, size_t index);
+const struct format *format_named(enum format_use use, const char *name);
+const struct format *format_for_media_type(enum format_use use, const char *media_type);
 
-/* Writes one value of a column as the options want it to `text` (ENCODE_VALUE_ROOM bytes); returns
- * its length. */
-size_t encode_value(const struct api_encoder *encoder, const struct api_column *column,
-                    double value, char *text);
+/* How the caller wants the document. Zero-initialised: the defaults. */
+struct format_options {
+    int precision;        /* significant digits, 1..17; 0: the shortest that reads back the same */
+    const char *fields;   /* "nodes.x,cells.k1": only these columns; of a map also "k1"; NULL or
+                             "": all */
+    enum api_table table; /* for formats that hold one table; nodes or cells */
+};
 
-/* The selected column of that table and name, or NULL. */
-const struct api_column *encode_selected(const struct api_encoder *encoder, enum api_table table,
-                                         const char *name);
+/* Sets the option that a query parameter or command-line flag `name` (precision, fields, table)
+ * stands for; `fields` is kept as a pointer to `value`. False with `problem` set (invalid-request,
+ * naming the option) when `value` is not in its range; false with `problem` unset when there is no
+ * option of that name. */
+bool format_option(struct format_options *options, const char *name, const char *value,
+                   struct api_problem *problem);
 
-/* Sets the problem of a container that lacks what the format needs, or cannot be read; false. */
-bool encode_damaged(struct api_problem *problem);
+/* Fields on a mesh or at points. All arrays are the caller's and outlive the encoder. */
+struct map_fields {
+    const struct api_unit *unit; /* of the vertices and of all lengths */
+    const struct vec3 *vertices;
+    size_t vertex_count;
+    const int32_t (*elements)[4]; /* vertices from 0, in order; the fourth of a triangle is -1 */
+    size_t element_count;
+    const struct api_column_source *columns; /* one row an element; named as in a result's cells */
+    size_t column_count;
+    const uint8_t *inlet; /* for each element whether it belongs to the inlet; NULL: none does */
+    const char *warning;  /* what the caller should know about the fields; NULL: nothing */
+};
+
+/* What a document is made from; all of it outlives the encoder, but for `id`. */
+struct format_source {
+    const char *id;                  /* of the drape; NULL: "" */
+    const struct api_reader *reader; /* of a result or pattern: the stored result */
+    double queue_ms;                 /* how long it waited, for summary.timing_ms */
+    const struct map_fields *fields; /* of a map */
+};
+
+/*
+ * A new encoder; `source`, `options` and `source->fields` are copied, what these point to is not.
+ * `format` serves the use that `source` is of. NULL with `problem` set: API_INVALID_REQUEST for a
+ * field that is not there or a column that is missing, API_TOO_LARGE for a document that the format
+ * cannot hold, API_INTERNAL for a damaged result, API_OUT_OF_MEMORY. The caller owns it.
+ */
+struct encoder *encoder_new(const struct format *format, const struct format_source *source,
+                            const struct format_options *options, struct api_problem *problem);
+
+/* The next bytes of the document, at most `size`: how many; 0 at its end; -1 when the source could
+ * not be read (what was sent so far is then no document). */
+ssize_t encoder_read(struct encoder *encoder, char *buffer, size_t size);
+
+/* The length of the whole document, 0 when it is only known at its end. */
+uint64_t encoder_length(const struct encoder *encoder);
+
+/* For the header `Draped-Binning`: what the binning of `lcmsim` costs, as in
+ * "bins=125; direction_deg=2.1; k1=0.03; thickness=0.01"; "" for other formats. Lives as long as
+ * the encoder. */
+const char *encoder_binning(const struct encoder *encoder);
+
+/* NULL is allowed. */
+void encoder_free(struct encoder *encoder);
 
 #endif

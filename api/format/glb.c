@@ -7,7 +7,7 @@
  */
 #include "api/result/quads.h"
 #include "colour.h"
-#include "format.h"
+#include "encoder.h"
 #include <endian.h>
 #include <math.h>
 #include <string.h>
@@ -19,8 +19,8 @@ enum {
     INDICES = 24,
     HEADER = 12, /* bytes before the chunks, and before each chunk's own */
     CHUNK = 8,
-    ROWS = ENCODE_VALUES / 4, /* of one piece */
-    ARRAY_BUFFER = 34962,     /* names of OpenGL that glTF uses */
+    ROWS = ENCODER_VALUES / 4, /* of one piece */
+    ARRAY_BUFFER = 34962,      /* names of OpenGL that glTF uses */
     ELEMENT_BUFFER = 34963,
     UNSIGNED_SHORT = 5123,
     UNSIGNED_INT = 5125,
@@ -114,7 +114,7 @@ static void write_buffers(struct api_text *text, const struct state *state) {
     api_text_raw(text, "]");
 }
 
-static void write_scene(struct api_text *text, const struct api_encoder *encoder) {
+static void write_scene(struct api_text *text, const struct encoder *encoder) {
     const struct state *state = encoder->state;
     double scale = encoder->columns.unit->metres;
     api_text_raw(text, ",\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0");
@@ -137,7 +137,7 @@ static void write_scene(struct api_text *text, const struct api_encoder *encoder
 }
 
 /* All that comes before the buffer's bytes. */
-static void write_description(const struct api_encoder *encoder, struct api_text *text) {
+static void write_description(const struct encoder *encoder, struct api_text *text) {
     const struct state *state = encoder->state;
     char buffer[API_HEADER_MAX];
     struct api_text json = api_text_over(buffer, sizeof buffer);
@@ -161,7 +161,7 @@ static void write_description(const struct api_encoder *encoder, struct api_text
 
 /* ---- the buffer ---- */
 
-static void write_positions(struct api_encoder *encoder, size_t count) {
+static void write_positions(struct encoder *encoder, size_t count) {
     struct state *state = encoder->state;
     char *bytes = encoder->piece.bytes + encoder->piece.length;
     for (int k = 0; k < 3; k++) {
@@ -174,7 +174,7 @@ static void write_positions(struct api_encoder *encoder, size_t count) {
     encoder->piece.length += count * POSITION;
 }
 
-static void write_colours(struct api_encoder *encoder, size_t count) {
+static void write_colours(struct encoder *encoder, size_t count) {
     struct state *state = encoder->state;
     char *bytes = encoder->piece.bytes + encoder->piece.length;
     if (!api_columns_read(encoder->reader, state->shear, encoder->row, count, encoder->values))
@@ -187,7 +187,7 @@ static void write_colours(struct api_encoder *encoder, size_t count) {
 }
 
 /* Two triangles a cell, both turning as warp turns to weft. */
-static void write_indices(struct api_encoder *encoder, size_t count) {
+static void write_indices(struct encoder *encoder, size_t count) {
     static const int corner[6] = {0, 1, 2, 0, 2, 3};
     struct state *state = encoder->state;
     int32_t corners[ROWS][4];
@@ -200,10 +200,10 @@ static void write_indices(struct api_encoder *encoder, size_t count) {
             put_integer(&encoder->piece, (uint64_t)corners[cell][corner[k]]);
 }
 
-static void next(struct api_encoder *encoder) {
+static void next(struct encoder *encoder) {
     struct state *state = encoder->state;
-    static void (*const write[])(struct api_encoder *, size_t) = {write_positions, write_colours,
-                                                                  write_indices};
+    static void (*const write[])(struct encoder *, size_t) = {write_positions, write_colours,
+                                                              write_indices};
     if (!encoder->begun)
         write_description(encoder, &encoder->piece);
     encoder->begun = true;
@@ -221,13 +221,13 @@ static void next(struct api_encoder *encoder) {
 /* ---- the beginning ---- */
 
 /* The box of the positions, as the numbers that are written. */
-static bool measure(struct api_encoder *encoder, int k) {
+static bool measure(struct encoder *encoder, int k) {
     struct state *state = encoder->state;
     size_t rows = (size_t)state->nodes;
     state->low[k] = INFINITY;
     state->high[k] = -INFINITY;
     for (size_t first = 0, count; first < rows; first += count) {
-        count = rows - first < ENCODE_VALUES ? rows - first : ENCODE_VALUES;
+        count = rows - first < ENCODER_VALUES ? rows - first : ENCODER_VALUES;
         if (!api_columns_read(encoder->reader, state->position[k], first, count, encoder->values))
             return false;
         for (size_t row = 0; row < count; row++) {
@@ -250,7 +250,7 @@ static void make_colours(struct state *state) {
     }
 }
 
-static bool begin(struct api_encoder *encoder, struct api_problem *problem) {
+static bool begin(struct encoder *encoder, struct api_problem *problem) {
     static const char *const names[] = {"x", "y", "z"};
     struct state *state = encoder->state;
     const struct api_columns *columns = &encoder->columns;
@@ -259,11 +259,11 @@ static bool begin(struct api_encoder *encoder, struct api_problem *problem) {
     state->shear = api_columns_find(columns, API_TABLE_NODES, "shear_deg");
     state->range_deg = fmax(columns->summary.max_shear_deg, least_range_deg);
     if (!state->shear || !quads_begin(&state->quads, encoder->reader, columns))
-        return encode_damaged(problem);
+        return encoder_damaged(problem);
     for (int k = 0; k < 3; k++) {
         state->position[k] = api_columns_find(columns, API_TABLE_NODES, names[k]);
         if (!state->position[k] || !measure(encoder, k))
-            return encode_damaged(problem);
+            return encoder_damaged(problem);
     }
     make_colours(state);
     struct api_text text = api_text_over(encoder->buffer, sizeof encoder->buffer);
@@ -276,8 +276,9 @@ static bool begin(struct api_encoder *encoder, struct api_problem *problem) {
     return true;
 }
 
-const struct api_format encode_glb = {.name = "glb",
-                                      .media_type = "model/gltf-binary",
-                                      .state_size = sizeof(struct state),
-                                      .begin = begin,
-                                      .next = next};
+const struct format format_glb = {.name = "glb",
+                                  .uses = FORMAT_RESULT,
+                                  .media_type = "model/gltf-binary",
+                                  .state_size = sizeof(struct state),
+                                  .begin = begin,
+                                  .next = next};

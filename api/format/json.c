@@ -1,8 +1,16 @@
 /* SPDX-License-Identifier: MIT */
-/* The contract's result document: tables of columns. */
+/*
+ * The contract's result document, tables of columns; and the map document, whose only table is
+ * `cells`. What is true or false by the contract (`extrapolated`) is written so, and the reasons of
+ * the front by their names.
+ */
 #include "api/result/directory.h"
-#include "format.h"
+#include "encoder.h"
 #include <string.h>
+
+struct state {
+    enum api_table table; /* the one that is open */
+};
 
 static void open_table(struct api_text *piece, enum api_table table) {
     api_text_raw(piece, ",\"");
@@ -11,31 +19,41 @@ static void open_table(struct api_text *piece, enum api_table table) {
 }
 
 /* Closes the open table and those after it that have no columns, until `table` is open. */
-static void enter_table(struct api_encoder *encoder, enum api_table table) {
-    while (encoder->table < table) {
-        encoder->table++;
+static void enter_table(struct encoder *encoder, enum api_table table) {
+    struct state *state = encoder->state;
+    while (state->table < table) {
         api_text_raw(&encoder->piece, "}");
-        open_table(&encoder->piece, encoder->table);
+        open_table(&encoder->piece, ++state->table);
     }
 }
 
-static void write_preamble(struct api_encoder *encoder) {
+static void write_result_preamble(struct encoder *encoder) {
     struct api_text *piece = &encoder->piece;
     api_text_raw(piece, "{");
     api_text_key_string(piece, "id", encoder->id);
     api_text_key_string(piece, "status", "succeeded");
     api_text_key(piece, "summary");
-    directory_write_summary(piece, &encoder->columns.summary, encoder->options.queue_ms);
+    directory_write_summary(piece, &encoder->columns.summary, encoder->queue_ms);
     api_text_key(piece, "grid");
     directory_write_grid(piece, &encoder->columns.grid);
-    open_table(piece, encoder->table);
+    open_table(piece, API_TABLE_NODES);
 }
 
-static bool names_reasons(const struct api_column *column) {
-    return column->table == API_TABLE_FRONT && strcmp(column->name, "reason") == 0;
+static void write_map_preamble(struct encoder *encoder) {
+    struct api_text *piece = &encoder->piece;
+    struct state *state = encoder->state;
+    api_text_raw(piece, "{");
+    api_text_key_string(piece, "id", encoder->id);
+    api_text_key(piece, "warnings");
+    api_text_raw(piece, "[");
+    if (encoder->fields.warning)
+        api_text_string(piece, encoder->fields.warning);
+    api_text_raw(piece, "]");
+    state->table = API_TABLE_CELLS;
+    open_table(piece, state->table);
 }
 
-static void write_reasons(struct api_encoder *encoder, size_t count) {
+static void write_reasons(struct encoder *encoder, size_t count) {
     for (size_t i = 0; i < count; i++) {
         double reason = encoder->values[i];
         if (encoder->row + i > 0)
@@ -47,52 +65,59 @@ static void write_reasons(struct api_encoder *encoder, size_t count) {
     }
 }
 
+static void write_truths(struct encoder *encoder, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        if (encoder->row + i > 0)
+            api_text_raw(&encoder->piece, ",");
+        api_text_raw(&encoder->piece, encoder->values[i] > 0 ? "true" : "false");
+    }
+}
+
 /* Straight into the piece, whose room was made for as many values: this loop is where the time of
  * a large result goes. Columns of one value (a fibre volume fraction, say) are common, so a value
  * that repeats the one before is copied. */
-static void write_numbers(struct api_encoder *encoder, const struct api_column *column,
+static void write_numbers(struct encoder *encoder, const struct api_column_source *column,
                           size_t count) {
     struct api_text *piece = &encoder->piece;
     const double *values = encoder->values;
-    char *at = piece->bytes + piece->length, last[ENCODE_VALUE_ROOM];
+    char *at = piece->bytes + piece->length, last[ENCODER_VALUE_ROOM];
     size_t length = 0;
     for (size_t i = 0; i < count; i++) {
         if (encoder->row + i > 0)
             *at++ = ',';
         if (i == 0 || memcmp(&values[i], &values[i - 1], sizeof *values) != 0) {
-            length = encode_value(encoder, column, values[i], at);
+            length = encoder_value(encoder, column, values[i], at);
             if (i + 1 < count && memcmp(&values[i], &values[i + 1], sizeof *values) == 0)
                 memcpy(last, at, length);
         } else {
-            memcpy(at, last, ENCODE_VALUE_ROOM);
+            memcpy(at, last, ENCODER_VALUE_ROOM);
         }
         at += length;
     }
     piece->length = (size_t)(at - piece->bytes);
 }
 
-static void begin_column(struct api_encoder *encoder, const struct api_column *column) {
+static void open_column(struct encoder *encoder, const struct api_column_source *column) {
     enter_table(encoder, column->table);
-    bool first =
-        encoder->column == 0 || encoder->selected[encoder->column - 1]->table != column->table;
+    bool first = encoder->column == 0 || column[-1].table != column->table;
     api_text_raw(&encoder->piece, first ? "\"" : ",\"");
     api_text_raw(&encoder->piece, column->name);
     api_text_raw(&encoder->piece, "\":[");
 }
 
 /* The next rows of the column that the encoder has reached. */
-static void write_rows(struct api_encoder *encoder) {
-    const struct api_column *column = encoder->selected[encoder->column];
+static void write_rows(struct encoder *encoder) {
+    const struct api_column_source *column = &encoder->selected[encoder->column];
     size_t left = column->rows - encoder->row;
-    size_t count = left < ENCODE_VALUES ? left : ENCODE_VALUES;
+    size_t count = left < ENCODER_VALUES ? left : ENCODER_VALUES;
     if (encoder->row == 0)
-        begin_column(encoder, column);
-    if (!api_columns_read(encoder->reader, column, encoder->row, count, encoder->values)) {
-        encoder->failed = true;
+        open_column(encoder, column);
+    if (!encoder_fill(encoder, column, encoder->row, count, encoder->values))
         return;
-    }
-    if (names_reasons(column))
+    if (column->table == API_TABLE_FRONT && strcmp(column->name, "reason") == 0)
         write_reasons(encoder, count);
+    else if (!encoder->reader && strcmp(column->name, "extrapolated") == 0)
+        write_truths(encoder, count);
     else
         write_numbers(encoder, column, count);
     encoder->row += count;
@@ -103,18 +128,22 @@ static void write_rows(struct api_encoder *encoder) {
     }
 }
 
-static void next(struct api_encoder *encoder) {
+static void next(struct encoder *encoder) {
     if (!encoder->begun) {
         encoder->begun = true;
-        write_preamble(encoder);
+        (encoder->reader ? write_result_preamble : write_map_preamble)(encoder);
     } else if (encoder->column < encoder->count) {
         write_rows(encoder);
     } else {
-        enter_table(encoder, API_TABLE_FRONT);
+        if (encoder->reader)
+            enter_table(encoder, API_TABLE_FRONT);
         api_text_raw(&encoder->piece, "}}\n");
         encoder->ended = true;
     }
 }
 
-const struct api_format encode_json = {
-    .name = "json", .media_type = "application/json", .next = next};
+const struct format format_json = {.name = "json",
+                                   .media_type = "application/json",
+                                   .uses = FORMAT_RESULT | FORMAT_MAP,
+                                   .state_size = sizeof(struct state),
+                                   .next = next};

@@ -2,7 +2,7 @@
 #include "lcmsim.h"
 
 #include "api/json/number.h"
-#include "mesh_format.h"
+#include "encoder.h"
 #include "zip.h"
 #include <math.h>
 #include <stdio.h>
@@ -132,7 +132,7 @@ static void put_float(struct api_text *text, double value) {
 
 /* ---- mesh.bdf ---- */
 
-static void put_vertex(struct api_text *text, const struct api_mesh_fields *fields, size_t k) {
+static void put_vertex(struct api_text *text, const struct map_fields *fields, size_t k) {
     struct vec3 v = fields->vertices[k];
     double metres = fields->unit->metres;
     api_text_raw(text, "GRID    ");
@@ -156,7 +156,7 @@ static void put_triangle(struct api_text *text, struct state *state, int part, i
 }
 
 /* Quadrilaterals are split along the first diagonal; both halves are of one part. */
-static void put_element(struct api_text *text, const struct api_mesh_fields *fields,
+static void put_element(struct api_text *text, const struct map_fields *fields,
                         struct state *state) {
     int part = state->bins.part[state->element];
     const int32_t *corner = fields->elements[state->element++];
@@ -165,7 +165,7 @@ static void put_element(struct api_text *text, const struct api_mesh_fields *fie
         put_triangle(text, state, part, corner[0], corner[2], corner[3]);
 }
 
-static bool write_mesh(struct api_text *text, const struct api_mesh_fields *fields,
+static bool write_mesh(struct api_text *text, const struct map_fields *fields,
                        struct state *state) {
     if (state->vertex == 0)
         api_text_raw(text, "BEGIN BULK\n");
@@ -226,7 +226,7 @@ static bool write_parts(struct api_text *text, struct state *state) {
 static const char parameters[] = "p_ref,rho_ref,gamma,mu_resin,p_a,p_init,rho_0_air,rho_0_oil\n"
                                  "1.01325e5,1.225,1.4,0.06,1.35e5,1.0e5,1.2,960\n";
 
-static void write_readme(struct api_text *text, const struct api_mesh_encoder *encoder) {
+static void write_readme(struct api_text *text, const struct encoder *encoder) {
     const struct state *state = encoder->state;
     const struct lcmsim_bins *bins = &state->bins;
     char line[1200];
@@ -243,7 +243,7 @@ static void write_readme(struct api_text *text, const struct api_mesh_encoder *e
              "  thickness        %.3g %%\n\n"
              "permeability is k1 along refdir, which LCMsim projects on each element; alpha is\n"
              "k2/k1; porosities over %g are written as %g.\n",
-             encoder->fields.id, encoder->fields.vertex_count, (unsigned)state->number, bins->count,
+             encoder->id, encoder->fields.vertex_count, (unsigned)state->number, bins->count,
              LCMSIM_FIRST_PART, bins->has_inlet ? "; part 1 is the inlet" : "; no inlet is given",
              bins->direction_deg, LCMSIM_ISOTROPIC, 100 * bins->k1, 100 * bins->thickness,
              porosity_max, porosity_max);
@@ -251,7 +251,7 @@ static void write_readme(struct api_text *text, const struct api_mesh_encoder *e
 }
 
 /* Appends the next piece of the current file; whether it is the last. */
-static bool write_text(struct api_mesh_encoder *encoder, struct api_text *text) {
+static bool write_text(struct encoder *encoder, struct api_text *text) {
     struct state *state = encoder->state;
     switch (state->file) {
     case MESH:
@@ -269,7 +269,7 @@ static bool write_text(struct api_mesh_encoder *encoder, struct api_text *text) 
 
 /* ---- the archive ---- */
 
-static void open_entry(struct api_mesh_encoder *encoder) {
+static void open_entry(struct encoder *encoder) {
     struct state *state = encoder->state;
     struct zip_entry *entry = &state->entry[state->file];
     *entry = (struct zip_entry){.method = ZIP_DEFLATED, .trailed = true};
@@ -283,7 +283,7 @@ static void open_entry(struct api_mesh_encoder *encoder) {
 }
 
 /* Takes more text when the last is compressed. */
-static void take_text(struct api_mesh_encoder *encoder) {
+static void take_text(struct encoder *encoder) {
     struct state *state = encoder->state;
     struct zip_entry *entry = &state->entry[state->file];
     if (state->taken < state->text.length || state->complete)
@@ -297,7 +297,7 @@ static void take_text(struct api_mesh_encoder *encoder) {
 }
 
 /* Compresses what there is into the piece; whether the entry is complete. */
-static bool compress_text(struct api_mesh_encoder *encoder) {
+static bool compress_text(struct encoder *encoder) {
     struct state *state = encoder->state;
     struct api_text *piece = &encoder->piece;
     z_stream *z = &state->deflate;
@@ -314,7 +314,7 @@ static bool compress_text(struct api_mesh_encoder *encoder) {
     return answer == Z_STREAM_END;
 }
 
-static void write_directory(struct api_mesh_encoder *encoder) {
+static void write_directory(struct encoder *encoder) {
     struct state *state = encoder->state;
     for (int k = 0; k < FILES; k++)
         zip_list_entry(&encoder->piece, &state->entry[k]);
@@ -322,7 +322,7 @@ static void write_directory(struct api_mesh_encoder *encoder) {
     encoder->ended = true;
 }
 
-static void next(struct api_mesh_encoder *encoder) {
+static void next(struct encoder *encoder) {
     struct state *state = encoder->state;
     if (state->file == FILES) {
         write_directory(encoder);
@@ -342,7 +342,7 @@ static void next(struct api_mesh_encoder *encoder) {
 
 /* ---- the beginning ---- */
 
-static bool begin(struct api_mesh_encoder *encoder, struct api_problem *problem) {
+static bool begin(struct encoder *encoder, struct api_problem *problem) {
     struct state *state = encoder->state;
     struct lcmsim_bins *bins = &state->bins;
     enum { RAW = -15 }; /* zlib's way to say: without a header of its own */
@@ -360,16 +360,18 @@ static bool begin(struct api_mesh_encoder *encoder, struct api_problem *problem)
     return true;
 }
 
-static void end(struct api_mesh_encoder *encoder) {
+static void end(struct encoder *encoder) {
     struct state *state = encoder->state;
     lcmsim_free_bins(&state->bins);
     if (state->deflating)
         deflateEnd(&state->deflate);
 }
 
-const struct api_mesh_format mesh_format_lcmsim = {.name = "lcmsim",
-                                                   .media_type = "application/zip",
-                                                   .state_size = sizeof(struct state),
-                                                   .begin = begin,
-                                                   .next = next,
-                                                   .end = end};
+const struct format format_lcmsim = {.uses = FORMAT_MAP,
+                                     .elements = true,
+                                     .name = "lcmsim",
+                                     .media_type = "application/zip",
+                                     .state_size = sizeof(struct state),
+                                     .begin = begin,
+                                     .next = next,
+                                     .end = end};

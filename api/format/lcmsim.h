@@ -7,7 +7,7 @@
 #ifndef API_FORMAT_LCMSIM_H
 #define API_FORMAT_LCMSIM_H
 
-#include "mesh_encode.h"
+#include "format.h"
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -43,12 +43,12 @@ static const double LCMSIM_ISOTROPIC = 0.99;
 /* Whether a case can be made of the fields: all columns are there, and every element has a
  * thickness, pores and a permeability that are positive, as LCMsim's equations need. False with the
  * problem set: API_INVALID_REQUEST or API_TOO_LARGE. */
-bool lcmsim_check(const struct api_mesh_fields *fields, struct api_problem *problem);
+bool lcmsim_check(const struct map_fields *fields, struct api_problem *problem);
 
 /* Puts the elements of the mesh into bins: the one with the largest area-weighted variance of
  * (k1 direction weighted by anisotropy, log k1, log thickness, k2/k1, porosity) is cut at its mean
  * until there are enough, or all that are in one are alike. False without memory. */
-bool lcmsim_make_bins(struct lcmsim_bins *bins, const struct api_mesh_fields *fields);
+bool lcmsim_make_bins(struct lcmsim_bins *bins, const struct map_fields *fields);
 void lcmsim_free_bins(struct lcmsim_bins *bins);
 
 /* A number in a bulk-data field of 8 characters: the closest plain decimal, or with a signed

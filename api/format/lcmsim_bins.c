@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "lcmsim.h"
 
-#include "mesh_format.h"
+#include "encoder.h"
 #include "solver/vec.h"
 #include <math.h>
 #include <stdlib.h>
@@ -27,7 +27,7 @@ struct heap_part {
 };
 
 struct builder {
-    const struct api_mesh_fields *fields;
+    const struct map_fields *fields;
     const struct api_column_source *column[INPUTS];
     float (*feature)[FEATURES];
     float *area;
@@ -48,7 +48,7 @@ static struct lcmsim_inputs read_element(const struct builder *b, size_t element
 }
 
 /* Twice the area times the normal; half the cross product of the diagonals for a quadrilateral. */
-static struct vec3 element_normal(const struct api_mesh_fields *fields, size_t element) {
+static struct vec3 element_normal(const struct map_fields *fields, size_t element) {
     const int32_t *corner = fields->elements[element];
     const struct vec3 *v = fields->vertices;
     struct vec3 a = v[corner[0]], b = v[corner[1]], c = v[corner[2]];
@@ -214,7 +214,7 @@ static bool allocate(struct builder *b, struct lcmsim_bins *bins) {
 
 /* Features and areas; elements of the inlet go to the end of the order. How many do not. */
 static size_t prepare(struct builder *b) {
-    const struct api_mesh_fields *fields = b->fields;
+    const struct map_fields *fields = b->fields;
     size_t count = fields->element_count, low = 0, high = count;
     double total = 0;
     for (size_t e = 0; e < count; e++) {
@@ -239,13 +239,14 @@ static void finish_part(const struct builder *b, struct lcmsim_bins *bins,
     }
 }
 
-bool lcmsim_make_bins(struct lcmsim_bins *bins, const struct api_mesh_fields *fields) {
+bool lcmsim_make_bins(struct lcmsim_bins *bins, const struct map_fields *fields) {
     struct builder builder = {.fields = fields};
     struct heap_part parts[LCMSIM_BINS_MAX];
     size_t count = fields->element_count;
     *bins = (struct lcmsim_bins){0};
     for (int k = 0; k < INPUTS; k++)
-        builder.column[k] = mesh_column(fields, input_names[k]);
+        builder.column[k] =
+            encoder_find(fields->columns, fields->column_count, API_TABLE_CELLS, input_names[k]);
     bool room = allocate(&builder, bins);
     if (room) {
         size_t inner = prepare(&builder);

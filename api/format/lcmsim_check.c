@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Whether a case for LCMsim can be made of fields. */
+#include "encoder.h"
 #include "lcmsim.h"
-#include "mesh_format.h"
 
 enum { BLOCK = 1024 };
 
@@ -9,11 +9,11 @@ enum { BLOCK = 1024 };
 static const char *const positive[] = {"thickness", "porosity", "k1", "k2", "k3"};
 enum { POSITIVE = sizeof positive / sizeof *positive };
 
-static bool has_columns(const struct api_mesh_fields *fields, struct api_problem *problem) {
+static bool has_columns(const struct map_fields *fields, struct api_problem *problem) {
     static const char *const needed[] = {"thickness", "porosity", "k1",   "k2",
                                          "k3",        "k1_x",     "k1_y", "k1_z"};
     for (size_t k = 0; k < sizeof needed / sizeof *needed; k++) {
-        if (mesh_column(fields, needed[k]))
+        if (encoder_find(fields->columns, fields->column_count, API_TABLE_CELLS, needed[k]))
             continue;
         api_problem_set(problem, API_INVALID_REQUEST,
                         "lcmsim needs a thickness, a fiber_volume_fraction and a permeability "
@@ -25,13 +25,14 @@ static bool has_columns(const struct api_mesh_fields *fields, struct api_problem
 }
 
 /* How many elements have a value that is not positive. */
-static size_t count_impervious(const struct api_mesh_fields *fields) {
-    double values[POSITIVE][BLOCK];
+static size_t count_impervious(const struct map_fields *fields) {
+    double values[POSITIVE][BLOCK] = {{0}};
     size_t count = 0;
     for (size_t first = 0; first < fields->element_count; first += BLOCK) {
         size_t left = fields->element_count - first, rows = left < BLOCK ? left : BLOCK;
         for (int k = 0; k < POSITIVE; k++) {
-            const struct api_column_source *column = mesh_column(fields, positive[k]);
+            const struct api_column_source *column =
+                encoder_find(fields->columns, fields->column_count, API_TABLE_CELLS, positive[k]);
             column->fill(column->context, first, rows, values[k]);
         }
         for (size_t row = 0; row < rows; row++) {
@@ -44,7 +45,7 @@ static size_t count_impervious(const struct api_mesh_fields *fields) {
     return count;
 }
 
-bool lcmsim_check(const struct api_mesh_fields *fields, struct api_problem *problem) {
+bool lcmsim_check(const struct map_fields *fields, struct api_problem *problem) {
     if (!has_columns(fields, problem))
         return false;
     if (fields->element_count == 0) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* NumPy's archive: a stored zip with an array of float64 for each column, "nodes.x" and so on. A
  * zip wants an array's checksum before its bytes, so each column is read twice. */
-#include "format.h"
+#include "encoder.h"
 #include "zip.h"
 #include <endian.h>
 #include <stdio.h>
@@ -29,11 +29,10 @@ static void describe(char header[ARRAY_HEADER], size_t rows) {
 }
 
 /* The next rows of a column as the bytes of the archive. */
-static size_t read_rows(struct api_encoder *encoder, const struct api_column *column,
+static size_t read_rows(struct encoder *encoder, const struct api_column_source *column,
                         size_t first) {
-    size_t left = column->rows - first, count = left < ENCODE_VALUES ? left : ENCODE_VALUES;
-    if (!api_columns_read(encoder->reader, column, first, count, encoder->values))
-        encoder->failed = true;
+    size_t left = column->rows - first, count = left < ENCODER_VALUES ? left : ENCODER_VALUES;
+    encoder_fill(encoder, column, first, count, encoder->values);
     for (size_t k = 0; k < count; k++) {
         uint64_t bits;
         memcpy(&bits, &encoder->values[k], VALUE);
@@ -43,7 +42,7 @@ static size_t read_rows(struct api_encoder *encoder, const struct api_column *co
     return count;
 }
 
-static uint32_t checksum(struct api_encoder *encoder, const struct api_column *column) {
+static uint32_t checksum(struct encoder *encoder, const struct api_column_source *column) {
     char header[ARRAY_HEADER];
     describe(header, column->rows);
     uLong crc = crc32(0, (const Bytef *)header, ARRAY_HEADER);
@@ -55,7 +54,7 @@ static uint32_t checksum(struct api_encoder *encoder, const struct api_column *c
     return (uint32_t)crc;
 }
 
-static void begin_array(struct api_encoder *encoder, const struct api_column *column) {
+static void begin_array(struct encoder *encoder, const struct api_column_source *column) {
     struct state *state = encoder->state;
     struct zip_entry *entry = &state->entry[encoder->column];
     char header[ARRAY_HEADER];
@@ -66,8 +65,8 @@ static void begin_array(struct api_encoder *encoder, const struct api_column *co
     api_text_bytes(&encoder->piece, header, ARRAY_HEADER);
 }
 
-static void write_array(struct api_encoder *encoder) {
-    const struct api_column *column = encoder->selected[encoder->column];
+static void write_array(struct encoder *encoder) {
+    const struct api_column_source *column = &encoder->selected[encoder->column];
     if (encoder->row == 0)
         begin_array(encoder, column);
     size_t count = read_rows(encoder, column, encoder->row);
@@ -80,7 +79,7 @@ static void write_array(struct api_encoder *encoder) {
 }
 
 /* API_COLUMNS_MAX entries fit into one piece. */
-static void write_directory(struct api_encoder *encoder) {
+static void write_directory(struct encoder *encoder) {
     struct state *state = encoder->state;
     for (size_t k = 0; k < encoder->count; k++)
         zip_list_entry(&encoder->piece, &state->entry[k]);
@@ -88,7 +87,7 @@ static void write_directory(struct api_encoder *encoder) {
     encoder->ended = true;
 }
 
-static void next(struct api_encoder *encoder) {
+static void next(struct encoder *encoder) {
     struct state *state = encoder->state;
     if (encoder->column < encoder->count)
         write_array(encoder);
@@ -99,13 +98,13 @@ static void next(struct api_encoder *encoder) {
 
 /* Names and sizes of all entries; their headers are made once to know the length of the document.
  */
-static bool begin(struct api_encoder *encoder, struct api_problem *problem) {
+static bool begin(struct encoder *encoder, struct api_problem *problem) {
     struct state *state = encoder->state;
     uint64_t length = 0, directory;
     struct api_text text = api_text_over(encoder->buffer, sizeof encoder->buffer);
     (void)problem;
     for (size_t k = 0; k < encoder->count; k++) {
-        const struct api_column *column = encoder->selected[k];
+        const struct api_column_source *column = &encoder->selected[k];
         struct zip_entry *entry = &state->entry[k];
         snprintf(entry->name, sizeof entry->name, "%s.%s.npy", api_table_name(column->table),
                  column->name);
@@ -124,8 +123,9 @@ static bool begin(struct api_encoder *encoder, struct api_problem *problem) {
     return true;
 }
 
-const struct api_format encode_npz = {.name = "npz",
-                                      .media_type = "application/x-npz",
-                                      .state_size = sizeof(struct state),
-                                      .begin = begin,
-                                      .next = next};
+const struct format format_npz = {.name = "npz",
+                                  .uses = FORMAT_RESULT,
+                                  .media_type = "application/x-npz",
+                                  .state_size = sizeof(struct state),
+                                  .begin = begin,
+                                  .next = next};

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "pattern.h"
 
-#include "pattern_pen.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -10,16 +9,6 @@ enum {
     CORNERS = 1024, /* of one piece */
     CELLS = 512,
     DIGITS = 12
-};
-
-enum stage { HEAD, OUTLINE, LOCKED, FOOT };
-
-struct state {
-    struct outline outline;
-    struct pattern_sheet sheet;
-    enum stage stage;
-    size_t corner;
-    bool open; /* a polygon is begun */
 };
 
 void pattern_number(struct api_text *text, double value) {
@@ -35,7 +24,7 @@ static double round_length(double length) {
     return (part >= 5 ? 5 : part >= 2 ? 2 : 1) * power;
 }
 
-static void write_titles(const struct api_encoder *encoder, struct pattern_sheet *sheet) {
+static void write_titles(const struct encoder *encoder, struct pattern_sheet *sheet) {
     const struct api_columns *columns = &encoder->columns;
     const double *spacing = columns->grid.spacing;
     snprintf(sheet->title, sizeof sheet->title, "Flat pattern of drape %s", encoder->id);
@@ -46,8 +35,8 @@ static void write_titles(const struct api_encoder *encoder, struct pattern_sheet
     snprintf(sheet->bar_label, sizeof sheet->bar_label, "%g %s", sheet->bar, sheet->unit);
 }
 
-static void make_sheet(const struct api_encoder *encoder, const struct pattern_pen *pen,
-                       struct state *state) {
+static void make_sheet(const struct encoder *encoder, const struct pattern_pen *pen,
+                       struct pattern_state *state) {
     struct pattern_sheet *sheet = &state->sheet;
     const struct api_columns *columns = &encoder->columns;
     double scale = pen->metres > 0 ? columns->unit->metres / pen->metres : 1, size = 0;
@@ -66,8 +55,8 @@ static void make_sheet(const struct api_encoder *encoder, const struct pattern_p
 
 /* ---- stages ---- */
 
-static void draw_outline(struct api_encoder *encoder, const struct pattern_pen *pen) {
-    struct state *state = encoder->state;
+static void draw_outline(struct encoder *encoder, const struct pattern_pen *pen) {
+    struct pattern_state *state = encoder->state;
     size_t left = state->outline.count - state->corner, count = left < CORNERS ? left : CORNERS;
     for (size_t k = 0; k < count; k++) {
         const struct outline_point *point = &state->outline.points[state->corner++];
@@ -81,13 +70,13 @@ static void draw_outline(struct api_encoder *encoder, const struct pattern_pen *
     }
     if (state->corner == state->outline.count) {
         pen->end_outline(&encoder->piece);
-        state->stage = LOCKED;
+        state->stage = PATTERN_LOCKED;
     }
 }
 
 /* Side by side cells of a row are drawn as one. */
-static void draw_runs(struct api_encoder *encoder, const struct pattern_pen *pen, size_t count) {
-    const struct state *state = encoder->state;
+static void draw_runs(struct encoder *encoder, const struct pattern_pen *pen, size_t count) {
+    const struct pattern_state *state = encoder->state;
     const double *i = encoder->values, *j = i + CELLS, *locked = j + CELLS;
     for (size_t k = 0, end; k < count; k = end) {
         end = k + 1;
@@ -99,9 +88,9 @@ static void draw_runs(struct api_encoder *encoder, const struct pattern_pen *pen
     }
 }
 
-static void draw_locked(struct api_encoder *encoder, const struct pattern_pen *pen) {
+static void draw_locked(struct encoder *encoder, const struct pattern_pen *pen) {
     static const char *const names[] = {"i", "j", "locked"};
-    struct state *state = encoder->state;
+    struct pattern_state *state = encoder->state;
     const struct api_column *column = NULL;
     size_t count = 0, rows = 0;
     for (int k = 2; k >= 0; k--) {
@@ -118,83 +107,39 @@ static void draw_locked(struct api_encoder *encoder, const struct pattern_pen *p
         draw_runs(encoder, pen, count);
     encoder->row += count;
     if (encoder->row >= rows)
-        state->stage = FOOT;
+        state->stage = PATTERN_FOOT;
 }
 
-static void draw(struct api_encoder *encoder, const struct pattern_pen *pen) {
-    struct state *state = encoder->state;
+void pattern_next(struct encoder *encoder) {
+    struct pattern_state *state = encoder->state;
+    const struct pattern_pen *pen = encoder->format->own;
     switch (state->stage) {
-    case HEAD:
+    case PATTERN_HEAD:
         pen->head(&encoder->piece, &state->sheet, encoder->columns.unit);
-        state->stage = OUTLINE;
+        state->stage = PATTERN_OUTLINE;
         break;
-    case OUTLINE:
+    case PATTERN_OUTLINE:
         draw_outline(encoder, pen);
         break;
-    case LOCKED:
+    case PATTERN_LOCKED:
         draw_locked(encoder, pen);
         break;
-    case FOOT:
+    case PATTERN_FOOT:
         pen->foot(&encoder->piece, &state->sheet);
         encoder->ended = true;
         break;
     }
 }
 
-static bool begin(struct api_encoder *encoder, const struct pattern_pen *pen,
-                  struct api_problem *problem) {
-    struct state *state = encoder->state;
+bool pattern_begin(struct encoder *encoder, struct api_problem *problem) {
+    struct pattern_state *state = encoder->state;
     if (outline_make(&state->outline, encoder->reader, &encoder->columns, problem) != API_OK)
         return false;
-    make_sheet(encoder, pen, state);
+    make_sheet(encoder, encoder->format->own, state);
     return true;
 }
 
-static void end(struct api_encoder *encoder) {
-    struct state *state = encoder->state;
+void pattern_end(struct encoder *encoder) {
+    struct pattern_state *state = encoder->state;
     outline_free(&state->outline);
-}
-
-/* ---- the formats ---- */
-
-static bool begin_svg(struct api_encoder *encoder, struct api_problem *problem) {
-    return begin(encoder, &pattern_svg_pen, problem);
-}
-
-static bool begin_dxf(struct api_encoder *encoder, struct api_problem *problem) {
-    return begin(encoder, &pattern_dxf_pen, problem);
-}
-
-static void next_svg(struct api_encoder *encoder) {
-    draw(encoder, &pattern_svg_pen);
-}
-
-static void next_dxf(struct api_encoder *encoder) {
-    draw(encoder, &pattern_dxf_pen);
-}
-
-static const struct api_format formats[] = {
-    {.name = "svg",
-     .media_type = "image/svg+xml",
-     .state_size = sizeof(struct state),
-     .begin = begin_svg,
-     .next = next_svg,
-     .end = end},
-    {.name = "dxf",
-     .media_type = "image/vnd.dxf",
-     .state_size = sizeof(struct state),
-     .begin = begin_dxf,
-     .next = next_dxf,
-     .end = end},
-};
-
-const struct api_format *api_pattern_at(size_t index) {
-    return index < sizeof formats / sizeof *formats ? &formats[index] : NULL;
-}
-
-const struct api_format *api_pattern_named(const char *name) {
-    for (size_t k = 0; api_pattern_at(k); k++)
-        if (strcmp(name, formats[k].name) == 0)
-            return &formats[k];
-    return NULL;
 }

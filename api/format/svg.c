@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The pattern in SVG: millimetres, weft up. The drawing is put upside down as a whole, so that its
  * numbers are those of the cloth; letters are turned back. */
-#include "pattern_pen.h"
+#include "pattern.h"
 
 static void attribute(struct api_text *text, const char *name, double value) {
     api_text_raw(text, " ");
@@ -126,12 +126,15 @@ static void foot(struct api_text *text, const struct pattern_sheet *sheet) {
     api_text_raw(text, "</g>\n</svg>\n");
 }
 
-const struct pattern_pen pattern_svg_pen = {.metres = 1e-3,
-                                            .unit = "mm",
-                                            .head = head,
-                                            .begin_polygon = begin_polygon,
-                                            .corner = corner,
-                                            .end_polygon = end_polygon,
-                                            .end_outline = end_outline,
-                                            .locked = locked,
-                                            .foot = foot};
+static const struct pattern_pen pen = {.metres = 1e-3,
+                                       .unit = "mm",
+                                       .head = head,
+                                       .begin_polygon = begin_polygon,
+                                       .corner = corner,
+                                       .end_polygon = end_polygon,
+                                       .end_outline = end_outline,
+                                       .locked = locked,
+                                       .foot = foot};
+
+const struct format format_svg = {
+    .name = "svg", .media_type = "image/svg+xml", PATTERN_FORMAT(pen)};

@@ -1,155 +1,73 @@
 /* SPDX-License-Identifier: MIT */
 /* VTK XML PolyData: the nodes as points, the cells as quadrilaterals, every other column as data of
  * one or the other. */
-#include "api/result/fieldset.h"
 #include "api/result/quads.h"
-#include "format.h"
-#include "vtk.h"
+#include "encoder.h"
+#include "vtk_fields.h"
 #include <string.h>
 
-_Static_assert((int)ENCODE_PIECE >= (int)VTK_PIECE, "a piece has room for one of the file's");
+_Static_assert((int)ENCODER_PIECE >= (int)VTK_PIECE, "a piece has room for one of the file's");
 
-enum kind { DATA, TENSOR, CONNECTIVITY, OFFSETS };
-
-enum { FIELDS_MAX = API_COLUMNS_MAX + 1, TENSOR_ROWS = 256 };
+enum kind { CONNECTIVITY = VTK_FIELDS_KINDS, OFFSETS };
 
 struct state {
     struct vtk_file file;
+    struct vtk_fields fields;
+    struct api_column_source data[API_COLUMNS_MAX]; /* the columns but the coordinates */
+    struct api_column_source point[3];
     struct quads quads;
-    size_t count;
-    struct {
-        const struct api_column *column[FIELDSET_TENSOR_COLUMNS];
-    } field[FIELDS_MAX];
 };
-
-/* ---- values ---- */
-
-/* The columns of a field side by side. */
-static bool fill_data(struct api_encoder *encoder, const struct api_column *const *column,
-                      int components, uint64_t first, size_t count, void *bytes) {
-    double *values = bytes;
-    for (int k = 0; k < components; k++) {
-        if (!api_columns_read(encoder->reader, column[k], (size_t)first, count, encoder->values))
-            return false;
-        for (size_t row = 0; row < count; row++)
-            values[row * (size_t)components + (size_t)k] = encoder->values[row];
-    }
-    return true;
-}
-
-static bool fill_integers(struct api_encoder *encoder, const struct api_column *column,
-                          uint64_t first, size_t count, void *bytes) {
-    int64_t *values = bytes;
-    if (!api_columns_read(encoder->reader, column, (size_t)first, count, encoder->values))
-        return false;
-    for (size_t row = 0; row < count; row++)
-        values[row] = (int64_t)encoder->values[row];
-    return true;
-}
-
-static bool fill_tensors(struct api_encoder *encoder, const struct api_column *const *column,
-                         uint64_t first, size_t count, double *tensors) {
-    double rows[TENSOR_ROWS * FIELDSET_TENSOR_COLUMNS];
-    while (count > 0) {
-        size_t part = count < TENSOR_ROWS ? count : TENSOR_ROWS;
-        if (!fill_data(encoder, column, FIELDSET_TENSOR_COLUMNS, first, part, rows))
-            return false;
-        for (size_t row = 0; row < part; row++, tensors += 6)
-            fieldset_tensor(rows + row * FIELDSET_TENSOR_COLUMNS, tensors);
-        first += part;
-        count -= part;
-    }
-    return true;
-}
 
 static bool fill(void *context, const struct vtk_array *array, uint64_t first, size_t count,
                  void *bytes) {
-    struct api_encoder *encoder = context;
+    struct encoder *encoder = context;
     struct state *state = encoder->state;
-    const struct api_column *const *column = state->field[array->source].column;
     int32_t *offsets = bytes;
-    switch ((enum kind)array->kind) {
-    case DATA:
-        return array->type == VTK_INT64
-                   ? fill_integers(encoder, column[0], first, count, bytes)
-                   : fill_data(encoder, column, array->components, first, count, bytes);
-    case TENSOR:
-        return fill_tensors(encoder, column, first, count, bytes);
-    case CONNECTIVITY:
+    if (array->kind < VTK_FIELDS_KINDS)
+        return vtk_fields_fill(&state->fields, array, first, count, bytes);
+    if (array->kind == CONNECTIVITY)
         return quads_next(&state->quads, count, bytes, NULL);
-    case OFFSETS:
-        for (size_t k = 0; k < count; k++)
-            offsets[k] = (int32_t)(4 * (first + k + 1));
-        break;
-    }
+    for (size_t k = 0; k < count; k++)
+        offsets[k] = (int32_t)(4 * (first + k + 1));
     return true;
 }
 
 /* ---- the list of arrays ---- */
 
-static bool add_field(struct state *state, enum vtk_part part, const char *name, int components,
-                      const struct api_column *const *column, enum kind kind) {
-    struct vtk_array array = {.part = part,
-                              .type =
-                                  column[0]->integer && components == 1 ? VTK_INT64 : VTK_FLOAT64,
-                              .components = components,
-                              .rows = column[0]->rows,
-                              .kind = kind,
-                              .source = (int)state->count};
-    size_t columns = kind == TENSOR ? FIELDSET_TENSOR_COLUMNS : (size_t)components;
-    if (state->count == FIELDS_MAX)
-        return false;
-    strncpy(array.name, name, VTK_NAME_SIZE - 1);
-    memcpy(state->field[state->count++].column, column, columns * sizeof *column);
-    return vtk_add(&state->file, &array);
-}
-
-static bool is_coordinate(const struct api_column *column) {
+static bool is_coordinate(const struct api_column_source *column) {
     return column->table == API_TABLE_NODES && strlen(column->name) == 1 &&
            strchr("xyz", column->name[0]);
 }
 
-static bool add_table(const struct api_encoder *encoder, enum api_table table) {
-    enum vtk_part part = table == API_TABLE_NODES ? VTK_POINT_DATA : VTK_CELL_DATA;
-    const char *names[API_COLUMNS_MAX];
-    const struct api_column *columns[API_COLUMNS_MAX];
-    struct fieldset_field field;
-    size_t count = 0;
+/* The selected columns, which are sorted by table. */
+static bool add_data(const struct encoder *encoder, struct state *state) {
+    size_t end[2] = {0}, count = 0;
     for (size_t i = 0; i < encoder->count; i++) {
-        const struct api_column *column = encoder->selected[i];
-        if (column->table != table || is_coordinate(column))
+        const struct api_column_source *column = &encoder->selected[i];
+        if (column->table == API_TABLE_FRONT || is_coordinate(column))
             continue;
-        names[count] = column->name;
-        columns[count++] = column;
+        state->data[count++] = *column;
+        end[column->table] = count;
     }
-    for (size_t i = 0; i < count; i += (size_t)field.components) {
-        fieldset_make(names, count, i, &field);
-        if (!add_field(encoder->state, part, field.name, field.components, &columns[i], DATA))
-            return false;
-    }
-    return true;
+    const struct api_column_source *cells = state->data + end[0];
+    size_t cell_count = count - end[0];
+    return vtk_fields_add_all(&state->fields, &state->file, VTK_POINT_DATA, state->data, end[0]) &&
+           vtk_fields_add_all(&state->fields, &state->file, VTK_CELL_DATA, cells, cell_count) &&
+           vtk_fields_add_tensor(&state->fields, &state->file, cells, cell_count);
 }
 
-/* The permeability of the cells, when all that it follows from is there. */
-static bool add_tensor(const struct api_encoder *encoder) {
-    const struct api_column *column[FIELDSET_TENSOR_COLUMNS];
-    for (int k = 0; k < FIELDSET_TENSOR_COLUMNS; k++) {
-        column[k] = encode_selected(encoder, API_TABLE_CELLS, fieldset_tensor_columns[k]);
-        if (!column[k])
-            return true;
-    }
-    return add_field(encoder->state, VTK_CELL_DATA, "permeability", 6, column, TENSOR);
-}
-
-static bool add_points(const struct api_encoder *encoder) {
+static bool add_points(struct encoder *encoder, struct state *state) {
     static const char *const names[] = {"x", "y", "z"};
-    const struct api_column *column[3];
+    const struct api_column_source *point[3];
     for (int k = 0; k < 3; k++) {
-        column[k] = api_columns_find(&encoder->columns, API_TABLE_NODES, names[k]);
-        if (!column[k])
+        const struct api_column *column =
+            api_columns_find(&encoder->columns, API_TABLE_NODES, names[k]);
+        if (!column)
             return false;
+        state->point[k] = encoder_source(encoder, column);
+        point[k] = &state->point[k];
     }
-    return add_field(encoder->state, VTK_POINTS, "Points", 3, column, DATA);
+    return vtk_fields_add(&state->fields, &state->file, VTK_POINTS, "Points", 3, point);
 }
 
 static bool add_topology(struct vtk_file *file) {
@@ -168,7 +86,7 @@ static bool add_topology(struct vtk_file *file) {
                                              .kind = OFFSETS});
 }
 
-static bool begin(struct api_encoder *encoder, struct api_problem *problem) {
+static bool begin(struct encoder *encoder, struct api_problem *problem) {
     struct state *state = encoder->state;
     struct vtk_file *file = &state->file;
     *file = (struct vtk_file){.polydata = true,
@@ -177,22 +95,22 @@ static bool begin(struct api_encoder *encoder, struct api_problem *problem) {
                               .fill = fill,
                               .context = encoder};
     if (!quads_begin(&state->quads, encoder->reader, &encoder->columns) ||
-        file->cells > INT32_MAX / 4 || !add_table(encoder, API_TABLE_NODES) ||
-        !add_table(encoder, API_TABLE_CELLS) || !add_tensor(encoder) || !add_points(encoder) ||
+        file->cells > INT32_MAX / 4 || !add_data(encoder, state) || !add_points(encoder, state) ||
         !add_topology(file))
-        return encode_damaged(problem);
+        return encoder_damaged(problem);
     encoder->length = vtk_length(file);
     return true;
 }
 
-static void next(struct api_encoder *encoder) {
+static void next(struct encoder *encoder) {
     struct state *state = encoder->state;
     if (!vtk_next(&state->file, &encoder->piece, &encoder->ended))
         encoder->failed = true;
 }
 
-const struct api_format encode_vtp = {.name = "vtp",
-                                      .media_type = "application/vnd.vtk",
-                                      .state_size = sizeof(struct state),
-                                      .begin = begin,
-                                      .next = next};
+const struct format format_vtp = {.name = "vtp",
+                                  .media_type = "application/vnd.vtk",
+                                  .uses = FORMAT_RESULT,
+                                  .state_size = sizeof(struct state),
+                                  .begin = begin,
+                                  .next = next};

@@ -1,26 +1,22 @@
 /* SPDX-License-Identifier: MIT */
 /* VTK XML UnstructuredGrid: the caller's mesh with all columns as cell data. */
-#include "api/result/fieldset.h"
-#include "mesh_format.h"
-#include "vtk.h"
-#include <stdio.h>
+#include "encoder.h"
+#include "vtk_fields.h"
 #include <string.h>
 
-_Static_assert((int)MESH_PIECE >= (int)VTK_PIECE, "a piece has room for one of the file's");
+_Static_assert((int)ENCODER_PIECE >= (int)VTK_PIECE, "a piece has room for one of the file's");
 
-enum kind { DATA, TENSOR, POINTS, CONNECTIVITY, OFFSETS, TYPES };
+enum kind { POINTS = VTK_FIELDS_KINDS, CONNECTIVITY, OFFSETS, TYPES };
 
 /* VTK's numbers for shapes. */
 enum { SHAPE_TRIANGLE = 5, SHAPE_QUAD = 9 };
 
-enum { ROWS = VTK_BLOCK / 8 };
-
 struct state {
     struct vtk_file file;
+    struct vtk_fields fields;
     size_t element; /* the next of the list that is being written */
     int corner;
     int32_t offset; /* behind it */
-    double values[ROWS];
 };
 
 static int corners(const int32_t element[4]) {
@@ -29,35 +25,7 @@ static int corners(const int32_t element[4]) {
 
 /* ---- values ---- */
 
-/* One component of rows that have `stride`. */
-static void fill_component(struct state *state, const struct api_column_source *column,
-                           uint64_t first, size_t count, double *values, size_t stride) {
-    column->fill(column->context, (size_t)first, count, state->values);
-    for (size_t row = 0; row < count; row++)
-        values[row * stride] = state->values[row];
-}
-
-static void fill_integers(struct state *state, const struct api_column_source *column,
-                          uint64_t first, size_t count, int64_t *values) {
-    column->fill(column->context, (size_t)first, count, state->values);
-    for (size_t row = 0; row < count; row++)
-        values[row] = (int64_t)state->values[row];
-}
-
-static void fill_tensors(const struct api_mesh_fields *fields, uint64_t first, size_t count,
-                         double *tensors) {
-    const struct api_column_source *column[FIELDSET_TENSOR_COLUMNS];
-    for (int k = 0; k < FIELDSET_TENSOR_COLUMNS; k++)
-        column[k] = mesh_column(fields, fieldset_tensor_columns[k]);
-    for (size_t row = 0; row < count; row++) {
-        double values[FIELDSET_TENSOR_COLUMNS];
-        for (int k = 0; k < FIELDSET_TENSOR_COLUMNS; k++)
-            column[k]->fill(column[k]->context, (size_t)first + row, 1, &values[k]);
-        fieldset_tensor(values, tensors + 6 * row);
-    }
-}
-
-static void fill_points(const struct api_mesh_fields *fields, uint64_t first, size_t count,
+static void fill_points(const struct map_fields *fields, uint64_t first, size_t count,
                         double *values) {
     for (size_t k = 0; k < count; k++) {
         struct vec3 vertex = fields->vertices[first + k];
@@ -65,8 +33,8 @@ static void fill_points(const struct api_mesh_fields *fields, uint64_t first, si
     }
 }
 
-static void fill_connectivity(const struct api_mesh_fields *fields, struct state *state,
-                              size_t count, int32_t *values) {
+static void fill_connectivity(const struct map_fields *fields, struct state *state, size_t count,
+                              int32_t *values) {
     for (size_t k = 0; k < count; k++) {
         const int32_t *element = fields->elements[state->element];
         values[k] = element[state->corner++];
@@ -77,7 +45,7 @@ static void fill_connectivity(const struct api_mesh_fields *fields, struct state
     }
 }
 
-static void fill_offsets(const struct api_mesh_fields *fields, struct state *state, uint64_t first,
+static void fill_offsets(const struct map_fields *fields, struct state *state, uint64_t first,
                          size_t count, int32_t *values) {
     for (size_t k = 0; k < count; k++)
         values[k] = state->offset += corners(fields->elements[first + k]);
@@ -85,23 +53,13 @@ static void fill_offsets(const struct api_mesh_fields *fields, struct state *sta
 
 static bool fill(void *context, const struct vtk_array *array, uint64_t first, size_t count,
                  void *bytes) {
-    struct api_mesh_encoder *encoder = context;
+    struct encoder *encoder = context;
     struct state *state = encoder->state;
-    const struct api_mesh_fields *fields = &encoder->fields;
-    const struct api_column_source *column = fields->columns + array->source;
-    size_t components = (size_t)array->components;
+    const struct map_fields *fields = &encoder->fields;
     uint8_t *shapes = bytes;
+    if (array->kind < VTK_FIELDS_KINDS)
+        return vtk_fields_fill(&state->fields, array, first, count, bytes);
     switch ((enum kind)array->kind) {
-    case DATA:
-        if (array->type == VTK_INT64)
-            fill_integers(state, column, first, count, bytes);
-        else
-            for (size_t k = 0; k < components; k++)
-                fill_component(state, column + k, first, count, (double *)bytes + k, components);
-        break;
-    case TENSOR:
-        fill_tensors(fields, first, count, bytes);
-        break;
     case POINTS:
         fill_points(fields, first, count, bytes);
         break;
@@ -121,35 +79,7 @@ static bool fill(void *context, const struct vtk_array *array, uint64_t first, s
 
 /* ---- the list of arrays ---- */
 
-static bool add_columns(const struct api_mesh_fields *fields, struct vtk_file *file) {
-    const char *names[VTK_ARRAYS_MAX];
-    struct fieldset_field field;
-    bool good = fields->column_count <= VTK_ARRAYS_MAX, derived = !mesh_column(fields, "kxx");
-    for (size_t k = 0; good && k < fields->column_count; k++)
-        names[k] = fields->columns[k].name;
-    for (size_t k = 0; good && k < fields->column_count; k += (size_t)field.components) {
-        fieldset_make(names, fields->column_count, k, &field);
-        bool integer = field.components == 1 && fields->columns[k].integer;
-        struct vtk_array array = {.part = VTK_CELL_DATA,
-                                  .type = integer ? VTK_INT64 : VTK_FLOAT64,
-                                  .components = field.components,
-                                  .rows = fields->element_count,
-                                  .kind = DATA,
-                                  .source = (int)k};
-        snprintf(array.name, sizeof array.name, "%s", field.name);
-        good = vtk_add(file, &array);
-    }
-    for (int k = 0; k < FIELDSET_TENSOR_COLUMNS; k++)
-        derived = derived && mesh_column(fields, fieldset_tensor_columns[k]);
-    return good && (!derived || vtk_add(file, &(struct vtk_array){.part = VTK_CELL_DATA,
-                                                                  .type = VTK_FLOAT64,
-                                                                  .components = 6,
-                                                                  .rows = fields->element_count,
-                                                                  .name = "permeability",
-                                                                  .kind = TENSOR}));
-}
-
-static bool add_mesh(const struct api_mesh_fields *fields, struct vtk_file *file) {
+static bool add_mesh(const struct map_fields *fields, struct vtk_file *file) {
     uint64_t total = 0;
     for (size_t k = 0; k < fields->element_count; k++)
         total += (uint64_t)corners(fields->elements[k]);
@@ -185,14 +115,18 @@ static bool add_mesh(const struct api_mesh_fields *fields, struct vtk_file *file
     return true;
 }
 
-static bool begin(struct api_mesh_encoder *encoder, struct api_problem *problem) {
+static bool begin(struct encoder *encoder, struct api_problem *problem) {
     struct state *state = encoder->state;
-    const struct api_mesh_fields *fields = &encoder->fields;
+    const struct map_fields *fields = &encoder->fields;
     state->file = (struct vtk_file){.points = fields->vertex_count,
                                     .cells = fields->element_count,
                                     .fill = fill,
                                     .context = encoder};
-    if (!add_columns(fields, &state->file) || !add_mesh(fields, &state->file)) {
+    if (!vtk_fields_add_all(&state->fields, &state->file, VTK_CELL_DATA, fields->columns,
+                            fields->column_count) ||
+        !vtk_fields_add_tensor(&state->fields, &state->file, fields->columns,
+                               fields->column_count) ||
+        !add_mesh(fields, &state->file)) {
         api_problem_set(problem, API_TOO_LARGE, "the mesh is too large for this format");
         return false;
     }
@@ -200,14 +134,16 @@ static bool begin(struct api_mesh_encoder *encoder, struct api_problem *problem)
     return true;
 }
 
-static void next(struct api_mesh_encoder *encoder) {
+static void next(struct encoder *encoder) {
     struct state *state = encoder->state;
     if (!vtk_next(&state->file, &encoder->piece, &encoder->ended))
         encoder->failed = true;
 }
 
-const struct api_mesh_format mesh_format_vtu = {.name = "vtu",
-                                                .media_type = "application/vnd.vtk",
-                                                .state_size = sizeof(struct state),
-                                                .begin = begin,
-                                                .next = next};
+const struct format format_vtu = {.name = "vtu",
+                                  .media_type = "application/vnd.vtk",
+                                  .uses = FORMAT_MAP,
+                                  .elements = true,
+                                  .state_size = sizeof(struct state),
+                                  .begin = begin,
+                                  .next = next};

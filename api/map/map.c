@@ -29,18 +29,20 @@ struct mapping {
 
 /* ---- columns ---- */
 
-static void fill_real(const void *context, size_t first, size_t count, double *values) {
+static bool fill_real(const void *context, size_t first, size_t count, double *values) {
     memcpy(values, (const double *)context + first, count * sizeof *values);
+    return true;
 }
 
-static void fill_id(const void *context, size_t first, size_t count, double *values) {
+static bool fill_id(const void *context, size_t first, size_t count, double *values) {
     const int32_t *ids = context;
     for (size_t k = 0; k < count; k++)
         values[k] = ids ? ids[first + k] : (double)(first + k);
+    return true;
 }
 
 static void add_column(struct api_map *map, const char *name, bool integer,
-                       void (*fill)(const void *, size_t, size_t, double *), const void *context) {
+                       bool (*fill)(const void *, size_t, size_t, double *), const void *context) {
     size_t k = map->fields.column_count++;
     snprintf(map->names[k], sizeof map->names[k], "%s", name);
     map->columns[k] = (struct api_column_source){.table = API_TABLE_CELLS,
@@ -194,8 +196,7 @@ static enum api_problem_id run(struct mapping *mapping, const struct api_reader 
     return problem->id;
 }
 
-enum api_problem_id api_map_make(const struct api_reader *reader, const char *id,
-                                 const struct api_map_mesh *mesh,
+enum api_problem_id api_map_make(const struct api_reader *reader, const struct api_map_mesh *mesh,
                                  const struct drape_monitor *monitor, struct arena *arena,
                                  struct api_map *map, struct api_problem *problem) {
     struct mapping *mapping = arena_alloc(arena, 1, sizeof *mapping);
@@ -204,57 +205,14 @@ enum api_problem_id api_map_make(const struct api_reader *reader, const char *id
         api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
         return problem->id;
     }
-    snprintf(map->id, sizeof map->id, "%s", id);
-    map->fields = (struct api_mesh_fields){.id = map->id,
-                                           .vertices = mesh->vertices,
-                                           .vertex_count = mesh->vertex_count,
-                                           .elements = mesh->elements,
-                                           .element_count = mesh->element_count,
-                                           .columns = map->columns,
-                                           .inlet = mesh->inlet};
+    map->fields = (struct map_fields){.vertices = mesh->vertices,
+                                      .vertex_count = mesh->vertex_count,
+                                      .elements = mesh->elements,
+                                      .element_count = mesh->element_count,
+                                      .columns = map->columns,
+                                      .inlet = mesh->inlet};
     mapping->mesh = mesh;
     mapping->monitor = monitor;
     mapping->thickness = -1;
     return run(mapping, reader, arena, map, problem);
-}
-
-/* ---- selection ---- */
-
-static bool mark(const struct api_map *map, const char *list, bool wanted[API_COLUMNS_MAX],
-                 struct api_problem *problem) {
-    static const char table[] = "cells.";
-    for (const char *name = list; name;) {
-        size_t length = strcspn(name, ","), column = 0;
-        const char *next = name[length] ? name + length + 1 : NULL;
-        if (strncmp(name, table, sizeof table - 1) == 0) {
-            name += sizeof table - 1;
-            length -= sizeof table - 1;
-        }
-        while (column < map->fields.column_count &&
-               (strlen(map->columns[column].name) != length ||
-                memcmp(map->columns[column].name, name, length) != 0))
-            column++;
-        if (column == map->fields.column_count) {
-            api_problem_set(problem, API_INVALID_REQUEST, "fields: \"%.*s\" is not in this map",
-                            length > 60 ? 60 : (int)length, name);
-            return false;
-        }
-        wanted[column] = true;
-        name = next;
-    }
-    return true;
-}
-
-bool api_map_select(struct api_map *map, const char *list, struct api_problem *problem) {
-    bool wanted[API_COLUMNS_MAX] = {false};
-    size_t kept = 0;
-    if (!list || !*list)
-        return true;
-    if (!mark(map, list, wanted, problem))
-        return false;
-    for (size_t k = 0; k < map->fields.column_count; k++)
-        if (wanted[k])
-            map->columns[kept++] = map->columns[k];
-    map->fields.column_count = kept;
-    return true;
 }

@@ -17,7 +17,7 @@
 #ifndef API_MAP_MAP_H
 #define API_MAP_MAP_H
 
-#include "api/format/mesh_encode.h"
+#include "api/format/format.h"
 #include "api/problem.h"
 #include "api/result/columns.h"
 #include "mesh.h"
@@ -27,30 +27,23 @@ enum { API_MAP_WARNING_SIZE = 256 };
 
 /* Its columns lie in the arena of the call. Not to be moved. */
 struct api_map {
-    struct api_mesh_fields fields; /* its columns: id, those of the cells, kxx kyy kzz kxy kyz kxz
+    struct map_fields fields; /* its columns: id, those of the cells, kxx kyy kzz kxy kyz kxz
                                       where there is a permeability, distance, extrapolated */
     struct api_column_source columns[API_COLUMNS_MAX];
     char names[API_COLUMNS_MAX][API_COLUMN_NAME_SIZE];
-    char id[API_ID_SIZE];
     char warning[API_MAP_WARNING_SIZE];
 };
 
 /*
- * Maps the result that `reader` holds, of the drape `id`, onto `mesh`, which must outlive `map`.
+ * Maps the result that `reader` holds onto `mesh`, which must outlive `map`.
  * More than the columns (8 bytes a place and column) is taken from the arena only for the time of
  * the call. There is a warning when more than half of the places lie further from the cloth than
  * both its larger spacing and its thickness there. `monitor` (may be NULL) is asked now and then
  * whether to go on. Returns API_OK, API_INVALID_REQUEST when the net has no cells, API_INTERNAL for
  * a damaged container, API_CANCELLED or API_OUT_OF_MEMORY.
  */
-enum api_problem_id api_map_make(const struct api_reader *reader, const char *id,
-                                 const struct api_map_mesh *mesh,
+enum api_problem_id api_map_make(const struct api_reader *reader, const struct api_map_mesh *mesh,
                                  const struct drape_monitor *monitor, struct arena *arena,
                                  struct api_map *map, struct api_problem *problem) STATUS_MUST_USE;
-
-/* Keeps only the columns of the list "k1,cells.k2,..." (NULL or "": all), in their own order. False
- * with the problem set for a name that is not there. */
-bool api_map_select(struct api_map *map, const char *list,
-                    struct api_problem *problem) STATUS_MUST_USE;
 
 #endif

@@ -109,8 +109,7 @@ static enum api_problem_id send_column(const struct api_column_source *source, d
                                        const struct api_sink *sink, struct api_problem *problem) {
     for (size_t first = 0; first < source->rows; first += BLOCK_ROWS) {
         size_t left = source->rows - first, count = left < BLOCK_ROWS ? left : BLOCK_ROWS;
-        source->fill(source->context, first, count, block);
-        if (!all_finite(block, count)) {
+        if (!source->fill(source->context, first, count, block) || !all_finite(block, count)) {
             api_problem_set(problem, API_INTERNAL,
                             "the result has a value in %s.%s that is no number",
                             api_table_name(source->table), source->name);

@@ -75,14 +75,14 @@ struct api_columns {
     uint64_t length; /* of the whole container */
 };
 
-/* Where the values of a column come from when it is written: `fill` gives the rows first ..
- * first + count - 1. `context` outlives the writing. */
+/* A column that gives its values, whatever they come from: `fill` gives the rows first ..
+ * first + count - 1, or returns false when they cannot be read. `context` outlives it. */
 struct api_column_source {
     enum api_table table;
     const char *name;
     bool integer;
     size_t rows;
-    void (*fill)(const void *context, size_t first, size_t count, double *values);
+    bool (*fill)(const void *context, size_t first, size_t count, double *values);
     const void *context;
 };
 

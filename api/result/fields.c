@@ -78,30 +78,34 @@ static const struct api_derived flags[] = {
 
 /* ---- columns ---- */
 
-static void fill_real(const void *context, size_t first, size_t count, double *values) {
+static bool fill_real(const void *context, size_t first, size_t count, double *values) {
     memcpy(values, (const double *)context + first, count * sizeof *values);
+    return true;
 }
 
-static void fill_index(const void *context, size_t first, size_t count, double *values) {
+static bool fill_index(const void *context, size_t first, size_t count, double *values) {
     for (size_t i = 0; i < count; i++)
         values[i] = ((const int32_t *)context)[first + i];
+    return true;
 }
 
-static void fill_byte(const void *context, size_t first, size_t count, double *values) {
+static bool fill_byte(const void *context, size_t first, size_t count, double *values) {
     for (size_t i = 0; i < count; i++)
         values[i] = ((const uint8_t *)context)[first + i];
+    return true;
 }
 
-static void fill_derived(const void *context, size_t first, size_t count, double *values) {
+static bool fill_derived(const void *context, size_t first, size_t count, double *values) {
     const struct api_derived_column *column = context;
     const struct api_fields *fields = column->fields;
     const double *shear = fields->result->cells.shear_deg + first;
     for (size_t i = 0; i < count; i++)
         values[i] = column->derived->value(fields->request, shear[i]);
+    return true;
 }
 
 static void add(struct api_fields *fields, enum api_table table, const char *name, size_t rows,
-                void (*fill)(const void *, size_t, size_t, double *), const void *context) {
+                bool (*fill)(const void *, size_t, size_t, double *), const void *context) {
     fields->source[fields->count++] =
         (struct api_column_source){.table = table,
                                    .name = name,

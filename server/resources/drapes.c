@@ -217,7 +217,7 @@ enum routes_next drapes_create(const struct http_services *services, struct requ
     struct store_job job = {0};
     const struct waiting *waiting = request->state;
     char id[ID_SIZE];
-    if (!results_choose(request, reply, &choice))
+    if (!results_choose(request, reply, FORMAT_RESULT, &choice))
         return ROUTES_DONE;
     if (waiting)
         memcpy(id, waiting->id, ID_SIZE);

@@ -8,19 +8,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-static bool offer(size_t index, struct resources_offer *out) {
-    const struct api_mesh_format *format = api_mesh_format_at(index);
-    if (format)
-        *out = (struct resources_offer){api_mesh_format_name(format),
-                                        api_mesh_format_media_type(format)};
-    return format != NULL;
-}
-
 /* ------------------------------------------------------------------ the answer */
 
 static ssize_t read_task(void *context, char *buffer, size_t size) {
     struct api_problem problem;
-    return api_mesh_encoder_read(mapper_result(context, &problem), buffer, size);
+    return encoder_read(mapper_result(context, &problem), buffer, size);
 }
 
 static void free_task(void *context) {
@@ -30,20 +22,19 @@ static void free_task(void *context) {
 /* Of a task that is done, which it takes over. */
 static void reply_task(const struct request *request, struct map_task *task, struct reply *reply) {
     struct api_problem problem = {0};
-    struct api_mesh_encoder *encoder = mapper_result(task, &problem);
+    struct encoder *encoder = mapper_result(task, &problem);
     if (!encoder) {
         reply_problem(reply, request->id, &problem);
         mapper_drop(task);
         return;
     }
-    const char *binning = api_mesh_encoder_binning(encoder);
+    const char *binning = encoder_binning(encoder);
     if (*binning)
         reply_header(reply, "Draped-Binning", "%s", binning);
     reply_header(reply, "Vary", "Accept, Accept-Encoding");
     reply_header(reply, "Cache-Control", "no-store");
-    const struct stream_source source = {read_task, free_task, task, NULL,
-                                         api_mesh_encoder_length(encoder)};
-    stream_reply(request, reply, api_mesh_format_media_type(mapper_format(task)),
+    const struct stream_source source = {read_task, free_task, task, NULL, encoder_length(encoder)};
+    stream_reply(request, reply, mapper_format(task)->media_type,
                  compress_choose(request_header(request, "Accept-Encoding")), &source);
 }
 
@@ -75,23 +66,15 @@ static enum routes_next go_on(struct request *request, struct reply *reply) {
 /* Sets the order's format and options by headers and query. */
 static bool read_order(const struct request *request, struct reply *reply,
                        struct mapper_order *order) {
-    struct api_encode_options options = {0};
-    struct api_problem problem = {0};
     const char *type = request_header(request, "Content-Type");
-    size_t format;
-    if (!resources_format(request, reply, offer, &format))
+    struct results_choice choice;
+    if (!results_choose(request, reply, FORMAT_MAP, &choice))
         return false;
-    for (size_t k = 0; k < request->query_count; k++)
-        api_encode_option(&options, request->query[k].name, request->query[k].value, &problem);
-    order->format = api_mesh_format_at(format);
+    order->format = choice.format;
+    order->options = choice.options;
     order->nastran = type && negotiate_is_type(type, "text/x-nastran");
     order->inlet = request_query(request, "inlet_elements");
-    order->fields = options.fields;
-    order->precision = options.precision;
-    if (problem.id == API_OK)
-        return true;
-    reply_problem(reply, request->id, &problem);
-    return false;
+    return true;
 }
 
 /* The drape's result. False: the reply says why there is none. */

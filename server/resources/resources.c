@@ -84,33 +84,32 @@ bool resources_page(const struct request *request, struct reply *reply, int *lim
 }
 
 /* The format of that name; else of those that `accept` wants the most the first. */
-static bool find_format(resources_offers *offers, const char *name, const char *accept,
-                        size_t *index) {
-    struct resources_offer offer;
+static const struct format *find_format(enum format_use use, const char *name, const char *accept) {
+    const struct format *format, *found = NULL;
     int highest = 0;
-    for (size_t k = 0; offers(k, &offer); k++) {
+    for (size_t k = 0; (format = format_at(use, k)); k++) {
         int quality =
-            name ? !strcmp(name, offer.name) : negotiate_quality(accept, offer.media_type);
+            name ? !strcmp(name, format->name) : negotiate_quality(accept, format->media_type);
         if (quality <= highest)
             continue;
         highest = quality;
-        *index = k;
+        found = format;
     }
-    return highest > 0;
+    return found;
 }
 
-bool resources_format(const struct request *request, struct reply *reply, resources_offers *offers,
-                      size_t *index) {
-    struct resources_offer offer;
+const struct format *resources_format(const struct request *request, struct reply *reply,
+                                      enum format_use use) {
+    const struct format *format =
+        find_format(use, request_query(request, "format"), request_header(request, "Accept"));
     char names[128] = "";
-    if (find_format(offers, request_query(request, "format"), request_header(request, "Accept"),
-                    index))
-        return true;
-    for (size_t k = 0, used = 0; offers(k, &offer) && used < sizeof names; k++)
-        used +=
-            (size_t)snprintf(names + used, sizeof names - used, "%s%s", k ? ", " : "", offer.name);
+    if (format)
+        return format;
+    for (size_t k = 0, used = 0; (format = format_at(use, k)) && used < sizeof names; k++)
+        used += (size_t)snprintf(names + used, sizeof names - used, "%s%s", k ? ", " : "",
+                                 format->name);
     reply_refuse(reply, request->id, API_NOT_ACCEPTABLE, "this is available as %s", names);
-    return false;
+    return NULL;
 }
 
 int64_t resources_poll_at(int64_t begun, int64_t now) {

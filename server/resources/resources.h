@@ -6,7 +6,7 @@
 #ifndef SERVER_RESOURCES_RESOURCES_H
 #define SERVER_RESOURCES_RESOURCES_H
 
-#include "api/format/encode.h"
+#include "api/format/format.h"
 #include "api/limits.h"
 #include "routes.h"
 #include "server/store/store.h"
@@ -70,26 +70,19 @@ bool resources_page(const struct request *request, struct reply *reply, int *lim
  * often at first, more seldom later, because the hub tells of nearly everything. */
 int64_t resources_poll_at(int64_t begun, int64_t now);
 
-/* A format that a resource comes in. */
-struct resources_offer {
-    const char *name, *media_type;
-};
+/* The format of a document that a caller wants: by `?format=`, else by Accept. NULL: the reply says
+ * 406. */
+const struct format *resources_format(const struct request *request, struct reply *reply,
+                                      enum format_use use);
 
-/* The formats of a resource, the default first; false after the last. */
-typedef bool resources_offers(size_t index, struct resources_offer *offer);
-
-/* The format that a caller wants: by `?format=`, else by Accept. False: the reply says 406. */
-bool resources_format(const struct request *request, struct reply *reply, resources_offers *offers,
-                      size_t *index);
-
-/* How a caller wants a result. */
+/* How a caller wants a document. */
 struct results_choice {
-    const struct api_format *format;
-    struct api_encode_options options; /* points into the request */
+    const struct format *format;
+    struct format_options options; /* points into the request */
 };
 
-/* False: the reply says what is wrong (406, 422). */
-bool results_choose(const struct request *request, struct reply *reply,
+/* Reads it of the request. False: the reply says what is wrong (406, 422). */
+bool results_choose(const struct request *request, struct reply *reply, enum format_use use,
                     struct results_choice *choice);
 
 /* Whether there is a result. False: the reply says why not, with the drape's own problem if it

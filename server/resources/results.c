@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: MIT */
-#include "api/format/pattern.h"
 #include "api/request/digest.h"
 #include "documents.h"
 #include "resources.h"
@@ -12,44 +11,18 @@
 
 /* ------------------------------------------------------------------ choosing the format */
 
-/* The formats of a resource, the default first. */
-typedef const struct api_format *formats_at(size_t index);
-
-static bool offer(formats_at *formats, size_t index, struct resources_offer *offer) {
-    const struct api_format *format = formats(index);
-    if (format)
-        *offer = (struct resources_offer){api_format_name(format), api_format_media_type(format)};
-    return format != NULL;
-}
-
-static bool offer_result(size_t index, struct resources_offer *out) {
-    return offer(api_format_at, index, out);
-}
-
-static bool offer_pattern(size_t index, struct resources_offer *out) {
-    return offer(api_pattern_at, index, out);
-}
-
-static bool choose(const struct request *request, struct reply *reply, formats_at *formats,
-                   resources_offers *offers, struct results_choice *choice) {
-    size_t index;
-    memset(choice, 0, sizeof *choice);
-    if (!resources_format(request, reply, offers, &index))
-        return false;
-    choice->format = formats(index);
+bool results_choose(const struct request *request, struct reply *reply, enum format_use use,
+                    struct results_choice *choice) {
     struct api_problem problem = {0};
+    *choice = (struct results_choice){.format = resources_format(request, reply, use)};
+    if (!choice->format)
+        return false;
     for (size_t k = 0; k < request->query_count; k++)
-        api_encode_option(&choice->options, request->query[k].name, request->query[k].value,
-                          &problem);
+        format_option(&choice->options, request->query[k].name, request->query[k].value, &problem);
     if (problem.id == API_OK)
         return true;
     reply_problem(reply, request->id, &problem);
     return false;
-}
-
-bool results_choose(const struct request *request, struct reply *reply,
-                    struct results_choice *choice) {
-    return choose(request, reply, api_format_at, offer_result, choice);
 }
 
 /* The entity tag: the bytes of a drape's result depend on nothing but its id, the choice and the
@@ -57,10 +30,10 @@ bool results_choose(const struct request *request, struct reply *reply,
 static void make_etag(const struct store_job *job, const struct results_choice *choice,
                       enum compress_coding coding, char etag[96]) {
     char text[512], digest[API_ID_SIZE];
-    const struct api_encode_options *options = &choice->options;
+    const struct format_options *options = &choice->options;
     const char *fields = options->fields ? options->fields : "";
     api_digest_bytes(fields, strlen(fields), digest);
-    snprintf(text, sizeof text, "%s %d %d %s", api_format_name(choice->format), (int)options->table,
+    snprintf(text, sizeof text, "%s %d %d %s", choice->format->name, (int)options->table,
              options->precision, digest);
     api_digest_bytes(text, strlen(text), digest);
     snprintf(etag, 96, "\"%s-%.8s%s%s\"", job->id, digest, coding ? "-" : "",
@@ -74,8 +47,7 @@ struct source {
     struct store *store;
     struct store_result result;
     struct api_reader reader;
-    struct api_encoder *encoder;
-    char id[ID_SIZE];
+    struct encoder *encoder;
 };
 
 static bool source_read_at(void *context, uint64_t offset, void *buffer, size_t length) {
@@ -88,13 +60,13 @@ static bool source_read_at(void *context, uint64_t offset, void *buffer, size_t 
 
 static void source_free(void *context) {
     struct source *source = context;
-    api_encoder_free(source->encoder);
+    encoder_free(source->encoder);
     free(source);
 }
 
 static ssize_t source_read(void *context, char *buffer, size_t size) {
     struct source *source = context;
-    return api_encoder_read(source->encoder, buffer, size);
+    return encoder_read(source->encoder, buffer, size);
 }
 
 static struct source *source_new(struct store *store, const struct store_result *result,
@@ -108,11 +80,9 @@ static struct source *source_new(struct store *store, const struct store_result 
     source->store = store;
     source->result = *result;
     source->reader = (struct api_reader){source_read_at, source};
-    memcpy(source->id, job->id, sizeof source->id);
-    struct api_encode_options options = choice->options;
-    options.id = source->id;
-    options.queue_ms = documents_queue_ms(job);
-    source->encoder = api_encoder_new(choice->format, &source->reader, &options, problem);
+    const struct format_source stored = {
+        .id = job->id, .reader = &source->reader, .queue_ms = documents_queue_ms(job)};
+    source->encoder = encoder_new(choice->format, &stored, &choice->options, problem);
     if (source->encoder)
         return source;
     source_free(source);
@@ -149,8 +119,8 @@ static void reply_result(const struct http_services *services, const struct requ
     }
     int64_t begun = clock_us();
     const struct stream_source stream = {source_read, source_free, source, etag,
-                                         api_encoder_length(source->encoder)};
-    stream_reply(request, reply, api_format_media_type(choice->format), coding, &stream);
+                                         encoder_length(source->encoder)};
+    stream_reply(request, reply, choice->format->media_type, coding, &stream);
     tell_times(reply, job, clock_us() - begun);
 }
 
@@ -208,7 +178,7 @@ static enum routes_next reply_ended(const struct http_services *services, struct
 enum routes_next results_get(const struct http_services *services, struct request *request,
                              struct reply *reply) {
     struct results_choice choice;
-    if (!results_choose(request, reply, &choice))
+    if (!results_choose(request, reply, FORMAT_RESULT, &choice))
         return ROUTES_DONE;
     return reply_ended(services, request, &choice, reply);
 }
@@ -216,7 +186,7 @@ enum routes_next results_get(const struct http_services *services, struct reques
 enum routes_next results_pattern(const struct http_services *services, struct request *request,
                                  struct reply *reply) {
     struct results_choice choice;
-    if (!choose(request, reply, api_pattern_at, offer_pattern, &choice))
+    if (!results_choose(request, reply, FORMAT_PATTERN, &choice))
         return ROUTES_DONE;
     return reply_ended(services, request, &choice, reply);
 }

@@ -12,11 +12,11 @@ struct map_task {
     struct map_task *next; /* that waits */
     char subject[ID_SIZE], id[ID_SIZE];
     struct store_result result;
-    const struct api_mesh_format *format;
+    const struct format *format;
     char *body, *inlet, *fields;
     size_t length;
     bool nastran;
-    int precision;
+    struct format_options options; /* its fields are `fields` */
 
     atomic_bool dropped;
     int64_t deadline;
@@ -25,7 +25,7 @@ struct map_task {
     struct arena *arena;
     struct api_map_mesh mesh;
     struct api_map map;
-    struct api_mesh_encoder *encoder;
+    struct encoder *encoder;
     struct api_problem problem;
 };
 
@@ -71,10 +71,10 @@ static bool read_mesh(struct map_task *task) {
     task->body = NULL;
     if (result == API_OK && task->inlet)
         result = api_map_mesh_inlet(&task->mesh, task->inlet, task->arena, problem);
-    if (result == API_OK && !task->mesh.elements && api_mesh_format_needs_elements(task->format))
+    if (result == API_OK && !task->mesh.elements && task->format->elements)
         api_problem_set(problem, API_NOT_ACCEPTABLE,
                         "%s is of elements; a map onto points is available as json, csv",
-                        api_mesh_format_name(task->format));
+                        task->format->name);
     return problem->id == API_OK;
 }
 
@@ -103,18 +103,16 @@ static void make_map(struct map_task *task) {
     task->arena = arena_new(task->mapper->settings.memory);
     if (!task->arena)
         api_problem_set(problem, API_UNAVAILABLE, "there is no memory for this now");
-    else if (read_mesh(task) &&
-             api_map_make(&reader, task->id, &task->mesh, &monitor, task->arena, &task->map,
-                          problem) == API_OK &&
-             api_map_select(&task->map, task->fields, problem)) {
-        task->map.fields.precision = task->precision;
-        task->encoder = api_mesh_encoder_new(task->format, &task->map.fields, problem);
+    else if (read_mesh(task) && api_map_make(&reader, &task->mesh, &monitor, task->arena,
+                                             &task->map, problem) == API_OK) {
+        const struct format_source source = {.id = task->id, .fields = &task->map.fields};
+        task->encoder = encoder_new(task->format, &source, &task->options, problem);
     }
     explain(task);
 }
 
 static void free_task(struct map_task *task) {
-    api_mesh_encoder_free(task->encoder);
+    encoder_free(task->encoder);
     arena_free(task->arena);
     free(task->body);
     free(task->inlet);
@@ -206,10 +204,11 @@ static struct map_task *new_task(struct mapper *mapper, const struct mapper_orde
     task->result = order->result;
     task->format = order->format;
     task->nastran = order->nastran;
-    task->precision = order->precision;
+    task->options = order->options;
     task->inlet = order->inlet ? strdup(order->inlet) : NULL;
-    task->fields = order->fields ? strdup(order->fields) : NULL;
-    if ((!order->inlet || task->inlet) && (!order->fields || task->fields))
+    task->options.fields = task->fields =
+        order->options.fields ? strdup(order->options.fields) : NULL;
+    if ((!order->inlet || task->inlet) && (!order->options.fields || task->fields))
         return task;
     free_task(task);
     return NULL;
@@ -245,11 +244,11 @@ bool mapper_done(struct map_task *task) {
     return done;
 }
 
-const struct api_mesh_format *mapper_format(const struct map_task *task) {
+const struct format *mapper_format(const struct map_task *task) {
     return task->format;
 }
 
-struct api_mesh_encoder *mapper_result(struct map_task *task, struct api_problem *problem) {
+struct encoder *mapper_result(struct map_task *task, struct api_problem *problem) {
     *problem = task->problem;
     return task->encoder;
 }

@@ -8,7 +8,7 @@
 #ifndef SERVER_WORK_MAPPER_H
 #define SERVER_WORK_MAPPER_H
 
-#include "api/format/mesh_encode.h"
+#include "api/format/format.h"
 #include "server/hub.h"
 #include "server/store/store.h"
 
@@ -26,11 +26,10 @@ struct mapper_settings {
 struct mapper_order {
     struct store_result result; /* of the drape */
     const char *id;
-    const struct api_mesh_format *format;
-    bool nastran;       /* whether the body is bulk data; else JSON */
-    const char *inlet;  /* elements of the inlet beside the body, or NULL */
-    const char *fields; /* as in `api_map_select` */
-    int precision;
+    const struct format *format;
+    struct format_options options;
+    bool nastran;      /* whether the body is bulk data; else JSON */
+    const char *inlet; /* elements of the inlet beside the body, or NULL */
 };
 
 /* NULL without threads or memory. The store and the hub are borrowed and must outlive it. */
@@ -48,10 +47,10 @@ struct map_task *mapper_begin(struct mapper *mapper, const struct mapper_order *
 
 bool mapper_done(struct map_task *task);
 
-const struct api_mesh_format *mapper_format(const struct map_task *task);
+const struct format *mapper_format(const struct map_task *task);
 
 /* Of a task that is done: its encoder, which lives as long as the task; NULL with the problem. */
-struct api_mesh_encoder *mapper_result(struct map_task *task, struct api_problem *problem);
+struct encoder *mapper_result(struct map_task *task, struct api_problem *problem);
 
 /* Frees the task; one that is being made is given up soon. */
 void mapper_drop(struct map_task *task);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "encode.h"
 
-#include "api/format/encode.h"
+#include "api/format/format.h"
 #include <string.h>
 
 struct memory {
@@ -17,31 +17,31 @@ static bool read_at(void *context, uint64_t offset, void *buffer, size_t length)
     return true;
 }
 
-static void encode_one(const struct api_format *format, const struct api_reader *reader,
-                       bool sound) {
+static void encode_one(const struct format *format, const struct api_reader *reader, bool sound) {
     static char piece[4096];
-    const struct api_encode_options options = {.id = "fuzz", .precision = 6};
+    const struct format_source source = {.id = "fuzz", .reader = reader};
+    const struct format_options options = {.precision = 6};
     struct api_problem problem = {0};
-    struct api_encoder *encoder = api_encoder_new(format, reader, &options, &problem);
+    struct encoder *encoder = encoder_new(format, &source, &options, &problem);
     uint64_t total = 0;
     ssize_t got = 0;
     FUZZ_PROMISE((encoder != NULL) == (problem.id == API_OK));
     FUZZ_PROMISE(encoder || !sound);
     if (!encoder)
         return;
-    uint64_t promised = api_encoder_length(encoder);
+    uint64_t promised = encoder_length(encoder);
     /* A damaged header may promise columns of any length. */
-    while (total < 1 << 20 && (got = api_encoder_read(encoder, piece, sizeof piece)) > 0)
+    while (total < 1 << 20 && (got = encoder_read(encoder, piece, sizeof piece)) > 0)
         total += (uint64_t)got;
     FUZZ_PROMISE(got >= 0 || !sound);
     FUZZ_PROMISE(got != 0 || !promised || total == promised);
-    api_encoder_free(encoder);
+    encoder_free(encoder);
 }
 
 void encode_all(const uint8_t *data, size_t size, bool sound) {
     struct memory memory = {data, size};
     const struct api_reader reader = {read_at, &memory};
-    const struct api_format *format;
-    for (size_t k = 0; (format = api_format_at(k)); k++)
+    const struct format *format;
+    for (size_t k = 0; (format = format_at(FORMAT_RESULT, k)); k++)
         encode_one(format, &reader, sound);
 }

@@ -92,7 +92,7 @@ struct rule {
     int column;
 };
 
-static void fill_node(const void *context, size_t first, size_t count, double *values) {
+static bool fill_node(const void *context, size_t first, size_t count, double *values) {
     const struct rule *rule = context;
     const struct cloth *cloth = rule->cloth;
     for (size_t k = 0; k < count; k++) {
@@ -101,12 +101,14 @@ static void fill_node(const void *context, size_t first, size_t count, double *v
                               r.x, r.y, r.z};
         values[k] = row[rule->column];
     }
+    return true;
 }
 
-static void fill_cell(const void *context, size_t first, size_t count, double *values) {
+static bool fill_cell(const void *context, size_t first, size_t count, double *values) {
     const struct rule *rule = context;
     for (size_t k = 0; k < count; k++)
         values[k] = rule->cloth->fields[first + k][rule->column];
+    return true;
 }
 
 struct bytes cloth_result(const struct cloth *cloth) {

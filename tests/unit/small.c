@@ -25,7 +25,7 @@ struct rule {
     int kind; /* 0: i, 1: j, 2: flag, else a number of its own */
 };
 
-static void fill(const void *context, size_t first, size_t count, double *values) {
+static bool fill(const void *context, size_t first, size_t count, double *values) {
     const struct rule *rule = context;
     for (size_t k = 0; k < count; k++) {
         const struct place *p = &rule->places[first + k];
@@ -43,6 +43,7 @@ static void fill(const void *context, size_t first, size_t count, double *values
             values[k] = 0.125 * rule->kind + 0.5 * p->i - 0.25 * p->j;
         }
     }
+    return true;
 }
 
 static const char *const node_names[] = {"i", "j", "u", "v", "x", "y", "z", "shear_deg"};
@@ -154,14 +155,15 @@ struct mesh_rule {
     int column;
 };
 
-static void fill_mesh(const void *context, size_t first, size_t count, double *values) {
+static bool fill_mesh(const void *context, size_t first, size_t count, double *values) {
     const struct mesh_rule *rule = context;
     for (size_t k = 0; k < count; k++)
         values[k] = rule->rows[first + k][rule->column];
+    return true;
 }
 
-static struct api_mesh_fields mesh_of(const double (*rows)[MESH_NAMES], size_t count,
-                                      struct mesh_rule *rules, struct api_column_source *sources) {
+static struct map_fields mesh_of(const double (*rows)[MESH_NAMES], size_t count,
+                                 struct mesh_rule *rules, struct api_column_source *sources) {
     for (int k = 0; k < MESH_NAMES; k++) {
         rules[k] = (struct mesh_rule){rows, k};
         sources[k] = (struct api_column_source){.table = API_TABLE_CELLS,
@@ -171,14 +173,13 @@ static struct api_mesh_fields mesh_of(const double (*rows)[MESH_NAMES], size_t c
                                                 .fill = fill_mesh,
                                                 .context = &rules[k]};
     }
-    return (struct api_mesh_fields){.id = "small",
-                                    .unit = &api_units[2],
-                                    .element_count = count,
-                                    .columns = sources,
-                                    .column_count = MESH_NAMES};
+    return (struct map_fields){.unit = &api_units[2],
+                               .element_count = count,
+                               .columns = sources,
+                               .column_count = MESH_NAMES};
 }
 
-struct api_mesh_fields small_mesh(void) {
+struct map_fields small_mesh(void) {
     static const struct vec3 vertices[] = {
         {0, 0, 0}, {100, 0, 0}, {100, 50.5, 0}, {0, 50, -0.0123456}, {150, 25, 1e-4}};
     static const int32_t elements[][4] = {{0, 1, 2, 3}, {1, 4, 2, -1}};
@@ -187,7 +188,7 @@ struct api_mesh_fields small_mesh(void) {
     static struct api_column_source sources[MESH_NAMES];
     mesh_row(rows[0], 17, 0);
     mesh_row(rows[1], 4, 30);
-    struct api_mesh_fields fields = mesh_of((const double(*)[MESH_NAMES])rows, 2, rules, sources);
+    struct map_fields fields = mesh_of((const double(*)[MESH_NAMES])rows, 2, rules, sources);
     fields.vertices = vertices;
     fields.vertex_count = sizeof vertices / sizeof *vertices;
     fields.elements = elements;
@@ -205,7 +206,7 @@ struct strip {
 
 static struct strip strip;
 
-struct api_mesh_fields small_strip(size_t count, double turn_deg) {
+struct map_fields small_strip(size_t count, double turn_deg) {
     strip.rows = calloc(count, sizeof *strip.rows);
     strip.vertices = calloc(2 * count + 2, sizeof *strip.vertices);
     strip.elements = calloc(count, sizeof *strip.elements);
@@ -218,7 +219,7 @@ struct api_mesh_fields small_strip(size_t count, double turn_deg) {
         mesh_row(strip.rows[k], (double)k + 1, turn_deg * (double)k);
         memcpy(strip.elements[k], (const int32_t[]){n, n + 2, n + 3, n + 1}, 4 * sizeof n);
     }
-    struct api_mesh_fields fields =
+    struct map_fields fields =
         mesh_of((const double(*)[MESH_NAMES])strip.rows, count, strip.rules, strip.sources);
     fields.vertices = strip.vertices;
     fields.vertex_count = 2 * count + 2;
@@ -226,7 +227,7 @@ struct api_mesh_fields small_strip(size_t count, double turn_deg) {
     return fields;
 }
 
-void small_strip_free(struct api_mesh_fields *fields) {
+void small_strip_free(struct map_fields *fields) {
     (void)fields;
     free(strip.rows);
     free(strip.vertices);

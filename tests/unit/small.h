@@ -4,7 +4,7 @@
 #ifndef UNIT_SMALL_H
 #define UNIT_SMALL_H
 
-#include "api/format/mesh_encode.h"
+#include "api/format/format.h"
 #include "support.h"
 
 /* A result of these cells, which are sorted by j, then i; the nodes are their corners. */
@@ -14,11 +14,11 @@ struct bytes small_result_of(const int (*cells)[2], size_t count, const char *un
 struct bytes small_result(void);
 
 /* The mesh; what it points to lives for good. */
-struct api_mesh_fields small_mesh(void);
+struct map_fields small_mesh(void);
 
 /* The same in a strip of `count` quadrilaterals whose k1 turns by `turn_deg` from one to the next.
  */
-struct api_mesh_fields small_strip(size_t count, double turn_deg);
-void small_strip_free(struct api_mesh_fields *fields);
+struct map_fields small_strip(size_t count, double turn_deg);
+void small_strip_free(struct map_fields *fields);
 
 #endif

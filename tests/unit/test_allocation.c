@@ -182,7 +182,7 @@ static enum api_problem_id map_failing(mesh_reader *read, const char *text, stru
     if (id == API_OK && mesh.elements)
         id = api_map_mesh_inlet(&mesh, "1", arena, &problem);
     if (id == API_OK)
-        id = api_map_make(&reader, "cloth", &mesh, NULL, arena, &map, &problem);
+        id = api_map_make(&reader, &mesh, NULL, arena, &map, &problem);
     assert_int_equal(id, problem.id);
     arena_free(arena);
     return id;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "api/result/columns.h"
 
-#include "api/format/encode.h"
+#include "api/format/format.h"
 #include "check.h"
 #include "support.h"
 #include <jansson.h>
@@ -11,8 +11,9 @@
 
 enum { ROWS = 10000 }; /* more than one block of the writer */
 
-static void fill_values(const void *context, size_t first, size_t count, double *values) {
+static bool fill_values(const void *context, size_t first, size_t count, double *values) {
     memcpy(values, (const double *)context + first, count * sizeof *values);
+    return true;
 }
 
 /* A container with two tables, and what went into it. */
@@ -204,8 +205,8 @@ static void test_columns_report_missing_memory_and_too_many(void **state) {
 }
 
 /* These draw a net, which the samples are not. */
-static bool needs_net(const struct api_format *format) {
-    const char *name = api_format_name(format);
+static bool needs_net(const struct format *format) {
+    const char *name = format->name;
     return strcmp(name, "vtp") == 0 || strcmp(name, "glb") == 0;
 }
 
@@ -214,17 +215,17 @@ static bool read_everything(struct bytes *container) {
     static char buffer[1 << 16];
     struct api_reader reader = reader_over(container);
     bool sound = true;
-    for (size_t k = 0; api_format_at(k); k++) {
+    for (size_t k = 0; format_at(FORMAT_RESULT, k); k++) {
         struct api_problem problem = {0};
-        struct api_encode_options options = {.id = "0"};
-        struct api_encoder *encoder =
-            api_encoder_new(api_format_at(k), &reader, &options, &problem);
+        const struct format_source source = {.id = "0", .reader = &reader};
+        struct encoder *encoder = encoder_new(format_at(FORMAT_RESULT, k), &source,
+                                              &(struct format_options){0}, &problem);
         ssize_t length = encoder ? 1 : -1;
         for (int pieces = 0; encoder && length > 0 && pieces < 100; pieces++)
-            length = api_encoder_read(encoder, buffer, sizeof buffer);
-        sound = sound && (length == 0 || needs_net(api_format_at(k)));
+            length = encoder_read(encoder, buffer, sizeof buffer);
+        sound = sound && (length == 0 || needs_net(format_at(FORMAT_RESULT, k)));
         assert_true(encoder || problem.id != API_OK);
-        api_encoder_free(encoder);
+        encoder_free(encoder);
     }
     return sound;
 }

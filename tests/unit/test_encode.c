@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "api/format/encode.h"
+#include "api/format/format.h"
 
 #include "check.h"
 #include "support.h"
@@ -33,32 +33,33 @@ static int forget_saddle(void **state) {
 }
 
 /* The whole document, asked for in pieces of `piece` bytes. */
-static struct bytes encode_pieces(const char *format, const struct api_encode_options *options,
+static struct bytes encode_pieces(const char *format, const struct format_options *options,
                                   size_t piece) {
     struct api_reader reader = reader_over(&container);
     struct api_problem problem = {0};
     struct bytes text = {0};
     char *buffer = malloc(piece);
     ssize_t length;
-    struct api_encoder *encoder =
-        api_encoder_new(api_format_named(format), &reader, options, &problem);
+    const struct format_source source = {.id = "abc", .reader = &reader, .queue_ms = 4};
+    struct encoder *encoder =
+        encoder_new(format_named(FORMAT_RESULT, format), &source, options, &problem);
     if (!encoder)
         fail_msg("%s", problem.place[0].detail);
     bytes_add(&text, "", 0);
-    while ((length = api_encoder_read(encoder, buffer, piece)) > 0)
+    while ((length = encoder_read(encoder, buffer, piece)) > 0)
         bytes_add(&text, buffer, (size_t)length);
     assert_int_equal(length, 0);
-    assert_int_equal(api_encoder_read(encoder, buffer, piece), 0);
-    api_encoder_free(encoder);
+    assert_int_equal(encoder_read(encoder, buffer, piece), 0);
+    encoder_free(encoder);
     free(buffer);
     return text;
 }
 
-static struct bytes encode(const char *format, struct api_encode_options options) {
+static struct bytes encode(const char *format, struct format_options options) {
     return encode_pieces(format, &options, 1 << 16);
 }
 
-static json_t *encode_json_tree(struct api_encode_options options) {
+static json_t *encode_json_tree(struct format_options options) {
     struct bytes text = encode("json", options);
     json_t *json = json_loadb(text.data, text.length, JSON_REJECT_DUPLICATES, NULL);
     assert_non_null(json);
@@ -81,7 +82,7 @@ static double *read_column(const struct api_column *column) {
 
 static void test_encode_json_is_the_contracts_document(void **state) {
     (void)state;
-    json_t *json = encode_json_tree((struct api_encode_options){.id = "abc", .queue_ms = 4});
+    json_t *json = encode_json_tree((struct format_options){0});
     static const char *const cells[] = {
         "i",        "j",      "shear_deg", "thickness", "fiber_volume_fraction",
         "porosity", "warp_x", "warp_y",    "warp_z",    "weft_x",
@@ -114,7 +115,7 @@ static void test_encode_json_has_columns_of_equal_length(void **state) {
     (void)state;
     static const char *const tables[] = {"nodes", "cells", "front"};
     static const char *const counts[] = {"nodes", "cells"};
-    json_t *json = encode_json_tree((struct api_encode_options){.id = "x"});
+    json_t *json = encode_json_tree((struct format_options){0});
     json_t *summary = json_object_get(json, "summary");
     for (size_t t = 0; t < 3; t++) {
         json_t *table = json_object_get(json, tables[t]), *column;
@@ -137,7 +138,7 @@ static void test_encode_json_gives_back_every_bit(void **state) {
     (void)state;
     struct api_columns columns;
     open_container(&columns);
-    json_t *json = encode_json_tree((struct api_encode_options){.id = "x"});
+    json_t *json = encode_json_tree((struct format_options){0});
     for (size_t c = 0; c < columns.count; c++) {
         const struct api_column *column = &columns.column[c];
         json_t *array =
@@ -160,9 +161,9 @@ static void test_encode_json_gives_back_every_bit(void **state) {
 static void test_encode_documents_do_not_depend_on_the_size_of_the_reads(void **state) {
     (void)state;
     static const size_t pieces[] = {1, 7, 4096, 10000000};
-    for (size_t f = 0; api_format_at(f); f++) {
-        const char *format = api_format_name(api_format_at(f));
-        const struct api_encode_options options = {.id = "x"};
+    for (size_t f = 0; format_at(FORMAT_RESULT, f); f++) {
+        const char *format = format_at(FORMAT_RESULT, f)->name;
+        const struct format_options options = {0};
         struct bytes whole = encode(format, options);
         for (size_t k = 0; k < sizeof pieces / sizeof *pieces; k++) {
             struct bytes text = encode_pieces(format, &options, pieces[k]);
@@ -176,8 +177,8 @@ static void test_encode_documents_do_not_depend_on_the_size_of_the_reads(void **
 
 static void test_encode_fields_sends_only_those(void **state) {
     (void)state;
-    json_t *json = encode_json_tree(
-        (struct api_encode_options){.id = "x", .fields = "cells.thickness,nodes.y,nodes.x"});
+    json_t *json =
+        encode_json_tree((struct format_options){.fields = "cells.thickness,nodes.y,nodes.x"});
     json_t *nodes = json_object_get(json, "nodes");
     assert_int_equal(json_object_size(nodes), 2);
     assert_true(json_array_size(json_object_get(nodes, "x")) > 0);
@@ -190,8 +191,9 @@ static void test_encode_fields_sends_only_those(void **state) {
 static void refuse_fields(const char *format, const char *fields) {
     struct api_reader reader = reader_over(&container);
     struct api_problem problem = {0};
-    const struct api_encode_options options = {.id = "x", .fields = fields};
-    assert_null(api_encoder_new(api_format_named(format), &reader, &options, &problem));
+    const struct format_options options = {.fields = fields};
+    const struct format_source source = {.id = "x", .reader = &reader};
+    assert_null(encoder_new(format_named(FORMAT_RESULT, format), &source, &options, &problem));
     assert_int_equal(problem.id, API_INVALID_REQUEST);
 }
 
@@ -210,7 +212,7 @@ static void test_encode_precision_rounds_what_is_no_whole_number(void **state) {
     (void)state;
     struct api_columns columns;
     open_container(&columns);
-    json_t *json = encode_json_tree((struct api_encode_options){.id = "x", .precision = 3});
+    json_t *json = encode_json_tree((struct format_options){.precision = 3});
     json_t *x = json_object_get(json_object_get(json, "nodes"), "x");
     double *values = read_column(api_columns_find(&columns, API_TABLE_NODES, "x"));
     for (size_t k = 0; k < json_array_size(x); k++) {
@@ -234,7 +236,7 @@ static char *take(char **text, char end) {
 static void check_csv(enum api_table table) {
     struct api_columns columns;
     open_container(&columns);
-    struct bytes text = encode("csv", (struct api_encode_options){.id = "x", .table = table});
+    struct bytes text = encode("csv", (struct format_options){.table = table});
     double *values[API_COLUMNS_MAX];
     const struct api_column *of_table[API_COLUMNS_MAX];
     size_t count = 0;
@@ -263,8 +265,7 @@ static void test_encode_csv_is_a_line_of_names_and_a_line_for_each_row(void **st
 
 static void test_encode_csv_fields_keep_the_order_of_the_table(void **state) {
     (void)state;
-    struct bytes text =
-        encode("csv", (struct api_encode_options){.id = "x", .fields = "nodes.z,nodes.i,cells.j"});
+    struct bytes text = encode("csv", (struct format_options){.fields = "nodes.z,nodes.i,cells.j"});
     assert_memory_equal(text.data, "i,z\n", 4);
     bytes_free(&text);
 }
@@ -283,32 +284,33 @@ static void test_encode_options_are_checked(void **state) {
                  {"table", "front", false},  {"table", "", false},
                  {"fields", "nodes.x", true}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        struct api_encode_options options = {0};
+        struct format_options options = {0};
         struct api_problem problem = {0};
-        assert_int_equal(api_encode_option(&options, cases[i].name, cases[i].value, &problem),
+        assert_int_equal(format_option(&options, cases[i].name, cases[i].value, &problem),
                          cases[i].ok);
         assert_int_equal(problem.id, cases[i].ok ? API_OK : API_INVALID_REQUEST);
         if (!cases[i].ok)
             assert_non_null(strstr(problem.place[0].detail, cases[i].name));
     }
-    struct api_encode_options options = {0};
+    struct format_options options = {0};
     struct api_problem problem = {0};
-    assert_false(api_encode_option(&options, "colour", "red", &problem));
+    assert_false(format_option(&options, "colour", "red", &problem));
     assert_int_equal(problem.id, API_OK);
 }
 
 static void test_encode_formats_are_found_by_name_and_media_type(void **state) {
     (void)state;
-    assert_string_equal(api_format_name(api_format_at(0)), "json");
-    for (size_t k = 0; api_format_at(k); k++) {
-        const struct api_format *format = api_format_at(k);
-        assert_ptr_equal(api_format_named(api_format_name(format)), format);
-        assert_ptr_equal(api_format_for_media_type(api_format_media_type(format)), format);
+    assert_string_equal(format_at(FORMAT_RESULT, 0)->name, "json");
+    for (size_t k = 0; format_at(FORMAT_RESULT, k); k++) {
+        const struct format *format = format_at(FORMAT_RESULT, k);
+        assert_ptr_equal(format_named(FORMAT_RESULT, format->name), format);
+        assert_ptr_equal(format_for_media_type(FORMAT_RESULT, format->media_type), format);
     }
-    assert_ptr_equal(api_format_for_media_type("TEXT/CSV"), api_format_named("csv"));
-    assert_null(api_format_named("JSON"));
-    assert_null(api_format_named(""));
-    assert_null(api_format_for_media_type("text/html"));
+    assert_ptr_equal(format_for_media_type(FORMAT_RESULT, "TEXT/CSV"),
+                     format_named(FORMAT_RESULT, "csv"));
+    assert_null(format_named(FORMAT_RESULT, "JSON"));
+    assert_null(format_named(FORMAT_RESULT, ""));
+    assert_null(format_for_media_type(FORMAT_RESULT, "text/html"));
 }
 
 int main(void) {

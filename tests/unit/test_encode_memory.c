@@ -5,8 +5,7 @@
 #include "small.h"
 #include "support.h"
 
-#include "api/format/encode.h"
-#include "api/format/pattern.h"
+#include "api/format/format.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -49,74 +48,61 @@ struct document {
     enum api_problem_id problem;
 };
 
-static void read_result(const void *format, struct bytes *container, struct document *out) {
-    struct api_reader reader = reader_over(container);
+static void read_document(const struct format *format, const struct format_source *source,
+                          struct document *out) {
     struct api_problem problem = {0};
-    const struct api_encode_options options = {.id = "small"};
-    struct api_encoder *encoder = api_encoder_new(format, &reader, &options, &problem);
+    struct encoder *encoder = encoder_new(format, source, &(struct format_options){0}, &problem);
     ssize_t length = encoder ? 0 : -1, more = encoder ? 1 : 0;
     while (more > 0) {
-        more = api_encoder_read(encoder, out->bytes + length, DOCUMENT_MAX - (size_t)length);
+        more = encoder_read(encoder, out->bytes + length, DOCUMENT_MAX - (size_t)length);
         length = more < 0 ? -1 : length + more;
     }
-    api_encoder_free(encoder);
+    encoder_free(encoder);
     out->length = length;
     out->problem = problem.id;
 }
-
-static void read_mesh(const void *format, struct bytes *container, struct document *out) {
-    struct api_mesh_fields fields = small_mesh();
-    struct api_problem problem = {0};
-    struct api_mesh_encoder *encoder = api_mesh_encoder_new(format, &fields, &problem);
-    ssize_t length = encoder ? 0 : -1, more = encoder ? 1 : 0;
-    (void)container;
-    while (more > 0) {
-        more = api_mesh_encoder_read(encoder, out->bytes + length, DOCUMENT_MAX - (size_t)length);
-        length = more < 0 ? -1 : length + more;
-    }
-    api_mesh_encoder_free(encoder);
-    out->length = length;
-    out->problem = problem.id;
-}
-
-typedef void reading(const void *format, struct bytes *container, struct document *out);
 
 /* Until none is left to fail; each time out-of-memory, or a stop in the middle. */
-static void check_format(const char *name, reading *read, const void *format,
-                         struct bytes *container) {
+static void check_format(const struct format *format, const struct format_source *source) {
     static struct document sound, failing;
     size_t n = 0;
-    read(format, container, &sound);
+    read_document(format, source, &sound);
     assert_true(sound.length > 0);
     do {
         taken = 0;
         fail_at = ++n;
-        read(format, container, &failing);
+        read_document(format, source, &failing);
         fail_at = 0;
         assert_true(failing.length == -1 || taken < n);
         assert_true(failing.problem == API_OK || failing.problem == API_OUT_OF_MEMORY);
     } while (taken >= n);
     assert_int_equal(failing.length, sound.length);
     assert_memory_equal(failing.bytes, sound.bytes, (size_t)sound.length);
-    printf("  %-7s %zu allocations\n", name, n - 1);
+    printf("  %-7s %zu allocations\n", format->name, n - 1);
+}
+
+static void check_formats(enum format_use use, const struct format_source *source) {
+    const struct format *format;
+    assert_non_null(format_at(use, 0));
+    for (size_t k = 0; (format = format_at(use, k)); k++)
+        check_format(format, source);
 }
 
 static void test_encode_memory_of_results(void **state) {
     struct bytes container = small_result();
-    const struct api_format *format;
+    struct api_reader reader = reader_over(&container);
+    const struct format_source source = {.id = "small", .reader = &reader};
     (void)state;
-    for (size_t k = 0; (format = api_format_at(k)); k++)
-        check_format(api_format_name(format), read_result, format, &container);
-    for (size_t k = 0; (format = api_pattern_at(k)); k++)
-        check_format(api_format_name(format), read_result, format, &container);
+    check_formats(FORMAT_RESULT, &source);
+    check_formats(FORMAT_PATTERN, &source);
     bytes_free(&container);
 }
 
 static void test_encode_memory_of_meshes(void **state) {
-    const struct api_mesh_format *format;
+    struct map_fields fields = small_mesh();
+    const struct format_source source = {.id = "small", .fields = &fields};
     (void)state;
-    for (size_t k = 0; (format = api_mesh_format_at(k)); k++)
-        check_format(api_mesh_format_name(format), read_mesh, format, NULL);
+    check_formats(FORMAT_MAP, &source);
 }
 
 int main(void) {

@@ -2,9 +2,8 @@
 /* The binary formats, the pattern and the meshes byte by byte against files in golden/, which the
  * readers of tests/readers open as well. DRAPE_GOLDEN=write writes them anew. */
 #include "api/format/colour.h"
-#include "api/format/encode.h"
+#include "api/format/format.h"
 #include "api/format/lcmsim.h"
-#include "api/format/pattern.h"
 #include "api/result/fieldset.h"
 #include "api/result/outline.h"
 
@@ -34,43 +33,31 @@ static void compare_golden(const char *name, const void *data, size_t length) {
     bytes_free(&golden);
 }
 
-static struct bytes encode(const struct api_format *format, struct bytes *container) {
-    struct api_reader reader = reader_over(container);
+static struct bytes encode_source(const struct format *format, const struct format_source *source) {
     struct api_problem problem = {0};
-    const struct api_encode_options options = {.id = "small"};
     struct bytes text = {0};
     char piece[1000];
     ssize_t length;
-    struct api_encoder *encoder = api_encoder_new(format, &reader, &options, &problem);
+    struct encoder *encoder = encoder_new(format, source, &(struct format_options){0}, &problem);
     assert_non_null(encoder);
-    uint64_t promised = api_encoder_length(encoder);
-    while ((length = api_encoder_read(encoder, piece, sizeof piece)) > 0)
+    uint64_t promised = encoder_length(encoder);
+    while ((length = encoder_read(encoder, piece, sizeof piece)) > 0)
         bytes_add(&text, piece, (size_t)length);
     assert_int_equal(length, 0);
     if (promised)
         assert_int_equal(text.length, promised);
-    api_encoder_free(encoder);
+    encoder_free(encoder);
     return text;
 }
 
-static struct bytes encode_mesh(const char *format, const struct api_mesh_fields *fields,
-                                char *binning) {
-    struct api_problem problem = {0};
-    struct bytes text = {0};
-    char piece[1000];
-    ssize_t length;
-    struct api_mesh_encoder *encoder =
-        api_mesh_encoder_new(api_mesh_format_named(format), fields, &problem);
-    assert_non_null(encoder);
-    while ((length = api_mesh_encoder_read(encoder, piece, sizeof piece)) > 0)
-        bytes_add(&text, piece, (size_t)length);
-    assert_int_equal(length, 0);
-    if (api_mesh_encoder_length(encoder))
-        assert_int_equal(text.length, api_mesh_encoder_length(encoder));
-    if (binning)
-        strcpy(binning, api_mesh_encoder_binning(encoder));
-    api_mesh_encoder_free(encoder);
-    return text;
+static struct bytes encode(const struct format *format, struct bytes *container) {
+    struct api_reader reader = reader_over(container);
+    return encode_source(format, &(struct format_source){.id = "small", .reader = &reader});
+}
+
+static struct bytes encode_mesh(const char *name, const struct map_fields *fields) {
+    return encode_source(format_named(FORMAT_MAP, name),
+                         &(struct format_source){.id = "small", .fields = fields});
 }
 
 static uint32_t number_at(const char *bytes, int size) {
@@ -110,32 +97,44 @@ static struct bytes unzip(const struct bytes *zip, const char *name) {
 
 /* ---- results ---- */
 
-static void test_formats_of_results_are_golden(void **state) {
-    (void)state;
+static void check_golden(enum format_use use) {
     struct bytes container = small_result();
-    for (size_t k = 0; api_format_at(k); k++) {
+    const struct format *format;
+    assert_non_null(format_at(use, 0));
+    for (size_t k = 0; (format = format_at(use, k)); k++) {
         char name[32];
-        struct bytes text = encode(api_format_at(k), &container);
-        snprintf(name, sizeof name, "small.%s", api_format_name(api_format_at(k)));
+        struct bytes text = encode(format, &container);
+        snprintf(name, sizeof name, "small.%s", format->name);
         compare_golden(name, text.data, text.length);
         bytes_free(&text);
     }
     bytes_free(&container);
 }
 
+static void test_formats_of_results_are_golden(void **state) {
+    (void)state;
+    check_golden(FORMAT_RESULT);
+}
+
 static void test_formats_of_patterns_are_golden(void **state) {
     (void)state;
-    struct bytes container = small_result();
-    for (size_t k = 0; api_pattern_at(k); k++) {
-        char name[32];
-        struct bytes text = encode(api_pattern_at(k), &container);
-        snprintf(name, sizeof name, "small.%s", api_format_name(api_pattern_at(k)));
-        compare_golden(name, text.data, text.length);
-        bytes_free(&text);
-    }
-    assert_null(api_pattern_named("json"));
-    assert_null(api_format_named("svg"));
-    bytes_free(&container);
+    check_golden(FORMAT_PATTERN);
+}
+
+/* Names and media types are unique within a use, and what each use has. */
+static void test_formats_are_found_within_their_use_alone(void **state) {
+    static const enum format_use uses[] = {FORMAT_RESULT, FORMAT_MAP, FORMAT_PATTERN};
+    const struct format *format;
+    (void)state;
+    for (size_t u = 0; u < sizeof uses / sizeof *uses; u++)
+        for (size_t k = 0; (format = format_at(uses[u], k)); k++) {
+            assert_ptr_equal(format_named(uses[u], format->name), format);
+            assert_ptr_equal(format_for_media_type(uses[u], format->media_type), format);
+        }
+    assert_null(format_named(FORMAT_PATTERN, "json"));
+    assert_null(format_named(FORMAT_RESULT, "svg"));
+    assert_null(format_named(FORMAT_MAP, "vtp"));
+    assert_null(format_named(FORMAT_RESULT, "vtu"));
 }
 
 static void test_formats_refuse_cells_without_corners(void **state) {
@@ -151,15 +150,15 @@ static void test_formats_refuse_cells_without_corners(void **state) {
     static const char *const names[] = {"vtp", "glb"};
     for (size_t k = 0; k < 2; k++) {
         char piece[100000];
-        const struct api_encode_options options = {.id = "small"};
-        struct api_encoder *encoder =
-            api_encoder_new(api_format_named(names[k]), &reader, &options, &problem);
+        const struct format_source source = {.id = "small", .reader = &reader};
+        struct encoder *encoder = encoder_new(format_named(FORMAT_RESULT, names[k]), &source,
+                                              &(struct format_options){0}, &problem);
         assert_non_null(encoder);
         ssize_t length = 1;
         while (length > 0)
-            length = api_encoder_read(encoder, piece, sizeof piece);
+            length = encoder_read(encoder, piece, sizeof piece);
         assert_int_equal(length, -1);
-        api_encoder_free(encoder);
+        encoder_free(encoder);
     }
     bytes_free(&container);
 }
@@ -169,8 +168,9 @@ static void test_formats_glb_of_no_nodes_is_refused(void **state) {
     struct bytes container = small_result_of(NULL, 0, "mm");
     struct api_reader reader = reader_over(&container);
     struct api_problem problem = {0};
-    const struct api_encode_options options = {.id = "small"};
-    assert_null(api_encoder_new(api_format_named("glb"), &reader, &options, &problem));
+    const struct format_source source = {.id = "small", .reader = &reader};
+    assert_null(encoder_new(format_named(FORMAT_RESULT, "glb"), &source,
+                            &(struct format_options){0}, &problem));
     assert_int_equal(problem.id, API_INTERNAL);
     bytes_free(&container);
 }
@@ -297,8 +297,8 @@ static void test_colour_grows_lighter_evenly(void **state) {
 
 static void test_formats_vtu_is_golden(void **state) {
     (void)state;
-    struct api_mesh_fields fields = small_mesh();
-    struct bytes text = encode_mesh("vtu", &fields, NULL);
+    struct map_fields fields = small_mesh();
+    struct bytes text = encode_mesh("vtu", &fields);
     compare_golden("small.vtu", text.data, text.length);
     bytes_free(&text);
 }
@@ -308,10 +308,10 @@ static void test_formats_lcmsim_is_golden(void **state) {
     static const char *const names[] = {"mesh.bdf", "part_description.csv", "simulation_params.csv",
                                         "README.txt"};
     static const uint8_t inlet[] = {0, 1};
-    struct api_mesh_fields fields = small_mesh();
+    struct map_fields fields = small_mesh();
     for (int with_inlet = 0; with_inlet < 2; with_inlet++) {
         fields.inlet = with_inlet ? inlet : NULL;
-        struct bytes zip = encode_mesh("lcmsim", &fields, NULL);
+        struct bytes zip = encode_mesh("lcmsim", &fields);
         for (size_t k = 0; k < 4; k++) {
             char name[64];
             struct bytes text = unzip(&zip, names[k]);
@@ -325,10 +325,12 @@ static void test_formats_lcmsim_is_golden(void **state) {
 
 static void test_formats_lcmsim_says_what_it_lacks(void **state) {
     (void)state;
-    struct api_mesh_fields fields = small_mesh();
+    struct map_fields fields = small_mesh();
     struct api_problem problem = {0};
     fields.column_count = 3;
-    assert_null(api_mesh_encoder_new(api_mesh_format_named("lcmsim"), &fields, &problem));
+    const struct format_source source = {.id = "small", .fields = &fields};
+    assert_null(encoder_new(format_named(FORMAT_MAP, "lcmsim"), &source,
+                            &(struct format_options){0}, &problem));
     assert_int_equal(problem.id, API_INVALID_REQUEST);
     assert_non_null(strstr(problem.place[0].detail, "no k1"));
 }
@@ -379,7 +381,7 @@ static void test_lcmsim_fields_read_back(void **state) {
 
 static void test_lcmsim_bins_are_at_most_125_and_alike(void **state) {
     (void)state;
-    struct api_mesh_fields fields = small_strip(5000, 0.036); /* half a turn */
+    struct map_fields fields = small_strip(5000, 0.036); /* half a turn */
     struct lcmsim_bins bins;
     bool used[256] = {false};
     assert_true(lcmsim_make_bins(&bins, &fields));
@@ -396,7 +398,7 @@ static void test_lcmsim_bins_are_at_most_125_and_alike(void **state) {
 
 static void test_lcmsim_bins_of_like_elements_are_one(void **state) {
     (void)state;
-    struct api_mesh_fields fields = small_strip(300, 0);
+    struct map_fields fields = small_strip(300, 0);
     struct lcmsim_bins bins;
     assert_true(lcmsim_make_bins(&bins, &fields));
     assert_int_equal(bins.count, 1);
@@ -408,7 +410,7 @@ static void test_lcmsim_bins_of_like_elements_are_one(void **state) {
 /* Directions that differ by half a turn are the same. */
 static void test_lcmsim_bins_know_no_sign_of_direction(void **state) {
     (void)state;
-    struct api_mesh_fields fields = small_strip(4, 180);
+    struct map_fields fields = small_strip(4, 180);
     struct lcmsim_bins bins;
     assert_true(lcmsim_make_bins(&bins, &fields));
     assert_int_equal(bins.count, 1);
@@ -421,6 +423,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_formats_of_results_are_golden),
         cmocka_unit_test(test_formats_of_patterns_are_golden),
+        cmocka_unit_test(test_formats_are_found_within_their_use_alone),
         cmocka_unit_test(test_formats_refuse_cells_without_corners),
         cmocka_unit_test(test_formats_glb_of_no_nodes_is_refused),
         cmocka_unit_test(test_outline_goes_round_cells_and_holes),

@@ -1,0 +1,209 @@
+/* SPDX-License-Identifier: MIT */
+#include "encoder.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- columns ---- */
+
+static bool fill_stored(const void *context, size_t first, size_t count, double *values) {
+    const struct encoder_stored *stored = context;
+    return api_columns_read(stored->reader, stored->column, first, count, values);
+}
+
+struct api_column_source encoder_source(struct encoder *encoder, const struct api_column *column) {
+    struct encoder_stored *stored = &encoder->stored[column - encoder->columns.column];
+    *stored = (struct encoder_stored){encoder->reader, column};
+    return (struct api_column_source){.table = column->table,
+                                      .name = column->name,
+                                      .integer = column->integer,
+                                      .rows = column->rows,
+                                      .fill = fill_stored,
+                                      .context = stored};
+}
+
+const struct api_column_source *encoder_find(const struct api_column_source *columns, size_t count,
+                                             enum api_table table, const char *name) {
+    for (size_t k = 0; k < count; k++)
+        if (columns[k].table == table && strcmp(columns[k].name, name) == 0)
+            return &columns[k];
+    return NULL;
+}
+
+bool encoder_fill(struct encoder *encoder, const struct api_column_source *column, size_t first,
+                  size_t count, double *values) {
+    if (!column->fill(column->context, first, count, values))
+        encoder->failed = true;
+    return !encoder->failed;
+}
+
+size_t encoder_value(const struct encoder *encoder, const struct api_column_source *column,
+                     double value, char *text) {
+    if (column->integer)
+        return api_number_integer(text, (int64_t)value);
+    if (encoder->options.precision)
+        return api_number_rounded(text, value, encoder->options.precision);
+    return api_number_shortest(text, value);
+}
+
+bool encoder_damaged(struct api_problem *problem) {
+    api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
+    return false;
+}
+
+/* ---- selection ---- */
+
+/* Whether `column` is the field that the `length` characters at `field` name: table.column. */
+static bool is_field(const struct api_column_source *column, const char *field, size_t length) {
+    const char *table = api_table_name(column->table);
+    size_t table_length = strlen(table);
+    return length == table_length + 1 + strlen(column->name) &&
+           memcmp(field, table, table_length) == 0 && field[table_length] == '.' &&
+           memcmp(field + table_length + 1, column->name, length - table_length - 1) == 0;
+}
+
+/* The same in a map, whose only table is `cells` and need not be named. */
+static bool is_cell_field(const struct api_column_source *column, const char *name, size_t length) {
+    return length == strlen(column->name) && memcmp(name, column->name, length) == 0;
+}
+
+/* Marks the columns that the list names. */
+static bool mark_fields(const struct encoder *encoder, const struct api_column_source *columns,
+                        size_t count, const char *list, bool wanted[API_COLUMNS_MAX],
+                        struct api_problem *problem) {
+    static const char cells[] = "cells.";
+    bool map = !encoder->reader;
+    for (const char *field = list; field;) {
+        size_t length = strcspn(field, ","), i = 0;
+        const char *next = field[length] ? field + length + 1 : NULL;
+        if (map && strncmp(field, cells, sizeof cells - 1) == 0) {
+            field += sizeof cells - 1;
+            length -= sizeof cells - 1;
+        }
+        while (i < count && !(map ? is_cell_field : is_field)(&columns[i], field, length))
+            i++;
+        if (i == count) {
+            api_problem_set(problem, API_INVALID_REQUEST, "fields: \"%.*s\" is not in this %s",
+                            length > 60 ? 60 : (int)length, field, map ? "map" : "result");
+            return false;
+        }
+        wanted[i] = true;
+        field = next;
+    }
+    return true;
+}
+
+/* Fills `selected` from all columns there are, by table. */
+static bool select_columns(struct encoder *encoder, const struct api_column_source *columns,
+                           size_t count, const char *fields, struct api_problem *problem) {
+    bool all = !fields || !*fields, wanted[API_COLUMNS_MAX] = {false};
+    if (!all && !mark_fields(encoder, columns, count, fields, wanted, problem))
+        return false;
+    for (int table = 0; table < API_TABLE_COUNT; table++) {
+        if (encoder->format->one_table && table != (int)encoder->options.table)
+            continue;
+        for (size_t i = 0; i < count; i++)
+            if ((int)columns[i].table == table && (all || wanted[i]))
+                encoder->selected[encoder->count++] = columns[i];
+    }
+    if (encoder->count == 0)
+        api_problem_set(problem, API_INVALID_REQUEST, "fields: none of them is in the table %s",
+                        api_table_name(encoder->options.table));
+    return encoder->count > 0;
+}
+
+/* ---- the encoder ---- */
+
+static bool open_result(struct encoder *encoder, const char *fields, struct api_problem *problem) {
+    struct api_column_source columns[API_COLUMNS_MAX];
+    if (api_columns_open(encoder->reader, &encoder->columns, problem) != API_OK)
+        return false;
+    for (size_t k = 0; k < encoder->columns.count; k++)
+        columns[k] = encoder_source(encoder, &encoder->columns.column[k]);
+    return select_columns(encoder, columns, encoder->columns.count, fields, problem);
+}
+
+static bool open_map(struct encoder *encoder, const struct map_fields *source, const char *fields,
+                     struct api_problem *problem) {
+    encoder->fields = *source;
+    encoder->options.table = API_TABLE_CELLS;
+    if (source->column_count == 0 || source->column_count > API_COLUMNS_MAX) {
+        api_problem_set(problem, API_INTERNAL, "the fields have no columns, or too many");
+        return false;
+    }
+    if (!select_columns(encoder, source->columns, source->column_count, fields, problem))
+        return false;
+    encoder->fields.columns = encoder->selected;
+    encoder->fields.column_count = encoder->count;
+    return true;
+}
+
+struct encoder *encoder_new(const struct format *format, const struct format_source *source,
+                            const struct format_options *options, struct api_problem *problem) {
+    struct encoder *encoder = malloc(sizeof *encoder);
+    void *state = calloc(1, format->state_size ? format->state_size : 1);
+    if (!encoder || !state) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to encode the %s",
+                        source->fields ? "mesh" : "result");
+        free(state);
+        free(encoder);
+        return NULL;
+    }
+    memset(encoder, 0, offsetof(struct encoder, values));
+    encoder->state = state;
+    encoder->format = format;
+    encoder->reader = source->reader;
+    encoder->queue_ms = source->queue_ms;
+    encoder->options = *options;
+    encoder->options.fields = NULL;
+    strncpy(encoder->id, source->id ? source->id : "", API_ID_SIZE - 1);
+    if ((source->fields ? open_map(encoder, source->fields, options->fields, problem)
+                        : open_result(encoder, options->fields, problem)) &&
+        (!format->begin || format->begin(encoder, problem)))
+        return encoder;
+    encoder_free(encoder);
+    return NULL;
+}
+
+/* Makes the next piece if the last one has been sent; false when there is nothing to send. */
+static bool refill(struct encoder *encoder) {
+    while (encoder->sent == encoder->piece.length) {
+        if (encoder->ended || encoder->failed)
+            return false;
+        encoder->piece = api_text_over(encoder->buffer, sizeof encoder->buffer);
+        encoder->sent = 0;
+        encoder->format->next(encoder);
+        encoder->failed = encoder->failed || encoder->piece.failed;
+        if (encoder->failed)
+            encoder->piece.length = 0;
+    }
+    return true;
+}
+
+ssize_t encoder_read(struct encoder *encoder, char *buffer, size_t size) {
+    size_t length = 0;
+    while (length < size && refill(encoder)) {
+        size_t left = encoder->piece.length - encoder->sent;
+        size_t part = left < size - length ? left : size - length;
+        memcpy(buffer + length, encoder->buffer + encoder->sent, part);
+        encoder->sent += part;
+        length += part;
+    }
+    return length == 0 && encoder->failed ? -1 : (ssize_t)length;
+}
+
+uint64_t encoder_length(const struct encoder *encoder) {
+    return encoder->length;
+}
+
+const char *encoder_binning(const struct encoder *encoder) {
+    return encoder->binning;
+}
+
+void encoder_free(struct encoder *encoder) {
+    if (encoder && encoder->format->end)
+        encoder->format->end(encoder);
+    if (encoder)
+        free(encoder->state);
+    free(encoder);
+}

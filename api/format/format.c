@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: MIT */
+#include "format.h"
+
+#include "api/json/number.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+/* The registry; of each use the default first. */
+#define FORMATS(X)                                                                                 \
+    X(json)                                                                                        \
+    X(csv)                                                                                         \
+    X(vtp)                                                                                         \
+    X(glb)                                                                                         \
+    X(npz)                                                                                         \
+    X(vtu)                                                                                         \
+    X(lcmsim)                                                                                      \
+    X(svg)                                                                                         \
+    X(dxf)
+
+#define DECLARE(name) extern const struct format format_##name;
+#define LIST(name) &format_##name,
+FORMATS(DECLARE)
+static const struct format *const formats[] = {FORMATS(LIST)};
+
+enum { COUNT = sizeof formats / sizeof *formats };
+
+const struct format *format_at(enum format_use use, size_t index) {
+    for (size_t k = 0; k < COUNT; k++)
+        if (formats[k]->uses & use && index-- == 0)
+            return formats[k];
+    return NULL;
+}
+
+const struct format *format_named(enum format_use use, const char *name) {
+    for (size_t k = 0; k < COUNT; k++)
+        if (formats[k]->uses & use && strcmp(name, formats[k]->name) == 0)
+            return formats[k];
+    return NULL;
+}
+
+const struct format *format_for_media_type(enum format_use use, const char *media_type) {
+    for (size_t k = 0; k < COUNT; k++)
+        if (formats[k]->uses & use && strcasecmp(media_type, formats[k]->media_type) == 0)
+            return formats[k];
+    return NULL;
+}
+
+/* ---- options ---- */
+
+static bool set_precision(struct format_options *options, const char *value,
+                          struct api_problem *problem) {
+    char *end;
+    long digits = strtol(value, &end, 10);
+    if (*value >= '0' && *value <= '9' && *end == '\0' && digits >= 1 &&
+        digits <= API_PRECISION_EXACT) {
+        options->precision = (int)digits;
+        return true;
+    }
+    api_problem_set(problem, API_INVALID_REQUEST, "precision must be a whole number from 1 to %d",
+                    API_PRECISION_EXACT);
+    return false;
+}
+
+static bool set_table(struct format_options *options, const char *value,
+                      struct api_problem *problem) {
+    for (int table = API_TABLE_NODES; table <= API_TABLE_CELLS; table++) {
+        if (strcmp(value, api_table_name((enum api_table)table)) == 0) {
+            options->table = (enum api_table)table;
+            return true;
+        }
+    }
+    api_problem_set(problem, API_INVALID_REQUEST, "table must be nodes or cells");
+    return false;
+}
+
+bool format_option(struct format_options *options, const char *name, const char *value,
+                   struct api_problem *problem) {
+    if (strcmp(name, "precision") == 0)
+        return set_precision(options, value, problem);
+    if (strcmp(name, "table") == 0)
+        return set_table(options, value, problem);
+    if (strcmp(name, "fields") != 0)
+        return false;
+    options->fields = value;
+    return true;
+}
