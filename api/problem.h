@@ -32,6 +32,7 @@
     X(START_OFF_SURFACE, "start-off-surface", 422, "The start is not on the surface")              \
     X(DEGENERATE_SURFACE, "degenerate-surface", 422, "The surface has no tangent plane there")     \
     X(QUEUE_FULL, "queue-full", 429, "Too many drapes are waiting")                                \
+    X(QUOTA, "quota-exceeded", 429, "A quota of the caller is used up")                            \
     X(HEADERS_TOO_LARGE, "headers-too-large", 431, "The headers are too large")                    \
     X(CANCELLED, "cancelled", 409, "The drape was cancelled")                                      \
     X(SOLVER_CRASHED, "solver-crashed", 500, "The solver crashed on this drape")                   \

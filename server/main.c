@@ -13,6 +13,7 @@
 #include "server/http/http.h"
 #include "server/http/tokens.h"
 #include "server/store/store.h"
+#include "server/work/checkers.h"
 #include "server/work/dispatcher.h"
 #include "server/work/mapper.h"
 #include "server/work/worker.h"
@@ -283,6 +284,8 @@ int main(int argc, char **argv) {
     struct config config;
     if (argc == 2 && !strcmp(argv[1], WORKER_ARGUMENT))
         return worker_main();
+    if (argc == 2 && !strcmp(argv[1], CHECKER_ARGUMENT))
+        return checker_main();
     if (argc >= 2 && !strcmp(argv[1], "hash-token"))
         return id_init() ? tokens_command(argc, argv, stdin, stdout, stderr) : EXIT_FAILED;
     switch (config_parse(argc, argv, &config)) {

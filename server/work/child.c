@@ -51,10 +51,9 @@ static int set_attributes(posix_spawnattr_t *attributes) {
     return code;
 }
 
-static int spawn(int socket, pid_t *pid) {
+static int spawn(int socket, const char *argument, pid_t *pid) {
     static char name[] = "draped";
-    static char argument[] = WORKER_ARGUMENT;
-    char *const arguments[] = {name, argument, NULL};
+    char *const arguments[] = {name, strdupa(argument), NULL};
     char *const empty[] = {NULL};
     posix_spawn_file_actions_t files;
     posix_spawnattr_t attributes;
@@ -75,13 +74,13 @@ static int spawn(int socket, pid_t *pid) {
     return code;
 }
 
-bool child_start(struct child *child) {
+bool child_start(struct child *child, const char *argument, int type) {
     int pair[2];
-    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair) != 0) {
+    if (socketpair(AF_UNIX, type | SOCK_CLOEXEC, 0, pair) != 0) {
         log_error(log_event("worker_start_failed"), log_text("detail", strerror(errno)));
         return false;
     }
-    int code = spawn(pair[1], &child->pid);
+    int code = spawn(pair[1], argument, &child->pid);
     close(pair[1]);
     if (code != 0) {
         log_error(log_event("worker_start_failed"), log_text("detail", strerror(code)));

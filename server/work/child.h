@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A worker process as its dispatcher sees it: start it, talk to it by `frame.h`, end it. The child
+ * A child process as its owner sees it: start it, end it. What is said on its socket is a matter of
+ * `frame.h` for a worker and of `checker.h` for a checker. The child
  * is the running binary itself, with a socket on WORKER_FD, nothing on its other descriptors, no
  * environment, default signals and a process group of its own (so that Ctrl-C is the daemon's to
  * handle). It dies with the thread that started it, so that thread must live as long as it.
@@ -20,8 +21,9 @@ struct child {
     struct frame_inbox inbox;
 };
 
-/* Starts it; it must not be running. False with a line in the log. */
-bool child_start(struct child *child);
+/* Starts it as `draped ARGUMENT`, with a socket of that type (SOCK_STREAM, SOCK_SEQPACKET); it must
+ * not be running. False with a line in the log. */
+bool child_start(struct child *child, const char *argument, int type);
 
 bool child_running(const struct child *child);
 

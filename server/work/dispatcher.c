@@ -4,10 +4,12 @@
 #include "child.h"
 #include "server/clock.h"
 #include "server/log.h"
+#include "worker.h"
 #include <poll.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <sys/eventfd.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 enum { START_RETRY_MS = 1000 }; /* between two tries to start a worker */
@@ -76,7 +78,7 @@ static bool ready_worker(struct lane *lane) {
     }
     if (child_running(&lane->child))
         return true;
-    if (!child_start(&lane->child))
+    if (!child_start(&lane->child, WORKER_ARGUMENT, SOCK_STREAM))
         return false;
     if (lane->used)
         atomic_fetch_add(&lane->dispatcher->shared.counters.restarts, 1);

@@ -113,11 +113,12 @@ static bool close_all_but(int socket) {
 }
 
 /* A crash leaves no core file of gigabytes, with a customer's surface in it. */
-bool sandbox_enter(int socket) {
+bool sandbox_enter(int socket, int files) {
     limit(RLIMIT_CORE, 0);
     if (!SANDBOX_SANITIZED) {
-        limit(RLIMIT_FSIZE, 0);
-        limit(RLIMIT_NOFILE, (rlim_t)socket + 1);
+        if (!files)
+            limit(RLIMIT_FSIZE, 0);
+        limit(RLIMIT_NOFILE, (rlim_t)(socket + 1 + files));
         if (prctl(PR_SET_DUMPABLE, 0) != 0)
             return false;
     }

@@ -23,8 +23,9 @@ enum { SANDBOX_SANITIZED = 0 };
 
 /* Locks the calling process, which must have one thread, in for good: closes all descriptors but
  * `socket`; no core dumps, no files, no new privileges; not to be traced; and the filter of system
- * calls. False when the kernel does not provide it: then no job must be taken. */
-bool sandbox_enter(int socket) __attribute__((warn_unused_result));
+ * calls. It may have as many `files` at a time as come over the socket, and write to those; with 0
+ * to none. False when the kernel does not provide it: then no job must be taken. */
+bool sandbox_enter(int socket, int files) __attribute__((warn_unused_result));
 
 /* Bounds of the job that comes next: address space in bytes, and seconds of processor time from now
  * on, beyond which the kernel ends the process (SIGXCPU). 0: no bound. */

@@ -162,7 +162,7 @@ static void keep_memory(void) {
 static bool set_up(void) {
     signal(SIGPIPE, SIG_IGN);
     keep_memory();
-    return prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 && sandbox_enter(WORKER_FD);
+    return prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 && sandbox_enter(WORKER_FD, 0);
 }
 
 int worker_serve(const struct worker_engine *engine) {

@@ -27,7 +27,7 @@ typedef int attempt(int socket);
 
 static int leave_with(attempt *act, int socket) {
     alarm(60);
-    return sandbox_enter(socket) ? act(socket) : 255;
+    return sandbox_enter(socket, 0) ? act(socket) : 255;
 }
 
 /* What the child returned; 1000 + the signal that killed it. */

@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: MIT */
+#include "check.h"
+#include "api/request/decode.h"
+#include "api/request/digest.h"
+#include "api/request/shape.h"
+#include "api/request/shape_mesh.h"
+#include <string.h>
+
+static enum api_problem_id no_memory(struct api_problem *problem, const char *what) {
+    api_problem_set(problem, API_OUT_OF_MEMORY, "%s needs more memory than allowed", what);
+    return problem->id;
+}
+
+/* Whether the solver could take the surface and the spacing. */
+static enum api_problem_id check_shape(struct api_request *request, const struct api_limits *limits,
+                                       struct arena *arena, struct api_problem *problem) {
+    struct surface *surface;
+    struct mesh *mesh;
+    if (request->surface.kind == API_SURFACE_MESH)
+        return api_shape_mesh(request, limits, arena, &mesh, problem);
+    return api_shape_make(request, limits, arena, &surface, problem);
+}
+
+static enum api_problem_id check_drape(const struct api_input *input,
+                                       const struct api_limits *limits, struct arena *arena,
+                                       struct api_check *check, struct api_problem *problem) {
+    struct api_request request;
+    if (api_decode(input, limits, arena, &request, problem) != API_OK)
+        return problem->id;
+    memcpy(check->surface, request.surface.id, sizeof check->surface);
+    check->needs_surface = request.surface.kind == API_SURFACE_NAMED;
+    if (check->needs_surface || check_shape(&request, limits, arena, problem) != API_OK)
+        return problem->id;
+    if (!api_digest_request(&request, arena, check->digest))
+        return no_memory(problem, "the request");
+    return API_OK;
+}
+
+enum api_problem_id api_check_drape(const struct api_input *input, const struct api_limits *limits,
+                                    struct api_check *check, struct api_problem *problem) {
+    struct arena *arena = arena_new(limits->max_memory);
+    *check = (struct api_check){0};
+    if (arena)
+        check_drape(input, limits, arena, check, problem);
+    else
+        no_memory(problem, "the request");
+    arena_free(arena);
+    return problem->id;
+}
+
+static bool write_text(const struct api_sink *sink, const char *text) {
+    return sink->write(sink->context, text, strlen(text));
+}
+
+static enum api_problem_id check_surface(const struct api_input *input,
+                                         const struct api_limits *limits,
+                                         const struct api_sink *sink, struct arena *arena,
+                                         struct api_check *check, struct api_problem *problem) {
+    struct api_surface surface;
+    if (api_decode_surface(input->request, input->request_length, limits, arena, &surface,
+                           problem) != API_OK)
+        return problem->id;
+    const char *description = api_shape_describe(&surface, arena, problem);
+    if (!description)
+        return problem->id;
+    const char *definition = api_normalise_surface(&surface, arena);
+    if (!definition || !api_digest_surface(&surface, arena, check->surface) ||
+        !write_text(sink, definition) || !write_text(sink, description))
+        return no_memory(problem, "the surface");
+    check->definition_length = strlen(definition);
+    return API_OK;
+}
+
+enum api_problem_id api_check_surface(const struct api_input *input,
+                                      const struct api_limits *limits, const struct api_sink *sink,
+                                      struct api_check *check, struct api_problem *problem) {
+    struct arena *arena = arena_new(limits->max_memory);
+    *check = (struct api_check){0};
+    if (arena)
+        check_surface(input, limits, sink, arena, check, problem);
+    else
+        no_memory(problem, "the surface");
+    arena_free(arena);
+    return problem->id;
+}
+
+enum api_problem_id api_check_normalise(const struct api_input *input,
+                                        const struct api_limits *limits,
+                                        const struct api_start *start, const struct api_sink *sink,
+                                        struct api_problem *problem) {
+    struct arena *arena = arena_new(limits->max_memory);
+    struct api_request request;
+    const char *text = NULL;
+    if (arena && api_decode(input, limits, arena, &request, problem) == API_OK)
+        text = api_normalise(&request, start, arena);
+    if (problem->id == API_OK && (!text || !write_text(sink, text)))
+        no_memory(problem, "the request");
+    arena_free(arena);
+    return problem->id;
+}

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What is wrong with a caller's document, and what it is: all that can be known before anything is
+ * solved. Functions from bytes to bytes, as `run.h`, for the same reason: the daemon calls them in
+ * a process of its own, tests and fuzzers directly.
+ */
+#ifndef API_CHECK_H
+#define API_CHECK_H
+
+#include "api/request/normalise.h"
+#include "input.h"
+#include "limits.h"
+#include "problem.h"
+#include "sink.h"
+#include "solver/status.h"
+
+/* What a document turned out to be. */
+struct api_check {
+    char digest[API_ID_SIZE];  /* of a drape request: `api_digest_request` */
+    char surface[API_ID_SIZE]; /* the stored surface that a request names, or the posted one's id;
+                                  "": the request has its own */
+    bool needs_surface;        /* the request names one, and it was not among the input */
+    size_t definition_length;  /* of a surface: the first bytes written are its definition */
+};
+
+/* A drape request, with the stored surface that it names once that is known: without it
+ * `needs_surface` is set and no more is checked. Returns API_OK or the id set in `problem`. */
+enum api_problem_id api_check_drape(const struct api_input *input, const struct api_limits *limits,
+                                    struct api_check *check,
+                                    struct api_problem *problem) STATUS_MUST_USE;
+
+/* A surface to be stored, as `input->request`. Writes its normalised definition and then its
+ * description (a JSON object each, not terminated). */
+enum api_problem_id api_check_surface(const struct api_input *input,
+                                      const struct api_limits *limits, const struct api_sink *sink,
+                                      struct api_check *check,
+                                      struct api_problem *problem) STATUS_MUST_USE;
+
+/* Writes the request as it was understood, with what the solve chose for a start when `start` is
+ * not NULL. */
+enum api_problem_id api_check_normalise(const struct api_input *input,
+                                        const struct api_limits *limits,
+                                        const struct api_start *start, const struct api_sink *sink,
+                                        struct api_problem *problem) STATUS_MUST_USE;
+
+#endif

@@ -1,0 +1,322 @@
+/* SPDX-License-Identifier: MIT */
+#include "checker.h"
+#include "api/format/format.h"
+#include "api/map/map.h"
+#include "api/run.h"
+#include "sandbox.h"
+#include "server/clock.h"
+#include "worker.h"
+#include <errno.h>
+#include <malloc.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/uio.h>
+#include <unistd.h>
+
+enum {
+    FILES_MAX = CHECKER_DOCUMENTS + 1,
+    WRITE_BYTES = 128 * 1024,
+    KEPT_BYTES = 4 * 1024 * 1024 /* between orders: most need no new memory from the system */
+};
+
+/* An order under way. */
+struct task {
+    struct checker_order order;
+    char packet[CHECKER_INLINE_MAX];
+    const char *document[CHECKER_DOCUMENTS];
+    void *mapped[CHECKER_DOCUMENTS]; /* of those that are files */
+    int file[FILES_MAX], files;      /* received with it */
+    int output;                      /* -1: none */
+    size_t buffered;
+    char buffer[WRITE_BYTES];
+    struct checker_answer answer;
+};
+
+/* ------------------------------------------------------------------ what is written */
+
+static bool write_all(int file, const char *bytes, size_t length) {
+    while (length > 0) {
+        ssize_t written = write(file, bytes, length);
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written <= 0)
+            return false;
+        bytes += written;
+        length -= (size_t)written;
+    }
+    return true;
+}
+
+static bool flush(struct task *task) {
+    bool good = write_all(task->output, task->buffer, task->buffered);
+    task->buffered = 0;
+    return good;
+}
+
+/* The output as an `api_sink`. */
+static bool put(void *context, const void *bytes, size_t length) {
+    struct task *task = context;
+    task->answer.output_length += length;
+    if (task->buffered + length > sizeof task->buffer && !flush(task))
+        return false;
+    if (length > sizeof task->buffer)
+        return write_all(task->output, bytes, length);
+    memcpy(task->buffer + task->buffered, bytes, length);
+    task->buffered += length;
+    return true;
+}
+
+/* ------------------------------------------------------------------ a map */
+
+static bool read_columns(void *context, uint64_t offset, void *buffer, size_t length) {
+    const struct task *task = context;
+    uint64_t end = task->order.length[CHECKER_COLUMNS];
+    if (offset > end || length > end - offset)
+        return false;
+    memcpy(buffer, task->document[CHECKER_COLUMNS] + offset, length);
+    return true;
+}
+
+static bool in_time(void *context, double fraction) {
+    const struct task *task = context;
+    (void)fraction;
+    return clock_ms() < task->order.deadline_ms;
+}
+
+static bool read_mesh(const struct task *task, const struct format *format, struct arena *arena,
+                      struct api_map_mesh *mesh, struct api_problem *problem) {
+    const char *body = task->document[CHECKER_BODY], *inlet = task->document[CHECKER_INLET];
+    size_t length = task->order.length[CHECKER_BODY];
+    enum api_problem_id id = task->order.nastran
+                                 ? api_map_mesh_nastran(body, length, arena, mesh, problem)
+                                 : api_map_mesh_json(body, length, arena, mesh, problem);
+    if (id == API_OK && task->order.length[CHECKER_INLET])
+        id = api_map_mesh_inlet(mesh, inlet, arena, problem);
+    if (id == API_OK && !mesh->elements && format->elements)
+        api_problem_set(problem, API_NOT_ACCEPTABLE,
+                        "%s is of elements; a map onto points is available as json, csv",
+                        format->name);
+    return problem->id == API_OK;
+}
+
+static void write_map(struct task *task, const struct format *format,
+                      const struct map_fields *fields, struct api_problem *problem) {
+    const struct format_source source = {.id = task->order.id, .fields = fields};
+    const struct format_options options = {
+        .precision = task->order.precision,
+        .fields = task->order.length[CHECKER_FIELDS] ? task->document[CHECKER_FIELDS] : NULL};
+    struct encoder *encoder = encoder_new(format, &source, &options, problem);
+    if (!encoder)
+        return;
+    snprintf(task->answer.note, sizeof task->answer.note, "%s", encoder_binning(encoder));
+    ssize_t got;
+    while ((got = encoder_read(encoder, task->buffer, sizeof task->buffer)) > 0 &&
+           write_all(task->output, task->buffer, (size_t)got))
+        task->answer.output_length += (uint64_t)got;
+    if (got)
+        api_problem_set(problem, API_UNAVAILABLE, "there is no room to write the map now");
+    encoder_free(encoder);
+}
+
+static void make_map(struct task *task, struct api_problem *problem) {
+    static struct api_map map;
+    const struct checker_order *order = &task->order;
+    const struct api_reader reader = {read_columns, task};
+    const struct drape_monitor monitor = {in_time, task};
+    const struct format *format = format_named(FORMAT_MAP, order->format);
+    struct api_map_mesh mesh;
+    struct arena *arena = arena_new(order->limits.max_memory);
+    if (!arena || !format)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
+    else if (read_mesh(task, format, arena, &mesh, problem) &&
+             api_map_make(&reader, &mesh, &monitor, arena, &map, problem) == API_OK)
+        write_map(task, format, &map.fields, problem);
+    arena_free(arena);
+}
+
+/* ------------------------------------------------------------------ an order */
+
+static void carry_out(struct task *task) {
+    const struct checker_order *order = &task->order;
+    struct checker_answer *answer = &task->answer;
+    const struct api_input input = {
+        .request = task->document[CHECKER_BODY],
+        .request_length = order->length[CHECKER_BODY],
+        .surface = order->length[CHECKER_SECOND] ? task->document[CHECKER_SECOND] : NULL,
+        .surface_length = order->length[CHECKER_SECOND]};
+    const struct api_sink sink = {put, task};
+    const struct api_start *start = order->has_start ? &order->start : NULL;
+    enum api_problem_id id = API_OK;
+    switch (order->kind) {
+    case CHECKER_DRAPE:
+        id = api_check_drape(&input, &order->limits, &answer->check, &answer->problem);
+        break;
+    case CHECKER_SURFACE:
+        id = api_check_surface(&input, &order->limits, &sink, &answer->check, &answer->problem);
+        break;
+    case CHECKER_NORMALISE:
+        id = api_check_normalise(&input, &order->limits, start, &sink, &answer->problem);
+        break;
+    default:
+        make_map(task, &answer->problem);
+    }
+    if (id == API_OK && task->buffered && !flush(task))
+        api_problem_set(&answer->problem, API_UNAVAILABLE, "there is no room for the answer now");
+}
+
+/* Finds the documents in the packet and in the files. */
+static bool find_documents(struct task *task, size_t packet_length) {
+    static char empty[1];
+    size_t at = 0;
+    int file = 0;
+    for (int k = 0; k < CHECKER_DOCUMENTS; k++) {
+        size_t length = task->order.length[k];
+        if (!(task->order.files & 1u << k)) {
+            task->document[k] = task->packet + at;
+            at += length;
+            if (length > packet_length || at > packet_length)
+                return false;
+            continue;
+        }
+        task->document[k] = empty;
+        if (file == task->files)
+            return false;
+        if (!length) {
+            file++;
+            continue;
+        }
+        void *bytes = mmap(NULL, length, PROT_READ, MAP_PRIVATE, task->file[file++], 0);
+        if (bytes == MAP_FAILED)
+            return false;
+        task->document[k] = task->mapped[k] = bytes;
+    }
+    task->output = task->order.files & 1u << CHECKER_DOCUMENTS ? task->file[file++] : -1;
+    return file == task->files;
+}
+
+static void clear(struct task *task) {
+    uint64_t used = 0;
+    for (int k = 0; k < CHECKER_DOCUMENTS; k++) {
+        if (task->mapped[k])
+            munmap(task->mapped[k], task->order.length[k]);
+        task->mapped[k] = NULL;
+        used += task->order.length[k];
+    }
+    for (int k = 0; k < task->files; k++)
+        close(task->file[k]);
+    task->files = 0;
+    if (used > CHECKER_INLINE_MAX)
+        malloc_trim(0);
+}
+
+/* The length of the documents in the packet; negative at the end. */
+static ssize_t receive(struct task *task) {
+    struct iovec parts[] = {{&task->order, sizeof task->order},
+                            {task->packet, sizeof task->packet}};
+    union {
+        struct cmsghdr head;
+        char bytes[CMSG_SPACE(FILES_MAX * sizeof(int))];
+    } control;
+    struct msghdr message = {.msg_iov = parts,
+                             .msg_iovlen = 2,
+                             .msg_control = control.bytes,
+                             .msg_controllen = sizeof control.bytes};
+    ssize_t got;
+    do
+        got = recvmsg(WORKER_FD, &message, MSG_CMSG_CLOEXEC);
+    while (got < 0 && errno == EINTR);
+    if (got < (ssize_t)sizeof task->order || message.msg_flags & (MSG_TRUNC | MSG_CTRUNC))
+        return -1;
+    struct cmsghdr *files = CMSG_FIRSTHDR(&message);
+    task->files = files ? (int)((files->cmsg_len - CMSG_LEN(0)) / sizeof(int)) : 0;
+    if (files)
+        memcpy(task->file, CMSG_DATA(files), (size_t)task->files * sizeof(int));
+    return got - (ssize_t)sizeof task->order;
+}
+
+/* Of a problem as many places as there are. */
+static bool send_answer(const struct checker_answer *answer) {
+    size_t places = answer->problem.count < API_ERRORS_MAX ? answer->problem.count : API_ERRORS_MAX;
+    size_t length =
+        offsetof(struct checker_answer, problem.place) + places * sizeof answer->problem.place[0];
+    return send(WORKER_FD, answer, length, MSG_NOSIGNAL) == (ssize_t)length;
+}
+
+/* ------------------------------------------------------------------ the process */
+
+/* No life without the daemon. What an order frees stays with the process, up to KEPT_BYTES. */
+static bool set_up(void) {
+    signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN);
+    mallopt(M_TRIM_THRESHOLD, KEPT_BYTES);
+    mallopt(M_MMAP_THRESHOLD, KEPT_BYTES);
+    return api_prepare() && prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 &&
+           sandbox_enter(WORKER_FD, FILES_MAX);
+}
+
+/* Bytes of address space, 0 when that cannot be read. */
+static uint64_t address_space(void) {
+    unsigned long long pages = 0;
+    FILE *file = fopen("/proc/self/statm", "re");
+    if (!file)
+        return 0;
+    if (fscanf(file, "%llu", &pages) != 1)
+        pages = 0;
+    fclose(file);
+    return pages * (uint64_t)sysconf(_SC_PAGESIZE);
+}
+
+int checker_serve(void (*before)(const char *body, size_t length)) {
+    static struct task task;
+    const struct checker_hello hello = {address_space()};
+    ssize_t length;
+    if (!hello.address_space || !set_up() ||
+        send(WORKER_FD, &hello, sizeof hello, MSG_NOSIGNAL) != (ssize_t)sizeof hello)
+        return 1;
+    while ((length = receive(&task)) >= 0) {
+        memset(&task.answer, 0, offsetof(struct checker_answer, problem.place));
+        task.buffered = 0;
+        bool good = find_documents(&task, (size_t)length);
+        if (good && before)
+            before(task.document[CHECKER_BODY], task.order.length[CHECKER_BODY]);
+        if (good)
+            carry_out(&task);
+        clear(&task);
+        if (!good || !send_answer(&task.answer))
+            return 1;
+    }
+    return 0;
+}
+
+int checker_main(void) {
+    return checker_serve(NULL);
+}
+
+/* ------------------------------------------------------------------ the other end */
+
+static bool terminated(const char *text, size_t size) {
+    return memchr(text, '\0', size) != NULL;
+}
+
+bool checker_answer_sound(struct checker_answer *answer, size_t length) {
+    const struct api_problem *problem = &answer->problem;
+    size_t head = offsetof(struct checker_answer, problem.place);
+    if (length < head || problem->id >= API_PROBLEM_COUNT || problem->count > API_ERRORS_MAX ||
+        length != head + problem->count * sizeof problem->place[0] ||
+        (problem->id != API_OK) != (problem->count > 0))
+        return false;
+    memset((char *)answer + length, 0, sizeof *answer - length);
+    for (size_t k = 0; k < problem->count; k++)
+        if (!terminated(problem->place[k].pointer, API_POINTER_MAX) ||
+            !terminated(problem->place[k].detail, API_DETAIL_MAX))
+            return false;
+    return terminated(answer->check.digest, API_ID_SIZE) &&
+           terminated(answer->check.surface, API_ID_SIZE) &&
+           terminated(answer->note, CHECKER_NOTE_SIZE) &&
+           answer->check.definition_length <= answer->output_length;
+}

@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The checker process: reads what callers sent (requests, surfaces, meshes), so that no thread of
+ * the daemon does. It is the same binary, started by `child.h` with CHECKER_ARGUMENT, locked in
+ * (`sandbox.h`), and talks to its pool (`checkers.h`) over a socket of packets: one order, one
+ * answer. Short documents lie in the packet, long ones in sealed memory files that come with it;
+ * what it writes goes to a file that came with the order, too. Both ends are the same binary on the
+ * same machine, so a packet is the struct itself; but the checker is where hostile input is read,
+ * so the pool believes an answer no further than `checker_answer_sound` goes.
+ */
+#ifndef SERVER_WORK_CHECKER_H
+#define SERVER_WORK_CHECKER_H
+
+#include "api/check.h"
+#include "api/limits.h"
+#include "api/problem.h"
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define CHECKER_ARGUMENT "checker"
+
+enum {
+    CHECKER_INLINE_MAX = 32 * 1024, /* bytes of all documents in one packet */
+    CHECKER_OPTION_SIZE = 16,
+    CHECKER_NOTE_SIZE = 128
+};
+
+/* What is to be done with the documents. */
+enum checker_kind {
+    CHECKER_DRAPE,     /* `api_check_drape` of the body, with the surface */
+    CHECKER_SURFACE,   /* `api_check_surface` of the body */
+    CHECKER_NORMALISE, /* `api_check_normalise` of the body */
+    CHECKER_MAP,       /* the fields of the columns on the mesh of the body: `api/map/map.h` */
+    CHECKER_KINDS
+};
+
+/* The documents of an order, in this order in the packet or as files beside it. */
+enum checker_document {
+    CHECKER_BODY,
+    CHECKER_SECOND,  /* the stored surface */
+    CHECKER_COLUMNS, /* of a map: the container of the drape's result, always a file */
+    CHECKER_INLET,   /* of a map: the list of inlet elements, zero-terminated; length 0: none */
+    CHECKER_FIELDS,  /* of a map: the list of fields, zero-terminated; length 0: all */
+    CHECKER_DOCUMENTS
+};
+
+/* The head of an order's packet; the inline documents follow it. The files come in the order of the
+ * documents, after them the one to be written, if any. */
+struct checker_order {
+    uint32_t kind;
+    uint32_t files; /* bit k: document k is a file; bit CHECKER_DOCUMENTS: there is an output */
+    uint64_t length[CHECKER_DOCUMENTS];
+    struct api_limits limits;
+    int64_t deadline_ms; /* by `clock_ms`: when the pool gives up */
+    bool has_start;      /* of CHECKER_NORMALISE */
+    struct api_start start;
+    /* of CHECKER_MAP */
+    bool nastran;
+    int32_t precision;
+    char id[API_ID_SIZE];
+    char format[CHECKER_OPTION_SIZE];
+};
+
+/* The first packet of a process, once it is locked in. */
+struct checker_hello {
+    uint64_t address_space; /* bytes it has without any order */
+};
+
+struct checker_answer {
+    struct api_check check;
+    uint64_t output_length;       /* bytes written */
+    char note[CHECKER_NOTE_SIZE]; /* of a map: the header `Draped-Binning`; "": none */
+    struct api_problem problem;
+};
+
+/* Whether an answer of `length` bytes is one: terminated strings, a known problem. Clears what was
+ * not sent. */
+bool checker_answer_sound(struct checker_answer *answer, size_t length);
+
+/* The process: serves orders on WORKER_FD until its other end closes. Returns the exit status.
+ * `before`, for tests, is called with the body of each order before it is carried out. */
+int checker_serve(void (*before)(const char *body, size_t length));
+
+/* The same without tests: what `draped checker` does. */
+int checker_main(void);
+
+#endif

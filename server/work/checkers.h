@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The pool of checker processes (`checker.h`): what callers send is decoded, checked, shaped and
+ * mapped there, under a deadline, a bound of memory and one budget for all, so that HTTP threads
+ * only move bytes and no document can do more than fail.
+ *
+ * Two lanes. Every order begins in the express lane, whose places are for those that take
+ * CHECKERS_EXPRESS_MS at the most. One that takes longer moves to the slow lane with its process,
+ * at a lower priority, and another process takes its place; when the slow lane has no place left,
+ * it is stopped and begins anew there later. So a small drape never waits behind a large one. Among
+ * those that wait the owner with the fewest orders under way comes first, and no owner has all
+ * places of the slow lane.
+ *
+ * An order that a free process answers at once is answered on the caller's own thread, within
+ * CHECKERS_AT_ONCE_MS; the threads of the pool take over the others.
+ */
+#ifndef SERVER_WORK_CHECKERS_H
+#define SERVER_WORK_CHECKERS_H
+
+#include "checker.h"
+#include "server/hub.h"
+#include <sys/types.h>
+
+enum {
+    CHECKERS_AT_ONCE_MS = 4,
+    CHECKERS_EXPRESS_MS = 200,
+    CHECKERS_OWNER_SIZE = 65,
+    CHECKERS_WAITING_MAX = 32 /* orders of one owner that may wait; beyond it they are refused */
+};
+
+struct checkers;
+struct check;
+
+struct checkers_settings {
+    int express, slow;  /* places in the lanes, >= 1 each */
+    int64_t memory;     /* bytes for all orders under way together: the budget */
+    int64_t timeout_ms; /* of an order, waiting not counted; of maps `map_timeout_ms` */
+    int64_t map_timeout_ms;
+    int64_t max_output;      /* bytes */
+    const char *folder;      /* where long outputs are kept while they are sent; "": in memory */
+    const char *memory_flag; /* the one that sets `memory`, for messages */
+};
+
+/* The columns of a map: the container of the drape's result, written to a file by a thread of the
+ * pool. The context belongs to the check as soon as that is begun. */
+struct checkers_columns {
+    bool (*write)(void *context, int file); /* NULL: none are needed */
+    void (*free)(void *context);
+    void *context;
+    size_t length;
+};
+
+/* What is to be checked. The documents are copied, the body's file is not. */
+struct checkers_order {
+    enum checker_kind kind;
+    const char *owner; /* of whose places it takes one */
+    struct api_limits limits;
+    const char *document[CHECKER_DOCUMENTS]; /* NULL: none */
+    size_t length[CHECKER_DOCUMENTS];
+    int body_file;                 /* the sealed memory file with the body; -1: none */
+    const struct api_start *start; /* or NULL */
+    /* of a map */
+    bool nastran;
+    int precision;
+    const char *id, *format;
+    struct checkers_columns columns;
+};
+
+/* For /metrics. */
+struct checkers_stats {
+    int64_t under_way[2]; /* in the express and the slow lane */
+    int64_t waiting;
+    int64_t reserved; /* bytes of the budget */
+    int64_t done, crashes, timeouts, restarts;
+};
+
+/* Starts processes and threads. NULL when they cannot be had. */
+struct checkers *checkers_start(struct hub *hub, const struct checkers_settings *settings);
+
+/* Ends what is under way. No check may be left. NULL is allowed. */
+void checkers_stop(struct checkers *checkers);
+
+void checkers_stats(struct checkers *checkers, struct checkers_stats *stats);
+
+/* Begins a check, and ends it when it is quick. The hub is notified of `subject` when a check that
+ * was not done yet is. NULL with the problem set: API_TOO_LARGE (more than the whole budget),
+ * API_QUOTA (too many of this owner wait), API_UNAVAILABLE. */
+struct check *checkers_begin(struct checkers *checkers, const struct checkers_order *order,
+                             const char *subject, struct api_problem *problem);
+
+bool check_done(struct check *check);
+
+/* Of a check that is done; lives as long as it. */
+const struct checker_answer *check_answer(const struct check *check);
+
+/* The bytes from `offset` on of what a check that is done has written, at most `size`: how many; 0
+ * at the end; -1 when they cannot be read. */
+ssize_t check_read(struct check *check, uint64_t offset, char *buffer, size_t size);
+
+/* Ends it if it is under way. NULL is allowed. */
+void check_drop(struct check *check);
+
+#endif

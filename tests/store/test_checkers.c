@@ -1,0 +1,370 @@
+/* SPDX-License-Identifier: MIT */
+/* The pool of checkers with real processes. A body that begins with a word and a number makes its
+ * process sleep, crash or take memory before it is read. */
+#include "api/check.h"
+#include "api/run.h"
+#include "capture.h"
+#include "server/clock.h"
+#include "server/hub.h"
+#include "server/spool.h"
+#include "server/work/checkers.h"
+#include "server/work/worker.h"
+#include <setjmp.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+enum { WAIT_MS = 30000, CHECKS = 40 };
+
+#define SURFACE                                                                                    \
+    "{\"degree_u\":1,\"degree_v\":1,\"knotvector_u\":[0,0,1,1],\"knotvector_v\":[0,0,1,1],"        \
+    "\"size_u\":2,\"size_v\":2,\"control_points\":[[0,0,0],[0,1,0],[1,0,0],[1,1,0]]}"
+#define DRAPE "{\"surface\":" SURFACE ",\"fabric\":{\"spacing\":0.1}}"
+
+static struct hub *hub;
+static struct checkers *pool;
+
+/* In the process. Not through a bad pointer: sanitizers would report it as a bug of ours. */
+static void misbehave(const char *body, size_t length) {
+    char text[32] = "";
+    memcpy(text, body, length < sizeof text - 1 ? length : sizeof text - 1);
+    long number = strtol(text + strcspn(text, "0123456789"), NULL, 10);
+    if (!strncmp(text, "crash", 5)) {
+        signal(SIGSEGV, SIG_DFL);
+        raise(SIGSEGV);
+    } else if (!strncmp(text, "sleep", 5)) {
+        nanosleep(&(struct timespec){number / 1000, number % 1000 * 1000000}, NULL);
+    }
+}
+
+static struct checkers_settings settings(void) {
+    return (struct checkers_settings){.express = 2,
+                                      .slow = 2,
+                                      .memory = INT64_C(256) << 20,
+                                      .timeout_ms = 20000,
+                                      .map_timeout_ms = 20000,
+                                      .max_output = INT64_C(64) << 20,
+                                      .folder = "",
+                                      .memory_flag = "check-memory"};
+}
+
+static void start(const struct checkers_settings *wanted) {
+    hub = hub_new();
+    pool = checkers_start(hub, wanted);
+    assert_non_null(pool);
+}
+
+static int stop(void **state) {
+    (void)state;
+    checkers_stop(pool);
+    hub_free(hub);
+    pool = NULL;
+    hub = NULL;
+    return 0;
+}
+
+static struct checkers_order order_of(enum checker_kind kind, const char *body) {
+    struct checkers_order order = {
+        .kind = kind, .owner = "a", .limits = api_limits_default, .body_file = -1};
+    order.document[CHECKER_BODY] = body;
+    order.length[CHECKER_BODY] = strlen(body);
+    return order;
+}
+
+static struct check *begin(const struct checkers_order *order) {
+    struct api_problem problem = {0};
+    struct check *check = checkers_begin(pool, order, "subject", &problem);
+    assert_int_equal(problem.id, API_OK);
+    assert_non_null(check);
+    return check;
+}
+
+static void wait_for(struct check *check) {
+    for (int64_t until = clock_ms() + WAIT_MS; !check_done(check);) {
+        assert_true(clock_ms() < until);
+        usleep(1000);
+    }
+}
+
+static enum api_problem_id end_of(struct check *check) {
+    wait_for(check);
+    enum api_problem_id id = check_answer(check)->problem.id;
+    check_drop(check);
+    return id;
+}
+
+/* ------------------------------------------------------------------ answers */
+
+static void test_checkers_drape(void **state) {
+    (void)state;
+    struct checkers_settings wanted = settings();
+    struct api_check direct;
+    struct api_problem problem = {0};
+    struct api_input input = {DRAPE, strlen(DRAPE), NULL, 0};
+    start(&wanted);
+    assert_int_equal(api_check_drape(&input, &api_limits_default, &direct, &problem), API_OK);
+    struct checkers_order order = order_of(CHECKER_DRAPE, DRAPE);
+    struct check *check = begin(&order);
+    wait_for(check);
+    const struct checker_answer *answer = check_answer(check);
+    assert_int_equal(answer->problem.id, API_OK);
+    assert_string_equal(answer->check.digest, direct.digest);
+    assert_int_equal(strlen(answer->check.digest), API_ID_LENGTH);
+    assert_false(answer->check.needs_surface);
+    check_drop(check);
+}
+
+static void test_checkers_places_of_problem(void **state) {
+    (void)state;
+    struct checkers_settings wanted = settings();
+    start(&wanted);
+    struct checkers_order order =
+        order_of(CHECKER_DRAPE, "{\"surface\":" SURFACE ",\"fabric\":{\"spacing\":-1},\"x\":1}");
+    struct check *check = begin(&order);
+    wait_for(check);
+    const struct api_problem *problem = &check_answer(check)->problem;
+    assert_int_equal(problem->id, API_INVALID_REQUEST);
+    assert_int_equal(problem->count, 2);
+    check_drop(check);
+}
+
+static void test_checkers_named_surface(void **state) {
+    (void)state;
+    struct checkers_settings wanted = settings();
+    start(&wanted);
+    struct checkers_order order = order_of(
+        CHECKER_DRAPE,
+        "{\"surface\":{\"id\":\"0123456789abcdef0123456789abcdef\"},\"fabric\":{\"spacing\":0.1}}");
+    struct check *check = begin(&order);
+    wait_for(check);
+    assert_true(check_answer(check)->check.needs_surface);
+    assert_string_equal(check_answer(check)->check.surface, "0123456789abcdef0123456789abcdef");
+    check_drop(check);
+    order.document[CHECKER_SECOND] = SURFACE;
+    order.length[CHECKER_SECOND] = strlen(SURFACE);
+    check = begin(&order);
+    wait_for(check);
+    assert_int_equal(check_answer(check)->problem.id, API_OK);
+    assert_false(check_answer(check)->check.needs_surface);
+    check_drop(check);
+}
+
+/* A surface in a sealed file, since it is longer than a packet. */
+static void test_checkers_long_surface(void **state) {
+    (void)state;
+    struct checkers_settings wanted = settings();
+    size_t blanks = 100000;
+    char *body = malloc(blanks + sizeof SURFACE), *text = malloc(4096);
+    assert_true(body && text);
+    memset(body, ' ', blanks);
+    memcpy(body + blanks, SURFACE, sizeof SURFACE);
+    start(&wanted);
+    struct checkers_order order = order_of(CHECKER_SURFACE, body);
+    order.body_file = spool_of_bytes(body, strlen(body));
+    assert_true(order.body_file >= 0);
+    struct check *check = begin(&order);
+    wait_for(check);
+    const struct checker_answer *answer = check_answer(check);
+    assert_int_equal(answer->problem.id, API_OK);
+    assert_true(answer->output_length < 4096);
+    assert_int_equal(check_read(check, 0, text, 4096), (int)answer->output_length);
+    assert_int_equal(check_read(check, answer->output_length, text, 4096), 0);
+    assert_memory_equal(text, "{\"degree_u\":1", 13);
+    assert_int_equal(text[answer->check.definition_length], '{');
+    assert_int_equal(text[answer->output_length - 1], '}');
+    check_drop(check);
+    close(order.body_file);
+    free(body);
+    free(text);
+}
+
+/* ------------------------------------------------------------------ lanes */
+
+/* Orders of every kind of length at once: all are answered, in whatever order. */
+static void test_checkers_many(void **state) {
+    (void)state;
+    struct checkers_settings wanted = settings();
+    struct check *checks[CHECKS];
+    char bodies[CHECKS][32];
+    start(&wanted);
+    for (int k = 0; k < CHECKS; k++) {
+        snprintf(bodies[k], sizeof bodies[k], "sleep %d", k % 7);
+        struct checkers_order order = order_of(CHECKER_DRAPE, bodies[k]);
+        order.owner = k % 2 ? "a" : "b";
+        checks[k] = begin(&order);
+    }
+    for (int k = 0; k < CHECKS; k++)
+        assert_int_equal(end_of(checks[k]), API_MALFORMED_JSON);
+}
+
+/* Slow orders of two owners fill the slow lane and the express lane over and over; a quick one is
+ * answered before any of them. */
+static void test_checkers_quick_passes_slow(void **state) {
+    (void)state;
+    struct checkers_settings wanted = settings();
+    struct check *slow[6];
+    struct checkers_stats stats;
+    start(&wanted);
+    for (int k = 0; k < 6; k++) {
+        struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 3000");
+        order.owner = k % 2 ? "slow" : "slower";
+        slow[k] = begin(&order);
+    }
+    struct checkers_order order = order_of(CHECKER_DRAPE, DRAPE);
+    order.owner = "quick";
+    assert_int_equal(end_of(begin(&order)), API_OK);
+    for (int k = 0; k < 6; k++)
+        assert_false(check_done(slow[k]));
+    for (int k = 0; k < 6; k++)
+        assert_int_equal(end_of(slow[k]), API_MALFORMED_JSON);
+    checkers_stats(pool, &stats);
+    assert_true(stats.restarts > 0);
+    assert_int_equal(stats.under_way[0] + stats.under_way[1] + stats.waiting, 0);
+    assert_int_equal(stats.reserved, 0);
+}
+
+/* One owner alone has at most one of the two slow places. */
+static void test_checkers_share_of_slow_lane(void **state) {
+    (void)state;
+    struct checkers_settings wanted = settings();
+    struct check *slow[4];
+    struct checkers_stats stats;
+    start(&wanted);
+    for (int k = 0; k < 4; k++) {
+        struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 1000");
+        slow[k] = begin(&order);
+    }
+    int64_t most = 0;
+    for (bool done = false; !done;) {
+        done = true;
+        for (int k = 0; k < 4; k++)
+            done = done && check_done(slow[k]);
+        checkers_stats(pool, &stats);
+        most = stats.under_way[1] > most ? stats.under_way[1] : most;
+        usleep(5000);
+    }
+    assert_int_equal(most, 1);
+    for (int k = 0; k < 4; k++)
+        check_drop(slow[k]);
+}
+
+static void test_checkers_quota_of_waiting(void **state) {
+    (void)state;
+    struct checkers_settings wanted = settings();
+    struct check *checks[CHECKERS_WAITING_MAX + 8];
+    struct api_problem problem = {0};
+    int begun = 0;
+    start(&wanted);
+    struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 5000");
+    while (begun < CHECKERS_WAITING_MAX + 8 &&
+           (checks[begun] = checkers_begin(pool, &order, "subject", &problem)))
+        begun++;
+    assert_true(begun >= CHECKERS_WAITING_MAX && begun < CHECKERS_WAITING_MAX + 8);
+    assert_int_equal(problem.id, API_QUOTA);
+    order = order_of(CHECKER_DRAPE, DRAPE);
+    order.owner = "other";
+    assert_int_equal(end_of(begin(&order)), API_OK);
+    for (int k = 0; k < begun; k++)
+        check_drop(checks[k]);
+}
+
+/* ------------------------------------------------------------------ what goes wrong */
+
+static void test_checkers_crash(void **state) {
+    (void)state;
+    struct checkers_settings wanted = settings();
+    struct checkers_stats stats;
+    start(&wanted);
+    for (int k = 0; k < 5; k++) {
+        struct checkers_order order = order_of(CHECKER_DRAPE, "crash");
+        assert_int_equal(end_of(begin(&order)), API_INTERNAL);
+        order = order_of(CHECKER_DRAPE, DRAPE);
+        assert_int_equal(end_of(begin(&order)), API_OK);
+    }
+    checkers_stats(pool, &stats);
+    assert_int_equal(stats.crashes, 5);
+}
+
+static void test_checkers_timeout(void **state) {
+    (void)state;
+    struct checkers_settings wanted = settings();
+    struct checkers_stats stats;
+    wanted.timeout_ms = 300;
+    start(&wanted);
+    struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 20000");
+    assert_int_equal(end_of(begin(&order)), API_TOO_LARGE);
+    checkers_stats(pool, &stats);
+    assert_int_equal(stats.timeouts, 1);
+}
+
+static void test_checkers_drop(void **state) {
+    (void)state;
+    struct checkers_settings wanted = settings();
+    struct checkers_stats stats;
+    start(&wanted);
+    struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 20000");
+    for (int k = 0; k < 6; k++)
+        check_drop(begin(&order));
+    for (int64_t until = clock_ms() + WAIT_MS;;) {
+        checkers_stats(pool, &stats);
+        if (!stats.under_way[0] && !stats.under_way[1])
+            break;
+        assert_true(clock_ms() < until);
+        usleep(1000);
+    }
+    assert_int_equal(stats.reserved, 0);
+    order = order_of(CHECKER_DRAPE, DRAPE);
+    assert_int_equal(end_of(begin(&order)), API_OK);
+}
+
+/* A body of half a megabyte of numbers takes more than is left in a budget that is small. */
+static void test_checkers_memory(void **state) {
+    (void)state;
+    struct checkers_settings wanted = settings();
+    size_t length = 600001;
+    char *body = malloc(length + 1);
+    assert_non_null(body);
+    for (size_t k = 0; k < length; k++)
+        body[k] = k % 2 ? '1' : ',';
+    body[0] = '[';
+    body[length - 1] = ']';
+    body[length] = '\0';
+    wanted.memory = INT64_C(8) << 20;
+    start(&wanted);
+    struct checkers_order order = order_of(CHECKER_DRAPE, body);
+    enum api_problem_id id = end_of(begin(&order));
+    free(body);
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    assert_int_equal(id, API_INVALID_REQUEST); /* sanitizers have no bound of memory */
+#else
+    assert_int_equal(id, API_TOO_LARGE);
+#endif
+    order = order_of(CHECKER_DRAPE, DRAPE);
+    assert_int_equal(end_of(begin(&order)), API_OK);
+}
+
+int main(int argc, char **argv) {
+    if (argc == 2 && !strcmp(argv[1], CHECKER_ARGUMENT))
+        return checker_serve(misbehave);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_teardown(test_checkers_drape, stop),
+        cmocka_unit_test_teardown(test_checkers_places_of_problem, stop),
+        cmocka_unit_test_teardown(test_checkers_named_surface, stop),
+        cmocka_unit_test_teardown(test_checkers_long_surface, stop),
+        cmocka_unit_test_teardown(test_checkers_many, stop),
+        cmocka_unit_test_teardown(test_checkers_quick_passes_slow, stop),
+        cmocka_unit_test_teardown(test_checkers_share_of_slow_lane, stop),
+        cmocka_unit_test_teardown(test_checkers_quota_of_waiting, stop),
+        cmocka_unit_test_teardown(test_checkers_crash, stop),
+        cmocka_unit_test_teardown(test_checkers_timeout, stop),
+        cmocka_unit_test_teardown(test_checkers_drop, stop),
+        cmocka_unit_test_teardown(test_checkers_memory, stop),
+    };
+    return api_prepare() ? cmocka_run_group_tests(tests, NULL, NULL) : 1;
+}
