@@ -29,6 +29,29 @@ struct store_part {
     const char *summary; /* commit: the summary object */
 };
 
+/* A running job whose claim has ended: its lease or, where that can be seen, its process. */
+struct store_ended {
+    struct store_claim claim; /* sequence, token and id */
+    bool holder_gone;
+};
+
+/* What a sweep does besides, in this order. */
+enum store_step {
+    STORE_STEP_EXPIRE,        /* requests and results of jobs that ended before the retention */
+    STORE_STEP_EXPIRE_EXCESS, /* the same of the oldest while all results are too large */
+    STORE_STEP_REMOVE,        /* records RECORD_RETENTIONS old */
+    STORE_STEP_DOOM,          /* results that were begun by claims that no longer hold */
+    STORE_STEP_CLEAR,         /* chunks of doomed results */
+    STORE_STEP_SHRINK,        /* free pages */
+    STORE_STEP_COUNT
+};
+
+/* Records outlive their results by this factor of the retention, to answer 410. */
+enum { RECORD_RETENTIONS = 4 };
+
+/* A step of priority is worth a minute of waiting. */
+#define STORE_PRIORITY_US (INT64_C(60) * 1000000)
+
 struct store_ops {
     void (*close)(struct store *store);
     /* Tells other processes soon that `subject` of the hub has changed; never waits. NULL: they
@@ -50,11 +73,27 @@ struct store_ops {
     enum store_answer (*check)(struct store *store, const struct store_claim *claim);
     enum store_answer (*fail)(struct store *store, const struct store_claim *claim,
                               const char *error);
-    enum store_answer (*crashed)(struct store *store, const struct store_claim *claim,
-                                 const char *detail);
-    enum store_answer (*release)(struct store *store, const struct store_claim *claim);
-    /* Tells the hub itself: only it knows which jobs changed. */
-    enum store_answer (*sweep)(struct store *store, struct store_sweep *sweep);
+    /* The attempts of a job that runs under the claim, and how many of them are excused: not held
+     * against it. STORE_CONFLICT when it does not. */
+    enum store_answer (*attempts)(struct store *store, const struct store_claim *claim,
+                                  int64_t *attempts, int64_t *excused);
+    /* Puts it back into the queue, the attempt excused or not. STORE_CONFLICT likewise. */
+    enum store_answer (*requeue)(struct store *store, const struct store_claim *claim,
+                                 bool excused);
+    /* Running jobs whose claims have ended, at most so many. */
+    enum store_answer (*find_ended)(struct store *store, struct store_ended *ended, size_t most,
+                                    size_t *count);
+    /* Takes the job from its holder by a new token, from which on a late renewal is refused.
+     * STORE_CONFLICT when its claim has not ended so after all. */
+    enum store_answer (*take_over)(struct store *store, const struct store_ended *ended,
+                                   int64_t *token);
+    /* Finds by reading which steps have something to do. */
+    enum store_answer (*find_due)(struct store *store, bool due[STORE_STEP_COUNT]);
+    /* Does a part of the work in a short transaction, and counts what it handled. STORE_EMPTY:
+     * there was none. */
+    enum store_answer (*step)(struct store *store, enum store_step step, int64_t *done);
+    /* At the end of a sweep; NULL: nothing. */
+    enum store_answer (*checkpoint)(struct store *store);
     /* Stores a part; for the first one begins the result and sets `part->number`. */
     enum store_answer (*result_append)(struct store *store, struct store_part *part);
     /* Stores the last part (which may be the only one, or empty) and ends the job. Sets
@@ -79,6 +118,7 @@ struct store_ops {
 /* The head of every backend's own struct. A backend sets all but the cache. */
 struct store {
     const struct store_ops *ops;
+    struct store_options options;
     struct hub *hub;
     struct store_cache *cache;
 };

@@ -14,28 +14,28 @@
 
 static const char infix[] = "-holder-";
 
-struct holder {
+struct process_lock {
     char *path; /* of the database */
     char name[ID_SIZE];
     int store_lock; /* shared or exclusive; -1: not held */
     int own_lock;
 };
 
-static bool path_of(const struct holder *holder, const char *name, const char *suffix,
+static bool path_of(const struct process_lock *lock, const char *name, const char *suffix,
                     char path[PATH_MAX]) {
-    int length = snprintf(path, PATH_MAX, "%s%s%s%s", holder->path, infix, name, suffix);
+    int length = snprintf(path, PATH_MAX, "%s%s%s%s", lock->path, infix, name, suffix);
     return length > 0 && length < PATH_MAX;
 }
 
-const char *holder_name(const struct holder *holder) {
-    return holder->name;
+const char *process_lock_name(const struct process_lock *lock) {
+    return lock->name;
 }
 
-bool holder_dead(const struct holder *holder, const char *name) {
+bool process_lock_gone(const struct process_lock *lock, const char *name) {
     char path[PATH_MAX];
-    if (!strcmp(name, holder->name))
+    if (!strcmp(name, lock->name))
         return false;
-    if (!id_valid(name) || !path_of(holder, name, "", path))
+    if (!id_valid(name) || !path_of(lock, name, "", path))
         return true;
     int file = open(path, O_RDONLY | O_CLOEXEC);
     if (file < 0)
@@ -49,46 +49,46 @@ bool holder_dead(const struct holder *holder, const char *name) {
 
 /* ------------------------------------------------------------------ taking and freeing */
 
-static bool lock_store(struct holder *holder, bool shared, char why[STORE_WHY_SIZE]) {
+static bool lock_store(struct process_lock *lock, bool shared, char why[STORE_WHY_SIZE]) {
     char path[PATH_MAX];
-    int length = snprintf(path, sizeof path, "%s-lock", holder->path);
+    int length = snprintf(path, sizeof path, "%s-lock", lock->path);
     if (length > 0 && (size_t)length < sizeof path)
-        holder->store_lock = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-    if (holder->store_lock < 0) {
-        snprintf(why, STORE_WHY_SIZE, "cannot write beside the database %s: %s", holder->path,
+        lock->store_lock = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    if (lock->store_lock < 0) {
+        snprintf(why, STORE_WHY_SIZE, "cannot write beside the database %s: %s", lock->path,
                  strerror(errno));
         return false;
     }
-    if (flock(holder->store_lock, (shared ? LOCK_SH : LOCK_EX) | LOCK_NB) == 0)
+    if (flock(lock->store_lock, (shared ? LOCK_SH : LOCK_EX) | LOCK_NB) == 0)
         return true;
-    snprintf(why, STORE_WHY_SIZE, "the database %s is in use by another draped", holder->path);
+    snprintf(why, STORE_WHY_SIZE, "the database %s is in use by another draped", lock->path);
     return false;
 }
 
 /* The file gets its name when it is locked, so that nobody can find it unlocked and take us for
  * dead. */
-static bool lock_own(struct holder *holder, char why[STORE_WHY_SIZE]) {
+static bool lock_own(struct process_lock *lock, char why[STORE_WHY_SIZE]) {
     char unlocked[PATH_MAX];
     char path[PATH_MAX];
-    id_make(holder->name);
-    if (path_of(holder, holder->name, ".new", unlocked) && path_of(holder, holder->name, "", path))
-        holder->own_lock = open(unlocked, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-    if (holder->own_lock >= 0 && flock(holder->own_lock, LOCK_EX | LOCK_NB) == 0 &&
+    id_make(lock->name);
+    if (path_of(lock, lock->name, ".new", unlocked) && path_of(lock, lock->name, "", path))
+        lock->own_lock = open(unlocked, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+    if (lock->own_lock >= 0 && flock(lock->own_lock, LOCK_EX | LOCK_NB) == 0 &&
         rename(unlocked, path) == 0)
         return true;
-    snprintf(why, STORE_WHY_SIZE, "cannot write beside the database %s: %s", holder->path,
+    snprintf(why, STORE_WHY_SIZE, "cannot write beside the database %s: %s", lock->path,
              strerror(errno));
-    if (holder->own_lock >= 0)
+    if (lock->own_lock >= 0)
         unlink(unlocked);
     return false;
 }
 
 /* Removes the files of the dead; without this every kill would leave one for ever. */
-static void clear_away(const struct holder *holder) {
+static void clear_away(const struct process_lock *lock) {
     char folder[PATH_MAX];
     char file[PATH_MAX];
-    snprintf(folder, sizeof folder, "%s", holder->path);
-    snprintf(file, sizeof file, "%s", holder->path);
+    snprintf(folder, sizeof folder, "%s", lock->path);
+    snprintf(file, sizeof file, "%s", lock->path);
     DIR *entries = opendir(dirname(folder));
     const char *base = basename(file);
     size_t length = strlen(base);
@@ -96,49 +96,49 @@ static void clear_away(const struct holder *holder) {
     while (entries && (entry = readdir(entries)) != NULL) {
         const char *rest = entry->d_name + length;
         if (!strncmp(entry->d_name, base, length) && !strncmp(rest, infix, sizeof infix - 1))
-            (void)holder_dead(holder, rest + sizeof infix - 1);
+            (void)process_lock_gone(lock, rest + sizeof infix - 1);
     }
     if (entries)
         closedir(entries);
 }
 
-static struct holder *holder_new(const char *path) {
-    struct holder *holder = calloc(1, sizeof *holder);
-    if (!holder)
+static struct process_lock *lock_new(const char *path) {
+    struct process_lock *lock = calloc(1, sizeof *lock);
+    if (!lock)
         return NULL;
-    holder->store_lock = holder->own_lock = -1;
-    holder->path = strdup(path);
-    if (holder->path)
-        return holder;
-    free(holder);
+    lock->store_lock = lock->own_lock = -1;
+    lock->path = strdup(path);
+    if (lock->path)
+        return lock;
+    free(lock);
     return NULL;
 }
 
-struct holder *holder_take(const char *path, bool shared, char why[STORE_WHY_SIZE]) {
-    struct holder *holder = holder_new(path);
-    if (!holder) {
+struct process_lock *process_lock_take(const char *path, bool shared, char why[STORE_WHY_SIZE]) {
+    struct process_lock *lock = lock_new(path);
+    if (!lock) {
         snprintf(why, STORE_WHY_SIZE, "no memory for the database");
         return NULL;
     }
-    if (lock_store(holder, shared, why) && lock_own(holder, why)) {
-        clear_away(holder);
-        return holder;
+    if (lock_store(lock, shared, why) && lock_own(lock, why)) {
+        clear_away(lock);
+        return lock;
     }
-    holder_free(holder);
+    process_lock_free(lock);
     return NULL;
 }
 
-void holder_free(struct holder *holder) {
+void process_lock_free(struct process_lock *lock) {
     char path[PATH_MAX];
-    if (!holder)
+    if (!lock)
         return;
-    if (holder->own_lock >= 0) {
-        if (path_of(holder, holder->name, "", path))
+    if (lock->own_lock >= 0) {
+        if (path_of(lock, lock->name, "", path))
             unlink(path);
-        close(holder->own_lock);
+        close(lock->own_lock);
     }
-    if (holder->store_lock >= 0)
-        close(holder->store_lock);
-    free(holder->path);
-    free(holder);
+    if (lock->store_lock >= 0)
+        close(lock->store_lock);
+    free(lock->path);
+    free(lock);
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "backend.h"
+#include "recovery.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -153,22 +154,19 @@ static void tell_again(struct store *store, const char *id) {
 
 enum store_answer store_crashed(struct store *store, const struct store_claim *claim,
                                 const char *detail) {
-    enum store_answer answer = store->ops->crashed(store, claim, detail);
+    bool failed = false;
+    enum store_answer answer = recovery_give_back(store, claim, RECOVERY_CRASHED, detail, &failed);
     if (answer == STORE_OK)
         tell_again(store, claim->id);
     return answer;
 }
 
 enum store_answer store_release(struct store *store, const struct store_claim *claim) {
-    enum store_answer answer = store->ops->release(store, claim);
+    bool failed = false;
+    enum store_answer answer = recovery_give_back(store, claim, RECOVERY_RELEASED, "", &failed);
     if (answer == STORE_OK)
         tell_again(store, claim->id);
     return answer;
-}
-
-enum store_answer store_sweep(struct store *store, struct store_sweep *sweep) {
-    memset(sweep, 0, sizeof *sweep);
-    return store->ops->sweep(store, sweep);
 }
 
 /* ------------------------------------------------------------------ results */

@@ -4,8 +4,10 @@
  * beside ever more jobs that have ended. Usage: bench_store URL, an empty database or a new file.
  */
 #include "server/log.h"
-#include "server/store/postgres/pg.h"
+#include "server/store/postgres/pool.h"
+#include "server/store/postgres/query.h"
 #include "server/store/sqlite/db.h"
+#include "server/store/store.h"
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -61,14 +63,14 @@ static void commit(struct store *store, const struct store_claim *claim) {
 /* What PostgreSQL has written to its log so far; 0 for SQLite. */
 static int64_t log_bytes(const char *url) {
     char why[STORE_WHY_SIZE];
-    struct pg *pg = store_url_remote(url) ? pg_open(url, 60000, why) : NULL;
-    if (!pg)
+    struct pool *pool = store_url_remote(url) ? pool_open(url, 60000, why) : NULL;
+    if (!pool)
         return 0;
     struct pg_query query =
-        pg_query(pg, "SELECT (pg_current_wal_insert_lsn() - '0/0'::pg_lsn)::bigint");
+        pg_query(pool, "SELECT (pg_current_wal_insert_lsn() - '0/0'::pg_lsn)::bigint");
     int64_t bytes = pg_run(&query) ? pg_int(&query, 0, 0) : 0;
     must(pg_end(&query) == STORE_OK, "position in the log");
-    pg_close(pg);
+    pool_close(pool);
     return bytes;
 }
 
@@ -199,22 +201,23 @@ static void add_ended(const char *url, int from, int to) {
     enum { STEP = 20000 };
     char why[STORE_WHY_SIZE], sql[2048];
     bool remote = store_url_remote(url);
-    struct pg *pg = remote ? pg_open(url, 60000, why) : NULL;
+    struct pool *pool = remote ? pool_open(url, 60000, why) : NULL;
     struct db *db = remote ? NULL : db_open(url, 60000, why);
-    must(pg || db, "open");
+    must(pool || db, "open");
     for (int k = from; k < to; k += STEP) {
         int last = (k + STEP < to ? k + STEP : to) - 1;
         if (remote)
             snprintf(sql, sizeof sql, ended_postgres, k, last, last, k);
         else
             snprintf(sql, sizeof sql, ended_sqlite, k, last);
-        must(remote ? pg_script(pg, sql, NULL, why) : db_script(db, sql) == STORE_OK, "ended jobs");
+        must(remote ? pg_script(pool, sql, NULL, why) : db_script(db, sql) == STORE_OK,
+             "ended jobs");
     }
     /* What the server has to tidy up after so large an insertion is not what is measured. */
-    must(!pg ||
-             (pg_script(pg, "VACUUM ANALYZE", NULL, why) && pg_script(pg, "CHECKPOINT", NULL, why)),
+    must(!pool || (pg_script(pool, "VACUUM ANALYZE", NULL, why) &&
+                   pg_script(pool, "CHECKPOINT", NULL, why)),
          "vacuum");
-    pg_close(pg);
+    pool_close(pool);
     db_close(db);
 }
 

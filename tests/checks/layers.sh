@@ -24,9 +24,9 @@ api/format             api|api/json|api/request|api/result|solver
 api/map                api|api/json|api/result|api/format|solver|solver/mesh
 cli                    api|api/[a-z]*
 server                 api
-server/store           server
-server/store/sqlite    api|server|server/store
-server/store/postgres  api|server|server/store
+server/store           api|server
+server/store/sqlite   server|server/store
+server/store/postgres server|server/store
 server/http            api|server|server/resources
 server/work            api|api/[a-z]*|server|server/store
 server/resources       api|api/[a-z]*|server|server/store|server/work|server/http
@@ -65,7 +65,7 @@ only() {
 
 only microhttpd.h 'server/http/http\.c'
 only sqlite3.h 'server/store/sqlite/db\.c'
-only libpq-fe.h 'server/store/postgres/pg\.c'
+only libpq-fe.h 'server/store/postgres/(pool|query|notify)\.c'
 only jansson.h 'api/json/(place|parse)\.c|server/resources/documents\.c'
 only zlib.h 'api/format/(npz|lcmsim)\.c|server/http/compress\.c'
 only seccomp.h 'server/work/sandbox\.c'

@@ -3,7 +3,8 @@
 #include "cluster.h"
 #include "server/clock.h"
 #include "server/log.h"
-#include "server/store/postgres/pg.h"
+#include "server/store/postgres/pool.h"
+#include "server/store/postgres/query.h"
 #include "server/store/sqlite/db.h"
 #include <dirent.h>
 #include <errno.h>
@@ -137,24 +138,24 @@ int64_t scratch_number(struct scratch *scratch, const char *sql) {
     char why[STORE_WHY_SIZE];
     if (!scratch->remote)
         return sqlite_number(scratch->path, sql);
-    struct pg *pg = pg_open(scratch->path, PG_PATIENCE_MS, why);
-    assert_non_null(pg);
-    struct pg_query query = pg_query(pg, sql);
+    struct pool *pool = pool_open(scratch->path, POOL_PATIENCE_MS, why);
+    assert_non_null(pool);
+    struct pg_query query = pg_query(pool, sql);
     assert_true(pg_run(&query) > 0);
     int64_t number = pg_int(&query, 0, 0);
     assert_int_equal(pg_end(&query), STORE_OK);
-    pg_close(pg);
+    pool_close(pool);
     return number;
 }
 
 void scratch_script(struct scratch *scratch, const char *sql) {
     char why[STORE_WHY_SIZE] = "";
-    struct pg *pg = scratch->remote ? pg_open(scratch->path, PG_PATIENCE_MS, why) : NULL;
+    struct pool *pool = scratch->remote ? pool_open(scratch->path, POOL_PATIENCE_MS, why) : NULL;
     struct db *db = scratch->remote ? NULL : db_open(scratch->path, 1000, why);
-    bool good = pg ? pg_script(pg, sql, NULL, why) : db && db_script(db, sql) == STORE_OK;
+    bool good = pool ? pg_script(pool, sql, NULL, why) : db && db_script(db, sql) == STORE_OK;
     if (!good)
         fail_msg("the script fails: %s", why);
-    pg_close(pg);
+    pool_close(pool);
     db_close(db);
 }
 

@@ -8,7 +8,7 @@
 #include "scratch.h"
 #include "server/clock.h"
 #include "server/log.h"
-#include "server/store/postgres/pg.h"
+#include "server/store/postgres/pool.h"
 #include <netinet/in.h>
 #include <pthread.h>
 #include <signal.h>
@@ -187,12 +187,12 @@ static void test_postgres_before_13_is_refused(void **state) {
 static void wait_for_server(struct cluster *cluster) {
     char why[STORE_WHY_SIZE] = "";
     int64_t until = clock_ms() + PATIENCE_MS;
-    struct pg *pg = NULL;
+    struct pool *pool = NULL;
     /* A replica answers, by being refused for what it is. */
-    while (!(pg = pg_open(cluster->url, PG_PATIENCE_MS, why)) && !strstr(why, "replica") &&
+    while (!(pool = pool_open(cluster->url, POOL_PATIENCE_MS, why)) && !strstr(why, "replica") &&
            clock_ms() < until)
         scratch_sleep(50);
-    pg_close(pg);
+    pool_close(pool);
 }
 
 /* A real one, that follows the server; then it is made the primary. */

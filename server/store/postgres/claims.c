@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-#include "api/problem.h"
 #include "postgres.h"
-#include <stdlib.h>
+#include "server/store/sql.h"
 
 /* ------------------------------------------------------------------ claim */
 
@@ -13,38 +12,42 @@
  * an index clears what has left it out of the way, which collecting a bitmap from it does not. */
 static const char claim_sql[] =
     "WITH RECURSIVE waiting (owner) AS ("
-    " (SELECT owner FROM draped.jobs WHERE status = 0 ORDER BY owner LIMIT 1)"
+    " (SELECT owner FROM draped.jobs WHERE status = " SQL_QUEUED " ORDER BY owner LIMIT 1)"
     " UNION ALL"
-    " SELECT (SELECT j.owner FROM draped.jobs j WHERE j.status = 0 AND j.owner > w.owner"
+    " SELECT (SELECT j.owner FROM draped.jobs j WHERE j.status = " SQL_QUEUED
+    " AND j.owner > w.owner"
     "  ORDER BY j.owner LIMIT 1) FROM waiting w WHERE w.owner IS NOT NULL),"
     " turns AS MATERIALIZED ("
-    " SELECT w.owner, (SELECT count(*) FROM (SELECT 1 FROM draped.jobs j WHERE j.status = 1"
-    "   AND j.owner = w.owner ORDER BY j.sequence LIMIT 1000) counted) AS running,"
-    "  (SELECT j.rank FROM draped.jobs j WHERE j.status = 0 AND j.owner = w.owner"
+    " SELECT w.owner, (SELECT count(*) FROM (SELECT 1 FROM draped.jobs j WHERE j.status "
+    "= " SQL_RUNNING "   AND j.owner = w.owner ORDER BY j.sequence LIMIT 1000) counted) AS running,"
+    "  (SELECT j.rank FROM draped.jobs j WHERE j.status = " SQL_QUEUED " AND j.owner = w.owner"
     "   ORDER BY j.rank LIMIT 1) AS rank"
     "  FROM waiting w WHERE w.owner IS NOT NULL ORDER BY 2, 3),"
     " first AS MATERIALIZED ("
     " SELECT q.sequence FROM turns t CROSS JOIN LATERAL"
-    "  (SELECT j.sequence FROM draped.jobs j WHERE j.status = 0 AND j.owner = t.owner"
+    "  (SELECT j.sequence FROM draped.jobs j WHERE j.status = " SQL_QUEUED " AND j.owner = t.owner"
     "   ORDER BY j.rank, j.sequence LIMIT 1 FOR UPDATE SKIP LOCKED) q LIMIT 1)"
-    " UPDATE draped.jobs j SET status = 1, progress = 0, started = " POSTGRES_NOW ","
+    " UPDATE draped.jobs j SET status = " SQL_RUNNING ", progress = 0, started = " POSTGRES_NOW ","
     "  attempts = j.attempts + 1, token = greatest(j.token + 1, " POSTGRES_NOW
     "), lease = " POSTGRES_NOW " + $2"
     " FROM first WHERE j.sequence = first.sequence"
     " RETURNING j.sequence, j.id, j.surface, j.token, j.attempts,"
-    "  (SELECT r.number FROM draped.results r WHERE r.digest = j.digest AND r.state = 1),"
+    "  (SELECT r.number FROM draped.results r WHERE r.digest = j.digest AND r.state = " SQL_COMPLETE
+    "),"
     "  " POSTGRES_LAZY;
 
 /* The claimed job's result is there already. STORE_CONFLICT when it has gone meanwhile. */
 static enum store_answer reuse(struct store *store, const struct store_claim *claim) {
     struct pg_query query = postgres_query_now(
-        store, "WITH twin AS MATERIALIZED (SELECT r.number FROM draped.jobs j"
-               " JOIN draped.results r ON r.digest = j.digest AND r.state = 1"
-               " WHERE j.sequence = $2 FOR SHARE OF r)"
-               " UPDATE draped.jobs SET status = 2, progress = 1, started = " POSTGRES_NOW ","
-               " finished = " POSTGRES_NOW ", attempts = attempts - 1, result = twin.number,"
-               " lease = NULL FROM twin WHERE sequence = $2 AND token = $3 AND status = 1"
-               " RETURNING 1");
+        store,
+        "WITH twin AS MATERIALIZED (SELECT r.number FROM draped.jobs j"
+        " JOIN draped.results r ON r.digest = j.digest AND r.state = " SQL_COMPLETE
+        " WHERE j.sequence = $2 FOR SHARE OF r)"
+        " UPDATE draped.jobs SET status = " SQL_SUCCEEDED ", progress = 1, started = " POSTGRES_NOW
+        ","
+        " finished = " POSTGRES_NOW ", attempts = attempts - 1, result = twin.number,"
+        " lease = NULL FROM twin WHERE sequence = $2 AND token = $3 AND status = " SQL_RUNNING
+        " RETURNING 1");
     pg_bind_int(&query, claim->sequence);
     pg_bind_int(&query, claim->token);
     return postgres_end(&query, pg_run(&query), STORE_CONFLICT);
@@ -53,7 +56,7 @@ static enum store_answer reuse(struct store *store, const struct store_claim *cl
 enum store_answer postgres_claim(struct store *store, struct store_claim *claim) {
     struct pg_query query = postgres_query_now(store, claim_sql);
     bool twin = false;
-    pg_bind_int(&query, postgres_options(store)->lease_us);
+    pg_bind_int(&query, store->options.lease_us);
     size_t rows = pg_run(&query);
     if (rows) {
         claim->sequence = pg_int(&query, 0, 0);
@@ -70,7 +73,7 @@ enum store_answer postgres_claim(struct store *store, struct store_claim *claim)
 
 /* ------------------------------------------------------------------ holding */
 
-#define HELD " sequence = $2 AND token = $3 AND status = 1"
+#define HELD " sequence = $2 AND token = $3 AND status = " SQL_RUNNING
 
 static struct pg_query held_query(struct store *store, const char *sql,
                                   const struct store_claim *claim) {
@@ -87,14 +90,15 @@ enum store_answer postgres_renew(struct store *store, const struct store_claim *
                    "UPDATE draped.jobs SET lease = " POSTGRES_NOW " + $4,"
                    " progress = greatest(progress, $5) WHERE" HELD " RETURNING " POSTGRES_LAZY,
                    claim);
-    pg_bind_int(&query, postgres_options(store)->lease_us);
+    pg_bind_int(&query, store->options.lease_us);
     pg_bind_real(&query, progress);
     return postgres_end(&query, pg_run(&query), STORE_CONFLICT);
 }
 
 enum store_answer postgres_check(struct store *store, const struct store_claim *claim) {
     struct pg_query query = postgres_query(
-        store, "SELECT 1 FROM draped.jobs WHERE sequence = $1 AND token = $2 AND status = 1");
+        store,
+        "SELECT 1 FROM draped.jobs WHERE sequence = $1 AND token = $2 AND status = " SQL_RUNNING);
     pg_bind_int(&query, claim->sequence);
     pg_bind_int(&query, claim->token);
     return postgres_end(&query, pg_run(&query), STORE_CONFLICT);
@@ -106,86 +110,66 @@ enum store_answer postgres_fail(struct store *store, const struct store_claim *c
                                 const char *error) {
     struct pg_query query =
         held_query(store,
-                   "UPDATE draped.jobs SET status = 3, error = $4, lease = NULL,"
+                   "UPDATE draped.jobs SET status = " SQL_FAILED ", error = $4, lease = NULL,"
                    " finished = " POSTGRES_NOW " WHERE" HELD " RETURNING 1",
                    claim);
     pg_bind_text(&query, error);
     return postgres_end(&query, pg_run(&query), STORE_CONFLICT);
 }
 
-static enum store_answer fail_as_crashed(struct store *store, const struct store_claim *claim,
-                                         int64_t crashes, const char *detail) {
-    struct api_problem problem = {0};
-    api_problem_set(&problem, API_SOLVER_CRASHED,
-                    "The solver died in %lld attempts, the most there are; the last time: %s.",
-                    (long long)crashes, detail);
-    char *json = api_problem_json(&problem, NULL);
-    enum store_answer answer = json ? postgres_fail(store, claim, json) : STORE_DOWN;
-    free(json);
-    return answer;
+enum store_answer postgres_attempts(struct store *store, const struct store_claim *claim,
+                                    int64_t *attempts, int64_t *excused) {
+    struct pg_query query =
+        postgres_query(store, "SELECT attempts, excused FROM draped.jobs"
+                              " WHERE sequence = $1 AND token = $2 AND status = " SQL_RUNNING);
+    pg_bind_int(&query, claim->sequence);
+    pg_bind_int(&query, claim->token);
+    size_t rows = pg_run(&query);
+    *attempts = rows ? pg_int(&query, 0, 0) : 0;
+    *excused = rows ? pg_int(&query, 0, 1) : 0;
+    return postgres_end(&query, rows, STORE_CONFLICT);
 }
 
-static enum store_answer set_queued(struct store *store, const struct store_claim *claim,
-                                    bool excused) {
+enum store_answer postgres_requeue(struct store *store, const struct store_claim *claim,
+                                   bool excused) {
     struct pg_query query = postgres_query(
-        store, "UPDATE draped.jobs SET status = 0, progress = 0, started = 0, lease = NULL,"
-               " excused = excused + $3::integer"
-               " WHERE sequence = $1 AND token = $2 AND status = 1 RETURNING 1");
+        store,
+        "UPDATE draped.jobs SET status = " SQL_QUEUED ", progress = 0, started = 0, lease = NULL,"
+        " excused = excused + $3::integer"
+        " WHERE sequence = $1 AND token = $2 AND status = " SQL_RUNNING " RETURNING 1");
     pg_bind_int(&query, claim->sequence);
     pg_bind_int(&query, claim->token);
     pg_bind_int(&query, excused);
     return postgres_end(&query, pg_run(&query), STORE_CONFLICT);
 }
 
-/* As long as the claim holds nobody else changes what was read here. */
-static enum store_answer crashes_of(struct store *store, const struct store_claim *claim,
-                                    int64_t *crashes) {
+/* ------------------------------------------------------------------ claims that ended */
+
+enum store_answer postgres_find_ended(struct store *store, struct store_ended *ended, size_t most,
+                                      size_t *count) {
+    struct pg_query query = postgres_query_now(
+        store, "SELECT sequence, token, id FROM draped.jobs WHERE status = " SQL_RUNNING
+               " AND lease < " POSTGRES_NOW " ORDER BY lease LIMIT $2");
+    pg_bind_int(&query, (int64_t)most);
+    *count = pg_run(&query);
+    for (size_t row = 0; row < *count; row++) {
+        ended[row].claim.sequence = pg_int(&query, row, 0);
+        ended[row].claim.token = pg_int(&query, row, 1);
+        pg_copy(&query, row, 2, ended[row].claim.id, sizeof ended[row].claim.id);
+        ended[row].holder_gone = false;
+    }
+    return pg_end(&query);
+}
+
+enum store_answer postgres_take_over(struct store *store, const struct store_ended *ended,
+                                     int64_t *token) {
     struct pg_query query =
-        postgres_query(store, "SELECT attempts - excused FROM draped.jobs"
-                              " WHERE sequence = $1 AND token = $2 AND status = 1");
-    pg_bind_int(&query, claim->sequence);
-    pg_bind_int(&query, claim->token);
+        held_query(store,
+                   "UPDATE draped.jobs SET token = token + 1, lease = " POSTGRES_NOW " + $4"
+                   " WHERE" HELD " AND lease < " POSTGRES_NOW " RETURNING token, " POSTGRES_LAZY,
+                   &ended->claim);
+    pg_bind_int(&query, store->options.lease_us);
     size_t rows = pg_run(&query);
-    *crashes = rows ? pg_int(&query, 0, 0) : 0;
+    *token = rows ? pg_int(&query, 0, 0) : 0;
     return postgres_end(&query, rows, STORE_CONFLICT);
-}
-
-enum store_answer postgres_crashed(struct store *store, const struct store_claim *claim,
-                                   const char *detail) {
-    int64_t crashes = 0;
-    enum store_answer answer = crashes_of(store, claim, &crashes);
-    if (answer != STORE_OK)
-        return answer;
-    return crashes >= postgres_options(store)->max_attempts
-               ? fail_as_crashed(store, claim, crashes, detail)
-               : set_queued(store, claim, false);
-}
-
-enum store_answer postgres_release(struct store *store, const struct store_claim *claim) {
-    return set_queued(store, claim, true);
-}
-
-/* First takes the job from its holder by a new token, and only if the lease has ended: from then on
- * a late renewal is refused. */
-enum store_answer postgres_end_lease(struct store *store, const struct store_claim *held,
-                                     bool *failed) {
-    struct store_claim claim = *held;
-    int64_t crashes = 0;
-    struct pg_query query = held_query(
-        store,
-        "UPDATE draped.jobs SET token = token + 1, lease = " POSTGRES_NOW " + $4"
-        " WHERE" HELD " AND lease < " POSTGRES_NOW " RETURNING token, attempts - excused,"
-        " " POSTGRES_LAZY,
-        held);
-    pg_bind_int(&query, postgres_options(store)->lease_us);
-    size_t rows = pg_run(&query);
-    claim.token = rows ? pg_int(&query, 0, 0) : 0;
-    crashes = rows ? pg_int(&query, 0, 1) : 0;
-    enum store_answer answer = postgres_end(&query, rows, STORE_CONFLICT);
-    if (answer != STORE_OK)
-        return answer;
-    *failed = crashes >= postgres_options(store)->max_attempts;
-    return *failed
-               ? fail_as_crashed(store, &claim, crashes, "its dispatcher did not renew the lease")
-               : set_queued(store, &claim, false);
 }

@@ -1,10 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "postgres.h"
+#include "server/store/sql.h"
 #include <stdlib.h>
 #include <string.h>
-
-/* A step of priority is worth a minute of waiting. */
-#define PRIORITY_US (INT64_C(60) * 1000000)
 
 /* ------------------------------------------------------------------ submit */
 
@@ -17,7 +15,7 @@ static const char submit_sql[] =
     " SELECT id, status, id = $2 OR key_digest = sha256($9) AS same FROM draped.jobs"
     "  WHERE id = $2 OR (owner = $5 AND key = $8) LIMIT 1),"
     " twin AS MATERIALIZED ("
-    " SELECT number FROM draped.results WHERE digest = $6 AND state = 1 FOR SHARE),"
+    " SELECT number FROM draped.results WHERE digest = $6 AND state = " SQL_COMPLETE " FOR SHARE),"
     " stored AS MATERIALIZED ("
     " SELECT 1 FROM draped.surfaces WHERE id = $7 FOR KEY SHARE),"
     " fit AS MATERIALIZED ("
@@ -49,13 +47,13 @@ static struct pg_query bind_submission(struct store *store,
     struct pg_query query = postgres_query_now(store, submit_sql);
     pg_bind_text(&query, id);
     pg_bind_int(&query, submission->priority);
-    pg_bind_int(&query, submission->priority * PRIORITY_US);
+    pg_bind_int(&query, submission->priority * STORE_PRIORITY_US);
     pg_bind_text(&query, submission->owner ? submission->owner : "");
     pg_bind_text(&query, submission->digest);
     pg_bind_text(&query, surface && surface[0] ? surface : NULL);
     pg_bind_text(&query, submission->key);
     pg_bind_bytes(&query, submission->request, submission->request_length);
-    pg_bind_int(&query, postgres_options(store)->queue_limit);
+    pg_bind_int(&query, store->options.queue_limit);
     return query;
 }
 
@@ -170,7 +168,7 @@ enum store_answer postgres_list(struct store *store, const struct store_filter *
 enum store_answer postgres_counts(struct store *store, struct store_counts *counts) {
     struct pg_query query = postgres_query(
         store, "SELECT sum(n[1])::bigint, sum(n[2])::bigint, sum(n[3])::bigint, sum(n[4])::bigint,"
-               " sum(n[5])::bigint, (SELECT created FROM draped.jobs WHERE status = 0"
+               " sum(n[5])::bigint, (SELECT created FROM draped.jobs WHERE status = " SQL_QUEUED
                " ORDER BY sequence LIMIT 1) FROM draped.counts");
     size_t rows = pg_run(&query);
     for (int k = 0; k < STORE_STATUS_COUNT && rows; k++)
@@ -189,9 +187,10 @@ static enum store_answer known(struct store *store, const char *id) {
 }
 
 enum store_answer postgres_cancel(struct store *store, const char *id) {
-    struct pg_query query = postgres_query_now(
-        store, "UPDATE draped.jobs SET status = 4, finished = " POSTGRES_NOW ", lease = NULL"
-               " WHERE id = $2 AND status < 2 RETURNING 1");
+    struct pg_query query =
+        postgres_query_now(store, "UPDATE draped.jobs SET status = " SQL_CANCELLED
+                                  ", finished = " POSTGRES_NOW ", lease = NULL"
+                                  " WHERE id = $2 AND status < " SQL_FIRST_ENDED " RETURNING 1");
     pg_bind_text(&query, id);
     enum store_answer answer = postgres_end(&query, pg_run(&query), STORE_EMPTY);
     if (answer != STORE_EMPTY)

@@ -1,145 +1,217 @@
 /* SPDX-License-Identifier: MIT */
-#include "postgres.h"
+#include "notify.h"
+#include "pool.h"
 #include "server/clock.h"
+#include <libpq-fe.h>
+#include <poll.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/eventfd.h>
-#include <time.h>
 #include <unistd.h>
 
 enum {
     RETRY_FIRST_MS = 250,
     RETRY_MOST_MS = 8000,
     LISTEN_MS = 60000,
-    SAY_EVERY_MS = 5,
+    ANNOUNCE_EVERY_MS = 5,
+    TEXT_MAX = 7900, /* bytes: the server takes less than 8000 */
     ROOM_FOR_QUEUE = 8
 };
 
 /* Subjects are collected while one text is on its way; a text names as many as fit. */
-struct bell {
-    struct pg_ear *ear;
+struct notify {
+    struct pool *pool;
+    PGconn *connection; /* of the thread; NULL without */
     struct hub *hub;
     pthread_t thread;
     int wake; /* eventfd */
     atomic_bool stopping;
     pthread_mutex_t lock;
-    bool queue;  /* hub_queue is to be told */
+    bool queue;  /* hub_queue is to be announced */
     size_t used; /* of the text, which has each id behind a blank */
-    char text[PG_TEXT_MAX + 1];
+    char text[TEXT_MAX + 1];
 };
 
-static void wake_up(struct bell *bell) {
+/* ------------------------------------------------------------------ what is to be announced */
+
+static void wake_up(struct notify *notify) {
     uint64_t one = 1;
-    ssize_t written = write(bell->wake, &one, sizeof one);
+    ssize_t written = write(notify->wake, &one, sizeof one);
     (void)written; /* it only fails when it is awake already */
 }
 
 /* What does not fit is left out: it is found by looking. */
-void bell_ring(struct bell *bell, const char *subject) {
+void notify_announce(struct notify *notify, const char *subject) {
     size_t length = strlen(subject);
-    pthread_mutex_lock(&bell->lock);
+    pthread_mutex_lock(&notify->lock);
     if (!strcmp(subject, hub_queue)) {
-        bell->queue = true;
-    } else if (bell->used + length + 1 < sizeof bell->text - ROOM_FOR_QUEUE) {
-        bell->text[bell->used] = ' ';
-        memcpy(bell->text + bell->used + 1, subject, length);
-        bell->used += length + 1;
+        notify->queue = true;
+    } else if (notify->used + length + 1 < sizeof notify->text - ROOM_FOR_QUEUE) {
+        notify->text[notify->used] = ' ';
+        memcpy(notify->text + notify->used + 1, subject, length);
+        notify->used += length + 1;
     }
-    pthread_mutex_unlock(&bell->lock);
-    wake_up(bell);
+    pthread_mutex_unlock(&notify->lock);
+    wake_up(notify);
 }
 
 /* The text to be sent; false when there is none. */
-static bool collect(struct bell *bell, char text[PG_TEXT_MAX + 1]) {
-    pthread_mutex_lock(&bell->lock);
-    bool any = bell->queue || bell->used > 0;
-    snprintf(text, PG_TEXT_MAX + 1, "%s%.*s", bell->queue ? hub_queue : "", (int)bell->used,
-             bell->text);
-    bell->queue = false;
-    bell->used = 0;
-    pthread_mutex_unlock(&bell->lock);
+static bool collect(struct notify *notify, char text[TEXT_MAX + 1]) {
+    pthread_mutex_lock(&notify->lock);
+    bool any = notify->queue || notify->used > 0;
+    snprintf(text, TEXT_MAX + 1, "%s%.*s", notify->queue ? hub_queue : "", (int)notify->used,
+             notify->text);
+    notify->queue = false;
+    notify->used = 0;
+    pthread_mutex_unlock(&notify->lock);
     return any;
 }
 
-/* Words of another program on our channel name nobody here and do no harm. */
-static void hear(void *context, const char *text) {
-    struct bell *bell = context;
+/* ------------------------------------------------------------------ the connection */
+
+static void disconnect(struct notify *notify) {
+    PQfinish(notify->connection);
+    notify->connection = NULL;
+}
+
+static bool connected(struct notify *notify) {
+    if (notify->connection)
+        return true;
+    notify->connection = pool_connect(notify->pool);
+    PGresult *result = PQexec(notify->connection, "LISTEN draped");
+    bool good =
+        PQresultStatus(result) == PGRES_COMMAND_OK && PQsetnonblocking(notify->connection, 1) == 0;
+    PQclear(result);
+    if (!good)
+        disconnect(notify);
+    return good;
+}
+
+/* Notifies the hub of the subjects in a text. Words of another program on our channel name nothing
+ * here and do no harm. */
+static void pass_on(struct hub *hub, const char *text) {
     char subject[ID_SIZE];
     while (*text) {
         size_t length = strcspn(text, " ");
         if (length > 0 && length < sizeof subject) {
             memcpy(subject, text, length);
             subject[length] = '\0';
-            hub_notify(bell->hub, subject);
+            hub_notify(hub, subject);
         }
         text += length + (text[length] == ' ');
     }
 }
 
-/* Waits, unless it is to stop, in vain for what would be said meanwhile. */
-static void pause_ms(struct bell *bell, int ms) {
-    int64_t until = clock_ms() + ms;
-    while (!atomic_load(&bell->stopping) && clock_ms() < until)
-        nanosleep(&(struct timespec){.tv_nsec = SAY_EVERY_MS * 10 * 1000000L}, NULL);
+/* Passes on what has been received of others; whether there was anything. */
+static bool pass_on_all(struct notify *notify) {
+    bool any = false;
+    PGnotify *received = NULL;
+    for (; (received = PQnotifies(notify->connection)) != NULL; PQfreemem(received)) {
+        any = true;
+        if (received->be_pid != PQbackendPID(notify->connection))
+            pass_on(notify->hub, received->extra);
+    }
+    return any;
 }
 
-/* One text every few milliseconds at the most, however much happens. */
-static bool speak(struct bell *bell) {
-    char text[PG_TEXT_MAX + 1];
-    uint64_t count = 0;
-    ssize_t got = read(bell->wake, &count, sizeof count);
-    (void)got;
-    if (!collect(bell, text))
+/* Waits for announcements of others or until there is something to announce; false when there is no
+ * connection: wait before trying again. */
+static bool wait_for_either(struct notify *notify) {
+    if (!connected(notify))
+        return false;
+    struct pollfd files[2] = {{.fd = PQsocket(notify->connection), .events = POLLIN},
+                              {.fd = notify->wake, .events = POLLIN}};
+    bool any = pass_on_all(notify); /* some came while we announced */
+    if (poll(files, 2, any ? 0 : LISTEN_MS) <= 0 || !files[0].revents)
         return true;
-    bool good = pg_ear_say(bell->ear, text);
-    nanosleep(&(struct timespec){.tv_nsec = SAY_EVERY_MS * 1000000L}, NULL);
+    if (!PQconsumeInput(notify->connection)) {
+        disconnect(notify);
+        return false;
+    }
+    pass_on_all(notify);
+    return true;
+}
+
+/* In a transaction of its own, which writes nothing: the server lets only one transaction that
+ * announces end at a time, and one that waited for its disk meanwhile would hold up all others. */
+static bool announce_text(struct notify *notify, const char *text) {
+    int64_t until = clock_ms() + pool_patience_ms(notify->pool);
+    bool sent = PQsendQueryParams(notify->connection, "SELECT pg_notify('draped', $1)", 1, NULL,
+                                  &text, NULL, NULL, 0);
+    PGresult *result = sent ? pool_receive(notify->connection, until) : NULL;
+    bool good = PQresultStatus(result) == PGRES_TUPLES_OK;
+    PQclear(result);
+    if (!good)
+        disconnect(notify);
     return good;
 }
 
+/* One text every few milliseconds at the most, however much happens. */
+static bool announce_collected(struct notify *notify) {
+    char text[TEXT_MAX + 1];
+    uint64_t count = 0;
+    ssize_t got = read(notify->wake, &count, sizeof count);
+    (void)got;
+    if (!collect(notify, text))
+        return true;
+    bool good = announce_text(notify, text);
+    nanosleep(&(struct timespec){.tv_nsec = ANNOUNCE_EVERY_MS * 1000000L}, NULL);
+    return good;
+}
+
+/* ------------------------------------------------------------------ the thread */
+
+/* Unless it is to stop. */
+static void pause_ms(struct notify *notify, int ms) {
+    int64_t until = clock_ms() + ms;
+    while (!atomic_load(&notify->stopping) && clock_ms() < until)
+        nanosleep(&(struct timespec){.tv_nsec = 50 * 1000000L}, NULL);
+}
+
 static void *carry(void *context) {
-    struct bell *bell = context;
+    struct notify *notify = context;
     int retry_ms = RETRY_FIRST_MS;
-    while (!atomic_load(&bell->stopping)) {
-        if (pg_ear_wait(bell->ear, bell->wake, LISTEN_MS, hear, bell) && speak(bell)) {
+    while (!atomic_load(&notify->stopping)) {
+        if (wait_for_either(notify) && announce_collected(notify)) {
             retry_ms = RETRY_FIRST_MS;
             continue;
         }
-        pause_ms(bell, retry_ms);
+        pause_ms(notify, retry_ms);
         retry_ms = retry_ms * 2 < RETRY_MOST_MS ? retry_ms * 2 : RETRY_MOST_MS;
     }
     return NULL;
 }
 
-static void bell_free(struct bell *bell) {
-    pg_ear_free(bell->ear);
-    if (bell->wake >= 0)
-        close(bell->wake);
-    pthread_mutex_destroy(&bell->lock);
-    free(bell);
+static void notify_free(struct notify *notify) {
+    disconnect(notify);
+    if (notify->wake >= 0)
+        close(notify->wake);
+    pthread_mutex_destroy(&notify->lock);
+    free(notify);
 }
 
-struct bell *bell_start(struct pg *pg, struct hub *hub) {
-    struct bell *bell = calloc(1, sizeof *bell);
-    if (!bell)
+struct notify *notify_start(struct pool *pool, struct hub *hub) {
+    struct notify *notify = calloc(1, sizeof *notify);
+    if (!notify)
         return NULL;
-    bell->hub = hub;
-    bell->ear = pg_ear_new(pg);
-    bell->wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-    pthread_mutex_init(&bell->lock, NULL);
-    if (bell->ear && bell->wake >= 0 && pthread_create(&bell->thread, NULL, carry, bell) == 0)
-        return bell;
-    bell_free(bell);
+    notify->pool = pool;
+    notify->hub = hub;
+    notify->wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    pthread_mutex_init(&notify->lock, NULL);
+    if (notify->wake >= 0 && pthread_create(&notify->thread, NULL, carry, notify) == 0)
+        return notify;
+    notify_free(notify);
     return NULL;
 }
 
-void bell_stop(struct bell *bell) {
-    if (!bell)
+void notify_stop(struct notify *notify) {
+    if (!notify)
         return;
-    atomic_store(&bell->stopping, true);
-    wake_up(bell);
-    pthread_join(bell->thread, NULL);
-    bell_free(bell);
+    atomic_store(&notify->stopping, true);
+    wake_up(notify);
+    pthread_join(notify->thread, NULL);
+    notify_free(notify);
 }

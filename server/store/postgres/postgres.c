@@ -1,32 +1,29 @@
 /* SPDX-License-Identifier: MIT */
 #include "postgres.h"
+#include "notify.h"
+#include "pool.h"
 #include <stdio.h>
 #include <stdlib.h>
 
 struct postgres_store {
     struct store base;
-    struct store_options options;
-    struct pg *pg;
-    struct bell *bell;
+    struct pool *pool;
+    struct notify *notify;
 };
 
 static struct postgres_store *postgres_of(struct store *store) {
     return (struct postgres_store *)store;
 }
 
-const struct store_options *postgres_options(struct store *store) {
-    return &postgres_of(store)->options;
-}
-
 struct pg_query postgres_query(struct store *store, const char *sql) {
-    return pg_query(postgres_of(store)->pg, sql);
+    return pg_query(postgres_of(store)->pool, sql);
 }
 
 struct pg_query postgres_query_now(struct store *store, const char *sql) {
     const struct postgres_store *postgres = postgres_of(store);
-    struct pg_query query = pg_query(postgres->pg, sql);
-    if (postgres->options.clock)
-        pg_bind_int(&query, postgres->options.clock());
+    struct pg_query query = pg_query(postgres->pool, sql);
+    if (postgres->base.options.clock)
+        pg_bind_int(&query, postgres->base.options.clock());
     else
         pg_bind_no_int(&query);
     return query;
@@ -41,8 +38,8 @@ enum store_answer postgres_end(struct pg_query *query, size_t rows, enum store_a
 
 static void postgres_close(struct store *base) {
     struct postgres_store *store = postgres_of(base);
-    bell_stop(store->bell);
-    pg_close(store->pg);
+    notify_stop(store->notify);
+    pool_close(store->pool);
     free(store);
 }
 
@@ -54,7 +51,7 @@ static enum store_answer postgres_ping(struct store *store) {
 }
 
 static void postgres_announce(struct store *store, const char *subject) {
-    bell_ring(postgres_of(store)->bell, subject);
+    notify_announce(postgres_of(store)->notify, subject);
 }
 
 static const struct store_ops postgres_ops = {
@@ -72,9 +69,12 @@ static const struct store_ops postgres_ops = {
     .renew = postgres_renew,
     .check = postgres_check,
     .fail = postgres_fail,
-    .crashed = postgres_crashed,
-    .release = postgres_release,
-    .sweep = postgres_sweep,
+    .attempts = postgres_attempts,
+    .requeue = postgres_requeue,
+    .find_ended = postgres_find_ended,
+    .take_over = postgres_take_over,
+    .find_due = postgres_find_due,
+    .step = postgres_step,
     .result_append = postgres_result_append,
     .result_commit = postgres_result_commit,
     .result_drop = postgres_result_drop,
@@ -86,6 +86,29 @@ static const struct store_ops postgres_ops = {
     .surface_delete = postgres_surface_delete,
 };
 
+/* What must be so for answers to mean what they say. */
+static bool check_server(struct pool *pool, char why[STORE_WHY_SIZE]) {
+    struct pg_query query =
+        pg_query(pool, "SELECT pg_is_in_recovery() OR"
+                       " current_setting('default_transaction_read_only') = 'on',"
+                       " current_setting('synchronous_commit') = 'off'");
+    size_t rows = pg_run(&query);
+    bool read_only = rows && pg_int(&query, 0, 0);
+    bool loose = rows && pg_int(&query, 0, 1);
+    enum store_answer answer = pg_end(&query);
+    if (answer != STORE_OK)
+        snprintf(why, STORE_WHY_SIZE, "the database does not answer (see the log)");
+    else if (read_only)
+        snprintf(why, STORE_WHY_SIZE,
+                 "the database is a replica or set read-only: name the primary in the URL; with "
+                 "several hosts there, add target_session_attrs=read-write");
+    else if (loose)
+        snprintf(why, STORE_WHY_SIZE,
+                 "the database has synchronous_commit off for this user, so that it would forget "
+                 "what it has acknowledged: ALTER ROLE ... SET synchronous_commit = on");
+    return answer == STORE_OK && !read_only && !loose;
+}
+
 struct store *store_postgres_open(const char *url, const struct store_options *options,
                                   struct hub *hub, char why[STORE_WHY_SIZE]) {
     struct postgres_store *store = calloc(1, sizeof *store);
@@ -95,11 +118,11 @@ struct store *store_postgres_open(const char *url, const struct store_options *o
     }
     store->base.ops = &postgres_ops;
     store->base.hub = hub;
-    store->options = *options;
-    store->pg = pg_open(url, options->busy_ms, why);
-    if (store->pg && postgres_migrate(store->pg, why)) {
-        store->bell = bell_start(store->pg, hub);
-        if (store->bell)
+    store->base.options = *options;
+    store->pool = pool_open(url, options->busy_ms, why);
+    if (store->pool && check_server(store->pool, why) && postgres_migrate(store->pool, why)) {
+        store->notify = notify_start(store->pool, hub);
+        if (store->notify)
             return &store->base;
         snprintf(why, STORE_WHY_SIZE, "no memory or thread for notifications");
     }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Inside the PostgreSQL backend. `postgres.c` opens the database; what is written in SQL is
- * in `jobs.c`, `_claims.c`, `_results.c`, `_surfaces.c`, `_sweep.c` and `_schema.c`,
- * in the words of `pg.h`; `notify.c` carries hints between processes.
+ * in `jobs.c`, `claims.c`, `results.c`, `surfaces.c`, `sweep.c` and `schema.c`, in the words of
+ * `query.h`; `pool.c` keeps the connections, `notify.c` carries hints between processes.
  *
  * SQLite's backend is sure to be the only writer and takes its time over several statements in one
  * transaction. Here others write at the same moment and every statement costs a way to another
@@ -13,11 +13,8 @@
 #ifndef SERVER_STORE_POSTGRES_POSTGRES_H
 #define SERVER_STORE_POSTGRES_POSTGRES_H
 
-#include "pg.h"
+#include "query.h"
 #include "server/store/backend.h"
-
-struct postgres_store;
-const struct store_options *postgres_options(struct store *store);
 
 /* A statement on the store's database. */
 struct pg_query postgres_query(struct store *store, const char *sql);
@@ -39,20 +36,7 @@ enum store_answer postgres_end(struct pg_query *query, size_t rows, enum store_a
 
 /* Brings the database to the current schema; any number of processes may do so at once. False with
  * `why`. */
-bool postgres_migrate(struct pg *pg, char why[STORE_WHY_SIZE]);
-
-/* --- notify.c */
-
-/* A thread that tells the hub of what other processes announce, and them of what happens here. Only
- * hints: what it misses is found by looking. */
-struct bell;
-
-/* NULL without memory or threads. Both must outlive it. */
-struct bell *bell_start(struct pg *pg, struct hub *hub);
-void bell_stop(struct bell *bell);
-
-/* Announces `subject` (a job's id, or hub_queue) soon. Any thread; never waits. */
-void bell_ring(struct bell *bell, const char *subject);
+bool postgres_migrate(struct pool *pool, char why[STORE_WHY_SIZE]);
 
 /* --- jobs.c */
 
@@ -75,15 +59,14 @@ enum store_answer postgres_renew(struct store *store, const struct store_claim *
 enum store_answer postgres_check(struct store *store, const struct store_claim *claim);
 enum store_answer postgres_fail(struct store *store, const struct store_claim *claim,
                                 const char *error);
-enum store_answer postgres_crashed(struct store *store, const struct store_claim *claim,
-                                   const char *detail);
-enum store_answer postgres_release(struct store *store, const struct store_claim *claim);
-
-/* Takes the job from who holds it because the lease has ended: back into the queue or, without
- * attempts left, failed; tells which. STORE_CONFLICT when it is no longer held so, or the lease was
- * renewed after all. */
-enum store_answer postgres_end_lease(struct store *store, const struct store_claim *held,
-                                     bool *failed);
+enum store_answer postgres_attempts(struct store *store, const struct store_claim *claim,
+                                    int64_t *attempts, int64_t *excused);
+enum store_answer postgres_requeue(struct store *store, const struct store_claim *claim,
+                                   bool excused);
+enum store_answer postgres_find_ended(struct store *store, struct store_ended *ended, size_t most,
+                                      size_t *count);
+enum store_answer postgres_take_over(struct store *store, const struct store_ended *ended,
+                                     int64_t *token);
 
 /* --- results.c */
 
@@ -97,7 +80,8 @@ enum store_answer postgres_result_read(struct store *store, int64_t number, int6
 
 /* --- sweep.c */
 
-enum store_answer postgres_sweep(struct store *store, struct store_sweep *sweep);
+enum store_answer postgres_find_due(struct store *store, bool due[STORE_STEP_COUNT]);
+enum store_answer postgres_step(struct store *store, enum store_step step, int64_t *done);
 
 /* --- surfaces.c */
 

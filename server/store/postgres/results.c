@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "postgres.h"
+#include "server/store/sql.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -16,22 +17,25 @@ enum { COMMIT_TRIES = 3 };
 
 _Static_assert(STORE_CHUNK_BYTES == 65536, "as in STORE_CHUNKS");
 
-#define HELD " sequence = $2 AND token = $3 AND status = 1"
+#define HELD " sequence = $2 AND token = $3 AND status = " SQL_RUNNING
 
 static const char append_first_sql[] =
     "WITH made AS (INSERT INTO draped.results (digest, state, job, token, length)"
-    " SELECT digest, 0, sequence, token, 0 FROM draped.jobs WHERE $1::bigint IS NOT NULL AND" HELD
+    " SELECT digest, " SQL_BUILDING
+    ", sequence, token, 0 FROM draped.jobs WHERE $1::bigint IS NOT NULL AND" HELD
     " RETURNING number)," STORE_CHUNKS("made") " SELECT number, " POSTGRES_LAZY " FROM made";
 
 /* Between two parts the result may have been given up (its job cancelled, say). */
 static const char append_sql[] =
     "WITH building AS (SELECT r.number FROM draped.results r"
     " JOIN draped.jobs j ON j.sequence = r.job AND j.token = r.token"
-    " WHERE r.number = $1 AND r.state = 0 AND j.sequence = $2 AND j.token = $3 AND j.status = "
+    " WHERE r.number = $1 AND r.state = " SQL_BUILDING
+    " AND j.sequence = $2 AND j.token = $3 AND j.status = "
     "1)," STORE_CHUNKS("building") " SELECT number, " POSTGRES_LAZY " FROM building";
 
 #define END_JOB(number)                                                                            \
-    "UPDATE draped.jobs SET status = 2, progress = 1, finished = " POSTGRES_NOW ","                \
+    "UPDATE draped.jobs SET status = " SQL_SUCCEEDED ", progress = 1, finished = " POSTGRES_NOW    \
+    ","                                                                                            \
     " result = " number ", lease = NULL"
 
 /* The job ends, and only if it does, its result is made. */
@@ -47,18 +51,20 @@ static const char commit_new_sql[] =
 
 static const char commit_begun_sql[] =
     "WITH begun AS MATERIALIZED ("
-    " SELECT number FROM draped.results WHERE number = $8 AND state = 0 FOR UPDATE),"
+    " SELECT number FROM draped.results WHERE number = $8 AND state = " SQL_BUILDING " FOR UPDATE),"
     " ended AS (" END_JOB(
         "begun.number") " FROM begun WHERE" HELD " RETURNING begun.number),"
-                        " made AS (UPDATE draped.results r SET state = 1, length = $6, summary = "
+                        " made AS (UPDATE draped.results r SET state = " SQL_COMPLETE
+                        ", length = $6, summary = "
                         "$7 FROM ended"
                         " WHERE r.number = ended.number RETURNING r.number)," STORE_CHUNKS(
                             "made") " SELECT number FROM made";
 
 static const char commit_twin_sql[] =
     "WITH twin AS MATERIALIZED (SELECT r.number FROM draped.jobs j JOIN draped.results r"
-    " ON r.digest = j.digest AND r.state = 1 WHERE j.sequence = $2 FOR SHARE OF r) " END_JOB(
-        "twin.number") " FROM twin WHERE" HELD " RETURNING 1";
+    " ON r.digest = j.digest AND r.state = " SQL_COMPLETE
+    " WHERE j.sequence = $2 FOR SHARE OF r) " END_JOB("twin.number") " FROM twin WHERE" HELD
+                                                                     " RETURNING 1";
 
 /* The part in one piece, malloc'ed. */
 static unsigned char *join(const struct store_part *part) {
@@ -141,9 +147,9 @@ enum store_answer postgres_result_commit(struct store *store, struct store_part 
 
 /* Not one that was committed after all, by a statement whose answer was lost. */
 enum store_answer postgres_result_drop(struct store *store, int64_t number) {
-    struct pg_query query =
-        postgres_query(store, "UPDATE draped.results SET state = 2 WHERE number = $1 AND state = 0"
-                              " RETURNING " POSTGRES_LAZY);
+    struct pg_query query = postgres_query(store, "UPDATE draped.results SET state = " SQL_DOOMED
+                                                  " WHERE number = $1 AND state = " SQL_BUILDING
+                                                  " RETURNING " POSTGRES_LAZY);
     pg_bind_int(&query, number);
     pg_run(&query);
     return pg_end(&query);
@@ -153,9 +159,9 @@ enum store_answer postgres_result_drop(struct store *store, int64_t number) {
 
 enum store_answer postgres_result_find(struct store *store, const char *id,
                                        struct store_result *result) {
-    struct pg_query query =
-        postgres_query(store, "SELECT r.number, r.length FROM draped.jobs j JOIN draped.results r"
-                              " ON r.number = j.result WHERE j.id = $1 AND r.state = 1");
+    struct pg_query query = postgres_query(
+        store, "SELECT r.number, r.length FROM draped.jobs j JOIN draped.results r"
+               " ON r.number = j.result WHERE j.id = $1 AND r.state = " SQL_COMPLETE);
     pg_bind_text(&query, id);
     size_t rows = pg_run(&query);
     if (rows) {

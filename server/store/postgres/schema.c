@@ -156,8 +156,9 @@ enum { CURRENT = sizeof migrations / sizeof migrations[0], SCRIPT_SIZE = 16384 }
 /* Of the lock that is held while a step is taken. */
 #define LOCK "SELECT pg_advisory_xact_lock(7237965216410200);" /* any number of our own */
 
-static bool read_number(struct pg *pg, const char *sql, int64_t *number, char why[STORE_WHY_SIZE]) {
-    struct pg_query query = pg_query(pg, sql);
+static bool read_number(struct pool *pool, const char *sql, int64_t *number,
+                        char why[STORE_WHY_SIZE]) {
+    struct pg_query query = pg_query(pool, sql);
     *number = pg_run(&query) ? pg_int(&query, 0, 0) : 0;
     if (pg_end(&query) == STORE_OK)
         return true;
@@ -168,19 +169,19 @@ static bool read_number(struct pg *pg, const char *sql, int64_t *number, char wh
 }
 
 /* 0 for a database without our tables. */
-static bool read_version(struct pg *pg, int64_t *version, char why[STORE_WHY_SIZE]) {
-    return read_number(pg, "SELECT to_regclass('draped.schema_version') IS NOT NULL", version,
+static bool read_version(struct pool *pool, int64_t *version, char why[STORE_WHY_SIZE]) {
+    return read_number(pool, "SELECT to_regclass('draped.schema_version') IS NOT NULL", version,
                        why) &&
            (*version == 0 ||
-            read_number(pg, "SELECT max(version) FROM draped.schema_version", version, why));
+            read_number(pool, "SELECT max(version) FROM draped.schema_version", version, why));
 }
 
 /* The schema may have been made for a user who must not make one. */
-static bool make_versions(struct pg *pg, char why[STORE_WHY_SIZE]) {
+static bool make_versions(struct pool *pool, char why[STORE_WHY_SIZE]) {
     int64_t there = 0;
-    return read_number(pg, "SELECT to_regnamespace('draped') IS NOT NULL", &there, why) &&
-           (there || pg_script(pg, LOCK "CREATE SCHEMA IF NOT EXISTS draped", NULL, why)) &&
-           pg_script(pg,
+    return read_number(pool, "SELECT to_regnamespace('draped') IS NOT NULL", &there, why) &&
+           (there || pg_script(pool, LOCK "CREATE SCHEMA IF NOT EXISTS draped", NULL, why)) &&
+           pg_script(pool,
                      LOCK "CREATE TABLE IF NOT EXISTS draped.schema_version"
                           " (version integer PRIMARY KEY, applied timestamptz NOT NULL)",
                      NULL, why);
@@ -188,19 +189,19 @@ static bool make_versions(struct pg *pg, char why[STORE_WHY_SIZE]) {
 
 /* One step, as one transaction. Who waited for the lock while another took the same step finds the
  * number taken. */
-static bool apply(struct pg *pg, int64_t version, char why[STORE_WHY_SIZE]) {
+static bool apply(struct pool *pool, int64_t version, char why[STORE_WHY_SIZE]) {
     char script[SCRIPT_SIZE];
     bool taken = false;
     int length = snprintf(script, sizeof script,
                           LOCK "INSERT INTO draped.schema_version VALUES (%lld, now());%s",
                           (long long)version, migrations[version - 1]);
-    return length < (int)sizeof script && (pg_script(pg, script, &taken, why) || taken);
+    return length < (int)sizeof script && (pg_script(pool, script, &taken, why) || taken);
 }
 
 /* What the tables need beyond themselves. */
-static bool check_rights(struct pg *pg, char why[STORE_WHY_SIZE]) {
+static bool check_rights(struct pool *pool, char why[STORE_WHY_SIZE]) {
     int64_t good = 0;
-    if (!read_number(pg,
+    if (!read_number(pool,
                      "SELECT coalesce(bool_and(has_table_privilege(c.oid, 'SELECT') AND"
                      " has_table_privilege(c.oid, 'INSERT') AND"
                      " has_table_privilege(c.oid, 'UPDATE') AND"
@@ -216,9 +217,10 @@ static bool check_rights(struct pg *pg, char why[STORE_WHY_SIZE]) {
     return good;
 }
 
-static bool check_language(struct pg *pg, char why[STORE_WHY_SIZE]) {
+static bool check_language(struct pool *pool, char why[STORE_WHY_SIZE]) {
     int64_t there = 0;
-    if (!read_number(pg, "SELECT count(*) FROM pg_language WHERE lanname = 'plpgsql'", &there, why))
+    if (!read_number(pool, "SELECT count(*) FROM pg_language WHERE lanname = 'plpgsql'", &there,
+                     why))
         return false;
     if (!there)
         snprintf(why, STORE_WHY_SIZE,
@@ -227,9 +229,9 @@ static bool check_language(struct pg *pg, char why[STORE_WHY_SIZE]) {
     return there > 0;
 }
 
-bool postgres_migrate(struct pg *pg, char why[STORE_WHY_SIZE]) {
+bool postgres_migrate(struct pool *pool, char why[STORE_WHY_SIZE]) {
     int64_t version = 0;
-    if (!read_version(pg, &version, why) || !check_language(pg, why))
+    if (!read_version(pool, &version, why) || !check_language(pool, why))
         return false;
     if (version > CURRENT) {
         snprintf(why, STORE_WHY_SIZE,
@@ -237,8 +239,8 @@ bool postgres_migrate(struct pg *pg, char why[STORE_WHY_SIZE]) {
                  (long long)version, (int)CURRENT);
         return false;
     }
-    bool good = version > 0 || make_versions(pg, why);
+    bool good = version > 0 || make_versions(pool, why);
     while (good && version < CURRENT)
-        good = apply(pg, ++version, why);
-    return good && check_rights(pg, why);
+        good = apply(pool, ++version, why);
+    return good && check_rights(pool, why);
 }

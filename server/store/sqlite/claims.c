@@ -1,19 +1,14 @@
 /* SPDX-License-Identifier: MIT */
-#include "api/problem.h"
+#include "server/store/sql.h"
 #include "sqlite.h"
-#include <stdlib.h>
 #include <string.h>
-
-/* How often the death of the whole daemon is not held against the job. Beyond it the attempt is,
- * so that a job which brings the daemon down cannot do so for ever. */
-enum { INTERRUPTIONS_EXCUSED = 20 };
 
 /* ------------------------------------------------------------------ claim */
 
 static enum store_answer any_queued(struct sqlite_store *store, struct db *db, void *context) {
     (void)store;
     (void)context;
-    struct query query = db_query(db, "SELECT 1 FROM jobs WHERE status = 0 LIMIT 1");
+    struct query query = db_query(db, "SELECT 1 FROM jobs WHERE status = " SQL_QUEUED " LIMIT 1");
     bool any = query_row(&query);
     enum store_answer answer = query_end(&query);
     return answer == STORE_OK && !any ? STORE_EMPTY : answer;
@@ -24,21 +19,20 @@ static enum store_answer any_queued(struct sqlite_store *store, struct db *db, v
  * index that has that, too, is taken: hence INDEXED BY. */
 static const char pick_sql[] =
     "WITH RECURSIVE waiting (owner) AS ("
-    " SELECT min(owner) FROM jobs INDEXED BY jobs_queue WHERE status = 0"
-    " UNION ALL"
+    " SELECT min(owner) FROM jobs INDEXED BY jobs_queue WHERE status = " SQL_QUEUED " UNION ALL"
     " SELECT (SELECT min(j.owner) FROM jobs j INDEXED BY jobs_queue"
-    "   WHERE j.status = 0 AND j.owner > waiting.owner)"
+    "   WHERE j.status = " SQL_QUEUED " AND j.owner > waiting.owner)"
     "  FROM waiting WHERE waiting.owner IS NOT NULL),"
     " first (owner) AS ("
     " SELECT owner FROM waiting WHERE owner IS NOT NULL"
     "  ORDER BY (SELECT count(*) FROM (SELECT 1 FROM jobs j INDEXED BY jobs_running"
-    "    WHERE j.status = 1 AND j.owner = waiting.owner LIMIT 1000)),"
+    "    WHERE j.status = " SQL_RUNNING " AND j.owner = waiting.owner LIMIT 1000)),"
     "   (SELECT min(j.rank) FROM jobs j INDEXED BY jobs_queue"
-    "    WHERE j.status = 0 AND j.owner = waiting.owner) LIMIT 1)"
+    "    WHERE j.status = " SQL_QUEUED " AND j.owner = waiting.owner) LIMIT 1)"
     "SELECT j.sequence, j.id, j.surface, j.token, j.attempts, r.number"
     " FROM first CROSS JOIN jobs j INDEXED BY jobs_queue"
-    "  ON j.owner = first.owner AND j.status = 0"
-    " LEFT JOIN results r ON r.digest = j.digest AND r.state = 1"
+    "  ON j.owner = first.owner AND j.status = " SQL_QUEUED
+    " LEFT JOIN results r ON r.digest = j.digest AND r.state = " SQL_COMPLETE
     " ORDER BY j.rank, j.sequence LIMIT 1";
 
 /* The first of the queue, with the complete result of its digest (0: none). */
@@ -59,9 +53,9 @@ static enum store_answer pick(struct db *db, struct store_claim *claim, int64_t 
 
 static enum store_answer succeed(const struct sqlite_store *store, struct db *db,
                                  const struct store_claim *claim, int64_t result) {
-    struct query query =
-        db_query(db, "UPDATE jobs SET status = 2, progress = 1, started = ?1, finished = ?1,"
-                     " result = ?2, token = ?3 WHERE sequence = ?4");
+    struct query query = db_query(db, "UPDATE jobs SET status = " SQL_SUCCEEDED
+                                      ", progress = 1, started = ?1, finished = ?1,"
+                                      " result = ?2, token = ?3 WHERE sequence = ?4");
     query_bind_int(&query, sqlite_now(store));
     query_bind_int(&query, result);
     query_bind_int(&query, claim->token);
@@ -72,14 +66,14 @@ static enum store_answer succeed(const struct sqlite_store *store, struct db *db
 static enum store_answer hand_out(struct sqlite_store *store, struct db *db,
                                   const struct store_claim *claim) {
     int64_t now = sqlite_now(store);
-    struct query query =
-        db_query(db, "UPDATE jobs SET status = 1, progress = 0, started = ?, attempts = ?,"
-                     " token = ?, lease = ?, holder = ? WHERE sequence = ?");
+    struct query query = db_query(db, "UPDATE jobs SET status = " SQL_RUNNING
+                                      ", progress = 0, started = ?, attempts = ?,"
+                                      " token = ?, lease = ?, holder = ? WHERE sequence = ?");
     query_bind_int(&query, now);
     query_bind_int(&query, claim->attempts);
     query_bind_int(&query, claim->token);
     query_bind_int(&query, now + sqlite_options(store)->lease_us);
-    query_bind_text(&query, holder_name(sqlite_holder(store)));
+    query_bind_text(&query, process_lock_name(sqlite_process(store)));
     query_bind_int(&query, claim->sequence);
     return query_run(&query);
 }
@@ -121,8 +115,8 @@ enum store_answer sqlite_claim(struct store *store, struct store_claim *claim) {
 struct holding {
     const struct store_claim *claim;
     double progress;
-    const char *text; /* the error, or the detail of a crash */
-    enum requeue cause;
+    const char *error;
+    int64_t attempts, excused;
 };
 
 static enum store_answer changed(struct db *db, struct query *query) {
@@ -132,8 +126,9 @@ static enum store_answer changed(struct db *db, struct query *query) {
 
 static enum store_answer renew_operation(struct sqlite_store *store, struct db *db, void *context) {
     struct holding *holding = context;
-    struct query query = db_query(db, "UPDATE jobs SET lease = ?, progress = max(progress, ?)"
-                                      " WHERE sequence = ? AND token = ? AND status = 1");
+    struct query query =
+        db_query(db, "UPDATE jobs SET lease = ?, progress = max(progress, ?)"
+                     " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
     query_bind_int(&query, sqlite_now(store) + sqlite_options(store)->lease_us);
     query_bind_real(&query, holding->progress);
     query_bind_int(&query, holding->claim->sequence);
@@ -150,8 +145,8 @@ enum store_answer sqlite_renew(struct store *store, const struct store_claim *cl
 static enum store_answer check_operation(struct sqlite_store *store, struct db *db, void *context) {
     (void)store;
     struct holding *holding = context;
-    struct query query =
-        db_query(db, "SELECT 1 FROM jobs WHERE sequence = ? AND token = ? AND status = 1");
+    struct query query = db_query(
+        db, "SELECT 1 FROM jobs WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
     query_bind_int(&query, holding->claim->sequence);
     query_bind_int(&query, holding->claim->token);
     bool holds = query_row(&query);
@@ -166,91 +161,127 @@ enum store_answer sqlite_check(struct store *store, const struct store_claim *cl
 
 /* ------------------------------------------------------------------ giving up */
 
-static enum store_answer set_failed(const struct sqlite_store *store, struct db *db,
-                                    int64_t sequence, int64_t token, const char *error) {
-    struct query query = db_query(
-        db, "UPDATE jobs SET status = 3, finished = ?, error = ?, lease = NULL, holder = NULL"
-            " WHERE sequence = ? AND token = ? AND status = 1");
-    query_bind_int(&query, sqlite_now(store));
-    query_bind_text(&query, error);
-    query_bind_int(&query, sequence);
-    query_bind_int(&query, token);
-    return changed(db, &query);
-}
-
 static enum store_answer fail_operation(struct sqlite_store *store, struct db *db, void *context) {
     struct holding *holding = context;
-    return set_failed(store, db, holding->claim->sequence, holding->claim->token, holding->text);
+    struct query query = db_query(
+        db, "UPDATE jobs SET status = " SQL_FAILED ", finished = ?, error = ?, lease = NULL,"
+            " holder = NULL WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
+    query_bind_int(&query, sqlite_now(store));
+    query_bind_text(&query, holding->error);
+    query_bind_int(&query, holding->claim->sequence);
+    query_bind_int(&query, holding->claim->token);
+    return changed(db, &query);
 }
 
 enum store_answer sqlite_fail(struct store *store, const struct store_claim *claim,
                               const char *error) {
-    struct holding holding = {.claim = claim, .text = error};
+    struct holding holding = {.claim = claim, .error = error};
     return sqlite_write(store, fail_operation, &holding);
 }
 
-static enum store_answer fail_as_crashed(const struct sqlite_store *store, struct db *db,
-                                         int64_t sequence, int64_t token, int64_t crashes,
-                                         const char *detail) {
-    struct api_problem problem = {0};
-    api_problem_set(&problem, API_SOLVER_CRASHED,
-                    "The solver died in %lld attempts, the most there are; the last time: %s.",
-                    (long long)crashes, detail);
-    char *json = api_problem_json(&problem, NULL);
-    if (!json)
-        return STORE_DOWN;
-    enum store_answer answer = set_failed(store, db, sequence, token, json);
-    free(json);
-    return answer;
-}
-
-static enum store_answer set_queued(struct db *db, int64_t sequence, int64_t token, bool excused) {
+static enum store_answer attempts_operation(struct sqlite_store *store, struct db *db,
+                                            void *context) {
+    (void)store;
+    struct holding *holding = context;
     struct query query =
-        db_query(db, "UPDATE jobs SET status = 0, progress = 0, started = 0, lease = NULL,"
-                     " holder = NULL, excused = excused + ?"
-                     " WHERE sequence = ? AND token = ? AND status = 1");
-    query_bind_int(&query, excused);
-    query_bind_int(&query, sequence);
-    query_bind_int(&query, token);
-    return changed(db, &query);
+        db_query(db, "SELECT attempts, excused FROM jobs"
+                     " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
+    query_bind_int(&query, holding->claim->sequence);
+    query_bind_int(&query, holding->claim->token);
+    bool holds = query_row(&query);
+    holding->attempts = holds ? query_int(&query, 0) : 0;
+    holding->excused = holds ? query_int(&query, 1) : 0;
+    enum store_answer answer = query_end(&query);
+    return answer == STORE_OK && !holds ? STORE_CONFLICT : answer;
 }
 
-enum store_answer sqlite_requeue(struct sqlite_store *store, struct db *db, int64_t sequence,
-                                 int64_t token, enum requeue cause, const char *detail,
-                                 bool *failed) {
-    struct query query = db_query(db, "SELECT attempts, excused FROM jobs"
-                                      " WHERE sequence = ? AND token = ? AND status = 1");
-    query_bind_int(&query, sequence);
-    query_bind_int(&query, token);
-    bool holds = query_row(&query);
-    int64_t attempts = holds ? query_int(&query, 0) : 0;
-    int64_t excuses = holds ? query_int(&query, 1) : 0;
-    enum store_answer answer = query_end(&query);
-    if (answer != STORE_OK || !holds)
-        return answer != STORE_OK ? answer : STORE_CONFLICT;
-    bool excused = cause == REQUEUE_RELEASED ||
-                   (cause == REQUEUE_INTERRUPTED && excuses < INTERRUPTIONS_EXCUSED);
-    int64_t crashes = attempts - excuses;
-    *failed = !excused && crashes >= sqlite_options(store)->max_attempts;
-    return *failed ? fail_as_crashed(store, db, sequence, token, crashes, detail)
-                   : set_queued(db, sequence, token, excused);
+enum store_answer sqlite_attempts(struct store *store, const struct store_claim *claim,
+                                  int64_t *attempts, int64_t *excused) {
+    struct holding holding = {.claim = claim};
+    enum store_answer answer = sqlite_read(store, attempts_operation, &holding);
+    *attempts = holding.attempts;
+    *excused = holding.excused;
+    return answer;
 }
 
 static enum store_answer requeue_operation(struct sqlite_store *store, struct db *db,
                                            void *context) {
+    (void)store;
     struct holding *holding = context;
-    bool failed = false;
-    return sqlite_requeue(store, db, holding->claim->sequence, holding->claim->token,
-                          holding->cause, holding->text, &failed);
+    struct query query = db_query(
+        db, "UPDATE jobs SET status = " SQL_QUEUED ", progress = 0, started = 0, lease = NULL,"
+            " holder = NULL, excused = excused + ?"
+            " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
+    query_bind_int(&query, holding->excused);
+    query_bind_int(&query, holding->claim->sequence);
+    query_bind_int(&query, holding->claim->token);
+    return changed(db, &query);
 }
 
-enum store_answer sqlite_crashed(struct store *store, const struct store_claim *claim,
-                                 const char *detail) {
-    struct holding holding = {.claim = claim, .text = detail, .cause = REQUEUE_CRASHED};
+enum store_answer sqlite_requeue(struct store *store, const struct store_claim *claim,
+                                 bool excused) {
+    struct holding holding = {.claim = claim, .excused = excused};
     return sqlite_write(store, requeue_operation, &holding);
 }
 
-enum store_answer sqlite_release(struct store *store, const struct store_claim *claim) {
-    struct holding holding = {.claim = claim, .text = "", .cause = REQUEUE_RELEASED};
-    return sqlite_write(store, requeue_operation, &holding);
+/* ------------------------------------------------------------------ claims that ended */
+
+struct look {
+    struct store_ended *ended;
+    size_t most, count;
+};
+
+/* Each process is looked at once. */
+static enum store_answer find_operation(struct sqlite_store *store, struct db *db, void *context) {
+    struct look *look = context;
+    int64_t now = sqlite_now(store);
+    char holder[ID_SIZE] = "";
+    bool gone = false;
+    struct query query = db_query(db, "SELECT sequence, token, id, holder, lease FROM jobs"
+                                      " WHERE status = " SQL_RUNNING " ORDER BY holder");
+    while (look->count < look->most && query_row(&query)) {
+        const char *name = query_text(&query, 3);
+        if (name && strcmp(name, holder) != 0) {
+            query_copy(&query, 3, holder, sizeof holder);
+            gone = process_lock_gone(sqlite_process(store), holder);
+        }
+        if (!gone && query_int(&query, 4) >= now)
+            continue;
+        struct store_ended *ended = &look->ended[look->count++];
+        ended->claim.sequence = query_int(&query, 0);
+        ended->claim.token = query_int(&query, 1);
+        query_copy(&query, 2, ended->claim.id, sizeof ended->claim.id);
+        ended->holder_gone = gone;
+    }
+    return query_end(&query);
+}
+
+enum store_answer sqlite_find_ended(struct store *store, struct store_ended *ended, size_t most,
+                                    size_t *count) {
+    struct look look = {.ended = ended, .most = most};
+    enum store_answer answer = sqlite_read(store, find_operation, &look);
+    *count = look.count;
+    return answer;
+}
+
+static enum store_answer take_operation(struct sqlite_store *store, struct db *db, void *context) {
+    const struct store_ended *ended = context;
+    int64_t now = sqlite_now(store);
+    struct query query = db_query(db, "UPDATE jobs SET token = token + 1, lease = ?, holder = ?"
+                                      " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING
+                                      " AND (? OR lease < ?)");
+    query_bind_int(&query, now + sqlite_options(store)->lease_us);
+    query_bind_text(&query, process_lock_name(sqlite_process(store)));
+    query_bind_int(&query, ended->claim.sequence);
+    query_bind_int(&query, ended->claim.token);
+    query_bind_int(&query, ended->holder_gone);
+    query_bind_int(&query, now);
+    return changed(db, &query);
+}
+
+enum store_answer sqlite_take_over(struct store *store, const struct store_ended *ended,
+                                   int64_t *token) {
+    struct store_ended own = *ended;
+    *token = ended->claim.token + 1;
+    return sqlite_write_lazy(store, take_operation, &own);
 }

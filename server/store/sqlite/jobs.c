@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: MIT */
+#include "server/store/sql.h"
 #include "sqlite.h"
 #include <sodium.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* A step of priority is worth a minute of waiting. */
-#define PRIORITY_US (INT64_C(60) * 1000000)
 
 enum { KEY_DIGEST_BYTES = 32 };
 
@@ -52,14 +50,15 @@ static enum store_answer surface_stored(struct db *db, const char *id) {
 
 /* The complete result of that digest in `*number`, 0 for none. */
 static enum store_answer find_result(struct db *db, const char *digest, int64_t *number) {
-    struct query query = db_query(db, "SELECT number FROM results WHERE digest = ? AND state = 1");
+    struct query query =
+        db_query(db, "SELECT number FROM results WHERE digest = ? AND state = " SQL_COMPLETE);
     query_bind_text(&query, digest);
     *number = query_row(&query) ? query_int(&query, 0) : 0;
     return query_end(&query);
 }
 
 static enum store_answer queue_room(struct sqlite_store *store, struct db *db) {
-    struct query query = db_query(db, "SELECT n FROM counts WHERE status = 0");
+    struct query query = db_query(db, "SELECT n FROM counts WHERE status = " SQL_QUEUED);
     bool full = query_row(&query) && query_int(&query, 0) >= sqlite_options(store)->queue_limit;
     enum store_answer answer = query_end(&query);
     return answer == STORE_OK && full ? STORE_FULL : answer;
@@ -75,7 +74,7 @@ static enum store_answer insert_job(struct db *db, const struct submit *submit, 
     int64_t ended = result ? submit->now : 0;
     query_bind_text(&query, submit->receipt->id);
     query_bind_int(&query, result ? STORE_SUCCEEDED : STORE_QUEUED);
-    query_bind_int(&query, submit->now - submission->priority * PRIORITY_US);
+    query_bind_int(&query, submit->now - submission->priority * STORE_PRIORITY_US);
     query_bind_int(&query, submission->priority);
     query_bind_text(&query, submit->owner);
     query_bind_text(&query, submission->digest);
@@ -278,7 +277,8 @@ static enum store_answer counts_operation(struct sqlite_store *store, struct db 
     enum store_answer answer = query_end(&query);
     if (answer != STORE_OK)
         return answer;
-    query = db_query(db, "SELECT created FROM jobs WHERE status = 0 ORDER BY sequence LIMIT 1");
+    query = db_query(db, "SELECT created FROM jobs WHERE status = " SQL_QUEUED
+                         " ORDER BY sequence LIMIT 1");
     counts->oldest_queued = query_row(&query) ? query_int(&query, 0) : 0;
     return query_end(&query);
 }
@@ -296,9 +296,9 @@ struct named {
 static enum store_answer cancel_operation(struct sqlite_store *store, struct db *db,
                                           void *context) {
     const struct named *named = context;
-    struct query query =
-        db_query(db, "UPDATE jobs SET status = 4, finished = ?, lease = NULL, holder = NULL"
-                     " WHERE id = ? AND status < 2");
+    struct query query = db_query(db, "UPDATE jobs SET status = " SQL_CANCELLED
+                                      ", finished = ?, lease = NULL, holder = NULL"
+                                      " WHERE id = ? AND status < " SQL_FIRST_ENDED);
     query_bind_int(&query, sqlite_now(store));
     query_bind_text(&query, named->id);
     enum store_answer answer = query_run(&query);

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: MIT */
+#include "server/store/sql.h"
 #include "sqlite.h"
 #include <string.h>
 
@@ -34,7 +35,7 @@ static enum store_answer insert_result(struct db *db, const struct store_part *p
     struct query query =
         db_query(db, "INSERT INTO results (digest, state, job, token, length, summary)"
                      " SELECT digest, ?, sequence, token, ?, ? FROM jobs"
-                     " WHERE sequence = ? AND token = ? AND status = 1");
+                     " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
     query_bind_int(&query, state);
     query_bind_int(&query, part->total);
     query_bind_text(&query, part->summary);
@@ -49,7 +50,7 @@ static enum store_answer insert_result(struct db *db, const struct store_part *p
 static enum store_answer still_building(struct db *db, int64_t number) {
     struct query query = db_query(
         db, "SELECT 1 FROM results r JOIN jobs j ON j.sequence = r.job AND j.token = r.token"
-            " WHERE r.number = ? AND r.state = 0 AND j.status = 1");
+            " WHERE r.number = ? AND r.state = " SQL_BUILDING " AND j.status = " SQL_RUNNING);
     query_bind_int(&query, number);
     bool building = query_row(&query);
     enum store_answer answer = query_end(&query);
@@ -75,7 +76,7 @@ static enum store_answer find_twin(struct db *db, const struct store_claim *clai
                                    int64_t *number) {
     struct query query =
         db_query(db, "SELECT r.number FROM jobs j JOIN results r ON r.digest = j.digest"
-                     " AND r.state = 1 WHERE j.sequence = ?");
+                     " AND r.state = " SQL_COMPLETE " WHERE j.sequence = ?");
     query_bind_int(&query, claim->sequence);
     *number = query_row(&query) ? query_int(&query, 0) : 0;
     return query_end(&query);
@@ -89,8 +90,9 @@ static enum store_answer set_state(struct db *db, int64_t number, int state) {
 }
 
 static enum store_answer complete(struct db *db, const struct store_part *part) {
-    struct query query = db_query(
-        db, "UPDATE results SET state = 1, length = ?, summary = ? WHERE number = ? AND state = 0");
+    struct query query =
+        db_query(db, "UPDATE results SET state = " SQL_COMPLETE
+                     ", length = ?, summary = ? WHERE number = ? AND state = " SQL_BUILDING);
     query_bind_int(&query, part->total);
     query_bind_text(&query, part->summary);
     query_bind_int(&query, part->number);
@@ -123,8 +125,9 @@ static enum store_answer commit_operation(struct sqlite_store *store, struct db 
     if (answer != STORE_OK)
         return answer;
     struct query query = db_query(
-        db, "UPDATE jobs SET status = 2, progress = 1, finished = ?, result = ?,"
-            " lease = NULL, holder = NULL WHERE sequence = ? AND token = ? AND status = 1");
+        db,
+        "UPDATE jobs SET status = " SQL_SUCCEEDED ", progress = 1, finished = ?, result = ?,"
+        " lease = NULL, holder = NULL WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
     query_bind_int(&query, sqlite_now(store));
     query_bind_int(&query, number);
     query_bind_int(&query, part->claim->sequence);
@@ -148,7 +151,7 @@ enum store_answer sqlite_result_drop(struct store *store, int64_t number) {
 }
 
 enum store_answer sqlite_result_forget(struct db *db, int64_t number) {
-    struct query query = db_query(db, "UPDATE results SET state = 2 WHERE number = ?1"
+    struct query query = db_query(db, "UPDATE results SET state = " SQL_DOOMED " WHERE number = ?1"
                                       " AND NOT EXISTS (SELECT 1 FROM jobs WHERE result = ?1)");
     query_bind_int(&query, number);
     return query_run(&query);
@@ -166,7 +169,7 @@ static enum store_answer find_operation(struct sqlite_store *store, struct db *d
     struct find *find = context;
     struct query query =
         db_query(db, "SELECT r.number, r.length FROM jobs j JOIN results r ON r.number = j.result"
-                     " WHERE j.id = ? AND r.state = 1");
+                     " WHERE j.id = ? AND r.state = " SQL_COMPLETE);
     query_bind_text(&query, find->id);
     bool found = query_row(&query);
     if (found) {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "sqlite.h"
 #include "server/clock.h"
+#include "server/store/sql.h"
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -25,9 +26,8 @@ struct pending {
 
 struct sqlite_store {
     struct store base;
-    struct store_options options;
     char *path;
-    struct holder *holder;
+    struct process_lock *process;
 
     struct db *writer;
     pthread_mutex_t queue_lock;
@@ -45,20 +45,20 @@ struct sqlite_store {
     struct db *keeper; /* takes the log into the database, beside the writer */
 };
 
-struct sqlite_store *sqlite_of(struct store *store) {
+static struct sqlite_store *sqlite_of(struct store *store) {
     return (struct sqlite_store *)store;
 }
 
 const struct store_options *sqlite_options(const struct sqlite_store *store) {
-    return &store->options;
+    return &store->base.options;
 }
 
 int64_t sqlite_now(const struct sqlite_store *store) {
-    return store->options.clock ? store->options.clock() : clock_utc_us();
+    return store->base.options.clock ? store->base.options.clock() : clock_utc_us();
 }
 
-const struct holder *sqlite_holder(const struct sqlite_store *store) {
-    return store->holder;
+const struct process_lock *sqlite_process(const struct sqlite_store *store) {
+    return store->process;
 }
 
 /* ------------------------------------------------------------------ writing together */
@@ -102,7 +102,7 @@ static enum store_answer begin_batch(struct sqlite_store *store, const struct pe
     for (; batch; batch = batch->next)
         if (batch->durability == DB_DURABLE)
             durability = DB_DURABLE;
-    db_wait_for_locks(store->writer, atomic_load(&store->broken) ? 0 : store->options.busy_ms);
+    db_wait_for_locks(store->writer, atomic_load(&store->broken) ? 0 : store->base.options.busy_ms);
     enum store_answer answer = db_keep(store->writer, durability);
     return answer == STORE_OK ? db_run(store->writer, "BEGIN IMMEDIATE") : answer;
 }
@@ -219,7 +219,7 @@ enum store_answer sqlite_take_log(struct store *base) {
  * into the database long before it has the 64 MiB at which a caller would have to. The checks cover
  * the tables whose loss would be silent, not the bulk of requests and results. */
 static bool set_up_writer(struct sqlite_store *store, char why[STORE_WHY_SIZE]) {
-    struct db *db = store->writer = db_open(store->path, store->options.busy_ms, why);
+    struct db *db = store->writer = db_open(store->path, store->base.options.busy_ms, why);
     if (!db)
         return false;
     if (db_read_only(db)) {
@@ -248,12 +248,12 @@ static bool set_up_writer(struct sqlite_store *store, char why[STORE_WHY_SIZE]) 
 }
 
 static bool open_others(struct sqlite_store *store, char why[STORE_WHY_SIZE]) {
-    store->keeper = db_open(store->path, store->options.busy_ms, why);
+    store->keeper = db_open(store->path, store->base.options.busy_ms, why);
     /* A connection that has read nothing does not know that there is a log. */
     if (!store->keeper || !db_set_up(store->keeper, "SELECT version FROM schema_version", why))
         return false;
     for (int k = 0; k < READERS; k++) {
-        struct db *db = db_open(store->path, store->options.busy_ms, why);
+        struct db *db = db_open(store->path, store->base.options.busy_ms, why);
         if (!db)
             return false;
         store->readers[store->idle++] = db;
@@ -269,7 +269,7 @@ static void sqlite_close(struct store *base) {
         db_close(store->readers[--store->idle]);
     db_close(store->keeper);
     db_close(store->writer);
-    holder_free(store->holder);
+    process_lock_free(store->process);
     pthread_mutex_destroy(&store->queue_lock);
     pthread_cond_destroy(&store->queue_moved);
     pthread_mutex_destroy(&store->readers_lock);
@@ -282,7 +282,7 @@ static void sqlite_close(struct store *base) {
 static enum store_answer ping_read(struct sqlite_store *store, struct db *db, void *context) {
     (void)store;
     (void)context;
-    struct query query = db_query(db, "SELECT n FROM counts WHERE status = 0");
+    struct query query = db_query(db, "SELECT n FROM counts WHERE status = " SQL_QUEUED);
     query_row(&query);
     return query_end(&query);
 }
@@ -319,9 +319,13 @@ static const struct store_ops sqlite_ops = {
     .renew = sqlite_renew,
     .check = sqlite_check,
     .fail = sqlite_fail,
-    .crashed = sqlite_crashed,
-    .release = sqlite_release,
-    .sweep = sqlite_sweep,
+    .attempts = sqlite_attempts,
+    .requeue = sqlite_requeue,
+    .find_ended = sqlite_find_ended,
+    .take_over = sqlite_take_over,
+    .find_due = sqlite_find_due,
+    .step = sqlite_step,
+    .checkpoint = sqlite_take_log,
     .result_append = sqlite_result_append,
     .result_commit = sqlite_result_commit,
     .result_drop = sqlite_result_drop,
@@ -340,7 +344,7 @@ static struct sqlite_store *sqlite_new(const char *path, const struct store_opti
         return NULL;
     store->base.ops = &sqlite_ops;
     store->base.hub = hub;
-    store->options = *options;
+    store->base.options = *options;
     store->end = &store->first;
     store->path = strdup(path);
     pthread_mutex_init(&store->queue_lock, NULL);
@@ -362,8 +366,8 @@ struct store *store_sqlite_open(const char *path, const struct store_options *op
         snprintf(why, STORE_WHY_SIZE, "no memory for the database");
         return NULL;
     }
-    store->holder = holder_take(path, options->shared, why);
-    if (store->holder && set_up_writer(store, why) && open_others(store, why))
+    store->process = process_lock_take(path, options->shared, why);
+    if (store->process && set_up_writer(store, why) && open_others(store, why))
         return &store->base;
     sqlite_close(&store->base);
     return NULL;

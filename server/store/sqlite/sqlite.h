@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Inside the SQLite backend. `sqlite.c` opens the database and runs transactions. What is
- * written in SQL is in `jobs.c`, `_claims.c`, `_results.c`, `_surfaces.c`, `_sweep.c`
- * and `_schema.c`, in the words of `db.h`.
+ * written in SQL is in `jobs.c`, `claims.c`, `results.c`, `surfaces.c`, `sweep.c` and `schema.c`,
+ * in the words of `db.h`.
  *
  * Writing is a matter of one connection. An operation is a function that runs inside a transaction;
  * those that queue up while a commit is under way run together in the next one, so that many
@@ -17,14 +17,13 @@
 #include "server/store/process_lock.h"
 
 struct sqlite_store;
-struct sqlite_store *sqlite_of(struct store *store);
 const struct store_options *sqlite_options(const struct sqlite_store *store);
 
 /* Microseconds since 1970 by the store's clock. */
 int64_t sqlite_now(const struct sqlite_store *store);
 
-/* Who claims here, and who else may have. */
-const struct holder *sqlite_holder(const struct sqlite_store *store);
+/* The process that claims here, and whether others that claimed are gone. */
+const struct process_lock *sqlite_process(const struct sqlite_store *store);
 
 /* An operation. Answering anything but STORE_OK undoes what it wrote. It may run on another
  * caller's thread, and what it put into `context` is true only if the call answers STORE_OK. */
@@ -70,18 +69,14 @@ enum store_answer sqlite_renew(struct store *store, const struct store_claim *cl
 enum store_answer sqlite_check(struct store *store, const struct store_claim *claim);
 enum store_answer sqlite_fail(struct store *store, const struct store_claim *claim,
                               const char *error);
-enum store_answer sqlite_crashed(struct store *store, const struct store_claim *claim,
-                                 const char *detail);
-enum store_answer sqlite_release(struct store *store, const struct store_claim *claim);
-
-/* Why a job goes back to the queue. */
-enum requeue { REQUEUE_CRASHED, REQUEUE_RELEASED, REQUEUE_INTERRUPTED };
-
-/* Puts the running job back into the queue or, without attempts left, fails it; tells which. For
- * use inside an operation. STORE_CONFLICT when it does not run under that token. */
-enum store_answer sqlite_requeue(struct sqlite_store *store, struct db *db, int64_t sequence,
-                                 int64_t token, enum requeue cause, const char *detail,
-                                 bool *failed);
+enum store_answer sqlite_attempts(struct store *store, const struct store_claim *claim,
+                                  int64_t *attempts, int64_t *excused);
+enum store_answer sqlite_requeue(struct store *store, const struct store_claim *claim,
+                                 bool excused);
+enum store_answer sqlite_find_ended(struct store *store, struct store_ended *ended, size_t most,
+                                    size_t *count);
+enum store_answer sqlite_take_over(struct store *store, const struct store_ended *ended,
+                                   int64_t *token);
 
 /* --- results.c */
 
@@ -101,7 +96,8 @@ enum store_answer sqlite_result_forget(struct db *db, int64_t number);
 
 /* --- sweep.c */
 
-enum store_answer sqlite_sweep(struct store *store, struct store_sweep *sweep);
+enum store_answer sqlite_find_due(struct store *store, bool due[STORE_STEP_COUNT]);
+enum store_answer sqlite_step(struct store *store, enum store_step step, int64_t *done);
 
 /* --- surfaces.c */
 

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: MIT */
+#include "server/store/sql.h"
 #include "sqlite.h"
 #include <stdlib.h>
 #include <string.h>
@@ -114,10 +115,10 @@ struct named {
 /* What an owner's job needs, that owner keeps. What an administrator's job needs may be anybody's:
  * the last one stays. */
 static enum store_answer in_use(struct db *db, const struct named *named) {
-    struct query query =
-        db_query(db, "SELECT 1 FROM jobs WHERE surface = ?1 AND status < 2 AND (?2 IS NULL"
-                     " OR owner = ?2 OR NOT EXISTS"
-                     " (SELECT 1 FROM surfaces WHERE id = ?1 AND owner <> ?2)) LIMIT 1");
+    struct query query = db_query(
+        db, "SELECT 1 FROM jobs WHERE surface = ?1 AND status < " SQL_FIRST_ENDED " AND (?2 IS NULL"
+            " OR owner = ?2 OR NOT EXISTS"
+            " (SELECT 1 FROM surfaces WHERE id = ?1 AND owner <> ?2)) LIMIT 1");
     query_bind_text(&query, named->id);
     query_bind_text(&query, named->owner);
     bool used = query_row(&query);

@@ -1,47 +1,30 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A few connections to a PostgreSQL database and what runs on them. `pg.c` is the only file that
- * knows libpq; whoever writes SQL for PostgreSQL does it in the words of this header.
+ * Statements on a PostgreSQL database.
  *
  * Each statement is a transaction of its own: what has to happen together is written as one
  * statement. So no transaction is ever open between two calls, nothing of a connection's state
  * matters, and a pooler that hands out connections by the transaction may stand between.
  *
  * A statement is used like this: `pg_query`, the binds in order ($1 first), `pg_run`, the rows,
- * `pg_end`. After a failure there are no rows and `pg_end` tells it, so that only one place has to
- * look.
- *
- * A connection that is lost is replaced and the statement runs once more, though the first time it
- * may have happened: statements are written so that this does no harm. When none can be had, calls
- * fail at once until the next try is due, 0.1 s later at first and 5 s at the most.
+ * `pg_end`. After a failure there are no rows and `pg_end` says so, so that only one place has to
+ * look. Where the connection is lost the statement runs once more, though the first time it may
+ * have happened: statements are written so that this does no harm.
  */
-#ifndef SERVER_STORE_POSTGRES_PG_H
-#define SERVER_STORE_POSTGRES_PG_H
+#ifndef SERVER_STORE_POSTGRES_QUERY_H
+#define SERVER_STORE_POSTGRES_QUERY_H
 
 #include "server/store/answer.h"
 #include <stddef.h>
 #include <stdint.h>
 
-/* The pool. Its functions may be called by any thread at any time between open and close. */
-struct pg;
+struct pool;
 
-enum {
-    PG_LINKS = 8,         /* connections of a pool; opened when needed, closed after a minute */
-    PG_PARAMETERS = 24,   /* of a statement, at the most */
-    PG_PATIENCE_MS = 5000 /* for a connection, and as a rule for an answer */
-};
-
-/* Connects for the first time; a call waits up to `patience_ms` for its answer. NULL with a
- * sentence in `why`, which never holds a password: URL of no sense, no server, wrong user or
- * password, no such database, a server older than 13, a replica that cannot be written. */
-struct pg *pg_open(const char *url, int64_t patience_ms, char why[STORE_WHY_SIZE]);
-
-/* No other call may be under way. NULL is allowed. */
-void pg_close(struct pg *pg);
+enum { PG_PARAMETERS = 24 }; /* of a statement, at the most */
 
 /* Executes statements separated by semicolons, all or none of them. On false `why` says the reason
  * and `*taken`, unless NULL, whether it was that something unique was there already. */
-bool pg_script(struct pg *pg, const char *sql, bool *taken,
+bool pg_script(struct pool *pool, const char *sql, bool *taken,
                char why[STORE_WHY_SIZE]) STORE_MUST_USE;
 
 /* ------------------------------------------------------------------ statements */
@@ -55,7 +38,7 @@ struct pg_parameter {
 
 /* One execution of a statement. The fields belong to this module, but for `taken`. */
 struct pg_query {
-    struct pg *pg;
+    struct pool *pool;
     const char *sql;
     int bound; /* parameters so far */
     struct pg_parameter parameters[PG_PARAMETERS];
@@ -65,7 +48,7 @@ struct pg_query {
 };
 
 /* `sql` must be a literal: its address names the prepared statement. */
-struct pg_query pg_query(struct pg *pg, const char *sql);
+struct pg_query pg_query(struct pool *pool, const char *sql);
 
 /* Each sets the next parameter; memory is the caller's until `pg_run` returns. NULL is SQL's null,
  * and so is what `pg_bind_no_int` sets. */
@@ -94,26 +77,5 @@ void pg_duplicate(struct pg_query *query, size_t row, int column, char **to, siz
 
 /* STORE_OK, STORE_CONFLICT (with `taken`), STORE_BUSY or STORE_DOWN (logged). */
 enum store_answer pg_end(struct pg_query *query);
-
-/* ------------------------------------------------------------------ notifications */
-
-/* A connection of its own that hears what is announced on the channel `draped` and announces there.
- * Behind a pooler by the transaction nothing is heard. One thread. */
-struct pg_ear;
-
-/* Does not connect yet. NULL without memory. `pg` must outlive it. */
-struct pg_ear *pg_ear_new(struct pg *pg);
-void pg_ear_free(struct pg_ear *ear);
-
-/* Waits up to `ms`, or until `wake` (an eventfd) can be read, for announcements of others and calls
- * `hear` with the text of each. Connects when it is not connected; false when that fails or the
- * connection is lost: wait before trying again. */
-bool pg_ear_wait(struct pg_ear *ear, int wake, int ms,
-                 void (*hear)(void *context, const char *text), void *context);
-
-/* Announces a text of at most PG_TEXT_MAX bytes to all others; false when it was not sent. */
-bool pg_ear_say(struct pg_ear *ear, const char *text);
-
-enum { PG_TEXT_MAX = 7900 };
 
 #endif

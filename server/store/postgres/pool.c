@@ -1,0 +1,325 @@
+/* SPDX-License-Identifier: MIT */
+#include "pool.h"
+#include "server/clock.h"
+#include "server/log.h"
+#include <errno.h>
+#include <libpq-fe.h>
+#include <poll.h>
+#include <pthread.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    VERSION_MIN = 130000,
+    IDLE_MS = 60000, /* a connection unused for so long is closed */
+    BACK_OFF_FIRST_MS = 100,
+    BACK_OFF_MOST_MS = 5000
+};
+
+struct pool {
+    char *url;
+    char *password; /* NULL without; to be kept out of messages */
+    int64_t patience_ms;
+    atomic_bool nameless;
+
+    pthread_mutex_t lock;
+    pthread_cond_t back; /* a connection was given back */
+    struct pool_connection *idle[POOL_CONNECTIONS];
+    size_t idle_count, open;
+    unsigned generation; /* grows when connections turn out to be lost */
+    bool down, trying;   /* the last try failed; a thread tries now */
+    int64_t back_off_ms, try_at_ms;
+};
+
+int64_t pool_patience_ms(const struct pool *pool) {
+    return pool->patience_ms;
+}
+
+bool pool_nameless(struct pool *pool) {
+    return atomic_load(&pool->nameless);
+}
+
+void pool_set_nameless(struct pool *pool) {
+    atomic_store(&pool->nameless, true);
+}
+
+/* ------------------------------------------------------------------ messages */
+
+void pool_say(char why[STORE_WHY_SIZE], const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(why, STORE_WHY_SIZE, format, arguments);
+    va_end(arguments);
+    for (char *c = why; *c; c++)
+        if (*c == '\n' || *c == '\t')
+            *c = c[1] ? ' ' : '\0';
+}
+
+void pool_hide_password(const struct pool *pool, char *text) {
+    size_t length = pool->password ? strlen(pool->password) : 0;
+    for (char *found = text; length > 0 && (found = strstr(found, pool->password)) != NULL;)
+        memset(found, '*', length);
+}
+
+static void explain(const struct pool *pool, char why[STORE_WHY_SIZE], const char *what,
+                    const char *message) {
+    pool_say(why, "%s: %s", what, message);
+    pool_hide_password(pool, why);
+}
+
+/* ------------------------------------------------------------------ the URL */
+
+static bool plain(const char *value, const char *forbidden) {
+    return !value || !strpbrk(value, forbidden);
+}
+
+/* A password with an unescaped @ or / shifts what follows, and pieces of it would be taken, and
+ * told, for a host or a database. So would libpq's message about what it cannot read. */
+static bool read_url(struct pool *pool, char why[STORE_WHY_SIZE]) {
+    PQconninfoOption *options = PQconninfoParse(pool->url, NULL);
+    bool good = options != NULL;
+    for (PQconninfoOption *option = options; option && option->keyword; option++) {
+        if (!strcmp(option->keyword, "password") && option->val && option->val[0])
+            pool->password = strdup(option->val);
+        else if (!strcmp(option->keyword, "port"))
+            good = good && (!option->val || option->val[strspn(option->val, "0123456789,")] == 0);
+        else if (!strcmp(option->keyword, "dbname"))
+            good = good && plain(option->val, "@");
+        else if (!strcmp(option->keyword, "host"))
+            good = good && (plain(option->val, "@") || option->val[0] == '/');
+    }
+    PQconninfoFree(options);
+    if (!good)
+        pool_say(why,
+                 "the URL of the store cannot be read: it is postgresql://USER:PASSWORD@HOST:PORT/"
+                 "DATABASE, with %%40 for an @, %%2F for a / and %%25 for a %% in the password");
+    return good;
+}
+
+/* ------------------------------------------------------------------ connections */
+
+static void connection_free(struct pool_connection *connection) {
+    if (!connection)
+        return;
+    PQfinish(connection->libpq);
+    free(connection);
+}
+
+/* Without this libpq would write them on stderr, where the log is. */
+static void take_notice(void *context, const char *message) {
+    (void)context;
+    log_debug(log_event("store_notice"), log_text("text", message));
+}
+
+PGconn *pool_connect(const struct pool *pool) {
+    static const char *const names[] = {
+        "fallback_application_name", "connect_timeout", "keepalives_idle", "keepalives_interval",
+        "keepalives_count",          "client_encoding", "dbname",          NULL};
+    const char *const values[] = {"draped", "5", "10", "5", "3", "UTF8", pool->url, NULL};
+    PGconn *libpq = PQconnectdbParams(names, values, 1); /* the URL comes last and wins */
+    PQsetNoticeProcessor(libpq, take_notice, NULL);
+    return libpq;
+}
+
+/* A lock is waited for a little less long than an answer. */
+static bool set_lock_timeout(const struct pool *pool, PGconn *libpq) {
+    char sql[64];
+    snprintf(sql, sizeof sql, "SET lock_timeout = %lld", (long long)pool->patience_ms * 4 / 5);
+    PGresult *result = PQexec(libpq, sql);
+    bool good = PQresultStatus(result) == PGRES_COMMAND_OK;
+    PQclear(result);
+    return good;
+}
+
+static struct pool_connection *connection_new(const struct pool *pool, char why[STORE_WHY_SIZE]) {
+    struct pool_connection *connection = calloc(1, sizeof *connection);
+    if (!connection) {
+        pool_say(why, "no memory for a connection");
+        return NULL;
+    }
+    connection->libpq = pool_connect(pool);
+    if (PQstatus(connection->libpq) != CONNECTION_OK || !set_lock_timeout(pool, connection->libpq))
+        explain(pool, why, "the database cannot be used", PQerrorMessage(connection->libpq));
+    else if (PQserverVersion(connection->libpq) < VERSION_MIN)
+        pool_say(why, "the database server is PostgreSQL %d, and 13 is the oldest that will do",
+                 PQserverVersion(connection->libpq) / 10000);
+    else if (PQsetnonblocking(connection->libpq, 1) == 0)
+        return connection;
+    connection_free(connection);
+    return NULL;
+}
+
+/* After a failure: who calls before the next try is due is answered at once, so that the threads
+ * which serve callers do not all stand and wait. */
+static void note_try(struct pool *pool, bool good) {
+    pool->trying = false;
+    pool->down = !good;
+    int64_t next = pool->back_off_ms * 2;
+    pool->back_off_ms = good                       ? 0
+                        : next < BACK_OFF_FIRST_MS ? BACK_OFF_FIRST_MS
+                        : next > BACK_OFF_MOST_MS  ? BACK_OFF_MOST_MS
+                                                   : next;
+    pool->try_at_ms = clock_ms() + pool->back_off_ms;
+}
+
+/* A new connection; the lock is held and given up meanwhile. */
+static struct pool_connection *open_connection(struct pool *pool) {
+    char why[STORE_WHY_SIZE] = "";
+    bool was_down = pool->down;
+    unsigned generation = pool->generation;
+    pool->open++;
+    pool->trying = pool->down;
+    pthread_mutex_unlock(&pool->lock);
+    struct pool_connection *connection = connection_new(pool, why);
+    if (!connection)
+        log_warning(log_event("store_unreachable"), log_text("why", why));
+    else if (was_down)
+        log_info(log_event("store_reached"));
+    pthread_mutex_lock(&pool->lock);
+    note_try(pool, connection != NULL);
+    if (connection)
+        connection->generation = generation;
+    else
+        pool->open--;
+    pthread_cond_signal(&pool->back);
+    return connection;
+}
+
+struct pool_connection *pool_take(struct pool *pool, enum store_answer *answer) {
+    struct timespec until = clock_after_ms(pool->patience_ms);
+    struct pool_connection *connection = NULL;
+    int code = 0;
+    *answer = STORE_DOWN;
+    pthread_mutex_lock(&pool->lock);
+    while (pool->idle_count == 0 && pool->open == POOL_CONNECTIONS && code == 0)
+        code = pthread_cond_timedwait(&pool->back, &pool->lock, &until);
+    if (pool->idle_count > 0)
+        connection = pool->idle[--pool->idle_count];
+    else if (pool->open == POOL_CONNECTIONS)
+        *answer = STORE_BUSY;
+    else if (!pool->down || (!pool->trying && clock_ms() >= pool->try_at_ms))
+        connection = open_connection(pool);
+    pthread_mutex_unlock(&pool->lock);
+    return connection;
+}
+
+/* Takes out the one that was used longest ago if that is long enough; the lock is held. */
+static struct pool_connection *take_stale(struct pool *pool) {
+    if (pool->idle_count < 2 || clock_ms() - pool->idle[0]->used_ms < IDLE_MS)
+        return NULL;
+    struct pool_connection *stale = pool->idle[0];
+    memmove(pool->idle, pool->idle + 1, --pool->idle_count * sizeof *pool->idle);
+    pool->open--;
+    return stale;
+}
+
+/* The last one used is used next. One that was lost takes along those made before: what cut it has
+ * cut them. */
+void pool_give(struct pool *pool, struct pool_connection *connection, bool lost) {
+    struct pool_connection *drop[POOL_CONNECTIONS + 1] = {0};
+    size_t count = 0;
+    pthread_mutex_lock(&pool->lock);
+    if (lost && connection->generation == pool->generation) {
+        pool->generation++;
+        while (pool->idle_count > 0)
+            drop[count++] = pool->idle[--pool->idle_count];
+        pool->open -= count;
+    }
+    if (connection->generation == pool->generation) {
+        connection->used_ms = clock_ms();
+        pool->idle[pool->idle_count++] = connection;
+        drop[count++] = take_stale(pool);
+    } else {
+        drop[count++] = connection;
+        pool->open--;
+    }
+    pthread_cond_broadcast(&pool->back);
+    pthread_mutex_unlock(&pool->lock);
+    for (size_t k = 0; k < count; k++)
+        connection_free(drop[k]);
+}
+
+/* ------------------------------------------------------------------ answers */
+
+/* Waits until the answer is complete; false when the connection is lost or the time is over. */
+static bool wait_answer(PGconn *libpq, int64_t until_ms) {
+    int unsent = PQflush(libpq);
+    while (unsent > 0 || PQisBusy(libpq)) {
+        struct pollfd file = {.fd = PQsocket(libpq),
+                              .events = (short)(POLLIN | (unsent > 0 ? POLLOUT : 0))};
+        int64_t left = until_ms - clock_ms();
+        int ready = left > 0 ? poll(&file, 1, (int)left) : 0;
+        if (ready == 0 || (ready < 0 && errno != EINTR) || !PQconsumeInput(libpq))
+            return false;
+        unsent = PQflush(libpq);
+    }
+    return unsent == 0;
+}
+
+PGresult *pool_receive(PGconn *libpq, int64_t until_ms) {
+    PGresult *kept = NULL;
+    bool good = true;
+    while ((good = wait_answer(libpq, until_ms))) {
+        PGresult *next = PQgetResult(libpq);
+        if (!next)
+            break;
+        bool failed = PQresultStatus(kept) == PGRES_FATAL_ERROR && kept;
+        PQclear(failed ? next : kept);
+        kept = failed ? kept : next;
+    }
+    if (good && PQstatus(libpq) == CONNECTION_OK)
+        return kept;
+    PQclear(kept);
+    return NULL;
+}
+
+/* ------------------------------------------------------------------ open and close */
+
+static void set_up_locks(struct pool *pool) {
+    pthread_condattr_t monotonic;
+    pthread_condattr_init(&monotonic);
+    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    pthread_mutex_init(&pool->lock, NULL);
+    pthread_cond_init(&pool->back, &monotonic);
+    pthread_condattr_destroy(&monotonic);
+}
+
+/* The first connection says why there is none. */
+static bool connect_first(struct pool *pool, char why[STORE_WHY_SIZE]) {
+    struct pool_connection *connection = connection_new(pool, why);
+    if (!connection)
+        return false;
+    pool->open = 1;
+    pool_give(pool, connection, false);
+    return true;
+}
+
+struct pool *pool_open(const char *url, int64_t patience_ms, char why[STORE_WHY_SIZE]) {
+    struct pool *pool = calloc(1, sizeof *pool);
+    if (!pool) {
+        pool_say(why, "no memory for the database");
+        return NULL;
+    }
+    set_up_locks(pool);
+    pool->patience_ms = patience_ms;
+    pool->url = strdup(url);
+    if (pool->url && read_url(pool, why) && connect_first(pool, why))
+        return pool;
+    pool_close(pool);
+    return NULL;
+}
+
+void pool_close(struct pool *pool) {
+    if (!pool)
+        return;
+    while (pool->idle_count > 0)
+        connection_free(pool->idle[--pool->idle_count]);
+    pthread_mutex_destroy(&pool->lock);
+    pthread_cond_destroy(&pool->back);
+    free(pool->password);
+    free(pool->url);
+    free(pool);
+}

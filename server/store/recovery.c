@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: MIT */
+#include "recovery.h"
+#include "api/problem.h"
+#include "server/log.h"
+#include <stdlib.h>
+
+enum {
+    /* How often the death of the whole daemon is not held against the job. Beyond it the attempt
+     * is, so that a job which brings the daemon down cannot do so for ever. */
+    INTERRUPTIONS_EXCUSED = 20,
+    CLAIMS_A_LOOK = 64
+};
+
+static enum store_answer fail_as_crashed(struct store *store, const struct store_claim *claim,
+                                         int64_t crashes, const char *detail) {
+    struct api_problem problem = {0};
+    api_problem_set(&problem, API_SOLVER_CRASHED,
+                    "The solver died in %lld attempts, the most there are; the last time: %s.",
+                    (long long)crashes, detail);
+    char *json = api_problem_json(&problem, NULL);
+    enum store_answer answer = json ? store->ops->fail(store, claim, json) : STORE_DOWN;
+    free(json);
+    return answer;
+}
+
+/* As long as the claim holds, nobody else changes the attempts that are read here. */
+enum store_answer recovery_give_back(struct store *store, const struct store_claim *claim,
+                                     enum recovery_cause cause, const char *detail, bool *failed) {
+    int64_t attempts = 0;
+    int64_t excuses = 0;
+    *failed = false;
+    if (cause == RECOVERY_RELEASED)
+        return store->ops->requeue(store, claim, true);
+    enum store_answer answer = store->ops->attempts(store, claim, &attempts, &excuses);
+    if (answer != STORE_OK)
+        return answer;
+    bool excused = cause == RECOVERY_INTERRUPTED && excuses < INTERRUPTIONS_EXCUSED;
+    *failed = !excused && attempts - excuses >= store->options.max_attempts;
+    return *failed ? fail_as_crashed(store, claim, attempts - excuses, detail)
+                   : store->ops->requeue(store, claim, excused);
+}
+
+/* Other processes sweep as well: a conflict means that one of them was first, or that the lease was
+ * renewed after all. */
+static enum store_answer recover(struct store *store, const struct store_ended *ended,
+                                 struct store_sweep *sweep) {
+    struct store_claim claim = ended->claim;
+    bool failed = false;
+    enum store_answer answer = store->ops->take_over(store, ended, &claim.token);
+    if (answer == STORE_OK)
+        answer = ended->holder_gone
+                     ? recovery_give_back(store, &claim, RECOVERY_INTERRUPTED,
+                                          "the service itself died each time", &failed)
+                     : recovery_give_back(store, &claim, RECOVERY_CRASHED,
+                                          "its dispatcher did not renew the lease", &failed);
+    if (answer != STORE_OK)
+        return answer == STORE_CONFLICT ? STORE_OK : answer;
+    sweep->failed += failed;
+    sweep->requeued += !failed;
+    log_warning(log_event("claim_ended"), log_text("job", claim.id),
+                log_text("cause", ended->holder_gone ? "process gone" : "lease"),
+                log_text("then", failed ? "failed" : "queued"));
+    store_tell(store, claim.id);
+    store_tell(store, hub_queue);
+    return STORE_OK;
+}
+
+enum store_answer recovery_sweep(struct store *store, struct store_sweep *sweep) {
+    struct store_ended ended[CLAIMS_A_LOOK];
+    size_t count = 0;
+    enum store_answer answer = store->ops->find_ended(store, ended, CLAIMS_A_LOOK, &count);
+    for (size_t k = 0; k < count && answer == STORE_OK; k++)
+        answer = recover(store, &ended[k], sweep);
+    sweep->more = sweep->more || count == CLAIMS_A_LOOK;
+    return answer;
+}
