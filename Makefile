@@ -190,14 +190,18 @@ deb:
 figures: $(B)/drape
 	@tests/figures/figures.sh $(B)
 
-bench: $(B)/tests/bench/bench_solver $(B)/tests/bench/bench_store $(B)/draped
+bench: $(B)/tests/bench/bench_solver $(B)/tests/bench/bench_surfaces $(B)/tests/bench/bench_store $(B)/draped
 	$<
+	$(B)/tests/bench/bench_surfaces
 	tests/bench/bench_formats.sh $(B)
 	tests/bench/bench_map.sh $(B)
 	@deploy/setup.sh test
 	tests/bench/bench_store.sh $(B)
 $(B)/tests/bench/bench_solver: $(B)/tests/bench/bench_solver.o $(B)/libdrapeapi.a $(B)/libdrape.a
 	$(CC) $(LDFLAGS) -o $@ $^ $(API_LIBS)
+$(B)/tests/bench/bench_surfaces: $(call objects,$(addprefix tests/,bench/bench_surfaces.c \
+        bench/surfaces.c exact/shapes.c exact/spline.c)) $(B)/libdrape.a
+	$(CC) $(LDFLAGS) -o $@ $^ -lm
 
 $(B)/tests/bench/bench_store: $(B)/tests/bench/bench_store.o $(LIBS)
 	$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS)
