@@ -5,40 +5,11 @@
 #include "correction.h"
 #include "solver/surface/path.h"
 
-enum { CHORD_ROUNDS = 15 };
-
-/* Relative accuracy of a chord along a generator, and where rounding of its ends hides it. */
-static const double chord_tolerance = 1e-13;
-static const double rounding = 2e-15;
-
-/* Moves the path on until it is the chord d away from where it was: Newton on the length, for
- * which the chord grows at the cosine between chord and tangent. */
-static bool advance_chord(struct path *path, struct surface_cursor *cursor, double d) {
-    struct station from, to;
-    struct vec3 tangent;
-    if (!path_station(path, cursor, &from, NULL))
-        return false;
-    double length = d, enough = chord_tolerance * d + rounding * path->surface->magnitude;
-    for (int round = 0; round < CHORD_ROUNDS; round++) {
-        struct path ahead = *path;
-        if (!path_advance(&ahead, length) || !path_station(&ahead, cursor, &to, &tangent))
-            return false;
-        struct vec3 chord = vec3_sub(to.jet.r, from.jet.r);
-        double size = vec3_norm(chord), rate = vec3_dot(chord, tangent) / size;
-        if (fabs(size - d) <= enough || round == CHORD_ROUNDS - 1) {
-            *path = ahead;
-            return fabs(size - d) <= 1e3 * enough;
-        }
-        if (!(rate > 0.1))
-            return false;
-        length += (d - size) / rate;
-    }
-    return false;
-}
-
 static bool advance(const struct march *march, struct path *path, struct surface_cursor *cursor,
                     double d) {
-    return march->settings->method == DRAPE_BASIC ? advance_chord(path, cursor, d)
+    if (march->settings->method != DRAPE_GEODESIC)
+        path_follow_net(path, d);
+    return march->settings->method == DRAPE_BASIC ? path_advance_chord(path, cursor, d)
                                                   : path_advance(path, d);
 }
 
@@ -102,7 +73,7 @@ static bool advance_on_mesh(struct march *march, struct arm *arm, double d, stru
     if (!march->surface)
         return march_mesh_advance(&arm->walk, d, station, lost);
     *lost = false;
-    if (!advance_chord(&arm->path, &march->cursor, d) ||
+    if (!path_advance_chord(&arm->path, &march->cursor, d) ||
         !path_station(&arm->path, &march->cursor, &ahead, NULL) ||
         !march_mesh_towards(march, &arm->last, ahead.jet.r, d, station, lost))
         return false;
@@ -124,7 +95,7 @@ static bool advance_arm(struct march *march, struct arm *arm, int32_t k, double 
         net_view_move(&march->before, i, j);
         corrected = correction_chord(&march->before, i, j, arm->di, arm->dj, d, &chord);
     }
-    bool moved = corrected ? advance_chord(&arm->path, &march->cursor, chord)
+    bool moved = corrected ? path_advance_chord(&arm->path, &march->cursor, chord)
                            : advance(march, &arm->path, &march->cursor, d);
     return moved && path_station(&arm->path, &march->cursor, station, NULL);
 }

@@ -1,26 +1,38 @@
 /* SPDX-License-Identifier: MIT */
 #include "path.h"
-#include <stdint.h>
 
+#include "dormand.h"
+#include <stdint.h>
 #include <string.h>
 
 enum {
-    STATE = 4,        /* u, v, p, q */
-    LEVELS = 8,       /* columns of the extrapolation: order 16 */
-    EVENT_ROUNDS = 30 /* Newton on the length to a span's edge */
+    EVENT_ROUNDS = 12, /* Newton on the length to a span's edge */
+    CHORD_ROUNDS = 8,  /* Newton on the length to a chord */
+    FAILURES_MAX = 40, /* steps of one advance that were too long */
+    FAILURES_OUTSIDE = 8
 };
 
-/* Local error allowed, as a share of the step. */
-static const double tolerance = 1e-14;
+/* Local error allowed, as a share of the step, unless the owner of the path says more. */
+static const double accuracy = 1e-12;
 
-/* Rounding in the sums of one step, as a share of the surface's coordinates; and the error, as a
- * share of the step, below which no further fall from level to level means that only rounding is
- * left. */
+/* With k the curvature of the surface and d the spacing, that of a net's own yarns: as a share of
+ * (k d)^4, which the errors of all methods but the geodesic one are a multiple of; and its limits.
+ */
+static const double share_of_net = 1e-7, net_accuracy[2] = {1e-11, 1e-7};
+
+/* Rounding in the sums of one step, as a share of the surface's coordinates. */
 static const double rounding = 4e-15;
-static const double rounding_at_most = 1e-10;
 
-/* Steps shorter than this share of the whole are not tried: the line cannot be followed. */
-static const double shortest = 1e-12;
+/* Steps shorter than this share of the whole are not tried: the line cannot be followed. Beyond an
+ * open boundary, where the continuation may be anything, it is given up sooner. */
+static const double shortest = 1e-10, shortest_outside = 1e-3;
+
+/* A step that only corrects the end of another is this short against it at the most: then the
+ * classical rule of fourth order is as exact. */
+static const double nudge_share = 4e-3;
+
+/* Relative accuracy of a chord along a path. */
+static const double chord_tolerance = 1e-13, chord_rounding = 2e-15;
 
 /* Steps and crossings of one advance; a line has no more in earnest. */
 static const int rounds_max = 4 * NURBS_SIZE_MAX;
@@ -60,92 +72,98 @@ static void given_velocity(const struct path *g, const struct surface_jet *jet,
     velocity[1] = b / speed;
 }
 
-/* y' of the equations at the top of path.h. */
-static void derivative(const struct path *g, const double y[STATE], double dy[STATE]) {
-    struct surface_jet jet;
-    jet_here(g, y, &jet);
-    dy[2] = dy[3] = 0;
+/* The state (u, v, p, q). */
+static vec4 state_of(const struct path *g) {
+    return (vec4){g->uv[0], g->uv[1], g->velocity[0], g->velocity[1]};
+}
+
+/* Its slope where the jet is that of (u, v): the equations at the top of path.h. */
+static vec4 slope_of(const struct path *g, const struct surface_jet *jet, vec4 y) {
+    double given[2], p = y[2], q = y[3];
     if (g->kind != PATH_GEODESIC) {
-        given_velocity(g, &jet, dy);
-        return;
+        given_velocity(g, jet, given);
+        return (vec4){given[0], given[1], 0, 0};
     }
-    double p = y[2], q = y[3];
-    struct vec3 a = vec3_scale(p * p, jet.uu);
-    a = vec3_axpy(2 * p * q, jet.uv, a);
-    a = vec3_axpy(q * q, jet.vv, a);
-    double e = vec3_norm2(jet.u), f = vec3_dot(jet.u, jet.v), h = vec3_norm2(jet.v);
-    double au = vec3_dot(a, jet.u), av = vec3_dot(a, jet.v);
+    struct vec3 a = vec3_scale(p * p, jet->uu);
+    a = vec3_axpy(2 * p * q, jet->uv, a);
+    a = vec3_axpy(q * q, jet->vv, a);
+    double e = vec3_norm2(jet->u), f = vec3_dot(jet->u, jet->v), h = vec3_norm2(jet->v);
+    double au = vec3_dot(a, jet->u), av = vec3_dot(a, jet->v);
     double inverse = 1 / (e * h - f * f);
-    dy[0] = p;
-    dy[1] = q;
-    dy[2] = -(h * au - f * av) * inverse;
-    dy[3] = -(e * av - f * au) * inverse;
+    return (vec4){p, q, -(h * au - f * av) * inverse, -(e * av - f * au) * inverse};
 }
 
-/* Gragg's modified midpoint rule with n substeps: its error is a series in (h/n)^2. */
-static void midpoint_rule(const struct path *g, const double y[STATE], const double slope[STATE],
-                          double h, int n, double out[STATE]) {
-    double before[STATE], now[STATE], dy[STATE], step = h / n;
-    for (int k = 0; k < STATE; k++) {
-        before[k] = y[k];
-        now[k] = y[k] + step * slope[k];
-    }
-    for (int m = 1; m < n; m++) {
-        derivative(g, now, dy);
-        for (int k = 0; k < STATE; k++) {
-            double next = before[k] + 2 * step * dy[k];
-            before[k] = now[k];
-            now[k] = next;
-        }
-    }
-    derivative(g, now, dy);
-    for (int k = 0; k < STATE; k++)
-        out[k] = (now[k] + before[k] + step * dy[k]) / 2;
-}
-
-/* The distance in space that a difference of two states makes over the step h. */
-static double spatial_error(const struct surface_jet *jet, const double a[STATE],
-                            const double b[STATE], double h) {
-    double nu = vec3_norm(jet->u), nv = vec3_norm(jet->v);
-    return nu * fabs(a[0] - b[0]) + nv * fabs(a[1] - b[1]) +
-           h * (nu * fabs(a[2] - b[2]) + nv * fabs(a[3] - b[3]));
-}
-
-/* One step by extrapolation of the midpoint rule with 2, 4, 6, .. substeps to h -> 0
- * (Bulirsch-Stoer). False when it has not converged at the last level. */
-static bool extrapolated_step(const struct path *g, double h, double out[STATE]) {
-    double y[STATE] = {g->uv[0], g->uv[1], g->velocity[0], g->velocity[1]}, slope[STATE];
-    double table[LEVELS][STATE], previous = HUGE_VAL;
+static void slope_at(const void *context, const vec4 *y, vec4 *slope) {
+    const struct path *g = context;
     struct surface_jet jet;
-    jet_here(g, g->uv, &jet);
-    double allowed = tolerance * h + rounding * (g->surface->size + vec3_norm(jet.r));
-    derivative(g, y, slope);
-    for (int level = 0; level < LEVELS; level++) {
-        double best[STATE];
-        for (int k = 0; k < STATE; k++)
-            best[k] = level ? table[0][k] : 0;
-        midpoint_rule(g, y, slope, h, 2 * (level + 1), table[level]);
-        for (int m = level - 1; m >= 0; m--) {
-            double ratio = (double)(level + 1) / (m + 1), weight = 1 / (ratio * ratio - 1);
-            for (int k = 0; k < STATE; k++)
-                table[m][k] = table[m + 1][k] + weight * (table[m + 1][k] - table[m][k]);
-        }
-        double error = spatial_error(&jet, best, table[0], h);
-        bool stalled = error >= previous && error <= rounding_at_most * h;
-        if (level >= 2 && (error <= allowed || stalled)) {
-            double last[STATE];
-            for (int k = 0; k < STATE; k++)
-                out[k] = table[0][k];
-            if (g->kind != PATH_GEODESIC) {
-                derivative(g, out, last);
-                out[2] = last[0];
-                out[3] = last[1];
-            }
-            return true;
-        }
-        previous = error;
-    }
-    return false;
+    double uv[2] = {(*y)[0], (*y)[1]};
+    jet_here(g, uv, &jet);
+    *slope = slope_of(g, &jet, *y);
+}
+
+/* A path that is given by its direction has no other velocity than that. */
+static vec4 with_given_velocity(const struct path *g, vec4 y) {
+    vec4 slope;
+    if (g->kind == PATH_GEODESIC)
+        return y;
+    slope_at(g, &y, &slope);
+    return (vec4){y[0], y[1], slope[0], slope[1]};
+}
+
+/* The distance in space that a difference of states makes over the step h. */
+static double spatial_size(const struct surface_jet *jet, vec4 difference, double h) {
+    double nu = vec3_norm(jet->u), nv = vec3_norm(jet->v);
+    return nu * fabs(difference[0]) + nv * fabs(difference[1]) +
+           h * (nu * fabs(difference[2]) + nv * fabs(difference[3]));
+}
+
+/* Where a step begins: the jet, the state and its slope. */
+struct footing {
+    struct surface_jet jet;
+    vec4 state[2];
+};
+
+static struct footing footing_of(const struct path *g) {
+    struct footing at = {.state = {state_of(g)}};
+    jet_here(g, g->uv, &at.jet);
+    at.state[1] = slope_of(g, &at.jet, at.state[0]);
+    return at;
+}
+
+/* One step of h, however long. Its error by what is allowed: it will do when that is less than 1;
+ * NaN where there is no telling. */
+static double try_step(const struct path *g, const struct footing *at, double h, vec4 *out) {
+    struct dormand_error error;
+    dormand_step(slope_at, g, h, at->state, out, &error);
+    double fifth = spatial_size(&at->jet, error.fifth, h);
+    double third = spatial_size(&at->jet, error.third, h);
+    double size = sqrt(fifth * fifth + 0.01 * third * third);
+    double allowed = g->accuracy * h + rounding * (g->surface->size + vec3_norm(at->jet.r));
+    *out = with_given_velocity(g, *out);
+    return (size > 0 ? fifth * fifth / size : size) / allowed;
+}
+
+static bool followed(double error) {
+    return error < 1;
+}
+
+/* What to multiply a step with this error by: the error goes with the eighth power. */
+static double rescaling(double error) {
+    double factor = error < 1e16 ? 0.85 / sqrt(sqrt(sqrt(fmax(error, 1e-8)))) : 0;
+    return fmin(fmax(factor, 0.1), 4);
+}
+
+/* A step so short, of either sign, that the classical Runge-Kutta rule will do. */
+static vec4 short_step(const struct path *g, vec4 y, double h) {
+    vec4 k[4], at;
+    slope_at(g, &y, &k[0]);
+    at = y + h / 2 * k[0];
+    slope_at(g, &at, &k[1]);
+    at = y + h / 2 * k[1];
+    slope_at(g, &at, &k[2]);
+    at = y + h * k[2];
+    slope_at(g, &at, &k[3]);
+    return with_given_velocity(g, y + h / 6 * (k[0] + 2 * k[1] + 2 * k[2] + k[3]));
 }
 
 /* How far `x` lies beyond the span's edge that leads to another span, and that edge; 0 when the
@@ -195,7 +213,7 @@ static bool cross_edge(struct path *g, int k, double edge) {
     return set_velocity(&to, turned, g->velocity);
 }
 
-static void accept(struct path *g, const double y[STATE]) {
+static void accept(struct path *g, vec4 y) {
     g->uv[0] = y[0];
     g->uv[1] = y[1];
     g->velocity[0] = y[2];
@@ -238,9 +256,10 @@ static bool pass_event(struct path *g, const struct event *event) {
 
 /* A step towards the event, as long as it can be followed, below h; not past it. */
 static bool advance_towards(struct path *g, const struct event *event, double h, double *length) {
-    double y[STATE];
-    for (int round = 0; round < EVENT_ROUNDS; round++, h /= 2)
-        if (extrapolated_step(g, h, y) && event->sign * (event->at - y[event->k]) > 0) {
+    vec4 y;
+    struct footing at = footing_of(g);
+    for (int round = 0; round < EVENT_ROUNDS; round++, h /= 4)
+        if (followed(try_step(g, &at, h, &y)) && event->sign * (event->at - y[event->k]) > 0) {
             accept(g, y);
             *length = h;
             return true;
@@ -248,24 +267,49 @@ static bool advance_towards(struct path *g, const struct event *event, double h,
     return false;
 }
 
-/* The length to the event, at most h: Newton on uv[k](length) = at, kept between 0 and h by
- * bisection, and the state there. False when the step to there is too long to be followed; `length`
- * then is one that was too long. */
-static bool find_event(const struct path *g, const struct event *event, double h, double y[STATE],
-                       double *length) {
-    int k = event->k;
-    double low = 0, high = h, next = h / 2;
-    double slack = 1e-14 * fabs(surface_axis_upper(&g->surface->axis[k]) -
-                                surface_axis_lower(&g->surface->axis[k]));
+/* The share of a step of h at which the cubic through (u, p) at both its ends, `from` and `to`,
+ * reaches `at`, which lies between. */
+static double hermite_share(const vec4 *from, const vec4 *to, int k, double h, double at) {
+    double a = (*from)[k], b = (*to)[k], low = 0, high = 1, t = (at - a) / (b - a);
+    double pa = h * (*from)[2 + k], pb = h * (*to)[2 + k];
     for (int round = 0; round < EVENT_ROUNDS; round++) {
-        *length = next;
-        if (!extrapolated_step(g, *length, y))
+        double c2 = 3 * (b - a) - 2 * pa - pb, c3 = pa + pb - 2 * (b - a);
+        double value = a + t * (pa + t * (c2 + t * c3)) - at, rate = pa + t * (2 * c2 + 3 * t * c3);
+        *((value > 0) == (b > a) ? &high : &low) = t;
+        double next = t - value / rate;
+        if (!(next > low && next < high))
+            next = (low + high) / 2;
+        if (fabs(next - t) < 1e-9)
+            return next;
+        t = next;
+    }
+    return t;
+}
+
+/* The length to the event, at most h, where the state is `end`: Newton on uv[k](length) = at, kept
+ * between 0 and h by bisection, from where a cubic meets the edge; and the state there. False when
+ * the step to there is too long to be followed; `length` then is one that was too long. */
+static bool find_event(const struct path *g, const struct event *event, double h, const vec4 *end,
+                       vec4 *y, double *length) {
+    int k = event->k;
+    const struct surface_axis *axis = &g->surface->axis[k];
+    struct footing at = footing_of(g);
+    double low = 0, high = h, next = h * hermite_share(at.state, end, k, h, event->at),
+           last = HUGE_VAL;
+    double slack = 1e-14 * (surface_axis_upper(axis) - surface_axis_lower(axis));
+    for (int round = 0; round < EVENT_ROUNDS; round++) {
+        if (fabs(next - last) <= nudge_share * h)
+            *y = short_step(g, *y, next - last);
+        else if (!followed(try_step(g, &at, next, y))) {
+            *length = next;
             return false;
-        double miss = event->sign * (event->at - y[k]);
+        }
+        *length = last = next;
+        double miss = event->sign * (event->at - (*y)[k]);
         if (fabs(miss) <= slack)
             break;
-        *(miss > 0 ? &low : &high) = *length;
-        next = *length + miss / (event->sign * y[2 + k]);
+        *(miss > 0 ? &low : &high) = last;
+        next = last + miss / (event->sign * (*y)[2 + k]);
         if (!(next > low && next < high))
             next = (low + high) / 2;
     }
@@ -273,25 +317,27 @@ static bool find_event(const struct path *g, const struct event *event, double h
 }
 
 /* Whether the state y lies beyond an edge of the direction other than k, and that edge. */
-static bool crosses_other(const struct path *g, int k, const double y[STATE], struct event *event) {
+static bool crosses_other(const struct path *g, int k, vec4 y, struct event *event) {
     double edge, beyond = beyond_span(g, 1 - k, y[1 - k], &edge);
     *event = (struct event){1 - k, edge, y[1 - k] > edge ? 1 : -1, false};
     return beyond > 0;
 }
 
-/* Moves to the event, at most h away, and past it; next to a corner of the span to that edge which
- * comes first. Less far when the step to there is too long to be followed. */
-static bool advance_to_event(struct path *g, const struct event *first, double h, double *length) {
+/* Moves to the event before the end of a step of h, and past it; next to a corner of the span to
+ * that edge which comes first. Less far when the step to there is too long to be followed. */
+static bool advance_to_event(struct path *g, const struct event *first, double h, const vec4 *end,
+                             double *length) {
     struct event event = *first, other;
-    double y[STATE];
+    vec4 y, before;
     *length = 0;
     if (event.sign * (event.at - g->uv[event.k]) <= 0)
         return pass_event(g, &event);
-    if (!find_event(g, &event, h, y, length))
+    if (!find_event(g, &event, h, end, &y, length))
         return advance_towards(g, &event, *length / 2, length);
     if (crosses_other(g, event.k, y, &other)) {
         event = other;
-        if (!find_event(g, &event, *length, y, length))
+        before = y;
+        if (!find_event(g, &event, *length, &before, &y, length))
             return advance_towards(g, &event, *length / 2, length);
     }
     accept(g, y);
@@ -346,7 +392,7 @@ static bool leap(struct path *g, const struct station *from, struct vec3 directi
 bool path_geodesic(struct path *path, const struct surface *surface, const struct station *from,
                    struct vec3 direction) {
     struct vec3 pole, tangent = station_tangent(from, direction);
-    *path = (struct path){.surface = surface};
+    *path = (struct path){.surface = surface, .accuracy = accuracy};
     if (!(vec3_norm2(tangent) > 0))
         return false;
     double radius = pole_radius * surface->size;
@@ -369,6 +415,7 @@ bool path_section(struct path *path, const struct surface *surface, const struct
 bool path_curve(struct path *path, const struct surface *surface, const struct station *from,
                 const double (*curve)[2], size_t count, size_t next, int sense) {
     *path = (struct path){.surface = surface,
+                          .accuracy = accuracy,
                           .kind = PATH_CURVE,
                           .curve = curve,
                           .curve_count = count,
@@ -398,6 +445,9 @@ static bool pass_pole(struct path *g, struct vec3 pole) {
 /* The longest step worth trying: half way to a pole that is near. */
 static double cap_step(const struct path *g, double h, struct vec3 *pole, bool *at_pole) {
     struct vec3 t;
+    *at_pole = false;
+    if (!g->surface->has_poles)
+        return h;
     double distance = station_pole_distance(g->surface, point_of(g, &t), pole);
     *at_pole = distance <= pole_radius * g->surface->size;
     return h > distance / 2 ? distance / 2 : h;
@@ -405,7 +455,7 @@ static double cap_step(const struct path *g, double h, struct vec3 *pole, bool *
 
 /* The event that a step from here to y runs into first, by the share of the step that lies beyond
  * it; false when there is none. */
-static bool first_event(const struct path *g, const double y[STATE], struct event *event) {
+static bool first_event(const struct path *g, vec4 y, struct event *event) {
     double farthest = 0;
     for (int k = 0; k < 2; k++) {
         double edge, beyond = beyond_span(g, k, y[k], &edge) / fabs(y[k] - g->uv[k]);
@@ -437,24 +487,120 @@ static bool far_outside(const struct path *g) {
     return false;
 }
 
+/* Whether the path is beyond an open boundary. */
+static bool is_outside(const struct path *g) {
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &g->surface->axis[k];
+        if (!axis->closed &&
+            !(g->uv[k] >= surface_axis_lower(axis) && g->uv[k] <= surface_axis_upper(axis)))
+            return true;
+    }
+    return false;
+}
+
+/* The length to the edge of the span that the path meets first, to second order, and that edge;
+ * infinite where it meets none. */
+static double length_to_edge(const struct path *g, const struct footing *at, struct event *event) {
+    double least = HUGE_VAL;
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &g->surface->axis[k];
+        double p = at->state[1][k], bend = at->state[1][2 + k];
+        int s = g->span[k], next = p > 0 ? s + 1 : s - 1;
+        if (!axis->closed && (next < 0 || next == axis->span_count))
+            continue;
+        double edge = axis->breaks[p > 0 ? s + 1 : s] + g->turn[k], way = edge - g->uv[k];
+        double root = p * p + 2 * bend * way;
+        double length = root > 0 ? 2 * way / (p + (p > 0 ? 1 : -1) * sqrt(root)) : HUGE_VAL;
+        if (length > 0 && length < least) {
+            least = length;
+            *event = (struct event){k, edge, p > 0 ? 1 : -1, false};
+        }
+    }
+    return least;
+}
+
+/* From the end `y` of a step that was to reach the edge to that edge, where it is near enough, and
+ * past it. False, with nothing done, where it is not. */
+static bool touch_edge(struct path *g, const struct event *event, vec4 y, double *length) {
+    struct event other;
+    const struct surface_axis *axis = &g->surface->axis[event->k];
+    double slack = 1e-14 * (surface_axis_upper(axis) - surface_axis_lower(axis)), gone = *length;
+    for (int round = 0; round < 3; round++) {
+        double way = event->at - y[event->k], by = way / y[2 + event->k];
+        if (fabs(way) <= slack) {
+            if (crosses_other(g, event->k, y, &other))
+                return false;
+            accept(g, y);
+            *length = gone;
+            return pass_event(g, event);
+        }
+        if (!(fabs(by) <= nudge_share * *length))
+            return false;
+        y = short_step(g, y, by);
+        gone += by;
+    }
+    return false;
+}
+
+/* Steps that were too long in one advance, and the length of it. */
+struct effort {
+    int failures;
+    double whole;
+};
+
+/* Whether a step of h, which has to be shortened, is still worth trying. */
+static bool worth_trying(const struct path *g, struct effort *effort, double h) {
+    bool outside = is_outside(g);
+    return ++effort->failures <= (outside ? FAILURES_OUTSIDE : FAILURES_MAX) &&
+           h > (outside ? shortest_outside : shortest) * effort->whole;
+}
+
 /* One step of at most h that ends in this span or on its edge; the length it went. */
-static bool advance_in_span(struct path *g, double h, double least, double *length) {
-    double y[STATE];
+static bool advance_in_span(struct path *g, double h, struct effort *effort, double *length) {
+    vec4 y;
     struct event event;
-    while (!extrapolated_step(g, h, y)) {
-        h /= 2;
-        if (!(h > least))
+    struct footing at = footing_of(g);
+    double error;
+    h = g->pace > 0 ? fmin(h, g->pace) : h;
+    double edge = length_to_edge(g, &at, &event);
+    bool at_edge = edge <= h;
+    h = at_edge ? edge : h;
+    while (!followed(error = try_step(g, &at, h, &y))) {
+        h *= fmin(rescaling(error), 0.7);
+        at_edge = false;
+        if (!worth_trying(g, effort, h))
             return false;
     }
-    if (first_event(g, y, &event))
-        return advance_to_event(g, &event, h, length);
-    accept(g, y);
+    g->pace = at_edge && g->pace > 0 ? fmax(g->pace, h * rescaling(error)) : h * rescaling(error);
     *length = h;
+    if (at_edge && g->kind != PATH_CURVE && touch_edge(g, &event, y, length))
+        return true;
+    if (first_event(g, y, &event))
+        return advance_to_event(g, &event, h, &y, length);
+    accept(g, y);
     return true;
+}
+
+/* The sum of the squares of the two principal curvatures: tr (I^-1 II)^2. */
+static double squared_curvature(const struct surface_jet *jet) {
+    struct vec3 across = vec3_cross(jet->u, jet->v);
+    double e = vec3_norm2(jet->u), f = vec3_dot(jet->u, jet->v), g = vec3_norm2(jet->v);
+    double area2 = vec3_norm2(across), l = vec3_dot(jet->uu, across);
+    double m = vec3_dot(jet->uv, across), n = vec3_dot(jet->vv, across);
+    double a = g * l - f * m, b = g * m - f * n, c = e * m - f * l, d = e * n - f * m;
+    return (a * a + 2 * b * c + d * d) / (area2 * area2 * area2);
+}
+
+void path_follow_net(struct path *path, double d) {
+    struct surface_jet jet;
+    jet_here(path, path->uv, &jet);
+    double bend = squared_curvature(&jet) * d * d;
+    path->accuracy = fmin(fmax(share_of_net * bend * bend, net_accuracy[0]), net_accuracy[1]);
 }
 
 bool path_advance(struct path *path, double length) {
     double remaining = length - path->ahead;
+    struct effort effort = {.whole = length};
     path->ahead = 0;
     for (int round = 0; round < rounds_max && remaining > 0; round++) {
         if (far_outside(path))
@@ -466,7 +612,7 @@ bool path_advance(struct path *path, double length) {
             return false;
         if (path->ahead > 0)
             gone = path->ahead;
-        else if (!advance_in_span(path, h, shortest * length, &gone))
+        else if (!advance_in_span(path, h, &effort, &gone))
             return false;
         path->ahead = 0;
         remaining -= gone;
@@ -474,4 +620,61 @@ bool path_advance(struct path *path, double length) {
     if (remaining < 0)
         path->ahead = -remaining;
     return remaining <= 0;
+}
+
+/* Moves on by `length`, next to nothing and of either sign, within the span. False when that leads
+ * out of it or round a corner. */
+static bool nudge(struct path *g, double length) {
+    struct event event;
+    vec4 y = short_step(g, state_of(g), length);
+    if (g->ahead > 0 || first_event(g, y, &event))
+        return false;
+    accept(g, y);
+    return true;
+}
+
+/* The length of the path with the chord d from here, to fourth order: with the curvature k of the
+ * path in space, d (1 + (k d)^2 / 24). */
+static double length_of_chord(const struct path *g, double d) {
+    struct surface_jet jet;
+    jet_here(g, g->uv, &jet);
+    double p = g->velocity[0], q = g->velocity[1];
+    vec4 slope = slope_of(g, &jet, state_of(g));
+    struct vec3 bend =
+        vec3_axpy(q * q, jet.vv, vec3_axpy(2 * p * q, jet.uv, vec3_scale(p * p, jet.uu)));
+    if (g->kind == PATH_GEODESIC)
+        bend = vec3_axpy(slope[3], jet.v, vec3_axpy(slope[2], jet.u, bend));
+    else
+        bend = vec3_make(0, 0, 0);
+    return d * (1 + fmin(vec3_norm2(bend) * d * d / 24, 0.1));
+}
+
+bool path_advance_chord(struct path *path, struct surface_cursor *cursor, double d) {
+    struct station from, to;
+    struct vec3 tangent;
+    struct path ahead = *path;
+    if (!path_station(path, cursor, &from, NULL))
+        return false;
+    double length = length_of_chord(path, d), correction = HUGE_VAL;
+    double enough = chord_tolerance * d + chord_rounding * path->surface->magnitude;
+    for (int round = 0; round < CHORD_ROUNDS; round++) {
+        if (!(fabs(correction) <= nudge_share * d) || !nudge(&ahead, correction)) {
+            ahead = *path;
+            if (!path_advance(&ahead, length))
+                return false;
+        }
+        if (!path_station(&ahead, cursor, &to, &tangent))
+            return false;
+        struct vec3 chord = vec3_sub(to.jet.r, from.jet.r);
+        double size = vec3_norm(chord), rate = vec3_dot(chord, tangent) / size;
+        if (fabs(size - d) <= enough || round == CHORD_ROUNDS - 1) {
+            *path = ahead;
+            return fabs(size - d) <= 1e3 * enough;
+        }
+        if (!(rate > 0.1))
+            return false;
+        correction = (d - size) / rate;
+        length += correction;
+    }
+    return false;
 }

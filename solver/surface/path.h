@@ -31,6 +31,8 @@ struct path {
     double velocity[2]; /* (p, q): r_u p + r_v q is the unit tangent */
     int span[2];
     double turn[2];    /* what to take off uv to be in the domain of the span */
+    double accuracy;   /* local error allowed, as a share of the step: 1e-12 unless set */
+    double pace;       /* the step that the last one suggests; 0: none */
     double ahead;      /* length already gone of the next advance: a pole is left with a leap */
     struct vec3 plane; /* PATH_SECTION: the normal, signed as the path goes */
     const double (
@@ -55,9 +57,19 @@ bool path_section(struct path *path, const struct surface *surface, const struct
 bool path_curve(struct path *path, const struct surface *surface, const struct station *from,
                 const double (*curve)[2], size_t count, size_t next, int sense);
 
-/* Moves on by `length` >= 0 to a relative accuracy of 1e-13 of `length`; on past open boundaries
- * over the continued surface. False when the path cannot be followed; it is then unusable. */
+/* From here on no more accurate than a net with the spacing d is itself, for any method but that
+ * with geodesic edges; to be said again at every node. */
+void path_follow_net(struct path *path, double d);
+
+/* Moves on by `length` >= 0 to a relative accuracy of 1e-12 of `length`; on past open boundaries
+ * over the continued surface. As a rule one step of order 8 a span, whose work is bounded: False
+ * when the path cannot be followed with a few dozen; it is then unusable. */
 bool path_advance(struct path *path, double length);
+
+/* Moves on until it is the chord d away from where it was: one advance, then Newton on the length,
+ * for which the chord grows at the cosine between chord and tangent, in steps next to nothing.
+ * False as above, or when there is no such place. */
+bool path_advance_chord(struct path *path, struct surface_cursor *cursor, double d);
 
 /* The place where it is now, and which way it is going there (unit; may be NULL). False when the
  * surface has no tangent plane there. */

@@ -5,7 +5,7 @@
  * them. Times are the least CPU times of a few runs of drape_solve. A net has its start given, so
  * that what is measured is the net and not the search for the middle of the surface.
  *
- *     bench_surfaces [N [SURFACE]]      default: 30, 100 and 1000 on all
+ *     bench_surfaces [N [SURFACE [METHOD]]]      default: 30, 100 and 1000 on all
  */
 #include "solver/drape.h"
 #include "surfaces.h"
@@ -33,7 +33,7 @@ static double seconds(void) {
 struct figure {
     double ns[METHODS], evaluation, bytes;
     size_t nodes, lost;
-    double coverage;
+    double coverage, steps;
 };
 
 static double time_evaluation(const struct surface *surface) {
@@ -88,6 +88,7 @@ static bool run_once(struct bench_surface *from, int side, int m, struct figure 
         figure->nodes = result.nodes.count;
         figure->bytes = (double)arena_peak(arena) / (double)result.nodes.count;
         figure->coverage = result.summary.coverage;
+        figure->steps = result.summary.newton_iterations_mean;
         figure->lost = result.summary.front_reasons[DRAPE_REASON_NO_CONVERGENCE] +
                        result.summary.front_reasons[DRAPE_REASON_DEGENERATE];
     }
@@ -115,25 +116,26 @@ static void print_summary(const struct figure *figures, int count) {
     }
 }
 
-static bool bench_side(int side, int only) {
+static bool bench_side(int side, int only, int only_method) {
     static struct bench_surface surface;
-    struct figure figures[BENCH_SURFACES] = {{{0}, 0, 0, 0, 0, 0}};
-    int count = 0, rounds = side <= 30 ? 9 : side <= 100 ? 3 : 1;
+    struct figure figures[BENCH_SURFACES] = {{.nodes = 0}};
+    int count = 0, rounds = only_method >= 0 ? 1 : side <= 30 ? 9 : side <= 100 ? 3 : 1;
     printf("nets of %d x %d, ns a node\n%-26s %7s %9s", side, side, "surface", "nodes", "evaluate");
     for (int m = 0; m < METHODS; m++)
         printf(" %9s", methods[m].name);
-    printf(" %6s %5s %5s\n", "B/node", "cover", "lost");
+    printf(" %6s %5s %5s %5s\n", "B/node", "cover", "lost", "steps");
     for (int k = only < 0 ? 0 : only; k <= (only < 0 ? BENCH_SURFACES - 1 : only); k++) {
         struct figure *figure = &figures[count++];
         bench_surface_make(&surface, k);
         for (int round = 0; round < rounds; round++)
             for (int m = 0; m < (side > 300 ? METHODS - 1 : METHODS); m++)
-                if (!run_once(&surface, side, m, figure))
+                if ((only_method < 0 || m == only_method) && !run_once(&surface, side, m, figure))
                     return false;
         printf("%-26s %7zu %9.0f", surface.name, figure->nodes, figure->evaluation);
         for (int m = 0; m < METHODS; m++)
             printf(" %9.0f", figure->ns[m]);
-        printf(" %6.0f %5.3f %5zu\n", figure->bytes, figure->coverage, figure->lost);
+        printf(" %6.0f %5.3f %5zu %5.2f\n", figure->bytes, figure->coverage, figure->lost,
+               figure->steps);
     }
     print_summary(figures, count);
     return true;
@@ -144,9 +146,12 @@ int main(int argc, char **argv) {
     mallopt(M_TRIM_THRESHOLD, 1 << 30);
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
     if (argc > 1)
-        return bench_side(atoi(argv[1]), argc > 2 ? atoi(argv[2]) : -1) ? 0 : 1;
+        return bench_side(atoi(argv[1]), argc > 2 ? atoi(argv[2]) : -1,
+                          argc > 3 ? atoi(argv[3]) : -1)
+                   ? 0
+                   : 1;
     bool good = true;
     for (int k = 0; k < 3 && good; k++)
-        good = bench_side(sides[k], -1);
+        good = bench_side(sides[k], -1, -1);
     return good ? 0 : 1;
 }

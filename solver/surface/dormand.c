@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: MIT */
+#include "dormand.h"
+
+#include "solver/wide.h"
+
+/* Hairer, Norsett, Wanner: Solving Ordinary Differential Equations I, 2nd edition, section II.10,
+ * the coefficients of DOP853; row i gives stage i + 1 from those before it. */
+static const double stages[DORMAND_STAGES - 1][DORMAND_STAGES - 1] = {
+    {0.05260015195876773},
+    {0.0197250569845379, 0.0591751709536137},
+    {0.02958758547680685, 0, 0.08876275643042054},
+    {0.2413651341592667, 0, -0.8845494793282861, 0.924834003261792},
+    {0.037037037037037035, 0, 0, 0.17082860872947386, 0.12546768756682242},
+    {0.037109375, 0, 0, 0.17025221101954405, 0.06021653898045596, -0.017578125},
+    {0.03709200011850479, 0, 0, 0.17038392571223998, 0.10726203044637328, -0.015319437748624402,
+     0.008273789163814023},
+    {0.6241109587160757, 0, 0, -3.3608926294469414, -0.868219346841726, 27.59209969944671,
+     20.154067550477894, -43.48988418106996},
+    {0.47766253643826434, 0, 0, -2.4881146199716677, -0.590290826836843, 21.230051448181193,
+     15.279233632882423, -33.28821096898486, -0.020331201708508627},
+    {-0.9371424300859873, 0, 0, 5.186372428844064, 1.0914373489967295, -8.149787010746927,
+     -18.52006565999696, 22.739487099350505, 2.4936055526796523, -3.0467644718982196},
+    {2.273310147516538, 0, 0, -10.53449546673725, -2.0008720582248625, -17.9589318631188,
+     27.94888452941996, -2.8589982771350235, -8.87285693353063, 12.360567175794303,
+     0.6433927460157636},
+};
+static const double weights[DORMAND_STAGES] = {0.054293734116568765,
+                                               0,
+                                               0,
+                                               0,
+                                               0,
+                                               4.450312892752409,
+                                               1.8915178993145003,
+                                               -5.801203960010585,
+                                               0.3111643669578199,
+                                               -0.1521609496625161,
+                                               0.20136540080403034,
+                                               0.04471061572777259};
+
+/* The solution less one of order 5, and less one of order 3. */
+static const double fifth[DORMAND_STAGES] = {0.01312004499419488,
+                                             0,
+                                             0,
+                                             0,
+                                             0,
+                                             -1.2251564463762044,
+                                             -0.4957589496572502,
+                                             1.6643771824549864,
+                                             -0.35032884874997366,
+                                             0.3341791187130175,
+                                             0.08192320648511571,
+                                             -0.022355307863886294};
+static const double third[DORMAND_STAGES] = {-0.18980075407240762,
+                                             0,
+                                             0,
+                                             0,
+                                             0,
+                                             4.450312892752409,
+                                             1.8915178993145003,
+                                             -5.801203960010585,
+                                             -0.42268232132379197,
+                                             -0.1521609496625161,
+                                             0.20136540080403034,
+                                             0.022651792198360825};
+
+/* y + h sum_k a_k slope_k */
+INLINE vec4 combine(const double *a, int count, const vec4 *slope, vec4 y, double h) {
+    vec4 sum = a[0] * slope[0];
+    for (int k = 1; k < count; k++)
+        if (a[k] != 0)
+            sum += a[k] * slope[k];
+    return y + h * sum;
+}
+
+void dormand_step(dormand_slope *slope_at, const void *context, double h, const vec4 *from,
+                  vec4 *to, struct dormand_error *error) {
+    const vec4 zero = {0};
+    vec4 slope[DORMAND_STAGES] = {from[1]};
+    for (int k = 1; k < DORMAND_STAGES; k++) {
+        vec4 y = combine(stages[k - 1], k, slope, from[0], h);
+        slope_at(context, &y, &slope[k]);
+    }
+    error->fifth = combine(fifth, DORMAND_STAGES, slope, zero, h);
+    error->third = combine(third, DORMAND_STAGES, slope, zero, h);
+    *to = combine(weights, DORMAND_STAGES, slope, from[0], h);
+}
