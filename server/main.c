@@ -12,6 +12,7 @@
 #include "log.h"
 #include "server/http/http.h"
 #include "server/http/tokens.h"
+#include "server/resources/routes.h"
 #include "server/store/store.h"
 #include "server/work/checkers.h"
 #include "server/work/dispatcher.h"
@@ -44,6 +45,7 @@ struct service {
     struct dispatcher *dispatcher;
     struct mapper *mapper;
     struct tokens *tokens;
+    struct services services; /* the above, for the handlers */
     struct http *http;
 };
 
@@ -214,15 +216,16 @@ static bool start_front(struct service *service) {
     service->tokens = config->tokens[0] ? tokens_open(config->tokens, why) : NULL;
     if (config->tokens[0] && !service->tokens)
         return refuse("tokens", why);
-    const struct http_services services = {
+    service->services = (struct services){
         .config = config,
         .store = service->store,
-        .hub = service->hub,
         .tokens = service->tokens,
         .mapper = service->mapper,
         .dispatcher = config->role == CONFIG_ROLE_API ? NULL : service->dispatcher,
     };
-    return http_start(&services, &service->http);
+    const struct http_settings settings = {config, service->hub,
+                                           routes_handler(&service->services)};
+    return http_start(&settings, &service->http);
 }
 
 static bool start(struct service *service) {

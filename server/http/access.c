@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 #include "access.h"
-#include "server/config.h"
 #include <string.h>
 #include <strings.h>
 
@@ -14,41 +13,38 @@ static const char *bearer(const struct request *request) {
     return text + 7 + strspn(text + 7, " ");
 }
 
-static bool refuse_unknown(const struct request *request, bool tried, struct reply *reply) {
+static bool refuse_unknown(bool tried, struct reply *reply) {
     reply_header(reply, "WWW-Authenticate", "Bearer realm=\"draped\"%s",
                  tried ? ", error=\"invalid_token\"" : "");
-    reply_refuse(reply, request->id, API_UNAUTHORIZED,
+    reply_refuse(reply, API_UNAUTHORIZED,
                  tried ? "this token is not known here"
                        : "this needs a header 'Authorization: Bearer TOKEN'");
     return false;
 }
 
-static bool refuse_role(const struct request *request, enum tokens_role needed,
-                        struct reply *reply) {
+static bool refuse_role(enum tokens_role needed, struct reply *reply) {
     const char *role = needed == TOKENS_ADMIN ? "admin" : "write";
     reply_header(reply, "WWW-Authenticate",
                  "Bearer realm=\"draped\", error=\"insufficient_scope\", scope=\"%s\"", role);
-    reply_refuse(reply, request->id, API_FORBIDDEN, "this takes a token of the role %s", role);
+    reply_refuse(reply, API_FORBIDDEN, "this takes a token of the role %s", role);
     return false;
 }
 
-bool access_allow(const struct http_services *services, struct request *request,
-                  enum tokens_role needed, struct reply *reply) {
+bool access_allow(struct tokens *tokens, struct request *request, enum tokens_role needed,
+                  struct reply *reply) {
     struct tokens_holder holder;
-    request->sees_all = !services->tokens;
-    if (!services->tokens)
+    request->sees_all = !tokens;
+    if (!tokens)
         return true;
     const char *token = bearer(request);
-    if (!token || !tokens_find(services->tokens, token, &holder))
-        return refuse_unknown(request, token != NULL, reply);
+    if (!token || !tokens_find(tokens, token, &holder))
+        return refuse_unknown(token != NULL, reply);
     memcpy(request->caller, holder.name, sizeof holder.name);
     request->sees_all = holder.role == TOKENS_ADMIN;
-    return holder.role >= needed || refuse_role(request, needed, reply);
+    return holder.role >= needed || refuse_role(needed, reply);
 }
 
-void access_mark(const struct http_services *services, struct reply *reply) {
-    if (!services->tokens)
-        return;
+void access_mark(struct reply *reply) {
     if (!reply_has_header(reply, "Cache-Control"))
         reply_header(reply, "Cache-Control", "private");
     reply_header(reply, "Vary", "Authorization");
@@ -73,14 +69,12 @@ static bool origin_allowed(const char *list, const char *origin) {
 
 /* Credentials in the browser's sense, cookies, are not used here: a page that has a token sends it
  * by itself, so that any origin may be allowed without giving anything away. */
-void access_cors(const struct http_services *services, const struct request *request,
-                 struct reply *reply) {
-    const char *list = services->config->cors_origin;
+void access_cors(const char *origins, const struct request *request, struct reply *reply) {
     const char *origin = request_header(request, "Origin");
-    if (!list[0])
+    if (!origins[0])
         return;
     reply_header(reply, "Vary", "Origin");
-    if (!origin || !origin_allowed(list, origin))
+    if (!origin || !origin_allowed(origins, origin))
         return;
     reply_header(reply, "Access-Control-Allow-Origin", "%s", origin);
     reply_header(reply, "Access-Control-Expose-Headers",

@@ -3,22 +3,20 @@
 #ifndef SERVER_HTTP_ACCESS_H
 #define SERVER_HTTP_ACCESS_H
 
-#include "http.h"
 #include "reply.h"
 #include "request.h"
 #include "tokens.h"
 
 /* Sets the caller of the request, who needs the role. False: the reply is 401 or 403. Without
- * --tokens everybody may do everything and is nobody in particular. */
-bool access_allow(const struct http_services *services, struct request *request,
-                  enum tokens_role needed, struct reply *reply);
+ * tokens (NULL) everybody may do everything and is nobody in particular. */
+bool access_allow(struct tokens *tokens, struct request *request, enum tokens_role needed,
+                  struct reply *reply);
 
 /* Tells caches on the way that the answer is for this caller alone. */
-void access_mark(const struct http_services *services, struct reply *reply);
+void access_mark(struct reply *reply);
 
-/* Tells a browser that the page which calls may see the answer, if --cors-origin names its origin;
- * and, when it asks beforehand, what it may send. */
-void access_cors(const struct http_services *services, const struct request *request,
-                 struct reply *reply);
+/* Tells a browser that the page which calls may see the answer, if `origins` (--cors-origin) names
+ * its origin; and, when it asks beforehand, what it may send. */
+void access_cors(const char *origins, const struct request *request, struct reply *reply);
 
 #endif

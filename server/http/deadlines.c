@@ -1,10 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "deadlines.h"
-#include "reply.h"
 #include "server/clock.h"
-#include "server/id.h"
-#include "server/log.h"
-#include "server/resources/routes.h"
 #include <pthread.h>
 #include <stdlib.h>
 #include <sys/socket.h>
@@ -12,14 +8,19 @@
 enum { DEADLINES_LINGER_MS = 2000 }; /* to read the 408 before the connection is closed */
 
 struct deadlines {
+    deadlines_late *late;
+    void *context;
     pthread_mutex_t lock;
     struct deadlines_client *clients; /* a list */
 };
 
-struct deadlines *deadlines_new(void) {
+struct deadlines *deadlines_new(deadlines_late *late, void *context) {
     struct deadlines *deadlines = calloc(1, sizeof *deadlines);
-    if (deadlines)
-        pthread_mutex_init(&deadlines->lock, NULL);
+    if (!deadlines)
+        return NULL;
+    deadlines->late = late;
+    deadlines->context = context;
+    pthread_mutex_init(&deadlines->lock, NULL);
     return deadlines;
 }
 
@@ -85,19 +86,11 @@ bool deadlines_reply(struct deadlines *deadlines, struct deadlines_client *clien
     return set(deadlines, client, true, 0, due);
 }
 
-static void say_timeout(int socket) {
-    char id[ID_SIZE];
-    id_make(id);
-    int status = reply_on_socket(socket, id, API_TIMEOUT, "the request did not arrive in time");
-    log_info(log_event("request_timeout"), log_text("request_id", id));
-    routes_count(NULL, status, 0);
-}
-
 /* With the lock. The second time, or in the midst of a reply, at once. */
-static void cut(struct deadlines_client *client, int64_t now) {
+static void cut(struct deadlines *deadlines, struct deadlines_client *client, int64_t now) {
     bool at_once = client->cut || client->replying;
     if (!at_once)
-        say_timeout(client->socket);
+        deadlines->late(deadlines->context, client->socket);
     shutdown(client->socket, at_once ? SHUT_RDWR : SHUT_WR);
     client->due = at_once ? INT64_MAX : now + DEADLINES_LINGER_MS;
     client->cut = true;
@@ -110,7 +103,7 @@ int deadlines_reap(struct deadlines *deadlines, int64_t now) {
         if (client->due > now)
             continue;
         count += !client->cut;
-        cut(client, now);
+        cut(deadlines, client, now);
     }
     pthread_mutex_unlock(&deadlines->lock);
     return count;

@@ -34,8 +34,12 @@ struct deadlines_client {
     struct deadlines_client *next, *previous;
 };
 
+/* Called for a request that has not arrived in time, with a lock held: answers on the socket, which
+ * is shut down for writing after it. */
+typedef void deadlines_late(void *context, int socket);
+
 /* NULL without memory. */
-struct deadlines *deadlines_new(void);
+struct deadlines *deadlines_new(deadlines_late *late, void *context);
 /* Nobody may be in. NULL is allowed. */
 void deadlines_free(struct deadlines *deadlines);
 

@@ -84,14 +84,13 @@ void reply_stream(struct reply *reply, int status, const char *type, struct repl
     reply->stream = stream;
 }
 
-void reply_problem(struct reply *reply, const char *request_id, const struct api_problem *problem) {
+void reply_problem(struct reply *reply, const struct api_problem *problem) {
     metrics_refuse(problem->id);
     reply_text(reply, api_problem_status(problem->id), "application/problem+json",
-               api_problem_json(problem, request_id));
+               api_problem_json(problem, reply->request_id));
 }
 
-void reply_refuse(struct reply *reply, const char *request_id, enum api_problem_id problem,
-                  const char *detail, ...) {
+void reply_refuse(struct reply *reply, enum api_problem_id problem, const char *detail, ...) {
     struct api_problem said = {0};
     char text[API_DETAIL_MAX];
     va_list arguments;
@@ -99,14 +98,14 @@ void reply_refuse(struct reply *reply, const char *request_id, enum api_problem_
     vsnprintf(text, sizeof text, detail, arguments);
     va_end(arguments);
     api_problem_set(&said, problem, "%s", text);
-    reply_problem(reply, request_id, &said);
+    reply_problem(reply, &said);
 }
 
 int reply_on_socket(int socket, const char *request_id, enum api_problem_id problem,
                     const char *detail) {
-    struct reply reply = {0};
+    struct reply reply = {.request_id = request_id};
     char *message = NULL;
-    reply_refuse(&reply, request_id, problem, "%s", detail);
+    reply_refuse(&reply, problem, "%s", detail);
     int length = asprintf(&message,
                           "HTTP/1.1 %d %s\r\nContent-Type: application/problem+json\r\n"
                           "Content-Length: %zu\r\nConnection: close\r\nX-Request-Id: %s\r\n\r\n%s",

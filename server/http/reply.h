@@ -34,7 +34,8 @@ struct reply_header {
 };
 
 struct reply {
-    int status; /* 0: nothing is set yet */
+    const char *request_id; /* borrowed: for problem documents */
+    int status;             /* 0: nothing is set yet */
     struct reply_header headers[REPLY_HEADERS_MAX];
     size_t header_count;
     char *body;          /* malloc'ed, or NULL */
@@ -73,11 +74,11 @@ void reply_stream(struct reply *reply, int status, const char *type, struct repl
                   size_t length);
 
 /* A problem with its own status. The request's id goes into the document. */
-void reply_problem(struct reply *reply, const char *request_id, const struct api_problem *problem);
+void reply_problem(struct reply *reply, const struct api_problem *problem);
 
 /* The same for a problem of one sentence without a place in the body. */
-void reply_refuse(struct reply *reply, const char *request_id, enum api_problem_id problem,
-                  const char *detail, ...) __attribute__((format(printf, 4, 5)));
+void reply_refuse(struct reply *reply, enum api_problem_id problem, const char *detail, ...)
+    __attribute__((format(printf, 3, 4)));
 
 /* Answers with a problem on the socket itself, for where there is no other way left; the connection
  * has to be closed after it. Does not block: an answer that finds no room is lost. Returns the

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * One HTTP request as the routes see it: method, decoded path segments and query, headers, body.
- * It is plain memory, filled by `http.c` on one thread at a time; the strings live as long as it.
+ * One HTTP request as handlers see it: method, decoded path segments and query, headers, body.
+ * It is plain memory, filled by `exchange.c` on one thread at a time; the strings live as long as
+ * it.
  */
 #ifndef SERVER_HTTP_REQUEST_H
 #define SERVER_HTTP_REQUEST_H
@@ -22,6 +23,12 @@ enum {
 
 struct request_field {
     const char *name, *value;
+};
+
+/* The largest body that a request may have, and the setting that says so. */
+struct request_limit {
+    int64_t bytes;
+    const char *flag;
 };
 
 struct route;
@@ -46,7 +53,10 @@ struct request {
     char caller[REQUEST_CALLER_SIZE]; /* whose token it has: the owner of what is stored; "" */
     bool sees_all;                    /* what others own, too */
 
-    void *transport; /* http.c's own */
+    struct request_limit limit; /* of the body */
+    bool quiet;                 /* not worth a line of the log each: probes and scrapes */
+
+    void *transport; /* the front's own */
     bool draining;   /* the daemon takes no new work */
     bool stopping;   /* no more waiting: answer now */
 

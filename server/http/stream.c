@@ -85,11 +85,11 @@ static bool begin(struct stream *stream, bool *whole) {
     return stream->head != NULL;
 }
 
-static void reply_compressed(const struct request *request, struct reply *reply, const char *type,
-                             enum compress_coding coding, struct reply_stream stream) {
+static void reply_compressed(struct reply *reply, const char *type, enum compress_coding coding,
+                             struct reply_stream stream) {
     if (!compress_stream(coding, &stream)) {
         stream.free(stream.context);
-        reply_refuse(reply, request->id, API_UNAVAILABLE, "there is no memory for this now");
+        reply_refuse(reply, API_UNAVAILABLE, "there is no memory for this now");
         return;
     }
     reply_header(reply, "Content-Encoding", "%s", compress_name(coding));
@@ -117,8 +117,7 @@ static bool reply_part(const struct request *request, struct reply *reply, const
     case NEGOTIATE_NONE:
         stream_free(stream);
         reply_header(reply, "Content-Range", "bytes */%llu", (unsigned long long)length);
-        reply_refuse(reply, request->id, API_RANGE, "there are %llu bytes",
-                     (unsigned long long)length);
+        reply_refuse(reply, API_RANGE, "there are %llu bytes", (unsigned long long)length);
         return true;
     case NEGOTIATE_SOME:
         break;
@@ -138,9 +137,9 @@ static void reply_begun(const struct request *request, struct reply *reply, cons
     bool whole;
     if (!begin(stream, &whole)) {
         stream_free(stream);
-        reply_refuse(reply, request->id, API_INTERNAL, "the stored result cannot be read");
+        reply_refuse(reply, API_INTERNAL, "the stored result cannot be read");
     } else if (coding != COMPRESS_IDENTITY) {
-        reply_compressed(request, reply, type, coding, bytes);
+        reply_compressed(reply, type, coding, bytes);
     } else if (reply_part(request, reply, type, stream,
                           whole ? stream->head_length : stream->source.length)) {
         return;
@@ -158,7 +157,7 @@ void stream_reply(const struct request *request, struct reply *reply, const char
     struct stream *stream = calloc(1, sizeof *stream);
     if (!stream) {
         source->free(source->context);
-        reply_refuse(reply, request->id, API_UNAVAILABLE, "there is no memory for this now");
+        reply_refuse(reply, API_UNAVAILABLE, "there is no memory for this now");
         return;
     }
     stream->source = *source;

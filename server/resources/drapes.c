@@ -1,39 +1,45 @@
 /* SPDX-License-Identifier: MIT */
+/* /v1/drapes: submit, list, status, request as understood, cancel, delete. */
 #include "api/request/decode.h"
 #include "api/request/digest.h"
 #include "api/request/normalise.h"
 #include "api/request/shape.h"
 #include "api/request/shape_mesh.h"
 #include "documents.h"
+#include "handlers.h"
 #include "queue_rate.h"
-#include "resources.h"
 #include "server/clock.h"
 #include "server/config.h"
 #include "server/http/negotiate.h"
+#include "server/work/stored_result.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* What a call that waits for the end of a drape remembers. */
-struct waiting {
-    char id[ID_SIZE];
-    int64_t begun, deadline;
-};
-
-static void reply_status(struct reply *reply, int status, const struct store_job *job) {
-    reply_text(reply, status, "application/json", documents_status(job));
-    reply_header(reply, "Cache-Control", "no-store");
+static void reply_status(struct call *call, int status, const struct store_job *job) {
+    reply_text(call->reply, status, "application/json", documents_status(job));
+    reply_header(call->reply, "Cache-Control", "no-store");
 }
 
-/* Makes the call one that waits. False without memory: then it does not wait. */
-static bool start_waiting(struct request *request, const char *id, int64_t seconds) {
+/* ------------------------------------------------------------------ waiting for the end */
+
+/* `request->state` of a call that may wait for the end of a drape. */
+struct waiting {
+    char id[ID_SIZE];
+    int64_t begun, deadline; /* `clock_ms`; equal: it does not wait */
+};
+
+/* False without memory: the reply says so. */
+static bool start_waiting(struct call *call, const char *id, int64_t seconds) {
     struct waiting *waiting = calloc(1, sizeof *waiting);
-    if (!waiting)
+    if (!waiting) {
+        reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
         return false;
+    }
     snprintf(waiting->id, sizeof waiting->id, "%.32s", id);
     waiting->begun = clock_ms();
     waiting->deadline = waiting->begun + seconds * 1000;
-    request->state = waiting;
+    call->request->state = waiting;
     return true;
 }
 
@@ -44,7 +50,7 @@ static bool must_wait(struct request *request, const struct store_job *job) {
     if (!waiting || request->stopping || store_status_ended(job->status) ||
         now >= waiting->deadline)
         return false;
-    request->wake_at = resources_poll_at(waiting->begun, now);
+    request->wake_at = call_poll_at(waiting->begun, now);
     if (request->wake_at > waiting->deadline)
         request->wake_at = waiting->deadline;
     return true;
@@ -52,275 +58,228 @@ static bool must_wait(struct request *request, const struct store_job *job) {
 
 /* ------------------------------------------------------------------ POST /v1/drapes */
 
-/* A posted request on its way into the store. */
-struct intake {
-    struct api_limits limits;
+/* A posted drape request on its way into the store. */
+struct posted {
     struct arena *arena;
     struct api_request decoded;
-    struct store_surface surface; /* the stored one it names */
+    struct store_surface surface; /* the stored one that it names */
     char digest[API_ID_SIZE];
 };
 
-/* Fetches the stored surface the request names and decodes again, with it. */
-static enum api_problem_id intake_surface(const struct http_services *services,
-                                          const struct request *request,
-                                          const struct api_input *body, struct intake *intake,
-                                          struct api_problem *problem) {
-    char id[API_ID_SIZE];
-    memcpy(id, intake->decoded.surface.id, sizeof id);
-    enum store_answer answer =
-        store_surface_get(services->store, resources_owner(request), id, &intake->surface);
-    if (answer == STORE_EMPTY) {
-        api_problem_add(problem, "/surface/id", "there is no stored surface '%s'", id);
-        return problem->id;
-    }
-    if (answer != STORE_OK) {
-        api_problem_set(problem, API_UNAVAILABLE, "the store is %s", store_answer_name(answer));
-        return problem->id;
-    }
-    struct api_input both = {body->request, body->request_length, intake->surface.definition,
-                             intake->surface.definition_length};
-    return api_decode(&both, &intake->limits, intake->arena, &intake->decoded, problem);
-}
-
-static enum api_problem_id check_shape(struct intake *intake, struct api_problem *problem) {
+/* All that can be known about a drape request before it is solved: decodes it, with the stored
+ * surface if it names one, makes its surface or mesh and its digest. */
+static enum api_problem_id check_posted(struct call *call, struct posted *posted,
+                                        struct api_problem *problem) {
+    const struct request *request = call->request;
+    const struct api_limits limits = call_limits(call);
+    struct api_input input = {request->body ? request->body : "", request->body_length, NULL, 0};
+    struct api_request *decoded = &posted->decoded;
     struct surface *surface;
     struct mesh *mesh;
-    struct api_request *decoded = &intake->decoded;
-    if (decoded->surface.kind == API_SURFACE_MESH)
-        return api_shape_mesh(decoded, &intake->limits, intake->arena, &mesh, problem);
-    return api_shape_make(decoded, &intake->limits, intake->arena, &surface, problem);
-}
-
-/* All that can be known about a request before it is solved. */
-static enum api_problem_id intake_check(const struct http_services *services,
-                                        const struct request *request, struct intake *intake,
-                                        struct api_problem *problem) {
-    struct api_input body = {request->body ? request->body : "", request->body_length, NULL, 0};
-    enum api_problem_id id =
-        api_decode(&body, &intake->limits, intake->arena, &intake->decoded, problem);
-    if (id == API_OK && intake->decoded.surface.kind == API_SURFACE_NAMED)
-        id = intake_surface(services, request, &body, intake, problem);
-    if (id == API_OK)
-        id = check_shape(intake, problem);
-    if (id == API_OK && !api_digest_request(&intake->decoded, intake->arena, intake->digest))
+    if (api_decode(&input, &limits, posted->arena, decoded, problem) != API_OK)
+        return problem->id;
+    if (decoded->surface.kind == API_SURFACE_NAMED) {
+        char id[API_ID_SIZE];
+        memcpy(id, decoded->surface.id, sizeof id);
+        enum store_answer answer =
+            store_surface_get(call->services->store, call_owner(call), id, &posted->surface);
+        if (answer == STORE_EMPTY)
+            api_problem_add(problem, "/surface/id", "there is no stored surface '%s'", id);
+        else if (answer != STORE_OK)
+            api_problem_set(problem, API_UNAVAILABLE, "the store is %s", store_answer_name(answer));
+        input.surface = posted->surface.definition;
+        input.surface_length = posted->surface.definition_length;
+        if (answer != STORE_OK ||
+            api_decode(&input, &limits, posted->arena, decoded, problem) != API_OK)
+            return problem->id;
+    }
+    enum api_problem_id shaped =
+        decoded->surface.kind == API_SURFACE_MESH
+            ? api_shape_mesh(decoded, &limits, posted->arena, &mesh, problem)
+            : api_shape_make(decoded, &limits, posted->arena, &surface, problem);
+    if (shaped == API_OK && !api_digest_request(decoded, posted->arena, posted->digest))
         api_problem_set(problem, API_OUT_OF_MEMORY, "the request needs more memory than allowed");
     return problem->id;
 }
 
-static enum store_answer submit(const struct http_services *services, const struct request *request,
-                                const struct intake *intake, struct store_receipt *receipt) {
-    struct store_submission submission = {
+/* Queues the drape; its id is that of the receipt. False: the reply says why not. */
+static bool submit(struct call *call, const struct posted *posted, struct store_receipt *receipt) {
+    const struct request *request = call->request;
+    struct reply *reply = call->reply;
+    struct api_problem problem = {0};
+    const struct store_submission submission = {
         .request = request->body,
         .request_length = request->body_length,
-        .digest = intake->digest,
-        .surface = intake->surface.definition ? intake->decoded.surface.id : NULL,
+        .digest = posted->digest,
+        .surface = posted->surface.definition ? posted->decoded.surface.id : NULL,
         .owner = request->caller,
         .key = request_header(request, "Idempotency-Key"),
     };
-    return store_submit(services->store, &submission, receipt);
-}
-
-static void refuse_submission(const struct http_services *services, const struct request *request,
-                              const struct intake *intake, enum store_answer answer,
-                              struct reply *reply) {
-    struct api_problem problem = {0};
+    enum store_answer answer = store_submit(call->services->store, &submission, receipt);
     switch (answer) {
+    case STORE_OK:
+        break;
     case STORE_CONFLICT:
-        reply_refuse(reply, request->id, API_IDEMPOTENCY_MISMATCH,
+        reply_refuse(reply, API_IDEMPOTENCY_MISMATCH,
                      "this Idempotency-Key came with another body before");
         break;
     case STORE_FULL:
         reply_header(reply, "Retry-After", "%d",
-                     queue_rate_retry_seconds(services->config->queue_limit));
-        reply_refuse(reply, request->id, API_QUEUE_FULL,
-                     "the queue is at its limit (--queue-limit)");
+                     queue_rate_retry_seconds(call->services->config->queue_limit));
+        reply_refuse(reply, API_QUEUE_FULL, "the queue is at its limit (--queue-limit)");
         break;
     case STORE_EMPTY: /* deleted since it was read */
         api_problem_add(&problem, "/surface/id", "there is no stored surface '%s'",
-                        intake->decoded.surface.id);
-        reply_problem(reply, request->id, &problem);
+                        posted->decoded.surface.id);
+        reply_problem(reply, &problem);
         break;
     default:
-        resources_store_failed(request, reply, answer);
+        call_store_failed(call, answer);
     }
+    return answer == STORE_OK;
 }
 
-/* Checks and stores the drape. False: the reply says why not. */
-static bool take_in(const struct http_services *services, const struct request *request,
-                    struct reply *reply, struct store_receipt *receipt) {
-    struct intake intake = {.limits = resources_limits(services)};
-    struct api_problem problem = {0};
-    enum store_answer answer = STORE_DOWN;
-    queue_rate_sample(services->store);
-    intake.arena = arena_new(intake.limits.max_memory);
-    if (!intake.arena)
-        api_problem_set(&problem, API_UNAVAILABLE, "there is no memory for this now");
-    else if (intake_check(services, request, &intake, &problem) == API_OK)
-        answer = submit(services, request, &intake, receipt);
-    if (problem.id != API_OK)
-        reply_problem(reply, request->id, &problem);
-    else if (answer != STORE_OK)
-        refuse_submission(services, request, &intake, answer, reply);
-    store_surface_clear(&intake.surface);
-    arena_free(intake.arena);
-    return !reply->status;
-}
-
-/* Other bytes need be no text, which PostgreSQL does not take. */
-static bool is_printable(const char *text) {
-    while (*text >= ' ' && *text <= '~')
-        text++;
-    return !*text;
-}
-
-static bool check_key(const struct request *request, struct reply *reply) {
-    const char *key = request_header(request, "Idempotency-Key");
-    if (!key || (*key && strlen(key) < STORE_KEY_SIZE && is_printable(key)))
+/* Keys of other bytes need be no text, which PostgreSQL does not take. */
+static bool check_key(struct call *call) {
+    const char *key = request_header(call->request, "Idempotency-Key");
+    size_t length = 0;
+    while (key && key[length] >= ' ' && key[length] <= '~')
+        length++;
+    if (!key || (length > 0 && length < STORE_KEY_SIZE && !key[length]))
         return true;
-    reply_refuse(reply, request->id, API_INVALID_REQUEST,
+    reply_refuse(call->reply, API_INVALID_REQUEST,
                  "the Idempotency-Key must have 1 to %d characters of ASCII", STORE_KEY_SIZE - 1);
     return false;
 }
 
-/* 202 and the status, or, when it ended while the caller waited, what it ended with. */
-static void reply_created(const struct http_services *services, const struct request *request,
-                          const struct store_job *job, const struct results_choice *choice,
-                          struct reply *reply) {
-    if (!request->state || !store_status_ended(job->status)) {
-        reply_status(reply, 202, job);
-        reply_header(reply, "Location", "/v1/drapes/%s", job->id);
-        return;
-    }
-    results_reply(services, request, job, choice, reply);
-    reply_header(reply, "Preference-Applied", "wait");
-    reply_header(reply, "Location", "/v1/drapes/%s", job->id);
-    if (reply->status == 200)
-        reply_header(reply, "Content-Location", "/v1/drapes/%s/result", job->id);
-}
-
-static bool create(const struct http_services *services, struct request *request,
-                   struct reply *reply, char id[ID_SIZE]) {
+/* The first call: checks and stores the drape. False: the reply says why not. */
+static bool accept_drape(struct call *call) {
+    struct posted posted = {.arena = NULL};
+    struct api_problem problem = {0};
     struct store_receipt receipt;
-    if (!check_key(request, reply) || !take_in(services, request, reply, &receipt))
+    int64_t wait = negotiate_wait(request_header(call->request, "Prefer"), CALL_WAIT_MAX);
+    if (!check_key(call) || !start_waiting(call, "", wait))
         return false;
-    memcpy(id, receipt.id, ID_SIZE);
-    int64_t wait = negotiate_wait(request_header(request, "Prefer"), RESOURCES_WAIT_MAX);
-    if (wait)
-        start_waiting(request, receipt.id, wait);
-    return true;
+    struct waiting *waiting = call->request->state;
+    queue_rate_sample(call->services->store);
+    posted.arena = arena_new(call_limits(call).max_memory);
+    if (!posted.arena)
+        api_problem_set(&problem, API_UNAVAILABLE, "there is no memory for this now");
+    else
+        check_posted(call, &posted, &problem);
+    if (problem.id != API_OK)
+        reply_problem(call->reply, &problem);
+    bool stored = problem.id == API_OK && submit(call, &posted, &receipt);
+    store_surface_clear(&posted.surface);
+    arena_free(posted.arena);
+    if (stored)
+        memcpy(waiting->id, receipt.id, sizeof waiting->id);
+    return stored;
 }
 
-enum routes_next drapes_create(const struct http_services *services, struct request *request,
-                               struct reply *reply) {
-    struct results_choice choice;
+/* 202 and the status, or, when it ended while the caller waited, what it ended with. */
+static void reply_created(struct call *call, const struct store_job *job,
+                          const struct call_choice *choice) {
+    const struct waiting *waiting = call->request->state;
+    if (waiting->begun == waiting->deadline || !store_status_ended(job->status)) {
+        reply_status(call, 202, job);
+    } else {
+        results_reply(call, job, choice);
+        reply_header(call->reply, "Preference-Applied", "wait");
+        if (call->reply->status == 200)
+            reply_header(call->reply, "Content-Location", "/v1/drapes/%s/result", job->id);
+    }
+    reply_header(call->reply, "Location", "/v1/drapes/%s", job->id);
+}
+
+enum http_next drapes_create(struct call *call) {
+    struct call_choice choice;
     struct store_job job = {0};
-    const struct waiting *waiting = request->state;
-    char id[ID_SIZE];
-    if (!results_choose(request, reply, FORMAT_RESULT, &choice))
-        return ROUTES_DONE;
-    if (waiting)
-        memcpy(id, waiting->id, ID_SIZE);
-    else if (!create(services, request, reply, id))
-        return ROUTES_DONE;
-    if (request->state)
-        http_watch(request, id);
-    enum store_answer answer = store_get(services->store, id, &job);
-    bool wait = answer == STORE_OK && must_wait(request, &job);
+    enum http_next next = HTTP_DONE;
+    if (!call_choose(call, FORMAT_RESULT, &choice) ||
+        (!call->request->state && !accept_drape(call)))
+        return HTTP_DONE;
+    const struct waiting *waiting = call->request->state;
+    if (waiting->deadline > waiting->begun)
+        http_watch(call->request, waiting->id);
+    enum store_answer answer = store_get(call->services->store, waiting->id, &job);
     if (answer == STORE_EMPTY)
-        resources_not_found(request, reply, "drape (it has been deleted)");
+        call_not_found(call, "drape (it has been deleted)");
     else if (answer != STORE_OK)
-        resources_store_failed(request, reply, answer);
-    else if (!wait)
-        reply_created(services, request, &job, &choice, reply);
+        call_store_failed(call, answer);
+    else if (must_wait(call->request, &job))
+        next = HTTP_WAIT;
+    else
+        reply_created(call, &job, &choice);
     store_job_clear(&job);
-    return wait ? ROUTES_WAIT : ROUTES_DONE;
+    return next;
 }
 
 /* ------------------------------------------------------------------ reading */
 
-static bool read_filter(const struct request *request, struct reply *reply,
-                        struct store_filter *filter) {
-    const char *status = request_query(request, "status");
-    filter->has_status = status != NULL;
-    if (status && !store_status_from_name(status, &filter->status)) {
-        reply_refuse(reply, request->id, API_INVALID_REQUEST,
+enum http_next drapes_list(struct call *call) {
+    struct store_filter filter = {.owner = call_owner(call)};
+    struct store_page page;
+    const char *status = request_query(call->request, "status");
+    filter.has_status = status != NULL;
+    if (status && !store_status_from_name(status, &filter.status)) {
+        reply_refuse(call->reply, API_INVALID_REQUEST,
                      "the query parameter 'status' must be queued, running, succeeded, failed or "
                      "cancelled");
-        return false;
+        return HTTP_DONE;
     }
-    return resources_page(request, reply, &filter->limit, &filter->cursor);
-}
-
-enum routes_next drapes_list(const struct http_services *services, struct request *request,
-                             struct reply *reply) {
-    struct store_filter filter = {.owner = resources_owner(request)};
-    struct store_page page;
-    if (!read_filter(request, reply, &filter))
-        return ROUTES_DONE;
-    enum store_answer answer = store_list(services->store, &filter, &page);
+    if (!call_read_page(call, &filter.limit, &filter.cursor))
+        return HTTP_DONE;
+    enum store_answer answer = store_list(call->services->store, &filter, &page);
     if (answer == STORE_OK)
-        reply_text(reply, 200, "application/json", documents_list(&page));
+        reply_text(call->reply, 200, "application/json", documents_list(&page));
     else
-        resources_store_failed(request, reply, answer);
-    reply_header(reply, "Cache-Control", "no-store");
+        call_store_failed(call, answer);
+    reply_header(call->reply, "Cache-Control", "no-store");
     store_page_clear(&page);
-    return ROUTES_DONE;
+    return HTTP_DONE;
 }
 
-/* The `wait` of the query starts the waiting at the first call. */
-static bool read_wait(struct request *request, struct reply *reply) {
-    const char *text = request_query(request, "wait");
+/* The `wait` of the query starts the waiting at the first call. False: the reply says why not. */
+static bool read_wait(struct call *call) {
+    const char *text = request_query(call->request, "wait");
     int64_t seconds = 0;
-    if (!text || request->state)
+    if (!text || call->request->state)
         return true;
-    if (!request_parse_int(text, 0, RESOURCES_WAIT_MAX, &seconds)) {
-        reply_refuse(reply, request->id, API_INVALID_REQUEST,
-                     "the query parameter 'wait' must be a whole number of seconds from 0 to %d",
-                     RESOURCES_WAIT_MAX);
-        return false;
-    }
-    if (seconds)
-        start_waiting(request, request->parameter, seconds);
-    return true;
+    if (request_parse_int(text, 0, CALL_WAIT_MAX, &seconds))
+        return !seconds || start_waiting(call, call->request->parameter, seconds);
+    reply_refuse(call->reply, API_INVALID_REQUEST,
+                 "the query parameter 'wait' must be a whole number of seconds from 0 to %d",
+                 CALL_WAIT_MAX);
+    return false;
 }
 
-enum routes_next drapes_status(const struct http_services *services, struct request *request,
-                               struct reply *reply) {
+enum http_next drapes_status(struct call *call) {
     struct store_job job = {0};
-    bool wait = false;
-    if (!read_wait(request, reply))
-        return ROUTES_DONE;
-    if (request->state && id_valid(request->parameter))
-        http_watch(request, request->parameter);
-    if (resources_job(services, request, reply, &job)) {
-        wait = must_wait(request, &job);
-        if (!wait)
-            reply_status(reply, 200, &job);
+    enum http_next next = HTTP_DONE;
+    if (!read_wait(call))
+        return HTTP_DONE;
+    if (call->request->state && id_valid(call->request->parameter))
+        http_watch(call->request, call->request->parameter);
+    if (call_find_job(call, &job)) {
+        if (must_wait(call->request, &job))
+            next = HTTP_WAIT;
+        else
+            reply_status(call, 200, &job);
     }
     store_job_clear(&job);
-    return wait ? ROUTES_WAIT : ROUTES_DONE;
+    return next;
 }
 
 /* ------------------------------------------------------------------ the request as understood */
 
-static bool stored_read_at(void *context, uint64_t offset, void *buffer, size_t length) {
-    void *const *pair = context;
-    const struct store_result *result = pair[1];
-    uint64_t end = (uint64_t)result->length;
-    return offset <= end && length <= end - offset &&
-           store_result_read(pair[0], result, (int64_t)offset, buffer, length) == STORE_OK;
-}
-
-/* What the solve started from, if there is a result that tells. */
-static bool read_start(const struct http_services *services, const char *id,
-                       struct api_start *start) {
-    struct store_result result;
+/* What the solve started from, if there is a result that says so. */
+static bool read_start(struct call *call, const char *id, struct api_start *start) {
+    struct stored_result stored = {.store = call->services->store};
     struct api_problem problem = {0};
-    if (store_result_find(services->store, id, &result) != STORE_OK)
+    if (store_result_find(stored.store, id, &stored.result) != STORE_OK)
         return false;
-    void *pair[] = {services->store, &result};
-    struct api_reader reader = {stored_read_at, pair};
+    struct api_reader reader = stored_result_reader(&stored);
     struct api_columns *columns = malloc(sizeof *columns);
     bool found = columns && api_columns_open(&reader, columns, &problem) == API_OK;
     if (found)
@@ -329,14 +288,16 @@ static bool read_start(const struct http_services *services, const char *id,
     return found;
 }
 
-static char *normalise(const struct http_services *services, const char *id, const char *bytes,
-                       size_t length, struct api_problem *problem) {
-    struct api_limits limits = resources_limits(services);
+/* The drape request of `length` bytes with every default filled in, malloc'ed; NULL with the
+ * problem. */
+static char *normalise(struct call *call, const char *id, const char *bytes, size_t length,
+                       struct api_problem *problem) {
+    const struct api_limits limits = call_limits(call);
     struct arena *arena = arena_new(limits.max_memory);
     struct api_input input = {bytes, length, NULL, 0};
     struct api_request decoded;
     struct api_start start;
-    bool started = read_start(services, id, &start);
+    bool started = read_start(call, id, &start);
     char *copy = NULL;
     if (arena && api_decode(&input, &limits, arena, &decoded, problem) == API_OK) {
         const char *text = api_normalise(&decoded, started ? &start : NULL, arena);
@@ -348,62 +309,59 @@ static char *normalise(const struct http_services *services, const char *id, con
     return copy;
 }
 
-enum routes_next drapes_request(const struct http_services *services, struct request *request,
-                                struct reply *reply) {
+enum http_next drapes_request(struct call *call) {
     struct store_job job = {0};
     struct api_problem problem = {0};
     char *bytes = NULL;
     size_t length;
-    if (!resources_job(services, request, reply, &job))
-        return ROUTES_DONE;
-    enum store_answer answer = store_request(services->store, job.id, &bytes, &length);
+    if (!call_find_job(call, &job))
+        return HTTP_DONE;
+    enum store_answer answer = store_request(call->services->store, job.id, &bytes, &length);
     if (answer == STORE_EMPTY)
         api_problem_set(&problem, API_GONE,
                         "the request has been removed (--retention, --retention-bytes)");
-    char *text = answer == STORE_OK ? normalise(services, job.id, bytes, length, &problem) : NULL;
+    char *text = answer == STORE_OK ? normalise(call, job.id, bytes, length, &problem) : NULL;
     if (text)
-        reply_text(reply, 200, "application/json", text);
+        reply_text(call->reply, 200, "application/json", text);
     else if (problem.id != API_OK)
-        reply_problem(reply, request->id, &problem);
+        reply_problem(call->reply, &problem);
     else
-        resources_store_failed(request, reply, answer);
+        call_store_failed(call, answer);
     free(bytes);
     store_job_clear(&job);
-    return ROUTES_DONE;
+    return HTTP_DONE;
 }
 
 /* ------------------------------------------------------------------ ending */
 
-enum routes_next drapes_cancel(const struct http_services *services, struct request *request,
-                               struct reply *reply) {
+enum http_next drapes_cancel(struct call *call) {
     struct store_job job = {0};
-    bool found = resources_job(services, request, reply, &job);
+    bool found = call_find_job(call, &job);
     store_job_clear(&job);
     if (!found)
-        return ROUTES_DONE;
-    enum store_answer answer = store_cancel(services->store, request->parameter);
+        return HTTP_DONE;
+    enum store_answer answer = store_cancel(call->services->store, call->request->parameter);
     if (answer == STORE_EMPTY)
-        return resources_not_found(request, reply, "drape");
+        return call_not_found(call, "drape");
     if (answer != STORE_OK && answer != STORE_CONFLICT)
-        return resources_store_failed(request, reply, answer);
-    if (resources_job(services, request, reply, &job))
-        reply_status(reply, answer == STORE_OK ? 202 : 200, &job);
+        return call_store_failed(call, answer);
+    if (call_find_job(call, &job))
+        reply_status(call, answer == STORE_OK ? 202 : 200, &job);
     store_job_clear(&job);
-    return ROUTES_DONE;
+    return HTTP_DONE;
 }
 
-enum routes_next drapes_delete(const struct http_services *services, struct request *request,
-                               struct reply *reply) {
+enum http_next drapes_delete(struct call *call) {
     struct store_job job = {0};
-    bool found = resources_job(services, request, reply, &job);
+    bool found = call_find_job(call, &job);
     store_job_clear(&job);
     if (!found)
-        return ROUTES_DONE;
-    enum store_answer answer = store_delete(services->store, request->parameter);
+        return HTTP_DONE;
+    enum store_answer answer = store_delete(call->services->store, call->request->parameter);
     if (answer == STORE_EMPTY)
-        return resources_not_found(request, reply, "drape");
+        return call_not_found(call, "drape");
     if (answer != STORE_OK)
-        return resources_store_failed(request, reply, answer);
-    reply_empty(reply, 204);
-    return ROUTES_DONE;
+        return call_store_failed(call, answer);
+    reply_empty(call->reply, 204);
+    return HTTP_DONE;
 }

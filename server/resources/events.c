@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* GET /v1/drapes/{id}/events: server-sent events, `progress` at every change, then `end`. */
 #include "documents.h"
-#include "resources.h"
+#include "handlers.h"
 #include "server/clock.h"
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,19 +20,19 @@ struct events {
     char *text; /* what is being sent */
     size_t length, sent;
     bool ended;
-    int64_t begun, spoken; /* when the stream and its last message began */
+    int64_t begun, sent_at; /* when the stream and its last message began */
     enum store_status status;
     double progress;
     int attempts;               /* of the last event; -1 before the first */
     char known[EVENTS_ID_SIZE]; /* what the client had before it came back; "" */
 };
 
-static void say(struct events *events, char *text) {
+static void take_text(struct events *events, char *text) {
     free(events->text);
     events->text = text;
     events->length = text ? strlen(text) : 0;
     events->sent = 0;
-    events->spoken = clock_ms();
+    events->sent_at = clock_ms();
 }
 
 /* Names a state of the job: attempt, status and progress in thousandths. */
@@ -42,7 +42,7 @@ static void name_state(const struct store_job *job, char name[EVENTS_ID_SIZE]) {
 }
 
 /* Takes up the event for the job as it is now. */
-static void say_status(struct events *events, const struct store_job *job) {
+static void take_status(struct events *events, const struct store_job *job) {
     char *document = documents_status(job), *text = NULL;
     char state[EVENTS_ID_SIZE];
     name_state(job, state);
@@ -54,7 +54,7 @@ static void say_status(struct events *events, const struct store_job *job) {
     if (document && asprintf(&text, "event: %s\nid: %s\ndata: %s\n\n", name, state, document) < 0)
         text = NULL;
     free(document);
-    say(events, text);
+    take_text(events, text);
     events->ended = events->ended || !text; /* without memory the stream ends early */
 }
 
@@ -72,22 +72,22 @@ static bool changed(const struct events *events, const struct store_job *job) {
            job->progress > events->progress || job->attempts != events->attempts;
 }
 
-/* Finds something to say. False when there is nothing now. */
+/* Looks for something to send. False when there is nothing now. */
 static bool look(struct events *events) {
     struct store_job job;
     int64_t now = clock_ms();
     enum store_answer answer = store_get(events->store, events->id, &job);
     bool news = answer == STORE_OK && changed(events, &job);
     if (news) {
-        say_status(events, &job);
+        take_status(events, &job);
     } else if (answer == STORE_EMPTY) { /* deleted */
         events->ended = true;
-    } else if (now - events->spoken >= EVENTS_KEEP_ALIVE_MS) {
-        say(events, strdup(": still here\n\n"));
+    } else if (now - events->sent_at >= EVENTS_KEEP_ALIVE_MS) {
+        take_text(events, strdup(": still here\n\n"));
         news = true;
     }
     store_job_clear(&job);
-    events->request->wake_at = resources_poll_at(events->begun, now);
+    events->request->wake_at = call_poll_at(events->begun, now);
     return news;
 }
 
@@ -113,20 +113,21 @@ static void events_free(void *context) {
     free(events);
 }
 
-enum routes_next events_stream(const struct http_services *services, struct request *request,
-                               struct reply *reply) {
+enum http_next events_stream(struct call *call) {
+    struct request *request = call->request;
+    struct reply *reply = call->reply;
     struct store_job job = {0};
-    if (!resources_job(services, request, reply, &job))
-        return ROUTES_DONE;
+    if (!call_find_job(call, &job))
+        return HTTP_DONE;
     const char *known = request_header(request, "Last-Event-ID");
     struct events *events = calloc(1, sizeof *events);
     if (known && store_status_ended(job.status) && seen(known, &job)) {
         free(events);
         reply_empty(reply, 204); /* so that the client does not come back again */
     } else if (events) {
-        events->store = services->store;
+        events->store = call->services->store;
         events->request = request;
-        events->begun = events->spoken = clock_ms();
+        events->begun = events->sent_at = clock_ms();
         events->attempts = -1;
         snprintf(events->known, sizeof events->known, "%s", known ? known : "");
         memcpy(events->id, job.id, sizeof events->id);
@@ -136,8 +137,8 @@ enum routes_next events_stream(const struct http_services *services, struct requ
         reply_header(reply, "Cache-Control", "no-store");
         reply_header(reply, "X-Accel-Buffering", "no"); /* nginx would hold events back */
     } else {
-        reply_refuse(reply, request->id, API_UNAVAILABLE, "there is no memory for this now");
+        reply_refuse(reply, API_UNAVAILABLE, "there is no memory for this now");
     }
     store_job_clear(&job);
-    return ROUTES_DONE;
+    return HTTP_DONE;
 }

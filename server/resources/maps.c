@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* POST /v1/drapes/{id}/map: the fields of a drape on the caller's points or mesh. */
-#include "resources.h"
+#include "handlers.h"
 #include "server/http/negotiate.h"
 #include "server/http/stream.h"
 #include "server/id.h"
@@ -20,97 +20,92 @@ static void free_task(void *context) {
 }
 
 /* Of a task that is done, which it takes over. */
-static void reply_task(const struct request *request, struct map_task *task, struct reply *reply) {
+static void reply_task(struct call *call, struct map_task *task) {
     struct api_problem problem = {0};
     struct encoder *encoder = mapper_result(task, &problem);
     if (!encoder) {
-        reply_problem(reply, request->id, &problem);
+        reply_problem(call->reply, &problem);
         mapper_drop(task);
         return;
     }
     const char *binning = encoder_binning(encoder);
     if (*binning)
-        reply_header(reply, "Draped-Binning", "%s", binning);
-    reply_header(reply, "Vary", "Accept, Accept-Encoding");
-    reply_header(reply, "Cache-Control", "no-store");
+        reply_header(call->reply, "Draped-Binning", "%s", binning);
+    reply_header(call->reply, "Vary", "Accept, Accept-Encoding");
+    reply_header(call->reply, "Cache-Control", "no-store");
     const struct stream_source source = {read_task, free_task, task, NULL, encoder_length(encoder)};
-    stream_reply(request, reply, mapper_format(task)->media_type,
-                 compress_choose(request_header(request, "Accept-Encoding")), &source);
+    stream_reply(call->request, call->reply, mapper_format(task)->media_type,
+                 compress_choose(request_header(call->request, "Accept-Encoding")), &source);
 }
 
 /* ------------------------------------------------------------------ waiting for it */
 
-/* `request->state`: the task, until the reply takes it over. */
-static void drop_state(void *state) {
-    mapper_drop(state);
-}
-
-static enum routes_next go_on(struct request *request, struct reply *reply) {
+/* With the task in `request->state`, until the reply takes it over. */
+static enum http_next continue_task(struct call *call) {
+    struct request *request = call->request;
     struct map_task *task = request->state;
     bool done = mapper_done(task);
     if (!done && !request->stopping) {
-        request->wake_at = INT64_MAX; /* the mapper tells */
-        return ROUTES_WAIT;
+        request->wake_at = INT64_MAX; /* the mapper notifies */
+        return HTTP_WAIT;
     }
     request->state = NULL;
     if (done) {
-        reply_task(request, task, reply);
-        return ROUTES_DONE;
+        reply_task(call, task);
+        return HTTP_DONE;
     }
     mapper_drop(task);
-    return resources_draining(request, reply);
+    return call_draining(call);
 }
 
 /* ------------------------------------------------------------------ the beginning */
 
-/* Sets the order's format and options by headers and query. */
-static bool read_order(const struct request *request, struct reply *reply,
-                       struct mapper_order *order) {
-    const char *type = request_header(request, "Content-Type");
-    struct results_choice choice;
-    if (!results_choose(request, reply, FORMAT_MAP, &choice))
+/* Sets the order's format and options by headers and query. False: the reply says why not. */
+static bool read_order(struct call *call, struct mapper_order *order) {
+    const char *type = request_header(call->request, "Content-Type");
+    struct call_choice choice;
+    if (!call_choose(call, FORMAT_MAP, &choice))
         return false;
     order->format = choice.format;
     order->options = choice.options;
     order->nastran = type && negotiate_is_type(type, "text/x-nastran");
-    order->inlet = request_query(request, "inlet_elements");
+    order->inlet = request_query(call->request, "inlet_elements");
     return true;
 }
 
 /* The drape's result. False: the reply says why there is none. */
-static bool find_result(const struct http_services *services, const struct request *request,
-                        struct reply *reply, struct mapper_order *order) {
+static bool find_result(struct call *call, struct mapper_order *order) {
     struct store_job job = {0};
-    if (!resources_job(services, request, reply, &job))
+    if (!call_find_job(call, &job))
         return false;
-    bool found = results_ready(request, &job, reply);
+    bool found = results_ready(call, &job);
     enum store_answer answer =
-        found ? store_result_find(services->store, job.id, &order->result) : STORE_OK;
+        found ? store_result_find(call->services->store, job.id, &order->result) : STORE_OK;
     if (answer == STORE_EMPTY)
-        reply_refuse(reply, request->id, API_GONE, "the result has been removed");
+        reply_refuse(call->reply, API_GONE, "the result has been removed");
     else if (answer != STORE_OK)
-        resources_store_failed(request, reply, answer);
+        call_store_failed(call, answer);
     store_job_clear(&job);
     return found && answer == STORE_OK;
 }
 
-enum routes_next maps_create(const struct http_services *services, struct request *request,
-                             struct reply *reply) {
+enum http_next maps_create(struct call *call) {
+    struct request *request = call->request;
     struct mapper_order order = {.id = request->parameter};
     char subject[ID_SIZE];
     if (request->state)
-        return go_on(request, reply);
-    if (!read_order(request, reply, &order) || !find_result(services, request, reply, &order))
-        return ROUTES_DONE;
+        return continue_task(call);
+    if (!read_order(call, &order) || !find_result(call, &order))
+        return HTTP_DONE;
     id_make(subject);
     http_watch(request, subject);
     request->state =
-        mapper_begin(services->mapper, &order, &request->body, request->body_length, subject);
-    request->state_free = drop_state;
+        mapper_begin(call->services->mapper, &order, &request->body, request->body_length, subject);
+    request->state_free = free_task;
     if (request->state)
-        return go_on(request, reply);
-    reply_header(reply, "Retry-After", "5");
-    reply_refuse(reply, request->id, API_UNAVAILABLE,
+        return continue_task(call);
+    reply_header(call->reply, "Retry-After", "5");
+    reply_refuse(call->reply, API_UNAVAILABLE,
                  "%d maps are being made or fetched already: try again later", MAPPER_MAPS_MAX);
-    return ROUTES_DONE;
+    return HTTP_DONE;
 }

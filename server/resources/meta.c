@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* The service about itself: description, limits, health, version, counters. */
+#include "handlers.h"
 #include "openapi_json.h"
-#include "resources.h"
+#include "routes.h"
 #include "server/clock.h"
 #include "server/config.h"
 #include "server/metrics.h"
@@ -10,47 +11,40 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum routes_next meta_openapi(const struct http_services *services, struct request *request,
-                              struct reply *reply) {
-    (void)services, (void)request;
-    reply_literal(reply, 200, "application/json", openapi_json, sizeof openapi_json - 1);
-    return ROUTES_DONE;
+enum http_next meta_openapi(struct call *call) {
+    reply_literal(call->reply, 200, "application/json", openapi_json, sizeof openapi_json - 1);
+    return HTTP_DONE;
 }
 
-enum routes_next meta_limits(const struct http_services *services, struct request *request,
-                             struct reply *reply) {
-    (void)request;
-    reply_text(reply, 200, "application/json", config_limits_json(services->config));
-    return ROUTES_DONE;
+enum http_next meta_limits(struct call *call) {
+    reply_text(call->reply, 200, "application/json", config_limits_json(call->services->config));
+    return HTTP_DONE;
 }
 
-enum routes_next meta_health(const struct http_services *services, struct request *request,
-                             struct reply *reply) {
+enum http_next meta_health(struct call *call) {
     static const char alive[] = "{\"status\":\"ok\"}";
-    (void)services, (void)request;
-    reply_literal(reply, 200, "application/json", alive, sizeof alive - 1);
-    return ROUTES_DONE;
+
+    reply_literal(call->reply, 200, "application/json", alive, sizeof alive - 1);
+    return HTTP_DONE;
 }
 
-enum routes_next meta_ready(const struct http_services *services, struct request *request,
-                            struct reply *reply) {
+enum http_next meta_ready(struct call *call) {
     static const char ready[] = "{\"status\":\"ready\"}";
-    enum store_answer answer = store_ping(services->store);
+    enum store_answer answer = store_ping(call->services->store);
     if (answer != STORE_OK)
-        return resources_store_failed(request, reply, answer);
-    if (request->draining)
-        return resources_draining(request, reply);
-    reply_literal(reply, 200, "application/json", ready, sizeof ready - 1);
-    return ROUTES_DONE;
+        return call_store_failed(call, answer);
+    if (call->request->draining)
+        return call_draining(call);
+    reply_literal(call->reply, 200, "application/json", ready, sizeof ready - 1);
+    return HTTP_DONE;
 }
 
-enum routes_next meta_version(const struct http_services *services, struct request *request,
-                              struct reply *reply) {
+enum http_next meta_version(struct call *call) {
     static const char version[] = "{\"name\":\"draped\",\"version\":\"" DRAPED_VERSION
                                   "\",\"solver_version\":\"" DRAPE_SOLVER_VERSION "\"}";
-    (void)services, (void)request;
-    reply_literal(reply, 200, "application/json", version, sizeof version - 1);
-    return ROUTES_DONE;
+
+    reply_literal(call->reply, 200, "application/json", version, sizeof version - 1);
+    return HTTP_DONE;
 }
 
 /* ------------------------------------------------------------------ metrics */
@@ -161,13 +155,12 @@ static void write_workers(FILE *out, struct dispatcher *dispatcher, int64_t work
 #undef X
 }
 
-enum routes_next meta_metrics(const struct http_services *services, struct request *request,
-                              struct reply *reply) {
+enum http_next meta_metrics(struct call *call) {
     struct store_counts counts;
     char *text = NULL;
     size_t length;
     FILE *out = open_memstream(&text, &length);
-    (void)request;
+
     if (out) {
         head(out, "draped_build_info", "gauge", "The version that runs, as labels of 1.");
         fputs("draped_build_info{version=\"" DRAPED_VERSION
@@ -179,15 +172,15 @@ enum routes_next meta_metrics(const struct http_services *services, struct reque
         write_histograms(out);
         write_refusals(out);
         write_process(out);
-        bool up = store_counts(services->store, &counts) == STORE_OK;
+        bool up = store_counts(call->services->store, &counts) == STORE_OK;
         head(out, "draped_store_up", "gauge", "Whether the store answers.");
         fprintf(out, "draped_store_up %d\n", up);
         if (up)
             write_jobs(out, &counts);
-        if (services->dispatcher)
-            write_workers(out, services->dispatcher, services->config->workers);
+        if (call->services->dispatcher)
+            write_workers(out, call->services->dispatcher, call->services->config->workers);
         fclose(out);
     }
-    reply_text(reply, 200, "text/plain; version=0.0.4; charset=utf-8", text);
-    return ROUTES_DONE;
+    reply_text(call->reply, 200, "text/plain; version=0.0.4; charset=utf-8", text);
+    return HTTP_DONE;
 }

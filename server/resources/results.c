@@ -1,33 +1,19 @@
 /* SPDX-License-Identifier: MIT */
+/* /v1/drapes/{id}/result and /pattern: a stored result in the format asked for. */
 #include "api/request/digest.h"
 #include "documents.h"
-#include "resources.h"
+#include "handlers.h"
 #include "server/clock.h"
 #include "server/http/negotiate.h"
 #include "server/http/stream.h"
+#include "server/work/stored_result.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* ------------------------------------------------------------------ choosing the format */
-
-bool results_choose(const struct request *request, struct reply *reply, enum format_use use,
-                    struct results_choice *choice) {
-    struct api_problem problem = {0};
-    *choice = (struct results_choice){.format = resources_format(request, reply, use)};
-    if (!choice->format)
-        return false;
-    for (size_t k = 0; k < request->query_count; k++)
-        format_option(&choice->options, request->query[k].name, request->query[k].value, &problem);
-    if (problem.id == API_OK)
-        return true;
-    reply_problem(reply, request->id, &problem);
-    return false;
-}
-
 /* The entity tag: the bytes of a drape's result depend on nothing but its id, the choice and the
  * coding. */
-static void make_etag(const struct store_job *job, const struct results_choice *choice,
+static void make_etag(const struct store_job *job, const struct call_choice *choice,
                       enum compress_coding coding, char etag[96]) {
     char text[512], digest[API_ID_SIZE];
     const struct format_options *options = &choice->options;
@@ -44,19 +30,10 @@ static void make_etag(const struct store_job *job, const struct results_choice *
 
 /* An encoder over a stored result. */
 struct source {
-    struct store *store;
-    struct store_result result;
+    struct stored_result stored;
     struct api_reader reader;
     struct encoder *encoder;
 };
-
-static bool source_read_at(void *context, uint64_t offset, void *buffer, size_t length) {
-    struct source *source = context;
-    uint64_t end = (uint64_t)source->result.length;
-    return offset <= end && length <= end - offset &&
-           store_result_read(source->store, &source->result, (int64_t)offset, buffer, length) ==
-               STORE_OK;
-}
 
 static void source_free(void *context) {
     struct source *source = context;
@@ -69,20 +46,19 @@ static ssize_t source_read(void *context, char *buffer, size_t size) {
     return encoder_read(source->encoder, buffer, size);
 }
 
-static struct source *source_new(struct store *store, const struct store_result *result,
-                                 const struct store_job *job, const struct results_choice *choice,
-                                 struct api_problem *problem) {
+/* NULL with the problem. */
+static struct source *source_new(const struct stored_result *stored, const struct store_job *job,
+                                 const struct call_choice *choice, struct api_problem *problem) {
     struct source *source = calloc(1, sizeof *source);
     if (!source) {
         api_problem_set(problem, API_UNAVAILABLE, "there is no memory for this now");
         return NULL;
     }
-    source->store = store;
-    source->result = *result;
-    source->reader = (struct api_reader){source_read_at, source};
-    const struct format_source stored = {
+    source->stored = *stored;
+    source->reader = stored_result_reader(&source->stored);
+    const struct format_source document = {
         .id = job->id, .reader = &source->reader, .queue_ms = documents_queue_ms(job)};
-    source->encoder = encoder_new(choice->format, &stored, &choice->options, problem);
+    source->encoder = encoder_new(choice->format, &document, &choice->options, problem);
     if (source->encoder)
         return source;
     source_free(source);
@@ -91,102 +67,89 @@ static struct source *source_new(struct store *store, const struct store_result 
 
 /* ------------------------------------------------------------------ the answer */
 
-/* Of the encoder the time to the first bytes, or to the last if the answer is short. */
-static void tell_times(struct reply *reply, const struct store_job *job, int64_t encode_us) {
-    int64_t solve_us = job->finished > job->started ? job->finished - job->started : 0;
-    reply_header(reply, "Server-Timing", "queue;dur=%.3f, solve;dur=%.3f, encode;dur=%.3f",
-                 documents_queue_ms(job), (double)solve_us / 1e3, (double)encode_us / 1e3);
-}
-
-static void reply_result(const struct http_services *services, const struct request *request,
-                         const struct store_job *job, const struct results_choice *choice,
-                         enum compress_coding coding, const char *etag, struct reply *reply) {
-    struct store_result result;
-    enum store_answer answer = store_result_find(services->store, job->id, &result);
+/* 200, or 206 for a part. Of the encoder `Server-Timing` has the time to the first bytes, or to the
+ * last if the answer is short. */
+static void reply_stored(struct call *call, const struct store_job *job,
+                         const struct call_choice *choice, enum compress_coding coding,
+                         const char *etag) {
+    struct stored_result stored = {.store = call->services->store};
+    struct api_problem problem = {0};
+    int64_t begun = clock_us();
+    enum store_answer answer = store_result_find(stored.store, job->id, &stored.result);
     if (answer == STORE_EMPTY) {
-        reply_refuse(reply, request->id, API_GONE, "the result has been removed");
+        reply_refuse(call->reply, API_GONE, "the result has been removed");
         return;
     }
     if (answer != STORE_OK) {
-        resources_store_failed(request, reply, answer);
+        call_store_failed(call, answer);
         return;
     }
-    struct api_problem problem = {0};
-    struct source *source = source_new(services->store, &result, job, choice, &problem);
+    struct source *source = source_new(&stored, job, choice, &problem);
     if (!source) {
-        reply_problem(reply, request->id, &problem);
+        reply_problem(call->reply, &problem);
         return;
     }
-    int64_t begun = clock_us();
     const struct stream_source stream = {source_read, source_free, source, etag,
                                          encoder_length(source->encoder)};
-    stream_reply(request, reply, choice->format->media_type, coding, &stream);
-    tell_times(reply, job, clock_us() - begun);
+    stream_reply(call->request, call->reply, choice->format->media_type, coding, &stream);
+    int64_t solve_us = job->finished > job->started ? job->finished - job->started : 0;
+    reply_header(call->reply, "Server-Timing", "queue;dur=%.3f, solve;dur=%.3f, encode;dur=%.3f",
+                 documents_queue_ms(job), (double)solve_us / 1e3,
+                 (double)(clock_us() - begun) / 1e3);
 }
 
-static void reply_failure(const struct request *request, const struct store_job *job,
-                          struct reply *reply) {
-    int status;
-    char *text = documents_job_problem(job, request->id, &status);
-    reply_text(reply, status, "application/problem+json", text);
-}
-
-bool results_ready(const struct request *request, const struct store_job *job,
-                   struct reply *reply) {
-    if (!store_status_ended(job->status))
-        reply_refuse(reply, request->id, API_RESULT_NOT_READY, "the drape is %s",
+bool results_ready(struct call *call, const struct store_job *job) {
+    struct reply *reply = call->reply;
+    if (!store_status_ended(job->status)) {
+        reply_refuse(reply, API_RESULT_NOT_READY, "the drape is %s",
                      store_status_name(job->status));
-    else if (job->status == STORE_FAILED)
-        reply_failure(request, job, reply);
-    else if (job->status == STORE_CANCELLED)
-        reply_refuse(reply, request->id, API_CANCELLED, "the drape was cancelled: no result");
-    else if (job->expired)
-        reply_refuse(reply, request->id, API_GONE,
+    } else if (job->status == STORE_FAILED) {
+        int status;
+        char *text = documents_job_problem(job, call->request->id, &status);
+        reply_text(reply, status, "application/problem+json", text);
+    } else if (job->status == STORE_CANCELLED) {
+        reply_refuse(reply, API_CANCELLED, "the drape was cancelled: no result");
+    } else if (job->expired) {
+        reply_refuse(reply, API_GONE,
                      "the result has been removed (--retention, --retention-bytes)");
+    }
     return reply->status == 0;
 }
 
-void results_reply(const struct http_services *services, const struct request *request,
-                   const struct store_job *job, const struct results_choice *choice,
-                   struct reply *reply) {
+void results_reply(struct call *call, const struct store_job *job,
+                   const struct call_choice *choice) {
+    const struct request *request = call->request;
     char etag[96];
-    if (!results_ready(request, job, reply))
+    if (!results_ready(call, job))
         return;
     enum compress_coding coding = compress_choose(request_header(request, "Accept-Encoding"));
     make_etag(job, choice, coding, etag);
     if (!strcmp(request->method, "POST") ||
         !negotiate_etag_matches(request_header(request, "If-None-Match"), etag))
-        reply_result(services, request, job, choice, coding, etag, reply);
+        reply_stored(call, job, choice, coding, etag);
     else
-        reply_empty(reply, 304);
-    if (reply->status < 400) {
-        reply_header(reply, "ETag", "%s", etag);
-        reply_header(reply, "Vary", "Accept, Accept-Encoding");
-        reply_header(reply, "Cache-Control", "private, no-cache");
+        reply_empty(call->reply, 304);
+    if (call->reply->status < 400) {
+        reply_header(call->reply, "ETag", "%s", etag);
+        reply_header(call->reply, "Vary", "Accept, Accept-Encoding");
+        reply_header(call->reply, "Cache-Control", "private, no-cache");
     }
 }
 
-static enum routes_next reply_ended(const struct http_services *services, struct request *request,
-                                    const struct results_choice *choice, struct reply *reply) {
+/* GET of a stored result as a document of that use. */
+static enum http_next get(struct call *call, enum format_use use) {
+    struct call_choice choice;
     struct store_job job = {0};
-    if (resources_job(services, request, reply, &job))
-        results_reply(services, request, &job, choice, reply);
+    if (call_choose(call, use, &choice) && call_find_job(call, &job))
+        results_reply(call, &job, &choice);
     store_job_clear(&job);
-    return ROUTES_DONE;
+    return HTTP_DONE;
 }
 
-enum routes_next results_get(const struct http_services *services, struct request *request,
-                             struct reply *reply) {
-    struct results_choice choice;
-    if (!results_choose(request, reply, FORMAT_RESULT, &choice))
-        return ROUTES_DONE;
-    return reply_ended(services, request, &choice, reply);
+enum http_next results_get(struct call *call) {
+    return get(call, FORMAT_RESULT);
 }
 
-enum routes_next results_pattern(const struct http_services *services, struct request *request,
-                                 struct reply *reply) {
-    struct results_choice choice;
-    if (!results_choose(request, reply, FORMAT_PATTERN, &choice))
-        return ROUTES_DONE;
-    return reply_ended(services, request, &choice, reply);
+enum http_next results_pattern(struct call *call) {
+    return get(call, FORMAT_PATTERN);
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "routes.h"
-#include "resources.h"
+#include "handlers.h"
 #include "server/config.h"
 #include "server/http/access.h"
 #include "server/http/negotiate.h"
@@ -19,7 +19,7 @@ enum {
 
 struct route {
     const char *method, *pattern;
-    routes_handler *handler;
+    call_handler *handler;
     unsigned flags;
     const char *query[6]; /* the query parameters it knows, up to a NULL */
 };
@@ -79,17 +79,17 @@ static bool match(const char *pattern, const struct request *request, const char
     return k == request->segment_count;
 }
 
-/* HEAD is answered by whatever answers GET; the body is left out on the way. */
+/* HEAD is answered by what answers GET; the body is left out on the way. */
 static bool method_matches(const struct route *route, const char *method) {
     return !strcmp(route->method, method) ||
            (!strcmp(method, "HEAD") && !strcmp(route->method, "GET"));
 }
 
-/* Sets the route. `allow` gets the methods of the path, "" when there is no such path. Who only
- * works is probed and scraped, no more. */
-static void find_route(const struct http_services *services, struct request *request, char *allow,
+/* Sets the route. `allow` gets the methods of the path, "" when there is no such path. In the role
+ * `worker` there are only the paths of probes and scrapes. */
+static void find_route(const struct config *config, struct request *request, char *allow,
                        size_t size) {
-    bool works = services->config->role == CONFIG_ROLE_WORKER;
+    bool works = config->role == CONFIG_ROLE_WORKER;
     size_t used = 0;
     *allow = '\0';
     for (size_t k = 0; k < ROUTE_COUNT; k++) {
@@ -112,22 +112,17 @@ static void find_route(const struct http_services *services, struct request *req
 /* ------------------------------------------------------------------ screening */
 
 /* For a path without the method: 404, 405, or the answer to OPTIONS. */
-static void refuse_route(const struct request *request, struct reply *reply, const char *allow) {
-    bool options = !strcmp(request->method, "OPTIONS");
-    if (options && !strcmp(request->target, "*")) {
-        reply_empty(reply, 204);
-        return;
-    }
-    if (!*allow) {
-        reply_refuse(reply, request->id, API_NOT_FOUND,
-                     "there is nothing at this path; GET /v1/openapi.json tells what there is");
-        return;
-    }
-    reply_header(reply, "Allow", "%s", allow);
-    if (options)
-        reply_empty(reply, 204);
+static void refuse_route(struct call *call, const char *allow) {
+    bool options = !strcmp(call->request->method, "OPTIONS");
+    if (*allow)
+        reply_header(call->reply, "Allow", "%s", allow);
+    if (options && (*allow || !strcmp(call->request->target, "*")))
+        reply_empty(call->reply, 204);
+    else if (*allow)
+        reply_refuse(call->reply, API_METHOD_NOT_ALLOWED, "this path takes %s", allow);
     else
-        reply_refuse(reply, request->id, API_METHOD_NOT_ALLOWED, "this path takes %s", allow);
+        reply_refuse(call->reply, API_NOT_FOUND,
+                     "there is nothing at this path; GET /v1/openapi.json lists what there is");
 }
 
 static bool known_parameter(const struct route *route, const char *name) {
@@ -137,7 +132,8 @@ static bool known_parameter(const struct route *route, const char *name) {
     return false;
 }
 
-static bool check_query(const struct request *request, struct reply *reply) {
+static bool check_query(struct call *call) {
+    const struct request *request = call->request;
     if (request->route->flags & ROUTE_LOOSE)
         return true;
     for (size_t k = 0; k < request->query_count; k++) {
@@ -145,7 +141,7 @@ static bool check_query(const struct request *request, struct reply *reply) {
         bool known = known_parameter(request->route, name);
         if (known && request_query(request, name) == request->query[k].value)
             continue;
-        reply_refuse(reply, request->id, API_INVALID_REQUEST,
+        reply_refuse(call->reply, API_INVALID_REQUEST,
                      known ? "the query parameter '%.64s' is there more than once"
                            : "this path has no query parameter '%.64s'",
                      name);
@@ -156,14 +152,15 @@ static bool check_query(const struct request *request, struct reply *reply) {
 
 /* A missing type passes: bare HTTP clients send none. Form types do not, since any web page may
  * make a browser send those here. */
-static bool check_media_type(const struct request *request, struct reply *reply) {
-    const char *type = request_header(request, "Content-Type");
-    bool mesh = request->route->flags & ROUTE_MESH;
-    if (!(request->route->flags & (ROUTE_BODY | ROUTE_MESH)) || !type || negotiate_is_json(type) ||
+static bool check_media_type(struct call *call) {
+    const struct route *route = call->request->route;
+    const char *type = request_header(call->request, "Content-Type");
+    bool mesh = route->flags & ROUTE_MESH;
+    if (!(route->flags & (ROUTE_BODY | ROUTE_MESH)) || !type || negotiate_is_json(type) ||
         (mesh && negotiate_is_type(type, "text/x-nastran")))
         return true;
-    reply_header(reply, "Accept", "application/json%s", mesh ? ", text/x-nastran" : "");
-    reply_refuse(reply, request->id, API_UNSUPPORTED_MEDIA_TYPE,
+    reply_header(call->reply, "Accept", "application/json%s", mesh ? ", text/x-nastran" : "");
+    reply_refuse(call->reply, API_UNSUPPORTED_MEDIA_TYPE,
                  "the Content-Type is '%.64s' but must be application/json%s; with curl: -H "
                  "'Content-Type: application/json'",
                  type, mesh ? " or text/x-nastran" : "");
@@ -175,63 +172,57 @@ static enum tokens_role role_needed(const struct route *route) {
     return !strcmp(route->method, "GET") || route->flags & ROUTE_MESH ? TOKENS_READ : TOKENS_WRITE;
 }
 
-/* Answers that depend on who asks are not for caches that others use. */
-static void mark(const struct http_services *services, const struct request *request,
-                 struct reply *reply) {
-    if (!(request->route->flags & ROUTE_OPEN))
-        access_mark(services, reply);
+/* Answers that depend on the caller are not for caches that others use. */
+static void mark_private(struct call *call) {
+    if (call->services->tokens && !(call->request->route->flags & ROUTE_OPEN))
+        access_mark(call->reply);
 }
 
-bool routes_screen(const struct http_services *services, struct request *request,
-                   struct reply *reply) {
+static bool screen(void *context, struct request *request, struct reply *reply) {
+    struct call call = {context, request, reply};
+    const struct config *config = call.services->config;
     char allow[64];
-    find_route(services, request, allow, sizeof allow);
-    if (!request->route) {
-        refuse_route(request, reply, allow);
+    find_route(config, request, allow, sizeof allow);
+    const struct route *route = request->route;
+    if (!route) {
+        refuse_route(&call, allow);
         return true;
     }
-    const struct route *route = request->route;
-    bool good =
-        (route->flags & ROUTE_OPEN || access_allow(services, request, role_needed(route), reply)) &&
-        check_query(request, reply) && check_media_type(request, reply);
+    request->quiet = route->flags & ROUTE_QUIET;
+    if (route->flags & ROUTE_MESH)
+        request->limit = (struct request_limit){config->max_mesh, "max-mesh"};
+    bool good = (route->flags & ROUTE_OPEN ||
+                 access_allow(call.services->tokens, request, role_needed(route), reply)) &&
+                check_query(&call) && check_media_type(&call);
     if (good && request->draining && route->flags & ROUTE_WORK)
-        resources_draining(request, reply);
+        call_draining(&call);
     if (reply->status)
-        mark(services, request, reply);
+        mark_private(&call);
     return reply->status != 0;
 }
 
-struct routes_limit routes_limit(const struct http_services *services,
-                                 const struct request *request) {
-    if (request->route && request->route->flags & ROUTE_MESH)
-        return (struct routes_limit){services->config->max_mesh, "max-mesh"};
-    return (struct routes_limit){services->config->max_body, "max-body"};
-}
-
-enum routes_next routes_handle(const struct http_services *services, struct request *request,
-                               struct reply *reply) {
-    enum routes_next next = request->route->handler(services, request, reply);
-    if (next == ROUTES_DONE)
-        mark(services, request, reply);
+static enum http_next handle(void *context, struct request *request, struct reply *reply) {
+    struct call call = {context, request, reply};
+    enum http_next next = request->route->handler(&call);
+    if (next == HTTP_DONE)
+        mark_private(&call);
     return next;
 }
 
 /* ------------------------------------------------------------------ counting */
 
-static size_t route_number(const struct request *request) {
-    return request && request->route ? (size_t)(request->route - routes) : ROUTE_COUNT;
-}
-
-void routes_count(const struct request *request, int status, int64_t us) {
-    metrics_count(route_number(request), status, us);
-}
-
-bool routes_quiet(const struct request *request) {
-    return request->route && (request->route->flags & ROUTE_QUIET);
+static void count(void *context, const struct request *request, int status, int64_t us) {
+    bool known = request && request->route;
+    (void)context;
+    metrics_count(known ? (size_t)(request->route - routes) : ROUTE_COUNT, status, us);
 }
 
 bool routes_describe(size_t route, const char **method, const char **pattern) {
     *method = route < ROUTE_COUNT ? routes[route].method : "";
     *pattern = route < ROUTE_COUNT ? routes[route].pattern : "none";
     return route <= ROUTE_COUNT;
+}
+
+struct http_handler routes_handler(const struct services *services) {
+    return (struct http_handler){(void *)(uintptr_t)services, screen, handle, count};
 }

@@ -1,22 +1,22 @@
 /* SPDX-License-Identifier: MIT */
+/* /v1/surfaces: store, list, get, delete. */
 #include "api/request/decode.h"
 #include "api/request/digest.h"
 #include "api/request/normalise.h"
 #include "api/request/shape.h"
 #include "documents.h"
-#include "resources.h"
+#include "handlers.h"
 #include "server/config.h"
-#include "server/id.h"
 #include <stdlib.h>
 #include <string.h>
 
-/* Checks the posted surface and makes what is stored of it; the texts lie in the arena. */
-static enum api_problem_id read_surface(const struct http_services *services,
-                                        const struct request *request, struct arena *arena,
+/* Checks the posted surface and makes what is stored of it. */
+static enum api_problem_id read_surface(struct call *call, struct arena *arena,
                                         struct store_surface *stored, struct api_problem *problem) {
-    struct api_limits limits = resources_limits(services);
-    struct api_surface surface;
+    const struct request *request = call->request;
+    const struct api_limits limits = call_limits(call);
     const char *body = request->body ? request->body : "";
+    struct api_surface surface;
     if (api_decode_surface(body, request->body_length, &limits, arena, &surface, problem) != API_OK)
         return problem->id;
     const char *description = api_shape_describe(&surface, arena, problem);
@@ -35,81 +35,77 @@ static enum api_problem_id read_surface(const struct http_services *services,
     return problem->id;
 }
 
-enum routes_next surfaces_create(const struct http_services *services, struct request *request,
-                                 struct reply *reply) {
+enum http_next surfaces_create(struct call *call) {
     struct api_problem problem = {0};
     struct store_surface stored = {0};
-    memcpy(stored.owner, request->caller, sizeof stored.owner);
-    struct arena *arena = arena_new((size_t)services->config->job_memory);
+    memcpy(stored.owner, call->request->caller, sizeof stored.owner);
+    struct arena *arena = arena_new((size_t)call->services->config->job_memory);
     enum store_answer answer = STORE_DOWN;
     bool created = false;
     if (!arena)
         api_problem_set(&problem, API_UNAVAILABLE, "there is no memory for this now");
-    else if (read_surface(services, request, arena, &stored, &problem) == API_OK)
-        answer = store_surface_put(services->store, &stored, &created);
+    else if (read_surface(call, arena, &stored, &problem) == API_OK)
+        answer = store_surface_put(call->services->store, &stored, &created);
     if (problem.id != API_OK) {
-        reply_problem(reply, request->id, &problem);
+        reply_problem(call->reply, &problem);
     } else if (answer != STORE_OK) {
-        resources_store_failed(request, reply, answer);
+        call_store_failed(call, answer);
     } else {
-        reply_text(reply, created ? 201 : 200, "application/json", stored.description);
+        reply_text(call->reply, created ? 201 : 200, "application/json", stored.description);
         stored.description = NULL; /* the reply has it */
-        reply_header(reply, "Location", "/v1/surfaces/%s", stored.id);
+        reply_header(call->reply, "Location", "/v1/surfaces/%s", stored.id);
     }
     store_surface_clear(&stored);
     arena_free(arena);
-    return ROUTES_DONE;
+    return HTTP_DONE;
 }
 
-enum routes_next surfaces_list(const struct http_services *services, struct request *request,
-                               struct reply *reply) {
+enum http_next surfaces_list(struct call *call) {
     struct store_surfaces page = {0};
     int limit;
     int64_t cursor;
-    if (!resources_page(request, reply, &limit, &cursor))
-        return ROUTES_DONE;
+    if (!call_read_page(call, &limit, &cursor))
+        return HTTP_DONE;
     enum store_answer answer =
-        store_surface_list(services->store, resources_owner(request), cursor, limit, &page);
+        store_surface_list(call->services->store, call_owner(call), cursor, limit, &page);
     if (answer == STORE_OK)
-        reply_text(reply, 200, "application/json", documents_surfaces(&page));
+        reply_text(call->reply, 200, "application/json", documents_surfaces(&page));
     else
-        resources_store_failed(request, reply, answer);
+        call_store_failed(call, answer);
     store_surfaces_clear(&page);
-    return ROUTES_DONE;
+    return HTTP_DONE;
 }
 
-enum routes_next surfaces_get(const struct http_services *services, struct request *request,
-                              struct reply *reply) {
+enum http_next surfaces_get(struct call *call) {
+    const char *id = call->request->parameter;
     struct store_surface surface = {0};
     enum store_answer answer = STORE_EMPTY;
-    if (id_valid(request->parameter))
-        answer = store_surface_get(services->store, resources_owner(request), request->parameter,
-                                   &surface);
+    if (id_valid(id))
+        answer = store_surface_get(call->services->store, call_owner(call), id, &surface);
     if (answer == STORE_OK) {
-        reply_text(reply, 200, "application/json", surface.definition);
+        reply_text(call->reply, 200, "application/json", surface.definition);
         surface.definition = NULL; /* the reply has it */
     } else if (answer == STORE_EMPTY) {
-        resources_not_found(request, reply, "surface");
+        call_not_found(call, "surface");
     } else {
-        resources_store_failed(request, reply, answer);
+        call_store_failed(call, answer);
     }
     store_surface_clear(&surface);
-    return ROUTES_DONE;
+    return HTTP_DONE;
 }
 
-enum routes_next surfaces_delete(const struct http_services *services, struct request *request,
-                                 struct reply *reply) {
+enum http_next surfaces_delete(struct call *call) {
+    const char *id = call->request->parameter;
     enum store_answer answer = STORE_EMPTY;
-    if (id_valid(request->parameter))
-        answer =
-            store_surface_delete(services->store, resources_owner(request), request->parameter);
-    if (answer == STORE_OK)
-        reply_empty(reply, 204);
-    else if (answer == STORE_EMPTY)
-        resources_not_found(request, reply, "surface");
-    else if (answer == STORE_CONFLICT)
-        reply_refuse(reply, request->id, API_CONFLICT, "a queued or running drape needs it");
+    if (id_valid(id))
+        answer = store_surface_delete(call->services->store, call_owner(call), id);
+    if (answer == STORE_EMPTY)
+        return call_not_found(call, "surface");
+    if (answer == STORE_CONFLICT)
+        reply_refuse(call->reply, API_CONFLICT, "a queued or running drape needs it");
+    else if (answer != STORE_OK)
+        return call_store_failed(call, answer);
     else
-        resources_store_failed(request, reply, answer);
-    return ROUTES_DONE;
+        reply_empty(call->reply, 204);
+    return HTTP_DONE;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The page at `/` and its files, which the binary holds as they are and compressed with gzip. */
-#include "resources.h"
+#include "handlers.h"
 #include "server/http/compress.h"
 #include "server/http/negotiate.h"
 #include <stdio.h>
@@ -57,24 +57,21 @@ static void reply_file(const struct request *request, const struct viewer_file *
     reply_header(reply, "Content-Security-Policy", "%s", policy);
 }
 
-enum routes_next viewer_page(const struct http_services *services, struct request *request,
-                             struct reply *reply) {
-    (void)services;
-    reply_file(request, find_file("index.html"), "no-cache", reply);
-    reply_header(reply, "Cross-Origin-Opener-Policy", "same-origin");
-    reply_header(reply, "Referrer-Policy", "no-referrer");
-    return ROUTES_DONE;
+enum http_next viewer_page(struct call *call) {
+    reply_file(call->request, find_file("index.html"), "no-cache", call->reply);
+    reply_header(call->reply, "Cross-Origin-Opener-Policy", "same-origin");
+    reply_header(call->reply, "Referrer-Policy", "no-referrer");
+    return HTTP_DONE;
 }
 
 /* The address has the digest of all files in it: what is there never changes. */
-enum routes_next viewer_file(const struct http_services *services, struct request *request,
-                             struct reply *reply) {
-    const struct viewer_file *file = find_file(request->parameter);
-    (void)services;
-    if (file && !strcmp(request->segments[1], VIEWER_DIGEST))
-        reply_file(request, file, "public, max-age=31536000, immutable", reply);
+enum http_next viewer_file(struct call *call) {
+    const struct viewer_file *file = find_file(call->request->parameter);
+
+    if (file && !strcmp(call->request->segments[1], VIEWER_DIGEST))
+        reply_file(call->request, file, "public, max-age=31536000, immutable", call->reply);
     else
-        reply_refuse(reply, request->id, API_NOT_FOUND,
+        reply_refuse(call->reply, API_NOT_FOUND,
                      "the page has no such file, or is of another version: load / again");
-    return ROUTES_DONE;
+    return HTTP_DONE;
 }

@@ -2,6 +2,7 @@
 #include "mapper.h"
 #include "api/map/map.h"
 #include "server/clock.h"
+#include "stored_result.h"
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
@@ -44,14 +45,6 @@ struct mapper {
 };
 
 /* ------------------------------------------------------------------ one map */
-
-static bool read_at(void *context, uint64_t offset, void *buffer, size_t length) {
-    struct map_task *task = context;
-    uint64_t end = (uint64_t)task->result.length;
-    return offset <= end && length <= end - offset &&
-           store_result_read(task->mapper->store, &task->result, (int64_t)offset, buffer, length) ==
-               STORE_OK;
-}
 
 static bool go_on(void *context, double fraction) {
     struct map_task *task = context;
@@ -96,7 +89,8 @@ static void explain(struct map_task *task) {
 }
 
 static void make_map(struct map_task *task) {
-    const struct api_reader reader = {read_at, task};
+    struct stored_result stored = {task->mapper->store, task->result};
+    const struct api_reader reader = stored_result_reader(&stored);
     const struct drape_monitor monitor = {go_on, task};
     struct api_problem *problem = &task->problem;
     task->deadline = clock_ms() + task->mapper->settings.timeout_ms;

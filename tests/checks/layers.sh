@@ -27,7 +27,7 @@ server                 api
 server/store           api|server
 server/store/sqlite   server|server/store
 server/store/postgres server|server/store
-server/http            api|server|server/resources
+server/http            api|server
 server/work            api|api/[a-z]*|server|server/store
 server/resources       api|api/[a-z]*|server|server/store|server/work|server/http
 '
@@ -63,7 +63,7 @@ only() {
     [ -z "$found" ] || { echo "$1 belongs in $2 alone, but is included in:" $found; bad=1; }
 }
 
-only microhttpd.h 'server/http/http\.c'
+only microhttpd.h 'server/http/(http|exchange|suspension|interpose)\.c'
 only sqlite3.h 'server/store/sqlite/db\.c'
 only libpq-fe.h 'server/store/postgres/(pool|query|notify)\.c'
 only jansson.h 'api/json/(place|parse)\.c|server/resources/documents\.c'

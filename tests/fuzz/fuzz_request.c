@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* A whole request as http.c hands it on, from its first line to the last byte of its answer: METHOD
- * TARGET VERSION, headers (NAME:VALUE), a line each, an empty line, the body. In the target {drape}
- * and {surface} stand for the ids of those that are stored. */
+/* A whole request as the front hands it on, from its first line to the last byte of its answer:
+ * METHOD TARGET VERSION, headers (NAME:VALUE), a line each, an empty line, the body. In the target
+ * {drape} and {surface} stand for the ids of those that are stored. */
 #include "fuzz.h"
 
+#include "server/config.h"
 #include "server/http/access.h"
 #include "server/http/negotiate.h"
 #include "server/resources/routes.h"
@@ -14,7 +15,7 @@
 
 enum { CALLS = 10 }; /* a small map is ready by then; a drape never will be: nobody works */
 
-/* Of http.c, for handlers that wait. Here they are called again without being told. */
+/* Of the front, for handlers that wait. Here they are called again without being told. */
 void http_watch(struct request *request, const char *subject) {
     (void)request, (void)subject;
 }
@@ -139,7 +140,8 @@ static void expect_answer(const struct request *request, const struct reply *rep
 /* ------------------------------------------------------------------ from one to the other */
 
 static void handle(struct request *request, struct reply *reply) {
-    for (int k = 0; routes_handle(service(), request, reply) == ROUTES_WAIT; k++) {
+    const struct http_handler handler = routes_handler(service());
+    for (int k = 0; handler.handle(handler.context, request, reply) == HTTP_WAIT; k++) {
         FUZZ_PROMISE(!request->stopping);
         request->stopping = k == CALLS;
         usleep(1000);
@@ -147,17 +149,19 @@ static void handle(struct request *request, struct reply *reply) {
 }
 
 static void serve(struct request *request, const char *body, size_t length) {
-    struct reply reply = {0};
-    bool screened = routes_screen(service(), request, &reply);
+    const struct http_handler handler = routes_handler(service());
+    struct reply reply = {.request_id = request->id};
+    request->limit = (struct request_limit){service()->config->max_body, "max-body"};
+    bool screened = handler.screen(handler.context, request, &reply);
     FUZZ_PROMISE(screened == (reply.status != 0));
     FUZZ_PROMISE(screened || request->route);
-    if (!screened && (int64_t)length > routes_limit(service(), request).bytes)
+    if (!screened && (int64_t)length > request->limit.bytes)
         length = 0;
     if (!screened) {
         FUZZ_PROMISE(!length || request_append_body(request, body, length));
         handle(request, &reply);
     }
-    access_cors(service(), request, &reply);
+    access_cors(service()->config->cors_origin, request, &reply);
     expect_answer(request, &reply);
     bool changed = reply.status > 200 && reply.status < 300 && strcmp(request->method, "GET") != 0;
     reply_clear(&reply);

@@ -32,7 +32,8 @@ static const struct config config = {
     .job_memory = BUDGET,
 };
 
-static struct http_services services = {.config = &config};
+static struct services services = {.config = &config};
+static struct hub *hub;
 static char folder[] = "/tmp/draped-fuzz-XXXXXX", path[sizeof folder + 16];
 char service_drape[ID_SIZE], service_surface[] = "0123456789abcdef0123456789abcdef";
 
@@ -86,7 +87,7 @@ static void clear_away(void) {
     char lock[sizeof path + 8];
     snprintf(lock, sizeof lock, "%s-lock", path);
     service_spoil();
-    hub_free(services.hub);
+    hub_free(hub);
     unlink(lock);
     rmdir(folder);
 }
@@ -96,20 +97,20 @@ static void prepare(void) {
     log_init((enum log_level)(LOG_LEVEL_ERROR + 1));
     FUZZ_PROMISE(api_prepare() && id_init() && mkdtemp(folder));
     snprintf(path, sizeof path, "%s/draped.db", folder);
-    services.hub = hub_new();
+    hub = hub_new();
     atexit(clear_away);
 }
 
-const struct http_services *service(void) {
+const struct services *service(void) {
     const struct mapper_settings maps = {.memory = BUDGET, .timeout_ms = 10000};
     char why[STORE_WHY_SIZE];
-    if (!services.hub)
+    if (!hub)
         prepare();
     if (services.store)
         return &services;
-    services.store = store_open(path, &store_options_default, services.hub, why);
+    services.store = store_open(path, &store_options_default, hub, why);
     FUZZ_PROMISE(services.store != NULL);
-    services.mapper = mapper_start(services.store, services.hub, &maps);
+    services.mapper = mapper_start(services.store, hub, &maps);
     FUZZ_PROMISE(services.mapper != NULL);
     fill();
     return &services;

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-/* What the routes work with, without sockets: a store with one surface, and one drape of it that
+/* What handlers work with, without sockets: a store with one surface, and one drape of it that
  * has a result. */
 #ifndef TESTS_FUZZ_SERVICE_H
 #define TESTS_FUZZ_SERVICE_H
 
-#include "server/http/http.h"
+#include "server/resources/call.h"
 
 /* Made at the first call, removed when the process ends. */
-const struct http_services *service(void);
+const struct services *service(void);
 
 /* Makes a new one at the next call: the old one is not as it was. */
 void service_spoil(void);

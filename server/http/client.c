@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: MIT */
+#include "client.h"
+#include "linger.h"
+#include "server/id.h"
+#include "server/log.h"
+#include <stdlib.h>
+#include <sys/socket.h>
+
+struct client *client_open(struct http *http, int socket) {
+    struct client *client = calloc(1, sizeof *client);
+    if (!client)
+        return NULL;
+    client->http = http;
+    deadlines_add(http->deadlines, &client->deadline, socket);
+    return client;
+}
+
+void client_close(struct client *client) {
+    if (client->exchange)
+        exchange_end(client->exchange); /* MHD forgets it when the query overflows its memory */
+    deadlines_remove(client->http->deadlines, &client->deadline);
+    free(client);
+}
+
+void client_refuse(struct client *client, enum api_problem_id problem, const char *detail) {
+    const struct http_handler *handler = &client->http->settings.handler;
+    struct exchange *exchange = client->exchange;
+    char id[ID_SIZE];
+    id_make(id);
+    int status = reply_on_socket(client->deadline.socket,
+                                 exchange && exchange->request->id[0] ? exchange->request->id : id,
+                                 problem, detail);
+    linger_add(client->http->linger, client->deadline.socket);
+    shutdown(client->deadline.socket, SHUT_WR);
+    if (exchange)
+        exchange->reply.status = status;
+    else
+        handler->count(handler->context, NULL, status, 0);
+}
+
+void client_refuse_status(struct client *client, unsigned status) {
+    bool body = client->exchange && client->exchange->known;
+    switch (status) {
+    case 413:
+        client_refuse(client, API_TOO_LARGE,
+                      body ? "a chunk of the body is too large" : "the body is too large");
+        break;
+    case 414:
+        client_refuse(client, API_TARGET_TOO_LONG, "the request line does not fit");
+        break;
+    case 431:
+        client_refuse(client, API_HEADERS_TOO_LARGE, "the headers do not fit");
+        break;
+    case 500:
+        client_refuse(client, API_UNAVAILABLE, "there is no memory for the request now");
+        break;
+    case 505:
+        client_refuse(client, API_HTTP_VERSION, "the request is of another version of HTTP");
+        break;
+    default:
+        client_refuse(client, API_BAD_REQUEST,
+                      body ? "the chunks of the body are malformed"
+                           : "the request line or a header is malformed");
+    }
+}
+
+void client_refuse_late(void *context, int socket) {
+    const struct http_handler *handler = &((struct http *)context)->settings.handler;
+    char id[ID_SIZE];
+    id_make(id);
+    int status = reply_on_socket(socket, id, API_TIMEOUT, "the request did not arrive in time");
+    log_info(log_event("request_timeout"), log_text("request_id", id));
+    handler->count(handler->context, NULL, status, 0);
+}

@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What the files of the front share: the front itself, a connection and the request under way on
+ * it. Private to them; what others may use is in `http.h`.
+ *
+ *     http.c        starts and stops, takes libmicrohttpd's notices
+ *     client.c      a connection: its beginning, its end, refusals past the library
+ *     exchange.c    a request from its first line to the last byte of the reply
+ *     suspension.c  requests that wait, and the timer that resumes them
+ */
+#ifndef SERVER_HTTP_CLIENT_H
+#define SERVER_HTTP_CLIENT_H
+
+#include "deadlines.h"
+#include "http.h"
+#include "server/hub.h"
+#include <pthread.h>
+#include <stdatomic.h>
+
+enum {
+    CLIENT_HEAD_BYTES = 32 * 1024, /* request line and headers */
+    CLIENT_POOL_BYTES = 48 * 1024  /* of the library's memory for a connection: the above, and room
+                                      for the reply's headers */
+};
+
+struct MHD_Connection;
+struct exchange;
+
+struct http {
+    struct http_settings settings;
+    struct MHD_Daemon *daemon;
+    int socket;
+    struct linger_pool *linger;
+    struct deadlines *deadlines;
+    atomic_bool draining;
+    atomic_int_fast64_t bodies; /* bytes of bodies that are being received */
+    atomic_long exchanges;      /* requests that have begun and are not over */
+
+    pthread_mutex_t lock; /* of what is below; taken inside the hub's lock, outside of MHD's own */
+    pthread_cond_t changed;
+    pthread_t timer;
+    bool ticking, stopping;
+    struct exchange *suspended; /* a list */
+    int64_t wake_at;            /* when the timer looks next */
+};
+
+/* A connection. */
+struct client {
+    struct deadlines_client deadline; /* with its socket */
+    struct http *http;
+    struct exchange *exchange; /* the request under way, or NULL */
+};
+
+/* A request, its reply, and how far they are. */
+struct exchange {
+    struct request *request;
+    struct reply reply;
+    struct http *http;
+    struct client *client;
+    struct MHD_Connection *connection;
+    const char *target; /* in the library's memory */
+    int64_t begun_us;
+    int64_t held;     /* bytes of body in `http->bodies` */
+    int64_t received; /* bytes of body, kept or not */
+    int64_t sent;     /* bytes of a stream */
+    bool known;       /* the head was looked at */
+    bool unread;      /* answered before the body was here */
+    bool watching;
+    struct hub_watch watch;
+
+    /* Under the lock. */
+    bool notified; /* since the handler was called last */
+    bool suspended;
+    bool gone; /* the client is: nobody wants the answer any more */
+    struct exchange *next, *previous;
+};
+
+/* A new connection; NULL without memory: its requests will be refused. */
+struct client *client_open(struct http *http, int socket);
+
+/* Before the socket is closed. */
+void client_close(struct client *client);
+
+/* Answers on the socket and shuts it down for writing, when the library takes no answer because it
+ * has not got the whole request, and will not. */
+void client_refuse(struct client *client, enum api_problem_id problem, const char *detail);
+
+/* The same for a status that the library would answer with. */
+void client_refuse_status(struct client *client, unsigned status);
+
+/* For `deadlines_new`: answers 408 on the socket; the context is the front. */
+void client_refuse_late(void *context, int socket);
+
+/* The beginning of a request, with the target as it was sent; NULL without memory. */
+struct exchange *exchange_new(struct client *client, struct MHD_Connection *connection,
+                              const char *target);
+
+/* The next step, as the library's access handler: called once with the head, once for each piece
+ * of the body (`*size` > 0, and 0 afterwards), once at its end, and again after each suspension.
+ * False: the connection is to be closed. */
+bool exchange_step(struct exchange *exchange, const char *method, const char *version,
+                   const char *data, size_t *size);
+
+/* Logs, counts and frees it. */
+void exchange_end(struct exchange *exchange);
+
+/* Starts the timer thread. */
+bool suspension_start(struct http *http);
+
+/* Resumes all; from now on nothing is suspended, and `request->stopping` is set. */
+void suspension_stop(struct http *http);
+
+/* Before every call of the handler or of a stream: sets the request's `draining` and `stopping`,
+ * and forgets earlier notices. False when the client is gone. */
+bool suspension_refresh(struct exchange *exchange);
+
+/* Suspends the connection until the subject changes or `request->wake_at`. False when there is no
+ * need to wait: the subject has changed since `suspension_refresh`, or the front is stopping. */
+bool suspension_begin(struct exchange *exchange);
+
+#endif

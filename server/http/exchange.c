@@ -1,0 +1,271 @@
+/* SPDX-License-Identifier: MIT */
+#include "access.h"
+#include "client.h"
+#include "interpose.h"
+#include "server/clock.h"
+#include "server/config.h"
+#include "server/log.h"
+#include <microhttpd.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    BLOCK_BYTES = 16 * 1024,       /* asked of a stream at a time */
+    LARGE_BLOCK_BYTES = 128 * 1024 /* the same when the length is known */
+};
+
+/* ------------------------------------------------------------------ sending */
+
+/* The next bytes of a streamed reply. Zero is only returned with the connection suspended. */
+static ssize_t pull(void *context, uint64_t position, char *buffer, size_t size) {
+    struct exchange *exchange = context;
+    struct deadlines *deadlines = exchange->http->deadlines;
+    (void)position;
+    for (;;) {
+        if (!suspension_refresh(exchange))
+            return MHD_CONTENT_READER_END_WITH_ERROR;
+        deadlines_suspend(deadlines, &exchange->client->deadline);
+        ssize_t got = exchange->reply.stream.next(exchange->reply.stream.context, buffer, size);
+        if (got > 0) {
+            exchange->sent += got;
+            deadlines_reply(deadlines, &exchange->client->deadline, (size_t)got);
+            return got;
+        }
+        if (got != REPLY_WAIT)
+            return got == REPLY_END ? MHD_CONTENT_READER_END_OF_STREAM
+                                    : MHD_CONTENT_READER_END_WITH_ERROR;
+        if (suspension_begin(exchange))
+            return 0;
+    }
+}
+
+static struct MHD_Response *make_response(struct exchange *exchange) {
+    struct reply *reply = &exchange->reply;
+    if (reply->streamed) {
+        size_t block = reply->stream.block ? reply->stream.block
+                       : reply->length     ? LARGE_BLOCK_BYTES
+                                           : BLOCK_BYTES;
+        return MHD_create_response_from_callback(reply->length ? reply->length : MHD_SIZE_UNKNOWN,
+                                                 block, pull, exchange, NULL);
+    }
+    const char *bytes = reply->body ? reply->body : reply->literal;
+    /* The bytes live as long as the exchange, and are not written to in spite of the type. */
+    return MHD_create_response_from_buffer(reply->length, (void *)(uintptr_t)bytes,
+                                           MHD_RESPMEM_PERSISTENT);
+}
+
+static bool send_reply(struct exchange *exchange) {
+    struct http *http = exchange->http;
+    struct reply *reply = &exchange->reply;
+    access_cors(http->settings.config->cors_origin, exchange->request, reply);
+    if (!deadlines_reply(http->deadlines, &exchange->client->deadline,
+                         reply->streamed ? 0 : reply->length))
+        return false;
+    struct MHD_Response *response = make_response(exchange);
+    if (!response)
+        return false;
+    for (size_t k = 0; k < reply->header_count; k++)
+        MHD_add_response_header(response, reply->headers[k].name, reply->headers[k].value);
+    MHD_add_response_header(response, "X-Request-Id", exchange->request->id);
+    MHD_add_response_header(response, "X-Content-Type-Options", "nosniff");
+    if (exchange->unread || atomic_load(&http->draining))
+        MHD_add_response_header(response, "Connection", "close");
+    bool queued = interpose_queue(exchange->connection, (unsigned)reply->status, response);
+    MHD_destroy_response(response);
+    return queued;
+}
+
+/* With the whole request: asks the handler until there is an answer or a reason to wait. */
+static bool answer(struct exchange *exchange) {
+    const struct http_handler *handler = &exchange->http->settings.handler;
+    if (!deadlines_suspend(exchange->http->deadlines, &exchange->client->deadline))
+        return false;
+    while (!exchange->reply.status) {
+        if (!suspension_refresh(exchange))
+            return false;
+        if (handler->handle(handler->context, exchange->request, &exchange->reply) == HTTP_WAIT &&
+            suspension_begin(exchange))
+            return true;
+    }
+    return send_reply(exchange);
+}
+
+/* ------------------------------------------------------------------ the head */
+
+/* A walk along the head as it lies in memory. */
+struct head_walk {
+    struct request *request;
+    const char *last; /* the value, or version, before */
+};
+
+static enum MHD_Result take_header(void *context, enum MHD_ValueKind kind, const char *name,
+                                   const char *value) {
+    struct head_walk *walk = context;
+    (void)kind;
+    value = value ? value : name + strlen(name);
+    request_add_header(walk->request, name, value);
+    request_check_gap(walk->request, walk->last, strlen(walk->last), name, 2);
+    walk->last = value;
+    return MHD_YES;
+}
+
+/* The headers, and that there is nothing between the parts of the head that is in none of them. */
+static void take_head(struct exchange *exchange, const char *version, size_t size) {
+    struct request *request = exchange->request;
+    struct head_walk walk = {.request = request, .last = version};
+    const char *method = request->method;
+    request_check_gap(request, method, strlen(method), exchange->target, 1);
+    request_check_gap(request, exchange->target, strlen(request->target), version, 1);
+    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, take_header, &walk);
+    request_check_gap(request, walk.last, strlen(walk.last), method + size, 4);
+    request_check_framing(request);
+    request_choose_id(request);
+}
+
+static bool bodies_fit(struct http *http, int64_t more) {
+    return (int64_t)atomic_load(&http->bodies) + more <= http->settings.config->max_bodies;
+}
+
+static void refuse_bodies(struct exchange *exchange) {
+    reply_header(&exchange->reply, "Retry-After", "1");
+    reply_refuse(&exchange->reply, API_UNAVAILABLE,
+                 "too many bodies are being received at the moment (--max-bodies)");
+}
+
+/* Sets the reply if it is clear from the head. True when it cannot wait for the rest of the
+ * message: its end is unknown, or the client had better not send it. */
+static bool screen(struct exchange *exchange) {
+    const struct http_handler *handler = &exchange->http->settings.handler;
+    struct request *request = exchange->request;
+    struct reply *reply = &exchange->reply;
+    int64_t length;
+    bool has_body = request_has_body(request, &length);
+    bool good = suspension_refresh(exchange) && !request->fault[0] &&
+                !handler->screen(handler->context, request, reply);
+    bool large = length > request->limit.bytes;
+    if (request->fault[0])
+        reply_refuse(reply, API_BAD_REQUEST, "%s", request->fault);
+    else if (good && large)
+        reply_refuse(reply, API_TOO_LARGE, "the body is over the limit of %lld bytes (--%s)",
+                     (long long)request->limit.bytes, request->limit.flag);
+    else if (good && length > 0 && !bodies_fit(exchange->http, length))
+        refuse_bodies(exchange);
+    return reply->status &&
+           (request->fault[0] || (has_body && (large || request_expects_continue(request))));
+}
+
+static bool begin(struct exchange *exchange, const char *method, const char *version) {
+    struct request *request = exchange->request;
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_REQUEST_HEADER_SIZE);
+    exchange->known = true;
+    request->method = method;
+    request->http_1_0 = !strcmp(version, "HTTP/1.0");
+    request->limit = (struct request_limit){exchange->http->settings.config->max_body, "max-body"};
+    if (!info || !deadlines_body(exchange->http->deadlines, &exchange->client->deadline))
+        return false;
+    take_head(exchange, version, info->header_size);
+    if (info->header_size > CLIENT_HEAD_BYTES) {
+        client_refuse_status(exchange->client,
+                             strlen(request->target) < CLIENT_HEAD_BYTES ? 431 : 414);
+        return false;
+    }
+    if (!screen(exchange))
+        return true;
+    exchange->unread = true;
+    return send_reply(exchange);
+}
+
+/* ------------------------------------------------------------------ the body */
+
+/* Keeps a piece of the body. What is not sent yet takes no memory and counts for nothing, or slow
+ * clients could keep others away by announcements. */
+static void keep(struct exchange *exchange, const char *bytes, size_t length) {
+    if (!bodies_fit(exchange->http, (int64_t)length)) {
+        refuse_bodies(exchange);
+    } else if (!request_append_body(exchange->request, bytes, length)) {
+        reply_refuse(&exchange->reply, API_UNAVAILABLE, "there is no memory for the body now");
+    } else {
+        atomic_fetch_add(&exchange->http->bodies, (int_fast64_t)length);
+        exchange->held += (int64_t)length;
+    }
+}
+
+/* A piece of the body; that of a request which is refused already is dropped. Without a
+ * Content-Length only here it turns out to be over the limit. */
+static bool receive(struct exchange *exchange, const char *bytes, size_t length) {
+    const struct request_limit *limit = &exchange->request->limit;
+    exchange->received += (int64_t)length;
+    if (!deadlines_received(exchange->http->deadlines, &exchange->client->deadline, length))
+        return false;
+    if (exchange->received > limit->bytes) {
+        char detail[64];
+        snprintf(detail, sizeof detail, "the body is over the limit (--%s)", limit->flag);
+        client_refuse(exchange->client, API_TOO_LARGE, detail);
+        return false;
+    }
+    if (!exchange->reply.status)
+        keep(exchange, bytes, length);
+    return true;
+}
+
+bool exchange_step(struct exchange *exchange, const char *method, const char *version,
+                   const char *data, size_t *size) {
+    size_t length = *size;
+    *size = 0;
+    if (!exchange->known)
+        return begin(exchange, method, version);
+    return length ? receive(exchange, data, length) : answer(exchange);
+}
+
+/* ------------------------------------------------------------------ beginning and end */
+
+struct exchange *exchange_new(struct client *client, struct MHD_Connection *connection,
+                              const char *target) {
+    struct exchange *exchange = calloc(1, sizeof *exchange);
+    struct request *request = exchange ? request_new(target) : NULL;
+    if (!request) {
+        free(exchange);
+        return NULL;
+    }
+    exchange->request = request;
+    exchange->reply.request_id = request->id;
+    exchange->http = client->http;
+    exchange->client = client;
+    exchange->connection = connection;
+    exchange->target = target;
+    exchange->begun_us = clock_us();
+    request->transport = exchange;
+    client->exchange = exchange;
+    atomic_fetch_add(&client->http->exchanges, 1);
+    return exchange;
+}
+
+static void log_access(const struct exchange *exchange) {
+    const struct request *request = exchange->request;
+    int64_t bytes = exchange->reply.streamed ? exchange->sent : (int64_t)exchange->reply.length;
+    log_write(request->quiet ? LOG_LEVEL_DEBUG : LOG_LEVEL_INFO,
+              LOG_FIELDS(log_event("request"), log_text("request_id", request->id),
+                         log_text("caller", request->caller), log_text("method", request->method),
+                         log_text("target", request->target),
+                         log_int("status", exchange->reply.status),
+                         log_int("received", exchange->received), log_int("sent", bytes),
+                         log_real("ms", (double)(clock_us() - exchange->begun_us) / 1e3)));
+}
+
+void exchange_end(struct exchange *exchange) {
+    struct http *http = exchange->http;
+    const struct http_handler *handler = &http->settings.handler;
+    exchange->client->exchange = NULL;
+    if (exchange->watching)
+        hub_unsubscribe(http->settings.hub, &exchange->watch);
+    atomic_fetch_sub(&http->bodies, (int_fast64_t)exchange->held);
+    handler->count(handler->context, exchange->request, exchange->reply.status,
+                   clock_us() - exchange->begun_us);
+    if (exchange->known)
+        log_access(exchange);
+    reply_clear(&exchange->reply);
+    request_free(exchange->request);
+    free(exchange);
+    atomic_fetch_sub(&http->exchanges, 1);
+}

@@ -1,0 +1,146 @@
+/* SPDX-License-Identifier: MIT */
+#include "client.h"
+#include "server/clock.h"
+#include <microhttpd.h>
+#include <poll.h>
+
+enum {
+    TICK_MS = 10,  /* the timer looks no more often than this */
+    REAP_MS = 1000 /* and this often for clients that are slow or gone */
+};
+
+/* With the lock. */
+static void resume(struct exchange *exchange) {
+    struct http *http = exchange->http;
+    exchange->suspended = false;
+    *(exchange->previous ? &exchange->previous->next : &http->suspended) = exchange->next;
+    if (exchange->next)
+        exchange->next->previous = exchange->previous;
+    exchange->next = exchange->previous = NULL;
+    MHD_resume_connection(exchange->connection);
+}
+
+/* Of the hub: the subject has changed. */
+static void wake(void *context) {
+    struct exchange *exchange = context;
+    pthread_mutex_lock(&exchange->http->lock);
+    exchange->notified = true;
+    if (exchange->suspended)
+        resume(exchange);
+    pthread_mutex_unlock(&exchange->http->lock);
+}
+
+void http_watch(struct request *request, const char *subject) {
+    struct exchange *exchange = request->transport;
+    if (exchange->watching)
+        return;
+    exchange->watching = true;
+    hub_subscribe(exchange->http->settings.hub, &exchange->watch, subject, wake, exchange);
+}
+
+bool suspension_begin(struct exchange *exchange) {
+    struct http *http = exchange->http;
+    pthread_mutex_lock(&http->lock);
+    bool wait = !exchange->notified && !http->stopping;
+    exchange->notified = false;
+    if (wait) {
+        exchange->suspended = true;
+        exchange->next = http->suspended;
+        if (exchange->next)
+            exchange->next->previous = exchange;
+        http->suspended = exchange;
+        MHD_suspend_connection(exchange->connection);
+        if (exchange->request->wake_at < http->wake_at)
+            pthread_cond_signal(&http->changed);
+    }
+    pthread_mutex_unlock(&http->lock);
+    return wait;
+}
+
+bool suspension_refresh(struct exchange *exchange) {
+    struct http *http = exchange->http;
+    pthread_mutex_lock(&http->lock);
+    exchange->notified = false;
+    exchange->request->stopping = http->stopping;
+    bool gone = exchange->gone;
+    pthread_mutex_unlock(&http->lock);
+    exchange->request->draining = atomic_load(&http->draining);
+    return !gone;
+}
+
+/* With the lock: resumes those whose time has come (all of them at the end); sets when to look
+ * next. */
+static void resume_due(struct http *http, int64_t now) {
+    http->wake_at = INT64_MAX;
+    for (struct exchange *exchange = http->suspended, *next; exchange; exchange = next) {
+        next = exchange->next;
+        int64_t due = exchange->request->wake_at;
+        if (due <= now || http->stopping)
+            resume(exchange);
+        else if (due < http->wake_at)
+            http->wake_at = due;
+    }
+    if (http->wake_at < now + TICK_MS)
+        http->wake_at = now + TICK_MS;
+}
+
+/* Whether the client has closed its side of the connection. Most that do are gone, and the rest
+ * cannot be told apart: as with nginx, a client that wants the answer must leave its side open. */
+static bool hung_up(const struct client *client) {
+    struct pollfd side = {client->deadline.socket, POLLRDHUP, 0};
+    return poll(&side, 1, 0) == 1;
+}
+
+/* With the lock: resumes those whose client is gone, so that their connections end. The library
+ * does not look at the socket of one that is suspended. */
+static void resume_gone(struct http *http) {
+    for (struct exchange *exchange = http->suspended, *next; exchange; exchange = next) {
+        next = exchange->next;
+        exchange->gone = hung_up(exchange->client);
+        if (exchange->gone)
+            resume(exchange);
+    }
+}
+
+static void *run_timer(void *context) {
+    struct http *http = context;
+    int64_t reap_at = 0;
+    pthread_mutex_lock(&http->lock);
+    while (!http->stopping) {
+        int64_t now = clock_ms();
+        if (now >= reap_at) {
+            deadlines_reap(http->deadlines, now);
+            resume_gone(http);
+            reap_at = now + REAP_MS;
+        }
+        resume_due(http, now);
+        if (http->wake_at > reap_at)
+            http->wake_at = reap_at;
+        struct timespec until = {http->wake_at / 1000, http->wake_at % 1000 * 1000000};
+        pthread_cond_timedwait(&http->changed, &http->lock, &until);
+    }
+    resume_due(http, clock_ms());
+    pthread_mutex_unlock(&http->lock);
+    return NULL;
+}
+
+bool suspension_start(struct http *http) {
+    pthread_condattr_t monotonic;
+    pthread_condattr_init(&monotonic);
+    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    pthread_mutex_init(&http->lock, NULL);
+    pthread_cond_init(&http->changed, &monotonic);
+    pthread_condattr_destroy(&monotonic);
+    http->ticking = pthread_create(&http->timer, NULL, run_timer, http) == 0;
+    return http->ticking;
+}
+
+void suspension_stop(struct http *http) {
+    if (!http->ticking)
+        return;
+    pthread_mutex_lock(&http->lock);
+    http->stopping = true;
+    pthread_cond_signal(&http->changed);
+    pthread_mutex_unlock(&http->lock);
+    pthread_join(http->timer, NULL);
+}

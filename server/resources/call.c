@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: MIT */
+#include "call.h"
+#include "server/config.h"
+#include "server/http/negotiate.h"
+#include "server/hub.h"
+#include <stdio.h>
+#include <string.h>
+
+enum { POLL_MAX_MS = 2000 };
+
+struct api_limits call_limits(const struct call *call) {
+    const struct config *config = call->services->config;
+    return (struct api_limits){
+        .max_nodes = (size_t)config->max_nodes,
+        .max_memory = (size_t)config->job_memory,
+        .max_elements = (size_t)config->max_elements,
+        .max_control_points = (size_t)config->max_control_points,
+        .max_depth = (int)config->max_depth,
+        .threads = 1,
+    };
+}
+
+const char *call_owner(const struct call *call) {
+    return call->request->sees_all ? NULL : call->request->caller;
+}
+
+enum http_next call_store_failed(struct call *call, enum store_answer answer) {
+    reply_header(call->reply, "Retry-After", "%d", answer == STORE_BUSY ? 1 : 10);
+    reply_refuse(call->reply, API_UNAVAILABLE, "the store is %s", store_answer_name(answer));
+    return HTTP_DONE;
+}
+
+enum http_next call_draining(struct call *call) {
+    reply_header(call->reply, "Retry-After", "5");
+    reply_refuse(call->reply, API_UNAVAILABLE, "the service is shutting down");
+    return HTTP_DONE;
+}
+
+enum http_next call_not_found(struct call *call, const char *what) {
+    reply_refuse(call->reply, API_NOT_FOUND, "there is no %s with this id", what);
+    return HTTP_DONE;
+}
+
+bool call_find_job(struct call *call, struct store_job *job) {
+    const struct request *request = call->request;
+    enum store_answer answer = STORE_EMPTY;
+    if (id_valid(request->parameter))
+        answer = store_get(call->services->store, request->parameter, job);
+    if (answer == STORE_OK && !request->sees_all && strcmp(job->owner, request->caller) != 0) {
+        store_job_clear(job);
+        answer = STORE_EMPTY;
+    }
+    if (answer == STORE_EMPTY)
+        call_not_found(call, "drape");
+    else if (answer != STORE_OK)
+        call_store_failed(call, answer);
+    return answer == STORE_OK;
+}
+
+bool call_read_page(struct call *call, int *limit, int64_t *cursor) {
+    const char *limit_text = request_query(call->request, "limit");
+    const char *cursor_text = request_query(call->request, "cursor");
+    int64_t number = CALL_PAGE;
+    *cursor = 0;
+    if (limit_text && !request_parse_int(limit_text, 1, CALL_PAGE_MAX, &number)) {
+        reply_refuse(call->reply, API_INVALID_REQUEST,
+                     "the query parameter 'limit' must be a whole number from 1 to %d",
+                     CALL_PAGE_MAX);
+        return false;
+    }
+    if (cursor_text && !request_parse_int(cursor_text, 1, INT64_MAX, cursor)) {
+        reply_refuse(call->reply, API_INVALID_REQUEST,
+                     "the query parameter 'cursor' must be the 'next' of an earlier page");
+        return false;
+    }
+    *limit = (int)number;
+    return true;
+}
+
+/* The format of that name; without one the first of those that `accept` wants the most. */
+static const struct format *find_format(enum format_use use, const char *name, const char *accept) {
+    const struct format *format, *found = NULL;
+    int highest = 0;
+    for (size_t k = 0; (format = format_at(use, k)); k++) {
+        int quality =
+            name ? !strcmp(name, format->name) : negotiate_quality(accept, format->media_type);
+        if (quality <= highest)
+            continue;
+        highest = quality;
+        found = format;
+    }
+    return found;
+}
+
+bool call_choose(struct call *call, enum format_use use, struct call_choice *choice) {
+    const struct request *request = call->request;
+    struct api_problem problem = {0};
+    char names[128] = "";
+    *choice = (struct call_choice){.format = find_format(use, request_query(request, "format"),
+                                                         request_header(request, "Accept"))};
+    if (!choice->format) {
+        const struct format *format;
+        for (size_t k = 0, used = 0; (format = format_at(use, k)) && used < sizeof names; k++)
+            used += (size_t)snprintf(names + used, sizeof names - used, "%s%s", k ? ", " : "",
+                                     format->name);
+        reply_refuse(call->reply, API_NOT_ACCEPTABLE, "this is available as %s", names);
+        return false;
+    }
+    for (size_t k = 0; k < request->query_count; k++)
+        format_option(&choice->options, request->query[k].name, request->query[k].value, &problem);
+    if (problem.id != API_OK)
+        reply_problem(call->reply, &problem);
+    return problem.id == API_OK;
+}
+
+int64_t call_poll_at(int64_t begun, int64_t now) {
+    int64_t pause = (now - begun) / 4;
+    if (pause < HUB_POLL_MS)
+        pause = HUB_POLL_MS;
+    return now + (pause < POLL_MAX_MS ? pause : POLL_MAX_MS);
+}

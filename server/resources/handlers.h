@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: MIT */
+/* The handlers of the table in `routes.c`, one file a resource, and what these files share. */
+#ifndef SERVER_RESOURCES_HANDLERS_H
+#define SERVER_RESOURCES_HANDLERS_H
+
+#include "call.h"
+
+/* drapes.c */
+call_handler drapes_create, drapes_list, drapes_status, drapes_request, drapes_cancel,
+    drapes_delete;
+/* events.c */
+call_handler events_stream;
+/* results.c */
+call_handler results_get, results_pattern;
+/* maps.c */
+call_handler maps_create;
+/* surfaces.c */
+call_handler surfaces_create, surfaces_list, surfaces_get, surfaces_delete;
+/* meta.c */
+call_handler meta_openapi, meta_limits, meta_health, meta_ready, meta_version, meta_metrics;
+/* viewer.c */
+call_handler viewer_page, viewer_file;
+
+/* Whether there is a result. False: the reply says why not, with the drape's own problem if it
+ * failed. */
+bool results_ready(struct call *call, const struct store_job *job);
+
+/* Answers with the result of a job that has ended, or with the problem it ended with. */
+void results_reply(struct call *call, const struct store_job *job,
+                   const struct call_choice *choice);
+
+#endif
