@@ -4,7 +4,6 @@
  * `cells`. What is true or false by the contract (`extrapolated`) is written so, and the reasons of
  * the front by their names.
  */
-#include "api/result/directory.h"
 #include "encoder.h"
 #include <string.h>
 
@@ -33,7 +32,7 @@ static void write_result_preamble(struct encoder *encoder) {
     api_text_key_string(piece, "id", encoder->id);
     api_text_key_string(piece, "status", "succeeded");
     api_text_key(piece, "summary");
-    directory_write_summary(piece, &encoder->columns.summary, encoder->queue_ms);
+    summary_write(piece, &encoder->columns.summary, encoder->queue_ms);
     api_text_key(piece, "grid");
     directory_write_grid(piece, &encoder->columns.grid);
     open_table(piece, API_TABLE_NODES);
@@ -114,9 +113,10 @@ static void write_rows(struct encoder *encoder) {
         open_column(encoder, column);
     if (!encoder_fill(encoder, column, encoder->row, count, encoder->values))
         return;
-    if (column->table == API_TABLE_FRONT && strcmp(column->name, "reason") == 0)
+    const struct column_spec *spec = column_spec_find(column->table, column->name);
+    if (spec && spec->kind == COLUMN_REASON)
         write_reasons(encoder, count);
-    else if (!encoder->reader && strcmp(column->name, "extrapolated") == 0)
+    else if (spec && spec->kind == COLUMN_TRUTH)
         write_truths(encoder, count);
     else
         write_numbers(encoder, column, count);

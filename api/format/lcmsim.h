@@ -40,6 +40,10 @@ struct lcmsim_bins {
 /* A permeability that differs less than this by direction has none that matters. */
 static const double LCMSIM_ISOTROPIC = 0.99;
 
+/* The columns of an element's inputs, in the order of `struct lcmsim_inputs`. */
+enum { LCMSIM_COLUMNS = 8 };
+void lcmsim_column_names(const char *names[LCMSIM_COLUMNS]);
+
 /* Whether a case can be made of the fields: all columns are there, and every element has a
  * thickness, pores and a permeability that are positive, as LCMsim's equations need. False with the
  * problem set: API_INVALID_REQUEST or API_TOO_LARGE. */

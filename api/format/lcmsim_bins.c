@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FEATURES = 10, INPUTS = 8, BLOCK = 1024, POWER_STEPS = 100 };
+enum { FEATURES = 10, INPUTS = LCMSIM_COLUMNS, BLOCK = 1024, POWER_STEPS = 100 };
 
 static const double PI = 3.14159265358979323846;
 
@@ -33,9 +33,6 @@ struct builder {
     float *area;
     uint32_t *order;
 };
-
-static const char *const input_names[INPUTS] = {"thickness", "porosity", "k1",   "k2",
-                                                "k3",        "k1_x",     "k1_y", "k1_z"};
 
 /* ---- one element ---- */
 
@@ -244,9 +241,11 @@ bool lcmsim_make_bins(struct lcmsim_bins *bins, const struct map_fields *fields)
     struct heap_part parts[LCMSIM_BINS_MAX];
     size_t count = fields->element_count;
     *bins = (struct lcmsim_bins){0};
+    const char *names[LCMSIM_COLUMNS];
+    lcmsim_column_names(names);
     for (int k = 0; k < INPUTS; k++)
         builder.column[k] =
-            encoder_find(fields->columns, fields->column_count, API_TABLE_CELLS, input_names[k]);
+            encoder_find(fields->columns, fields->column_count, API_TABLE_CELLS, names[k]);
     bool room = allocate(&builder, bins);
     if (room) {
         size_t inner = prepare(&builder);

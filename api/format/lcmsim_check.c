@@ -5,15 +5,26 @@
 
 enum { BLOCK = 1024 };
 
-/* Without pores, or without a flow in every direction, LCMsim's equations have no solution. */
-static const char *const positive[] = {"thickness", "porosity", "k1", "k2", "k3"};
-enum { POSITIVE = sizeof positive / sizeof *positive };
+/* The first of the columns have to be positive: without pores, or without a flow in every
+ * direction, LCMsim's equations have no solution. */
+enum { POSITIVE = 5 };
+
+void lcmsim_column_names(const char *names[LCMSIM_COLUMNS]) {
+    static const enum column_id ids[] = {COLUMN_CELLS_thickness, COLUMN_CELLS_porosity,
+                                         COLUMN_CELLS_k1,        COLUMN_CELLS_k2,
+                                         COLUMN_CELLS_k3,        COLUMN_CELLS_k1_direction};
+    column_part_names(ids, sizeof ids / sizeof *ids, names);
+}
+
+static const struct api_column_source *find(const struct map_fields *fields, const char *name) {
+    return encoder_find(fields->columns, fields->column_count, API_TABLE_CELLS, name);
+}
 
 static bool has_columns(const struct map_fields *fields, struct api_problem *problem) {
-    static const char *const needed[] = {"thickness", "porosity", "k1",   "k2",
-                                         "k3",        "k1_x",     "k1_y", "k1_z"};
-    for (size_t k = 0; k < sizeof needed / sizeof *needed; k++) {
-        if (encoder_find(fields->columns, fields->column_count, API_TABLE_CELLS, needed[k]))
+    const char *needed[LCMSIM_COLUMNS];
+    lcmsim_column_names(needed);
+    for (size_t k = 0; k < LCMSIM_COLUMNS; k++) {
+        if (find(fields, needed[k]))
             continue;
         api_problem_set(problem, API_INVALID_REQUEST,
                         "lcmsim needs a thickness, a fiber_volume_fraction and a permeability "
@@ -27,12 +38,13 @@ static bool has_columns(const struct map_fields *fields, struct api_problem *pro
 /* How many elements have a value that is not positive. */
 static size_t count_impervious(const struct map_fields *fields) {
     double values[POSITIVE][BLOCK] = {{0}};
+    const char *names[LCMSIM_COLUMNS];
     size_t count = 0;
+    lcmsim_column_names(names);
     for (size_t first = 0; first < fields->element_count; first += BLOCK) {
         size_t left = fields->element_count - first, rows = left < BLOCK ? left : BLOCK;
         for (int k = 0; k < POSITIVE; k++) {
-            const struct api_column_source *column =
-                encoder_find(fields->columns, fields->column_count, API_TABLE_CELLS, positive[k]);
+            const struct api_column_source *column = find(fields, names[k]);
             column->fill(column->context, first, rows, values[k]);
         }
         for (size_t row = 0; row < rows; row++) {

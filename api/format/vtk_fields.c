@@ -29,13 +29,10 @@ bool vtk_fields_add(struct vtk_fields *fields, struct vtk_file *file, enum vtk_p
 
 bool vtk_fields_add_all(struct vtk_fields *fields, struct vtk_file *file, enum vtk_part part,
                         const struct api_column_source *columns, size_t count) {
-    const char *names[API_COLUMNS_MAX];
     struct fieldset_field field;
-    for (size_t k = 0; k < count; k++)
-        names[k] = columns[k].name;
     for (size_t k = 0; k < count; k += (size_t)field.components) {
-        const struct api_column_source *parts[FIELDSET_PARTS];
-        fieldset_make(names, count, k, &field);
+        const struct api_column_source *parts[COLUMN_PARTS_MAX];
+        field = fieldset_first(columns + k, count - k);
         for (int c = 0; c < field.components; c++)
             parts[c] = &columns[k + (size_t)c];
         if (!vtk_fields_add(fields, file, part, field.name, field.components, parts))
@@ -47,18 +44,21 @@ bool vtk_fields_add_all(struct vtk_fields *fields, struct vtk_file *file, enum v
 bool vtk_fields_add_tensor(struct vtk_fields *fields, struct vtk_file *file,
                            const struct api_column_source *columns, size_t count) {
     const struct api_column_source *column[FIELDSET_TENSOR_COLUMNS];
-    if (encoder_find(columns, count, API_TABLE_CELLS, "kxx"))
+    const struct column_spec *tensor = &column_specs[COLUMN_CELLS_permeability];
+    const char *names[FIELDSET_TENSOR_COLUMNS];
+    if (encoder_find(columns, count, tensor->table, tensor->part[0]))
         return true;
+    fieldset_tensor_names(names);
     for (int k = 0; k < FIELDSET_TENSOR_COLUMNS; k++) {
-        column[k] = encoder_find(columns, count, API_TABLE_CELLS, fieldset_tensor_columns[k]);
+        column[k] = encoder_find(columns, count, API_TABLE_CELLS, names[k]);
         if (!column[k])
             return true;
     }
-    const struct vtk_array array = {.part = VTK_CELL_DATA,
-                                    .type = VTK_FLOAT64,
-                                    .components = 6,
-                                    .name = "permeability",
-                                    .kind = VTK_FIELDS_TENSOR};
+    struct vtk_array array = {.part = VTK_CELL_DATA,
+                              .type = VTK_FLOAT64,
+                              .components = tensor->parts,
+                              .kind = VTK_FIELDS_TENSOR};
+    strncpy(array.name, tensor->name, VTK_NAME_SIZE - 1);
     return add(fields, file, &array, column, FIELDSET_TENSOR_COLUMNS);
 }
 

@@ -12,8 +12,6 @@ enum { ASK_EVERY = 1024 }; /* places between two questions to the monitor */
 /* Beside those of the cells: id, the tensor, distance and extrapolated. */
 enum { OWN_COLUMNS = 9, TENSOR_PARTS = 6 };
 
-static const char *const tensor_names[TENSOR_PARTS] = {"kxx", "kyy", "kzz", "kxy", "kyz", "kxz"};
-
 /* One run: the columns that are filled, by name. */
 struct mapping {
     const struct api_map_mesh *mesh;
@@ -43,17 +41,16 @@ static bool fill_id(const void *context, size_t first, size_t count, double *val
 
 static void add_column(struct api_map *map, const char *name, bool integer,
                        bool (*fill)(const void *, size_t, size_t, double *), const void *context) {
-    size_t k = map->fields.column_count++;
-    snprintf(map->names[k], sizeof map->names[k], "%s", name);
-    map->columns[k] = (struct api_column_source){.table = API_TABLE_CELLS,
-                                                 .name = map->names[k],
-                                                 .integer = integer,
-                                                 .rows = map->fields.element_count,
-                                                 .fill = fill,
-                                                 .context = context};
+    map->columns[map->fields.column_count++] =
+        (struct api_column_source){.table = API_TABLE_CELLS,
+                                   .name = name,
+                                   .integer = integer,
+                                   .rows = map->fields.element_count,
+                                   .fill = fill,
+                                   .context = context};
 }
 
-/* A column of its own; NULL without memory. */
+/* A column with values of its own; NULL without memory. */
 static double *new_column(struct api_map *map, const char *name, bool integer,
                           struct arena *arena) {
     double *values = arena_take(arena, map->fields.element_count, sizeof *values);
@@ -61,15 +58,21 @@ static double *new_column(struct api_map *map, const char *name, bool integer,
     return values;
 }
 
+/* The same for a part of a column that maps alone have. */
+static double *new_own(struct api_map *map, enum column_id id, int part, struct arena *arena) {
+    const struct column_spec *spec = &column_specs[id];
+    return new_column(map, spec->part[part], column_kind_is_integer(spec->kind), arena);
+}
+
 static bool make_columns(struct mapping *mapping, struct arena *arena, struct api_map *map) {
     const struct map_net *net = &mapping->net;
     bool tensor = false, good = net->column_count + OWN_COLUMNS <= API_COLUMNS_MAX;
     size_t column = 0;
-    add_column(map, "id", true, fill_id, mapping->mesh->ids);
+    add_column(map, column_specs[COLUMN_CELLS_id].name, true, fill_id, mapping->mesh->ids);
     for (size_t k = 0; good && k < net->group_count; k++) {
         const struct map_group *group = &net->group[k];
         tensor = tensor || group->kind == MAP_TENSOR;
-        if (strcmp(group->column->name, "thickness") == 0)
+        if (group->spec == &column_specs[COLUMN_CELLS_thickness])
             mapping->thickness = (int)group->place;
         for (size_t c = 0; good && c < group->columns; c++, column++) {
             const struct api_column *own = &group->column[c];
@@ -78,11 +81,11 @@ static bool make_columns(struct mapping *mapping, struct arena *arena, struct ap
         }
     }
     for (int k = 0; good && tensor && k < TENSOR_PARTS; k++) {
-        mapping->tensor[k] = new_column(map, tensor_names[k], false, arena);
+        mapping->tensor[k] = new_own(map, COLUMN_CELLS_permeability, k, arena);
         good = mapping->tensor[k] != NULL;
     }
-    mapping->distance = good ? new_column(map, "distance", false, arena) : NULL;
-    mapping->extrapolated = good ? new_column(map, "extrapolated", true, arena) : NULL;
+    mapping->distance = good ? new_own(map, COLUMN_CELLS_distance, 0, arena) : NULL;
+    mapping->extrapolated = good ? new_own(map, COLUMN_CELLS_extrapolated, 0, arena) : NULL;
     return mapping->distance && mapping->extrapolated;
 }
 

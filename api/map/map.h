@@ -30,7 +30,6 @@ struct api_map {
     struct map_fields fields; /* its columns: id, those of the cells, kxx kyy kzz kxy kyz kxz
                                       where there is a permeability, distance, extrapolated */
     struct api_column_source columns[API_COLUMNS_MAX];
-    char names[API_COLUMNS_MAX][API_COLUMN_NAME_SIZE];
     char warning[API_MAP_WARNING_SIZE];
 };
 

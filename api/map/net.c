@@ -19,29 +19,25 @@ static enum api_problem_id no_memory(struct api_problem *problem) {
 
 /* ---- groups ---- */
 
-/* Whether the columns from this one on are BASE_x, BASE_y, BASE_z. */
-static bool is_vector(const struct api_column *column, size_t left) {
-    size_t length = strlen(column->name);
-    if (left < 3 || length < 3)
-        return false;
-    for (size_t k = 0; k < 3; k++)
-        if (strlen(column[k].name) != length || column[k].name[length - 2] != '_' ||
-            column[k].name[length - 1] != "xyz"[k] ||
-            memcmp(column[k].name, column->name, length - 2) != 0)
-            return false;
-    return true;
-}
-
-static bool is_tensor(const struct api_column *column, size_t left) {
-    static const char *const names[] = {"k1", "k2", "k3", "k1_x", "k1_y", "k1_z"};
-    for (size_t k = 0; k < MAP_TENSOR_COLUMNS; k++)
+/* Whether the columns from this one on are these. */
+static bool begins(const struct api_column *column, size_t left, const char *const *names,
+                   size_t count) {
+    for (size_t k = 0; k < count; k++)
         if (k >= left || strcmp(column[k].name, names[k]) != 0)
             return false;
     return true;
 }
 
+static bool is_tensor(const struct api_column *column, size_t left) {
+    static const enum column_id ids[] = {COLUMN_CELLS_k1, COLUMN_CELLS_k2, COLUMN_CELLS_k3,
+                                         COLUMN_CELLS_k1_direction};
+    const char *names[MAP_TENSOR_COLUMNS];
+    return begins(column, left, names, column_part_names(ids, sizeof ids / sizeof *ids, names));
+}
+
 static size_t add_group(struct map_net *net, const struct api_column *column, size_t left) {
-    struct map_group group = {column, MAP_SMOOTH, 1, net->width};
+    const struct column_spec *spec = column_spec_find(column->table, column->name);
+    struct map_group group = {column, spec, MAP_SMOOTH, 1, net->width};
     size_t values = 1;
     if (column->integer) {
         group.kind = MAP_CELL;
@@ -49,7 +45,8 @@ static size_t add_group(struct map_net *net, const struct api_column *column, si
         group.kind = MAP_TENSOR;
         group.columns = MAP_TENSOR_COLUMNS;
         values = MAP_TENSOR_VALUES;
-    } else if (is_vector(column, left)) {
+    } else if (spec && spec->kind == COLUMN_VECTOR &&
+               begins(column, left, spec->part, (size_t)spec->parts)) {
         group.kind = MAP_VECTOR;
         group.columns = values = 3;
     }
@@ -59,10 +56,10 @@ static size_t add_group(struct map_net *net, const struct api_column *column, si
     return group.columns;
 }
 
-static bool find_vector(const struct map_net *net, const char *first, size_t *place) {
+static bool find_vector(const struct map_net *net, enum column_id id, size_t *place) {
     for (size_t k = 0; k < net->group_count; k++) {
         *place = net->group[k].place;
-        if (net->group[k].kind == MAP_VECTOR && strcmp(net->group[k].column->name, first) == 0)
+        if (net->group[k].kind == MAP_VECTOR && net->group[k].spec == &column_specs[id])
             return true;
     }
     return false;
@@ -83,7 +80,8 @@ enum api_problem_id map_net_open(const struct api_reader *reader, struct map_net
                  : 1;
     const double *spacing = columns->grid.spacing;
     net->spacing = spacing[0] > spacing[1] ? spacing[0] : spacing[1];
-    if (!find_vector(net, "warp_x", &net->warp) || !find_vector(net, "weft_x", &net->weft))
+    if (!find_vector(net, COLUMN_CELLS_warp, &net->warp) ||
+        !find_vector(net, COLUMN_CELLS_weft, &net->weft))
         return damaged(problem);
     if (api_columns_rows(columns, API_TABLE_CELLS) == 0)
         api_problem_set(problem, API_INVALID_REQUEST,

@@ -24,6 +24,7 @@ enum { MAP_TENSOR_COLUMNS = 6, MAP_TENSOR_VALUES = 4 };
 
 struct map_group {
     const struct api_column *column; /* the first; the others follow it */
+    const struct column_spec *spec;  /* of it; NULL for an unknown one */
     enum map_kind kind;
     size_t columns; /* of the result */
     size_t place;   /* of its first value in a row */

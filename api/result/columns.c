@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "columns.h"
 
-#include "directory.h"
+#include "api/json/place.h"
+#include "api/json/text.h"
 #include <endian.h>
 #include <math.h>
 #include <string.h>
@@ -60,15 +61,12 @@ static bool all_whole(const double *values, size_t count) {
 
 /* The numbers of a header that a solve computed. */
 static bool header_finite(const struct api_columns *header) {
-    const struct api_summary *s = &header->summary;
     const struct api_start *start = &header->start;
-    const double numbers[] = {s->coverage,     s->max_shear_deg, s->mean_shear_deg,
-                              s->residual_max, s->solve_ms,      s->error_estimate_max,
-                              start->uv[0],    start->uv[1],     start->point.x,
-                              start->point.y,  start->point.z,   start->warp.x,
-                              start->warp.y,   start->warp.z,    start->weft.x,
-                              start->weft.y,   start->weft.z,    s->newton_iterations_mean};
-    return all_finite(numbers, sizeof numbers / sizeof *numbers);
+    const double numbers[] = {start->uv[0],   start->uv[1],  start->point.x, start->point.y,
+                              start->point.z, start->warp.x, start->warp.y,  start->warp.z,
+                              start->weft.x,  start->weft.y, start->weft.z};
+    return summary_finite(&header->summary) &&
+           all_finite(numbers, sizeof numbers / sizeof *numbers);
 }
 
 /* The directory is made in a buffer that leaves room for the prefix, so that one write sends the
@@ -191,19 +189,4 @@ bool api_columns_read(const struct api_reader *reader, const struct api_column *
         return false;
     swap_values(values, count);
     return all_finite(values, count) && (!column->integer || all_whole(values, count));
-}
-
-const struct api_column *api_columns_find(const struct api_columns *columns, enum api_table table,
-                                          const char *name) {
-    for (size_t i = 0; i < columns->count; i++)
-        if (columns->column[i].table == table && strcmp(columns->column[i].name, name) == 0)
-            return &columns->column[i];
-    return NULL;
-}
-
-size_t api_columns_rows(const struct api_columns *columns, enum api_table table) {
-    for (size_t i = 0; i < columns->count; i++)
-        if (columns->column[i].table == table)
-            return columns->column[i].rows;
-    return 0;
 }

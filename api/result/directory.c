@@ -1,50 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "directory.h"
 
-#include <math.h>
-#include <stdlib.h>
+#include "api/json/place.h"
+#include "api/json/text.h"
 #include <string.h>
-
-static const char *const table_names[API_TABLE_COUNT] = {"nodes", "cells", "front"};
-static const char *const outcome_names[] = {
-    [DRAPE_COMPLETE] = "complete", [DRAPE_PARTIAL] = "partial"};
-
-const char *api_table_name(enum api_table table) {
-    return table_names[table];
-}
-
-static void write_reasons(struct api_text *text, const size_t *counts) {
-    api_text_key(text, "front_reasons");
-    api_text_raw(text, "{");
-    for (int i = 0; i < DRAPE_REASON_COUNT; i++)
-        api_text_key_integer(text, drape_reason_name((enum drape_reason)i), (int64_t)counts[i]);
-    api_text_raw(text, "}");
-}
-
-void directory_write_summary(struct api_text *text, const struct api_summary *s, double queue_ms) {
-    api_text_raw(text, "{");
-    api_text_key_string(text, "outcome", outcome_names[s->outcome]);
-    api_text_key_integer(text, "nodes", (int64_t)s->nodes);
-    api_text_key_integer(text, "cells", (int64_t)s->cells);
-    api_text_key_number(text, "coverage", s->coverage);
-    api_text_key_number(text, "max_shear_deg", s->max_shear_deg);
-    api_text_key_number(text, "mean_shear_deg", s->mean_shear_deg);
-    api_text_key_integer(text, "locked_cells", (int64_t)s->locked_cells);
-    api_text_key_integer(text, "packing_exceeded_cells", (int64_t)s->packing_exceeded_cells);
-    api_text_key_number(text, "residual_max", s->residual_max);
-    api_text_key_number(text, "newton_iterations_mean", s->newton_iterations_mean);
-    api_text_key_number(text, "error_estimate_max",
-                        s->error_estimate_max < 0 ? (double)NAN : s->error_estimate_max);
-    write_reasons(text, s->front_reasons);
-    api_text_key(text, "timing_ms");
-    api_text_raw(text, "{");
-    if (queue_ms >= 0)
-        api_text_key_number(text, "queue", queue_ms);
-    api_text_key_number(text, "solve", s->solve_ms);
-    api_text_raw(text, "}");
-    api_text_key_string(text, "solver_version", s->solver_version);
-    api_text_raw(text, "}");
-}
 
 void directory_write_grid(struct api_text *text, const struct api_grid *grid) {
     api_text_raw(text, "{");
@@ -74,7 +33,7 @@ static void write_start(struct api_text *text, const struct api_start *start) {
 
 void directory_write(struct api_text *text, const struct api_columns *header) {
     api_text_raw(text, "{\"summary\":");
-    directory_write_summary(text, &header->summary, -1);
+    summary_write(text, &header->summary, -1);
     api_text_key(text, "grid");
     directory_write_grid(text, &header->grid);
     api_text_key(text, "start");
@@ -85,7 +44,7 @@ void directory_write(struct api_text *text, const struct api_columns *header) {
     for (size_t i = 0; i < header->count; i++) {
         const struct api_column *column = &header->column[i];
         api_text_raw(text, i ? ",{" : "{");
-        api_text_key_string(text, "table", table_names[column->table]);
+        api_text_key_string(text, "table", column_tables[column->table]);
         api_text_key_string(text, "name", column->name);
         api_text_key_integer(text, "rows", (int64_t)column->rows);
         api_text_key(text, "integer");
@@ -94,61 +53,8 @@ void directory_write(struct api_text *text, const struct api_columns *header) {
     api_text_raw(text, "]}");
 }
 
-char *api_summary_json(const struct api_summary *summary, double queue_ms) {
-    char *buffer = malloc(API_HEADER_MAX);
-    if (!buffer)
-        return NULL;
-    struct api_text text = api_text_over(buffer, API_HEADER_MAX);
-    directory_write_summary(&text, summary, queue_ms > 0 ? queue_ms : 0);
-    if (api_text_finish(&text))
-        return buffer;
-    free(buffer);
-    return NULL;
-}
-
 static const struct tree_range any = {-1e300, 1e300, false};
 static const struct tree_range counts = {0, 0x1p53, false};
-
-static double read_number(const struct tree_place *object, const char *key,
-                          struct tree_range range) {
-    struct tree_place place = tree_member(object, key);
-    double value = 0;
-    tree_number(&place, range, &value);
-    return value;
-}
-
-static size_t read_count(const struct tree_place *object, const char *key) {
-    return (size_t)read_number(object, key, counts);
-}
-
-static void read_summary(const struct tree_place *place, struct api_summary *s) {
-    struct tree_place outcome = tree_member(place, "outcome");
-    struct tree_place estimate = tree_member(place, "error_estimate_max");
-    struct tree_place reasons = tree_member(place, "front_reasons");
-    struct tree_place timing = tree_member(place, "timing_ms");
-    struct tree_place version = tree_member(place, "solver_version");
-    int index = DRAPE_COMPLETE;
-    const char *text = "";
-    tree_choice(&outcome, outcome_names, 2, &index);
-    s->outcome = (enum drape_outcome)index;
-    s->nodes = read_count(place, "nodes");
-    s->cells = read_count(place, "cells");
-    s->coverage = read_number(place, "coverage", any);
-    s->max_shear_deg = read_number(place, "max_shear_deg", any);
-    s->mean_shear_deg = read_number(place, "mean_shear_deg", any);
-    s->locked_cells = read_count(place, "locked_cells");
-    s->packing_exceeded_cells = read_count(place, "packing_exceeded_cells");
-    s->residual_max = read_number(place, "residual_max", any);
-    s->newton_iterations_mean = read_number(place, "newton_iterations_mean", any);
-    s->error_estimate_max = -1;
-    if (tree_type(&estimate) == TREE_NUMBER)
-        tree_number(&estimate, any, &s->error_estimate_max);
-    for (int i = 0; i < DRAPE_REASON_COUNT; i++)
-        s->front_reasons[i] = read_count(&reasons, drape_reason_name((enum drape_reason)i));
-    s->solve_ms = read_number(&timing, "solve", any);
-    if (tree_string(&version, &text))
-        strncpy(s->solver_version, text, API_VERSION_SIZE - 1);
-}
 
 static void read_pair(const struct tree_place *object, const char *key, int *pair) {
     struct tree_place place = tree_member(object, key);
@@ -183,10 +89,11 @@ static bool is_name(const char *text) {
 
 static void read_column(const struct tree_place *place, struct api_column *column) {
     struct tree_place table = tree_member(place, "table"), name = tree_member(place, "name");
-    struct tree_place integer = tree_member(place, "integer");
+    struct tree_place integer = tree_member(place, "integer"), count = tree_member(place, "rows");
     int index = 0;
+    double rows = 0;
     const char *text = "";
-    tree_choice(&table, table_names, API_TABLE_COUNT, &index);
+    tree_choice(&table, column_tables, API_TABLE_COUNT, &index);
     column->table = (enum api_table)index;
     if (tree_string(&name, &text)) {
         if (!is_name(text))
@@ -194,7 +101,8 @@ static void read_column(const struct tree_place *place, struct api_column *colum
         strncpy(column->name, text, API_COLUMN_NAME_SIZE - 1);
     }
     tree_boolean(&integer, &column->integer);
-    column->rows = read_count(place, "rows");
+    tree_number(&count, counts, &rows);
+    column->rows = (size_t)rows;
 }
 
 void directory_read(const struct tree *tree, struct api_columns *columns) {
@@ -204,7 +112,7 @@ void directory_read(const struct tree *tree, struct api_columns *columns) {
     struct tree_place spacing = tree_member(&grid, "spacing"), uv = tree_member(&start, "uv");
     struct tree_place unit = tree_member(&root, "length_unit");
     columns->unit = read_unit(&unit);
-    read_summary(&summary, &columns->summary);
+    summary_read(&summary, &columns->summary);
     read_pair(&grid, "warp", columns->grid.warp);
     read_pair(&grid, "weft", columns->grid.weft);
     tree_vector(&spacing, any, 2, columns->grid.spacing);
@@ -223,4 +131,19 @@ void directory_read(const struct tree *tree, struct api_columns *columns) {
         if (columns->column[i].rows != api_columns_rows(columns, columns->column[i].table))
             tree_fault(&column, "must have as many rows as the others of its table");
     }
+}
+
+const struct api_column *api_columns_find(const struct api_columns *columns, enum api_table table,
+                                          const char *name) {
+    for (size_t i = 0; i < columns->count; i++)
+        if (columns->column[i].table == table && strcmp(columns->column[i].name, name) == 0)
+            return &columns->column[i];
+    return NULL;
+}
+
+size_t api_columns_rows(const struct api_columns *columns, enum api_table table) {
+    for (size_t i = 0; i < columns->count; i++)
+        if (columns->column[i].table == table)
+            return columns->column[i].rows;
+    return 0;
 }

@@ -1,18 +1,57 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The directory of a result container as JSON: the summary, the grid, the start and what columns
- * there are. Where the columns lie follows from it (`columns.c`).
+ * The header of a result: the summary, the grid, the start and what columns there are, as a JSON
+ * object. Where the columns lie follows from it (`columns.c`).
  */
 #ifndef API_RESULT_DIRECTORY_H
 #define API_RESULT_DIRECTORY_H
 
-#include "api/json/place.h"
-#include "api/json/text.h"
-#include "columns.h"
+#include "api/request/normalise.h"
+#include "column_list.h"
+#include "summary.h"
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
 
-/* The contract's `summary`, with `queue_ms`, or without it when that is negative; and `grid`. */
-void directory_write_summary(struct api_text *text, const struct api_summary *summary,
-                             double queue_ms);
+struct api_text;
+struct tree;
+
+enum { API_COLUMNS_MAX = 64, API_COLUMN_NAME_SIZE = 32 };
+
+/* A column of the stored result. Numbers stand for names in one place: front.reason holds
+ * `enum drape_reason`. */
+struct api_column {
+    enum api_table table;
+    char name[API_COLUMN_NAME_SIZE];
+    bool integer;    /* every value is a whole number within 2^53 */
+    size_t rows;     /* the same for all columns of a table */
+    uint64_t offset; /* of its first value, from the start of the container */
+};
+
+struct api_grid {
+    int warp[2], weft[2]; /* least and greatest i and j */
+    double spacing[2];
+};
+
+/* The header of a result. */
+struct api_columns {
+    struct api_summary summary;
+    struct api_grid grid;
+    struct api_start start;
+    const struct api_unit *unit; /* of lengths; NULL when writing: the default */
+    size_t count;
+    struct api_column column[API_COLUMNS_MAX];
+    uint64_t length; /* of the whole container */
+};
+
+/* The column of that table and name, or NULL. */
+const struct api_column *api_columns_find(const struct api_columns *columns, enum api_table table,
+                                          const char *name);
+
+/* The rows that every column of the table has. */
+size_t api_columns_rows(const struct api_columns *columns, enum api_table table);
+
+/* The contract's `grid`. */
 void directory_write_grid(struct api_text *text, const struct api_grid *grid);
 
 /* The whole directory. */

@@ -58,23 +58,86 @@ static bool has_locking(const struct api_request *request) {
     return request->fabric.locking_angle_deg >= 0;
 }
 
-struct api_derived {
-    const char *name;
-    bool integer;
-    bool (*given)(const struct api_request *request);
-    double (*value)(const struct api_request *request, double shear_deg);
+/* The columns that follow from the shear of a cell. */
+static double (*const derived[COLUMN_COUNT])(const struct api_request *request,
+                                             double shear_deg) = {
+    [COLUMN_CELLS_thickness] = thickness,
+    [COLUMN_CELLS_fiber_volume_fraction] = fiber_volume_fraction,
+    [COLUMN_CELLS_porosity] = porosity,
+    [COLUMN_CELLS_locked] = locked,
+    [COLUMN_CELLS_packing_exceeded] = packing_exceeded,
 };
 
-static const struct api_derived scalars[] = {
-    {"thickness", false, has_thickness, thickness},
-    {"fiber_volume_fraction", false, has_fraction, fiber_volume_fraction},
-    {"porosity", false, has_fraction, porosity},
-};
+/* Of a derived column. */
+static bool is_given(const struct api_request *request, enum column_id id) {
+    switch (column_specs[id].need) {
+    case COLUMN_THICKNESS:
+        return has_thickness(request);
+    case COLUMN_FRACTION:
+        return has_fraction(request);
+    case COLUMN_LOCKING:
+        return has_locking(request);
+    default:
+        return true;
+    }
+}
 
-static const struct api_derived flags[] = {
-    {"locked", true, has_locking, locked},
-    {"packing_exceeded", true, has_fraction, packing_exceeded},
-};
+/* The values of a component of a column that is not derived: int32_t of an integer, uint8_t of a
+ * reason, double of others. NULL when the column is not there. */
+static const void *values_of(const struct api_fields *fields, enum column_id id, int part) {
+    const struct drape_nodes *nodes = &fields->result->nodes;
+    const struct drape_cells *cells = &fields->result->cells;
+    const struct drape_front *front = &fields->result->front;
+    const struct api_permeability_columns *k = &fields->permeability;
+    switch (id) {
+    case COLUMN_NODES_i:
+        return nodes->i;
+    case COLUMN_NODES_j:
+        return nodes->j;
+    case COLUMN_NODES_u:
+        return nodes->u;
+    case COLUMN_NODES_v:
+        return nodes->v;
+    case COLUMN_NODES_x:
+        return nodes->x;
+    case COLUMN_NODES_y:
+        return nodes->y;
+    case COLUMN_NODES_z:
+        return nodes->z;
+    case COLUMN_NODES_shear_deg:
+        return nodes->shear_deg;
+    case COLUMN_NODES_error_estimate:
+        return nodes->error_estimate;
+    case COLUMN_CELLS_i:
+        return cells->i;
+    case COLUMN_CELLS_j:
+        return cells->j;
+    case COLUMN_CELLS_shear_deg:
+        return cells->shear_deg;
+    case COLUMN_CELLS_warp:
+        return (double *const[]){cells->warp_x, cells->warp_y, cells->warp_z}[part];
+    case COLUMN_CELLS_weft:
+        return (double *const[]){cells->weft_x, cells->weft_y, cells->weft_z}[part];
+    case COLUMN_CELLS_k1:
+        return k->k1;
+    case COLUMN_CELLS_k2:
+        return k->k2;
+    case COLUMN_CELLS_k3:
+        return k->k3;
+    case COLUMN_CELLS_k1_direction:
+        return (double *const[]){k->k1_x, k->k1_y, k->k1_z}[part];
+    case COLUMN_CELLS_out_of_table:
+        return k->out_of_table;
+    case COLUMN_FRONT_i:
+        return front->i;
+    case COLUMN_FRONT_j:
+        return front->j;
+    case COLUMN_FRONT_reason:
+        return front->reason;
+    default:
+        return NULL;
+    }
+}
 
 /* ---- columns ---- */
 
@@ -100,92 +163,37 @@ static bool fill_derived(const void *context, size_t first, size_t count, double
     const struct api_fields *fields = column->fields;
     const double *shear = fields->result->cells.shear_deg + first;
     for (size_t i = 0; i < count; i++)
-        values[i] = column->derived->value(fields->request, shear[i]);
+        values[i] = derived[column->id](fields->request, shear[i]);
     return true;
 }
 
-static void add(struct api_fields *fields, enum api_table table, const char *name, size_t rows,
-                bool (*fill)(const void *, size_t, size_t, double *), const void *context) {
-    fields->source[fields->count++] =
-        (struct api_column_source){.table = table,
-                                   .name = name,
-                                   .integer = fill == fill_index || fill == fill_byte,
-                                   .rows = rows,
-                                   .fill = fill,
-                                   .context = context};
+static size_t rows_of(const struct drape_result *result, enum api_table table) {
+    return table == API_TABLE_NODES   ? result->nodes.count
+           : table == API_TABLE_CELLS ? result->cells.count
+                                      : result->front.count;
 }
 
-static void add_derived(struct api_fields *fields, const struct api_derived *derived, size_t count,
-                        struct api_derived_column *columns) {
-    for (size_t k = 0; k < count; k++) {
-        if (!derived[k].given(fields->request))
-            continue;
-        columns[k] = (struct api_derived_column){fields, &derived[k]};
-        add(fields, API_TABLE_CELLS, derived[k].name, fields->result->cells.count, fill_derived,
-            &columns[k]);
-        fields->source[fields->count - 1].integer = derived[k].integer;
+/* Adds the columns that `id` is stored as, if it is there. */
+static void add(struct api_fields *fields, enum column_id id) {
+    const struct column_spec *spec = &column_specs[id];
+    for (int part = 0; part < spec->parts; part++) {
+        struct api_column_source source = {.table = spec->table,
+                                           .name = spec->part[part],
+                                           .integer = column_kind_is_integer(spec->kind),
+                                           .rows = rows_of(fields->result, spec->table)};
+        if (derived[id] && is_given(fields->request, id)) {
+            fields->derived[id] = (struct api_derived_column){fields, id};
+            source.fill = fill_derived;
+            source.context = &fields->derived[id];
+        } else {
+            source.context = values_of(fields, id, part);
+            source.fill = spec->kind == COLUMN_INTEGER  ? fill_index
+                          : spec->kind == COLUMN_REASON ? fill_byte
+                                                        : fill_real;
+        }
+        if (source.context)
+            fields->source[fields->count++] = source;
     }
-}
-
-static void add_nodes(struct api_fields *fields, const struct drape_nodes *nodes) {
-    const struct {
-        const char *name;
-        const double *values;
-    } columns[] = {{"u", nodes->u},
-                   {"v", nodes->v},
-                   {"x", nodes->x},
-                   {"y", nodes->y},
-                   {"z", nodes->z},
-                   {"shear_deg", nodes->shear_deg},
-                   {"error_estimate", nodes->error_estimate}};
-    add(fields, API_TABLE_NODES, "i", nodes->count, fill_index, nodes->i);
-    add(fields, API_TABLE_NODES, "j", nodes->count, fill_index, nodes->j);
-    for (size_t k = 0; k < sizeof columns / sizeof *columns; k++)
-        if (columns[k].values)
-            add(fields, API_TABLE_NODES, columns[k].name, nodes->count, fill_real,
-                columns[k].values);
-}
-
-/* What the permeability follows from was given, or there would be no model. */
-static void add_permeability(struct api_fields *fields, size_t cells) {
-    const struct api_permeability_columns *k = &fields->permeability;
-    const struct {
-        const char *name;
-        const double *values;
-    } columns[] = {{"k1", k->k1},     {"k2", k->k2},     {"k3", k->k3},
-                   {"k1_x", k->k1_x}, {"k1_y", k->k1_y}, {"k1_z", k->k1_z}};
-    for (size_t i = 0; k->k1 && i < sizeof columns / sizeof *columns; i++)
-        add(fields, API_TABLE_CELLS, columns[i].name, cells, fill_real, columns[i].values);
-}
-
-static void add_cells(struct api_fields *fields, const struct drape_cells *cells) {
-    const struct {
-        const char *name;
-        const double *values;
-    } directions[] = {{"warp_x", cells->warp_x}, {"warp_y", cells->warp_y},
-                      {"warp_z", cells->warp_z}, {"weft_x", cells->weft_x},
-                      {"weft_y", cells->weft_y}, {"weft_z", cells->weft_z}};
-    const size_t scalar_count = sizeof scalars / sizeof *scalars;
-    add(fields, API_TABLE_CELLS, "i", cells->count, fill_index, cells->i);
-    add(fields, API_TABLE_CELLS, "j", cells->count, fill_index, cells->j);
-    add(fields, API_TABLE_CELLS, "shear_deg", cells->count, fill_real, cells->shear_deg);
-    add_derived(fields, scalars, scalar_count, fields->derived);
-    for (size_t k = 0; k < sizeof directions / sizeof *directions; k++)
-        add(fields, API_TABLE_CELLS, directions[k].name, cells->count, fill_real,
-            directions[k].values);
-    add_permeability(fields, cells->count);
-    add_derived(fields, flags, sizeof flags / sizeof *flags, fields->derived + scalar_count);
-    if (!fields->permeability.out_of_table)
-        return;
-    add(fields, API_TABLE_CELLS, "out_of_table", cells->count, fill_real,
-        fields->permeability.out_of_table);
-    fields->source[fields->count - 1].integer = true;
-}
-
-static void add_front(struct api_fields *fields, const struct drape_front *front) {
-    add(fields, API_TABLE_FRONT, "i", front->count, fill_index, front->i);
-    add(fields, API_TABLE_FRONT, "j", front->count, fill_index, front->j);
-    add(fields, API_TABLE_FRONT, "reason", front->count, fill_byte, front->reason);
 }
 
 enum status api_fields_list(struct api_fields *fields, const struct api_request *request,
@@ -195,25 +203,24 @@ enum status api_fields_list(struct api_fields *fields, const struct api_request 
                                                   arena, &fields->permeability);
     if (status != STATUS_OK)
         return status;
-    add_nodes(fields, &result->nodes);
-    add_cells(fields, &result->cells);
-    add_front(fields, &result->front);
+    for (int id = 0; id < COLUMN_COUNT; id++)
+        add(fields, (enum column_id)id);
     return STATUS_OK;
 }
 
-static size_t count_flag(const struct api_derived *flag, const struct api_request *request,
+static size_t count_flag(enum column_id flag, const struct api_request *request,
                          const struct drape_cells *cells) {
     size_t count = 0;
-    for (size_t i = 0; flag->given(request) && i < cells->count; i++)
-        count += flag->value(request, cells->shear_deg[i]) > 0;
+    for (size_t i = 0; is_given(request, flag) && i < cells->count; i++)
+        count += derived[flag](request, cells->shear_deg[i]) > 0;
     return count;
 }
 
 size_t api_fields_locked(const struct api_request *request, const struct drape_cells *cells) {
-    return count_flag(&flags[0], request, cells);
+    return count_flag(COLUMN_CELLS_locked, request, cells);
 }
 
 size_t api_fields_packing_exceeded(const struct api_request *request,
                                    const struct drape_cells *cells) {
-    return count_flag(&flags[1], request, cells);
+    return count_flag(COLUMN_CELLS_packing_exceeded, request, cells);
 }

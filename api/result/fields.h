@@ -19,24 +19,20 @@
 #include "solver/drape.h"
 #include <stddef.h>
 
-enum { API_DERIVED_MAX = 8 };
-
-struct api_derived;
-
 /* The columns of one result; both must outlive it. Not to be moved once listed. */
 struct api_fields {
     const struct api_request *request;
     const struct drape_result *result;
+    struct api_permeability_columns permeability;
     struct api_derived_column {
         const struct api_fields *fields;
-        const struct api_derived *derived;
-    } derived[API_DERIVED_MAX];
-    struct api_permeability_columns permeability;
+        enum column_id id;
+    } derived[COLUMN_COUNT];
     size_t count;
     struct api_column_source source[API_COLUMNS_MAX];
 };
 
-/* Lists the columns in the order of the contract; those of the permeability are computed now, in
+/* Lists the columns in the order of `column_list.h`; those of the permeability are computed now, in
  * `arena`. STATUS_OUT_OF_MEMORY. */
 enum status api_fields_list(struct api_fields *fields, const struct api_request *request,
                             const struct drape_result *result, struct arena *arena) STATUS_MUST_USE;

@@ -2,55 +2,22 @@
 #include "fieldset.h"
 
 #include "solver/vec.h"
-#include <stdio.h>
 #include <string.h>
 
-const char *const fieldset_tensor_columns[FIELDSET_TENSOR_COLUMNS] = {
-    "k1",     "k2",     "k3",     "k1_x",   "k1_y",   "k1_z",
-    "warp_x", "warp_y", "warp_z", "weft_x", "weft_y", "weft_z"};
-
-static const char *const tensor_names[] = {"kxx", "kyy", "kzz", "kxy", "kyz", "kxz"};
-
-static bool begins_tensor(const char *const *names, size_t left) {
-    for (size_t k = 0; k < 6; k++)
-        if (k >= left || strcmp(names[k], tensor_names[k]) != 0)
-            return false;
-    return true;
+struct fieldset_field fieldset_first(const struct api_column_source *columns, size_t count) {
+    const struct column_spec *spec = column_spec_find(columns->table, columns->name);
+    bool whole = spec && (size_t)spec->parts <= count;
+    for (int k = 0; whole && k < spec->parts; k++)
+        whole = columns[k].table == spec->table && strcmp(columns[k].name, spec->part[k]) == 0;
+    return whole ? (struct fieldset_field){spec->name, spec->parts}
+                 : (struct fieldset_field){columns->name, 1};
 }
 
-/* Whether the names are BASE_x, BASE_y, BASE_z. */
-static bool begins_vector(const char *const *names, size_t left, size_t *base) {
-    size_t length = strlen(names[0]);
-    if (left < 3 || length < 3)
-        return false;
-    *base = length - 2;
-    for (size_t k = 0; k < 3; k++)
-        if (strlen(names[k]) != length || memcmp(names[k], names[0], *base) != 0 ||
-            names[k][*base] != '_' || names[k][*base + 1] != "xyz"[k])
-            return false;
-    return true;
-}
-
-size_t fieldset_make(const char *const *names, size_t count, size_t first,
-                     struct fieldset_field *field) {
-    const char *const *own = names + first;
-    size_t base = 0;
-    memset(field, 0, sizeof *field);
-    field->components = 1;
-    if (begins_tensor(own, count - first)) {
-        field->components = 6;
-        strcpy(field->name, "permeability");
-    } else if (begins_vector(own, count - first, &base)) {
-        field->components = 3;
-        bool k1 = base == 2 && memcmp(own[0], "k1", 2) == 0;
-        snprintf(field->name, sizeof field->name, "%.*s%s", (int)base, own[0],
-                 k1 ? "_direction" : "");
-    } else {
-        snprintf(field->name, sizeof field->name, "%s", own[0]);
-    }
-    for (int k = 0; k < field->components; k++)
-        field->column[k] = first + (size_t)k;
-    return (size_t)field->components;
+void fieldset_tensor_names(const char *names[FIELDSET_TENSOR_COLUMNS]) {
+    static const enum column_id ids[] = {COLUMN_CELLS_k1,   COLUMN_CELLS_k2,
+                                         COLUMN_CELLS_k3,   COLUMN_CELLS_k1_direction,
+                                         COLUMN_CELLS_warp, COLUMN_CELLS_weft};
+    column_part_names(ids, sizeof ids / sizeof *ids, names);
 }
 
 static void add_dyad(double tensor[6], double factor, struct vec3 a) {

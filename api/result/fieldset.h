@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Columns put together to what they mean, for formats that know vectors and tensors: NAME_x, NAME_y
- * and NAME_z are one vector (k1_x.. is called k1_direction, because k1 is a number of its own), and
- * k1, k2, k3 with their directions are one symmetric tensor,
+ * Columns put together to what they are, for formats that know vectors and tensors (`column_list.h`
+ * says which those are); and the tensor that follows from k1, k2, k3 with their directions,
  *
  *   K = k1 e1 e1^T + k2 e2 e2^T + k3 n n^T,  n = warp x weft / |warp x weft|,  e2 = n x e1.
  */
@@ -12,22 +11,18 @@
 #include "columns.h"
 #include <stddef.h>
 
-enum { FIELDSET_NAME_SIZE = API_COLUMN_NAME_SIZE + 16, FIELDSET_PARTS = 6 };
-
 struct fieldset_field {
-    char name[FIELDSET_NAME_SIZE];
-    int components;                /* 1, 3, or 6 in VTK's order XX YY ZZ XY YZ XZ */
-    size_t column[FIELDSET_PARTS]; /* of the list it was made from, one a component */
+    const char *name; /* lives as long as the columns' names */
+    int components;   /* 1, 3, or 6 in VTK's order XX YY ZZ XY YZ XZ: as many columns */
 };
 
-/* Makes the field that begins at the column `first` of a list of `count` names; returns how many
- * columns it takes: 6 for kxx, kyy, kzz, kxy, kyz, kxz, 3 for a vector, else 1. */
-size_t fieldset_make(const char *const *names, size_t count, size_t first,
-                     struct fieldset_field *field);
+/* The field that begins at the first of `count` columns: a vector or tensor when all its components
+ * follow each other, else that column alone. */
+struct fieldset_field fieldset_first(const struct api_column_source *columns, size_t count);
 
-/* The columns that a tensor follows from, in this order. */
+/* The columns that a tensor follows from: k1, k2, k3, the direction of k1, warp and weft. */
 enum { FIELDSET_TENSOR_COLUMNS = 12 };
-extern const char *const fieldset_tensor_columns[FIELDSET_TENSOR_COLUMNS];
+void fieldset_tensor_names(const char *names[FIELDSET_TENSOR_COLUMNS]);
 
 /* One tensor of those columns' values. */
 void fieldset_tensor(const double values[FIELDSET_TENSOR_COLUMNS], double tensor[6]);

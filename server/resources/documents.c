@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "documents.h"
 #include "api/json/text.h"
+#include "api/result/summary.h"
 #include <jansson.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -65,16 +66,8 @@ static void write_links(struct api_text *text, const char *id) {
 /* The stored summary belongs to the result, which other jobs may share; the time in the queue is
  * this job's. */
 static void write_summary(struct api_text *text, const struct store_job *job) {
-    static const char place[] = "\"timing_ms\":{\"queue\":";
-    const char *found = strstr(job->summary, place), *rest = job->summary;
     api_text_key(text, "summary");
-    if (found) {
-        rest = found + sizeof place - 1;
-        api_text_bytes(text, job->summary, (size_t)(rest - job->summary));
-        api_text_number(text, documents_queue_ms(job));
-        rest += strcspn(rest, ",}");
-    }
-    api_text_raw(text, rest);
+    api_summary_write_stored(text, job->summary, documents_queue_ms(job));
 }
 
 static void write_status(struct api_text *text, const struct store_job *job) {

@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Every column there is, in the order in which results and maps have them. From this one list come
+ * the columns of a result (`fields.c` says how each is computed), how a map carries them over, the
+ * vectors and tensors of formats that know such, how JSON writes them, and the table in
+ * docs/fields.md. A new column is one line here and its computation.
+ *
+ * X(TABLE, name, stem, KIND, unit, NEED, meaning): a vector or tensor is stored as one column for
+ * each component, whose names are made of the stem; the stem of all others is the name.
+ */
+#ifndef API_RESULT_COLUMN_LIST_H
+#define API_RESULT_COLUMN_LIST_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* clang-format off */
+#define COLUMN_LIST(X)                                                                             \
+    X(NODES, i, i, INTEGER, "", ALWAYS, "place along the warp, in steps from the start")           \
+    X(NODES, j, j, INTEGER, "", ALWAYS, "place along the weft, in steps from the start")           \
+    X(NODES, u, u, SCALAR, "", ALWAYS, "parameter u of the surface; on a mesh the triangle")       \
+    X(NODES, v, v, SCALAR, "", ALWAYS, "parameter v of the surface; on a mesh 0")                  \
+    X(NODES, x, x, SCALAR, "length", ALWAYS, "position")                                           \
+    X(NODES, y, y, SCALAR, "length", ALWAYS, "position")                                           \
+    X(NODES, z, z, SCALAR, "length", ALWAYS, "position")                                           \
+    X(NODES, shear_deg, shear_deg, SCALAR, "deg", ALWAYS,                                          \
+      "90 less the angle between warp and weft at the node")                                       \
+    X(NODES, error_estimate, error_estimate, SCALAR, "length", ESTIMATE,                           \
+      "distance to the net of the continuous cloth")                                               \
+    X(CELLS, id, id, INTEGER, "", MAP, "number of the element in the mesh, or of the point")       \
+    X(CELLS, i, i, INTEGER, "", ALWAYS, "the cell's first corner, in steps from the start")        \
+    X(CELLS, j, j, INTEGER, "", ALWAYS, "the cell's first corner, in steps from the start")        \
+    X(CELLS, shear_deg, shear_deg, SCALAR, "deg", ALWAYS, "shear angle γ")                         \
+    X(CELLS, thickness, thickness, SCALAR, "length", THICKNESS,                                    \
+      "n t₀ / cos γ; in a rigid cavity its height h")                                              \
+    X(CELLS, fiber_volume_fraction, fiber_volume_fraction, SCALAR, "", FRACTION,                   \
+      "Vf₀; in a rigid cavity Vf₀ (n t₀ / h) / cos γ")                                             \
+    X(CELLS, porosity, porosity, SCALAR, "", FRACTION, "1 - Vf")                                   \
+    X(CELLS, warp, warp, VECTOR, "", ALWAYS, "unit direction of the warp at the middle")           \
+    X(CELLS, weft, weft, VECTOR, "", ALWAYS, "unit direction of the weft at the middle")           \
+    X(CELLS, k1, k1, SCALAR, "m²", PERMEABILITY, "larger principal permeability in the surface")   \
+    X(CELLS, k2, k2, SCALAR, "m²", PERMEABILITY, "smaller principal permeability in the surface")  \
+    X(CELLS, k3, k3, SCALAR, "m²", PERMEABILITY, "permeability through the surface")               \
+    X(CELLS, k1_direction, k1, VECTOR, "", PERMEABILITY, "unit direction of k1")                   \
+    X(CELLS, locked, locked, FLAG, "", LOCKING, "1 where \\|γ\\| exceeds the locking angle")       \
+    X(CELLS, packing_exceeded, packing_exceeded, FLAG, "", FRACTION,                               \
+      "1 where Vf exceeds what fibres can be packed to")                                           \
+    X(CELLS, out_of_table, out_of_table, FLAG, "", TABLE, "1 where \\|γ\\| lies outside the table")\
+    X(CELLS, permeability, k, TENSOR, "m²", MAP_PERMEABILITY, "the permeability in global axes")   \
+    X(CELLS, distance, distance, SCALAR, "length", MAP, "from the place to the cloth")             \
+    X(CELLS, extrapolated, extrapolated, TRUTH, "", MAP, "whether the place lies beyond the cloth")\
+    X(FRONT, i, i, INTEGER, "", ALWAYS, "place without a node, beside the net")                    \
+    X(FRONT, j, j, INTEGER, "", ALWAYS, "place without a node, beside the net")                    \
+    X(FRONT, reason, reason, REASON, "", ALWAYS, "why the net ends there")
+/* clang-format on */
+
+enum api_table { API_TABLE_NODES, API_TABLE_CELLS, API_TABLE_FRONT, API_TABLE_COUNT };
+
+/* "nodes", "cells", "front". */
+extern const char *const column_tables[API_TABLE_COUNT];
+static inline const char *api_table_name(enum api_table table) {
+    return column_tables[table];
+}
+
+enum column_kind {
+    COLUMN_SCALAR,
+    COLUMN_VECTOR,  /* STEM_x, STEM_y, STEM_z */
+    COLUMN_TENSOR,  /* symmetric: STEMxx, STEMyy, STEMzz, STEMxy, STEMyz, STEMxz, VTK's order */
+    COLUMN_INTEGER, /* whole numbers within 2^53 */
+    COLUMN_FLAG,    /* 0 or 1 */
+    COLUMN_TRUTH,   /* 0 or 1; false or true in JSON */
+    COLUMN_REASON,  /* enum drape_reason; its name in JSON */
+    COLUMN_KINDS
+};
+
+/* What has to be given for a column to be there. */
+enum column_need {
+    COLUMN_ALWAYS,
+    COLUMN_ESTIMATE,
+    COLUMN_THICKNESS,
+    COLUMN_FRACTION,
+    COLUMN_LOCKING,
+    COLUMN_PERMEABILITY,
+    COLUMN_TABLE,
+    COLUMN_MAP, /* a map has it, a result has not */
+    COLUMN_MAP_PERMEABILITY,
+    COLUMN_NEEDS
+};
+
+enum column_id {
+#define COLUMN_ID(TABLE, name, stem, KIND, unit, NEED, meaning) COLUMN_##TABLE##_##name,
+    COLUMN_LIST(COLUMN_ID)
+#undef COLUMN_ID
+        COLUMN_COUNT
+};
+
+enum { COLUMN_PARTS_MAX = 6 };
+
+struct column_spec {
+    enum api_table table;
+    enum column_kind kind;
+    enum column_need need;
+    const char *name, *unit, *meaning;  /* "length": the drape's length unit */
+    int parts;                          /* columns it is stored as */
+    const char *part[COLUMN_PARTS_MAX]; /* their names */
+};
+
+extern const struct column_spec column_specs[COLUMN_COUNT]; /* by column_id */
+
+/* The column that a stored one of this name is, or is a part of; NULL for an unknown name. */
+const struct column_spec *column_spec_find(enum api_table table, const char *name);
+
+/* The names of the stored columns of some, one after the other; returns how many. */
+size_t column_part_names(const enum column_id *ids, size_t count, const char **names);
+
+bool column_kind_is_integer(enum column_kind kind);
+
+/* For documentation: what a kind is called, and what a need asks for ("" for always). */
+extern const char *const column_kind_names[COLUMN_KINDS], *const column_need_names[COLUMN_NEEDS];
+
+#endif

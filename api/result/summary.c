@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: MIT */
+#include "summary.h"
+
+#include "api/json/place.h"
+#include "api/json/text.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SUMMARY_TEXT_MAX = 8192 };
+
+#define MEMBER(KIND, name, key, meaning)                                                           \
+    {SUMMARY_##KIND, key, meaning, offsetof(struct api_summary, name)},
+
+const struct summary_member summary_members[] = {SUMMARY_LIST(MEMBER)};
+const size_t summary_member_count = sizeof summary_members / sizeof *summary_members;
+
+static const char *const outcome_names[] = {
+    [DRAPE_COMPLETE] = "complete", [DRAPE_PARTIAL] = "partial"};
+
+static const struct tree_range any = {-1e300, 1e300, false};
+static const struct tree_range counts = {0, 0x1p53, false};
+
+bool summary_finite(const struct api_summary *summary) {
+    bool finite = true;
+    for (size_t k = 0; k < summary_member_count; k++) {
+        const struct summary_member *member = &summary_members[k];
+        if (member->kind == SUMMARY_NUMBER || member->kind == SUMMARY_POSITIVE ||
+            member->kind == SUMMARY_TIMING)
+            finite &= isfinite(*(const double *)((const char *)summary + member->offset)) != 0;
+    }
+    return finite;
+}
+
+/* ---- writing ---- */
+
+static void write_reasons(struct api_text *text, const size_t *reasons) {
+    api_text_raw(text, "{");
+    for (int i = 0; i < DRAPE_REASON_COUNT; i++)
+        api_text_key_integer(text, drape_reason_name((enum drape_reason)i), (int64_t)reasons[i]);
+    api_text_raw(text, "}");
+}
+
+static void write_timing(struct api_text *text, double solve_ms, double queue_ms) {
+    api_text_raw(text, "{");
+    if (queue_ms >= 0)
+        api_text_key_number(text, "queue", queue_ms);
+    api_text_key_number(text, "solve", solve_ms);
+    api_text_raw(text, "}");
+}
+
+static void write_member(struct api_text *text, enum summary_kind kind, const void *value,
+                         double queue_ms) {
+    const double *number = value;
+    switch (kind) {
+    case SUMMARY_OUTCOME:
+        api_text_string(text, outcome_names[*(const enum drape_outcome *)value]);
+        break;
+    case SUMMARY_COUNT:
+        api_text_integer(text, (int64_t) * (const size_t *)value);
+        break;
+    case SUMMARY_NUMBER:
+        api_text_number(text, *number);
+        break;
+    case SUMMARY_POSITIVE:
+        api_text_number(text, *number < 0 ? (double)NAN : *number);
+        break;
+    case SUMMARY_REASONS:
+        write_reasons(text, value);
+        break;
+    case SUMMARY_TIMING:
+        write_timing(text, *number, queue_ms);
+        break;
+    case SUMMARY_VERSION:
+        api_text_string(text, value);
+        break;
+    }
+}
+
+void summary_write(struct api_text *text, const struct api_summary *summary, double queue_ms) {
+    api_text_raw(text, "{");
+    for (size_t k = 0; k < summary_member_count; k++) {
+        const struct summary_member *member = &summary_members[k];
+        api_text_key(text, member->key);
+        write_member(text, member->kind, (const char *)summary + member->offset, queue_ms);
+    }
+    api_text_raw(text, "}");
+}
+
+char *api_summary_json(const struct api_summary *summary, double queue_ms) {
+    char *buffer = malloc(SUMMARY_TEXT_MAX);
+    if (!buffer)
+        return NULL;
+    struct api_text text = api_text_over(buffer, SUMMARY_TEXT_MAX);
+    summary_write(&text, summary, queue_ms > 0 ? queue_ms : 0);
+    if (api_text_finish(&text))
+        return buffer;
+    free(buffer);
+    return NULL;
+}
+
+/* ---- reading ---- */
+
+static size_t read_count(const struct tree_place *place) {
+    double value = 0;
+    tree_number(place, counts, &value);
+    return (size_t)value;
+}
+
+static void read_number(const struct tree_place *place, double *value) {
+    *value = 0;
+    tree_number(place, any, value);
+}
+
+static void read_member(const struct tree_place *place, enum summary_kind kind, void *value) {
+    struct tree_place solve = tree_member(place, "solve");
+    int outcome = DRAPE_COMPLETE;
+    const char *text;
+    switch (kind) {
+    case SUMMARY_OUTCOME:
+        tree_choice(place, outcome_names, 2, &outcome);
+        *(enum drape_outcome *)value = (enum drape_outcome)outcome;
+        break;
+    case SUMMARY_COUNT:
+        *(size_t *)value = read_count(place);
+        break;
+    case SUMMARY_NUMBER:
+        read_number(place, value);
+        break;
+    case SUMMARY_POSITIVE:
+        *(double *)value = -1;
+        if (tree_type(place) == TREE_NUMBER)
+            tree_number(place, any, value);
+        break;
+    case SUMMARY_REASONS:
+        for (int i = 0; i < DRAPE_REASON_COUNT; i++) {
+            struct tree_place count = tree_member(place, drape_reason_name((enum drape_reason)i));
+            ((size_t *)value)[i] = read_count(&count);
+        }
+        break;
+    case SUMMARY_TIMING:
+        read_number(&solve, value);
+        break;
+    case SUMMARY_VERSION:
+        if (tree_string(place, &text))
+            strncpy(value, text, API_VERSION_SIZE - 1);
+        break;
+    }
+}
+
+void summary_read(const struct tree_place *place, struct api_summary *summary) {
+    for (size_t k = 0; k < summary_member_count; k++) {
+        const struct summary_member *member = &summary_members[k];
+        struct tree_place own = tree_member(place, member->key);
+        read_member(&own, member->kind, (char *)summary + member->offset);
+    }
+}
+
+/* ---- a stored text ---- */
+
+/* Where the value of a member of the object at `at`, written without spaces, begins; NULL when
+ * there is none. */
+static const char *find_member(const char *at, const char *key) {
+    size_t length = strlen(key);
+    for (int depth = 0; at && *at; at++) {
+        if (*at == '"') {
+            const char *name = ++at;
+            while (*at && *at != '"')
+                at += *at == '\\' && at[1] ? 2 : 1;
+            if (!*at)
+                return NULL;
+            if (depth == 1 && at[1] == ':' && (size_t)(at - name) == length &&
+                memcmp(name, key, length) == 0)
+                return at + 2;
+        }
+        depth += (*at == '{' || *at == '[') - (*at == '}' || *at == ']');
+        if (depth <= 0)
+            return NULL;
+    }
+    return NULL;
+}
+
+void api_summary_write_stored(struct api_text *text, const char *stored, double queue_ms) {
+    const char *rest = find_member(find_member(stored, "timing_ms"), "queue");
+    if (rest) {
+        api_text_bytes(text, stored, (size_t)(rest - stored));
+        api_text_number(text, queue_ms);
+        rest += strcspn(rest, ",}");
+    }
+    api_text_raw(text, rest ? rest : stored);
+}

@@ -1,0 +1,91 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The summary of a result. From this one list come its members, how they are stored, read back and
+ * written in documents, and the table in docs/fields.md. A new member is one line here and where it
+ * is computed.
+ *
+ * X(KIND, name, key, meaning): `key` is its name in JSON.
+ */
+#ifndef API_RESULT_SUMMARY_H
+#define API_RESULT_SUMMARY_H
+
+#include "solver/drape.h"
+#include <stdbool.h>
+#include <stddef.h>
+
+/* clang-format off */
+#define SUMMARY_LIST(X)                                                                            \
+    X(OUTCOME, outcome, "outcome", "`complete`: only a strip at the boundary is left; or `partial`")\
+    X(COUNT, nodes, "nodes", "nodes of the net")                                                   \
+    X(COUNT, cells, "cells", "cells of the net")                                                   \
+    X(NUMBER, coverage, "coverage", "share of the surface's area that lies in cells, 0 to 1")      \
+    X(NUMBER, max_shear_deg, "max_shear_deg", "greatest \\|γ\\| of the nodes")                     \
+    X(NUMBER, mean_shear_deg, "mean_shear_deg", "mean \\|γ\\| of the nodes")                       \
+    X(COUNT, locked_cells, "locked_cells", "cells beyond the locking angle; 0 without one")        \
+    X(COUNT, packing_exceeded_cells, "packing_exceeded_cells",                                     \
+      "cells with more fibres than can be packed; 0 without a fibre volume fraction")              \
+    X(NUMBER, residual_max, "residual_max", "greatest \\|edge / promised length - 1\\|")           \
+    X(NUMBER, newton_iterations_mean, "newton_iterations_mean", "steps for a node found by Newton")\
+    X(POSITIVE, error_estimate_max, "error_estimate_max",                                          \
+      "greatest `error_estimate`; null without one")                                               \
+    X(REASONS, front_reasons, "front_reasons", "places of the front by reason")                    \
+    X(TIMING, solve_ms, "timing_ms", "`solve`: time of the solver; `queue`: this job's wait")      \
+    X(VERSION, solver_version, "solver_version", "version of the solver")
+/* clang-format on */
+
+enum { API_VERSION_SIZE = 32 };
+
+enum summary_kind {
+    SUMMARY_OUTCOME,
+    SUMMARY_COUNT,
+    SUMMARY_NUMBER,
+    SUMMARY_POSITIVE, /* null when negative: there is none */
+    SUMMARY_REASONS,
+    SUMMARY_TIMING,
+    SUMMARY_VERSION
+};
+
+#define SUMMARY_MEMBER_OUTCOME(name) enum drape_outcome name;
+#define SUMMARY_MEMBER_COUNT(name) size_t name;
+#define SUMMARY_MEMBER_NUMBER(name) double name;
+#define SUMMARY_MEMBER_POSITIVE(name) double name;
+#define SUMMARY_MEMBER_REASONS(name) size_t name[DRAPE_REASON_COUNT];
+#define SUMMARY_MEMBER_TIMING(name) double name;
+#define SUMMARY_MEMBER_VERSION(name) char name[API_VERSION_SIZE];
+
+struct api_summary {
+#define SUMMARY_MEMBER(KIND, name, key, meaning) SUMMARY_MEMBER_##KIND(name)
+    SUMMARY_LIST(SUMMARY_MEMBER)
+#undef SUMMARY_MEMBER
+};
+
+struct api_text;
+struct tree_place;
+
+/* The list as data. */
+struct summary_member {
+    enum summary_kind kind;
+    const char *key, *meaning;
+    size_t offset; /* in struct api_summary */
+};
+
+extern const struct summary_member summary_members[];
+extern const size_t summary_member_count;
+
+/* Whether all that was computed is a finite number. */
+bool summary_finite(const struct api_summary *summary);
+
+/* The contract's object, with `queue_ms` of waiting, or without it when that is negative. */
+void summary_write(struct api_text *text, const struct api_summary *summary, double queue_ms);
+
+/* Reads it; what is wrong is reported to the place's problem. */
+void summary_read(const struct tree_place *place, struct api_summary *summary);
+
+/* The contract's object as a malloc'ed string that the caller frees; NULL without memory. */
+char *api_summary_json(const struct api_summary *summary, double queue_ms);
+
+/* Writes the text that `api_summary_json` made of a result which several jobs may share, with the
+ * `queue_ms` of one of them. Members that this version does not know stay. */
+void api_summary_write_stored(struct api_text *text, const char *stored, double queue_ms);
+
+#endif
