@@ -6,6 +6,7 @@
  * Two generator yarns through the start fix the whole net; every other node D follows from three
  * neighbours A, B, C by the step of `fishnet.h`. With s along warp and t along weft the exact net
  * is a Chebyshev net: |r_s| = |r_t| = 1, r_s . r_t = cos w, and the shear angle is 90 deg - w.
+ * docs/mathematics.md has the model, the methods and the sources; `the paper` is its first one.
  *
  * Lengths are in the surface's own unit, angles in degrees where a name ends in `_deg`. The library
  * does no input or output, reads no clock, keeps no state between calls, never prints, never exits.

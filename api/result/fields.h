@@ -8,7 +8,7 @@
  *   rigid cavity, height h: thickness = h,                 Vf = Vf0 (n t0 / h) / cos gamma
  *
  * for n plies of thickness t0. The permeability is that of `permeability.h`. Fields whose
- * inputs the request did not give are left out. What each means is told in `fields.md`.
+ * inputs the request did not give are left out. docs/fields.md says what each means.
  */
 #ifndef API_RESULT_FIELDS_H
 #define API_RESULT_FIELDS_H

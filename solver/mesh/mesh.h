@@ -92,7 +92,7 @@ struct mesh {
     double magnitude;         /* its largest absolute coordinate: what rounding scales with */
     double area;
     struct vec3 centroid;
-    /* The tree (`api/json/place.c`): leaf l has the triangles order[4 l ..]. */
+    /* The tree (`tree.h`): leaf l has the triangles order[4 l ..]. */
     struct mesh_box *boxes;
     int32_t *order;
     size_t leaf_count;

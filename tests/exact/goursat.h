@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The exact net on any surface, by integrating its equation: with p = (u, v)_s along warp and
- * q = (u, v)_t along weft, r_st = II(r_s, r_t) N says
+ * The exact net on any smooth surface (see docs/mathematics.md), by integrating its equation: with
+ * p = (u, v)_s along warp and q = (u, v)_t along weft, r_st = II(r_s, r_t) N says
  *
  *     p_t = q_s = F,   F^k = -Gamma^k_ij p^i q^j,
  *

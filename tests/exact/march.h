@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A second, plain implementation of the marches of solver.md 2 and 3, on the evaluator of
- * `shapes.h`: it tells what figures the methods themselves give on a surface, whoever programs
- * them. No ghosts, no free edges, no safeguards: the surface must be large enough.
+ * A second, plain implementation of the march and of its deferred correction (docs/mathematics.md),
+ * on the evaluator of `shapes.h`: it shows what errors the methods themselves have on a surface,
+ * whatever program computes them. No ghosts, no free edges, no safeguards: the surface must be
+ * large enough.
  */
 #ifndef DRAPE_TESTS_MARCH_H
 #define DRAPE_TESTS_MARCH_H

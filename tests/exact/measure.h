@@ -55,7 +55,8 @@ struct net_error measure_error(const struct drape_nodes *nodes, const struct ref
 double arc_chord(double d, double k);
 
 /* Chord lengths |CD| and |BD| promised to node D = (i, j), i j != 0, by gib with closed-form
- * tangents (solver.md 2), from the positions of its three neighbours on the side of the start. */
+ * tangents (docs/mathematics.md), from the positions of its three neighbours on the side of the
+ * start. */
 void gib_chords(const struct shape *shape, const struct drape_nodes *nodes, const struct grid *grid,
                 int i, int j, const double spacing[2], double chord[2]);
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Exact nets: r(s, t), the unit tangents r_s, r_t and the shear angle, for s and t of either sign.
+ * Exact nets (docs/mathematics.md, exact answers): r(s, t), the unit tangents r_s, r_t and the
+ * shear angle, for s and t of either sign.
  *
  * - Sphere, geodesic generators, any start angle w0: the yarn angle depends on z = s t / R^2 only,
  *       z w'' + w' = -sin w,  w(0) = w0

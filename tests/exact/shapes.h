@@ -69,7 +69,7 @@ void shape_frustum(struct shape *shape, const double turn[2], const double a[2],
 void shape_crease(struct shape *shape, double half, double rise);
 
 /* A wavy rational bicubic surface about [-1, 1]^2 with uneven interior knots (C2), in the manner
- * of the paper's figure 12. */
+ * of figure 12 of the paper (docs/mathematics.md, sources). */
 void shape_freeform(struct shape *shape);
 /* One rational bicubic Bezier patch about [-1, 1]^2, split at uneven knots: analytic. */
 void shape_bezier(struct shape *shape);

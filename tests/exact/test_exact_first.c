@@ -17,8 +17,8 @@ static const double EDGE_TOLERANCE = 1e-11;
 static const double SAME_NODES = 1e-9;
 static const double SAME_SHEAR_DEG = 1e-7;
 
-/* solver.md 7: what an independent prototype reached, relative to the side, and in degrees; 0: no
- * figure. Half as much again is allowed. */
+/* docs/mathematics.md, order and size of the errors: what an independent prototype reached,
+ * relative to the side, and in degrees; 0: no figure. Half as much again is allowed. */
 struct target {
     enum scene_id id;
     enum drape_method method;
@@ -136,7 +136,8 @@ static void test_exact_first_errors(void **state) {
     }
 }
 
-/* The paper's 'identical to the analytical solution': on a sphere, gib's arcs are great circles. */
+/* The paper's 'identical to the analytical solution' (docs/mathematics.md, chords of gib): on a
+ * sphere, gib's arcs are great circles. */
 static void test_exact_first_gib_is_great_circle_recursion(void **state) {
     static struct scene scene;
     (void)state;

@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* solver.md 2: geodesic distances to 1e-10 d. */
+/* Geodesic distances, in spacings (docs/mathematics.md, geodesic edges). */
 static const double EDGE_TOLERANCE = 1e-10;
 
 static bool is_closed(enum scene_id id) {

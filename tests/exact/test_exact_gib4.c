@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* gib4: fourth order, the sizes of solver.md 7, and an error estimate that can be believed. */
+/* gib4: fourth order, errors of the size in docs/mathematics.md, and an error estimate that holds.
+ */
 #include "check.h"
 #include "march.h"
 #include "scenes.h"
@@ -10,7 +11,7 @@ enum { LEVELS = 3, N_FIRST = 16 };
 /* Two programs' solutions of the same equations, relative to the spacing. */
 static const double SAME_NODES = 1e-9;
 
-/* solver.md 7, relative to the side and in degrees; half as much again is allowed. */
+/* docs/mathematics.md, relative to the side and in degrees; half as much again is allowed. */
 static const struct target {
     enum scene_id id;
     double position[LEVELS], shear_deg[LEVELS];

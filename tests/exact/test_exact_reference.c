@@ -374,7 +374,7 @@ static void test_exact_reference_hazzidakis(void **state) {
 static void test_exact_reference_march_orders(void **state) {
     static const struct {
         enum scene_id id;
-        double basic, gib, gib4; /* at N = 16, solver.md 7 */
+        double basic, gib, gib4; /* at N = 16 */
     } rows[] = {{SCENE_SPHERE, 1.2e-4, 2.8e-5, 4.6e-8}, {SCENE_SADDLE, 1.2e-4, 8.4e-5, 2.1e-7}};
     static struct scene scene;
     (void)state;
