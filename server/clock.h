@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The two clocks of the daemon: the monotonic one for waiting, which nobody can set, and the wall
- * clock for what is told and stored.
+ * The two clocks of the daemon: the monotonic one for waiting, which cannot be set, and the wall
+ * clock for what is shown and stored.
  */
 #ifndef SERVER_CLOCK_H
 #define SERVER_CLOCK_H

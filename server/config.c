@@ -37,7 +37,7 @@ struct flag {
     size_t offset;  /* of the member of struct config */
     int64_t lowest; /* KIND_COUNT and KIND_BYTES */
     int64_t highest;
-    const char *limit; /* its name in GET /v1/limits; NULL: not told */
+    const char *limit; /* its name in GET /v1/limits; NULL: it is not there */
 };
 
 #define AT(member) offsetof(struct config, member)
@@ -59,7 +59,8 @@ static const struct flag flags[] = {
      "all does both",
      KIND_CHOICE, AT(role), 0, 0, NULL},
     {"tokens", "DRAPED_TOKENS", "FILE", "",
-     "who may call: lines of name:role:hash, made by draped hash-token; read again at SIGHUP",
+     "callers and their roles: lines of name:role:hash, made by draped hash-token; read again at "
+     "SIGHUP",
      KIND_TEXT, AT(tokens), 0, 0, NULL},
     {"allow-anonymous", "DRAPED_ALLOW_ANONYMOUS", NULL, "0",
      "listen beyond this machine without tokens", KIND_SWITCH, AT(allow_anonymous), 0, 0, NULL},
@@ -87,7 +88,7 @@ static const struct flag flags[] = {
     {"job-timeout", "DRAPED_JOB_TIMEOUT", "SECONDS", "600", "longest solve of one drape",
      KIND_COUNT, AT(job_timeout), 1, 604800, "job_timeout_seconds"},
     {"lease", "DRAPED_LEASE", "SECONDS", "60",
-     "after so long without a word from its process a drape is given to another", KIND_COUNT,
+     "after so long without a sign of life of its process a drape is given to another", KIND_COUNT,
      AT(lease), 2, 3600, NULL},
     {"job-memory", "DRAPED_JOB_MEMORY", "BYTES", "4G", "most memory of one drape or map",
      KIND_BYTES, AT(job_memory), 16 * MIB, 1024 * GIB, "job_memory"},
@@ -112,10 +113,10 @@ static const struct flag flags[] = {
 
 enum { FLAG_COUNT = sizeof flags / sizeof flags[0], HELP_COLUMN = 34 };
 
-static bool complain(const char *format, ...) __attribute__((format(printf, 1, 2)));
+static bool report(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
-/* A message for the person at the terminal; always false. */
-static bool complain(const char *format, ...) {
+/* Prints a message on stderr; always false. */
+static bool report(const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
     fputs("draped: ", stderr);
@@ -127,7 +128,7 @@ static bool complain(const char *format, ...) {
 
 /* ------------------------------------------------------------------ values */
 
-/* Where a text came from, as the person who wrote it knows it: "--workers", "DRAPED_WORKERS". */
+/* Where a text came from, as messages name it: "--workers", "DRAPED_WORKERS". */
 struct origin {
     const char *prefix;
     const char *name;
@@ -148,12 +149,12 @@ static bool parse_number(const struct flag *flag, struct origin from, const char
     bool plain = end != text && text[0] >= '0' && text[0] <= '9' && errno == 0;
     int64_t factor = flag->kind == KIND_BYTES ? multiplier(end) : *end == '\0';
     if (!plain || factor == 0 || number > INT64_MAX / factor)
-        return complain("%s%s: '%s' is not a number%s", from.prefix, from.name, text,
-                        flag->kind == KIND_BYTES ? " of bytes (K, M and G may follow it)" : "");
+        return report("%s%s: '%s' is not a number%s", from.prefix, from.name, text,
+                      flag->kind == KIND_BYTES ? " of bytes (K, M and G may follow it)" : "");
     *value = number * factor;
     if (*value < flag->lowest || *value > flag->highest)
-        return complain("%s%s: %s is out of range; it takes %lld to %lld", from.prefix, from.name,
-                        text, (long long)flag->lowest, (long long)flag->highest);
+        return report("%s%s: %s is out of range; it takes %lld to %lld", from.prefix, from.name,
+                      text, (long long)flag->lowest, (long long)flag->highest);
     return true;
 }
 
@@ -170,7 +171,7 @@ static bool parse_choice(const struct flag *flag, struct origin from, const char
         }
         word = bar ? bar + 1 : NULL;
     }
-    return complain("%s%s: '%s' is none of %s", from.prefix, from.name, text, flag->metavar);
+    return report("%s%s: '%s' is none of %s", from.prefix, from.name, text, flag->metavar);
 }
 
 static bool set_text(struct config *config, const struct flag *flag, const char *text) {
@@ -187,7 +188,7 @@ static bool set_switch(struct config *config, const struct flag *flag, struct or
                        const char *text) {
     bool value = !strcmp(text, "1");
     if (!value && strcmp(text, "0") != 0)
-        return complain("%s%s: '%s' is neither 0 nor 1", from.prefix, from.name, text);
+        return report("%s%s: '%s' is neither 0 nor 1", from.prefix, from.name, text);
     memcpy((char *)config + flag->offset, &value, sizeof value);
     return true;
 }
@@ -256,18 +257,18 @@ static bool set_argument(struct config *config, char **argv, int argc, int *at) 
     const char *value = NULL;
     const struct flag *flag = find_flag(argument, &value);
     if (!flag)
-        return complain("'%s' is not a flag; see draped --help", argument);
+        return report("'%s' is not a flag; see draped --help", argument);
     struct origin from = {"--", flag->name};
     if (flag->kind == KIND_SWITCH)
         return set_value(config, flag, from, value ? value : "1");
     if (!value && *at + 1 < argc)
         value = argv[++*at];
     if (!value)
-        return complain("--%s needs a value: %s", flag->name, flag->metavar);
+        return report("--%s needs a value: %s", flag->name, flag->metavar);
     return set_value(config, flag, from, value);
 }
 
-/* ------------------------------------------------------------------ sense */
+/* ------------------------------------------------------------------ checks */
 
 static bool parse_port(const char *text, uint16_t *port) {
     char *end = NULL;
@@ -315,8 +316,8 @@ static bool parse_listen(struct config *config) {
         if (bracketed ? parse_ipv6(config, host + 1, port) : parse_ipv4(config, host, port))
             return true;
     }
-    return complain("--listen: '%s' is not ADDR:PORT, such as 127.0.0.1:8080 or [::1]:8080",
-                    config->listen);
+    return report("--listen: '%s' is not ADDR:PORT, such as 127.0.0.1:8080 or [::1]:8080",
+                  config->listen);
 }
 
 /* The address of the socket that was handed over, in place of --listen. */
@@ -326,14 +327,14 @@ static bool take_inherited(struct config *config) {
     char host[INET6_ADDRSTRLEN];
     socklen_t length = sizeof config->address;
     if (!systemd_socket(&config->inherited, &why))
-        return complain("%s", why);
+        return report("%s", why);
     struct sockaddr *address = (struct sockaddr *)&config->address;
     if (config->inherited < 0)
         return true;
     if (getsockname(config->inherited, address, &length) != 0 ||
         getnameinfo(address, length, host, sizeof host, port, sizeof port,
                     NI_NUMERICHOST | NI_NUMERICSERV) != 0)
-        return complain("the address of the socket that was handed over cannot be read");
+        return report("the address of the socket that was handed over cannot be read");
     snprintf(config->inherited_name, sizeof config->inherited_name,
              address->sa_family == AF_INET6 ? "[%s]:%s" : "%s:%s", host, port);
     config->listen = config->inherited_name;
@@ -344,23 +345,23 @@ static bool check_tokens(const char *path) {
     char why[TOKENS_WHY_SIZE];
     struct tokens *tokens = tokens_open(path, why);
     tokens_free(tokens);
-    return tokens || complain("--tokens: %s", why);
+    return tokens || report("--tokens: %s", why);
 }
 
 static bool check(struct config *config) {
     if (!take_inherited(config) || !parse_listen(config))
         return false;
     if (!config->loopback && !config->allow_anonymous && !config->tokens[0])
-        return complain("--listen: %s can be reached from other machines, and callers would not be "
-                        "asked who they are: give --tokens, or --allow-anonymous if everybody may "
-                        "call",
-                        config->listen);
+        return report("--listen: %s can be reached from other machines, and callers would not be "
+                      "authenticated: give --tokens, or --allow-anonymous to accept every "
+                      "caller",
+                      config->listen);
     if (config->tokens[0] && !check_tokens(config->tokens))
         return false;
     if (!config->data[0])
-        return complain("--data is empty");
+        return report("--data is empty");
     if (strstr(config->store, "://") && !store_url_remote(config->store))
-        return complain("--store: it is neither sqlite:PATH nor postgresql://USER@HOST/DATABASE");
+        return report("--store: it is neither sqlite:PATH nor postgresql://USER@HOST/DATABASE");
     return true;
 }
 

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Tells those who wait that a job has changed, without polling, inside one process. A waiter
+ * Notifies those that wait that a job has changed, without polling, inside one process. A waiter
  * subscribes to a job's id, THEN reads the job from the store, then waits: a change between the
  * two is not lost. The store notifies after every commit that changes a job (status or progress),
  * so callers of the store never call `hub_notify` themselves. Of changes made by other processes
- * PostgreSQL tells some, SQLite none: waiters also look at the store every HUB_POLL_MS.
+ * PostgreSQL reports some, SQLite none: waiters also look at the store every HUB_POLL_MS.
  *
  * All functions are safe from any thread.
  */
@@ -30,7 +30,8 @@ struct hub_watch {
     struct hub_watch *next, *previous;
 };
 
-/* NULL without memory. The caller frees it with `hub_free` when nobody is subscribed any more. */
+/* NULL without memory. The caller frees it with `hub_free` when there is no subscription any more.
+ */
 struct hub *hub_new(void);
 void hub_free(struct hub *hub);
 

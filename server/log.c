@@ -89,7 +89,7 @@ static void put_field(struct line *line, const struct log_field *field) {
     int n = snprintf(number, sizeof number, ",\"%.32s\":", field->name);
     if (!put(line, number, (size_t)n))
         return;
-    if (line->length + 16 + TAIL_BYTES > sizeof line->text) { /* no room for a value of sense */
+    if (line->length + 16 + TAIL_BYTES > sizeof line->text) { /* no room for a useful value */
         line->length = before;
         return;
     }
@@ -136,7 +136,7 @@ void log_write(enum log_level level, const struct log_field *fields) {
     line.length += 2;
     pthread_mutex_lock(&line_lock);
     ssize_t written = write(STDERR_FILENO, line.text, line.length);
-    (void)written; /* there is nobody left to tell */
+    (void)written; /* there is no other place to report it */
     pthread_mutex_unlock(&line_lock);
 }
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * draped: the daemon. Opens the store, starts the dispatcher and the HTTP front, says on stdout
- * where it listens, tells the service manager, waits for a signal, and takes everything down in the
- * opposite order.
+ * draped: the daemon. Opens the store, starts the dispatcher and the HTTP front, prints on stdout
+ * where it listens, notifies the service manager, waits for a signal, and takes everything down in
+ * the opposite order.
  */
 #include "api/run.h"
 #include "config.h"
@@ -49,7 +49,7 @@ struct service {
     struct http *http;
 };
 
-/* A line in the log that says why the daemon does not start; always false. */
+/* Logs the reason why the daemon does not start; always false. */
 static bool refuse(const char *what, const char *why) {
     log_error(log_event("start_failed"), log_text("what", what), log_text("why", why));
     return false;
@@ -68,7 +68,7 @@ static sigset_t waited_signals(void) {
 }
 
 /* Before any thread: they inherit that the signals wait for the main thread. A full disk and a
- * closed connection are told by errno, not by a signal. */
+ * closed connection are reported by errno, not by a signal. */
 static void set_up_signals(void) {
     sigset_t signals = waited_signals();
     signal(SIGPIPE, SIG_IGN);
@@ -76,12 +76,12 @@ static void set_up_signals(void) {
     pthread_sigmask(SIG_BLOCK, &signals, NULL);
 }
 
-static void give_up(int number) {
+static void end_at_once(int number) {
     (void)number;
-    _exit(0); /* the store needs no goodbye: what runs is taken up again at the next start */
+    _exit(0); /* the store need not be closed: what runs is taken up again at the next start */
 }
 
-/* A file that cannot be used changes nothing: who could call before still can. */
+/* A file that cannot be used changes nothing: the tokens of before stay valid. */
 static void read_tokens(struct service *service) {
     char why[TOKENS_WHY_SIZE];
     if (!service->tokens)
@@ -93,7 +93,7 @@ static void read_tokens(struct service *service) {
         log_error(log_event("tokens_kept"), log_text("why", why));
 }
 
-/* Waits for a signal, and tells the service manager meanwhile that this thread and the front are
+/* Waits for a signal, and notifies the service manager meanwhile that this thread and the front are
  * alive. Not the store: a restart does not mend a database that is away. */
 static int keep_alive(struct service *service, const sigset_t *signals) {
     int64_t every_ms = systemd_watchdog_ms();
@@ -122,7 +122,7 @@ static void wait_for_signal(struct service *service) {
     sigset_t signals = waited_signals();
     int number = keep_alive(service, &signals);
     log_info(log_event("stopping"), log_text("signal", number == SIGTERM ? "SIGTERM" : "SIGINT"));
-    signal(SIGALRM, give_up);
+    signal(SIGALRM, end_at_once);
     alarm(STOP_SECONDS);
     signal(SIGTERM, SIG_DFL);
     signal(SIGINT, SIG_DFL);
@@ -180,8 +180,8 @@ static bool open_store(struct service *service) {
 
 /* ------------------------------------------------------------------ start and stop */
 
-/* Who only answers calls sweeps all the same: the workers may all be gone. Of what many machines
- * write to one database the progress is the bulk, so that there it is told less often. */
+/* A daemon of the role `api` sweeps as well: the workers may all be gone. Of what many machines
+ * write to one database the progress is the bulk, so that there it is stored less often. */
 static bool start_dispatcher(struct service *service) {
     const struct config *config = service->config;
     struct dispatcher_settings settings = dispatcher_settings_default();
@@ -237,7 +237,7 @@ static bool start(struct service *service) {
     return open_store(service) && start_dispatcher(service) && start_front(service);
 }
 
-/* The one line on stdout, for whoever started us and waits for it. */
+/* The one line on stdout, for the process that started this one and waits for it. */
 static void announce(const struct service *service) {
     const char *listen = service->config->listen;
     int host = (int)(strrchr(listen, ':') - listen);
@@ -249,8 +249,8 @@ static void announce(const struct service *service) {
                      service->config->role == CONFIG_ROLE_API ? 0 : service->config->workers));
 }
 
-/* Who waits for a running drape still gets it: the front goes after the dispatcher, which it may
- * look at until then. */
+/* Requests that wait for a running drape still get it: the front goes after the dispatcher, which
+ * it may look at until then. */
 static void stop(struct service *service) {
     if (service->http)
         http_drain(service->http);

@@ -52,7 +52,7 @@ int metrics_histogram(size_t times, struct metrics_histogram *histogram);
 long metrics_refused(enum api_problem_id problem);
 long metrics_store_failures(int busy);
 
-/* Bytes of memory that the process has in use now; 0 when the system does not tell. */
+/* Bytes of memory that the process has in use now; 0 when the system does not report it. */
 int64_t metrics_resident(void);
 
 /* Descriptors that are open. */

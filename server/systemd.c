@@ -55,7 +55,7 @@ bool systemd_socket(int *socket, const char **why) {
 /* ------------------------------------------------------------------ notices */
 
 /* NULL, or why the words did not arrive. */
-static const char *send_words(const char *path, const char *words) {
+static const char *send_notice(const char *path, const char *words) {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     size_t length = strlen(path);
     if ((path[0] != '/' && path[0] != '@') || length >= sizeof address.sun_path)
@@ -74,30 +74,30 @@ static const char *send_words(const char *path, const char *words) {
     return why;
 }
 
-static void tell(const char *words) {
+static void notify(const char *words) {
     const char *path = getenv("NOTIFY_SOCKET");
-    const char *why = path && path[0] ? send_words(path, words) : NULL;
+    const char *why = path && path[0] ? send_notice(path, words) : NULL;
     if (why)
         log_warning(log_event("notify_failed"), log_text("socket", path), log_text("error", why));
 }
 
 void systemd_ready(void) {
-    tell("READY=1\nSTATUS=Draping");
+    notify("READY=1\nSTATUS=Draping");
 }
 
 void systemd_reloading(void) {
     char words[96];
     snprintf(words, sizeof words, "RELOADING=1\nMONOTONIC_USEC=%lld\nSTATUS=Reading the tokens",
              (long long)clock_us());
-    tell(words);
+    notify(words);
 }
 
 void systemd_stopping(void) {
-    tell("STOPPING=1\nSTATUS=Draining: running drapes finish");
+    notify("STOPPING=1\nSTATUS=Draining: running drapes finish");
 }
 
 void systemd_alive(void) {
-    tell("WATCHDOG=1");
+    notify("WATCHDOG=1");
 }
 
 int64_t systemd_watchdog_ms(void) {

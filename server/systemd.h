@@ -26,7 +26,7 @@ void systemd_reloading(void);
 /* The daemon is draining. */
 void systemd_stopping(void);
 
-/* The daemon is alive: to be said every `systemd_watchdog_ms`, or it will be killed. */
+/* The daemon is alive: to be called every `systemd_watchdog_ms`, or it will be killed. */
 void systemd_alive(void);
 
 /* Half of what the manager's watchdog allows between two signs of life; 0: it has none for us. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Who calls and whether they may: the check of a request's token (RFC 6750). */
+/* Authorisation: the check of a request's token (RFC 6750). */
 #ifndef SERVER_HTTP_ACCESS_H
 #define SERVER_HTTP_ACCESS_H
 
@@ -7,8 +7,8 @@
 #include "request.h"
 #include "tokens.h"
 
-/* Sets the caller of the request, who needs the role. False: the reply is 401 or 403. Without
- * tokens (NULL) everybody may do everything and is nobody in particular. */
+/* Sets the caller of the request, which needs the role. False: the reply is 401 or 403. Without
+ * tokens (NULL) every request is allowed, and its caller is "". */
 bool access_allow(struct tokens *tokens, struct request *request, enum tokens_role needed,
                   struct reply *reply);
 

@@ -71,7 +71,7 @@ struct exchange {
     /* Under the lock. */
     bool notified; /* since the handler was called last */
     bool suspended;
-    bool gone; /* the client is: nobody wants the answer any more */
+    bool gone; /* the client is: the answer has no reader any more */
     struct exchange *next, *previous;
 };
 

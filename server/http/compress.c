@@ -10,7 +10,7 @@ enum {
     ZSTD_LEVEL = 1,          /* results are large and sent once: speed counts */
     ZSTD_WINDOW_LOG = 18,    /* bounds the memory of one reply, to about a megabyte */
     GZIP_LEVEL = 1,
-    GZIP_WINDOW_BITS = 15 + 16 /* zlib's way to say: with gzip's header */
+    GZIP_WINDOW_BITS = 15 + 16 /* 16: with gzip's header */
 };
 
 struct compressor {

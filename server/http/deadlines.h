@@ -62,7 +62,7 @@ bool deadlines_suspend(struct deadlines *deadlines, struct deadlines_client *cli
 /* So many bytes of the reply are the client's to fetch. */
 bool deadlines_reply(struct deadlines *deadlines, struct deadlines_client *client, size_t length);
 
-/* Cuts who is due at `now`; to be called about every second. How many there were. */
+/* Cuts the clients that are due at `now`; to be called about every second. How many there were. */
 int deadlines_reap(struct deadlines *deadlines, int64_t now);
 
 #endif

@@ -15,7 +15,7 @@
 #include <unistd.h>
 
 enum {
-    THREADS_PER_CORE = 4, /* a thread whose request waits for the disk answers nobody else */
+    THREADS_PER_CORE = 4, /* a thread whose request waits for the disk answers no other */
     THREADS_MAX = 16,
     FLUSH_MS = 2000,   /* answers under way get this long at the end */
     FLUSH_STEP_MS = 10 /* and are looked at this often */
@@ -79,7 +79,7 @@ static void request_ends(void *context, struct MHD_Connection *connection, void 
     exchange_end(exchange);
 }
 
-/* What the library says about broken clients. */
+/* What the library reports about broken clients. */
 static void log_library(void *context, const char *format, va_list arguments) {
     (void)context;
     char text[256];

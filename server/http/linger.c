@@ -15,7 +15,7 @@ enum {
     LINGER_MAX = 64,     /* sockets at once: so many are refused at a time only in an attack */
     LINGER_MS = 2000,    /* what RFC 9112 calls a period; nginx waits 5 s, we have less to do */
     LINGER_READ = 65536, /* bytes thrown away at a time */
-    LINGER_READS_MAX = 16384, /* 1 GiB: who still sends then gets the reset */
+    LINGER_READS_MAX = 16384, /* 1 GiB: a client that still sends then gets the reset */
 };
 
 struct lingering {

@@ -10,7 +10,7 @@
 enum {
     LISTENER_BACKLOG = 1024,    /* connections the kernel may hold for us */
     LISTENER_DESCRIPTORS = 256, /* for everything but connections */
-    LISTENER_SILENCE_S = 15,    /* a client that says nothing for so long is asked if it is there */
+    LISTENER_SILENCE_S = 15,    /* a client that is silent for so long is probed */
     LISTENER_PROBE_S = 5,       /* and again */
     LISTENER_UNHEARD_MS = 60000 /* what was sent or asked must arrive within that */
 };
@@ -26,9 +26,9 @@ static void raise_descriptor_limit(int64_t connections) {
                     log_int("allowed", (int64_t)limit.rlim_cur));
 }
 
-/* A client whose machine or line has gone says no goodbye: its connections, which inherit this, are
+/* A client whose machine or line has gone sends no FIN: its connections, which inherit this, are
  * closed within two minutes. */
-static void ask_the_silent(int listener) {
+static void probe_silent_clients(int listener) {
     static const struct {
         int level, name, value;
     } options[] = {{SOL_SOCKET, SO_KEEPALIVE, 1},
@@ -59,7 +59,7 @@ int listener_open(const struct config *config) {
     raise_descriptor_limit(config->max_connections);
     int listener = config->inherited >= 0 ? config->inherited : listen_at(config);
     if (listener >= 0)
-        ask_the_silent(listener);
+        probe_silent_clients(listener);
     return listener;
 }
 

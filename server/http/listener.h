@@ -6,7 +6,7 @@
 #include "server/config.h"
 #include <stdint.h>
 
-/* Binds and listens where the configuration says, or takes the socket that was inherited, ready for
+/* Binds and listens where it is configured to, or takes the socket that was inherited, ready for
  * so many connections as it allows, as far as the system lets us. The socket, which the caller
  * closes; -1 with a line in the log. */
 int listener_open(const struct config *config);

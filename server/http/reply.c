@@ -7,7 +7,7 @@
 #include <string.h>
 #include <sys/socket.h>
 
-/* What is said when there is no memory to say more. */
+/* The problem when there is no memory for another. */
 static const char no_memory[] = "{\"type\": \"/problems/internal\", \"title\": \"The service "
                                 "failed\", \"status\": 500, \"detail\": \"out of memory\"}";
 
@@ -91,14 +91,14 @@ void reply_problem(struct reply *reply, const struct api_problem *problem) {
 }
 
 void reply_refuse(struct reply *reply, enum api_problem_id problem, const char *detail, ...) {
-    struct api_problem said = {0};
+    struct api_problem refusal = {0};
     char text[API_DETAIL_MAX];
     va_list arguments;
     va_start(arguments, detail);
     vsnprintf(text, sizeof text, detail, arguments);
     va_end(arguments);
-    api_problem_set(&said, problem, "%s", text);
-    reply_problem(reply, &said);
+    api_problem_set(&refusal, problem, "%s", text);
+    reply_problem(reply, &refusal);
 }
 
 int reply_on_socket(int socket, const char *request_id, enum api_problem_id problem,

@@ -251,7 +251,8 @@ int tokens_command(int argc, char **argv, FILE *in, FILE *out, FILE *err) {
     static const char usage[] =
         "usage: draped hash-token NAME read|write|admin [--generate]\n"
         "Writes a line for the file of --tokens: of the token on standard input, or of a new one,\n"
-        "which --generate tells on standard error this once. Tokens must be random: what is kept\n"
+        "which --generate prints on standard error, this once. Tokens must be random: what is "
+        "kept\n"
         "of them is a fast hash.\n";
     struct tokens_holder holder;
     char token[TOKEN_SIZE];

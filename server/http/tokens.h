@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Who may call: a file of one `name:role:hash` a line. The name is the owner of what the caller
- * stores; several lines may have the same one, for tokens of different roles or while one is
- * replaced. The hash is BLAKE2b-256 of the token in hexadecimal. A slow hash, made for passwords,
- * would add nothing: tokens are random (TOKENS_RANDOM_BYTES of them are what `draped hash-token
- * --generate` makes), so that nobody finds one by trying, and each request is hashed once more.
+ * The callers that are allowed: a file of one `name:role:hash` a line. The name is the owner of
+ * what the caller stores; several lines may have the same one, for tokens of different roles or
+ * while one is replaced. The hash is BLAKE2b-256 of the token in hexadecimal. A slow hash, made for
+ * passwords, would add nothing: tokens are random (TOKENS_RANDOM_BYTES of them are what `draped
+ * hash-token
+ * --generate` makes), so that none is found by trying, and each request is hashed once more.
  * Blank lines and lines that begin with # are skipped.
  */
 #ifndef SERVER_HTTP_TOKENS_H
@@ -45,12 +46,12 @@ bool tokens_reload(struct tokens *tokens, char why[TOKENS_WHY_SIZE]);
 /* How many there are. */
 size_t tokens_count(struct tokens *tokens);
 
-/* Whose the token is; false for nobody's. The time it takes does not depend on what the token has
- * in common with any line. Any thread. */
+/* The holder of the token; false when it has none. The time it takes does not depend on what the
+ * token has in common with any line. Any thread. */
 bool tokens_find(struct tokens *tokens, const char *token, struct tokens_holder *holder);
 
 /* `draped hash-token NAME ROLE [--generate]`, argv[2] being NAME: writes the line of the token that
- * is read from `in`, or of a new one, which is told on `err`. The process's exit code. */
+ * is read from `in`, or of a new one, which is printed on `err`. The process's exit code. */
 int tokens_command(int argc, char **argv, FILE *in, FILE *out, FILE *err);
 
 #endif
