@@ -13,8 +13,7 @@
 #include <time.h>
 
 bool api_prepare(void) {
-    tree_prepare();
-    return api_digest_prepare();
+    return tree_prepare() && api_digest_prepare();
 }
 
 static double now_ms(void) {

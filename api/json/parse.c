@@ -5,7 +5,9 @@
 #include "locate.h"
 #include "prescan.h"
 #include <jansson.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* jansson reports some failed allocations as errors of syntax, others not at all: so they are
  * noted here, by thread. */
@@ -20,9 +22,10 @@ static void *allocate(size_t size) {
     return memory;
 }
 
-void tree_prepare(void) {
+bool tree_prepare(void) {
     json_set_alloc_funcs(allocate, free);
     json_object_seed(0);
+    return numbers_prepare();
 }
 
 void tree_fail_at(size_t n) {
@@ -34,6 +37,40 @@ static void make_printable(char *text) {
     for (; *text; text++)
         if (*text < ' ' || *text > '~')
             *text = '?';
+}
+
+/* Line and column of a position, as jansson counts: characters, not bytes, read of the line. */
+static void count_lines(const char *bytes, size_t position, json_error_t *error) {
+    error->line = 1;
+    error->column = 0;
+    for (size_t k = 0; k < position; k++) {
+        bool newline = bytes[k] == '\n';
+        error->line += newline;
+        error->column = newline ? 0 : error->column + ((bytes[k] & 0xC0) != 0x80);
+    }
+}
+
+/* Parses the text that is left without its arrays of numbers; errors are those of the caller's. */
+static json_t *parse(const struct numbers *numbers, const char *bytes, size_t length,
+                     json_error_t *error) {
+    const size_t flags = JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL | JSON_DECODE_ANY;
+    allocation_failed = false;
+    json_t *root = json_loadb(numbers->text, numbers->length, flags, error);
+    if (root || !numbers->count || allocation_failed)
+        return root;
+    const struct numbers_array *mark;
+    size_t left = error->position > 0 ? (size_t)error->position : 0;
+    size_t position = numbers_origin(numbers, left, &mark);
+    if (mark && json_error_code(error) != json_error_premature_end_of_input) {
+        /* It stumbled over the array itself: of that it would have read no more than the bracket.
+         */
+        position = mark->from + 1;
+        size_t used = strlen(error->text);
+        snprintf(error->text + used, JSON_ERROR_TEXT_LENGTH - 1 - used, " near '['");
+    }
+    count_lines(bytes, position < length ? position : length, error);
+    error->position = (int)position;
+    return NULL;
 }
 
 static void set_parse_problem(struct api_problem *problem, const char *bytes, size_t length,
@@ -56,7 +93,6 @@ static void set_parse_problem(struct api_problem *problem, const char *bytes, si
 enum api_problem_id tree_parse(struct tree *tree, const char *bytes, size_t length,
                                const struct api_limits *limits, struct arena *arena,
                                struct api_problem *problem) {
-    const size_t flags = JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL | JSON_DECODE_ANY;
     *tree = (struct tree){.problem = problem, .arena = arena};
     if (length == 0) {
         api_problem_set(problem, API_MALFORMED_JSON, "line 1, column 1: the document is empty");
@@ -64,9 +100,12 @@ enum api_problem_id tree_parse(struct tree *tree, const char *bytes, size_t leng
     }
     if (api_prescan(bytes, length, limits, problem) != API_OK)
         return problem->id;
+    if (!numbers_take_out(bytes, length, arena, &tree->numbers)) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to parse the document");
+        return problem->id;
+    }
     json_error_t error;
-    allocation_failed = false;
-    tree->root = json_loadb(bytes, length, flags, &error);
+    tree->root = parse(&tree->numbers, bytes, length, &error);
     if (tree->root)
         return API_OK;
     set_parse_problem(problem, bytes, length, &error);

@@ -7,22 +7,35 @@
 #include <stdio.h>
 #include <string.h>
 
+/* With the array that the value is a mark of, if it is one. */
+static struct tree_place unpack(struct tree_place place) {
+    const char *string = json_string_value(place.value);
+    const struct numbers_array *array = string ? numbers_find(&place.tree->numbers, string) : NULL;
+    if (array)
+        place.packed = (struct tree_packed){array->values, array->rows, array->width};
+    return place;
+}
+
 struct tree_place tree_root(const struct tree *tree) {
-    return (struct tree_place){.tree = tree, .value = tree->root};
+    return unpack((struct tree_place){.tree = tree, .value = tree->root});
 }
 
 struct tree_place tree_member(const struct tree_place *parent, const char *key) {
-    return (struct tree_place){.tree = parent->tree,
-                               .parent = parent,
-                               .key = key,
-                               .value = json_object_get(parent->value, key)};
+    return unpack((struct tree_place){.tree = parent->tree,
+                                      .parent = parent,
+                                      .key = key,
+                                      .value = json_object_get(parent->value, key)});
 }
 
 struct tree_place tree_element(const struct tree_place *parent, size_t index) {
-    return (struct tree_place){.tree = parent->tree,
-                               .parent = parent,
-                               .index = index,
-                               .value = json_array_get(parent->value, index)};
+    struct tree_place place = {.tree = parent->tree, .parent = parent, .index = index};
+    const struct tree_packed *packed = &parent->packed;
+    size_t width = packed->width ? packed->width : 1;
+    if (index < packed->rows)
+        place.packed = (struct tree_packed){packed->values + index * width, packed->width, 0};
+    else
+        place.value = json_array_get(parent->value, index);
+    return unpack(place);
 }
 
 enum tree_type tree_type(const struct tree_place *place) {
@@ -31,11 +44,18 @@ enum tree_type tree_type(const struct tree_place *place) {
         [JSON_INTEGER] = TREE_NUMBER, [JSON_REAL] = TREE_NUMBER, [JSON_TRUE] = TREE_BOOLEAN,
         [JSON_FALSE] = TREE_BOOLEAN,  [JSON_NULL] = TREE_NULL,
     };
+    if (place->packed.values)
+        return place->packed.rows ? TREE_ARRAY : TREE_NUMBER;
     return place->value ? types[json_typeof(place->value)] : TREE_MISSING;
 }
 
 size_t tree_length(const struct tree_place *place) {
-    return json_array_size(place->value) + json_object_size(place->value);
+    return place->packed.rows + json_array_size(place->value) + json_object_size(place->value);
+}
+
+/* Of a place that is a number. */
+static double number_at(const struct tree_place *place) {
+    return place->packed.values ? *place->packed.values : json_number_value(place->value);
 }
 
 /* Appends `/key` to a pointer of API_POINTER_MAX bytes, `~` and `/` escaped, cut when it is full.
@@ -163,7 +183,7 @@ static void fault_range(const struct tree_place *place, const char *what, struct
 bool tree_number(const struct tree_place *place, struct tree_range range, double *value) {
     if (!check_type(place, TREE_NUMBER, "a number"))
         return false;
-    double number = json_number_value(place->value);
+    double number = number_at(place);
     if (!in_range(range, number)) {
         fault_range(place, "a number", range);
         return false;
@@ -176,7 +196,7 @@ bool tree_integer(const struct tree_place *place, int low, int high, int *value)
     if (!check_type(place, TREE_NUMBER, "a whole number"))
         return false;
     struct tree_range range = {low, high, false};
-    double number = json_number_value(place->value);
+    double number = number_at(place);
     if (!in_range(range, number) || number != floor(number)) {
         tree_fault(place, "must be a whole number between %d and %d", low, high);
         return false;
@@ -187,7 +207,7 @@ bool tree_integer(const struct tree_place *place, int low, int high, int *value)
 
 bool tree_boolean(const struct tree_place *place, bool *value) {
     enum tree_type type = tree_type(place);
-    double number = type == TREE_NUMBER ? json_number_value(place->value) : 0;
+    double number = type == TREE_NUMBER ? number_at(place) : 0;
     if (type != TREE_BOOLEAN && (type != TREE_NUMBER || (number != 0 && number != 1))) {
         tree_fault(place, "must be true or false");
         return false;

@@ -14,6 +14,7 @@
 
 #include "api/limits.h"
 #include "api/problem.h"
+#include "numbers.h"
 #include "solver/arena.h"
 #include "solver/status.h"
 #include <stdbool.h>
@@ -24,8 +25,16 @@ struct json_t;
 /* One document and where its errors and arrays go. */
 struct tree {
     struct json_t *root;
+    struct numbers numbers; /* the arrays that are not in the tree of the parser */
     struct api_problem *problem;
     struct arena *arena;
+};
+
+/* An array of `rows` numbers (`width` 0) or of `rows` arrays of `width` numbers, or with no rows
+ * one number; without values none of these. */
+struct tree_packed {
+    const double *values;
+    size_t rows, width;
 };
 
 struct tree_place {
@@ -33,7 +42,8 @@ struct tree_place {
     const struct tree_place *parent; /* NULL at the root */
     const char *key;                 /* of an object's member; NULL: element `index` */
     size_t index;
-    const struct json_t *value; /* NULL: missing */
+    const struct json_t *value; /* NULL: missing, unless it is packed */
+    struct tree_packed packed;
 };
 
 enum tree_type {
@@ -53,7 +63,7 @@ struct tree_range {
 };
 
 /* Sets up the parser for this process; see `api_prepare`. */
-void tree_prepare(void);
+bool tree_prepare(void) STATUS_MUST_USE;
 
 /* For tests: the n-th allocation of the parser in this thread from now on (1 is the next) and all
  * after it fail; 0 never. */
@@ -76,7 +86,7 @@ struct tree_place tree_element(const struct tree_place *parent, size_t index);
 
 enum tree_type tree_type(const struct tree_place *place);
 static inline bool tree_given(const struct tree_place *place) {
-    return place->value != NULL;
+    return place->value || place->packed.values;
 }
 
 /* Elements of an array or members of an object; else 0. */
