@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * What a backend of the store provides. `store.c` forwards the calls of `store.h` to it, cuts
- * results into chunks and tells the hub of changes, so that a backend is about its database alone.
- * The meaning of each member is that of the function of the same name in `store.h`.
+ * results into chunks and notifies the hub of changes, so that a backend is about its database
+ * alone. The meaning of each member is that of the function of the same name in `store.h`.
  */
 #ifndef SERVER_STORE_BACKEND_H
 #define SERVER_STORE_BACKEND_H

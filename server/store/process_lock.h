@@ -5,7 +5,7 @@
  * frees the lock, and the next process that looks knows that its claims will never be completed and
  * need not wait for their leases.
  *
- * A further lock, on the file `PATH-lock`, keeps out a second process unless both were told to
+ * A further lock, on the file `PATH-lock`, keeps out a second process unless both are configured to
  * share: two daemons on one database are nearly always a mistake.
  */
 #ifndef SERVER_STORE_PROCESS_LOCK_H

@@ -5,14 +5,14 @@
  *
  * What is answered STORE_OK is durable: it survives a power cut. (Claims, renewals and chunks of
  * unfinished results survive the death of every process, but a power cut where the database is may
- * take those of the last second; whoever still works under such a claim is refused as if it were
- * old.) What is answered otherwise has changed nothing. (A change answered STORE_DOWN because a
- * connection to another machine broke may have happened all the same. It can be repeated: a
+ * take those of the last second; a holder that still works under such a claim is refused as if it
+ * were old.) What is answered otherwise has changed nothing. (A change answered STORE_DOWN because
+ * a connection to another machine broke may have happened all the same. It can be repeated: a
  * submission by its idempotency key; an end is refused the second time.) Output arguments mean
  * something only with STORE_OK, unless a function says more.
  *
  * Claims are leases with a fencing token. `store_claim` counts the attempt and hands out the job
- * for a lease; the holder renews it; whoever holds an older token than the job's is answered
+ * for a lease; the holder renews it; a holder of an older token than the job's is answered
  * STORE_CONFLICT and must drop its work. No transaction stays open between two calls.
  *
  * Every function may be called from any thread at any time between open and close. Times are
@@ -32,7 +32,7 @@ struct store;
 
 enum {
     STORE_DIGEST_SIZE = 65, /* digests: at most 64 characters and the final zero */
-    STORE_OWNER_SIZE = 65,  /* names of owners: the same; "" is nobody in particular */
+    STORE_OWNER_SIZE = 65,  /* names of owners: the same; "" is the anonymous one */
     STORE_KEY_SIZE = 256    /* idempotency keys: at most 255 bytes and the final zero */
 };
 
@@ -79,8 +79,8 @@ bool store_url_remote(const char *url);
 
 /* Opens the store at `url`: a path, or `sqlite:PATH`; the file is created when missing, its folder
  * is not. Or `postgresql://...`: what is missing is created in the database's schema `draped`.
- * Migrates an older schema. `hub` is told of every change and must outlive the store. NULL with a
- * sentence in `why` when it cannot be used: wrong folder, read-only, open elsewhere (unless both
+ * Migrates an older schema. `hub` is notified of every change and must outlive the store. NULL with
+ * a sentence in `why` when it cannot be used: wrong folder, read-only, open elsewhere (unless both
  * share it), corrupt, of another program, of a newer version of this one, of an unknown kind; a
  * server that cannot be reached, refuses the user, is older than 13, is a replica, forgets what it
  * acknowledged. The sentence never holds a password. */
@@ -95,8 +95,8 @@ enum store_answer store_ping(struct store *store) STORE_MUST_USE;
 
 /* ------------------------------------------------------------------ jobs */
 
-/* A job as it is told to others. `error` and `summary` are malloc'ed JSON texts or NULL; the struct
- * is emptied with `store_job_clear`. */
+/* A job as it is reported to callers. `error` and `summary` are malloc'ed JSON texts or NULL; the
+ * struct is emptied with `store_job_clear`. */
 struct store_job {
     char id[ID_SIZE];
     int64_t sequence; /* position in the list, ascending with submission; unique */
@@ -152,7 +152,7 @@ enum store_answer store_request(struct store *store, const char *id, char **byte
 struct store_filter {
     bool has_status;
     enum store_status status;
-    const char *owner; /* NULL: of anybody */
+    const char *owner; /* NULL: of all owners */
     int64_t cursor;    /* 0: from the newest; else `next` of the page before */
     int limit;         /* 1..1000 */
 };
@@ -202,8 +202,8 @@ struct store_claim {
  * queue, the one of whom fewest are running (1000 at the most are counted) has the turn, so that
  * each gets a fair share of the workers however much the others have submitted; among equals, the
  * one whose first job comes first. The jobs of one owner, and so all of them while there is only
- * one, come by priority and age: a step of priority is worth a minute of waiting, which lets no job
- * wait for ever. */
+ * one, come by priority and age: a step of priority is worth a minute of waiting, so that every job
+ * has its turn at last. */
 enum store_answer store_claim(struct store *store, struct store_claim *claim) STORE_MUST_USE;
 
 /* Prolongs the lease and stores the progress (0..1; it never goes back). STORE_CONFLICT: the claim
@@ -287,20 +287,21 @@ struct store_surface {
     char owner[STORE_OWNER_SIZE];
     char *definition; /* the JSON document of the surface */
     size_t definition_length;
-    char *description; /* the JSON object told to callers */
+    char *description; /* the JSON object reported to callers */
 };
 
 void store_surface_clear(struct store_surface *surface);
 
-/* Surfaces are named by what they hold and belong to whoever stored them: each owner of the same
- * surface has it for himself, and what one does with it does not touch the other's. */
+/* Surfaces are named by what they hold and belong to the owner that stored them: each owner of
+ * the same surface has an entry of its own, and what one does with it does not touch the others'.
+ */
 
 /* Stores the surface under `id`, a digest of its content, for its owner. `*created` is false when
  * that owner had it already; then nothing changes. */
 enum store_answer store_surface_put(struct store *store, const struct store_surface *surface,
                                     bool *created) STORE_MUST_USE;
 
-/* Both texts. `owner` NULL: of anybody; all that have the same id say the same. STORE_EMPTY. */
+/* Both texts. `owner` NULL: of any owner; all entries of an id hold the same. STORE_EMPTY. */
 enum store_answer store_surface_get(struct store *store, const char *owner, const char *id,
                                     struct store_surface *surface) STORE_MUST_USE;
 
@@ -311,13 +312,13 @@ struct store_surfaces {
     int64_t next;
 };
 
-/* `owner` NULL: of anybody; `cursor` 0: from the newest. Cleared by `store_surfaces_clear`. */
+/* `owner` NULL: of all owners; `cursor` 0: from the newest. Cleared by `store_surfaces_clear`. */
 enum store_answer store_surface_list(struct store *store, const char *owner, int64_t cursor,
                                      int limit, struct store_surfaces *page) STORE_MUST_USE;
 void store_surfaces_clear(struct store_surfaces *page);
 
 /* Takes it from its owner; `owner` NULL: from all who have it. STORE_CONFLICT while a queued or
- * running job of that owner needs it, or, when nobody else has it, of anybody; STORE_EMPTY. */
+ * running job of that owner needs it, or, when no other owner has it, of any owner; STORE_EMPTY. */
 enum store_answer store_surface_delete(struct store *store, const char *owner,
                                        const char *id) STORE_MUST_USE;
 

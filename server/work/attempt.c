@@ -171,7 +171,8 @@ static void take_frame(struct attempt *attempt) {
     }
 }
 
-/* The deadline ends a job that takes too long. Should nobody watch it any more, this does. */
+/* The deadline ends a job that takes too long. This is for the case that the dispatcher no longer
+ * watches it. */
 static uint64_t cpu_seconds(const struct dispatcher_settings *settings) {
     int64_t seconds = settings->job_timeout_ms / 1000 + CPU_MARGIN_SECONDS;
     return (uint64_t)seconds *
@@ -225,14 +226,14 @@ static void set_problem(struct attempt *attempt, enum api_problem_id id, const c
 }
 
 /* Ends the worker unless it can go on with the next job, and turns what was the worker's fault into
- * what the store is to be told. `why` is set for OUTCOME_CRASHED. */
+ * what is to be reported to the store. `why` is set for OUTCOME_CRASHED. */
 static void settle_worker(struct attempt *attempt, char why[CHILD_WHY_SIZE]) {
     struct attempt_shared *shared = attempt->shared;
     const struct dispatcher_settings *settings = &shared->settings;
     if (attempt->outcome == OUTCOME_DONE || attempt->outcome == OUTCOME_PROBLEM)
         return;
     if (attempt->outcome == OUTCOME_CRASHED)
-        child_bury(attempt->child, why);
+        child_reap(attempt->child, why);
     child_kill(attempt->child);
     if (attempt->outcome == OUTCOME_CRASHED || attempt->outcome == OUTCOME_BROKEN)
         atomic_fetch_add(&shared->counters.crashes, 1);
@@ -324,7 +325,7 @@ static bool load(struct attempt *attempt, struct api_input *input, char **reques
     return answer == STORE_OK;
 }
 
-/* How long it waited, told at its first attempt. */
+/* How long it waited, counted at its first attempt. */
 static void count_wait(struct attempt *attempt) {
     struct store_job job;
     if (attempt->claim->attempts > 1)

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * One attempt of one job on a worker process: sends the job, renews the lease, passes progress and
- * result to the store, watches for cancellation, deadline and shutdown, and at the end tells the
- * store how it went. Ending a job early is always a kill of its worker.
+ * result to the store, watches for cancellation, deadline and shutdown, and at the end reports
+ * the outcome to the store. Ending a job early is always a kill of its worker.
  */
 #ifndef SERVER_WORK_ATTEMPT_H
 #define SERVER_WORK_ATTEMPT_H
@@ -29,7 +29,7 @@ struct attempt_shared {
     struct work_counters counters;
 };
 
-/* Whether running jobs have had their time after the daemon was told to stop. */
+/* Whether running jobs have had their time after the daemon was asked to stop. */
 bool attempt_out_of_time(struct attempt_shared *shared);
 
 /* Works on the claimed job until it is off the worker and the store knows. `child` is running; when

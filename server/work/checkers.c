@@ -245,7 +245,7 @@ static void bound_memory(struct check *check) {
 static void end_process(struct place *place, bool crashed) {
     char why[CHILD_WHY_SIZE];
     if (crashed) {
-        child_bury(&place->child, why);
+        child_reap(&place->child, why);
         log_warning(log_event("checker_crashed"), log_text("why", why));
     } else {
         child_kill(&place->child);

@@ -14,12 +14,12 @@
 #include <unistd.h>
 
 enum {
-    BURY_MS = 500, /* a process whose socket closed is nearly dead */
-    BURY_STEP_MS = 2
+    REAP_MS = 500, /* a process whose socket closed is nearly dead */
+    REAP_STEP_MS = 2
 };
 
-/* Sanitizers report on stderr and are told how by the environment; a release worker gets neither,
- * since its words would stand in the daemon's log unescaped. */
+/* Sanitizers report on stderr and are configured by the environment; a release worker has
+ * neither, since its output would get into the daemon's log unescaped. */
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 enum { KEEP_STDERR = 1 };
 #else
@@ -126,11 +126,11 @@ static void describe(int status, char why[CHILD_WHY_SIZE]) {
         snprintf(why, CHILD_WHY_SIZE, "exit with code %d", WEXITSTATUS(status));
 }
 
-void child_bury(struct child *child, char why[CHILD_WHY_SIZE]) {
-    static const struct timespec step = {.tv_nsec = BURY_STEP_MS * 1000000L};
+void child_reap(struct child *child, char why[CHILD_WHY_SIZE]) {
+    static const struct timespec step = {.tv_nsec = REAP_STEP_MS * 1000000L};
     int status = 0;
     pid_t ended = 0;
-    for (int waited = 0; waited < BURY_MS && ended == 0; waited += BURY_STEP_MS) {
+    for (int waited = 0; waited < REAP_MS && ended == 0; waited += REAP_STEP_MS) {
         ended = waitpid(child->pid, &status, WNOHANG);
         if (ended == 0)
             nanosleep(&step, NULL);

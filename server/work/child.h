@@ -32,6 +32,6 @@ void child_kill(struct child *child);
 
 /* After its socket closed: waits for its end (killing it if that does not come soon) and says how
  * it went, such as "signal 11 (Segmentation fault)". */
-void child_bury(struct child *child, char why[CHILD_WHY_SIZE]);
+void child_reap(struct child *child, char why[CHILD_WHY_SIZE]);
 
 #endif

@@ -67,13 +67,13 @@ static bool wait_idle(struct dispatcher *dispatcher, int64_t ms, bool hints) {
 
 /* ------------------------------------------------------------------ a lane */
 
-/* Sees to it that the lane has a worker; false when that has to wait. */
+/* Starts the lane's worker when it has none; false when that has to wait. */
 static bool ready_worker(struct lane *lane) {
     char why[CHILD_WHY_SIZE];
     struct pollfd file = {.fd = lane->child.socket, .events = POLLIN};
     /* An idle worker says nothing: what can be read is its end. */
     if (child_running(&lane->child) && poll(&file, 1, 0) > 0) {
-        child_bury(&lane->child, why);
+        child_reap(&lane->child, why);
         log_warning(log_event("idle_worker_died"), log_text("worker", why));
     }
     if (child_running(&lane->child))

@@ -52,7 +52,7 @@ enum frame_state {
     FRAME_READY,  /* a frame is whole; everything has been sent */
     FRAME_LATER,  /* poll and call again */
     FRAME_CLOSED, /* the other end is gone */
-    FRAME_BROKEN  /* the other end sent nonsense */
+    FRAME_BROKEN  /* the other end sent an invalid frame */
 };
 
 /* The frame being received; zero-initialised before the first. */

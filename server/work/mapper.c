@@ -260,7 +260,7 @@ static void withdraw(struct mapper *mapper, struct map_task *task) {
 void mapper_drop(struct map_task *task) {
     struct mapper *mapper = task->mapper;
     pthread_mutex_lock(&mapper->lock);
-    bool free_here = task->done || !task->taken; /* else whoever makes it does */
+    bool free_here = task->done || !task->taken; /* else the thread that makes it does */
     atomic_store(&task->dropped, true);
     if (!task->taken)
         withdraw(mapper, task);

@@ -76,8 +76,8 @@ static bool allow_if(scmp_filter_ctx filter, int call, struct scmp_arg_cmp condi
 }
 
 /* Memory is data or code, and code there is enough. A clone is a thread of this process; clone3
- * hides its flags in memory, where no filter can see them, so the C library is told that there is
- * no such call and takes clone. Signals and limits are this process's own. */
+ * hides its flags in memory, where no filter can see them, so it is answered as not
+ * implemented and the C library takes clone. Signals and limits are this process's own. */
 static bool allow_some(scmp_filter_ctx filter) {
     const scmp_datum_t thread = CLONE_VM | CLONE_FS | CLONE_FILES | CLONE_SIGHAND | CLONE_THREAD;
     const struct scmp_arg_cmp no_code = SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0);

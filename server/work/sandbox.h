@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The cage of a worker process. Who takes over the solver by a hostile request finds a process with
- * one socket, no files, no rights to be gained, and a kernel that answers EPERM to all but what
- * solving takes: memory, threads, clocks, the socket's two directions. What is refused fails
+ * The sandbox of a worker process. An attacker who takes over the solver by a request has a process
+ * with one socket, no files, no rights to be gained, and a kernel that answers EPERM to all but
+ * what solving takes: memory, threads, clocks, the socket's two directions. What is refused fails
  * instead of killing, because the C library tries some calls for convenience and goes on without
  * them.
  */

@@ -19,7 +19,7 @@ struct worker_engine {
                                const struct drape_monitor *monitor, const struct api_sink *sink,
                                struct api_problem *problem);
     /* The summary object of a result from its first bytes (at most WORKER_HEAD_BYTES): a malloc'ed
-     * string, NULL when it cannot be told. */
+     * string, NULL when it cannot be read. */
     char *(*summary)(const void *head, size_t length);
 };
 

@@ -5,15 +5,6 @@
 
 /* ------------------------------------------------------------------ claim */
 
-static enum store_answer any_queued(struct sqlite_store *store, struct db *db, void *context) {
-    (void)store;
-    (void)context;
-    struct query query = db_query(db, "SELECT 1 FROM jobs WHERE status = " SQL_QUEUED " LIMIT 1");
-    bool any = query_row(&query);
-    enum store_answer answer = query_end(&query);
-    return answer == STORE_OK && !any ? STORE_EMPTY : answer;
-}
-
 /* The first job of the owner whose turn it is. The owners who wait are found one by one in the
  * index of the queue, so that its length does not matter; nor does what has ended, as long as no
  * index that has that, too, is taken: hence INDEXED BY. */
@@ -101,7 +92,12 @@ static enum store_answer claim_operation(struct sqlite_store *store, struct db *
  * waiting for the disk: a power cut ends its worker too. */
 enum store_answer sqlite_claim(struct store *store, struct store_claim *claim) {
     struct claiming claiming = {.claim = claim};
-    enum store_answer answer = sqlite_read(store, any_queued, NULL);
+    struct db *db = sqlite_take_reader(store);
+    struct query query = db_query(db, "SELECT 1 FROM jobs WHERE status = " SQL_QUEUED " LIMIT 1");
+    bool any = query_row(&query);
+    enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
+    if (answer == STORE_OK && !any)
+        return STORE_EMPTY;
     if (answer == STORE_OK)
         answer = sqlite_write_lazy(store, claim_operation, &claiming);
     if (answer != STORE_CONFLICT)
@@ -116,7 +112,7 @@ struct holding {
     const struct store_claim *claim;
     double progress;
     const char *error;
-    int64_t attempts, excused;
+    bool excused;
 };
 
 static enum store_answer changed(struct db *db, struct query *query) {
@@ -142,21 +138,15 @@ enum store_answer sqlite_renew(struct store *store, const struct store_claim *cl
     return sqlite_write_lazy(store, renew_operation, &holding);
 }
 
-static enum store_answer check_operation(struct sqlite_store *store, struct db *db, void *context) {
-    (void)store;
-    struct holding *holding = context;
+enum store_answer sqlite_check(struct store *store, const struct store_claim *claim) {
+    struct db *db = sqlite_take_reader(store);
     struct query query = db_query(
         db, "SELECT 1 FROM jobs WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
-    query_bind_int(&query, holding->claim->sequence);
-    query_bind_int(&query, holding->claim->token);
+    query_bind_int(&query, claim->sequence);
+    query_bind_int(&query, claim->token);
     bool holds = query_row(&query);
-    enum store_answer answer = query_end(&query);
+    enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
     return answer == STORE_OK && !holds ? STORE_CONFLICT : answer;
-}
-
-enum store_answer sqlite_check(struct store *store, const struct store_claim *claim) {
-    struct holding holding = {.claim = claim};
-    return sqlite_read(store, check_operation, &holding);
 }
 
 /* ------------------------------------------------------------------ giving up */
@@ -179,29 +169,19 @@ enum store_answer sqlite_fail(struct store *store, const struct store_claim *cla
     return sqlite_write(store, fail_operation, &holding);
 }
 
-static enum store_answer attempts_operation(struct sqlite_store *store, struct db *db,
-                                            void *context) {
-    (void)store;
-    struct holding *holding = context;
+enum store_answer sqlite_attempts(struct store *store, const struct store_claim *claim,
+                                  int64_t *attempts, int64_t *excused) {
+    struct db *db = sqlite_take_reader(store);
     struct query query =
         db_query(db, "SELECT attempts, excused FROM jobs"
                      " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
-    query_bind_int(&query, holding->claim->sequence);
-    query_bind_int(&query, holding->claim->token);
+    query_bind_int(&query, claim->sequence);
+    query_bind_int(&query, claim->token);
     bool holds = query_row(&query);
-    holding->attempts = holds ? query_int(&query, 0) : 0;
-    holding->excused = holds ? query_int(&query, 1) : 0;
-    enum store_answer answer = query_end(&query);
+    *attempts = holds ? query_int(&query, 0) : 0;
+    *excused = holds ? query_int(&query, 1) : 0;
+    enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
     return answer == STORE_OK && !holds ? STORE_CONFLICT : answer;
-}
-
-enum store_answer sqlite_attempts(struct store *store, const struct store_claim *claim,
-                                  int64_t *attempts, int64_t *excused) {
-    struct holding holding = {.claim = claim};
-    enum store_answer answer = sqlite_read(store, attempts_operation, &holding);
-    *attempts = holding.attempts;
-    *excused = holding.excused;
-    return answer;
 }
 
 static enum store_answer requeue_operation(struct sqlite_store *store, struct db *db,
@@ -226,20 +206,17 @@ enum store_answer sqlite_requeue(struct store *store, const struct store_claim *
 
 /* ------------------------------------------------------------------ claims that ended */
 
-struct look {
-    struct store_ended *ended;
-    size_t most, count;
-};
-
 /* Each process is looked at once. */
-static enum store_answer find_operation(struct sqlite_store *store, struct db *db, void *context) {
-    struct look *look = context;
+enum store_answer sqlite_find_ended(struct store *base, struct store_ended *ended, size_t most,
+                                    size_t *count) {
+    const struct sqlite_store *store = sqlite_of(base);
     int64_t now = sqlite_now(store);
     char holder[ID_SIZE] = "";
     bool gone = false;
+    struct db *db = sqlite_take_reader(base);
     struct query query = db_query(db, "SELECT sequence, token, id, holder, lease FROM jobs"
                                       " WHERE status = " SQL_RUNNING " ORDER BY holder");
-    while (look->count < look->most && query_row(&query)) {
+    while (*count < most && query_row(&query)) {
         const char *name = query_text(&query, 3);
         if (name && strcmp(name, holder) != 0) {
             query_copy(&query, 3, holder, sizeof holder);
@@ -247,21 +224,13 @@ static enum store_answer find_operation(struct sqlite_store *store, struct db *d
         }
         if (!gone && query_int(&query, 4) >= now)
             continue;
-        struct store_ended *ended = &look->ended[look->count++];
-        ended->claim.sequence = query_int(&query, 0);
-        ended->claim.token = query_int(&query, 1);
-        query_copy(&query, 2, ended->claim.id, sizeof ended->claim.id);
-        ended->holder_gone = gone;
+        struct store_claim *claim = &ended[*count].claim;
+        claim->sequence = query_int(&query, 0);
+        claim->token = query_int(&query, 1);
+        query_copy(&query, 2, claim->id, sizeof claim->id);
+        ended[(*count)++].holder_gone = gone;
     }
-    return query_end(&query);
-}
-
-enum store_answer sqlite_find_ended(struct store *store, struct store_ended *ended, size_t most,
-                                    size_t *count) {
-    struct look look = {.ended = ended, .most = most};
-    enum store_answer answer = sqlite_read(store, find_operation, &look);
-    *count = look.count;
-    return answer;
+    return sqlite_give_reader(base, db, query_end(&query));
 }
 
 static enum store_answer take_operation(struct sqlite_store *store, struct db *db, void *context) {

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * A connection to an SQLite database and its prepared statements. `db.c` is the only file that
- * knows SQLite's own interface; whoever writes SQL does it in the words of this header.
+ * knows SQLite's own interface; the rest of the backend writes SQL in the words of this header.
  *
  * A statement is used like this: `db_query`, the binds in order, `query_row` while there are rows,
- * `query_end`. After a failure everything is a no-op until `query_end` tells it, so that only one
+ * `query_end`. After a failure everything is a no-op until `query_end` reports it, so that only one
  * place has to look.
  */
 #ifndef SERVER_STORE_SQLITE_DB_H
@@ -58,8 +58,8 @@ bool db_in_transaction(struct db *db);
 enum store_answer db_keep(struct db *db, enum db_durability durability) STORE_MUST_USE;
 
 /* Copies what the write-ahead log holds into the database as far as no reader needs it, without
- * waiting for anybody. `*all`: nothing is left, so that the next writer may begin the log anew. The
- * connection must have read something before. */
+ * waiting for other connections. `*all`: nothing is left, so that the next writer may begin the log
+ * anew. The connection must have read something before. */
 enum store_answer db_checkpoint(struct db *db, bool *all) STORE_MUST_USE;
 
 /* ------------------------------------------------------------------ statements */

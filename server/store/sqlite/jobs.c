@@ -167,58 +167,29 @@ static void read_job(struct query *query, struct store_job *job) {
     query_duplicate(query, 14, &job->summary, NULL);
 }
 
-struct get {
-    const char *id;
-    struct store_job *job;
-};
-
-static enum store_answer get_operation(struct sqlite_store *store, struct db *db, void *context) {
-    (void)store;
-    struct get *get = context;
-    struct query query = db_query(db, "SELECT " JOB_COLUMNS " WHERE j.id = ?");
-    query_bind_text(&query, get->id);
-    bool found = query_row(&query);
-    if (found)
-        read_job(&query, get->job);
-    enum store_answer answer = query_end(&query);
-    return answer == STORE_OK && !found ? STORE_EMPTY : answer;
-}
-
 enum store_answer sqlite_get(struct store *store, const char *id, struct store_job *job) {
-    struct get get = {.id = id, .job = job};
-    return sqlite_read(store, get_operation, &get);
-}
-
-struct request {
-    const char *id;
-    char **bytes;
-    size_t *length;
-};
-
-static enum store_answer request_operation(struct sqlite_store *store, struct db *db,
-                                           void *context) {
-    (void)store;
-    struct request *request = context;
-    struct query query = db_query(
-        db, "SELECT q.bytes FROM jobs j JOIN requests q ON q.job = j.sequence WHERE j.id = ?");
-    query_bind_text(&query, request->id);
+    struct db *db = sqlite_take_reader(store);
+    struct query query = db_query(db, "SELECT " JOB_COLUMNS " WHERE j.id = ?");
+    query_bind_text(&query, id);
     bool found = query_row(&query);
     if (found)
-        query_duplicate(&query, 0, request->bytes, request->length);
-    enum store_answer answer = query_end(&query);
+        read_job(&query, job);
+    enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
     return answer == STORE_OK && !found ? STORE_EMPTY : answer;
 }
 
 enum store_answer sqlite_request(struct store *store, const char *id, char **bytes,
                                  size_t *length) {
-    struct request request = {.id = id, .bytes = bytes, .length = length};
-    return sqlite_read(store, request_operation, &request);
+    struct db *db = sqlite_take_reader(store);
+    struct query query = db_query(
+        db, "SELECT q.bytes FROM jobs j JOIN requests q ON q.job = j.sequence WHERE j.id = ?");
+    query_bind_text(&query, id);
+    bool found = query_row(&query);
+    if (found)
+        query_duplicate(&query, 0, bytes, length);
+    enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
+    return answer == STORE_OK && !found ? STORE_EMPTY : answer;
 }
-
-struct list {
-    const struct store_filter *filter;
-    struct store_page *page;
-};
 
 #define LIST_OF(which)                                                                             \
     "SELECT " JOB_COLUMNS " WHERE j.sequence < ?1 AND " which " ORDER BY j.sequence DESC LIMIT ?4"
@@ -241,12 +212,14 @@ static struct query list_query(struct db *db, const struct store_filter *filter)
     return query;
 }
 
-static enum store_answer list_operation(struct sqlite_store *store, struct db *db, void *context) {
-    (void)store;
-    struct list *list = context;
-    struct store_page *page = list->page;
-    size_t limit = (size_t)list->filter->limit;
-    struct query query = list_query(db, list->filter);
+enum store_answer sqlite_list(struct store *store, const struct store_filter *filter,
+                              struct store_page *page) {
+    size_t limit = (size_t)filter->limit;
+    page->jobs = calloc(limit, sizeof *page->jobs);
+    if (!page->jobs)
+        return STORE_DOWN;
+    struct db *db = sqlite_take_reader(store);
+    struct query query = list_query(db, filter);
     while (query_row(&query)) {
         if (page->count == limit) {
             page->next = page->jobs[limit - 1].sequence;
@@ -254,20 +227,11 @@ static enum store_answer list_operation(struct sqlite_store *store, struct db *d
         }
         read_job(&query, &page->jobs[page->count++]);
     }
-    return query_end(&query);
+    return sqlite_give_reader(store, db, query_end(&query));
 }
 
-enum store_answer sqlite_list(struct store *store, const struct store_filter *filter,
-                              struct store_page *page) {
-    struct list list = {.filter = filter, .page = page};
-    page->jobs = calloc((size_t)filter->limit, sizeof *page->jobs);
-    return page->jobs ? sqlite_read(store, list_operation, &list) : STORE_DOWN;
-}
-
-static enum store_answer counts_operation(struct sqlite_store *store, struct db *db,
-                                          void *context) {
-    (void)store;
-    struct store_counts *counts = context;
+enum store_answer sqlite_counts(struct store *store, struct store_counts *counts) {
+    struct db *db = sqlite_take_reader(store);
     struct query query = db_query(db, "SELECT status, n FROM counts");
     while (query_row(&query)) {
         int64_t status = query_int(&query, 0);
@@ -276,44 +240,35 @@ static enum store_answer counts_operation(struct sqlite_store *store, struct db 
     }
     enum store_answer answer = query_end(&query);
     if (answer != STORE_OK)
-        return answer;
+        return sqlite_give_reader(store, db, answer);
     query = db_query(db, "SELECT created FROM jobs WHERE status = " SQL_QUEUED
                          " ORDER BY sequence LIMIT 1");
     counts->oldest_queued = query_row(&query) ? query_int(&query, 0) : 0;
-    return query_end(&query);
-}
-
-enum store_answer sqlite_counts(struct store *store, struct store_counts *counts) {
-    return sqlite_read(store, counts_operation, counts);
+    return sqlite_give_reader(store, db, query_end(&query));
 }
 
 /* ------------------------------------------------------------------ ending by the caller */
 
-struct named {
-    const char *id;
-};
-
 static enum store_answer cancel_operation(struct sqlite_store *store, struct db *db,
                                           void *context) {
-    const struct named *named = context;
+    const char *id = context;
     struct query query = db_query(db, "UPDATE jobs SET status = " SQL_CANCELLED
                                       ", finished = ?, lease = NULL, holder = NULL"
                                       " WHERE id = ? AND status < " SQL_FIRST_ENDED);
     query_bind_int(&query, sqlite_now(store));
-    query_bind_text(&query, named->id);
+    query_bind_text(&query, id);
     enum store_answer answer = query_run(&query);
     if (answer != STORE_OK || db_changes(db) > 0)
         return answer;
     query = db_query(db, "SELECT 1 FROM jobs WHERE id = ?");
-    query_bind_text(&query, named->id);
+    query_bind_text(&query, id);
     bool known = query_row(&query);
     answer = query_end(&query);
     return answer != STORE_OK ? answer : known ? STORE_CONFLICT : STORE_EMPTY;
 }
 
 enum store_answer sqlite_cancel(struct store *store, const char *id) {
-    struct named named = {.id = id};
-    return sqlite_write(store, cancel_operation, &named);
+    return sqlite_write(store, cancel_operation, (void *)(uintptr_t)id);
 }
 
 static enum store_answer remove_rows(struct db *db, int64_t sequence, int64_t result) {
@@ -331,9 +286,9 @@ static enum store_answer remove_rows(struct db *db, int64_t sequence, int64_t re
 static enum store_answer remove_operation(struct sqlite_store *store, struct db *db,
                                           void *context) {
     (void)store;
-    const struct named *named = context;
+    const char *id = context;
     struct query query = db_query(db, "SELECT sequence, result FROM jobs WHERE id = ?");
-    query_bind_text(&query, named->id);
+    query_bind_text(&query, id);
     bool known = query_row(&query);
     int64_t sequence = known ? query_int(&query, 0) : 0;
     int64_t result = known ? query_int(&query, 1) : 0;
@@ -344,6 +299,5 @@ static enum store_answer remove_operation(struct sqlite_store *store, struct db 
 }
 
 enum store_answer sqlite_remove(struct store *store, const char *id) {
-    struct named named = {.id = id};
-    return sqlite_write(store, remove_operation, &named);
+    return sqlite_write(store, remove_operation, (void *)(uintptr_t)id);
 }

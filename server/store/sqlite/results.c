@@ -159,58 +159,35 @@ enum store_answer sqlite_result_forget(struct db *db, int64_t number) {
 
 /* ------------------------------------------------------------------ reading */
 
-struct find {
-    const char *id;
-    struct store_result *result;
-};
-
-static enum store_answer find_operation(struct sqlite_store *store, struct db *db, void *context) {
-    (void)store;
-    struct find *find = context;
+enum store_answer sqlite_result_find(struct store *store, const char *id,
+                                     struct store_result *result) {
+    struct db *db = sqlite_take_reader(store);
     struct query query =
         db_query(db, "SELECT r.number, r.length FROM jobs j JOIN results r ON r.number = j.result"
                      " WHERE j.id = ? AND r.state = " SQL_COMPLETE);
-    query_bind_text(&query, find->id);
+    query_bind_text(&query, id);
     bool found = query_row(&query);
     if (found) {
-        find->result->number = query_int(&query, 0);
-        find->result->length = query_int(&query, 1);
+        result->number = query_int(&query, 0);
+        result->length = query_int(&query, 1);
     }
-    enum store_answer answer = query_end(&query);
+    enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
     return answer == STORE_OK && !found ? STORE_EMPTY : answer;
-}
-
-enum store_answer sqlite_result_find(struct store *store, const char *id,
-                                     struct store_result *result) {
-    struct find find = {.id = id, .result = result};
-    return sqlite_read(store, find_operation, &find);
-}
-
-struct reading {
-    int64_t row;
-    void *bytes;
-    size_t length;
-};
-
-static enum store_answer read_operation(struct sqlite_store *store, struct db *db, void *context) {
-    (void)store;
-    const struct reading *reading = context;
-    struct query query = db_query(db, "SELECT bytes FROM chunks WHERE id = ?");
-    query_bind_int(&query, reading->row);
-    bool found = query_row(&query);
-    size_t length = 0;
-    const void *bytes = found ? query_bytes(&query, 0, &length) : NULL;
-    bool good = bytes && length == reading->length;
-    if (good)
-        memcpy(reading->bytes, bytes, length);
-    enum store_answer answer = query_end(&query);
-    if (answer != STORE_OK)
-        return answer;
-    return good ? STORE_OK : found ? STORE_DOWN : STORE_EMPTY;
 }
 
 enum store_answer sqlite_result_read(struct store *store, int64_t number, int64_t index,
                                      void *bytes, size_t length) {
-    struct reading reading = {.row = chunk_row(number, index), .bytes = bytes, .length = length};
-    return sqlite_read(store, read_operation, &reading);
+    struct db *db = sqlite_take_reader(store);
+    struct query query = db_query(db, "SELECT bytes FROM chunks WHERE id = ?");
+    query_bind_int(&query, chunk_row(number, index));
+    bool found = query_row(&query);
+    size_t stored = 0;
+    const void *from = found ? query_bytes(&query, 0, &stored) : NULL;
+    bool good = from && stored == length;
+    if (good)
+        memcpy(bytes, from, length);
+    enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
+    if (answer != STORE_OK)
+        return answer;
+    return good ? STORE_OK : found ? STORE_DOWN : STORE_EMPTY;
 }

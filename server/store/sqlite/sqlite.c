@@ -45,7 +45,7 @@ struct sqlite_store {
     struct db *keeper; /* takes the log into the database, beside the writer */
 };
 
-static struct sqlite_store *sqlite_of(struct store *store) {
+struct sqlite_store *sqlite_of(struct store *store) {
     return (struct sqlite_store *)store;
 }
 
@@ -181,14 +181,18 @@ enum store_answer sqlite_write_lazy(struct store *store, sqlite_operation operat
     return write_together(sqlite_of(store), &own);
 }
 
-enum store_answer sqlite_read(struct store *base, sqlite_operation operation, void *context) {
+struct db *sqlite_take_reader(struct store *base) {
     struct sqlite_store *store = sqlite_of(base);
     pthread_mutex_lock(&store->readers_lock);
     while (store->idle == 0)
         pthread_cond_wait(&store->reader_back, &store->readers_lock);
     struct db *db = store->readers[--store->idle];
     pthread_mutex_unlock(&store->readers_lock);
-    enum store_answer answer = operation(store, db, context);
+    return db;
+}
+
+enum store_answer sqlite_give_reader(struct store *base, struct db *db, enum store_answer answer) {
+    struct sqlite_store *store = sqlite_of(base);
     pthread_mutex_lock(&store->readers_lock);
     store->readers[store->idle++] = db;
     pthread_cond_signal(&store->reader_back);
@@ -279,14 +283,6 @@ static void sqlite_close(struct store *base) {
     free(store);
 }
 
-static enum store_answer ping_read(struct sqlite_store *store, struct db *db, void *context) {
-    (void)store;
-    (void)context;
-    struct query query = db_query(db, "SELECT n FROM counts WHERE status = " SQL_QUEUED);
-    query_row(&query);
-    return query_end(&query);
-}
-
 static enum store_answer ping_write(struct sqlite_store *store, struct db *db, void *context) {
     (void)store;
     (void)context;
@@ -297,7 +293,9 @@ static enum store_answer ping_write(struct sqlite_store *store, struct db *db, v
  * is not enough: the log may have room for it on a full disk. */
 static enum store_answer sqlite_ping(struct store *store) {
     bool broken = atomic_load(&sqlite_of(store)->broken);
-    enum store_answer answer = sqlite_read(store, ping_read, NULL);
+    struct db *db = sqlite_take_reader(store);
+    struct query query = db_query(db, "SELECT n FROM counts WHERE status = " SQL_QUEUED);
+    enum store_answer answer = sqlite_give_reader(store, db, query_run(&query));
     if (answer == STORE_OK && broken)
         answer = sqlite_write(store, ping_write, NULL);
     if (answer == STORE_OK && broken)

@@ -17,6 +17,7 @@
 #include "server/store/process_lock.h"
 
 struct sqlite_store;
+struct sqlite_store *sqlite_of(struct store *store);
 const struct store_options *sqlite_options(const struct sqlite_store *store);
 
 /* Microseconds since 1970 by the store's clock. */
@@ -34,11 +35,14 @@ typedef enum store_answer (*sqlite_operation)(struct sqlite_store *store, struct
 enum store_answer sqlite_write(struct store *store, sqlite_operation operation, void *context);
 
 /* The same without waiting for the disk: for what means nothing once the machine has stopped, such
- * as that somebody on it holds a lease. */
+ * as that a process on it holds a lease. */
 enum store_answer sqlite_write_lazy(struct store *store, sqlite_operation operation, void *context);
 
-/* Runs it on a reading connection. */
-enum store_answer sqlite_read(struct store *store, sqlite_operation operation, void *context);
+/* A connection to read with, which never waits for writers; to be given back soon. */
+struct db *sqlite_take_reader(struct store *store);
+
+/* Gives it back; returns `answer`. */
+enum store_answer sqlite_give_reader(struct store *store, struct db *db, enum store_answer answer);
 
 /* Takes the write-ahead log into the database. Writers and readers go on meanwhile. */
 enum store_answer sqlite_take_log(struct store *store);

@@ -43,69 +43,45 @@ static void read_surface(struct query *query, struct store_surface *surface) {
     query_duplicate(query, 4, &surface->description, NULL);
 }
 
-struct get {
-    const char *owner;
-    const char *id;
-    struct store_surface *surface;
-};
-
-static enum store_answer get_operation(struct sqlite_store *store, struct db *db, void *context) {
-    (void)store;
-    struct get *get = context;
+enum store_answer sqlite_surface_get(struct store *store, const char *owner, const char *id,
+                                     struct store_surface *surface) {
+    struct db *db = sqlite_take_reader(store);
     struct query query =
         db_query(db, "SELECT " SURFACE_COLUMNS ", definition FROM surfaces WHERE id = ?1"
                      " AND (?2 IS NULL OR owner = ?2) LIMIT 1");
-    query_bind_text(&query, get->id);
-    query_bind_text(&query, get->owner);
+    query_bind_text(&query, id);
+    query_bind_text(&query, owner);
     bool found = query_row(&query);
     if (found) {
-        read_surface(&query, get->surface);
-        query_duplicate(&query, 5, &get->surface->definition, &get->surface->definition_length);
+        read_surface(&query, surface);
+        query_duplicate(&query, 5, &surface->definition, &surface->definition_length);
     }
-    enum store_answer answer = query_end(&query);
+    enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
     return answer == STORE_OK && !found ? STORE_EMPTY : answer;
-}
-
-enum store_answer sqlite_surface_get(struct store *store, const char *owner, const char *id,
-                                     struct store_surface *surface) {
-    struct get get = {.owner = owner, .id = id, .surface = surface};
-    return sqlite_read(store, get_operation, &get);
-}
-
-struct list {
-    const char *owner;
-    int64_t cursor;
-    size_t limit;
-    struct store_surfaces *page;
-};
-
-static enum store_answer list_operation(struct sqlite_store *store, struct db *db, void *context) {
-    (void)store;
-    struct list *list = context;
-    struct store_surfaces *page = list->page;
-    struct query query =
-        list->owner ? db_query(db, "SELECT " SURFACE_COLUMNS " FROM surfaces WHERE owner = ?"
-                                   " AND sequence < ? ORDER BY sequence DESC LIMIT ?")
-                    : db_query(db, "SELECT " SURFACE_COLUMNS " FROM surfaces WHERE ?1 IS NULL"
-                                   " AND sequence < ?2 ORDER BY sequence DESC LIMIT ?3");
-    query_bind_text(&query, list->owner);
-    query_bind_int(&query, list->cursor > 0 ? list->cursor : INT64_MAX);
-    query_bind_int(&query, (int64_t)list->limit + 1);
-    while (query_row(&query)) {
-        if (page->count == list->limit) {
-            page->next = page->surfaces[list->limit - 1].sequence;
-            break;
-        }
-        read_surface(&query, &page->surfaces[page->count++]);
-    }
-    return query_end(&query);
 }
 
 enum store_answer sqlite_surface_list(struct store *store, const char *owner, int64_t cursor,
                                       int limit, struct store_surfaces *page) {
-    struct list list = {.owner = owner, .cursor = cursor, .limit = (size_t)limit, .page = page};
-    page->surfaces = calloc(list.limit, sizeof *page->surfaces);
-    return page->surfaces ? sqlite_read(store, list_operation, &list) : STORE_DOWN;
+    page->surfaces = calloc((size_t)limit, sizeof *page->surfaces);
+    if (!page->surfaces)
+        return STORE_DOWN;
+    struct db *db = sqlite_take_reader(store);
+    struct query query =
+        owner ? db_query(db, "SELECT " SURFACE_COLUMNS " FROM surfaces WHERE owner = ?"
+                             " AND sequence < ? ORDER BY sequence DESC LIMIT ?")
+              : db_query(db, "SELECT " SURFACE_COLUMNS " FROM surfaces WHERE ?1 IS NULL"
+                             " AND sequence < ?2 ORDER BY sequence DESC LIMIT ?3");
+    query_bind_text(&query, owner);
+    query_bind_int(&query, cursor > 0 ? cursor : INT64_MAX);
+    query_bind_int(&query, (int64_t)limit + 1);
+    while (query_row(&query)) {
+        if (page->count == (size_t)limit) {
+            page->next = page->surfaces[limit - 1].sequence;
+            break;
+        }
+        read_surface(&query, &page->surfaces[page->count++]);
+    }
+    return sqlite_give_reader(store, db, query_end(&query));
 }
 
 struct named {

@@ -162,10 +162,11 @@ static bool any(struct db *db, const char *sql, int64_t value) {
     return query_end(&query) == STORE_OK && found;
 }
 
-static enum store_answer due_operation(struct sqlite_store *store, struct db *db, void *context) {
-    bool *due = context;
+enum store_answer sqlite_find_due(struct store *base, bool due[STORE_STEP_COUNT]) {
+    const struct sqlite_store *store = sqlite_of(base);
     int64_t retention = sqlite_options(store)->retention_us;
     int64_t now = sqlite_now(store);
+    struct db *db = sqlite_take_reader(base);
     due[STORE_STEP_EXPIRE] =
         any(db,
             "SELECT 1 FROM jobs WHERE status >= " SQL_FIRST_ENDED " AND expired = 0"
@@ -187,11 +188,7 @@ static enum store_answer due_operation(struct sqlite_store *store, struct db *db
                                 1);
     due[STORE_STEP_SHRINK] =
         any(db, "SELECT 1 FROM pragma_freelist_count WHERE freelist_count > ?", PAGES_A_STEP);
-    return STORE_OK;
-}
-
-enum store_answer sqlite_find_due(struct store *store, bool due[STORE_STEP_COUNT]) {
-    return sqlite_read(store, due_operation, due);
+    return sqlite_give_reader(base, db, STORE_OK);
 }
 
 enum store_answer sqlite_step(struct store *store, enum store_step step, int64_t *done) {
