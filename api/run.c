@@ -13,7 +13,7 @@
 #include <time.h>
 
 bool api_prepare(void) {
-    return tree_prepare() && api_digest_prepare();
+    return json_tree_prepare() && api_digest_prepare();
 }
 
 static double now_ms(void) {
@@ -130,8 +130,8 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
     if (on_mesh ? api_shape_mesh(&request, limits, arena, &mesh, problem)
                 : api_shape_make(&request, limits, arena, &surface, problem))
         return problem->id;
-    struct api_team team;
-    request.settings.team = api_team_make(&team, limits->threads);
+    struct api_threads threads;
+    request.settings.team = api_threads_make(&threads, limits->threads);
     double begin = now_ms();
     enum status status = on_mesh
                              ? drape_solve_mesh(mesh, &request.settings, monitor, arena, &result)

@@ -21,19 +21,19 @@ static void *take_tasks(void *context) {
 }
 
 static void run(void *context, int count, void (*task)(void *data, int k), void *data) {
-    const struct api_team *team = context;
+    const struct api_threads *threads = context;
     struct work work = {.task = task, .data = data, .count = count};
-    pthread_t threads[THREADS_MAX];
-    int wanted = (team->threads < count ? team->threads : count) - 1, started = 0;
+    pthread_t thread[THREADS_MAX];
+    int wanted = (threads->count < count ? threads->count : count) - 1, started = 0;
     while (started < wanted && started < THREADS_MAX &&
-           pthread_create(&threads[started], NULL, take_tasks, &work) == 0)
+           pthread_create(&thread[started], NULL, take_tasks, &work) == 0)
         started++;
     take_tasks(&work);
     while (started > 0)
-        pthread_join(threads[--started], NULL);
+        pthread_join(thread[--started], NULL);
 }
 
-const struct drape_team *api_team_make(struct api_team *team, int threads) {
-    *team = (struct api_team){.team = {.run = run, .context = team}, .threads = threads};
-    return threads > 1 ? &team->team : NULL;
+const struct drape_team *api_threads_make(struct api_threads *threads, int count) {
+    *threads = (struct api_threads){.team = {.run = run, .context = threads}, .count = count};
+    return count > 1 ? &threads->team : NULL;
 }

@@ -5,14 +5,15 @@
 
 #include "solver/drape.h"
 
-/* A team of `threads` threads, the calling one among them; they live for the time of one `run`. One
- * that cannot be had is made up for by the others. */
-struct api_team {
+/* `count` threads, the calling one among them; they live for the time of one `run`. Tasks of one
+ * that cannot be started are done by the others. */
+struct api_threads {
     struct drape_team team; /* for drape_settings; valid as long as this is not moved */
-    int threads;
+    int count;
 };
 
-/* For 1 thread and less the solver should get no team: returns NULL, else &team->team. */
-const struct drape_team *api_team_make(struct api_team *team, int threads);
+/* Returns &threads->team; NULL for a count of 1 and less, because a drape on the calling thread
+ * alone takes no team. */
+const struct drape_team *api_threads_make(struct api_threads *threads, int count);
 
 #endif

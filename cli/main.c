@@ -226,13 +226,13 @@ static bool write_document(const struct arguments *arguments, struct format_sour
 /* ---- on a mesh ---- */
 
 static bool read_mesh(const struct arguments *arguments, const struct files_bytes *text,
-                      struct arena *arena, struct api_map_mesh *mesh, struct api_problem *problem) {
+                      struct arena *arena, struct map_target *mesh, struct api_problem *problem) {
     size_t length = strlen(arguments->map);
     bool json = length >= 5 && strcasecmp(arguments->map + length - 5, ".json") == 0;
-    enum api_problem_id result = (json ? api_map_mesh_json : api_map_mesh_nastran)(
+    enum api_problem_id result = (json ? map_target_json : map_target_nastran)(
         text->data, text->length, arena, mesh, problem);
     if (result == API_OK && arguments->inlet)
-        result = api_map_mesh_inlet(mesh, arguments->inlet, arena, problem);
+        result = map_target_inlet(mesh, arguments->inlet, arena, problem);
     if (result == API_OK && !mesh->elements && arguments->format->elements)
         api_problem_set(problem, API_NOT_ACCEPTABLE, "%s is of elements, but these are points",
                         arguments->format->name);
@@ -243,7 +243,7 @@ static bool write_map(const struct arguments *arguments, const struct api_reader
                       const struct files_output *output, struct api_problem *problem) {
     static struct api_map map;
     struct files_bytes text = {0};
-    struct api_map_mesh mesh;
+    struct map_target mesh;
     struct arena *arena = arena_new(arguments->limits.max_memory);
     bool ok = false;
     if (!arena)

@@ -22,13 +22,13 @@ static void *allocate(size_t size) {
     return memory;
 }
 
-bool tree_prepare(void) {
+bool json_tree_prepare(void) {
     json_set_alloc_funcs(allocate, free);
     json_object_seed(0);
     return numbers_prepare();
 }
 
-void tree_fail_at(size_t n) {
+void json_tree_fail_at(size_t n) {
     fail_in = n;
 }
 
@@ -90,10 +90,10 @@ static void set_parse_problem(struct api_problem *problem, const char *bytes, si
     }
 }
 
-enum api_problem_id tree_parse(struct tree *tree, const char *bytes, size_t length,
-                               const struct api_limits *limits, struct arena *arena,
-                               struct api_problem *problem) {
-    *tree = (struct tree){.problem = problem, .arena = arena};
+enum api_problem_id json_tree_parse(struct json_tree *tree, const char *bytes, size_t length,
+                                    const struct api_limits *limits, struct arena *arena,
+                                    struct api_problem *problem) {
+    *tree = (struct json_tree){.problem = problem, .arena = arena};
     if (length == 0) {
         api_problem_set(problem, API_MALFORMED_JSON, "line 1, column 1: the document is empty");
         return problem->id;
@@ -112,7 +112,7 @@ enum api_problem_id tree_parse(struct tree *tree, const char *bytes, size_t leng
     return problem->id;
 }
 
-void tree_free(struct tree *tree) {
+void json_tree_free(struct json_tree *tree) {
     json_decref(tree->root);
     tree->root = NULL;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The inlet of a mesh, named beside it: for a file that has no place for it. */
-#include "mesh.h"
+/* The inlet of a target, named beside it: for a file that has no place for it. */
+#include "target.h"
 
 #include "ids.h"
 
@@ -17,20 +17,20 @@ static const char *read_number(const char *text, int32_t *value) {
 }
 
 /* The element with that id, or -1. */
-static int32_t find(const struct api_map_mesh *mesh, const struct map_id *ids, int32_t id) {
+static int32_t find(const struct map_target *target, const struct map_id *ids, int32_t id) {
     if (ids)
-        return map_ids_find(ids, mesh->element_count, id);
-    return (size_t)id < mesh->element_count ? id : -1;
+        return map_ids_find(ids, target->element_count, id);
+    return (size_t)id < target->element_count ? id : -1;
 }
 
-static bool mark(const struct api_map_mesh *mesh, const struct map_id *ids, const char *list,
+static bool mark(const struct map_target *target, const struct map_id *ids, const char *list,
                  uint8_t *inlet, struct api_problem *problem) {
     for (const char *at = list; at;) {
         int32_t id;
         at = read_number(at, &id);
         if (!at || (*at && *at != ','))
             return FAIL(problem, "inlet_elements must be elements parted by commas, such as 17,18");
-        int32_t element = find(mesh, ids, id);
+        int32_t element = find(target, ids, id);
         if (element < 0)
             return FAIL(problem, "inlet_elements: the mesh has no element %d", id);
         inlet[element] = 1;
@@ -39,21 +39,22 @@ static bool mark(const struct api_map_mesh *mesh, const struct map_id *ids, cons
     return true;
 }
 
-enum api_problem_id api_map_mesh_inlet(struct api_map_mesh *mesh, const char *list,
-                                       struct arena *arena, struct api_problem *problem) {
-    if (!mesh->elements || mesh->inlet) {
+enum api_problem_id map_target_inlet(struct map_target *target, const char *list,
+                                     struct arena *arena, struct api_problem *problem) {
+    if (!target->elements || target->inlet) {
         api_problem_set(problem, API_INVALID_REQUEST,
-                        mesh->inlet ? "inlet_elements is given both in the document and beside it"
-                                    : "inlet_elements needs a mesh");
+                        target->inlet ? "inlet_elements is given both in the document and beside it"
+                                      : "inlet_elements needs a mesh");
         return problem->id;
     }
-    uint8_t *inlet = arena_alloc(arena, mesh->element_count, 1);
+    uint8_t *inlet = arena_alloc(arena, target->element_count, 1);
     struct arena_mark scratch = arena_mark(arena);
-    struct map_id *ids = mesh->ids ? map_ids_sort(mesh->ids, mesh->element_count, arena) : NULL;
-    if (!inlet || (mesh->ids && !ids))
+    struct map_id *ids =
+        target->ids ? map_ids_sort(target->ids, target->element_count, arena) : NULL;
+    if (!inlet || (target->ids && !ids))
         api_problem_set(problem, API_OUT_OF_MEMORY, "the mesh needs more memory than allowed");
-    else if (mark(mesh, ids, list, inlet, problem))
-        mesh->inlet = inlet;
+    else if (mark(target, ids, list, inlet, problem))
+        target->inlet = inlet;
     arena_rewind(arena, scratch);
     return problem->id;
 }

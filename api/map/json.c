@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The JSON body of a map request, read straight into arrays. */
-#include "mesh.h"
+#include "target.h"
 
 #include "api/json/scan.h"
 #include <math.h>
@@ -78,7 +78,7 @@ static bool is_index(double value) {
     return value >= 0 && value <= INT32_MAX && value == floor(value);
 }
 
-static bool read_triangles(struct scan *scan, const char *path, struct api_map_mesh *mesh) {
+static bool read_triangles(struct scan *scan, const char *path, struct map_target *target) {
     int32_t(*rows)[4];
     void *array;
     double v[3];
@@ -98,8 +98,8 @@ static bool read_triangles(struct scan *scan, const char *path, struct api_map_m
         }
         rows[row][3] = -1;
     }
-    mesh->elements = (const int32_t(*)[4])rows;
-    mesh->element_count = row;
+    target->elements = (const int32_t(*)[4])rows;
+    target->element_count = row;
     return true;
 }
 
@@ -141,19 +141,19 @@ static bool read_indices(struct scan *scan, const char *path, struct indices *in
 
 /* ---- the document ---- */
 
-static bool read_mesh_member(struct scan *scan, const char *key, struct api_map_mesh *mesh) {
+static bool read_mesh_member(struct scan *scan, const char *key, struct map_target *target) {
     char path[SCAN_KEY_SIZE + 8];
     bool vertices = strcmp(key, "vertices") == 0;
     snprintf(path, sizeof path, "/mesh/%s", key);
     if (!vertices && strcmp(key, "triangles") != 0)
         return scan_invalid(scan, path, -1, -1, "is not known here");
-    if (vertices ? mesh->vertices != NULL : mesh->elements != NULL)
+    if (vertices ? target->vertices != NULL : target->elements != NULL)
         return scan_malformed(scan, "the key is there twice");
-    return vertices ? read_points(scan, path, &mesh->vertices, &mesh->vertex_count)
-                    : read_triangles(scan, path, mesh);
+    return vertices ? read_points(scan, path, &target->vertices, &target->vertex_count)
+                    : read_triangles(scan, path, target);
 }
 
-static bool read_mesh(struct scan *scan, struct api_map_mesh *mesh) {
+static bool read_mesh(struct scan *scan, struct map_target *target) {
     char key[SCAN_KEY_SIZE];
     bool more = true;
     if (!scan_open(scan, '{', "/mesh", -1, "must be an object"))
@@ -161,31 +161,31 @@ static bool read_mesh(struct scan *scan, struct api_map_mesh *mesh) {
     if (scan_take(scan, '}'))
         return true;
     while (more)
-        if (!scan_key(scan, key) || !read_mesh_member(scan, key, mesh) ||
+        if (!scan_key(scan, key) || !read_mesh_member(scan, key, target) ||
             !scan_next(scan, '}', &more))
             return false;
     return true;
 }
 
 /* One member of the document. */
-static bool read_member(struct scan *scan, const char *key, struct api_map_mesh *mesh,
+static bool read_member(struct scan *scan, const char *key, struct map_target *target,
                         bool has_mesh, struct indices *inlet) {
     char path[SCAN_KEY_SIZE + 1];
     snprintf(path, sizeof path, "/%s", key);
     bool points = strcmp(key, "points") == 0;
-    if ((points || strcmp(key, "mesh") == 0) && (mesh->vertices || has_mesh))
+    if ((points || strcmp(key, "mesh") == 0) && (target->vertices || has_mesh))
         return scan_invalid(scan, path, -1, -1, "must be the only one of \"points\" and \"mesh\"");
     if (points)
-        return read_points(scan, path, &mesh->vertices, &mesh->vertex_count);
+        return read_points(scan, path, &target->vertices, &target->vertex_count);
     if (strcmp(key, "mesh") == 0)
-        return read_mesh(scan, mesh);
+        return read_mesh(scan, target);
     if (strcmp(key, "inlet_elements") == 0)
         return inlet->values ? scan_malformed(scan, "the key is there twice")
                              : read_indices(scan, path, inlet);
     return scan_invalid(scan, path, -1, -1, "is not known here");
 }
 
-static bool read_document(struct scan *scan, struct api_map_mesh *mesh, bool *has_mesh,
+static bool read_document(struct scan *scan, struct map_target *target, bool *has_mesh,
                           struct indices *inlet) {
     char key[SCAN_KEY_SIZE];
     bool more = true;
@@ -194,7 +194,7 @@ static bool read_document(struct scan *scan, struct api_map_mesh *mesh, bool *ha
     if (scan_take(scan, '}'))
         more = false;
     while (more) {
-        if (!scan_key(scan, key) || !read_member(scan, key, mesh, *has_mesh, inlet))
+        if (!scan_key(scan, key) || !read_member(scan, key, target, *has_mesh, inlet))
             return false;
         *has_mesh = *has_mesh || strcmp(key, "mesh") == 0;
         if (!scan_next(scan, '}', &more))
@@ -207,56 +207,56 @@ static bool read_document(struct scan *scan, struct api_map_mesh *mesh, bool *ha
 
 /* ---- sense ---- */
 
-static bool check_elements(struct scan *scan, const struct api_map_mesh *mesh) {
-    for (size_t row = 0; row < mesh->element_count; row++)
+static bool check_elements(struct scan *scan, const struct map_target *target) {
+    for (size_t row = 0; row < target->element_count; row++)
         for (int k = 0; k < 3; k++)
-            if ((size_t)mesh->elements[row][k] >= mesh->vertex_count)
+            if ((size_t)target->elements[row][k] >= target->vertex_count)
                 return scan_invalid(scan, "/mesh/triangles", (long)row, k,
                                     "must be the index of a vertex, less than %zu",
-                                    mesh->vertex_count);
+                                    target->vertex_count);
     return true;
 }
 
-static bool mark_inlet(struct scan *scan, const struct indices *inlet, struct api_map_mesh *mesh) {
-    uint8_t *marks = arena_alloc(scan->arena, mesh->element_count, 1);
+static bool mark_inlet(struct scan *scan, const struct indices *inlet, struct map_target *target) {
+    uint8_t *marks = arena_alloc(scan->arena, target->element_count, 1);
     if (!marks)
         return scan_no_memory(scan);
     for (size_t k = 0; k < inlet->count; k++) {
-        if ((size_t)inlet->values[k] >= mesh->element_count)
+        if ((size_t)inlet->values[k] >= target->element_count)
             return scan_invalid(scan, "/inlet_elements", (long)k, -1,
                                 "must be the index of an element, less than %zu",
-                                mesh->element_count);
+                                target->element_count);
         marks[inlet->values[k]] = 1;
     }
-    mesh->inlet = marks;
+    target->inlet = marks;
     return true;
 }
 
 static bool check(struct scan *scan, bool has_mesh, const struct indices *inlet,
-                  struct api_map_mesh *mesh) {
-    if (!has_mesh && !mesh->vertices)
+                  struct map_target *target) {
+    if (!has_mesh && !target->vertices)
         return scan_invalid(scan, "", -1, -1, "must have either \"points\" or \"mesh\"");
-    if (!mesh->vertices)
+    if (!target->vertices)
         return scan_invalid(scan, "/mesh/vertices", -1, -1, "is required");
-    if (has_mesh && !mesh->elements)
+    if (has_mesh && !target->elements)
         return scan_invalid(scan, "/mesh/triangles", -1, -1, "is required");
     if (!has_mesh)
-        mesh->element_count = mesh->vertex_count;
+        target->element_count = target->vertex_count;
     if (inlet->values && !has_mesh)
         return scan_invalid(scan, "/inlet_elements", -1, -1, "needs a mesh");
-    return (!has_mesh || check_elements(scan, mesh)) &&
-           (!inlet->values || mark_inlet(scan, inlet, mesh));
+    return (!has_mesh || check_elements(scan, target)) &&
+           (!inlet->values || mark_inlet(scan, inlet, target));
 }
 
-enum api_problem_id api_map_mesh_json(const char *bytes, size_t length, struct arena *arena,
-                                      struct api_map_mesh *mesh, struct api_problem *problem) {
+enum api_problem_id map_target_json(const char *bytes, size_t length, struct arena *arena,
+                                    struct map_target *target, struct api_problem *problem) {
     struct scan scan = {bytes, bytes, bytes + length, arena, problem};
     struct indices inlet = {0};
     bool has_mesh = false;
-    *mesh = (struct api_map_mesh){0};
+    *target = (struct map_target){0};
     if (length == 0)
         scan_malformed(&scan, "the document is empty");
-    else if (read_document(&scan, mesh, &has_mesh, &inlet))
-        (void)check(&scan, has_mesh, &inlet, mesh);
+    else if (read_document(&scan, target, &has_mesh, &inlet))
+        (void)check(&scan, has_mesh, &inlet, target);
     return problem->id;
 }

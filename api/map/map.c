@@ -14,7 +14,7 @@ enum { OWN_COLUMNS = 9, TENSOR_PARTS = 6 };
 
 /* One run: the columns that are filled, by name. */
 struct mapping {
-    const struct api_map_mesh *mesh;
+    const struct map_target *target;
     const struct drape_monitor *monitor;
     struct map_net net;
     double *column[API_COLUMNS_MAX]; /* those of the cells, in their order */
@@ -68,7 +68,7 @@ static bool make_columns(struct mapping *mapping, struct arena *arena, struct ap
     const struct map_net *net = &mapping->net;
     bool tensor = false, good = net->column_count + OWN_COLUMNS <= API_COLUMNS_MAX;
     size_t column = 0;
-    add_column(map, column_specs[COLUMN_CELLS_id].name, true, fill_id, mapping->mesh->ids);
+    add_column(map, column_specs[COLUMN_CELLS_id].name, true, fill_id, mapping->target->ids);
     for (size_t k = 0; good && k < net->group_count; k++) {
         const struct map_group *group = &net->group[k];
         tensor = tensor || group->kind == MAP_TENSOR;
@@ -91,13 +91,13 @@ static bool make_columns(struct mapping *mapping, struct arena *arena, struct ap
 
 /* ---- one place ---- */
 
-static struct vec3 place_of(const struct api_map_mesh *mesh, size_t row) {
-    if (!mesh->elements)
-        return mesh->vertices[row];
+static struct vec3 place_of(const struct map_target *target, size_t row) {
+    if (!target->elements)
+        return target->vertices[row];
     struct vec3 sum = {0, 0, 0};
-    int count = mesh->elements[row][3] < 0 ? 3 : 4;
+    int count = target->elements[row][3] < 0 ? 3 : 4;
     for (int k = 0; k < count; k++)
-        sum = vec3_add(sum, mesh->vertices[mesh->elements[row][k]]);
+        sum = vec3_add(sum, target->vertices[target->elements[row][k]]);
     return vec3_scale(1.0 / count, sum);
 }
 
@@ -149,7 +149,7 @@ static void put_row(const struct mapping *mapping, const struct facets_place *pl
 
 static bool map_places(struct mapping *mapping, struct api_problem *problem) {
     const struct map_net *net = &mapping->net;
-    size_t count = mapping->mesh->element_count;
+    size_t count = mapping->target->element_count;
     double values[API_COLUMNS_MAX];
     struct facets_place place = {.cell = 0};
     for (size_t row = 0; row < count; row++) {
@@ -158,7 +158,7 @@ static bool map_places(struct mapping *mapping, struct api_problem *problem) {
             api_problem_set(problem, API_CANCELLED, "the map was cancelled");
             return false;
         }
-        facets_nearest(net->facets, place_of(mapping->mesh, row), place.cell, &place);
+        facets_nearest(net->facets, place_of(mapping->target, row), place.cell, &place);
         map_net_interpolate(net, &place, values);
         put_row(mapping, &place, values, row);
         mapping->distance[row] = place.distance;
@@ -171,7 +171,7 @@ static bool map_places(struct mapping *mapping, struct api_problem *problem) {
 }
 
 static void warn(const struct mapping *mapping, struct api_map *map) {
-    size_t count = mapping->mesh->element_count;
+    size_t count = mapping->target->element_count;
     if (mapping->far <= count / 2)
         return;
     snprintf(map->warning, sizeof map->warning,
@@ -199,7 +199,7 @@ static enum api_problem_id run(struct mapping *mapping, const struct api_reader 
     return problem->id;
 }
 
-enum api_problem_id api_map_make(const struct api_reader *reader, const struct api_map_mesh *mesh,
+enum api_problem_id api_map_make(const struct api_reader *reader, const struct map_target *target,
                                  const struct drape_monitor *monitor, struct arena *arena,
                                  struct api_map *map, struct api_problem *problem) {
     struct mapping *mapping = arena_alloc(arena, 1, sizeof *mapping);
@@ -208,13 +208,13 @@ enum api_problem_id api_map_make(const struct api_reader *reader, const struct a
         api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
         return problem->id;
     }
-    map->fields = (struct map_fields){.vertices = mesh->vertices,
-                                      .vertex_count = mesh->vertex_count,
-                                      .elements = mesh->elements,
-                                      .element_count = mesh->element_count,
+    map->fields = (struct map_fields){.vertices = target->vertices,
+                                      .vertex_count = target->vertex_count,
+                                      .elements = target->elements,
+                                      .element_count = target->element_count,
                                       .columns = map->columns,
-                                      .inlet = mesh->inlet};
-    mapping->mesh = mesh;
+                                      .inlet = target->inlet};
+    mapping->target = target;
     mapping->monitor = monitor;
     mapping->thickness = -1;
     return run(mapping, reader, arena, map, problem);

@@ -20,8 +20,8 @@
 #include "api/format/format.h"
 #include "api/problem.h"
 #include "api/result/columns.h"
-#include "mesh.h"
 #include "solver/drape.h"
+#include "target.h"
 
 enum { API_MAP_WARNING_SIZE = 256 };
 
@@ -41,7 +41,7 @@ struct api_map {
  * whether to go on. Returns API_OK, API_INVALID_REQUEST when the net has no cells, API_INTERNAL for
  * a damaged container, API_CANCELLED or API_OUT_OF_MEMORY.
  */
-enum api_problem_id api_map_make(const struct api_reader *reader, const struct api_map_mesh *mesh,
+enum api_problem_id api_map_make(const struct api_reader *reader, const struct map_target *target,
                                  const struct drape_monitor *monitor, struct arena *arena,
                                  struct api_map *map, struct api_problem *problem) STATUS_MUST_USE;
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The Nastran bulk data of a map request: its grids and elements. */
-#include "mesh.h"
+#include "target.h"
 
 #include "bulk_data.h"
 #include "ids.h"
@@ -169,10 +169,10 @@ static bool allocate(struct file *file, struct arena *arena) {
     return false;
 }
 
-enum api_problem_id api_map_mesh_nastran(const char *bytes, size_t length, struct arena *arena,
-                                         struct api_map_mesh *mesh, struct api_problem *problem) {
+enum api_problem_id map_target_nastran(const char *bytes, size_t length, struct arena *arena,
+                                       struct map_target *target, struct api_problem *problem) {
     struct file file = {.problem = problem, .counting = true};
-    *mesh = (struct api_map_mesh){0};
+    *target = (struct map_target){0};
     if (!read_cards(&file, bytes, length))
         return problem->id;
     if (file.elements.count == 0) {
@@ -182,7 +182,7 @@ enum api_problem_id api_map_mesh_nastran(const char *bytes, size_t length, struc
     file.counting = false;
     if (!allocate(&file, arena) || !read_cards(&file, bytes, length) || !resolve(&file, arena))
         return problem->id;
-    *mesh = (struct api_map_mesh){.vertices = file.grids.point,
+    *target = (struct map_target){.vertices = file.grids.point,
                                   .vertex_count = file.grids.count,
                                   .elements = (const int32_t(*)[4])file.elements.nodes,
                                   .element_count = file.elements.count,

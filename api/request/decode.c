@@ -5,107 +5,107 @@
 #include "parts.h"
 #include <string.h>
 
-static const struct tree_range angles = {-1e6, 1e6, false};     /* of the warp, deg */
-static const struct tree_range pre_shears = {-80, 80, false};   /* deg */
-static const struct tree_range locking_angles = {0, 90, false}; /* deg */
+static const struct place_range angles = {-1e6, 1e6, false};     /* of the warp, deg */
+static const struct place_range pre_shears = {-80, 80, false};   /* deg */
+static const struct place_range locking_angles = {0, 90, false}; /* deg */
 enum { PLIES_MAX = 10000, INDEX_MAX = 100000000 /* of an extent */ };
 
 /* Exactly one of two keys of an object is given: which (0 or 1), or -1 after reporting. */
-static int read_alternative(const struct tree_place *place, const char *first, const char *second) {
+static int read_alternative(const struct json_place *place, const char *first, const char *second) {
     const char *const keys[] = {first, second, NULL};
-    if (!tree_object(place, keys))
+    if (!place_object(place, keys))
         return -1;
-    struct tree_place a = tree_member(place, first), b = tree_member(place, second);
-    if (tree_given(&a) != tree_given(&b))
-        return tree_given(&a) ? 0 : 1;
-    tree_fault(place, "must have either \"%s\" or \"%s\"", first, second);
+    struct json_place a = place_member(place, first), b = place_member(place, second);
+    if (place_given(&a) != place_given(&b))
+        return place_given(&a) ? 0 : 1;
+    place_fault(place, "must have either \"%s\" or \"%s\"", first, second);
     return -1;
 }
 
-static void read_vec3(const struct tree_place *place, struct vec3 *vector) {
+static void read_vec3(const struct json_place *place, struct vec3 *vector) {
     double values[3];
-    if (tree_vector(place, decode_coordinates, 3, values))
+    if (place_vector(place, decode_coordinates, 3, values))
         *vector = vec3_make(values[0], values[1], values[2]);
 }
 
 /* A vector that gives a direction. */
-static void read_direction(const struct tree_place *place, struct vec3 *vector) {
+static void read_direction(const struct json_place *place, struct vec3 *vector) {
     double values[3];
-    if (!tree_vector(place, decode_coordinates, 3, values))
+    if (!place_vector(place, decode_coordinates, 3, values))
         return;
     *vector = vec3_make(values[0], values[1], values[2]);
     if (vec3_norm(*vector) < decode_lengths.low)
-        tree_fault(place, "must be longer than %g", decode_lengths.low);
+        place_fault(place, "must be longer than %g", decode_lengths.low);
 }
 
-static void decode_unit(const struct tree_place *place, const struct api_unit **unit) {
+static void decode_unit(const struct json_place *place, const struct api_unit **unit) {
     const char *names[API_UNIT_COUNT];
     int index = 0;
     for (int i = 0; i < API_UNIT_COUNT; i++)
         names[i] = api_units[i].name;
-    if (!tree_given(place) || tree_choice(place, names, API_UNIT_COUNT, &index))
+    if (!place_given(place) || place_choice(place, names, API_UNIT_COUNT, &index))
         *unit = &api_units[index];
 }
 
-static void decode_spacing(const struct tree_place *place, double spacing[2]) {
-    if (tree_type(place) == TREE_ARRAY) {
-        tree_vector(place, decode_lengths, 2, spacing);
-    } else if (tree_number(place, decode_lengths, &spacing[0])) {
+static void decode_spacing(const struct json_place *place, double spacing[2]) {
+    if (place_type(place) == PLACE_ARRAY) {
+        place_vector(place, decode_lengths, 2, spacing);
+    } else if (place_number(place, decode_lengths, &spacing[0])) {
         spacing[1] = spacing[0];
     }
 }
 
-static void decode_fabric(const struct tree_place *place, struct api_request *request) {
+static void decode_fabric(const struct json_place *place, struct api_request *request) {
     static const char *const keys[] = {
         "spacing", "thickness", "fiber_volume_fraction", "locking_angle_deg", "pre_shear_deg",
         "plies",   NULL};
     struct api_fabric *fabric = &request->fabric;
-    if (!tree_object(place, keys))
+    if (!place_object(place, keys))
         return;
-    struct tree_place spacing = tree_member(place, "spacing");
-    struct tree_place thickness = tree_member(place, "thickness");
-    struct tree_place fraction = tree_member(place, "fiber_volume_fraction");
-    struct tree_place locking = tree_member(place, "locking_angle_deg");
-    struct tree_place pre_shear = tree_member(place, "pre_shear_deg");
-    struct tree_place plies = tree_member(place, "plies");
+    struct json_place spacing = place_member(place, "spacing");
+    struct json_place thickness = place_member(place, "thickness");
+    struct json_place fraction = place_member(place, "fiber_volume_fraction");
+    struct json_place locking = place_member(place, "locking_angle_deg");
+    struct json_place pre_shear = place_member(place, "pre_shear_deg");
+    struct json_place plies = place_member(place, "plies");
     decode_spacing(&spacing, request->settings.spacing);
-    if (tree_given(&thickness))
-        tree_number(&thickness, decode_lengths, &fabric->thickness);
-    if (tree_given(&fraction))
-        tree_number(&fraction, decode_fractions, &fabric->fiber_volume_fraction);
-    if (tree_given(&locking))
-        tree_number(&locking, locking_angles, &fabric->locking_angle_deg);
-    if (tree_given(&pre_shear))
-        tree_number(&pre_shear, pre_shears, &request->settings.pre_shear_deg);
-    if (tree_given(&plies))
-        tree_integer(&plies, 1, PLIES_MAX, &fabric->plies);
+    if (place_given(&thickness))
+        place_number(&thickness, decode_lengths, &fabric->thickness);
+    if (place_given(&fraction))
+        place_number(&fraction, decode_fractions, &fabric->fiber_volume_fraction);
+    if (place_given(&locking))
+        place_number(&locking, locking_angles, &fabric->locking_angle_deg);
+    if (place_given(&pre_shear))
+        place_number(&pre_shear, pre_shears, &request->settings.pre_shear_deg);
+    if (place_given(&plies))
+        place_integer(&plies, 1, PLIES_MAX, &fabric->plies);
 }
 
 /* A NURBS surface has a domain; whether a point in space is near the surface is found later. */
-static void check_start(const struct tree_place *uv, const struct api_surface *surface,
+static void check_start(const struct json_place *uv, const struct api_surface *surface,
                         const double start[2]) {
     const struct nurbs_axis *axis[2] = {&surface->nurbs.u, &surface->nurbs.v};
     if (surface->kind == API_SURFACE_MESH)
-        tree_fault(uv, "a triangle mesh has no u and v: give the start as a point");
+        place_fault(uv, "a triangle mesh has no u and v: give the start as a point");
     if (surface->kind != API_SURFACE_NURBS)
         return;
     for (size_t k = 0; k < 2; k++) {
         double low = axis[k]->knots[axis[k]->degree], high = axis[k]->knots[axis[k]->size];
         if (start[k] < low || start[k] > high) {
-            tree_fault(uv, "%c must lie in the domain of the surface, between %g and %g", "uv"[k],
-                       low, high);
+            place_fault(uv, "%c must lie in the domain of the surface, between %g and %g", "uv"[k],
+                        low, high);
             return;
         }
     }
 }
 
-static void decode_start(const struct tree_place *place, struct api_request *request) {
+static void decode_start(const struct json_place *place, struct api_request *request) {
     struct drape_settings *settings = &request->settings;
-    struct tree_place uv = tree_member(place, "uv"), point = tree_member(place, "point");
+    struct json_place uv = place_member(place, "uv"), point = place_member(place, "point");
     switch (read_alternative(place, "uv", "point")) {
     case 0:
         settings->start_kind = DRAPE_START_UV;
-        if (tree_vector(&uv, decode_coordinates, 2, settings->start_uv))
+        if (place_vector(&uv, decode_coordinates, 2, settings->start_uv))
             check_start(&uv, &request->surface, settings->start_uv);
         break;
     case 1:
@@ -115,13 +115,13 @@ static void decode_start(const struct tree_place *place, struct api_request *req
     }
 }
 
-static void decode_direction(const struct tree_place *place, struct drape_settings *settings) {
-    struct tree_place angle = tree_member(place, "angle_deg");
-    struct tree_place vector = tree_member(place, "vector");
+static void decode_direction(const struct json_place *place, struct drape_settings *settings) {
+    struct json_place angle = place_member(place, "angle_deg");
+    struct json_place vector = place_member(place, "vector");
     switch (read_alternative(place, "angle_deg", "vector")) {
     case 0:
         settings->direction_kind = DRAPE_DIRECTION_ANGLE;
-        tree_number(&angle, angles, &settings->direction_deg);
+        place_number(&angle, angles, &settings->direction_deg);
         break;
     case 1:
         settings->direction_kind = DRAPE_DIRECTION_VECTOR;
@@ -130,19 +130,19 @@ static void decode_direction(const struct tree_place *place, struct drape_settin
     }
 }
 
-static void decode_generator(const struct tree_place *place, struct drape_generator *generator) {
+static void decode_generator(const struct json_place *place, struct drape_generator *generator) {
     static const char *const names[] = {"geodesic"};
-    struct tree_place curve = tree_member(place, "uv"), plane = tree_member(place, "plane");
+    struct json_place curve = place_member(place, "uv"), plane = place_member(place, "plane");
     double *rows;
     int index;
-    if (tree_type(place) == TREE_STRING) {
-        tree_choice(place, names, 1, &index);
+    if (place_type(place) == PLACE_STRING) {
+        place_choice(place, names, 1, &index);
         return;
     }
     switch (read_alternative(place, "uv", "plane")) {
     case 0:
         generator->kind = DRAPE_GENERATOR_CURVE;
-        if (tree_rows(&curve, decode_coordinates, 2, 2, &rows, &generator->curve_count))
+        if (place_rows(&curve, decode_coordinates, 2, 2, &rows, &generator->curve_count))
             generator->curve = (const double(*)[2])rows;
         break;
     case 1:
@@ -154,69 +154,69 @@ static void decode_generator(const struct tree_place *place, struct drape_genera
 
 static const char *const yarn_keys[] = {"warp", "weft", NULL};
 
-static void decode_generators(const struct tree_place *place, struct drape_settings *settings) {
-    if (!tree_object(place, yarn_keys))
+static void decode_generators(const struct json_place *place, struct drape_settings *settings) {
+    if (!place_object(place, yarn_keys))
         return;
     for (int k = 0; k < 2; k++) {
-        struct tree_place generator = tree_member(place, yarn_keys[k]);
-        if (tree_given(&generator))
+        struct json_place generator = place_member(place, yarn_keys[k]);
+        if (place_given(&generator))
             decode_generator(&generator, &settings->generator[k]);
     }
 }
 
-static void decode_extent(const struct tree_place *place, struct drape_settings *settings) {
-    if (!tree_object(place, yarn_keys))
+static void decode_extent(const struct json_place *place, struct drape_settings *settings) {
+    if (!place_object(place, yarn_keys))
         return;
     for (int k = 0; k < 2; k++) {
-        struct tree_place yarn = tree_member(place, yarn_keys[k]);
-        struct tree_place low = tree_element(&yarn, 0), high = tree_element(&yarn, 1);
-        if (!tree_given(&yarn))
+        struct json_place yarn = place_member(place, yarn_keys[k]);
+        struct json_place low = place_element(&yarn, 0), high = place_element(&yarn, 1);
+        if (!place_given(&yarn))
             continue;
         settings->has_extent[k] = true;
-        if (tree_type(&yarn) != TREE_ARRAY || tree_length(&yarn) != 2) {
-            tree_fault(&yarn, "must be an array of two whole numbers");
+        if (place_type(&yarn) != PLACE_ARRAY || place_length(&yarn) != 2) {
+            place_fault(&yarn, "must be an array of two whole numbers");
             continue;
         }
-        tree_integer(&low, -INDEX_MAX, 0, &settings->extent[k][0]);
-        tree_integer(&high, 0, INDEX_MAX, &settings->extent[k][1]);
+        place_integer(&low, -INDEX_MAX, 0, &settings->extent[k][0]);
+        place_integer(&high, 0, INDEX_MAX, &settings->extent[k][1]);
     }
 }
 
-static void decode_cavity(const struct tree_place *place, struct api_cavity *cavity) {
+static void decode_cavity(const struct json_place *place, struct api_cavity *cavity) {
     static const char *const keys[] = {"height", NULL};
     static const char *const names[] = {"flexible"};
     int index;
-    if (tree_type(place) == TREE_STRING) {
-        tree_choice(place, names, 1, &index);
+    if (place_type(place) == PLACE_STRING) {
+        place_choice(place, names, 1, &index);
         return;
     }
-    struct tree_place height = tree_member(place, "height");
+    struct json_place height = place_member(place, "height");
     cavity->rigid = true;
-    if (tree_object(place, keys))
-        tree_number(&height, decode_lengths, &cavity->height);
+    if (place_object(place, keys))
+        place_number(&height, decode_lengths, &cavity->height);
 }
 
-static void decode_method(const struct tree_place *root, struct api_request *request) {
+static void decode_method(const struct json_place *root, struct api_request *request) {
     struct drape_settings *settings = &request->settings;
-    struct tree_place method = tree_member(root, "method"), path = tree_member(root, "yarn_path");
+    struct json_place method = place_member(root, "method"), path = place_member(root, "yarn_path");
     int index = DRAPE_GIB;
-    if (tree_given(&method))
-        tree_choice(&method, api_method_names, DRAPE_GIB4 + 1, &index);
+    if (place_given(&method))
+        place_choice(&method, api_method_names, DRAPE_GIB4 + 1, &index);
     settings->method = (enum drape_method)index;
     index = DRAPE_PATH_CHORD;
-    if (tree_given(&path))
-        tree_choice(&path, api_yarn_path_names, DRAPE_PATH_RELAXATION + 1, &index);
+    if (place_given(&path))
+        place_choice(&path, api_yarn_path_names, DRAPE_PATH_RELAXATION + 1, &index);
     settings->yarn_path = (enum drape_yarn_path)index;
     if (settings->yarn_path == DRAPE_PATH_RELAXATION && settings->method != DRAPE_GIB)
-        tree_fault(&path, "relaxation is for the method \"gib\"");
+        place_fault(&path, "relaxation is for the method \"gib\"");
     if (request->surface.kind == API_SURFACE_MESH && settings->method != DRAPE_MOSAIC)
-        tree_fault(&method, "a triangle mesh needs the method \"mosaic\"");
+        place_fault(&method, "a triangle mesh needs the method \"mosaic\"");
     for (int k = 0; k < 2 && request->surface.kind == API_SURFACE_MESH; k++) {
-        struct tree_place generators = tree_member(root, "generators");
-        struct tree_place generator = tree_member(&generators, yarn_keys[k]);
+        struct json_place generators = place_member(root, "generators");
+        struct json_place generator = place_member(&generators, yarn_keys[k]);
         if (settings->generator[k].kind == DRAPE_GENERATOR_CURVE)
-            tree_fault(&generator,
-                       "must not be a curve in u and v, which a triangle mesh does not have");
+            place_fault(&generator,
+                        "must not be a curve in u and v, which a triangle mesh does not have");
     }
 }
 
@@ -243,52 +243,53 @@ static void decode_stored(const struct api_input *input, const struct api_limits
 }
 
 /* Everything but the surface, whose kind and domain it needs. */
-static void decode_rest(const struct tree_place *root, struct api_request *request) {
-    struct tree_place unit = tree_member(root, "length_unit"), fabric = tree_member(root, "fabric");
-    struct tree_place start = tree_member(root, "start"), cavity = tree_member(root, "cavity");
-    struct tree_place direction = tree_member(root, "direction");
-    struct tree_place generators = tree_member(root, "generators");
-    struct tree_place extent = tree_member(root, "extent");
-    struct tree_place permeability = tree_member(root, "permeability");
+static void decode_rest(const struct json_place *root, struct api_request *request) {
+    struct json_place unit = place_member(root, "length_unit"),
+                      fabric = place_member(root, "fabric");
+    struct json_place start = place_member(root, "start"), cavity = place_member(root, "cavity");
+    struct json_place direction = place_member(root, "direction");
+    struct json_place generators = place_member(root, "generators");
+    struct json_place extent = place_member(root, "extent");
+    struct json_place permeability = place_member(root, "permeability");
     decode_unit(&unit, &request->length_unit);
     decode_fabric(&fabric, request);
-    if (tree_given(&start))
+    if (place_given(&start))
         decode_start(&start, request);
-    if (tree_given(&direction))
+    if (place_given(&direction))
         decode_direction(&direction, &request->settings);
-    if (tree_given(&generators))
+    if (place_given(&generators))
         decode_generators(&generators, &request->settings);
     decode_method(root, request);
-    if (tree_given(&extent))
+    if (place_given(&extent))
         decode_extent(&extent, &request->settings);
-    if (tree_given(&cavity))
+    if (place_given(&cavity))
         decode_cavity(&cavity, &request->cavity);
-    if (tree_given(&permeability))
+    if (place_given(&permeability))
         decode_permeability(&permeability, &request->permeability);
 }
 
 /* Permeability models that scale with the fibre volume fraction need one, which in a rigid cavity
  * follows from the thickness. */
-static void check_permeability(const struct tree_place *root, const struct api_request *request) {
-    struct tree_place fabric = tree_member(root, "fabric");
-    struct tree_place fraction = tree_member(&fabric, "fiber_volume_fraction");
-    struct tree_place thickness = tree_member(&fabric, "thickness");
+static void check_permeability(const struct json_place *root, const struct api_request *request) {
+    struct json_place fabric = place_member(root, "fabric");
+    struct json_place fraction = place_member(&fabric, "fiber_volume_fraction");
+    struct json_place thickness = place_member(&fabric, "thickness");
     enum api_permeability_model model = request->permeability.model;
     if (model == API_PERMEABILITY_NONE || model == API_PERMEABILITY_TABLE)
         return;
-    if (!tree_given(&fraction))
-        tree_fault(&fraction, "is required by this permeability model");
-    if (request->cavity.rigid && !tree_given(&thickness))
-        tree_fault(&thickness, "is required by this permeability model in a rigid cavity");
+    if (!place_given(&fraction))
+        place_fault(&fraction, "is required by this permeability model");
+    if (request->cavity.rigid && !place_given(&thickness))
+        place_fault(&thickness, "is required by this permeability model in a rigid cavity");
 }
 
-static void check_points(const struct tree_place *place, const struct api_surface *surface,
+static void check_points(const struct json_place *place, const struct api_surface *surface,
                          const struct api_limits *limits) {
-    struct tree_place points = tree_member(place, "control_points");
+    struct json_place points = place_member(place, "control_points");
     if (surface->kind == API_SURFACE_NURBS &&
         surface->nurbs.point_count > limits->max_control_points)
-        tree_fault(&points, "has %zu points, and %zu are allowed", surface->nurbs.point_count,
-                   limits->max_control_points);
+        place_fault(&points, "has %zu points, and %zu are allowed", surface->nurbs.point_count,
+                    limits->max_control_points);
 }
 
 static struct api_request default_request(const struct api_limits *limits) {
@@ -306,12 +307,13 @@ enum api_problem_id api_decode(const struct api_input *input, const struct api_l
     static const char *const keys[] = {"surface",   "length_unit", "fabric",       "start",
                                        "direction", "generators",  "method",       "yarn_path",
                                        "extent",    "cavity",      "permeability", NULL};
-    struct tree tree;
+    struct json_tree tree;
     *request = default_request(limits);
-    if (tree_parse(&tree, input->request, input->request_length, limits, arena, problem) != API_OK)
+    if (json_tree_parse(&tree, input->request, input->request_length, limits, arena, problem) !=
+        API_OK)
         return problem->id;
-    struct tree_place root = tree_root(&tree), surface = tree_member(&root, "surface");
-    if (tree_object(&root, keys)) {
+    struct json_place root = place_root(&tree), surface = place_member(&root, "surface");
+    if (place_object(&root, keys)) {
         if (decode_surface(&surface, &request->surface))
             decode_stored(input, limits, arena, &request->surface, problem);
         else
@@ -320,23 +322,23 @@ enum api_problem_id api_decode(const struct api_input *input, const struct api_l
         decode_rest(&root, request);
         check_permeability(&root, request);
     }
-    tree_free(&tree);
+    json_tree_free(&tree);
     return problem->id;
 }
 
 enum api_problem_id api_decode_surface(const char *bytes, size_t length,
                                        const struct api_limits *limits, struct arena *arena,
                                        struct api_surface *surface, struct api_problem *problem) {
-    struct tree tree;
-    if (tree_parse(&tree, bytes, length, limits, arena, problem) != API_OK)
+    struct json_tree tree;
+    if (json_tree_parse(&tree, bytes, length, limits, arena, problem) != API_OK)
         return problem->id;
-    struct tree_place root = tree_root(&tree);
+    struct json_place root = place_root(&tree);
     decode_surface(&root, surface);
     check_points(&root, surface, limits);
     if (problem->id == API_OK && surface->kind == API_SURFACE_NAMED) {
-        struct tree_place degree = tree_member(&root, "degree_u");
-        tree_fault(&degree, "is required: a definition, not an id");
+        struct json_place degree = place_member(&root, "degree_u");
+        place_fault(&degree, "is required: a definition, not an id");
     }
-    tree_free(&tree);
+    json_tree_free(&tree);
     return problem->id;
 }

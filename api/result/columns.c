@@ -162,13 +162,13 @@ enum api_problem_id api_columns_open(const struct api_reader *reader, struct api
                                      struct api_problem *problem) {
     char buffer[API_HEADER_MAX];
     struct api_problem inner = {0};
-    struct tree tree = {0};
+    struct json_tree tree = {0};
     size_t length = read_header(reader, buffer);
     *columns = (struct api_columns){0};
     if (length > 0 &&
-        tree_parse(&tree, buffer, length, &api_limits_default, NULL, &inner) == API_OK) {
+        json_tree_parse(&tree, buffer, length, &api_limits_default, NULL, &inner) == API_OK) {
         directory_read(&tree, columns);
-        tree_free(&tree);
+        json_tree_free(&tree);
     }
     if (inner.id == API_OUT_OF_MEMORY) {
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to read the result");

@@ -53,31 +53,31 @@ void directory_write(struct api_text *text, const struct api_columns *header) {
     api_text_raw(text, "]}");
 }
 
-static const struct tree_range any = {-1e300, 1e300, false};
-static const struct tree_range counts = {0, 0x1p53, false};
+static const struct place_range any = {-1e300, 1e300, false};
+static const struct place_range counts = {0, 0x1p53, false};
 
-static void read_pair(const struct tree_place *object, const char *key, int *pair) {
-    struct tree_place place = tree_member(object, key);
+static void read_pair(const struct json_place *object, const char *key, int *pair) {
+    struct json_place place = place_member(object, key);
     double values[2];
-    if (tree_vector(&place, (struct tree_range){INT32_MIN, INT32_MAX, false}, 2, values))
+    if (place_vector(&place, (struct place_range){INT32_MIN, INT32_MAX, false}, 2, values))
         for (int k = 0; k < 2; k++)
             pair[k] = (int)values[k];
 }
 
-static struct vec3 read_point(const struct tree_place *object, const char *key) {
-    struct tree_place place = tree_member(object, key);
+static struct vec3 read_point(const struct json_place *object, const char *key) {
+    struct json_place place = place_member(object, key);
     double v[3] = {0, 0, 0};
-    tree_vector(&place, any, 3, v);
+    place_vector(&place, any, 3, v);
     return vec3_make(v[0], v[1], v[2]);
 }
 
-static const struct api_unit *read_unit(const struct tree_place *place) {
+static const struct api_unit *read_unit(const struct json_place *place) {
     const char *names[API_UNIT_COUNT];
     int index = 0;
     for (int k = 0; k < API_UNIT_COUNT; k++)
         names[k] = api_units[k].name;
-    if (tree_given(place))
-        tree_choice(place, names, API_UNIT_COUNT, &index);
+    if (place_given(place))
+        place_choice(place, names, API_UNIT_COUNT, &index);
     return &api_units[index];
 }
 
@@ -87,49 +87,49 @@ static bool is_name(const char *text) {
     return length > 0 && length < API_COLUMN_NAME_SIZE && text[length] == '\0';
 }
 
-static void read_column(const struct tree_place *place, struct api_column *column) {
-    struct tree_place table = tree_member(place, "table"), name = tree_member(place, "name");
-    struct tree_place integer = tree_member(place, "integer"), count = tree_member(place, "rows");
+static void read_column(const struct json_place *place, struct api_column *column) {
+    struct json_place table = place_member(place, "table"), name = place_member(place, "name");
+    struct json_place integer = place_member(place, "integer"), count = place_member(place, "rows");
     int index = 0;
     double rows = 0;
     const char *text = "";
-    tree_choice(&table, column_tables, API_TABLE_COUNT, &index);
+    place_choice(&table, column_tables, API_TABLE_COUNT, &index);
     column->table = (enum api_table)index;
-    if (tree_string(&name, &text)) {
+    if (place_string(&name, &text)) {
         if (!is_name(text))
-            tree_fault(&name, "must be a column's name");
+            place_fault(&name, "must be a column's name");
         strncpy(column->name, text, API_COLUMN_NAME_SIZE - 1);
     }
-    tree_boolean(&integer, &column->integer);
-    tree_number(&count, counts, &rows);
+    place_boolean(&integer, &column->integer);
+    place_number(&count, counts, &rows);
     column->rows = (size_t)rows;
 }
 
-void directory_read(const struct tree *tree, struct api_columns *columns) {
-    struct tree_place root = tree_root(tree);
-    struct tree_place summary = tree_member(&root, "summary"), grid = tree_member(&root, "grid");
-    struct tree_place start = tree_member(&root, "start"), list = tree_member(&root, "columns");
-    struct tree_place spacing = tree_member(&grid, "spacing"), uv = tree_member(&start, "uv");
-    struct tree_place unit = tree_member(&root, "length_unit");
+void directory_read(const struct json_tree *tree, struct api_columns *columns) {
+    struct json_place root = place_root(tree);
+    struct json_place summary = place_member(&root, "summary"), grid = place_member(&root, "grid");
+    struct json_place start = place_member(&root, "start"), list = place_member(&root, "columns");
+    struct json_place spacing = place_member(&grid, "spacing"), uv = place_member(&start, "uv");
+    struct json_place unit = place_member(&root, "length_unit");
     columns->unit = read_unit(&unit);
     summary_read(&summary, &columns->summary);
     read_pair(&grid, "warp", columns->grid.warp);
     read_pair(&grid, "weft", columns->grid.weft);
-    tree_vector(&spacing, any, 2, columns->grid.spacing);
-    tree_vector(&uv, any, 2, columns->start.uv);
+    place_vector(&spacing, any, 2, columns->grid.spacing);
+    place_vector(&uv, any, 2, columns->start.uv);
     columns->start.point = read_point(&start, "point");
     columns->start.warp = read_point(&start, "warp");
     columns->start.weft = read_point(&start, "weft");
-    columns->count = tree_length(&list);
+    columns->count = place_length(&list);
     if (columns->count > API_COLUMNS_MAX) {
-        tree_fault(&list, "must have at most %d elements", API_COLUMNS_MAX);
+        place_fault(&list, "must have at most %d elements", API_COLUMNS_MAX);
         return;
     }
     for (size_t i = 0; i < columns->count; i++) {
-        struct tree_place column = tree_element(&list, i);
+        struct json_place column = place_element(&list, i);
         read_column(&column, &columns->column[i]);
         if (columns->column[i].rows != api_columns_rows(columns, columns->column[i].table))
-            tree_fault(&column, "must have as many rows as the others of its table");
+            place_fault(&column, "must have as many rows as the others of its table");
     }
 }
 

@@ -14,7 +14,7 @@
 #include <stdint.h>
 
 struct api_text;
-struct tree;
+struct json_tree;
 
 enum { API_COLUMNS_MAX = 64, API_COLUMN_NAME_SIZE = 32 };
 
@@ -59,6 +59,6 @@ void directory_write(struct api_text *text, const struct api_columns *columns);
 
 /* Reads it into zero-initialised `columns`, all but offsets and length; what is wrong is reported
  * to the tree's problem. */
-void directory_read(const struct tree *tree, struct api_columns *columns);
+void directory_read(const struct json_tree *tree, struct api_columns *columns);
 
 #endif

@@ -18,8 +18,8 @@ const size_t summary_member_count = sizeof summary_members / sizeof *summary_mem
 static const char *const outcome_names[] = {
     [DRAPE_COMPLETE] = "complete", [DRAPE_PARTIAL] = "partial"};
 
-static const struct tree_range any = {-1e300, 1e300, false};
-static const struct tree_range counts = {0, 0x1p53, false};
+static const struct place_range any = {-1e300, 1e300, false};
+static const struct place_range counts = {0, 0x1p53, false};
 
 bool summary_finite(const struct api_summary *summary) {
     bool finite = true;
@@ -101,24 +101,24 @@ char *api_summary_json(const struct api_summary *summary, double queue_ms) {
 
 /* ---- reading ---- */
 
-static size_t read_count(const struct tree_place *place) {
+static size_t read_count(const struct json_place *place) {
     double value = 0;
-    tree_number(place, counts, &value);
+    place_number(place, counts, &value);
     return (size_t)value;
 }
 
-static void read_number(const struct tree_place *place, double *value) {
+static void read_number(const struct json_place *place, double *value) {
     *value = 0;
-    tree_number(place, any, value);
+    place_number(place, any, value);
 }
 
-static void read_member(const struct tree_place *place, enum summary_kind kind, void *value) {
-    struct tree_place solve = tree_member(place, "solve");
+static void read_member(const struct json_place *place, enum summary_kind kind, void *value) {
+    struct json_place solve = place_member(place, "solve");
     int outcome = DRAPE_COMPLETE;
     const char *text;
     switch (kind) {
     case SUMMARY_OUTCOME:
-        tree_choice(place, outcome_names, 2, &outcome);
+        place_choice(place, outcome_names, 2, &outcome);
         *(enum drape_outcome *)value = (enum drape_outcome)outcome;
         break;
     case SUMMARY_COUNT:
@@ -129,12 +129,12 @@ static void read_member(const struct tree_place *place, enum summary_kind kind, 
         break;
     case SUMMARY_POSITIVE:
         *(double *)value = -1;
-        if (tree_type(place) == TREE_NUMBER)
-            tree_number(place, any, value);
+        if (place_type(place) == PLACE_NUMBER)
+            place_number(place, any, value);
         break;
     case SUMMARY_REASONS:
         for (int i = 0; i < DRAPE_REASON_COUNT; i++) {
-            struct tree_place count = tree_member(place, drape_reason_name((enum drape_reason)i));
+            struct json_place count = place_member(place, drape_reason_name((enum drape_reason)i));
             ((size_t *)value)[i] = read_count(&count);
         }
         break;
@@ -142,16 +142,16 @@ static void read_member(const struct tree_place *place, enum summary_kind kind, 
         read_number(&solve, value);
         break;
     case SUMMARY_VERSION:
-        if (tree_string(place, &text))
+        if (place_string(place, &text))
             strncpy(value, text, API_VERSION_SIZE - 1);
         break;
     }
 }
 
-void summary_read(const struct tree_place *place, struct api_summary *summary) {
+void summary_read(const struct json_place *place, struct api_summary *summary) {
     for (size_t k = 0; k < summary_member_count; k++) {
         const struct summary_member *member = &summary_members[k];
-        struct tree_place own = tree_member(place, member->key);
+        struct json_place own = place_member(place, member->key);
         read_member(&own, member->kind, (char *)summary + member->offset);
     }
 }

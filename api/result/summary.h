@@ -60,7 +60,7 @@ struct api_summary {
 };
 
 struct api_text;
-struct tree_place;
+struct json_place;
 
 /* The list as data. */
 struct summary_member {
@@ -79,7 +79,7 @@ bool summary_finite(const struct api_summary *summary);
 void summary_write(struct api_text *text, const struct api_summary *summary, double queue_ms);
 
 /* Reads it; what is wrong is reported to the place's problem. */
-void summary_read(const struct tree_place *place, struct api_summary *summary);
+void summary_read(const struct json_place *place, struct api_summary *summary);
 
 /* The contract's object as a malloc'ed string that the caller frees; NULL without memory. */
 char *api_summary_json(const struct api_summary *summary, double queue_ms);

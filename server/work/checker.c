@@ -89,14 +89,14 @@ static bool in_time(void *context, double fraction) {
 }
 
 static bool read_mesh(const struct task *task, const struct format *format, struct arena *arena,
-                      struct api_map_mesh *mesh, struct api_problem *problem) {
+                      struct map_target *mesh, struct api_problem *problem) {
     const char *body = task->document[CHECKER_BODY], *inlet = task->document[CHECKER_INLET];
     size_t length = task->order.length[CHECKER_BODY];
     enum api_problem_id id = task->order.nastran
-                                 ? api_map_mesh_nastran(body, length, arena, mesh, problem)
-                                 : api_map_mesh_json(body, length, arena, mesh, problem);
+                                 ? map_target_nastran(body, length, arena, mesh, problem)
+                                 : map_target_json(body, length, arena, mesh, problem);
     if (id == API_OK && task->order.length[CHECKER_INLET])
-        id = api_map_mesh_inlet(mesh, inlet, arena, problem);
+        id = map_target_inlet(mesh, inlet, arena, problem);
     if (id == API_OK && !mesh->elements && format->elements)
         api_problem_set(problem, API_NOT_ACCEPTABLE,
                         "%s is of elements; a map onto points is available as json, csv",
@@ -129,7 +129,7 @@ static void make_map(struct task *task, struct api_problem *problem) {
     const struct api_reader reader = {read_columns, task};
     const struct drape_monitor monitor = {in_time, task};
     const struct format *format = format_named(FORMAT_MAP, order->format);
-    struct api_map_mesh mesh;
+    struct map_target mesh;
     struct arena *arena = arena_new(order->limits.max_memory);
     if (!arena || !format)
         api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");

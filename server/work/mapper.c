@@ -24,7 +24,7 @@ struct map_task {
     bool done, taken; /* under the lock: taken by a thread */
 
     struct arena *arena;
-    struct api_map_mesh mesh;
+    struct map_target mesh;
     struct api_map map;
     struct encoder *encoder;
     struct api_problem problem;
@@ -55,15 +55,15 @@ static bool go_on(void *context, double fraction) {
 /* Reads the mesh. Its text is not needed any more then. */
 static bool read_mesh(struct map_task *task) {
     struct api_problem *problem = &task->problem;
-    enum api_problem_id (*read)(const char *, size_t, struct arena *, struct api_map_mesh *,
+    enum api_problem_id (*read)(const char *, size_t, struct arena *, struct map_target *,
                                 struct api_problem *) =
-        task->nastran ? api_map_mesh_nastran : api_map_mesh_json;
+        task->nastran ? map_target_nastran : map_target_json;
     const char *body = task->body ? task->body : "";
     enum api_problem_id result = read(body, task->length, task->arena, &task->mesh, problem);
     free(task->body);
     task->body = NULL;
     if (result == API_OK && task->inlet)
-        result = api_map_mesh_inlet(&task->mesh, task->inlet, task->arena, problem);
+        result = map_target_inlet(&task->mesh, task->inlet, task->arena, problem);
     if (result == API_OK && !task->mesh.elements && task->format->elements)
         api_problem_set(problem, API_NOT_ACCEPTABLE,
                         "%s is of elements; a map onto points is available as json, csv",

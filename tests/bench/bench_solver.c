@@ -174,9 +174,9 @@ static bool bench_threads(const struct wavy *wavy) {
     struct figure alone = {0};
     printf("threads   ns/node  speed-up (gib, 1e6 nodes, wall time)\n");
     for (int threads = 1; threads <= THREADS_MAX; threads *= 2) {
-        struct api_team team;
+        struct api_threads team;
         struct figure figure = {0};
-        const struct drape_team *used = api_team_make(&team, threads);
+        const struct drape_team *used = api_threads_make(&team, threads);
         for (int round = 0; round < ROUNDS; round++)
             if (!run_once(wavy, DRAPE_GIB, 1e6, used, &figure))
                 return false;

@@ -3,5 +3,5 @@
 #include "mesh.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
-    return mesh_fuzz(api_map_mesh_json, data, size);
+    return mesh_fuzz(map_target_json, data, size);
 }

@@ -5,7 +5,7 @@
 
 enum { BUDGET = 1 << 24 };
 
-static void expect_sound(const struct api_map_mesh *mesh) {
+static void expect_sound(const struct map_target *mesh) {
     double sum = 0.0;
     FUZZ_PROMISE(mesh->element_count > 0);
     FUZZ_PROMISE(mesh->elements || mesh->element_count == mesh->vertex_count);
@@ -24,7 +24,7 @@ static void expect_sound(const struct api_map_mesh *mesh) {
 }
 
 int mesh_fuzz(mesh_reader *read, const uint8_t *data, size_t size) {
-    struct api_map_mesh mesh = {0};
+    struct map_target mesh = {0};
     struct api_problem problem = {0};
     struct arena *arena = arena_new(BUDGET);
     enum api_problem_id id = read((const char *)data, size, arena, &mesh, &problem);

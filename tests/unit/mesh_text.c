@@ -6,7 +6,7 @@
 #include <string.h>
 
 enum api_problem_id mesh_text_read(mesh_reader *reader, const char *text, size_t length,
-                                   struct arena *arena, struct api_map_mesh *mesh,
+                                   struct arena *arena, struct map_target *mesh,
                                    struct api_problem *problem) {
     char *copy = malloc(length ? length : 1);
     assert_non_null(copy);
@@ -17,8 +17,8 @@ enum api_problem_id mesh_text_read(mesh_reader *reader, const char *text, size_t
     return id;
 }
 
-struct api_map_mesh mesh_text_good(mesh_reader *reader, const char *text, struct arena *arena) {
-    struct api_map_mesh mesh;
+struct map_target mesh_text_good(mesh_reader *reader, const char *text, struct arena *arena) {
+    struct map_target mesh;
     struct api_problem problem;
     if (mesh_text_read(reader, text, strlen(text), arena, &mesh, &problem) != API_OK)
         fail_msg("%s\n%s", text, problem.place[0].detail);

@@ -3,18 +3,18 @@
 #ifndef UNIT_MESH_TEXT_H
 #define UNIT_MESH_TEXT_H
 
-#include "api/map/mesh.h"
+#include "api/map/target.h"
 
-/* api_map_mesh_json or api_map_mesh_nastran. */
+/* map_target_json or map_target_nastran. */
 typedef enum api_problem_id mesh_reader(const char *text, size_t length, struct arena *arena,
-                                        struct api_map_mesh *mesh, struct api_problem *problem);
+                                        struct map_target *mesh, struct api_problem *problem);
 
 /* Reads a copy that ends where the text ends, so that a sanitizer sees who reads on. */
 enum api_problem_id mesh_text_read(mesh_reader *reader, const char *text, size_t length,
-                                   struct arena *arena, struct api_map_mesh *mesh,
+                                   struct arena *arena, struct map_target *mesh,
                                    struct api_problem *problem);
 
 /* The mesh; the test fails when the text is refused. */
-struct api_map_mesh mesh_text_good(mesh_reader *reader, const char *text, struct arena *arena);
+struct map_target mesh_text_good(mesh_reader *reader, const char *text, struct arena *arena);
 
 #endif

@@ -55,9 +55,9 @@ static enum api_problem_id decode_failing(const char *text, size_t parser_n, siz
     struct api_problem problem;
     struct arena *arena = arena_new((size_t)1 << 24);
     arena_fail_at(arena, arena_n);
-    tree_fail_at(parser_n);
+    json_tree_fail_at(parser_n);
     enum api_problem_id id = decode_text(text, arena, &request, &problem);
-    tree_fail_at(0);
+    json_tree_fail_at(0);
     assert_int_equal(id, problem.id);
     assert_int_equal(problem.count, id == API_OK ? 0 : problem.count);
     arena_free(arena);
@@ -167,20 +167,20 @@ static struct vec3 flat(double i, double j) {
 }
 
 typedef enum api_problem_id mesh_reader(const char *bytes, size_t length, struct arena *arena,
-                                        struct api_map_mesh *mesh, struct api_problem *problem);
+                                        struct map_target *mesh, struct api_problem *problem);
 
 /* The mesh is read and mapped onto the cloth. */
 static enum api_problem_id map_failing(mesh_reader *read, const char *text, struct bytes *container,
                                        size_t n) {
     struct api_reader reader = reader_over(container);
     struct arena *arena = arena_new((size_t)1 << 28);
-    struct api_map_mesh mesh = {0};
+    struct map_target mesh = {0};
     struct api_map map;
     struct api_problem problem = {0};
     arena_fail_at(arena, n);
     enum api_problem_id id = read(text, strlen(text), arena, &mesh, &problem);
     if (id == API_OK && mesh.elements)
-        id = api_map_mesh_inlet(&mesh, "1", arena, &problem);
+        id = map_target_inlet(&mesh, "1", arena, &problem);
     if (id == API_OK)
         id = api_map_make(&reader, &mesh, NULL, arena, &map, &problem);
     assert_int_equal(id, problem.id);
@@ -193,11 +193,11 @@ static void test_allocation_failures_of_a_map(void **state) {
         mesh_reader *read;
         const char *text;
     } maps[] = {
-        {api_map_mesh_json, "{\"points\":[[1,1,0],[2,2.5,0],[-1,3,2]]}"},
-        {api_map_mesh_json, "{\"mesh\":{\"triangles\":[[0,1,2],[0,2,3]],"
-                            "\"vertices\":[[0,0,0],[1,0,0],[1,1,0],[0,1,0]]}}"},
-        {api_map_mesh_nastran, "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,1.,1.,0.\n"
-                               "GRID,4,,0.,1.,0.\nCQUAD4,1,1,1,2,3,4\nCTRIA3,2,1,1,2,3\n"},
+        {map_target_json, "{\"points\":[[1,1,0],[2,2.5,0],[-1,3,2]]}"},
+        {map_target_json, "{\"mesh\":{\"triangles\":[[0,1,2],[0,2,3]],"
+                          "\"vertices\":[[0,0,0],[1,0,0],[1,1,0],[0,1,0]]}}"},
+        {map_target_nastran, "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,1.,1.,0.\n"
+                             "GRID,4,,0.,1.,0.\nCQUAD4,1,1,1,2,3,4\nCTRIA3,2,1,1,2,3\n"},
     };
     struct cloth cloth = cloth_make(8, 8, flat, NULL);
     struct bytes container = cloth_result(&cloth);

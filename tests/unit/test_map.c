@@ -66,13 +66,13 @@ static void set_random_fields(struct cloth *cloth, struct random *random) {
 struct mapped {
     struct bytes container;
     struct api_reader reader;
-    struct api_map_mesh mesh;
+    struct map_target mesh;
     struct api_map map;
     struct api_problem problem;
     enum api_problem_id result;
 };
 
-static struct mapped *map_mesh_onto(const struct cloth *cloth, struct api_map_mesh mesh) {
+static struct mapped *map_mesh_onto(const struct cloth *cloth, struct map_target mesh) {
     struct mapped *mapped = calloc(1, sizeof *mapped);
     assert_non_null(mapped);
     mapped->container = cloth_result(cloth);
@@ -88,7 +88,7 @@ static struct mapped *map_points(const struct cloth *cloth, const struct vec3 *p
                                  size_t count) {
     return map_mesh_onto(
         cloth,
-        (struct api_map_mesh){.vertices = points, .vertex_count = count, .element_count = count});
+        (struct map_target){.vertices = points, .vertex_count = count, .element_count = count});
 }
 
 static void mapped_free(struct mapped *mapped) {
@@ -451,12 +451,12 @@ static void test_map_takes_the_middles_of_elements_and_their_ids(void **state) {
     static const int32_t elements[][4] = {{0, 1, 2, 3}, {1, 4, 2, -1}};
     static const int32_t ids[] = {501, 7};
     static const uint8_t inlet[] = {0, 1};
-    struct mapped *mapped = map_mesh_onto(&cloth, (struct api_map_mesh){.vertices = vertices,
-                                                                        .vertex_count = 5,
-                                                                        .elements = elements,
-                                                                        .element_count = 2,
-                                                                        .ids = ids,
-                                                                        .inlet = inlet});
+    struct mapped *mapped = map_mesh_onto(&cloth, (struct map_target){.vertices = vertices,
+                                                                      .vertex_count = 5,
+                                                                      .elements = elements,
+                                                                      .element_count = 2,
+                                                                      .ids = ids,
+                                                                      .inlet = inlet});
     assert_true(value_at(mapped, "id", 0) == 501 && value_at(mapped, "id", 1) == 7);
     assert_near(value_at(mapped, "shear_deg", 0), 1.5, 1e-14);
     assert_near(value_at(mapped, "shear_deg", 1), 7 / 3.0, 1e-14);
@@ -523,7 +523,7 @@ static void test_map_stops_when_told_to(void **state) {
     struct bytes container = cloth_result(&cloth);
     struct api_reader reader = reader_over(&container);
     static struct vec3 points[3000];
-    const struct api_map_mesh mesh = {
+    const struct map_target mesh = {
         .vertices = points, .vertex_count = 3000, .element_count = 3000};
     static struct api_map map;
     for (int questions = 0; questions < 4; questions++) {
@@ -548,7 +548,7 @@ static void test_map_without_memory_is_a_problem(void **state) {
     struct bytes container = cloth_result(&cloth);
     struct api_reader reader = reader_over(&container);
     static const struct vec3 point = {1, 1, 0};
-    const struct api_map_mesh mesh = {.vertices = &point, .vertex_count = 1, .element_count = 1};
+    const struct map_target mesh = {.vertices = &point, .vertex_count = 1, .element_count = 1};
     static struct api_map map;
     size_t n = 0;
     enum api_problem_id result;
@@ -574,7 +574,7 @@ static void test_map_gives_back_what_it_needs_no_more(void **state) {
     struct arena *own = arena_new((size_t)1 << 26);
     struct bytes container = cloth_result(&cloth);
     struct api_reader reader = reader_over(&container);
-    const struct api_map_mesh mesh = {.vertices = &point, .vertex_count = 1, .element_count = 1};
+    const struct map_target mesh = {.vertices = &point, .vertex_count = 1, .element_count = 1};
     static struct api_map map;
     struct api_problem problem = {0};
     assert_int_equal(api_map_make(&reader, &mesh, NULL, own, &map, &problem), API_OK);
@@ -589,7 +589,7 @@ static void test_map_refuses_a_net_without_cells_and_a_damaged_one(void **state)
     (void)state;
     struct cloth cloth = cloth_make(4, 4, flat, NULL);
     static const struct vec3 point = {1, 1, 0};
-    const struct api_map_mesh mesh = {.vertices = &point, .vertex_count = 1, .element_count = 1};
+    const struct map_target mesh = {.vertices = &point, .vertex_count = 1, .element_count = 1};
     static struct api_map map;
     for (int damage = 0; damage < 3; damage++) {
         struct api_problem problem = {0};

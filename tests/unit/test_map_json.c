@@ -6,18 +6,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-static enum api_problem_id read_bytes(const char *text, size_t length, struct api_map_mesh *mesh,
+static enum api_problem_id read_bytes(const char *text, size_t length, struct map_target *mesh,
                                       struct api_problem *problem) {
-    return mesh_text_read(api_map_mesh_json, text, length, arena, mesh, problem);
+    return mesh_text_read(map_target_json, text, length, arena, mesh, problem);
 }
 
-static struct api_map_mesh read_good(const char *text) {
-    return mesh_text_good(api_map_mesh_json, text, arena);
+static struct map_target read_good(const char *text) {
+    return mesh_text_good(map_target_json, text, arena);
 }
 
 static void test_map_json_reads_points(void **state) {
     (void)state;
-    struct api_map_mesh mesh =
+    struct map_target mesh =
         read_good(" {\"points\" : [[1, -2.5e1, 0], [0.125,1E-2,-0]\n, [1e12,-1e12,3]]} \r\n");
     assert_int_equal(mesh.element_count, 3);
     assert_int_equal(mesh.vertex_count, 3);
@@ -38,7 +38,7 @@ static void test_map_json_reads_a_mesh_in_any_order(void **state) {
                                         "{\"inlet_elements\":[1,1],\"mesh\":{" HALVES "," SQUARE
                                         "}}"};
     for (int k = 0; k < 2; k++) {
-        struct api_map_mesh mesh = read_good(texts[k]);
+        struct map_target mesh = read_good(texts[k]);
         static const int32_t expected[2][4] = {{0, 1, 2, -1}, {0, 2, 3, -1}};
         assert_int_equal(mesh.vertex_count, 4);
         assert_int_equal(mesh.element_count, 2);
@@ -124,7 +124,7 @@ static void test_map_json_says_what_is_wrong_and_where(void **state) {
     (void)state;
     for (size_t k = 0; k < sizeof wrongs / sizeof *wrongs; k++) {
         const struct wrong *wrong = &wrongs[k];
-        struct api_map_mesh mesh;
+        struct map_target mesh;
         struct api_problem problem;
         enum api_problem_id id = read_bytes(wrong->text, strlen(wrong->text), &mesh, &problem);
         if (id != wrong->id || !strstr(problem.place[0].detail, wrong->detail) ||
@@ -142,7 +142,7 @@ static void test_map_json_takes_any_bytes(void **state) {
         "{\"mesh\":{\"vertices\":[[0,0,0],[1,-1.5e-3,0],[1,1,0.25]],\"triangles\":[[0,1,2]]},"
         "\"inlet_elements\":[0]}";
     struct random random = random_begin("bytes");
-    struct api_map_mesh mesh;
+    struct map_target mesh;
     struct api_problem problem;
     for (size_t length = 0; length < sizeof text - 1; length++)
         assert_int_equal(read_bytes(text, length, &mesh, &problem), API_MALFORMED_JSON);
@@ -164,7 +164,7 @@ static void test_map_json_takes_any_bytes(void **state) {
 static void test_map_json_without_memory_is_a_problem(void **state) {
     (void)state;
     static const char text[] = "{\"mesh\":{" SQUARE "," HALVES "},\"inlet_elements\":[1]}";
-    struct api_map_mesh mesh;
+    struct map_target mesh;
     struct api_problem problem;
     for (size_t n = 1; n <= 4; n++) {
         arena_fail_at(arena, n);

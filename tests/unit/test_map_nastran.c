@@ -7,13 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-static enum api_problem_id read_bytes(const char *text, size_t length, struct api_map_mesh *mesh,
+static enum api_problem_id read_bytes(const char *text, size_t length, struct map_target *mesh,
                                       struct api_problem *problem) {
-    return mesh_text_read(api_map_mesh_nastran, text, length, arena, mesh, problem);
+    return mesh_text_read(map_target_nastran, text, length, arena, mesh, problem);
 }
 
-static struct api_map_mesh read_good(const char *text) {
-    return mesh_text_good(api_map_mesh_nastran, text, arena);
+static struct map_target read_good(const char *text) {
+    return mesh_text_good(map_target_nastran, text, arena);
 }
 
 /* ---- what is read ---- */
@@ -86,7 +86,7 @@ static const char whole_deck[] = "SOL 101\n"
                                  "whatever comes behind it\n";
 
 /* The index of the vertex with these coordinates. */
-static int32_t vertex_at(const struct api_map_mesh *mesh, double x, double y, double z) {
+static int32_t vertex_at(const struct map_target *mesh, double x, double y, double z) {
     for (size_t k = 0; k < mesh->vertex_count; k++)
         if (mesh->vertices[k].x == x && mesh->vertices[k].y == y && mesh->vertices[k].z == z)
             return (int32_t)k;
@@ -98,7 +98,7 @@ static void test_map_nastran_reads_all_ways_of_writing(void **state) {
     (void)state;
     static const char *const texts[] = {small_fields, large_fields, free_fields, tabs, whole_deck};
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
-        struct api_map_mesh mesh = read_good(texts[k]);
+        struct map_target mesh = read_good(texts[k]);
         assert_int_equal(mesh.vertex_count, 5);
         assert_int_equal(mesh.element_count, 2);
         const int32_t a = vertex_at(&mesh, 0, 0, 0), b = vertex_at(&mesh, 1, 0, 0);
@@ -127,7 +127,7 @@ static void test_map_nastran_reads_its_reals(void **state) {
                      "GRID,1,,%s,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\n"
                      "CTRIA3,1,1,1,2,3\n",
                      reals[k].text);
-        struct api_map_mesh mesh = read_good(text.data);
+        struct map_target mesh = read_good(text.data);
         assert_true(mesh.vertices[0].x == reals[k].value);
         bytes_free(&text);
     }
@@ -186,7 +186,7 @@ static const struct wrong wrongs[] = {
 static void test_map_nastran_says_what_is_wrong_and_in_which_line(void **state) {
     (void)state;
     for (size_t k = 0; k < sizeof wrongs / sizeof *wrongs; k++) {
-        struct api_map_mesh mesh;
+        struct map_target mesh;
         struct api_problem problem;
         enum api_problem_id id =
             read_bytes(wrongs[k].text, strlen(wrongs[k].text), &mesh, &problem);
@@ -197,7 +197,7 @@ static void test_map_nastran_says_what_is_wrong_and_in_which_line(void **state) 
 
 static void test_map_nastran_refuses_lines_that_it_would_have_to_cut(void **state) {
     (void)state;
-    struct api_map_mesh mesh;
+    struct map_target mesh;
     struct api_problem problem;
     struct bytes text = {0};
     bytes_format(&text, "%sGRID,4,,0.,0.,%250s1.5\n%s", GRIDS, "", TRIANGLE);
@@ -215,7 +215,7 @@ static void test_map_nastran_takes_any_bytes(void **state) {
     (void)state;
     static const char *const texts[] = {small_fields, large_fields, free_fields, whole_deck};
     struct random random = random_begin("bytes");
-    struct api_map_mesh mesh;
+    struct map_target mesh;
     struct api_problem problem;
     size_t deck = strlen(whole_deck) - strlen("whatever comes behind it\n") - 1;
     for (size_t length = strlen("SOL 101\nCEND\nTITLE"); length < deck; length++)
@@ -254,7 +254,7 @@ static void test_map_nastran_finds_scattered_ids(void **state) {
     }
     for (int k = 0; k + 2 < COUNT; k++)
         bytes_format(&text, "CTRIA3,%d,1,%d,%d,%d\n", COUNT - k, ids[k + 2], ids[k], ids[k + 1]);
-    struct api_map_mesh mesh = read_good(text.data);
+    struct map_target mesh = read_good(text.data);
     for (int k = 0; k + 2 < COUNT; k++) {
         assert_int_equal(mesh.ids[k], COUNT - k);
         assert_memory_equal(mesh.elements[k], ((int32_t[]){k + 2, k, k + 1, -1}), 16);
@@ -264,7 +264,7 @@ static void test_map_nastran_finds_scattered_ids(void **state) {
 
 static void test_map_nastran_without_memory_is_a_problem(void **state) {
     (void)state;
-    struct api_map_mesh mesh;
+    struct map_target mesh;
     struct api_problem problem;
     for (size_t n = 1; n <= 8; n++) {
         arena_fail_at(arena, n);
@@ -280,36 +280,36 @@ static void test_map_nastran_without_memory_is_a_problem(void **state) {
 
 static void test_map_inlet_is_by_the_ids_of_the_file(void **state) {
     (void)state;
-    struct api_map_mesh mesh = read_good(small_fields);
+    struct map_target mesh = read_good(small_fields);
     struct api_problem problem = {0};
-    assert_int_equal(api_map_mesh_inlet(&mesh, "17", arena, &problem), API_OK);
+    assert_int_equal(map_target_inlet(&mesh, "17", arena, &problem), API_OK);
     assert_true(mesh.inlet[0] == 0 && mesh.inlet[1] == 1);
-    assert_int_equal(api_map_mesh_inlet(&mesh, "17", arena, &problem), API_INVALID_REQUEST);
+    assert_int_equal(map_target_inlet(&mesh, "17", arena, &problem), API_INVALID_REQUEST);
     mesh.inlet = NULL;
     problem = (struct api_problem){0};
-    assert_int_equal(api_map_mesh_inlet(&mesh, "17,901", arena, &problem), API_OK);
+    assert_int_equal(map_target_inlet(&mesh, "17,901", arena, &problem), API_OK);
     assert_true(mesh.inlet[0] == 1 && mesh.inlet[1] == 1);
     mesh.inlet = NULL;
     mesh.ids = NULL;
-    assert_int_equal(api_map_mesh_inlet(&mesh, "0", arena, &problem), API_OK);
+    assert_int_equal(map_target_inlet(&mesh, "0", arena, &problem), API_OK);
     assert_true(mesh.inlet[0] == 1 && mesh.inlet[1] == 0);
 }
 
 static void test_map_inlet_of_no_element_is_a_problem(void **state) {
     (void)state;
     static const char *const lists[] = {"18", "", ",", "17,", "a", "17 901", "-17", "99999999999"};
-    struct api_map_mesh mesh = read_good(small_fields);
+    struct map_target mesh = read_good(small_fields);
     for (size_t k = 0; k < sizeof lists / sizeof *lists; k++) {
         struct api_problem problem = {0};
-        assert_int_equal(api_map_mesh_inlet(&mesh, lists[k], arena, &problem), API_INVALID_REQUEST);
+        assert_int_equal(map_target_inlet(&mesh, lists[k], arena, &problem), API_INVALID_REQUEST);
         assert_null(mesh.inlet);
     }
     struct api_problem problem = {0};
     mesh.ids = NULL;
-    assert_int_equal(api_map_mesh_inlet(&mesh, "2", arena, &problem), API_INVALID_REQUEST);
+    assert_int_equal(map_target_inlet(&mesh, "2", arena, &problem), API_INVALID_REQUEST);
     mesh.elements = NULL;
     problem = (struct api_problem){0};
-    assert_int_equal(api_map_mesh_inlet(&mesh, "0", arena, &problem), API_INVALID_REQUEST);
+    assert_int_equal(map_target_inlet(&mesh, "0", arena, &problem), API_INVALID_REQUEST);
 }
 
 int main(void) {

@@ -102,44 +102,44 @@ static void put_value(struct text *text, unsigned depth) {
 
 /* ------------------------------------------------------------------ the same document twice */
 
-static void assert_same(const struct tree_place *place, const json_t *value) {
+static void assert_same(const struct json_place *place, const json_t *value) {
     switch (json_typeof(value)) {
     case JSON_OBJECT: {
         const char *key;
         json_t *member;
         json_object_foreach((json_t *)(uintptr_t)value, key, member) {
-            struct tree_place inner = tree_member(place, key);
+            struct json_place inner = place_member(place, key);
             assert_same(&inner, member);
         }
-        assert_int_equal(tree_type(place), TREE_OBJECT);
+        assert_int_equal(place_type(place), PLACE_OBJECT);
         break;
     }
     case JSON_ARRAY:
-        assert_int_equal(tree_type(place), TREE_ARRAY);
-        assert_int_equal(tree_length(place), json_array_size(value));
+        assert_int_equal(place_type(place), PLACE_ARRAY);
+        assert_int_equal(place_length(place), json_array_size(value));
         for (size_t k = 0; k < json_array_size(value); k++) {
-            struct tree_place inner = tree_element(place, k);
+            struct json_place inner = place_element(place, k);
             assert_same(&inner, json_array_get(value, k));
         }
-        assert_false(tree_given(
-            &(struct tree_place){tree_element(place, json_array_size(value)).tree, NULL, NULL, 0,
-                                 tree_element(place, json_array_size(value)).value,
-                                 tree_element(place, json_array_size(value)).packed}));
+        assert_false(place_given(
+            &(struct json_place){place_element(place, json_array_size(value)).tree, NULL, NULL, 0,
+                                 place_element(place, json_array_size(value)).value,
+                                 place_element(place, json_array_size(value)).packed}));
         break;
     case JSON_STRING: {
         const char *string;
-        assert_true(tree_string(place, &string));
+        assert_true(place_string(place, &string));
         assert_string_equal(string, json_string_value(value));
         break;
     }
     case JSON_REAL: {
         double number;
-        assert_true(tree_number(place, (struct tree_range){-1e308, 1e308, false}, &number));
+        assert_true(place_number(place, (struct place_range){-1e308, 1e308, false}, &number));
         assert_true(number == json_real_value(value));
         break;
     }
     default:
-        assert_int_equal(tree_type(place), json_is_null(value) ? TREE_NULL : TREE_BOOLEAN);
+        assert_int_equal(place_type(place), json_is_null(value) ? PLACE_NULL : PLACE_BOOLEAN);
     }
 }
 
@@ -147,15 +147,15 @@ static void assert_same(const struct tree_place *place, const json_t *value) {
 static bool compare(const char *bytes, size_t length, size_t *packed) {
     struct arena *arena = arena_new(MEMORY);
     struct api_problem problem = {0};
-    struct tree tree;
+    struct json_tree tree;
     json_error_t error;
     struct api_limits limits = api_limits_default;
     json_t *value = json_loadb(
         bytes, length, JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL | JSON_DECODE_ANY, &error);
-    enum api_problem_id id = tree_parse(&tree, bytes, length, &limits, arena, &problem);
+    enum api_problem_id id = json_tree_parse(&tree, bytes, length, &limits, arena, &problem);
     assert_true(!value == (id != API_OK));
     if (value) {
-        struct tree_place root = tree_root(&tree);
+        struct json_place root = place_root(&tree);
         assert_same(&root, value);
         *packed += tree.numbers.count;
     } else if (id == API_MALFORMED_JSON) {
@@ -169,7 +169,7 @@ static bool compare(const char *bytes, size_t length, size_t *packed) {
     } else {
         assert_int_equal(json_error_code(&error), json_error_numeric_overflow);
     }
-    tree_free(&tree);
+    json_tree_free(&tree);
     json_decref(value);
     arena_free(arena);
     return value != NULL;

@@ -7,8 +7,8 @@
  *
  * Coordinates are in the length unit of the drape and lie within +-1e12.
  */
-#ifndef API_MAP_MESH_H
-#define API_MAP_MESH_H
+#ifndef API_MAP_TARGET_H
+#define API_MAP_TARGET_H
 
 #include "api/problem.h"
 #include "solver/arena.h"
@@ -18,7 +18,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-struct api_map_mesh {
+struct map_target {
     const struct vec3 *vertices;
     size_t vertex_count;
     const int32_t (*elements)[4]; /* vertices from 0; the fourth of a triangle is -1; NULL: the
@@ -34,9 +34,9 @@ struct api_map_mesh {
  * API_MALFORMED_JSON with line and column, API_INVALID_REQUEST with the place, or
  * API_OUT_OF_MEMORY; the first error is the only one.
  */
-enum api_problem_id api_map_mesh_json(const char *bytes, size_t length, struct arena *arena,
-                                      struct api_map_mesh *mesh,
-                                      struct api_problem *problem) STATUS_MUST_USE;
+enum api_problem_id map_target_json(const char *bytes, size_t length, struct arena *arena,
+                                    struct map_target *target,
+                                    struct api_problem *problem) STATUS_MUST_USE;
 
 /*
  * Reads Nastran bulk data: GRID, CTRIA3 and CQUAD4 in small, large (NAME*) and free fields,
@@ -46,17 +46,17 @@ enum api_problem_id api_map_mesh_json(const char *bytes, size_t length, struct a
  * twice, an element whose GRID is missing, a coordinate beyond the end of its line. Returns API_OK,
  * API_INVALID_REQUEST with the line in the detail, or API_OUT_OF_MEMORY.
  */
-enum api_problem_id api_map_mesh_nastran(const char *bytes, size_t length, struct arena *arena,
-                                         struct api_map_mesh *mesh,
-                                         struct api_problem *problem) STATUS_MUST_USE;
+enum api_problem_id map_target_nastran(const char *bytes, size_t length, struct arena *arena,
+                                       struct map_target *target,
+                                       struct api_problem *problem) STATUS_MUST_USE;
 
 /*
  * Marks as inlet the elements of a list "17,18", by the file's ids, else by index. Returns API_OK,
- * API_INVALID_REQUEST (no list of elements of this mesh, points, or the document had an inlet of
+ * API_INVALID_REQUEST (no list of elements of this target, points, or the document had an inlet of
  * its own), or API_OUT_OF_MEMORY.
  */
-enum api_problem_id api_map_mesh_inlet(struct api_map_mesh *mesh, const char *list,
-                                       struct arena *arena,
-                                       struct api_problem *problem) STATUS_MUST_USE;
+enum api_problem_id map_target_inlet(struct map_target *target, const char *list,
+                                     struct arena *arena,
+                                     struct api_problem *problem) STATUS_MUST_USE;
 
 #endif
