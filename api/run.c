@@ -43,6 +43,12 @@ static void set_solve_problem(struct api_problem *problem, enum status status,
         api_problem_set_at(problem, API_START_OFF_SURFACE, "/start",
                            "the start must be on the surface, or within the spacing of it");
         break;
+    case STATUS_START_STUCK:
+        api_problem_set_at(
+            problem, API_INVALID_REQUEST, "/start",
+            "all four yarns leave the part within one spacing of the start; turn the "
+            "direction, move the start or take a smaller spacing");
+        break;
     case STATUS_DEGENERATE_SURFACE:
         api_problem_set_at(problem, API_DEGENERATE_SURFACE, "/start",
                            "the surface has no tangent plane at the start");

@@ -149,8 +149,8 @@ struct drape_result {
 /*
  * Drapes `surface`. `monitor` may be NULL; scratch and result come from `arena`.
  * Errors: STATUS_INVALID (a setting out of its range), STATUS_START_OFF_SURFACE,
- * STATUS_DEGENERATE_SURFACE (no tangent plane at the start), STATUS_GENERATOR_OFF_START,
- * STATUS_GENERATOR_PARALLEL, STATUS_TOO_MANY_NODES,
+ * STATUS_START_STUCK, STATUS_DEGENERATE_SURFACE (no tangent plane at the start),
+ * STATUS_GENERATOR_OFF_START, STATUS_GENERATOR_PARALLEL, STATUS_TOO_MANY_NODES,
  * STATUS_OUT_OF_MEMORY, STATUS_CANCELLED. A drape that cannot cover everything is a success whose
  * outcome is partial.
  */

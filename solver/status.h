@@ -13,6 +13,7 @@ enum status {
     STATUS_INVALID,             /* an argument breaks its documented range */
     STATUS_TOO_MANY_NODES,      /* the net would pass `max_nodes` */
     STATUS_START_OFF_SURFACE,   /* the start lies outside the surface or too far from it */
+    STATUS_START_STUCK,         /* every yarn leaves the surface, larger than a cell, at once */
     STATUS_DEGENERATE_SURFACE,  /* no tangent plane where one is needed */
     STATUS_GENERATOR_OFF_START, /* a generator's curve does not pass the start */
     STATUS_GENERATOR_PARALLEL,  /* a generator's plane is the tangent plane, or both are parallel */

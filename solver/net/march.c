@@ -62,7 +62,8 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
     *zone = march->mesh ? STATION_INSIDE
                         : station_zone(march->surface, &march->cursor, march->start.station.uv,
                                        station, &reason);
-    if (*zone == STATION_INSIDE && trimmed_away(march, station)) {
+    bool start = i == 0 && j == 0; /* may lie on a trim */
+    if (*zone == STATION_INSIDE && !start && trimmed_away(march, station)) {
         *zone = STATION_GHOST;
         reason = DRAPE_REASON_BOUNDARY;
     }
@@ -134,6 +135,21 @@ static bool closes_all_round(const struct surface *surface) {
            (v->closed && (u->pole[0] || u->pole[1]));
 }
 
+/* Whether all four yarns left the surface with their first step, although it is larger than a cell.
+ */
+static bool is_stuck(struct march *march) {
+    static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+    const double *d = march->settings->spacing;
+    if (!(d[0] * d[1] < march_area(march)))
+        return false;
+    for (int k = 0; k < 4; k++) {
+        const struct net_node *next = net_find(march->net, sides[k][0], sides[k][1]);
+        if (!next || next->state != NET_FAILED || next->reason != DRAPE_REASON_BOUNDARY)
+            return false;
+    }
+    return true;
+}
+
 enum status march_run(struct march *march) {
     march->net = arena_alloc(march->arena, 1, sizeof *march->net);
     if (!march->net)
@@ -147,5 +163,5 @@ enum status march_run(struct march *march) {
         status = march_quadrants(march);
     if (status == STATUS_OK)
         status = march_growth(march);
-    return status;
+    return status == STATUS_OK && is_stuck(march) ? STATUS_START_STUCK : status;
 }

@@ -67,7 +67,7 @@ struct march {
 /* Runs the whole march; `march` has its surface or mesh, the members up to the start,
  * `before`, `fringe` and `watch` set, the rest zero.
  * Errors: STATUS_OUT_OF_MEMORY, STATUS_TOO_MANY_NODES, STATUS_CANCELLED, and
- * STATUS_DEGENERATE_SURFACE when no yarn can leave the start. */
+ * STATUS_START_STUCK when no yarn gets further than the start. */
 enum status march_run(struct march *march) STATUS_MUST_USE;
 
 /* The steps it consists of, in files of their own. */

@@ -3,10 +3,13 @@
  * What the quadrants could not reach. A queue holds unknown places next to the net. A place with
  * three corners of a cell is solved, from the side of the start if it can be; one without waits in
  * a heap. When the queue is empty, the waiting place nearest to its generator is reached by its
- * yarn going straight on for one spacing, a free edge, and the queue fills again.
+ * yarn going straight on for one spacing, a free edge, and the queue fills again. Where there is no
+ * such yarn either, as when a generator leaves the part at once, a yarn sets off across the one
+ * that is there, at the angle that the generators have at the start.
  */
 #include "march.h"
 
+#include "solver/angle.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -17,10 +20,11 @@ struct place {
     int32_t i, j;
 };
 
-/* A yarn that may go straight on from (i, j) to (i + di, j + dj). */
+/* A yarn that may go straight on from (i, j) to (i + di, j + dj), or begin there. */
 struct free_end {
     int32_t i, j;
     int8_t di, dj;
+    bool begins;
 };
 
 struct growth {
@@ -57,10 +61,11 @@ static enum status push_place(struct growth *g, int32_t i, int32_t j) {
     return STATUS_OK;
 }
 
-/* Distance of the free yarn from its generator first, then of its end from the start. */
+/* Distance of the free yarn from its generator first, then of its end from the start. A yarn begins
+ * only where no other can go on. */
 static int64_t rank(const struct free_end *e) {
-    int64_t i = labs(e->i), j = labs(e->j);
-    return (e->dj ? i : j) * ((int64_t)1 << 32) + i + j;
+    int64_t i = labs(e->i), j = labs(e->j), yarn = e->dj ? i : j;
+    return e->begins * ((int64_t)1 << 62) + yarn * ((int64_t)1 << 32) + i + j;
 }
 
 static bool before(const struct free_end *a, const struct free_end *b) {
@@ -151,15 +156,18 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j, bool *tri
     return *tried ? march_fail(march, i, j, first) : STATUS_OK;
 }
 
-/* Lets the yarns that could reach (i, j) straight on wait in the heap. */
+/* Lets the yarns that could reach (i, j) straight on wait in the heap; one that would begin there
+ * needs a yarn to cross. */
 static enum status wait_for_yarns(struct growth *g, int32_t i, int32_t j) {
     struct net *net = g->march->net;
     enum status status = STATUS_OK;
     for (int k = 0; k < 4 && status == STATUS_OK; k++) {
         int8_t di = sides[k][0], dj = sides[k][1];
-        if (net_state_at(net, i - di, j - dj) == NET_INSIDE &&
-            net_place(net, i - 2 * di, j - 2 * dj))
-            status = push_end(g, (struct free_end){i - di, j - dj, di, dj});
+        int32_t fi = i - di, fj = j - dj;
+        bool goes_on = net_place(net, fi - di, fj - dj);
+        bool crosses = net_place(net, fi - dj, fj - di) || net_place(net, fi + dj, fj + di);
+        if (net_state_at(net, fi, fj) == NET_INSIDE && (goes_on || crosses))
+            status = push_end(g, (struct free_end){fi, fj, di, dj, !goes_on});
     }
     return status;
 }
@@ -231,6 +239,57 @@ static struct vec3 yarn_end(struct march *march, const struct free_end *e, struc
     if (!first)
         return chord;
     return vec3_axpy(0.5, vec3_sub(chord, vec3_sub(last, first->r)), chord);
+}
+
+/* The direction of the yarn at (i, j) of which (i + di, j + dj) is the next place: of both chords
+ * where there are two; zero where there is no neighbour. */
+static struct vec3 yarn_tangent(struct march *march, int32_t i, int32_t j, int di, int dj) {
+    const struct net_node *here = net_place(march->net, i, j);
+    const struct net_node *ahead = net_place(march->net, i + di, j + dj);
+    const struct net_node *behind = net_place(march->net, i - di, j - dj);
+    struct free_end forward = {i, j, (int8_t)-di, (int8_t)-dj, false};
+    struct free_end backward = {i, j, (int8_t)di, (int8_t)dj, false};
+    if (ahead && behind)
+        return vec3_sub(ahead->r, behind->r);
+    return ahead    ? vec3_scale(-1, yarn_end(march, &forward, here->r, ahead->r))
+           : behind ? yarn_end(march, &backward, here->r, behind->r)
+                    : vec3_make(0, 0, 0);
+}
+
+/* The direction of a yarn that begins at `from`: weft is as much to the left of warp as it is at
+ * the start. */
+static struct vec3 direction_across(struct march *march, const struct free_end *e,
+                                    const struct station *from) {
+    double sine, cosine, sign = e->di + e->dj;
+    struct vec3 along = yarn_tangent(march, e->i, e->j, e->dj != 0, e->di != 0);
+    struct vec3 normal = from->normal;
+    along = vec3_unit(vec3_axpy(-vec3_dot(along, normal), normal, along));
+    angle_sincos_deg(90 - march->settings->pre_shear_deg, &sine, &cosine);
+    struct vec3 left = vec3_scale(e->dj ? sine : -sine, vec3_cross(normal, along));
+    return vec3_scale(sign, vec3_axpy(cosine, along, left));
+}
+
+/* The first spacing of a yarn across another. One that would leave the part at once is no yarn: the
+ * place may still be reached otherwise. */
+static enum status begin_yarn(struct growth *g, const struct free_end *e) {
+    struct march *march = g->march;
+    struct station from, to;
+    enum drape_reason reason;
+    enum station_zone zone;
+    int32_t i = e->i + e->di, j = e->j + e->dj;
+    if (!march_in_extent(march, i, j))
+        return march_fail(march, i, j, DRAPE_REASON_EXTENT);
+    if (broken_beside(march, e, &reason))
+        return march_fail(march, i, j, reason);
+    if (!march_station(march, e->i, e->j, &from) ||
+        !march_straight_on(march, &from, direction_across(march, e, &from),
+                           march->settings->spacing[e->dj != 0], &to))
+        return STATUS_OK;
+    enum status status = march_place(march, i, j, &to, &zone);
+    if (status != STATUS_OK || zone == STATION_BEYOND)
+        return status;
+    net_mark_grown(march->net, i, j);
+    return push_around(g, i, j);
 }
 
 /* One spacing straight on. */
@@ -325,7 +384,7 @@ enum status march_growth(struct march *march) {
             status = march_watch_folds(march);
         if (status == STATUS_OK &&
             net_state_at(march->net, end.i + end.di, end.j + end.dj) == NET_UNKNOWN)
-            status = go_straight(&g, &end);
+            status = end.begins ? begin_yarn(&g, &end) : go_straight(&g, &end);
     }
     return status == STATUS_OK ? settle_edgeless(&g) : status;
 }

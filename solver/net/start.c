@@ -10,6 +10,10 @@ static const double along_normal = 1e-9;
 /* A triangle whose normal has a larger x lies across the x axis. */
 static const double across_x = 0.9;
 
+/* A start this near to the trimmed region, as a share of the domain, lies on its edge: flattening
+ * moves edges by a quarter of that. */
+static const double on_trim = 4e-6;
+
 /* A polyline passes the start when it is this near, as a share of the spacing. */
 static const double passing = 1e-3;
 
@@ -37,6 +41,24 @@ static void find_centroid(const struct surface *surface, const struct trim *trim
         trim_middle(trim, uv);
 }
 
+/* Whether a place beside (u, v) is in the trimmed region: it lies on an edge, or at a corner of at
+ * least six degrees. */
+static bool touches(const struct trim *trim, const double uv[2], const double lower[2],
+                    const double upper[2]) {
+    enum { SIDES = 64 };
+    for (int k = 0; k < SIDES; k++) {
+        double way[2], beside[2];
+        angle_sincos_deg(360.0 * k / SIDES, &way[1], &way[0]);
+        for (int x = 0; x < 2; x++) {
+            double at = uv[x] + on_trim * (upper[x] - lower[x]) * way[x];
+            beside[x] = fmin(fmax(at, lower[x]), upper[x]);
+        }
+        if (trim_contains(trim, beside))
+            return true;
+    }
+    return false;
+}
+
 static enum status find_uv(const struct surface *surface, const struct drape_settings *settings,
                            double uv[2]) {
     double lower[2], upper[2];
@@ -51,7 +73,8 @@ static enum status find_uv(const struct surface *surface, const struct drape_set
     for (int k = 0; k < 2; k++)
         if (!(uv[k] >= lower[k] && uv[k] <= upper[k]))
             return STATUS_START_OFF_SURFACE;
-    if (settings->trim && !trim_contains(settings->trim, uv))
+    const struct trim *trim = settings->trim;
+    if (trim && !trim_contains(trim, uv) && !touches(trim, uv, lower, upper))
         return STATUS_START_OFF_SURFACE;
     return status;
 }

@@ -12,7 +12,7 @@ static struct surface *square(void) {
     static const double knots[] = {0, 0, 1, 1};
     static const struct vec3 points[] = {{0, 0, 0}, {0, 2, 0}, {1, 0, 0}, {1, 2, 0}};
     struct nurbs nurbs = {
-        .u = {1, 2, knots}, .v = {1, 2, knots}, .points = points, .weights = NULL};
+        .u = {1, 2, knots}, .v = {1, 2, knots}, .points = points, .point_count = 4};
     struct surface *surface;
     assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
     return surface;

@@ -1,0 +1,253 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Starts at corners, on edges and on trims, in all directions: some generators leave the part at
+ * once. On flat parts the net is the square grid through the start, whatever it grew from; it
+ * covers the part up to a strip of a cell's diagonal.
+ */
+#include "check.h"
+#include "measure.h"
+#include <math.h>
+#include <stdio.h>
+
+enum { DIRECTIONS = 20, ROWS = 12, VERTICES = (ROWS + 1) * (ROWS + 1) };
+
+static const double SPACING = 0.05;
+
+/* A part as triangles, its area and perimeter, and starts: corners and places on its edges. */
+struct part {
+    const char *name;
+    struct vec3 (*map)(double u, double v); /* of [0, 1]^2; may join places */
+    bool flat;
+    double area, perimeter;
+    struct vec3 starts[6];
+    int start_count;
+    int stuck; /* how often all four yarns leave at once, as they do in a corner of 60 degrees */
+};
+
+static struct vec3 square(double u, double v) {
+    return vec3_make(u, v, 0);
+}
+
+static struct vec3 triangle(double u, double v) {
+    return vec3_make(u * (1 - v / 2), u * v * sqrt(0.75), 0);
+}
+
+static struct vec3 disk(double u, double v) {
+    return vec3_make(u / 2 * cos(2 * M_PI * v), u / 2 * sin(2 * M_PI * v), 0);
+}
+
+static struct vec3 octant(double u, double v) {
+    double a = u * M_PI / 2, b = v * M_PI / 2;
+    return vec3_make(sin(a) * cos(b), sin(a) * sin(b), cos(a));
+}
+
+static const struct part parts[] = {
+    {"square",
+     square,
+     true,
+     1,
+     4,
+     {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0.5, 0, 0}, {1, 0.3, 0}},
+     5,
+     0},
+    {"triangle",
+     triangle,
+     true,
+     0.4330127018922193,
+     3,
+     {{0, 0, 0},
+      {1, 0, 0},
+      {0.5, 0.8660254037844386, 0},
+      {0.5, 0, 0},
+      {0.75, 0.4330127018922193, 0}},
+     5,
+     16},
+    {"disk",
+     disk,
+     true,
+     0.75,
+     3.11,
+     {{0.5, 0, 0}, {0, 0.5, 0}, {-0.25, -0.43301270189221935, 0}},
+     3,
+     0},
+    {"octant", octant, false, 1.5707963267948966, 4.72, {{0, 0, 1}, {1, 0, 0}, {0, 1, 0}}, 3, 0},
+};
+
+/* Rows of quadrilaterals, each two triangles; places that the map joins are one vertex. */
+static struct mesh *make_mesh(const struct part *part, struct arena *arena) {
+    static struct vec3 vertices[VERTICES];
+    static int32_t index[ROWS + 1][ROWS + 1], triangles[2 * ROWS * ROWS][3];
+    size_t count = 0, total = 0;
+    for (int i = 0; i <= ROWS; i++)
+        for (int j = 0; j <= ROWS; j++) {
+            struct vec3 r = part->map((double)i / ROWS, (double)j / ROWS);
+            size_t at = 0;
+            while (at < count && vec3_distance(vertices[at], r) > 1e-12)
+                at++;
+            vertices[at] = at < count ? vertices[at] : r;
+            count += at == count;
+            index[i][j] = (int32_t)at;
+        }
+    for (int k = 0; k < 2 * ROWS * ROWS; k++) {
+        int i = k / 2 / ROWS, j = k / 2 % ROWS;
+        int32_t a = index[i][j], b = index[i + 1][j], c = index[i + 1][j + 1], d = index[i][j + 1];
+        int32_t t[3] = {a, k % 2 ? c : b, k % 2 ? d : c};
+        if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0])
+            continue;
+        for (int x = 0; x < 3; x++)
+            triangles[total][x] = t[x];
+        total++;
+    }
+    struct mesh_source source = {.vertices = vertices,
+                                 .vertex_count = count,
+                                 .triangles = (const int32_t(*)[3])triangles,
+                                 .triangle_count = total};
+    struct mesh *mesh;
+    struct mesh_fault fault;
+    assert_int_equal(mesh_make(&source, arena, &mesh, &fault), STATUS_OK);
+    return mesh;
+}
+
+/* How far nodes are from r(start) + i d warp + j d weft. */
+static double grid_gap(const struct drape_result *result, const double d[2]) {
+    double gap = 0;
+    for (size_t k = 0; k < result->nodes.count; k++) {
+        struct vec3 warp = vec3_scale(d[0] * result->nodes.i[k], result->start_warp);
+        struct vec3 weft = vec3_scale(d[1] * result->nodes.j[k], result->start_weft);
+        struct vec3 wanted = vec3_add(result->start_point, vec3_add(warp, weft));
+        gap = fmax(gap, vec3_distance(node_point(&result->nodes, (int)k), wanted));
+    }
+    return gap;
+}
+
+/* What is not covered is a strip along the edge. At a pole a direction is found to 1e-8, by a
+ * search for a largest cosine; elsewhere all is exact. */
+static void check_covered(const char *name, double area, double perimeter, const double d[2],
+                          const struct drape_result *result, bool flat) {
+    double strip = hypot(d[0], d[1]) * perimeter / area;
+    if (1 - result->summary.coverage > strip)
+        fail_msg("%s: coverage %.3f", name, result->summary.coverage);
+    if (flat && grid_gap(result, d) > 2e-7)
+        fail_msg("%s: %g from the square grid", name, grid_gap(result, d));
+    assert_true(!flat || result->summary.max_shear_deg < 1e-3);
+}
+
+static struct drape_settings settings_to(int direction, enum drape_method method) {
+    double angle = 2 * M_PI * direction / DIRECTIONS;
+    return (struct drape_settings){.method = method,
+                                   .spacing = {SPACING, 0.8 * SPACING},
+                                   .direction_kind = DRAPE_DIRECTION_VECTOR,
+                                   .direction_vector = {cos(angle), sin(angle), 0.3},
+                                   .start_kind = DRAPE_START_POINT,
+                                   .max_nodes = 100000};
+}
+
+static void test_exact_starts_on_meshes(void **state) {
+    (void)state;
+    for (size_t p = 0; p < sizeof parts / sizeof *parts; p++) {
+        const struct part *part = &parts[p];
+        struct arena *arena = arena_new((size_t)1 << 28);
+        struct mesh *mesh = make_mesh(part, arena);
+        int stuck = 0;
+        double least = 1;
+        for (int k = 0; k < part->start_count * DIRECTIONS; k++) {
+            struct arena_mark mark = arena_mark(arena);
+            struct drape_settings settings = settings_to(k % DIRECTIONS, DRAPE_MOSAIC);
+            struct drape_result result;
+            settings.start_point = part->starts[k / DIRECTIONS];
+            enum status status = drape_solve_mesh(mesh, &settings, NULL, arena, &result);
+            stuck += status == STATUS_START_STUCK;
+            if (status != STATUS_START_STUCK) {
+                assert_int_equal(status, STATUS_OK);
+                check_covered(part->name, mesh->area, part->perimeter, settings.spacing, &result,
+                              part->flat);
+                least = fmin(least, result.summary.coverage);
+            }
+            arena_rewind(arena, mark);
+        }
+        printf("  %-9s %3d starts, coverage %.3f at least, %d stuck\n", part->name,
+               part->start_count * DIRECTIONS, least, stuck);
+        assert_int_equal(stuck, part->stuck);
+        arena_free(arena);
+    }
+}
+
+/* A triangle that tapers to a pole at (0, 0) and the same cut out of a square by a trim, from their
+ * corners and edges. */
+static void check_surface(const char *name, struct surface *surface, const struct trim *trim,
+                          const struct part *part, int most_stuck, struct arena *arena) {
+    double least = 1;
+    int stuck = 0;
+    for (int k = 0; k < part->start_count * DIRECTIONS; k++) {
+        struct arena_mark mark = arena_mark(arena);
+        struct drape_settings settings = settings_to(k % DIRECTIONS, DRAPE_GIB);
+        struct drape_result result;
+        settings.start_point = part->starts[k / DIRECTIONS];
+        settings.trim = trim;
+        enum status status = drape_solve(surface, &settings, NULL, arena, &result);
+        stuck += status == STATUS_START_STUCK;
+        if (status != STATUS_START_STUCK) {
+            assert_int_equal(status, STATUS_OK);
+            check_covered(name, part->area, part->perimeter, settings.spacing, &result, true);
+            least = fmin(least, result.summary.coverage);
+        }
+        arena_rewind(arena, mark);
+    }
+    printf("  %-9s %3d starts, coverage %.3f at least, %d stuck\n", name,
+           part->start_count * DIRECTIONS, least, stuck);
+    assert_true(stuck <= most_stuck);
+}
+
+static const double knots[] = {0, 0, 1, 1};
+
+static void test_exact_starts_on_triangular_patches(void **state) {
+    (void)state;
+    const struct part *part = &parts[1];
+    struct arena *arena = arena_new((size_t)1 << 28);
+    const struct vec3 points[] = {part->starts[0], part->starts[0], part->starts[1],
+                                  part->starts[2]};
+    struct nurbs nurbs = {
+        .u = {1, 2, knots}, .v = {1, 2, knots}, .points = points, .point_count = 4};
+    struct surface *surface;
+    assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+    check_surface("patch", surface, NULL, part, 4, arena); /* at the pole */
+    arena_free(arena);
+}
+
+static void test_exact_starts_on_trims(void **state) {
+    (void)state;
+    const struct part *part = &parts[1];
+    struct arena *arena = arena_new((size_t)1 << 28);
+    static const struct vec3 points[] = {{-1, -1, 0}, {-1, 1, 0}, {1, -1, 0}, {1, 1, 0}};
+    struct nurbs nurbs = {
+        .u = {1, 2, knots}, .v = {1, 2, knots}, .points = points, .point_count = 4};
+    struct surface *surface;
+    struct trim *trim;
+    double corners[3][2];
+    for (int k = 0; k < 3; k++) {
+        corners[k][0] = (part->starts[k].x + 1) / 2;
+        corners[k][1] = (part->starts[k].y + 1) / 2;
+    }
+    struct trim_curve curve = {.degree = 1, .points = (const double(*)[2])corners, .count = 3};
+    struct trim_loop loop = {true, &curve, 1};
+    assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+    assert_int_equal(trim_make(surface, &loop, 1, arena, &trim), STATUS_OK);
+    check_surface("trim", surface, trim, part, 0, arena);
+
+    struct drape_settings settings = settings_to(0, DRAPE_GIB);
+    struct drape_result result;
+    settings.trim = trim;
+    settings.start_point = vec3_make(0.5, -1e-4, 0);
+    assert_int_equal(drape_solve(surface, &settings, NULL, arena, &result),
+                     STATUS_START_OFF_SURFACE);
+    arena_free(arena);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_exact_starts_on_meshes),
+        cmocka_unit_test(test_exact_starts_on_triangular_patches),
+        cmocka_unit_test(test_exact_starts_on_trims),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
