@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "log.h"
+
+#include "api/json/text.h"
 #include <math.h>
 #include <pthread.h>
 #include <stdbool.h>
@@ -32,38 +34,6 @@ static bool put(struct line *line, const char *text, size_t length) {
     return true;
 }
 
-/* Bytes of the well-formed UTF-8 character at `s`; 0 when there is none. */
-static size_t utf8_length(const unsigned char *s, size_t left) {
-    size_t length = s[0] < 0x80 ? 1 : s[0] < 0xc2 ? 0 : s[0] < 0xe0 ? 2 : s[0] < 0xf0 ? 3 : 4;
-    if (s[0] > 0xf4 || length > left)
-        return 0;
-    for (size_t k = 1; k < length; k++)
-        if ((s[k] & 0xc0) != 0x80)
-            return 0;
-    bool overlong = (s[0] == 0xe0 && s[1] < 0xa0) || (s[0] == 0xf0 && s[1] < 0x90);
-    bool surrogate = s[0] == 0xed && s[1] > 0x9f;
-    bool beyond = s[0] == 0xf4 && s[1] > 0x8f;
-    return overlong || surrogate || beyond ? 0 : length;
-}
-
-/* Appends the character at `s` escaped; returns the bytes it took of `s`, 0 without room. */
-static size_t put_character(struct line *line, const unsigned char *s, size_t left) {
-    char escaped[8];
-    size_t length = utf8_length(s, left);
-    if (length == 0)
-        return put(line, "\\ufffd", 6) ? 1 : 0;
-    if (s[0] < 0x20 || s[0] == 0x7f) {
-        int n = snprintf(escaped, sizeof escaped, "\\u%04x", s[0]);
-        return put(line, escaped, (size_t)n) ? 1 : 0;
-    }
-    if (s[0] == '"' || s[0] == '\\') {
-        escaped[0] = '\\';
-        escaped[1] = (char)s[0];
-        return put(line, escaped, 2) ? 1 : 0;
-    }
-    return put(line, (const char *)s, length) ? length : 0;
-}
-
 static void put_text(struct line *line, const char *text) {
     if (!text) {
         put(line, "null", 4);
@@ -71,14 +41,12 @@ static void put_text(struct line *line, const char *text) {
     }
     if (!put(line, "\"", 1))
         return;
-    size_t left = strnlen(text, TEXT_MAX_BYTES);
-    const unsigned char *s = (const unsigned char *)text;
-    while (left > 0) {
-        size_t taken = put_character(line, s, left);
-        if (taken == 0)
+    char escaped[API_ESCAPED_SIZE];
+    size_t length, taken;
+    for (size_t left = strnlen(text, TEXT_MAX_BYTES); left > 0; left -= taken, text += taken) {
+        taken = api_text_escape(text, left, escaped, &length);
+        if (!put(line, escaped, length))
             break;
-        s += taken;
-        left -= taken;
     }
     line->text[line->length++] = '"'; /* one of TAIL_BYTES */
 }

@@ -40,23 +40,48 @@ void api_text_raw(struct api_text *text, const char *string) {
     api_text_bytes(text, string, strlen(string));
 }
 
-static void escape(struct api_text *text, char c) {
+/* Bytes of the well-formed UTF-8 character at `s`; 0 when there is none. */
+static size_t utf8_length(const unsigned char *s, size_t left) {
+    size_t length = s[0] < 0x80 ? 1 : s[0] < 0xc2 ? 0 : s[0] < 0xe0 ? 2 : s[0] < 0xf0 ? 3 : 4;
+    if (s[0] > 0xf4 || length > left)
+        return 0;
+    for (size_t k = 1; k < length; k++)
+        if ((s[k] & 0xc0) != 0x80)
+            return 0;
+    bool overlong = (s[0] == 0xe0 && s[1] < 0xa0) || (s[0] == 0xf0 && s[1] < 0x90);
+    bool surrogate = s[0] == 0xed && s[1] > 0x9f;
+    bool beyond = s[0] == 0xf4 && s[1] > 0x8f;
+    return overlong || surrogate || beyond ? 0 : length;
+}
+
+size_t api_text_escape(const char *s, size_t left, char escaped[API_ESCAPED_SIZE], size_t *length) {
     static const char hex[] = "0123456789abcdef";
-    unsigned code = (unsigned char)c;
-    if (c == '"' || c == '\\') {
-        api_text_bytes(text, (const char[]){'\\', c}, 2);
-    } else if (code < 0x20) {
-        api_text_raw(text, "\\u00");
-        api_text_bytes(text, (const char[]){hex[code >> 4], hex[code & 15]}, 2);
-    } else {
-        api_text_bytes(text, &c, 1);
+    unsigned char c = (unsigned char)*s;
+    size_t taken = utf8_length((const unsigned char *)s, left);
+    if (taken == 0 || c < 0x20 || c == 0x7f) {
+        memcpy(escaped, taken ? "\\u0000" : "\\ufffd", 6);
+        if (taken) {
+            escaped[4] = hex[c >> 4];
+            escaped[5] = hex[c & 15];
+        }
+        *length = 6;
+        return 1;
     }
+    size_t slash = c == '"' || c == '\\';
+    escaped[0] = '\\';
+    memcpy(escaped + slash, s, taken);
+    *length = slash + taken;
+    return taken;
 }
 
 void api_text_string(struct api_text *text, const char *string) {
+    char escaped[API_ESCAPED_SIZE];
+    size_t length, taken;
     api_text_raw(text, "\"");
-    for (; *string; string++)
-        escape(text, *string);
+    for (size_t left = strlen(string); left > 0; left -= taken, string += taken) {
+        taken = api_text_escape(string, left, escaped, &length);
+        api_text_bytes(text, escaped, length);
+    }
     api_text_raw(text, "\"");
 }
 

@@ -33,7 +33,13 @@ void api_text_bytes(struct api_text *text, const void *bytes, size_t length);
 /* A zero-terminated string as it is: punctuation, literals and `"key":`. */
 void api_text_raw(struct api_text *text, const char *string);
 
-/* A zero-terminated UTF-8 string in quotes, escaped. */
+/* The character at `s`, of which `left` (1 or more) bytes follow, as JSON has it within quotes:
+ * `*length` bytes in `escaped`. Returns how many bytes it takes; one that is not UTF-8 becomes
+ * U+FFFD. */
+enum { API_ESCAPED_SIZE = 8 };
+size_t api_text_escape(const char *s, size_t left, char escaped[API_ESCAPED_SIZE], size_t *length);
+
+/* A zero-terminated string in quotes, escaped. */
 void api_text_string(struct api_text *text, const char *string);
 
 /* The shortest decimal of a finite number; `null` for one that is not. */
