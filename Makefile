@@ -124,9 +124,13 @@ TEST_MODULES := $(patsubst %,tests/%/node_modules,browser manifests readers)
 $(TEST_MODULES): %/node_modules: %/package-lock.json
 	@npm ci --silent --no-audit --no-fund --ignore-scripts --omit=optional --prefix $* && touch $@
 
-# Writes down what results are now, after a change of them that is meant: tests/results/.
-golden: $(B)/drape
-	@python3 tests/results/compare.py $(B) --write && git --no-pager diff --stat tests/results
+# Writes down what tests compare with, after a change that is meant: the bytes of results and of
+# small documents, the tables of docs/fields.md and docs/settings.md.
+golden: all $(B)/tests/unit/test_formats $(B)/tests/unit/test_column_list
+	@python3 tests/results/compare.py $(B) --write
+	@for test in formats column_list; do DRAPE_GOLDEN=write $(B)/tests/unit/test_$$test 2>/dev/null || exit 1; done
+	@$(B)/draped --help | awk -f docs/settings.awk >docs/settings.md
+	@git --no-pager diff --stat tests docs
 
 # The tests that hurt, at full length: 200 kills, a thousand slow clients for 30 s, ...
 soak:

@@ -10,7 +10,7 @@ for page in $(grep -rhoE --include='*.[ch]' --include='*.cc' --exclude-dir=node_
 done
 python3 tests/checks/references.py README.md CONTRIBUTING.md docs/*.md api/examples/*.md || bad=1
 if ! diff docs/settings.md <("${1:-build}/draped" --help | awk -f docs/settings.awk); then
-    echo "make it again: ${1:-build}/draped --help | awk -f docs/settings.awk >docs/settings.md"
+    echo 'docs/settings.md differs from --help: make golden writes it'
     bad=1
 fi
 exit $bad
