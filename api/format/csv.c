@@ -41,6 +41,8 @@ static void next(struct encoder *encoder) {
 
 const struct format format_csv = {.name = "csv",
                                   .media_type = "text/csv",
+                                  .about = "one table: a row for each node, cell or place",
+                                  .exact = "every bit; `precision` rounds",
                                   .uses = FORMAT_RESULT | FORMAT_MAP,
                                   .one_table = true,
                                   .next = next};

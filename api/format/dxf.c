@@ -187,5 +187,8 @@ static const struct pattern_pen pen = {.metres = 0,
                                        .locked = locked,
                                        .foot = foot};
 
-const struct format format_dxf = {
-    .name = "dxf", .media_type = "image/vnd.dxf", PATTERN_FORMAT(pen)};
+const struct format format_dxf = {.name = "dxf",
+                                  .media_type = "image/vnd.dxf",
+                                  .about = "the pattern in DXF R12, in the drape's unit",
+                                  .exact = "12 digits",
+                                  PATTERN_FORMAT(pen)};

@@ -28,6 +28,8 @@ enum format_use {
 struct format {
     const char *name;       /* in `?format=`; unique within a use */
     const char *media_type; /* without parameters; unique within a use */
+    const char *about;      /* one line for documentation: what it is */
+    const char *exact;      /* and how exactly it holds the values */
     unsigned uses;          /* enum format_use, or-ed */
     bool one_table;         /* of a result: holds the table of the options alone */
     bool elements;          /* of a map: needs elements, so cannot show points */

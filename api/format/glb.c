@@ -279,6 +279,9 @@ static bool begin(struct encoder *encoder, struct api_problem *problem) {
 const struct format format_glb = {.name = "glb",
                                   .uses = FORMAT_RESULT,
                                   .media_type = "model/gltf-binary",
+                                  .about =
+                                      "binary glTF: the net coloured by its shear, for viewers",
+                                  .exact = "positions as 32-bit floats, colours of 16 bits",
                                   .state_size = sizeof(struct state),
                                   .begin = begin,
                                   .next = next};

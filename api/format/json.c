@@ -144,6 +144,8 @@ static void next(struct encoder *encoder) {
 
 const struct format format_json = {.name = "json",
                                    .media_type = "application/json",
+                                   .about = "the document of the API: tables of columns",
+                                   .exact = "every bit; `precision` rounds",
                                    .uses = FORMAT_RESULT | FORMAT_MAP,
                                    .state_size = sizeof(struct state),
                                    .next = next};

@@ -367,11 +367,14 @@ static void end(struct encoder *encoder) {
         deflateEnd(&state->deflate);
 }
 
-const struct format format_lcmsim = {.uses = FORMAT_MAP,
-                                     .elements = true,
-                                     .name = "lcmsim",
-                                     .media_type = "application/zip",
-                                     .state_size = sizeof(struct state),
-                                     .begin = begin,
-                                     .next = next,
-                                     .end = end};
+const struct format format_lcmsim = {
+    .uses = FORMAT_MAP,
+    .elements = true,
+    .name = "lcmsim",
+    .media_type = "application/zip",
+    .about = "a zip with a case for LCMsim",
+    .exact = "elements in at most 125 parts; coordinates of 8 characters; values of 9 digits",
+    .state_size = sizeof(struct state),
+    .begin = begin,
+    .next = next,
+    .end = end};

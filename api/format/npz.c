@@ -126,6 +126,8 @@ static bool begin(struct encoder *encoder, struct api_problem *problem) {
 const struct format format_npz = {.name = "npz",
                                   .uses = FORMAT_RESULT,
                                   .media_type = "application/x-npz",
+                                  .about = "NumPy archive: an array for each column",
+                                  .exact = "every bit",
                                   .state_size = sizeof(struct state),
                                   .begin = begin,
                                   .next = next};

@@ -136,5 +136,8 @@ static const struct pattern_pen pen = {.metres = 1e-3,
                                        .locked = locked,
                                        .foot = foot};
 
-const struct format format_svg = {
-    .name = "svg", .media_type = "image/svg+xml", PATTERN_FORMAT(pen)};
+const struct format format_svg = {.name = "svg",
+                                  .media_type = "image/svg+xml",
+                                  .about = "the pattern in millimetres at true scale",
+                                  .exact = "12 digits",
+                                  PATTERN_FORMAT(pen)};

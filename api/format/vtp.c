@@ -110,6 +110,8 @@ static void next(struct encoder *encoder) {
 
 const struct format format_vtp = {.name = "vtp",
                                   .media_type = "application/vnd.vtk",
+                                  .about = "VTK PolyData: the net with its fields, for ParaView",
+                                  .exact = "every bit",
                                   .uses = FORMAT_RESULT,
                                   .state_size = sizeof(struct state),
                                   .begin = begin,

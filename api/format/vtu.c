@@ -140,10 +140,13 @@ static void next(struct encoder *encoder) {
         encoder->failed = true;
 }
 
-const struct format format_vtu = {.name = "vtu",
-                                  .media_type = "application/vnd.vtk",
-                                  .uses = FORMAT_MAP,
-                                  .elements = true,
-                                  .state_size = sizeof(struct state),
-                                  .begin = begin,
-                                  .next = next};
+const struct format format_vtu = {
+    .name = "vtu",
+    .media_type = "application/vnd.vtk",
+    .about = "VTK UnstructuredGrid: the caller's mesh with the fields of its elements",
+    .exact = "every bit",
+    .uses = FORMAT_MAP,
+    .elements = true,
+    .state_size = sizeof(struct state),
+    .begin = begin,
+    .next = next};

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* The lists of columns and of members of the summary, and that docs/fields.md shows what they say.
- * Where it does not, DRAPE_GOLDEN=write puts the tables there. */
+/* The lists of columns, members of the summary and formats, and that docs/fields.md and
+ * docs/formats.md show what they say. Where they do not, DRAPE_GOLDEN=write puts the tables there.
+ */
+#include "api/format/format.h"
 #include "api/json/text.h"
 #include "api/result/column_list.h"
 #include "api/result/directory.h"
@@ -62,9 +64,33 @@ static struct bytes summary_table(void) {
     return table;
 }
 
-/* Compares what docs/fields.md has between the marks of a table, or replaces it. */
-static void check_documented(const char *name, struct bytes *table) {
-    static const char path[] = "docs/fields.md", end_mark[] = "<!-- end -->";
+static struct bytes formats_table(void) {
+    static const struct {
+        enum format_use use;
+        const char *name;
+    } uses[] = {{FORMAT_RESULT, "result"}, {FORMAT_MAP, "map"}, {FORMAT_PATTERN, "pattern"}};
+    const struct format *format;
+    struct bytes table = {0};
+    add(&table, "| of | format | media type | what it is | exact |\n|---|---|---|---|---|\n");
+    for (size_t u = 0; u < sizeof uses / sizeof *uses; u++)
+        for (size_t k = 0; (format = format_at(uses[u].use, k)); k++) {
+            add(&table, "| ");
+            add(&table, uses[u].name);
+            add(&table, " | `");
+            add(&table, format->name);
+            add(&table, "` | `");
+            add(&table, format->media_type);
+            add(&table, "` |");
+            add_cell(&table, format->about);
+            add_cell(&table, format->exact);
+            add(&table, "\n");
+        }
+    return table;
+}
+
+/* Compares what a page has between the marks of a table, or replaces it. */
+static void check_documented(const char *path, const char *name, struct bytes *table) {
+    static const char end_mark[] = "<!-- end -->";
     char mark[64];
     const char *mode = getenv("DRAPE_GOLDEN");
     struct bytes page = file_read(path);
@@ -83,20 +109,22 @@ static void check_documented(const char *name, struct bytes *table) {
         fclose(file);
     } else if ((size_t)(end - begin) != table->length ||
                memcmp(begin, table->data, table->length) != 0) {
-        fail_msg("docs/fields.md differs from the list of %s: DRAPE_GOLDEN=write updates it", name);
+        fail_msg("%s differs from the list of %s: DRAPE_GOLDEN=write updates it", path, name);
     }
     bytes_free(&page);
     bytes_free(table);
 }
 
-static void test_column_list_is_what_the_docs_say(void **state) {
+static void test_lists_are_what_the_docs_say(void **state) {
     (void)state;
     for (int table = 0; table < API_TABLE_COUNT; table++) {
         struct bytes text = columns_table((enum api_table)table);
-        check_documented(api_table_name((enum api_table)table), &text);
+        check_documented("docs/fields.md", api_table_name((enum api_table)table), &text);
     }
     struct bytes text = summary_table();
-    check_documented("summary", &text);
+    check_documented("docs/fields.md", "summary", &text);
+    text = formats_table();
+    check_documented("docs/formats.md", "formats", &text);
 }
 
 static void test_column_list_names_fit_and_are_found(void **state) {
@@ -139,9 +167,9 @@ static void test_summary_takes_the_queue_time_of_a_job(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_column_list_is_what_the_docs_say),
+        cmocka_unit_test(test_lists_are_what_the_docs_say),
         cmocka_unit_test(test_column_list_names_fit_and_are_found),
         cmocka_unit_test(test_summary_takes_the_queue_time_of_a_job),
     };
-    return cmocka_run_group_tests_name("column_list", tests, NULL, NULL);
+    return cmocka_run_group_tests_name("lists", tests, NULL, NULL);
 }
