@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: MIT
-# all, demo, test, soak, hosts, fuzz, load, tsan, valgrind, coverage, bench, figures, lint, format,
-# install, deb, sbom, clean. See README.md and CONTRIBUTING.md.
+# `make help` lists the targets; those for tests are in tests/tests.mk. V=1 shows whole commands.
 .DEFAULT_GOAL := all
 SHELL := /bin/bash
 B ?= build
@@ -15,13 +14,27 @@ WARN := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wstric
 # instructions cost more to fill than they save. Four-lane vectors are passed between static
 # functions only, so the ABI note about them does not matter.
 NUMERIC := -ffp-contract=off -fno-math-errno -fno-trapping-math -fno-tree-slp-vectorize -Wno-psabi
+# What makes a mistake in memory end the program rather than serve a stranger, read from the programs
+# by tests/checks/hardening.sh. FORTIFY and sanitizers watch the same calls: one is enough.
+MACHINE := $(shell $(CC) -dumpmachine)
+HARDEN := -fPIE -fstack-protector-strong -fstack-clash-protection \
+          $(if $(filter x86_64%,$(MACHINE)),-fcf-protection) \
+          $(if $(filter aarch64%,$(MACHINE)),-mbranch-protection=standard) \
+          $(if $(SANITIZE),,-D_FORTIFY_SOURCE=2)
+HARDEN_LINK := -pie -Wl,-z,relro,-z,now,-z,noexecstack
 CPPFLAGS := -D_GNU_SOURCE -I. -I$(B)/gen -isystem /usr/include/postgresql
-CFLAGS := -std=gnu11 $(OPT) -g $(NUMERIC) $(WARN) $(SANITIZE)
+CFLAGS := -std=gnu11 $(OPT) -g $(NUMERIC) $(HARDEN) $(WARN) $(SANITIZE)
 CXXFLAGS := -std=c++17 $(OPT) -g -fno-exceptions -fno-rtti -Wall -Wextra -Wpedantic -Wshadow \
-            -Wconversion -Werror $(SANITIZE)
+            -Wconversion -Werror $(HARDEN) $(SANITIZE)
 DEPFLAGS = -MMD -MP
 LDFLAGS := $(SANITIZE)
+LINK = $(CC) $(HARDEN_LINK) $(LDFLAGS)
 CLANG_FORMAT := clang-format-14
+
+# $(call say,WORD,FILE) begins a command: one short line in place of the command itself.
+ifneq ($(V),1)
+say = @$(if $(findstring s,$(firstword -$(MAKEFLAGS))),,echo '$(1) $(2)';)
+endif
 
 objects = $(patsubst %.c,$(B)/%.o,$(1))
 # The C files of a folder and of those in it, two deep.
@@ -35,20 +48,8 @@ LIBS := $(B)/libdrapeserver.a $(B)/libdrapeapi.a $(B)/libdrape.a
 API_LIBS := -ljansson -lsodium -lz -lstdc++ -lpthread -lm
 SERVER_LIBS := -lmicrohttpd -lseccomp -lsqlite3 -lpq -lzstd $(API_LIBS)
 
-# A test program is tests/KIND/test_NAME.c with the other files of its folder.
-TEST_SRC := $(wildcard tests/unit/*.c tests/exact/*.c tests/store/*.c)
-TEST_MAIN := $(filter $(addsuffix test_%,$(sort $(dir $(TEST_SRC)))),$(TEST_SRC))
-TESTS := $(TEST_MAIN:%.c=$(B)/%)
-test_helpers = $(call objects,$(filter-out $(dir $(1))test_%,$(wildcard $(dir $(1))*.c)))
-
-# A fuzz target is tests/fuzz/fuzz_NAME.c; without a fuzzer it replays corpus/NAME.
-FUZZ := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))
-FUZZ_HELPERS := $(call objects,tests/fuzz/encode.c tests/fuzz/mesh.c tests/fuzz/service.c)
-REPLAYS := $(FUZZ:%=$(B)/tests/fuzz/fuzz_%)
-FUZZERS := $(FUZZ:%=$(B)/tests/fuzz/run_%)
-
-.PHONY: all demo test tests golden soak fuzz fuzzers hosts load tsan valgrind coverage bench figures lint format install deb sbom clean
-all: $(B)/draped $(B)/drape
+.PHONY: all help demo check test lint format install deb sbom clean
+all: $(B)/draped $(B)/drape ## the daemon build/draped and the command build/drape
 
 # Installs what the build needs, once; `make test` asks for more.
 $(B)/.setup: deploy/setup.sh
@@ -57,15 +58,15 @@ $(B)/.setup: deploy/setup.sh
 
 $(B)/%.o: %.c Makefile | $(B)/.setup
 	@mkdir -p $(@D)
-	$(CC) $(CPPFLAGS) $(CFLAGS) $(DEPFLAGS) -c -o $@ $<
+	$(call say,CC,$<)$(CC) $(CPPFLAGS) $(CFLAGS) $(DEPFLAGS) -c -o $@ $<
 $(B)/%.o: %.cc Makefile | $(B)/.setup
 	@mkdir -p $(@D)
-	$(CXX) $(CPPFLAGS) $(CXXFLAGS) $(DEPFLAGS) -c -o $@ $<
+	$(call say,CXX,$<)$(CXX) $(CPPFLAGS) $(CXXFLAGS) $(DEPFLAGS) -c -o $@ $<
 
 # The contract in the binary: api/openapi.yaml as a C array of JSON.
 $(B)/gen/openapi_json.h: api/openapi.yaml api/embed_openapi.py | $(B)/.setup
 	@mkdir -p $(@D)
-	python3 api/embed_openapi.py $< $@
+	$(call say,EMBED,$<)python3 api/embed_openapi.py $< $@
 $(B)/server/resources/meta.o: $(B)/gen/openapi_json.h
 
 # The page at / in the binary: its files, the modules of three.js it draws with, the examples.
@@ -78,13 +79,13 @@ $(THREE)/package.json: server/viewer/package-lock.json | $(B)/.setup
 	@npm ci --silent --no-audit --no-fund --ignore-scripts --prefix server/viewer && touch $@
 $(B)/gen/viewer_files.h: server/viewer/embed.py $(VIEWER) $(THREE)/package.json
 	@mkdir -p $(@D)
-	python3 $< $(@D) $(VIEWER) $(THREE_FILES)
+	$(call say,EMBED,server/viewer)python3 $< $(@D) $(VIEWER) $(THREE_FILES)
 $(B)/server/resources/viewer.o: $(B)/gen/viewer_files.h
 
 # The powers of ten that the shortest decimals take.
 $(B)/gen/powers.h: api/embed_powers.py | $(B)/.setup
 	@mkdir -p $(@D)
-	python3 $< $@
+	$(call say,EMBED,$<)python3 $< $@
 $(B)/api/json/shortest.o: $(B)/gen/powers.h
 
 $(B)/libdrape.a: $(SOLVER_OBJ)
@@ -92,70 +93,35 @@ $(B)/libdrapeapi.a: $(API_OBJ)
 $(B)/libdrapeserver.a: $(SERVER_OBJ)
 $(B)/%.a:
 	@rm -f $@
-	ar rcs $@ $^
+	$(call say,AR,$@)ar rcs $@ $^
 
 $(B)/draped: $(B)/server/main.o $(LIBS)
-	$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS)
+	$(call say,LINK,$@)$(LINK) -o $@ $^ $(SERVER_LIBS)
 $(B)/drape: $(CLI_OBJ) $(B)/libdrapeapi.a $(B)/libdrape.a
-	$(CC) $(LDFLAGS) -o $@ $^ $(API_LIBS)
+	$(call say,LINK,$@)$(LINK) -o $@ $^ $(API_LIBS)
 
-.SECONDEXPANSION:
-$(TESTS): $(B)/%: $(B)/%.o $$(call test_helpers,$$*.c) $(LIBS)
-	$(CC) $(LDFLAGS) -o $@ $^ -lcmocka $(SERVER_LIBS)
+include tests/tests.mk
 
-$(REPLAYS): $(B)/tests/fuzz/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(B)/tests/fuzz/replay.o \
-        $(FUZZ_HELPERS) $(LIBS)
-	$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS)
-$(FUZZERS): $(B)/tests/fuzz/run_%: $(B)/tests/fuzz/fuzz_%.o $(FUZZ_HELPERS) $(LIBS)
-	$(CC) $(LDFLAGS) -fsanitize=fuzzer -o $@ $^ $(SERVER_LIBS)
+help: ## this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "%-10s%s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-# All tests, also of a build with sanitizers. The installation comes first, in a make of its own,
-# because what is to be built depends on it.
-SANITIZED := OPT=-O1 SANITIZE="-fsanitize=address,undefined -fno-sanitize-recover=all"
-test:
-	@deploy/setup.sh test
-	@$(MAKE) --no-print-directory -s all tests $(TEST_MODULES)
-	@$(MAKE) --no-print-directory -s B=$(B)/sanitized $(SANITIZED) all tests
-	@tests/run.sh $(B) $(B)/sanitized
-tests: $(TESTS) $(REPLAYS)
-# Validators of glTF, manifests and bills of materials, and what drives the browser, as the lock
-# files pin them.
-TEST_MODULES := $(patsubst %,tests/%/node_modules,browser manifests readers)
-$(TEST_MODULES): %/node_modules: %/package-lock.json
-	@npm ci --silent --no-audit --no-fund --ignore-scripts --omit=optional --prefix $* && touch $@
-
-# Writes down what tests compare with, after a change that is meant: the bytes of results and of
-# small documents, the tables of docs/fields.md and docs/settings.md.
-golden: all $(B)/tests/unit/test_formats $(B)/tests/unit/test_column_list
-	@python3 tests/results/compare.py $(B) --write
-	@for test in formats column_list; do DRAPE_GOLDEN=write $(B)/tests/unit/test_$$test 2>/dev/null || exit 1; done
-	@$(B)/draped --help | awk -f docs/settings.awk >docs/settings.md
-	@git --no-pager diff --stat tests docs
-
-# The tests that hurt, at full length: 200 kills, a thousand slow clients for 30 s, ...
-soak:
-	@deploy/setup.sh test
-	@$(MAKE) --no-print-directory -s all
-	@for test in tests/faults/test_*.py; do LONG=1 BUILD=$(B) python3 $$test || exit 1; done
-
-# Looks for inputs that break a promise, FUZZ_SECONDS for each target.
-FUZZ_SECONDS ?= 60
-fuzz:
-	@deploy/setup.sh fuzz
-	@$(MAKE) --no-print-directory -s B=$(B)/fuzz CC=clang-14 CXX=clang++-14 OPT=-O1 WARN=-w \
-	    SANITIZE="-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all" fuzzers
-	@tests/fuzz/fuzz.sh $(B)/fuzz $(FUZZ_SECONDS) $(FUZZ)
-fuzzers: $(FUZZERS)
-
-demo: all
+demo: all ## builds, starts a daemon, drapes the examples and compares them with exact answers
 	@deploy/demo.sh $(B)
 
-lint: all
-	@deploy/setup.sh test
-	@$(MAKE) --no-print-directory -s $(TEST_MODULES)
+check: ## every day: build, checks of the source, unit tests, short exact ones, drapes over HTTP
+	@$(MAKE) --no-print-directory -s .test-tools
+	@$(MAKE) --no-print-directory -s -j$(JOBS) all tests
+	@tests/run.py check $(B)
+
+test: ## everything, as built and with sanitizers; browser, deploy and hosts once (ONLY=: a pattern)
+	@$(MAKE) --no-print-directory -s .test-tools
+	@$(MAKE) --no-print-directory -s -j$(JOBS) .plain .sanitized
+	@tests/run.py all $(B) $(B)/sanitized $(ONLY)
+
+lint: all .test-tools ## the checks of the source alone: format, layers, what the solver may call, documents
 	@for check in tests/checks/*.sh; do echo $$check; $$check $(B) || exit 1; done
 
-format: tests/browser/node_modules
+format: tests/browser/node_modules ## clang-format 14, prettier
 	find solver api cli server tests -name node_modules -prune -o \
 	    \( -name '*.[ch]' -o -name '*.cc' \) -print | xargs $(CLANG_FORMAT) -i
 	node $</prettier/bin/prettier.cjs --log-level warn --write server/viewer/*.js tests/*/*.mjs
@@ -164,7 +130,7 @@ PREFIX ?= /usr/local
 UNITS ?= $(PREFIX)/lib/systemd/system
 VERSION := $(shell sed -n 's/^\#define DRAPED_VERSION "\(.*\)"/\1/p' server/config.h)
 OPERATORS := $(addprefix deploy/,nginx.conf Caddyfile prometheus grafana)
-install: all sbom $(B)/draped.1 $(B)/drape.1
+install: all sbom $(B)/draped.1 $(B)/drape.1 ## below $(PREFIX) (/usr/local) and DESTDIR
 	install -D -t $(DESTDIR)$(PREFIX)/bin $(B)/draped $(B)/drape
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man1 $(B)/draped.1 $(B)/drape.1
 	install -D -m 644 -t $(DESTDIR)$(UNITS) deploy/systemd/draped.socket
@@ -180,69 +146,15 @@ install: all sbom $(B)/draped.1 $(B)/drape.1
 $(B)/%.1: deploy/man/%.1.in deploy/man/options.awk $(B)/%
 	awk -f deploy/man/options.awk <($(B)/$* --help) $< >$@
 
-# The bill of materials.
-sbom: $(B)/draped.cdx.json
+sbom: $(B)/draped.cdx.json ## the bill of materials, in build
 $(B)/draped.cdx.json: deploy/sbom.py $(B)/draped $(B)/drape
 	python3 $< $(VERSION) $(B)/draped $(B)/drape >$@.new && mv $@.new $@
 
-# The Debian package, in $(B)/deb.
-deb:
+deb: ## the Debian package, in build/deb
 	@deploy/setup.sh package
 	@deploy/deb.sh $(B) $(VERSION)
 
-# Redraws docs/figures from the program's own results.
-figures: $(B)/drape
-	@tests/figures/figures.sh $(B)
-
-bench: $(B)/tests/bench/bench_solver $(B)/tests/bench/bench_surfaces $(B)/tests/bench/bench_store $(B)/draped
-	$<
-	$(B)/tests/bench/bench_surfaces
-	tests/bench/bench_formats.sh $(B)
-	tests/bench/bench_map.sh $(B)
-	@deploy/setup.sh test
-	tests/bench/bench_store.sh $(B)
-$(B)/tests/bench/bench_solver: $(B)/tests/bench/bench_solver.o $(B)/libdrapeapi.a $(B)/libdrape.a
-	$(CC) $(LDFLAGS) -o $@ $^ $(API_LIBS)
-$(B)/tests/bench/bench_surfaces: $(call objects,$(addprefix tests/,bench/bench_surfaces.c \
-        bench/surfaces.c exact/shapes.c exact/spline.c)) $(B)/libdrape.a
-	$(CC) $(LDFLAGS) -o $@ $^ -lm
-
-$(B)/tests/bench/bench_store: $(B)/tests/bench/bench_store.o $(LIBS)
-	$(CC) $(LDFLAGS) -o $@ $^ $(SERVER_LIBS)
-
-# The test with six hosts, in its long form.
-hosts: all
-	@deploy/setup.sh test
-	tests/hosts/hosts.sh $(B) 2000
-
-# What the daemon bears, next to libmicrohttpd alone.
-load: all
-	@deploy/setup.sh test
-	@$(MAKE) --no-print-directory -s $(B)/tests/load/bare
-	@tests/load/load.sh $(B)
-$(B)/tests/load/bare: $(B)/tests/load/bare.o
-	$(CC) $(LDFLAGS) -o $@ $^ -lmicrohttpd
-
-# What is threaded, under ThreadSanitizer.
-tsan:
-	@deploy/setup.sh test
-	@$(MAKE) --no-print-directory -s B=$(B)/tsan OPT=-O1 SANITIZE=-fsanitize=thread all tests
-	@tests/run_tsan.sh $(B)/tsan
-
-# Lines of solver, api and server that the tests run.
-coverage:
-	@deploy/setup.sh test
-	@$(MAKE) --no-print-directory -s $(TEST_MODULES)
-	@$(MAKE) --no-print-directory -s B=$(B)/coverage OPT=-O0 SANITIZE="--coverage \
-	    -fprofile-update=atomic -Wl,-u,__gcov_dump,--export-dynamic-symbol=__gcov_dump" all tests
-	@tests/run_coverage.sh $(B)/coverage
-
-# The daemon and the command, once each, under valgrind.
-valgrind: all
-	@deploy/setup.sh test
-	@tests/run_valgrind.sh $(B)
-
-clean:
+clean: ## removes the build
 	rm -rf $(B)
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)

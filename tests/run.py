@@ -1,0 +1,243 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Runs the tests, several at a time, and counts: checks of the source, cmocka programs, fuzz
+inputs, Python and bats files as built for use and again with sanitizers; then once the page in Chromium,
+what is in deploy/ and six hosts. Everything a test starts has ports and folders of its own.
+
+Says what has ended and how far the run is; what failed is printed at once and again at the end. A
+test that was skipped is counted as skipped, and fewer tests than a plan announced are failures. The
+last line is "N passed, N failed" (and ", N skipped" if any were); the exit status says the same.
+Usage: tests/run.py check|all BUILD [SANITIZED [PATTERN]]
+PATTERN, a regular expression, limits the run to the jobs in whose name it is found."""
+import glob
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass, field
+
+LONGEST = 900  # seconds one job may take
+STILL = 30  # seconds without news until it is said what runs
+SIZE_SANITIZED = "0.2"  # of the exact tests, where a sanitizer makes each step many times slower
+SIZE_CHECK = "0.1"
+CORES = os.cpu_count() or 1
+
+# Those that take longest begin first.
+FIRST = ["test_exact_random", "deploy/package", "exact_geodesic", "unit/test_mesh.c", "browser/page",
+         "faults/test_disk", "faults/test_slow", "faults/test_kills", "http/jobs", "hosts/hosts.sh",
+         "http/map", "http/errors", "http/", "faults/", "deploy/", "browser/", "store/"]
+# What mostly waits takes less than a processor.
+WAITING = {"faults/test_slow": 0.4, "http/": 0.6, "store/": 0.6, "deploy/": 0.6}
+
+
+@dataclass
+class Job:
+    """A program that speaks TAP and what became of it."""
+
+    name: str
+    command: list
+    env: dict = field(default_factory=dict)
+    one_test: bool = False  # its exit status is the whole of what it says
+    passed: int = 0
+    failed: int = 0
+    skipped: int = 0
+    seconds: float = 0
+    cpu: float = 0
+    text: str = ""
+
+    def share(self):
+        """Of a processor, that it keeps busy."""
+        return next((share for part, share in WAITING.items() if part in self.name), 1)
+
+    def rank(self):
+        """Its place in the order of starts."""
+        return next((k for k, part in enumerate(FIRST) if part in self.name), len(FIRST))
+
+    def count(self, status):
+        """Counts the lines of TAP; `status` is None when the time was up."""
+        if self.one_test:
+            self.passed, self.failed = int(status == 0), int(status != 0)
+            return
+        lines = re.findall(r"^(ok|not ok) ?(.*)", self.text, re.MULTILINE)
+        self.skipped = sum("# skip" in what.lower() for _, what in lines)
+        self.passed = sum(word == "ok" and "# skip" not in what.lower() for word, what in lines)
+        self.failed = len(lines) - self.passed - self.skipped
+        planned = sum(map(int, re.findall(r"^1\.\.(\d+)\s*(?:#.*)?$", self.text, re.MULTILINE)))
+        if planned != len(lines) or planned == 0:
+            self.text += f"# {len(lines)} results, {planned} planned\n"
+            self.failed += max(1, planned - len(lines))
+        elif status != 0 and self.failed == 0:
+            self.failed = 1
+        if status is None:
+            self.text += f"# stopped after {LONGEST} s\n"
+        elif status != 0:
+            self.text += f"# exit status {status}\n"
+
+
+def checks(build):
+    return [Job(script, [script, build], one_test=True)
+            for script in sorted(glob.glob("tests/checks/*.sh"))]
+
+
+def programs(build, size, kinds=("exact", "unit", "store")):
+    """The cmocka programs; the exact ones at that share of their size."""
+    return [Job(f"{build} {source}", [f"{build}/{source[:-2]}"],
+                {"CMOCKA_MESSAGE_OUTPUT": "TAP", "DRAPED_TEST_SIZE": size})
+            for kind in kinds for source in sorted(glob.glob(f"tests/{kind}/test_*.c"))]
+
+
+def replays(build):
+    """The inputs of the fuzzers, once each."""
+    jobs = []
+    for source in sorted(glob.glob("tests/fuzz/fuzz_*.c")):
+        name = os.path.basename(source)[len("fuzz_"):-2]
+        jobs.append(Job(f"{build} {source}", [f"{build}/{source[:-2]}", f"tests/fuzz/corpus/{name}"]))
+    return jobs
+
+
+def bats(build, pattern):
+    return [Job(f"{build} {file}", ["bats", "--tap", file], {"BUILD": build})
+            for file in sorted(glob.glob(pattern))]
+
+
+def faults(build):
+    return [Job(f"{build} {file}", ["python3", file], {"BUILD": build})
+            for file in sorted(glob.glob("tests/faults/test_*.py"))]
+
+
+def pages(build):
+    return [Job(file, ["node", "--test-reporter=tap", file], {"BUILD": build})
+            for file in sorted(glob.glob("tests/browser/*.test.mjs"))]
+
+
+def every_day(build):
+    """What `make check` runs."""
+    return (checks(build) + programs(build, SIZE_CHECK, ("exact", "unit")) + replays(build)
+            + bats(build, "tests/http/drapes.bats"))
+
+
+def everything(build, sanitized):
+    """What `make test` runs. The page runs in the browser, not in the daemon, and deploy/ is about
+    the daemon as users install it: once is enough."""
+    jobs = checks(build)
+    for each, size in ((build, "1"), (sanitized, SIZE_SANITIZED)):
+        jobs += programs(each, size) + replays(each) + faults(each) + bats(each, "tests/http/*.bats")
+    jobs += pages(build) + bats(build, "tests/deploy/*.bats")
+    return jobs + [Job("tests/hosts/hosts.sh", ["tests/hosts/hosts.sh", build, "200"])]
+
+
+class Run:
+    """The jobs that wait, run and have ended."""
+
+    def __init__(self, jobs, folder):
+        self.waiting = sorted(jobs, key=Job.rank)
+        self.total = len(jobs)
+        self.running = {}  # by process id: job, file of output, start
+        self.ended = []
+        self.folder = folder
+        self.begun = self.news = time.monotonic()
+
+    def start(self, job):
+        output = tempfile.TemporaryFile(dir=self.folder)
+        process = subprocess.Popen(job.command, stdin=subprocess.DEVNULL, stdout=output,
+                                   stderr=subprocess.STDOUT, env={**os.environ, **job.env},
+                                   start_new_session=True)
+        self.running[process.pid] = (job, output, time.monotonic(), process)
+
+    def start_what_fits(self):
+        """Keeps the processors busy; what takes less than what is left goes beside."""
+        for job in list(self.waiting):
+            busy = sum(entry[0].share() for entry in self.running.values())
+            if busy + job.share() > CORES + 0.01 and self.running:
+                continue
+            self.waiting.remove(job)
+            self.start(job)
+
+    def end(self, pid, status, usage):
+        job, output, begun, process = self.running.pop(pid)
+        process.returncode = 0  # it has been waited for
+        output.seek(0)
+        job.text += output.read().decode(errors="replace")
+        output.close()
+        job.seconds = time.monotonic() - begun
+        job.cpu = usage.ru_utime + usage.ru_stime
+        job.count(None if job.seconds > LONGEST else os.waitstatus_to_exitcode(status))
+        self.ended.append(job)
+        self.tell(job)
+
+    def tell(self, job):
+        self.news = time.monotonic()
+        counts = f"{job.passed:4d} passed {job.failed:3d} failed"
+        counts += f" {job.skipped:3d} skipped" if job.skipped else ""
+        print(f"[{len(self.ended):3d}/{self.total}] {job.name:50s} {counts}"
+              f" {job.seconds:6.1f} s", flush=True)
+        if job.failed:
+            print(job.text, flush=True)
+
+    def tell_what_runs(self):
+        now = time.monotonic()
+        if now - self.news < STILL:
+            return
+        self.news = now
+        names = [f"{job.name} ({now - begun:.0f} s)" for job, _, begun, _ in self.running.values()]
+        print(f"[{len(self.ended):3d}/{self.total}] runs: {', '.join(names)}", flush=True)
+
+    def stop_late(self):
+        """Ends what has used its time: first asked, then killed."""
+        for pid, (_, _, begun, _) in self.running.items():
+            late = time.monotonic() - begun - LONGEST
+            if late > 0:
+                os.killpg(pid, signal.SIGTERM if late < 10 else signal.SIGKILL)
+
+    def all(self):
+        while self.waiting or self.running:
+            self.start_what_fits()
+            pid, status, usage = os.wait4(-1, os.WNOHANG)
+            if pid in self.running:
+                self.end(pid, status, usage)
+            elif pid == 0:
+                self.stop_late()
+                self.tell_what_runs()
+                time.sleep(0.02)
+
+    def stop(self):
+        for pid in self.running:
+            os.killpg(pid, signal.SIGKILL)
+
+    def summary(self):
+        """Prints what failed again, what took longest, and the sums."""
+        for job in self.ended:
+            if job.failed:
+                print(f"---- {job.name}\n{job.text}")
+        longest = sorted(self.ended, key=lambda job: -job.seconds)[:10]
+        print("longest:", ", ".join(f"{job.name} {job.seconds:.0f} s" for job in longest))
+        print(f"{time.monotonic() - self.begun:.0f} s, of the processors "
+              f"{sum(job.cpu for job in self.ended):.0f} s")
+        passed, failed, skipped = (sum(getattr(job, what) for job in self.ended)
+                                   for what in ("passed", "failed", "skipped"))
+        print(f"{passed} passed, {failed} failed" + (f", {skipped} skipped" if skipped else ""))
+        return 1 if failed or not passed else 0
+
+
+def main(kind, build, sanitized="", pattern=""):
+    os.chdir(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+    jobs = every_day(build) if kind == "check" else everything(build, sanitized)
+    jobs = [job for job in jobs if re.search(pattern, job.name)]
+    with tempfile.TemporaryDirectory() as folder:
+        run = Run(jobs, folder)
+        try:
+            run.all()
+        finally:
+            run.stop()
+    if os.environ.get("DRAPED_TEST_TIMES"):
+        with open(os.environ["DRAPED_TEST_TIMES"], "a") as file:
+            for job in run.ended:
+                print(f"{job.seconds:.1f}\t{job.cpu:.1f}\t{job.name}", file=file)
+    return run.summary()
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: MIT
+# Test programs and what is run now and then; included by Makefile.
+
+.PHONY: tests golden soak fuzz fuzzers hosts load tsan valgrind coverage bench figures \
+    .test-tools .plain .sanitized
+JOBS ?= $(shell nproc)
+
+# A test program is tests/KIND/test_NAME.c with the other files of its folder.
+TEST_SRC := $(wildcard tests/unit/*.c tests/exact/*.c tests/store/*.c)
+TEST_MAIN := $(filter $(addsuffix test_%,$(sort $(dir $(TEST_SRC)))),$(TEST_SRC))
+TESTS := $(TEST_MAIN:%.c=$(B)/%)
+test_helpers = $(call objects,$(filter-out $(dir $(1))test_%,$(wildcard $(dir $(1))*.c)))
+
+# A fuzz target is tests/fuzz/fuzz_NAME.c; without a fuzzer it replays corpus/NAME.
+FUZZ := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))
+FUZZ_HELPERS := $(call objects,tests/fuzz/encode.c tests/fuzz/mesh.c tests/fuzz/service.c)
+REPLAYS := $(FUZZ:%=$(B)/tests/fuzz/fuzz_%)
+FUZZERS := $(FUZZ:%=$(B)/tests/fuzz/run_%)
+
+.SECONDEXPANSION:
+$(TESTS): $(B)/%: $(B)/%.o $$(call test_helpers,$$*.c) $(LIBS)
+	$(call say,LINK,$@)$(LINK) -o $@ $^ -lcmocka $(SERVER_LIBS)
+
+$(REPLAYS): $(B)/tests/fuzz/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(B)/tests/fuzz/replay.o \
+        $(FUZZ_HELPERS) $(LIBS)
+	$(call say,LINK,$@)$(LINK) -o $@ $^ $(SERVER_LIBS)
+$(FUZZERS): $(B)/tests/fuzz/run_%: $(B)/tests/fuzz/fuzz_%.o $(FUZZ_HELPERS) $(LIBS)
+	$(call say,LINK,$@)$(LINK) -fsanitize=fuzzer -o $@ $^ $(SERVER_LIBS)
+
+tests: $(TESTS) $(REPLAYS)
+
+# Both builds in one make. What both would fetch or install is there already.
+SANITIZED := OPT=-O1 SANITIZE="-fsanitize=address,undefined -fno-sanitize-recover=all"
+.plain: all tests sbom $(B)/draped.1 $(B)/drape.1
+.sanitized:
+	@$(MAKE) --no-print-directory B=$(B)/sanitized $(SANITIZED) all tests
+# What the tests need beside the build; the installation in a make of its own, because what is to be
+# built depends on it.
+.test-tools:
+	@deploy/setup.sh test
+	@$(MAKE) --no-print-directory -s $(THREE)/package.json $(TEST_MODULES)
+
+# Validators of glTF, manifests and bills of materials, and what drives the browser, as the lock
+# files pin them.
+TEST_MODULES := $(patsubst %,tests/%/node_modules,browser manifests readers)
+$(TEST_MODULES): %/node_modules: %/package-lock.json
+	@npm ci --silent --no-audit --no-fund --ignore-scripts --omit=optional --prefix $* && touch $@
+
+# What tests compare with: the bytes of results and of small documents, the tables of docs/fields.md
+# and docs/settings.md.
+GOLDEN := $(addprefix $(B)/tests/unit/test_,formats column_list)
+golden: all $(GOLDEN) ## when results change and should: writes anew what they are compared with
+	@python3 tests/results/compare.py $(B) --write
+	@for test in formats column_list; do \
+	    DRAPE_GOLDEN=write $(B)/tests/unit/test_$$test 2>/dev/null || exit 1; done
+	@$(B)/draped --help | awk -f docs/settings.awk >docs/settings.md
+	@git --no-pager diff --stat tests docs
+
+# The tests that hurt, at full length: 200 kills, a thousand slow clients for 30 s, ...
+soak: ## after a change in server/: 200 kills under load, a thousand slow clients
+	@deploy/setup.sh test
+	@$(MAKE) --no-print-directory -s all
+	@for test in tests/faults/test_*.py; do LONG=1 BUILD=$(B) python3 $$test || exit 1; done
+
+# Looks for inputs that break a promise, FUZZ_SECONDS for each target.
+FUZZ_SECONDS ?= 60
+fuzz: ## after a change in what reads requests: FUZZ_SECONDS (60) for each target
+	@deploy/setup.sh fuzz
+	@$(MAKE) --no-print-directory -s B=$(B)/fuzz CC=clang-14 CXX=clang++-14 OPT=-O1 WARN=-w \
+	    SANITIZE="-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all" fuzzers
+	@tests/fuzz/fuzz.sh $(B)/fuzz $(FUZZ_SECONDS) $(FUZZ)
+fuzzers: $(FUZZERS)
+
+figures: $(B)/drape ## redraws docs/figures from the program's own results
+	@tests/figures/figures.sh $(B)
+
+BENCHES := $(addprefix $(B)/tests/bench/bench_,solver surfaces store)
+bench: $(BENCHES) $(B)/draped ## after a change in solver/ or the store: ratios within one run
+	$<
+	$(B)/tests/bench/bench_surfaces
+	tests/bench/bench_formats.sh $(B)
+	tests/bench/bench_map.sh $(B)
+	@deploy/setup.sh test
+	tests/bench/bench_store.sh $(B)
+$(B)/tests/bench/bench_solver: $(B)/tests/bench/bench_solver.o $(B)/libdrapeapi.a $(B)/libdrape.a
+	$(call say,LINK,$@)$(LINK) -o $@ $^ $(API_LIBS)
+$(B)/tests/bench/bench_surfaces: $(call objects,$(addprefix tests/,bench/bench_surfaces.c \
+        bench/surfaces.c exact/shapes.c exact/spline.c)) $(B)/libdrape.a
+	$(call say,LINK,$@)$(LINK) -o $@ $^ -lm
+
+$(B)/tests/bench/bench_store: $(B)/tests/bench/bench_store.o $(LIBS)
+	$(call say,LINK,$@)$(LINK) -o $@ $^ $(SERVER_LIBS)
+
+hosts: all ## after a change in the store: six hosts, 2,000 drapes
+	@deploy/setup.sh test
+	tests/hosts/hosts.sh $(B) 2000
+
+load: all ## after a change in server/: rates, latency and memory, beside libmicrohttpd alone
+	@deploy/setup.sh test
+	@$(MAKE) --no-print-directory -s $(B)/tests/load/bare
+	@tests/load/load.sh $(B)
+$(B)/tests/load/bare: $(B)/tests/load/bare.o
+	$(call say,LINK,$@)$(LINK) -o $@ $^ -lmicrohttpd
+
+tsan: ## after a change of threads in server/: its tests under ThreadSanitizer
+	@deploy/setup.sh test
+	@$(MAKE) --no-print-directory -s B=$(B)/tsan OPT=-O1 SANITIZE=-fsanitize=thread all tests
+	@tests/run_tsan.sh $(B)/tsan
+
+coverage: ## lines of solver, api and server that the tests run, by folder
+	@deploy/setup.sh test
+	@$(MAKE) --no-print-directory -s $(TEST_MODULES)
+	@$(MAKE) --no-print-directory -s B=$(B)/coverage OPT=-O0 SANITIZE="--coverage \
+	    -fprofile-update=atomic -Wl,-u,__gcov_dump,--export-dynamic-symbol=__gcov_dump" all tests
+	@tests/run_coverage.sh $(B)/coverage
+
+# The daemon and the command, once each, under valgrind.
+valgrind: all ## after a change of memory: a drape by the command and by the daemon
+	@deploy/setup.sh test
+	@tests/run_valgrind.sh $(B)
+
