@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "encoder.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -53,35 +54,26 @@ bool encoder_damaged(struct api_problem *problem) {
 
 /* ---- selection ---- */
 
-/* Whether `column` is the field that the `length` characters at `field` name: table.column. */
-static bool is_field(const struct api_column_source *column, const char *field, size_t length) {
-    const char *table = api_table_name(column->table);
-    size_t table_length = strlen(table);
-    return length == table_length + 1 + strlen(column->name) &&
-           memcmp(field, table, table_length) == 0 && field[table_length] == '.' &&
-           memcmp(field + table_length + 1, column->name, length - table_length - 1) == 0;
-}
-
-/* The same in a map, whose only table is `cells` and need not be named. */
-static bool is_cell_field(const struct api_column_source *column, const char *name, size_t length) {
-    return length == strlen(column->name) && memcmp(name, column->name, length) == 0;
-}
-
-/* Marks the columns that the list names. */
+/* Marks the columns that the list names: table.column; in a map, whose only table is `cells`, the
+ * column alone as well. */
 static bool mark_fields(const struct encoder *encoder, const struct api_column_source *columns,
                         size_t count, const char *list, bool wanted[API_COLUMNS_MAX],
                         struct api_problem *problem) {
-    static const char cells[] = "cells.";
     bool map = !encoder->reader;
     for (const char *field = list; field;) {
         size_t length = strcspn(field, ","), i = 0;
         const char *next = field[length] ? field + length + 1 : NULL;
-        if (map && strncmp(field, cells, sizeof cells - 1) == 0) {
-            field += sizeof cells - 1;
-            length -= sizeof cells - 1;
+        if (map && strncmp(field, "cells.", 6) == 0) {
+            field += 6;
+            length -= 6;
         }
-        while (i < count && !(map ? is_cell_field : is_field)(&columns[i], field, length))
-            i++;
+        for (; i < count; i++) {
+            char name[16 + API_COLUMN_NAME_SIZE];
+            snprintf(name, sizeof name, "%s%s%s", map ? "" : api_table_name(columns[i].table),
+                     map ? "" : ".", columns[i].name);
+            if (strlen(name) == length && memcmp(name, field, length) == 0)
+                break;
+        }
         if (i == count) {
             api_problem_set(problem, API_INVALID_REQUEST, "fields: \"%.*s\" is not in this %s",
                             length > 60 ? 60 : (int)length, field, map ? "map" : "result");

@@ -43,10 +43,6 @@ static bool load_line(struct bulk_reader *reader) {
     return true;
 }
 
-static bool is_blank(const char *line) {
-    return line[strspn(line, " ")] == '\0';
-}
-
 /* Whether the line begins with the word, or with the two. */
 static bool begins_with(const char *line, const char *first, const char *second) {
     line += strspn(line, " ");
@@ -67,22 +63,10 @@ static bool next_line(struct bulk_reader *reader) {
     }
     while (!reader->ended && load_line(reader)) {
         reader->ended = begins_with(reader->line, "ENDDATA", "");
-        if (!reader->ended && !is_blank(reader->line))
+        if (!reader->ended && reader->line[strspn(reader->line, " ")] != '\0')
             return true;
     }
     return false;
-}
-
-/* Passes what stands before BEGIN BULK, if there is one. */
-static void skip_control(struct bulk_reader *reader) {
-    struct bulk_reader ahead = *reader;
-    while (load_line(&ahead)) {
-        if (begins_with(ahead.line, "BEGIN", "BULK")) {
-            *reader = ahead;
-            reader->bulk = true;
-            return;
-        }
-    }
 }
 
 /* ---- fields ---- */
@@ -111,47 +95,29 @@ static bool put_field(struct bulk_reader *reader, struct bulk_card *card, int in
     return true;
 }
 
-/* What stands before the first data field: a name, or what marks a continuation. */
-static size_t head_length(const char *line, bool free_field) {
-    size_t length = free_field ? strcspn(line, ",") : strlen(line);
-    return !free_field && length > NAME_COLUMNS ? NAME_COLUMNS : length;
-}
-
-/* Fields of 8 columns, or 16 in large cards, up to column 72. */
-static bool split_fixed(struct bulk_reader *reader, struct bulk_card *card, int first, bool large) {
-    size_t length = strlen(reader->line), width = large ? 16 : 8, column = NAME_COLUMNS;
-    for (int k = first; column < DATA_COLUMNS && column < length; k++, column += width) {
-        size_t left = length - column;
-        if (!put_field(reader, card, k, reader->line + column, left < width ? left : width))
-            return false;
-    }
-    return true;
-}
-
-static bool split_free(struct bulk_reader *reader, struct bulk_card *card, int first, bool large) {
-    const char *at = strchr(reader->line, ',');
-    for (int k = 0; at && k < (large ? 4 : 8); k++) {
-        size_t length = strcspn(++at, ",");
-        if (!put_field(reader, card, first + k, at, length))
-            return false;
-        at = at[length] ? at + length : NULL;
-    }
-    return true;
-}
-
-/* Adds the fields of the current line from `*first` on, which becomes that of the next line. */
+/* Adds the fields of the current line from `*first` on, which becomes that of the next line: free
+ * ones between commas, or fixed ones of 8 columns, 16 in large cards, up to column 72. `head` is
+ * what stands before the first: a name, or what marks a continuation. */
 static bool split(struct bulk_reader *reader, struct bulk_card *card, int *first, char *head) {
-    bool free_field = strchr(reader->line, ',') != NULL;
+    const char *line = reader->line, *comma = strchr(line, ',');
+    size_t whole = strlen(line), named = comma ? (size_t)(comma - line) : NAME_COLUMNS;
     if (reader->cut)
         return FAIL(reader->problem, "line %zu: is longer than %d columns", reader->number,
                     BULK_COLUMNS - 1);
-    if (!copy_trimmed(reader->line, head_length(reader->line, free_field), head, BULK_NAME_SIZE))
+    if (!copy_trimmed(line, named < whole ? named : whole, head, BULK_NAME_SIZE))
         return FAIL(reader->problem, "line %zu: this is no card", reader->number);
     size_t length = strlen(head);
-    bool large = length > 0 && (head[0] == '*' || head[length - 1] == '*');
-    bool good = free_field ? split_free(reader, card, *first, large)
-                           : split_fixed(reader, card, *first, large);
+    bool large = length > 0 && (head[0] == '*' || head[length - 1] == '*'), good = true;
+    int field = *first;
     *first += large ? 4 : 8;
+    for (const char *at = comma; good && at && field < *first; field++) {
+        size_t width = strcspn(++at, ",");
+        good = put_field(reader, card, field, at, width);
+        at = at[width] ? at + width : NULL;
+    }
+    size_t width = large ? 16 : 8, end = whole < DATA_COLUMNS ? whole : DATA_COLUMNS;
+    for (size_t at = NAME_COLUMNS; good && !comma && at < end; at += width, field++)
+        good = put_field(reader, card, field, line + at, whole - at < width ? whole - at : width);
     return good;
 }
 
@@ -171,23 +137,25 @@ static void set_name(struct bulk_card *card, const char *head) {
 
 struct bulk_reader bulk_begin(const char *bytes, size_t length, struct api_problem *problem) {
     struct bulk_reader reader = {.at = bytes, .end = bytes + length, .problem = problem};
-    skip_control(&reader);
+    struct bulk_reader ahead = reader;
+    while (!reader.bulk && load_line(&ahead)) {
+        ahead.bulk = begins_with(ahead.line, "BEGIN", "BULK");
+        if (ahead.bulk)
+            reader = ahead; /* what stands before it is not for us */
+    }
     return reader;
-}
-
-/* At the end of the file: false, with the problem set when it should not be there. */
-static bool end_file(struct bulk_reader *reader) {
-    if (reader->bulk && !reader->ended)
-        return FAIL(reader->problem, "line %zu: the file ends without ENDDATA: it is not whole",
-                    reader->number);
-    return false;
 }
 
 bool bulk_next(struct bulk_reader *reader, struct bulk_card *card) {
     char head[BULK_NAME_SIZE];
     int first = 0;
-    if (!next_line(reader))
-        return end_file(reader);
+    if (!next_line(reader)) {
+        if (reader->bulk && !reader->ended)
+            api_problem_set(reader->problem, API_INVALID_REQUEST,
+                            "line %zu: the file ends without ENDDATA: it is not whole",
+                            reader->number);
+        return false;
+    }
     memset(card, 0, sizeof *card);
     card->line = reader->number;
     if (is_continuation(reader->line))

@@ -22,19 +22,13 @@ static int read_alternative(const struct json_place *place, const char *first, c
     return -1;
 }
 
-static void read_vec3(const struct json_place *place, struct vec3 *vector) {
-    double values[3];
-    if (place_vector(place, decode_coordinates, 3, values))
-        *vector = vec3_make(values[0], values[1], values[2]);
-}
-
-/* A vector that gives a direction. */
-static void read_direction(const struct json_place *place, struct vec3 *vector) {
+/* A point, or with `direction` a vector that gives one. */
+static void read_vec3(const struct json_place *place, bool direction, struct vec3 *vector) {
     double values[3];
     if (!place_vector(place, decode_coordinates, 3, values))
         return;
     *vector = vec3_make(values[0], values[1], values[2]);
-    if (vec3_norm(*vector) < decode_lengths.low)
+    if (direction && vec3_norm(*vector) < decode_lengths.low)
         place_fault(place, "must be longer than %g", decode_lengths.low);
 }
 
@@ -45,14 +39,6 @@ static void decode_unit(const struct json_place *place, const struct api_unit **
         names[i] = api_units[i].name;
     if (!place_given(place) || place_choice(place, names, API_UNIT_COUNT, &index))
         *unit = &api_units[index];
-}
-
-static void decode_spacing(const struct json_place *place, double spacing[2]) {
-    if (place_type(place) == PLACE_ARRAY) {
-        place_vector(place, decode_lengths, 2, spacing);
-    } else if (place_number(place, decode_lengths, &spacing[0])) {
-        spacing[1] = spacing[0];
-    }
 }
 
 static void decode_fabric(const struct json_place *place, struct api_request *request) {
@@ -68,7 +54,11 @@ static void decode_fabric(const struct json_place *place, struct api_request *re
     struct json_place locking = place_member(place, "locking_angle_deg");
     struct json_place pre_shear = place_member(place, "pre_shear_deg");
     struct json_place plies = place_member(place, "plies");
-    decode_spacing(&spacing, request->settings.spacing);
+    double *distance = request->settings.spacing;
+    if (place_type(&spacing) == PLACE_ARRAY)
+        place_vector(&spacing, decode_lengths, 2, distance);
+    else if (place_number(&spacing, decode_lengths, &distance[0]))
+        distance[1] = distance[0];
     if (place_given(&thickness))
         place_number(&thickness, decode_lengths, &fabric->thickness);
     if (place_given(&fraction))
@@ -110,7 +100,7 @@ static void decode_start(const struct json_place *place, struct api_request *req
         break;
     case 1:
         settings->start_kind = DRAPE_START_POINT;
-        read_vec3(&point, &settings->start_point);
+        read_vec3(&point, false, &settings->start_point);
         break;
     }
 }
@@ -125,7 +115,7 @@ static void decode_direction(const struct json_place *place, struct drape_settin
         break;
     case 1:
         settings->direction_kind = DRAPE_DIRECTION_VECTOR;
-        read_direction(&vector, &settings->direction_vector);
+        read_vec3(&vector, true, &settings->direction_vector);
         break;
     }
 }
@@ -147,7 +137,7 @@ static void decode_generator(const struct json_place *place, struct drape_genera
         break;
     case 1:
         generator->kind = DRAPE_GENERATOR_PLANE;
-        read_direction(&plane, &generator->plane_normal);
+        read_vec3(&plane, true, &generator->plane_normal);
         break;
     }
 }
@@ -292,15 +282,6 @@ static void check_points(const struct json_place *place, const struct api_surfac
                     limits->max_control_points);
 }
 
-static struct api_request default_request(const struct api_limits *limits) {
-    return (struct api_request){
-        .length_unit = &api_units[0],
-        .fabric = {.locking_angle_deg = -1, .plies = 1},
-        .settings = {.method = DRAPE_GIB, .max_nodes = limits->max_nodes},
-        .permeability = {.model = API_PERMEABILITY_NONE},
-    };
-}
-
 enum api_problem_id api_decode(const struct api_input *input, const struct api_limits *limits,
                                struct arena *arena, struct api_request *request,
                                struct api_problem *problem) {
@@ -308,7 +289,12 @@ enum api_problem_id api_decode(const struct api_input *input, const struct api_l
                                        "direction", "generators",  "method",       "yarn_path",
                                        "extent",    "cavity",      "permeability", NULL};
     struct json_tree tree;
-    *request = default_request(limits);
+    *request = (struct api_request){
+        .length_unit = &api_units[0],
+        .fabric = {.locking_angle_deg = -1, .plies = 1},
+        .settings = {.method = DRAPE_GIB, .max_nodes = limits->max_nodes},
+        .permeability = {.model = API_PERMEABILITY_NONE},
+    };
     if (json_tree_parse(&tree, input->request, input->request_length, limits, arena, problem) !=
         API_OK)
         return problem->id;

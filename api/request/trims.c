@@ -110,22 +110,18 @@ static bool decode_container(const struct json_place *place, struct trim_loop *t
     return ok;
 }
 
-static bool decode_single(const struct json_place *place, struct trim_loop *trim) {
-    struct trim_curve *curve = json_tree_alloc(place->tree, 1, sizeof *curve);
-    trim->curves = curve;
-    trim->count = 1;
-    return curve && decode_curve(place, curve);
-}
-
 static bool decode_trim(const struct json_place *place, struct trim_loop *trim) {
     struct json_place reversed = place_member(place, "reversed");
     enum curve_type type;
     if (!read_type(place, &type))
         return false;
     bool ok = !place_given(&reversed) || place_boolean(&reversed, &trim->reversed);
-    bool decoded =
-        type == CURVE_CONTAINER ? decode_container(place, trim) : decode_single(place, trim);
-    return decoded && ok;
+    if (type == CURVE_CONTAINER)
+        return decode_container(place, trim) && ok;
+    struct trim_curve *curve = json_tree_alloc(place->tree, 1, sizeof *curve);
+    trim->curves = curve;
+    trim->count = 1;
+    return curve && decode_curve(place, curve) && ok;
 }
 
 bool decode_trims(const struct json_place *place, struct api_surface *surface) {

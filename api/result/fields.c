@@ -43,21 +43,6 @@ static double locked(const struct api_request *request, double shear_deg) {
     return fabs(shear_deg) > request->fabric.locking_angle_deg;
 }
 
-/* ---- whether the request gave what it takes ---- */
-
-static bool has_thickness(const struct api_request *request) {
-    return request->cavity.rigid || request->fabric.thickness > 0;
-}
-
-static bool has_fraction(const struct api_request *request) {
-    return request->fabric.fiber_volume_fraction > 0 &&
-           (!request->cavity.rigid || request->fabric.thickness > 0);
-}
-
-static bool has_locking(const struct api_request *request) {
-    return request->fabric.locking_angle_deg >= 0;
-}
-
 /* The columns that follow from the shear of a cell. */
 static double (*const derived[COLUMN_COUNT])(const struct api_request *request,
                                              double shear_deg) = {
@@ -68,15 +53,17 @@ static double (*const derived[COLUMN_COUNT])(const struct api_request *request,
     [COLUMN_CELLS_packing_exceeded] = packing_exceeded,
 };
 
-/* Of a derived column. */
+/* Whether the request gave what a derived column follows from. */
 static bool is_given(const struct api_request *request, enum column_id id) {
+    const struct api_fabric *fabric = &request->fabric;
+    bool rigid = request->cavity.rigid;
     switch (column_specs[id].need) {
     case COLUMN_THICKNESS:
-        return has_thickness(request);
+        return rigid || fabric->thickness > 0;
     case COLUMN_FRACTION:
-        return has_fraction(request);
+        return fabric->fiber_volume_fraction > 0 && (!rigid || fabric->thickness > 0);
     case COLUMN_LOCKING:
-        return has_locking(request);
+        return fabric->locking_angle_deg >= 0;
     default:
         return true;
     }
