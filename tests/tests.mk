@@ -46,15 +46,14 @@ TEST_MODULES := $(patsubst %,tests/%/node_modules,browser manifests readers)
 $(TEST_MODULES): %/node_modules: %/package-lock.json
 	@npm ci --silent --no-audit --no-fund --ignore-scripts --omit=optional --prefix $* && touch $@
 
-# What tests compare with: the bytes of results and of small documents, the tables of docs/fields.md
-# and docs/settings.md.
-GOLDEN := $(addprefix $(B)/tests/unit/test_,formats column_list)
+# What tests compare with: the bytes of results and of small documents, the tables of docs/fields.md,
+# docs/formats.md and docs/settings.md.
+GOLDEN := $(addprefix $(B)/tests/unit/test_,formats lists)
 golden: all $(GOLDEN) ## when results change and should: writes anew what they are compared with
 	@python3 tests/results/compare.py $(B) --write
-	@for test in formats column_list; do \
-	    DRAPE_GOLDEN=write $(B)/tests/unit/test_$$test 2>/dev/null || exit 1; done
+	@for test in $(GOLDEN); do DRAPE_GOLDEN=write $$test >/dev/null 2>&1 || exit 1; done
 	@$(B)/draped --help | awk -f docs/settings.awk >docs/settings.md
-	@git --no-pager diff --stat tests docs
+	@git --no-pager diff --stat -- tests docs
 
 # The tests that hurt, at full length: 200 kills, a thousand slow clients for 30 s, ...
 soak: ## after a change in server/: 200 kills under load, a thousand slow clients
