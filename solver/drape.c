@@ -26,7 +26,7 @@ static bool valid_extent(const struct drape_settings *s, int k) {
 }
 
 /* Patches of the mosaic against the spacing (paper, Fig. 9), and how many there may be against the
- * nodes allowed: two triangles to a square patch, and some to spare. */
+ * nodes allowed: two triangles to a square patch, with a margin. */
 static const double patch_size = 0.25;
 static const size_t patches_per_node = 80;
 

@@ -9,7 +9,7 @@
  *
  * The sign of gamma mirrors the tensor at the warp and does nothing else. A model whose formula has
  * no meaning beyond its densest packing (there is no room for a flow) gives 0 there; that a cell is
- * so dense is for the caller to tell, see `permeability_packing_limit`.
+ * so dense the caller reports, see `permeability_packing_limit`.
  *
  * Angles in degrees; shear angles within -90..90. At 90 degrees the yarns are parallel and the
  * areal weight is infinite: the cosine is taken as at least PERMEABILITY_LEAST_COSINE, so that

@@ -50,7 +50,7 @@ static inline double vec3_distance(struct vec3 a, struct vec3 b) {
     return vec3_norm(vec3_sub(a, b));
 }
 
-/* a / |a|; the zero vector stays zero, so that no NaN is born here. */
+/* a / |a|; the zero vector stays zero, so that no NaN arises here. */
 static inline struct vec3 vec3_unit(struct vec3 a) {
     double n = vec3_norm(a);
     return n > 0 ? vec3_scale(1 / n, a) : a;

@@ -2,7 +2,7 @@
 /*
  * A case for LCMsim (v2 and v3): a zip with mesh.bdf, part_description.csv, simulation_params.csv
  * and README.txt, in SI units. LCMsim takes properties by part, and has few of them; so elements
- * that are alike share one. How unlike they are at the most is told in README.txt.
+ * that are alike share one. README.txt in the zip says how much they differ at most.
  */
 #ifndef API_FORMAT_LCMSIM_H
 #define API_FORMAT_LCMSIM_H

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * A parsed JSON document, read by people who want to know where they are. A `json_place` is a value
+ * A parsed JSON document whose values know where they are. A `json_place` is a value
  * together with the way that leads to it, so that whatever is wrong with it can be reported under
  * its JSON pointer (RFC 6901); it lives on the stack of the function that looks at it, and points
  * to its parent's. A place may be missing: then reading it reports that it is required.

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * JSON read as it comes, for documents that are large arrays of numbers: no tree is made of it. The
- * first thing wrong is the only one that is told; every function that returns bool then returns
- * false, with the problem set.
+ * JSON read as it comes, for documents that are large arrays of numbers: no tree is made of it.
+ * Only the first error is reported; every function that returns bool then returns false, with the
+ * problem set.
  */
 #ifndef API_JSON_SCAN_H
 #define API_JSON_SCAN_H

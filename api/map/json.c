@@ -22,7 +22,7 @@ static size_t count_rows(const struct scan *scan) {
     return rows;
 }
 
-/* A row of three numbers; `*more` tells whether another row follows it. */
+/* A row of three numbers; `*more`: another row follows it. */
 static bool read_row(struct scan *scan, const char *path, long row, double values[3], bool *more) {
     bool another;
     if (!scan_open(scan, '[', path, row, "must be an array of three numbers"))

@@ -43,7 +43,7 @@ static bool read_column(const struct json_place *table, const char *key, struct 
     return false;
 }
 
-/* By no less than a measurement can tell, so that slopes between values are finite. */
+/* By no less than a measurement resolves, so that slopes between values are finite. */
 static bool check_increasing(const struct json_place *column, const double *values, size_t count) {
     for (size_t i = 1; i < count; i++) {
         if (values[i] - values[i - 1] < least_step) {

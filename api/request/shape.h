@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The surface of a request, made ready for the solver, and described to who stores it. */
+/* The surface of a request, made ready for the solver, and described for its store. */
 #ifndef API_REQUEST_SHAPE_H
 #define API_REQUEST_SHAPE_H
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The result as it is stored: a header, then every column of every table as one run of
- * little-endian float64. Encoders read it piece by piece; nobody holds it whole.
+ * little-endian float64. Encoders read it piece by piece and never hold all of it.
  *
  * - 8 bytes: "DRAPECOL"
  * - 4 bytes: format version, little-endian

@@ -20,7 +20,7 @@ static double thickness(const struct api_request *request, double shear_deg) {
 }
 
 /* Vf = Vf0 between flexible faces, else Vf0 (n t0 / h) / cos gamma: mass conservation. It may
- * exceed what is possible, which `packing_exceeded` tells. */
+ * exceed what is possible: `packing_exceeded`. */
 static double fiber_volume_fraction(const struct api_request *request, double shear_deg) {
     const struct api_cavity *cavity = &request->cavity;
     double unsheared = request->fabric.fiber_volume_fraction;

@@ -29,7 +29,7 @@ struct mesh_walk {
 enum mesh_walk_end {
     MESH_WALK_DONE,
     MESH_WALK_BOUNDARY, /* the mesh ends before: `place` is where it does */
-    MESH_WALK_LOST      /* a chord that long is not to be had on this way */
+    MESH_WALK_LOST      /* there is no chord that long on this way */
 };
 
 /* Sets off from `from` along the projection of `direction` on its triangle; from a vertex inside

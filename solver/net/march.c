@@ -88,7 +88,7 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
     return march->fold && *zone == STATION_INSIDE ? fold_add(march->fold, i, j) : STATUS_OK;
 }
 
-/* The share that is done, as far as one can tell: the area of the nodes so far. */
+/* An estimate of the share that is done: the area of the nodes so far. */
 bool march_progress(struct march *march) {
     const struct drape_monitor *monitor = march->monitor;
     const double *d = march->settings->spacing;

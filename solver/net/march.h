@@ -37,12 +37,12 @@ struct march_start {
     struct march_curve curve[2];
 };
 
-/* What has been told to the monitor. */
+/* What has been reported to the monitor. */
 struct march_watch {
     _Atomic size_t inside; /* nodes of all parts */
-    size_t next;           /* nodes inside at which the monitor is told again */
-    atomic_flag busy;      /* a thread is telling it */
-    _Atomic bool stopped;  /* it said stop */
+    size_t next;           /* nodes inside at which the monitor is called again */
+    atomic_flag busy;      /* a thread is calling it */
+    _Atomic bool stopped;  /* it answered stop */
 };
 
 struct march {
@@ -89,7 +89,7 @@ bool march_parameters(const struct march *march, const struct station *station, 
 double march_area(const struct march *march);
 
 /* Whether the net has left what is to be covered for good at a station that is not inside, as far
- * as one can tell: it is beyond the domain, or the box of the trimmed region. */
+ * as is known: it is beyond the domain, or the box of the trimmed region. */
 bool march_has_left(const struct march *march, const struct station *station);
 
 /* Puts a station at (i, j), inside or as a ghost; beyond healthy continuation, or
@@ -144,7 +144,7 @@ bool march_mesh_straight_on(struct march *march, const struct station *from, str
                             double d, struct station *station);
 
 /* Sets off along a generator on a mesh of the caller's to the side of `direction`, and on along it
- * to the place one chord away; `lost` tells whether it failed otherwise than at the edge. */
+ * to the place one chord away; `lost`: it failed otherwise than at the edge. */
 bool march_mesh_arm(const struct march *march, const struct drape_generator *generator,
                     struct vec3 direction, struct mesh_walk *walk);
 bool march_mesh_advance(struct mesh_walk *walk, double chord, struct station *station, bool *lost);
@@ -154,7 +154,7 @@ bool march_mesh_advance(struct mesh_walk *walk, double chord, struct station *st
 bool march_mesh_towards(struct march *march, const struct station *from, struct vec3 target,
                         double chord, struct station *station, bool *lost);
 
-/* Tells the monitor; false: stop. */
+/* Reports to the monitor; false: stop. */
 bool march_progress(struct march *march);
 
 #endif

@@ -131,8 +131,7 @@ static bool is_on_grown(struct net *net, int32_t i, int32_t j, int si, int sj) {
     return (a && a->grown) || (b && b->grown) || (c && c->grown);
 }
 
-/* Tries the cells round an unknown place; `tried` tells whether there was one with three corners.
- */
+/* Tries the cells round an unknown place; `tried`: there was one with three corners. */
 static enum status solve_place(struct growth *g, int32_t i, int32_t j, bool *tried) {
     struct march *march = g->march;
     int si = i < 0 ? -1 : 1, sj = j < 0 ? -1 : 1;

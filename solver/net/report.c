@@ -354,7 +354,7 @@ static void place_parts(struct part *parts, int count, struct drape_result *resu
     result->front.count = sum.front;
 }
 
-/* In the order of the parts: the same sums, to the last bit, whoever made them. */
+/* In the order of the parts: the same sums, to the last bit, on any threads. */
 static void gather_parts(const struct part *parts, int count, struct drape_summary *summary) {
     for (int k = 0; k < count; k++) {
         summary->coverage += parts[k].covered;

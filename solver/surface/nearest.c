@@ -38,7 +38,7 @@ static const double level_slope = 1e-10;
 static const double least_curvature = 1e-6;
 
 /* Beside a pole a tangent counts, down to a thousandth of what has vanished elsewhere: places a
- * billionth of the size away are told apart. */
+ * billionth of the size away are distinguished. */
 static const double pole_share2 = 1e-6;
 
 /* So close to a pole, as a share of the span, a descent may have been held up by it; it is left

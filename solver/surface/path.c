@@ -34,7 +34,7 @@ static const double nudge_share = 4e-3;
 /* Relative accuracy of a chord along a path. */
 static const double chord_tolerance = 1e-13, chord_rounding = 2e-15;
 
-/* Steps and crossings of one advance; a line has no more in earnest. */
+/* Steps and crossings of one advance; far more than any line needs. */
 static const int rounds_max = 4 * NURBS_SIZE_MAX;
 
 /* Nearer to a pole than this share of the surface's size, the line goes straight through it: the
