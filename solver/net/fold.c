@@ -10,7 +10,12 @@ enum { NEIGHBOURS = 3, FIRST_BUCKETS = 1024, NONE = -1 };
 static const double corner_reach = 0.8;
 static const double sheet_gap = 0.5;
 
+/* Places in the cells round a node are less than this many spacings away from it: two yarns' steps,
+ * which are no longer than a spacing, and the gap to another sheet. */
+static const double cells_reach = 2.1;
+
 struct entry {
+    struct vec3 r;
     int32_t i, j;
     int32_t next; /* in the same bucket, or NONE */
 };
@@ -54,8 +59,9 @@ static bool grow(struct fold *fold) {
     for (size_t k = 0; k < fold->bucket_count; k++)
         buckets[k] = NONE;
     for (size_t k = 0; k < fold->count; k++) {
-        size_t bucket = bucket_at(fold, net_find(fold->net, old[k].i, old[k].j)->r);
-        entries[k] = (struct entry){old[k].i, old[k].j, buckets[bucket]};
+        size_t bucket = bucket_at(fold, old[k].r);
+        entries[k] = old[k];
+        entries[k].next = buckets[bucket];
         buckets[bucket] = (int32_t)k;
     }
     return true;
@@ -74,8 +80,9 @@ struct fold *fold_make(struct net *net, const double spacing[2], const double tu
 enum status fold_add(struct fold *fold, int32_t i, int32_t j) {
     if (fold->count == fold->room && !grow(fold))
         return STATUS_OUT_OF_MEMORY;
-    size_t bucket = bucket_at(fold, net_find(fold->net, i, j)->r);
-    fold->entries[fold->count] = (struct entry){i, j, fold->buckets[bucket]};
+    struct vec3 r = net_find(fold->net, i, j)->r;
+    size_t bucket = bucket_at(fold, r);
+    fold->entries[fold->count] = (struct entry){r, i, j, fold->buckets[bucket]};
     fold->buckets[bucket] = (int32_t)fold->count++;
     return STATUS_OK;
 }
@@ -119,11 +126,13 @@ static bool within_cells(struct fold *fold, const struct entry *entry,
 
 static bool meets_in_bucket(struct fold *fold, int32_t bucket, int32_t i, int32_t j,
                             const struct station *station) {
+    double reach = cells_reach * fmax(fold->spacing[0], fold->spacing[1]), reach2 = reach * reach;
     for (int32_t at = bucket; at != NONE; at = fold->entries[at].next) {
         const struct entry *e = &fold->entries[at];
         bool neighbour = e->i - i <= NEIGHBOURS && i - e->i <= NEIGHBOURS &&
                          e->j - j <= NEIGHBOURS && j - e->j <= NEIGHBOURS;
-        if (!neighbour && within_cells(fold, e, station))
+        if (!neighbour && vec3_norm2(vec3_sub(e->r, station->jet.r)) < reach2 &&
+            within_cells(fold, e, station))
             return true;
     }
     return false;
