@@ -59,7 +59,7 @@ static struct vec3 tangent_at(struct tessellation *g, int k, double x, double y,
     double uv[2];
     uv[g->along] = x;
     uv[1 - g->along] = y;
-    surface_evaluate(g->surface, &g->cursor, uv[0], uv[1], &jet);
+    surface_jet_at(g->surface, &g->cursor, uv[0], uv[1], &jet);
     *r = jet.r;
     return k == 0 ? jet.u : jet.v;
 }
@@ -375,6 +375,8 @@ enum status mesh_from_surface(const struct surface *surface, double size, size_t
     if (!alloc_points(&g))
         return STATUS_OUT_OF_MEMORY;
     fill(&g);
+    for (size_t k = 0; k < g.point_count; k++)
+        surface_outer(surface, g.parameters[k], g.parameters[k]);
     const struct mesh_source source = {.vertices = g.points,
                                        .vertex_count = g.point_count,
                                        .triangles = (const int32_t(*)[3])g.triangles,

@@ -143,7 +143,7 @@ static bool newton(const struct surface *surface, struct surface_cursor *cursor,
     d->uv[1] = uv[1];
     for (int round = 0; round < NEWTON_MAX; round++) {
         double f[2];
-        surface_evaluate(surface, cursor, d->uv[0], d->uv[1], &d->jet);
+        surface_jet_at(surface, cursor, d->uv[0], d->uv[1], &d->jet);
         struct vec3 wb = vec3_sub(d->jet.r, cell->b->jet.r);
         struct vec3 wc = vec3_sub(d->jet.r, cell->c->jet.r);
         double error = length_error(cell, inverse, wb, wc, f);

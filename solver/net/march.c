@@ -24,8 +24,9 @@ bool march_parameters(const struct march *march, const struct station *station, 
     }
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &march->surface->axis[k];
-        uv[k] = surface_axis_wrap(axis, station->uv[k]);
-        inside = inside && uv[k] >= surface_axis_lower(axis) && uv[k] <= surface_axis_upper(axis);
+        double at = surface_axis_wrap(axis, station->uv[k]);
+        inside = inside && at >= surface_axis_lower(axis) && at <= surface_axis_upper(axis);
+        uv[k] = surface_axis_outer(axis, at);
     }
     return inside;
 }

@@ -81,8 +81,8 @@ bool march_in_extent(const struct march *march, int32_t i, int32_t j);
 /* From now on the net is watched for meeting itself. */
 enum status march_watch_folds(struct march *march) STATUS_MUST_USE;
 
-/* Parameters (u, v) of a station inside, in the domain of closed directions; on a mesh without any
- * (triangle, 0). Whether they lie in the domain. */
+/* The caller's parameters (u, v) of a station inside, in the domain of closed directions; on a mesh
+ * without any (triangle, 0). Whether they lie in the domain. */
 bool march_parameters(const struct march *march, const struct station *station, double uv[2]);
 
 /* Area to be covered. */

@@ -155,10 +155,10 @@ static struct vec3 bring_inside(struct part *part, const struct net_node *node, 
         uv[k] = wrapped < low ? low : wrapped > high ? high : wrapped;
         moved = moved || uv[k] != wrapped;
     }
-    if (!moved)
-        return node->r;
-    surface_evaluate(surface, &part->cursor, uv[0], uv[1], &jet);
-    return jet.r;
+    if (moved)
+        surface_jet_at(surface, &part->cursor, uv[0], uv[1], &jet);
+    surface_outer(surface, uv, uv);
+    return moved ? jet.r : node->r;
 }
 
 /* The distance to the first march's node, of which it is the error to leading order. Where that had

@@ -103,6 +103,16 @@ static enum status find_direction(const struct surface *surface,
     return STATUS_OK;
 }
 
+/* The station with the caller's parameters and the derivatives by them. */
+static struct station in_outer_parameters(const struct surface *surface,
+                                          const struct station *station) {
+    struct station outer = *station;
+    struct surface_cursor cursor = {0};
+    surface_outer(surface, station->uv, outer.uv);
+    surface_evaluate(surface, &cursor, outer.uv[0], outer.uv[1], &outer.jet);
+    return outer;
+}
+
 /* The share of the segment p q at which it is nearest to `at`, 0..1, by the metric of the station,
  * and how far that is in space. */
 static double nearest_share(const struct station *station, const double p[2], const double q[2],
@@ -123,6 +133,7 @@ static bool on_segment(const struct surface *surface, const struct station *star
                        const double p[2], const double q[2], double share, struct station *from) {
     struct surface_cursor cursor = {0};
     double uv[2] = {p[0] + share * (q[0] - p[0]), p[1] + share * (q[1] - p[1])};
+    surface_inner(surface, uv, uv);
     *from = *start;
     return !station_at_pole(surface, start) || station_at(surface, &cursor, uv, from);
 }
@@ -154,11 +165,12 @@ static enum status find_on_curve(const struct surface *surface,
                                  const struct drape_generator *generator, double spacing,
                                  const struct station *start, struct march_curve *curve,
                                  struct vec3 *direction) {
+    struct station outer = in_outer_parameters(surface, start);
     double least = HUGE_VAL, share = 0;
     size_t before = 0;
     for (size_t k = 0; k + 1 < generator->curve_count; k++) {
         double distance;
-        double at = nearest_share(start, generator->curve[k], generator->curve[k + 1], &distance);
+        double at = nearest_share(&outer, generator->curve[k], generator->curve[k + 1], &distance);
         if (distance < least) {
             least = distance;
             share = at;
@@ -169,11 +181,12 @@ static enum status find_on_curve(const struct surface *surface,
     if (!(least <= passing * spacing) || !on_segment(surface, start, p, q, share, &curve->from))
         return STATUS_GENERATOR_OFF_START;
     curve->sense = 1;
-    find_next(generator, &curve->from, passing * spacing, before, curve);
+    outer = in_outer_parameters(surface, &curve->from);
+    find_next(generator, &outer, passing * spacing, before, curve);
     size_t to = curve->ends[0] ? curve->next[1] : curve->next[0];
     if (curve->ends[0] && curve->ends[1])
         return STATUS_GENERATOR_OFF_START;
-    struct vec3 offset = offset_to(&curve->from, generator->curve[to]);
+    struct vec3 offset = offset_to(&outer, generator->curve[to]);
     *direction = station_tangent(start, curve->ends[0] ? vec3_scale(-1, offset) : offset);
     return vec3_norm2(*direction) > 0 ? STATUS_OK : STATUS_GENERATOR_OFF_START;
 }
@@ -224,6 +237,7 @@ enum status start_find(const struct surface *surface, const struct drape_setting
     enum status status = find_uv(surface, settings, uv);
     if (status != STATUS_OK)
         return status;
+    surface_inner(surface, uv, uv);
     if (!station_at(surface, &cursor, uv, &start->station))
         return STATUS_DEGENERATE_SURFACE;
     status = find_direction(surface, settings, &start->station, &start->warp);

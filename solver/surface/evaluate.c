@@ -188,8 +188,65 @@ double surface_axis_wrap(const struct surface_axis *axis, double x) {
     return wrapped > upper ? upper : wrapped;
 }
 
+double surface_axis_inner(const struct surface_axis *axis, double x) {
+    double length = surface_axis_upper(axis) - surface_axis_lower(axis), c = axis->factor;
+    if (c == 1)
+        return x - axis->origin;
+    double from = x - axis->outer[0];
+    double turns = axis->closed ? floor(from / length) : 0;
+    from -= turns * length;
+    return turns * length + c * length * from / (length + (c - 1) * from);
+}
+
+double surface_axis_outer(const struct surface_axis *axis, double inner) {
+    double length = surface_axis_upper(axis) - surface_axis_lower(axis), c = axis->factor;
+    if (inner == surface_axis_lower(axis) || inner == surface_axis_upper(axis))
+        return axis->outer[inner > surface_axis_lower(axis)];
+    if (c == 1)
+        return inner + axis->origin;
+    double turns = axis->closed ? floor(inner / length) : 0, at = inner - turns * length;
+    return axis->outer[0] + turns * length + length * at / (c * length - (c - 1) * at);
+}
+
+double surface_axis_rate(const struct surface_axis *axis, double inner, double *second) {
+    double length = surface_axis_upper(axis) - surface_axis_lower(axis), c = axis->factor;
+    double at = axis->closed && c != 1 ? inner - length * floor(inner / length) : inner;
+    double share = c == 1 ? 1 : (c * length - (c - 1) * at) / length;
+    if (second)
+        *second = c == 1 ? 0 : -2 * (c - 1) / (c * c * length) * share * share * share;
+    return share * share / c;
+}
+
+void surface_inner(const struct surface *surface, const double outer[2], double inner[2]) {
+    for (int k = 0; k < 2; k++)
+        inner[k] = surface_axis_inner(&surface->axis[k], outer[k]);
+}
+
+void surface_outer(const struct surface *surface, const double inner[2], double outer[2]) {
+    for (int k = 0; k < 2; k++)
+        outer[k] = surface_axis_outer(&surface->axis[k], inner[k]);
+}
+
+/* The chain rule: r_x = s' r_s, r_xx = s'^2 r_ss + s'' r_s. */
 void surface_evaluate(const struct surface *surface, struct surface_cursor *cursor, double u,
                       double v, struct surface_jet *jet) {
+    const double outer[2] = {u, v};
+    double s[2], second[2], rate[2];
+    surface_inner(surface, outer, s);
+    surface_jet_at(surface, cursor, s[0], s[1], jet);
+    if (surface->axis[0].factor == 1 && surface->axis[1].factor == 1)
+        return;
+    for (int k = 0; k < 2; k++)
+        rate[k] = surface_axis_rate(&surface->axis[k], s[k], &second[k]);
+    jet->uu = vec3_axpy(second[0], jet->u, vec3_scale(rate[0] * rate[0], jet->uu));
+    jet->vv = vec3_axpy(second[1], jet->v, vec3_scale(rate[1] * rate[1], jet->vv));
+    jet->uv = vec3_scale(rate[0] * rate[1], jet->uv);
+    jet->u = vec3_scale(rate[0], jet->u);
+    jet->v = vec3_scale(rate[1], jet->v);
+}
+
+void surface_jet_at(const struct surface *surface, struct surface_cursor *cursor, double u,
+                    double v, struct surface_jet *jet) {
     const struct surface_axis *au = &surface->axis[0], *av = &surface->axis[1];
     u = surface_axis_wrap(au, u);
     v = surface_axis_wrap(av, v);

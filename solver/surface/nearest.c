@@ -447,7 +447,6 @@ void surface_nearest(const struct surface *surface, struct vec3 point, double uv
             load_square(&search, points);
             bounds_run(&bounds);
         }
-    uv[0] = search.best.uv[0];
-    uv[1] = search.best.uv[1];
+    surface_outer(surface, search.best.uv, uv);
     *distance = search.best.distance;
 }

@@ -60,10 +60,14 @@ static void jet_here(const struct path *g, const double uv[2], struct surface_je
 
 /* The velocity of a path that is given by its direction at each place: a line of the chart, or the
  * section by a plane, along which plane . r stays what it is: (plane . r_v, -plane . r_u). */
-static void given_velocity(const struct path *g, const struct surface_jet *jet,
+static void given_velocity(const struct path *g, const double uv[2], const struct surface_jet *jet,
                            double velocity[2]) {
-    double a = g->line[0], b = g->line[1];
-    if (g->kind == PATH_SECTION) {
+    double a, b;
+    if (g->kind == PATH_CURVE) {
+        const struct surface_axis *axis = g->surface->axis;
+        a = g->line[0] * surface_axis_rate(&axis[0], uv[0] - g->turn[0], NULL);
+        b = g->line[1] * surface_axis_rate(&axis[1], uv[1] - g->turn[1], NULL);
+    } else {
         a = vec3_dot(g->plane, jet->v);
         b = -vec3_dot(g->plane, jet->u);
     }
@@ -79,9 +83,9 @@ static vec4 state_of(const struct path *g) {
 
 /* Its slope where the jet is that of (u, v): the equations at the top of path.h. */
 static vec4 slope_of(const struct path *g, const struct surface_jet *jet, vec4 y) {
-    double given[2], p = y[2], q = y[3];
+    double given[2], uv[2] = {y[0], y[1]}, p = y[2], q = y[3];
     if (g->kind != PATH_GEODESIC) {
-        given_velocity(g, jet, given);
+        given_velocity(g, uv, jet, given);
         return (vec4){given[0], given[1], 0, 0};
     }
     struct vec3 a = vec3_scale(p * p, jet->uu);
@@ -200,7 +204,7 @@ static bool cross_edge(struct path *g, int k, double edge) {
     }
     jet_here(g, g->uv, &to);
     if (g->kind != PATH_GEODESIC) {
-        given_velocity(g, &to, g->velocity);
+        given_velocity(g, g->uv, &to, g->velocity);
         return isfinite(g->velocity[0]) && isfinite(g->velocity[1]);
     }
     struct vec3 along = vec3_unit(k == 0 ? from.v : from.u);
@@ -240,7 +244,7 @@ static bool turn_corner(struct path *g) {
         g->line[0] = g->curve[next][0] - here[0];
         g->line[1] = g->curve[next][1] - here[1];
         double velocity[2];
-        given_velocity(g, &jet, velocity);
+        given_velocity(g, g->uv, &jet, velocity);
         if (isfinite(velocity[0]) && isfinite(velocity[1])) {
             memcpy(g->velocity, velocity, sizeof velocity);
             return true;
@@ -422,9 +426,13 @@ bool path_curve(struct path *path, const struct surface *surface, const struct s
                           .next = next,
                           .sense = sense};
     struct vec3 direction;
-    for (int k = 0; k < 2; k++)
-        path->line[k] = curve[next][k] - from->uv[k];
-    direction = vec3_axpy(path->line[1], from->jet.v, vec3_scale(path->line[0], from->jet.u));
+    double uv[2], ab[2];
+    surface_outer(surface, from->uv, uv);
+    for (int k = 0; k < 2; k++) {
+        path->line[k] = curve[next][k] - uv[k];
+        ab[k] = path->line[k] * surface_axis_rate(&surface->axis[k], from->uv[k], NULL);
+    }
+    direction = vec3_axpy(ab[1], from->jet.v, vec3_scale(ab[0], from->jet.u));
     return place(path, from->uv, direction);
 }
 
@@ -466,7 +474,8 @@ static bool first_event(const struct path *g, vec4 y, struct event *event) {
     }
     if (g->kind == PATH_CURVE) {
         int k = fabs(g->line[0]) > fabs(g->line[1]) ? 0 : 1;
-        double to = g->curve[g->next][k], beyond = (y[k] - to) / (y[k] - g->uv[k]);
+        double to = surface_axis_inner(&g->surface->axis[k], g->curve[g->next][k]),
+               beyond = (y[k] - to) / (y[k] - g->uv[k]);
         if (beyond >= 0 && beyond >= farthest) {
             farthest = 1;
             *event = (struct event){k, to, y[k] > g->uv[k] ? 1 : -1, true};

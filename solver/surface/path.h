@@ -10,7 +10,7 @@
  *   (paper, equations 33-36, with the Christoffel symbols multiplied out; I is the first
  *   fundamental form).
  * - Sections by a plane: (u', v') along (n . r_v, -n . r_u).
- * - Polylines in (u, v), past their ends geodesics.
+ * - Polylines in the caller's (u, v), past their ends geodesics.
  *
  * Each span is integrated as the analytic surface it is, and the path is carried over from span to
  * span; a geodesic by unfolding the two tangent planes about their common edge, so that neither a
@@ -39,7 +39,7 @@ struct path {
         *curve)[2]; /* PATH_CURVE: its points, the one ahead, and the sense it is walked */
     size_t curve_count, next;
     int sense;      /* 1 or -1 */
-    double line[2]; /* towards the point ahead */
+    double line[2]; /* towards the point ahead, in the caller's parameters as the points are */
 };
 
 /* Sets off from `from` along the projection of `direction`. False when there is no such direction:

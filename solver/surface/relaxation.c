@@ -450,8 +450,8 @@ static bool resolved(const struct problem *problem, const struct relaxation *pat
     for (int k = 0; k < path->points; k++) {
         const double *y = path->y[k];
         struct surface_jet jet;
-        surface_evaluate(problem->surface, cursor, problem->from[0] + y[0], problem->from[1] + y[1],
-                         &jet);
+        surface_jet_at(problem->surface, cursor, problem->from[0] + y[0], problem->from[1] + y[1],
+                       &jet);
         double speed = vec3_norm(vec3_axpy(y[3], jet.v, vec3_scale(y[2], jet.u)));
         least = fmin(least, speed);
         most = fmax(most, speed);

@@ -2,6 +2,16 @@
 /*
  * Inside of a surface: the Bezier spans. Only the files of the solver that make, evaluate or walk
  * on surfaces include it.
+ *
+ * Inside, each direction has a parameter of its own, so that neither knots far from 0 nor a
+ * projective parametrisation costs digits or moves what is beyond the boundary: with x the caller's
+ * parameter less the domain's lower end, L its length and c the projective factor,
+ *
+ *     s = c L x / (L + (c - 1) x),   0 <= s <= L,
+ *
+ * for which the weights at the four corners balance: w00 w01 = w10 w11 and w00 w10 = w01 w11.
+ * Domains that hold 0 and are balanced keep the caller's. Only what `surface.h` declares is in the
+ * caller's.
  */
 #ifndef SOLVER_SURFACE_SPANS_H
 #define SOLVER_SURFACE_SPANS_H
@@ -21,6 +31,9 @@ struct surface_axis {
     double *breaks;  /* span_count + 1 increasing parameters */
     double *rates;   /* 1 / length of each span */
     double *middles; /* of each span */
+    double origin;   /* the caller's parameter of inner parameter 0, and of both ends */
+    double outer[2];
+    double factor; /* c above; 1: none */
     bool closed;
     bool pole[2]; /* at the lower and upper end: the other direction's tangent vanishes there */
     struct vec3 pole_point[2]; /* that end's first point; with `pole`, all of it */
@@ -52,10 +65,27 @@ static inline double surface_axis_upper(const struct surface_axis *axis) {
 /* Parameter x of `axis` brought into the domain when the direction is closed. */
 double surface_axis_wrap(const struct surface_axis *axis, double x);
 
+/* Between the caller's parameter x and the inner one; beyond the domain too, as far as that goes.
+ */
+double surface_axis_inner(const struct surface_axis *axis, double x);
+double surface_axis_outer(const struct surface_axis *axis, double inner);
+
+/* The derivative of the inner parameter by the caller's, at the inner one; and, where `second` is
+ * not NULL, the second. */
+double surface_axis_rate(const struct surface_axis *axis, double inner, double *second);
+
+/* Both directions' parameters. */
+void surface_inner(const struct surface *surface, const double outer[2], double inner[2]);
+void surface_outer(const struct surface *surface, const double inner[2], double outer[2]);
+
 /* The span that x lies in; the first or last beyond the ends. `hint` is tried first. */
 int surface_axis_span(const struct surface_axis *axis, int hint, double x);
 
-/* Evaluates the polynomials of one span, anywhere. */
+/* `surface_evaluate` in inner parameters. */
+void surface_jet_at(const struct surface *surface, struct surface_cursor *cursor, double u,
+                    double v, struct surface_jet *jet);
+
+/* Evaluates the polynomials of one span, anywhere, in inner parameters. */
 void surface_evaluate_span(const struct surface *surface, int span_u, int span_v, double u,
                            double v, struct surface_jet *jet);
 

@@ -73,7 +73,7 @@ bool station_at(const struct surface *surface, struct surface_cursor *cursor, co
                 struct station *station) {
     station->uv[0] = uv[0];
     station->uv[1] = uv[1];
-    surface_evaluate(surface, cursor, uv[0], uv[1], &station->jet);
+    surface_jet_at(surface, cursor, uv[0], uv[1], &station->jet);
     return station_complete(surface, station);
 }
 
@@ -127,7 +127,7 @@ static double pole_alignment(const struct surface *surface, struct surface_curso
     struct surface_jet jet;
     uv[pole->axis] = pole->x;
     uv[1 - pole->axis] = w;
-    surface_evaluate(surface, cursor, uv[0], uv[1], &jet);
+    surface_jet_at(surface, cursor, uv[0], uv[1], &jet);
     struct vec3 inward = vec3_scale(pole->end ? -1 : 1, pole->axis == 0 ? jet.u : jet.v);
     *speed = vec3_norm(inward);
     return vec3_dot(vec3_unit(inward), direction);

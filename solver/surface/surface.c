@@ -4,10 +4,19 @@
 #include "quadrature.h"
 #include <string.h>
 
-enum { ORDER_MAX = NURBS_DEGREE_MAX + 1 };
+enum { ORDER_MAX = NURBS_DEGREE_MAX + 1, ROOT_ROUNDS = 1000 };
 
 /* A tangent this short, as a share of the surface's size over its domain, has vanished. */
 static const double vanished_tangent = 1e-9;
+
+/* Weights at the corners this near to balance are left as they are. */
+static const double balanced = 1e-9;
+
+/* A parametrisation that is further from balance is not one. */
+static const double most_factor = 1e9;
+
+/* Weights that differ by more within one span cancel in the coefficients of powers. */
+static const double weights_for_powers = 30;
 
 /* Edges closer than this share of the surface's size are one edge, or one point. */
 static const double coincidence = 1e-9;
@@ -55,17 +64,27 @@ static enum status cut_axis(const struct nurbs_axis *from, struct arena *arena,
     *extractions = arena_alloc(arena, (size_t)(n - p), sizeof **extractions);
     if (!axis->breaks || !axis->rates || !axis->middles || !*extractions)
         return STATUS_OUT_OF_MEMORY;
+    axis->factor = 1;
+    axis->outer[0] = from->knots[p];
+    axis->outer[1] = from->knots[n];
+    axis->origin = axis->outer[0] <= 0 && axis->outer[1] >= 0 ? 0 : axis->outer[0];
     for (int l = p; l < n; l++) {
         if (!(from->knots[l + 1] > from->knots[l]))
             continue;
-        axis->breaks[count] = from->knots[l];
-        axis->rates[count] = 1 / (from->knots[l + 1] - from->knots[l]);
-        axis->middles[count] = from->knots[l] + (from->knots[l + 1] - from->knots[l]) / 2;
+        axis->breaks[count] = from->knots[l] - axis->origin;
         extract_span(from, l, &(*extractions)[count++]);
     }
-    axis->breaks[count] = from->knots[n];
+    axis->breaks[count] = from->knots[n] - axis->origin;
     axis->span_count = count;
     return STATUS_OK;
+}
+
+static void measure_spans(struct surface_axis *axis) {
+    for (int k = 0; k < axis->span_count; k++) {
+        double width = axis->breaks[k + 1] - axis->breaks[k];
+        axis->rates[k] = 1 / width;
+        axis->middles[k] = axis->breaks[k] + width / 2;
+    }
 }
 
 static vec4 homogeneous(const struct nurbs *nurbs, int i, int j) {
@@ -132,10 +151,27 @@ static void fill_powers(const struct surface *surface, int su, int sv, const vec
         }
 }
 
-static enum status make_powers(struct arena *arena, struct surface *surface) {
-    int nu = surface->axis[0].span_count, nv = surface->axis[1].span_count;
+/* Whether powers are as good as Bernstein polynomials on all spans. */
+static bool powers_will_do(const struct surface *surface, size_t spans) {
     if (surface->axis[0].degree > SURFACE_POWERS_DEGREE ||
         surface->axis[1].degree > SURFACE_POWERS_DEGREE)
+        return false;
+    const vec4 *points = surface->points;
+    for (size_t i = 0; i < spans; i++, points += surface->points_per_span) {
+        double least = points[0][3], most = least;
+        for (size_t k = 1; k < surface->points_per_span; k++) {
+            least = fmin(least, points[k][3]);
+            most = fmax(most, points[k][3]);
+        }
+        if (!(most <= weights_for_powers * least))
+            return false;
+    }
+    return true;
+}
+
+static enum status make_powers(struct arena *arena, struct surface *surface) {
+    int nu = surface->axis[0].span_count, nv = surface->axis[1].span_count;
+    if (!powers_will_do(surface, (size_t)nu * (size_t)nv))
         return STATUS_OK;
     size_t size = surface->points_per_span;
     surface->powers = arena_alloc(arena, (size_t)nu * (size_t)nv * size, sizeof *surface->powers);
@@ -169,6 +205,77 @@ static vec4 edge_point(const struct surface *surface, int direction, int end, in
     int k = direction == 0 ? across : along, l = direction == 0 ? along : across;
     size_t at = (size_t)span_u * (size_t)a[1].span_count + (size_t)span_v;
     return surface->points[at * surface->points_per_span + (size_t)(k * (a[1].degree + 1) + l)];
+}
+
+/* ---- the inner parameters of spans.h ---- */
+
+/* The weight at the corner at the lower or upper end of u and of v. */
+static double corner_weight(const struct surface *surface, int end_u, int end_v) {
+    int last = surface->axis[1].span_count - 1;
+    return edge_point(surface, 0, end_u, end_v ? last : 0, end_v ? surface->axis[1].degree : 0)[3];
+}
+
+/* The p-th root of x >= 1 by Newton's method, which comes down to it from above. */
+static double root(double x, int p) {
+    double y = 1 + (x - 1) / p;
+    for (int round = 0; round < ROOT_ROUNDS; round++) {
+        double power = 1;
+        for (int k = 1; k < p; k++)
+            power *= y;
+        double next = y + (x / power - y) / p;
+        if (!(next < y))
+            break;
+        y = next;
+    }
+    return y;
+}
+
+/* The points of a span of direction k, from a to b, times those of the factor's denominator,
+ * 1 / (1 + (c - 1) x / L), to the p-th: its Bezier points are products of its values at a and b. */
+static void weigh_span(const struct surface *surface, int k, const double at[2], vec4 *points) {
+    int p = surface->axis[0].degree, q = surface->axis[1].degree, degree = k == 0 ? p : q;
+    double factor[ORDER_MAX];
+    for (int i = 0; i <= degree; i++) {
+        factor[i] = 1;
+        for (int m = 0; m < degree; m++)
+            factor[i] *= at[m < i];
+    }
+    for (int i = 0; i <= p; i++)
+        for (int j = 0; j <= q; j++)
+            points[i * (q + 1) + j] *= factor[k == 0 ? i : j];
+}
+
+/* Gives direction k the parameter in which the corners' weights balance. Affine changes of weight
+ * from end to end, as degree and knots may have it, are left alone on closed directions, which
+ * must stay closed. */
+static void balance(struct surface *surface, int k) {
+    struct surface_axis *axis = &surface->axis[k];
+    double low = corner_weight(surface, 0, 0) *
+                 (k == 0 ? corner_weight(surface, 0, 1) : corner_weight(surface, 1, 0));
+    double high = corner_weight(surface, 1, 1) *
+                  (k == 0 ? corner_weight(surface, 1, 0) : corner_weight(surface, 0, 1));
+    double c =
+        high > low ? root(high / low, 2 * axis->degree) : 1 / root(low / high, 2 * axis->degree);
+    if (!(fabs(c - 1) > balanced) || !(c > 1 / most_factor && c < most_factor))
+        return;
+    double length = axis->outer[1] - axis->outer[0], first = axis->breaks[0];
+    double inverse[2];
+    int spans = axis->span_count, others = surface->axis[1 - k].span_count;
+    for (int s = 0; s < spans; s++) {
+        for (int end = 0; end < 2; end++)
+            inverse[end] = length / (length + (c - 1) * (axis->breaks[s + end] - first));
+        for (int o = 0; o < others; o++) {
+            int at = k == 0 ? s * others + o : o * spans + s;
+            weigh_span(surface, k, inverse,
+                       surface->points + (size_t)at * surface->points_per_span);
+        }
+    }
+    for (int s = 0; s <= spans; s++) {
+        double x = axis->breaks[s] - first;
+        axis->breaks[s] = s == spans ? length : c * length * x / (length + (c - 1) * x);
+    }
+    axis->factor = c;
+    axis->origin = axis->outer[0];
 }
 
 static struct vec3 place_of(vec4 a) {
@@ -266,6 +373,10 @@ enum status surface_make(const struct nurbs *nurbs, struct arena *arena, struct 
     for (size_t i = 0; i < nu * nv; i++)
         fill_span(nurbs, &extraction[0][i / nv], &extraction[1][i % nv],
                   made->points + i * made->points_per_span);
+    balance(made, 0);
+    balance(made, 1);
+    measure_spans(&made->axis[0]);
+    measure_spans(&made->axis[1]);
     find_bounds(nurbs, made);
     find_topology(made, 0);
     find_topology(made, 1);
@@ -277,8 +388,8 @@ enum status surface_make(const struct nurbs *nurbs, struct arena *arena, struct 
 
 void surface_domain(const struct surface *surface, double lower[2], double upper[2]) {
     for (int k = 0; k < 2; k++) {
-        lower[k] = surface_axis_lower(&surface->axis[k]);
-        upper[k] = surface_axis_upper(&surface->axis[k]);
+        lower[k] = surface->axis[k].outer[0];
+        upper[k] = surface->axis[k].outer[1];
     }
 }
 

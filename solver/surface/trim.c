@@ -286,7 +286,8 @@ static void integrate_line(const struct surface *surface, struct gathered *sum, 
                            double v, double weight) {
     const struct surface_axis *axis = &surface->axis[0];
     while (a < b) {
-        double next = axis->breaks[surface_axis_span(axis, 0, a) + 1];
+        int span = surface_axis_span(axis, 0, surface_axis_inner(axis, a));
+        double next = surface_axis_outer(axis, axis->breaks[span + 1]);
         double end = next > a && next < b ? next : b;
         for (int k = 0; k < sum->rule->count; k++) {
             struct surface_jet jet;
@@ -335,8 +336,8 @@ static size_t count_crossings(struct trim *trim, struct lines *lines, size_t cou
     const struct surface_axis *axis = &trim->surface->axis[1];
     size_t total = 0;
     lines->count = count;
-    lines->low = surface_axis_lower(axis);
-    lines->step = (surface_axis_upper(axis) - lines->low) / (double)count;
+    lines->low = axis->outer[0];
+    lines->step = (axis->outer[1] - lines->low) / (double)count;
     for (size_t k = 0; k < trim->edge_count; k++)
         total += line_at(lines, trim->edges[k].v[1]) - line_at(lines, trim->edges[k].v[0]);
     trim->steps += trim->edge_count;
@@ -388,7 +389,7 @@ typedef void interval_visitor(struct trim *trim, void *context, double a, double
 static void visit_line(struct trim *trim, const struct lines *lines, size_t at, bool *inside,
                        interval_visitor *visit, void *context) {
     const struct surface_axis *axis = &trim->surface->axis[0];
-    double lower = surface_axis_lower(axis), upper = surface_axis_upper(axis), from = lower;
+    double lower = axis->outer[0], upper = axis->outer[1], from = lower;
     size_t kept = 0, cut_away = 0;
     for (size_t k = lines->first[at]; k <= lines->first[at + 1]; k++) {
         const struct cut *cut = k < lines->first[at + 1] ? &lines->cuts[k] : NULL;
@@ -504,8 +505,7 @@ enum status trim_make(const struct surface *surface, const struct trim_loop *loo
     memcpy(copy, loops, count * sizeof *copy);
     *made = (struct trim){.surface = surface, .loops = copy, .loop_count = count};
     for (int k = 0; k < 2; k++)
-        collector.tolerance[k] = flatness * (surface_axis_upper(&surface->axis[k]) -
-                                             surface_axis_lower(&surface->axis[k]));
+        collector.tolerance[k] = flatness * (surface->axis[k].outer[1] - surface->axis[k].outer[0]);
     for (size_t k = 0; k < count; k++)
         made->kept_count += loops[k].reversed;
     if (!flatten_all(made, &collector))

@@ -244,9 +244,9 @@ static int make_places(const struct surface_axis *axis, int span_grid, double *p
     int count = 0;
     for (int s = 0; s < axis->span_count; s++)
         for (int i = 0; i < span_grid; i++)
-            places[count++] =
-                axis->breaks[s] + (axis->breaks[s + 1] - axis->breaks[s]) * i / span_grid;
-    places[count++] = axis->breaks[axis->span_count];
+            places[count++] = surface_axis_outer(
+                axis, axis->breaks[s] + (axis->breaks[s + 1] - axis->breaks[s]) * i / span_grid);
+    places[count++] = surface_axis_outer(axis, axis->breaks[axis->span_count]);
     return count;
 }
 

@@ -7,6 +7,7 @@
 #include "patch.h"
 #include "solver/angle.h"
 #include "solver/surface/path.h"
+#include "solver/surface/spans.h"
 #include "support.h"
 #include <stdio.h>
 
@@ -115,8 +116,9 @@ struct shot {
 static bool shoot(struct subject *s, const double uv[2], double angle, double length,
                   struct shot *shot) {
     struct path path;
-    double sine, cosine;
-    if (!station_at(s->surface, &s->cursor, uv, &shot->a))
+    double sine, cosine, inner[2];
+    surface_inner(s->surface, uv, inner);
+    if (!station_at(s->surface, &s->cursor, inner, &shot->a))
         return false;
     angle_sincos_deg(angle, &sine, &cosine);
     struct vec3 along = vec3_unit(shot->a.jet.u), across = vec3_cross(shot->a.normal, along);
@@ -192,8 +194,8 @@ static bool random_shot(struct subject *s, double length, struct random *random,
         return false;
     struct surface_cursor from = {0}, to = {0};
     struct surface_jet jet;
-    surface_evaluate(s->surface, &from, shot->a.uv[0], shot->a.uv[1], &jet);
-    surface_evaluate(s->surface, &to, shot->b.uv[0], shot->b.uv[1], &jet);
+    surface_jet_at(s->surface, &from, shot->a.uv[0], shot->a.uv[1], &jet);
+    surface_jet_at(s->surface, &to, shot->b.uv[0], shot->b.uv[1], &jet);
     return from.span_u == to.span_u && from.span_v == to.span_v;
 }
 
