@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The threads that one drape may use: the solver asks for them, this makes them. */
+/* The threads that one drape may use: the solver takes them from here, because it starts none. */
 #ifndef API_THREADS_H
 #define API_THREADS_H
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* What the command line tool reads, and the file it writes, which appears when it is complete or
- * not at all. What goes wrong is said on standard error. */
+ * not at all. Errors are reported on standard error. */
 #ifndef CLI_FILES_H
 #define CLI_FILES_H
 

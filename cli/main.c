@@ -76,18 +76,19 @@ static bool parse_count(const char *text, long most, long *value) {
 
 /* One option with its value; false when the value is wrong. */
 static bool take_option(struct arguments *arguments, const char *name, const char *value) {
+    const struct {
+        const char *name, **text;
+    } texts[] = {{"format", &arguments->format_name},
+                 {"map", &arguments->map},
+                 {"inlet", &arguments->inlet},
+                 {"output", &arguments->output}};
     struct api_problem problem = {0};
     long count = 0;
-    if (strcmp(name, "output") == 0) {
-        arguments->output = strcmp(value, "-") == 0 ? NULL : value;
-        return true;
-    }
-    if (strcmp(name, "format") == 0 || strcmp(name, "map") == 0 || strcmp(name, "inlet") == 0) {
-        const char **known = *name == 'f'   ? &arguments->format_name
-                             : *name == 'm' ? &arguments->map
-                                            : &arguments->inlet;
-        *known = value;
-        return true;
+    for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
+        if (strcmp(name, texts[k].name) == 0) {
+            *texts[k].text = value;
+            return true;
+        }
     }
     if (strcmp(name, "threads") == 0) {
         bool ok = parse_count(value, 1024, &count);
@@ -146,6 +147,8 @@ static int parse_arguments(int argc, char **argv, struct arguments *arguments) {
     }
     if (optind < argc && strcmp(argv[optind], "-") != 0)
         arguments->input = argv[optind];
+    if (arguments->output && strcmp(arguments->output, "-") == 0)
+        arguments->output = NULL;
     if (arguments->inlet && !arguments->map) {
         files_complain("--inlet", "needs --map");
         return EXIT_USAGE;

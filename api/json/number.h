@@ -16,7 +16,7 @@ extern "C" {
 
 enum {
     API_NUMBER_SIZE = 32,     /* room that every text fits in */
-    API_PRECISION_EXACT = 17, /* significant digits beyond which none says more */
+    API_PRECISION_EXACT = 17, /* significant digits; more would add nothing */
 };
 
 /* Write `value`, which must be finite, to `text` (API_NUMBER_SIZE bytes) and return the length:

@@ -55,7 +55,7 @@ static bool begins_with(const char *line, const char *first, const char *second)
     return *line == ' ' && strncasecmp(line + strspn(line, " "), second, strlen(second)) == 0;
 }
 
-/* The next line that says something, until ENDDATA. */
+/* The next line that is not blank, until ENDDATA. */
 static bool next_line(struct bulk_reader *reader) {
     if (reader->held) {
         reader->held = false;

@@ -2,7 +2,7 @@
 /*
  * Nastran bulk data, card by card: small, large (NAME*) and free fields, in any case, with tabs,
  * comments ($) and continuations; with or without what stands before BEGIN BULK. The first thing
- * wrong is said with its line.
+ * wrong is reported with its line.
  */
 #ifndef API_MAP_BULK_DATA_H
 #define API_MAP_BULK_DATA_H

@@ -6,7 +6,7 @@
 #include "ids.h"
 #include <string.h>
 
-/* What the file says, in the order of its cards. */
+/* The data of the file, in the order of its cards. */
 struct grids {
     size_t count;
     struct vec3 *point;

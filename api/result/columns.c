@@ -142,6 +142,19 @@ enum api_problem_id api_columns_write(struct api_columns *header,
     return id;
 }
 
+static bool read_memory(void *context, uint64_t offset, void *buffer, size_t length) {
+    const struct api_memory *memory = context;
+    if (offset > memory->length || length > memory->length - offset)
+        return false;
+    if (length > 0)
+        memcpy(buffer, memory->bytes + offset, length);
+    return true;
+}
+
+struct api_reader api_reader_of(struct api_memory *memory) {
+    return (struct api_reader){read_memory, memory};
+}
+
 /* The directory's bytes in `buffer` of API_HEADER_MAX; 0 when this is no container. */
 static size_t read_header(const struct api_reader *reader, char *buffer) {
     char prefix[PREFIX];

@@ -54,6 +54,13 @@ struct api_reader {
     void *context;
 };
 
+/* A container in memory, which outlives the reader. */
+struct api_memory {
+    const char *bytes;
+    size_t length;
+};
+struct api_reader api_reader_of(struct api_memory *memory);
+
 /* Reads and checks the header. API_INTERNAL when the container is damaged or unreadable. */
 enum api_problem_id api_columns_open(const struct api_reader *reader, struct api_columns *columns,
                                      struct api_problem *problem) STATUS_MUST_USE;

@@ -73,15 +73,6 @@ static bool put(void *context, const void *bytes, size_t length) {
 
 /* ------------------------------------------------------------------ a map */
 
-static bool read_columns(void *context, uint64_t offset, void *buffer, size_t length) {
-    const struct task *task = context;
-    uint64_t end = task->order.length[CHECKER_COLUMNS];
-    if (offset > end || length > end - offset)
-        return false;
-    memcpy(buffer, task->document[CHECKER_COLUMNS] + offset, length);
-    return true;
-}
-
 static bool in_time(void *context, double fraction) {
     const struct task *task = context;
     (void)fraction;
@@ -126,7 +117,8 @@ static void write_map(struct task *task, const struct format *format,
 static void make_map(struct task *task, struct api_problem *problem) {
     static struct api_map map;
     const struct checker_order *order = &task->order;
-    const struct api_reader reader = {read_columns, task};
+    struct api_memory columns = {task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS]};
+    const struct api_reader reader = api_reader_of(&columns);
     const struct drape_monitor monitor = {in_time, task};
     const struct format *format = format_named(FORMAT_MAP, order->format);
     struct map_target mesh;

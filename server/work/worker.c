@@ -179,25 +179,12 @@ int worker_serve(const struct worker_engine *engine) {
     return 0;
 }
 
-struct head {
-    const unsigned char *bytes;
-    size_t length;
-};
-
-static bool read_head(void *context, uint64_t offset, void *buffer, size_t length) {
-    const struct head *head = context;
-    if (offset > head->length || length > head->length - offset)
-        return false;
-    memcpy(buffer, head->bytes + offset, length);
-    return true;
-}
-
 /* The time in the queue is not the result's but each job's own. */
 static char *summary_of(const void *bytes, size_t length) {
     static struct api_columns columns;
     struct api_problem problem = {0};
-    struct head head = {.bytes = bytes, .length = length};
-    struct api_reader reader = {.read_at = read_head, .context = &head};
+    struct api_memory head = {bytes, length};
+    const struct api_reader reader = api_reader_of(&head);
     if (api_columns_open(&reader, &columns, &problem) != API_OK)
         return NULL;
     return api_summary_json(&columns.summary, 0.0);

@@ -2,20 +2,6 @@
 #include "encode.h"
 
 #include "api/format/format.h"
-#include <string.h>
-
-struct memory {
-    const uint8_t *data;
-    size_t size;
-};
-
-static bool read_at(void *context, uint64_t offset, void *buffer, size_t length) {
-    const struct memory *memory = context;
-    if (offset > memory->size || length > memory->size - offset)
-        return false;
-    memcpy(buffer, memory->data + offset, length);
-    return true;
-}
 
 static void encode_one(const struct format *format, const struct api_reader *reader, bool sound) {
     static char piece[4096];
@@ -39,8 +25,8 @@ static void encode_one(const struct format *format, const struct api_reader *rea
 }
 
 void encode_all(const uint8_t *data, size_t size, bool sound) {
-    struct memory memory = {data, size};
-    const struct api_reader reader = {read_at, &memory};
+    struct api_memory memory = {(const char *)data, size};
+    const struct api_reader reader = api_reader_of(&memory);
     const struct format *format;
     for (size_t k = 0; (format = format_at(FORMAT_RESULT, k)); k++)
         encode_one(format, &reader, sound);
