@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "client.h"
+#include "interpose.h"
 #include "linger.h"
 #include "server/id.h"
 #include "server/log.h"
+#include <errno.h>
 #include <stdlib.h>
 #include <sys/socket.h>
 
@@ -11,6 +13,11 @@ struct client *client_open(struct http *http, int socket) {
     if (!client)
         return NULL;
     client->http = http;
+    wire_init(&client->wire);
+    if (!interpose_watch(socket, client)) {
+        free(client);
+        return NULL;
+    }
     deadlines_add(http->deadlines, &client->deadline, socket);
     return client;
 }
@@ -18,23 +25,55 @@ struct client *client_open(struct http *http, int socket) {
 void client_close(struct client *client) {
     if (client->exchange)
         exchange_end(client->exchange); /* MHD forgets it when the query overflows its memory */
+    interpose_watch(client->deadline.socket, NULL);
     deadlines_remove(client->http->deadlines, &client->deadline);
     free(client);
+}
+
+ssize_t client_received(void *context, const char *bytes, size_t length) {
+    struct client *client = context;
+    struct wire *wire = &client->wire;
+    size_t begun, good = client->refused ? 0 : wire_check(wire, bytes, length, &begun);
+    if (!client->refused && wire->problem == API_OK)
+        return (ssize_t)good;
+    if (!client->refused && client->ended < wire->messages && begun > 0)
+        return (ssize_t)begun; /* those before it are answered first */
+    client_refuse(client, wire->problem, wire->detail);
+    errno = ECONNRESET;
+    return -1;
+}
+
+bool client_checked(const struct client *client) {
+    return client->ended < client->wire.messages || !wire_between(&client->wire);
+}
+
+void client_ended(struct client *client) {
+    client->ended++;
+    if (client->wire.problem == API_OK || client->ended < client->wire.messages)
+        return;
+    if (!client->wire.closing)
+        client_refuse(client, client->wire.problem, client->wire.detail);
+    client->refused = true;
+    deadlines_cut(client->http->deadlines, &client->deadline);
 }
 
 void client_refuse(struct client *client, enum api_problem_id problem, const char *detail) {
     const struct http_handler *handler = &client->http->settings.handler;
     struct exchange *exchange = client->exchange;
-    char id[ID_SIZE];
-    id_make(id);
-    int status = reply_on_socket(client->deadline.socket,
-                                 exchange && exchange->request->id[0] ? exchange->request->id : id,
-                                 problem, detail);
+    if (client->refused)
+        return;
+    char made[ID_SIZE];
+    const char *id = exchange && exchange->request->id[0] ? exchange->request->id : made;
+    id_make(made);
+    client->refused = true;
+    int status = reply_on_socket(client->deadline.socket, id, problem, detail);
     linger_add(client->http->linger, client->deadline.socket);
     shutdown(client->deadline.socket, SHUT_WR);
     if (exchange)
         exchange->reply.status = status;
-    else
+    log_info(log_event("request_refused"), log_text("request_id", id), log_int("status", status),
+             log_text("why", detail));
+    if (!exchange)
         handler->count(handler->context, NULL, status, 0);
 }
 

@@ -14,14 +14,13 @@
 #include "deadlines.h"
 #include "http.h"
 #include "server/hub.h"
+#include "wire.h"
 #include <pthread.h>
 #include <stdatomic.h>
 
-enum {
-    CLIENT_HEAD_BYTES = 32 * 1024, /* request line and headers */
-    CLIENT_POOL_BYTES = 48 * 1024  /* of the library's memory for a connection: the above, and room
-                                      for the reply's headers */
-};
+/* Of the library's memory for a connection: a head with its table, and room for trailers or the
+ * reply's headers. */
+enum { CLIENT_POOL_BYTES = WIRE_HEAD_BYTES + 16 * 1024 };
 
 struct MHD_Connection;
 struct exchange;
@@ -49,6 +48,9 @@ struct client {
     struct deadlines_client deadline; /* with its socket */
     struct http *http;
     struct exchange *exchange; /* the request under way, or NULL */
+    struct wire wire;          /* what was read */
+    uint64_t ended;            /* requests that the library has ended */
+    bool refused;              /* nothing is read any more */
 };
 
 /* A request, its reply, and how far they are. */
@@ -58,7 +60,6 @@ struct exchange {
     struct http *http;
     struct client *client;
     struct MHD_Connection *connection;
-    const char *target; /* in the library's memory */
     int64_t begun_us;
     int64_t held;     /* bytes of body in `http->bodies` */
     int64_t received; /* bytes of body, kept or not */
@@ -80,6 +81,16 @@ struct client *client_open(struct http *http, int socket);
 
 /* Before the socket is closed. */
 void client_close(struct client *client);
+
+/* For `interpose_hooks`: checks what was read from the socket of the client, which is the context.
+ * What is malformed is refused once the requests before it are answered. */
+ssize_t client_received(void *context, const char *bytes, size_t length);
+
+/* Whether the library's next request is one that passed the check. */
+bool client_checked(const struct client *client);
+
+/* After the end of a request: what `client_received` put off. */
+void client_ended(struct client *client);
 
 /* Answers on the socket and shuts it down for writing, when the library takes no answer because it
  * has not got the whole request, and will not. */

@@ -96,6 +96,13 @@ static void cut(struct deadlines *deadlines, struct deadlines_client *client, in
     client->cut = true;
 }
 
+void deadlines_cut(struct deadlines *deadlines, struct deadlines_client *client) {
+    pthread_mutex_lock(&deadlines->lock);
+    client->due = clock_ms() + DEADLINES_LINGER_MS;
+    client->cut = true;
+    pthread_mutex_unlock(&deadlines->lock);
+}
+
 int deadlines_reap(struct deadlines *deadlines, int64_t now) {
     int count = 0;
     pthread_mutex_lock(&deadlines->lock);

@@ -62,6 +62,9 @@ bool deadlines_suspend(struct deadlines *deadlines, struct deadlines_client *cli
 /* So many bytes of the reply are the client's to fetch. */
 bool deadlines_reply(struct deadlines *deadlines, struct deadlines_client *client, size_t length);
 
+/* The last answer has been sent: the client gets a short while to read it. */
+void deadlines_cut(struct deadlines *deadlines, struct deadlines_client *client);
+
 /* Cuts the clients that are due at `now`; to be called about every second. How many there were. */
 int deadlines_reap(struct deadlines *deadlines, int64_t now);
 

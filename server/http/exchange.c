@@ -8,6 +8,7 @@
 #include <microhttpd.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 enum {
     BLOCK_BYTES = 16 * 1024,       /* asked of a stream at a time */
@@ -92,34 +93,11 @@ static bool answer(struct exchange *exchange) {
 
 /* ------------------------------------------------------------------ the head */
 
-/* A walk along the head as it lies in memory. */
-struct head_walk {
-    struct request *request;
-    const char *last; /* the value, or version, before */
-};
-
 static enum MHD_Result take_header(void *context, enum MHD_ValueKind kind, const char *name,
                                    const char *value) {
-    struct head_walk *walk = context;
     (void)kind;
-    value = value ? value : name + strlen(name);
-    request_add_header(walk->request, name, value);
-    request_check_gap(walk->request, walk->last, strlen(walk->last), name, 2);
-    walk->last = value;
+    request_add_header(context, name, value ? value : "");
     return MHD_YES;
-}
-
-/* The headers, and that there is nothing between the parts of the head that is in none of them. */
-static void take_head(struct exchange *exchange, const char *version, size_t size) {
-    struct request *request = exchange->request;
-    struct head_walk walk = {.request = request, .last = version};
-    const char *method = request->method;
-    request_check_gap(request, method, strlen(method), exchange->target, 1);
-    request_check_gap(request, exchange->target, strlen(request->target), version, 1);
-    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, take_header, &walk);
-    request_check_gap(request, walk.last, strlen(walk.last), method + size, 4);
-    request_check_framing(request);
-    request_choose_id(request);
 }
 
 static bool bodies_fit(struct http *http, int64_t more) {
@@ -130,6 +108,17 @@ static void refuse_bodies(struct exchange *exchange) {
     reply_header(&exchange->reply, "Retry-After", "1");
     reply_refuse(&exchange->reply, API_UNAVAILABLE,
                  "too many bodies are being received at the moment (--max-bodies)");
+}
+
+static bool coded(const struct request *request) {
+    const char *coding = request_header(request, "Content-Encoding");
+    return coding && strcasecmp(coding, "identity") != 0;
+}
+
+static void refuse_coding(struct reply *reply) {
+    reply_header(reply, "Accept-Encoding", "identity");
+    reply_refuse(reply, API_UNSUPPORTED_MEDIA_TYPE,
+                 "a request's body is taken as it is, without Content-Encoding");
 }
 
 /* Sets the reply if it is clear from the head. True when it cannot wait for the rest of the
@@ -145,6 +134,8 @@ static bool screen(struct exchange *exchange) {
     bool large = length > request->limit.bytes;
     if (request->fault[0])
         reply_refuse(reply, API_BAD_REQUEST, "%s", request->fault);
+    else if (good && has_body && coded(request))
+        refuse_coding(reply);
     else if (good && large)
         reply_refuse(reply, API_TOO_LARGE, "the body is over the limit of %lld bytes (--%s)",
                      (long long)request->limit.bytes, request->limit.flag);
@@ -156,20 +147,14 @@ static bool screen(struct exchange *exchange) {
 
 static bool begin(struct exchange *exchange, const char *method, const char *version) {
     struct request *request = exchange->request;
-    const union MHD_ConnectionInfo *info =
-        MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_REQUEST_HEADER_SIZE);
     exchange->known = true;
     request->method = method;
     request->http_1_0 = !strcmp(version, "HTTP/1.0");
     request->limit = (struct request_limit){exchange->http->settings.config->max_body, "max-body"};
-    if (!info || !deadlines_body(exchange->http->deadlines, &exchange->client->deadline))
+    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, take_header, request);
+    request_choose_id(request);
+    if (!deadlines_body(exchange->http->deadlines, &exchange->client->deadline))
         return false;
-    take_head(exchange, version, info->header_size);
-    if (info->header_size > CLIENT_HEAD_BYTES) {
-        client_refuse_status(exchange->client,
-                             strlen(request->target) < CLIENT_HEAD_BYTES ? 431 : 414);
-        return false;
-    }
     if (!screen(exchange))
         return true;
     exchange->unread = true;
@@ -213,6 +198,12 @@ bool exchange_step(struct exchange *exchange, const char *method, const char *ve
                    const char *data, size_t *size) {
     size_t length = *size;
     *size = 0;
+    if (exchange->client->refused)
+        return false;
+    if (!exchange->known && !client_checked(exchange->client)) {
+        log_error(log_event("unchecked_request"), log_text("request_id", exchange->request->id));
+        return false;
+    }
     if (!exchange->known)
         return begin(exchange, method, version);
     return length ? receive(exchange, data, length) : answer(exchange);
@@ -233,7 +224,6 @@ struct exchange *exchange_new(struct client *client, struct MHD_Connection *conn
     exchange->http = client->http;
     exchange->client = client;
     exchange->connection = connection;
-    exchange->target = target;
     exchange->begun_us = clock_us();
     request->transport = exchange;
     client->exchange = exchange;

@@ -75,8 +75,10 @@ static void request_ends(void *context, struct MHD_Connection *connection, void 
         return;
     if (exchange->unread && code == MHD_REQUEST_TERMINATED_COMPLETED_OK)
         linger_add(http->linger, exchange->client->deadline.socket);
-    deadlines_idle(http->deadlines, &exchange->client->deadline);
+    struct client *client = exchange->client;
+    deadlines_idle(http->deadlines, &client->deadline);
     exchange_end(exchange);
+    client_ended(client);
 }
 
 /* What the library reports about broken clients. */
@@ -121,9 +123,10 @@ bool http_start(const struct http_settings *settings, struct http **out) {
     http->socket = listener_open(settings->config);
     http->linger = linger_start();
     http->deadlines = deadlines_new(client_refuse_late, http);
+    const struct interpose_hooks hooks = {replace_page, client_received};
     bool listening = http->socket >= 0;
     if (listening && http->linger && http->deadlines && suspension_start(http) &&
-        interpose_init(replace_page) && start_daemon(http)) {
+        interpose_init(&hooks, listener_descriptors()) && start_daemon(http)) {
         *out = http;
         return true;
     }

@@ -16,21 +16,48 @@
  *       would never call ours, and send its HTML page. tests/faults/framing.cases has a case for
  *       every status that the library makes by itself, and expects a problem document.
  *
- * Replies of our own are queued by `interpose_queue`, which is the library's function.
+ * `recv`. The library reads sockets with it, and so the bytes of a connection pass through ours on
+ * their way into the library's memory: checked in place, without a copy or a further system call.
+ * (The alternatives: MSG_PEEK, one more system call for every read; a socket pair with a thread of
+ * ours in front, two more of each and no peer address; a parser of ours in place of the library.)
+ *
+ *   0.9.75  src/microhttpd/mhd_send.c and connection.c, recv_param_adapter: calls recv through the
+ *       PLT, on the thread of the connection, for plain TCP only. A short count makes it wait for
+ *       the socket to become readable again; -1 with ECONNRESET makes it close the connection.
+ *   a version that reads by other functions (io_uring, readv)
+ *       would pass the check by. The front answers no request whose head was not checked, so that
+ *       this is seen at the first request.
+ *
+ * Both need the functions here to be in the dynamic symbol table of the program; the linker exports
+ * them by itself because a shared library that is linked refers to them.
+ * tests/faults/test_framing.py fails without.
  */
 #ifndef SERVER_HTTP_INTERPOSE_H
 #define SERVER_HTTP_INTERPOSE_H
 
 #include <stdbool.h>
+#include <stddef.h>
+#include <sys/types.h>
 
 struct MHD_Connection;
 struct MHD_Response;
 
-/* Called on the connection's thread when the library is about to answer by itself. */
-typedef void interpose_page(struct MHD_Connection *connection, unsigned status);
+struct interpose_hooks {
+    /* Called on the connection's thread when the library is about to answer by itself. */
+    void (*page)(struct MHD_Connection *connection, unsigned status);
 
-/* Before the library's daemon is started. False when its functions are not found. */
-bool interpose_init(interpose_page *page);
+    /* Called for bytes that were read from a watched socket: how many of them the library gets; -1
+     * with errno for none and the end of the connection. */
+    ssize_t (*received)(void *context, const char *bytes, size_t length);
+};
+
+/* Before the library's daemon is started, once, with the number of descriptors that the process may
+ * have. False when the library's functions are not found, or without memory. */
+bool interpose_init(const struct interpose_hooks *hooks, size_t descriptors);
+
+/* From now on what is read from the socket is checked with this context; NULL: no more. False for a
+ * descriptor that is too large. On the connection's thread. */
+bool interpose_watch(int socket, void *context);
 
 /* The library's own MHD_queue_response: false when the reply cannot be queued. */
 bool interpose_queue(struct MHD_Connection *connection, unsigned status,

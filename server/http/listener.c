@@ -8,16 +8,17 @@
 #include <unistd.h>
 
 enum {
-    LISTENER_BACKLOG = 1024,    /* connections the kernel may hold for us */
-    LISTENER_DESCRIPTORS = 256, /* for everything but connections */
-    LISTENER_SILENCE_S = 15,    /* a client that is silent for so long is probed */
-    LISTENER_PROBE_S = 5,       /* and again */
-    LISTENER_UNHEARD_MS = 60000 /* what was sent or asked must arrive within that */
+    BACKLOG = 1024,          /* connections the kernel may hold for us */
+    DESCRIPTORS_OTHER = 256, /* for everything but connections */
+    DESCRIPTORS_MAX = 1 << 20,
+    SILENCE_S = 15,    /* a client that is silent for so long is probed */
+    PROBE_S = 5,       /* and again */
+    UNHEARD_MS = 60000 /* what was sent or asked must arrive within that */
 };
 
 static void raise_descriptor_limit(int64_t connections) {
     struct rlimit limit;
-    rlim_t wanted = (rlim_t)connections + LISTENER_DESCRIPTORS;
+    rlim_t wanted = (rlim_t)connections + DESCRIPTORS_OTHER;
     if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= wanted)
         return;
     limit.rlim_cur = limit.rlim_max < wanted ? limit.rlim_max : wanted;
@@ -26,15 +27,21 @@ static void raise_descriptor_limit(int64_t connections) {
                     log_int("allowed", (int64_t)limit.rlim_cur));
 }
 
+size_t listener_descriptors(void) {
+    struct rlimit limit;
+    bool known = getrlimit(RLIMIT_NOFILE, &limit) == 0 && limit.rlim_cur < DESCRIPTORS_MAX;
+    return known ? (size_t)limit.rlim_cur : DESCRIPTORS_MAX;
+}
+
 /* A client whose machine or line has gone sends no FIN: its connections, which inherit this, are
  * closed within two minutes. */
 static void probe_silent_clients(int listener) {
     static const struct {
         int level, name, value;
     } options[] = {{SOL_SOCKET, SO_KEEPALIVE, 1},
-                   {IPPROTO_TCP, TCP_KEEPIDLE, LISTENER_SILENCE_S},
-                   {IPPROTO_TCP, TCP_KEEPINTVL, LISTENER_PROBE_S},
-                   {IPPROTO_TCP, TCP_USER_TIMEOUT, LISTENER_UNHEARD_MS}};
+                   {IPPROTO_TCP, TCP_KEEPIDLE, SILENCE_S},
+                   {IPPROTO_TCP, TCP_KEEPINTVL, PROBE_S},
+                   {IPPROTO_TCP, TCP_USER_TIMEOUT, UNHEARD_MS}};
     for (size_t k = 0; k < sizeof options / sizeof *options; k++)
         (void)setsockopt(listener, options[k].level, options[k].name, &options[k].value,
                          sizeof options[k].value);
@@ -45,8 +52,7 @@ static int listen_at(const struct config *config) {
     int on = 1;
     int listener = socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (listener >= 0 && setsockopt(listener, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) == 0 &&
-        bind(listener, address, config->address_length) == 0 &&
-        listen(listener, LISTENER_BACKLOG) == 0)
+        bind(listener, address, config->address_length) == 0 && listen(listener, BACKLOG) == 0)
         return listener;
     log_error(log_event("listen_failed"), log_text("address", config->listen),
               log_text("error", strerror(errno)));

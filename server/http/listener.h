@@ -11,6 +11,9 @@
  * closes; -1 with a line in the log. */
 int listener_open(const struct config *config);
 
+/* How many descriptors the process may have since then, at most a million. */
+size_t listener_descriptors(void);
+
 /* The port in use; the one the system chose when the configuration said 0. */
 uint16_t listener_port(int socket);
 

@@ -81,20 +81,17 @@ static void split_query(struct request *request, char *query) {
     }
 }
 
+/* A path, an absolute URI or "*". */
 static void split_target(struct request *request) {
     char *path = request->decoded;
-    if (!strncasecmp(path, "http://", 7) || !strncasecmp(path, "https://", 8)) {
-        path = strchr(strchr(path, '/') + 2, '/'); /* absolute form: the authority is skipped */
-        if (!path)
-            return;
-    }
-    if (strchr(path, ' '))
-        set_fault(request, "the target has a blank");
-    if (!strcmp(path, "*"))
+    if (*path == '*')
         return;
     if (*path != '/') {
-        set_fault(request, "the target is no path");
-        return;
+        char *authority = strchr(path, '/') + 2;
+        path = authority + strcspn(authority, "/");
+        request->authority = strndup(authority, (size_t)(path - authority));
+        if (!*path)
+            return;
     }
     char *query = strchr(path, '?');
     if (query)
@@ -123,6 +120,7 @@ void request_free(struct request *request) {
         return;
     free(request->target);
     free(request->decoded);
+    free(request->authority);
     free(request->body);
     for (size_t k = 0; k < REQUEST_LISTS; k++)
         free(request->joined[k]);
@@ -131,23 +129,6 @@ void request_free(struct request *request) {
     else
         free(request->state);
     free(request);
-}
-
-static bool is_token(const char *text) {
-    static const char marks[] = "!#$%&'*+-.^_`|~";
-    for (const char *c = text; *c; c++) {
-        bool alphanumeric = (*c >= '0' && *c <= '9') || ((*c | 32) >= 'a' && (*c | 32) <= 'z');
-        if (!alphanumeric && !strchr(marks, *c))
-            return false;
-    }
-    return *text != '\0';
-}
-
-static bool has_control(const char *text) {
-    for (; *text; text++)
-        if (((unsigned char)*text < ' ' && *text != '\t') || *text == 0x7f)
-            return true;
-    return false;
 }
 
 /* The number of the first header of that name; `header_count` without. */
@@ -182,63 +163,8 @@ static bool continue_list(struct request *request, const char *name, const char 
 }
 
 void request_add_header(struct request *request, const char *name, const char *value) {
-    const char *text = value ? value : "";
-    if (!is_token(name))
-        set_fault(request, "a header's name has a character that is not allowed there");
-    if (has_control(text))
-        set_fault(request, "a header's value has a control character");
-    if (request->header_count == REQUEST_HEADERS_MAX)
-        set_fault(request, "there are too many headers");
-    else if (!continue_list(request, name, text))
-        request->headers[request->header_count++] = (struct request_field){name, text};
-}
-
-void request_check_gap(struct request *request, const char *part, size_t length, const char *next,
-                       ptrdiff_t gap) {
-    if (next - part - (ptrdiff_t)length != gap)
-        set_fault(request,
-                  "the head has a zero byte, a blank too many, a folded line or a bare newline");
-}
-
-static size_t count_headers(const struct request *request, const char *name) {
-    size_t count = 0;
-    for (size_t k = 0; k < request->header_count; k++)
-        count += !strcasecmp(request->headers[k].name, name);
-    return count;
-}
-
-/* More than any limit is a length too. */
-static bool parse_length(const char *text, int64_t *value) {
-    *value = INT64_MAX;
-    return (*text && strspn(text, "0123456789") == strlen(text)) &&
-           (request_parse_int(text, 0, INT64_MAX, value) || errno == ERANGE);
-}
-
-void request_check_framing(struct request *request) {
-    size_t lengths = count_headers(request, "Content-Length");
-    size_t codings = count_headers(request, "Transfer-Encoding");
-    size_t hosts = count_headers(request, "Host");
-    const char *length = request_header(request, "Content-Length");
-    const char *coding = request_header(request, "Transfer-Encoding");
-    int64_t value;
-    if (!is_token(request->method))
-        set_fault(request, "the method is no token");
-    if (lengths && codings)
-        set_fault(request, "Content-Length and Transfer-Encoding exclude each other");
-    if (lengths > 1)
-        set_fault(request, "there is more than one Content-Length");
-    if (length && !parse_length(length, &value))
-        set_fault(request, "Content-Length is no number");
-    if (codings > 1 || (coding && strcasecmp(coding, "chunked") != 0))
-        set_fault(request, "the only transfer coding here is chunked");
-    if (coding && request->http_1_0)
-        set_fault(request, "HTTP/1.0 has no Transfer-Encoding");
-    if (count_headers(request, "Authorization") > 1)
-        set_fault(request, "there is more than one Authorization");
-    if (hosts > 1)
-        set_fault(request, "there is more than one Host");
-    if (!hosts && !request->http_1_0)
-        set_fault(request, "there is no Host");
+    if (!continue_list(request, name, value) && request->header_count < REQUEST_HEADERS_MAX)
+        request->headers[request->header_count++] = (struct request_field){name, value};
 }
 
 static bool sane_id(const char *text) {
@@ -276,9 +202,9 @@ const char *request_query(const struct request *request, const char *name) {
 
 bool request_has_body(const struct request *request, int64_t *length) {
     const char *text = request_header(request, "Content-Length");
-    if (text && parse_length(text, length))
-        return *length > 0;
     *length = -1;
+    if (text && request_parse_int(text, 0, INT64_MAX, length))
+        return *length > 0;
     return request_header(request, "Transfer-Encoding") != NULL;
 }
 

@@ -7,6 +7,7 @@
 #ifndef SERVER_HTTP_REQUEST_H
 #define SERVER_HTTP_REQUEST_H
 
+#include "wire.h"
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -14,7 +15,7 @@
 enum {
     REQUEST_SEGMENTS_MAX = 8,
     REQUEST_QUERY_MAX = 32,
-    REQUEST_HEADERS_MAX = 100,
+    REQUEST_HEADERS_MAX = WIRE_FIELDS_MAX,
     REQUEST_LISTS = 4, /* headers that are lists, and may come in several lines */
     REQUEST_CALLER_SIZE = 65,
     REQUEST_ID_SIZE = 65, /* a caller's own X-Request-Id: at most 64 characters */
@@ -37,7 +38,8 @@ struct request {
     char id[REQUEST_ID_SIZE]; /* of X-Request-Id */
     const char *method;
     bool http_1_0;
-    char *target; /* as it was sent; for the log */
+    char *target;    /* as it was sent; for the log */
+    char *authority; /* of an absolute target; else NULL */
     const char *segments[REQUEST_SEGMENTS_MAX];
     size_t segment_count;
     struct request_field query[REQUEST_QUERY_MAX];
@@ -45,7 +47,7 @@ struct request {
     struct request_field headers[REQUEST_HEADERS_MAX];
     size_t header_count;
     char *joined[REQUEST_LISTS];    /* memory of lists in several lines */
-    char fault[REQUEST_FAULT_SIZE]; /* why it is not well-formed HTTP; "" if it is */
+    char fault[REQUEST_FAULT_SIZE]; /* what is wrong with the target; "" for nothing */
 
     char *body; /* zero-terminated beyond its length; NULL without a body */
     size_t body_length, body_capacity;
@@ -69,24 +71,14 @@ struct request {
     char *decoded;                   /* memory of segments and query */
 };
 
-/* A new request for a target as sent (origin form, absolute form or "*"). What is wrong with it is
- * in `fault`. NULL without memory. */
+/* A new request for a target that `wire_check` passed. What is wrong with its encoding is in
+ * `fault`. NULL without memory. */
 struct request *request_new(const char *target);
 void request_free(struct request *request);
 
-/* Takes over a header whose strings live as long as the request. Several lines of Accept,
+/* Adds a header whose strings live as long as the request. Several lines of Accept,
  * Accept-Encoding, If-None-Match or Prefer become one. */
 void request_add_header(struct request *request, const char *name, const char *value);
-
-/* In memory the parts of a request's head stand as they were sent, with zeros for what ended them.
- * A fault when there are not `gap` bytes between a part of that length and the `next` one: there is
- * a zero byte, a blank too many, a folded line or a bare newline. */
-void request_check_gap(struct request *request, const char *part, size_t length, const char *next,
-                       ptrdiff_t gap);
-
-/* Checks how the message is framed, after all headers: a fault for what two HTTP implementations
- * could read differently (RFC 9112, sections 3.2, 6.1 and 6.3). */
-void request_check_framing(struct request *request);
 
 /* Sets `id` from the caller's X-Request-Id if that is 1 to 64 letters, digits, or any of "._:-",
  * else makes a new one. */

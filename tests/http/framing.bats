@@ -121,7 +121,8 @@ refused() {
 }
 
 @test "http: too many headers or query parameters are refused" {
-    refused "GET / HTTP/1.1\r\nHost: a\r\n$(printf 'X: a\\r\\n%.0s' {1..200})\r\n"
+    wanted=431 slug=headers-too-large \
+        refused "GET / HTTP/1.1\r\nHost: a\r\n$(printf 'X: a\\r\\n%.0s' {1..200})\r\n"
     refused "GET /?$(printf 'a&%.0s' {1..300}) HTTP/1.1\r\nHost: a\r\n\r\n"
     # More than the library has memory for.
     wanted=431 slug=headers-too-large \
@@ -153,7 +154,7 @@ refused() {
     expect_problem 413 too-large
 }
 
-# drip SECONDS FORMAT: sends that, and then a byte a second.
+# drip SECONDS FORMAT NAME [DRIP]: sends that, and then DRIP (a blank) once a second.
 drip() {
     body=$BATS_TEST_TMPDIR/$3 headers=$BATS_TEST_TMPDIR/$3.headers
     exec 5<>"/dev/tcp/127.0.0.1/$PORT"
@@ -163,7 +164,8 @@ drip() {
     local reader=$! end=$((SECONDS + $1))
     while kill -0 $reader 2>/dev/null && [ "$SECONDS" -lt "$end" ]; do
         sleep 1
-        printf ' ' >&5 2>/dev/null || break
+        # shellcheck disable=SC2059
+        printf "${4- }" >&5 2>/dev/null || break
     done
     wait $reader || true
     grep -q '^HTTP/1.1 408' "$BATS_TEST_TMPDIR/$3.answer"
@@ -175,7 +177,7 @@ drip() {
     head=$!
     drip 22 "${POST}Content-Length: 1000\r\n\r\n" body &
     slow=$!
-    drip 20 '' nothing &
+    drip 20 '' nothing '\r\n' &
     nothing=$!
     for _ in {1..20}; do
         call GET /version
