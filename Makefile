@@ -129,7 +129,9 @@ format: tests/browser/node_modules ## clang-format 14, prettier
 PREFIX ?= /usr/local
 UNITS ?= $(PREFIX)/lib/systemd/system
 VERSION := $(shell sed -n 's/^\#define DRAPED_VERSION "\(.*\)"/\1/p' server/config.h)
-OPERATORS := $(addprefix deploy/,nginx.conf Caddyfile prometheus grafana)
+OPERATORS := $(addprefix deploy/,nginx.conf Caddyfile prometheus grafana systemd kubernetes container \
+             compose.yaml)
+PAGES := fields formats mathematics operations runbook scaling settings threat-model
 install: all sbom $(B)/draped.1 $(B)/drape.1 ## below $(PREFIX) (/usr/local) and DESTDIR
 	install -D -t $(DESTDIR)$(PREFIX)/bin $(B)/draped $(B)/drape
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man1 $(B)/draped.1 $(B)/drape.1
@@ -138,7 +140,7 @@ install: all sbom $(B)/draped.1 $(B)/drape.1 ## below $(PREFIX) (/usr/local) and
 	    install -m 644 /dev/stdin $(DESTDIR)$(UNITS)/draped.service
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/doc/draped $(B)/draped.cdx.json
 	cp -r $(OPERATORS) $(DESTDIR)$(PREFIX)/share/doc/draped
-	for page in operations runbook; do \
+	for page in $(PAGES); do \
 	    sed 's|](\.\./deploy/|](|g' docs/$$page.md | \
 	        install -m 644 /dev/stdin $(DESTDIR)$(PREFIX)/share/doc/draped/$$page.md; done
 
