@@ -38,11 +38,11 @@ struct store_ended {
 /* What a sweep does besides, in this order. */
 enum store_step {
     STORE_STEP_EXPIRE,        /* requests and results of jobs that ended before the retention */
-    STORE_STEP_EXPIRE_EXCESS, /* the same of the oldest while all results are too large */
+    STORE_STEP_EXPIRE_EXCESS, /* the oldest of the owner with most while all are too large */
     STORE_STEP_REMOVE,        /* records RECORD_RETENTIONS old */
     STORE_STEP_DOOM,          /* results that were begun by claims that no longer hold */
     STORE_STEP_CLEAR,         /* chunks of doomed results */
-    STORE_STEP_SHRINK,        /* free pages */
+    STORE_STEP_SHRINK,        /* what is empty: free pages, counts of owners without anything */
     STORE_STEP_COUNT
 };
 
@@ -67,6 +67,7 @@ struct store_ops {
     enum store_answer (*cancel)(struct store *store, const char *id);
     enum store_answer (*remove)(struct store *store, const char *id);
     enum store_answer (*counts)(struct store *store, struct store_counts *counts);
+    enum store_answer (*usage)(struct store *store, const char *owner, struct store_usage *usage);
     enum store_answer (*claim)(struct store *store, struct store_claim *claim);
     enum store_answer (*renew)(struct store *store, const struct store_claim *claim,
                                double progress);

@@ -58,6 +58,7 @@ static void tell_here(struct store *store, const char *id) {
 
 enum store_answer store_submit(struct store *store, const struct store_submission *submission,
                                struct store_receipt *receipt) {
+    memset(receipt, 0, sizeof *receipt);
     enum store_answer answer = store->ops->submit(store, submission, receipt);
     if (answer == STORE_OK && !receipt->existing && receipt->status == STORE_QUEUED)
         store_tell(store, hub_queue);
@@ -112,6 +113,11 @@ enum store_answer store_delete(struct store *store, const char *id) {
 enum store_answer store_counts(struct store *store, struct store_counts *counts) {
     memset(counts, 0, sizeof *counts);
     return store->ops->counts(store, counts);
+}
+
+enum store_answer store_usage(struct store *store, const char *owner, struct store_usage *usage) {
+    memset(usage, 0, sizeof *usage);
+    return store->ops->usage(store, owner, usage);
 }
 
 /* ------------------------------------------------------------------ dispatchers */

@@ -61,12 +61,13 @@ bool store_status_ended(enum store_status status);
 
 struct store_options {
     int64_t queue_limit;     /* queued jobs at the most; submit answers STORE_FULL beyond */
+    int64_t owner_running;   /* running jobs of one owner at the most; 0: no bound */
     int64_t lease_us;        /* how long a claim holds without renewal */
     int max_attempts;        /* a job whose worker died that often fails */
     int64_t busy_ms;         /* how long to wait for another process's lock */
     int64_t retention_us;    /* results of jobs that ended longer ago expire in `store_sweep` */
-    int64_t retention_bytes; /* of all results together: beyond it the oldest jobs expire in a
-                                sweep; 0: no bound */
+    int64_t retention_bytes; /* of all results together: beyond it a sweep expires the oldest jobs
+                                of the owner with most bytes; 0: no bound */
     bool shared;             /* other processes may open it too; else it is ours alone (SQLite) */
     int64_t (*clock)(void);  /* for tests: microseconds since 1970 UTC; NULL: the system's */
 };
@@ -116,27 +117,55 @@ struct store_job {
 /* Frees what the struct owns, not the struct; twice is harmless. */
 void store_job_clear(struct store_job *job);
 
+/* What one owner may have at the most; 0: no bound. How many of an owner's jobs may run is an
+ * option of the store, because it is kept by the processes that claim. */
+struct store_quota {
+    int64_t queued;
+    int64_t bytes; /* as in struct store_usage */
+};
+
+/* What one owner has. */
+struct store_usage {
+    int64_t queued;  /* jobs */
+    int64_t running; /* jobs */
+    int64_t bytes;   /* of results, of requests that have not expired, and of surfaces */
+};
+
+/* Cheap: kept up to date by every change, by owner. All zero for an unknown owner. */
+enum store_answer store_usage(struct store *store, const char *owner,
+                              struct store_usage *usage) STORE_MUST_USE;
+
+/* Which bound a submission has reached. */
+enum store_bound {
+    STORE_BOUND_QUEUE,        /* of all queued jobs: `queue_limit` */
+    STORE_BOUND_OWNER_QUEUED, /* `quota.queued` */
+    STORE_BOUND_OWNER_BYTES   /* `quota.bytes`, with the request that was to be stored */
+};
+
 /* A new job; everything is the caller's and is not kept. */
 struct store_submission {
     const void *request; /* the body as posted */
     size_t request_length;
-    const char *digest;  /* jobs of the same digest share one result */
-    const char *surface; /* id of a stored surface, or NULL or "" */
-    const char *owner;   /* NULL is "" */
-    const char *key;     /* idempotency key, of this owner; NULL without */
-    int priority;        /* each step is worth a minute of waiting in the queue; 0 is usual */
+    const char *digest;       /* an owner's jobs of the same digest share one result */
+    const char *surface;      /* id of a stored surface, or NULL or "" */
+    const char *owner;        /* NULL is "" */
+    const char *key;          /* idempotency key, of this owner; NULL without */
+    int priority;             /* each step is worth a minute of waiting in the queue; 0 is usual */
+    struct store_quota quota; /* of this owner */
 };
 
 struct store_receipt {
     char id[ID_SIZE];
     enum store_status status; /* STORE_SUCCEEDED at once when the result is there already */
     bool existing;            /* the key was known with the same body: the earlier job */
+    enum store_bound full;    /* with STORE_FULL alone: which bound */
 };
 
 /* Queues a job. STORE_OK also for a known key with the same body. STORE_CONFLICT: known key,
- * another body. STORE_EMPTY: the surface is not stored. STORE_FULL: over the queue limit (with
- * PostgreSQL a few that are submitted at the same moment may still come in). Concurrent calls share
- * a wait for the disk. */
+ * another body. STORE_EMPTY: the surface is not stored. STORE_FULL: over the
+ * queue limit or a quota of the owner, and `receipt->full` says which (with PostgreSQL a few that
+ * are submitted at the same moment may still come in). A job whose result is there already waits in
+ * no queue. Concurrent calls share a wait for the disk. */
 enum store_answer store_submit(struct store *store, const struct store_submission *submission,
                                struct store_receipt *receipt) STORE_MUST_USE;
 
@@ -199,11 +228,11 @@ struct store_claim {
 };
 
 /* Hands out the queued job whose turn it is. STORE_EMPTY: none. Of the owners who have jobs in the
- * queue, the one of whom fewest are running (1000 at the most are counted) has the turn, so that
- * each gets a fair share of the workers however much the others have submitted; among equals, the
- * one whose first job comes first. The jobs of one owner, and so all of them while there is only
- * one, come by priority and age: a step of priority is worth a minute of waiting, so that every job
- * has its turn at last. */
+ * queue, and fewer running than `owner_running`, the one of whom fewest are running has the turn,
+ * so that each gets a fair share of the workers however much the others have submitted; among
+ * equals, the one whose last turn is longest ago, or who came first. The jobs of one owner, and so
+ * all of them while there is only one, come by priority and age: a step of priority is worth a
+ * minute of waiting, so that every job has its turn at last. */
 enum store_answer store_claim(struct store *store, struct store_claim *claim) STORE_MUST_USE;
 
 /* Prolongs the lease and stores the progress (0..1; it never goes back). STORE_CONFLICT: the claim
@@ -254,8 +283,8 @@ enum store_answer store_writer_append(struct store_writer *writer, const void *b
                                       size_t length) STORE_MUST_USE;
 
 /* Ends the job as succeeded with this result and its `summary` (a JSON object). If another job of
- * the same digest was first, its result is taken and this one dropped. What failed may be tried
- * again. */
+ * the owner with the same digest was first, its result is taken and this one dropped. What failed
+ * may be tried again. */
 enum store_answer store_writer_commit(struct store_writer *writer,
                                       const char *summary) STORE_MUST_USE;
 

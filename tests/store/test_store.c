@@ -85,10 +85,95 @@ static void test_store_submit_beyond_the_limit_is_full(void **state) {
     scratch_submit(scratch, "a", id);
     scratch_submit(scratch, "b", id);
     assert_int_equal(store_submit(scratch->store, &third, &receipt), STORE_FULL);
+    assert_int_equal(receipt.full, STORE_BOUND_QUEUE);
     assert_int_equal(store_counts(scratch->store, &counts), STORE_OK);
     assert_int_equal(counts.jobs[STORE_QUEUED], 2);
     assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
     assert_int_equal(store_submit(scratch->store, &third, &receipt), STORE_OK);
+}
+
+/* ------------------------------------------------------------------ quotas */
+
+static enum store_answer submit_within(struct scratch *scratch, const char *owner, const char *body,
+                                       struct store_quota quota, struct store_receipt *receipt) {
+    struct store_submission submission = {.request = body,
+                                          .request_length = strlen(body),
+                                          .digest = body,
+                                          .owner = owner,
+                                          .quota = quota};
+    return store_submit(scratch->store, &submission, receipt);
+}
+
+static void expect_usage(struct scratch *scratch, const char *owner, int64_t queued,
+                         int64_t running, int64_t bytes) {
+    struct store_usage usage;
+    assert_int_equal(store_usage(scratch->store, owner, &usage), STORE_OK);
+    assert_int_equal(usage.queued, queued);
+    assert_int_equal(usage.running, running);
+    assert_int_equal(usage.bytes, bytes);
+}
+
+static void test_store_quota_of_queued_jobs_is_the_owners(void **state) {
+    struct scratch *scratch = *state;
+    const struct store_quota two = {.queued = 2};
+    struct store_receipt receipt;
+    struct store_claim claim;
+    for (int k = 0; k < 2; k++)
+        assert_int_equal(submit_within(scratch, "anna", k ? "a" : "b", two, &receipt), STORE_OK);
+    assert_int_equal(submit_within(scratch, "anna", "c", two, &receipt), STORE_FULL);
+    assert_int_equal(receipt.full, STORE_BOUND_OWNER_QUEUED);
+    assert_int_equal(submit_within(scratch, "bert", "c", two, &receipt), STORE_OK);
+    expect_usage(scratch, "anna", 2, 0, 2);
+    expect_usage(scratch, "bert", 1, 0, 1);
+    expect_usage(scratch, "carl", 0, 0, 0);
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+    expect_usage(scratch, "anna", 1, 1, 2);
+    assert_int_equal(submit_within(scratch, "anna", "c", two, &receipt), STORE_OK);
+    assert_int_equal(store_cancel(scratch->store, receipt.id), STORE_OK);
+    expect_usage(scratch, "anna", 1, 1, 3);
+    assert_int_equal(store_delete(scratch->store, receipt.id), STORE_OK);
+    expect_usage(scratch, "anna", 1, 1, 2);
+}
+
+static void test_store_quota_of_bytes_counts_all_that_is_stored(void **state) {
+    struct scratch *scratch = *state;
+    const struct store_quota hundred = {.bytes = 100};
+    static char bytes[90];
+    const struct store_surface surface = {.id = "s",
+                                          .owner = "anna",
+                                          .definition = "0123456",
+                                          .definition_length = 7,
+                                          .description = "{}"};
+    struct store_receipt receipt;
+    struct store_claim claim;
+    bool created = false;
+    assert_int_equal(submit_within(scratch, "anna", "one", hundred, &receipt), STORE_OK);
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+    assert_int_equal(scratch_commit(scratch, &claim, bytes, sizeof bytes), STORE_OK);
+    expect_usage(scratch, "anna", 0, 0, 93);
+    assert_int_equal(store_surface_put(scratch->store, &surface, &created), STORE_OK);
+    expect_usage(scratch, "anna", 0, 0, 100);
+    assert_int_equal(submit_within(scratch, "anna", "two", hundred, &receipt), STORE_FULL);
+    assert_int_equal(receipt.full, STORE_BOUND_OWNER_BYTES);
+    assert_int_equal(submit_within(scratch, "bert", "two", hundred, &receipt), STORE_OK);
+    assert_int_equal(store_surface_delete(scratch->store, "anna", "s"), STORE_OK);
+    assert_int_equal(submit_within(scratch, "anna", "two", hundred, &receipt), STORE_OK);
+    assert_int_equal(store_delete(scratch->store, claim.id), STORE_OK);
+    expect_usage(scratch, "anna", 1, 0, 3);
+}
+
+static void test_store_owner_without_anything_is_forgotten(void **state) {
+    struct scratch *scratch = *state;
+    struct store_receipt receipt;
+    assert_int_equal(submit_within(scratch, "anna", "a", (struct store_quota){0}, &receipt),
+                     STORE_OK);
+    struct store_claim claim;
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+    assert_int_equal(scratch_commit(scratch, &claim, "r", 1), STORE_OK);
+    assert_int_equal(store_delete(scratch->store, claim.id), STORE_OK);
+    for (int k = 0; k < 3; k++)
+        scratch_sweep(scratch);
+    assert_int_equal(scratch_number(scratch, "SELECT count(*) FROM draped.owners"), 0);
 }
 
 /* ------------------------------------------------------------------ idempotency keys */
@@ -464,6 +549,9 @@ int main(void) {
         WITH_STORE(test_store_submit_is_found_again),
         WITH_STORE(test_store_unknown_job_is_empty),
         WITH_STORE(test_store_submit_beyond_the_limit_is_full),
+        WITH_STORE(test_store_quota_of_queued_jobs_is_the_owners),
+        WITH_STORE(test_store_quota_of_bytes_counts_all_that_is_stored),
+        WITH_STORE(test_store_owner_without_anything_is_forgotten),
         WITH_STORE(test_store_key_gives_the_same_job),
         WITH_STORE(test_store_key_with_another_body_is_a_conflict),
         WITH_STORE(test_store_cancel_ends_once),

@@ -298,6 +298,57 @@ static void test_store_results_expire_beyond_a_bound_of_bytes(void **state) {
     assert_int_equal(scratch_sweep(scratch).expired, 0);
 }
 
+static void commit_as(struct scratch *scratch, const char *owner, const char *body,
+                      char id[ID_SIZE]) {
+    static const char bytes[1000];
+    struct store_receipt receipt;
+    struct store_claim claim;
+    struct store_submission submission = {
+        .request = body, .request_length = strlen(body), .digest = body, .owner = owner};
+    scratch_now += hour;
+    assert_int_equal(store_submit(scratch->store, &submission, &receipt), STORE_OK);
+    assert_int_equal(receipt.status, STORE_QUEUED);
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+    assert_int_equal(scratch_commit(scratch, &claim, bytes, sizeof bytes), STORE_OK);
+    memcpy(id, claim.id, ID_SIZE);
+}
+
+/* Bert's are the oldest, but anna has more than her share. */
+static void test_store_bytes_of_one_owner_do_not_expire_anothers(void **state) {
+    struct scratch *scratch = *state;
+    char bert[2][ID_SIZE], anna[5][ID_SIZE];
+    struct store_result result;
+    scratch_stop(scratch);
+    scratch->options.retention_bytes = 5000;
+    scratch_start(scratch);
+    for (int k = 0; k < 2; k++)
+        commit_as(scratch, "bert", k ? "y" : "x", bert[k]);
+    for (int k = 0; k < 5; k++)
+        commit_as(scratch, "anna", (const char *[]){"1", "2", "3", "4", "5"}[k], anna[k]);
+    int expired = 0;
+    for (int k = 0; k < 5; k++)
+        expired += scratch_sweep(scratch).expired;
+    assert_int_equal(expired, 2);
+    for (int k = 0; k < 2; k++)
+        assert_int_equal(store_result_find(scratch->store, bert[k], &result), STORE_OK);
+    for (int k = 0; k < 5; k++)
+        assert_int_equal(store_result_find(scratch->store, anna[k], &result),
+                         k < 2 ? STORE_EMPTY : STORE_OK);
+}
+
+static void test_store_equal_requests_of_two_owners_share_nothing(void **state) {
+    struct scratch *scratch = *state;
+    char anna[ID_SIZE], bert[ID_SIZE];
+    struct store_result annas, berts;
+    commit_as(scratch, "anna", "the same", anna);
+    commit_as(scratch, "bert", "the same", bert);
+    assert_int_equal(store_result_find(scratch->store, anna, &annas), STORE_OK);
+    assert_int_equal(store_result_find(scratch->store, bert, &berts), STORE_OK);
+    assert_true(annas.number != berts.number);
+    assert_int_equal(store_delete(scratch->store, anna), STORE_OK);
+    scratch_expect_result(scratch, bert, (char[1000]){0}, 1000, 1000);
+}
+
 static void test_store_jobs_that_wait_do_not_expire(void **state) {
     struct scratch *scratch = *state;
     char id[ID_SIZE];
@@ -341,6 +392,8 @@ int main(void) {
         WITH_STORE(test_store_sweep_clears_what_a_dead_process_began),
         WITH_STORE(test_store_results_expire_after_the_retention),
         WITH_STORE(test_store_results_expire_beyond_a_bound_of_bytes),
+        WITH_STORE(test_store_bytes_of_one_owner_do_not_expire_anothers),
+        WITH_STORE(test_store_equal_requests_of_two_owners_share_nothing),
         WITH_STORE(test_store_jobs_that_wait_do_not_expire),
         WITH_STORE(test_store_many_results_expire_in_steps),
     };

@@ -291,7 +291,7 @@ static void test_store_several_may_start_at_once(void **state) {
     scratch_start(&shared->scratch[0]);
     scratch_start(&shared->scratch[1]);
     assert_int_equal(
-        scratch_number(&shared->scratch[0], "SELECT count(*) FROM draped.schema_version"), 3);
+        scratch_number(&shared->scratch[0], "SELECT count(*) FROM draped.schema_version"), 4);
 }
 
 /* ------------------------------------------------------------------ shares */
@@ -328,18 +328,56 @@ static void test_store_owners_take_turns(void **state) {
     submit_as(scratch, "bert", "b2", 0);
     submit_as(scratch, "bert", "b3 is urgent", 1);
     submit_as(scratch, "", "nobody's", 0);
-    expect_next(scratch, "b3 is urgent"); /* nothing runs: priority and age decide */
+    expect_next(scratch, "b3 is urgent"); /* none has had a turn: priority and age decide */
     expect_next(scratch, "a1");
     expect_next(scratch, "nobody's"); /* the only one of whom nothing runs */
+    struct store_claim b1 =
+        expect_next(scratch, "b1"); /* of both one runs: his turn is longer ago */
     struct store_claim a2 = expect_next(scratch, "a2");
-    struct store_claim b1 = expect_next(scratch, "b1");
-    expect_next(scratch, "a3");
     assert_int_equal(store_fail(scratch->store, &b1, "{}"), STORE_OK);
-    expect_next(scratch, "b2"); /* one of his runs, three of hers */
+    expect_next(scratch, "b2"); /* one of his runs, two of hers */
     assert_int_equal(store_release(scratch->store, &a2), STORE_OK);
     expect_next(scratch, "a2");
+    expect_next(scratch, "a3");
     expect_next(scratch, "a4");
     expect_next(scratch, "a5");
+}
+
+/* Also where there is only one worker, so that nothing runs when a job is claimed. Who comes later
+ * joins at the end of the round. */
+static void test_store_one_worker_serves_owners_in_turn(void **state) {
+    struct shared *shared = *state;
+    struct scratch *scratch = shared->scratch;
+    static const char *const bodies[] = {"a1", "a2", "a3", "a4", "b1", "b2", "b3"};
+    static const char *const turns[] = {"a1", "b1", "a2", "b2", "a3", "b3", "c1", "a4"};
+    for (size_t k = 0; k < 7; k++)
+        submit_as(scratch, bodies[k][0] == 'a' ? "anna" : "bert", bodies[k], 0);
+    for (size_t k = 0; k < 8; k++) {
+        if (k == 4)
+            submit_as(scratch, "carl", "c1", 0);
+        struct store_claim claim = expect_next(scratch, turns[k]);
+        assert_int_equal(store_fail(scratch->store, &claim, "{}"), STORE_OK);
+    }
+}
+
+static void test_store_owner_runs_no_more_than_allowed(void **state) {
+    struct shared *shared = *state;
+    struct scratch *scratch = shared->scratch;
+    struct store_claim claim;
+    scratch_stop(scratch);
+    scratch->options.owner_running = 2;
+    scratch_start(scratch);
+    for (size_t k = 0; k < 4; k++)
+        submit_as(scratch, "anna", (const char *[]){"a1", "a2", "a3", "a4"}[k], 0);
+    expect_next(scratch, "a1");
+    struct store_claim a2 = expect_next(scratch, "a2");
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_EMPTY);
+    submit_as(scratch, "bert", "b1", 0);
+    expect_next(scratch, "b1");
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_EMPTY);
+    assert_int_equal(store_fail(scratch->store, &a2, "{}"), STORE_OK);
+    expect_next(scratch, "a3");
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_EMPTY);
 }
 
 static void test_store_priority_does_not_buy_the_share_of_another(void **state) {
@@ -383,7 +421,7 @@ static void test_store_first_schema_is_brought_up_to_date(void **state) {
     scratch_now = INT64_C(1000000000) * 1000000 + 30 * second;
     scratch_start(scratch);
     scratch_start(&shared->scratch[1]);
-    assert_int_equal(scratch_number(scratch, "SELECT max(version) FROM draped.schema_version"), 3);
+    assert_int_equal(scratch_number(scratch, "SELECT max(version) FROM draped.schema_version"), 4);
     static const enum store_status statuses[] = {STORE_QUEUED, STORE_QUEUED, STORE_RUNNING,
                                                  STORE_FAILED, STORE_SUCCEEDED};
     assert_int_equal(store_list(scratch->store, &filter, &page), STORE_OK);
@@ -413,6 +451,8 @@ int main(void) {
         WITH_STORES(test_store_surface_is_not_deleted_under_a_job),
         WITH_STORES(test_store_several_may_start_at_once),
         WITH_STORES(test_store_owners_take_turns),
+        WITH_STORES(test_store_one_worker_serves_owners_in_turn),
+        WITH_STORES(test_store_owner_runs_no_more_than_allowed),
         WITH_STORES(test_store_priority_does_not_buy_the_share_of_another),
         WITH_STORES(test_store_first_schema_is_brought_up_to_date),
     };

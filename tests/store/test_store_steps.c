@@ -155,9 +155,42 @@ static void test_store_steps_do_not_grow_with_what_has_ended(void **state) {
     scratch_remove(&scratch);
 }
 
+/* One job each of owners who wait, all with the same turn. */
+static void add_owners(struct scratch *scratch, int from, int to) {
+    char sql[1024];
+    snprintf(sql, sizeof sql,
+             "INSERT INTO jobs (id, status, rank, priority, owner, digest, created)"
+             " WITH RECURSIVE n (k) AS (SELECT %d UNION ALL SELECT k + 1 FROM n WHERE k < %d)"
+             " SELECT lower(hex(randomblob(16))), 0, k, 0, 'owner ' || k, 'd' || k, 1 FROM n",
+             from, to - 1);
+    scratch_script(scratch, sql);
+}
+
+static int64_t steps_of_a_claim(struct scratch *scratch) {
+    struct store_claim claim;
+    atomic_store(&steps, 0);
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+    return atomic_exchange(&steps, 0);
+}
+
+static void test_store_steps_of_a_claim_do_not_grow_with_the_owners(void **state) {
+    (void)state;
+    struct scratch scratch;
+    scratch_open(&scratch);
+    add_owners(&scratch, 0, 100);
+    int64_t few = steps_of_a_claim(&scratch);
+    add_owners(&scratch, 100, MANY);
+    int64_t many = steps_of_a_claim(&scratch);
+    if (many > few + 100)
+        fail_msg("a claim takes %lld steps beside 100 owners, %lld beside %d", (long long)few,
+                 (long long)many, MANY);
+    scratch_remove(&scratch);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_store_steps_do_not_grow_with_what_has_ended),
+        cmocka_unit_test(test_store_steps_of_a_claim_do_not_grow_with_the_owners),
     };
     sqlite3_auto_extension((void (*)(void))connection_opened);
     return cmocka_run_group_tests_name("store steps", tests, NULL, NULL);

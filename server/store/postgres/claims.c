@@ -5,24 +5,27 @@
 /* ------------------------------------------------------------------ claim */
 
 /* The owners who wait are found one by one in the index of the queue, then ordered by what runs of
- * theirs and by their first job; of the first owner whose first job nobody else is just taking that
- * one is taken. The row that is read last is the only one that is locked. The token is the time, so
- * that it is a new one even if the server has crashed and forgotten the claim before: whoever held
- * that lives on elsewhere. Everything is asked for in the order of an index, because walking along
- * an index clears what has left it out of the way, which collecting a bitmap from it does not. */
+ * theirs, by their last turn and by their first job; of the first owner whose first job nobody else
+ * is just taking that one is taken. The row that is read last is the only one that is locked. The
+ * token is the time, so that it is a new one even if the server has crashed and forgotten the claim
+ * before: the holder of that lives on elsewhere. Everything is asked for in the order of an index,
+ * because walking along an index clears what has left it out of the way, which collecting a bitmap
+ * from it does not. */
 static const char claim_sql[] =
     "WITH RECURSIVE waiting (owner) AS ("
     " (SELECT owner FROM draped.jobs WHERE status = " SQL_QUEUED " ORDER BY owner LIMIT 1)"
     " UNION ALL"
     " SELECT (SELECT j.owner FROM draped.jobs j WHERE j.status = " SQL_QUEUED
-    " AND j.owner > w.owner"
-    "  ORDER BY j.owner LIMIT 1) FROM waiting w WHERE w.owner IS NOT NULL),"
+    "   AND j.owner > w.owner ORDER BY j.owner LIMIT 1)"
+    "  FROM waiting w WHERE w.owner IS NOT NULL),"
     " turns AS MATERIALIZED ("
-    " SELECT w.owner, (SELECT count(*) FROM (SELECT 1 FROM draped.jobs j WHERE j.status "
-    "= " SQL_RUNNING "   AND j.owner = w.owner ORDER BY j.sequence LIMIT 1000) counted) AS running,"
+    " SELECT w.owner, had.running, had.turn,"
     "  (SELECT j.rank FROM draped.jobs j WHERE j.status = " SQL_QUEUED " AND j.owner = w.owner"
     "   ORDER BY j.rank LIMIT 1) AS rank"
-    "  FROM waiting w WHERE w.owner IS NOT NULL ORDER BY 2, 3),"
+    "  FROM waiting w CROSS JOIN LATERAL"
+    "  (SELECT sum(o.running) AS running, max(o.turn) AS turn FROM draped.owners o"
+    "   WHERE o.owner = w.owner) had"
+    "  WHERE w.owner IS NOT NULL AND ($3 = 0 OR had.running < $3) ORDER BY 2, 3, 4),"
     " first AS MATERIALIZED ("
     " SELECT q.sequence FROM turns t CROSS JOIN LATERAL"
     "  (SELECT j.sequence FROM draped.jobs j WHERE j.status = " SQL_QUEUED " AND j.owner = t.owner"
@@ -32,17 +35,16 @@ static const char claim_sql[] =
     "), lease = " POSTGRES_NOW " + $2"
     " FROM first WHERE j.sequence = first.sequence"
     " RETURNING j.sequence, j.id, j.surface, j.token, j.attempts,"
-    "  (SELECT r.number FROM draped.results r WHERE r.digest = j.digest AND r.state = " SQL_COMPLETE
-    "),"
-    "  " POSTGRES_LAZY;
+    "  (SELECT r.number FROM draped.results r WHERE r.owner = j.owner AND r.digest = j.digest"
+    "   AND r.state = " SQL_COMPLETE "), " POSTGRES_LAZY;
 
 /* The claimed job's result is there already. STORE_CONFLICT when it has gone meanwhile. */
 static enum store_answer reuse(struct store *store, const struct store_claim *claim) {
     struct pg_query query = postgres_query_now(
         store,
         "WITH twin AS MATERIALIZED (SELECT r.number FROM draped.jobs j"
-        " JOIN draped.results r ON r.digest = j.digest AND r.state = " SQL_COMPLETE
-        " WHERE j.sequence = $2 FOR SHARE OF r)"
+        " JOIN draped.results r ON r.owner = j.owner AND r.digest = j.digest AND r.state "
+        "= " SQL_COMPLETE " WHERE j.sequence = $2 FOR SHARE OF r)"
         " UPDATE draped.jobs SET status = " SQL_SUCCEEDED ", progress = 1, started = " POSTGRES_NOW
         ","
         " finished = " POSTGRES_NOW ", attempts = attempts - 1, result = twin.number,"
@@ -57,6 +59,7 @@ enum store_answer postgres_claim(struct store *store, struct store_claim *claim)
     struct pg_query query = postgres_query_now(store, claim_sql);
     bool twin = false;
     pg_bind_int(&query, store->options.lease_us);
+    pg_bind_int(&query, store->options.owner_running);
     size_t rows = pg_run(&query);
     if (rows) {
         claim->sequence = pg_int(&query, 0, 0);

@@ -2,43 +2,55 @@
 #include "postgres.h"
 #include "server/store/sql.h"
 #include <stdlib.h>
-#include <string.h>
 
 /* ------------------------------------------------------------------ submit */
 
 /* `known` is the job that this very call made before its connection was lost, or the earlier one of
- * the key. The result and the surface are locked against those who would delete them. The limit is
- * looked at without a lock: as many as are submitted at the same moment may come in beyond it.
- * The columns of its row: an answer, and of the job id, status and whether it was there before. */
+ * the key. The result and the surface are locked against those who would delete them. The limits
+ * are looked at without a lock: as many as are submitted at the same moment may come in beyond
+ * them. The columns of its row: an answer, of the job id, status and whether it was there before,
+ * and which limit is reached. */
 static const char submit_sql[] =
     "WITH known AS MATERIALIZED ("
     " SELECT id, status, id = $2 OR key_digest = sha256($9) AS same FROM draped.jobs"
     "  WHERE id = $2 OR (owner = $5 AND key = $8) LIMIT 1),"
     " twin AS MATERIALIZED ("
-    " SELECT number FROM draped.results WHERE digest = $6 AND state = " SQL_COMPLETE " FOR SHARE),"
+    " SELECT number FROM draped.results WHERE owner = $5 AND digest = $6"
+    "  AND state = " SQL_COMPLETE " FOR SHARE),"
     " stored AS MATERIALIZED ("
     " SELECT 1 FROM draped.surfaces WHERE id = $7 FOR KEY SHARE),"
-    " fit AS MATERIALIZED ("
-    " SELECT (SELECT number FROM twin) AS result, CASE"
-    "   WHEN $7::text IS NOT NULL AND NOT EXISTS (SELECT 1 FROM stored) THEN 1" /* STORE_EMPTY */
+    " has AS MATERIALIZED ("
+    " SELECT sum(queued) AS queued, sum(results + others) AS bytes FROM draped.owners"
+    "  WHERE owner = $5 AND ($11 > 0 OR $12 > 0)),"
+    " bound AS MATERIALIZED ("
+    " SELECT CASE WHEN NOT EXISTS (SELECT 1 FROM twin) AND $11 > 0 AND queued >= $11 THEN 1"
+    "   WHEN $12 > 0 AND coalesce(bytes, 0) + octet_length($9) > $12 THEN 2"
     "   WHEN NOT EXISTS (SELECT 1 FROM twin)"
-    "    AND (SELECT sum(n[1]) FROM draped.counts) >= $10 THEN 3" /* STORE_FULL */
+    "    AND (SELECT sum(n[1]) FROM draped.counts) >= $10 THEN 0 END AS reached FROM has),"
+    " fit AS MATERIALIZED ("
+    " SELECT (SELECT number FROM twin) AS result, reached, CASE"
+    "   WHEN $7::text IS NOT NULL AND NOT EXISTS (SELECT 1 FROM stored) THEN 1" /* STORE_EMPTY */
+    "   WHEN reached IS NOT NULL THEN 3"                                        /* STORE_FULL */
     "   ELSE 0 END AS answer"
-    "  WHERE NOT EXISTS (SELECT 1 FROM known)),"
+    "  FROM bound WHERE NOT EXISTS (SELECT 1 FROM known)),"
     " made AS ("
     " INSERT INTO draped.jobs (id, status, rank, priority, owner, digest, surface, key, key_digest,"
-    "   created, started, finished, progress, result)"
-    "  SELECT $2, CASE WHEN result IS NULL THEN 0 ELSE 2 END, now - $4, $3, $5, $6, $7, $8,"
-    "   CASE WHEN $8 IS NOT NULL THEN sha256($9) END, now, ended, ended,"
-    "   CASE WHEN result IS NULL THEN 0 ELSE 1 END, result"
+    "   created, started, finished, progress, result, request_bytes)"
+    "  SELECT $2, CASE WHEN result IS NULL THEN " SQL_QUEUED " ELSE " SQL_SUCCEEDED " END,"
+    "   now - $4, $3, $5, $6, $7, $8, CASE WHEN $8 IS NOT NULL THEN sha256($9) END, now, ended,"
+    "   ended, CASE WHEN result IS NULL THEN 0 ELSE 1 END, result, octet_length($9)"
     "  FROM (SELECT result, now, CASE WHEN result IS NULL THEN 0 ELSE now END AS ended"
     "   FROM fit, (SELECT " POSTGRES_NOW " AS now) clock WHERE answer = 0) fitting"
     "  RETURNING sequence, id, status),"
     " kept AS (INSERT INTO draped.requests (job, bytes) SELECT sequence, $9 FROM made)"
-    " SELECT CASE WHEN same THEN 0 ELSE 2 END, id, status, id <> $2 FROM known" /* STORE_CONFLICT */
-    " UNION ALL SELECT 0, id, status, false FROM made"
-    " UNION ALL SELECT answer, $2, 0, false FROM fit WHERE answer <> 0";
+    " SELECT CASE WHEN same THEN 0 ELSE 2 END, id, status, id <> $2, 0" /* STORE_CONFLICT */
+    "  FROM known"
+    " UNION ALL SELECT 0, id, status, false, 0 FROM made"
+    " UNION ALL SELECT answer, $2, 0, false, reached FROM fit WHERE answer <> 0";
 
+_Static_assert(STORE_BOUND_QUEUE == 0 && STORE_BOUND_OWNER_QUEUED == 1 &&
+                   STORE_BOUND_OWNER_BYTES == 2,
+               "as in submit_sql");
 _Static_assert(STORE_EMPTY == 1 && STORE_CONFLICT == 2 && STORE_FULL == 3, "as in submit_sql");
 
 static struct pg_query bind_submission(struct store *store,
@@ -54,6 +66,8 @@ static struct pg_query bind_submission(struct store *store,
     pg_bind_text(&query, submission->key);
     pg_bind_bytes(&query, submission->request, submission->request_length);
     pg_bind_int(&query, store->options.queue_limit);
+    pg_bind_int(&query, submission->quota.queued);
+    pg_bind_int(&query, submission->quota.bytes);
     return query;
 }
 
@@ -66,6 +80,7 @@ static enum store_answer try_submit(struct store *store, const struct store_subm
         pg_copy(&query, 0, 1, receipt->id, sizeof receipt->id);
         receipt->status = (enum store_status)pg_int(&query, 0, 2);
         receipt->existing = pg_int(&query, 0, 3) != 0;
+        receipt->full = (enum store_bound)pg_int(&query, 0, 4);
     }
     *taken = query.taken;
     enum store_answer answer = pg_end(&query);
@@ -78,7 +93,6 @@ enum store_answer postgres_submit(struct store *store, const struct store_submis
                                   struct store_receipt *receipt) {
     char id[ID_SIZE];
     bool taken = false;
-    memset(receipt, 0, sizeof *receipt);
     id_make(id);
     enum store_answer answer = try_submit(store, submission, id, receipt, &taken);
     return taken ? try_submit(store, submission, id, receipt, &taken) : answer;
@@ -176,6 +190,20 @@ enum store_answer postgres_counts(struct store *store, struct store_counts *coun
     if (rows)
         counts->oldest_queued = pg_int(&query, 0, STORE_STATUS_COUNT);
     return postgres_end(&query, rows, STORE_DOWN);
+}
+
+enum store_answer postgres_usage(struct store *store, const char *owner,
+                                 struct store_usage *usage) {
+    struct pg_query query = postgres_query(
+        store, "SELECT coalesce(sum(queued), 0)::bigint, coalesce(sum(running), 0)::bigint,"
+               " coalesce(sum(results + others), 0)::bigint FROM draped.owners WHERE owner = $1");
+    pg_bind_text(&query, owner);
+    if (pg_run(&query)) {
+        usage->queued = pg_int(&query, 0, 0);
+        usage->running = pg_int(&query, 0, 1);
+        usage->bytes = pg_int(&query, 0, 2);
+    }
+    return pg_end(&query);
 }
 
 /* ------------------------------------------------------------------ ending by the caller */

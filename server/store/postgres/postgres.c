@@ -65,6 +65,7 @@ static const struct store_ops postgres_ops = {
     .cancel = postgres_cancel,
     .remove = postgres_remove,
     .counts = postgres_counts,
+    .usage = postgres_usage,
     .claim = postgres_claim,
     .renew = postgres_renew,
     .check = postgres_check,

@@ -50,6 +50,7 @@ enum store_answer postgres_list(struct store *store, const struct store_filter *
 enum store_answer postgres_cancel(struct store *store, const char *id);
 enum store_answer postgres_remove(struct store *store, const char *id);
 enum store_answer postgres_counts(struct store *store, struct store_counts *counts);
+enum store_answer postgres_usage(struct store *store, const char *owner, struct store_usage *usage);
 
 /* --- claims.c */
 

@@ -20,8 +20,8 @@ _Static_assert(STORE_CHUNK_BYTES == 65536, "as in STORE_CHUNKS");
 #define HELD " sequence = $2 AND token = $3 AND status = " SQL_RUNNING
 
 static const char append_first_sql[] =
-    "WITH made AS (INSERT INTO draped.results (digest, state, job, token, length)"
-    " SELECT digest, " SQL_BUILDING
+    "WITH made AS (INSERT INTO draped.results (owner, digest, state, job, token, length)"
+    " SELECT owner, digest, " SQL_BUILDING
     ", sequence, token, 0 FROM draped.jobs WHERE $1::bigint IS NOT NULL AND" HELD
     " RETURNING number)," STORE_CHUNKS("made") " SELECT number, " POSTGRES_LAZY " FROM made";
 
@@ -41,28 +41,28 @@ static const char append_sql[] =
 /* The job ends, and only if it does, its result is made. */
 static const char commit_new_sql[] =
     "WITH fresh AS MATERIALIZED (SELECT draped.next_number() AS number),"
-    " ended AS (" END_JOB("fresh.number") " FROM fresh WHERE" HELD
-                                          " RETURNING sequence, token, digest, fresh.number),"
-                                          " made AS (INSERT INTO draped.results (number, digest, "
-                                          "state, job, token, length, summary)"
-                                          " SELECT number, digest, 1, sequence, token, $6, $7 FROM "
-                                          "ended RETURNING number)," STORE_CHUNKS(
-                                              "made") " SELECT number FROM made";
+    " ended AS (" END_JOB(
+        "fresh.number") " FROM fresh WHERE" HELD
+                        "  RETURNING sequence, token, owner, digest, fresh.number),"
+                        " made AS (INSERT INTO draped.results"
+                        "  (number, owner, digest, state, job, token, length, summary)"
+                        "  SELECT number, owner, digest, " SQL_COMPLETE
+                        ", sequence, token, $6, $7 FROM ended"
+                        "  RETURNING number)," STORE_CHUNKS("made") " SELECT number FROM made";
 
 static const char commit_begun_sql[] =
-    "WITH begun AS MATERIALIZED ("
-    " SELECT number FROM draped.results WHERE number = $8 AND state = " SQL_BUILDING " FOR UPDATE),"
+    "WITH begun AS MATERIALIZED (SELECT number FROM draped.results WHERE number = $8"
+    "  AND state = " SQL_BUILDING " FOR UPDATE),"
     " ended AS (" END_JOB(
         "begun.number") " FROM begun WHERE" HELD " RETURNING begun.number),"
                         " made AS (UPDATE draped.results r SET state = " SQL_COMPLETE
-                        ", length = $6, summary = "
-                        "$7 FROM ended"
-                        " WHERE r.number = ended.number RETURNING r.number)," STORE_CHUNKS(
-                            "made") " SELECT number FROM made";
+                        ", length = $6, summary = $7"
+                        "  FROM ended WHERE r.number = ended.number RETURNING "
+                        "r.number)," STORE_CHUNKS("made") " SELECT number FROM made";
 
 static const char commit_twin_sql[] =
     "WITH twin AS MATERIALIZED (SELECT r.number FROM draped.jobs j JOIN draped.results r"
-    " ON r.digest = j.digest AND r.state = " SQL_COMPLETE
+    " ON r.owner = j.owner AND r.digest = j.digest AND r.state = " SQL_COMPLETE
     " WHERE j.sequence = $2 FOR SHARE OF r) " END_JOB("twin.number") " FROM twin WHERE" HELD
                                                                      " RETURNING 1";
 

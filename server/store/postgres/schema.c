@@ -148,8 +148,119 @@ static const char schema_3[] =
     " RETURN 0; "
     "END $$;";
 
-/* Migrations in order: the n-th leads to version n, which is the same in SQLite's backend. */
-static const char *const migrations[] = {schema_1, schema_2, schema_3};
+/* Schema 4: what each owner has, as in SQLite, in a row for every 32nd connection; an owner has the
+ * sums, and the number of the latest claim from the owner. Rows whose sums are zero are deleted by
+ * and by.
+ */
+static const char schema_4[] =
+    "CREATE SEQUENCE draped.turns;"
+    "SELECT setval('draped.turns', 1);" /* taken: owners who come before any claim have it */
+    "CREATE TABLE draped.owners ("
+    " owner text NOT NULL COLLATE \"C\","
+    " slot integer NOT NULL,"
+    " queued bigint NOT NULL,"
+    " running bigint NOT NULL,"
+    " results bigint NOT NULL,"
+    " others bigint NOT NULL,"
+    " turn bigint NOT NULL,"
+    " PRIMARY KEY (owner, slot)) WITH (fillfactor = 50, autovacuum_vacuum_scale_factor = 0.01);"
+    "ALTER TABLE draped.jobs ADD COLUMN request_bytes bigint NOT NULL DEFAULT 0;"
+    "UPDATE draped.jobs j SET request_bytes = octet_length(q.bytes) FROM draped.requests q"
+    " WHERE q.job = j.sequence;"
+    "ALTER TABLE draped.results ADD COLUMN owner text COLLATE \"C\" NOT NULL DEFAULT '';"
+    "UPDATE draped.results r SET owner = coalesce("
+    " (SELECT owner FROM draped.jobs WHERE result = r.number ORDER BY sequence LIMIT 1),"
+    " (SELECT owner FROM draped.jobs WHERE sequence = r.job), '');"
+    "DROP INDEX draped.results_digest;"
+    "CREATE UNIQUE INDEX results_digest ON draped.results (owner, digest) WHERE state = 1;"
+    "CREATE INDEX jobs_owner_result ON draped.jobs (owner, finished) WHERE result IS NOT NULL;"
+    "INSERT INTO draped.owners"
+    " SELECT owner, 0, sum(queued), sum(running), sum(results), sum(others), 0 FROM"
+    "  (SELECT owner, (status = 0)::integer AS queued, (status = 1)::integer AS running,"
+    "    0 AS results, CASE WHEN expired = 0 THEN request_bytes ELSE 0 END AS others"
+    "   FROM draped.jobs"
+    "   UNION ALL SELECT owner, 0, 0, length, 0 FROM draped.results WHERE state = 1"
+    "   UNION ALL SELECT owner, 0, 0, 0, octet_length(definition) FROM draped.surfaces) had"
+    " GROUP BY owner;";
+
+static const char schema_4_functions[] =
+    "CREATE FUNCTION draped.count_owner(whose text, q integer, r integer, res bigint, oth bigint,"
+    " t bigint) RETURNS void LANGUAGE sql AS $$"
+    " INSERT INTO draped.owners AS o VALUES (whose, pg_backend_pid() % 32, q, r, res, oth, t)"
+    "  ON CONFLICT (owner, slot) DO UPDATE SET queued = o.queued + q, running = o.running + r,"
+    "  results = o.results + res, others = o.others + oth, turn = greatest(o.turn, t) $$;"
+    "CREATE FUNCTION draped.count_owner_job() RETURNS trigger LANGUAGE plpgsql AS $$"
+    "BEGIN"
+    " IF TG_OP = 'INSERT' THEN"
+    "  PERFORM draped.count_owner(new.owner, (new.status = 0)::integer,"
+    "   (new.status = 1)::integer, 0, new.request_bytes, CASE WHEN EXISTS"
+    "   (SELECT 1 FROM draped.owners WHERE owner = new.owner) THEN 0"
+    "   ELSE (SELECT last_value FROM draped.turns) END);"
+    " ELSIF TG_OP = 'DELETE' THEN"
+    "  PERFORM draped.count_owner(old.owner, -(old.status = 0)::integer,"
+    "   -(old.status = 1)::integer, 0, CASE WHEN old.expired = 0 THEN -old.request_bytes"
+    "   ELSE 0 END, 0);"
+    " ELSE"
+    "  PERFORM draped.count_owner(new.owner,"
+    "   (new.status = 0)::integer - (old.status = 0)::integer,"
+    "   (new.status = 1)::integer - (old.status = 1)::integer, 0,"
+    "   CASE WHEN new.expired > old.expired THEN -old.request_bytes ELSE 0 END,"
+    "   CASE WHEN new.status = 1 AND old.status = 0 THEN nextval('draped.turns') ELSE 0 END);"
+    " END IF;"
+    " RETURN NULL; "
+    "END $$;"
+    "CREATE TRIGGER owner_job_counted AFTER INSERT OR DELETE ON draped.jobs"
+    " FOR EACH ROW EXECUTE FUNCTION draped.count_owner_job();"
+    "CREATE TRIGGER owner_job_moved AFTER UPDATE OF status, expired ON draped.jobs"
+    " FOR EACH ROW WHEN (old.status <> new.status OR old.expired <> new.expired)"
+    " EXECUTE FUNCTION draped.count_owner_job();"
+    "CREATE FUNCTION draped.count_owner_result() RETURNS trigger LANGUAGE plpgsql AS $$"
+    "BEGIN"
+    " IF TG_OP <> 'INSERT' AND old.state = 1 THEN"
+    "  PERFORM draped.count_owner(old.owner, 0, 0, -old.length, 0, 0);"
+    " END IF;"
+    " IF TG_OP <> 'DELETE' AND new.state = 1 THEN"
+    "  PERFORM draped.count_owner(new.owner, 0, 0, new.length, 0, 0);"
+    " END IF;"
+    " RETURN NULL; "
+    "END $$;"
+    "CREATE TRIGGER owner_result_counted AFTER INSERT OR UPDATE OR DELETE ON draped.results"
+    " FOR EACH ROW EXECUTE FUNCTION draped.count_owner_result();"
+    "CREATE FUNCTION draped.count_owner_surface() RETURNS trigger LANGUAGE plpgsql AS $$"
+    "BEGIN"
+    " IF TG_OP = 'INSERT' THEN"
+    "  PERFORM draped.count_owner(new.owner, 0, 0, 0, octet_length(new.definition), 0);"
+    " ELSE"
+    "  PERFORM draped.count_owner(old.owner, 0, 0, 0, -octet_length(old.definition), 0);"
+    " END IF;"
+    " RETURN NULL; "
+    "END $$;"
+    "CREATE TRIGGER owner_surface_counted AFTER INSERT OR DELETE ON draped.surfaces"
+    " FOR EACH ROW EXECUTE FUNCTION draped.count_owner_surface();"
+
+    /* Deletes the rows of owners without anything. What is added meanwhile is in other rows, or
+     * is seen by the second look, under the lock. */
+    "CREATE FUNCTION draped.forget_owners() RETURNS bigint LANGUAGE plpgsql AS $$"
+    "DECLARE name text; slots integer[]; gone bigint := 0;"
+    "BEGIN"
+    " FOR name IN SELECT owner FROM draped.owners GROUP BY owner HAVING sum(queued) = 0"
+    "  AND sum(running) = 0 AND sum(results) = 0 AND sum(others) = 0 LIMIT 64 LOOP"
+    "  SELECT array_agg(slot) INTO slots FROM (SELECT slot FROM draped.owners"
+    "   WHERE owner = name ORDER BY slot FOR UPDATE) held;"
+    "  IF (SELECT sum(queued) = 0 AND sum(running) = 0 AND sum(results) = 0 AND sum(others) = 0"
+    "   FROM draped.owners WHERE owner = name AND slot = ANY (slots)) THEN"
+    "   DELETE FROM draped.owners WHERE owner = name AND slot = ANY (slots);"
+    "   gone := gone + 1;"
+    "  END IF;"
+    " END LOOP;"
+    " RETURN gone; "
+    "END $$;";
+
+/* Migrations in order, each of a script or two: the n-th leads to version n, which is the same in
+ * SQLite's backend. */
+static const struct {
+    const char *first, *second;
+} migrations[] = {{schema_1, ""}, {schema_2, ""}, {schema_3, ""}, {schema_4, schema_4_functions}};
 
 enum { CURRENT = sizeof migrations / sizeof migrations[0], SCRIPT_SIZE = 16384 };
 
@@ -192,9 +303,9 @@ static bool make_versions(struct pool *pool, char why[STORE_WHY_SIZE]) {
 static bool apply(struct pool *pool, int64_t version, char why[STORE_WHY_SIZE]) {
     char script[SCRIPT_SIZE];
     bool taken = false;
-    int length = snprintf(script, sizeof script,
-                          LOCK "INSERT INTO draped.schema_version VALUES (%lld, now());%s",
-                          (long long)version, migrations[version - 1]);
+    int length = snprintf(
+        script, sizeof script, LOCK "INSERT INTO draped.schema_version VALUES (%lld, now());%s%s",
+        (long long)version, migrations[version - 1].first, migrations[version - 1].second);
     return length < (int)sizeof script && (pg_script(pool, script, &taken, why) || taken);
 }
 

@@ -16,19 +16,23 @@ static const char expire_sql[] =
     "  FROM due WHERE j.sequence = due.sequence RETURNING due.result)"
     " SELECT count(*), draped.forget_results(array_agg(result)) FROM done";
 
-/* $2 is the bound of bytes. The oldest jobs before which too much remains; what others share is
- * freed with the last of them, in a later step. */
+/* $2 is the bound of bytes. The oldest jobs of the owner whose results are largest, until they are
+ * no larger than the next owner's, or all are within the bound; what jobs share is freed with the
+ * last of them, in a later step. */
 static const char excess_sql[] =
-    "WITH excess AS MATERIALIZED (SELECT sum(length) - $2 AS bytes FROM draped.results"
-    " WHERE $1::bigint IS DISTINCT FROM $2 AND state = " SQL_COMPLETE "),"
-    " oldest AS (SELECT j.sequence, j.finished, coalesce(r.length, 0) AS length FROM draped.jobs j"
-    "  LEFT JOIN draped.results r ON r.number = j.result"
-    "  WHERE j.status >= " SQL_FIRST_ENDED " AND j.expired = 0 AND (SELECT bytes FROM excess) > 0"
+    "WITH sums AS MATERIALIZED (SELECT owner, sum(results) AS results FROM draped.owners"
+    "  WHERE $1::bigint IS DISTINCT FROM $2 GROUP BY owner),"
+    " largest AS MATERIALIZED (SELECT owner, least((SELECT sum(results) FROM sums) - $2,"
+    "   greatest(1, results - lead(results, 1, 0) OVER (ORDER BY results DESC))) AS bytes"
+    "  FROM sums ORDER BY results DESC LIMIT 1),"
+    " oldest AS (SELECT j.sequence, j.finished, r.length FROM largest"
+    "  JOIN draped.jobs j ON j.owner = largest.owner AND j.result IS NOT NULL"
+    "  JOIN draped.results r ON r.number = j.result WHERE largest.bytes > 0"
     "  ORDER BY j.finished, j.sequence LIMIT 64),"
     " chosen AS (SELECT sequence, sum(length) OVER (ORDER BY finished, sequence) - length AS freed"
     "  FROM oldest),"
     " due AS MATERIALIZED (SELECT sequence, result FROM draped.jobs WHERE expired = 0"
-    "  AND sequence IN (SELECT sequence FROM chosen, excess WHERE freed < bytes)"
+    "  AND sequence IN (SELECT sequence FROM chosen, largest WHERE freed < bytes)"
     "  FOR UPDATE SKIP LOCKED),"
     " gone AS (DELETE FROM draped.requests USING due WHERE job = due.sequence),"
     " done AS (UPDATE draped.jobs j SET expired = 1, result = NULL,"
@@ -67,6 +71,10 @@ static const char clear_sql[] =
     " AND (SELECT count(*) FROM slice) < 256)"
     " SELECT count(*), " POSTGRES_LAZY " FROM doomed";
 
+/* Vacuuming is the server's own business. */
+static const char shrink_sql[] =
+    "SELECT draped.forget_owners() WHERE $1::bigint IS DISTINCT FROM $2";
+
 enum store_answer postgres_step(struct store *store, enum store_step step, int64_t *done) {
     const int64_t retention = store->options.retention_us;
     const struct {
@@ -78,10 +86,8 @@ enum store_answer postgres_step(struct store *store, enum store_step step, int64
         [STORE_STEP_REMOVE] = {remove_sql, retention * RECORD_RETENTIONS},
         [STORE_STEP_DOOM] = {doom_sql, 0},
         [STORE_STEP_CLEAR] = {clear_sql, 0},
+        [STORE_STEP_SHRINK] = {shrink_sql, 0},
     };
-    *done = 0;
-    if (!steps[step].sql) /* vacuuming is the server's own business */
-        return STORE_EMPTY;
     struct pg_query query = postgres_query_now(store, steps[step].sql);
     pg_bind_int(&query, steps[step].bound);
     *done = pg_run(&query) ? pg_int(&query, 0, 0) : 0;

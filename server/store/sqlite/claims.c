@@ -5,30 +5,29 @@
 
 /* ------------------------------------------------------------------ claim */
 
-/* The first job of the owner whose turn it is. The owners who wait are found one by one in the
- * index of the queue, so that its length does not matter; nor does what has ended, as long as no
- * index that has that, too, is taken: hence INDEXED BY. */
+/* The first job of the owner whose turn it is. Owners with an equal turn came since the last claim:
+ * of those, up to 64 are compared by their first jobs. So neither the number of owners matters nor
+ * what is queued or has ended, as long as no index that has more is taken: hence INDEXED BY. */
 static const char pick_sql[] =
-    "WITH RECURSIVE waiting (owner) AS ("
-    " SELECT min(owner) FROM jobs INDEXED BY jobs_queue WHERE status = " SQL_QUEUED " UNION ALL"
-    " SELECT (SELECT min(j.owner) FROM jobs j INDEXED BY jobs_queue"
-    "   WHERE j.status = " SQL_QUEUED " AND j.owner > waiting.owner)"
-    "  FROM waiting WHERE waiting.owner IS NOT NULL),"
-    " first (owner) AS ("
-    " SELECT owner FROM waiting WHERE owner IS NOT NULL"
-    "  ORDER BY (SELECT count(*) FROM (SELECT 1 FROM jobs j INDEXED BY jobs_running"
-    "    WHERE j.status = " SQL_RUNNING " AND j.owner = waiting.owner LIMIT 1000)),"
-    "   (SELECT min(j.rank) FROM jobs j INDEXED BY jobs_queue"
-    "    WHERE j.status = " SQL_QUEUED " AND j.owner = waiting.owner) LIMIT 1)"
+    "WITH next (owner, running, turn) AS MATERIALIZED ("
+    " SELECT owner, running, turn FROM owners INDEXED BY owners_turn"
+    "  WHERE queued > 0 AND running < ? ORDER BY running, turn LIMIT 64),"
+    " first (owner) AS (SELECT owner FROM next"
+    "  WHERE (running, turn) = (SELECT running, turn FROM next LIMIT 1)"
+    "  ORDER BY (SELECT min(j.rank) FROM jobs j INDEXED BY jobs_queue"
+    "   WHERE j.status = " SQL_QUEUED " AND j.owner = next.owner) LIMIT 1)"
     "SELECT j.sequence, j.id, j.surface, j.token, j.attempts, r.number"
     " FROM first CROSS JOIN jobs j INDEXED BY jobs_queue"
     "  ON j.owner = first.owner AND j.status = " SQL_QUEUED
-    " LEFT JOIN results r ON r.digest = j.digest AND r.state = " SQL_COMPLETE
+    " LEFT JOIN results r ON r.owner = j.owner AND r.digest = j.digest AND r.state = " SQL_COMPLETE
     " ORDER BY j.rank, j.sequence LIMIT 1";
 
 /* The first of the queue, with the complete result of its digest (0: none). */
-static enum store_answer pick(struct db *db, struct store_claim *claim, int64_t *result) {
+static enum store_answer pick(const struct sqlite_store *store, struct db *db,
+                              struct store_claim *claim, int64_t *result) {
+    int64_t most = sqlite_options(store)->owner_running;
     struct query query = db_query(db, pick_sql);
+    query_bind_int(&query, most > 0 ? most : INT64_MAX);
     bool any = query_row(&query);
     if (any) {
         claim->sequence = query_int(&query, 0);
@@ -78,7 +77,7 @@ static enum store_answer claim_operation(struct sqlite_store *store, struct db *
     const struct claiming *claiming = context;
     struct store_claim *claim = claiming->claim;
     int64_t result = 0;
-    enum store_answer answer = pick(db, claim, &result);
+    enum store_answer answer = pick(store, db, claim, &result);
     if (answer != STORE_OK)
         return answer;
     claim->reused = result != 0;

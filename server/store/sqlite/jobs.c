@@ -49,19 +49,52 @@ static enum store_answer surface_stored(struct db *db, const char *id) {
 }
 
 /* The complete result of that digest in `*number`, 0 for none. */
-static enum store_answer find_result(struct db *db, const char *digest, int64_t *number) {
-    struct query query =
-        db_query(db, "SELECT number FROM results WHERE digest = ? AND state = " SQL_COMPLETE);
-    query_bind_text(&query, digest);
+static enum store_answer find_result(struct db *db, const struct submit *submit, int64_t *number) {
+    struct query query = db_query(db, "SELECT number FROM results WHERE owner = ? AND digest = ?"
+                                      " AND state = " SQL_COMPLETE);
+    query_bind_text(&query, submit->owner);
+    query_bind_text(&query, submit->submission->digest);
     *number = query_row(&query) ? query_int(&query, 0) : 0;
     return query_end(&query);
 }
 
-static enum store_answer queue_room(struct sqlite_store *store, struct db *db) {
+static enum store_answer read_usage(struct db *db, const char *owner, struct store_usage *usage) {
+    struct query query =
+        db_query(db, "SELECT queued, running, results + others FROM owners WHERE owner = ?");
+    query_bind_text(&query, owner);
+    if (query_row(&query)) {
+        usage->queued = query_int(&query, 0);
+        usage->running = query_int(&query, 1);
+        usage->bytes = query_int(&query, 2);
+    }
+    return query_end(&query);
+}
+
+static enum store_answer full(struct submit *submit, enum store_bound bound) {
+    submit->receipt->full = bound;
+    return STORE_FULL;
+}
+
+/* Whether there is room for it, among all and for its owner; one that has its result already waits
+ * in no queue. */
+static enum store_answer find_room(struct sqlite_store *store, struct db *db, struct submit *submit,
+                                   bool queues) {
+    const struct store_quota *quota = &submit->submission->quota;
+    int64_t length = (int64_t)submit->submission->request_length;
+    struct store_usage usage = {0};
+    enum store_answer answer = STORE_OK;
+    if (quota->queued > 0 || quota->bytes > 0)
+        answer = read_usage(db, submit->owner, &usage);
+    if (answer != STORE_OK)
+        return answer;
+    if (queues && quota->queued > 0 && usage.queued >= quota->queued)
+        return full(submit, STORE_BOUND_OWNER_QUEUED);
+    if (quota->bytes > 0 && usage.bytes + length > quota->bytes)
+        return full(submit, STORE_BOUND_OWNER_BYTES);
     struct query query = db_query(db, "SELECT n FROM counts WHERE status = " SQL_QUEUED);
-    bool full = query_row(&query) && query_int(&query, 0) >= sqlite_options(store)->queue_limit;
-    enum store_answer answer = query_end(&query);
-    return answer == STORE_OK && full ? STORE_FULL : answer;
+    bool most = query_row(&query) && query_int(&query, 0) >= sqlite_options(store)->queue_limit;
+    answer = query_end(&query);
+    return answer == STORE_OK && queues && most ? full(submit, STORE_BOUND_QUEUE) : answer;
 }
 
 /* `result` 0: it is to be queued; else it has succeeded. */
@@ -69,8 +102,8 @@ static enum store_answer insert_job(struct db *db, const struct submit *submit, 
     const struct store_submission *submission = submit->submission;
     struct query query = db_query(
         db, "INSERT INTO jobs (id, status, rank, priority, owner, digest, surface, key, key_digest,"
-            " created, started, finished, progress, result)"
-            " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, nullif(?, 0))");
+            " created, started, finished, progress, result, request_bytes)"
+            " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, nullif(?, 0), ?)");
     int64_t ended = result ? submit->now : 0;
     query_bind_text(&query, submit->receipt->id);
     query_bind_int(&query, result ? STORE_SUCCEEDED : STORE_QUEUED);
@@ -86,6 +119,7 @@ static enum store_answer insert_job(struct db *db, const struct submit *submit, 
     query_bind_int(&query, ended);
     query_bind_real(&query, result ? 1.0 : 0.0);
     query_bind_int(&query, result);
+    query_bind_int(&query, (int64_t)submission->request_length);
     return query_run(&query);
 }
 
@@ -101,9 +135,9 @@ static enum store_answer submit_new(struct sqlite_store *store, struct db *db,
     int64_t result = 0;
     enum store_answer answer = submit->surface ? surface_stored(db, submit->surface) : STORE_OK;
     if (answer == STORE_OK)
-        answer = find_result(db, submit->submission->digest, &result);
-    if (answer == STORE_OK && !result)
-        answer = queue_room(store, db);
+        answer = find_result(db, submit, &result);
+    if (answer == STORE_OK)
+        answer = find_room(store, db, submit, !result);
     if (answer == STORE_OK)
         answer = insert_job(db, submit, result);
     if (answer == STORE_OK)
@@ -133,7 +167,6 @@ enum store_answer sqlite_submit(struct store *store, const struct store_submissi
         .owner = submission->owner ? submission->owner : "",
         .surface = surface && surface[0] ? surface : NULL,
     };
-    memset(receipt, 0, sizeof *receipt);
     id_make(receipt->id);
     if (submission->key)
         crypto_generichash(submit.key_digest, sizeof submit.key_digest, submission->request,
@@ -245,6 +278,11 @@ enum store_answer sqlite_counts(struct store *store, struct store_counts *counts
                          " ORDER BY sequence LIMIT 1");
     counts->oldest_queued = query_row(&query) ? query_int(&query, 0) : 0;
     return sqlite_give_reader(store, db, query_end(&query));
+}
+
+enum store_answer sqlite_usage(struct store *store, const char *owner, struct store_usage *usage) {
+    struct db *db = sqlite_take_reader(store);
+    return sqlite_give_reader(store, db, read_usage(db, owner, usage));
 }
 
 /* ------------------------------------------------------------------ ending by the caller */

@@ -33,8 +33,8 @@ static enum store_answer insert_chunks(struct db *db, const struct store_part *p
 static enum store_answer insert_result(struct db *db, const struct store_part *part, int state,
                                        int64_t *number) {
     struct query query =
-        db_query(db, "INSERT INTO results (digest, state, job, token, length, summary)"
-                     " SELECT digest, ?, sequence, token, ?, ? FROM jobs"
+        db_query(db, "INSERT INTO results (owner, digest, state, job, token, length, summary)"
+                     " SELECT owner, digest, ?, sequence, token, ?, ? FROM jobs"
                      " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
     query_bind_int(&query, state);
     query_bind_int(&query, part->total);
@@ -74,9 +74,10 @@ enum store_answer sqlite_result_append(struct store *store, struct store_part *p
 /* The complete result of the job's digest, 0 for none. */
 static enum store_answer find_twin(struct db *db, const struct store_claim *claim,
                                    int64_t *number) {
-    struct query query =
-        db_query(db, "SELECT r.number FROM jobs j JOIN results r ON r.digest = j.digest"
-                     " AND r.state = " SQL_COMPLETE " WHERE j.sequence = ?");
+    struct query query = db_query(
+        db,
+        "SELECT r.number FROM jobs j JOIN results r ON r.owner = j.owner AND r.digest = j.digest"
+        " AND r.state = " SQL_COMPLETE " WHERE j.sequence = ?");
     query_bind_int(&query, claim->sequence);
     *number = query_row(&query) ? query_int(&query, 0) : 0;
     return query_end(&query);

@@ -123,8 +123,81 @@ static const char schema_3[] =
     "CREATE INDEX surfaces_owner ON surfaces (owner, sequence);"
     "CREATE INDEX jobs_owner ON jobs (owner, sequence);";
 
+/* Schema 4: what each owner has is known at any time, and whose turn it is to be claimed from. A
+ * result belongs to one owner: others learn nothing of it, not even by the time their own takes.
+ * owners.others are the bytes of requests and surfaces; owners.turn is the number of the latest
+ * claim from the owner, at first of the latest from any. */
+static const char schema_4[] =
+    "CREATE TABLE turns (n INTEGER NOT NULL);" /* claims so far */
+    "INSERT INTO turns VALUES (0);"
+    "CREATE TABLE owners ("
+    " owner TEXT PRIMARY KEY,"
+    " queued INTEGER NOT NULL DEFAULT 0,"
+    " running INTEGER NOT NULL DEFAULT 0,"
+    " results INTEGER NOT NULL DEFAULT 0,"
+    " others INTEGER NOT NULL DEFAULT 0,"
+    " turn INTEGER NOT NULL DEFAULT 0) WITHOUT ROWID;"
+    "ALTER TABLE jobs ADD COLUMN request_bytes INTEGER NOT NULL DEFAULT 0;"
+    "UPDATE jobs SET request_bytes ="
+    " coalesce((SELECT length(bytes) FROM requests WHERE job = jobs.sequence), 0);"
+    "ALTER TABLE results ADD COLUMN owner TEXT NOT NULL DEFAULT '';"
+    "UPDATE results SET owner = coalesce("
+    " (SELECT owner FROM jobs WHERE result = results.number ORDER BY sequence LIMIT 1),"
+    " (SELECT owner FROM jobs WHERE sequence = results.job), '');"
+    "DROP INDEX results_digest;"
+    "CREATE UNIQUE INDEX results_digest ON results (owner, digest) WHERE state = 1;"
+    "INSERT INTO owners (owner, queued, running, results, others)"
+    " SELECT owner, sum(queued), sum(running), sum(results), sum(others) FROM"
+    "  (SELECT owner, status = 0 AS queued, status = 1 AS running, 0 AS results,"
+    "    (expired = 0) * request_bytes AS others FROM jobs"
+    "   UNION ALL SELECT owner, 0, 0, length, 0 FROM results WHERE state = 1"
+    "   UNION ALL SELECT owner, 0, 0, 0, length(definition) FROM surfaces) GROUP BY owner;"
+    "CREATE INDEX owners_turn ON owners (running, turn) WHERE queued > 0;"
+    "CREATE INDEX owners_results ON owners (results);"
+    "CREATE INDEX jobs_owner_result ON jobs (owner, finished) WHERE result IS NOT NULL;"
+
+    "CREATE TRIGGER owner_job_inserted AFTER INSERT ON jobs BEGIN"
+    " INSERT INTO owners (owner, queued, running, others, turn) VALUES (new.owner, new.status = 0,"
+    "  new.status = 1, new.request_bytes, (SELECT n FROM turns))"
+    "  ON CONFLICT (owner) DO UPDATE SET queued = queued + excluded.queued,"
+    "  running = running + excluded.running, others = others + excluded.others; END;"
+    "CREATE TRIGGER owner_job_claimed AFTER UPDATE OF status ON jobs"
+    " WHEN new.status = 1 AND old.status = 0 BEGIN"
+    " UPDATE turns SET n = n + 1;"
+    " UPDATE owners SET queued = queued - 1, running = running + 1, turn = (SELECT n FROM turns)"
+    "  WHERE owner = new.owner; END;"
+    "CREATE TRIGGER owner_job_moved AFTER UPDATE OF status ON jobs"
+    " WHEN new.status <> old.status AND (new.status <> 1 OR old.status <> 0) BEGIN"
+    " UPDATE owners SET queued = queued + (new.status = 0) - (old.status = 0),"
+    "  running = running + (new.status = 1) - (old.status = 1) WHERE owner = new.owner; END;"
+    "CREATE TRIGGER owner_job_expired AFTER UPDATE OF expired ON jobs"
+    " WHEN new.expired > old.expired BEGIN"
+    " UPDATE owners SET others = others - old.request_bytes WHERE owner = old.owner; END;"
+    "CREATE TRIGGER owner_job_deleted AFTER DELETE ON jobs BEGIN"
+    " UPDATE owners SET queued = queued - (old.status = 0), running = running - (old.status = 1),"
+    "  others = others - (old.expired = 0) * old.request_bytes WHERE owner = old.owner; END;"
+    "CREATE TRIGGER owner_result_inserted AFTER INSERT ON results WHEN new.state = 1 BEGIN"
+    " INSERT INTO owners (owner, results, turn)"
+    "  VALUES (new.owner, new.length, (SELECT n FROM turns))"
+    "  ON CONFLICT (owner) DO UPDATE SET results = results + excluded.results; END;"
+    "CREATE TRIGGER owner_result_changed AFTER UPDATE OF state, length ON results"
+    " WHEN old.state = 1 OR new.state = 1 BEGIN"
+    " UPDATE owners SET results = results + (new.state = 1) * new.length"
+    "  - (old.state = 1) * old.length WHERE owner = new.owner; END;"
+    "CREATE TRIGGER owner_result_deleted AFTER DELETE ON results WHEN old.state = 1 BEGIN"
+    " UPDATE owners SET results = results - old.length WHERE owner = old.owner; END;"
+    "CREATE TRIGGER owner_surface_inserted AFTER INSERT ON surfaces BEGIN"
+    " INSERT INTO owners (owner, others, turn)"
+    "  VALUES (new.owner, length(new.definition), (SELECT n FROM turns))"
+    "  ON CONFLICT (owner) DO UPDATE SET others = others + excluded.others; END;"
+    "CREATE TRIGGER owner_surface_deleted AFTER DELETE ON surfaces BEGIN"
+    " UPDATE owners SET others = others - length(old.definition) WHERE owner = old.owner; END;"
+    "CREATE TRIGGER owner_left AFTER UPDATE ON owners WHEN new.queued = 0 AND new.running = 0"
+    " AND new.results = 0 AND new.others = 0 BEGIN"
+    " DELETE FROM owners WHERE owner = new.owner; END;";
+
 /* Migrations in order: the n-th leads to version n. */
-static const char *const migrations[] = {schema_1, schema_2, schema_3};
+static const char *const migrations[] = {schema_1, schema_2, schema_3, schema_4};
 
 enum { CURRENT = sizeof migrations / sizeof migrations[0] };
 

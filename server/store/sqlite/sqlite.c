@@ -313,6 +313,7 @@ static const struct store_ops sqlite_ops = {
     .cancel = sqlite_cancel,
     .remove = sqlite_remove,
     .counts = sqlite_counts,
+    .usage = sqlite_usage,
     .claim = sqlite_claim,
     .renew = sqlite_renew,
     .check = sqlite_check,

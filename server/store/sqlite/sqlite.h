@@ -64,6 +64,7 @@ enum store_answer sqlite_list(struct store *store, const struct store_filter *fi
 enum store_answer sqlite_cancel(struct store *store, const char *id);
 enum store_answer sqlite_remove(struct store *store, const char *id);
 enum store_answer sqlite_counts(struct store *store, struct store_counts *counts);
+enum store_answer sqlite_usage(struct store *store, const char *owner, struct store_usage *usage);
 
 /* --- claims.c */
 

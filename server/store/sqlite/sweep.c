@@ -10,19 +10,31 @@ enum {
 
 /* ------------------------------------------------------------------ retention */
 
-static enum store_answer next_ended(struct db *db, bool expired, int64_t before, int64_t *sequence,
-                                    int64_t *result) {
-    struct query query =
-        db_query(db, "SELECT sequence, result FROM jobs WHERE status >= " SQL_FIRST_ENDED
-                     " AND expired = ? AND finished < ? ORDER BY finished"
-                     " LIMIT 1");
-    query_bind_int(&query, expired);
-    query_bind_int(&query, before);
+/* The job that is first by a statement, with its result (0: none). STORE_EMPTY. */
+static enum store_answer first_job(struct query query, int64_t *sequence, int64_t *result) {
     bool found = query_row(&query);
     *sequence = found ? query_int(&query, 0) : 0;
     *result = found ? query_int(&query, 1) : 0;
     enum store_answer answer = query_end(&query);
     return answer == STORE_OK && !found ? STORE_EMPTY : answer;
+}
+
+static struct query oldest_ended(struct db *db, bool expired, int64_t before) {
+    struct query query =
+        db_query(db, "SELECT sequence, result FROM jobs WHERE status >= " SQL_FIRST_ENDED
+                     " AND expired = ? AND finished < ? ORDER BY finished LIMIT 1");
+    query_bind_int(&query, expired);
+    query_bind_int(&query, before);
+    return query;
+}
+
+/* The oldest job with a result of the owner whose results are largest. A result that other jobs
+ * share is freed with the last of them. */
+static struct query oldest_of_largest(struct db *db) {
+    return db_query(db, "SELECT sequence, result FROM jobs INDEXED BY jobs_owner_result"
+                        " WHERE owner = (SELECT owner FROM owners INDEXED BY owners_results"
+                        "  ORDER BY results DESC LIMIT 1) AND result IS NOT NULL"
+                        " ORDER BY finished LIMIT 1");
 }
 
 static enum store_answer run_with(struct db *db, const char *sql, int64_t sequence) {
@@ -31,10 +43,10 @@ static enum store_answer run_with(struct db *db, const char *sql, int64_t sequen
     return query_run(&query);
 }
 
-static enum store_answer expire_one(struct db *db, int64_t before) {
+static enum store_answer expire_job(struct db *db, struct query which) {
     int64_t sequence = 0;
     int64_t result = 0;
-    enum store_answer answer = next_ended(db, false, before, &sequence, &result);
+    enum store_answer answer = first_job(which, &sequence, &result);
     if (answer == STORE_OK)
         answer = run_with(db, "DELETE FROM requests WHERE job = ?", sequence);
     if (answer == STORE_OK)
@@ -46,10 +58,14 @@ static enum store_answer expire_one(struct db *db, int64_t before) {
     return answer == STORE_OK && result ? sqlite_result_forget(db, result) : answer;
 }
 
+static enum store_answer expire_one(struct db *db, int64_t before) {
+    return expire_job(db, oldest_ended(db, false, before));
+}
+
 static enum store_answer remove_one(struct db *db, int64_t before) {
     int64_t sequence = 0;
     int64_t result = 0;
-    enum store_answer answer = next_ended(db, true, before, &sequence, &result);
+    enum store_answer answer = first_job(oldest_ended(db, true, before), &sequence, &result);
     return answer == STORE_OK ? run_with(db, "DELETE FROM jobs WHERE sequence = ?", sequence)
                               : answer;
 }
@@ -74,12 +90,12 @@ static bool over_bytes(const struct sqlite_store *store, struct db *db) {
     return query_end(&query) == STORE_OK && over;
 }
 
-/* The oldest, until the rest is within the bound. What others share is freed with the last. */
+/* Until the rest is within the bound. */
 static enum store_answer expire_excess(struct sqlite_store *store, struct db *db, void *context) {
     int64_t *done = context;
     enum store_answer answer = STORE_OK;
     while (*done < JOBS_A_STEP && answer == STORE_OK && over_bytes(store, db))
-        if ((answer = expire_one(db, INT64_MAX)) == STORE_OK)
+        if ((answer = expire_job(db, oldest_of_largest(db))) == STORE_OK)
             ++*done;
     return answer != STORE_OK && answer != STORE_EMPTY ? answer
            : *done > 0                                 ? STORE_OK
