@@ -187,17 +187,6 @@ static double angle_in_plane(struct vec3 a, struct vec3 b, struct vec3 normal) {
     return fmin(angle, 180 - angle);
 }
 
-static void compare(const struct builder *b, struct lcmsim_bins *bins, uint32_t element,
-                    const struct lcmsim_inputs *mean) {
-    struct lcmsim_inputs in = read_element(b, element);
-    bins->k1 = fmax(bins->k1, fabs(in.k1 / mean->k1 - 1));
-    bins->thickness = fmax(bins->thickness, fabs(in.thickness / mean->thickness - 1));
-    if (in.k2 < LCMSIM_ISOTROPIC * in.k1)
-        bins->direction_deg =
-            fmax(bins->direction_deg,
-                 angle_in_plane(in.direction, mean->direction, element_normal(b->fields, element)));
-}
-
 /* ---- all ---- */
 
 static bool allocate(struct builder *b, struct lcmsim_bins *bins) {
@@ -227,12 +216,22 @@ static size_t prepare(struct builder *b) {
     return low;
 }
 
+/* Gives a bin its mean and number, and takes its elements' differences from it into account. */
 static void finish_part(const struct builder *b, struct lcmsim_bins *bins,
                         const struct heap_part *part, size_t number) {
-    bins->bin[number] = mean_of(b, part->first, part->count);
+    struct lcmsim_inputs mean = mean_of(b, part->first, part->count);
+    bins->bin[number] = mean;
     for (size_t n = part->first; n < part->first + part->count; n++) {
-        bins->part[b->order[n]] = (uint8_t)(LCMSIM_FIRST_PART + number);
-        compare(b, bins, b->order[n], &bins->bin[number]);
+        uint32_t element = b->order[n];
+        struct lcmsim_inputs in = read_element(b, element);
+        bins->part[element] = (uint8_t)(LCMSIM_FIRST_PART + number);
+        bins->k1 = fmax(bins->k1, fabs(in.k1 / mean.k1 - 1));
+        bins->thickness = fmax(bins->thickness, fabs(in.thickness / mean.thickness - 1));
+        if (!(in.k2 < LCMSIM_ISOTROPIC * in.k1))
+            continue;
+        struct vec3 normal = element_normal(b->fields, element);
+        bins->direction_deg =
+            fmax(bins->direction_deg, angle_in_plane(in.direction, mean.direction, normal));
     }
 }
 

@@ -138,15 +138,6 @@ struct block {
     double values[MAP_TENSOR_COLUMNS][BLOCK];
 };
 
-static bool read_group(const struct api_reader *reader, const struct map_group *group,
-                       struct block *block) {
-    for (size_t k = 0; k < group->columns; k++)
-        if (!api_columns_read(reader, &group->column[k], block->first, block->count,
-                              block->values[k]))
-            return false;
-    return true;
-}
-
 static struct vec3 vector_at(const double *values) {
     return vec3_make(values[0], values[1], values[2]);
 }
@@ -166,15 +157,6 @@ static void put_tensors(const struct map_net *net, size_t place, const struct bl
     }
 }
 
-static void put_values(const struct map_net *net, const struct map_group *group,
-                       const struct block *block) {
-    for (size_t k = 0; k < block->count; k++) {
-        double *row = net->rows + (block->first + k) * net->width + group->place;
-        for (size_t column = 0; column < group->columns; column++)
-            row[column] = block->values[column][k];
-    }
-}
-
 /* The groups of one kind or of all others: a tensor takes the yarns of its row. */
 static bool fill_rows(const struct api_reader *reader, const struct map_net *net, bool tensors,
                       struct block *block) {
@@ -182,12 +164,16 @@ static bool fill_rows(const struct api_reader *reader, const struct map_net *net
         const struct map_group *group = &net->group[k];
         if ((group->kind == MAP_TENSOR) != tensors)
             continue;
-        if (!read_group(reader, group, block))
-            return false;
+        for (size_t column = 0; column < group->columns; column++)
+            if (!api_columns_read(reader, &group->column[column], block->first, block->count,
+                                  block->values[column]))
+                return false;
         if (tensors)
             put_tensors(net, group->place, block);
-        else
-            put_values(net, group, block);
+        for (size_t row = 0; row < block->count && !tensors; row++)
+            for (size_t column = 0; column < group->columns; column++)
+                net->rows[(block->first + row) * net->width + group->place + column] =
+                    block->values[column][row];
     }
     return true;
 }

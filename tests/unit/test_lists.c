@@ -143,6 +143,19 @@ static void test_column_list_names_fit_and_are_found(void **state) {
     assert_null(column_spec_find(API_TABLE_CELLS, "warp"));
 }
 
+static void test_formats_are_all_in_the_description_of_the_interface(void **state) {
+    static const enum format_use uses[] = {FORMAT_RESULT, FORMAT_MAP, FORMAT_PATTERN};
+    struct bytes page = file_read("api/openapi.yaml");
+    const struct format *format;
+    (void)state;
+    bytes_add(&page, "", 1);
+    for (size_t u = 0; u < sizeof uses / sizeof *uses; u++)
+        for (size_t k = 0; (format = format_at(uses[u], k)); k++)
+            if (!strstr(page.data, format->media_type) || !strstr(page.data, format->name))
+                fail_msg("api/openapi.yaml does not mention %s", format->name);
+    bytes_free(&page);
+}
+
 /* The text of a summary as it is stored, with another time in the queue. */
 static void check_stored(const char *stored, const char *expected) {
     char buffer[512];
@@ -169,6 +182,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_lists_are_what_the_docs_say),
         cmocka_unit_test(test_column_list_names_fit_and_are_found),
+        cmocka_unit_test(test_formats_are_all_in_the_description_of_the_interface),
         cmocka_unit_test(test_summary_takes_the_queue_time_of_a_job),
     };
     return cmocka_run_group_tests_name("lists", tests, NULL, NULL);
