@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "measure.h"
-#include "check.h"
+#include "tests/check.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -235,14 +235,16 @@ static void check_nodes(const struct shape *shape, const struct drape_run *run) 
         if (k > 0) {
             assert_true(in_order(nodes->i[k - 1], nodes->j[k - 1], nodes->i[k], nodes->j[k]));
         }
-        assert_true(uv[0] >= lower[0] && uv[0] <= upper[0]);
-        assert_true(uv[1] >= lower[1] && uv[1] <= upper[1]);
+        check_at_least(uv[0], lower[0]);
+        check_at_most(uv[0], upper[0]);
+        check_at_least(uv[1], lower[1]);
+        check_at_most(uv[1], upper[1]);
         assert_true(isfinite(nodes->shear_deg[k]));
         double off = vec3_distance(shape_point(shape, uv), node_point(nodes, (int)k));
-        assert_true(off <= EVALUATION_TOLERANCE * size);
+        check_at_most(off, EVALUATION_TOLERANCE * size);
         assert_true(!nodes->error_estimate || isfinite(nodes->error_estimate[k]));
     }
-    assert_true(grid_find(&run->grid, 0, 0) >= 0);
+    check_at_least(grid_find(&run->grid, 0, 0), 0);
 }
 
 /* The direction of the sum of the two edges of cell (i, j) along (di, dj). */
@@ -271,15 +273,18 @@ static void check_cells(const struct drape_run *run) {
     for (size_t k = 0; k < cells->count; k++) {
         int i = cells->i[k], j = cells->j[k];
         assert_true(k == 0 || in_order(cells->i[k - 1], cells->j[k - 1], i, j));
-        assert_true(grid_find(grid, i, j) >= 0 && grid_find(grid, i + 1, j) >= 0);
-        assert_true(grid_find(grid, i, j + 1) >= 0 && grid_find(grid, i + 1, j + 1) >= 0);
+        check_at_least(grid_find(grid, i, j), 0);
+        check_at_least(grid_find(grid, i + 1, j), 0);
+        check_at_least(grid_find(grid, i, j + 1), 0);
+        check_at_least(grid_find(grid, i + 1, j + 1), 0);
         struct vec3 warp = {cells->warp_x[k], cells->warp_y[k], cells->warp_z[k]};
         struct vec3 weft = {cells->weft_x[k], cells->weft_y[k], cells->weft_z[k]};
-        assert_true(fabs(vec3_norm(warp) - 1) < 1e-12 && fabs(vec3_norm(weft) - 1) < 1e-12);
+        check_below(fabs(vec3_norm(warp) - 1), 1e-12);
+        check_below(fabs(vec3_norm(weft) - 1), 1e-12);
         double shear = 90 - vec3_angle(warp, weft) * 180 / M_PI;
-        assert_true(fabs(shear - cells->shear_deg[k]) < 1e-9);
-        assert_true(vec3_dot(warp, mean_edge(run, i, j, 1, 0)) > MEAN_COSINE);
-        assert_true(vec3_dot(weft, mean_edge(run, i, j, 0, 1)) > MEAN_COSINE);
+        check_below(fabs(shear - cells->shear_deg[k]), 1e-9);
+        check_above(vec3_dot(warp, mean_edge(run, i, j, 1, 0)), MEAN_COSINE);
+        check_above(vec3_dot(weft, mean_edge(run, i, j, 0, 1)), MEAN_COSINE);
     }
 }
 
@@ -294,7 +299,7 @@ static void check_front(const struct drape_run *run) {
             beside = beside || grid_find(&run->grid, i + l % 3 - 1, j + l / 3 - 1) >= 0;
         }
         assert_true(k == 0 || in_order(front->i[k - 1], front->j[k - 1], i, j));
-        assert_true(front->reason[k] < DRAPE_REASON_COUNT);
+        check_below(front->reason[k], DRAPE_REASON_COUNT);
         counts[front->reason[k]]++;
         assert_true(there == (front->reason[k] == DRAPE_REASON_BOUNDARY) && beside);
     }
@@ -315,11 +320,12 @@ void check_result(const struct shape *shape, const struct drape_settings *settin
         worst = fmax(worst, fabs(result->nodes.shear_deg[k]));
         sum += fabs(result->nodes.shear_deg[k]);
     }
-    assert_true(fabs(worst - summary->max_shear_deg) <= 1e-9);
-    assert_true(fabs(sum / (double)result->nodes.count - summary->mean_shear_deg) <= 1e-9);
-    assert_true(summary->coverage >= 0 && summary->coverage <= 1 + 1e-9);
-    assert_true(summary->residual_max >= 0);
-    assert_true(summary->residual_max < 1e-9 + ROUNDING * size_of(shape) / spacing);
+    check_at_most(fabs(worst - summary->max_shear_deg), 1e-9);
+    check_at_most(fabs(sum / (double)result->nodes.count - summary->mean_shear_deg), 1e-9);
+    check_at_least(summary->coverage, 0);
+    check_at_most(summary->coverage, 1 + 1e-9);
+    check_at_least(summary->residual_max, 0);
+    check_below(summary->residual_max, 1e-9 + ROUNDING * size_of(shape) / spacing);
     assert_true(isfinite(summary->newton_iterations_mean));
     for (int k = 0; k < 2; k++) {
         const int32_t *range = k ? result->weft_range : result->warp_range;

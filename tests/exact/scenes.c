@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "scenes.h"
-#include "check.h"
+#include "tests/check.h"
 #include <string.h>
 
 static const double DEG = M_PI / 180;

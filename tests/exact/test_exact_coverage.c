@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Where the net goes and where it ends: boundaries, seams, poles, creases, collapse. */
 #include "chebyshev.h"
-#include "check.h"
 #include "scenes.h"
+#include "tests/check.h"
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -21,8 +21,8 @@ static struct drape_settings settings_at(double u, double v, double angle_deg, d
 /* The sum of cell areas is what coverage says, and no more than the surface. */
 static void check_area(const struct shape *shape, const struct drape_run *run) {
     double share = cells_area(run) / shape_area(shape);
-    assert_true(fabs(share - run->result.summary.coverage) < 0.01);
-    assert_true(share < 1.005);
+    check_below(fabs(share - run->result.summary.coverage), 0.01);
+    check_below(share, 1.005);
 }
 
 /* What a net that goes to the boundary everywhere leaves uncovered is a strip narrower than the
@@ -30,7 +30,7 @@ static void check_area(const struct shape *shape, const struct drape_run *run) {
 static void check_strip(const struct shape *shape, const struct drape_run *run,
                         const struct drape_settings *settings) {
     double strip = hypot(settings->spacing[0], settings->spacing[1]) * shape_perimeter(shape);
-    assert_true(1 - run->result.summary.coverage < strip / shape_area(shape));
+    check_below(1 - run->result.summary.coverage, strip / shape_area(shape));
 }
 
 /* --- boundaries --- */
@@ -88,8 +88,10 @@ static void check_cutting(const struct cutting *c, enum drape_method method) {
     printf("  %-23s %4d nodes, %d missing, gap %.1e d\n", scene.name, there, missing,
            gap / c->spacing);
     assert_int_equal(missing, 0);
-    assert_true(there > 150 && (size_t)there <= some->count && some->count <= (size_t)there + 4);
-    assert_true(gap < 1e-9 * c->spacing);
+    check_above(there, 150);
+    check_at_most((size_t)there, some->count);
+    check_at_most(some->count, (size_t)there + 4);
+    check_below(gap, 1e-9 * c->spacing);
     check_area(&part, &cut);
     check_strip(&part, &cut, &settings);
     assert_int_equal(cut.result.summary.outcome, DRAPE_COMPLETE);
@@ -216,9 +218,9 @@ static void check_closed_developable(enum scene_id id,
            run.result.nodes.count, missing, excess, error.position / d);
     assert_int_equal(missing, 0);
     assert_int_equal(excess, 0);
-    assert_true(error.position < unsure / 2);
-    assert_true(run.result.summary.front_reasons[DRAPE_REASON_FOLD] > 0);
-    assert_true(run.result.summary.front_reasons[DRAPE_REASON_BOUNDARY] > 0);
+    check_below(error.position, unsure / 2);
+    check_above(run.result.summary.front_reasons[DRAPE_REASON_FOLD], 0);
+    check_above(run.result.summary.front_reasons[DRAPE_REASON_BOUNDARY], 0);
     check_area(&scene.shape, &run);
     drape_end(&run);
     scene_free(&scene);
@@ -248,7 +250,7 @@ static void test_exact_coverage_closed_torus(void **state) {
         drape_begin(&run, &scene.shape, &settings);
         printf("  torus: coverage %.3f\n", run.result.summary.coverage);
         check_area(&scene.shape, &run);
-        assert_true(run.result.summary.coverage > 0.3);
+        check_above(run.result.summary.coverage, 0.3);
         assert_int_equal(run.result.summary.front_reasons[DRAPE_REASON_BOUNDARY], 0);
         drape_end(&run);
     }
@@ -424,7 +426,8 @@ static void test_exact_coverage_crosses_crease(void **state) {
         double errors[2];
         shape_crease(&shape, 1, 40 * DEG);
         check_extrusion("crease", &shape, angle, errors);
-        assert_true(errors[0] < 0.05 && errors[1] < errors[0] / 2.5);
+        check_below(errors[0], 0.05);
+        check_below(errors[1], errors[0] / 2.5);
     }
 }
 
@@ -438,7 +441,8 @@ static void test_exact_coverage_crosses_curvature_jump(void **state) {
         double errors[2];
         make_extrusion(&shape, 4, knots, xz);
         check_extrusion("jump", &shape, angle, errors);
-        assert_true(errors[0] < 0.002 && errors[1] < errors[0] / 8);
+        check_below(errors[0], 0.002);
+        check_below(errors[1], errors[0] / 8);
     }
 }
 
@@ -477,9 +481,11 @@ static void test_exact_coverage_collapse(void **state) {
         }
         printf("  collapse: nodes to z = %.3f, front from %.3f, exact %.5f\n", reached, least,
                collapse);
-        assert_true(reached > 0.97 * collapse && reached < 1.03 * collapse);
-        assert_true(least > 0.93 * collapse && least < 1.03 * collapse);
-        assert_true(run.result.summary.max_shear_deg > 85);
+        check_above(reached, 0.97 * collapse);
+        check_below(reached, 1.03 * collapse);
+        check_above(least, 0.93 * collapse);
+        check_below(least, 1.03 * collapse);
+        check_above(run.result.summary.max_shear_deg, 85);
         assert_int_equal(run.result.summary.outcome, DRAPE_PARTIAL);
         drape_end(&run);
     }
@@ -496,7 +502,7 @@ static void test_exact_coverage_full_sphere(void **state) {
         struct drape_run run;
         drape_begin(&run, &shape, &settings);
         printf("  sphere: coverage %.3f\n", run.result.summary.coverage);
-        assert_true(run.result.summary.coverage > 0.9);
+        check_above(run.result.summary.coverage, 0.9);
         check_area(&shape, &run);
         drape_end(&run);
     }
@@ -529,7 +535,7 @@ static void test_exact_coverage_degenerate_start(void **state) {
         settings.start_uv[0] = settings.start_uv[1] = 0.6;
         drape_begin(&run, &shape, &settings);
         printf("  bad corner: coverage %.3f\n", run.result.summary.coverage);
-        assert_true(run.result.summary.coverage > 0.85);
+        check_above(run.result.summary.coverage, 0.85);
         check_area(&shape, &run);
         drape_end(&run);
     }
@@ -546,7 +552,7 @@ static void test_exact_coverage_cone_with_apex(void **state) {
         shape_frustum(&shape, full, apex, rim, M_PI / 2);
         drape_begin(&run, &shape, &settings);
         printf("  cone to its apex: coverage %.3f\n", run.result.summary.coverage);
-        assert_true(run.result.summary.coverage > 0.8);
+        check_above(run.result.summary.coverage, 0.8);
         check_area(&shape, &run);
         drape_end(&run);
     }

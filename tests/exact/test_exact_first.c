@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* The methods basic and gib against exact nets: size and order of their errors, and their promises
  * about edges, kept to rounding. */
-#include "check.h"
 #include "march.h"
 #include "scenes.h"
+#include "tests/check.h"
 #include <stdio.h>
 
 enum {
@@ -39,7 +39,7 @@ static void check_target(enum scene_id id, enum drape_method method, int level,
         if (t->id != id || t->method != method) {
             continue;
         }
-        assert_true(error->position <= 1.5 * t->position[level]);
+        check_at_most(error->position, 1.5 * t->position[level]);
         assert_true(t->shear_deg[level] == 0 || error->shear_deg <= 1.5 * t->shear_deg[level]);
     }
 }
@@ -66,10 +66,10 @@ static void check_against_plain(const struct scene *scene, const struct drape_se
     for (size_t k = 0; k < nodes->count; k++) {
         int i = nodes->i[k], j = nodes->j[k], at = grid_find(&grid, i, j);
         double gap = vec3_distance(node_point(nodes, (int)k), node_point(plain, at));
-        assert_true(gap <= SAME_NODES * settings->spacing[0]);
+        check_at_most(gap, SAME_NODES * settings->spacing[0]);
         /* one quadrant alone has one-sided differences on its generators, four have not */
         if (!scene->one_quadrant || (i > 0 && j > 0)) {
-            assert_true(fabs(nodes->shear_deg[k] - plain->shear_deg[at]) <= SAME_SHEAR_DEG);
+            check_at_most(fabs(nodes->shear_deg[k] - plain->shear_deg[at]), SAME_SHEAR_DEG);
         }
     }
     grid_free(&grid);
@@ -87,7 +87,7 @@ static struct net_error drape_scene(struct scene *scene, enum drape_method metho
     assert_int_equal(nodes->count, row * row);
     assert_int_equal(run.result.cells.count, (row - 1) * (row - 1));
     double edges = measure_edges(&scene->shape, nodes, &run.grid, method, settings.spacing);
-    assert_true(edges < EDGE_TOLERANCE);
+    check_below(edges, EDGE_TOLERANCE);
     if (n <= N_PLAIN) {
         check_against_plain(scene, &settings, n, nodes);
     }
@@ -101,24 +101,26 @@ static struct net_error drape_scene(struct scene *scene, enum drape_method metho
 /* What order the error of positions has at least, and at most where that tells something. */
 static void check_order(enum scene_id id, enum drape_method method, double order) {
     if (method == DRAPE_GIB && is_developable(id)) {
-        assert_true(order > 2.9); /* yarns are geodesics: only the tangents at A are approximate */
+        check_above(order, 2.9); /* yarns are geodesics: only the tangents at A are approximate */
     } else {
-        assert_true(order > 1.9 && order < 2.3);
+        check_above(order, 1.9);
+        check_below(order, 2.3);
     }
 }
 
 static void drape_levels(struct scene *scene, enum scene_id id, enum drape_method method) {
     struct net_error last = {0};
     printf("  %-23s %-5s", scene->name, method == DRAPE_GIB ? "gib" : "basic");
-    for (int level = 0; level < LEVELS; level++) {
+    for (int level = 0; level < check_sized(LEVELS, 2); level++) {
         struct net_error error = drape_scene(scene, method, N_FIRST << level);
         printf("  %.1e %.1e deg", error.position, error.shear_deg);
         check_target(id, method, level, &error);
         if (id == SCENE_PLANE) {
-            assert_true(error.position < 1e-11 && error.shear_deg < 1e-7);
+            check_below(error.position, 1e-11);
+            check_below(error.shear_deg, 1e-7);
         } else if (level > 0) {
             check_order(id, method, order_of(last.position, error.position));
-            assert_true(order_of(last.shear_deg, error.shear_deg) > 1.7);
+            check_above(order_of(last.shear_deg, error.shear_deg), 1.7);
         }
         last = error;
     }
@@ -148,7 +150,7 @@ static void test_exact_first_gib_is_great_circle_recursion(void **state) {
         drape_begin(&run, &scene.shape, &settings);
         double gap = sphere_gap(&run, scene.motion.shift, &scene.start, settings.spacing, 40);
         printf("  %-23s %.1e R\n", scene.name, gap / 50);
-        assert_true(gap < 1e-10 * 50);
+        check_below(gap, 1e-10 * 50);
         drape_end(&run);
         scene_free(&scene);
     }
@@ -173,10 +175,10 @@ static void test_exact_first_aligned_cylinder(void **state) {
         for (size_t l = 0; l < nodes->count; l++) {
             double turned = nodes->i[l] * step;
             struct vec3 exact = {cos(turned), sin(turned), nodes->j[l] * d};
-            assert_true(vec3_distance(exact, node_point(nodes, (int)l)) < 1e-11);
-            assert_true(fabs(nodes->shear_deg[l]) < 1e-8);
+            check_below(vec3_distance(exact, node_point(nodes, (int)l)), 1e-11);
+            check_below(fabs(nodes->shear_deg[l]), 1e-8);
         }
-        assert_true(run.result.summary.coverage > 0.9);
+        check_above(run.result.summary.coverage, 0.9);
         drape_end(&run);
     }
 }
@@ -196,7 +198,8 @@ static void test_exact_first_plane_with_pre_shear(void **state) {
         drape_begin(&run, &scene.shape, &settings);
         struct net_error error =
             measure_error(&run.result.nodes, reference, settings.spacing, (int[2]){1000, 1000});
-        assert_true(error.position < 1e-10 && error.shear_deg < 1e-7);
+        check_below(error.position, 1e-10);
+        check_below(error.shear_deg, 1e-7);
         drape_end(&run);
         reference_free(reference);
     }
@@ -230,16 +233,16 @@ static void check_same(const struct drape_run *a, const struct drape_run *b, con
     for (size_t k = 0; k < p->count; k++) {
         assert_int_equal(p->i[k], q->i[k]);
         assert_int_equal(p->j[k], q->j[k]);
-        assert_true(fabs(p->shear_deg[k] - q->shear_deg[k]) < 1e-7);
+        check_below(fabs(p->shear_deg[k] - q->shear_deg[k]), 1e-7);
         struct vec3 r = motion_point(m, node_point(p, (int)k));
-        assert_true(vec3_distance(r, node_point(q, (int)k)) < 1e-9 * size);
+        check_below(vec3_distance(r, node_point(q, (int)k)), 1e-9 * size);
     }
     for (size_t k = 0; k < a->result.front.count; k++) {
         assert_int_equal(a->result.front.i[k], b->result.front.i[k]);
         assert_int_equal(a->result.front.j[k], b->result.front.j[k]);
         assert_int_equal(a->result.front.reason[k], b->result.front.reason[k]);
     }
-    assert_true(fabs(a->result.summary.coverage - b->result.summary.coverage) < 1e-7);
+    check_below(fabs(a->result.summary.coverage - b->result.summary.coverage), 1e-7);
 }
 
 static const enum scene_id varied[] = {SCENE_SPHERE, SCENE_SADDLE_OBLIQUE, SCENE_CONE,
@@ -304,10 +307,9 @@ static void test_exact_first_quarter_turn_swaps_yarns(void **state) {
         assert_int_equal(p->count, q->count);
         for (size_t l = 0; l < q->count; l++) {
             int at = grid_find(&a.grid, -q->j[l], q->i[l]);
-            assert_true(at >= 0);
-            assert_true(vec3_distance(node_point(p, at), node_point(q, (int)l)) <
-                        1e-9 * scene.side);
-            assert_true(fabs(p->shear_deg[at] + q->shear_deg[l]) < 1e-7);
+            check_at_least(at, 0);
+            check_below(vec3_distance(node_point(p, at), node_point(q, (int)l)), 1e-9 * scene.side);
+            check_below(fabs(p->shear_deg[at] + q->shear_deg[l]), 1e-7);
         }
         drape_end(&a);
         drape_end(&b);
@@ -337,10 +339,9 @@ static void test_exact_first_transposed_surface(void **state) {
         assert_int_equal(p->count, q->count);
         for (size_t l = 0; l < q->count; l++) {
             int at = grid_find(&a.grid, q->i[l], -q->j[l]);
-            assert_true(at >= 0);
-            assert_true(vec3_distance(node_point(p, at), node_point(q, (int)l)) <
-                        1e-9 * scene.side);
-            assert_true(fabs(p->shear_deg[at] + q->shear_deg[l]) < 1e-7);
+            check_at_least(at, 0);
+            check_below(vec3_distance(node_point(p, at), node_point(q, (int)l)), 1e-9 * scene.side);
+            check_below(fabs(p->shear_deg[at] + q->shear_deg[l]), 1e-7);
         }
         drape_end(&a);
         drape_end(&b);
@@ -367,9 +368,9 @@ static void test_exact_first_start_by_point_and_vector(void **state) {
         settings.direction_kind = DRAPE_DIRECTION_VECTOR;
         settings.direction_vector = vec3_axpy(-0.7, normal, vec3_scale(3, scene.start.warp));
         drape_begin(&b, &scene.shape, &settings);
-        assert_true(vec3_distance(b.result.start_point, scene.start.r) < 1e-10 * scene.side);
-        assert_true(vec3_distance(b.result.start_warp, scene.start.warp) < 1e-9);
-        assert_true(vec3_distance(b.result.start_weft, scene.start.weft) < 1e-9);
+        check_below(vec3_distance(b.result.start_point, scene.start.r), 1e-10 * scene.side);
+        check_below(vec3_distance(b.result.start_warp, scene.start.warp), 1e-9);
+        check_below(vec3_distance(b.result.start_weft, scene.start.weft), 1e-9);
         check_same(&a, &b, &none, scene.side);
         settings.start_point = vec3_axpy(1.5 * settings.spacing[0], normal, scene.start.r);
         drape_end(&b);
@@ -388,8 +389,8 @@ static void test_exact_first_default_start_is_centroid(void **state) {
         .method = DRAPE_GIB, .spacing = {0.1, 0.1}, .max_nodes = 100000};
     struct drape_run run;
     drape_begin(&run, &scene.shape, &settings);
-    assert_true(fabs(run.result.start_uv[0]) + fabs(run.result.start_uv[1]) < 1e-9);
-    assert_true(vec3_distance(run.result.start_warp, vec3_make(1, 0, 0)) < 1e-9);
+    check_below(fabs(run.result.start_uv[0]) + fabs(run.result.start_uv[1]), 1e-9);
+    check_below(vec3_distance(run.result.start_warp, vec3_make(1, 0, 0)), 1e-9);
     drape_end(&run);
     scene_free(&scene);
 }
@@ -414,13 +415,14 @@ static void test_exact_first_extent_cuts(void **state) {
         if (j >= -3 && j <= 5) {
             int at = grid_find(&part.grid, i, j);
             expected++;
-            assert_true(at >= 0);
-            assert_true(vec3_distance(node_point(nodes, at),
-                                      node_point(&whole.result.nodes, (int)k)) < 1e-12);
+            check_at_least(at, 0);
+            check_below(
+                vec3_distance(node_point(nodes, at), node_point(&whole.result.nodes, (int)k)),
+                1e-12);
         }
     }
     assert_int_equal(nodes->count, expected);
-    assert_true(part.result.summary.front_reasons[DRAPE_REASON_EXTENT] > 0);
+    check_above(part.result.summary.front_reasons[DRAPE_REASON_EXTENT], 0);
     assert_int_equal(whole.result.summary.front_reasons[DRAPE_REASON_EXTENT], 0);
     drape_end(&whole);
     drape_end(&part);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* The method geodesic: edges are geodesics of the spacing's length, by an independent shooter; so
  * it is exact on developables, creased ones too, and on the sphere equals the recursion. */
-#include "check.h"
 #include "scenes.h"
+#include "tests/check.h"
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -44,13 +44,13 @@ static void test_exact_geodesic_edges(void **state) {
             continue;
         }
         scene_make(&scene, (enum scene_id)id);
-        struct drape_settings settings = scene_settings(&scene, DRAPE_GEODESIC, 5);
+        struct drape_settings settings = scene_settings(&scene, DRAPE_GEODESIC, check_sized(5, 2));
         struct drape_run run;
         settings.has_extent[0] = settings.has_extent[1] = id == SCENE_TORUS;
         drape_begin(&run, &scene.shape, &settings);
         double worst = geodesic_edges(&scene.shape, &run, settings.spacing);
         printf("  %-23s %zu nodes, edges %.1e\n", scene.name, run.result.nodes.count, worst);
-        assert_true(worst < EDGE_TOLERANCE);
+        check_below(worst, EDGE_TOLERANCE);
         drape_end(&run);
         scene_free(&scene);
     }
@@ -65,7 +65,7 @@ static void test_exact_geodesic_is_great_circle_recursion(void **state) {
         struct drape_run run;
         drape_begin(&run, &scene.shape, &settings);
         double gap = sphere_gap(&run, scene.motion.shift, &scene.start, settings.spacing, 30);
-        assert_true(gap < 1e-10 * 50);
+        check_below(gap, 1e-10 * 50);
         drape_end(&run);
         scene_free(&scene);
     }
@@ -80,7 +80,7 @@ static void test_exact_geodesic_errors(void **state) {
         bool exact = id >= SCENE_PLANE && id <= SCENE_CONE_FULL;
         scene_make(&scene, (enum scene_id)id);
         printf("  %-23s", scene.name);
-        for (int n = 8; n <= 32; n *= 2) {
+        for (int n = 8; n <= check_sized(32, 16); n *= 2) {
             struct drape_settings settings = scene_settings(&scene, DRAPE_GEODESIC, n);
             struct drape_run run;
             drape_begin(&run, &scene.shape, &settings);
@@ -90,10 +90,11 @@ static void test_exact_geodesic_errors(void **state) {
                                                    settings.spacing, (int[2]){n, n});
             printf("  %.1e %.1e deg", error.position / scene.side, error.shear_deg);
             if (exact) {
-                assert_true(error.position < 1e-11 * scene.side);
+                check_below(error.position, 1e-11 * scene.side);
             } else if (last > 0) {
                 double order = order_of(last, error.position);
-                assert_true(order > 1.9 && order < 2.1);
+                check_above(order, 1.9);
+                check_below(order, 2.1);
             }
             last = error.position;
             drape_end(&run);
@@ -129,7 +130,7 @@ static void test_exact_geodesic_unfolds_crease(void **state) {
         }
         printf("  at %2d deg: %.1e from the grid, coverage %.3f\n", angle, worst,
                run.result.summary.coverage);
-        assert_true(worst < 1e-9);
+        check_below(worst, 1e-9);
         assert_int_equal(run.result.summary.outcome, DRAPE_COMPLETE);
         drape_end(&run);
     }
@@ -155,12 +156,12 @@ static void test_exact_geodesic_patch_drapes_like_whole(void **state) {
     drape_begin(&cut, &part, &settings);
     for (size_t k = 0; k < cut.result.nodes.count; k++) {
         int at = grid_find(&whole.grid, cut.result.nodes.i[k], cut.result.nodes.j[k]);
-        assert_true(at >= 0);
+        check_at_least(at, 0);
         double gap = vec3_distance(node_point(&cut.result.nodes, (int)k),
                                    node_point(&whole.result.nodes, at));
-        assert_true(gap < 1e-9 * 0.05);
+        check_below(gap, 1e-9 * 0.05);
     }
-    assert_true(cut.result.nodes.count > 300);
+    check_above(cut.result.nodes.count, 300);
     drape_end(&whole);
     drape_end(&cut);
     scene_free(&scene);
@@ -195,7 +196,7 @@ static void test_exact_geodesic_random_edges(void **state) {
     uint64_t first = text ? strtoull(text, NULL, 10) : 20240310;
     (void)state;
     printf("  seed %llu\n", (unsigned long long)first);
-    for (uint64_t round = 0; round < 8; round++) {
+    for (uint64_t round = 0; round < (uint64_t)check_sized(8, 2); round++) {
         uint64_t seed = first + round;
         shape_random(&shape, &seed);
         struct drape_settings settings = {

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* gib4: fourth order, errors of the size in docs/mathematics.md, and an error estimate that holds.
  */
-#include "check.h"
 #include "march.h"
 #include "scenes.h"
+#include "tests/check.h"
 #include <stdio.h>
 
 enum { LEVELS = 3, N_FIRST = 16 };
@@ -55,7 +55,7 @@ static struct outcome drape_both(struct scene *scene, int n, bool each_node) {
     assert_int_equal(nodes->count, gib.result.nodes.count);
     assert_non_null(nodes->error_estimate);
     assert_null(gib.result.nodes.error_estimate);
-    assert_true(gib.result.summary.error_estimate_max < 0);
+    check_below(gib.result.summary.error_estimate_max, 0);
     out.gib4 = measure_error(nodes, scene_reference(scene), settings.spacing, all);
     out.gib = measure_error(&gib.result.nodes, scene_reference(scene), settings.spacing, all);
     out.estimate = 0;
@@ -77,8 +77,8 @@ static struct outcome drape_both(struct scene *scene, int n, bool each_node) {
 static void check_target(enum scene_id id, int level, const struct net_error *error) {
     for (size_t k = 0; k < sizeof targets / sizeof targets[0]; k++) {
         if (targets[k].id == id) {
-            assert_true(error->position < 1.5 * targets[k].position[level]);
-            assert_true(error->shear_deg < 1.5 * targets[k].shear_deg[level]);
+            check_below(error->position, 1.5 * targets[k].position[level]);
+            check_below(error->shear_deg, 1.5 * targets[k].shear_deg[level]);
         }
     }
 }
@@ -96,20 +96,22 @@ static void test_exact_gib4_errors(void **state) {
         struct outcome last;
         scene_make(&scene, (enum scene_id)id);
         printf("  %-23s", scene.name);
-        for (int level = 0; level < LEVELS; level++) {
+        for (int level = 0; level < check_sized(LEVELS, 2); level++) {
             bool each = !is_flat((enum scene_id)id) && level > 0;
             struct outcome now = drape_both(&scene, N_FIRST << level, each);
             printf("  %.1e %.1e deg", now.gib4.position, now.gib4.shear_deg);
             if (id == SCENE_PLANE) {
-                assert_true(now.gib4.position < 1e-11 && now.estimate < 1e-11);
+                check_below(now.gib4.position, 1e-11);
+                check_below(now.estimate, 1e-11);
                 continue;
             }
             check_target((enum scene_id)id, level, &now.gib4);
-            assert_true(now.estimate < 2 * now.gib.position && now.estimate > now.gib.position / 2);
-            assert_true(now.gib4.position < 1.1 * now.estimate);
+            check_below(now.estimate, 2 * now.gib.position);
+            check_above(now.estimate, now.gib.position / 2);
+            check_below(now.gib4.position, 1.1 * now.estimate);
             if (level > 0) {
-                assert_true(order_of(last.gib4.position, now.gib4.position) > 3.3);
-                assert_true(order_of(last.gib4.shear_deg, now.gib4.shear_deg) > 3.6);
+                check_above(order_of(last.gib4.position, now.gib4.position), 3.3);
+                check_above(order_of(last.gib4.shear_deg, now.gib4.shear_deg), 3.6);
             }
             last = now;
         }
@@ -144,7 +146,7 @@ static void test_exact_gib4_solves_its_equations(void **state) {
         for (size_t k = 0; k < nodes->count; k++) {
             int at = grid_find(&grid, nodes->i[k], nodes->j[k]);
             double gap = vec3_distance(node_point(nodes, (int)k), node_point(plain, at));
-            assert_true(gap < SAME_NODES * settings.spacing[0]);
+            check_below(gap, SAME_NODES * settings.spacing[0]);
             bool same = !scene.one_quadrant || (nodes->i[k] > 1 && nodes->j[k] > 1);
             assert_true(!same || fabs(nodes->shear_deg[k] - plain->shear_deg[at]) < 1e-7);
         }
@@ -160,12 +162,13 @@ static void test_exact_gib4_helps_on_freeform(void **state) {
     static struct scene scene;
     (void)state;
     scene_make(&scene, SCENE_FREEFORM);
-    for (int n = 16; n <= 32; n *= 2) {
+    for (int n = 16; n <= check_sized(32, 16); n *= 2) {
         struct outcome out = drape_both(&scene, n, false);
         printf("  N = %d: gib %.1e, gib4 %.1e, estimate %.1e\n", n, out.gib.position,
                out.gib4.position, out.estimate);
-        assert_true(out.gib4.position < 0.1 * out.gib.position);
-        assert_true(out.estimate < 2 * out.gib.position && out.estimate > out.gib.position / 2);
+        check_below(out.gib4.position, 0.1 * out.gib.position);
+        check_below(out.estimate, 2 * out.gib.position);
+        check_above(out.estimate, out.gib.position / 2);
     }
     scene_free(&scene);
 }
@@ -184,7 +187,7 @@ static void test_exact_gib4_up_to_the_boundary(void **state) {
             shape_cut(&scene.shape, u, v);
         }
         printf("  %-23s", scene.name);
-        for (int n = 16; n <= 64; n *= 2) {
+        for (int n = 16; n <= check_sized(64, 32); n *= 2) {
             struct drape_settings settings = scene_settings(&scene, DRAPE_GIB4, n);
             struct drape_run run;
             settings.has_extent[0] = settings.has_extent[1] = false;
@@ -222,12 +225,13 @@ static void test_exact_gib4_patch_drapes_like_whole(void **state) {
     double gap = 0;
     for (size_t k = 0; k < cut.result.nodes.count; k++) {
         int at = grid_find(&whole.grid, cut.result.nodes.i[k], cut.result.nodes.j[k]);
-        assert_true(at >= 0);
+        check_at_least(at, 0);
         gap = fmax(gap, vec3_distance(node_point(&cut.result.nodes, (int)k),
                                       node_point(&whole.result.nodes, at)));
     }
     printf("  gap %.1e d\n", gap / 0.04);
-    assert_true(cut.result.nodes.count > 500 && gap < 1e-5 * 0.04);
+    check_above(cut.result.nodes.count, 500);
+    check_below(gap, 1e-5 * 0.04);
     drape_end(&whole);
     drape_end(&cut);
     scene_free(&scene);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Inputs at the limits of what is allowed, with nets that are known: degrees 1 and 9, unclamped
  * knots, starts in corners, surfaces far from the origin, extreme spacings. */
-#include "check.h"
 #include "scenes.h"
+#include "tests/check.h"
 #include <stdio.h>
 #include <string.h>
 
@@ -29,9 +29,9 @@ static void check_same_nodes(struct shape *one, struct shape *two,
         assert_int_equal(a.result.nodes.j[k], b.result.nodes.j[k]);
         double gap =
             vec3_distance(node_point(&a.result.nodes, (int)k), node_point(&b.result.nodes, (int)k));
-        assert_true(gap < scale * settings->spacing[0]);
+        check_below(gap, scale * settings->spacing[0]);
     }
-    assert_true(fabs(a.result.summary.coverage - b.result.summary.coverage) < 1e-6);
+    check_below(fabs(a.result.summary.coverage - b.result.summary.coverage), 1e-6);
     drape_end(&a);
     drape_end(&b);
 }
@@ -240,7 +240,7 @@ static void test_exact_limits_far_from_origin(void **state) {
             worst = fmax(worst, vec3_distance(node_point(&a.result.nodes, (int)l), r));
         }
         printf("  %g away, method %d: %.1e\n", away, (int)methods[k % 4], worst);
-        assert_true(worst < 1e-12 * away);
+        check_below(worst, 1e-12 * away);
         drape_end(&a);
         drape_end(&b);
         scene_free(&scene);
@@ -260,8 +260,8 @@ static void test_exact_limits_pre_shear(void **state) {
         settings.pre_shear_deg = shear;
         drape_begin(&run, &scene.shape, &settings);
         double start = run.result.nodes.shear_deg[grid_find(&run.grid, 0, 0)];
-        assert_true(fabs(start - shear) < 0.02);
-        assert_true(cells_area(&run) < 1.005 * shape_area(&scene.shape));
+        check_below(fabs(start - shear), 0.02);
+        check_below(cells_area(&run), 1.005 * shape_area(&scene.shape));
         drape_end(&run);
     }
     scene_free(&scene);

@@ -7,13 +7,13 @@
  * they pass its vertices, where all its curvature is, on one side or the other; along a row of
  * vertices always on the same. They tend to geodesics, but more slowly.
  */
-#include "check.h"
 #include "march.h"
 #include "measure.h"
 #include "scenes.h"
 #include "solver/mesh/corner.h"
 #include "solver/mesh/tessellation.h"
 #include "solver/mesh/walk.h"
+#include "tests/check.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -118,7 +118,7 @@ static double mean_error(const struct mesh *mesh, const struct plain_setup *setu
     double sum = 0;
     for (int k = 0; k < ANGLES; k++) {
         march_all(mesh, &net, &setups[k], along ? nodes[k] : NULL);
-        assert_true(net.residual <= 1e-12);
+        check_at_most(net.residual, 1e-12);
         double error = net_gap(&net, nodes[k]) / (CELLS * setups[k].spacing[0]);
         sum += error * error;
     }
@@ -154,8 +154,10 @@ static void check_order(const char *name, struct shape *shape, const double uv[2
     printf("  straight:");
     double straight_order = print_order(straight);
     printf("\n");
-    assert_true(order > 1.9 && along[1] < 2e-4);
-    assert_true(straight_order > 1.3 && straight[1] < 1e-3);
+    check_above(order, 1.9);
+    check_below(along[1], 2e-4);
+    check_above(straight_order, 1.3);
+    check_below(straight[1], 1e-3);
     for (int k = 0; k < ANGLES; k++)
         plain_free(nodes[k]);
 }
@@ -201,7 +203,7 @@ static void test_exact_mosaic_is_exact_on_a_plane(void **state) {
                 r = vec3_axpy(j * setup.spacing[1], setup.weft, r);
                 worst = fmax(worst, vec3_distance(r, node_at(&net, i, j)->r));
             }
-        assert_true(worst < 1e-12);
+        check_below(worst, 1e-12);
         arena_free(arena);
     }
 }
@@ -227,7 +229,7 @@ static void test_exact_mosaic_is_exact_over_a_crease(void **state) {
                 double d = setup.spacing[k % 2 ? 0 : 1];
                 worst = fmax(worst, fabs(vec3_dot(vec3_sub(r, start), side) - across * d));
             }
-        assert_true(worst < 1e-12);
+        check_below(worst, 1e-12);
         arena_free(arena);
     }
 }
@@ -284,8 +286,8 @@ static void check_closed(const char *name, struct shape *shape, double size, lon
         assert_int_equal(euler_number(mesh, &edges), euler);
         assert_int_equal(edges > 0, rim);
         assert_int_equal(mesh->components[0].rim_count, edges);
-        assert_true(fabs(mesh->area / area - 1) < 3e-3);
-        assert_true(worst_shape(mesh) > 0.1);
+        check_below(fabs(mesh->area / area - 1), 3e-3);
+        check_above(worst_shape(mesh), 0.1);
         shape_transpose(shape);
         arena_free(arena);
     }

@@ -3,9 +3,9 @@
  * Parts as they come to be draped, by every method: the net goes to the rim everywhere, and a
  * copy ten times as large, or a thousandth, drapes the same.
  */
-#include "check.h"
 #include "measure.h"
 #include "shapes.h"
+#include "tests/check.h"
 #include <stdio.h>
 
 static const double QUARTER = M_PI / 2;
@@ -100,7 +100,7 @@ static void check_coverage(const struct part *part, const struct shape *shape,
     double strip = sqrt(2) * part->spacing * shape_perimeter(shape) / shape_area(shape);
     assert_int_equal(summary->outcome, DRAPE_COMPLETE);
     assert_int_equal(summary->front_reasons[DRAPE_REASON_BOUNDARY], run->result.front.count);
-    assert_true(1 - summary->coverage < strip);
+    check_below(1 - summary->coverage, strip);
 }
 
 static void test_exact_parts_are_covered(void **state) {

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Paths past the corners of spans: on a sphere, split as one likes, geodesics are great circles. */
-#include "check.h"
 #include "shapes.h"
 #include "solver/surface/path.h"
+#include "tests/check.h"
 #include <stdio.h>
 
 enum { DIRECTIONS = 24 };
@@ -69,7 +69,7 @@ static void test_exact_path_passes_corners_of_spans(void **state) {
                     fmax(worst, error_past_corner(surface, corner, 0.1 + 2 * M_PI * k / DIRECTIONS,
                                                   side * misses[m]));
     printf("  largest error %.1e\n", worst);
-    assert_true(worst < 1e-12);
+    check_below(worst, 1e-12);
     arena_free(arena);
 }
 

@@ -1,17 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /* Random rational surfaces, starts, directions and spacings. DRAPED_SEED sets the seed and
  * DRAPED_ROUNDS the number of surfaces; each line that fails says which seed it had. */
-#include "check.h"
 #include "march.h"
 #include "measure.h"
+#include "tests/check.h"
 #include <stdio.h>
 #include <stdlib.h>
 
-#ifdef __SANITIZE_ADDRESS__ /* where a surface takes six times as long */
-enum { COVER_ROUNDS = 300, ROUNDS = 100, DEEP_ROUNDS = 20 };
-#else
 enum { COVER_ROUNDS = 2000, ROUNDS = 100, DEEP_ROUNDS = 20 };
-#endif
 static const uint64_t SEED = 20240229;
 
 static const double SAME_NODES = 1e-9; /* two programs, the same equations; in spacings */
@@ -31,7 +27,7 @@ static uint64_t first_seed(void) {
 
 static int rounds_of(int usual) {
     const char *text = getenv("DRAPED_ROUNDS");
-    return text ? atoi(text) : usual;
+    return text ? atoi(text) : check_sized(usual, 4);
 }
 
 static void trial_make(struct trial *trial, uint64_t seed) {
@@ -107,7 +103,7 @@ static void test_exact_random_covers(void **state) {
     }
     printf("  coverage: mean %.3f, least %.3f; without convergence %zu of %zu nodes\n", mean, least,
            lost, nodes);
-    assert_true((double)lost < 1e-4 * (double)nodes);
+    check_below((double)lost, 1e-4 * (double)nodes);
 }
 
 static struct drape_nodes *plain_of(const struct trial *trial, double share, int n) {
@@ -171,7 +167,7 @@ static double largest_gap(const struct drape_nodes *coarse, const struct drape_n
     grid_make(&grid, fine);
     for (size_t k = 0; k < coarse->count; k++) {
         int at = grid_find(&grid, coarse->i[k] * ratio, coarse->j[k] * ratio);
-        assert_true(at >= 0);
+        check_at_least(at, 0);
         double gap = vec3_distance(node_point(coarse, (int)k), node_point(fine, at));
         worst = fmax(worst, isnan(gap) ? HUGE_VAL : gap);
     }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* The references themselves, against closed forms and against each other. */
-#include "check.h"
 #include "march.h"
 #include "scenes.h"
+#include "tests/check.h"
 #include <stdio.h>
 
 static const double DEG = M_PI / 180;
@@ -68,10 +68,10 @@ static void test_exact_reference_agrees_with_solver_evaluation(void **state) {
             shape_evaluate(&shape, u, v, &a);
             surface_evaluate(surface, &cursor, u, v, &b);
             double second = vec3_norm(a.uu) + vec3_norm(a.uv) + vec3_norm(a.vv);
-            assert_true(vec3_distance(a.r, b.r) < 1e-12);
-            assert_true(vec3_distance(a.u, b.u) + vec3_distance(a.v, b.v) < 1e-10);
-            assert_true(vec3_distance(a.uu, b.uu) + vec3_distance(a.uv, b.uv) +
-                            vec3_distance(a.vv, b.vv) <
+            check_below(vec3_distance(a.r, b.r), 1e-12);
+            check_below(vec3_distance(a.u, b.u) + vec3_distance(a.v, b.v), 1e-10);
+            check_below(vec3_distance(a.uu, b.uu) + vec3_distance(a.uv, b.uv) +
+                            vec3_distance(a.vv, b.vv),
                         1e-9 * (1 + second));
         }
         arena_free(arena);
@@ -93,8 +93,8 @@ static void test_exact_reference_knot_insertion_keeps_shape(void **state) {
         for (int i = 0; i < 20; i++) {
             double uv[2] = {random_unit(&seed), random_unit(&seed)}, vu[2] = {uv[1], uv[0]};
             struct vec3 r = shape_point(&shape, uv);
-            assert_true(vec3_distance(r, shape_point(&split, uv)) < 1e-13);
-            assert_true(vec3_distance(r, shape_point(&turned, vu)) < 1e-13);
+            check_below(vec3_distance(r, shape_point(&split, uv)), 1e-13);
+            check_below(vec3_distance(r, shape_point(&turned, vu)), 1e-13);
         }
     }
 }
@@ -124,7 +124,7 @@ static void test_exact_reference_geodesic_is_great_circle(void **state) {
         double at[2];
         exact_geodesic_at(line, s, at, NULL);
         struct vec3 exact = vec3_axpy(50 * sin(s / 50), warp, vec3_scale(cos(s / 50), r));
-        assert_true(vec3_distance(shape_point(&shape, at), exact) < 1e-11 * 50);
+        check_below(vec3_distance(shape_point(&shape, at), exact), 1e-11 * 50);
     }
     exact_geodesic_free(line);
 }
@@ -145,8 +145,8 @@ static void test_exact_reference_geodesic_obeys_clairaut(void **state) {
         struct vec3 t = vec3_axpy(duv[0], jet.u, vec3_scale(duv[1], jet.v));
         double momentum = jet.r.x * t.y - jet.r.y * t.x;
         first = s == 0 ? momentum : first;
-        assert_true(fabs(momentum - first) < 1e-11);
-        assert_true(fabs(vec3_norm(t) - 1) < 1e-11);
+        check_below(fabs(momentum - first), 1e-11);
+        check_below(fabs(vec3_norm(t) - 1), 1e-11);
     }
     exact_geodesic_free(line);
 }
@@ -163,7 +163,7 @@ static void test_exact_reference_geodesic_unfolds_crease(void **state) {
         double at[2], x = r.x + s * cos(30 * DEG), y = r.y + s * sin(30 * DEG);
         struct vec3 exact = {x > 0 ? x * cos(rise) : x, y, x > 0 ? x * sin(rise) : 0};
         exact_geodesic_at(line, s, at, NULL);
-        assert_true(vec3_distance(shape_point(&shape, at), exact) < 1e-13);
+        check_below(vec3_distance(shape_point(&shape, at), exact), 1e-13);
     }
     exact_geodesic_free(line);
 }
@@ -179,10 +179,10 @@ static void test_exact_reference_shooter_measures_distance(void **state) {
         struct vec3 p = shape_point(&scene.shape, a), q = shape_point(&scene.shape, b), first, last;
         double angle = vec3_angle(p, q);
         double distance = exact_geodesic_distance(&scene.shape, a, b, &first, &last);
-        assert_true(fabs(distance / 50 - angle) < 1e-13);
+        check_below(fabs(distance / 50 - angle), 1e-13);
         struct vec3 across = vec3_unit(vec3_cross(p, q));
-        assert_true(vec3_distance(first, vec3_unit(vec3_cross(across, p))) < 1e-11);
-        assert_true(vec3_distance(last, vec3_unit(vec3_cross(across, q))) < 1e-11);
+        check_below(vec3_distance(first, vec3_unit(vec3_cross(across, p))), 1e-11);
+        check_below(vec3_distance(last, vec3_unit(vec3_cross(across, q))), 1e-11);
     }
     scene_free(&scene);
 }
@@ -197,18 +197,18 @@ static void test_exact_reference_sphere_gamma_of_z(void **state) {
     (void)state;
     for (size_t k = 0; k < sizeof table / sizeof table[0]; k++) {
         sphere_angle(M_PI / 2, table[k][0], &w, &dw);
-        assert_true(fabs(90 - w / DEG - table[k][1]) < 6e-6);
+        check_below(fabs(90 - w / DEG - table[k][1]), 6e-6);
         sphere_angle(M_PI / 2, -table[k][0], &w, &dw);
-        assert_true(fabs(90 - w / DEG + table[k][1]) < 6e-6);
+        check_below(fabs(90 - w / DEG + table[k][1]), 6e-6);
     }
-    assert_true(fabs(sphere_collapse(M_PI / 2) - 1.86159) < 6e-6);
+    check_below(fabs(sphere_collapse(M_PI / 2) - 1.86159), 6e-6);
     /* z w'' + w' = -sin w, w'' by a difference of w' */
     for (double z = 0.05; z < 1.8; z += 0.1) {
         double up, down, at, h = 1e-4;
         sphere_angle(1.3, z + h, &w, &up);
         sphere_angle(1.3, z - h, &w, &down);
         sphere_angle(1.3, z, &w, &at);
-        assert_true(fabs(z * (up - down) / (2 * h) + at + sin(w)) < 1e-7);
+        check_below(fabs(z * (up - down) / (2 * h) + at + sin(w)), 1e-7);
     }
 }
 
@@ -228,7 +228,7 @@ static void test_exact_reference_sphere_gamma_of_polar_angle(void **state) {
             reference_at(reference, s, s, &at);
             *(vec3_angle(at.r, start.r) < table[k][0] * DEG ? &low : &high) = s;
         }
-        assert_true(fabs(at.shear_deg - table[k][1]) < 6e-4);
+        check_below(fabs(at.shear_deg - table[k][1]), 6e-4);
     }
     reference_free(reference);
 }
@@ -246,9 +246,9 @@ static void test_exact_reference_sphere_is_chebyshev(void **state) {
                              &at);
                 double radius = vec3_distance(at.r, scene.motion.shift);
                 double shear = 90 - vec3_angle(at.warp, at.weft) / DEG;
-                assert_true(fabs(radius / 50 - 1) < 1e-13);
-                assert_true(fabs(vec3_norm(at.warp) - 1) + fabs(vec3_norm(at.weft) - 1) < 1e-12);
-                assert_true(fabs(shear - at.shear_deg) < 1e-10);
+                check_below(fabs(radius / 50 - 1), 1e-13);
+                check_below(fabs(vec3_norm(at.warp) - 1) + fabs(vec3_norm(at.weft) - 1), 1e-12);
+                check_below(fabs(shear - at.shear_deg), 1e-10);
             }
         }
         scene_free(&scene);
@@ -274,8 +274,8 @@ static void test_exact_reference_sphere_recursion(void **state) {
             error = fmax(error, vec3_distance(at.r, out[k]));
             double warp = i ? vec3_distance(out[k], out[k - 1]) : 2 * sin(arc[0] / 2);
             double weft = j ? vec3_distance(out[k], out[k - n - 1]) : 2 * sin(arc[1] / 2);
-            assert_true(fabs(warp / (2 * sin(arc[0] / 2)) - 1) < 1e-11);
-            assert_true(fabs(weft / (2 * sin(arc[1] / 2)) - 1) < 1e-11);
+            check_below(fabs(warp / (2 * sin(arc[0] / 2)) - 1), 1e-11);
+            check_below(fabs(weft / (2 * sin(arc[1] / 2)) - 1), 1e-11);
         }
         assert_true(n == 16 || fabs(order_of(last, error) - 2) < 0.05);
         last = error;
@@ -296,9 +296,9 @@ static void test_exact_reference_saddle_gamma(void **state) {
             double sine = x * x / (1 + x * x) * (up ? 1 : -1);
             struct exact_net_point at;
             reference_at(reference, s, s, &at);
-            assert_true(fabs(at.r.x - x) + fabs(at.r.y - x) < 1e-13);
-            assert_true(fabs(fabs(at.shear_deg) - table[k][1]) < 6e-6);
-            assert_true(fabs(at.shear_deg - asin(sine) / DEG) < 1e-11);
+            check_below(fabs(at.r.x - x) + fabs(at.r.y - x), 1e-13);
+            check_below(fabs(fabs(at.shear_deg) - table[k][1]), 6e-6);
+            check_below(fabs(at.shear_deg - asin(sine) / DEG), 1e-11);
         }
         reference_free(reference);
     }
@@ -338,7 +338,8 @@ static void test_exact_reference_integrator_meets_closed_forms(void **state) {
             }
         }
         printf("  %-24s integrator %.1e, %.1e deg\n", scene.name, position, shear);
-        assert_true(position < 1e-11 && shear < 1e-9);
+        check_below(position, 1e-11);
+        check_below(shear, 1e-9);
         exact_net_free(net);
         scene_free(&scene);
     }
@@ -363,7 +364,7 @@ static void test_exact_reference_hazzidakis(void **state) {
             exact_net_at(net, 0, 0, &start);
             double turned = far.shear_deg - s.shear_deg - t.shear_deg + start.shear_deg;
             double miss = exact_net_curvature(net, a, b) - a * b * turned * DEG;
-            assert_true(fabs(miss) < (general[g] == SCENE_FREEFORM ? 1e-5 : 1e-11));
+            check_below(fabs(miss), (general[g] == SCENE_FREEFORM ? 1e-5 : 1e-11));
         }
         scene_free(&scene);
     }

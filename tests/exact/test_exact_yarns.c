@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Generators that are no geodesics, yarn paths by relaxation, trimmed regions, several threads. */
-#include "check.h"
 #include "scenes.h"
+#include "tests/check.h"
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -119,7 +119,7 @@ static void check_sections(void (*choose)(struct drape_settings *settings)) {
             double on_generators, error = section_error(study->method, n, choose, &on_generators);
             printf("  %.1e", error / 0.8);
             if (study->method == DRAPE_GIB || study->method == DRAPE_GEODESIC)
-                assert_true(on_generators < 1e-11);
+                check_below(on_generators, 1e-11);
             double order = order_of(last, error);
             assert_true(last == 0 || (order > study->order && order < study->order + 1.2));
             last = error;
@@ -154,7 +154,7 @@ static void test_exact_yarns_planes_through_centre(void **state) {
         }
         drape_begin(&run, &scene.shape, &settings);
         double gap = sphere_gap(&run, scene.motion.shift, &scene.start, settings.spacing, 24);
-        assert_true(gap < 1e-10 * 50);
+        check_below(gap, 1e-10 * 50);
         drape_end(&run);
         scene_free(&scene);
     }
@@ -182,11 +182,11 @@ static void test_exact_yarns_small_circle(void **state) {
         if (at >= 0) {
             double angle = i * d / rho;
             struct vec3 exact = vec3_axpy(cos(angle), out, vec3_axpy(sin(angle), along, centre));
-            assert_true(vec3_distance(exact, node_point(&run.result.nodes, at)) < 1e-11 * radius);
+            check_below(vec3_distance(exact, node_point(&run.result.nodes, at)), 1e-11 * radius);
             seen++;
         }
     }
-    assert_true(seen > 30);
+    check_above(seen, 30);
     drape_end(&run);
 }
 
@@ -216,8 +216,8 @@ static void test_exact_yarns_bent_curve(void **state) {
         double share = left / length;
         struct vec3 exact = {bend[k][0] + share * (bend[k + 1][0] - bend[k][0]),
                              bend[k][1] + share * (bend[k + 1][1] - bend[k][1]), 0};
-        assert_true(at >= 0);
-        assert_true(vec3_distance(exact, node_point(&run.result.nodes, at)) < 1e-12);
+        check_at_least(at, 0);
+        check_below(vec3_distance(exact, node_point(&run.result.nodes, at)), 1e-12);
     }
     drape_end(&run);
 }
@@ -291,7 +291,7 @@ static void test_exact_yarns_relaxation(void **state) {
         drape_begin(&run, &scene.shape, &settings);
         double worst = relaxed_edges(&scene.shape, &run, settings.spacing[0]);
         printf("  %-23s edges %.1e\n", scene.name, worst);
-        assert_true(worst < rows[k].tolerance);
+        check_below(worst, rows[k].tolerance);
         drape_end(&run);
         scene_free(&scene);
     }
@@ -372,7 +372,7 @@ static void check_trimmed(enum scene_id id, enum drape_method method) {
     printf("  %-20s method %d: %zu of %zu nodes, coverage %.3f\n", scene.name, (int)method, there,
            all->count, trimmed.result.summary.coverage);
     assert_int_equal(there, some->count);
-    assert_true(fabs(share - trimmed.result.summary.coverage) < 0.01);
+    check_below(fabs(share - trimmed.result.summary.coverage), 0.01);
     assert_int_equal(trimmed.result.summary.front_reasons[DRAPE_REASON_BOUNDARY],
                      trimmed.result.front.count);
     drape_end(&whole);
@@ -417,7 +417,7 @@ static void run_at_once(void *context, int count, void (*task)(void *data, int k
     pthread_t thread[MOST];
     struct errand errand[MOST];
     (void)context;
-    assert_true(count <= MOST);
+    check_at_most(count, MOST);
     for (int k = 0; k < count; k++) {
         errand[k] = (struct errand){task, data, k};
         assert_int_equal(pthread_create(&thread[k], NULL, run_errand, &errand[k]), 0);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* A process that has locked itself in tries what a taken-over solver would try. */
-#include "../unit/check.h"
 #include "server/work/sandbox.h"
+#include "tests/check.h"
 #include <errno.h>
 #include <fcntl.h>
 #include <pthread.h>

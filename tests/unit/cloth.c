@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "cloth.h"
 
-#include "check.h"
+#include "tests/check.h"
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "mesh_text.h"
 
-#include "check.h"
+#include "tests/check.h"
 #include <stdlib.h>
 #include <string.h>
 

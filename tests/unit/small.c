@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "small.h"
 
-#include "check.h"
+#include "tests/check.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

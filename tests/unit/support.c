@@ -2,7 +2,7 @@
 #include "support.h"
 
 #include "api/request/decode.h"
-#include "check.h"
+#include "tests/check.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* The n-th allocation fails, for every n: each time the answer is a clean out-of-memory, and under
  * a sanitizer nothing is lost. */
-#include "check.h"
 #include "cloth.h"
 #include "support.h"
+#include "tests/check.h"
 
 #include "api/json/place.h"
 #include "api/map/map.h"
@@ -74,7 +74,7 @@ static void test_allocation_failures_of_the_parser(void **state) {
         while (decode_failing(texts[k], n, 0) == API_OUT_OF_MEMORY)
             n++;
         assert_int_equal(decode_failing(texts[k], n, 0), sound);
-        assert_true(n > 3);
+        check_above(n, 3);
         printf("%zu allocations of the parser\n", n - 1);
     }
 }
@@ -88,7 +88,7 @@ static void test_allocation_failures_of_the_decoder(void **state) {
         while (decode_failing(texts[k], 0, n) == API_OUT_OF_MEMORY)
             n++;
         assert_int_equal(decode_failing(texts[k], 0, n), sound);
-        assert_true(n > 3);
+        check_above(n, 3);
         printf("%zu allocations of the decoder\n", n - 1);
     }
 }
@@ -154,7 +154,7 @@ static void test_allocation_failures_of_a_whole_run(void **state) {
             n++;
         if (problem.id != API_OK)
             fail_msg("%s: allocation %zu: %s", text.data, n, problem.place[0].detail);
-        assert_true(n > 10);
+        check_above(n, 10);
         printf("%zu allocations of a run with %s\n", n - 1, runs[k].members);
         bytes_free(&text);
     }
@@ -208,7 +208,7 @@ static void test_allocation_failures_of_a_map(void **state) {
         while ((id = map_failing(maps[k].read, maps[k].text, &container, n)) == API_OUT_OF_MEMORY)
             n++;
         assert_int_equal(id, API_OK);
-        assert_true(n > 10);
+        check_above(n, 10);
         printf("%zu allocations of a map\n", n - 1);
     }
     bytes_free(&container);
@@ -247,7 +247,7 @@ static void test_allocation_failures_of_the_written_documents(void **state) {
         arena_fail_at(arena, 0);
         arena_rewind(arena, mark);
     }
-    assert_true(n > 5);
+    check_above(n, 5);
     arena_free(arena);
 }
 

@@ -4,8 +4,8 @@
  * each line after it the pointer of one error, in any order and all of them; the whole document,
  * whose pointer is empty, is written as #.
  */
-#include "check.h"
 #include "support.h"
+#include "tests/check.h"
 
 #include "api/request/decode.h"
 #include <dirent.h>
@@ -79,7 +79,7 @@ static void test_decode_refuses_bad_requests_at_their_places(void **state) {
     (void)state;
     struct dirent **entries;
     int count = scandir(folder, &entries, is_request, alphasort), failures = 0;
-    assert_true(count >= 45);
+    check_at_least(count, 45);
     for (int i = 0; i < count; i++) {
         failures += !check(entries[i]->d_name);
         free(entries[i]);

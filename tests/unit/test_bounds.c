@@ -3,9 +3,9 @@
 #include "solver/surface/bounds.h"
 #include "solver/surface/spans.h"
 
-#include "check.h"
 #include "patch.h"
 #include "support.h"
+#include "tests/check.h"
 #include <float.h>
 #include <jansson.h>
 #include <math.h>
@@ -192,7 +192,7 @@ static void test_bounds_and_area_describe_a_trimmed_surface(void **state) {
     assert_int_equal(json_unpack(json, "{s:F,s:[[F,F,F],[F,F,F]]}", "area", &area, "bounding_box",
                                  &low[0], &low[1], &low[2], &high[0], &high[1], &high[2]),
                      0);
-    assert_true(fabs(area - 29.7850269 / 2) < 1e-4 * 15);
+    check_below(fabs(area - 29.7850269 / 2), 1e-4 * 15);
     for (int k = 0; k < 3; k++)
         assert_true(low[k] == -2 && high[k] == 2);
     json_decref(json);
@@ -285,7 +285,7 @@ static void check_random(const struct surface *surface) {
         double value = vec3_dot(q.direction, tight[k / 3]), found = search(&q, SPAN_GRID);
         if (value < found - walked * size)
             found = search(&q, SPAN_GRID_FINE);
-        assert_true(value >= vec3_dot(q.direction, hull[k / 3]) - 1e-12 * size);
+        check_at_least(value, vec3_dot(q.direction, hull[k / 3]) - 1e-12 * size);
         if (!(value <= found + promised * size && value >= found - walked * size))
             fail_msg("side %d: %.12g, but the surface reaches %.12g", k, value, found);
     }
@@ -345,10 +345,11 @@ static void test_bounds_close_with_the_square_of_the_cells(void **state) {
                 (bounds_pair){xx - 2 * a * x + a * a + yy - 2 * b * y + b * b - x * y / 4, w};
         }
         bounds_run(&search);
-        assert_true(gap.bound <= gap.least);
+        check_at_most(gap.bound, gap.least);
         gaps[k] = gap.least - gap.bound;
     }
-    assert_true(gaps[0] > 0 && gaps[0] < 1e-2);
+    check_above(gaps[0], 0);
+    check_below(gaps[0], 1e-2);
     if (!(gaps[1] < 0.35 * gaps[0]))
         fail_msg("gaps %g and %g", gaps[0], gaps[1]);
 }

@@ -2,8 +2,8 @@
 #include "api/result/columns.h"
 
 #include "api/format/format.h"
-#include "check.h"
 #include "support.h"
+#include "tests/check.h"
 #include <jansson.h>
 #include <math.h>
 #include <stdlib.h>
@@ -91,7 +91,7 @@ static void test_columns_read_back_what_was_written(void **state) {
     assert_int_equal(columns.summary.outcome, DRAPE_PARTIAL);
     assert_int_equal(columns.summary.nodes, ROWS);
     assert_true(columns.summary.coverage == 1.0 / 3);
-    assert_true(columns.summary.error_estimate_max < 0);
+    check_below(columns.summary.error_estimate_max, 0);
     assert_int_equal(columns.summary.front_reasons[DRAPE_REASON_COLLAPSED], 3);
     assert_string_equal(columns.summary.solver_version, "9.9");
     assert_memory_equal(&columns.grid, &sample->header.grid, sizeof columns.grid);

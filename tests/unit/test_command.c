@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* The command line `drape`, run as a user would. The program is the one beside the tests' folder
  * (BUILD/drape for BUILD/tests/unit/test_command); without it the tests are skipped. */
-#include "check.h"
 #include "support.h"
+#include "tests/check.h"
 
 #include <fcntl.h>
 #include <jansson.h>
@@ -27,7 +27,7 @@ struct outcome {
 static int find_program(void **state) {
     (void)state;
     ssize_t length = readlink("/proc/self/exe", program, sizeof program - 16);
-    assert_true(length > 0);
+    check_above(length, 0);
     program[length] = '\0';
     for (int k = 0; k < 3; k++)
         *strrchr(program, '/') = '\0';
@@ -152,7 +152,7 @@ static void test_command_takes_the_encoders_options(void **state) {
     assert_int_equal(outcome.status, 0);
     assert_memory_equal(outcome.out.data, "j,shear_deg\n", 12);
     for (const char *line = outcome.out.data; (line = strchr(line, '\n')) && line[1]; line++)
-        assert_true(strcspn(line + 1, "\n") < 16);
+        check_below(strcspn(line + 1, "\n"), 16);
     outcome_free(&outcome);
 }
 

@@ -2,8 +2,8 @@
 #include "api/request/decode.h"
 
 #include "api/request/normalise.h"
-#include "check.h"
 #include "support.h"
+#include "tests/check.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "api/format/format.h"
 
-#include "check.h"
 #include "support.h"
+#include "tests/check.h"
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
@@ -121,7 +121,7 @@ static void test_encode_json_has_columns_of_equal_length(void **state) {
         json_t *table = json_object_get(json, tables[t]), *column;
         const char *name;
         size_t rows = json_array_size(json_object_get(table, "i"));
-        assert_true(rows > 0);
+        check_above(rows, 0);
         json_object_foreach(table, name, column) {
             assert_int_equal(json_array_size(column), rows);
             for (size_t k = 0; k < rows; k++)
@@ -181,7 +181,7 @@ static void test_encode_fields_sends_only_those(void **state) {
         encode_json_tree((struct format_options){.fields = "cells.thickness,nodes.y,nodes.x"});
     json_t *nodes = json_object_get(json, "nodes");
     assert_int_equal(json_object_size(nodes), 2);
-    assert_true(json_array_size(json_object_get(nodes, "x")) > 0);
+    check_above(json_array_size(json_object_get(nodes, "x")), 0);
     assert_int_equal(json_object_size(json_object_get(json, "cells")), 1);
     assert_int_equal(json_object_size(json_object_get(json, "front")), 0);
     assert_non_null(json_object_get(json, "summary"));

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The requests of api/examples/: that they are what their README says. */
-#include "check.h"
 #include "support.h"
+#include "tests/check.h"
 
 #include "api/request/shape.h"
 #include <math.h>
@@ -81,8 +81,9 @@ static void test_examples_saddle_is_the_saddle(void **state) {
     example_open(&example, "saddle");
     for (int i = 0; i < 10000; i++) {
         struct vec3 p = random_point(&random, example.surface);
-        assert_true(fabs(p.z - (p.x * p.x - p.y * p.y) / 2) < 1e-14);
-        assert_true(fabs(p.x) <= 2 && fabs(p.y) <= 2);
+        check_below(fabs(p.z - (p.x * p.x - p.y * p.y) / 2), 1e-14);
+        check_at_most(fabs(p.x), 2);
+        check_at_most(fabs(p.y), 2);
     }
     example_close(&example);
 }
@@ -95,10 +96,11 @@ static void test_examples_sphere_is_a_sphere(void **state) {
     example_open(&example, "sphere");
     for (int i = 0; i < 10000; i++) {
         struct vec3 p = random_point(&random, example.surface);
-        assert_true(fabs(vec3_norm(p) - 48) < 1e-13 * 48);
+        check_below(fabs(vec3_norm(p) - 48), 1e-13 * 48);
         low.z = fmin(low.z, p.z);
     }
-    assert_true(low.z > 16 && low.z < 17); /* the corners are at 16 */
+    check_above(low.z, 16);
+    check_below(low.z, 17); /* the corners are at 16 */
     example_close(&example);
 }
 
@@ -124,7 +126,7 @@ static void test_examples_saddle_has_the_shear_of_its_readme(void **state) {
     double *shear = node_column(&example, "shear_deg", &rows);
     for (size_t k = 0; k < rows; k++) {
         double sine = -x[k] * y[k] / sqrt((1 + x[k] * x[k]) * (1 + y[k] * y[k]));
-        assert_true(fabs(shear[k] - asin(sine) * 180 / acos(-1)) < 0.15);
+        check_below(fabs(shear[k] - asin(sine) * 180 / acos(-1)), 0.15);
     }
     free(x);
     free(y);
@@ -139,7 +141,7 @@ static void assert_node(struct example *example, int i, int j, const double expe
     double *is = node_column(example, "i", &rows), *js = node_column(example, "j", &rows);
     while (at < rows && !((int)is[at] == i && (int)js[at] == j))
         at++;
-    assert_true(at < rows);
+    check_below(at, rows);
     for (size_t k = 0; k < 4; k++) {
         double *values = node_column(example, keys[k], &rows);
         if (!(fabs(values[at] - expected[k]) < tolerance * (k == 3 ? 10 : 1)))

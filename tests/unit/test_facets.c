@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "solver/mesh/facets.h"
 
-#include "check.h"
 #include "cloth.h"
 #include "own_arena.h"
+#include "tests/check.h"
 #include <math.h>
 
 /* ---- nets ---- */
@@ -80,14 +80,14 @@ static void assert_place(const struct cloth *cloth, const struct facets_place *p
     struct vec3 r = vec3_scale(place->weight[0], cloth_middle(cloth, (size_t)place->cell));
     double sum = 0;
     for (int k = 0; k < 3; k++) {
-        assert_true(place->weight[k] >= 0);
+        check_at_least(place->weight[k], 0);
         sum += place->weight[k];
     }
     for (int k = 0; k < 2; k++)
         r = vec3_axpy(place->weight[1 + k], cloth->nodes[c[(place->side + k) % 4]], r);
-    assert_true(fabs(sum - 1) < 1e-14);
-    assert_true(vec3_distance(r, place->r) < 1e-12);
-    assert_true(fabs(vec3_distance(p, place->r) - place->distance) < 1e-12);
+    check_below(fabs(sum - 1), 1e-14);
+    check_below(vec3_distance(r, place->r), 1e-12);
+    check_below(fabs(vec3_distance(p, place->r) - place->distance), 1e-12);
 }
 
 /* ---- tests ---- */
@@ -108,7 +108,7 @@ static void test_facets_nearest_is_that_of_looking_at_all(void **state) {
             struct facets_place place;
             facets_nearest(facets, p, random_index(&random, 300) - 20, &place);
             assert_place(&cloth, &place, p);
-            assert_true(fabs(place.distance - by_looking_at_all(&cloth, p)) < 1e-11 * reach);
+            check_below(fabs(place.distance - by_looking_at_all(&cloth, p)), 1e-11 * reach);
         }
         cloth_free(&cloth);
     }

@@ -7,8 +7,8 @@
 #include "api/result/fieldset.h"
 #include "api/result/outline.h"
 
-#include "check.h"
 #include "small.h"
+#include "tests/check.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -197,7 +197,7 @@ static long check_polygons(const struct outline *outline, size_t *polygons) {
         for (last = first; !outline->points[last].last;)
             last++;
         size_t length = last - first + 1;
-        assert_true(length >= 4);
+        check_at_least(length, 4);
         for (size_t k = 0; k < length; k++) {
             const struct outline_point *p = &outline->points[first + k];
             const struct outline_point *q = &outline->points[first + (k + 1) % length];
@@ -281,7 +281,7 @@ static void test_fieldset_tensor_has_the_given_principal_values(void **state) {
     const double expected[6] = {5 * c * c + 2 * s * s, 5 * s * s + 2 * c * c, 1, 3 * c * s, 0, 0};
     fieldset_tensor(values, tensor);
     for (int k = 0; k < 6; k++)
-        assert_true(fabs(tensor[k] - expected[k]) < 1e-14);
+        check_below(fabs(tensor[k] - expected[k]), 1e-14);
 }
 
 static void test_colour_grows_lighter_evenly(void **state) {
@@ -378,9 +378,9 @@ static void test_lcmsim_fields_read_back(void **state) {
         char field[9] = "";
         lcmsim_field(value, field);
         assert_int_equal(strlen(field), 8);
-        assert_true(fabs(read_field(field) - value) <= 6e-3 * fabs(value));
+        check_at_most(fabs(read_field(field) - value), 6e-3 * fabs(value));
         if (fabs(value) > 1e-3 && fabs(value) < 1e5)
-            assert_true(fabs(read_field(field) - value) <= 1.2e-3 * fabs(value));
+            check_at_most(fabs(read_field(field) - value), 1.2e-3 * fabs(value));
     }
 }
 
@@ -391,8 +391,8 @@ static void test_lcmsim_bins_are_at_most_125_and_alike(void **state) {
     bool used[256] = {false};
     assert_true(lcmsim_make_bins(&bins, &fields));
     assert_int_equal(bins.count, LCMSIM_BINS_MAX);
-    assert_true(bins.direction_deg < 2);
-    assert_true(bins.thickness < 0.03);
+    check_below(bins.direction_deg, 2);
+    check_below(bins.thickness, 0.03);
     for (size_t k = 0; k < fields.element_count; k++)
         used[bins.part[k]] = true;
     for (size_t part = 0; part < 256; part++)
@@ -407,7 +407,9 @@ static void test_lcmsim_bins_of_like_elements_are_one(void **state) {
     struct lcmsim_bins bins;
     assert_true(lcmsim_make_bins(&bins, &fields));
     assert_int_equal(bins.count, 1);
-    assert_true(bins.direction_deg < 1e-6 && bins.k1 < 1e-12 && bins.thickness < 1e-12);
+    check_below(bins.direction_deg, 1e-6);
+    check_below(bins.k1, 1e-12);
+    check_below(bins.thickness, 1e-12);
     lcmsim_free_bins(&bins);
     small_strip_free(&fields);
 }
@@ -419,7 +421,7 @@ static void test_lcmsim_bins_know_no_sign_of_direction(void **state) {
     struct lcmsim_bins bins;
     assert_true(lcmsim_make_bins(&bins, &fields));
     assert_int_equal(bins.count, 1);
-    assert_true(fabs(bins.bin[0].direction.x) > 1 - 1e-12);
+    check_above(fabs(bins.bin[0].direction.x), 1 - 1e-12);
     lcmsim_free_bins(&bins);
     small_strip_free(&fields);
 }

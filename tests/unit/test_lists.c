@@ -7,8 +7,8 @@
 #include "api/result/column_list.h"
 #include "api/result/directory.h"
 
-#include "check.h"
 #include "support.h"
+#include "tests/check.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -134,11 +134,11 @@ static void test_column_list_names_fit_and_are_found(void **state) {
         const struct column_spec *spec = &column_specs[id];
         for (int k = 0; k < spec->parts; k++, stored++) {
             assert_ptr_equal(column_spec_find(spec->table, spec->part[k]), spec);
-            assert_true(strlen(spec->part[k]) < API_COLUMN_NAME_SIZE);
+            check_below(strlen(spec->part[k]), API_COLUMN_NAME_SIZE);
         }
         assert_true(id == 0 || spec[-1].table <= spec->table);
     }
-    assert_true(stored <= API_COLUMNS_MAX);
+    check_at_most(stored, API_COLUMNS_MAX);
     assert_null(column_spec_find(API_TABLE_CELLS, "x"));
     assert_null(column_spec_find(API_TABLE_CELLS, "warp"));
 }

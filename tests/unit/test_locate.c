@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "api/json/locate.h"
 
-#include "check.h"
 #include "support.h"
+#include "tests/check.h"
 #include <string.h>
 
 /* The pointer of what ends at the mark `^` of a text. */

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "api/map/map.h"
 
-#include "check.h"
 #include "cloth.h"
 #include "own_arena.h"
 #include "solver/permeability.h"
+#include "tests/check.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -297,7 +297,9 @@ static void test_map_tensor_is_positive_and_that_of_its_columns(void **state) {
                     normal = vec3_unit(vec3_cross(warp, weft));
         double k1 = value_at(mapped, "k1", row), k2 = value_at(mapped, "k2", row);
         double k3 = value_at(mapped, "k3", row);
-        assert_true(k1 >= k2 && k2 > 0 && k3 > 0);
+        check_at_least(k1, k2);
+        check_above(k2, 0);
+        check_above(k3, 0);
         assert_near(vec3_norm(first), 1, 1e-14);
         assert_near(vec3_dot(first, normal), 0, 1e-14);
         assert_near(quadratic(&k, first, first), k1, 1e-14 * k1);
@@ -307,7 +309,7 @@ static void test_map_tensor_is_positive_and_that_of_its_columns(void **state) {
             struct vec3 v =
                 vec3_make(random_between(&random, -1, 1), random_between(&random, -1, 1),
                           random_between(&random, -1, 1));
-            assert_true(quadratic(&k, v, v) > -1e-15 * k1);
+            check_above(quadratic(&k, v, v), -1e-15 * k1);
         }
     }
     mapped_free(mapped);
@@ -473,7 +475,7 @@ static void selected_names(const struct mapped *mapped, const char *list, char n
     struct encoder *encoder =
         encoder_new(format_named(FORMAT_MAP, "csv"), &source, &options, &problem);
     ssize_t length = encoder ? encoder_read(encoder, names, 511) : 0;
-    assert_true(length >= 0);
+    check_at_least(length, 0);
     names[length] = '\0';
     names[strcspn(names, "\n")] = '\0';
     assert_int_equal(problem.id, encoder ? API_OK : API_INVALID_REQUEST);
@@ -513,7 +515,8 @@ struct patience {
 
 static bool ask(void *context, double fraction) {
     struct patience *patience = context;
-    assert_true(fraction >= 0 && fraction <= 1);
+    check_at_least(fraction, 0);
+    check_at_most(fraction, 1);
     return patience->questions-- > 0;
 }
 
@@ -561,7 +564,7 @@ static void test_map_without_memory_is_a_problem(void **state) {
         arena_rewind(arena, mark);
     } while (result != API_OK);
     arena_fail_at(arena, 0);
-    assert_true(n > 30);
+    check_above(n, 30);
     bytes_free(&container);
     cloth_free(&cloth);
 }
@@ -578,7 +581,7 @@ static void test_map_gives_back_what_it_needs_no_more(void **state) {
     static struct api_map map;
     struct api_problem problem = {0};
     assert_int_equal(api_map_make(&reader, &mesh, NULL, own, &map, &problem), API_OK);
-    assert_true(arena_peak(own) > 3600 * sizeof(double) * CLOTH_FIELDS);
+    check_above(arena_peak(own), 3600 * sizeof(double) * CLOTH_FIELDS);
     assert_true(arena_held(own) < (size_t)1 << 18);
     arena_free(own);
     bytes_free(&container);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-#include "check.h"
 #include "mesh_text.h"
 #include "own_arena.h"
 #include "support.h"
+#include "tests/check.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

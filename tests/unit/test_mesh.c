@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "solver/mesh/mesh.h"
 
-#include "check.h"
 #include "sample.h"
+#include "tests/check.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -49,7 +49,7 @@ static void check_topology(const struct mesh *mesh) {
         struct vec3 p[3];
         mesh_corner_points(mesh, t, p);
         struct vec3 cross = vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]));
-        assert_true(vec3_distance(vec3_unit(cross), mesh->normals[t]) < 1e-12);
+        check_below(vec3_distance(vec3_unit(cross), mesh->normals[t]), 1e-12);
     }
 }
 
@@ -69,8 +69,8 @@ static void test_mesh_of_a_square(void **state) {
     assert_int_equal(mesh->triangle_count, 2);
     assert_int_equal(boundary_edges(mesh), 4);
     assert_int_equal(mesh->component_count, 1);
-    assert_true(fabs(mesh->area - 1) < 1e-15);
-    assert_true(vec3_distance(mesh->centroid, vec3_make(0.5, 0.5, 0)) < 1e-15);
+    check_below(fabs(mesh->area - 1), 1e-15);
+    check_below(vec3_distance(mesh->centroid, vec3_make(0.5, 0.5, 0)), 1e-15);
     assert_true(vec3_distance(mesh->upper, vec3_make(1, 1, 0)) == 0);
     assert_true(fabs(mesh->size - sqrt(2)) < 1e-15 && mesh->magnitude == mesh->size);
     assert_true(mesh->normals[0].z == 1 && mesh->normals[1].z == 1);
@@ -94,7 +94,7 @@ static void test_mesh_winds_random_triangles_one_way(void **state) {
         assert_int_equal(mesh->component_count, 1);
         assert_int_equal(boundary_edges(mesh), 2 * (n + m));
         for (size_t t = 0; t < mesh->triangle_count; t++)
-            assert_true(mesh->normals[t].z * mesh->normals[0].z > 0);
+            check_above(mesh->normals[t].z * mesh->normals[0].z, 0);
         sample_free(&s);
         arena_free(arena);
     }
@@ -181,16 +181,16 @@ static void test_mesh_of_several_components(void **state) {
     assert_int_equal(mesh->component_count, 2);
     for (int k = 0; k < 2; k++) {
         const struct mesh_component *component = &mesh->components[k];
-        assert_true(fabs(component->area - 1) < 1e-14);
-        assert_true(vec3_distance(component->centroid, vec3_make(0.5, 0.5, k)) < 1e-14);
+        check_below(fabs(component->area - 1), 1e-14);
+        check_below(vec3_distance(component->centroid, vec3_make(0.5, 0.5, k)), 1e-14);
         assert_int_equal(component->triangle_count, k == 0 ? 18 : 20);
         assert_int_equal(component->rim_count, k == 0 ? 12 : 14);
         assert_true(mesh_nearest(mesh, vec3_make(0.3, 0.4, 0.2), k, &place, &distance));
-        assert_true(fabs(distance - (k == 0 ? 0.2 : 0.8)) < 1e-15);
+        check_below(fabs(distance - (k == 0 ? 0.2 : 0.8)), 1e-15);
         assert_int_equal(mesh->component[place.triangle], k);
     }
     assert_false(mesh_nearest(mesh, vec3_make(0, 0, 0), 2, &place, NULL));
-    assert_true(vec3_distance(mesh->centroid, vec3_make(0.5, 0.5, 0.5)) < 1e-14);
+    check_below(vec3_distance(mesh->centroid, vec3_make(0.5, 0.5, 0.5)), 1e-14);
     sample_free(&s);
     sample_free(&other);
     arena_free(arena);
@@ -252,7 +252,7 @@ static void test_mesh_faults(void **state) {
         assert_int_equal(mesh_make(&source, arena, &mesh, &fault), STATUS_INVALID);
         if (fault.kind != f->kind || fault.index != f->index)
             fail_msg("mesh %zu: triangle %zu: %s", k, fault.index, fault.reason);
-        assert_true(strlen(fault.reason) > 10);
+        check_above(strlen(fault.reason), 10);
         assert_true(f->kind != MESH_FAULT_INDEX || fault.corner == 2);
         sample_free(&s);
         arena_free(arena);
@@ -322,7 +322,7 @@ static void test_mesh_accepts_thin_triangles_and_unused_vertices(void **state) {
         for (size_t v = 0; v < scaled.vertex_count; v++)
             scaled.vertices[v] = vec3_scale(scale, scaled.vertices[v]);
         mesh = sample_mesh(&scaled, arena);
-        assert_true(fabs(mesh->area / (scale * scale) - 1) < 1e-12);
+        check_below(fabs(mesh->area / (scale * scale) - 1), 1e-12);
         sample_free(&scaled);
     }
     sample_free(&s);
@@ -357,9 +357,9 @@ static void check_nearest(const struct mesh *mesh, struct vec3 at, int32_t compo
     struct mesh_place place;
     double distance, scanned = scan_nearest(mesh, at, component);
     assert_true(mesh_nearest(mesh, at, component, &place, &distance));
-    assert_true(fabs(distance - scanned) <= 1e-13 * (1 + scanned));
-    assert_true(fabs(vec3_distance(place.r, at) - distance) <= 1e-14 * (1 + scanned));
-    assert_true(sample_gap(mesh, &place) < 1e-12);
+    check_at_most(fabs(distance - scanned), 1e-13 * (1 + scanned));
+    check_at_most(fabs(vec3_distance(place.r, at) - distance), 1e-14 * (1 + scanned));
+    check_below(sample_gap(mesh, &place), 1e-12);
 }
 
 static void test_mesh_nearest_as_by_a_scan(void **state) {
@@ -428,7 +428,8 @@ static void test_mesh_parameters_are_interpolated(void **state) {
         double x = random_between(&random, 0, 1), y = random_between(&random, 0, 1);
         struct mesh_place place = sample_place(mesh, x, y);
         mesh_parameters(mesh, &place, uv);
-        assert_true(fabs(uv[0] - 3 * x + y) < 1e-13 && fabs(uv[1] - 5 + 2 * y) < 1e-13);
+        check_below(fabs(uv[0] - 3 * x + y), 1e-13);
+        check_below(fabs(uv[1] - 5 + 2 * y), 1e-13);
         mesh_parameters(plain, &place, uv);
         assert_true(uv[0] == place.triangle && uv[1] == 0);
     }
@@ -459,9 +460,10 @@ static void time_nearest(const struct mesh *mesh, double height, struct random *
 static void test_mesh_of_a_million_triangles(void **state) {
     (void)state;
     struct random random = random_begin(__func__);
+    int n = check_sized(1000, 200);
     for (int soup = 0; soup < 2; soup++) {
         struct arena *arena = new_arena();
-        struct sample s = sample_grid(1000, 500, &random);
+        struct sample s = sample_grid(n, n / 2, &random);
         sample_map(&s, waves);
         sample_shuffle(&s, &random);
         if (soup)
@@ -472,7 +474,7 @@ static void test_mesh_of_a_million_triangles(void **state) {
                mesh->triangle_count, soup ? "a soup" : "shared vertices", seconds() - begin,
                (double)arena_held(arena) / 1e6, (double)arena_peak(arena) / 1e6);
         assert_int_equal(mesh->component_count, 1);
-        assert_int_equal(boundary_edges(mesh), 3000);
+        assert_int_equal(boundary_edges(mesh), 3 * n);
         time_nearest(mesh, 0, &random);
         time_nearest(mesh, 0.1, &random);
         sample_free(&s);
@@ -513,7 +515,7 @@ static void test_mesh_allocation_failures(void **state) {
         assert_true(status == STATUS_OK || status == STATUS_OUT_OF_MEMORY);
         arena_free(arena);
     }
-    assert_true(n > 12);
+    check_above(n, 12);
     printf("%zu allocations of a mesh\n", n - 2);
     sample_free(&s);
 }

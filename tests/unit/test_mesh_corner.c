@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "solver/mesh/corner.h"
 
-#include "check.h"
 #include "sample.h"
 #include "solver/mesh/walk.h"
+#include "tests/check.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -43,13 +43,13 @@ static bool make_cell(const struct mesh *mesh, const struct mesh_place *a, struc
 static void check_found(const struct mesh *mesh, const struct mesh_cell *cell,
                         const struct mesh_corner *d, double magnitude) {
     double slack = 1e-12 + 1e-15 * magnitude / fmin(cell->bd, cell->cd);
-    assert_true(d->residual <= slack);
-    assert_true(fabs(vec3_distance(d->place.r, cell->b.r) / cell->bd - 1) <= slack);
-    assert_true(fabs(vec3_distance(d->place.r, cell->c.r) / cell->cd - 1) <= slack);
-    assert_true(sample_gap(mesh, &d->place) < 1e-12 * magnitude + 2e-9 * cell->bd);
+    check_at_most(d->residual, slack);
+    check_at_most(fabs(vec3_distance(d->place.r, cell->b.r) / cell->bd - 1), slack);
+    check_at_most(fabs(vec3_distance(d->place.r, cell->c.r) / cell->cd - 1), slack);
+    check_below(sample_gap(mesh, &d->place), 1e-12 * magnitude + 2e-9 * cell->bd);
     struct vec3 base = vec3_sub(cell->b.r, cell->c.r), n = mesh->normals[d->place.triangle];
     struct vec3 across = vec3_cross(vec3_sub(d->place.r, cell->c.r), base);
-    assert_true(cell->orientation * vec3_dot(across, n) > 0);
+    check_above(cell->orientation * vec3_dot(across, n), 0);
 }
 
 static void test_mesh_corner_is_exact_on_a_plane(void **state) {
@@ -78,11 +78,11 @@ static void test_mesh_corner_is_exact_on_a_plane(void **state) {
             fail_msg("cell %d: %d (%s)", k, end, inside ? "inside" : "outside");
         if (!inside)
             continue;
-        assert_true(vec3_distance(d.place.r, g) < 1e-11);
+        check_below(vec3_distance(d.place.r, g), 1e-11);
         check_found(mesh, &cell, &d, 1);
         found++;
     }
-    assert_true(found > 1000);
+    check_above(found, 1000);
     sample_free(&s);
     arena_free(arena);
 }
@@ -108,7 +108,7 @@ static void test_mesh_corner_on_vertices_and_edges(void **state) {
                 cell.b = sample_place(mesh, x, (double)(j + step) / N);
                 cell.guess = vec3_make(x + chord, y + chord, 0);
                 assert_int_equal(mesh_corner_solve(mesh, &cell, &d), MESH_CORNER_FOUND);
-                assert_true(vec3_distance(d.place.r, cell.guess) < 1e-13);
+                check_below(vec3_distance(d.place.r, cell.guess), 1e-13);
                 assert_in_range(d.steps, 1, 40);
             }
     sample_free(&s);
@@ -173,14 +173,14 @@ static void test_mesh_corner_finds_the_root_of_a_scan(void **state) {
         assert_int_not_equal(end, MESH_CORNER_NO_CONVERGENCE);
         if (end == MESH_CORNER_FOUND) {
             check_found(mesh, &cell, &d, 1);
-            assert_true(scan_roots(mesh, &cell, d.place.r, &nearest) > 0);
-            assert_true(nearest < 3e-3 * chord);
+            check_above(scan_roots(mesh, &cell, d.place.r, &nearest), 0);
+            check_below(nearest, 3e-3 * chord);
         } else if (end == MESH_CORNER_COLLAPSED) {
             assert_int_equal(scan_roots(mesh, &cell, cell.guess, &nearest), 0);
         }
     }
     printf("%d found, %d collapsed, %d past the boundary\n", ends[0], ends[1], ends[2]);
-    assert_true(ends[0] > 30);
+    check_above(ends[0], 30);
     sample_free(&s);
     arena_free(arena);
 }
@@ -208,7 +208,7 @@ static void test_mesh_corner_over_a_square_edge(void **state) {
         assert_true(make_cell(mesh, &a, warp, weft, chords, &cell));
         assert_int_equal(mesh_corner_solve(mesh, &cell, &d), MESH_CORNER_FOUND);
         struct vec3 wanted = vec3_axpy(chord, weft, cell.c.r); /* the net stays square */
-        assert_true(vec3_distance(d.place.r, wanted) < 1e-12);
+        check_below(vec3_distance(d.place.r, wanted), 1e-12);
     }
     sample_free(&s);
     arena_free(arena);
@@ -267,7 +267,7 @@ static void test_mesh_corner_stays_on_its_sheet(void **state) {
             assert_int_equal(end, MESH_CORNER_BOUNDARY);
         past += end != MESH_CORNER_FOUND;
     }
-    assert_true(past > 20);
+    check_above(past, 20);
     sample_free(&s);
     sample_free(&below);
     arena_free(arena);
@@ -325,7 +325,7 @@ static void test_mesh_corner_never_on_the_back(void **state) {
         ends[end]++;
         if (end == MESH_CORNER_FOUND) {
             check_found(mesh, &cell, &d, 1);
-            assert_true(d.place.r.z > -0.01 + 1e-12);
+            check_above(d.place.r.z, -0.01 + 1e-12);
         }
     }
     printf("%d found, %d collapsed, %d no convergence\n", ends[0], ends[1], ends[3]);
@@ -354,7 +354,7 @@ static void test_mesh_corner_beyond_a_slot(void **state) {
     cell.guess = vec3_make(0.63, 0.31, 0);
     cell.orientation = 1;
     assert_int_equal(mesh_corner_solve(mesh, &cell, &d), MESH_CORNER_FOUND);
-    assert_true(vec3_distance(d.place.r, cell.guess) < 1e-13);
+    check_below(vec3_distance(d.place.r, cell.guess), 1e-13);
     cell.a = sample_place(mesh, 0.43, 0.21); /* both beyond */
     cell.c = sample_place(mesh, 0.43, 0.01);
     cell.b = sample_place(mesh, 0.63, 0.21);
@@ -453,7 +453,7 @@ static void test_mesh_corner_on_meshes_of_every_size(void **state) {
             found += end == MESH_CORNER_FOUND;
             steps += end == MESH_CORNER_FOUND ? d.steps : 0;
         }
-        assert_true(found > CELLS * 9 / 10);
+        check_above(found, CELLS * 9 / 10);
         printf("chord %.2f triangles: %.1f triangles, %.0f ns a step\n", 0.025 * n,
                (double)steps / found, 1e9 * spent / found);
         sample_free(&s);

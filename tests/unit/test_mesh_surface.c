@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "solver/mesh/tessellation.h"
 
-#include "check.h"
 #include "patch.h"
 #include "sample.h"
+#include "tests/check.h"
 #include <math.h>
 #include <stdio.h>
 #include <time.h>
@@ -28,7 +28,7 @@ static double check_on_surface(const struct surface *surface, const struct mesh 
     double longest = 0;
     for (size_t v = 0; v < mesh->vertex_count; v++) {
         surface_evaluate(surface, &cursor, mesh->parameters[v][0], mesh->parameters[v][1], &jet);
-        assert_true(vec3_distance(jet.r, mesh->vertices[v]) <= 1e-9 * mesh->size);
+        check_at_most(vec3_distance(jet.r, mesh->vertices[v]), 1e-9 * mesh->size);
     }
     for (int32_t t = 0; t < (int32_t)mesh->triangle_count; t++) {
         struct vec3 p[3];
@@ -38,7 +38,7 @@ static double check_on_surface(const struct surface *surface, const struct mesh 
         struct mesh_place middle = {t, vec3_scale(1.0 / 3, sum)};
         mesh_parameters(mesh, &middle, uv);
         surface_evaluate(surface, &cursor, uv[0], uv[1], &jet);
-        assert_true(vec3_dot(mesh->normals[t], vec3_cross(jet.u, jet.v)) > 0);
+        check_above(vec3_dot(mesh->normals[t], vec3_cross(jet.u, jet.v)), 0);
         for (int k = 0; k < 3; k++)
             longest = fmax(longest, vec3_distance(p[k], p[(k + 1) % 3]));
     }
@@ -67,8 +67,8 @@ static void test_mesh_surface_of_random_patches(void **state) {
         assert_int_equal(mesh_from_surface(surface, size, plenty, arena, &mesh), STATUS_OK);
         assert_int_equal(mesh->component_count, 1);
         assert_in_range(mesh->triangle_count, 3000, 60000);
-        assert_true(check_on_surface(surface, mesh) < 4 * size);
-        assert_true(fabs(mesh->area / area - 1) < 0.02);
+        check_below(check_on_surface(surface, mesh), 4 * size);
+        check_below(fabs(mesh->area / area - 1), 0.02);
         arena_free(arena);
     }
 }
@@ -88,7 +88,7 @@ static void test_mesh_surface_keeps_to_knot_lines(void **state) {
     const struct surface *surface = make_surface(&nurbs, arena);
     struct mesh *mesh;
     assert_int_equal(mesh_from_surface(surface, 0.05, plenty, arena, &mesh), STATUS_OK);
-    assert_true(fabs(mesh->area - surface_area(surface, NULL)) < 1e-12);
+    check_below(fabs(mesh->area - surface_area(surface, NULL)), 1e-12);
     assert_in_range(mesh->triangle_count, 1000, 2000);
     static const double *const knots[2] = {ku, kv};
     for (size_t t = 0; t < mesh->triangle_count; t++)
@@ -102,7 +102,7 @@ static void test_mesh_surface_keeps_to_knot_lines(void **state) {
                 }
                 assert_false(below && above);
             }
-    assert_true(check_on_surface(surface, mesh) < 0.1);
+    check_below(check_on_surface(surface, mesh), 0.1);
     arena_free(arena);
 }
 
@@ -122,14 +122,14 @@ static void test_mesh_surface_with_a_pole(void **state) {
         struct mesh *mesh;
         assert_int_equal(mesh_from_surface(surface, 0.02, plenty, arena, &mesh), STATUS_OK);
         assert_int_equal(mesh->component_count, 1);
-        assert_true(fabs(mesh->area - 0.5) < 1e-13);
-        assert_true(mesh->triangle_count < 5000);
-        assert_true(check_on_surface(surface, mesh) < 0.05);
+        check_below(fabs(mesh->area - 0.5), 1e-13);
+        check_below(mesh->triangle_count, 5000);
+        check_below(check_on_surface(surface, mesh), 0.05);
         struct mesh_place place;
         double uv[2];
         assert_true(mesh_nearest(mesh, vec3_make(0, 0, 0), MESH_ANY, &place, NULL));
         mesh_parameters(mesh, &place, uv);
-        assert_true(fabs(uv[transposed]) < 1e-12);
+        check_below(fabs(uv[transposed]), 1e-12);
         arena_free(arena);
     }
 }
@@ -166,7 +166,8 @@ static void test_mesh_surface_coarser_than_the_surface(void **state) {
     patch_make(&patch, &kind, &random);
     const struct surface *surface = make_surface(&patch.nurbs, arena);
     assert_int_equal(mesh_from_surface(surface, 1e9, plenty, arena, &mesh), STATUS_OK);
-    assert_true(boundary_edges(mesh) >= 4 && mesh->triangle_count >= 2);
+    check_at_least(boundary_edges(mesh), 4);
+    check_at_least(mesh->triangle_count, 2);
     arena_free(arena);
 }
 
@@ -186,7 +187,7 @@ static void test_mesh_surface_allocation_failures(void **state) {
         assert_true(status == STATUS_OK || status == STATUS_OUT_OF_MEMORY);
         arena_free(arena);
     }
-    assert_true(n > 15);
+    check_above(n, 15);
     printf("%zu allocations of a tessellation\n", n - 2);
 }
 

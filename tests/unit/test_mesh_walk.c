@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "solver/mesh/walk.h"
 
-#include "check.h"
 #include "sample.h"
+#include "tests/check.h"
 #include <math.h>
 #include <stdio.h>
 
@@ -90,10 +90,10 @@ static void check_unfolding(struct sample *flat_sample, struct vec3 (*map)(struc
         assert_true(mesh_walk_straight(&walk, mesh, &place, direction));
         assert_int_equal(mesh_walk_length(&walk, length), MESH_WALK_DONE);
         struct mesh_place end = mapped_place(flat, mesh, to.x, to.y);
-        assert_true(vec3_distance(walk.place.r, end.r) < 1e-12);
-        assert_true(sample_gap(mesh, &walk.place) < 1e-12);
-        assert_true(fabs(vec3_dot(walk.direction, mesh->normals[walk.place.triangle])) < 1e-14);
-        assert_true(fabs(vec3_norm(walk.direction) - 1) < 1e-14);
+        check_below(vec3_distance(walk.place.r, end.r), 1e-12);
+        check_below(sample_gap(mesh, &walk.place), 1e-12);
+        check_below(fabs(vec3_dot(walk.direction, mesh->normals[walk.place.triangle])), 1e-14);
+        check_below(fabs(vec3_norm(walk.direction) - 1), 1e-14);
     }
     arena_free(arena);
 }
@@ -135,7 +135,7 @@ static void test_mesh_walk_ends_at_the_boundary(void **state) {
         assert_true(mesh_walk_straight(&walk, mesh, &from, e));
         assert_int_equal(mesh_walk_length(&walk, 2), MESH_WALK_BOUNDARY);
         struct vec3 end = vec3_axpy(fmin(to_x, to_y), e, from.r);
-        assert_true(vec3_distance(walk.place.r, end) < 1e-12);
+        check_below(vec3_distance(walk.place.r, end), 1e-12);
     }
     sample_free(&s);
     arena_free(arena);
@@ -161,7 +161,7 @@ static void test_mesh_walk_runs_along_the_boundary(void **state) {
         for (int step = 1; step <= 30; step++) {
             assert_int_equal(mesh_walk_chord(&walk, (1 - begin) / 32), MESH_WALK_DONE);
             struct vec3 r = vec3_axpy(step / 32.0, vec3_sub(b, a), a);
-            assert_true(vec3_distance(walk.place.r, r) < 1e-12);
+            check_below(vec3_distance(walk.place.r, r), 1e-12);
         }
     }
     sample_free(&s);
@@ -190,12 +190,12 @@ static void test_mesh_walk_chords_are_as_long_as_asked(void **state) {
             struct vec3 before = walk.place.r;
             if (mesh_walk_chord(&walk, chord) != MESH_WALK_DONE)
                 break;
-            assert_true(fabs(vec3_distance(before, walk.place.r) / chord - 1) < 1e-13);
-            assert_true(sample_gap(mesh, &walk.place) < 1e-13);
+            check_below(fabs(vec3_distance(before, walk.place.r) / chord - 1), 1e-13);
+            check_below(sample_gap(mesh, &walk.place), 1e-13);
             steps++;
         }
     }
-    assert_true(steps > 1000);
+    check_above(steps, 1000);
     sample_free(&s);
     arena_free(arena);
 }
@@ -222,7 +222,7 @@ static void test_mesh_walk_halves_the_angle_at_a_vertex(void **state) {
     assert_true(mesh_nearest(mesh, vec3_make(0.5, 0.5, 1.01), MESH_ANY, &from, NULL));
     assert_true(mesh_walk_straight(&walk, mesh, &from, vec3_make(1, 1, 0)));
     assert_int_equal(mesh_walk_length(&walk, sqrt(0.5) + 1), MESH_WALK_DONE);
-    assert_true(vec3_distance(walk.place.r, vec3_make(1, 1, 0)) < 1e-13);
+    check_below(vec3_distance(walk.place.r, vec3_make(1, 1, 0)), 1e-13);
     sample_free(&s);
     arena_free(arena);
 }
@@ -247,7 +247,7 @@ static void test_mesh_walk_shares_the_angle_out_at_its_start(void **state) {
             along = vec3_cross(n, along);
         }
         for (int k = 0; k < 4; k++)
-            assert_true(vec3_distance(end[(k + 1) % 4], vec3_make(-end[k].y, end[k].x, end[k].z)) <
+            check_below(vec3_distance(end[(k + 1) % 4], vec3_make(-end[k].y, end[k].x, end[k].z)),
                         1e-13);
     }
     sample_free(&s);
@@ -287,7 +287,7 @@ static void test_mesh_walk_follows_a_rim_that_hardly_bends(void **state) {
         struct mesh_walk walk;
         assert_true(mesh_walk_straight(&walk, mesh, &from, vec3_make(0, 1, 0)));
         assert_int_equal(mesh_walk_length(&walk, rims[k].length * 2 * sin(step / 2)), rims[k].end);
-        assert_true(vec3_norm(walk.place.r) > 0.999);
+        check_above(vec3_norm(walk.place.r), 0.999);
         assert_false(mesh_walk_straight(&walk, mesh, &from, vec3_make(0.1, 1, 0)));
         assert_false(mesh_walk_straight(&walk, mesh, &from, vec3_make(0, -1, 0)));
         sample_free(&s);
@@ -315,13 +315,13 @@ static void test_mesh_walk_stays_in_the_plane_of_a_section(void **state) {
         struct vec3 towards = vec3_cross(plane, vec3_make(0, 0, 1));
         if (!mesh_walk_section(&walk, mesh, &from, plane, towards))
             continue;
-        assert_true(vec3_dot(walk.direction, towards) > 0);
+        check_above(vec3_dot(walk.direction, towards), 0);
         int steps = 0; /* it may go round a hill */
         for (struct vec3 before = from.r;
              steps++ < 200 && mesh_walk_chord(&walk, 0.02) == MESH_WALK_DONE;
              before = walk.place.r) {
-            assert_true(fabs(vec3_dot(vec3_sub(walk.place.r, from.r), plane)) < 1e-12);
-            assert_true(fabs(vec3_distance(before, walk.place.r) - 0.02) < 1e-13);
+            check_below(fabs(vec3_dot(vec3_sub(walk.place.r, from.r), plane)), 1e-12);
+            check_below(fabs(vec3_distance(before, walk.place.r) - 0.02), 1e-13);
         }
     }
     sample_free(&s);
@@ -341,9 +341,9 @@ static void test_mesh_walk_without_a_way(void **state) {
     assert_int_equal(mesh_walk_chord(&walk, 4), MESH_WALK_LOST);
     assert_true(mesh_walk_straight(&walk, mesh, &from, vec3_make(1, 0, 0)));
     assert_int_equal(mesh_walk_length(&walk, 8), MESH_WALK_DONE);
-    assert_true(vec3_distance(walk.place.r, from.r) < 1e-13);
+    check_below(vec3_distance(walk.place.r, from.r), 1e-13);
     assert_int_equal(mesh_walk_length(&walk, 0), MESH_WALK_DONE);
-    assert_true(vec3_distance(walk.place.r, from.r) < 1e-13);
+    check_below(vec3_distance(walk.place.r, from.r), 1e-13);
     sample_free(&s);
     arena_free(arena);
 }

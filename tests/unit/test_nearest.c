@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "solver/surface/surface.h"
 
-#include "check.h"
 #include "patch.h"
 #include "support.h"
+#include "tests/check.h"
 #include <float.h>
 #include <math.h>
 
@@ -103,9 +103,11 @@ static void assert_no_descent(struct question *q, const double uv[2], double dis
 static void assert_minimum(const struct surface *surface, struct vec3 point, const double uv[2],
                            double distance) {
     struct question q = question_make(surface, point);
-    assert_true(uv[0] >= q.lower[0] && uv[0] <= q.upper[0]);
-    assert_true(uv[1] >= q.lower[1] && uv[1] <= q.upper[1]);
-    assert_true(fabs(distance_at(&q, uv[0], uv[1]) - distance) <= 1e-12 * (1 + distance));
+    check_at_least(uv[0], q.lower[0]);
+    check_at_most(uv[0], q.upper[0]);
+    check_at_least(uv[1], q.lower[1]);
+    check_at_most(uv[1], q.upper[1]);
+    check_at_most(fabs(distance_at(&q, uv[0], uv[1]) - distance), 1e-12 * (1 + distance));
     for (int k = 0; k < 2; k++) {
         assert_no_descent(&q, uv, distance, k, -1);
         assert_no_descent(&q, uv, distance, k, 1);
@@ -164,7 +166,7 @@ static void check_near(const struct surface *surface, struct random *random) {
         struct vec3 point = vec3_axpy(off, vec3_unit(vec3_cross(jet.u, jet.v)), jet.r);
         surface_nearest(surface, point, uv, &distance);
         assert_minimum(surface, point, uv, distance);
-        assert_true(distance <= fabs(off) + 1e-12);
+        check_at_most(distance, fabs(off) + 1e-12);
     }
 }
 
@@ -206,8 +208,9 @@ static void test_nearest_of_a_square_is_known(void **state) {
     double uv[2], distance;
     assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
     surface_nearest(surface, vec3_make(0.25, 0.75, -2), uv, &distance);
-    assert_true(fabs(uv[0] - 0.25) < 1e-12 && fabs(uv[1] - 0.75) < 1e-12);
-    assert_true(fabs(distance - 2) < 1e-14);
+    check_below(fabs(uv[0] - 0.25), 1e-12);
+    check_below(fabs(uv[1] - 0.75), 1e-12);
+    check_below(fabs(distance - 2), 1e-14);
     surface_nearest(surface, vec3_make(4, -4, 0), uv, &distance);
     assert_true(uv[0] == 1 && uv[1] == 0 && fabs(distance - 5) < 1e-14);
     surface_nearest(surface, vec3_make(0.5, 3, 0), uv, &distance);
@@ -285,7 +288,7 @@ static void test_nearest_of_the_centre_of_a_sphere(void **state) {
     for (int k = 0; k < 20; k++) {
         double off = k == 0 ? 0 : pow(10, -k), uv[2], distance;
         surface_nearest(surface, vec3_make(5 + 0.6 * off, -3 - 0.8 * off, 2), uv, &distance);
-        assert_true(fabs(distance - (2 - off)) < 1e-9);
+        check_below(fabs(distance - (2 - off)), 1e-9);
     }
     arena_free(arena);
 }
@@ -299,7 +302,10 @@ static void test_nearest_of_no_place_ends(void **state) {
     for (int k = 0; k < 4; k++) {
         double uv[2], distance;
         surface_nearest(surface, vec3_make(bad[k], 0, 1), uv, &distance);
-        assert_true(uv[0] >= 0 && uv[0] <= 4 && uv[1] >= 0 && uv[1] <= 2);
+        check_at_least(uv[0], 0);
+        check_at_most(uv[0], 4);
+        check_at_least(uv[1], 0);
+        check_at_most(uv[1], 2);
         assert_true(!(distance < 1e200));
     }
     arena_free(arena);

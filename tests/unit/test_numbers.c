@@ -5,14 +5,11 @@
 #include "api/json/place.h"
 #include "api/limits.h"
 #include "api/run.h"
+#include "tests/check.h"
 #include <jansson.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 enum { DOCUMENTS = 20000, ROOM = 1 << 16, MEMORY = 1 << 26 };
 
@@ -190,7 +187,8 @@ static void test_numbers_random_documents(void **context) {
         good += compare(text.bytes, text.length, &packed);
     }
     print_message("%zu good documents with %zu arrays taken out\n", good, packed);
-    assert_true(good > DOCUMENTS / 2 && packed > DOCUMENTS / 8);
+    check_above(good, DOCUMENTS / 2);
+    check_above(packed, DOCUMENTS / 8);
 }
 
 /* A string that looks like a mark is a string. */
@@ -219,9 +217,9 @@ static void test_numbers_memory(void **context) {
     assert_int_equal(numbers.count, 1);
     assert_int_equal(numbers.array[0].rows, count);
     assert_int_equal(numbers.array[0].width, 3);
-    assert_true(numbers.length < 100);
+    check_below(numbers.length, 100);
     print_message("%zu bytes of text, %zu of memory\n", length, arena_peak(arena));
-    assert_true(arena_peak(arena) < 4 * length);
+    check_below(arena_peak(arena), 4 * length);
     arena_free(arena);
     free(bytes);
 }

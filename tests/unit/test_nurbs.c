@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "solver/surface/nurbs.h"
 
-#include "check.h"
 #include "support.h"
+#include "tests/check.h"
 #include <math.h>
 
 enum { SIZE = 14, KNOTS = SIZE + NURBS_DEGREE_MAX + 1 };

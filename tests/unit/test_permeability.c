@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "solver/permeability.h"
 
-#include "check.h"
 #include "support.h"
+#include "tests/check.h"
 #include <math.h>
 
 static const double pi = 3.14159265358979323846;
@@ -41,7 +41,7 @@ static void assert_tensors_near(const struct tensor *a, const struct tensor *b, 
             size = fmax(size, fabs(b->m[i][j]));
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)
-            assert_true(fabs(a->m[i][j] - b->m[i][j]) <= tolerance * size);
+            check_at_most(fabs(a->m[i][j] - b->m[i][j]), tolerance * size);
 }
 
 /* Unit yarns with that shear in a plane turned at random. */
@@ -198,8 +198,9 @@ static void test_permeability_interpolation_keeps_monotony(void **state) {
             for (int step = 0; step <= 64; step++) {
                 double at = x[k] + (x[k + 1] - x[k]) * step / 64;
                 double value = permeability_interpolate(x, y, count, at);
-                assert_true(value >= low - 1e-14 && value <= high + 1e-14);
-                assert_true((value - last) * (y[k + 1] - y[k]) >= -1e-14);
+                check_at_least(value, low - 1e-14);
+                check_at_most(value, high + 1e-14);
+                check_at_least((value - last) * (y[k + 1] - y[k]), -1e-14);
                 last = value;
             }
             assert_near(permeability_interpolate(x, y, count, x[k]), y[k], 1e-15);
@@ -215,7 +216,7 @@ static void test_permeability_table_angle_is_from_the_bisector(void **state) {
     const struct permeability_table swapped = {2, shear, one, two, one, angle};
     struct permeability k = permeability_of_table(&turned, 0, NULL);
     assert_near(k.along, 1, 1e-15);
-    assert_true(fabs(k.across) < 1e-15);
+    check_below(fabs(k.across), 1e-15);
     k = permeability_of_table(&turned, 40, NULL); /* 25 - 15 degrees from warp */
     assert_near(k.along, cos(10 * pi / 180), 1e-14);
     assert_near(k.across, sin(10 * pi / 180), 1e-14);
@@ -250,7 +251,10 @@ static void test_permeability_is_positive_and_ordered(void **state) {
         double shear = random_between(&random, -89.9, 89.9),
                vf = random_between(&random, 0.05, 1.5);
         struct permeability k = model(trial % MODELS, vf, shear);
-        assert_true(k.k1 >= k.k2 && k.k2 >= 0 && k.k3 >= 0 && k.along >= 0);
+        check_at_least(k.k1, k.k2);
+        check_at_least(k.k2, 0);
+        check_at_least(k.k3, 0);
+        check_at_least(k.along, 0);
         assert_true(vf > 0.78 || (k.k2 > 0 && k.k3 > 0));
         assert_near(k.along * k.along + k.across * k.across, 1, 1e-14);
     }

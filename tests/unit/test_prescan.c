@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "api/json/prescan.h"
 
-#include "check.h"
 #include "support.h"
+#include "tests/check.h"
 #include <string.h>
 
 static const struct api_limits limits = {.max_elements = 10, .max_depth = 4};

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "api/problem.h"
 
-#include "check.h"
 #include "support.h"
+#include "tests/check.h"
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>

@@ -3,12 +3,12 @@
  * the direction and the length it was given. */
 #include "solver/surface/relaxation.h"
 
-#include "check.h"
 #include "patch.h"
 #include "solver/angle.h"
 #include "solver/surface/path.h"
 #include "solver/surface/spans.h"
 #include "support.h"
+#include "tests/check.h"
 #include <stdio.h>
 
 /* ---- surfaces ---- */
@@ -145,8 +145,8 @@ static double mesh_error(struct subject *s, const struct shot *shot, int points)
     const double *y = path.y[0], *end = path.y[points - 1];
     struct vec3 velocity = vec3_axpy(y[3], shot->a.jet.v, vec3_scale(y[2], shot->a.jet.u));
     for (int n = 0; n < 2; n++) {
-        assert_true(fabs(y[n]) < 1e-14);
-        assert_true(fabs(end[n] - (shot->b.uv[n] - shot->a.uv[n])) < 1e-14);
+        check_below(fabs(y[n]), 1e-14);
+        check_below(fabs(end[n] - (shot->b.uv[n] - shot->a.uv[n])), 1e-14);
     }
     return vec3_distance(velocity, vec3_scale(shot->length, shot->tangent)) / shot->length;
 }
@@ -217,7 +217,8 @@ static void test_relaxation_is_of_second_order_on_random_surfaces(void **state) 
         arena_free(s.arena);
     }
     printf("[     note ] %d geodesics: order %.3f to %.3f\n", tried, least, most);
-    assert_true(least > 1.8 && most < 2.2);
+    check_above(least, 1.8);
+    check_below(most, 2.2);
 }
 
 /* ---- the tangent ---- */
@@ -238,8 +239,8 @@ static bool measure(struct subject *s, const struct shot *shot, struct errors *e
     e->angle = vec3_angle(tangent, shot->tangent);
     e->chord = vec3_angle(chord, shot->tangent);
     e->length = fabs(length / shot->length - 1);
-    assert_true(fabs(vec3_norm(tangent) - 1) < 1e-14);
-    assert_true(fabs(vec3_dot(tangent, shot->a.normal)) < 1e-14);
+    check_below(fabs(vec3_norm(tangent) - 1), 1e-14);
+    check_below(fabs(vec3_dot(tangent, shot->a.normal)), 1e-14);
     return true;
 }
 
@@ -309,8 +310,10 @@ static void test_relaxation_tangents_on_random_surfaces(void **state) {
         "%.1f iterations\n",
         tried, failed, worst.angle, worst.length, worst.chord,
         (double)iterations / (tried - failed));
-    assert_true(failed <= tried / 100 && poor <= tried / 50);
-    assert_true(worst.angle < 1e-2 && worst.length < 1e-2);
+    check_at_most(failed, tried / 100);
+    check_at_most(poor, tried / 50);
+    check_below(worst.angle, 1e-2);
+    check_below(worst.length, 1e-2);
 }
 
 /* ---- places that need care ---- */
@@ -331,7 +334,7 @@ static void test_relaxation_crosses_seams_and_knots(void **state) {
             worst = fmax(worst, fmax(e.angle, e.length));
         }
     printf("[     note ] off by %.1e at the most\n", worst);
-    assert_true(worst < 1e-8);
+    check_below(worst, 1e-8);
     arena_free(s.arena);
 }
 
@@ -358,8 +361,8 @@ static void test_relaxation_refuses_near_poles(void **state) {
                 worst = fmax(worst, fmax(e.angle, e.length));
         }
     printf("[     note ] refused %d of %d; else off by %.1e at the most\n", refused, tried, worst);
-    assert_true(refused < tried);
-    assert_true(worst < 2e-6);
+    check_below(refused, tried);
+    check_below(worst, 2e-6);
     arena_free(s.arena);
 }
 
@@ -376,8 +379,8 @@ static void test_relaxation_is_the_same_from_both_ends(void **state) {
     for (int k = 0; k < 9; k++)
         for (int n = 0; n < 2; n++) {
             double shift = shot.b.uv[n] - shot.a.uv[n];
-            assert_true(fabs(there.y[k][n] - shift - back.y[8 - k][n]) < 1e-13);
-            assert_true(fabs(there.y[k][2 + n] + back.y[8 - k][2 + n]) < 1e-12);
+            check_below(fabs(there.y[k][n] - shift - back.y[8 - k][n]), 1e-13);
+            check_below(fabs(there.y[k][2 + n] + back.y[8 - k][2 + n]), 1e-12);
         }
     arena_free(s.arena);
 }
@@ -447,8 +450,9 @@ static void test_relaxation_halves_steps_that_do_not_help(void **state) {
         "[     note ] found %d of %d, %d of them with %d halvings, in %.1f iterations; they miss "
         "by %.1e of their length at the most\n",
         found, tried, halved, halvings, (double)iterations / found, worst);
-    assert_true(found > 9 * tried / 10);
-    assert_true(halved > 3 && worst < 0.05);
+    check_above(found, 9 * tried / 10);
+    check_above(halved, 3);
+    check_below(worst, 0.05);
 }
 
 int main(void) {

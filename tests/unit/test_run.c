@@ -3,8 +3,8 @@
 
 #include "api/request/decode.h"
 #include "api/request/shape.h"
-#include "check.h"
 #include "support.h"
+#include "tests/check.h"
 #include <jansson.h>
 #include <math.h>
 #include <stdlib.h>
@@ -37,7 +37,8 @@ static void test_run_gives_a_container(void **state) {
     assert_string_equal(columns.summary.solver_version, DRAPE_SOLVER_VERSION);
     assert_int_equal(columns.summary.nodes, api_columns_rows(&columns, API_TABLE_NODES));
     assert_true(columns.grid.spacing[0] == 0.5 && columns.grid.warp[0] < 0);
-    assert_true(columns.summary.coverage > 0.5 && columns.summary.coverage <= 1);
+    check_above(columns.summary.coverage, 0.5);
+    check_at_most(columns.summary.coverage, 1);
     bytes_free(&container);
 }
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "solver/surface/surface.h"
 
-#include "check.h"
 #include "patch.h"
 #include "support.h"
+#include "tests/check.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -200,7 +200,7 @@ static void check_continuation(struct subject *s, struct random *random) {
     double u = upper[0] + random_between(random, 0, 0.1), v = lower[1];
     surface_evaluate(s->surface, &s->cursor, u, v, &jet);
     struct vec3 expected = rounded(patch_evaluate(nurbs, lu, lv, u, v));
-    assert_true(vec3_distance(jet.r, expected) < 1e-11 * (PATCH_SIZE_MAX + vec3_norm(expected)));
+    check_below(vec3_distance(jet.r, expected), 1e-11 * (PATCH_SIZE_MAX + vec3_norm(expected)));
 }
 
 static void test_surface_goes_on_beyond_its_edge_by_its_own_polynomials(void **state) {
@@ -218,9 +218,12 @@ static void check_bounds(struct subject *s, struct random *random) {
         double u = patch_parameter(&nurbs->u, random, &span);
         double v = patch_parameter(&nurbs->v, random, &span);
         surface_evaluate(s->surface, &s->cursor, u, v, &jet);
-        assert_true(jet.r.x > low.x - 1e-12 && jet.r.y > low.y - 1e-12 && jet.r.z > low.z - 1e-12);
-        assert_true(jet.r.x < high.x + 1e-12 && jet.r.y < high.y + 1e-12);
-        assert_true(jet.r.z < high.z + 1e-12);
+        check_above(jet.r.x, low.x - 1e-12);
+        check_above(jet.r.y, low.y - 1e-12);
+        check_above(jet.r.z, low.z - 1e-12);
+        check_below(jet.r.x, high.x + 1e-12);
+        check_below(jet.r.y, high.y + 1e-12);
+        check_below(jet.r.z, high.z + 1e-12);
     }
 }
 
@@ -241,9 +244,9 @@ static void test_surface_area_and_centroid_of_a_parallelogram(void **state) {
     struct vec3 centroid;
     assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
     double area = vec3_norm(vec3_cross(points[1], points[2]));
-    assert_true(fabs(surface_area(surface, &centroid) - area) < 1e-14 * area);
-    assert_true(vec3_distance(centroid, vec3_scale(0.5, points[3])) < 1e-14);
-    assert_true(surface_area(surface, NULL) > 0);
+    check_below(fabs(surface_area(surface, &centroid) - area), 1e-14 * area);
+    check_below(vec3_distance(centroid, vec3_scale(0.5, points[3])), 1e-14);
+    check_above(surface_area(surface, NULL), 0);
     assert_false(surface_closed(surface, 0) || surface_closed(surface, 1));
     arena_free(arena);
 }
@@ -284,11 +287,11 @@ static void test_surface_closed_direction_wraps(void **state) {
     assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
     assert_true(surface_closed(surface, 0));
     assert_false(surface_closed(surface, 1));
-    assert_true(fabs(surface_area(surface, NULL) - 2 * acos(-1)) < 1e-12);
+    check_below(fabs(surface_area(surface, NULL) - 2 * acos(-1)), 1e-12);
     for (int turns = -3; turns <= 3; turns++) {
         struct surface_jet jet;
         surface_evaluate(surface, &cursor, 0.5 + 4 * turns, 0.25, &jet);
-        assert_true(vec3_distance(jet.r, vec3_make(sqrt(0.5), sqrt(0.5), 0.25)) < 1e-14);
+        check_below(vec3_distance(jet.r, vec3_make(sqrt(0.5), sqrt(0.5), 0.25)), 1e-14);
     }
     arena_free(arena);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "api/json/text.h"
 
-#include "check.h"
+#include "tests/check.h"
 #include <jansson.h>
 #include <string.h>
 

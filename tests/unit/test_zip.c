@@ -2,8 +2,8 @@
 /* An archive beyond 4 GiB, most of it a hole in the file, as Python's zipfile reads it. */
 #include "api/format/zip.h"
 
-#include "check.h"
 #include "support.h"
+#include "tests/check.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

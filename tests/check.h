@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * For programs of tests: cmocka with what it wants included before it, comparisons of numbers that
+ * say both when they fail, and the size of a test.
+ */
+#ifndef TESTS_CHECK_H
+#define TESTS_CHECK_H
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+/* Compared as doubles, which hold every integer below 2^53; a NaN fails. */
+#define CHECK_ORDER(value, relation, limit)                                                        \
+    do {                                                                                           \
+        double value_ = (double)(value), limit_ = (double)(limit);                                 \
+        if (!(value_ relation limit_))                                                             \
+            fail_msg("%s is %.9g, not " #relation " %s, which is %.9g", #value, value_, #limit,    \
+                     limit_);                                                                      \
+    } while (0)
+
+#define check_below(value, limit) CHECK_ORDER(value, <, limit)
+#define check_above(value, limit) CHECK_ORDER(value, >, limit)
+#define check_at_most(value, limit) CHECK_ORDER(value, <=, limit)
+#define check_at_least(value, limit) CHECK_ORDER(value, >=, limit)
+
+/*
+ * Of `whole` rounds, levels or nodes those that this run is for, at least `least`: all, or the
+ * share that DRAPED_TEST_SIZE says (1 is all), where a sanitizer makes each many times slower.
+ */
+static inline int check_sized(int whole, int least) {
+    const char *text = getenv("DRAPED_TEST_SIZE");
+    double size = text ? strtod(text, NULL) : 1;
+    int count = size < 1 ? (int)(whole * size) : whole;
+    return count > least ? count : least;
+}
+
+#endif
