@@ -20,14 +20,14 @@
 
 enum { EXIT_USAGE = 2 };
 
-static const char help[] =
+/* The formats stand between the two; the registry has them. */
+static const char help_head[] =
     "Usage: drape [OPTION]... [REQUEST.json|-]\n"
     "Drapes a fabric over a surface: reads a drape request (by default from standard\n"
     "input) and writes the result, or the result's fields on a mesh.\n"
     "\n"
-    "  --format FORMAT    json (default), csv, vtp, glb or npz; or the flat cut pattern\n"
-    "                     as svg or dxf; with --map: json (default), csv, vtu, or\n"
-    "                     lcmsim, a zip with a case for LCMsim\n"
+    "  --format FORMAT    default: json; the formats of\n";
+static const char help_tail[] =
     "  --map MESH         write the fields on this mesh: Nastran bulk data, or points or\n"
     "                     triangles as JSON when the name ends in .json\n"
     "  --inlet LIST       elements of the inlet, for lcmsim: 17,18, by the file's ids\n"
@@ -65,6 +65,27 @@ static void print_problem(const struct api_problem *problem) {
 }
 
 /* ---- the command line ---- */
+
+/* A title and the formats of a use, below each other as the help's other lines are. */
+static void print_formats(const char *title, enum format_use use) {
+    enum { WIDTH = 79, INDENT = 21 };
+    const struct format *format;
+    int column = printf("%*s%s", INDENT, "", title);
+    for (size_t k = 0; (format = format_at(use, k)); k++) {
+        if (column + (int)strlen(format->name) + 2 > WIDTH)
+            column = printf("\n%*s", INDENT - 1, "") - 1;
+        column += printf(" %s%s", format->name, format_at(use, k + 1) ? "," : "\n");
+    }
+}
+
+static int print_help(void) {
+    fputs(help_head, stdout);
+    print_formats("a result:", FORMAT_RESULT);
+    print_formats("its flat cut pattern:", FORMAT_PATTERN);
+    print_formats("with --map, on a mesh:", FORMAT_MAP);
+    fputs(help_tail, stdout);
+    return fflush(stdout) == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+}
 
 /* A whole number of at least 1 that fits in `most`. */
 static bool parse_count(const char *text, long most, long *value) {
@@ -131,7 +152,7 @@ static int parse_arguments(int argc, char **argv, struct arguments *arguments) {
     while ((option = getopt_long(argc, argv, "ho:", option_table, &index)) != -1) {
         const char *name = option == 'o' ? "output" : option_table[index].name;
         if (option == 'h')
-            return fputs(help, stdout) < 0 ? EXIT_FAILURE : EXIT_SUCCESS;
+            return print_help();
         if (option == 'v')
             return puts("drape " DRAPE_SOLVER_VERSION) < 0 ? EXIT_FAILURE : EXIT_SUCCESS;
         if (option == '?')
