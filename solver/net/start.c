@@ -23,7 +23,7 @@ static const double nearly_parallel = 0.0175;
 static enum status find_point(const struct surface *surface, const struct drape_settings *settings,
                               double uv[2]) {
     double distance, reach = fmax(settings->spacing[0], settings->spacing[1]);
-    surface_nearest(surface, settings->start_point, uv, &distance);
+    surface_nearest_at(surface, settings->start_point, uv, &distance);
     return distance <= reach ? STATUS_OK : STATUS_START_OFF_SURFACE;
 }
 
@@ -31,14 +31,17 @@ static enum status find_point(const struct surface *surface, const struct drape_
  * trimmed region. */
 static void find_centroid(const struct surface *surface, const struct trim *trim, double uv[2]) {
     struct vec3 centroid;
-    double distance;
+    double distance, outer[2];
     if (trim)
         trim_area(trim, &centroid);
     else
         surface_area(surface, &centroid);
-    surface_nearest(surface, centroid, uv, &distance);
-    if (trim && !trim_contains(trim, uv))
-        trim_middle(trim, uv);
+    surface_nearest_at(surface, centroid, uv, &distance);
+    surface_outer(surface, uv, outer);
+    if (trim && !trim_contains(trim, outer)) {
+        trim_middle(trim, outer);
+        surface_inner(surface, outer, uv);
+    }
 }
 
 /* Whether a place beside (u, v) is in the trimmed region: it lies on an edge, or at a corner of at
@@ -59,9 +62,10 @@ static bool touches(const struct trim *trim, const double uv[2], const double lo
     return false;
 }
 
+/* The inner parameters of the start. */
 static enum status find_uv(const struct surface *surface, const struct drape_settings *settings,
                            double uv[2]) {
-    double lower[2], upper[2];
+    double lower[2], upper[2], outer[2];
     enum status status = STATUS_OK;
     surface_domain(surface, lower, upper);
     if (settings->start_kind == DRAPE_START_CENTROID)
@@ -69,12 +73,15 @@ static enum status find_uv(const struct surface *surface, const struct drape_set
     else if (settings->start_kind == DRAPE_START_POINT)
         status = find_point(surface, settings, uv);
     else
-        memcpy(uv, settings->start_uv, sizeof settings->start_uv);
+        surface_inner(surface, settings->start_uv, uv);
+    surface_outer(surface, uv, outer);
+    if (settings->start_kind == DRAPE_START_UV)
+        memcpy(outer, settings->start_uv, sizeof outer);
     for (int k = 0; k < 2; k++)
-        if (!(uv[k] >= lower[k] && uv[k] <= upper[k]))
+        if (!(outer[k] >= lower[k] && outer[k] <= upper[k]))
             return STATUS_START_OFF_SURFACE;
     const struct trim *trim = settings->trim;
-    if (trim && !trim_contains(trim, uv) && !touches(trim, uv, lower, upper))
+    if (trim && !trim_contains(trim, outer) && !touches(trim, outer, lower, upper))
         return STATUS_START_OFF_SURFACE;
     return status;
 }
@@ -237,7 +244,6 @@ enum status start_find(const struct surface *surface, const struct drape_setting
     enum status status = find_uv(surface, settings, uv);
     if (status != STATUS_OK)
         return status;
-    surface_inner(surface, uv, uv);
     if (!station_at(surface, &cursor, uv, &start->station))
         return STATUS_DEGENERATE_SURFACE;
     status = find_direction(surface, settings, &start->station, &start->warp);

@@ -429,6 +429,12 @@ static struct place first_place(const struct search *search) {
 
 void surface_nearest(const struct surface *surface, struct vec3 point, double uv[2],
                      double *distance) {
+    surface_nearest_at(surface, point, uv, distance);
+    surface_outer(surface, uv, uv);
+}
+
+void surface_nearest_at(const struct surface *surface, struct vec3 point, double uv[2],
+                        double *distance) {
     struct bounds_search bounds;
     struct search search = {.surface = surface, .target = point, .bounds = &bounds};
     bounds.degree[0] = 2 * surface->axis[0].degree;
@@ -447,6 +453,7 @@ void surface_nearest(const struct surface *surface, struct vec3 point, double uv
             load_square(&search, points);
             bounds_run(&bounds);
         }
-    surface_outer(surface, search.best.uv, uv);
+    uv[0] = search.best.uv[0];
+    uv[1] = search.best.uv[1];
     *distance = search.best.distance;
 }

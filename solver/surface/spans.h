@@ -85,6 +85,10 @@ int surface_axis_span(const struct surface_axis *axis, int hint, double x);
 void surface_jet_at(const struct surface *surface, struct surface_cursor *cursor, double u,
                     double v, struct surface_jet *jet);
 
+/* `surface_nearest` in inner parameters. */
+void surface_nearest_at(const struct surface *surface, struct vec3 point, double uv[2],
+                        double *distance);
+
 /* Evaluates the polynomials of one span, anywhere, in inner parameters. */
 void surface_evaluate_span(const struct surface *surface, int span_u, int span_v, double u,
                            double v, struct surface_jet *jet);

@@ -1,0 +1,237 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Parameters measure nothing: however a surface is parametrised, moved and scaled, its net is the
+ * same to 1e-9 of its size. Random changes of all kinds at once; DRAPED_SEED sets the seed and
+ * DRAPED_ROUNDS the number of surfaces, and what fails says its seed.
+ */
+#include "check.h"
+#include "measure.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ROUNDS = 60 };
+static const uint64_t SEED = 20261121;
+static const double SAME = 1e-9; /* of the surface's size */
+
+/* A surface in disguise: what was done to it. */
+struct disguise {
+    struct shape shape;
+    struct motion motion;
+    double scale;
+    int flips; /* of the normal */
+};
+
+/* x in [0, 1] of direction k becomes c x / (1 + (c - 1) x): points get the factor's denominator at
+ * their knots, which is the blossom of its p-th power. */
+static void project(struct shape *shape, int k, double c) {
+    int p = shape->degree[k], count = shape->size[k] + p + 1;
+    double *t = shape->knots[k], low = t[p], length = t[shape->size[k]] - low;
+    for (int i = 0; i < shape->size[0]; i++)
+        for (int j = 0; j < shape->size[1]; j++)
+            for (int m = 1; m <= p; m++) {
+                double x = (t[(k == 0 ? i : j) + m] - low) / length;
+                for (int n = 0; n < 4; n++)
+                    shape->h[i * shape->size[1] + j][n] /= 1 + (c - 1) * x;
+            }
+    for (int i = 0; i < count; i++) {
+        double x = (t[i] - low) / length;
+        t[i] = low + length * c * x / (1 + (c - 1) * x);
+    }
+}
+
+/* Raises the degree of a direction of one span. */
+static void elevate(struct shape *shape, int k) {
+    int p = shape->degree[k], size[2] = {shape->size[0], shape->size[1]};
+    static double h[SHAPE_SIZE_MAX * SHAPE_SIZE_MAX][4];
+    double *t = shape->knots[k], ends[2] = {t[p], t[p + 1]};
+    memcpy(h, shape->h, sizeof h);
+    shape->degree[k]++;
+    shape->size[k]++;
+    for (int i = 0; i < shape->size[0]; i++)
+        for (int j = 0; j < shape->size[1]; j++) {
+            int along = k == 0 ? i : j;
+            double share = (double)along / (p + 1);
+            double *to = shape->h[i * shape->size[1] + j];
+            for (int n = 0; n < 4; n++) {
+                double before =
+                    along > 0 ? h[k == 0 ? (i - 1) * size[1] + j : i * size[1] + j - 1][n] : 0;
+                double at = along <= p ? h[i * size[1] + j][n] : 0;
+                to[n] = share * before + (1 - share) * at;
+            }
+        }
+    for (int i = 0; i <= 2 * p + 3; i++)
+        t[i] = ends[i > p + 1];
+}
+
+static void reverse(struct shape *shape, int k) {
+    int count = shape->size[k] + shape->degree[k] + 1, n[2] = {shape->size[0], shape->size[1]};
+    static double h[SHAPE_SIZE_MAX * SHAPE_SIZE_MAX][4];
+    double *t = shape->knots[k], sum = t[0] + t[count - 1];
+    memcpy(h, shape->h, sizeof h);
+    for (int i = 0; i < n[0]; i++)
+        for (int j = 0; j < n[1]; j++) {
+            int from = k == 0 ? (n[0] - 1 - i) * n[1] + j : i * n[1] + n[1] - 1 - j;
+            memcpy(shape->h[i * n[1] + j], h[from], sizeof h[from]);
+        }
+    for (int i = 0; i < count - 1 - i; i++) {
+        double swap = t[i];
+        t[i] = t[count - 1 - i];
+        t[count - 1 - i] = swap;
+    }
+    for (int i = 0; i < count; i++)
+        t[i] = sum - t[i];
+}
+
+static bool one_span(const struct shape *shape, int k) {
+    return shape->size[k] == shape->degree[k] + 1;
+}
+
+static double spread(uint64_t *seed, double largest) {
+    return exp(random_between(seed, -1, 1) * log(largest));
+}
+
+/* With interior knots, what rounding of knots far from 0 leaves of them is part of the surface; and
+ * a short span at the end tells little of how the surface goes on. */
+static void disguise_direction(struct disguise *d, int k, uint64_t *seed) {
+    struct shape *shape = &d->shape;
+    bool bezier = one_span(shape, k);
+    if (bezier && random_unit(seed) < 0.5)
+        elevate(shape, k);
+    if (bezier && random_unit(seed) < 0.3) {
+        double *t = shape->knots[k];
+        int p = shape->degree[k];
+        shape_insert_knot(shape, k, t[p] + random_between(seed, 0.3, 0.7) * (t[p + 1] - t[p]));
+        bezier = false;
+    }
+    if (random_unit(seed) < 0.6)
+        project(shape, k, spread(seed, bezier ? 1e4 : 100));
+    if (random_unit(seed) < 0.5) {
+        reverse(shape, k);
+        d->flips++;
+    }
+    double offset = random_unit(seed) < 0.7 ? spread(seed, bezier ? 1e6 : 1e3) : 0;
+    double scale = spread(seed, 100);
+    for (int i = 0; i <= shape->size[k] + shape->degree[k]; i++)
+        shape->knots[k][i] = scale * (shape->knots[k][i] + offset);
+}
+
+static void disguise(struct disguise *d, uint64_t *seed) {
+    struct vec3 axis = vec3_make(random_between(seed, -1, 1), random_between(seed, -1, 1), 1);
+    struct vec3 shift = vec3_make(random_between(seed, -1, 1), random_between(seed, -1, 1), 0.3);
+    d->flips = 0;
+    disguise_direction(d, 0, seed);
+    disguise_direction(d, 1, seed);
+    if (random_unit(seed) < 0.5) {
+        shape_transpose(&d->shape);
+        d->flips++;
+    }
+    double weight = spread(seed, 1e6);
+    for (int i = 0; i < d->shape.size[0] * d->shape.size[1]; i++)
+        for (int n = 0; n < 4; n++)
+            d->shape.h[i][n] *= weight;
+    d->scale = spread(seed, 1000);
+    d->motion =
+        motion_similar(d->scale, axis, random_between(seed, -3, 3), vec3_scale(d->scale, shift));
+    shape_move(&d->shape, &d->motion);
+}
+
+static void make_base(struct shape *shape, uint64_t *seed) {
+    double r = random_unit(seed), low[2], high[2];
+    for (int k = 0; k < 2; k++) {
+        low[k] = random_between(seed, -0.6, -0.3);
+        high[k] = random_between(seed, 0.3, 0.6);
+    }
+    const double u[2] = {low[0], high[0]}, v[2] = {low[1], high[1]};
+    if (r < 0.4)
+        shape_stereographic(shape, 1, u, v);
+    else if (r < 0.7)
+        shape_quadric(shape, random_between(seed, -2, 2), random_between(seed, -2, 2), u, v);
+    else if (r < 0.85)
+        shape_freeform(shape);
+    else
+        shape_bezier(shape);
+}
+
+/* Node for node, (i, j) being (i, -j) where the normal is flipped; the largest gap. */
+static double gap_between(const struct drape_run *plain, const struct drape_run *other,
+                          const struct disguise *d) {
+    const struct drape_nodes *nodes = &plain->result.nodes;
+    double worst = 0;
+    for (size_t k = 0; k < nodes->count; k++) {
+        int j = d->flips % 2 ? -nodes->j[k] : nodes->j[k];
+        int at = grid_find(&other->grid, nodes->i[k], j);
+        if (at < 0)
+            return HUGE_VAL;
+        struct vec3 wanted = motion_point(&d->motion, node_point(nodes, (int)k));
+        worst = fmax(worst, vec3_distance(wanted, node_point(&other->result.nodes, at)));
+    }
+    return worst / d->scale;
+}
+
+static double compare(uint64_t seed, double *size) {
+    static const enum drape_method every[] = {DRAPE_GIB, DRAPE_BASIC, DRAPE_GIB4, DRAPE_GIB,
+                                              DRAPE_GEODESIC};
+    static struct shape base;
+    static struct disguise other;
+    struct drape_run plain, run;
+    struct surface_jet jet;
+    enum drape_method method = every[seed % 5];
+    make_base(&base, &seed);
+    double lower[2], upper[2], at[2];
+    shape_domain(&base, lower, upper);
+    for (int k = 0; k < 2; k++)
+        at[k] = lower[k] + random_between(&seed, 0.3, 0.7) * (upper[k] - lower[k]);
+    shape_evaluate(&base, at[0], at[1], &jet);
+    double d = sqrt(shape_area(&base)) / (method == DRAPE_GEODESIC ? 12 : 30);
+    struct drape_settings settings = {.method = method,
+                                      .spacing = {d, d},
+                                      .start_kind = DRAPE_START_POINT,
+                                      .start_point = jet.r,
+                                      .direction_kind = DRAPE_DIRECTION_VECTOR,
+                                      .max_nodes = 20000};
+    settings.direction_vector = vec3_axpy(random_between(&seed, -2, 2), jet.v, jet.u);
+    drape_begin(&plain, &base, &settings);
+    other.shape = base;
+    disguise(&other, &seed);
+    settings.start_point = motion_point(&other.motion, settings.start_point);
+    settings.direction_vector = motion_vector(&other.motion, settings.direction_vector);
+    settings.spacing[0] = settings.spacing[1] = d * other.scale;
+    double gap = HUGE_VAL;
+    if (drape_try(&run, &other.shape, &settings) == STATUS_OK &&
+        run.result.nodes.count == plain.result.nodes.count)
+        gap = gap_between(&plain, &run, &other);
+    struct vec3 low, high;
+    surface_bounds(plain.surface, &low, &high);
+    *size = vec3_distance(low, high);
+    drape_end(&run);
+    drape_end(&plain);
+    return gap;
+}
+
+static void test_exact_parameters_measure_nothing(void **state) {
+    const char *seed_text = getenv("DRAPED_SEED"), *rounds_text = getenv("DRAPED_ROUNDS");
+    uint64_t first = seed_text ? strtoull(seed_text, NULL, 10) : SEED;
+    int rounds = rounds_text ? atoi(rounds_text) : ROUNDS, bad = 0;
+    double worst = 0;
+    (void)state;
+    printf("  seed %llu\n", (unsigned long long)first);
+    for (int round = 0; round < rounds; round++) {
+        double size, gap = compare(first + (uint64_t)round, &size);
+        worst = fmax(worst, gap / size);
+        if (gap > SAME * size) {
+            printf("  seed %llu: nets %.1e of the size apart\n",
+                   (unsigned long long)(first + (uint64_t)round), gap / size);
+            bad++;
+        }
+    }
+    printf("  largest difference %.1e of the size\n", worst);
+    assert_int_equal(bad, 0);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_exact_parameters_measure_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
