@@ -4,6 +4,7 @@
 
 #include "correction.h"
 #include "fishnet_geodesic.h"
+#include <string.h>
 
 bool march_station_at(struct march *march, const struct net_node *node, struct station *station) {
     if (!march->mesh)
@@ -54,27 +55,38 @@ static void find_chords(struct march *march, const struct march_cell *at,
     cell->cd = by_cd ? cd : cell->cd;
 }
 
-/* Whether (u, v) is beyond an open boundary. */
+/* Whether (u, v) is not inside the open boundaries; on them neither. */
 static bool is_outside(const struct surface *surface, const double uv[2]) {
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &surface->axis[k];
         if (!axis->closed &&
-            !(uv[k] >= surface_axis_lower(axis) && uv[k] <= surface_axis_upper(axis)))
+            !(uv[k] > surface_axis_lower(axis) && uv[k] < surface_axis_upper(axis)))
             return true;
     }
     return false;
+}
+
+/* Whether the place expected of D lies beyond the boundary: so its parameters, or what of the
+ * surface is nearest to it. Beyond a corner at which r_u and r_v are parallel no parameters lead.
+ */
+static bool expected_outside(struct march *march, const struct fishnet_cell *cell) {
+    double uv[2];
+    struct vec3 step = vec3_sub(cell->guess, cell->c->jet.r);
+    if (station_pull(march->surface, &march->cursor, cell->c, step, uv) &&
+        is_outside(march->surface, uv))
+        return true;
+    memcpy(uv, cell->c->uv, sizeof uv);
+    (void)surface_nearest_from(march->surface, cell->guess, uv);
+    return is_outside(march->surface, uv);
 }
 
 /* Why a cell has no fourth corner. One that is expected beyond the boundary, and not to be found on
  * the continuation, is a matter of the boundary. */
 static enum drape_reason reason_of(struct march *march, const struct fishnet_cell *cell,
                                    enum fishnet_end end) {
-    double uv[2];
-    struct vec3 step = vec3_sub(cell->guess, cell->c->jet.r);
     if (end == FISHNET_COLLAPSED)
         return DRAPE_REASON_COLLAPSED;
-    if (station_pull(march->surface, &march->cursor, cell->c, step, uv) &&
-        is_outside(march->surface, uv))
+    if (expected_outside(march, cell))
         return DRAPE_REASON_BOUNDARY;
     return end == FISHNET_DEGENERATE ? DRAPE_REASON_DEGENERATE : DRAPE_REASON_NO_CONVERGENCE;
 }

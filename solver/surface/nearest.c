@@ -433,6 +433,23 @@ void surface_nearest(const struct surface *surface, struct vec3 point, double uv
     surface_outer(surface, uv, uv);
 }
 
+double surface_nearest_from(const struct surface *surface, struct vec3 point, double uv[2]) {
+    struct search search = {.surface = surface, .target = point};
+    struct place from;
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &surface->axis[k];
+        double at = surface_axis_wrap(axis, uv[k]);
+        from.uv[k] = fmin(fmax(at, surface_axis_lower(axis)), surface_axis_upper(axis));
+        from.span[k] = surface_axis_span(axis, 0, from.uv[k]);
+    }
+    search.best = from;
+    search.best.distance = DBL_MAX;
+    improve(&search, from);
+    uv[0] = search.best.uv[0];
+    uv[1] = search.best.uv[1];
+    return search.best.distance;
+}
+
 void surface_nearest_at(const struct surface *surface, struct vec3 point, double uv[2],
                         double *distance) {
     struct bounds_search bounds;

@@ -89,6 +89,10 @@ void surface_jet_at(const struct surface *surface, struct surface_cursor *cursor
 void surface_nearest_at(const struct surface *surface, struct vec3 point, double uv[2],
                         double *distance);
 
+/* The place inside the domain to which a descent of the distance to `point` leads from `uv`, which
+ * becomes that place, in inner parameters; and that distance. */
+double surface_nearest_from(const struct surface *surface, struct vec3 point, double uv[2]);
+
 /* Evaluates the polynomials of one span, anywhere, in inner parameters. */
 void surface_evaluate_span(const struct surface *surface, int span_u, int span_v, double u,
                            double v, struct surface_jet *jet);

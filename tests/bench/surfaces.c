@@ -93,28 +93,6 @@ static void add_trims(struct bench_surface *s, int kind) {
         add_loop(s, hole, hole_radius, 24, false);
 }
 
-/* A disk of radius 1 as one biquadratic patch: at its corners r_u and r_v are parallel. */
-static void make_disk(struct shape *shape) {
-    static const double range[2] = {-1, 1}, s = 1.41421356237309515;
-    shape_plane(shape, range, range);
-    for (int k = 0; k < 2; k++) {
-        shape->degree[k] = 2;
-        shape->size[k] = 3;
-        for (int i = 0; i < 6; i++)
-            shape->knots[k][i] = i / 3;
-    }
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) {
-            bool corner = i != 1 && j != 1, centre = i == 1 && j == 1;
-            double reach = corner ? 1 / s : s, w = corner || centre ? 1 : 1 / s;
-            double *h = shape->h[3 * i + j];
-            h[0] = w * reach * (i - 1);
-            h[1] = w * reach * (j - 1);
-            h[2] = 0;
-            h[3] = w;
-        }
-}
-
 static void make_round(struct bench_surface *s, int which) {
     static const double whole[2] = {0, 2 * M_PI}, quarter[2] = {0, M_PI / 2};
     static const double up[2] = {0, M_PI / 2}, band[2] = {-1.2, 1.2}, tube[2] = {0, 2 * M_PI};
@@ -139,7 +117,7 @@ static void make_round(struct bench_surface *s, int which) {
     else if (which == 6)
         shape_sphere(&s->shape, 1, whole, band, M_PI / 2);
     else
-        make_disk(&s->shape);
+        shape_disk(&s->shape, 1);
 }
 
 void bench_surface_make(struct bench_surface *surface, int number) {

@@ -158,6 +158,19 @@ static void put(struct shape *shape, int i, int j, struct vec3 r, double weight)
     memcpy(shape->h[i * shape->size[1] + j], h, sizeof h);
 }
 
+void shape_disk(struct shape *shape, double radius) {
+    static const double range[2] = {0, 1};
+    one_span(shape, 2, range, range);
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            bool edge = (i == 1) != (j == 1);
+            double reach = radius * (edge ? sqrt(2) : sqrt(0.5));
+            struct vec3 point = {reach * (i - 1), reach * (j - 1), 0};
+            put(shape, i, j, point, edge ? sqrt(0.5) : 1);
+        }
+    }
+}
+
 void shape_freeform(struct shape *shape) {
     static const double knots[2][11] = {{0, 0, 0, 0, 0.22, 0.47, 0.81, 1, 1, 1, 1},
                                         {0, 0, 0, 0, 0.35, 0.55, 0.7, 1, 1, 1, 1}};

@@ -68,6 +68,10 @@ void shape_frustum(struct shape *shape, const double turn[2], const double a[2],
  * interior knot of multiplicity 2 at u = 1/2; x and y run over [-1, 1] times `half`. */
 void shape_crease(struct shape *shape, double half, double rise);
 
+/* A disk about 0 in the plane z = 0 as one biquadratic patch, whose edges are its quarters: at its
+ * four corners r_u and r_v are parallel. */
+void shape_disk(struct shape *shape, double radius);
+
 /* A wavy rational bicubic surface about [-1, 1]^2 with uneven interior knots (C2), in the manner
  * of figure 12 of the paper (docs/mathematics.md, sources). */
 void shape_freeform(struct shape *shape);

@@ -558,6 +558,34 @@ static void test_exact_coverage_cone_with_apex(void **state) {
     }
 }
 
+/* Beyond the corners of a disk made of one patch no parameters lead: that is its boundary. The net
+ * is the square grid. */
+static void test_exact_coverage_disk_with_singular_corners(void **state) {
+    static const enum drape_method methods[] = {DRAPE_GIB, DRAPE_BASIC, DRAPE_GIB4, DRAPE_GEODESIC};
+    static struct shape shape;
+    (void)state;
+    shape_disk(&shape, 1);
+    for (int k = 0; k < 16; k++) {
+        double d = k < 8 ? 0.04 : 0.11, turn = 90.0 / 16 * k;
+        struct drape_settings settings = settings_at(0.5, 0.5, turn, d);
+        struct drape_run run;
+        settings.method = methods[k % 4];
+        drape_begin(&run, &shape, &settings);
+        const struct drape_nodes *nodes = &run.result.nodes;
+        struct vec3 warp = run.result.start_warp, weft = run.result.start_weft;
+        assert_int_equal(run.result.summary.outcome, DRAPE_COMPLETE);
+        assert_int_equal(run.result.summary.front_reasons[DRAPE_REASON_NO_CONVERGENCE], 0);
+        for (size_t n = 0; n < nodes->count; n++) {
+            struct vec3 exact = vec3_axpy(d * nodes->j[n], weft, vec3_scale(d * nodes->i[n], warp));
+            assert_true(vec3_distance(node_point(nodes, (int)n), exact) < 1e-10);
+        }
+        for (int i = -30; i <= 30; i++)
+            for (int j = -30; j <= 30; j++)
+                assert_true(grid_find(&run.grid, i, j) >= 0 || d * hypot(i, j) > 1 - 1e-9);
+        drape_end(&run);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_coverage_patch_drapes_like_whole),
@@ -575,6 +603,7 @@ int main(void) {
         cmocka_unit_test(test_exact_coverage_full_sphere),
         cmocka_unit_test(test_exact_coverage_degenerate_start),
         cmocka_unit_test(test_exact_coverage_cone_with_apex),
+        cmocka_unit_test(test_exact_coverage_disk_with_singular_corners),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

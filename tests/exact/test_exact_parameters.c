@@ -4,8 +4,8 @@
  * same to 1e-9 of its size. Random changes of all kinds at once; DRAPED_SEED sets the seed and
  * DRAPED_ROUNDS the number of surfaces, and what fails says its seed.
  */
-#include "check.h"
 #include "measure.h"
+#include "tests/check.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
