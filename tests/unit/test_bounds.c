@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "api/request/shape.h"
+#include "api/run.h"
 #include "solver/surface/bounds.h"
 #include "solver/surface/spans.h"
 
@@ -364,5 +365,5 @@ int main(void) {
         cmocka_unit_test(test_bounds_are_those_of_a_search),
         cmocka_unit_test(test_bounds_close_with_the_square_of_the_cells),
     };
-    return cmocka_run_group_tests_name("bounds", tests, NULL, NULL);
+    return api_prepare() ? cmocka_run_group_tests_name("bounds", tests, NULL, NULL) : 1;
 }
