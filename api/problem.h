@@ -15,7 +15,7 @@
     X(MALFORMED_JSON, "malformed-json", 400, "The body is not JSON")                               \
     X(BAD_REQUEST, "bad-request", 400, "The request is not well-formed HTTP")                      \
     X(UNAUTHORIZED, "unauthorized", 401, "A token is needed")                                      \
-    X(FORBIDDEN, "forbidden", 403, "The token does not allow this")                                \
+    X(FORBIDDEN, "forbidden", 403, "This is not allowed")                                          \
     X(NOT_FOUND, "not-found", 404, "No such resource")                                             \
     X(RESULT_NOT_READY, "result-not-ready", 404, "The drape has not ended yet")                    \
     X(METHOD_NOT_ALLOWED, "method-not-allowed", 405, "The resource does not take this method")     \

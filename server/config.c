@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "config.h"
 #include "log.h"
+#include "server/http/origin.h"
 #include "server/http/tokens.h"
 #include "server/store/store.h"
 #include "systemd.h"
@@ -101,6 +102,10 @@ static const struct flag flags[] = {
      AT(retention_bytes), 0, 1024 * 1024 * GIB, "retention_bytes"},
     {"max-connections", "DRAPED_MAX_CONNECTIONS", "N", "4096", "open connections at a time",
      KIND_COUNT, AT(max_connections), 16, 1000000, "max_connections"},
+    {"public-name", "DRAPED_PUBLIC_NAME", "NAME[,...]", "",
+     "names by which callers reach the service, such as draped.example behind a proxy, beside "
+     "localhost and the address of --listen; others are 403; * for any",
+     KIND_TEXT, AT(public_name), 0, 0, NULL},
     {"cors-origin", "DRAPED_CORS_ORIGIN", "ORIGIN[,...]", "",
      "web pages that may call, such as https://example.com; * for all", KIND_TEXT, AT(cors_origin),
      0, 0, NULL},
@@ -358,6 +363,9 @@ static bool check(struct config *config) {
                       config->listen);
     if (config->tokens[0] && !check_tokens(config->tokens))
         return false;
+    if (!origin_are_names(config->public_name))
+        return report("--public-name: '%s' is no list of names without ports, split by commas",
+                      config->public_name);
     if (!config->data[0])
         return report("--data is empty");
     if (strstr(config->store, "://") && !store_url_remote(config->store))

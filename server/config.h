@@ -35,6 +35,7 @@ struct config {
     int64_t max_body;           /* bytes of a request's body */
     int64_t max_mesh;           /* bytes of the body of a map */
     int64_t max_bodies;         /* bytes of all bodies that are being received */
+    const char *public_name;    /* names of the service, split by commas; "*": any */
     const char *cors_origin;    /* origins of web pages, split by commas; empty: none; "*": all */
     int64_t max_nodes;          /* nodes of one drape */
     int64_t max_control_points; /* of one surface */

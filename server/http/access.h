@@ -15,8 +15,4 @@ bool access_allow(struct tokens *tokens, struct request *request, enum tokens_ro
 /* Tells caches on the way that the answer is for this caller alone. */
 void access_mark(struct reply *reply);
 
-/* Tells a browser that the page which calls may see the answer, if `origins` (--cors-origin) names
- * its origin; and, when it asks beforehand, what it may send. */
-void access_cors(const char *origins, const struct request *request, struct reply *reply);
-
 #endif

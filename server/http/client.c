@@ -43,8 +43,9 @@ ssize_t client_received(void *context, const char *bytes, size_t length) {
     return -1;
 }
 
-bool client_checked(const struct client *client) {
-    return client->ended < client->wire.messages || !wire_between(&client->wire);
+bool client_checked(const struct client *client, bool whole) {
+    const struct wire *wire = &client->wire;
+    return client->ended < wire->messages || (!whole && !wire_between(wire));
 }
 
 void client_ended(struct client *client) {

@@ -86,8 +86,9 @@ void client_close(struct client *client);
  * What is malformed is refused once the requests before it are answered. */
 ssize_t client_received(void *context, const char *bytes, size_t length);
 
-/* Whether the library's next request is one that passed the check. */
-bool client_checked(const struct client *client);
+/* Whether the request that the library has now, its head or all of it, is one that passed the
+ * check: both must count the same messages. */
+bool client_checked(const struct client *client, bool whole);
 
 /* After the end of a request: what `client_received` put off. */
 void client_ended(struct client *client);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-#include "access.h"
 #include "client.h"
 #include "interpose.h"
+#include "origin.h"
 #include "server/clock.h"
 #include "server/config.h"
 #include "server/log.h"
@@ -58,7 +58,7 @@ static struct MHD_Response *make_response(struct exchange *exchange) {
 static bool send_reply(struct exchange *exchange) {
     struct http *http = exchange->http;
     struct reply *reply = &exchange->reply;
-    access_cors(http->settings.config->cors_origin, exchange->request, reply);
+    origin_share(http->settings.config, exchange->request, reply);
     if (!deadlines_reply(http->deadlines, &exchange->client->deadline,
                          reply->streamed ? 0 : reply->length))
         return false;
@@ -200,7 +200,7 @@ bool exchange_step(struct exchange *exchange, const char *method, const char *ve
     *size = 0;
     if (exchange->client->refused)
         return false;
-    if (!exchange->known && !client_checked(exchange->client)) {
+    if (!client_checked(exchange->client, exchange->known && !length)) {
         log_error(log_event("unchecked_request"), log_text("request_id", exchange->request->id));
         return false;
     }

@@ -122,8 +122,8 @@ void request_free(struct request *request) {
     free(request->decoded);
     free(request->authority);
     free(request->body);
-    for (size_t k = 0; k < REQUEST_LISTS; k++)
-        free(request->joined[k]);
+    for (size_t k = 0; k < request->owned_count; k++)
+        free(request->owned[k]);
     if (request->state_free && request->state)
         request->state_free(request->state);
     else
@@ -139,32 +139,40 @@ static size_t find_header(const struct request *request, const char *name) {
     return k;
 }
 
-/* Which of the lists that are read here that is; REQUEST_LISTS for none. */
-static size_t list_number(const char *name) {
-    static const char *const lists[REQUEST_LISTS] = {"Accept", "Accept-Encoding", "If-None-Match",
-                                                     "Prefer"};
-    size_t k = 0;
-    while (k < REQUEST_LISTS && strcasecmp(lists[k], name) != 0)
-        k++;
-    return k;
+/* Whether it is one of the lists that are read here, which may come in several lines. */
+static bool is_list(const char *name) {
+    static const char *const lists[] = {"Accept", "Accept-Encoding", "If-None-Match", "Prefer"};
+    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++)
+        if (!strcasecmp(lists[k], name))
+            return true;
+    return false;
 }
 
-/* A further line of a list continues it (RFC 9110, 5.3). False when it is none. */
-static bool continue_list(struct request *request, const char *name, const char *value) {
-    size_t list = list_number(name), first = find_header(request, name);
-    char *joined = NULL;
-    if (list == REQUEST_LISTS || first == request->header_count)
-        return false;
-    if (asprintf(&joined, "%s, %s", request->headers[first].value, value) < 0)
-        return true; /* without memory it is as if it had not come */
-    free(request->joined[list]);
-    request->headers[first].value = request->joined[list] = joined;
-    return true;
+/* Takes over a string of malloc; `fallback` without one, or without room. */
+static const char *own(struct request *request, char *text, const char *fallback) {
+    if (!text || request->owned_count == REQUEST_OWNED_MAX) {
+        free(text);
+        return fallback;
+    }
+    return request->owned[request->owned_count++] = text;
 }
 
 void request_add_header(struct request *request, const char *name, const char *value) {
-    if (!continue_list(request, name, value) && request->header_count < REQUEST_HEADERS_MAX)
+    size_t length = strlen(value), sent = length;
+    while (length && strchr(" \t", value[length - 1]))
+        length--;
+    if (length < sent)
+        value = own(request, strndup(value, length), value);
+    size_t first = find_header(request, name);
+    if (first < request->header_count && is_list(name)) { /* RFC 9110, 5.3 */
+        const char *before = request->headers[first].value;
+        char *joined = NULL;
+        if (asprintf(&joined, "%s, %s", before, value) < 0)
+            joined = NULL; /* without memory it is as if it had not come */
+        request->headers[first].value = own(request, joined, before);
+    } else if (request->header_count < REQUEST_HEADERS_MAX) {
         request->headers[request->header_count++] = (struct request_field){name, value};
+    }
 }
 
 static bool sane_id(const char *text) {

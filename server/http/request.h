@@ -16,7 +16,7 @@ enum {
     REQUEST_SEGMENTS_MAX = 8,
     REQUEST_QUERY_MAX = 32,
     REQUEST_HEADERS_MAX = WIRE_FIELDS_MAX,
-    REQUEST_LISTS = 4, /* headers that are lists, and may come in several lines */
+    REQUEST_OWNED_MAX = 16, /* values in several lines, or with blanks behind them */
     REQUEST_CALLER_SIZE = 65,
     REQUEST_ID_SIZE = 65, /* a caller's own X-Request-Id: at most 64 characters */
     REQUEST_FAULT_SIZE = 128
@@ -46,7 +46,8 @@ struct request {
     size_t query_count;
     struct request_field headers[REQUEST_HEADERS_MAX];
     size_t header_count;
-    char *joined[REQUEST_LISTS];    /* memory of lists in several lines */
+    char *owned[REQUEST_OWNED_MAX]; /* memory of values that are not as they were sent */
+    size_t owned_count;
     char fault[REQUEST_FAULT_SIZE]; /* what is wrong with the target; "" for nothing */
 
     char *body; /* zero-terminated beyond its length; NULL without a body */
@@ -76,8 +77,8 @@ struct request {
 struct request *request_new(const char *target);
 void request_free(struct request *request);
 
-/* Adds a header whose strings live as long as the request. Several lines of Accept,
- * Accept-Encoding, If-None-Match or Prefer become one. */
+/* Adds a header whose strings live as long as the request; blanks behind the value are left out.
+ * Several lines of Accept, Accept-Encoding, If-None-Match or Prefer become one. */
 void request_add_header(struct request *request, const char *name, const char *value);
 
 /* Sets `id` from the caller's X-Request-Id if that is 1 to 64 letters, digits, or any of "._:-",

@@ -288,8 +288,9 @@ static bool end_field(struct wire *wire) {
         "", "there is more than one Host", "there is more than one Content-Length",
         "there is more than one Transfer-Encoding", "there is more than one Authorization"};
     enum field field = (enum field)wire->field;
-    while (wire->text_length && strchr(" \t", wire->text[wire->text_length - 1]))
-        wire->text_length--;
+    if (field == HOST)
+        while (wire->text_length && strchr(" \t", wire->text[wire->text_length - 1]))
+            wire->text_length--;
     if (field != OTHER && wire->state == TRAILER_LF)
         return malformed(wire, "a trailer has a field that belongs to the head");
     if (field != OTHER && field != CONNECTION && wire->seen >> field & 1)

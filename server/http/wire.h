@@ -7,9 +7,10 @@
  * messages.
  *
  * Stricter than the RFC asks of a recipient, which may but need not be lenient: lines end with CR
- * LF; no folded lines; no blanks before a colon or in a chunk's line; one Content-Length; no
- * transfer coding but `chunked`, not with Content-Length and not in HTTP/1.0; no fragment, no user
- * and no query without a path in a target; no framing fields in trailers.
+ * LF; no folded lines; no blanks before a colon, behind a length or coding, or in a chunk's line;
+ * one Content-Length; no transfer coding but `chunked`, not with Content-Length and not in
+ * HTTP/1.0; no fragment, no user and no query without a path in a target; no framing fields in
+ * trailers.
  *
  * A pure function of the bytes: no memory but the struct, no I/O. The result does not depend on how
  * the bytes are split into calls.

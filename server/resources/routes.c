@@ -4,6 +4,7 @@
 #include "server/config.h"
 #include "server/http/access.h"
 #include "server/http/negotiate.h"
+#include "server/http/origin.h"
 #include "server/metrics.h"
 #include <stdio.h>
 #include <string.h>
@@ -150,20 +151,21 @@ static bool check_query(struct call *call) {
     return true;
 }
 
-/* A missing type passes: bare HTTP clients send none. Form types do not, since any web page may
- * make a browser send those here. */
+/* A missing type passes, since bare HTTP clients send none, but not from a web page, which can make
+ * a browser send a body without one. Form types do not pass, for the same reason. */
 static bool check_media_type(struct call *call) {
     const struct route *route = call->request->route;
     const char *type = request_header(call->request, "Content-Type");
-    bool mesh = route->flags & ROUTE_MESH;
-    if (!(route->flags & (ROUTE_BODY | ROUTE_MESH)) || !type || negotiate_is_json(type) ||
-        (mesh && negotiate_is_type(type, "text/x-nastran")))
+    bool mesh = route->flags & ROUTE_MESH, page = request_header(call->request, "Origin");
+    if (!(route->flags & (ROUTE_BODY | ROUTE_MESH)) || (!type && !page) ||
+        (type && negotiate_is_json(type)) ||
+        (type && mesh && negotiate_is_type(type, "text/x-nastran")))
         return true;
     reply_header(call->reply, "Accept", "application/json%s", mesh ? ", text/x-nastran" : "");
     reply_refuse(call->reply, API_UNSUPPORTED_MEDIA_TYPE,
                  "the Content-Type is '%.64s' but must be application/json%s; with curl: -H "
                  "'Content-Type: application/json'",
-                 type, mesh ? " or text/x-nastran" : "");
+                 type ? type : "", mesh ? " or text/x-nastran" : "");
     return false;
 }
 
@@ -184,6 +186,10 @@ static bool screen(void *context, struct request *request, struct reply *reply) 
     char allow[64];
     find_route(config, request, allow, sizeof allow);
     const struct route *route = request->route;
+    /* Probes say nothing that a page could use, and come under any name. */
+    bool probe = route && route->flags & ROUTE_QUIET && route->flags & ROUTE_OPEN;
+    if (!probe && !origin_allows_host(config, request, reply))
+        return true;
     if (!route) {
         refuse_route(&call, allow);
         return true;
@@ -191,7 +197,8 @@ static bool screen(void *context, struct request *request, struct reply *reply) 
     request->quiet = route->flags & ROUTE_QUIET;
     if (route->flags & ROUTE_MESH)
         request->limit = (struct request_limit){config->max_mesh, "max-mesh"};
-    bool good = (route->flags & ROUTE_OPEN ||
+    bool good = (!strcmp(route->method, "GET") || origin_allows_change(config, request, reply)) &&
+                (route->flags & ROUTE_OPEN ||
                  access_allow(call.services->tokens, request, role_needed(route), reply)) &&
                 check_query(&call) && check_media_type(&call);
     if (good && request->draining && route->flags & ROUTE_WORK)

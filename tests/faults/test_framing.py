@@ -12,10 +12,10 @@ from daemon import Daemon, Tap, expect, expect_problem, expect_sound_log  # noqa
 
 CASES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "framing.cases")
 PREFIXES = {
-    "@GET ": b"GET /version HTTP/1.1\r\nHost: a\r\n",
-    "@POST ": b"POST /v1/drapes HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\n",
+    "@GET ": b"GET /version HTTP/1.1\r\nHost: localhost\r\n",
+    "@POST ": b"POST /v1/drapes HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n",
 }
-GOOD = b"GET /version HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n"
+GOOD = b"GET /version HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"
 SECONDS = 20  # an answer, on a busy machine
 
 

@@ -15,10 +15,10 @@ from daemon import LONG, Daemon, Tap, expect, expect_sound_log, saddle  # noqa: 
 
 CLIENTS = 1000
 SECONDS = 30 if LONG else 12  # more than the 10 s that a head may take
-HEAD = b"GET /version HTTP/1.1\r\nHost: a\r\nX: "
-BODY = (b"POST /v1/drapes HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\n"
+HEAD = b"GET /version HTTP/1.1\r\nHost: localhost\r\nX: "
+BODY = (b"POST /v1/drapes HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
         b"Content-Length: 100000\r\n\r\n")
-CHUNKED = (b"POST /v1/drapes HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\n"
+CHUNKED = (b"POST /v1/drapes HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
            b"Transfer-Encoding: chunked\r\n\r\n")
 # What a client says first, and then about once a second.
 KINDS = {"head": (HEAD, b"a"), "body": (BODY, b" "), "chunks": (CHUNKED, b"1\r\n \r\n"),

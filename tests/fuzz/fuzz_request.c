@@ -5,8 +5,8 @@
 #include "fuzz.h"
 
 #include "server/config.h"
-#include "server/http/access.h"
 #include "server/http/negotiate.h"
+#include "server/http/origin.h"
 #include "server/resources/routes.h"
 #include "service.h"
 #include <jansson.h>
@@ -182,7 +182,7 @@ static void serve(struct request *request, const char *body, size_t length) {
         FUZZ_PROMISE(!length || request_append_body(request, body, length));
         handle(request, &reply);
     }
-    access_cors(service()->config->cors_origin, request, &reply);
+    origin_share(service()->config, request, &reply);
     expect_answer(request, &reply);
     bool changed = reply.status > 200 && reply.status < 300 && strcmp(request->method, "GET") != 0;
     reply_clear(&reply);

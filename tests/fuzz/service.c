@@ -22,6 +22,7 @@ static char request[] = "{\"surface\":" SURFACE ",\"fabric\":{\"spacing\":0.3}}"
 static const struct config config = {
     .role = CONFIG_ROLE_API,
     .cors_origin = "https://a.example",
+    .public_name = "*",
     .queue_limit = 3,
     .max_body = 4096,
     .max_mesh = 8192,

@@ -10,7 +10,7 @@ teardown() {
     expect 200
 }
 
-POST='POST /v1/drapes HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\n'
+POST='POST /v1/drapes HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n'
 
 # raw FORMAT: printf's format as it goes to the socket; the answer, until the connection closes,
 # becomes headers, body and status.
@@ -72,8 +72,8 @@ refused() {
 }
 
 @test "http: one Host, no more and no less" {
-    refused 'GET /healthz HTTP/1.1\r\nHost: a\r\nHost: a\r\n\r\n'
-    refused 'GET /healthz HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n'
+    refused 'GET /healthz HTTP/1.1\r\nHost: localhost\r\nHost: localhost\r\n\r\n'
+    refused 'GET /healthz HTTP/1.1\r\nHost: localhost\r\nHost: b\r\n\r\n'
     refused 'GET /healthz HTTP/1.1\r\n\r\n'
     raw 'GET /healthz HTTP/1.0\r\n\r\n'
     expect 200
@@ -83,60 +83,60 @@ refused() {
     for path in '/v1/drapes/%%00' '/%%00' '/v1/drapes/a\0b' '/v1/drapes?limit=1%%00' \
         '/v1/drapes/%%zz' '/v1/drapes/%%' '/v1/drapes/%%1' '/v1/drapes/a b' '/v1/ drapes' \
         '/v1/drapes/\x01' 'v1/drapes'; do
-        refused "GET $path HTTP/1.1\r\nHost: a\r\n\r\n"
+        refused "GET $path HTTP/1.1\r\nHost: localhost\r\n\r\n"
     done
-    refused 'CONNECT a:80 HTTP/1.1\r\nHost: a\r\n\r\n'
+    refused 'CONNECT a:80 HTTP/1.1\r\nHost: localhost\r\n\r\n'
 }
 
 @test "http: malformed lines are refused" {
-    refused 'GET /healthz HTTP/1.1\r\nHost: a\r\nnocolon\r\n\r\n'
-    refused 'GET /healthz HTTP/1.1\r\nHost: a\r\nContent-Length : 0\r\n\r\n'
-    refused 'GET /healthz HTTP/1.1\r\nHost: a\r\nX Y: 0\r\n\r\n'
-    refused 'GET /healthz HTTP/1.1\r\n Host: a\r\n\r\n'
-    refused 'GET /healthz HTTX/1.1\r\nHost: a\r\n\r\n'
+    refused 'GET /healthz HTTP/1.1\r\nHost: localhost\r\nnocolon\r\n\r\n'
+    refused 'GET /healthz HTTP/1.1\r\nHost: localhost\r\nContent-Length : 0\r\n\r\n'
+    refused 'GET /healthz HTTP/1.1\r\nHost: localhost\r\nX Y: 0\r\n\r\n'
+    refused 'GET /healthz HTTP/1.1\r\n Host: localhost\r\n\r\n'
+    refused 'GET /healthz HTTX/1.1\r\nHost: localhost\r\n\r\n'
     refused 'GET /healthz\r\n\r\n'
-    refused 'G@T /healthz HTTP/1.1\r\nHost: a\r\n\r\n'
-    wanted=505 slug=http-version-not-supported refused 'GET /healthz HTTP/9.9\r\nHost: a\r\n\r\n'
+    refused 'G@T /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n'
+    wanted=505 slug=http-version-not-supported refused 'GET /healthz HTTP/9.9\r\nHost: localhost\r\n\r\n'
     wanted=505 slug=http-version-not-supported refused 'PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n'
 }
 
 @test "http: what is no HTTP at all is closed" {
     raw '\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\r\n\r\n'
     raw 'HELLO\r\n\r\n'
-    raw '\r\n\r\n\r\nGET /healthz HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n'
+    raw '\r\n\r\n\r\nGET /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n'
     expect 200
 }
 
 @test "http: heads that are too large are refused" {
     long=$(printf 'a%.0s' {1..60000})
-    wanted=431 slug=headers-too-large refused "GET / HTTP/1.1\r\nHost: a\r\nX: $long\r\n\r\n"
+    wanted=431 slug=headers-too-large refused "GET / HTTP/1.1\r\nHost: localhost\r\nX: $long\r\n\r\n"
     wanted=431 slug=headers-too-large \
-        refused "GET / HTTP/1.1\r\nHost: a\r\nX: ${long:0:34000}\r\n\r\n"
-    wanted=414 slug=target-too-long refused "GET /?$long HTTP/1.1\r\nHost: a\r\n\r\n"
-    wanted=414 slug=target-too-long refused "GET /?${long:0:34000} HTTP/1.1\r\nHost: a\r\n\r\n"
+        refused "GET / HTTP/1.1\r\nHost: localhost\r\nX: ${long:0:34000}\r\n\r\n"
+    wanted=414 slug=target-too-long refused "GET /?$long HTTP/1.1\r\nHost: localhost\r\n\r\n"
+    wanted=414 slug=target-too-long refused "GET /?${long:0:34000} HTTP/1.1\r\nHost: localhost\r\n\r\n"
     wanted=431 slug=headers-too-large \
-        refused "GET / HTTP/1.1\r\nHost: a\r\n$(printf 'X: a\\r\\n%.0s' {1..5000})\r\n"
-    raw "GET / HTTP/1.1\r\nHost: a\r\nConnection: close\r\nX: ${long:0:31000}\r\n\r\n"
+        refused "GET / HTTP/1.1\r\nHost: localhost\r\n$(printf 'X: a\\r\\n%.0s' {1..5000})\r\n"
+    raw "GET / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nX: ${long:0:31000}\r\n\r\n"
     expect 200
 }
 
 @test "http: too many headers or query parameters are refused" {
     wanted=431 slug=headers-too-large \
-        refused "GET / HTTP/1.1\r\nHost: a\r\n$(printf 'X: a\\r\\n%.0s' {1..200})\r\n"
-    refused "GET /?$(printf 'a&%.0s' {1..300}) HTTP/1.1\r\nHost: a\r\n\r\n"
+        refused "GET / HTTP/1.1\r\nHost: localhost\r\n$(printf 'X: a\\r\\n%.0s' {1..200})\r\n"
+    refused "GET /?$(printf 'a&%.0s' {1..300}) HTTP/1.1\r\nHost: localhost\r\n\r\n"
     # More than the library has memory for.
     wanted=431 slug=headers-too-large \
-        refused "GET /?$(printf 'a&%.0s' {1..8000}) HTTP/1.1\r\nHost: a\r\n\r\n"
+        refused "GET /?$(printf 'a&%.0s' {1..8000}) HTTP/1.1\r\nHost: localhost\r\n\r\n"
 }
 
 @test "http: a good request before a bad one on the same connection is answered" {
-    raw 'GET /version HTTP/1.1\r\nHost: a\r\n\r\nGET / HTTP/1.1\r\nHost: a\r\nnocolon\r\n\r\n'
+    raw 'GET /version HTTP/1.1\r\nHost: localhost\r\n\r\nGET / HTTP/1.1\r\nHost: localhost\r\nnocolon\r\n\r\n'
     [ "$(grep -o 'HTTP/1.1 200' "$BATS_TEST_TMPDIR/answer" | wc -l)" = 1 ]
     [ "$(grep -o 'HTTP/1.1 400' "$BATS_TEST_TMPDIR/answer" | wc -l)" = 1 ]
 }
 
 @test "http: requests in a row on one connection are answered in order" {
-    raw "$(printf 'GET /version HTTP/1.1\\r\\nHost: a\\r\\n\\r\\n%.0s' {1..20})"'GET / HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n'
+    raw "$(printf 'GET /version HTTP/1.1\\r\\nHost: localhost\\r\\n\\r\\n%.0s' {1..20})"'GET / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n'
     [ "$(grep -o 'HTTP/1.1 200' "$BATS_TEST_TMPDIR/answer" | wc -l)" = 21 ]
 }
 
@@ -173,7 +173,7 @@ drip() {
 }
 
 @test "http: headers and bodies that come a byte a second are 408, and others are served" {
-    drip 20 'GET / HTTP/1.1\r\nHost: a\r\nX: ' head &
+    drip 20 'GET / HTTP/1.1\r\nHost: localhost\r\nX: ' head &
     head=$!
     drip 22 "${POST}Content-Length: 1000\r\n\r\n" body &
     slow=$!

@@ -255,7 +255,7 @@ start() { start_daemon "$BATS_TEST_TMPDIR/daemon" "$@"; }
         python3 - "$PORT" "$1" <<'END'
 import socket, sys
 with socket.create_connection(("127.0.0.1", int(sys.argv[1])), 20) as client:
-    client.sendall(f"GET {sys.argv[2]} HTTP/1.1\r\nHost: a\r\n\r\n".encode())
+    client.sendall(f"GET {sys.argv[2]} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
     client.shutdown(socket.SHUT_WR)
     while piece := client.recv(65536):
         sys.stdout.buffer.write(piece)
@@ -359,7 +359,7 @@ END
     kill -TERM "$DAEMON"
     refused() { ! curl -sS --max-time 2 -o /dev/null "$URL/healthz" 2>/dev/null; }
     wait_until 5 refused
-    printf 'GET /readyz HTTP/1.1\r\nHost: a\r\n\r\n' >&5
+    printf 'GET /readyz HTTP/1.1\r\nHost: localhost\r\n\r\n' >&5
     timeout 10 cat <&5 >"$BATS_TEST_TMPDIR/answer" || true
     exec 5>&- 5<&-
     grep -q '^HTTP/1.1 503' "$BATS_TEST_TMPDIR/answer"
