@@ -108,8 +108,9 @@ struct drape_nodes {
 struct drape_cells {
     size_t count;
     int32_t *i, *j;
-    double *shear_deg;                /* between the mean warp and mean weft direction */
-    double *warp_x, *warp_y, *warp_z; /* unit mean warp direction */
+    double *shear_deg;                /* between the mean warp and mean weft direction, in the
+                                         surface: of a cell that lies across a fold, unfolded */
+    double *warp_x, *warp_y, *warp_z; /* unit mean warp direction, at that angle from weft */
     double *weft_x, *weft_y, *weft_z;
 };
 

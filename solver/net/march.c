@@ -78,8 +78,12 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
                             .uv = {station->uv[0], station->uv[1]},
                             .state = *zone == STATION_INSIDE ? NET_INSIDE : NET_GHOST,
                             .reason = (uint8_t)reason};
-    if (net_put(march->net, i, j, &node) != STATUS_OK)
-        return STATUS_OUT_OF_MEMORY;
+    node.rough = march->edges.rough;
+    march->edges.rough = 0;
+    enum status put = node.rough ? net_put_rough(march->net, i, j, &node, &march->edges.yarns)
+                                 : net_put(march->net, i, j, &node);
+    if (put != STATUS_OK)
+        return put;
     *(*zone == STATION_INSIDE ? &march->inside : &march->ghosts) += 1;
     if (*zone == STATION_INSIDE && march->monitor)
         atomic_fetch_add(&march->watch->inside, 1);

@@ -45,6 +45,12 @@ struct march_watch {
     _Atomic bool stopped;  /* it answered stop */
 };
 
+/* The rough edges of a node that is about to be placed, and whether it rests on growth. */
+struct march_edges {
+    uint8_t rough; /* as net_node's */
+    struct net_yarns yarns;
+};
+
 struct march {
     const struct surface *surface; /* NULL on a mesh of the caller's */
     const struct mesh *mesh;       /* what the net is laid on for the method mosaic; else NULL */
@@ -56,9 +62,12 @@ struct march {
     struct net *net;
     struct net_view before; /* the net of a first march that this one corrects, if any */
     int fringe;             /* ghosts beyond the last node inside that difference stencils reach */
-    struct fold *fold;      /* NULL as long as the net cannot meet itself */
-    size_t inside, ghosts;  /* nodes placed */
-    size_t solved;          /* of them by fishnet_solve, in this many steps: */
+    const struct net_node *arm[2]; /* the places of the warp and weft arm beside a quadrant, where
+                                      the net itself is not to be asked for them; else NULL */
+    struct march_edges edges;      /* of the node solved last, for march_place */
+    struct fold *fold;             /* NULL as long as the net cannot meet itself */
+    size_t inside, ghosts;         /* nodes placed */
+    size_t solved;                 /* of them by fishnet_solve, in this many steps: */
     size_t iterations;
     double residual_max;
     struct march_watch *watch; /* shared by all parts of the march */
@@ -117,6 +126,11 @@ struct march_cell {
     const double *guess_uv; /* the parameters expected of D, away from poles; or NULL */
 };
 
+/* The unit tangent of the yarn from the node (i, j), which is at `station`, to the one at
+ * (i + di, j + dj), at that end of it, in the tangent plane there. False when the net lacks one. */
+bool march_yarn(struct march *march, int32_t i, int32_t j, int di, int dj,
+                const struct station *station, struct vec3 *direction);
+
 /* Solves a cell. Notes the cost; on failure gives the reason. */
 bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,
                         enum drape_reason *reason);
@@ -128,9 +142,10 @@ enum status march_corner(struct march *march, int32_t i, int32_t j, int si, int 
                          enum drape_reason *reason) STATUS_MUST_USE;
 
 /* The place one spacing straight on from `from` along the projection of `direction`, as the
- * method measures spacings along a generator; false when there is none. */
+ * method measures spacings along a generator; false when there is none. It is to be the neighbour
+ * on the side (di, dj). */
 bool march_straight_on(struct march *march, const struct station *from, struct vec3 direction,
-                       double d, struct station *station);
+                       int di, int dj, struct station *station);
 
 /*
  * The same on a mesh (march_mesh.c). A station there has its triangle as uv[0], and neither
