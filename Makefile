@@ -115,6 +115,7 @@ check: ## every day: build, checks of the source, unit tests, short exact ones, 
 
 test: ## everything, as built and with sanitizers; browser, deploy and hosts once (ONLY=: a pattern)
 	@$(MAKE) --no-print-directory -s .test-tools
+	@echo 'building $(B) and $(B)/sanitized'
 	@$(MAKE) --no-print-directory -s -j$(JOBS) .plain .sanitized
 	@tests/run.py all $(B) $(B)/sanitized $(ONLY)
 

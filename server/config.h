@@ -45,6 +45,8 @@ struct config {
     int64_t job_timeout;        /* seconds one attempt may take */
     int64_t lease;              /* seconds a claim holds without renewal */
     int64_t job_memory;         /* bytes one job may hold */
+    int64_t check_memory;       /* bytes that all bodies being read may take together */
+    int64_t check_timeout;      /* seconds that reading one body may take */
     int64_t max_result;         /* bytes of one stored result */
     int64_t retention;          /* hours a result is kept after its job ended */
     int64_t retention_bytes;    /* of all results together; 0: no bound */

@@ -16,7 +16,6 @@
 #include "server/store/store.h"
 #include "server/work/checkers.h"
 #include "server/work/dispatcher.h"
-#include "server/work/mapper.h"
 #include "server/work/worker.h"
 #include "systemd.h"
 #include <errno.h>
@@ -43,7 +42,7 @@ struct service {
     struct hub *hub;
     struct store *store;
     struct dispatcher *dispatcher;
-    struct mapper *mapper;
+    struct checkers *checkers;
     struct tokens *tokens;
     struct services services; /* the above, for the handlers */
     struct http *http;
@@ -203,15 +202,30 @@ static bool start_dispatcher(struct service *service) {
     return service->dispatcher || refuse("workers", "their threads cannot be started");
 }
 
+/* As many places in each lane as there are cores, and two at least: a slow one is then never alone.
+ */
+static bool start_checkers(struct service *service) {
+    const struct config *config = service->config;
+    long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    int places = cores < 2 ? 2 : cores > CHECKERS_PLACES_MAX ? CHECKERS_PLACES_MAX : (int)cores;
+    const struct checkers_settings settings = {
+        .express = places,
+        .slow = places,
+        .memory = config->check_memory,
+        .timeout_ms = config->check_timeout * 1000,
+        .map_timeout_ms = config->job_timeout * 1000,
+        .max_output = config->max_result,
+        .folder = access(config->data, W_OK | X_OK) == 0 ? config->data : "",
+        .memory_flag = "check-memory",
+    };
+    service->checkers = checkers_start(service->hub, &settings);
+    return service->checkers != NULL;
+}
+
 static bool start_front(struct service *service) {
     const struct config *config = service->config;
-    const struct mapper_settings maps = {.memory = (size_t)config->job_memory,
-                                         .timeout_ms = config->job_timeout * 1000};
-    if (config->role != CONFIG_ROLE_WORKER) {
-        service->mapper = mapper_start(service->store, service->hub, &maps);
-        if (!service->mapper)
-            return refuse("maps", "their threads cannot be started");
-    }
+    if (config->role != CONFIG_ROLE_WORKER && !start_checkers(service))
+        return refuse("checkers", "their threads cannot be started");
     char why[TOKENS_WHY_SIZE];
     service->tokens = config->tokens[0] ? tokens_open(config->tokens, why) : NULL;
     if (config->tokens[0] && !service->tokens)
@@ -220,7 +234,7 @@ static bool start_front(struct service *service) {
         .config = config,
         .store = service->store,
         .tokens = service->tokens,
-        .mapper = service->mapper,
+        .checkers = service->checkers,
         .dispatcher = config->role == CONFIG_ROLE_API ? NULL : service->dispatcher,
     };
     const struct http_settings settings = {config, service->hub,
@@ -256,7 +270,7 @@ static void stop(struct service *service) {
         http_drain(service->http);
     dispatcher_stop(service->dispatcher, service->config->drain_timeout * 1000);
     http_stop(service->http);
-    mapper_stop(service->mapper);
+    checkers_stop(service->checkers);
     tokens_free(service->tokens);
     dispatcher_free(service->dispatcher);
     store_close(service->store);

@@ -51,7 +51,7 @@ $(TEST_MODULES): %/node_modules: %/package-lock.json
 GOLDEN := $(addprefix $(B)/tests/unit/test_,formats lists)
 golden: all $(GOLDEN) ## when results change and should: writes anew what they are compared with
 	@python3 tests/results/compare.py $(B) --write
-	@for test in $(GOLDEN); do DRAPE_GOLDEN=write $$test >/dev/null 2>&1 || exit 1; done
+	@for test in $(GOLDEN); do DRAPE_GOLDEN=write $$test >/dev/null 2>&1; done # their other tests may fail
 	@$(B)/draped --help | awk -f docs/settings.awk >docs/settings.md
 	@git --no-pager diff --stat -- tests docs
 

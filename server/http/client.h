@@ -66,6 +66,7 @@ struct exchange {
     int64_t sent;     /* bytes of a stream */
     bool known;       /* the head was looked at */
     bool unread;      /* answered before the body was here */
+    bool complete;    /* the whole body is here */
     bool watching;
     struct hub_watch watch;
 

@@ -206,7 +206,12 @@ bool exchange_step(struct exchange *exchange, const char *method, const char *ve
     }
     if (!exchange->known)
         return begin(exchange, method, version);
-    return length ? receive(exchange, data, length) : answer(exchange);
+    if (length)
+        return receive(exchange, data, length);
+    if (!exchange->complete && !exchange->reply.status && !request_complete_body(exchange->request))
+        reply_refuse(&exchange->reply, API_UNAVAILABLE, "there is no memory for the body now");
+    exchange->complete = true;
+    return answer(exchange);
 }
 
 /* ------------------------------------------------------------------ beginning and end */

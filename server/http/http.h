@@ -73,7 +73,8 @@ void http_stop(struct http *http);
 
 /* For handlers: from now until the request is over, a change of `subject` (a job's id) makes a
  * handler or stream that waits be called again. Call it before the look at the store that decides
- * whether to wait. One subject a request; later calls change nothing. */
+ * whether to wait. One subject a request: a later one takes the place of
+ * the one before. */
 void http_watch(struct request *request, const char *subject);
 
 #endif

@@ -1,11 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 #include "request.h"
 #include "server/id.h"
+#include "server/spool.h"
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 /* The first fault wins. */
 static void set_fault(struct request *request, const char *fault) {
@@ -105,6 +108,7 @@ struct request *request_new(const char *target) {
     if (!request)
         return NULL;
     request->method = "";
+    request->body_file = -1;
     request->target = strdup(target);
     request->decoded = strdup(target);
     if (!request->target || !request->decoded) {
@@ -115,13 +119,23 @@ struct request *request_new(const char *target) {
     return request;
 }
 
+static void free_body(struct request *request) {
+    if (request->body_file < 0) {
+        free(request->body);
+        return;
+    }
+    if (request->body)
+        munmap(request->body, request->body_capacity);
+    close(request->body_file);
+}
+
 void request_free(struct request *request) {
     if (!request)
         return;
     free(request->target);
     free(request->decoded);
     free(request->authority);
-    free(request->body);
+    free_body(request);
     for (size_t k = 0; k < request->owned_count; k++)
         free(request->owned[k]);
     if (request->state_free && request->state)
@@ -221,22 +235,65 @@ bool request_expects_continue(const struct request *request) {
     return expect && !strcasecmp(expect, "100-continue");
 }
 
+/* Room for `capacity` bytes in the heap. */
+static bool grow_in_heap(struct request *request, size_t capacity) {
+    char *body = realloc(request->body, capacity);
+    if (body)
+        request->body = body;
+    return body != NULL;
+}
+
+/* Room for them in the memory file; a body that has been in the heap moves there. */
+static bool grow_in_file(struct request *request, size_t capacity) {
+    bool first = request->body_file < 0;
+    if (first)
+        request->body_file = spool_new(0, "");
+    if (request->body_file < 0 || ftruncate(request->body_file, (off_t)capacity) != 0)
+        return false;
+    char *body =
+        first ? mmap(NULL, capacity, PROT_READ | PROT_WRITE, MAP_SHARED, request->body_file, 0)
+              : mremap(request->body, request->body_capacity, capacity, MREMAP_MAYMOVE);
+    if (body == MAP_FAILED)
+        return false;
+    if (first) {
+        if (request->body_length)
+            memcpy(body, request->body, request->body_length);
+        free(request->body);
+    }
+    request->body = body;
+    return true;
+}
+
 bool request_append_body(struct request *request, const char *bytes, size_t length) {
     size_t needed = request->body_length + length + 1;
     if (needed > request->body_capacity) {
         size_t capacity = request->body_capacity ? 2 * request->body_capacity : 8192;
         if (capacity < needed)
             capacity = needed;
-        char *body = realloc(request->body, capacity);
-        if (!body)
+        bool in_file = request->body_file >= 0 || needed > REQUEST_BODY_IN_HEAP;
+        if (in_file ? !grow_in_file(request, capacity) : !grow_in_heap(request, capacity))
             return false;
-        request->body = body;
         request->body_capacity = capacity;
     }
     memcpy(request->body + request->body_length, bytes, length);
     request->body_length += length;
     request->body[request->body_length] = '\0';
     return true;
+}
+
+/* A file is sealed only when nobody has it mapped for writing. */
+bool request_complete_body(struct request *request) {
+    size_t capacity = request->body_length + 1;
+    if (request->body_file < 0)
+        return true;
+    munmap(request->body, request->body_capacity);
+    request->body = NULL;
+    request->body_capacity = capacity;
+    if (ftruncate(request->body_file, (off_t)capacity) != 0 || !spool_seal(request->body_file))
+        return false;
+    void *body = mmap(NULL, capacity, PROT_READ, MAP_SHARED, request->body_file, 0);
+    request->body = body == MAP_FAILED ? NULL : body;
+    return request->body != NULL;
 }
 
 bool request_parse_int(const char *text, int64_t low, int64_t high, int64_t *value) {

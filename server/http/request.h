@@ -19,7 +19,8 @@ enum {
     REQUEST_OWNED_MAX = 16, /* values in several lines, or with blanks behind them */
     REQUEST_CALLER_SIZE = 65,
     REQUEST_ID_SIZE = 65, /* a caller's own X-Request-Id: at most 64 characters */
-    REQUEST_FAULT_SIZE = 128
+    REQUEST_FAULT_SIZE = 128,
+    REQUEST_BODY_IN_HEAP = 32 * 1024 /* bytes; longer ones lie in a memory file */
 };
 
 struct request_field {
@@ -50,8 +51,9 @@ struct request {
     size_t owned_count;
     char fault[REQUEST_FAULT_SIZE]; /* what is wrong with the target; "" for nothing */
 
-    char *body; /* zero-terminated beyond its length; NULL without a body */
+    char *body; /* zero-terminated beyond its length, read-only once it is complete; NULL without */
     size_t body_length, body_capacity;
+    int body_file; /* the memory file that a long one is in; -1: none */
 
     char caller[REQUEST_CALLER_SIZE]; /* whose token it has: the owner of what is stored; "" */
     bool sees_all;                    /* what others own, too */
@@ -99,6 +101,10 @@ bool request_expects_continue(const struct request *request);
 
 /* Appends to the body. False without memory. */
 bool request_append_body(struct request *request, const char *bytes, size_t length);
+
+/* The body is complete: one in a memory file is sealed, so that it can be given to another process.
+ * False without memory. */
+bool request_complete_body(struct request *request);
 
 /* Reads a decimal integer of [low, high] that fills the text. */
 bool request_parse_int(const char *text, int64_t low, int64_t high, int64_t *value);

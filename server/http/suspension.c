@@ -3,6 +3,7 @@
 #include "server/clock.h"
 #include <microhttpd.h>
 #include <poll.h>
+#include <string.h>
 
 enum {
     TICK_MS = 10,  /* the timer looks no more often than this */
@@ -32,8 +33,10 @@ static void wake(void *context) {
 
 void http_watch(struct request *request, const char *subject) {
     struct exchange *exchange = request->transport;
-    if (exchange->watching)
+    if (exchange->watching && !strcmp(exchange->watch.subject, subject))
         return;
+    if (exchange->watching)
+        hub_unsubscribe(exchange->http->settings.hub, &exchange->watch);
     exchange->watching = true;
     hub_subscribe(exchange->http->settings.hub, &exchange->watch, subject, wake, exchange);
 }

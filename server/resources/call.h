@@ -17,7 +17,7 @@
 
 struct config;
 struct dispatcher;
-struct mapper;
+struct checkers;
 struct tokens;
 
 /* What handlers work with. All of it is borrowed and outlives the front. */
@@ -25,7 +25,7 @@ struct services {
     const struct config *config;
     struct store *store;
     struct tokens *tokens;         /* who may call; NULL: everybody */
-    struct mapper *mapper;         /* NULL in the role `worker` */
+    struct checkers *checkers;     /* NULL in the role `worker` */
     struct dispatcher *dispatcher; /* NULL in the role `api`: other machines do the work */
 };
 

@@ -1,10 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* /v1/drapes: submit, list, status, request as understood, cancel, delete. */
-#include "api/request/decode.h"
-#include "api/request/digest.h"
-#include "api/request/normalise.h"
-#include "api/request/shape.h"
-#include "api/request/shape_mesh.h"
+#include "checking.h"
 #include "documents.h"
 #include "handlers.h"
 #include "queue_rate.h"
@@ -25,9 +21,18 @@ static void reply_status(struct call *call, int status, const struct store_job *
 
 /* `request->state` of a call that may wait for the end of a drape. */
 struct waiting {
-    char id[ID_SIZE];
-    int64_t begun, deadline; /* `clock_ms`; equal: it does not wait */
+    char id[ID_SIZE];             /* of the drape; "": it is not stored yet */
+    int64_t begun, deadline;      /* `clock_ms`; equal: it does not wait */
+    struct check *check;          /* of a posted drape, until it is stored */
+    struct store_surface surface; /* the stored one that it names */
 };
+
+static void free_waiting(void *state) {
+    struct waiting *waiting = state;
+    check_drop(waiting->check);
+    store_surface_clear(&waiting->surface);
+    free(waiting);
+}
 
 /* False without memory: the reply says so. */
 static bool start_waiting(struct call *call, const char *id, int64_t seconds) {
@@ -40,6 +45,7 @@ static bool start_waiting(struct call *call, const char *id, int64_t seconds) {
     waiting->begun = clock_ms();
     waiting->deadline = waiting->begun + seconds * 1000;
     call->request->state = waiting;
+    call->request->state_free = free_waiting;
     return true;
 }
 
@@ -58,87 +64,6 @@ static bool must_wait(struct request *request, const struct store_job *job) {
 
 /* ------------------------------------------------------------------ POST /v1/drapes */
 
-/* A posted drape request on its way into the store. */
-struct posted {
-    struct arena *arena;
-    struct api_request decoded;
-    struct store_surface surface; /* the stored one that it names */
-    char digest[API_ID_SIZE];
-};
-
-/* All that can be known about a drape request before it is solved: decodes it, with the stored
- * surface if it names one, makes its surface or mesh and its digest. */
-static enum api_problem_id check_posted(struct call *call, struct posted *posted,
-                                        struct api_problem *problem) {
-    const struct request *request = call->request;
-    const struct api_limits limits = call_limits(call);
-    struct api_input input = {request->body ? request->body : "", request->body_length, NULL, 0};
-    struct api_request *decoded = &posted->decoded;
-    struct surface *surface;
-    struct mesh *mesh;
-    if (api_decode(&input, &limits, posted->arena, decoded, problem) != API_OK)
-        return problem->id;
-    if (decoded->surface.kind == API_SURFACE_NAMED) {
-        char id[API_ID_SIZE];
-        memcpy(id, decoded->surface.id, sizeof id);
-        enum store_answer answer =
-            store_surface_get(call->services->store, call_owner(call), id, &posted->surface);
-        if (answer == STORE_EMPTY)
-            api_problem_add(problem, "/surface/id", "there is no stored surface '%s'", id);
-        else if (answer != STORE_OK)
-            api_problem_set(problem, API_UNAVAILABLE, "the store is %s", store_answer_name(answer));
-        input.surface = posted->surface.definition;
-        input.surface_length = posted->surface.definition_length;
-        if (answer != STORE_OK ||
-            api_decode(&input, &limits, posted->arena, decoded, problem) != API_OK)
-            return problem->id;
-    }
-    enum api_problem_id shaped =
-        decoded->surface.kind == API_SURFACE_MESH
-            ? api_shape_mesh(decoded, &limits, posted->arena, &mesh, problem)
-            : api_shape_make(decoded, &limits, posted->arena, &surface, problem);
-    if (shaped == API_OK && !api_digest_request(decoded, posted->arena, posted->digest))
-        api_problem_set(problem, API_OUT_OF_MEMORY, "the request needs more memory than allowed");
-    return problem->id;
-}
-
-/* Queues the drape; its id is that of the receipt. False: the reply says why not. */
-static bool submit(struct call *call, const struct posted *posted, struct store_receipt *receipt) {
-    const struct request *request = call->request;
-    struct reply *reply = call->reply;
-    struct api_problem problem = {0};
-    const struct store_submission submission = {
-        .request = request->body,
-        .request_length = request->body_length,
-        .digest = posted->digest,
-        .surface = posted->surface.definition ? posted->decoded.surface.id : NULL,
-        .owner = request->caller,
-        .key = request_header(request, "Idempotency-Key"),
-    };
-    enum store_answer answer = store_submit(call->services->store, &submission, receipt);
-    switch (answer) {
-    case STORE_OK:
-        break;
-    case STORE_CONFLICT:
-        reply_refuse(reply, API_IDEMPOTENCY_MISMATCH,
-                     "this Idempotency-Key came with another body before");
-        break;
-    case STORE_FULL:
-        reply_header(reply, "Retry-After", "%d",
-                     queue_rate_retry_seconds(call->services->config->queue_limit));
-        reply_refuse(reply, API_QUEUE_FULL, "the queue is at its limit (--queue-limit)");
-        break;
-    case STORE_EMPTY: /* deleted since it was read */
-        api_problem_add(&problem, "/surface/id", "there is no stored surface '%s'",
-                        posted->decoded.surface.id);
-        reply_problem(reply, &problem);
-        break;
-    default:
-        call_store_failed(call, answer);
-    }
-    return answer == STORE_OK;
-}
-
 /* Keys of other bytes need be no text, which PostgreSQL does not take. */
 static bool check_key(struct call *call) {
     const char *key = request_header(call->request, "Idempotency-Key");
@@ -152,29 +77,92 @@ static bool check_key(struct call *call) {
     return false;
 }
 
-/* The first call: checks and stores the drape. False: the reply says why not. */
-static bool accept_drape(struct call *call) {
-    struct posted posted = {.arena = NULL};
-    struct api_problem problem = {0};
-    struct store_receipt receipt;
-    int64_t wait = negotiate_wait(request_header(call->request, "Prefer"), CALL_WAIT_MAX);
-    if (!check_key(call) || !start_waiting(call, "", wait))
-        return false;
+/* The check of the body, with the stored surface that it names once that is known. False: the reply
+ * says why there is none. */
+static bool begin_check(struct call *call) {
     struct waiting *waiting = call->request->state;
+    struct checkers_order order = checking_order(call, CHECKER_DRAPE);
+    order.document[CHECKER_SECOND] = waiting->surface.definition;
+    order.length[CHECKER_SECOND] = waiting->surface.definition_length;
+    check_drop(waiting->check);
+    waiting->check = checking_begin(call, &order);
+    return waiting->check != NULL;
+}
+
+/* The first call. False: the reply says why the drape is not even looked at. */
+static bool begin_drape(struct call *call) {
+    int64_t wait = negotiate_wait(request_header(call->request, "Prefer"), CALL_WAIT_MAX);
     queue_rate_sample(call->services->store);
-    posted.arena = arena_new(call_limits(call).max_memory);
-    if (!posted.arena)
-        api_problem_set(&problem, API_UNAVAILABLE, "there is no memory for this now");
-    else
-        check_posted(call, &posted, &problem);
+    return check_key(call) && start_waiting(call, "", wait) && begin_check(call);
+}
+
+/* Fetches the stored surface that the request names. False: the reply says why not. */
+static bool fetch_surface(struct call *call, const char *id) {
+    struct waiting *waiting = call->request->state;
+    struct api_problem problem = {0};
+    enum store_answer answer =
+        store_surface_get(call->services->store, call_owner(call), id, &waiting->surface);
+    if (answer == STORE_EMPTY)
+        api_problem_add(&problem, "/surface/id", "there is no stored surface '%s'", id);
+    else if (answer != STORE_OK)
+        api_problem_set(&problem, API_UNAVAILABLE, "the store is %s", store_answer_name(answer));
     if (problem.id != API_OK)
         reply_problem(call->reply, &problem);
-    bool stored = problem.id == API_OK && submit(call, &posted, &receipt);
-    store_surface_clear(&posted.surface);
-    arena_free(posted.arena);
-    if (stored)
+    return answer == STORE_OK;
+}
+
+/* Queues the checked drape; `waiting->id` is its id then. False: the reply says why not. */
+static bool submit(struct call *call, const struct api_check *check) {
+    const struct request *request = call->request;
+    struct waiting *waiting = request->state;
+    struct reply *reply = call->reply;
+    struct api_problem problem = {0};
+    struct store_receipt receipt;
+    const struct store_submission submission = {
+        .request = request->body,
+        .request_length = request->body_length,
+        .digest = check->digest,
+        .surface = waiting->surface.definition ? check->surface : NULL,
+        .owner = request->caller,
+        .key = request_header(request, "Idempotency-Key"),
+    };
+    enum store_answer answer = store_submit(call->services->store, &submission, &receipt);
+    switch (answer) {
+    case STORE_OK:
         memcpy(waiting->id, receipt.id, sizeof waiting->id);
-    return stored;
+        break;
+    case STORE_CONFLICT:
+        reply_refuse(reply, API_IDEMPOTENCY_MISMATCH,
+                     "this Idempotency-Key came with another body before");
+        break;
+    case STORE_FULL:
+        reply_header(reply, "Retry-After", "%d",
+                     queue_rate_retry_seconds(call->services->config->queue_limit));
+        reply_refuse(reply, API_QUEUE_FULL, "the queue is at its limit (--queue-limit)");
+        break;
+    case STORE_EMPTY: /* deleted since it was read */
+        api_problem_add(&problem, "/surface/id", "there is no stored surface '%s'", check->surface);
+        reply_problem(reply, &problem);
+        break;
+    default:
+        call_store_failed(call, answer);
+    }
+    return answer == STORE_OK;
+}
+
+/* Goes on with the check, as far as that has come, up to the submission. */
+static enum checking_state accept_drape(struct call *call) {
+    struct waiting *waiting = call->request->state;
+    for (;;) {
+        enum checking_state state = checking_look(call, waiting->check);
+        if (state != CHECKING_PASSED)
+            return state;
+        const struct api_check *check = &check_answer(waiting->check)->check;
+        if (!check->needs_surface)
+            return submit(call, check) ? CHECKING_PASSED : CHECKING_REFUSED;
+        if (!fetch_surface(call, check->surface) || !begin_check(call))
+            return CHECKING_REFUSED;
+    }
 }
 
 /* 202 and the status, or, when it ended while the caller waited, what it ended with. */
@@ -196,10 +184,12 @@ enum http_next drapes_create(struct call *call) {
     struct call_choice choice;
     struct store_job job = {0};
     enum http_next next = HTTP_DONE;
-    if (!call_choose(call, FORMAT_RESULT, &choice) ||
-        (!call->request->state && !accept_drape(call)))
+    if (!call_choose(call, FORMAT_RESULT, &choice) || (!call->request->state && !begin_drape(call)))
         return HTTP_DONE;
     const struct waiting *waiting = call->request->state;
+    enum checking_state state = waiting->id[0] ? CHECKING_PASSED : accept_drape(call);
+    if (state != CHECKING_PASSED)
+        return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
     if (waiting->deadline > waiting->begun)
         http_watch(call->request, waiting->id);
     enum store_answer answer = store_get(call->services->store, waiting->id, &job);
@@ -288,48 +278,48 @@ static bool read_start(struct call *call, const char *id, struct api_start *star
     return found;
 }
 
-/* The drape request of `length` bytes with every default filled in, malloc'ed; NULL with the
- * problem. */
-static char *normalise(struct call *call, const char *id, const char *bytes, size_t length,
-                       struct api_problem *problem) {
-    const struct api_limits limits = call_limits(call);
-    struct arena *arena = arena_new(limits.max_memory);
-    struct api_input input = {bytes, length, NULL, 0};
-    struct api_request decoded;
-    struct api_start start;
-    bool started = read_start(call, id, &start);
-    char *copy = NULL;
-    if (arena && api_decode(&input, &limits, arena, &decoded, problem) == API_OK) {
-        const char *text = api_normalise(&decoded, started ? &start : NULL, arena);
-        copy = text ? strdup(text) : NULL;
-    }
-    if (!copy)
-        api_problem_set(problem, API_OUT_OF_MEMORY, "the request needs more memory than allowed");
-    arena_free(arena);
-    return copy;
+static void free_check(void *state) {
+    check_drop(state);
 }
 
-enum http_next drapes_request(struct call *call) {
+/* Begins to write down the stored request with every default filled in. False: the reply says why
+ * not. */
+static bool begin_normalising(struct call *call) {
     struct store_job job = {0};
-    struct api_problem problem = {0};
+    struct api_start start;
     char *bytes = NULL;
     size_t length;
     if (!call_find_job(call, &job))
-        return HTTP_DONE;
+        return false;
     enum store_answer answer = store_request(call->services->store, job.id, &bytes, &length);
-    if (answer == STORE_EMPTY)
-        api_problem_set(&problem, API_GONE,
-                        "the request has been removed (--retention, --retention-bytes)");
-    char *text = answer == STORE_OK ? normalise(call, job.id, bytes, length, &problem) : NULL;
-    if (text)
-        reply_text(call->reply, 200, "application/json", text);
-    else if (problem.id != API_OK)
-        reply_problem(call->reply, &problem);
-    else
+    if (answer == STORE_OK) {
+        struct checkers_order order = checking_order(call, CHECKER_NORMALISE);
+        order.document[CHECKER_BODY] = bytes;
+        order.length[CHECKER_BODY] = length;
+        order.body_file = -1;
+        order.start = read_start(call, job.id, &start) ? &start : NULL;
+        call->request->state = checking_begin(call, &order);
+        call->request->state_free = free_check;
+    } else if (answer == STORE_EMPTY) {
+        reply_refuse(call->reply, API_GONE,
+                     "the request has been removed (--retention, --retention-bytes)");
+    } else {
         call_store_failed(call, answer);
+    }
     free(bytes);
     store_job_clear(&job);
-    return HTTP_DONE;
+    return call->request->state != NULL;
+}
+
+enum http_next drapes_request(struct call *call) {
+    if (!call->request->state && !begin_normalising(call))
+        return HTTP_DONE;
+    struct check *check = call->request->state;
+    enum checking_state state = checking_look(call, check);
+    if (state == CHECKING_PASSED)
+        reply_text(call->reply, 200, "application/json",
+                   checking_text(check, 0, check_answer(check)->output_length));
+    return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
 }
 
 /* ------------------------------------------------------------------ ending */

@@ -1,111 +1,141 @@
 /* SPDX-License-Identifier: MIT */
 /* POST /v1/drapes/{id}/map: the fields of a drape on the caller's points or mesh. */
+#include "checking.h"
 #include "handlers.h"
+#include "server/config.h"
 #include "server/http/negotiate.h"
 #include "server/http/stream.h"
-#include "server/id.h"
-#include "server/work/mapper.h"
+#include "server/spool.h"
+#include "server/work/stored_result.h"
 #include <stdlib.h>
 #include <string.h>
 
+enum { COPY_BYTES = 256 * 1024 };
+
+static void free_check(void *state) {
+    check_drop(state);
+}
+
 /* ------------------------------------------------------------------ the answer */
 
-static ssize_t read_task(void *context, char *buffer, size_t size) {
-    struct api_problem problem;
-    return encoder_read(mapper_result(context, &problem), buffer, size);
+/* What is read of a map's output, and how far. */
+struct output {
+    struct check *check;
+    uint64_t offset;
+};
+
+static ssize_t read_output(void *context, char *buffer, size_t size) {
+    struct output *output = context;
+    ssize_t got = check_read(output->check, output->offset, buffer, size);
+    output->offset += got > 0 ? (uint64_t)got : 0;
+    return got;
 }
 
-static void free_task(void *context) {
-    mapper_drop(context);
+static void free_output(void *context) {
+    struct output *output = context;
+    check_drop(output->check);
+    free(output);
 }
 
-/* Of a task that is done, which it takes over. */
-static void reply_task(struct call *call, struct map_task *task) {
-    struct api_problem problem = {0};
-    struct encoder *encoder = mapper_result(task, &problem);
-    if (!encoder) {
-        reply_problem(call->reply, &problem);
-        mapper_drop(task);
+/* Of a check that is done; the reply takes it over. */
+static void reply_map(struct call *call, const struct format *format) {
+    struct output *output = calloc(1, sizeof *output);
+    if (!output) {
+        reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
         return;
     }
-    const char *binning = encoder_binning(encoder);
-    if (*binning)
-        reply_header(call->reply, "Draped-Binning", "%s", binning);
+    output->check = call->request->state;
+    call->request->state = NULL;
+    const struct checker_answer *answer = check_answer(output->check);
+    const struct stream_source source = {read_output, free_output, output, NULL,
+                                         answer->output_length};
+    if (*answer->note)
+        reply_header(call->reply, "Draped-Binning", "%s", answer->note);
     reply_header(call->reply, "Vary", "Accept, Accept-Encoding");
     reply_header(call->reply, "Cache-Control", "no-store");
-    const struct stream_source source = {read_task, free_task, task, NULL, encoder_length(encoder)};
-    stream_reply(call->request, call->reply, mapper_format(task)->media_type,
+    stream_reply(call->request, call->reply, format->media_type,
                  compress_choose(request_header(call->request, "Accept-Encoding")), &source);
 }
 
-/* ------------------------------------------------------------------ waiting for it */
+/* ------------------------------------------------------------------ the columns */
 
-/* With the task in `request->state`, until the reply takes it over. */
-static enum http_next continue_task(struct call *call) {
-    struct request *request = call->request;
-    struct map_task *task = request->state;
-    bool done = mapper_done(task);
-    if (!done && !request->stopping) {
-        request->wake_at = INT64_MAX; /* the mapper notifies */
-        return HTTP_WAIT;
+/* Copies a stored result to the file, on a thread of the pool. */
+static bool write_columns(void *context, int file) {
+    struct stored_result *stored = context;
+    struct api_reader reader = stored_result_reader(stored);
+    char *bytes = malloc(COPY_BYTES);
+    uint64_t end = (uint64_t)stored->result.length;
+    bool good = bytes != NULL;
+    for (uint64_t at = 0; good && at < end; at += COPY_BYTES) {
+        size_t length = end - at < COPY_BYTES ? (size_t)(end - at) : COPY_BYTES;
+        good =
+            reader.read_at(reader.context, at, bytes, length) && spool_write(file, bytes, length);
     }
-    request->state = NULL;
-    if (done) {
-        reply_task(call, task);
-        return HTTP_DONE;
-    }
-    mapper_drop(task);
-    return call_draining(call);
+    free(bytes);
+    return good;
 }
 
-/* ------------------------------------------------------------------ the beginning */
-
-/* Sets the order's format and options by headers and query. False: the reply says why not. */
-static bool read_order(struct call *call, struct mapper_order *order) {
-    const char *type = request_header(call->request, "Content-Type");
-    struct call_choice choice;
-    if (!call_choose(call, FORMAT_MAP, &choice))
-        return false;
-    order->format = choice.format;
-    order->options = choice.options;
-    order->nastran = type && negotiate_is_type(type, "text/x-nastran");
-    order->inlet = request_query(call->request, "inlet_elements");
-    return true;
-}
-
-/* The drape's result. False: the reply says why there is none. */
-static bool find_result(struct call *call, struct mapper_order *order) {
+/* The drape's result, malloc'ed. NULL: the reply says why there is none. */
+static struct stored_result *find_result(struct call *call) {
     struct store_job job = {0};
+    struct stored_result *stored = NULL;
     if (!call_find_job(call, &job))
-        return false;
-    bool found = results_ready(call, &job);
-    enum store_answer answer =
-        found ? store_result_find(call->services->store, job.id, &order->result) : STORE_OK;
-    if (answer == STORE_EMPTY)
-        reply_refuse(call->reply, API_GONE, "the result has been removed");
-    else if (answer != STORE_OK)
-        call_store_failed(call, answer);
+        return NULL;
+    if (results_ready(call, &job)) {
+        stored = calloc(1, sizeof *stored);
+        enum store_answer answer = STORE_BUSY;
+        if (stored) {
+            stored->store = call->services->store;
+            answer = store_result_find(stored->store, job.id, &stored->result);
+        }
+        if (answer == STORE_EMPTY)
+            reply_refuse(call->reply, API_GONE, "the result has been removed");
+        else if (answer != STORE_OK)
+            call_store_failed(call, answer);
+        if (answer != STORE_OK) {
+            free(stored);
+            stored = NULL;
+        }
+    }
     store_job_clear(&job);
-    return found && answer == STORE_OK;
+    return stored;
+}
+
+/* ------------------------------------------------------------------ the call */
+
+/* False: the reply says why no map is begun. */
+static bool begin_map(struct call *call, const struct call_choice *choice) {
+    struct request *request = call->request;
+    const char *type = request_header(request, "Content-Type");
+    const char *inlet = request_query(request, "inlet_elements");
+    struct stored_result *stored = find_result(call);
+    if (!stored)
+        return false;
+    struct checkers_order order = checking_order(call, CHECKER_MAP);
+    order.nastran = type && negotiate_is_type(type, "text/x-nastran");
+    order.precision = choice->options.precision;
+    order.id = request->parameter;
+    order.format = choice->format->name;
+    order.document[CHECKER_INLET] = inlet;
+    order.length[CHECKER_INLET] = inlet ? strlen(inlet) + 1 : 0;
+    order.document[CHECKER_FIELDS] = choice->options.fields;
+    order.length[CHECKER_FIELDS] = choice->options.fields ? strlen(choice->options.fields) + 1 : 0;
+    order.columns =
+        (struct checkers_columns){write_columns, free, stored, (size_t)stored->result.length};
+    request->state = checking_begin(call, &order);
+    request->state_free = free_check;
+    if (!request->state)
+        free(stored);
+    return request->state != NULL;
 }
 
 enum http_next maps_create(struct call *call) {
-    struct request *request = call->request;
-    struct mapper_order order = {.id = request->parameter};
-    char subject[ID_SIZE];
-    if (request->state)
-        return continue_task(call);
-    if (!read_order(call, &order) || !find_result(call, &order))
+    struct call_choice choice;
+    if (!call_choose(call, FORMAT_MAP, &choice) ||
+        (!call->request->state && !begin_map(call, &choice)))
         return HTTP_DONE;
-    id_make(subject);
-    http_watch(request, subject);
-    request->state =
-        mapper_begin(call->services->mapper, &order, &request->body, request->body_length, subject);
-    request->state_free = free_task;
-    if (request->state)
-        return continue_task(call);
-    reply_header(call->reply, "Retry-After", "5");
-    reply_refuse(call->reply, API_UNAVAILABLE,
-                 "%d maps are being made or fetched already: try again later", MAPPER_MAPS_MAX);
-    return HTTP_DONE;
+    enum checking_state state = checking_look(call, call->request->state);
+    if (state == CHECKING_PASSED)
+        reply_map(call, choice.format);
+    return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
 }

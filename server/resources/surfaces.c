@@ -1,63 +1,55 @@
 /* SPDX-License-Identifier: MIT */
 /* /v1/surfaces: store, list, get, delete. */
-#include "api/request/decode.h"
-#include "api/request/digest.h"
-#include "api/request/normalise.h"
-#include "api/request/shape.h"
+#include "checking.h"
 #include "documents.h"
 #include "handlers.h"
 #include "server/config.h"
-#include <stdlib.h>
+#include <stdio.h>
 #include <string.h>
 
-/* Checks the posted surface and makes what is stored of it. */
-static enum api_problem_id read_surface(struct call *call, struct arena *arena,
-                                        struct store_surface *stored, struct api_problem *problem) {
-    const struct request *request = call->request;
-    const struct api_limits limits = call_limits(call);
-    const char *body = request->body ? request->body : "";
-    struct api_surface surface;
-    if (api_decode_surface(body, request->body_length, &limits, arena, &surface, problem) != API_OK)
-        return problem->id;
-    const char *description = api_shape_describe(&surface, arena, problem);
-    if (!description)
-        return problem->id;
-    const char *definition = api_normalise_surface(&surface, arena);
-    if (!definition || !api_digest_surface(&surface, arena, stored->id)) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "the surface needs more memory than allowed");
-        return problem->id;
+static void free_check(void *state) {
+    check_drop(state);
+}
+
+/* Stores the surface that the check has read. */
+static void store_surface(struct call *call, struct check *check) {
+    const struct checker_answer *answer = check_answer(check);
+    uint64_t split = answer->check.definition_length;
+    struct store_surface stored = {.definition = checking_text(check, 0, split),
+                                   .definition_length = (size_t)split,
+                                   .description =
+                                       checking_text(check, split, answer->output_length - split)};
+    bool created = false;
+    snprintf(stored.owner, sizeof stored.owner, "%s", call->request->caller);
+    snprintf(stored.id, sizeof stored.id, "%s", answer->check.surface);
+    if (!stored.definition || !stored.description) {
+        reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
+    } else {
+        enum store_answer put = store_surface_put(call->services->store, &stored, &created);
+        if (put != STORE_OK) {
+            call_store_failed(call, put);
+        } else {
+            reply_text(call->reply, created ? 201 : 200, "application/json", stored.description);
+            stored.description = NULL; /* the reply has it */
+            reply_header(call->reply, "Location", "/v1/surfaces/%s", stored.id);
+        }
     }
-    stored->definition = strdup(definition);
-    stored->definition_length = strlen(definition);
-    stored->description = strdup(description);
-    if (!stored->definition || !stored->description)
-        api_problem_set(problem, API_UNAVAILABLE, "there is no memory for this now");
-    return problem->id;
+    store_surface_clear(&stored);
 }
 
 enum http_next surfaces_create(struct call *call) {
-    struct api_problem problem = {0};
-    struct store_surface stored = {0};
-    memcpy(stored.owner, call->request->caller, sizeof stored.owner);
-    struct arena *arena = arena_new((size_t)call->services->config->job_memory);
-    enum store_answer answer = STORE_DOWN;
-    bool created = false;
-    if (!arena)
-        api_problem_set(&problem, API_UNAVAILABLE, "there is no memory for this now");
-    else if (read_surface(call, arena, &stored, &problem) == API_OK)
-        answer = store_surface_put(call->services->store, &stored, &created);
-    if (problem.id != API_OK) {
-        reply_problem(call->reply, &problem);
-    } else if (answer != STORE_OK) {
-        call_store_failed(call, answer);
-    } else {
-        reply_text(call->reply, created ? 201 : 200, "application/json", stored.description);
-        stored.description = NULL; /* the reply has it */
-        reply_header(call->reply, "Location", "/v1/surfaces/%s", stored.id);
+    struct request *request = call->request;
+    if (!request->state) {
+        const struct checkers_order order = checking_order(call, CHECKER_SURFACE);
+        request->state = checking_begin(call, &order);
+        request->state_free = free_check;
+        if (!request->state)
+            return HTTP_DONE;
     }
-    store_surface_clear(&stored);
-    arena_free(arena);
-    return HTTP_DONE;
+    enum checking_state state = checking_look(call, request->state);
+    if (state == CHECKING_PASSED)
+        store_surface(call, request->state);
+    return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
 }
 
 enum http_next surfaces_list(struct call *call) {

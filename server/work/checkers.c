@@ -21,14 +21,19 @@ enum {
     SLOW_NICENESS = 10 /* of a process in the slow lane */
 };
 
-/* What an order may take, in bytes: a part for itself, and for each byte of its documents. A JSON
- * tree takes up to 79 bytes a byte, what is decoded of it and the surface made of that the rest; a
- * mesh goes into arrays straight from its text. */
+/* What an order may take, in bytes: a part for itself, and for each byte of its documents. The tree
+ * of a hostile document takes up to 79 bytes a byte, a surface of high degree as much. Of a map the
+ * most is taken by its columns, some 300 bytes a place; a point in JSON is 8 bytes of text at the
+ * least, an element in bulk data with its share of a node 60. */
 #define CHECK_BYTES (INT64_C(24) << 20)
 #define CHECK_BYTES_PER_BYTE 96
 #define MAP_BYTES (INT64_C(64) << 20)
-#define MAP_BYTES_PER_BODY_BYTE 6
-#define MAP_BYTES_PER_COLUMN_BYTE 3
+#define MAP_BYTES_PER_JSON_BYTE 48
+#define MAP_BYTES_PER_BULK_BYTE 6
+#define MAP_BYTES_PER_COLUMN_BYTE 2
+
+/* An order that may take more begins in the slow lane. */
+#define EXPRESS_BYTES (INT64_C(128) << 20)
 
 enum state {
     STATE_WAITING,
@@ -42,9 +47,9 @@ enum lane { LANE_EXPRESS, LANE_SLOW, LANES };
 /* A place for a process, and the bounds that it has now. */
 struct place {
     struct child child;
-    uint64_t base; /* bytes of address space it starts with */
-    int64_t limit; /* bytes beyond it; -1: none set yet */
-    bool slow;     /* runs at the lower priority */
+    uint64_t base;  /* bytes of address space it starts with */
+    uint64_t limit; /* the bytes it may have now; 0: not bounded yet */
+    bool slow;      /* runs at the lower priority */
     struct place *next;
 };
 
@@ -58,6 +63,7 @@ struct check {
     int files[CHECKER_DOCUMENTS + 1]; /* -1: none */
     int64_t reserve;                  /* bytes */
     struct checker_answer answer;
+    bool crashed; /* its last process */
 
     struct check *next; /* under the lock, like what follows: in the list it is in */
     enum state state;
@@ -108,15 +114,30 @@ static int count(const struct check *list, const char *owner, enum lane lane) {
     return found;
 }
 
+/* With the lock: whether as many of the owner's wait as may, in the lane. */
+static bool queue_full(const struct checkers *pool, const char *owner, enum lane lane) {
+    return count(pool->waiting, owner, lane) >=
+           (lane == LANE_SLOW ? CHECKERS_SLOW_MAX : CHECKERS_WAITING_MAX);
+}
+
+/* What of the budget is kept for the express lane: enough for short documents in all its places,
+ * but not more than half. */
+static int64_t express_share(const struct checkers *pool) {
+    int64_t share =
+        pool->settings.express * (CHECK_BYTES + CHECK_BYTES_PER_BYTE * CHECKER_INLINE_MAX);
+    return share < pool->settings.memory / 2 ? share : pool->settings.memory / 2;
+}
+
 /* ------------------------------------------------------------------ the order as a packet */
 
 static int64_t reserve_of(const struct checkers_order *order, int64_t most) {
     int64_t body = (int64_t)order->length[CHECKER_BODY];
     int64_t second = (int64_t)order->length[CHECKER_SECOND];
-    int64_t bytes = order->kind == CHECKER_MAP
-                        ? MAP_BYTES + MAP_BYTES_PER_BODY_BYTE * body +
-                              MAP_BYTES_PER_COLUMN_BYTE * (int64_t)order->columns.length
-                        : CHECK_BYTES + CHECK_BYTES_PER_BYTE * (body + second);
+    int64_t columns = (int64_t)order->columns.length;
+    int64_t bytes = CHECK_BYTES + CHECK_BYTES_PER_BYTE * (body + second);
+    if (order->kind == CHECKER_MAP)
+        bytes = MAP_BYTES + MAP_BYTES_PER_COLUMN_BYTE * columns +
+                (order->nastran ? MAP_BYTES_PER_BULK_BYTE : MAP_BYTES_PER_JSON_BYTE) * body;
     return bytes < most ? bytes : most;
 }
 
@@ -133,7 +154,7 @@ static bool keep_documents(struct check *check, const struct checkers_order *ord
     bool inlined = total <= CHECKER_INLINE_MAX;
     char *to = check->inlined = inlined ? malloc(total + 1) : NULL;
     for (int k = 0; k < CHECKER_DOCUMENTS; k++) {
-        size_t length = check->packet.length[k] = order->length[k];
+        size_t length = order->length[k];
         if (inlined && to && length) {
             memcpy(to, order->document[k], length);
             to += length;
@@ -162,6 +183,8 @@ static void fill_packet(struct check *check, const struct checkers_order *order)
         packet->start = *order->start;
     snprintf(packet->id, sizeof packet->id, "%s", order->id ? order->id : "");
     snprintf(packet->format, sizeof packet->format, "%s", order->format ? order->format : "");
+    for (int k = 0; k < CHECKER_DOCUMENTS; k++)
+        packet->length[k] = order->length[k];
     packet->length[CHECKER_COLUMNS] = order->columns.length;
 }
 
@@ -209,10 +232,19 @@ static bool send_order(struct check *check) {
 
 /* ------------------------------------------------------------------ the process */
 
+/* Sets a soft limit of the process. It cannot raise that itself, since the filter of its system
+ * calls has no call for it; the hard limit is left alone, because to raise one takes a right that
+ * the daemon does not have. */
 static void bound(const struct place *place, int resource, uint64_t value) {
-    const struct rlimit both = {value, value};
-    if (!SANDBOX_SANITIZED)
-        prlimit(place->child.pid, (__rlimit_resource_t)resource, &both, NULL);
+    struct rlimit both;
+    if (SANDBOX_SANITIZED)
+        return;
+    if (prlimit(place->child.pid, (__rlimit_resource_t)resource, NULL, &both) == 0) {
+        both.rlim_cur = value < both.rlim_max ? value : both.rlim_max;
+        if (prlimit(place->child.pid, (__rlimit_resource_t)resource, &both, NULL) == 0)
+            return;
+    }
+    log_warning(log_event("checker_not_bounded"), log_text("detail", strerror(errno)));
 }
 
 /* Starts the place's process if it has none, and waits for its word that it is locked in. */
@@ -222,7 +254,7 @@ static bool start_process(struct checkers *pool, struct place *place) {
         return true;
     if (!child_start(&place->child, CHECKER_ARGUMENT, SOCK_SEQPACKET))
         return false;
-    place->limit = -1;
+    place->limit = 0;
     place->slow = false;
     if (recv(place->child.socket, &hello, sizeof hello, 0) != (ssize_t)sizeof hello) {
         child_kill(&place->child);
@@ -233,13 +265,18 @@ static bool start_process(struct checkers *pool, struct place *place) {
     return true;
 }
 
-/* Bounds its memory for the order; most orders have the same. */
+/* Bounds its memory for the order, whose documents are mapped beside it; most orders have the same.
+ */
 static void bound_memory(struct check *check) {
     struct place *place = check->place;
-    if (place->limit == check->reserve)
+    uint64_t mapped = 0;
+    for (int k = 0; k < CHECKER_DOCUMENTS; k++)
+        mapped += check->files[k] >= 0 ? check->packet.length[k] : 0;
+    uint64_t limit = place->base + (uint64_t)check->reserve + mapped;
+    if (place->limit == limit)
         return;
-    place->limit = check->reserve;
-    bound(place, RLIMIT_AS, place->base + (uint64_t)check->reserve);
+    place->limit = limit;
+    bound(place, RLIMIT_AS, limit);
 }
 
 static void end_process(struct place *place, bool crashed) {
@@ -308,21 +345,6 @@ static void leave(struct checkers *pool, struct check *check) {
     pthread_cond_broadcast(&pool->changed);
 }
 
-/* Moves the check, which takes too long for the express lane, to the slow one with its process.
- * False: there is no place. */
-static bool move_to_slow(struct checkers *pool, struct check *check) {
-    pthread_mutex_lock(&pool->lock);
-    bool room = slow_place(pool, check->owner);
-    if (room) {
-        pool->stats.under_way[LANE_EXPRESS]--;
-        pool->stats.under_way[LANE_SLOW]++;
-        check->lane = LANE_SLOW;
-        pthread_cond_broadcast(&pool->changed);
-    }
-    pthread_mutex_unlock(&pool->lock);
-    return room;
-}
-
 /* ------------------------------------------------------------------ one check */
 
 enum outcome {
@@ -332,6 +354,7 @@ enum outcome {
     OUTCOME_TIMEOUT,
     OUTCOME_DROPPED,
     OUTCOME_NOT_BEGUN,
+    OUTCOME_QUOTA,
     OUTCOME_AGAIN /* no place in the slow lane: to be begun anew */
 };
 
@@ -360,6 +383,22 @@ static void lower_priority(struct place *place) {
     place->slow = true;
 }
 
+/* Moves the check, which takes too long for the express lane, to the slow one with its process, if
+ * that has a place; if not, it has to begin anew there, unless too many of the owner's wait. */
+static enum outcome move_to_slow(struct checkers *pool, struct check *check) {
+    pthread_mutex_lock(&pool->lock);
+    bool room = slow_place(pool, check->owner);
+    bool full = queue_full(pool, check->owner, LANE_SLOW);
+    if (room) {
+        pool->stats.under_way[LANE_EXPRESS]--;
+        pool->stats.under_way[LANE_SLOW]++;
+        check->lane = LANE_SLOW;
+        pthread_cond_broadcast(&pool->changed);
+    }
+    pthread_mutex_unlock(&pool->lock);
+    return room ? OUTCOME_LATER : full ? OUTCOME_QUOTA : OUTCOME_AGAIN;
+}
+
 /* What to do with a check that has no answer yet. */
 static enum outcome look(struct check *check) {
     int64_t now = clock_ms();
@@ -369,10 +408,10 @@ static enum outcome look(struct check *check) {
         return OUTCOME_TIMEOUT;
     if (check->lane == LANE_SLOW || now < check->begun_ms + CHECKERS_EXPRESS_MS)
         return OUTCOME_LATER;
-    if (!move_to_slow(check->pool, check))
-        return OUTCOME_AGAIN;
-    lower_priority(check->place);
-    return OUTCOME_LATER;
+    enum outcome outcome = move_to_slow(check->pool, check);
+    if (outcome == OUTCOME_LATER)
+        lower_priority(check->place);
+    return outcome;
 }
 
 /* On a thread of the pool: follows an order that has been sent to its end. */
@@ -389,6 +428,16 @@ static enum outcome follow(struct check *check) {
     return outcome;
 }
 
+static void explain_quota(struct api_problem *problem, enum lane lane) {
+    if (lane == LANE_SLOW)
+        api_problem_set(problem, API_QUOTA,
+                        "%d bodies of yours that take long are waiting to be read already",
+                        CHECKERS_SLOW_MAX);
+    else
+        api_problem_set(problem, API_QUOTA, "%d bodies of yours are waiting to be read already",
+                        CHECKERS_WAITING_MAX);
+}
+
 /* What the caller is answered when there is no answer of the process, or one in words that are for
  * a drape. */
 static void explain(struct check *check, enum outcome outcome) {
@@ -399,7 +448,9 @@ static void explain(struct check *check, enum outcome outcome) {
     if (outcome == OUTCOME_ANSWER && id != API_OUT_OF_MEMORY && id != API_CANCELLED)
         return;
     memset(&check->answer, 0, sizeof check->answer);
-    if (outcome == OUTCOME_CRASHED)
+    if (outcome == OUTCOME_QUOTA)
+        explain_quota(problem, LANE_SLOW);
+    else if (outcome == OUTCOME_CRASHED)
         api_problem_set(problem, API_INTERNAL, "%s crashed its process", what);
     else if (outcome == OUTCOME_TIMEOUT || id == API_CANCELLED)
         api_problem_set(problem, map ? API_JOB_TIMEOUT : API_TOO_LARGE,
@@ -453,8 +504,8 @@ static void finish(struct check *check, enum outcome outcome, bool notify) {
         hub_notify(pool->hub, subject);
 }
 
-/* Stops the process; the check waits for the slow lane. */
-static void begin_anew(struct check *check) {
+/* Stops the process; the check waits for that lane. */
+static void begin_anew(struct check *check, enum lane lane) {
     struct checkers *pool = check->pool;
     int *output = &check->files[CHECKER_DOCUMENTS];
     end_process(check->place, false);
@@ -464,7 +515,7 @@ static void begin_anew(struct check *check) {
     pthread_mutex_lock(&pool->lock);
     leave(pool, check);
     pool->stats.restarts++;
-    check->lane = LANE_SLOW;
+    check->lane = lane;
     check->state = STATE_WAITING;
     append(&pool->waiting, check);
     pthread_mutex_unlock(&pool->lock);
@@ -490,8 +541,10 @@ static bool set_off(struct check *check) {
 
 static void run(struct check *check, bool sent) {
     enum outcome outcome = sent || set_off(check) ? follow(check) : OUTCOME_NOT_BEGUN;
-    if (outcome == OUTCOME_AGAIN)
-        begin_anew(check);
+    bool killed = outcome == OUTCOME_CRASHED && !check->crashed;
+    check->crashed = outcome == OUTCOME_CRASHED;
+    if (outcome == OUTCOME_AGAIN || killed) /* perhaps by somebody else: it may try once more */
+        begin_anew(check, outcome == OUTCOME_AGAIN ? LANE_SLOW : check->lane);
     else
         finish(check, outcome, true);
 }
@@ -608,7 +661,8 @@ static struct check *new_check(struct checkers *pool, const struct checkers_orde
         check->files[k] = -1;
     snprintf(check->subject, sizeof check->subject, "%s", subject);
     snprintf(check->owner, sizeof check->owner, "%s", order->owner);
-    check->reserve = reserve_of(order, pool->settings.memory);
+    check->reserve = reserve_of(order, pool->settings.memory - express_share(pool));
+    check->lane = check->reserve > EXPRESS_BYTES ? LANE_SLOW : LANE_EXPRESS;
     fill_packet(check, order);
     if (keep_documents(check, order)) {
         check->columns = order->columns;
@@ -670,7 +724,7 @@ struct check *checkers_begin(struct checkers *pool, const struct checkers_order 
         return NULL;
     }
     pthread_mutex_lock(&pool->lock);
-    bool full = count(pool->waiting, check->owner, LANES) >= CHECKERS_WAITING_MAX;
+    bool full = queue_full(pool, check->owner, check->lane);
     bool begun = !full && begin_at_once(pool, check);
     if (!full && !begun) {
         append(&pool->waiting, check);
@@ -681,10 +735,10 @@ struct check *checkers_begin(struct checkers *pool, const struct checkers_order 
         run_at_once(check);
     if (!full)
         return check;
+    enum lane lane = check->lane;
     check->columns = (struct checkers_columns){0}; /* still the caller's */
     free_check(check);
-    api_problem_set(problem, API_QUOTA, "%d bodies of yours are waiting to be read already",
-                    CHECKERS_WAITING_MAX);
+    explain_quota(problem, lane);
     return NULL;
 }
 

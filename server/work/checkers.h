@@ -24,8 +24,10 @@
 enum {
     CHECKERS_AT_ONCE_MS = 4,
     CHECKERS_EXPRESS_MS = 200,
+    CHECKERS_PLACES_MAX = 8, /* of a lane; more than that waits for the store anyway */
     CHECKERS_OWNER_SIZE = 65,
-    CHECKERS_WAITING_MAX = 32 /* orders of one owner that may wait; beyond it they are refused */
+    CHECKERS_WAITING_MAX = 1024, /* orders of one owner that may wait; beyond it they are refused */
+    CHECKERS_SLOW_MAX = 32       /* of them, in the slow lane */
 };
 
 struct checkers;
@@ -71,7 +73,9 @@ struct checkers_stats {
     int64_t under_way[2]; /* in the express and the slow lane */
     int64_t waiting;
     int64_t reserved; /* bytes of the budget */
-    int64_t done, crashes, timeouts, restarts;
+    int64_t done, timeouts;
+    int64_t crashes;  /* checks that crashed two processes */
+    int64_t restarts; /* begun anew, for the slow lane or after a crash */
 };
 
 /* Starts processes and threads. NULL when they cannot be had. */

@@ -60,9 +60,9 @@ double march_area(const struct march *march) {
 enum status march_place(struct march *march, int32_t i, int32_t j, const struct station *station,
                         enum station_zone *zone) {
     enum drape_reason reason = DRAPE_REASON_BOUNDARY;
-    const double *cut_from = march->past_cut ? station->uv : march->start.station.uv;
     *zone = march->mesh ? STATION_INSIDE
-                        : station_zone(march->surface, &march->cursor, cut_from, station, &reason);
+                        : station_zone(march->surface, &march->cursor, march->start.station.uv,
+                                       station, &reason);
     bool start = i == 0 && j == 0; /* may lie on a trim */
     if (*zone == STATION_INSIDE && !start && trimmed_away(march, station)) {
         *zone = STATION_GHOST;

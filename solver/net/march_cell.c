@@ -10,7 +10,7 @@ bool march_station_at(struct march *march, const struct net_node *node, struct s
     if (!march->mesh)
         return station_at(march->surface, &march->cursor, node->uv, station);
     struct mesh_place place = {.triangle = (int32_t)node->uv[0], .r = node->r};
-    *station = march_mesh_station(march, &place);
+    *station = march_mesh_station(march->mesh, &place);
     return true;
 }
 

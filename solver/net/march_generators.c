@@ -26,8 +26,8 @@ bool march_straight_on(struct march *march, const struct station *from, struct v
 /* A generator on one side of the start, nodes k (di, dj), k = 1, 2, .. */
 struct arm {
     struct path path;
-    struct march_mesh_yarn yarn; /* on a mesh of the caller's, instead of the path */
-    struct station last;         /* on a mesh made of a surface: where the arm is on the mesh */
+    struct mesh_walk walk; /* on a mesh of the caller's, instead of the path */
+    struct station last;   /* on a mesh made of a surface: where the arm is on the mesh */
     int di, dj;
     bool started, ended;
 };
@@ -54,7 +54,7 @@ static struct arm make_arm(const struct march *march, int number) {
     if (march->mesh && march->surface)
         direction = vec3_scale(sign, start->smooth_direction[k]);
     if (!march->surface)
-        arm.started = march_mesh_arm(march, generator, direction, &arm.yarn);
+        arm.started = march_mesh_arm(march, generator, direction, &arm.walk);
     else if (generator->kind == DRAPE_GENERATOR_CURVE)
         arm.started = start_curve(march, k, sign, direction, &arm.path);
     else if (generator->kind == DRAPE_GENERATOR_PLANE)
@@ -71,7 +71,7 @@ static bool advance_on_mesh(struct march *march, struct arm *arm, double d, stru
                             bool *lost) {
     struct station ahead;
     if (!march->surface)
-        return march_mesh_advance(march, &arm->yarn, d, station, lost);
+        return march_mesh_advance(&arm->walk, d, station, lost);
     *lost = false;
     if (!path_advance_chord(&arm->path, &march->cursor, d) ||
         !path_station(&arm->path, &march->cursor, &ahead, NULL) ||

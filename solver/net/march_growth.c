@@ -371,35 +371,9 @@ static enum status settle_edgeless(struct growth *g) {
     return status;
 }
 
-/* A surface that closes both ways was cut open opposite the start, so that the quadrants share it
- * evenly. From now on the net goes on over the cuts until it meets itself: what lay beyond them is
- * forgotten. */
-static enum status pass_cuts(struct march *march) {
-    const struct surface *surface = march->surface;
-    if (march->mesh || !surface->axis[0].closed || !surface->axis[1].closed)
-        return STATUS_OK;
-    struct net_tile **tiles = net_sorted_tiles(march->net);
-    enum status status = tiles ? STATUS_OK : STATUS_OUT_OF_MEMORY;
-    march->past_cut = true;
-    fold_pass_cut(march->fold);
-    for (size_t t = 0; tiles && t < net_tile_count(march->net); t++)
-        for (int at = 0; at < NET_TILE * NET_TILE && status == STATUS_OK; at++) {
-            int x = at % NET_TILE, y = at / NET_TILE;
-            const struct net_node *node = &tiles[t]->node[y][x], none = {.state = NET_UNKNOWN};
-            bool beyond = node->state == NET_GHOST || node->state == NET_FAILED;
-            march->ghosts -= node->state == NET_GHOST && node->reason == DRAPE_REASON_FOLD;
-            if (beyond && node->reason == DRAPE_REASON_FOLD)
-                status = net_put(march->net, tiles[t]->ti * NET_TILE + x,
-                                 tiles[t]->tj * NET_TILE + y, &none);
-        }
-    return status;
-}
-
 enum status march_growth(struct march *march) {
     struct growth g = {.march = march};
-    enum status status = pass_cuts(march);
-    if (status == STATUS_OK)
-        status = push_rim(&g);
+    enum status status = push_rim(&g);
     while (status == STATUS_OK) {
         status = empty_queue(&g);
         if (status != STATUS_OK || !g.heap_length)

@@ -15,10 +15,15 @@ const build = process.env.BUILD || 'build';
 export const pictures = join(root, build, 'tests/browser');
 export const WAIT = 60000; // how long a test waits for what must come
 
-function childrenOf(pid) {
+/** The workers of the daemon. */
+function workersOf(pid) {
   const tasks = readdirSync(`/proc/${pid}/task`);
   const lists = tasks.map((task) => readFileSync(`/proc/${pid}/task/${task}/children`, 'utf8'));
-  return lists.flatMap((list) => list.split(' ').filter(Boolean).map(Number));
+  const children = lists.flatMap((list) => list.split(' ').filter(Boolean).map(Number));
+  return children.filter((child) => {
+    const line = readFileSync(`/proc/${child}/cmdline`, 'utf8');
+    return line.startsWith('draped\0worker');
+  });
 }
 
 /** Starts the daemon on `port` (0: a free one): {url, stop, kill}. */
@@ -44,7 +49,7 @@ export async function startDaemon({
     port: Number(new URL(url).port),
     kill: () => end('SIGKILL'),
     stopWorkers: () => {
-      for (const worker of childrenOf(child.pid)) process.kill(worker, 'SIGSTOP');
+      for (const worker of workersOf(child.pid)) process.kill(worker, 'SIGSTOP');
     },
     stop: async () => {
       await end('SIGTERM');

@@ -34,6 +34,15 @@ def seed():
     return random.Random(chosen)
 
 
+def argument_of(pid):
+    """What a child of the daemon is, by its command line; "" when it has ended."""
+    try:
+        with open(f"/proc/{pid}/cmdline", "rb") as line:
+            return line.read().split(b"\0")[1].decode()
+    except (OSError, IndexError):
+        return ""
+
+
 class Daemon:
     def __init__(self, *flags, files=None):
         self.flags = flags
@@ -80,8 +89,8 @@ class Daemon:
         self.process = None
         return status, time.monotonic() - begun
 
-    def workers(self):
-        """Process ids of its children."""
+    def children(self):
+        """Process ids of its workers and checkers."""
         found = []
         base = f"/proc/{self.process.pid}/task"
         for task in os.listdir(base):
@@ -91,6 +100,10 @@ class Daemon:
             except OSError:
                 continue  # the thread has ended
         return found
+
+    def workers(self):
+        """Process ids of its workers."""
+        return [pid for pid in self.children() if argument_of(pid) == "worker"]
 
     def log_tail(self, lines=5):
         with open(self.log_path, errors="replace") as log:

@@ -17,7 +17,7 @@ SETTLE_SECONDS = 120
 
 
 def kill_workers(daemon, random):
-    for worker in daemon.workers():
+    for worker in daemon.children():
         if random.random() < 0.7:
             try:
                 os.kill(worker, signal.SIGKILL)

@@ -44,6 +44,7 @@ static void replay(const char *path) {
 }
 
 int main(int argc, char **argv) {
+    LLVMFuzzerInitialize(&argc, &argv);
     for (int k = 1; k < argc; k++)
         replay(argv[k]);
     printf("1..%d\n", count);

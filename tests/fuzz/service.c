@@ -7,7 +7,7 @@
 #include "server/hub.h"
 #include "server/log.h"
 #include "server/store/store.h"
-#include "server/work/mapper.h"
+#include "server/work/checkers.h"
 #include <string.h>
 #include <unistd.h>
 
@@ -77,9 +77,9 @@ static void fill(void) {
 }
 
 void service_spoil(void) {
-    mapper_stop(services.mapper);
+    checkers_stop(services.checkers);
     store_close(services.store);
-    services.mapper = NULL;
+    services.checkers = NULL;
     services.store = NULL;
     unlink(path); /* closed, it is one file */
 }
@@ -103,7 +103,14 @@ static void prepare(void) {
 }
 
 const struct services *service(void) {
-    const struct mapper_settings maps = {.memory = BUDGET, .timeout_ms = 10000};
+    const struct checkers_settings checkers = {.express = 1,
+                                               .slow = 1,
+                                               .memory = 8 * (int64_t)BUDGET,
+                                               .timeout_ms = 10000,
+                                               .map_timeout_ms = 10000,
+                                               .max_output = BUDGET,
+                                               .folder = "",
+                                               .memory_flag = "check-memory"};
     char why[STORE_WHY_SIZE];
     if (!hub)
         prepare();
@@ -111,8 +118,15 @@ const struct services *service(void) {
         return &services;
     services.store = store_open(path, &store_options_default, hub, why);
     FUZZ_PROMISE(services.store != NULL);
-    services.mapper = mapper_start(services.store, hub, &maps);
-    FUZZ_PROMISE(services.mapper != NULL);
+    services.checkers = checkers_start(hub, &checkers);
+    FUZZ_PROMISE(services.checkers != NULL);
     fill();
     return &services;
+}
+
+/* The pool starts this same program as its processes. */
+int LLVMFuzzerInitialize(int *argc, char ***argv) {
+    if (*argc == 2 && !strcmp((*argv)[1], CHECKER_ARGUMENT))
+        exit(checker_main());
+    return 0;
 }

@@ -128,7 +128,12 @@ slow() { jq -c --argjson factor "$1" '.fabric.spacing = 0.004 * $factor' $EXAMPL
 
 # The worker processes of the daemon. One that is stopped by a signal makes a drape that runs for
 # as long as a test wants.
-workers() { cat /proc/"$DAEMON"/task/*/children; }
+workers() {
+    local pid
+    for pid in $(cat /proc/"$DAEMON"/task/*/children); do
+        [ "$(tr '\0' ' ' 2>/dev/null </proc/"$pid"/cmdline)" != "draped worker " ] || echo "$pid"
+    done
+}
 a_worker() { [ -n "$(workers)" ]; }
 stop_workers() {
     wait_until 10 a_worker

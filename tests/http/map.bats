@@ -323,23 +323,18 @@ END
     expect 200
 }
 
-@test "map: there are sixteen at a time at the most" {
-    for _ in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16; do long_map; done
-    # Some may still be on their way, or refused for those of the test before. A call that takes the
-    # place of one is given up, and once it is missed another has the place.
+@test "map: of one caller thirty-two long ones wait at the most, and short ones pass them" {
+    for _ in $(seq 36); do long_map; done
     refused() {
-        map "$POINTS" '' --max-time 1 2>/dev/null && [ "$status" = 503 ] && return
-        sleep 1.5
-        long_map
-        sleep 0.5
-        return 1
+        call POST "/v1/drapes/$sphere/map" -H "$JSON" --max-time 5 \
+            --data-binary "@$BATS_FILE_TMPDIR/long.json" 2>/dev/null && [ "$status" = 429 ]
     }
     wait_until 30 refused
-    expect_problem 503 unavailable
+    expect_problem 429 quota-exceeded
     [ "$(header Retry-After)" -ge 1 ]
-    for pid in $pids; do kill "$pid" || true; done # one may have been refused itself
-    accepted() { map "$POINTS" '' --max-time 10 2>/dev/null && [ "$status" = 200 ]; }
-    wait_until 20 accepted
+    map "$POINTS" '' --max-time 10
+    expect 200
+    for pid in $pids; do kill "$pid" || true; done # some have been refused themselves
 }
 
 @test "map: one that takes too long is told so, and one under way does not keep the daemon" {

@@ -96,13 +96,25 @@ struct bytes text_replace(const char *text, const char *what, const char *with) 
 
 /* ---- requests ---- */
 
-#define SADDLE                                                                                     \
-    "{\"degree_u\":2,\"degree_v\":2,\"knotvector_u\":[0,0,0,1,1,1],"                               \
-    "\"knotvector_v\":[0,0,0,1,1,1],\"size_u\":3,\"size_v\":3,\"control_points\":{\"points\":["    \
-    "[-2,-2,0],[-2,0,4],[-2,2,0],[0,-2,-4],[0,0,0],[0,2,-4],[2,-2,0],[2,0,4],[2,2,0]]}}"
-
-const char saddle_surface[] = SADDLE;
-const char saddle_request[] = "{\"surface\":" SADDLE ",\"fabric\":{\"spacing\":0.5}}";
+const char *request_text(const char *name) {
+    enum { MOST = 16 };
+    static struct {
+        char path[64];
+        struct bytes text;
+    } known[MOST];
+    char path[sizeof known->path];
+    size_t k = 0;
+    snprintf(path, sizeof path, "tests/unit/requests/%s.json", name);
+    while (k < MOST && known[k].text.data && strcmp(known[k].path, path) != 0)
+        k++;
+    assert_in_range(k, 0, MOST - 1);
+    if (!known[k].text.data) {
+        memcpy(known[k].path, path, sizeof path);
+        known[k].text = file_read(path);
+        known[k].text.data[strcspn(known[k].text.data, "\n")] = 0;
+    }
+    return known[k].text.data;
+}
 
 void prepare(void) {
     assert_true(api_prepare());

@@ -47,9 +47,10 @@ struct bytes text_replace(const char *text, const char *what, const char *with);
 
 /* ---- requests ---- */
 
-/* z = (x^2 - y^2) / 2 over [-2, 2]^2, and a drape request for it: complete documents. */
-extern const char saddle_surface[];
-extern const char saddle_request[];
+/* The document tests/unit/requests/NAME.json, one line; the text lives as long as the program.
+ * `saddle` is a drape request for z = (x^2 - y^2) / 2 over [-2, 2]^2, `saddle_surface` that surface
+ * alone. */
+const char *request_text(const char *name);
 
 /* Prepares the library once; to be called by every test that decodes. */
 void prepare(void);

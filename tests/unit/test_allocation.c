@@ -14,41 +14,6 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Every part of a request, with every kind of array; what comes with later versions too. */
-static const char everything[] =
-    "{\"surface\":{\"shape\":{\"type\":\"surface\",\"count\":1,\"data\":[{\"degree_u\":1,"
-    "\"degree_v\":1,\"size_u\":2,\"size_v\":2,\"knotvector_u\":[0,0,1,1],\"knotvector_v\":[0,0,1,1]"
-    ","
-    "\"control_points\":{\"points\":[[0,0,0],[0,1,0],[1,0,0],[1,1,0.5]],\"weights\":[1,2,3,4]},"
-    "\"trims\":{\"count\":2,\"data\":[{\"type\":\"freeform\",\"points\":[[0,0],[1,0],[0,1]]},"
-    "{\"type\":\"container\",\"data\":[{\"degree\":1,\"knotvector\":[0,0,1,1],"
-    "\"control_points\":{\"points\":[[0,0],[1,1]],\"weights\":[1,2]}}]}]}}]}},"
-    "\"length_unit\":\"mm\",\"fabric\":{\"spacing\":[0.1,0.2],\"thickness\":0.3,"
-    "\"fiber_volume_fraction\":0.5},\"start\":{\"uv\":[0.5,0.5]},\"direction\":{\"vector\":[1,0,0]}"
-    ","
-    "\"generators\":{\"warp\":{\"uv\":[[0,0.5],[0.5,0.5],[1,0.5]]},\"weft\":{\"plane\":[0,1,0]}},"
-    "\"extent\":{\"warp\":[-3,3]},\"cavity\":{\"height\":1},\"permeability\":{\"model\":\"table\","
-    "\"shear_deg\":[0,10],\"k1\":[1e-10,1e-10],\"k2\":[1e-10,1e-10],\"k3\":[1e-11,1e-11],"
-    "\"angle_deg\":[0,5]}}";
-
-/* A tent of eight triangles. */
-#define TENT                                                                                       \
-    "{\"surface\":{\"vertices\":[[0,0,0],[1,0,0],[2,0,0],[0,1,0.3],[1,1,0.5],[2,1,0.3],[0,2,0],"   \
-    "[1,2,0],[2,2,0]],\"triangles\":[[0,1,4],[0,4,3],[1,2,5],[1,5,4],[3,4,7],[3,7,6],[4,5,8],"     \
-    "[4,8,7]]},\"fabric\":{\"spacing\":0.25},\"direction\":{\"vector\":"                           \
-    "[1,0.2,0]}}"
-
-/* A twisted square, open for more members; without a triangle in its middle; of a fabric. */
-#define PATCH                                                                                      \
-    "{\"surface\":{\"degree_u\":1,\"degree_v\":1,\"size_u\":2,\"size_v\":2,\"knotvector_u\":"      \
-    "[0,0,1,1],\"knotvector_v\":[0,0,1,1],\"control_points\":[[0,0,0],[0,1,0],[1,0,0],[1,1,0.5]]"
-#define TRIMMED                                                                                    \
-    PATCH ",\"trims\":[{\"reversed\":0,\"degree\":1,\"knotvector\":[0,0,0.3,0.6,1,1],"             \
-          "\"control_points\":[[0.6,0.6],[0.8,0.6],[0.7,0.8],[0.6,0.6]]}]},\"start\":{\"uv\":"     \
-          "[0.3,0.3]},\"fabric\":{\"spacing\":0.1}}"
-#define PERMEABLE                                                                                  \
-    PATCH "},\"fabric\":{\"spacing\":0.1,\"thickness\":0.001,\"fiber_volume_fraction\":0.5}}"
-
 /* Decodes with the n-th allocation of the parser, or of the arena, failing. */
 static enum api_problem_id decode_failing(const char *text, size_t parser_n, size_t arena_n) {
     struct api_request request;
@@ -66,8 +31,9 @@ static enum api_problem_id decode_failing(const char *text, size_t parser_n, siz
 
 static void test_allocation_failures_of_the_parser(void **state) {
     (void)state;
-    static const char *const texts[] = {saddle_request, everything,           TRIMMED,
-                                        TENT,           "\"\\u00e9 string\"", "[[1]]"};
+    const char *const texts[] = {request_text("saddle"),  request_text("every_member"),
+                                 request_text("trimmed"), request_text("tent"),
+                                 "\"\\u00e9 string\"",    "[[1]]"};
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
         enum api_problem_id sound = decode_failing(texts[k], 0, 0);
         size_t n = 1;
@@ -81,13 +47,14 @@ static void test_allocation_failures_of_the_parser(void **state) {
 
 static void test_allocation_failures_of_the_decoder(void **state) {
     (void)state;
-    static const char *const texts[] = {saddle_request, everything, PERMEABLE, TRIMMED, TENT};
-    for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
-        enum api_problem_id sound = decode_failing(texts[k], 0, 0);
+    static const char *const names[] = {"saddle", "every_member", "fibres", "trimmed", "tent"};
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
+        const char *text = request_text(names[k]);
+        enum api_problem_id sound = decode_failing(text, 0, 0);
         size_t n = 1;
-        while (decode_failing(texts[k], 0, n) == API_OUT_OF_MEMORY)
+        while (decode_failing(text, 0, n) == API_OUT_OF_MEMORY)
             n++;
-        assert_int_equal(decode_failing(texts[k], 0, n), sound);
+        assert_int_equal(decode_failing(text, 0, n), sound);
         check_above(n, 3);
         printf("%zu allocations of the decoder\n", n - 1);
     }
@@ -119,28 +86,26 @@ static const struct {
     const char *members, *request;
     int threads;
 } runs[] = {
-    {"\"method\":\"basic\"", saddle_request, 1},
-    {"\"method\":\"gib\"", saddle_request, 1},
-    {"\"method\":\"gib\"", saddle_request, 4},
-    {"\"method\":\"gib\",\"yarn_path\":\"relaxation\"", saddle_request, 1},
-    {"\"method\":\"gib4\"", saddle_request, 1},
-    {"\"method\":\"gib4\"", saddle_request, 4},
-    {"\"method\":\"geodesic\"", saddle_request, 1},
-    {"\"method\":\"mosaic\"", saddle_request, 1},
-    {"\"start\":{\"uv\":[0.5,0.5]},\"generators\":{\"warp\":{\"uv\":[[0,0.5],[1,0.5]]}}",
-     saddle_request, 1},
-    {"\"start\":{\"uv\":[0.5,0.5]},\"generators\":{\"weft\":{\"plane\":[1,0,0]}}", saddle_request,
+    {"\"method\":\"basic\"", "saddle", 1},
+    {"\"method\":\"gib\"", "saddle", 1},
+    {"\"method\":\"gib\"", "saddle", 4},
+    {"\"method\":\"gib\",\"yarn_path\":\"relaxation\"", "saddle", 1},
+    {"\"method\":\"gib4\"", "saddle", 1},
+    {"\"method\":\"gib4\"", "saddle", 4},
+    {"\"method\":\"geodesic\"", "saddle", 1},
+    {"\"method\":\"mosaic\"", "saddle", 1},
+    {"\"start\":{\"uv\":[0.5,0.5]},\"generators\":{\"warp\":{\"uv\":[[0,0.5],[1,0.5]]}}", "saddle",
      1},
-    {"\"extent\":{\"warp\":[-2,2],\"weft\":[-1,2]}", saddle_request, 1},
+    {"\"start\":{\"uv\":[0.5,0.5]},\"generators\":{\"weft\":{\"plane\":[1,0,0]}}", "saddle", 1},
+    {"\"extent\":{\"warp\":[-2,2],\"weft\":[-1,2]}", "saddle", 1},
     {"\"permeability\":{\"model\":\"gebart\",\"fiber_radius\":5e-6,\"packing\":\"hexagonal\"}",
-     PERMEABLE, 1},
+     "fibres", 1},
     {"\"permeability\":{\"model\":\"table\",\"shear_deg\":[0,40],\"k1\":[1e-10,2e-10],"
      "\"k2\":[1e-10,1e-10],\"k3\":[1e-11,1e-11]}",
-     PERMEABLE, 1},
-    {"\"method\":\"gib\"", TRIMMED, 1},
-    {"\"method\":\"mosaic\"", TENT, 1},
-    {"\"method\":\"mosaic\"", TENT, 4},
-    {"\"method\":\"gib\"", TENT, 1},
+     "fibres", 1},
+    {"\"method\":\"gib\"", "trimmed", 1},
+    {"\"method\":\"mosaic\"", "tent", 1},
+    {"\"method\":\"mosaic\"", "tent", 4},
 };
 
 static void test_allocation_failures_of_a_whole_run(void **state) {
@@ -149,7 +114,7 @@ static void test_allocation_failures_of_a_whole_run(void **state) {
         struct api_problem problem;
         struct bytes text = {0};
         size_t n = 1;
-        bytes_format(&text, "{%s,%s", runs[k].members, runs[k].request + 1);
+        bytes_format(&text, "{%s,%s", runs[k].members, request_text(runs[k].request) + 1);
         while (run_failing(text.data, runs[k].threads, n, (size_t)1 << 30, &problem) ==
                API_OUT_OF_MEMORY)
             n++;
@@ -221,7 +186,7 @@ static void test_allocation_budgets_of_a_whole_run(void **state) {
     struct api_problem problem = {0};
     size_t budget = 0;
     for (; budget < (size_t)1 << 26; budget += budget / 16 + 64)
-        if (run_failing(saddle_request, 1, 0, budget, &problem) != API_OUT_OF_MEMORY)
+        if (run_failing(request_text("saddle"), 1, 0, budget, &problem) != API_OUT_OF_MEMORY)
             break;
     if (problem.id != API_OK)
         fail_msg("budget %zu: %s", budget, problem.place[0].detail);
@@ -234,7 +199,7 @@ static void test_allocation_failures_of_the_written_documents(void **state) {
     struct api_request request;
     struct api_problem problem;
     char id[API_ID_SIZE];
-    assert_int_equal(decode_text(saddle_request, arena, &request, &problem), API_OK);
+    assert_int_equal(decode_text(request_text("saddle"), arena, &request, &problem), API_OK);
     size_t n = 1;
     for (bool done = false; !done; n++) {
         struct arena_mark mark = arena_mark(arena);

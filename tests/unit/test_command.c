@@ -114,7 +114,7 @@ static void refuse(const char *words, const char *input, int status, const char 
 
 static void test_command_writes_the_result_document(void **state) {
     (void)state;
-    struct outcome outcome = run("", saddle_request);
+    struct outcome outcome = run("", request_text("saddle"));
     assert_int_equal(outcome.status, 0);
     assert_string_equal(outcome.err.data, "");
     json_t *json = json_loads(outcome.out.data, 0, NULL);
@@ -148,7 +148,7 @@ static void test_command_takes_the_encoders_options(void **state) {
     (void)state;
     struct outcome outcome = run("--format csv --table cells --fields cells.j,cells.shear_deg "
                                  "--precision 3",
-                                 saddle_request);
+                                 request_text("saddle"));
     assert_int_equal(outcome.status, 0);
     assert_memory_equal(outcome.out.data, "j,shear_deg\n", 12);
     for (const char *line = outcome.out.data; (line = strchr(line, '\n')) && line[1]; line++)
@@ -172,7 +172,7 @@ static void test_command_refuses_a_wrong_command_line(void **state) {
                                         "--table front",   "--max-nodes 0", "--max-nodes 1x",
                                         "--threads 99999", "--threads",     "one.json two.json"};
     for (size_t i = 0; i < sizeof lines / sizeof *lines; i++)
-        refuse(lines[i], saddle_request, 2, "drape", "");
+        refuse(lines[i], request_text("saddle"), 2, "drape", "");
 }
 
 static void test_command_explains_problems(void **state) {
@@ -183,8 +183,8 @@ static void test_command_explains_problems(void **state) {
     refuse("", "[]", 1, "invalid-request", "must be an object");
     refuse("", "", 1, "malformed-json", "empty");
     refuse("missing.json", "", 1, "missing.json", "No such file");
-    refuse("--fields nodes.w", saddle_request, 1, "invalid-request", "nodes.w");
-    refuse("--max-nodes 5", saddle_request, 1, "invalid-request", "/fabric/spacing: ");
+    refuse("--fields nodes.w", request_text("saddle"), 1, "invalid-request", "nodes.w");
+    refuse("--max-nodes 5", request_text("saddle"), 1, "invalid-request", "/fabric/spacing: ");
 }
 
 static void test_command_writes_a_whole_file(void **state) {
@@ -196,7 +196,7 @@ static void test_command_writes_a_whole_file(void **state) {
     fputs("old", old);
     fclose(old);
     chmod(in_folder("out"), 0640);
-    struct outcome outcome = run(line, saddle_request);
+    struct outcome outcome = run(line, request_text("saddle"));
     struct bytes text = file_read(in_folder("out"));
     struct stat stat_of;
     assert_int_equal(outcome.status, 0);
@@ -215,12 +215,12 @@ static void test_command_leaves_no_partial_file(void **state) {
     char line[128];
     need_program();
     snprintf(line, sizeof line, "--fields nodes.w -o %s", in_folder("out"));
-    refuse(line, saddle_request, 1, "nodes.w", "");
+    refuse(line, request_text("saddle"), 1, "nodes.w", "");
     assert_int_not_equal(access(in_folder("out"), F_OK), 0);
     FILE *old = fopen(in_folder("out"), "w");
     fputs("old", old);
     fclose(old);
-    refuse(line, saddle_request, 1, "nodes.w", "");
+    refuse(line, request_text("saddle"), 1, "nodes.w", "");
     struct bytes text = file_read(in_folder("out"));
     assert_string_equal(text.data, "old");
     assert_int_equal(unlink(in_folder("out")), 0);
@@ -231,13 +231,13 @@ static void test_command_keeps_what_is_no_regular_file(void **state) {
     (void)state;
     struct stat before, after;
     assert_int_equal(stat("/dev/null", &before), 0);
-    struct outcome outcome = run("-o /dev/null", saddle_request);
+    struct outcome outcome = run("-o /dev/null", request_text("saddle"));
     assert_int_equal(outcome.status, 0);
     assert_int_equal(stat("/dev/null", &after), 0);
     assert_true(S_ISCHR(after.st_mode) && before.st_rdev == after.st_rdev);
     outcome_free(&outcome);
-    refuse("-o /dev/full", saddle_request, 1, "/dev/full", "No space");
-    refuse("-o /nowhere/out", saddle_request, 1, "/nowhere/out", "No such file");
+    refuse("-o /dev/full", request_text("saddle"), 1, "/dev/full", "No space");
+    refuse("-o /nowhere/out", request_text("saddle"), 1, "/nowhere/out", "No such file");
 }
 
 static void put_file(const char *name, const char *text) {
@@ -259,19 +259,19 @@ static void test_command_maps_onto_a_mesh(void **state) {
     put_file("points.JSON", "{\"points\":[[0,0,0],[0.5,0.25,9]]}");
     snprintf(line, sizeof line, "--map %s --format csv --fields id,shear_deg,extrapolated",
              in_folder("mesh.bdf"));
-    struct outcome csv = run(line, saddle_request);
+    struct outcome csv = run(line, request_text("saddle"));
     assert_int_equal(csv.status, 0);
     assert_memory_equal(csv.out.data, "id,shear_deg,extrapolated\n7,", 28);
     assert_non_null(strstr(csv.out.data, "\n5,"));
     assert_string_equal(csv.err.data, "");
     snprintf(line, sizeof line, "--map %s --precision 3", in_folder("points.JSON"));
-    struct outcome points = run(line, saddle_request);
+    struct outcome points = run(line, request_text("saddle"));
     json_t *json = json_loads(points.out.data, 0, NULL), *cells = json_object_get(json, "cells");
     assert_int_equal(json_array_size(json_object_get(cells, "distance")), 2);
     assert_int_equal(json_array_size(json_object_get(cells, "warp_x")), 2);
     json_decref(json);
     snprintf(line, sizeof line, "--map %s --format vtu", in_folder("mesh.bdf"));
-    struct outcome vtu = run(line, saddle_request);
+    struct outcome vtu = run(line, request_text("saddle"));
     assert_int_equal(vtu.status, 0);
     assert_non_null(strstr(vtu.out.data, "UnstructuredGrid"));
     outcome_free(&csv);
@@ -286,7 +286,7 @@ static void test_command_warns_of_a_mesh_far_away(void **state) {
     need_program();
     put_file("far.json", "{\"points\":[[0,0,50]]}");
     snprintf(line, sizeof line, "--map %s", in_folder("far.json"));
-    struct outcome outcome = run(line, saddle_request);
+    struct outcome outcome = run(line, request_text("saddle"));
     assert_int_equal(outcome.status, 0);
     assert_non_null(strstr(outcome.err.data, "1 of 1 places lie further"));
     outcome_free(&outcome);
@@ -297,22 +297,22 @@ static void test_command_explains_what_is_wrong_with_a_map(void **state) {
     (void)state;
     char line[128];
     need_program();
-    refuse("--map missing.bdf", saddle_request, 1, "missing.bdf", "No such file");
-    refuse("--inlet 5", saddle_request, 2, "--inlet", "--map");
-    refuse("--map x.bdf --format vtp", saddle_request, 2, "vtp", "with --map");
-    refuse("--format vtu", saddle_request, 2, "vtu", "");
+    refuse("--map missing.bdf", request_text("saddle"), 1, "missing.bdf", "No such file");
+    refuse("--inlet 5", request_text("saddle"), 2, "--inlet", "--map");
+    refuse("--map x.bdf --format vtp", request_text("saddle"), 2, "vtp", "with --map");
+    refuse("--format vtu", request_text("saddle"), 2, "vtu", "");
     put_file("mesh.bdf", two_triangles);
     snprintf(line, sizeof line, "--map %s --format lcmsim", in_folder("mesh.bdf"));
-    refuse(line, saddle_request, 1, "invalid-request", "");
+    refuse(line, request_text("saddle"), 1, "invalid-request", "");
     snprintf(line, sizeof line, "--map %s --inlet 6", in_folder("mesh.bdf"));
-    refuse(line, saddle_request, 1, "invalid-request", "no element 6");
+    refuse(line, request_text("saddle"), 1, "invalid-request", "no element 6");
     put_file("mesh.bdf", "GRID,1,,0.,0.,0.\nCBAR,1,1,1,2\n");
     snprintf(line, sizeof line, "--map %s", in_folder("mesh.bdf"));
-    refuse(line, saddle_request, 1, "invalid-request", "line 2: CBAR is not supported");
+    refuse(line, request_text("saddle"), 1, "invalid-request", "line 2: CBAR is not supported");
     assert_int_equal(unlink(in_folder("mesh.bdf")), 0);
     put_file("points.json", "{\"points\":[[0,0,0]]}");
     snprintf(line, sizeof line, "--map %s --format vtu", in_folder("points.json"));
-    refuse(line, saddle_request, 1, "not-acceptable", "vtu is of elements");
+    refuse(line, request_text("saddle"), 1, "not-acceptable", "vtu is of elements");
     assert_int_equal(unlink(in_folder("points.json")), 0);
 }
 

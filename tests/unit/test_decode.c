@@ -291,7 +291,8 @@ static void test_decode_normalised_start_is_what_was_chosen(void **state) {
 static void test_decode_limits_are_too_large(void **state) {
     struct decoded *d = *state;
     struct api_limits limits = api_limits_default;
-    const struct api_input input = {saddle_request, strlen(saddle_request), NULL, 0};
+    const struct api_input input = {request_text("saddle"), strlen(request_text("saddle")), NULL,
+                                    0};
     limits.max_elements = 20;
     assert_int_equal(api_decode(&input, &limits, d->arena, &d->request, &d->problem),
                      API_TOO_LARGE);
@@ -305,7 +306,8 @@ static void test_decode_limits_are_too_large(void **state) {
 static void test_decode_has_too_many_control_points(void **state) {
     struct decoded *d = *state;
     struct api_limits limits = api_limits_default;
-    const struct api_input input = {saddle_request, strlen(saddle_request), NULL, 0};
+    const struct api_input input = {request_text("saddle"), strlen(request_text("saddle")), NULL,
+                                    0};
     limits.max_control_points = 9;
     assert_int_equal(api_decode(&input, &limits, d->arena, &d->request, &d->problem), API_OK);
     limits.max_control_points = 8;
@@ -318,13 +320,13 @@ static void test_decode_has_too_many_control_points(void **state) {
 static void test_decode_survives_damaged_documents(void **state) {
     (void)state;
     struct random random = random_begin(__func__);
-    size_t length = strlen(saddle_request);
+    size_t length = strlen(request_text("saddle"));
     for (int round = 0; round < 20000; round++) {
         struct bytes copy = {0};
         struct api_request request;
         struct api_problem problem = {0};
         struct arena *arena = arena_new((size_t)1 << 24);
-        bytes_add(&copy, saddle_request, length);
+        bytes_add(&copy, request_text("saddle"), length);
         for (int hits = 1 + random_index(&random, 3); hits > 0; hits--)
             copy.data[random_index(&random, (int)length)] =
                 random_index(&random, 4) ? "0123456789-.eE{}[],:\"\\aut"[random_index(&random, 25)]

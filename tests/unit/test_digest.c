@@ -25,7 +25,7 @@ static const char *digest(const char *text) {
 }
 
 static const char *digest_replaced(const char *what, const char *with) {
-    struct bytes text = text_replace(saddle_request, what, with);
+    struct bytes text = text_replace(request_text("saddle"), what, with);
     const char *id = digest(text.data);
     bytes_free(&text);
     return id;
@@ -33,7 +33,7 @@ static const char *digest_replaced(const char *what, const char *with) {
 
 static void test_digest_is_lower_case_hex_of_the_documented_length(void **state) {
     (void)state;
-    const char *id = digest(saddle_request);
+    const char *id = digest(request_text("saddle"));
     assert_int_equal(strlen(id), API_ID_LENGTH);
     assert_int_equal(strspn(id, "0123456789abcdef"), API_ID_LENGTH);
 }
@@ -53,11 +53,12 @@ static void test_digest_is_the_same_for_every_spelling(void **state) {
                          "\"yarn_path\":\"chord\",\"direction\":{\"angle_deg\":0},\"extent\":{},"
                          "\"generators\":{\"weft\":\"geodesic\"},\"surface\""},
     };
-    const char *id = digest(saddle_request);
+    const char *id = digest(request_text("saddle"));
     for (size_t i = 0; i < sizeof spellings / sizeof *spellings; i++)
         assert_string_equal(digest_replaced(spellings[i][0], spellings[i][1]), id);
     struct bytes moved = {0};
-    bytes_format(&moved, "{\"fabri\\u0063\":{\"spacing\":0.5},\"surface\":%s}", saddle_surface);
+    bytes_format(&moved, "{\"fabri\\u0063\":{\"spacing\":0.5},\"surface\":%s}",
+                 request_text("saddle_surface"));
     assert_string_equal(digest(moved.data), id);
     bytes_free(&moved);
 }
@@ -68,8 +69,8 @@ static void test_digest_of_a_whole_export_file_is_that_of_its_surface(void **sta
     bytes_format(&text,
                  "{\"surface\":{\"shape\":{\"type\":\"surface\",\"count\":1,\"data\":[%s]}},"
                  "\"fabric\":{\"spacing\":0.5}}",
-                 saddle_surface);
-    assert_string_equal(digest(text.data), digest(saddle_request));
+                 request_text("saddle_surface"));
+    assert_string_equal(digest(text.data), digest(request_text("saddle")));
     bytes_free(&text);
 }
 
@@ -98,7 +99,7 @@ static void test_digest_differs_when_anything_does(void **state) {
     };
     enum { COUNT = sizeof changes / sizeof *changes };
     char ids[COUNT + 1][API_ID_SIZE];
-    strcpy(ids[COUNT], digest(saddle_request));
+    strcpy(ids[COUNT], digest(request_text("saddle")));
     for (size_t i = 0; i < COUNT; i++)
         strcpy(ids[i], digest_replaced(changes[i][0], changes[i][1]));
     for (size_t i = 0; i <= COUNT; i++)
@@ -114,10 +115,10 @@ static void test_digest_of_a_named_surface_is_that_of_its_definition(void **stat
     struct api_problem problem;
     struct bytes text = {0};
     char id[API_ID_SIZE];
-    assert_int_equal(decode_text(saddle_request, arena, &request, &problem), API_OK);
+    assert_int_equal(decode_text(request_text("saddle"), arena, &request, &problem), API_OK);
     assert_true(api_digest_surface(&request.surface, arena, id));
     bytes_format(&text, "{\"surface\":{\"id\":\"%s\"},\"fabric\":{\"spacing\":0.5}}", id);
-    assert_string_equal(digest(text.data), digest(saddle_request));
+    assert_string_equal(digest(text.data), digest(request_text("saddle")));
     bytes_free(&text);
     arena_free(arena);
 }
@@ -130,9 +131,10 @@ static void test_digest_of_the_saddle_stays_what_it_was(void **state) {
     struct api_request request;
     struct api_problem problem;
     char id[API_ID_SIZE];
-    assert_int_equal(decode_text(saddle_request, arena, &request, &problem), API_OK);
+    assert_int_equal(decode_text(request_text("saddle"), arena, &request, &problem), API_OK);
     assert_true(api_digest_surface(&request.surface, arena, id));
-    assert_string_equal(api_normalise_surface(&request.surface, arena), saddle_surface);
+    assert_string_equal(api_normalise_surface(&request.surface, arena),
+                        request_text("saddle_surface"));
     assert_string_equal(id, "03d4a63eecf9b89ee7421a3945f2bf22");
     arena_free(arena);
 }

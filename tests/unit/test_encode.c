@@ -19,7 +19,7 @@ static int drape_saddle(void **state) {
     (void)state;
     struct api_problem problem;
     struct bytes request =
-        text_replace(saddle_request, "\"fabric\":{\"spacing\":0.5}", full_fabric);
+        text_replace(request_text("saddle"), "\"fabric\":{\"spacing\":0.5}", full_fabric);
     if (run_text(request.data, &container, &problem) != API_OK)
         fail_msg("%s", problem.place[0].detail);
     bytes_free(&request);

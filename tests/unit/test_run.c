@@ -12,7 +12,7 @@
 
 static enum api_problem_id run_replaced(const char *what, const char *with,
                                         struct api_problem *problem) {
-    struct bytes text = text_replace(saddle_request, what, with), container = {0};
+    struct bytes text = text_replace(request_text("saddle"), what, with), container = {0};
     enum api_problem_id id = run_text(text.data, &container, problem);
     bytes_free(&text);
     bytes_free(&container);
@@ -30,7 +30,7 @@ static void test_run_gives_a_container(void **state) {
     struct bytes container = {0};
     struct api_problem problem;
     struct api_columns columns;
-    assert_int_equal(run_text(saddle_request, &container, &problem), API_OK);
+    assert_int_equal(run_text(request_text("saddle"), &container, &problem), API_OK);
     struct api_reader reader = reader_over(&container);
     assert_int_equal(api_columns_open(&reader, &columns, &problem), API_OK);
     assert_int_equal(columns.length, container.length);
@@ -50,7 +50,7 @@ static void test_run_gives_the_same_bytes_again(void **state) {
     for (int k = 0; k < 2; k++) {
         struct api_problem problem;
         struct api_columns columns;
-        assert_int_equal(run_text(saddle_request, &container[k], &problem), API_OK);
+        assert_int_equal(run_text(request_text("saddle"), &container[k], &problem), API_OK);
         struct api_reader reader = reader_over(&container[k]);
         assert_int_equal(api_columns_open(&reader, &columns, &problem), API_OK);
         start[k] = (size_t)columns.column[0].offset;
@@ -140,7 +140,8 @@ static void test_run_allows_a_fine_strip(void **state) {
 static void test_run_stops_when_the_net_outgrows_the_limit(void **state) {
     (void)state;
     struct api_limits limits = api_limits_default;
-    const struct api_input input = {saddle_request, strlen(saddle_request), NULL, 0};
+    const struct api_input input = {request_text("saddle"), strlen(request_text("saddle")), NULL,
+                                    0};
     struct api_problem problem = {0};
     struct bytes container = {0};
     struct api_sink sink = sink_into(&container);
@@ -164,7 +165,7 @@ static bool watch_progress(void *context, double fraction) {
 }
 
 static enum api_problem_id run_watched(struct watch *watch) {
-    struct bytes text = text_replace(saddle_request, "0.5}", "0.02}"), container = {0};
+    struct bytes text = text_replace(request_text("saddle"), "0.5}", "0.02}"), container = {0};
     const struct api_input input = {text.data, text.length, NULL, 0};
     struct api_problem problem = {0};
     struct api_sink sink = sink_into(&container);
@@ -200,7 +201,8 @@ static bool refuse(void *context, const void *bytes, size_t length) {
 
 static void test_run_stops_when_the_sink_refuses(void **state) {
     (void)state;
-    const struct api_input input = {saddle_request, strlen(saddle_request), NULL, 0};
+    const struct api_input input = {request_text("saddle"), strlen(request_text("saddle")), NULL,
+                                    0};
     const struct api_sink sink = {refuse, NULL};
     struct api_problem problem = {0};
     assert_int_equal(api_run(&input, &api_limits_default, NULL, &sink, &problem), API_CANCELLED);
@@ -213,7 +215,7 @@ static void test_run_describes_a_surface(void **state) {
     struct api_problem problem;
     double area;
     int degree, size;
-    assert_int_equal(decode_text(saddle_request, arena, &request, &problem), API_OK);
+    assert_int_equal(decode_text(request_text("saddle"), arena, &request, &problem), API_OK);
     const char *text = api_shape_describe(&request.surface, arena, &problem);
     assert_non_null(text);
     json_t *json = json_loads(text, 0, NULL);

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT */
+/* The checks that handlers begin and wait for: what a caller sent is never read on a thread of the
+ * front. */
+#ifndef SERVER_RESOURCES_CHECKING_H
+#define SERVER_RESOURCES_CHECKING_H
+
+#include "call.h"
+#include "server/work/checkers.h"
+
+/* The order to check the call's body; the caller may add to it. */
+struct checkers_order checking_order(const struct call *call, enum checker_kind kind);
+
+/* Begins the check and watches for its end. NULL: the reply says why not. */
+struct check *checking_begin(struct call *call, const struct checkers_order *order);
+
+/* How far a check is. */
+enum checking_state {
+    CHECKING_WAIT,    /* return HTTP_WAIT; the call is resumed at its end */
+    CHECKING_REFUSED, /* it ended with a problem, or the service stops: the reply says so */
+    CHECKING_PASSED
+};
+
+enum checking_state checking_look(struct call *call, struct check *check);
+
+/* `length` bytes of its output from `offset` on, malloc'ed and zero-terminated; NULL without
+ * memory.
+ */
+char *checking_text(struct check *check, uint64_t offset, uint64_t length);
+
+#endif
