@@ -89,7 +89,10 @@ class Disk(Daemon):
         """Of every drape that was acknowledged; all of them succeed in the end."""
         found = {}
         for job in self.acknowledged:
-            state = self.get_json(f"/v1/drapes/{job}?wait=20")
+            for _ in range(PATIENCE_SECONDS // 20):
+                state = self.get_json(f"/v1/drapes/{job}?wait=20")
+                if state["finished"]:
+                    break
             expect(state["status"] == "succeeded", state)
             status, headers, _ = self.call("GET", f"/v1/drapes/{job}/result?format=csv")
             expect(status == 200, f"the result of {job} is {status}")
