@@ -17,7 +17,7 @@ tests='bats libcmocka-dev clang-format-14 procps wrk gcovr valgrind
 case "${1:-}" in
 build) wanted=$build ;;
 package) wanted="$build $package" ;;
-fuzz) wanted="$build clang-14 libclang-rt-14-dev llvm-14" ;;
+fuzz) wanted="$build clang-14 libclang-rt-14-dev llvm-14 python3-h11" ;;
 test) wanted="$build $package $tests" ;;
 *)
     echo "usage: $0 build|package|fuzz|test" >&2

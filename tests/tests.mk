@@ -17,6 +17,8 @@ FUZZ_HELPERS := $(call objects,tests/fuzz/encode.c tests/fuzz/mesh.c tests/fuzz/
 REPLAYS := $(FUZZ:%=$(B)/tests/fuzz/fuzz_%)
 FUZZERS := $(FUZZ:%=$(B)/tests/fuzz/run_%)
 
+PARSERS := tests/fuzz/parsers
+
 .SECONDEXPANSION:
 $(TESTS): $(B)/%: $(B)/%.o $$(call test_helpers,$$*.c) $(LIBS)
 	$(call say,LINK,$@)$(LINK) -o $@ $^ -lcmocka $(SERVER_LIBS)
@@ -43,7 +45,7 @@ SANITIZED := OPT=-O1 SANITIZE="-fsanitize=address,undefined -fno-sanitize-recove
 # Validators of glTF, manifests and bills of materials, and what drives the browser, as the lock
 # files pin them.
 TEST_MODULES := $(patsubst %,tests/%/node_modules,browser manifests readers)
-$(TEST_MODULES): %/node_modules: %/package-lock.json
+$(TEST_MODULES) $(PARSERS)/node_modules: %/node_modules: %/package-lock.json
 	@npm ci --silent --no-audit --no-fund --ignore-scripts --omit=optional --prefix $* && touch $@
 
 # What tests compare with: the bytes of results and of small documents, the tables of docs/fields.md,
@@ -61,14 +63,19 @@ soak: ## after a change in server/: 200 kills under load, a thousand slow client
 	@$(MAKE) --no-print-directory -s all
 	@for test in tests/faults/test_*.py; do LONG=1 BUILD=$(B) python3 $$test || exit 1; done
 
-# Looks for inputs that break a promise, FUZZ_SECONDS for each target.
+# Looks for inputs that break a promise, and for connections that other parsers of HTTP read in another
+# way, FUZZ_SECONDS for each target.
 FUZZ_SECONDS ?= 60
 fuzz: ## after a change in what reads requests: FUZZ_SECONDS (60) for each target
 	@deploy/setup.sh fuzz
 	@$(MAKE) --no-print-directory -s B=$(B)/fuzz CC=clang-14 CXX=clang++-14 OPT=-O1 WARN=-w \
 	    SANITIZE="-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all" fuzzers
+	@$(MAKE) --no-print-directory -s $(PARSERS)/node_modules $(B)/$(PARSERS)/wire
 	@tests/fuzz/fuzz.sh $(B)/fuzz $(FUZZ_SECONDS) $(FUZZ)
+	@/usr/bin/python3 $(PARSERS)/parsers.py $(B)/$(PARSERS)/wire $(FUZZ_SECONDS) # with Debian's h11
 fuzzers: $(FUZZERS)
+$(B)/$(PARSERS)/wire: $(B)/$(PARSERS)/wire.o $(B)/server/http/wire.o
+	$(call say,LINK,$@)$(LINK) -o $@ $^
 
 figures: $(B)/drape ## redraws docs/figures from the program's own results
 	@tests/figures/figures.sh $(B)
