@@ -195,7 +195,7 @@ static const char schema_4_functions[] =
     "  PERFORM draped.count_owner(new.owner, (new.status = 0)::integer,"
     "   (new.status = 1)::integer, 0, new.request_bytes, CASE WHEN EXISTS"
     "   (SELECT 1 FROM draped.owners WHERE owner = new.owner) THEN 0"
-    "   ELSE (SELECT last_value FROM draped.turns) END);"
+    "   ELSE pg_sequence_last_value('draped.turns') END);"
     " ELSIF TG_OP = 'DELETE' THEN"
     "  PERFORM draped.count_owner(old.owner, -(old.status = 0)::integer,"
     "   -(old.status = 1)::integer, 0, CASE WHEN old.expired = 0 THEN -old.request_bytes"
