@@ -26,9 +26,9 @@ SIZE_CHECK = "0.1"
 CORES = os.cpu_count() or 1
 
 # Those that take longest begin first.
-FIRST = ["test_exact_random", "deploy/package", "exact_geodesic", "unit/test_mesh.c", "browser/page",
+FIRST = ["test_store_faults", "test_exact_random", "deploy/package", "exact_geodesic", "unit/test_mesh.c", "browser/page",
          "faults/test_disk", "faults/test_slow", "faults/test_kills", "http/jobs", "hosts/hosts.sh",
-         "http/map", "http/errors", "http/", "faults/", "deploy/", "browser/", "store/"]
+         "http/map", "http/roles", "http/", "faults/", "deploy/", "browser/", "store/"]
 # What mostly waits takes less than a processor.
 WAITING = {"faults/test_slow": 0.4, "http/": 0.6, "store/": 0.6, "deploy/": 0.6}
 
