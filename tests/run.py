@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """Runs the tests, several at a time, and counts: checks of the source, cmocka programs, fuzz
-inputs, Python and bats files as built for use and again with sanitizers; then once the page in Chromium,
-what is in deploy/ and six hosts. Everything a test starts has ports and folders of its own.
+inputs, Python and bats files as built for use and again with sanitizers; then once the page in
+Chromium, what is in deploy/ and six hosts. Everything a test starts has ports and folders of its own.
 
 Says what has ended and how far the run is; what failed is printed at once and again at the end. A
 test that was skipped is counted as skipped, and fewer tests than a plan announced are failures. The
 last line is "N passed, N failed" (and ", N skipped" if any were); the exit status says the same.
 Usage: tests/run.py check|all BUILD [SANITIZED [PATTERN]]
+DRAPED_TEST_TIMES names a file to which seconds and seconds of processors of every job are added.
 PATTERN, a regular expression, limits the run to the jobs in whose name it is found."""
 import glob
 import os
@@ -26,8 +27,9 @@ SIZE_CHECK = "0.1"
 CORES = os.cpu_count() or 1
 
 # Those that take longest begin first.
-FIRST = ["test_store_faults", "test_exact_random", "deploy/package", "exact_geodesic", "unit/test_mesh.c", "browser/page",
-         "faults/test_disk", "faults/test_slow", "faults/test_kills", "http/jobs", "hosts/hosts.sh",
+FIRST = ["test_store_faults", "test_exact_random", "deploy/package", "exact_geodesic",
+         "unit/test_mesh.c", "browser/page", "faults/test_disk", "faults/test_slow",
+         "faults/test_kills", "http/jobs", "hosts/hosts.sh",
          "http/map", "http/roles", "http/", "faults/", "deploy/", "browser/", "store/"]
 # What mostly waits takes less than a processor.
 WAITING = {"faults/test_slow": 0.4, "http/": 0.6, "store/": 0.6, "deploy/": 0.6}
@@ -94,7 +96,8 @@ def replays(build):
     jobs = []
     for source in sorted(glob.glob("tests/fuzz/fuzz_*.c")):
         name = os.path.basename(source)[len("fuzz_"):-2]
-        jobs.append(Job(f"{build} {source}", [f"{build}/{source[:-2]}", f"tests/fuzz/corpus/{name}"]))
+        command = [f"{build}/{source[:-2]}", f"tests/fuzz/corpus/{name}"]
+        jobs.append(Job(f"{build} {source}", command))
     return jobs
 
 
@@ -124,7 +127,8 @@ def everything(build, sanitized):
     the daemon as users install it: once is enough."""
     jobs = checks(build)
     for each, size in ((build, "1"), (sanitized, SIZE_SANITIZED)):
-        jobs += programs(each, size) + replays(each) + faults(each) + bats(each, "tests/http/*.bats")
+        jobs += programs(each, size) + replays(each) + faults(each)
+        jobs += bats(each, "tests/http/*.bats")
     jobs += pages(build) + bats(build, "tests/deploy/*.bats")
     return jobs + [Job("tests/hosts/hosts.sh", ["tests/hosts/hosts.sh", build, "200"])]
 
