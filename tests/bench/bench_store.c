@@ -183,7 +183,8 @@ static const char ended_sqlite[] =
     "COMMIT";
 
 static const char ended_postgres[] =
-    "ALTER TABLE draped.jobs DISABLE TRIGGER jobs_counted;"
+    "ALTER TABLE draped.jobs DISABLE TRIGGER USER;"
+    "ALTER TABLE draped.results DISABLE TRIGGER USER;"
     "WITH made AS (INSERT INTO draped.results (digest, state, job, token, length, summary)"
     "  SELECT 'ended ' || k, 1, 1, 1, 170000, '{\"nodes\":841}' FROM generate_series(%d, %d) k"
     "  RETURNING number, digest),"
@@ -195,7 +196,10 @@ static const char ended_postgres[] =
     " INSERT INTO draped.requests (job, bytes)"
     "  SELECT sequence, decode(repeat('00', 1000), 'hex') FROM ended;"
     "UPDATE draped.counts SET n[3] = n[3] + %d - %d + 1 WHERE slot = 0;"
-    "ALTER TABLE draped.jobs ENABLE TRIGGER jobs_counted";
+    "UPDATE draped.owners SET results = results + 170000 WHERE owner = '' AND slot ="
+    " (SELECT min(slot) FROM draped.owners WHERE owner = '');"
+    "ALTER TABLE draped.results ENABLE TRIGGER USER;"
+    "ALTER TABLE draped.jobs ENABLE TRIGGER USER";
 
 static void add_ended(const char *url, int from, int to) {
     enum { STEP = 20000 };
