@@ -18,7 +18,8 @@ enum store_answer {
     STORE_DOWN,      /* it cannot be used; these say why: */
     STORE_NO_SPACE,  /* the disk is full */
     STORE_READ_ONLY, /* it cannot be written */
-    STORE_DAMAGED    /* the file is corrupt */
+    STORE_DAMAGED,   /* the file is corrupt */
+    STORE_MISSING    /* the file was removed, moved or replaced while it was open */
 };
 
 #define STORE_MUST_USE __attribute__((warn_unused_result))

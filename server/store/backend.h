@@ -8,6 +8,7 @@
 #define SERVER_STORE_BACKEND_H
 
 #include "cache.h"
+#include "steady.h"
 #include "store.h"
 
 /* Results are stored in chunks of this many bytes; only the last one may be shorter: few enough to
@@ -53,6 +54,7 @@ enum { RECORD_RETENTIONS = 4 };
 #define STORE_PRIORITY_US (INT64_C(60) * 1000000)
 
 struct store_ops {
+    bool wall_leases; /* leases are counted by the database's clock, which can be set */
     void (*close)(struct store *store);
     /* Tells other processes soon that `subject` of the hub has changed; never waits. NULL: they
      * find out by looking. */
@@ -88,8 +90,8 @@ struct store_ops {
      * STORE_CONFLICT when its claim has not ended so after all. */
     enum store_answer (*take_over)(struct store *store, const struct store_ended *ended,
                                    int64_t *token);
-    /* Finds by reading which steps have something to do. */
-    enum store_answer (*find_due)(struct store *store, bool due[STORE_STEP_COUNT]);
+    /* Finds by reading which steps have something to do, and the time by the database's clock. */
+    enum store_answer (*find_due)(struct store *store, bool due[STORE_STEP_COUNT], int64_t *now);
     /* Does a part of the work in a short transaction, and counts what it handled. STORE_EMPTY:
      * there was none. */
     enum store_answer (*step)(struct store *store, enum store_step step, int64_t *done);
@@ -120,9 +122,13 @@ struct store_ops {
 struct store {
     const struct store_ops *ops;
     struct store_options options;
+    struct steady steady; /* of the sweeps */
     struct hub *hub;
     struct store_cache *cache;
 };
+
+/* Microseconds of the monotonic clock of this machine, the same for all its processes. */
+int64_t store_steady_us(const struct store *store);
 
 /* Tells the hub, and other processes, that `subject` has changed. */
 void store_tell(struct store *store, const char *subject);

@@ -9,6 +9,7 @@ const struct store_options store_options_default = {
     .max_attempts = 3,
     .busy_ms = 5000,
     .retention_us = INT64_C(168) * 3600 * 1000000,
+    .settle_us = INT64_C(300) * 1000000,
 };
 
 bool store_url_remote(const char *url) {

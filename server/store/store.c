@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "backend.h"
 #include "recovery.h"
+#include "server/clock.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -41,6 +42,10 @@ void store_close(struct store *store) {
 
 enum store_answer store_ping(struct store *store) {
     return store->ops->ping(store);
+}
+
+int64_t store_steady_us(const struct store *store) {
+    return store->options.steady_clock ? store->options.steady_clock() : clock_us();
 }
 
 /* ------------------------------------------------------------------ jobs */

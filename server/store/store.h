@@ -13,7 +13,10 @@
  *
  * Claims are leases with a fencing token. `store_claim` counts the attempt and hands out the job
  * for a lease; the holder renews it; a holder of an older token than the job's is answered
- * STORE_CONFLICT and must drop its work. No transaction stays open between two calls.
+ * STORE_CONFLICT and must drop its work. No transaction stays open between two calls. Setting a
+ * clock takes no job from a live holder: with SQLite, whose holders are on this machine, leases are
+ * counted by its monotonic clock; with PostgreSQL, whose clock counts, no lease is taken for ended
+ * until holders have had a lease's time to renew since its clock jumped.
  *
  * Every function may be called from any thread at any time between open and close. Times are
  * microseconds since 1970 UTC by the database's clock; 0 means "not yet". Texts are UTF-8.
@@ -68,11 +71,14 @@ struct store_options {
     int64_t retention_us;    /* results of jobs that ended longer ago expire in `store_sweep` */
     int64_t retention_bytes; /* of all results together: beyond it a sweep expires the oldest jobs
                                 of the owner with most bytes; 0: no bound */
+    int64_t settle_us;       /* what is old expires only if the database's clock has not jumped for
+                                so long, by the monotonic clock of this process */
     bool shared;             /* other processes may open it too; else it is ours alone (SQLite) */
     int64_t (*clock)(void);  /* for tests: microseconds since 1970 UTC; NULL: the system's */
+    int64_t (*steady_clock)(void); /* for tests: monotonic microseconds; NULL: the system's */
 };
 
-/* 10,000 queued jobs; 60 s; 3; 5 s; 168 h; not shared; the system's clock. */
+/* 10,000 queued jobs; 60 s; 3; 5 s; 168 h; 5 min; not shared; the system's clocks. */
 extern const struct store_options store_options_default;
 
 /* Whether the URL names a database that any number of machines may share. */

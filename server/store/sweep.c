@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "backend.h"
 #include "recovery.h"
+#include "server/log.h"
+#include <pthread.h>
 #include <string.h>
 
 enum { STEPS_A_SWEEP = 100 }; /* of each kind: then `more` is set */
@@ -19,19 +21,41 @@ static enum store_answer repeat(struct store *store, enum store_step step,
     return STORE_OK;
 }
 
+static struct steady look_at_clocks(struct store *store, int64_t now) {
+    static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+    pthread_mutex_lock(&lock);
+    const struct steady before = store->steady;
+    steady_look(&store->steady, now, store_steady_us(store));
+    const struct steady after = store->steady;
+    pthread_mutex_unlock(&lock);
+    if (after.jumps > before.jumps)
+        log_warning(log_event("clock_jumped"),
+                    log_int("seconds", (now - before.wall_us) / 1000000));
+    return after;
+}
+
 /* What is due is found by reading, so that an idle store is not written to. A step makes work for
  * those after it: claims that ended leave results half written, what expires leaves results to
- * clear, what is cleared leaves free pages. */
+ * clear, what is cleared leaves free pages. A clock that is wrong for a while must not delete
+ * anything for good: what is old has to be old by a later look as well. Where leases are counted by
+ * a clock that has jumped, live holders renew theirs within a lease's time. */
 enum store_answer store_sweep(struct store *store, struct store_sweep *sweep) {
+    int64_t now = 0;
+    bool settled = false;
     bool due[STORE_STEP_COUNT] = {false};
     int done[STORE_STEP_COUNT] = {0};
     memset(sweep, 0, sizeof *sweep);
-    enum store_answer answer = recovery_sweep(store, sweep);
-    if (answer == STORE_OK)
-        answer = store->ops->find_due(store, due);
+    enum store_answer answer = store->ops->find_due(store, due, &now);
+    if (answer == STORE_OK) {
+        const struct steady steady = look_at_clocks(store, now);
+        settled = steady_for(&steady) >= store->options.settle_us;
+        if (!store->ops->wall_leases || steady.jumps == 0 ||
+            steady_for(&steady) > store->options.lease_us)
+            answer = recovery_sweep(store, sweep);
+    }
     due[STORE_STEP_DOOM] = due[STORE_STEP_DOOM] || sweep->requeued + sweep->failed > 0;
     for (int step = 0; step < STORE_STEP_COUNT && answer == STORE_OK; step++) {
-        if (!due[step])
+        if (!due[step] || (!settled && (step == STORE_STEP_EXPIRE || step == STORE_STEP_REMOVE)))
             continue;
         answer = repeat(store, (enum store_step)step, sweep, &done[step]);
         if (step < STORE_STEP_CLEAR && step != STORE_STEP_REMOVE)

@@ -6,6 +6,7 @@ import collections
 import itertools
 import json
 import os
+import shutil
 import sqlite3
 import subprocess
 import sys
@@ -301,6 +302,72 @@ def test_locked():
         disk.remove()
 
 
+def wait_not_ready(disk):
+    """A contract: 2 s at the most; here a busy machine has longer."""
+    begun = time.monotonic()
+    while disk.call("GET", "/readyz")[0] == 200:
+        expect(time.monotonic() < begun + PATIENCE_SECONDS, "still ready")
+        time.sleep(0.02)
+    print(f"# not ready after {time.monotonic() - begun:.2f} s")
+
+
+def test_moved():
+    """The data folder is moved away under a daemon that is busy, and back: what was acknowledged in
+    between, if anything, is in the folder."""
+    disk = Disk(mounted=False)
+    crowd, causes = [], collections.Counter()
+    away = disk.data + ".away"
+    try:
+        disk.start()
+        expect(disk.drape() is None, "refused")
+        before = disk.results()
+        until = time.monotonic() + 3
+        crowd = [threading.Thread(target=submit_until, args=(disk, until, causes))
+                 for _ in range(4)]
+        for thread in crowd:
+            thread.start()
+        time.sleep(1)
+        os.rename(disk.data, away)
+        wait_not_ready(disk)
+        for thread in crowd:
+            thread.join()
+        print(f"# {dict(causes)}")
+        expect(set(causes) == {None, "the store is missing from its path"}, causes)
+        disk.expect_alive(False, "missing from its path")
+        expect(disk.drape() is not None, "acknowledged into a folder that is not there")
+        disk.expect_results(before)  # what it has open it still reads
+        os.rename(away, disk.data)
+        disk.wait_ready()
+        disk.expect_kept(before)
+        with open(disk.log_path) as log:
+            events = [json.loads(line)["event"] for line in log]
+        expect(events.count("store_file_gone") == 1 and events.count("store_file_back") == 1,
+               "the log does not say it once")
+    finally:
+        for thread in crowd:
+            thread.join()
+        disk.remove()
+
+
+def test_removed():
+    """rm -r of the data folder, and another database in its place: nothing is acknowledged."""
+    disk = Disk(mounted=False)
+    try:
+        disk.start()
+        expect(disk.drape() is None, "refused")
+        disk.results()
+        shutil.copytree(disk.data, disk.data + ".copy")
+        shutil.rmtree(disk.data)
+        expect(disk.drape() is not None, "acknowledged into a file that was removed")
+        wait_not_ready(disk)
+        os.rename(disk.data + ".copy", disk.data)
+        expect(disk.drape() is not None, "acknowledged into a file that was replaced")
+        disk.expect_alive(False, "missing from its path")
+        expect(disk.stop()[0] == 0, "bad exit status")
+    finally:
+        disk.remove()
+
+
 def overwrite(path, offset, length):
     with open(path, "r+b") as file:
         file.seek(offset)
@@ -346,6 +413,9 @@ def main():
     tap.run("disk: no start on a read-only one", test_read_only_start)
     tap.run("disk: one that fails under the daemon is told, and reads go on", test_broken_disk)
     tap.run("disk: a locked database is told, and then it goes on", test_locked)
+    tap.run("disk: a data folder that is moved away is missed at once, and serves when it is back",
+            test_moved)
+    tap.run("disk: nothing is acknowledged into a folder that was removed", test_removed)
     tap.run("disk: no start on a damaged database, which is named with the remedy", test_damaged)
     tap.finish()
 

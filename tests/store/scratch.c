@@ -19,7 +19,13 @@ _Atomic int64_t scratch_now = INT64_C(1000000000) * 1000000;
 
 struct cluster scratch_cluster;
 
+_Atomic int64_t scratch_jump;
+
 static int64_t clock_of_test(void) {
+    return scratch_now + scratch_jump;
+}
+
+static int64_t steady_clock_of_test(void) {
     return scratch_now;
 }
 
@@ -38,6 +44,9 @@ void scratch_make(struct scratch *scratch) {
     scratch_forget(scratch);
     scratch->options = store_options_default;
     scratch->options.clock = clock_of_test;
+    scratch->options.steady_clock = steady_clock_of_test;
+    scratch->options.settle_us = 0;
+    scratch_jump = 0;
 }
 
 void scratch_forget(struct scratch *scratch) {
@@ -71,6 +80,7 @@ void scratch_open(struct scratch *scratch) {
 void scratch_open_live(struct scratch *scratch) {
     scratch_make(scratch);
     scratch->options.clock = NULL;
+    scratch->options.steady_clock = NULL;
     scratch_start(scratch);
 }
 

@@ -32,6 +32,9 @@ struct scratch {
 /* What the store takes for the time, in microseconds. Moved by tests. */
 extern _Atomic int64_t scratch_now;
 
+/* By how much the wall clock has been set forward or back since; 0 in a new store. */
+extern _Atomic int64_t scratch_jump;
+
 /* The server while tests run with PostgreSQL. */
 extern struct cluster scratch_cluster;
 

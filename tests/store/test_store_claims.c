@@ -160,6 +160,44 @@ static void test_store_claim_is_lost_by_cancel_and_end(void **state) {
     store_job_clear(&job);
 }
 
+/* ------------------------------------------------------------------ clocks that are set */
+
+/* By an hour, forward or back: the holder is alive and goes on renewing. */
+static void expect_kept_through_jump(struct scratch *scratch, int64_t jump) {
+    struct store_claim claim = scratch_claimed(scratch, jump > 0 ? "forward" : "back");
+    scratch_sweep(scratch);
+    scratch_now += second;
+    scratch_jump += jump;
+    for (int k = 0; k < 300; k++) {
+        struct store_sweep sweep = scratch_sweep(scratch);
+        assert_int_equal(sweep.requeued + sweep.failed, 0);
+        scratch_now += second;
+        if (k % 15 == 0)
+            assert_int_equal(store_renew(scratch->store, &claim, 0), STORE_OK);
+    }
+    assert_int_equal(scratch_commit(scratch, &claim, "r", 1), STORE_OK);
+}
+
+static void test_store_clock_set_takes_no_job_from_its_holder(void **state) {
+    expect_kept_through_jump(*state, 3600 * second);
+    expect_kept_through_jump(*state, -3600 * second);
+}
+
+/* It does not hide for ever that a holder is dead. */
+static void test_store_lease_ends_after_the_clock_was_set(void **state) {
+    struct scratch *scratch = *state;
+    (void)scratch_claimed(scratch, "a");
+    scratch_sweep(scratch);
+    scratch_now += second;
+    scratch_jump += 3600 * second;
+    int requeued = 0;
+    for (int k = 0; k < 130 && !requeued; k++) {
+        requeued = scratch_sweep(scratch).requeued;
+        scratch_now += second;
+    }
+    assert_int_equal(requeued, 1);
+}
+
 /* ------------------------------------------------------------------ attempts */
 
 static void expect_crashed(struct scratch *scratch, const char *id, const char *detail) {
@@ -303,6 +341,8 @@ int main(void) {
         WITH_STORE(test_store_lease_holds_while_it_is_renewed),
         WITH_STORE(test_store_stale_claim_is_refused),
         WITH_STORE(test_store_claim_is_lost_by_cancel_and_end),
+        WITH_STORE(test_store_clock_set_takes_no_job_from_its_holder),
+        WITH_STORE(test_store_lease_ends_after_the_clock_was_set),
         WITH_STORE(test_store_third_crash_fails_the_job),
         WITH_STORE(test_store_third_lost_lease_fails_the_job),
         WITH_STORE(test_store_release_is_not_held_against_the_job),

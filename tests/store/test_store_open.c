@@ -174,6 +174,68 @@ static void test_store_reopens_with_everything(void **state) {
     assert_int_equal(store_ping(scratch->store), STORE_OK);
 }
 
+/* ------------------------------------------------------------------ the files while it is open */
+
+static void move(const struct scratch *scratch, const char *suffix, bool away) {
+    char here[SCRATCH_PATH_SIZE + 16], there[SCRATCH_PATH_SIZE + 16];
+    snprintf(here, sizeof here, "%s%s", scratch->path, suffix);
+    snprintf(there, sizeof there, "%s%s.away", scratch->path, suffix);
+    assert_int_equal(away ? rename(here, there) : rename(there, here), 0);
+}
+
+static enum store_answer submit_one(struct scratch *scratch, const char *body) {
+    struct store_receipt receipt;
+    struct store_submission submission = {.request = body, .request_length = 1, .digest = body};
+    return store_submit(scratch->store, &submission, &receipt);
+}
+
+/* Nothing is accepted, nor claimed, nor ended, into files that nobody will find again; what was
+ * accepted goes on when they are back. */
+static void expect_refusal_while_away(struct scratch *scratch, const char *suffix) {
+    char id[ID_SIZE];
+    struct store_sweep sweep;
+    struct store_claim held, other;
+    scratch_start(scratch);
+    held = scratch_claimed(scratch, "held");
+    scratch_submit(scratch, "waits", id);
+    move(scratch, suffix, true);
+    assert_int_equal(submit_one(scratch, "new"), STORE_MISSING);
+    assert_int_equal(store_ping(scratch->store), STORE_MISSING);
+    assert_int_equal(store_sweep(scratch->store, &sweep), STORE_MISSING);
+    assert_int_equal(store_claim(scratch->store, &other), STORE_MISSING);
+    assert_int_equal(scratch_commit(scratch, &held, "r", 1), STORE_MISSING);
+    move(scratch, suffix, false);
+    assert_int_equal(store_ping(scratch->store), STORE_OK);
+    assert_int_equal(scratch_commit(scratch, &held, "r", 1), STORE_OK);
+    assert_int_equal(submit_one(scratch, "new"), STORE_OK);
+    scratch_stop(scratch);
+    scratch_start(scratch);
+    assert_int_equal(scratch_status(scratch, held.id), STORE_SUCCEEDED);
+    assert_int_equal(scratch_number(scratch, "SELECT n FROM counts WHERE status = 0"), 2);
+    scratch_stop(scratch);
+    scratch_forget(scratch);
+}
+
+static void test_store_refuses_while_its_files_are_away(void **state) {
+    static const char *const suffixes[] = {"", "-wal", "-shm"};
+    for (size_t k = 0; k < 3; k++)
+        expect_refusal_while_away(*state, suffixes[k]);
+    scratch_start(*state);
+}
+
+/* Such as a backup that is put in its place: this process must not go on with the old one. */
+static void test_store_refuses_while_another_file_is_in_its_place(void **state) {
+    struct scratch *scratch = *state;
+    scratch_start(scratch);
+    assert_int_equal(submit_one(scratch, "a"), STORE_OK);
+    move(scratch, "", true);
+    write_file(scratch->path, "x", 1);
+    assert_int_equal(submit_one(scratch, "b"), STORE_MISSING);
+    assert_int_equal(store_ping(scratch->store), STORE_MISSING);
+    move(scratch, "", false);
+    assert_int_equal(submit_one(scratch, "b"), STORE_OK);
+}
+
 #define WITH_FOLDER(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
 
 int main(void) {
@@ -189,6 +251,8 @@ int main(void) {
         WITH_FOLDER(test_store_open_refuses_a_folder_it_cannot_write),
         WITH_FOLDER(test_store_open_clears_away_the_files_of_the_dead),
         WITH_FOLDER(test_store_reopens_with_everything),
+        WITH_FOLDER(test_store_refuses_while_its_files_are_away),
+        WITH_FOLDER(test_store_refuses_while_another_file_is_in_its_place),
     };
     return cmocka_run_group_tests_name("store open", tests, NULL, NULL);
 }

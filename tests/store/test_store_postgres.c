@@ -36,6 +36,7 @@ static int set_up(void **state) {
     struct scratch *scratch = malloc(sizeof *scratch);
     scratch_make(scratch);
     scratch->options.clock = NULL;
+    scratch->options.steady_clock = NULL;
     *state = scratch;
     return 0;
 }

@@ -298,6 +298,43 @@ static void test_store_results_expire_beyond_a_bound_of_bytes(void **state) {
     assert_int_equal(scratch_sweep(scratch).expired, 0);
 }
 
+/* Eight days forward, and back again: nothing is lost. Forward for good: gone after a while. */
+static void test_store_results_survive_a_clock_that_is_set(void **state) {
+    struct scratch *scratch = *state;
+    const int64_t minute = hour / 60;
+    scratch_stop(scratch);
+    scratch->options.settle_us = 5 * minute;
+    scratch_start(scratch);
+    struct store_claim claim = scratch_claimed(scratch, "a");
+    assert_int_equal(scratch_commit(scratch, &claim, "result", 6), STORE_OK);
+    for (int k = 0; k < 40; k++) {
+        scratch_jump = k % 4 == 0 ? 8 * 24 * hour : k % 4 == 3 ? 0 : scratch_jump;
+        assert_int_equal(scratch_sweep(scratch).expired, 0);
+        scratch_now += minute;
+    }
+    scratch_expect_result(scratch, claim.id, "result", 6, 6);
+    scratch_jump = 8 * 24 * hour;
+    for (int k = 0; k < 5; k++) {
+        assert_int_equal(scratch_sweep(scratch).expired, 0);
+        scratch_now += minute;
+    }
+    assert_int_equal(scratch_sweep(scratch).expired, 1);
+}
+
+/* Also the first look of a process is one look. */
+static void test_store_results_do_not_expire_at_the_start(void **state) {
+    struct scratch *scratch = *state;
+    struct store_claim claim = scratch_claimed(scratch, "a");
+    assert_int_equal(scratch_commit(scratch, &claim, "result", 6), STORE_OK);
+    scratch_stop(scratch);
+    scratch->options.settle_us = hour;
+    scratch_now += 169 * hour;
+    scratch_start(scratch);
+    assert_int_equal(scratch_sweep(scratch).expired, 0);
+    scratch_now += hour;
+    assert_int_equal(scratch_sweep(scratch).expired, 1);
+}
+
 static void commit_as(struct scratch *scratch, const char *owner, const char *body,
                       char id[ID_SIZE]) {
     static const char bytes[1000];
@@ -392,6 +429,8 @@ int main(void) {
         WITH_STORE(test_store_sweep_clears_what_a_dead_process_began),
         WITH_STORE(test_store_results_expire_after_the_retention),
         WITH_STORE(test_store_results_expire_beyond_a_bound_of_bytes),
+        WITH_STORE(test_store_results_survive_a_clock_that_is_set),
+        WITH_STORE(test_store_results_do_not_expire_at_the_start),
         WITH_STORE(test_store_bytes_of_one_owner_do_not_expire_anothers),
         WITH_STORE(test_store_equal_requests_of_two_owners_share_nothing),
         WITH_STORE(test_store_jobs_that_wait_do_not_expire),

@@ -55,6 +55,7 @@ static void postgres_announce(struct store *store, const char *subject) {
 }
 
 static const struct store_ops postgres_ops = {
+    .wall_leases = true,
     .close = postgres_close,
     .announce = postgres_announce,
     .ping = postgres_ping,

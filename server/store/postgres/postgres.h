@@ -81,7 +81,7 @@ enum store_answer postgres_result_read(struct store *store, int64_t number, int6
 
 /* --- sweep.c */
 
-enum store_answer postgres_find_due(struct store *store, bool due[STORE_STEP_COUNT]);
+enum store_answer postgres_find_due(struct store *store, bool due[STORE_STEP_COUNT], int64_t *now);
 enum store_answer postgres_step(struct store *store, enum store_step step, int64_t *done);
 
 /* --- surfaces.c */

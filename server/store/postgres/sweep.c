@@ -94,7 +94,7 @@ enum store_answer postgres_step(struct store *store, enum store_step step, int64
     return postgres_end(&query, (size_t)*done, STORE_EMPTY);
 }
 
-enum store_answer postgres_find_due(struct store *store, bool due[STORE_STEP_COUNT]) {
+enum store_answer postgres_find_due(struct store *store, bool due[STORE_STEP_COUNT], int64_t *now) {
     static const enum store_step columns[] = {STORE_STEP_EXPIRE, STORE_STEP_REMOVE, STORE_STEP_DOOM,
                                               STORE_STEP_CLEAR};
     struct pg_query query = postgres_query_now(
@@ -107,12 +107,14 @@ enum store_answer postgres_find_due(struct store *store, bool due[STORE_STEP_COU
         " EXISTS (SELECT 1 FROM draped.results r WHERE r.state <> " SQL_COMPLETE " AND " ABANDONED
         "),"
         " EXISTS (SELECT 1 FROM draped.results WHERE state <> " SQL_COMPLETE
-        " AND state = " SQL_DOOMED ")");
+        " AND state = " SQL_DOOMED "), " POSTGRES_NOW);
     pg_bind_int(&query, store->options.retention_us);
     pg_bind_int(&query, store->options.retention_us * RECORD_RETENTIONS);
-    if (pg_run(&query))
+    if (pg_run(&query)) {
         for (int k = 0; k < 4; k++)
             due[columns[k]] = pg_int(&query, 0, k) != 0;
+        *now = pg_int(&query, 0, 4);
+    }
     due[STORE_STEP_EXPIRE_EXCESS] = store->options.retention_bytes > 0;
     return pg_end(&query);
 }

@@ -55,14 +55,13 @@ static enum store_answer succeed(const struct sqlite_store *store, struct db *db
 
 static enum store_answer hand_out(struct sqlite_store *store, struct db *db,
                                   const struct store_claim *claim) {
-    int64_t now = sqlite_now(store);
     struct query query = db_query(db, "UPDATE jobs SET status = " SQL_RUNNING
                                       ", progress = 0, started = ?, attempts = ?,"
                                       " token = ?, lease = ?, holder = ? WHERE sequence = ?");
-    query_bind_int(&query, now);
+    query_bind_int(&query, sqlite_now(store));
     query_bind_int(&query, claim->attempts);
     query_bind_int(&query, claim->token);
-    query_bind_int(&query, now + sqlite_options(store)->lease_us);
+    query_bind_int(&query, sqlite_steady(store) + sqlite_options(store)->lease_us);
     query_bind_text(&query, process_lock_name(sqlite_process(store)));
     query_bind_int(&query, claim->sequence);
     return query_run(&query);
@@ -124,7 +123,7 @@ static enum store_answer renew_operation(struct sqlite_store *store, struct db *
     struct query query =
         db_query(db, "UPDATE jobs SET lease = ?, progress = max(progress, ?)"
                      " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
-    query_bind_int(&query, sqlite_now(store) + sqlite_options(store)->lease_us);
+    query_bind_int(&query, sqlite_steady(store) + sqlite_options(store)->lease_us);
     query_bind_real(&query, holding->progress);
     query_bind_int(&query, holding->claim->sequence);
     query_bind_int(&query, holding->claim->token);
@@ -209,7 +208,7 @@ enum store_answer sqlite_requeue(struct store *store, const struct store_claim *
 enum store_answer sqlite_find_ended(struct store *base, struct store_ended *ended, size_t most,
                                     size_t *count) {
     const struct sqlite_store *store = sqlite_of(base);
-    int64_t now = sqlite_now(store);
+    int64_t now = sqlite_steady(store);
     char holder[ID_SIZE] = "";
     bool gone = false;
     struct db *db = sqlite_take_reader(base);
@@ -234,7 +233,7 @@ enum store_answer sqlite_find_ended(struct store *base, struct store_ended *ende
 
 static enum store_answer take_operation(struct sqlite_store *store, struct db *db, void *context) {
     const struct store_ended *ended = context;
-    int64_t now = sqlite_now(store);
+    int64_t now = sqlite_steady(store);
     struct query query = db_query(db, "UPDATE jobs SET token = token + 1, lease = ?, holder = ?"
                                       " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING
                                       " AND (? OR lease < ?)");

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "sqlite.h"
+#include "presence.h"
 #include "server/clock.h"
+#include "server/metrics.h"
 #include "server/store/sql.h"
 #include <pthread.h>
 #include <stdatomic.h>
@@ -28,6 +30,7 @@ struct sqlite_store {
     struct store base;
     char *path;
     struct process_lock *process;
+    struct presence *presence;
 
     struct db *writer;
     pthread_mutex_t queue_lock;
@@ -57,6 +60,10 @@ int64_t sqlite_now(const struct sqlite_store *store) {
     return store->base.options.clock ? store->base.options.clock() : clock_utc_us();
 }
 
+int64_t sqlite_steady(const struct sqlite_store *store) {
+    return store_steady_us(&store->base);
+}
+
 const struct process_lock *sqlite_process(const struct sqlite_store *store) {
     return store->process;
 }
@@ -82,6 +89,15 @@ static void answer_all(struct pending *batch, enum store_answer answer) {
         batch->answer = answer;
 }
 
+/* What is written to a file that has gone from its path is lost: refused like a database that
+ * cannot be used. */
+static enum store_answer check_presence(struct sqlite_store *store) {
+    if (presence_check(store->presence))
+        return STORE_OK;
+    metrics_store_failed(false);
+    return STORE_MISSING;
+}
+
 /* A failed statement may have ended the transaction as a whole (disk full, I/O error): then nothing
  * of the batch has happened. `last` is the answer of the last operation that was run. */
 static enum store_answer finish_batch(struct sqlite_store *store, bool wrote,
@@ -92,7 +108,7 @@ static enum store_answer finish_batch(struct sqlite_store *store, bool wrote,
     enum store_answer answer = wrote ? db_run(db, "COMMIT") : STORE_OK;
     if (db_in_transaction(db))
         db_run(db, "ROLLBACK");
-    return answer;
+    return answer == STORE_OK && wrote ? check_presence(store) : answer;
 }
 
 /* One operation that must not be lost is enough to wait for the disk. Who waited in vain for the
@@ -103,7 +119,9 @@ static enum store_answer begin_batch(struct sqlite_store *store, const struct pe
         if (batch->durability == DB_DURABLE)
             durability = DB_DURABLE;
     db_wait_for_locks(store->writer, atomic_load(&store->broken) ? 0 : store->base.options.busy_ms);
-    enum store_answer answer = db_keep(store->writer, durability);
+    enum store_answer answer = check_presence(store);
+    if (answer == STORE_OK)
+        answer = db_keep(store->writer, durability);
     return answer == STORE_OK ? db_run(store->writer, "BEGIN IMMEDIATE") : answer;
 }
 
@@ -204,7 +222,7 @@ enum store_answer sqlite_give_reader(struct store *base, struct db *db, enum sto
  * only when nothing is left does the log begin anew instead of growing. */
 enum store_answer sqlite_take_log(struct store *base) {
     struct sqlite_store *store = sqlite_of(base);
-    enum store_answer answer = STORE_OK;
+    enum store_answer answer = check_presence(store);
     bool all = false;
     pthread_mutex_lock(&store->keeper_lock);
     for (int k = 0; k < LOG_ROUNDS && answer == STORE_OK && !all; k++)
@@ -273,6 +291,7 @@ static void sqlite_close(struct store *base) {
         db_close(store->readers[--store->idle]);
     db_close(store->keeper);
     db_close(store->writer);
+    presence_free(store->presence);
     process_lock_free(store->process);
     pthread_mutex_destroy(&store->queue_lock);
     pthread_cond_destroy(&store->queue_moved);
@@ -293,6 +312,8 @@ static enum store_answer ping_write(struct sqlite_store *store, struct db *db, v
  * is not enough: the log may have room for it on a full disk. */
 static enum store_answer sqlite_ping(struct store *store) {
     bool broken = atomic_load(&sqlite_of(store)->broken);
+    if (!presence_check(sqlite_of(store)->presence))
+        return STORE_MISSING;
     struct db *db = sqlite_take_reader(store);
     struct query query = db_query(db, "SELECT n FROM counts WHERE status = " SQL_QUEUED);
     enum store_answer answer = sqlite_give_reader(store, db, query_run(&query));
@@ -358,6 +379,13 @@ static struct sqlite_store *sqlite_new(const char *path, const struct store_opti
     return store;
 }
 
+static bool watch_files(struct sqlite_store *store, char why[STORE_WHY_SIZE]) {
+    store->presence = presence_new(store->path);
+    if (!store->presence)
+        snprintf(why, STORE_WHY_SIZE, "the files of the database %s cannot be found", store->path);
+    return store->presence != NULL;
+}
+
 struct store *store_sqlite_open(const char *path, const struct store_options *options,
                                 struct hub *hub, char why[STORE_WHY_SIZE]) {
     struct sqlite_store *store = sqlite_new(path, options, hub);
@@ -366,7 +394,8 @@ struct store *store_sqlite_open(const char *path, const struct store_options *op
         return NULL;
     }
     store->process = process_lock_take(path, options->shared, why);
-    if (store->process && set_up_writer(store, why) && open_others(store, why))
+    if (store->process && set_up_writer(store, why) && open_others(store, why) &&
+        watch_files(store, why))
         return &store->base;
     sqlite_close(&store->base);
     return NULL;

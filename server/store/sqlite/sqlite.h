@@ -23,6 +23,10 @@ const struct store_options *sqlite_options(const struct sqlite_store *store);
 /* Microseconds since 1970 by the store's clock. */
 int64_t sqlite_now(const struct sqlite_store *store);
 
+/* The clock of leases: microseconds of the machine's monotonic clock, since all holders are on it.
+ * When it starts anew, with the machine, all holders from before are gone. */
+int64_t sqlite_steady(const struct sqlite_store *store);
+
 /* The process that claims here, and whether others that claimed are gone. */
 const struct process_lock *sqlite_process(const struct sqlite_store *store);
 
@@ -101,7 +105,7 @@ enum store_answer sqlite_result_forget(struct db *db, int64_t number);
 
 /* --- sweep.c */
 
-enum store_answer sqlite_find_due(struct store *store, bool due[STORE_STEP_COUNT]);
+enum store_answer sqlite_find_due(struct store *store, bool due[STORE_STEP_COUNT], int64_t *time);
 enum store_answer sqlite_step(struct store *store, enum store_step step, int64_t *done);
 
 /* --- surfaces.c */

@@ -178,10 +178,10 @@ static bool any(struct db *db, const char *sql, int64_t value) {
     return query_end(&query) == STORE_OK && found;
 }
 
-enum store_answer sqlite_find_due(struct store *base, bool due[STORE_STEP_COUNT]) {
+enum store_answer sqlite_find_due(struct store *base, bool due[STORE_STEP_COUNT], int64_t *time) {
     const struct sqlite_store *store = sqlite_of(base);
     int64_t retention = sqlite_options(store)->retention_us;
-    int64_t now = sqlite_now(store);
+    int64_t now = *time = sqlite_now(store);
     struct db *db = sqlite_take_reader(base);
     due[STORE_STEP_EXPIRE] =
         any(db,
