@@ -4,6 +4,7 @@
 #include "api/request/digest.h"
 #include "api/request/shape.h"
 #include "api/request/shape_mesh.h"
+#include "solver/surface/measure.h"
 #include <string.h>
 
 static enum api_problem_id no_memory(struct api_problem *problem, const char *what) {
@@ -11,13 +12,16 @@ static enum api_problem_id no_memory(struct api_problem *problem, const char *wh
     return problem->id;
 }
 
-/* Whether the solver could take the surface and the spacing. */
+/* Whether the solver could take the surface and the spacing. Of a surface with very many spans that
+ * is left for the solver to say. */
 static enum api_problem_id check_shape(struct api_request *request, const struct api_limits *limits,
                                        struct arena *arena, struct api_problem *problem) {
     struct surface *surface;
     struct mesh *mesh;
     if (request->surface.kind == API_SURFACE_MESH)
         return api_shape_mesh(request, limits, arena, &mesh, problem);
+    if (surface_span_bytes(&request->surface.nurbs) > API_SHAPE_SPANS_MAX)
+        return API_OK;
     return api_shape_make(request, limits, arena, &surface, problem);
 }
 

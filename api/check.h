@@ -24,7 +24,9 @@ struct api_check {
 };
 
 /* A drape request, with the stored surface that it names once that is known: without it
- * `needs_surface` is set and no more is checked. Returns API_OK or the id set in `problem`. */
+ * `needs_surface` is set and no more is checked. Whether a surface of very many spans has an area,
+ * and whether the spacing is too small for it, is found by the solver alone. Returns API_OK or the
+ * id set in `problem`. */
 enum api_problem_id api_check_drape(const struct api_input *input, const struct api_limits *limits,
                                     struct api_check *check,
                                     struct api_problem *problem) STATUS_MUST_USE;

@@ -4,6 +4,16 @@
 #include "api/json/text.h"
 #include "digest.h"
 #include "solver/surface/bounds.h"
+#include "solver/surface/measure.h"
+
+static enum api_problem_id check_made(enum status status, const char *pointer,
+                                      struct api_problem *problem) {
+    if (status == STATUS_OUT_OF_MEMORY)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the surface needs more memory than allowed");
+    else if (status != STATUS_OK)
+        api_problem_set_at(problem, API_DEGENERATE_SURFACE, pointer, "the surface has no area");
+    return problem->id;
+}
 
 /* `pointer` leads to the definition in the caller's document. */
 static enum api_problem_id make(const struct api_surface *definition, const char *pointer,
@@ -13,17 +23,7 @@ static enum api_problem_id make(const struct api_surface *definition, const char
         api_problem_add(problem, pointer, "must be the definition of a NURBS surface");
         return problem->id;
     }
-    switch (surface_make(&definition->nurbs, arena, surface)) {
-    case STATUS_OK:
-        return API_OK;
-    case STATUS_OUT_OF_MEMORY:
-        api_problem_set(problem, API_OUT_OF_MEMORY, "the surface needs more memory than allowed");
-        break;
-    default:
-        api_problem_set_at(problem, API_DEGENERATE_SURFACE, pointer, "the surface has no area");
-        break;
-    }
-    return problem->id;
+    return check_made(surface_make(&definition->nurbs, arena, surface), pointer, problem);
 }
 
 /* The least number of nodes that can cover the area: cells are no larger than spacing squared. A
@@ -94,18 +94,33 @@ static void write_truth(struct api_text *text, const char *key, bool value) {
     api_text_raw(text, value ? "true" : "false");
 }
 
-const char *api_shape_describe(const struct api_surface *definition, struct arena *arena,
-                               struct api_problem *problem) {
+/* What a description says of a surface. One of very many spans is measured without keeping them,
+ * unless it has trims, whose area takes the whole surface. */
+static enum api_problem_id measure(const struct api_surface *definition, struct arena *arena,
+                                   struct surface_measure *measure, struct api_problem *problem) {
     struct surface *surface;
     struct trim *trim;
-    struct vec3 lower, upper;
-    char id[API_ID_SIZE];
-    const struct nurbs *nurbs = &definition->nurbs;
+    if (definition->kind == API_SURFACE_NURBS && definition->trim_count == 0 &&
+        surface_span_bytes(&definition->nurbs) > API_SHAPE_SPANS_MAX)
+        return check_made(surface_measure(&definition->nurbs, arena, measure), "", problem);
     if (make(definition, "", arena, &surface, problem) != API_OK ||
         make_trim(definition, "/trims", surface, arena, &trim, problem) != API_OK)
+        return problem->id;
+    measure->area = usable_area(trim, surface);
+    bounds_tight(surface, &measure->lower, &measure->upper);
+    for (int k = 0; k < 2; k++)
+        measure->closed[k] = surface_closed(surface, k);
+    return API_OK;
+}
+
+const char *api_shape_describe(const struct api_surface *definition, struct arena *arena,
+                               struct api_problem *problem) {
+    struct surface_measure size;
+    char id[API_ID_SIZE];
+    const struct nurbs *nurbs = &definition->nurbs;
+    if (measure(definition, arena, &size, problem) != API_OK)
         return NULL;
     bool ok = api_digest_surface(definition, arena, id);
-    bounds_tight(surface, &lower, &upper);
     struct api_text text = api_text_growing(arena);
     api_text_raw(&text, "{");
     api_text_key_string(&text, "id", ok ? id : "");
@@ -114,15 +129,15 @@ const char *api_shape_describe(const struct api_surface *definition, struct aren
     api_text_key_integer(&text, "size_u", nurbs->u.size);
     api_text_key_integer(&text, "size_v", nurbs->v.size);
     write_truth(&text, "rational", nurbs->weights != NULL);
-    write_truth(&text, "closed_u", surface_closed(surface, 0));
-    write_truth(&text, "closed_v", surface_closed(surface, 1));
+    write_truth(&text, "closed_u", size.closed[0]);
+    write_truth(&text, "closed_v", size.closed[1]);
     api_text_key(&text, "bounding_box");
     api_text_raw(&text, "[");
-    write_point(&text, lower);
+    write_point(&text, size.lower);
     api_text_raw(&text, ",");
-    write_point(&text, upper);
+    write_point(&text, size.upper);
     api_text_raw(&text, "]");
-    api_text_key_number(&text, "area", usable_area(trim, surface));
+    api_text_key_number(&text, "area", size.area);
     api_text_raw(&text, "}");
     const char *document = ok ? api_text_finish(&text) : NULL;
     if (!document)

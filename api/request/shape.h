@@ -9,6 +9,11 @@
 #include "solver/arena.h"
 #include "solver/surface/surface.h"
 
+/* Bytes of `surface_span_bytes` beyond which a surface is not made ready only to be looked at: the
+ * spans of 512 x 512 control points of degree 9 take 800 MB, which a job has and a check has not.
+ */
+#define API_SHAPE_SPANS_MAX (INT64_C(64) << 20)
+
 /*
  * Makes the surface of a decoded request in `arena` and refuses at once a spacing so small that
  * covering the area, or the extent where that is less, would take more than `limits->max_nodes`

@@ -22,11 +22,14 @@ enum {
 };
 
 /* What an order may take, in bytes: a part for itself, and for each byte of its documents. The tree
- * of a hostile document takes up to 79 bytes a byte, a surface of high degree as much. Of a map the
- * most is taken by its columns, some 300 bytes a place; a point in JSON is 8 bytes of text at the
- * least, an element in bulk data with its share of a node 60. */
+ * of a hostile document takes up to 79 bytes a byte, a surface of high degree as much; but of a
+ * long document that is one of numbers, whose surface is not made ready (`api/check.h`). Of a map
+ * the most is taken by its columns, some 300 bytes a place; a point in JSON is 8 bytes of text at
+ * the least, an element in bulk data with its share of a node 60. */
 #define CHECK_BYTES (INT64_C(24) << 20)
 #define CHECK_BYTES_PER_BYTE 96
+#define CHECK_LONG_BYTES (INT64_C(128) << 20)
+#define CHECK_LONG_BYTES_PER_BYTE 24
 #define MAP_BYTES (INT64_C(64) << 20)
 #define MAP_BYTES_PER_JSON_BYTE 48
 #define MAP_BYTES_PER_BULK_BYTE 6
@@ -134,7 +137,9 @@ static int64_t reserve_of(const struct checkers_order *order, int64_t most) {
     int64_t body = (int64_t)order->length[CHECKER_BODY];
     int64_t second = (int64_t)order->length[CHECKER_SECOND];
     int64_t columns = (int64_t)order->columns.length;
-    int64_t bytes = CHECK_BYTES + CHECK_BYTES_PER_BYTE * (body + second);
+    int64_t of_short = CHECK_BYTES + CHECK_BYTES_PER_BYTE * (body + second);
+    int64_t of_long = CHECK_LONG_BYTES + CHECK_LONG_BYTES_PER_BYTE * (body + second);
+    int64_t bytes = of_short < of_long ? of_short : of_long;
     if (order->kind == CHECKER_MAP)
         bytes = MAP_BYTES + MAP_BYTES_PER_COLUMN_BYTE * columns +
                 (order->nastran ? MAP_BYTES_PER_BULK_BYTE : MAP_BYTES_PER_JSON_BYTE) * body;

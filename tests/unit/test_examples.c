@@ -4,6 +4,8 @@
 #include "tests/check.h"
 
 #include "api/request/shape.h"
+#include "solver/surface/bounds.h"
+#include "solver/surface/measure.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -165,9 +167,33 @@ static void test_examples_freeform_is_near_the_limits_of_its_readme(void **state
     example_close(&example);
 }
 
+/* Strip by strip as all at once: area, box, and which directions are closed. */
+static void test_examples_are_measured_in_strips(void **state) {
+    (void)state;
+    static const char *const all[] = {"saddle",     "sphere", "freeform",
+                                      "hemisphere", "octant", "torus"};
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
+        struct example example;
+        struct surface_measure measure;
+        struct vec3 lower, upper;
+        example_open(&example, all[k]);
+        assert_int_equal(surface_measure(&example.request.surface.nurbs, example.arena, &measure),
+                         STATUS_OK);
+        bounds_tight(example.surface, &lower, &upper);
+        double size = vec3_distance(lower, upper), area = surface_area(example.surface, NULL);
+        check_below(fabs(measure.area - area), 1e-9 * area);
+        check_below(vec3_distance(measure.lower, lower), 1e-9 * size);
+        check_below(vec3_distance(measure.upper, upper), 1e-9 * size);
+        for (int direction = 0; direction < 2; direction++)
+            assert_int_equal(measure.closed[direction], surface_closed(example.surface, direction));
+        example_close(&example);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_examples_run),
+        cmocka_unit_test(test_examples_are_measured_in_strips),
         cmocka_unit_test(test_examples_saddle_is_the_saddle),
         cmocka_unit_test(test_examples_sphere_is_a_sphere),
         cmocka_unit_test(test_examples_freeform_is_bicubic_rational_and_uneven),
