@@ -22,7 +22,7 @@ int spool_of_bytes(const void *bytes, size_t length);
 /* Writes all of it at the end; false when there is no room. */
 bool spool_write(int file, const void *bytes, size_t length);
 
-/* Closes a memory file for changes, by whoever has it. */
+/* Closes a memory file for changes by any process. */
 bool spool_seal(int file);
 
 #endif

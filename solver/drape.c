@@ -70,7 +70,7 @@ static enum status tessellate(struct march *march) {
     if (status != STATUS_OK)
         return status;
     march->mesh = mesh;
-    return start_move_to_mesh(mesh, &march->start);
+    return start_move_to_mesh(march);
 }
 
 static enum status finish(struct march *march, struct drape_result *result) {
@@ -94,14 +94,25 @@ enum status drape_solve(const struct surface *surface, const struct drape_settin
     return status == STATUS_OK ? finish(&march, result) : status;
 }
 
+/* The methods that a mesh of the caller's can be draped with. */
+static bool suits_mesh(const struct drape_settings *s) {
+    bool smooth = s->method == DRAPE_GIB || s->method == DRAPE_BASIC;
+    return !s->trim && (s->method == DRAPE_MOSAIC || (smooth && s->yarn_path == DRAPE_PATH_CHORD));
+}
+
 enum status drape_solve_mesh(const struct mesh *mesh, const struct drape_settings *settings,
                              const struct drape_monitor *monitor, struct arena *arena,
                              struct drape_result *result) {
     struct march march = {.mesh = mesh, .settings = settings, .monitor = monitor, .arena = arena};
+    struct mesh_smooth *smooth;
     enum status status = check_settings(settings);
-    if (status == STATUS_OK && (settings->method != DRAPE_MOSAIC || settings->trim))
+    if (status == STATUS_OK && !suits_mesh(settings))
         status = STATUS_INVALID;
+    if (status == STATUS_OK && settings->method != DRAPE_MOSAIC) {
+        status = mesh_smooth_make(mesh, arena, &smooth);
+        march.smooth = smooth;
+    }
     if (status == STATUS_OK)
-        status = start_find_on_mesh(mesh, settings, &march.start, &result->faulty_generator);
+        status = start_find_on_mesh(&march, &result->faulty_generator);
     return status == STATUS_OK ? finish(&march, result) : status;
 }

@@ -108,8 +108,9 @@ struct drape_nodes {
 struct drape_cells {
     size_t count;
     int32_t *i, *j;
-    double *shear_deg;                /* between the mean warp and mean weft direction */
-    double *warp_x, *warp_y, *warp_z; /* unit mean warp direction */
+    double *shear_deg;                /* between the mean warp and mean weft direction, in the
+                                         surface: of a cell that lies across a fold, unfolded */
+    double *warp_x, *warp_y, *warp_z; /* unit mean warp direction, at that angle from weft */
     double *weft_x, *weft_y, *weft_z;
 };
 
@@ -159,9 +160,10 @@ enum status drape_solve(const struct surface *surface, const struct drape_settin
                         struct drape_result *result) STATUS_MUST_USE;
 
 /*
- * The same on a mesh, for the method mosaic alone: the component with the start is draped. u and v
- * of the nodes are then (triangle, 0). Errors as above; STATUS_INVALID also for a start by
- * parameters and generators that are curves.
+ * The same on a mesh: the component with the start is draped, for the method mosaic its flat
+ * triangles, for gib (with yarn_path chord) and basic the smooth surface that they stand for
+ * (`mesh/smooth.h`). u and v of the nodes are then (triangle, 0). Errors as above; STATUS_INVALID
+ * also for other methods, a start by parameters and generators that are curves.
  */
 enum status drape_solve_mesh(const struct mesh *mesh, const struct drape_settings *settings,
                              const struct drape_monitor *monitor, struct arena *arena,

@@ -199,9 +199,12 @@ static void decode_method(const struct json_place *root, struct api_request *req
     settings->yarn_path = (enum drape_yarn_path)index;
     if (settings->yarn_path == DRAPE_PATH_RELAXATION && settings->method != DRAPE_GIB)
         place_fault(&path, "relaxation is for the method \"gib\"");
-    if (request->surface.kind == API_SURFACE_MESH && settings->method != DRAPE_MOSAIC)
-        place_fault(&method, "a triangle mesh needs the method \"mosaic\"");
-    for (int k = 0; k < 2 && request->surface.kind == API_SURFACE_MESH; k++) {
+    bool on_mesh = request->surface.kind == API_SURFACE_MESH;
+    if (on_mesh && (settings->method == DRAPE_GEODESIC || settings->method == DRAPE_GIB4))
+        place_fault(&method, "must be \"gib\", \"basic\" or \"mosaic\" on a triangle mesh");
+    if (on_mesh && settings->yarn_path == DRAPE_PATH_RELAXATION)
+        place_fault(&path, "relaxation needs a surface with parameters, not a triangle mesh");
+    for (int k = 0; k < 2 && on_mesh; k++) {
         struct json_place generators = place_member(root, "generators");
         struct json_place generator = place_member(&generators, yarn_keys[k]);
         if (settings->generator[k].kind == DRAPE_GENERATOR_CURVE)

@@ -66,7 +66,7 @@ enum api_problem_id api_columns_open(const struct api_reader *reader, struct api
                                      struct api_problem *problem) STATUS_MUST_USE;
 
 /* The rows first .. first + count - 1 of a column; false when they cannot be read, or when one is
- * no number that the writer would have let pass. */
+ * no number that the writer accepts. */
 bool api_columns_read(const struct api_reader *reader, const struct api_column *column,
                       size_t first, size_t count, double *values) STATUS_MUST_USE;
 

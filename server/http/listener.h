@@ -6,8 +6,8 @@
 #include "server/config.h"
 #include <stdint.h>
 
-/* Binds and listens where it is configured to, or takes the socket that was inherited, ready for
- * so many connections as it allows, as far as the system lets us. The socket, which the caller
+/* Binds and listens where it is configured to, or takes the socket that was inherited, ready for as
+ * many connections as it allows, as far as the system permits. The socket, which the caller
  * closes; -1 with a line in the log. */
 int listener_open(const struct config *config);
 

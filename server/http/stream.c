@@ -69,7 +69,7 @@ static ssize_t range_next(void *context, char *buffer, size_t size) {
     return got;
 }
 
-/* Reads the beginning of the document. `*whole` tells that there is no more. False when it cannot
+/* Reads the beginning of the document. `*whole`: there is no more. False when it cannot
  * be made. */
 static bool begin(struct stream *stream, bool *whole) {
     stream->head = malloc(HEAD_BYTES);

@@ -85,7 +85,7 @@ static bool read_hash(const char *text, unsigned char hash[HASH_BYTES]) {
 }
 
 /* The reason why the line is none; NULL if it is. Reasons hold nothing of the line: it may be a
- * token that somebody put there by mistake. */
+ * token that was put there by mistake. */
 static const char *read_line(char *line, struct entry *entry) {
     char *name = strsep(&line, ":"), *role = strsep(&line, ":"), *hash = line;
     if (!role || !hash)
@@ -107,7 +107,7 @@ static void cut_blanks(char *line) {
         line[--length] = '\0';
 }
 
-/* Two callers of one token: whose would it be? */
+/* Two lines of one token would make its owner ambiguous. */
 static const char *add_entry(struct table *table, const struct entry *entry) {
     if (table->count == TOKENS_MAX)
         return "is one too many: there may be 10000";

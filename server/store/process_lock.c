@@ -65,8 +65,8 @@ static bool lock_store(struct process_lock *lock, bool shared, char why[STORE_WH
     return false;
 }
 
-/* The file gets its name when it is locked, so that nobody can find it unlocked and take us for
- * dead. */
+/* The file gets its name when it is locked, so that no process can find it unlocked and take
+ * this one for dead. */
 static bool lock_own(struct process_lock *lock, char why[STORE_WHY_SIZE]) {
     char unlocked[PATH_MAX];
     char path[PATH_MAX];

@@ -23,7 +23,7 @@ static enum store_answer fail_as_crashed(struct store *store, const struct store
     return answer;
 }
 
-/* As long as the claim holds, nobody else changes the attempts that are read here. */
+/* As long as the claim holds, the attempts that are read here do not change. */
 enum store_answer recovery_give_back(struct store *store, const struct store_claim *claim,
                                      enum recovery_cause cause, const char *detail, bool *failed) {
     int64_t attempts = 0;

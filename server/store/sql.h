@@ -21,7 +21,8 @@ _Static_assert(STORE_QUEUED == 0 && STORE_RUNNING == 1 && STORE_SUCCEEDED == 2 &
                    STORE_FAILED == 3 && STORE_CANCELLED == 4,
                "as in the words above");
 
-/* results.state: being written under a claim; whole, and named by jobs; to be deleted by and by. */
+/* results.state: being written under a claim; whole, and named by jobs; to be deleted step by step.
+ */
 #define SQL_BUILDING "0"
 #define SQL_COMPLETE "1"
 #define SQL_DOOMED "2"

@@ -107,7 +107,7 @@ export class Form {
     if (kept.fabric.spacing === undefined && shape)
       kept.fabric.spacing = suggestSpacing(shape.radius);
     this.#setUnit(kept.length_unit || 'm');
-    element('method').value = kept.method || (shape?.kind === 'mesh' ? 'mosaic' : 'gib');
+    element('method').value = kept.method || 'gib';
     element('spacing').value = show(kept.fabric.spacing);
     for (const [id, key] of Object.entries(FABRIC)) element(id).value = show(kept.fabric[key]);
     const vector = kept.direction?.vector;

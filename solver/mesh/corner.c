@@ -202,8 +202,7 @@ static void try_triangle(void *context, int32_t t) {
     search->distance2 = distance2;
 }
 
-/* Two yarns all but parallel at A, or B and C as far apart as the chords reach. */
-static bool has_collapsed(const struct mesh *mesh, const struct mesh_cell *cell) {
+bool mesh_cell_has_collapsed(const struct mesh *mesh, const struct mesh_cell *cell) {
     struct vec3 ab = vec3_sub(cell->b.r, cell->a.r), ac = vec3_sub(cell->c.r, cell->a.r);
     double sine = cell->orientation * vec3_dot(vec3_cross(ac, ab), normal_at(mesh, &cell->a)) /
                   (vec3_norm(ab) * vec3_norm(ac));
@@ -231,7 +230,7 @@ static enum mesh_corner_end search_all(const struct circle *circle,
         return accept(circle, search.best.triangle, search.best.r, corner);
     if (ends[0] == MESH_CORNER_BOUNDARY || ends[1] == MESH_CORNER_BOUNDARY)
         return MESH_CORNER_BOUNDARY;
-    if (has_collapsed(circle->mesh, cell))
+    if (mesh_cell_has_collapsed(circle->mesh, cell))
         return MESH_CORNER_COLLAPSED;
     if (ends[0] == MESH_CORNER_COLLAPSED || ends[1] == MESH_CORNER_COLLAPSED)
         return MESH_CORNER_BOUNDARY;

@@ -42,4 +42,8 @@ struct mesh_corner {
 enum mesh_corner_end mesh_corner_solve(const struct mesh *mesh, const struct mesh_cell *cell,
                                        struct mesh_corner *corner);
 
+/* Whether a cell without a D has none because it collapsed: two yarns all but parallel at A, or B
+ * and C as far apart as the chords reach. */
+bool mesh_cell_has_collapsed(const struct mesh *mesh, const struct mesh_cell *cell);
+
 #endif

@@ -29,6 +29,7 @@ void fishnet_chords(const struct surface *surface, struct surface_cursor *cursor
     double found;
     cell->bd = length[0];
     cell->cd = length[1];
+    cell->curvature[0] = cell->curvature[1] = 0;
     if (method == DRAPE_BASIC)
         return;
     struct vec3 r1 = station_projection(a, vec3_sub(b->jet.r, a->jet.r));
@@ -37,8 +38,10 @@ void fishnet_chords(const struct surface *surface, struct surface_cursor *cursor
         (void)relaxation_tangents(surface, cursor, a, b, &r1, &found, NULL);
         (void)relaxation_tangents(surface, cursor, a, c, &r2, &found, NULL);
     }
-    cell->cd = fishnet_arc_chord(length[1], station_normal_curvature(c, r1));
-    cell->bd = fishnet_arc_chord(length[0], station_normal_curvature(b, r2));
+    cell->curvature[1] = station_normal_curvature(c, r1);
+    cell->curvature[0] = station_normal_curvature(b, r2);
+    cell->cd = fishnet_arc_chord(length[1], cell->curvature[1]);
+    cell->bd = fishnet_arc_chord(length[0], cell->curvature[0]);
 }
 
 /* Twice the area of the triangle p q r as seen along the normal. */

@@ -17,6 +17,7 @@
 struct fishnet_cell {
     const struct station *a, *b, *c;
     double bd, cd;          /* chord lengths wanted, > 0 */
+    double curvature[2];    /* of BD and CD, where the chords come from it; else 0 */
     struct vec3 guess;      /* where D is expected, in space */
     const double *guess_uv; /* the same in parameters, if known, and then preferred; or NULL */
     int orientation; /* 1 when A, C, D, B turn counter-clockwise about the normal, -1 when not */
@@ -38,7 +39,7 @@ struct fishnet_node {
 /* The chords of a cell whose edges are `ac` (and so BD) and `ab` (and so CD) long along the yarns.
  * DRAPE_BASIC: chords equal lengths. DRAPE_GIB: yarns are arcs with the surface's normal curvature
  * (paper, equations 11 to 16). The tangents at A are the projected chords, or by `path` those of
- * the geodesics found by relaxation, where that converges. Sets cell->bd, cd. */
+ * the geodesics found by relaxation, where that converges. Sets cell->bd, cd and curvature. */
 void fishnet_chords(const struct surface *surface, struct surface_cursor *cursor,
                     enum drape_method method, enum drape_yarn_path path, const double length[2],
                     struct fishnet_cell *cell);

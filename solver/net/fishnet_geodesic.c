@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "fishnet_geodesic.h"
 
-#include "solver/surface/path.h"
-
 enum { ROUNDS = 30, HALVINGS_MAX = 8 };
 
 /* How far the two ends may be apart, against the shorter length, and where rounding hides it. */
@@ -15,15 +13,8 @@ struct ray {
     double length;
     struct vec3 direction; /* at its start: unit, tangential */
     struct station end;
-    struct vec3 end_tangent;
+    struct vec3 end_tangent; /* in the tangent plane there */
 };
-
-static bool shoot(const struct surface *surface, struct surface_cursor *cursor, struct ray *ray) {
-    struct path geodesic;
-    return path_geodesic(&geodesic, surface, ray->from, ray->direction) &&
-           path_advance(&geodesic, ray->length) &&
-           path_station(&geodesic, cursor, &ray->end, &ray->end_tangent);
-}
 
 static double gaussian_curvature(const struct station *station) {
     const double *i = station->first, *ii = station->second;
@@ -55,56 +46,178 @@ static bool solve_angles(struct vec3 b, struct vec3 c, struct vec3 gap, double *
     return true;
 }
 
-/* The direction at a corner in which a geodesic leaves towards `point`, at first the chord's. */
-static struct ray aim(const struct station *from, double length, struct vec3 point) {
-    return (struct ray){.from = from,
-                        .length = length,
-                        .direction = station_tangent(from, vec3_sub(point, from->jet.r))};
+/* ---- two sides of a knot line ---- */
+
+/* A place in a span, as that span has it. */
+struct side {
+    int span[2];
+    double turn[2]; /* what to take off uv to be in its domain */
+    double uv[2];
+    struct vec3 r;
+};
+
+/* An edge of two spans unfolded: orthonormal frames of both sides (along the edge, across it within
+ * the surface, normal), and a point of the edge; `flat` when there is nothing to unfold. */
+struct unfolding {
+    bool flat;
+    struct vec3 at, from[3], to[3];
+};
+
+static void frame_at(const struct surface *surface, const struct side *side, int k,
+                     const double uv[2], struct vec3 frame[3], struct vec3 *at) {
+    struct surface_jet jet;
+    surface_evaluate_span(surface, side->span[0], side->span[1], uv[0] - side->turn[0],
+                          uv[1] - side->turn[1], &jet);
+    frame[0] = vec3_unit(k == 0 ? jet.v : jet.u);
+    frame[2] = vec3_unit(vec3_cross(jet.u, jet.v));
+    frame[1] = vec3_cross(frame[2], frame[0]);
+    *at = jet.r;
 }
 
-/* Both geodesics with their angles changed by x and y. False when one cannot be followed. */
+/* Where the line in (u, v) from one place to the other crosses the one knot between them. More than
+ * one are taken as none: Newton's method comes nearer, or has to do without. */
+static struct unfolding unfold(const struct surface *surface, const struct side *from,
+                               const struct side *to) {
+    struct unfolding unfolding = {.flat = true};
+    int across = -1, differ = 0;
+    for (int k = 0; k < 2; k++)
+        if (from->span[k] != to->span[k]) {
+            across = k;
+            differ++;
+        }
+    if (differ != 1)
+        return unfolding;
+    const struct surface_axis *axis = &surface->axis[across];
+    int a = from->span[across], b = to->span[across], last = axis->span_count - 1;
+    bool up = b == a + 1 || (axis->closed && a == last && b == 0 && last > 1);
+    bool down = b == a - 1 || (axis->closed && a == 0 && b == last && last > 1);
+    if (!up && !down)
+        return unfolding;
+    double knot = axis->breaks[a + up] + from->turn[across], uv[2];
+    double share = (knot - from->uv[across]) / (to->uv[across] - from->uv[across]);
+    share = share >= 0 && share <= 1 ? share : 0.5;
+    uv[across] = knot;
+    uv[1 - across] = from->uv[1 - across] + share * (to->uv[1 - across] - from->uv[1 - across]);
+    struct vec3 other;
+    frame_at(surface, from, across, uv, unfolding.from, &unfolding.at);
+    frame_at(surface, to, across, uv, unfolding.to, &other);
+    unfolding.flat = false;
+    return unfolding;
+}
+
+/* A vector at the far side as it is on the near one. */
+static struct vec3 carry_back(const struct unfolding *unfolding, struct vec3 v) {
+    struct vec3 sum = vec3_make(0, 0, 0);
+    if (unfolding->flat)
+        return v;
+    for (int k = 0; k < 3; k++)
+        sum = vec3_axpy(vec3_dot(v, unfolding->to[k]), unfolding->from[k], sum);
+    return sum;
+}
+
+static struct side side_of_path(const struct path *path, struct vec3 r) {
+    return (struct side){.span = {path->span[0], path->span[1]},
+                         .turn = {path->turn[0], path->turn[1]},
+                         .uv = {path->uv[0], path->uv[1]},
+                         .r = r};
+}
+
+static struct side side_of_station(const struct surface *surface, const struct station *station) {
+    struct side side = {.uv = {station->uv[0], station->uv[1]}, .r = station->jet.r};
+    for (int k = 0; k < 2; k++) {
+        double wrapped = surface_axis_wrap(&surface->axis[k], station->uv[k]);
+        side.turn[k] = station->uv[k] - wrapped;
+        side.span[k] = surface_axis_span(&surface->axis[k], 0, wrapped);
+    }
+    return side;
+}
+
+/* The way from one place to a near one, in the tangent plane of the first. */
+static struct vec3 gap_between(const struct side *from, const struct side *to,
+                               const struct unfolding *unfolding) {
+    if (unfolding->flat)
+        return vec3_sub(to->r, from->r);
+    struct vec3 beyond = carry_back(unfolding, vec3_sub(to->r, unfolding->at));
+    return vec3_add(vec3_sub(unfolding->at, from->r), beyond);
+}
+
+struct vec3 fishnet_path_tangent(const struct path *path, const struct station *station,
+                                 struct vec3 tangent) {
+    struct side here = side_of_station(path->surface, station);
+    struct side last = side_of_path(path, station->jet.r);
+    struct unfolding unfolding = unfold(path->surface, &here, &last);
+    return station_tangent(station, carry_back(&unfolding, tangent));
+}
+
+static bool shoot(const struct surface *surface, struct surface_cursor *cursor, struct ray *ray) {
+    struct path path;
+    struct vec3 tangent;
+    if (!path_geodesic(&path, surface, ray->from, ray->direction) ||
+        !path_advance(&path, ray->length) || !path_station(&path, cursor, &ray->end, &tangent))
+        return false;
+    ray->end_tangent = fishnet_path_tangent(&path, &ray->end, tangent);
+    return true;
+}
+
+/* ---- the cell ---- */
+
+/* Two rays, and what is between their ends: in the tangent plane of the first end, with how that
+ * changes for each radian of either. */
+struct meeting {
+    struct ray ray[2];
+    struct vec3 gap, by[2], end_tangent;
+};
+
 static bool shoot_both(const struct surface *surface, struct surface_cursor *cursor,
-                       struct ray pair[2], double x, double y) {
-    turn(&pair[0], x);
-    turn(&pair[1], y);
-    return shoot(surface, cursor, &pair[0]) && shoot(surface, cursor, &pair[1]);
+                       struct meeting *m) {
+    if (!shoot(surface, cursor, &m->ray[0]) || !shoot(surface, cursor, &m->ray[1]))
+        return false;
+    struct side from = side_of_station(surface, &m->ray[0].end);
+    struct side to = side_of_station(surface, &m->ray[1].end);
+    struct unfolding unfolding = unfold(surface, &from, &to);
+    m->gap = gap_between(&from, &to, &unfolding);
+    m->by[0] = jacobi_field(&m->ray[0]);
+    m->by[1] = carry_back(&unfolding, jacobi_field(&m->ray[1]));
+    m->end_tangent = carry_back(&unfolding, m->ray[1].end_tangent);
+    return true;
 }
 
-static struct vec3 gap_between(const struct ray pair[2]) {
-    return vec3_sub(pair[1].end.jet.r, pair[0].end.jet.r);
+/* Whether the yarns cross at D as they do at A. */
+static bool crosses_rightly(const struct fishnet_cell *cell, const struct meeting *m) {
+    struct vec3 cross = vec3_cross(m->ray[0].end_tangent, m->end_tangent);
+    return cell->orientation * vec3_dot(cross, m->ray[0].end.normal) > 0;
 }
 
 /* Where the yarns are nearly parallel, D is nearly a double root: it is lost when the cell
  * collapses, and close to that Newton may go to its twin on the side of A. A step that does not
- * reduce the gap or leaves the right side is therefore halved. */
-enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
-                                        struct surface_cursor *cursor,
-                                        const struct fishnet_cell *cell, double bd, double cd,
-                                        struct fishnet_node *node) {
-    struct ray pair[2] = {aim(cell->b, bd, node->station.jet.r),
-                          aim(cell->c, cd, node->station.jet.r)};
-    double least = fmin(bd, cd), x = 0, y = 0;
+ * reduce the gap or leaves the right side is therefore halved. `chords` tells whether the sides of
+ * chords are looked at for that, as for a smooth cell, or the yarns' own. */
+static enum fishnet_end meet(const struct surface *surface, struct surface_cursor *cursor,
+                             const struct fishnet_cell *cell, bool chords, struct meeting *m,
+                             struct fishnet_node *node) {
+    double least = fmin(m->ray[0].length, m->ray[1].length), x = 0, y = 0;
     double enough = tolerance + rounding * surface->magnitude / least;
-    if (!shoot_both(surface, cursor, pair, 0, 0))
+    if (!shoot_both(surface, cursor, m))
         return FISHNET_NO_CONVERGENCE;
-    double gap = vec3_norm(gap_between(pair)) / least;
+    double gap = vec3_norm(m->gap) / least;
     for (int round = 0, halvings = 0; round < ROUNDS && halvings < HALVINGS_MAX; round++) {
-        struct ray next[2] = {pair[0], pair[1]};
+        struct meeting next = *m;
         node->residual = gap;
         node->iterations++;
         if (gap <= enough) {
-            node->station = pair[0].end;
-            return FISHNET_FOUND;
+            node->station = m->ray[0].end;
+            return chords || crosses_rightly(cell, m) ? FISHNET_FOUND : FISHNET_COLLAPSED;
         }
-        if (halvings == 0 && !solve_angles(jacobi_field(&pair[0]), jacobi_field(&pair[1]),
-                                           gap_between(pair), &x, &y))
+        if (halvings == 0 && !solve_angles(m->by[0], m->by[1], m->gap, &x, &y))
             break;
         double closer = HUGE_VAL;
-        if (shoot_both(surface, cursor, next, x, y))
-            closer = vec3_norm(gap_between(next)) / least;
-        if (closer < gap && fishnet_right_root(cell, &next[0].end)) {
-            pair[0] = next[0];
-            pair[1] = next[1];
+        turn(&next.ray[0], x);
+        turn(&next.ray[1], y);
+        if (shoot_both(surface, cursor, &next))
+            closer = vec3_norm(next.gap) / least;
+        if (closer < gap &&
+            (chords ? fishnet_right_root(cell, &next.ray[0].end) : crosses_rightly(cell, &next))) {
+            *m = next;
             gap = closer;
             halvings = 0;
         } else {
@@ -114,4 +227,59 @@ enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
         }
     }
     return fishnet_has_collapsed(cell) ? FISHNET_COLLAPSED : FISHNET_NO_CONVERGENCE;
+}
+
+enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
+                                        struct surface_cursor *cursor,
+                                        const struct fishnet_cell *cell, double bd, double cd,
+                                        struct fishnet_node *node) {
+    struct meeting m = {.ray = {{.from = cell->b, .length = bd}, {.from = cell->c, .length = cd}}};
+    for (int k = 0; k < 2; k++)
+        m.ray[k].direction =
+            station_tangent(m.ray[k].from, vec3_sub(node->station.jet.r, m.ray[k].from->jet.r));
+    return meet(surface, cursor, cell, true, &m, node);
+}
+
+enum fishnet_end fishnet_geodesic_meet(const struct surface *surface, struct surface_cursor *cursor,
+                                       const struct fishnet_cell *cell, double bd, double cd,
+                                       struct fishnet_yarns *yarns, struct fishnet_node *node) {
+    struct meeting m = {.ray = {{.from = cell->b, .length = bd, .direction = yarns->start[0]},
+                                {.from = cell->c, .length = cd, .direction = yarns->start[1]}}};
+    node->iterations = 0;
+    enum fishnet_end end = meet(surface, cursor, cell, false, &m, node);
+    for (int k = 0; k < 2 && end == FISHNET_FOUND; k++) {
+        yarns->start[k] = m.ray[k].direction;
+        yarns->end[k] = k ? m.end_tangent : m.ray[0].end_tangent;
+    }
+    return end;
+}
+
+bool fishnet_geodesic_between(const struct surface *surface, struct surface_cursor *cursor,
+                              const struct station *p, const struct station *q, double *length,
+                              struct vec3 *start, struct vec3 *end) {
+    struct ray ray = {.from = p, .length = *length, .direction = *start};
+    struct side to = side_of_station(surface, q);
+    double enough = tolerance * *length + rounding * surface->magnitude, last = HUGE_VAL;
+    for (int round = 0; round < ROUNDS; round++) {
+        if (!shoot(surface, cursor, &ray))
+            return false;
+        struct side from = side_of_station(surface, &ray.end);
+        struct unfolding unfolding = unfold(surface, &from, &to);
+        struct vec3 gap = gap_between(&from, &to, &unfolding);
+        double miss = vec3_norm(gap);
+        if (miss <= enough) {
+            *length = ray.length;
+            *start = ray.direction;
+            struct unfolding back = unfold(surface, &to, &from);
+            *end = station_tangent(q, carry_back(&back, ray.end_tangent));
+            return true;
+        }
+        if (!(miss < last))
+            return false;
+        struct vec3 field = jacobi_field(&ray);
+        turn(&ray, vec3_dot(gap, field) / vec3_norm2(field));
+        ray.length += vec3_dot(gap, ray.end_tangent);
+        last = miss;
+    }
+    return false;
 }

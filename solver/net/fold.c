@@ -77,6 +77,10 @@ struct fold *fold_make(struct net *net, const double spacing[2], const double tu
     return grow(fold) ? fold : NULL;
 }
 
+void fold_pass_cut(struct fold *fold) {
+    fold->turn[0] = fold->turn[1] = HUGE_VAL;
+}
+
 enum status fold_add(struct fold *fold, int32_t i, int32_t j) {
     if (fold->count == fold->room && !grow(fold))
         return STATUS_OUT_OF_MEMORY;

@@ -18,6 +18,9 @@ struct fold;
  * there is none. NULL without memory. */
 struct fold *fold_make(struct net *net, const double spacing[2], const double turn[2]);
 
+/* From now on there is no cut. */
+void fold_pass_cut(struct fold *fold);
+
 /* Adds the place (i, j) of the net. Errors: STATUS_OUT_OF_MEMORY. */
 enum status fold_add(struct fold *fold, int32_t i, int32_t j) STATUS_MUST_USE;
 

@@ -60,9 +60,9 @@ double march_area(const struct march *march) {
 enum status march_place(struct march *march, int32_t i, int32_t j, const struct station *station,
                         enum station_zone *zone) {
     enum drape_reason reason = DRAPE_REASON_BOUNDARY;
+    const double *cut_from = march->past_cut ? station->uv : march->start.station.uv;
     *zone = march->mesh ? STATION_INSIDE
-                        : station_zone(march->surface, &march->cursor, march->start.station.uv,
-                                       station, &reason);
+                        : station_zone(march->surface, &march->cursor, cut_from, station, &reason);
     bool start = i == 0 && j == 0; /* may lie on a trim */
     if (*zone == STATION_INSIDE && !start && trimmed_away(march, station)) {
         *zone = STATION_GHOST;
@@ -78,8 +78,12 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
                             .uv = {station->uv[0], station->uv[1]},
                             .state = *zone == STATION_INSIDE ? NET_INSIDE : NET_GHOST,
                             .reason = (uint8_t)reason};
-    if (net_put(march->net, i, j, &node) != STATUS_OK)
-        return STATUS_OUT_OF_MEMORY;
+    node.rough = march->edges.rough;
+    march->edges.rough = 0;
+    enum status put = node.rough ? net_put_rough(march->net, i, j, &node, &march->edges.yarns)
+                                 : net_put(march->net, i, j, &node);
+    if (put != STATUS_OK)
+        return put;
     *(*zone == STATION_INSIDE ? &march->inside : &march->ghosts) += 1;
     if (*zone == STATION_INSIDE && march->monitor)
         atomic_fetch_add(&march->watch->inside, 1);

@@ -16,7 +16,7 @@
 #include "fold.h"
 #include "net.h"
 #include "solver/drape.h"
-#include "solver/mesh/walk.h"
+#include "solver/mesh/smooth_path.h"
 #include "solver/surface/station.h"
 #include <stdatomic.h>
 
@@ -45,9 +45,16 @@ struct march_watch {
     _Atomic bool stopped;  /* it answered stop */
 };
 
+/* The rough edges of a node that is about to be placed, and whether it rests on growth. */
+struct march_edges {
+    uint8_t rough; /* as net_node's */
+    struct net_yarns yarns;
+};
+
 struct march {
-    const struct surface *surface; /* NULL on a mesh of the caller's */
-    const struct mesh *mesh;       /* what the net is laid on for the method mosaic; else NULL */
+    const struct surface *surface;    /* NULL on a mesh of the caller's */
+    const struct mesh *mesh;          /* the caller's, or for the method mosaic; else NULL */
+    const struct mesh_smooth *smooth; /* what a mesh of the caller's stands for; NULL for mosaic */
     const struct drape_settings *settings;
     const struct drape_monitor *monitor; /* may be NULL */
     struct arena *arena;
@@ -56,9 +63,13 @@ struct march {
     struct net *net;
     struct net_view before; /* the net of a first march that this one corrects, if any */
     int fringe;             /* ghosts beyond the last node inside that difference stencils reach */
-    struct fold *fold;      /* NULL as long as the net cannot meet itself */
-    size_t inside, ghosts;  /* nodes placed */
-    size_t solved;          /* of them by fishnet_solve, in this many steps: */
+    const struct net_node *arm[2]; /* the places of the warp and weft arm beside a quadrant, where
+                                      the net itself is not to be asked for them; else NULL */
+    struct march_edges edges;      /* of the node solved last, for march_place */
+    struct fold *fold;             /* NULL as long as the net cannot meet itself */
+    bool past_cut;                 /* closed directions are no longer cut open opposite the start */
+    size_t inside, ghosts;         /* nodes placed */
+    size_t solved;                 /* of them by fishnet_solve, in this many steps: */
     size_t iterations;
     double residual_max;
     struct march_watch *watch; /* shared by all parts of the march */
@@ -117,6 +128,11 @@ struct march_cell {
     const double *guess_uv; /* the parameters expected of D, away from poles; or NULL */
 };
 
+/* The unit tangent of the yarn from the node (i, j), which is at `station`, to the one at
+ * (i + di, j + dj), at that end of it, in the tangent plane there. False when the net lacks one. */
+bool march_yarn(struct march *march, int32_t i, int32_t j, int di, int dj,
+                const struct station *station, struct vec3 *direction);
+
 /* Solves a cell. Notes the cost; on failure gives the reason. */
 bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,
                         enum drape_reason *reason);
@@ -128,15 +144,17 @@ enum status march_corner(struct march *march, int32_t i, int32_t j, int si, int 
                          enum drape_reason *reason) STATUS_MUST_USE;
 
 /* The place one spacing straight on from `from` along the projection of `direction`, as the
- * method measures spacings along a generator; false when there is none. */
+ * method measures spacings along a generator; false when there is none. It is to be the neighbour
+ * on the side (di, dj). */
 bool march_straight_on(struct march *march, const struct station *from, struct vec3 direction,
-                       double d, struct station *station);
+                       int di, int dj, struct station *station);
 
 /*
- * The same on a mesh (march_mesh.c). A station there has its triangle as uv[0], and neither
- * derivatives nor curvature.
+ * The same on a mesh (march_mesh.c). A station there has its triangle as uv[0]; on flat triangles
+ * neither derivatives nor curvature, on the smooth surface two orthonormal tangents as r_u and r_v
+ * and the second fundamental form in them.
  */
-struct station march_mesh_station(const struct mesh *mesh, const struct mesh_place *place);
+struct station march_mesh_station(const struct march *march, const struct mesh_place *place);
 struct mesh_place march_mesh_place(const struct station *station);
 bool march_mesh_corner(struct march *march, const struct march_cell *at, struct vec3 guess,
                        struct fishnet_node *node, enum drape_reason *reason);
@@ -144,10 +162,17 @@ bool march_mesh_straight_on(struct march *march, const struct station *from, str
                             double d, struct station *station);
 
 /* Sets off along a generator on a mesh of the caller's to the side of `direction`, and on along it
- * to the place one chord away; `lost`: it failed otherwise than at the edge. */
+ * to the next place, as the method measures spacings; `lost`: it failed otherwise than at the edge.
+ */
+struct march_mesh_yarn {
+    struct mesh_walk walk;        /* on flat triangles */
+    struct mesh_smooth_path path; /* on the smooth surface */
+};
+
 bool march_mesh_arm(const struct march *march, const struct drape_generator *generator,
-                    struct vec3 direction, struct mesh_walk *walk);
-bool march_mesh_advance(struct mesh_walk *walk, double chord, struct station *station, bool *lost);
+                    struct vec3 direction, struct march_mesh_yarn *yarn);
+bool march_mesh_advance(const struct march *march, struct march_mesh_yarn *yarn, double d,
+                        struct station *station, bool *lost);
 
 /* From `from` to the place one chord away towards `target`, the next place of a generator on the
  * surface the mesh was made of: triangles turn a straight walk aside, the surface does not. */

@@ -4,13 +4,16 @@
 
 #include "correction.h"
 #include "fishnet_geodesic.h"
+#include "rough.h"
+#include "yarn.h"
+#include <stdlib.h>
 #include <string.h>
 
 bool march_station_at(struct march *march, const struct net_node *node, struct station *station) {
     if (!march->mesh)
         return station_at(march->surface, &march->cursor, node->uv, station);
     struct mesh_place place = {.triangle = (int32_t)node->uv[0], .r = node->r};
-    *station = march_mesh_station(march->mesh, &place);
+    *station = march_mesh_station(march, &place);
     return true;
 }
 
@@ -39,20 +42,52 @@ static bool guess_from_before(const struct march *march, const struct march_cell
     return a && b && c && d;
 }
 
+/* The corrections of the edges BD and CD of a cell by the net before; `has` where there is one. */
+struct corrections {
+    struct correction of[2];
+    bool has[2];
+};
+
+static void find_corrections(const struct march *march, const struct march_cell *at,
+                             struct corrections *c) {
+    const struct net_view *before = &march->before;
+    const double *d = march->settings->spacing;
+    int32_t i = at->i, j = at->j;
+    c->has[0] = correction_find(before, i - at->si, j, at->si, 0, d[0], &c->of[0]);
+    c->has[1] = correction_find(before, i, j - at->sj, 0, at->sj, d[1], &c->of[1]);
+}
+
 /* The chords of a cell: by its edges BD and CD in the net before, where they can be had. */
-static void find_chords(struct march *march, const struct march_cell *at,
-                        struct fishnet_cell *cell) {
+static void find_chords(struct march *march, struct fishnet_cell *cell, struct corrections *c) {
     const struct drape_settings *s = march->settings;
-    const double *d = s->spacing;
-    double bd, cd;
-    bool by_bd = march->before.net &&
-                 correction_chord(&march->before, at->i - at->si, at->j, at->si, 0, d[0], &bd);
-    bool by_cd = march->before.net &&
-                 correction_chord(&march->before, at->i, at->j - at->sj, 0, at->sj, d[1], &cd);
-    if (!by_bd || !by_cd)
-        fishnet_chords(march->surface, &march->cursor, s->method, s->yarn_path, d, cell);
-    cell->bd = by_bd ? bd : cell->bd;
-    cell->cd = by_cd ? cd : cell->cd;
+    double chord, *to[2] = {&cell->bd, &cell->cd};
+    fishnet_chords(march->surface, &march->cursor, s->method, s->yarn_path, s->spacing, cell);
+    for (int k = 0; k < 2; k++) {
+        const struct station *from = k ? cell->c : cell->b;
+        struct correction *of = &c->of[k];
+        if (!c->has[k])
+            continue;
+        of->whole = of->whole && correction_agrees(of, 0, from, cell->curvature[k]);
+        if (!of->whole)
+            *to[k] = correction_sideways(of, from, *to[k]);
+        else if (correction_chord(of, &chord))
+            *to[k] = chord;
+    }
+}
+
+/* Gives up corrections that do not agree with the surface at D. Whether there was one. */
+static bool drop_corrections(const struct fishnet_cell *cell, const struct station *d,
+                             struct corrections *c) {
+    bool dropped = false;
+    for (int k = 0; k < 2; k++) {
+        struct vec3 chord = vec3_sub(d->jet.r, (k ? cell->c : cell->b)->jet.r);
+        struct correction *of = &c->of[k];
+        bool drop = c->has[k] && of->whole &&
+                    !correction_agrees(of, 1, d, station_normal_curvature(d, chord));
+        of->whole = of->whole && !drop;
+        dropped = dropped || drop;
+    }
+    return dropped;
 }
 
 /* Whether (u, v) is not inside the open boundaries; on them neither. */
@@ -91,6 +126,94 @@ static enum drape_reason reason_of(struct march *march, const struct fishnet_cel
     return end == FISHNET_DEGENERATE ? DRAPE_REASON_DEGENERATE : DRAPE_REASON_NO_CONVERGENCE;
 }
 
+/* The node at (i, j); on the arms beside a quadrant, whose tiles others may be filling, from the
+ * quadrant's copy. */
+static const struct net_node *node_at(const struct march *march, int32_t i, int32_t j) {
+    if (march->arm[0] && j == 0)
+        return &march->arm[0][abs(i)];
+    if (march->arm[1] && i == 0)
+        return &march->arm[1][abs(j)];
+    return net_place(march->net, i, j);
+}
+
+bool march_yarn(struct march *march, int32_t i, int32_t j, int di, int dj,
+                const struct station *station, struct vec3 *direction) {
+    struct yarn_place here = {i, j, node_at(march, i, j)};
+    struct yarn_place there = {i + di, j + dj, node_at(march, i + di, j + dj)};
+    if (!here.node || !there.node)
+        return false;
+    struct yarn_net yarns = {march->net, march->surface, &march->cursor};
+    *direction = yarn_leave(&yarns, &here, &there, di ? 0 : 1, di + dj > 0, station);
+    return true;
+}
+
+/* The directions in which BD and CD leave if the cell is a parallelogram on the unfolded surface:
+ * at B and C the yarns turn from those through A by the angle by which they do at A. */
+static bool turn_as_at_a(struct march *march, const struct march_cell *at,
+                         struct fishnet_yarns *yarns) {
+    int32_t i = at->i, j = at->j;
+    int si = at->si, sj = at->sj;
+    struct vec3 ab, ac, ba, ca;
+    if (!march_yarn(march, i - si, j - sj, 0, sj, at->a, &ab) ||
+        !march_yarn(march, i - si, j - sj, si, 0, at->a, &ac) ||
+        !march_yarn(march, i - si, j, 0, -sj, at->b, &ba) ||
+        !march_yarn(march, i, j - sj, -si, 0, at->c, &ca))
+        return false;
+    double cosine = vec3_dot(ab, ac), sine = vec3_dot(vec3_cross(ab, ac), at->a->normal);
+    struct vec3 left_b = vec3_cross(at->b->normal, ba), left_c = vec3_cross(at->c->normal, ca);
+    yarns->start[0] = vec3_axpy(-sine, left_b, vec3_scale(-cosine, ba));
+    yarns->start[1] = vec3_axpy(sine, left_c, vec3_scale(-cosine, ca));
+    return true;
+}
+
+/* Notes for march_place that the node's edges are rough. */
+static void note_edges(struct march *march, const struct march_cell *at,
+                       const struct fishnet_yarns *yarns) {
+    const int sign[2] = {at->si, at->sj};
+    for (int k = 0; k < 2; k++) {
+        int side = sign[k] < 0;
+        struct vec3 from = vec3_scale(sign[k], yarns->start[k]);
+        struct vec3 to = vec3_scale(sign[k], yarns->end[k]);
+        march->edges.rough |= NET_EDGE_BIT(k, side);
+        march->edges.yarns.edge[k] =
+            side ? (struct net_edge){to, from} : (struct net_edge){from, to};
+    }
+}
+
+/* A cell with a rough edge: both yarns to D are geodesics of the spacing's length. */
+static enum fishnet_end solve_rough(struct march *march, const struct march_cell *at,
+                                    const struct fishnet_cell *cell, struct fishnet_node *node) {
+    const double *d = march->settings->spacing;
+    struct fishnet_yarns yarns;
+    if (!turn_as_at_a(march, at, &yarns))
+        return FISHNET_NO_CONVERGENCE;
+    enum fishnet_end end =
+        fishnet_geodesic_meet(march->surface, &march->cursor, cell, d[0], d[1], &yarns, node);
+    if (end == FISHNET_FOUND)
+        note_edges(march, at, &yarns);
+    return end;
+}
+
+/* The surface turns by more than this cosine over a cell that lies across a crease. */
+static const double creased = 0.9;
+
+/* Whether an edge of the cell is rough: one to D or, where no D was found by chords, one that the
+ * cell hangs on; also when A, B and C do not lie on one side of a crease. */
+static bool is_rough(const struct march *march, const struct fishnet_cell *cell,
+                     enum fishnet_end end, const struct fishnet_node *node) {
+    const double *d = march->settings->spacing;
+    const struct surface *surface = march->surface;
+    const struct station *a = cell->a, *b = cell->b, *c = cell->c;
+    if (end == FISHNET_FOUND)
+        return rough_edge(surface, b, &node->station, cell->curvature[0], d[0]) ||
+               rough_edge(surface, c, &node->station, cell->curvature[1], d[1]);
+    struct vec3 ab = vec3_sub(b->jet.r, a->jet.r), ac = vec3_sub(c->jet.r, a->jet.r);
+    return end == FISHNET_NO_CONVERGENCE || vec3_dot(a->normal, b->normal) < creased ||
+           vec3_dot(a->normal, c->normal) < creased ||
+           rough_edge(surface, a, b, station_normal_curvature(a, ab), d[1]) ||
+           rough_edge(surface, a, c, station_normal_curvature(a, ac), d[0]);
+}
+
 static bool solve_on_surface(struct march *march, const struct march_cell *at,
                              struct fishnet_node *node, enum drape_reason *reason) {
     const struct drape_settings *s = march->settings;
@@ -103,9 +226,19 @@ static bool solve_on_surface(struct march *march, const struct march_cell *at,
         if (guess_from_before(march, at, uv))
             cell.guess_uv = uv;
     }
-    find_chords(march, at, &cell);
+    struct corrections corrections = {.has = {false, false}};
+    if (march->before.net)
+        find_corrections(march, at, &corrections);
+    find_chords(march, &cell, &corrections);
     enum fishnet_end end = fishnet_solve(march->surface, &march->cursor, &cell, node);
-    if (end == FISHNET_FOUND && s->method == DRAPE_GEODESIC)
+    if (end == FISHNET_FOUND && march->before.net &&
+        drop_corrections(&cell, &node->station, &corrections)) {
+        find_chords(march, &cell, &corrections);
+        end = fishnet_solve(march->surface, &march->cursor, &cell, node);
+    }
+    if (s->method != DRAPE_BASIC && is_rough(march, &cell, end, node))
+        end = solve_rough(march, at, &cell, node);
+    else if (end == FISHNET_FOUND && s->method == DRAPE_GEODESIC)
         end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, s->spacing[0],
                                      s->spacing[1], node);
     if (end != FISHNET_FOUND)
@@ -115,6 +248,7 @@ static bool solve_on_surface(struct march *march, const struct march_cell *at,
 
 bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,
                         enum drape_reason *reason) {
+    march->edges.rough = 0;
     bool found = march->mesh ? march_mesh_corner(march, at, guess(at), node, reason)
                              : solve_on_surface(march, at, node, reason);
     if (found) {

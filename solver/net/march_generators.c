@@ -3,6 +3,8 @@
 #include "march.h"
 
 #include "correction.h"
+#include "fishnet_geodesic.h"
+#include "rough.h"
 #include "solver/surface/path.h"
 
 static bool advance(const struct march *march, struct path *path, struct surface_cursor *cursor,
@@ -13,21 +15,47 @@ static bool advance(const struct march *march, struct path *path, struct surface
                                                   : path_advance(path, d);
 }
 
+/* Notes for march_place whether the edge to the neighbour on the side (di, dj), along which a path
+ * went from `from` to `to` at `station`, is rough. */
+static void note_edge(struct march *march, const struct path *from, const struct path *to, int di,
+                      int dj, const struct station *station) {
+    struct station start, end;
+    struct vec3 leave, arrive;
+    double d = march->settings->spacing[dj != 0];
+    march->edges.rough = 0;
+    if (march->settings->method == DRAPE_BASIC ||
+        !path_station(from, &march->cursor, &start, &leave) ||
+        !path_station(to, &march->cursor, &end, &arrive) ||
+        !rough_edge(march->surface, &start, station, station_normal_curvature(&start, leave), d))
+        return;
+    int family = di ? 0 : 1, side = di + dj < 0, sign = side ? -1 : 1;
+    struct vec3 a = vec3_scale(sign, fishnet_path_tangent(from, &start, leave));
+    struct vec3 b = vec3_scale(sign, fishnet_path_tangent(to, station, arrive));
+    march->edges.rough = NET_EDGE_BIT(family, side);
+    march->edges.yarns.edge[family] = side ? (struct net_edge){b, a} : (struct net_edge){a, b};
+}
+
 bool march_straight_on(struct march *march, const struct station *from, struct vec3 direction,
-                       double d, struct station *station) {
-    struct path path;
+                       int di, int dj, struct station *station) {
+    struct path start, path;
+    double d = march->settings->spacing[dj != 0];
     if (march->mesh)
         return march_mesh_straight_on(march, from, direction, d, station);
-    return path_geodesic(&path, march->surface, from, direction) &&
-           advance(march, &path, &march->cursor, d) &&
-           path_station(&path, &march->cursor, station, NULL);
+    if (!path_geodesic(&start, march->surface, from, direction))
+        return false;
+    path = start;
+    if (!advance(march, &path, &march->cursor, d) ||
+        !path_station(&path, &march->cursor, station, NULL))
+        return false;
+    note_edge(march, &start, &path, di, dj, station);
+    return true;
 }
 
 /* A generator on one side of the start, nodes k (di, dj), k = 1, 2, .. */
 struct arm {
     struct path path;
-    struct mesh_walk walk; /* on a mesh of the caller's, instead of the path */
-    struct station last;   /* on a mesh made of a surface: where the arm is on the mesh */
+    struct march_mesh_yarn yarn; /* on a mesh of the caller's, instead of the path */
+    struct station last;         /* on a mesh made of a surface: where the arm is on the mesh */
     int di, dj;
     bool started, ended;
 };
@@ -54,7 +82,7 @@ static struct arm make_arm(const struct march *march, int number) {
     if (march->mesh && march->surface)
         direction = vec3_scale(sign, start->smooth_direction[k]);
     if (!march->surface)
-        arm.started = march_mesh_arm(march, generator, direction, &arm.walk);
+        arm.started = march_mesh_arm(march, generator, direction, &arm.yarn);
     else if (generator->kind == DRAPE_GENERATOR_CURVE)
         arm.started = start_curve(march, k, sign, direction, &arm.path);
     else if (generator->kind == DRAPE_GENERATOR_PLANE)
@@ -71,7 +99,7 @@ static bool advance_on_mesh(struct march *march, struct arm *arm, double d, stru
                             bool *lost) {
     struct station ahead;
     if (!march->surface)
-        return march_mesh_advance(&arm->walk, d, station, lost);
+        return march_mesh_advance(march, &arm->yarn, d, station, lost);
     *lost = false;
     if (!path_advance_chord(&arm->path, &march->cursor, d) ||
         !path_station(&arm->path, &march->cursor, &ahead, NULL) ||
@@ -81,23 +109,40 @@ static bool advance_on_mesh(struct march *march, struct arm *arm, double d, stru
     return true;
 }
 
-/* To node k. In a second march the edge's chord is the corrected one, like those of the yarns
- * beside it, so that they fit to the last order. */
+/* To node k in a second march, the edge's chord being the corrected one like those of the yarns
+ * beside it, so that they fit to the last order. False where there is none. */
+static bool advance_corrected(struct march *march, struct arm *arm, int32_t k, double d,
+                              struct station *station) {
+    struct correction correction;
+    struct station from;
+    struct path path = arm->path;
+    struct vec3 leave, arrive;
+    double chord;
+    int32_t i = (k - 1) * arm->di, j = (k - 1) * arm->dj;
+    net_view_move(&march->before, i, j);
+    if (!correction_find(&march->before, i, j, arm->di, arm->dj, d, &correction) ||
+        !correction.whole || !correction_chord(&correction, &chord) ||
+        !path_station(&path, &march->cursor, &from, &leave) ||
+        !path_advance_chord(&path, &march->cursor, chord) ||
+        !path_station(&path, &march->cursor, station, &arrive))
+        return false;
+    if (!correction_agrees(&correction, 0, &from, station_normal_curvature(&from, leave)) ||
+        !correction_agrees(&correction, 1, station, station_normal_curvature(station, arrive)))
+        return false;
+    arm->path = path;
+    return true;
+}
+
+/* To node k. */
 static bool advance_arm(struct march *march, struct arm *arm, int32_t k, double d,
                         struct station *station, bool *lost) {
-    double chord;
     *lost = false;
     if (march->mesh)
         return advance_on_mesh(march, arm, d, station, lost);
-    int32_t i = (k - 1) * arm->di, j = (k - 1) * arm->dj;
-    bool corrected = march->before.net != NULL;
-    if (corrected) {
-        net_view_move(&march->before, i, j);
-        corrected = correction_chord(&march->before, i, j, arm->di, arm->dj, d, &chord);
-    }
-    bool moved = corrected ? path_advance_chord(&arm->path, &march->cursor, chord)
-                           : advance(march, &arm->path, &march->cursor, d);
-    return moved && path_station(&arm->path, &march->cursor, station, NULL);
+    if (march->before.net && advance_corrected(march, arm, k, d, station))
+        return true;
+    return advance(march, &arm->path, &march->cursor, d) &&
+           path_station(&arm->path, &march->cursor, station, NULL);
 }
 
 static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
@@ -109,8 +154,11 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
     if (!march_in_extent(march, i, j))
         return march_fail(march, i, j, DRAPE_REASON_EXTENT);
     bool lost = false;
+    struct path before = arm->path;
     if (!arm->started || !advance_arm(march, arm, k, d, &station, &lost))
         return march_fail(march, i, j, lost ? DRAPE_REASON_NO_CONVERGENCE : DRAPE_REASON_BOUNDARY);
+    if (!march->mesh)
+        note_edge(march, &before, &arm->path, arm->di, arm->dj, &station);
     enum status status = march_place(march, i, j, &station, &zone);
     arm->ended = zone == STATION_BEYOND;
     return status;

@@ -9,6 +9,7 @@
  */
 #include "march.h"
 
+#include "fishnet_geodesic.h"
 #include "solver/angle.h"
 #include <stdlib.h>
 #include <string.h>
@@ -229,10 +230,9 @@ static bool crosses_flat(struct march *march, const struct free_end *e, struct v
     return false;
 }
 
-/* The yarn's direction at its end r, `last` being the node before: by the one-sided difference of
- * second order where there are three nodes. */
-static struct vec3 yarn_end(struct march *march, const struct free_end *e, struct vec3 r,
-                            struct vec3 last) {
+/* The same on a mesh: by the one-sided difference of second order where there are three nodes. */
+static struct vec3 yarn_end_on_mesh(struct march *march, const struct free_end *e, struct vec3 r,
+                                    struct vec3 last) {
     struct vec3 chord = vec3_sub(r, last);
     const struct net_node *first = net_place(march->net, e->i - 2 * e->di, e->j - 2 * e->dj);
     if (!first)
@@ -240,18 +240,59 @@ static struct vec3 yarn_end(struct march *march, const struct free_end *e, struc
     return vec3_axpy(0.5, vec3_sub(chord, vec3_sub(last, first->r)), chord);
 }
 
+/* The unit tangents of the yarn at (i, j), which is at `from`, towards its neighbour at (i + di, j
+ * + dj), which is at `to`, and at that on from there: by its logarithm where it can be had. */
+static bool yarn_between(struct march *march, int32_t i, int32_t j, int di, int dj,
+                         const struct station *from, const struct station *to, struct vec3 *leave,
+                         struct vec3 *arrive) {
+    double length = march->settings->spacing[dj != 0];
+    struct vec3 back;
+    if (!march_yarn(march, i, j, di, dj, from, leave) ||
+        !march_yarn(march, i + di, j + dj, -di, -dj, to, &back))
+        return false;
+    *arrive = vec3_scale(-1, back);
+    if (march->settings->method != DRAPE_BASIC)
+        (void)fishnet_geodesic_between(march->surface, &march->cursor, from, to, &length, leave,
+                                       arrive);
+    return true;
+}
+
+/* The yarn's direction at its end, which is at `from`: in the surface, that of its last edge,
+ * turned by half the angle by which it turns sideways at the node before. Zero when it is not
+ * known. */
+static struct vec3 yarn_end(struct march *march, const struct free_end *e,
+                            const struct station *from) {
+    int di = e->di, dj = e->dj;
+    int32_t i = e->i - di, j = e->j - dj;
+    struct station last, first;
+    struct vec3 before, onward, end, arrive;
+    const struct net_node *node = net_place(march->net, i, j);
+    if (!node)
+        return vec3_make(0, 0, 0);
+    if (march->mesh)
+        return yarn_end_on_mesh(march, e, from->jet.r, node->r);
+    if (!march_station(march, i, j, &last) ||
+        !yarn_between(march, i, j, di, dj, &last, from, &onward, &end))
+        return vec3_make(0, 0, 0);
+    if (!march_station(march, i - di, j - dj, &first) ||
+        !yarn_between(march, i, j, -di, -dj, &last, &first, &before, &arrive))
+        return end;
+    double turn = -vec3_dot(vec3_cross(before, onward), last.normal) / 2;
+    return vec3_axpy(turn, vec3_cross(from->normal, end), end);
+}
+
 /* The direction of the yarn at (i, j) of which (i + di, j + dj) is the next place: of both chords
  * where there are two; zero where there is no neighbour. */
-static struct vec3 yarn_tangent(struct march *march, int32_t i, int32_t j, int di, int dj) {
-    const struct net_node *here = net_place(march->net, i, j);
+static struct vec3 yarn_tangent(struct march *march, int32_t i, int32_t j, int di, int dj,
+                                const struct station *from) {
     const struct net_node *ahead = net_place(march->net, i + di, j + dj);
     const struct net_node *behind = net_place(march->net, i - di, j - dj);
     struct free_end forward = {i, j, (int8_t)-di, (int8_t)-dj, false};
     struct free_end backward = {i, j, (int8_t)di, (int8_t)dj, false};
     if (ahead && behind)
         return vec3_sub(ahead->r, behind->r);
-    return ahead    ? vec3_scale(-1, yarn_end(march, &forward, here->r, ahead->r))
-           : behind ? yarn_end(march, &backward, here->r, behind->r)
+    return ahead    ? vec3_scale(-1, yarn_end(march, &forward, from))
+           : behind ? yarn_end(march, &backward, from)
                     : vec3_make(0, 0, 0);
 }
 
@@ -260,7 +301,7 @@ static struct vec3 yarn_tangent(struct march *march, int32_t i, int32_t j, int d
 static struct vec3 direction_across(struct march *march, const struct free_end *e,
                                     const struct station *from) {
     double sine, cosine, sign = e->di + e->dj;
-    struct vec3 along = yarn_tangent(march, e->i, e->j, e->dj != 0, e->di != 0);
+    struct vec3 along = yarn_tangent(march, e->i, e->j, e->dj != 0, e->di != 0, from);
     struct vec3 normal = from->normal;
     along = vec3_unit(vec3_axpy(-vec3_dot(along, normal), normal, along));
     angle_sincos_deg(90 - march->settings->pre_shear_deg, &sine, &cosine);
@@ -281,8 +322,7 @@ static enum status begin_yarn(struct growth *g, const struct free_end *e) {
     if (broken_beside(march, e, &reason))
         return march_fail(march, i, j, reason);
     if (!march_station(march, e->i, e->j, &from) ||
-        !march_straight_on(march, &from, direction_across(march, e, &from),
-                           march->settings->spacing[e->dj != 0], &to))
+        !march_straight_on(march, &from, direction_across(march, e, &from), e->di, e->dj, &to))
         return STATUS_OK;
     enum status status = march_place(march, i, j, &to, &zone);
     if (status != STATUS_OK || zone == STATION_BEYOND)
@@ -302,13 +342,12 @@ static enum status go_straight(struct growth *g, const struct free_end *e) {
         return march_fail(march, i, j, DRAPE_REASON_EXTENT);
     if (broken_beside(march, e, &reason))
         return march_fail(march, i, j, reason);
-    const struct net_node *last = net_place(march->net, e->i - e->di, e->j - e->dj);
-    if (!last || !march_station(march, e->i, e->j, &from))
+    if (!march_station(march, e->i, e->j, &from))
         return march_fail(march, i, j, DRAPE_REASON_DEGENERATE);
-    struct vec3 direction = yarn_end(march, e, from.jet.r, last->r);
+    struct vec3 direction = yarn_end(march, e, &from);
     if (crosses_flat(march, e, from.jet.r, direction))
         return march_fail(march, i, j, DRAPE_REASON_COLLAPSED);
-    if (!march_straight_on(march, &from, direction, march->settings->spacing[e->dj != 0], &to))
+    if (!march_straight_on(march, &from, direction, e->di, e->dj, &to))
         return march_fail(march, i, j, DRAPE_REASON_BOUNDARY);
     enum status status = march_place(march, i, j, &to, &zone);
     if (status == STATUS_OK && zone != STATION_BEYOND)
@@ -371,9 +410,35 @@ static enum status settle_edgeless(struct growth *g) {
     return status;
 }
 
+/* A surface that closes both ways was cut open opposite the start, so that the quadrants share it
+ * evenly. From now on the net goes on over the cuts until it meets itself: what lay beyond them is
+ * forgotten. */
+static enum status pass_cuts(struct march *march) {
+    const struct surface *surface = march->surface;
+    if (march->mesh || !surface->axis[0].closed || !surface->axis[1].closed)
+        return STATUS_OK;
+    struct net_tile **tiles = net_sorted_tiles(march->net);
+    enum status status = tiles ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    march->past_cut = true;
+    fold_pass_cut(march->fold);
+    for (size_t t = 0; tiles && t < net_tile_count(march->net); t++)
+        for (int at = 0; at < NET_TILE * NET_TILE && status == STATUS_OK; at++) {
+            int x = at % NET_TILE, y = at / NET_TILE;
+            const struct net_node *node = &tiles[t]->node[y][x], none = {.state = NET_UNKNOWN};
+            bool beyond = node->state == NET_GHOST || node->state == NET_FAILED;
+            march->ghosts -= node->state == NET_GHOST && node->reason == DRAPE_REASON_FOLD;
+            if (beyond && node->reason == DRAPE_REASON_FOLD)
+                status = net_put(march->net, tiles[t]->ti * NET_TILE + x,
+                                 tiles[t]->tj * NET_TILE + y, &none);
+        }
+    return status;
+}
+
 enum status march_growth(struct march *march) {
     struct growth g = {.march = march};
-    enum status status = push_rim(&g);
+    enum status status = pass_cuts(march);
+    if (status == STATUS_OK)
+        status = push_rim(&g);
     while (status == STATUS_OK) {
         status = empty_queue(&g);
         if (status != STATUS_OK || !g.heap_length)

@@ -1,15 +1,31 @@
 /* SPDX-License-Identifier: MIT */
-/* The march over flat triangles, for the method mosaic: what is different there. */
+/* The march over a mesh: flat triangles, for the method mosaic, or the smooth surface that they
+ * stand for. What is different there. */
 #include "march.h"
 
-#include "solver/mesh/corner.h"
+#include "solver/mesh/smooth_corner.h"
 
 /* A generator's next place this near to the mesh, as a share of the chord, is on it. */
 static const double beside_mesh = 0.02;
 
-struct station march_mesh_station(const struct mesh *mesh, const struct mesh_place *place) {
-    return (struct station){
-        .uv = {place->triangle, 0}, .jet.r = place->r, .normal = mesh->normals[place->triangle]};
+struct station march_mesh_station(const struct march *march, const struct mesh_place *place) {
+    struct station station = {.uv = {place->triangle, 0},
+                              .jet.r = place->r,
+                              .normal = march->mesh->normals[place->triangle]};
+    if (!march->smooth)
+        return station;
+    struct mesh_jet jet;
+    mesh_smooth_jet(march->smooth, place, &jet);
+    const struct mesh_fit *fit =
+        &march->smooth->fits.fit[march->smooth->fits.of[place->triangle][0]];
+    station.normal = vec3_unit(jet.gradient);
+    station.jet.u = vec3_unit(vec3_cross(fit->y, station.normal));
+    station.jet.v = vec3_cross(station.normal, station.jet.u);
+    station.first[0] = station.first[2] = 1;
+    station.second[0] = mesh_jet_form(&jet, station.jet.u, station.jet.u);
+    station.second[1] = mesh_jet_form(&jet, station.jet.u, station.jet.v);
+    station.second[2] = mesh_jet_form(&jet, station.jet.v, station.jet.v);
+    return station;
 }
 
 struct mesh_place march_mesh_place(const struct station *station) {
@@ -31,55 +47,72 @@ bool march_mesh_corner(struct march *march, const struct march_cell *at, struct 
                              .guess = guess,
                              .orientation = at->si * at->sj};
     struct mesh_corner corner;
-    enum mesh_corner_end end = mesh_corner_solve(march->mesh, &cell, &corner);
+    if (march->smooth) {
+        struct fishnet_cell chords = {.a = at->a, .b = at->b, .c = at->c};
+        fishnet_chords(NULL, NULL, march->settings->method, DRAPE_PATH_CHORD,
+                       march->settings->spacing, &chords);
+        cell.bd = chords.bd;
+        cell.cd = chords.cd;
+    }
+    enum mesh_corner_end end = march->smooth ? mesh_smooth_corner(march->smooth, &cell, &corner)
+                                             : mesh_corner_solve(march->mesh, &cell, &corner);
     if (end != MESH_CORNER_FOUND) {
         *reason = reasons[end];
         return false;
     }
-    *node = (struct fishnet_node){.station = march_mesh_station(march->mesh, &corner.place),
+    *node = (struct fishnet_node){.station = march_mesh_station(march, &corner.place),
                                   .iterations = corner.steps,
                                   .residual = corner.residual};
     return true;
 }
 
 bool march_mesh_arm(const struct march *march, const struct drape_generator *generator,
-                    struct vec3 direction, struct mesh_walk *walk) {
+                    struct vec3 direction, struct march_mesh_yarn *yarn) {
     struct mesh_place from = march_mesh_place(&march->start.station);
-    if (generator->kind == DRAPE_GENERATOR_PLANE)
-        return mesh_walk_section(walk, march->mesh, &from, vec3_unit(generator->plane_normal),
-                                 direction);
-    return mesh_walk_straight(walk, march->mesh, &from, direction);
+    bool section = generator->kind == DRAPE_GENERATOR_PLANE;
+    struct vec3 plane = section ? vec3_unit(generator->plane_normal) : vec3_make(0, 0, 0);
+    if (march->smooth)
+        return mesh_smooth_path(&yarn->path, march->smooth, &from, direction, plane);
+    if (section)
+        return mesh_walk_section(&yarn->walk, march->mesh, &from, plane, direction);
+    return mesh_walk_straight(&yarn->walk, march->mesh, &from, direction);
 }
 
-bool march_mesh_advance(struct mesh_walk *walk, double chord, struct station *station, bool *lost) {
-    enum mesh_walk_end end = mesh_walk_chord(walk, chord);
+bool march_mesh_advance(const struct march *march, struct march_mesh_yarn *yarn, double d,
+                        struct station *station, bool *lost) {
+    enum mesh_walk_end end = !march->smooth ? mesh_walk_chord(&yarn->walk, d)
+                             : march->settings->method == DRAPE_BASIC
+                                 ? mesh_smooth_chord(&yarn->path, d)
+                                 : mesh_smooth_length(&yarn->path, d);
     *lost = end == MESH_WALK_LOST;
     if (end == MESH_WALK_DONE)
-        *station = march_mesh_station(walk->mesh, &walk->place);
+        *station = march_mesh_station(march, march->smooth ? &yarn->path.place : &yarn->walk.place);
     return end == MESH_WALK_DONE;
 }
 
 bool march_mesh_towards(struct march *march, const struct station *from, struct vec3 target,
                         double chord, struct station *station, bool *lost) {
-    struct mesh_walk walk;
+    struct march_mesh_yarn yarn;
     struct mesh_place place = march_mesh_place(from);
-    if (mesh_walk_towards(&walk, march->mesh, &place, target) &&
-        march_mesh_advance(&walk, chord, station, lost))
+    if (mesh_walk_towards(&yarn.walk, march->mesh, &place, target) &&
+        march_mesh_advance(march, &yarn, chord, station, lost))
         return true;
     /* Along a curved edge of the surface the way lies beside the mesh by the height of a patch:
      * there the nearest place is as good. */
     double distance;
     int32_t component = march->mesh->component[place.triangle];
     *lost = !mesh_nearest(march->mesh, target, component, &place, &distance);
-    *station = march_mesh_station(march->mesh, &place);
+    *station = march_mesh_station(march, &place);
     return !*lost && distance <= beside_mesh * chord;
 }
 
 bool march_mesh_straight_on(struct march *march, const struct station *from, struct vec3 direction,
                             double d, struct station *station) {
-    struct mesh_walk walk;
+    struct march_mesh_yarn yarn;
     bool lost;
     struct mesh_place place = march_mesh_place(from);
-    return mesh_walk_straight(&walk, march->mesh, &place, direction) &&
-           march_mesh_advance(&walk, d, station, &lost);
+    bool started = march->smooth ? mesh_smooth_path(&yarn.path, march->smooth, &place, direction,
+                                                    vec3_make(0, 0, 0))
+                                 : mesh_walk_straight(&yarn.walk, march->mesh, &place, direction);
+    return started && march_mesh_advance(march, &yarn, d, station, &lost);
 }

@@ -201,6 +201,8 @@ static enum status prepare(struct march *march, int number, struct quadrant *q) 
     q->local.inside = q->local.ghosts = q->local.solved = q->local.iterations = 0;
     q->arm[0] = copy_arm(march, q->si, 0, &q->length);
     q->arm[1] = copy_arm(march, 0, q->sj, &height);
+    q->local.arm[0] = q->arm[0];
+    q->local.arm[1] = q->arm[1];
     return q->arm[0] && q->arm[1] ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 

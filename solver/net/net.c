@@ -102,6 +102,7 @@ enum status net_put(struct net *net, int32_t i, int32_t j, const struct net_node
     tile->node[y][x] = *node;
     set_bit(&tile->bits[NET_BIT_INSIDE][y], x, node->state == NET_INSIDE);
     set_bit(&tile->bits[NET_BIT_KNOWN][y], x, node->state != NET_UNKNOWN);
+    set_bit(&tile->bits[NET_BIT_ROUGH][y], x, node->rough != 0);
     set_bit(&tile->bits[NET_BIT_GROWN][y], x, node->grown);
     return STATUS_OK;
 }
@@ -116,6 +117,41 @@ void net_mark_grown(struct net *net, int32_t i, int32_t j) {
     set_bit(&tile->bits[NET_BIT_GROWN][y], x, true);
 }
 
+/* Blocks double in length, so that entry `at` lies in the block of the highest bit of its number
+ * counted from NET_YARN_FIRST; entries never move. */
+static struct net_yarns *yarns_slot(const struct net_table *table, uint32_t at, int *block) {
+    uint32_t number = at + NET_YARN_FIRST;
+    int highest = 31 - __builtin_clz(number), first = 31 - __builtin_clz(NET_YARN_FIRST);
+    *block = highest - first;
+    struct net_yarns *yarns = *block < NET_YARN_BLOCKS ? table->yarns[*block] : NULL;
+    return yarns ? yarns + (number - (1u << highest)) : NULL;
+}
+
+enum status net_put_rough(struct net *net, int32_t i, int32_t j, const struct net_node *node,
+                          const struct net_yarns *yarns) {
+    struct net_table *table = &net->table[table_of(i >> NET_TILE_BITS, j >> NET_TILE_BITS)];
+    struct net_node rough = *node;
+    int block;
+    struct net_yarns *slot = yarns_slot(table, table->yarn_count, &block);
+    if (!slot && block < NET_YARN_BLOCKS) {
+        table->yarns[block] =
+            arena_take(table->arena, (size_t)NET_YARN_FIRST << block, sizeof *yarns);
+        slot = yarns_slot(table, table->yarn_count, &block);
+    }
+    if (!slot)
+        return STATUS_OUT_OF_MEMORY;
+    *slot = *yarns;
+    rough.yarns = table->yarn_count++;
+    return net_put(net, i, j, &rough);
+}
+
+const struct net_yarns *net_yarns(const struct net *net, int32_t i, int32_t j,
+                                  const struct net_node *node) {
+    int block;
+    const struct net_table *table = &net->table[table_of(i >> NET_TILE_BITS, j >> NET_TILE_BITS)];
+    return yarns_slot(table, node->yarns, &block);
+}
+
 struct net_window net_window(const struct net *net, int32_t ti, int32_t tj) {
     struct net_window window;
     for (int row = 0; row < 3; row++)
@@ -124,6 +160,30 @@ struct net_window net_window(const struct net *net, int32_t ti, int32_t tj) {
             window.tile[row][column] = *probe(&net->table[table_of(i, j)], i, j);
         }
     return window;
+}
+
+/* The rough bits of row y, bit NET_TILE + x for x = -NET_TILE .. 2 NET_TILE - 1. */
+static uint64_t rough_bits(const struct net_window *w, int y) {
+    const struct net_tile *const *row = w->tile[(y >> NET_TILE_BITS) + 1];
+    uint64_t bits = 0;
+    for (int k = 0; k < 3; k++)
+        if (row[k])
+            bits |= (uint64_t)row[k]->bits[NET_BIT_ROUGH][y & (NET_TILE - 1)] << (k * NET_TILE);
+    return bits;
+}
+
+uint32_t net_window_near_rough(const struct net_window *w, int y, int reach) {
+    uint64_t row = rough_bits(w, y), near = row;
+    for (int k = 1; k <= reach; k++)
+        near |= row << k | row >> k | rough_bits(w, y + k) | rough_bits(w, y - k);
+    return (uint32_t)(near >> NET_TILE) & ((1u << (NET_TILE + 1)) - 1);
+}
+
+bool net_has_rough(const struct net *net) {
+    bool any = false;
+    for (int k = 0; k < NET_TABLES; k++)
+        any = any || net->table[k].yarn_count > 0;
+    return any;
 }
 
 size_t net_tile_count(const struct net *net) {

@@ -19,6 +19,10 @@ enum net_state {
     NET_FAILED  /* there can be no node here */
 };
 
+/* The edges of a node by the family of yarn that they belong to, 0 warp and 1 weft, and the side on
+ * which the other end lies, 0 lower index and 1 higher. */
+#define NET_EDGE_BIT(family, side) ((uint8_t)(1u << (2 * (family) + (side))))
+
 struct net_node {
     struct vec3 r;
     double uv[2];
@@ -26,15 +30,30 @@ struct net_node {
     uint8_t reason; /* enum drape_reason, of ghosts and failures */
     uint8_t grown;  /* 1 where it rests on a yarn that went straight on along a free edge, or that
                        set off across another one: the generators alone do not fix it; else 0 */
+    uint8_t rough;  /* NET_EDGE_BIT of the edges that end here and are rough (`rough.h`) */
+    uint32_t yarns; /* where the directions of those edges are (`net_yarns`) */
+};
+
+/* The directions of the rough edges that a node was found by, one of each family at the most: unit
+ * tangents of the yarn towards the higher index, in the tangent plane at that end; where the
+ * surface has a crease in that of the span that `surface_evaluate` takes. */
+struct net_edge {
+    struct vec3 lower, higher;
+};
+
+struct net_yarns {
+    struct net_edge edge[2]; /* warp, weft; set where the node's `rough` has a bit */
 };
 
 enum { NET_TILE_BITS = 4, NET_TILE = 1 << NET_TILE_BITS };
+enum { NET_YARN_BLOCKS = 24, NET_YARN_FIRST = 64 };
 
 /* What a tile keeps a bit of for each of its places. */
 enum net_bit {
     NET_BIT_INSIDE, /* the node there is NET_INSIDE */
     NET_BIT_KNOWN,  /* it is not NET_UNKNOWN */
     NET_BIT_GROWN,  /* it is grown */
+    NET_BIT_ROUGH,  /* it has rough edges */
     NET_BITS
 };
 
@@ -51,7 +70,9 @@ struct net_table {
     struct net_tile **slots; /* open addressing; NULL is free */
     size_t slot_count;       /* a power of two */
     size_t tile_count;
-    struct net_tile *last; /* found last */
+    struct net_tile *last;                    /* found last */
+    struct net_yarns *yarns[NET_YARN_BLOCKS]; /* each block twice as long as the one before */
+    uint32_t yarn_count;
 };
 
 enum { NET_TABLES = 4 };
@@ -74,6 +95,13 @@ enum status net_put(struct net *net, int32_t i, int32_t j,
 
 /* Marks the place (i, j), if there is one, as grown. */
 void net_mark_grown(struct net *net, int32_t i, int32_t j);
+/* Puts a node with rough edges, whose directions are copied. Errors: STATUS_OUT_OF_MEMORY. */
+enum status net_put_rough(struct net *net, int32_t i, int32_t j, const struct net_node *node,
+                          const struct net_yarns *yarns) STATUS_MUST_USE;
+
+/* The directions of the rough edges of the node at (i, j), which must have some. */
+const struct net_yarns *net_yarns(const struct net *net, int32_t i, int32_t j,
+                                  const struct net_node *node);
 
 static inline enum net_state net_state_at(struct net *net, int32_t i, int32_t j) {
     const struct net_node *node = net_find(net, i, j);
@@ -140,6 +168,13 @@ static inline uint32_t net_window_bits(const struct net_window *w, enum net_bit 
             bits |= (uint64_t)row[k]->bits[which][y & (NET_TILE - 1)] << (k * NET_TILE);
     return (uint32_t)(bits >> (NET_TILE - 1)) & ((1u << (NET_TILE + 2)) - 1);
 }
+
+/* The places x = 0 .. NET_TILE of row y, as bits, that have a node with rough edges no more than
+ * `reach` places away along their own row or column; 0 <= y <= NET_TILE, reach < NET_TILE. */
+uint32_t net_window_near_rough(const struct net_window *w, int y, int reach);
+
+/* Whether any edge of the net is rough. */
+bool net_has_rough(const struct net *net);
 
 /* How many tiles there are. */
 size_t net_tile_count(const struct net *net);

@@ -2,6 +2,8 @@
 #include "report.h"
 
 #include "shear.h"
+#include "solver/angle.h"
+#include "yarn.h"
 #include <string.h>
 
 /* Uncovered area that one node of the boundary can stand for, in cells: the strip beyond it, and
@@ -174,7 +176,9 @@ static void add_estimate(struct part *part, size_t at, const struct spot *spot) 
 static void add_node(struct part *part, const struct spot *spot, struct shear_row *yarns) {
     struct drape_nodes *nodes = &part->result->nodes;
     bool corrected = part->march->before.net != NULL;
-    enum shear_order order = corrected ? SHEAR_FOURTH : SHEAR_SECOND;
+    enum drape_method method = part->march->settings->method;
+    bool chords = method == DRAPE_BASIC || method == DRAPE_MOSAIC;
+    enum shear_order order = chords ? SHEAR_SECOND : SHEAR_FOURTH;
     size_t at = part->next.nodes++;
     double uv[2];
     struct vec3 r = bring_inside(part, spot->node, uv);
@@ -197,15 +201,17 @@ static double cell_area(const struct vec3 corner[4]) {
            2;
 }
 
-static void add_cell(struct part *part, const struct spot *spot, struct shear_row *yarns) {
+static void add_cell(struct part *part, const struct spot *spot, bool rough,
+                     struct shear_row *yarns) {
     struct vec3 corner[4];
     cell_corners(spot, corner);
     struct drape_cells *cells = &part->result->cells;
     size_t at = part->next.cells++;
     cells->i[at] = spot->i;
     cells->j[at] = spot->j;
-    shear_add_cell(yarns, corner);
-    part->covered += cell_area(corner);
+    shear_add_cell(yarns, spot->window, spot->x, spot->y, corner, rough);
+    if (!rough)
+        part->covered += cell_area(corner);
 }
 
 /* The directions and angles of the cells from `first` on. */
@@ -221,6 +227,54 @@ static void add_yarns(struct drape_cells *cells, size_t first, struct shear_row 
     shear_angles(yarns, cells->shear_deg + first);
 }
 
+static bool station_of(struct part *part, const struct net_node *node, struct station *station) {
+    return node && station_at(part->march->surface, &part->cursor, node->uv, station);
+}
+
+static struct yarn_net yarn_net(struct part *part) {
+    return (struct yarn_net){part->march->net, part->march->surface, &part->cursor};
+}
+
+/* The shear angle at a node near rough edges, number `at`, between the directions of its yarns. */
+static void measure_node(struct part *part, const struct spot *spot, size_t at) {
+    struct station station;
+    struct yarn_net net = yarn_net(part);
+    if (station_of(part, spot->node, &station))
+        part->result->nodes.shear_deg[at] =
+            90 - yarn_node_angle(&net, spot->window, spot->x, spot->y, &station);
+}
+
+/* The same of a cell, and its area, that of the fabric. */
+static void measure_cell(struct part *part, const struct spot *spot, size_t at) {
+    static const int8_t side[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    struct drape_cells *cells = &part->result->cells;
+    struct station corner[4];
+    const double *d = part->march->settings->spacing;
+    double sine, cosine;
+    bool regular = true;
+    for (int k = 0; k < 4; k++)
+        regular =
+            station_of(part,
+                       net_window_find(spot->window, spot->x + side[k][0], spot->y + side[k][1]),
+                       &corner[k]) &&
+            regular;
+    struct yarn_net net = yarn_net(part);
+    double w = regular ? yarn_cell_angle(&net, spot->window, spot->x, spot->y, corner)
+                       : 90 - cells->shear_deg[at];
+    struct vec3 warp = {cells->warp_x[at], cells->warp_y[at], cells->warp_z[at]};
+    struct vec3 weft = {cells->weft_x[at], cells->weft_y[at], cells->weft_z[at]};
+    shear_set_angle(&warp, &weft, w);
+    cells->warp_x[at] = warp.x;
+    cells->warp_y[at] = warp.y;
+    cells->warp_z[at] = warp.z;
+    cells->weft_x[at] = weft.x;
+    cells->weft_y[at] = weft.y;
+    cells->weft_z[at] = weft.z;
+    cells->shear_deg[at] = 90 - w;
+    angle_sincos_deg(w, &sine, &cosine);
+    part->covered += d[0] * d[1] * fabs(sine);
+}
+
 static void add_end(struct part *part, const struct spot *spot) {
     struct drape_front *front = &part->result->front;
     enum drape_reason reason;
@@ -233,8 +287,35 @@ static void add_end(struct part *part, const struct spot *spot) {
     part->reasons[reason]++;
 }
 
+/* The nodes and cells of a row that rough edges are near, one after the other; the first of the row
+ * are at `first`. */
+static void measure_rough(struct part *part, size_t t, int y, const struct row_bits *bits,
+                          uint32_t cells, struct tally first) {
+    uint32_t nodes = net_window_near_rough(&part->windows[t], y, SHEAR_REACH) << 1;
+    for (uint32_t left = bits->inside | bits->cells; left; left &= left - 1) {
+        int bit = __builtin_ctz(left);
+        struct spot spot = spot_at(&part->windows[t], bit - 1, y);
+        if (bits->inside & nodes & 1u << bit)
+            measure_node(part, &spot, first.nodes);
+        if (bits->cells & cells & 1u << bit)
+            measure_cell(part, &spot, first.cells);
+        first.nodes += bits->inside >> bit & 1;
+        first.cells += bits->cells >> bit & 1;
+    }
+}
+
+/* The cells of row y that have a node with a rough edge next to them, as bits like those of nodes.
+ */
+static uint32_t rough_cells(const struct net_window *window, int y) {
+    uint32_t low = net_window_near_rough(window, y, 1);
+    uint32_t high = net_window_near_rough(window, y + 1, 1);
+    return (low | low >> 1 | high | high >> 1) << 1;
+}
+
 static void add_row(struct part *part, size_t t, int y) {
     struct row_bits bits = row_bits(&part->windows[t], y);
+    bool measured = net_has_rough(part->march->net);
+    uint32_t rough = measured ? rough_cells(&part->windows[t], y) : 0;
     struct shear_row at_nodes = {0}, over_cells = {0};
     struct tally first = part->next;
     for (uint32_t left = bits.inside | bits.rim; left; left &= left - 1) {
@@ -243,12 +324,14 @@ static void add_row(struct part *part, size_t t, int y) {
         if (bits.inside >> bit & 1)
             add_node(part, &spot, &at_nodes);
         if (bits.cells >> bit & 1)
-            add_cell(part, &spot, &over_cells);
+            add_cell(part, &spot, rough >> bit & 1, &over_cells);
         if (bits.rim >> bit & 1)
             add_end(part, &spot);
     }
     shear_angles(&at_nodes, part->result->nodes.shear_deg + first.nodes);
     add_yarns(&part->result->cells, first.cells, &over_cells);
+    if (measured)
+        measure_rough(part, t, y, &bits, rough, first);
 }
 
 /* Sorted by j, then i. */

@@ -70,9 +70,42 @@ void shear_add_node(struct shear_row *row, const struct net_window *window, int 
     add(row, tangent(window, x, y, 1, 0, order), tangent(window, x, y, 0, 1, order));
 }
 
-void shear_add_cell(struct shear_row *row, const struct vec3 corner[4]) {
+/* The second difference of a yarn over an edge from (x, y), as the mean of those at its two ends or
+ * the one there is; zero when there is none. */
+static struct vec3 bend(const struct net_window *window, int x, int y, int dx, int dy,
+                        struct vec3 from, struct vec3 to) {
+    const struct net_node *back = net_window_place(window, x - dx, y - dy);
+    const struct net_node *ahead = net_window_place(window, x + 2 * dx, y + 2 * dy);
+    struct vec3 chord = vec3_sub(to, from), sum = vec3_make(0, 0, 0);
+    if (back)
+        sum = vec3_add(sum, vec3_sub(chord, vec3_sub(from, back->r)));
+    if (ahead)
+        sum = vec3_add(sum, vec3_sub(vec3_sub(ahead->r, to), chord));
+    return back && ahead ? vec3_scale(0.5, sum) : sum;
+}
+
+void shear_add_cell(struct shear_row *row, const struct net_window *window, int x, int y,
+                    const struct vec3 corner[4], bool rough) {
     struct vec3 a = corner[0], b = corner[1], c = corner[2], d = corner[3];
-    add(row, vec3_add(vec3_sub(b, a), vec3_sub(c, d)), vec3_add(vec3_sub(d, a), vec3_sub(c, b)));
+    struct vec3 warp = vec3_add(vec3_sub(b, a), vec3_sub(c, d));
+    struct vec3 weft = vec3_add(vec3_sub(d, a), vec3_sub(c, b));
+    if (rough) {
+        add(row, warp, weft);
+        return;
+    }
+    struct vec3 twist = vec3_add(vec3_sub(a, b), vec3_sub(c, d));
+    struct vec3 bends = vec3_add(bend(window, x, y, 1, 0, a, b), bend(window, x, y, 0, 1, a, d));
+    double turn = 4 * vec3_dot(twist, bends) / 6 / (vec3_norm2(warp) + vec3_norm2(weft));
+    add(row, vec3_axpy(turn, weft, warp), vec3_axpy(turn, warp, weft));
+}
+
+void shear_set_angle(struct vec3 *warp, struct vec3 *weft, double w_deg) {
+    double sine, cosine;
+    struct vec3 middle = vec3_unit(vec3_add(*warp, *weft));
+    struct vec3 side = vec3_unit(vec3_sub(*weft, *warp));
+    angle_sincos_deg(w_deg / 2, &sine, &cosine);
+    *warp = vec3_axpy(-sine, side, vec3_scale(cosine, middle));
+    *weft = vec3_axpy(sine, side, vec3_scale(cosine, middle));
 }
 
 /* ---- a row at once: loops without branches, so that they become vector instructions ---- */

@@ -7,7 +7,7 @@
 /* A direction whose projection is shorter than this share of it lies along the normal. */
 static const double along_normal = 1e-9;
 
-/* A triangle whose normal has a larger x lies across the x axis. */
+/* A place whose normal has a larger x lies across the x axis. */
 static const double across_x = 0.9;
 
 /* A start this near to the trimmed region, as a share of the domain, lies on its edge: flattening
@@ -250,14 +250,16 @@ enum status start_find(const struct surface *surface, const struct drape_setting
     return status == STATUS_OK ? find_generators(surface, settings, start, faulty) : status;
 }
 
-enum status start_move_to_mesh(const struct mesh *mesh, struct march_start *start) {
+enum status start_move_to_mesh(struct march *march) {
+    const struct mesh *mesh = march->mesh;
+    struct march_start *start = &march->start;
     struct mesh_place place;
     if (!mesh_nearest(mesh, start->station.jet.r, MESH_ANY, &place, NULL))
         return STATUS_START_OFF_SURFACE;
     start->smooth = start->station;
     start->smooth_direction[0] = start->warp;
     start->smooth_direction[1] = start->weft;
-    start->station = march_mesh_station(mesh, &place);
+    start->station = march_mesh_station(march, &place);
     start->warp = mesh_tangent(mesh, place.triangle, start->warp);
     start->weft = mesh_tangent(mesh, place.triangle, start->weft);
     return STATUS_OK;
@@ -283,6 +285,17 @@ static enum status find_on_mesh(const struct mesh *mesh, const struct drape_sett
     return found && (!by_point || distance <= reach) ? STATUS_OK : STATUS_START_OFF_SURFACE;
 }
 
+/* Onto the smooth surface: from the point asked for, so that it stays if it lies there; else, or
+ * where that is beyond the rim, from the place on the triangles. */
+static void move_to_smooth(const struct march *march, struct mesh_place *place) {
+    struct mesh_place nearest = {place->triangle, march->settings->start_point};
+    mesh_smooth_project(march->smooth, &nearest);
+    bool by_point = march->settings->start_kind == DRAPE_START_POINT;
+    if (by_point && mesh_smooth_follow(march->smooth, &nearest, true, 0) == MESH_NONE)
+        *place = nearest;
+    mesh_smooth_project(march->smooth, place);
+}
+
 static enum status mesh_direction(const struct drape_settings *settings, struct vec3 normal,
                                   struct vec3 *warp) {
     bool by_vector = settings->direction_kind == DRAPE_DIRECTION_VECTOR;
@@ -295,16 +308,19 @@ static enum status mesh_direction(const struct drape_settings *settings, struct 
     return along ? STATUS_OK : STATUS_INVALID;
 }
 
-enum status start_find_on_mesh(const struct mesh *mesh, const struct drape_settings *settings,
-                               struct march_start *start, int *faulty) {
+enum status start_find_on_mesh(struct march *march, int *faulty) {
+    const struct drape_settings *settings = march->settings;
+    struct march_start *start = &march->start;
     struct mesh_place place;
-    enum status status = find_on_mesh(mesh, settings, &place);
+    enum status status = find_on_mesh(march->mesh, settings, &place);
     for (int k = 0; k < 2; k++)
         if (settings->generator[k].kind == DRAPE_GENERATOR_CURVE)
             return STATUS_INVALID;
     if (status != STATUS_OK)
         return status;
-    start->station = march_mesh_station(mesh, &place);
+    if (march->smooth)
+        move_to_smooth(march, &place);
+    start->station = march_mesh_station(march, &place);
     status = mesh_direction(settings, start->station.normal, &start->warp);
     return status == STATUS_OK ? find_generators(NULL, settings, start, faulty) : status;
 }

@@ -15,13 +15,12 @@
 enum status start_find(const struct surface *surface, const struct drape_settings *settings,
                        struct march_start *start, int *faulty) STATUS_MUST_USE;
 
-/* The same on a mesh: the default is the centroid of its largest component, parameters are
- * STATUS_INVALID. Angle 0 is the x axis projected on the triangle, or the y axis where the triangle
- * lies across x. Generators may be planes, but not curves. */
-enum status start_find_on_mesh(const struct mesh *mesh, const struct drape_settings *settings,
-                               struct march_start *start, int *faulty) STATUS_MUST_USE;
+/* The same on the march's mesh, for its start: the default is the centroid of its largest
+ * component, parameters are STATUS_INVALID. Angle 0 is the x axis projected on the tangent plane,
+ * or the y axis where that lies across x. Generators may be planes, but not curves. */
+enum status start_find_on_mesh(struct march *march, int *faulty) STATUS_MUST_USE;
 
-/* Moves a start on a surface to the mesh made of it. */
-enum status start_move_to_mesh(const struct mesh *mesh, struct march_start *start) STATUS_MUST_USE;
+/* Moves the march's start on a surface to the mesh made of it. */
+enum status start_move_to_mesh(struct march *march) STATUS_MUST_USE;
 
 #endif

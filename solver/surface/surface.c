@@ -286,7 +286,7 @@ static bool same_place(const struct surface *surface, vec4 a, vec4 b) {
     return vec3_distance(place_of(a), place_of(b)) <= coincidence * surface->size;
 }
 
-/* What of the topology the march asks for all the time. */
+/* The part of the topology that the march needs at every node. */
 static void find_limits(struct surface *surface) {
     const struct surface_axis *a = surface->axis;
     surface->has_poles = a[0].pole[0] || a[0].pole[1] || a[1].pole[0] || a[1].pole[1];

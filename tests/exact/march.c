@@ -159,7 +159,8 @@ static struct vec3 second_difference(const struct march *march, int k, int i, in
     return stencil(march, k, i, j, l - 1, 1, middle, 3);
 }
 
-/* chord = d sqrt(1 - |D2|^2 / (12 d^2)), D2 averaged over both ends of the edge. */
+/* chord = d sqrt(1 - q / 12 - 23 q^2 / 720 - 0.02042 q^3), q = |D2|^2 / d^2, D2 averaged over both
+ * ends of the edge. */
 static void correct_chords(struct march *march) {
     const struct plain_setup *setup = march->setup;
     for (int k = 0; k < 2; k++) {
@@ -169,8 +170,9 @@ static void correct_chords(struct march *march) {
                 int side = (k ? j : i) > 0 ? 1 : -1;
                 struct vec3 one = second_difference(march, k, i, j, side);
                 struct vec3 two = second_difference(march, k, i - 1 + k, j - k, side);
-                double m = vec3_norm2(vec3_scale(0.5, vec3_add(one, two)));
-                march->chord[k][place(march, i, j)] = d * sqrt(1 - m / (12 * d * d));
+                double q = vec3_norm2(vec3_scale(0.5, vec3_add(one, two))) / (d * d);
+                double share = 1 - q / 12 - 23 * q * q / 720 - 0.02042 * q * q * q;
+                march->chord[k][place(march, i, j)] = d * sqrt(share);
             }
         }
     }

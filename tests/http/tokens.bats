@@ -106,7 +106,7 @@ surface() { jq -c --argjson z "$1" '.surface | .control_points.points[0][2] += $
     expect 204
 }
 
-@test "tokens: the same drape of two callers is solved once and each has his own" {
+@test "tokens: the same drape of two callers is solved for each and each has his own" {
     quick 1.3 | as "$ANNA" submit
     local first=$id
     as "$ANNA" call GET "/v1/drapes/$first?wait=40"
@@ -114,6 +114,10 @@ surface() { jq -c --argjson z "$1" '.surface | .control_points.points[0][2] += $
     [ "$id" != "$first" ]
     as "$BERT" call GET "/v1/drapes/$id?wait=40"
     [ "$(field .status)" = succeeded ]
+    # Nothing tells him that she has asked before; a second time he is answered from his own.
+    [ "$(field .attempts)" = 1 ]
+    quick 1.3 | as "$BERT" submit
+    as "$BERT" call GET "/v1/drapes/$id"
     [ "$(field .attempts)" = 0 ]
     as "$ANNA" call DELETE "/v1/drapes/$first"
     expect 204

@@ -106,6 +106,7 @@ static const struct {
     {"\"method\":\"gib\"", "trimmed", 1},
     {"\"method\":\"mosaic\"", "tent", 1},
     {"\"method\":\"mosaic\"", "tent", 4},
+    {"\"method\":\"gib\"", "tent", 1},
 };
 
 static void test_allocation_failures_of_a_whole_run(void **state) {

@@ -76,8 +76,8 @@ static bool plain(const char *value, const char *forbidden) {
     return !value || !strpbrk(value, forbidden);
 }
 
-/* A password with an unescaped @ or / shifts what follows, and pieces of it would be taken, and
- * told, for a host or a database. So would libpq's message about what it cannot read. */
+/* A password with an unescaped @ or / shifts what follows, and parts of it would be
+ * taken for a host or a database and reported as such; likewise by libpq's own messages. */
 static bool read_url(struct pool *pool, char why[STORE_WHY_SIZE]) {
     PQconninfoOption *options = PQconninfoParse(pool->url, NULL);
     bool good = options != NULL;
@@ -152,8 +152,8 @@ static struct pool_connection *connection_new(const struct pool *pool, char why[
     return NULL;
 }
 
-/* After a failure: who calls before the next try is due is answered at once, so that the threads
- * which serve callers do not all stand and wait. */
+/* After a failure: a call before the next try is due fails at once, so that the threads which
+ * serve callers do not all wait. */
 static void note_try(struct pool *pool, bool good) {
     pool->trying = false;
     pool->down = !good;

@@ -55,7 +55,7 @@ static enum store_answer report(struct db *db, int code) {
 
 /* ------------------------------------------------------------------ open and close */
 
-/* Explains a failure to open; the extended code and SQLite's text tell the rest. */
+/* Explains a failure to open; the extended code and SQLite's text have the rest. */
 static void explain(char why[STORE_WHY_SIZE], const struct db *db, int code, const char *detail) {
     const char *what = "cannot be opened";
     switch (code & 0xff) {
@@ -138,8 +138,8 @@ bool db_read_only(struct db *db) {
     return sqlite3_db_readonly(db->handle, "main") == 1;
 }
 
-/* Processes that turn a new file to a log at the same time are told "busy" at once, without the
- * wait that other locks have: they would wait for each other. */
+/* Processes that turn a new file to a log at the same time get "busy" at once, without the wait of
+ * other locks: they would wait for each other. */
 bool db_set_up(struct db *db, const char *sql, char why[STORE_WHY_SIZE]) {
     const int64_t until = clock_ms() + SET_UP_MS;
     int code;

@@ -88,8 +88,8 @@ struct named {
     const char *owner, *id; /* owner NULL: all */
 };
 
-/* What an owner's job needs, that owner keeps. What an administrator's job needs may be anybody's:
- * the last one stays. */
+/* An owner keeps what its jobs need. What an administrator's job needs may be of any owner: the
+ * last one stays. */
 static enum store_answer in_use(struct db *db, const struct named *named) {
     struct query query = db_query(
         db, "SELECT 1 FROM jobs WHERE surface = ?1 AND status < " SQL_FIRST_ENDED " AND (?2 IS NULL"

@@ -1,0 +1,149 @@
+/* SPDX-License-Identifier: MIT */
+#include "smooth_corner.h"
+
+enum { NEWTON_MAX = 30, SIDES_MAX = 4, FREE_STEPS = 4 };
+
+/* After FREE_STEPS Newton's method stays in its triangle up to this share of its height outside:
+ * the surface has a step of O(h^6) between triangles. */
+static const double settled = 0.02;
+
+/* Relative accuracy of the distances wanted, and still taken where rounding keeps from it. */
+static const double wanted = 1e-12, taken = 1e-9;
+
+/* The cosine of 95 degrees. */
+static const double sheet_cosine = -0.087;
+
+enum newton_end { NEWTON_FOUND, NEWTON_BEYOND, NEWTON_FAILED };
+
+static double residual(const struct mesh_cell *cell, struct vec3 d) {
+    return fmax(fabs(vec3_distance(d, cell->b.r) / cell->bd - 1),
+                fabs(vec3_distance(d, cell->c.r) / cell->cd - 1));
+}
+
+/* The step s with rows[k] . s = -f[k], by Cramer's rule; false where the rows are dependent. */
+static bool solve(const struct vec3 rows[3], const double f[3], struct vec3 *step) {
+    struct vec3 a = vec3_cross(rows[1], rows[2]), b = vec3_cross(rows[2], rows[0]);
+    struct vec3 c = vec3_cross(rows[0], rows[1]);
+    double inverse = -1 / vec3_dot(rows[0], a);
+    *step = vec3_axpy(f[2], c, vec3_axpy(f[1], b, vec3_scale(f[0], a)));
+    *step = vec3_scale(inverse, *step);
+    return isfinite(inverse) && isfinite(vec3_norm2(*step));
+}
+
+/* Newton's method from `place` on one side of all folds; `edge` is what D lies beyond. */
+static enum newton_end newton(const struct mesh_smooth *smooth, const struct mesh_cell *cell,
+                              struct mesh_place *place, int *steps, int32_t *edge) {
+    double longest = (cell->bd + cell->cd) / 2, best = HUGE_VAL;
+    struct mesh_place found = *place;
+    for (int k = 0; k < NEWTON_MAX; k++) {
+        struct mesh_jet jet;
+        struct vec3 step, wb = vec3_sub(place->r, cell->b.r), wc = vec3_sub(place->r, cell->c.r);
+        *edge = mesh_smooth_follow(smooth, place, false, k < FREE_STEPS ? 0 : settled);
+        mesh_smooth_jet(smooth, place, &jet);
+        double error = fmax(residual(cell, place->r), fabs(jet.height) / longest);
+        if (error < best) {
+            best = error;
+            found = *place;
+        }
+        if (error <= wanted)
+            break;
+        const struct vec3 rows[3] = {jet.gradient, wb, wc};
+        const double f[3] = {jet.height, (vec3_norm2(wb) - cell->bd * cell->bd) / 2,
+                             (vec3_norm2(wc) - cell->cd * cell->cd) / 2};
+        if (!solve(rows, f, &step))
+            return NEWTON_FAILED;
+        ++*steps;
+        double size = vec3_norm(step);
+        place->r = vec3_axpy(size > longest ? longest / size : 1, step, place->r);
+    }
+    *place = found;
+    *edge = mesh_smooth_follow(smooth, place, false, settled);
+    if (!(best <= taken))
+        return NEWTON_FAILED;
+    return *edge == MESH_NONE ? NEWTON_FOUND : NEWTON_BEYOND;
+}
+
+/* Twice the area of the triangle p q r as seen along the normal. */
+static double turn(struct vec3 p, struct vec3 q, struct vec3 r, struct vec3 normal) {
+    return vec3_dot(vec3_cross(vec3_sub(q, p), vec3_sub(r, p)), normal);
+}
+
+static struct vec3 normal_at(const struct mesh_smooth *smooth, const struct mesh_place *place) {
+    struct mesh_jet jet;
+    mesh_smooth_jet(smooth, place, &jet);
+    return vec3_unit(jet.gradient);
+}
+
+/* Whether D is the root away from A, on the sheet of B and C. */
+static bool right_root(const struct mesh_smooth *smooth, const struct mesh_cell *cell,
+                       const struct mesh_place *d) {
+    struct vec3 nb = normal_at(smooth, &cell->b), nc = normal_at(smooth, &cell->c);
+    struct vec3 nd = normal_at(smooth, d), sum = vec3_add(nd, vec3_add(nb, nc));
+    return vec3_dot(nd, nb) > sheet_cosine && vec3_dot(nd, nc) > sheet_cosine &&
+           cell->orientation * turn(cell->c.r, d->r, cell->b.r, sum) > 0;
+}
+
+/* From a place on: over as many folds as D turns out to lie beyond. */
+static enum newton_end search(const struct mesh_smooth *smooth, const struct mesh_cell *cell,
+                              struct mesh_place *place, int *steps) {
+    for (int side = 0; side < SIDES_MAX; side++) {
+        int32_t edge;
+        enum newton_end end = newton(smooth, cell, place, steps, &edge);
+        if (end == NEWTON_FOUND)
+            return right_root(smooth, cell, place) ? end : NEWTON_FAILED;
+        if (end == NEWTON_FAILED || smooth->mesh->twins[edge] == MESH_NONE)
+            return end;
+        place->triangle = smooth->mesh->twins[edge] / 3;
+    }
+    return NEWTON_FAILED;
+}
+
+/* The foot of a place in the plane of its triangle. */
+static struct mesh_place foot(const struct mesh *mesh, const struct mesh_place *place) {
+    struct vec3 normal = mesh->normals[place->triangle];
+    struct vec3 offset = vec3_sub(place->r, mesh_corner_point(mesh, place->triangle, 0));
+    return (struct mesh_place){place->triangle,
+                               vec3_axpy(-vec3_dot(offset, normal), normal, place->r)};
+}
+
+static enum mesh_corner_end accept(const struct mesh_cell *cell, const struct mesh_place *d,
+                                   struct mesh_corner *corner) {
+    corner->place = *d;
+    corner->residual = residual(cell, d->r);
+    return MESH_CORNER_FOUND;
+}
+
+enum mesh_corner_end mesh_smooth_corner(const struct mesh_smooth *smooth,
+                                        const struct mesh_cell *cell, struct mesh_corner *corner) {
+    struct mesh_place d = {cell->c.triangle, cell->guess};
+    int steps = 0;
+    struct vec3 sum = vec3_add(normal_at(smooth, &cell->b), normal_at(smooth, &cell->c));
+    sum = vec3_add(sum, normal_at(smooth, &cell->a));
+    corner->steps = 0;
+    if (!(cell->bd > 0) || !(cell->cd > 0) ||
+        !(cell->orientation * turn(cell->a.r, cell->c.r, cell->b.r, sum) > 0))
+        return MESH_CORNER_COLLAPSED;
+    if (mesh_smooth_follow(smooth, &d, true, 0) == MESH_NONE &&
+        search(smooth, cell, &d, &steps) == NEWTON_FOUND) {
+        corner->steps = steps;
+        return accept(cell, &d, corner);
+    }
+    struct mesh_cell flat = *cell;
+    flat.a = foot(smooth->mesh, &cell->a);
+    flat.b = foot(smooth->mesh, &cell->b);
+    flat.c = foot(smooth->mesh, &cell->c);
+    enum mesh_corner_end end = mesh_corner_solve(smooth->mesh, &flat, corner);
+    if (end != MESH_CORNER_FOUND)
+        return end;
+    d = corner->place;
+    switch (search(smooth, cell, &d, &corner->steps)) {
+    case NEWTON_FOUND:
+        return accept(cell, &d, corner);
+    case NEWTON_BEYOND:
+        return MESH_CORNER_BOUNDARY;
+    case NEWTON_FAILED:
+        break;
+    }
+    return mesh_cell_has_collapsed(smooth->mesh, cell) ? MESH_CORNER_COLLAPSED
+                                                       : MESH_CORNER_NO_CONVERGENCE;
+}

@@ -1,0 +1,162 @@
+/* SPDX-License-Identifier: MIT */
+#include "smooth_path.h"
+
+/* Steps of a move at the most, folds in one, rounds of a chord, halvings that find a fold. */
+enum { STEPS_MAX = 20000, FOLDS_MAX = 200, CHORD_ROUNDS = 12, HALVINGS = 45 };
+
+/* A step is at most this share of the move, and of a triangle's side. */
+static const double move_share = 0.25, side_share = 0.6;
+
+/* Relative accuracy of a chord wanted, and still taken. */
+static const double chord_wanted = 1e-12, chord_taken = 1e-8;
+
+/* x' and x'' at a place with the direction t there. */
+struct rate {
+    struct vec3 first, second;
+};
+
+static struct vec3 across(struct vec3 t, struct vec3 n) {
+    return vec3_unit(vec3_axpy(-vec3_dot(t, n), n, t));
+}
+
+static struct rate rate_at(const struct mesh_smooth_path *path, struct mesh_place place,
+                           struct vec3 t) {
+    struct mesh_jet jet;
+    (void)mesh_smooth_follow(path->smooth, &place, false, 0);
+    mesh_smooth_jet(path->smooth, &place, &jet);
+    struct vec3 n = vec3_unit(jet.gradient);
+    if (vec3_norm2(path->plane) > 0)
+        return (struct rate){vec3_unit(vec3_cross(path->plane, n)), {0, 0, 0}};
+    return (struct rate){t, vec3_scale(mesh_jet_form(&jet, t, t), n)};
+}
+
+static struct rate rate_ahead(const struct mesh_smooth_path *path, double h,
+                              const struct rate *by) {
+    struct mesh_place place = {path->place.triangle, vec3_axpy(h, by->first, path->place.r)};
+    return rate_at(path, place, vec3_axpy(h, by->second, path->direction));
+}
+
+static struct vec3 mean(double h, struct vec3 a, struct vec3 b, struct vec3 c, struct vec3 d) {
+    return vec3_scale(h / 6, vec3_add(vec3_add(a, d), vec3_scale(2, vec3_add(b, c))));
+}
+
+/* Moves on by h on this side of folds; the half-edge that stops it, or MESH_NONE. */
+static int32_t step_on(struct mesh_smooth_path *path, double h) {
+    struct rate a = rate_at(path, path->place, path->direction);
+    struct rate b = rate_ahead(path, h / 2, &a), c = rate_ahead(path, h / 2, &b);
+    struct rate d = rate_ahead(path, h, &c);
+    path->place.r = vec3_add(path->place.r, mean(h, a.first, b.first, c.first, d.first));
+    path->direction = vec3_add(path->direction, mean(h, a.second, b.second, c.second, d.second));
+    int32_t stop = mesh_smooth_follow(path->smooth, &path->place, false, 0);
+    struct mesh_jet jet;
+    mesh_smooth_project(path->smooth, &path->place);
+    mesh_smooth_jet(path->smooth, &path->place, &jet);
+    path->direction = across(path->direction, vec3_unit(jet.gradient));
+    return stop;
+}
+
+/* The unit normal at a place, as its triangle has it. */
+static struct vec3 normal_at(const struct mesh_smooth *smooth, const struct mesh_place *place) {
+    struct mesh_jet jet;
+    mesh_smooth_jet(smooth, place, &jet);
+    return vec3_unit(jet.gradient);
+}
+
+/* From the place on a fold to its other side. */
+static void cross_fold(struct mesh_smooth_path *path, int32_t edge) {
+    const struct mesh *mesh = path->smooth->mesh;
+    struct vec3 along = vec3_sub(mesh_corner_point(mesh, edge / 3, (edge + 1) % 3),
+                                 mesh_corner_point(mesh, edge / 3, edge % 3));
+    struct vec3 n = normal_at(path->smooth, &path->place), x = across(along, n);
+    double a = vec3_dot(path->direction, x), b = vec3_dot(path->direction, vec3_cross(x, n));
+    path->place.triangle = mesh->twins[edge] / 3;
+    mesh_smooth_project(path->smooth, &path->place);
+    n = normal_at(path->smooth, &path->place);
+    x = across(along, n);
+    path->direction = vec3_unit(vec3_axpy(b, vec3_cross(x, n), vec3_scale(a, x)));
+}
+
+/* Up to the fold that a step of h goes beyond, and over it; how far that was. */
+static double step_over(struct mesh_smooth_path *path, double h) {
+    double low = 0, high = h;
+    int32_t edge = MESH_NONE;
+    struct mesh_smooth_path before = *path;
+    for (int k = 0; k < HALVINGS; k++) {
+        struct mesh_smooth_path try = before;
+        double middle = (low + high) / 2;
+        int32_t stop = step_on(&try, middle);
+        if (stop != MESH_NONE) {
+            high = middle;
+            edge = stop;
+            *path = try;
+        } else {
+            low = middle;
+        }
+    }
+    if (edge != MESH_NONE)
+        cross_fold(path, edge);
+    return high;
+}
+
+static double side_of(const struct mesh *mesh, int32_t t) {
+    struct vec3 p[3];
+    mesh_corner_points(mesh, t, p);
+    return sqrt(vec3_norm(vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]))));
+}
+
+bool mesh_smooth_path(struct mesh_smooth_path *path, const struct mesh_smooth *smooth,
+                      const struct mesh_place *from, struct vec3 direction, struct vec3 plane) {
+    struct vec3 n = normal_at(smooth, from), along = vec3_cross(vec3_unit(plane), n);
+    bool section = vec3_norm2(plane) > 0, back = vec3_dot(along, direction) < 0;
+    *path = (struct mesh_smooth_path){.smooth = smooth, .place = *from};
+    if (section)
+        path->plane = vec3_scale(back ? -1 : 1, vec3_unit(plane));
+    path->direction = across(section ? vec3_cross(path->plane, n) : direction, n);
+    return vec3_norm2(path->direction) > 0.5;
+}
+
+enum mesh_walk_end mesh_smooth_length(struct mesh_smooth_path *path, double length) {
+    const struct mesh *mesh = path->smooth->mesh;
+    double left = length;
+    for (int step = 0, folds = 0; step < STEPS_MAX && folds < FOLDS_MAX; step++) {
+        double h = fmin(move_share * length, side_share * side_of(mesh, path->place.triangle));
+        struct mesh_smooth_path ahead = *path;
+        bool last = left <= h;
+        int32_t stop = step_on(&ahead, last ? left : h);
+        if (stop == MESH_NONE) {
+            *path = ahead;
+            left -= h;
+        } else if (mesh->twins[stop] == MESH_NONE) {
+            return MESH_WALK_BOUNDARY;
+        } else {
+            left -= step_over(path, last ? left : h);
+            last = false;
+            folds++;
+        }
+        if (last)
+            return MESH_WALK_DONE;
+    }
+    return MESH_WALK_LOST;
+}
+
+enum mesh_walk_end mesh_smooth_chord(struct mesh_smooth_path *path, double chord) {
+    double length = chord;
+    for (int round = 0; round < CHORD_ROUNDS; round++) {
+        struct mesh_smooth_path ahead = *path;
+        enum mesh_walk_end end = mesh_smooth_length(&ahead, length);
+        if (end != MESH_WALK_DONE)
+            return end;
+        struct vec3 way = vec3_sub(ahead.place.r, path->place.r);
+        double size = vec3_norm(way), rate = vec3_dot(way, ahead.direction) / size;
+        double error = fabs(size - chord);
+        if (error <= chord_wanted * chord ||
+            (round == CHORD_ROUNDS - 1 && error <= chord_taken * chord)) {
+            *path = ahead;
+            return MESH_WALK_DONE;
+        }
+        length += (chord - size) / fmax(rate, 0.3);
+        if (!(length > 0 && length < 8 * chord))
+            return MESH_WALK_LOST;
+    }
+    return MESH_WALK_LOST;
+}

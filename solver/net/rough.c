@@ -1,0 +1,105 @@
+/* SPDX-License-Identifier: MIT */
+#include "rough.h"
+
+/* Along a helix of curvature k and torsion t an arc of the curvature in the chord's direction is
+ * wrong by (k d)^2 (t d)^2 / 72 of its length. */
+static const double helix_share = 72;
+static const double length_share = 5e-7;
+
+/* A knot line is a joint when the angle by which the surface turns on it, or the change of the turn
+ * of an edge, is more than this. */
+static const double joint_angle = 1e-3;
+static const double joint_turn = 4e-3;
+
+/* An edge that rises by so much else than the curvature at its end says, as a share of that or of
+ * the edge, lies on the other side of a joint there. */
+static const double other_side = 0.2;
+static const double least_rise = 5e-4;
+
+/* II(t, t) and II(t, n x t) of the unit tangent t: normal curvature and geodesic torsion. */
+static void bend_along(const struct station *p, struct vec3 t, double *curvature, double *torsion) {
+    double along[2], across[2];
+    const double *ii = p->second;
+    *curvature = *torsion = 0;
+    if (!station_components(p, t, along) ||
+        !station_components(p, vec3_cross(p->normal, t), across))
+        return;
+    *curvature = station_form(ii, along);
+    *torsion = along[0] * across[0] * ii[0] +
+               (along[0] * across[1] + along[1] * across[0]) * ii[1] + along[1] * across[1] * ii[2];
+}
+
+struct vec3 rough_leave(const struct surface *surface, struct surface_cursor *cursor,
+                        const struct station *p, const double to_uv[2], struct vec3 to) {
+    double curvature, torsion;
+    struct station q;
+    struct vec3 chord = vec3_sub(to, p->jet.r), t = station_tangent(p, chord);
+    bend_along(p, t, &curvature, &torsion);
+    double c2 = vec3_norm2(chord), rise = curvature * c2 / 2;
+    if (fabs(vec3_dot(chord, p->normal) - rise) > other_side * fabs(rise) + least_rise * sqrt(c2) &&
+        station_at(surface, cursor, to_uv, &q))
+        bend_along(&q, station_tangent(&q, chord), &curvature, &torsion);
+    return vec3_unit(vec3_axpy(curvature * torsion * c2 / 6, vec3_cross(p->normal, t), t));
+}
+
+/* Whether the surface turns, or bends differently, on either side of (u, v) on a knot of direction
+ * k between `span` and the next. */
+static bool is_joint(const struct surface *surface, int k, const int span[2], const double uv[2],
+                     struct vec3 chord, double d) {
+    struct station side[2];
+    double curvature[2];
+    for (int n = 0; n < 2; n++) {
+        int at[2] = {span[0], span[1]};
+        at[k] += n;
+        surface_evaluate_span(surface, at[0], at[1], uv[0], uv[1], &side[n].jet);
+        side[n].uv[0] = uv[0];
+        side[n].uv[1] = uv[1];
+        if (!station_complete(surface, &side[n]))
+            return true;
+        curvature[n] = station_normal_curvature(&side[n], chord);
+    }
+    return fabs(curvature[1] - curvature[0]) * d > joint_turn ||
+           vec3_norm(vec3_sub(side[1].normal, side[0].normal)) > joint_angle;
+}
+
+/* Whether there is a joint between two places, as the straight line between their parameters
+ * crosses it. Round a closed direction the seam counts as one. */
+static bool crosses_joint(const struct surface *surface, const struct station *p,
+                          const struct station *q, double d) {
+    struct vec3 chord = vec3_sub(q->jet.r, p->jet.r);
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &surface->axis[k];
+        double from = surface_axis_wrap(axis, p->uv[k]), to = surface_axis_wrap(axis, q->uv[k]);
+        double shift = from - p->uv[k];
+        if (fabs(to - shift - q->uv[k]) > 0.5 * fabs(surface_axis_upper(axis) - axis->breaks[0]))
+            return true;
+        int a = surface_axis_span(axis, 0, from), b = surface_axis_span(axis, a, to);
+        for (int s = a < b ? a : b; s < (a < b ? b : a); s++) {
+            const struct surface_axis *other = &surface->axis[1 - k];
+            double uv[2], share = (axis->breaks[s + 1] - from) / (to - from);
+            int span[2];
+            uv[k] = axis->breaks[s + 1];
+            uv[1 - k] =
+                surface_axis_wrap(other, p->uv[1 - k] + share * (q->uv[1 - k] - p->uv[1 - k]));
+            span[k] = s;
+            span[1 - k] = surface_axis_span(other, 0, uv[1 - k]);
+            if (is_joint(surface, k, span, uv, chord, d))
+                return true;
+        }
+    }
+    return false;
+}
+
+bool rough_edge_closely(const struct surface *surface, const struct station *p,
+                        const struct station *q, double curvature, double misfit, double d) {
+    double turn = fabs(curvature) * d;
+    if (!(misfit < ROUGH_MISFIT_ROUGH && turn < ROUGH_TURN_ROUGH))
+        return true;
+    if (turn >= ROUGH_TURN_SMOOTH) {
+        double bend, torsion;
+        bend_along(p, station_tangent(p, vec3_sub(q->jet.r, p->jet.r)), &bend, &torsion);
+        if (bend * bend * torsion * torsion * d * d * d * d > helix_share * length_share)
+            return true;
+    }
+    return misfit >= ROUGH_MISFIT_SMOOTH && crosses_joint(surface, p, q, d);
+}

@@ -1,0 +1,78 @@
+/* SPDX-License-Identifier: MIT */
+#include "yarn.h"
+
+#include "rough.h"
+#include "solver/angle.h"
+
+struct vec3 yarn_leave(const struct yarn_net *yarns, const struct yarn_place *here,
+                       const struct yarn_place *there, int family, int side,
+                       const struct station *station) {
+    const struct yarn_place *laid = NULL;
+    if (here->node->rough & NET_EDGE_BIT(family, side))
+        laid = here;
+    else if (there->node->rough & NET_EDGE_BIT(family, 1 - side))
+        laid = there;
+    if (!laid)
+        return rough_leave(yarns->surface, yarns->cursor, station, there->node->uv, there->node->r);
+    const struct net_edge *edge =
+        &net_yarns(yarns->net, laid->i, laid->j, laid->node)->edge[family];
+    return side ? edge->lower : vec3_scale(-1, edge->higher);
+}
+
+static struct yarn_place place_at(const struct net_window *window, int x, int y) {
+    const struct net_tile *tile = window->tile[1][1];
+    return (struct yarn_place){tile->ti * NET_TILE + x, tile->tj * NET_TILE + y,
+                               net_window_place(window, x, y)};
+}
+
+/* The yarn's direction towards the higher index, by its neighbour on one side; zero where there is
+ * none. */
+static struct vec3 onward(const struct yarn_net *yarns, const struct net_window *window, int x,
+                          int y, int family, int side, const struct station *station) {
+    int step = side ? 1 : -1;
+    struct yarn_place here = place_at(window, x, y);
+    struct yarn_place there =
+        place_at(window, x + (family == 0 ? step : 0), y + (family == 0 ? 0 : step));
+    if (!there.node)
+        return vec3_make(0, 0, 0);
+    return vec3_scale(step, yarn_leave(yarns, &here, &there, family, side, station));
+}
+
+/* From a to b about the normal, in degrees. */
+static double angle_between(struct vec3 a, struct vec3 b, struct vec3 normal) {
+    return angle_atan2_deg(vec3_dot(vec3_cross(a, b), normal), vec3_dot(a, b));
+}
+
+double yarn_node_angle(const struct yarn_net *yarns, const struct net_window *window, int x, int y,
+                       const struct station *station) {
+    struct vec3 mean[2];
+    for (int k = 0; k < 2; k++)
+        mean[k] = vec3_add(onward(yarns, window, x, y, k, 0, station),
+                           onward(yarns, window, x, y, k, 1, station));
+    bool both = vec3_norm2(mean[0]) > 0 && vec3_norm2(mean[1]) > 0;
+    return both ? fabs(angle_between(mean[0], mean[1], station->normal)) : 90;
+}
+
+bool yarn_cell_is_rough(const struct net_window *window, int x, int y) {
+    const struct net_node *a = net_window_find(window, x, y);
+    const struct net_node *b = net_window_find(window, x + 1, y);
+    const struct net_node *c = net_window_find(window, x + 1, y + 1);
+    const struct net_node *d = net_window_find(window, x, y + 1);
+    return (a->rough & (NET_EDGE_BIT(0, 1) | NET_EDGE_BIT(1, 1))) ||
+           (b->rough & (NET_EDGE_BIT(0, 0) | NET_EDGE_BIT(1, 1))) ||
+           (c->rough & (NET_EDGE_BIT(0, 0) | NET_EDGE_BIT(1, 0))) ||
+           (d->rough & (NET_EDGE_BIT(0, 1) | NET_EDGE_BIT(1, 0)));
+}
+
+double yarn_cell_angle(const struct yarn_net *yarns, const struct net_window *window, int x, int y,
+                       const struct station corner[4]) {
+    static const int8_t at[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    double sum = 0;
+    for (int k = 0; k < 4; k++) {
+        int cx = x + at[k][0], cy = y + at[k][1];
+        struct vec3 warp = onward(yarns, window, cx, cy, 0, 1 - at[k][0], &corner[k]);
+        struct vec3 weft = onward(yarns, window, cx, cy, 1, 1 - at[k][1], &corner[k]);
+        sum += angle_between(warp, weft, corner[k].normal);
+    }
+    return sum / 4;
+}

@@ -1,0 +1,119 @@
+/* SPDX-License-Identifier: MIT */
+/* Fillets no larger than a spacing and sharp folds: on a developable part the net is the flat
+ * square grid whatever the spacing, and has no shear. */
+#include "profile.h"
+#include "tests/check.h"
+#include <stdio.h>
+
+static const struct method {
+    const char *name;
+    enum drape_method id;
+    double position; /* largest error of a node, in spacings */
+} methods[] = {
+    {"geodesic", DRAPE_GEODESIC, 1e-8},
+    {"gib", DRAPE_GIB, 1e-4},
+    {"gib4", DRAPE_GIB4, 1e-4},
+};
+enum { METHODS = sizeof methods / sizeof *methods };
+static const double SHEAR_DEG = 0.01;
+
+static void check_sheet(struct profile_sheet *sheet, const struct method *method, double d,
+                        const double start[2], double angle_deg) {
+    struct drape_run run;
+    profile_drape(sheet, method->id, d, start, angle_deg, &run);
+    struct profile_error error = profile_measure(sheet, d, start, angle_deg, &run);
+    printf("    %-8s d %-5g at %3g deg: %6zu nodes, %.1e d, shear %.4f, of cells %.4f deg\n",
+           method->name, d, angle_deg, run.result.nodes.count, error.position, error.node_shear_deg,
+           error.cell_shear_deg);
+    assert_int_equal(error.missing, 0);
+    assert_int_equal(run.result.summary.outcome, DRAPE_COMPLETE);
+    check_below(error.position, method->position);
+    check_below(error.node_shear_deg, SHEAR_DEG);
+    check_below(error.cell_shear_deg, SHEAR_DEG);
+    drape_end(&run);
+}
+
+/* A hat, as of a B-pillar: fillets of radius 3 between flanges, walls at 80 degrees and a top. */
+static void test_exact_folds_hat(void **state) {
+    static const struct profile_part hat[] = {
+        {0, 0, 20}, {3, 80, 25}, {3, -80, 40}, {3, -80, 25}, {3, 80, 20}};
+    static const double spacings[] = {0.25, 1, 2, 5, 10}, angles[] = {0, 20, 45, 70};
+    static struct profile_sheet sheet;
+    (void)state;
+    for (size_t k = 0; k < sizeof spacings / sizeof *spacings; k++) {
+        double d = spacings[k];
+        profile_make(&sheet, hat, 5, d < 1 ? 20 : 60);
+        double start[2] = {sheet.total / 2, sheet.width / 2};
+        for (int m = 0; m < METHODS; m++) {
+            for (size_t a = 0; a < sizeof angles / sizeof *angles; a++) {
+                check_sheet(&sheet, &methods[m], d, start, angles[a]);
+            }
+        }
+    }
+}
+
+/* A crease of 30 to 150 degrees, up or down, with the start and so nodes on it, or beside it. */
+static void test_exact_folds_crease(void **state) {
+    static const double angles[] = {0, 20, 45, 70, 90};
+    static struct profile_sheet sheet;
+    (void)state;
+    for (int fold = -150; fold <= 150; fold += 60) {
+        struct profile_part roof[] = {{0, 0, 12}, {0, fold, 12}};
+        printf("  fold of %d degrees\n", fold);
+        profile_make(&sheet, roof, 2, 20);
+        for (int m = 0; m < METHODS; m++) {
+            for (size_t a = 0; a < sizeof angles / sizeof *angles; a++) {
+                for (int beside = 0; beside < 2; beside++) {
+                    double start[2] = {12 - 0.37 * beside, 10};
+                    check_sheet(&sheet, &methods[m], 1, start, angles[a]);
+                }
+            }
+        }
+    }
+}
+
+/* Several folds under one edge: a joggle lower than a spacing. */
+static void test_exact_folds_joggle(void **state) {
+    static const struct profile_part joggle[] = {{0, 0, 15}, {0.5, 60, 0.4}, {0.5, -60, 15}};
+    static const double angles[] = {0, 20, 45, 70};
+    static struct profile_sheet sheet;
+    (void)state;
+    profile_make(&sheet, joggle, 3, 20);
+    for (int m = 0; m < METHODS; m++) {
+        for (size_t a = 0; a < sizeof angles / sizeof *angles; a++) {
+            double start[2] = {7.3, 10};
+            check_sheet(&sheet, &methods[m], 2.5, start, angles[a]);
+        }
+    }
+}
+
+/* Once round a square tube, with folds and with fillets: the net ends where it would meet itself.
+ */
+static void test_exact_folds_square_tube(void **state) {
+    static const struct profile_part sharp[] = {
+        {0, 0, 10}, {0, 90, 20}, {0, 90, 20}, {0, 90, 20}, {0, 90, 10}};
+    static const struct profile_part filleted[] = {
+        {0, 0, 7}, {3, 90, 14}, {3, 90, 14}, {3, 90, 14}, {3, 90, 7}};
+    static const double angles[] = {0, 30, 45};
+    static struct profile_sheet sheet;
+    (void)state;
+    for (int k = 0; k < 2; k++) {
+        profile_make(&sheet, k ? filleted : sharp, 5, 40);
+        for (int m = 0; m < METHODS; m++) {
+            for (size_t a = 0; a < sizeof angles / sizeof *angles; a++) {
+                double start[2] = {sheet.total / 2, 20};
+                check_sheet(&sheet, &methods[m], k ? 3.7 : 1, start, angles[a]);
+            }
+        }
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_exact_folds_hat),
+        cmocka_unit_test(test_exact_folds_crease),
+        cmocka_unit_test(test_exact_folds_joggle),
+        cmocka_unit_test(test_exact_folds_square_tube),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

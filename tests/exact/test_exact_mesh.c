@@ -1,0 +1,204 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Nets of gib and basic on triangle meshes, against those on the surface that the vertices lie on:
+ * they tend to them with more than the second order of the triangles' size, where mosaic's walks
+ * tend with the first. Folds of the mesh stay folds.
+ */
+#include "measure.h"
+#include "solver/mesh/fit.h"
+#include "tests/check.h"
+#include <stdio.h>
+#include <stdlib.h>
+
+enum { CELLS_MAX = 64, SIDE = CELLS_MAX + 1, SIZES = 4 };
+
+static double uniform(uint64_t *state) {
+    *state = *state * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+    return (double)(*state >> 11) * 0x1p-53;
+}
+
+/* n x n quadrilaterals over [-1, 1]^2, their diagonals by turns; inner vertices moved by up to
+ * `shift` of a quadrilateral. */
+static struct mesh *make_mesh(struct vec3 (*map)(double x, double y), int n, double shift,
+                              struct arena *arena) {
+    static struct vec3 vertices[SIDE * SIDE];
+    static int32_t triangles[2 * CELLS_MAX * CELLS_MAX][3];
+    uint64_t state = 7;
+    for (int i = 0; i <= n; i++)
+        for (int j = 0; j <= n; j++) {
+            bool inner = i > 0 && j > 0 && i < n && j < n;
+            double dx = shift * (2 * uniform(&state) - 1), dy = shift * (2 * uniform(&state) - 1);
+            double x = i + (inner ? dx : 0), y = j + (inner ? dy : 0);
+            vertices[i * (n + 1) + j] = map(2 * x / n - 1, 2 * y / n - 1);
+        }
+    for (int k = 0; k < n * n; k++) {
+        int32_t a = k / n * (n + 1) + k % n, b = a + n + 1;
+        bool turned = (k / n * 7 + k % n * 3) % 2;
+        const int32_t two[2][3] = {{a, b, turned ? b + 1 : a + 1}, {turned ? a : b, b + 1, a + 1}};
+        for (int x = 0; x < 6; x++)
+            triangles[2 * k + x / 3][x % 3] = two[x / 3][x % 3];
+    }
+    struct mesh_source source = {.vertices = vertices,
+                                 .vertex_count = (size_t)((n + 1) * (n + 1)),
+                                 .triangles = (const int32_t(*)[3])triangles,
+                                 .triangle_count = (size_t)(2 * n * n)};
+    struct mesh *mesh;
+    struct mesh_fault fault;
+    assert_int_equal(mesh_make(&source, arena, &mesh, &fault), STATUS_OK);
+    return mesh;
+}
+
+static struct drape_settings settings_at(enum drape_method method, double d, double angle_deg) {
+    double angle = M_PI / 180 * angle_deg;
+    return (struct drape_settings){.method = method,
+                                   .spacing = {d, 0.8 * d},
+                                   .start_kind = DRAPE_START_POINT,
+                                   .direction_kind = DRAPE_DIRECTION_VECTOR,
+                                   .direction_vector = {cos(angle), sin(angle), 0},
+                                   .max_nodes = 100000};
+}
+
+/* ---- order ---- */
+
+static const double SQUARE[2] = {-1, 1}, CAP[2] = {-0.4, 0.4};
+
+static struct vec3 saddle(double x, double y) {
+    return vec3_make(x, y, (x * x - y * y) / 2);
+}
+
+/* The stereographic patch over CAP, moved so that the start is the origin. */
+static struct vec3 sphere(double x, double y) {
+    double u = CAP[1] * x, v = CAP[1] * y, s = 1 + u * u + v * v;
+    return vec3_make(2 * u / s, 2 * v / s, (1 - u * u - v * v) / s);
+}
+
+/* The largest distance of nodes at most ten steps from the start. */
+static double net_gap(const struct drape_result *result, const struct drape_run *exact) {
+    double gap = 0;
+    int compared = 0;
+    for (size_t k = 0; k < result->nodes.count; k++) {
+        int at = grid_find(&exact->grid, result->nodes.i[k], result->nodes.j[k]);
+        if (at < 0 || abs(result->nodes.i[k]) > 10 || abs(result->nodes.j[k]) > 10)
+            continue;
+        gap = fmax(gap, vec3_distance(node_point(&result->nodes, (int)k),
+                                      node_point(&exact->result.nodes, at)));
+        compared++;
+    }
+    assert_true(compared > 300);
+    return gap;
+}
+
+struct subject {
+    const char *name;
+    struct vec3 (*map)(double x, double y);
+    struct vec3 start;
+    double spacing, shift;
+};
+
+/* Errors for meshes of 8, 16, 32, 64 a side, and their mean order, which is returned. */
+static double measure_order(const struct subject *s, struct shape *shape, enum drape_method method,
+                            double *finest) {
+    struct drape_settings settings = settings_at(method, s->spacing, 30);
+    struct drape_run exact;
+    double error[SIZES];
+    settings.start_point = s->start;
+    settings.method = method == DRAPE_MOSAIC ? DRAPE_BASIC : method;
+    drape_begin(&exact, shape, &settings);
+    settings.method = method;
+    printf("  %-7s shift %.2f %-6s", s->name, s->shift,
+           method == DRAPE_GIB     ? "gib"
+           : method == DRAPE_BASIC ? "basic"
+                                   : "mosaic");
+    for (int k = 0; k < SIZES; k++) {
+        struct arena *arena = arena_new((size_t)1 << 28);
+        struct drape_result result;
+        struct mesh *mesh = make_mesh(s->map, 8 << k, s->shift, arena);
+        assert_int_equal(drape_solve_mesh(mesh, &settings, NULL, arena, &result), STATUS_OK);
+        assert_true(result.summary.residual_max < 1e-11);
+        error[k] = net_gap(&result, &exact);
+        printf(" %.1e", error[k]);
+        arena_free(arena);
+    }
+    drape_end(&exact);
+    *finest = error[SIZES - 1];
+    double order = order_of(error[0], error[SIZES - 1]) / (SIZES - 1);
+    printf(" (%.2f)\n", order);
+    return order;
+}
+
+static void test_exact_mesh_tends_to_its_surface(void **state) {
+    (void)state;
+    static struct shape shape;
+    static const struct subject subjects[] = {{"saddle", saddle, {0, 0, 0}, 0.08, 0},
+                                              {"saddle", saddle, {0, 0, 0}, 0.08, 0.25},
+                                              {"sphere", sphere, {0, 0, 1}, 0.06, 0},
+                                              {"sphere", sphere, {0, 0, 1}, 0.06, 0.25}};
+    for (size_t k = 0; k < sizeof subjects / sizeof *subjects; k++) {
+        const struct subject *s = &subjects[k];
+        double flat, finest;
+        if (s->map == saddle)
+            shape_quadric(&shape, 1, -1, SQUARE, SQUARE);
+        else
+            shape_stereographic(&shape, 1, CAP, CAP);
+        (void)measure_order(s, &shape, DRAPE_MOSAIC, &flat);
+        for (int m = 0; m < 2; m++) {
+            double order = measure_order(s, &shape, m ? DRAPE_BASIC : DRAPE_GIB, &finest);
+            assert_true(order > 2);
+            assert_true(finest < 1e-6 && finest < flat / 100);
+        }
+    }
+}
+
+/* ---- folds ---- */
+
+static double fold_sine, fold_cosine;
+
+/* Two planes that meet at x = 0, where vertices are. */
+static struct vec3 roof(double x, double y) {
+    return x <= 0 ? vec3_make(x, y, 0) : vec3_make(fold_cosine * x, y, fold_sine * x);
+}
+
+/* How far nodes are from the two planes. */
+static double planes_gap(const struct drape_result *result) {
+    double gap = 0;
+    for (size_t k = 0; k < result->nodes.count; k++) {
+        struct vec3 r = node_point(&result->nodes, (int)k);
+        gap = fmax(gap, fmin(fabs(r.z), fabs(fold_cosine * r.z - fold_sine * r.x)));
+    }
+    return gap;
+}
+
+static double drape_roof(double degrees, double angle_deg, double *gap) {
+    struct arena *arena = arena_new((size_t)1 << 28);
+    struct drape_settings settings = settings_at(DRAPE_GIB, 0.05, angle_deg);
+    struct drape_result result;
+    fold_sine = sin(M_PI / 180 * degrees);
+    fold_cosine = cos(M_PI / 180 * degrees);
+    settings.start_point = vec3_make(-0.31, 0.02, 0);
+    struct mesh *mesh = make_mesh(roof, 16, 0, arena);
+    assert_int_equal(drape_solve_mesh(mesh, &settings, NULL, arena, &result), STATUS_OK);
+    *gap = planes_gap(&result);
+    double coverage = result.summary.coverage;
+    arena_free(arena);
+    return coverage;
+}
+
+static void test_exact_mesh_folds_stay_folds(void **state) {
+    (void)state;
+    for (double degrees = 20; degrees <= 80; degrees += 20)
+        for (double angle = 0; angle <= 40; angle += 20) {
+            double gap, coverage = drape_roof(degrees, angle, &gap);
+            printf("  fold of %2.0f, net at %2.0f: %.1e from the planes, coverage %.3f\n", degrees,
+                   angle, gap, coverage);
+            assert_true(degrees > MESH_FOLD_DEG ? gap < 1e-9 : gap > 1e-3);
+            assert_true(coverage > 0.9);
+        }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_exact_mesh_tends_to_its_surface),
+        cmocka_unit_test(test_exact_mesh_folds_stay_folds),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
