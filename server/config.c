@@ -2,6 +2,7 @@
 #include "config.h"
 #include "log.h"
 #include "server/http/origin.h"
+#include "server/http/owner.h"
 #include "server/http/tokens.h"
 #include "server/store/store.h"
 #include "systemd.h"
@@ -71,7 +72,7 @@ static const struct flag flags[] = {
      KIND_BYTES, AT(max_body), KIB, 900 * MIB, "max_body"},
     {"max-mesh", "DRAPED_MAX_MESH", "BYTES", "256M", "largest mesh to map onto; beyond it: 413",
      KIND_BYTES, AT(max_mesh), KIB, 900 * MIB, "max_mesh"},
-    {"max-bodies", "DRAPED_MAX_BODIES", "BYTES", "1G",
+    {"max-bodies", "DRAPED_MAX_BODIES", "BYTES", "320M",
      "all bodies that are being received together; beyond it: 503", KIND_BYTES, AT(max_bodies), KIB,
      1024 * GIB, "max_bodies"},
     {"max-nodes", "DRAPED_MAX_NODES", "N", "4000000", "most nodes of one drape", KIND_COUNT,
@@ -108,6 +109,29 @@ static const struct flag flags[] = {
      AT(retention_bytes), 0, 1024 * 1024 * GIB, "retention_bytes"},
     {"max-connections", "DRAPED_MAX_CONNECTIONS", "N", "4096", "open connections at a time",
      KIND_COUNT, AT(max_connections), 16, 1000000, "max_connections"},
+    {"trusted-proxy", "DRAPED_TRUSTED_PROXY", "ADDR[,...]", "",
+     "proxies whose Forwarded or X-Forwarded-For says for which address they call", KIND_TEXT,
+     AT(trusted_proxy), 0, 0, NULL},
+    {"owner-queue", "DRAPED_OWNER_QUEUE", "N", NULL,
+     "drapes of one owner that may wait; beyond it: 429; by default half of --queue-limit",
+     KIND_COUNT, AT(owner_queue), 1, 1000000000, "owner_queue"},
+    {"owner-running", "DRAPED_OWNER_RUNNING", "N", "0",
+     "drapes of one owner that may run at a time; 0 for no bound", KIND_COUNT, AT(owner_running), 0,
+     1000000, "owner_running"},
+    {"owner-bytes", "DRAPED_OWNER_BYTES", "BYTES", "0",
+     "stored bytes of one owner; beyond it: 429; 0 for no bound", KIND_BYTES, AT(owner_bytes), 0,
+     1024 * 1024 * GIB, "owner_bytes"},
+    {"owner-connections", "DRAPED_OWNER_CONNECTIONS", "N", NULL,
+     "connections from one address; by default half of --max-connections", KIND_COUNT,
+     AT(owner_connections), 1, 1000000, "owner_connections"},
+    {"owner-streams", "DRAPED_OWNER_STREAMS", "N", NULL,
+     "event streams and waiting calls of one owner; beyond it: 429; by default a quarter of "
+     "--max-connections",
+     KIND_COUNT, AT(owner_streams), 1, 1000000, "owner_streams"},
+    {"owner-bodies", "DRAPED_OWNER_BODIES", "BYTES", NULL,
+     "bodies of one owner that are being received together, but one of any size alone; beyond it: "
+     "429; by default half of --max-bodies",
+     KIND_BYTES, AT(owner_bodies), KIB, 1024 * GIB, "owner_bodies"},
     {"public-name", "DRAPED_PUBLIC_NAME", "NAME[,...]", "",
      "names by which callers reach the service, such as draped.example behind a proxy, beside "
      "localhost and the address of --listen; others are 403; * for any",
@@ -123,6 +147,8 @@ static const struct flag flags[] = {
 };
 
 enum { FLAG_COUNT = sizeof flags / sizeof flags[0], HELP_COLUMN = 34 };
+
+static const int64_t UNSET = -1; /* a number whose default is computed */
 
 static bool report(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
@@ -234,8 +260,9 @@ static bool set_from_environment(struct config *config, const struct flag *flag)
     const char *text = getenv(flag->variable);
     if (text && text[0])
         return set_value(config, flag, (struct origin){"", flag->variable}, text);
-    return !flag->fallback ||
-           set_value(config, flag, (struct origin){"--", flag->name}, flag->fallback);
+    if (!flag->fallback)
+        return set_integer(config, flag, UNSET);
+    return set_value(config, flag, (struct origin){"--", flag->name}, flag->fallback);
 }
 
 static bool set_defaults(struct config *config) {
@@ -243,7 +270,7 @@ static bool set_defaults(struct config *config) {
     for (size_t k = 0; k < FLAG_COUNT; k++)
         if (!set_from_environment(config, &flags[k]))
             return false;
-    if (config->workers == 0) {
+    if (config->workers == UNSET) {
         long cores = sysconf(_SC_NPROCESSORS_ONLN);
         config->workers = cores < 1 ? 1 : cores > 1024 ? 1024 : cores;
     }
@@ -359,7 +386,21 @@ static bool check_tokens(const char *path) {
     return tokens || report("--tokens: %s", why);
 }
 
+/* What one owner may have is a share of what there is, where nothing else is said. */
+static void set_shares(struct config *config) {
+    const struct {
+        int64_t *share, of, part;
+    } shares[] = {{&config->owner_queue, config->queue_limit, 2},
+                  {&config->owner_connections, config->max_connections, 2},
+                  {&config->owner_streams, config->max_connections, 4},
+                  {&config->owner_bodies, config->max_bodies, 2}};
+    for (size_t k = 0; k < sizeof shares / sizeof *shares; k++)
+        if (*shares[k].share == UNSET)
+            *shares[k].share = (shares[k].of + shares[k].part - 1) / shares[k].part;
+}
+
 static bool check(struct config *config) {
+    set_shares(config);
     if (!take_inherited(config) || !parse_listen(config))
         return false;
     if (!config->loopback && !config->allow_anonymous && !config->tokens[0])
@@ -372,6 +413,9 @@ static bool check(struct config *config) {
     if (!origin_are_names(config->public_name))
         return report("--public-name: '%s' is no list of names without ports, split by commas",
                       config->public_name);
+    if (!owner_are_addresses(config->trusted_proxy))
+        return report("--trusted-proxy: '%s' is no list of addresses, split by commas",
+                      config->trusted_proxy);
     if (!config->data[0])
         return report("--data is empty");
     if (strstr(config->store, "://") && !store_url_remote(config->store))

@@ -51,6 +51,14 @@ struct config {
     int64_t retention;          /* hours a result is kept after its job ended */
     int64_t retention_bytes;    /* of all results together; 0: no bound */
     int64_t max_connections;
+    const char *trusted_proxy; /* addresses, split by commas, whose Forwarded counts; empty: none */
+    /* What one owner may have of what is there for all. */
+    int64_t owner_queue;   /* queued jobs */
+    int64_t owner_running; /* running jobs; 0: no bound */
+    int64_t owner_bytes;   /* stored; 0: no bound */
+    int64_t owner_connections;
+    int64_t owner_streams; /* event streams and calls that wait */
+    int64_t owner_bodies;  /* bytes of bodies that are being received or read */
     int64_t drain_timeout; /* seconds running jobs get at SIGTERM */
     int64_t log_level;     /* enum log_level */
 };

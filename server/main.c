@@ -167,6 +167,7 @@ static bool open_store(struct service *service) {
     char url[PATH_MAX];
     char why[STORE_WHY_SIZE];
     options.queue_limit = config->queue_limit;
+    options.owner_running = config->owner_running;
     options.retention_us = config->retention * INT64_C(3600) * 1000000;
     options.retention_bytes = config->retention_bytes;
     options.lease_us = config->lease * 1000000;

@@ -40,6 +40,7 @@ bool access_allow(struct tokens *tokens, struct request *request, enum tokens_ro
     if (!token || !tokens_find(tokens, token, &holder))
         return refuse_unknown(token != NULL, reply);
     memcpy(request->caller, holder.name, sizeof holder.name);
+    memcpy(request->owner, holder.name, sizeof holder.name);
     request->sees_all = holder.role == TOKENS_ADMIN;
     return holder.role >= needed || refuse_role(needed, reply);
 }

@@ -7,8 +7,8 @@
 #include "request.h"
 #include "tokens.h"
 
-/* Sets the caller of the request, which needs the role. False: the reply is 401 or 403. Without
- * tokens (NULL) every request is allowed, and its caller is "". */
+/* Sets the caller of the request, which needs the role, and its owner if that has a token. False:
+ * the reply is 401 or 403. Without tokens (NULL) every request is allowed, and its caller is "". */
 bool access_allow(struct tokens *tokens, struct request *request, enum tokens_role needed,
                   struct reply *reply);
 

@@ -2,23 +2,47 @@
 #include "client.h"
 #include "interpose.h"
 #include "linger.h"
+#include "owner.h"
+#include "server/config.h"
 #include "server/id.h"
 #include "server/log.h"
 #include <errno.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/socket.h>
 
-struct client *client_open(struct http *http, int socket) {
+static void keep_peer(struct client *client, const struct sockaddr *peer) {
+    if (peer && (peer->sa_family == AF_INET || peer->sa_family == AF_INET6))
+        memcpy(&client->peer, peer,
+               peer->sa_family == AF_INET ? sizeof(struct sockaddr_in)
+                                          : sizeof(struct sockaddr_in6));
+}
+
+static bool admit(struct client *client, int socket) {
+    const struct config *config = client->http->settings.config;
+    const struct sockaddr *peer = (const struct sockaddr *)&client->peer;
+    char owner[REQUEST_CALLER_SIZE];
+    owner_of_address(peer, owner);
+    return admission_enter(client->http->admissions, &client->admission, owner,
+                           owner_trusts(config->trusted_proxy, peer), socket);
+}
+
+struct client *client_open(struct http *http, int socket, const struct sockaddr *peer) {
     struct client *client = calloc(1, sizeof *client);
     if (!client)
         return NULL;
     client->http = http;
     wire_init(&client->wire);
-    if (!interpose_watch(socket, client)) {
+    keep_peer(client, peer);
+    if (!interpose_watch(socket, client) || !admit(client, socket)) {
+        interpose_watch(socket, NULL);
+        shutdown(socket, SHUT_RDWR);
         free(client);
         return NULL;
     }
-    deadlines_add(http->deadlines, &client->deadline, socket);
+    deadlines_add(http->deadlines, &client->deadline, socket,
+                  client->admission.how == ADMISSION_SERVED ? DEADLINES_HEAD_MS
+                                                            : DEADLINES_RESERVE_MS);
     return client;
 }
 
@@ -27,6 +51,7 @@ void client_close(struct client *client) {
         exchange_end(client->exchange); /* MHD forgets it when the query overflows its memory */
     interpose_watch(client->deadline.socket, NULL);
     deadlines_remove(client->http->deadlines, &client->deadline);
+    admission_leave(client->http->admissions, &client->admission);
     free(client);
 }
 
@@ -50,6 +75,7 @@ bool client_checked(const struct client *client, bool whole) {
 
 void client_ended(struct client *client) {
     client->ended++;
+    admission_busy(client->http->admissions, &client->admission, false);
     if (client->wire.problem == API_OK || client->ended < client->wire.messages)
         return;
     if (!client->wire.closing)

@@ -11,12 +11,15 @@
 #ifndef SERVER_HTTP_CLIENT_H
 #define SERVER_HTTP_CLIENT_H
 
+#include "admission.h"
 #include "deadlines.h"
 #include "http.h"
 #include "server/hub.h"
+#include "shares.h"
 #include "wire.h"
 #include <pthread.h>
 #include <stdatomic.h>
+#include <sys/socket.h>
 
 /* Of the library's memory for a connection: a head with its table, and room for trailers or the
  * reply's headers. */
@@ -31,6 +34,8 @@ struct http {
     int socket;
     struct linger_pool *linger;
     struct deadlines *deadlines;
+    struct shares *shares;
+    struct admissions *admissions;
     atomic_bool draining;
     atomic_int_fast64_t bodies; /* bytes of bodies that are being received */
     atomic_long exchanges;      /* requests that have begun and are not over */
@@ -46,6 +51,8 @@ struct http {
 /* A connection. */
 struct client {
     struct deadlines_client deadline; /* with its socket */
+    struct admission_client admission;
+    struct sockaddr_storage peer;
     struct http *http;
     struct exchange *exchange; /* the request under way, or NULL */
     struct wire wire;          /* what was read */
@@ -67,6 +74,7 @@ struct exchange {
     bool known;       /* the head was looked at */
     bool unread;      /* answered before the body was here */
     bool complete;    /* the whole body is here */
+    bool streams;     /* it has a place in the owner's share of streams */
     bool watching;
     struct hub_watch watch;
 
@@ -77,8 +85,8 @@ struct exchange {
     struct exchange *next, *previous;
 };
 
-/* A new connection; NULL without memory: its requests will be refused. */
-struct client *client_open(struct http *http, int socket);
+/* A new connection; NULL without memory or without a place for it: its requests will be refused. */
+struct client *client_open(struct http *http, int socket, const struct sockaddr *peer);
 
 /* Before the socket is closed. */
 void client_close(struct client *client);

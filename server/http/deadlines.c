@@ -31,8 +31,9 @@ void deadlines_free(struct deadlines *deadlines) {
     free(deadlines);
 }
 
-void deadlines_add(struct deadlines *deadlines, struct deadlines_client *client, int socket) {
-    *client = (struct deadlines_client){.socket = socket, .due = clock_ms() + DEADLINES_HEAD_MS};
+void deadlines_add(struct deadlines *deadlines, struct deadlines_client *client, int socket,
+                   int64_t ms) {
+    *client = (struct deadlines_client){.socket = socket, .due = clock_ms() + ms};
     pthread_mutex_lock(&deadlines->lock);
     client->next = deadlines->clients;
     if (client->next)

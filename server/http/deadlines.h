@@ -16,11 +16,12 @@
 #include <stdint.h>
 
 enum {
-    DEADLINES_HEAD_MS = 10000,  /* for all headers of a request */
-    DEADLINES_IDLE_MS = 60000,  /* between two requests of a connection */
-    DEADLINES_BODY_MS = 10000,  /* how far a body may fall behind its least rate */
-    DEADLINES_BODY_RATE = 1000, /* bytes a second; Apache and nginx ask for as much */
-    DEADLINES_REPLY_MS = 60000  /* for each piece of a reply, and again the rate above */
+    DEADLINES_HEAD_MS = 10000,   /* for all headers of a request */
+    DEADLINES_RESERVE_MS = 2000, /* the same on a connection in reserve */
+    DEADLINES_IDLE_MS = 60000,   /* between two requests of a connection */
+    DEADLINES_BODY_MS = 10000,   /* how far a body may fall behind its least rate */
+    DEADLINES_BODY_RATE = 1000,  /* bytes a second; Apache and nginx ask for as much */
+    DEADLINES_REPLY_MS = 60000   /* for each piece of a reply, and again the rate above */
 };
 
 struct deadlines;
@@ -43,8 +44,9 @@ struct deadlines *deadlines_new(deadlines_late *late, void *context);
 /* Nobody may be in. NULL is allowed. */
 void deadlines_free(struct deadlines *deadlines);
 
-/* A new connection, which now has to send a request's headers. */
-void deadlines_add(struct deadlines *deadlines, struct deadlines_client *client, int socket);
+/* A new connection, which now has to send a request's headers within `ms`. */
+void deadlines_add(struct deadlines *deadlines, struct deadlines_client *client, int socket,
+                   int64_t ms);
 /* Before its socket is closed. */
 void deadlines_remove(struct deadlines *deadlines, struct deadlines_client *client);
 

@@ -2,6 +2,7 @@
 #include "client.h"
 #include "interpose.h"
 #include "origin.h"
+#include "owner.h"
 #include "server/clock.h"
 #include "server/config.h"
 #include "server/log.h"
@@ -69,7 +70,8 @@ static bool send_reply(struct exchange *exchange) {
         MHD_add_response_header(response, reply->headers[k].name, reply->headers[k].value);
     MHD_add_response_header(response, "X-Request-Id", exchange->request->id);
     MHD_add_response_header(response, "X-Content-Type-Options", "nosniff");
-    if (exchange->unread || atomic_load(&http->draining))
+    if (exchange->unread || atomic_load(&http->draining) ||
+        exchange->client->admission.how != ADMISSION_SERVED)
         MHD_add_response_header(response, "Connection", "close");
     bool queued = interpose_queue(exchange->connection, (unsigned)reply->status, response);
     MHD_destroy_response(response);
@@ -110,6 +112,64 @@ static void refuse_bodies(struct exchange *exchange) {
                  "too many bodies are being received at the moment (--max-bodies)");
 }
 
+/* 429 for what the owner has as much of as it may. */
+static void refuse_share(struct reply *reply, const char *what, const char *flag, int64_t most) {
+    reply_header(reply, "Retry-After", "1");
+    reply_refuse(reply, API_QUOTA, "you have as many %s as one owner may: %lld (--%s)", what,
+                 (long long)most, flag);
+}
+
+/* Takes room for more of the body: of the owner's share, of which the only body may have any
+ * size, and of all. False: the reply says why not. */
+static bool take_room(struct exchange *exchange, int64_t more) {
+    struct http *http = exchange->http;
+    int64_t share = http->settings.config->owner_bodies, alone = exchange->held + more;
+    if (!bodies_fit(http, more)) {
+        refuse_bodies(exchange);
+    } else if (!shares_take(http->shares, exchange->request->owner, SHARES_BODIES, more,
+                            alone > share ? alone : share)) {
+        refuse_share(&exchange->reply, "bytes of bodies on the way", "owner-bodies", share);
+    } else {
+        atomic_fetch_add(&http->bodies, (int_fast64_t)more);
+        exchange->held += more;
+    }
+    return !exchange->reply.status;
+}
+
+bool http_take_stream(struct request *request, struct reply *reply) {
+    struct exchange *exchange = request->transport;
+    struct http *http = exchange->http;
+    int64_t most = http->settings.config->owner_streams;
+    if (!exchange->streams)
+        exchange->streams = shares_take(http->shares, request->owner, SHARES_STREAMS, 1, most);
+    if (!exchange->streams)
+        refuse_share(reply, "event streams and waiting calls", "owner-streams", most);
+    return exchange->streams;
+}
+
+static void leave_shares(struct exchange *exchange) {
+    struct http *http = exchange->http;
+    const char *owner = exchange->request->owner;
+    atomic_fetch_sub(&http->bodies, (int_fast64_t)exchange->held);
+    if (exchange->held)
+        shares_give(http->shares, owner, SHARES_BODIES, exchange->held);
+    if (exchange->streams)
+        shares_give(http->shares, owner, SHARES_STREAMS, 1);
+}
+
+/* On a connection in reserve only probes are answered. */
+static void refuse_connection(struct exchange *exchange) {
+    const struct config *config = exchange->http->settings.config;
+    struct reply *reply = &exchange->reply;
+    if (exchange->client->admission.how == ADMISSION_OWNER_FULL) {
+        refuse_share(reply, "connections from your address", "owner-connections",
+                     config->owner_connections);
+    } else {
+        reply_header(reply, "Retry-After", "1");
+        reply_refuse(reply, API_UNAVAILABLE, "all connections are taken (--max-connections)");
+    }
+}
+
 static bool coded(const struct request *request) {
     const char *coding = request_header(request, "Content-Encoding");
     return coding && strcasecmp(coding, "identity") != 0;
@@ -132,8 +192,11 @@ static bool screen(struct exchange *exchange) {
     bool good = suspension_refresh(exchange) && !request->fault[0] &&
                 !handler->screen(handler->context, request, reply);
     bool large = length > request->limit.bytes;
+    bool reserved = exchange->client->admission.how != ADMISSION_SERVED && !request->quiet;
     if (request->fault[0])
         reply_refuse(reply, API_BAD_REQUEST, "%s", request->fault);
+    else if (good && reserved)
+        refuse_connection(exchange);
     else if (good && has_body && coded(request))
         refuse_coding(reply);
     else if (good && large)
@@ -142,7 +205,8 @@ static bool screen(struct exchange *exchange) {
     else if (good && length > 0 && !bodies_fit(exchange->http, length))
         refuse_bodies(exchange);
     return reply->status &&
-           (request->fault[0] || (has_body && (large || request_expects_continue(request))));
+           (request->fault[0] ||
+            (has_body && (large || reserved || request_expects_continue(request))));
 }
 
 static bool begin(struct exchange *exchange, const char *method, const char *version) {
@@ -153,6 +217,9 @@ static bool begin(struct exchange *exchange, const char *method, const char *ver
     request->limit = (struct request_limit){exchange->http->settings.config->max_body, "max-body"};
     MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, take_header, request);
     request_choose_id(request);
+    owner_of_request(exchange->http->settings.config->trusted_proxy,
+                     (const struct sockaddr *)&exchange->client->peer, request, request->owner);
+    admission_busy(exchange->http->admissions, &exchange->client->admission, true);
     if (!deadlines_body(exchange->http->deadlines, &exchange->client->deadline))
         return false;
     if (!screen(exchange))
@@ -166,14 +233,9 @@ static bool begin(struct exchange *exchange, const char *method, const char *ver
 /* Keeps a piece of the body. What is not sent yet takes no memory and counts for nothing, or slow
  * clients could keep others away by announcements. */
 static void keep(struct exchange *exchange, const char *bytes, size_t length) {
-    if (!bodies_fit(exchange->http, (int64_t)length)) {
-        refuse_bodies(exchange);
-    } else if (!request_append_body(exchange->request, bytes, length)) {
+    if (take_room(exchange, (int64_t)length) &&
+        !request_append_body(exchange->request, bytes, length))
         reply_refuse(&exchange->reply, API_UNAVAILABLE, "there is no memory for the body now");
-    } else {
-        atomic_fetch_add(&exchange->http->bodies, (int_fast64_t)length);
-        exchange->held += (int64_t)length;
-    }
 }
 
 /* A piece of the body; that of a request which is refused already is dropped. Without a
@@ -254,7 +316,7 @@ void exchange_end(struct exchange *exchange) {
     exchange->client->exchange = NULL;
     if (exchange->watching)
         hub_unsubscribe(http->settings.hub, &exchange->watch);
-    atomic_fetch_sub(&http->bodies, (int_fast64_t)exchange->held);
+    leave_shares(exchange);
     handler->count(handler->context, exchange->request, exchange->reply.status,
                    clock_us() - exchange->begun_us);
     if (exchange->known)

@@ -42,7 +42,10 @@ static void connection_notified(void *context, struct MHD_Connection *connection
     if (code == MHD_CONNECTION_NOTIFY_STARTED) {
         const union MHD_ConnectionInfo *info =
             MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
-        *state = info ? client_open(context, info->connect_fd) : NULL;
+        const union MHD_ConnectionInfo *peer =
+            MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+        *state =
+            info ? client_open(context, info->connect_fd, peer ? peer->client_addr : NULL) : NULL;
     } else if (*state) {
         client_close(*state);
     }
@@ -101,7 +104,8 @@ static unsigned thread_count(void) {
 }
 
 static bool start_daemon(struct http *http) {
-    unsigned connections = (unsigned)http->settings.config->max_connections;
+    unsigned connections =
+        (unsigned)http->settings.config->max_connections + ADMISSION_RESERVE + ADMISSION_CLOSING;
     unsigned flags =
         MHD_USE_EPOLL_INTERNAL_THREAD | MHD_USE_ITC | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG;
     http->daemon = MHD_start_daemon(
@@ -123,10 +127,16 @@ bool http_start(const struct http_settings *settings, struct http **out) {
     http->socket = listener_open(settings->config);
     http->linger = linger_start();
     http->deadlines = deadlines_new(client_refuse_late, http);
+    http->shares = shares_new();
+    http->admissions = http->shares
+                           ? admissions_new(http->shares, settings->config->max_connections,
+                                            settings->config->owner_connections)
+                           : NULL;
     const struct interpose_hooks hooks = {replace_page, client_received};
     bool listening = http->socket >= 0;
-    if (listening && http->linger && http->deadlines && suspension_start(http) &&
-        interpose_init(&hooks, listener_descriptors()) && start_daemon(http)) {
+    if (listening && http->linger && http->deadlines && http->admissions &&
+        suspension_start(http) && interpose_init(&hooks, listener_descriptors()) &&
+        start_daemon(http)) {
         *out = http;
         return true;
     }
@@ -172,6 +182,8 @@ void http_stop(struct http *http) {
         stop_daemon(http);
     linger_stop(http->linger);
     deadlines_free(http->deadlines);
+    admissions_free(http->admissions);
+    shares_free(http->shares);
     if (http->socket >= 0)
         close(http->socket);
     pthread_cond_destroy(&http->changed);

@@ -71,6 +71,11 @@ void http_drain(struct http *http);
  * be sent, closes all connections and frees `http`. NULL is allowed. */
 void http_stop(struct http *http);
 
+/* For handlers: takes one of the places that the request's owner has for event streams and calls
+ * that wait, until the request is over. False when the owner has no place left: the reply says so,
+ * 429. More than once is as once. */
+bool http_take_stream(struct request *request, struct reply *reply);
+
 /* For handlers: from now until the request is over, a change of `subject` (a job's id) makes a
  * handler or stream that waits be called again. Call it before the look at the store that decides
  * whether to wait. One subject a request: a later one takes the place of

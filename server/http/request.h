@@ -55,7 +55,8 @@ struct request {
     size_t body_length, body_capacity;
     int body_file; /* the memory file that a long one is in; -1: none */
 
-    char caller[REQUEST_CALLER_SIZE]; /* whose token it has: the owner of what is stored; "" */
+    char caller[REQUEST_CALLER_SIZE]; /* whose token it has; "" */
+    char owner[REQUEST_CALLER_SIZE];  /* whom it counts for, and what it stores: `owner.h` */
     bool sees_all;                    /* what others own, too */
 
     struct request_limit limit; /* of the body */

@@ -21,7 +21,7 @@ struct api_limits call_limits(const struct call *call) {
 }
 
 const char *call_owner(const struct call *call) {
-    return call->request->sees_all ? NULL : call->request->caller;
+    return call->request->sees_all ? NULL : call->request->owner;
 }
 
 enum http_next call_store_failed(struct call *call, enum store_answer answer) {
@@ -36,6 +36,16 @@ enum http_next call_draining(struct call *call) {
     return HTTP_DONE;
 }
 
+enum http_next call_bytes_full(struct call *call) {
+    reply_header(call->reply, "Retry-After", "60");
+    reply_refuse(
+        call->reply, API_QUOTA,
+        "you have stored as much as one owner may: %lld bytes (--owner-bytes); delete what "
+        "is no longer needed",
+        (long long)call->services->config->owner_bytes);
+    return HTTP_DONE;
+}
+
 enum http_next call_not_found(struct call *call, const char *what) {
     reply_refuse(call->reply, API_NOT_FOUND, "there is no %s with this id", what);
     return HTTP_DONE;
@@ -46,7 +56,7 @@ bool call_find_job(struct call *call, struct store_job *job) {
     enum store_answer answer = STORE_EMPTY;
     if (id_valid(request->parameter))
         answer = store_get(call->services->store, request->parameter, job);
-    if (answer == STORE_OK && !request->sees_all && strcmp(job->owner, request->caller) != 0) {
+    if (answer == STORE_OK && !request->sees_all && strcmp(job->owner, request->owner) != 0) {
         store_job_clear(job);
         answer = STORE_EMPTY;
     }

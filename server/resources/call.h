@@ -55,6 +55,9 @@ enum http_next call_store_failed(struct call *call, enum store_answer answer);
 /* 503 while the service stops. HTTP_DONE. */
 enum http_next call_draining(struct call *call);
 
+/* 429 for an owner that has stored as much as it may. HTTP_DONE. */
+enum http_next call_bytes_full(struct call *call);
+
 /* 404 for the path's id. HTTP_DONE. */
 enum http_next call_not_found(struct call *call, const char *what);
 

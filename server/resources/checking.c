@@ -6,7 +6,7 @@ struct checkers_order checking_order(const struct call *call, enum checker_kind 
     const struct request *request = call->request;
     struct checkers_order order = {
         .kind = kind,
-        .owner = request->caller,
+        .owner = request->owner,
         .limits = call_limits(call),
         .body_file = request->body_file,
     };

@@ -73,7 +73,7 @@ static void write_summary(struct api_text *text, const struct store_job *job) {
 static void write_status(struct api_text *text, const struct store_job *job) {
     api_text_raw(text, "{");
     api_text_key_string(text, "id", job->id);
-    if (job->owner[0])
+    if (job->owner[0] && job->owner[0] != '@') /* an address is nobody else's business */
         api_text_key_string(text, "owner", job->owner);
     api_text_key_string(text, "status", store_status_name(job->status));
     api_text_key_number(text, "progress", job->progress);

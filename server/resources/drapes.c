@@ -93,7 +93,8 @@ static bool begin_check(struct call *call) {
 static bool begin_drape(struct call *call) {
     int64_t wait = negotiate_wait(request_header(call->request, "Prefer"), CALL_WAIT_MAX);
     queue_rate_sample(call->services->store);
-    return check_key(call) && start_waiting(call, "", wait) && begin_check(call);
+    return check_key(call) && (!wait || http_take_stream(call->request, call->reply)) &&
+           start_waiting(call, "", wait) && begin_check(call);
 }
 
 /* Fetches the stored surface that the request names. False: the reply says why not. */
@@ -111,9 +112,29 @@ static bool fetch_surface(struct call *call, const char *id) {
     return answer == STORE_OK;
 }
 
+/* 429 for the bound that the submission would have been over. */
+static void refuse_full(struct call *call, enum store_bound bound) {
+    const struct config *config = call->services->config;
+    struct reply *reply = call->reply;
+    bool own = bound == STORE_BOUND_OWNER_QUEUED;
+    if (bound == STORE_BOUND_OWNER_BYTES) {
+        call_bytes_full(call);
+        return;
+    }
+    reply_header(reply, "Retry-After", "%d",
+                 queue_rate_retry_seconds(own ? config->owner_queue : config->queue_limit));
+    if (own)
+        reply_refuse(reply, API_QUOTA,
+                     "you have as many drapes waiting as one owner may: %lld (--owner-queue)",
+                     (long long)config->owner_queue);
+    else
+        reply_refuse(reply, API_QUEUE_FULL, "the queue is at its limit (--queue-limit)");
+}
+
 /* Queues the checked drape; `waiting->id` is its id then. False: the reply says why not. */
 static bool submit(struct call *call, const struct api_check *check) {
     const struct request *request = call->request;
+    const struct config *config = call->services->config;
     struct waiting *waiting = request->state;
     struct reply *reply = call->reply;
     struct api_problem problem = {0};
@@ -123,8 +144,9 @@ static bool submit(struct call *call, const struct api_check *check) {
         .request_length = request->body_length,
         .digest = check->digest,
         .surface = waiting->surface.definition ? check->surface : NULL,
-        .owner = request->caller,
+        .owner = request->owner,
         .key = request_header(request, "Idempotency-Key"),
+        .quota = {.queued = config->owner_queue, .bytes = config->owner_bytes},
     };
     enum store_answer answer = store_submit(call->services->store, &submission, &receipt);
     switch (answer) {
@@ -136,9 +158,7 @@ static bool submit(struct call *call, const struct api_check *check) {
                      "this Idempotency-Key came with another body before");
         break;
     case STORE_FULL:
-        reply_header(reply, "Retry-After", "%d",
-                     queue_rate_retry_seconds(call->services->config->queue_limit));
-        reply_refuse(reply, API_QUEUE_FULL, "the queue is at its limit (--queue-limit)");
+        refuse_full(call, receipt.full);
         break;
     case STORE_EMPTY: /* deleted since it was read */
         api_problem_add(&problem, "/surface/id", "there is no stored surface '%s'", check->surface);
@@ -237,7 +257,8 @@ static bool read_wait(struct call *call) {
     if (!text || call->request->state)
         return true;
     if (request_parse_int(text, 0, CALL_WAIT_MAX, &seconds))
-        return !seconds || start_waiting(call, call->request->parameter, seconds);
+        return !seconds || (http_take_stream(call->request, call->reply) &&
+                            start_waiting(call, call->request->parameter, seconds));
     reply_refuse(call->reply, API_INVALID_REQUEST,
                  "the query parameter 'wait' must be a whole number of seconds from 0 to %d",
                  CALL_WAIT_MAX);

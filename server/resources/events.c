@@ -117,7 +117,7 @@ enum http_next events_stream(struct call *call) {
     struct request *request = call->request;
     struct reply *reply = call->reply;
     struct store_job job = {0};
-    if (!call_find_job(call, &job))
+    if (!http_take_stream(request, reply) || !call_find_job(call, &job))
         return HTTP_DONE;
     const char *known = request_header(request, "Last-Event-ID");
     struct events *events = calloc(1, sizeof *events);

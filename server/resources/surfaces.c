@@ -11,6 +11,32 @@ static void free_check(void *state) {
     check_drop(state);
 }
 
+/* Puts it into the store. Callers without tokens see what any of them has stored, and get what is
+ * there already rather than an entry of each address. False: the reply says why not. */
+static bool put_surface(struct call *call, const struct store_surface *stored, bool *created) {
+    struct store *store = call->services->store;
+    int64_t most = call->services->config->owner_bytes;
+    struct store_surface there = {0};
+    struct store_usage usage = {0};
+    enum store_answer answer = STORE_EMPTY;
+    if (!call->services->tokens)
+        answer = store_surface_get(store, NULL, stored->id, &there);
+    store_surface_clear(&there);
+    *created = false;
+    if (answer == STORE_EMPTY) {
+        answer = most ? store_usage(store, stored->owner, &usage) : STORE_OK;
+        if (answer == STORE_OK && most && usage.bytes + (int64_t)stored->definition_length > most) {
+            call_bytes_full(call);
+            return false;
+        }
+        if (answer == STORE_OK)
+            answer = store_surface_put(store, stored, created);
+    }
+    if (answer != STORE_OK)
+        call_store_failed(call, answer);
+    return answer == STORE_OK;
+}
+
 /* Stores the surface that the check has read. */
 static void store_surface(struct call *call, struct check *check) {
     const struct checker_answer *answer = check_answer(check);
@@ -20,19 +46,14 @@ static void store_surface(struct call *call, struct check *check) {
                                    .description =
                                        checking_text(check, split, answer->output_length - split)};
     bool created = false;
-    snprintf(stored.owner, sizeof stored.owner, "%s", call->request->caller);
+    snprintf(stored.owner, sizeof stored.owner, "%s", call->request->owner);
     snprintf(stored.id, sizeof stored.id, "%s", answer->check.surface);
     if (!stored.definition || !stored.description) {
         reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
-    } else {
-        enum store_answer put = store_surface_put(call->services->store, &stored, &created);
-        if (put != STORE_OK) {
-            call_store_failed(call, put);
-        } else {
-            reply_text(call->reply, created ? 201 : 200, "application/json", stored.description);
-            stored.description = NULL; /* the reply has it */
-            reply_header(call->reply, "Location", "/v1/surfaces/%s", stored.id);
-        }
+    } else if (put_surface(call, &stored, &created)) {
+        reply_text(call->reply, created ? 201 : 200, "application/json", stored.description);
+        stored.description = NULL; /* the reply has it */
+        reply_header(call->reply, "Location", "/v1/surfaces/%s", stored.id);
     }
     store_surface_clear(&stored);
 }

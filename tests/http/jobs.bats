@@ -90,7 +90,7 @@ start() { start_daemon "$BATS_TEST_TMPDIR/daemon" "$@"; }
 }
 
 @test "http: beyond the queue limit the answer is 429 with Retry-After" {
-    start --workers 1 --queue-limit 3
+    start --workers 1 --queue-limit 3 --owner-queue 9
     stop_workers
     quick 5.01 | submit
     wait_until 10 has_status "$id" running
@@ -219,7 +219,7 @@ start() { start_daemon "$BATS_TEST_TMPDIR/daemon" "$@"; }
 
 # The library itself does not look at connections that wait.
 @test "http: callers who go away while they wait leave room for others" {
-    start --workers 1 --max-connections 16
+    start --workers 1 --max-connections 16 --owner-connections 16 --owner-streams 20
     stop_workers
     quick 9.04 | submit
     waiters=()
@@ -234,12 +234,12 @@ start() { start_daemon "$BATS_TEST_TMPDIR/daemon" "$@"; }
         wait_in_vain -H "$JSON" -H 'Prefer: wait=50' --data-binary "@$BATS_TEST_TMPDIR/$k.json" \
             "$URL/v1/drapes"
     done
-    full() { ! curl -sS --max-time 1 -o /dev/null "$URL/healthz" 2>/dev/null; }
+    full() { call GET /version && [ "$status" = 503 ]; }
     wait_until 20 full
     kill "${waiters[@]}"
     # Long before the waits end, and before a stream finds out by writing.
-    call GET "/v1/drapes/$id?wait=1" --max-time 8
-    expect 200
+    room() { call GET "/v1/drapes/$id?wait=1" && [ "$status" = 200 ]; }
+    wait_until 8 room
     # over ROUTE STATUS: four or more such requests have ended.
     over() { [ "$(metric "draped_http_requests_total{$1,status=\"$2\"}")" -ge 4 ]; }
     wait_until 8 over 'method="GET",route="/v1/drapes/{id}"' 0

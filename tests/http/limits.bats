@@ -17,7 +17,8 @@ result() {
     call GET /v1/limits
     expect 200
     for limit in queue_limit max_body max_bodies max_mesh max_nodes max_control_points max_elements max_depth \
-        job_timeout_seconds job_memory max_result retention_hours max_connections threads_per_job; do
+        job_timeout_seconds job_memory max_result retention_hours max_connections threads_per_job \
+        owner_queue owner_connections owner_streams owner_bodies; do
         field ".$limit > 0"
     done
     field '.retention_bytes == 0'
@@ -42,7 +43,7 @@ gone_by_now() { call GET "/v1/drapes/$1/result"; [ "$status" = 410 ]; }
 }
 
 @test "limits: beyond the queue limit 429 says when to come back" {
-    start_daemon "$BATS_TEST_TMPDIR/daemon" --workers 1 --queue-limit 1
+    start_daemon "$BATS_TEST_TMPDIR/daemon" --workers 1 --queue-limit 1 --owner-queue 9
     stop_workers
     quick 1 | submit
     wait_until 10 has_status "$id" running

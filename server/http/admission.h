@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Which connections are served. Of those that the configuration allows, `most` at a time, an owner
+ * (by the peer's address: whose requests come over it is not known yet) may have `owner_most`. One
+ * more first takes the place of an idle one: of the same owner when that has as many as it may,
+ * else of the owner who has most; idle is a connection on which no request has been under way for a
+ * moment, and the one that has been idle longest goes. When none is idle, the new connection is in
+ * reserve: probes are answered on it, all else is refused, and it is closed soon. The reserve has
+ * ADMISSION_RESERVE places; the connection that has been idle there longest makes room for the
+ * next.
+ *
+ * Peers that are trusted proxies carry many owners' requests: `owner_most` is not for them.
+ *
+ * Any thread; the calls for one connection come one at a time.
+ */
+#ifndef SERVER_HTTP_ADMISSION_H
+#define SERVER_HTTP_ADMISSION_H
+
+#include "request.h"
+#include "shares.h"
+#include <stdbool.h>
+#include <stdint.h>
+
+enum {
+    ADMISSION_RESERVE = 32,
+    ADMISSION_CLOSING = 64 /* that have been told to close but are not gone yet, at the most */
+};
+
+/* How a connection was taken. */
+enum admission {
+    ADMISSION_SERVED,
+    ADMISSION_OWNER_FULL, /* in reserve: its owner has as many as it may */
+    ADMISSION_FULL        /* in reserve: all are taken */
+};
+
+struct admissions;
+
+/* A connection: memory of the caller, not to be moved while it is in. The fields belong to
+ * admissions, but `how` may be read. */
+struct admission_client {
+    enum admission how;
+    char owner[REQUEST_CALLER_SIZE];
+    int socket;
+    bool shared;        /* with other owners: a proxy's */
+    bool busy, closing; /* a request is under way; it was shut down */
+    int64_t idle_since; /* `clock_us` */
+    struct admission_client *next, *previous;
+};
+
+/* Counts connections in `shares`, which is borrowed. NULL without memory. */
+struct admissions *admissions_new(struct shares *shares, int64_t most, int64_t owner_most);
+/* Nobody may be in. NULL is allowed. */
+void admissions_free(struct admissions *admissions);
+
+/* A new, idle connection of that owner; `shared`: of a proxy. False: there is no place for it, not
+ * even in reserve; it has to be closed and is not in. */
+bool admission_enter(struct admissions *admissions, struct admission_client *client,
+                     const char *owner, bool shared, int socket);
+/* Before its socket is closed. */
+void admission_leave(struct admissions *admissions, struct admission_client *client);
+
+/* A request begins, or has ended. */
+void admission_busy(struct admissions *admissions, struct admission_client *client, bool busy);
+
+#endif
