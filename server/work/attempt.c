@@ -1,15 +1,19 @@
 /* SPDX-License-Identifier: MIT */
 #include "attempt.h"
+#include "sandbox.h"
 #include "server/clock.h"
 #include "server/log.h"
 #include "server/metrics.h"
+#include <errno.h>
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 enum { CPU_MARGIN_SECONDS = 30 };
+#define MEMORY_BESIDE_BYTES (UINT64_C(1) << 30)
 
 /* How a job on a worker ended. */
 enum outcome {
@@ -179,11 +183,25 @@ static uint64_t cpu_seconds(const struct dispatcher_settings *settings) {
            (uint64_t)(settings->limits.threads > 1 ? settings->limits.threads : 1);
 }
 
+/* The job's own budget, and beside it the program itself, the documents, and the JSON tree of a
+ * body at its limits. */
+static bool bound_worker(const struct attempt *attempt, const struct api_input *input) {
+    const struct dispatcher_settings *settings = &attempt->shared->settings;
+    uint64_t memory = (uint64_t)settings->limits.max_memory + MEMORY_BESIDE_BYTES +
+                      input->request_length + input->surface_length;
+    if (sandbox_bound(attempt->child->pid, RLIMIT_AS, memory) &&
+        sandbox_bound_processor(attempt->child->pid, cpu_seconds(settings)))
+        return true;
+    log_error(log_event("worker_not_bounded"), log_text("detail", strerror(errno)));
+    return false;
+}
+
 /* Sends the job; a worker that dies while it is sent is noticed by receiving. */
 static void send_job(struct attempt *attempt, const struct api_input *input) {
     struct frame_outbox outbox;
     frame_outbox_fill(&outbox, input, &attempt->shared->settings.limits);
-    outbox.job.cpu_seconds = cpu_seconds(&attempt->shared->settings);
+    if (!bound_worker(attempt, input))
+        conclude(attempt, OUTCOME_RELEASED);
     while (attempt->outcome == OUTCOME_NONE &&
            frame_push(attempt->child->socket, &outbox) == FRAME_LATER) {
         wait_for_worker(attempt, POLLOUT);

@@ -237,19 +237,9 @@ static bool send_order(struct check *check) {
 
 /* ------------------------------------------------------------------ the process */
 
-/* Sets a soft limit of the process. It cannot raise that itself, since the filter of its system
- * calls has no call for it; the hard limit is left alone, because to raise one takes a right that
- * the daemon does not have. */
 static void bound(const struct place *place, int resource, uint64_t value) {
-    struct rlimit both;
-    if (SANDBOX_SANITIZED)
-        return;
-    if (prlimit(place->child.pid, (__rlimit_resource_t)resource, NULL, &both) == 0) {
-        both.rlim_cur = value < both.rlim_max ? value : both.rlim_max;
-        if (prlimit(place->child.pid, (__rlimit_resource_t)resource, &both, NULL) == 0)
-            return;
-    }
-    log_warning(log_event("checker_not_bounded"), log_text("detail", strerror(errno)));
+    if (!sandbox_bound(place->child.pid, resource, value))
+        log_warning(log_event("checker_not_bounded"), log_text("detail", strerror(errno)));
 }
 
 /* Starts the place's process if it has none, and waits for its word that it is locked in. */

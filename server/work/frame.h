@@ -33,7 +33,6 @@ struct frame_head {
 
 struct frame_job {
     struct api_limits limits;
-    uint64_t cpu_seconds; /* of the processor, for all threads together; 0: no bound */
     uint64_t request_length;
     uint64_t surface_length;
 };

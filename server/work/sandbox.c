@@ -7,6 +7,7 @@
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <time.h>
 #include <unistd.h>
 
 /* ------------------------------------------------------------------ limits */
@@ -16,23 +17,21 @@ static void limit(int resource, rlim_t bytes) {
     setrlimit((__rlimit_resource_t)resource, &both);
 }
 
-/* Up to what the process may have anyway. */
-static void limit_softly(int resource, rlim_t value) {
+bool sandbox_bound(pid_t pid, int resource, uint64_t value) {
     struct rlimit both;
-    if (getrlimit((__rlimit_resource_t)resource, &both) != 0)
-        return;
+    if (SANDBOX_SANITIZED && resource != RLIMIT_CPU)
+        return true;
+    if (prlimit(pid, (__rlimit_resource_t)resource, NULL, &both) != 0)
+        return false;
     both.rlim_cur = value < both.rlim_max ? value : both.rlim_max;
-    setrlimit((__rlimit_resource_t)resource, &both);
+    return prlimit(pid, (__rlimit_resource_t)resource, &both, NULL) == 0;
 }
 
-void sandbox_limit(uint64_t memory, uint64_t cpu_seconds) {
-    struct rusage used;
-    if (!SANDBOX_SANITIZED)
-        limit_softly(RLIMIT_AS, memory ? memory : RLIM_INFINITY);
-    if (getrusage(RUSAGE_SELF, &used) != 0)
-        return;
-    rlim_t before = (rlim_t)(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + 1;
-    limit_softly(RLIMIT_CPU, cpu_seconds ? before + cpu_seconds : RLIM_INFINITY);
+bool sandbox_bound_processor(pid_t pid, uint64_t seconds) {
+    clockid_t clock;
+    struct timespec used;
+    return clock_getcpuclockid(pid, &clock) == 0 && clock_gettime(clock, &used) == 0 &&
+           sandbox_bound(pid, RLIMIT_CPU, (uint64_t)used.tv_sec + 1 + seconds);
 }
 
 /* ------------------------------------------------------------------ system calls */
@@ -50,7 +49,7 @@ static const int allowed[] = {
     SCMP_SYS(exit_group), SCMP_SYS(restart_syscall),
     /* signals, of which a crash is one */
     SCMP_SYS(rt_sigaction), SCMP_SYS(rt_sigprocmask), SCMP_SYS(rt_sigreturn), SCMP_SYS(sigaltstack),
-    /* clocks, random numbers, the use of both limits */
+    /* clocks, random numbers, what was used */
     SCMP_SYS(clock_gettime), SCMP_SYS(clock_nanosleep), SCMP_SYS(nanosleep), SCMP_SYS(gettimeofday),
     SCMP_SYS(getrandom), SCMP_SYS(getrusage)};
 
@@ -77,7 +76,7 @@ static bool allow_if(scmp_filter_ctx filter, int call, struct scmp_arg_cmp condi
 
 /* Memory is data or code, and code there is enough. A clone is a thread of this process; clone3
  * hides its flags in memory, where no filter can see them, so it is answered as not
- * implemented and the C library takes clone. Signals and limits are this process's own. */
+ * implemented and the C library takes clone. Signals are this process's own. */
 static bool allow_some(scmp_filter_ctx filter) {
     const scmp_datum_t thread = CLONE_VM | CLONE_FS | CLONE_FILES | CLONE_SIGHAND | CLONE_THREAD;
     const struct scmp_arg_cmp no_code = SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0);
@@ -86,8 +85,7 @@ static bool allow_some(scmp_filter_ctx filter) {
            allow_if(filter, SCMP_SYS(mprotect), no_code) &&
            allow_if(filter, SCMP_SYS(clone), SCMP_A0(SCMP_CMP_MASKED_EQ, thread, thread)) &&
            seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0) == 0 &&
-           allow_if(filter, SCMP_SYS(tgkill), own) &&
-           allow_if(filter, SCMP_SYS(prlimit64), SCMP_A0(SCMP_CMP_EQ, 0));
+           allow_if(filter, SCMP_SYS(tgkill), own);
 }
 
 static bool filter_calls(void) {

@@ -11,6 +11,7 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <sys/types.h>
 
 /* Sanitizers reserve terabytes of address space, open /proc to report, trace the process at its end
  * and write to standard error: builds with them keep that, and are as closed as the others for
@@ -27,8 +28,13 @@ enum { SANDBOX_SANITIZED = 0 };
  * to none. False when the kernel does not provide it: then no job must be taken. */
 bool sandbox_enter(int socket, int files) __attribute__((warn_unused_result));
 
-/* Bounds of the job that comes next: address space in bytes, and seconds of processor time from now
- * on, beyond which the kernel ends the process (SIGXCPU). 0: no bound. */
-void sandbox_limit(uint64_t memory, uint64_t cpu_seconds);
+/* Bounds a resource (RLIMIT_AS, ...) of such a process, from outside: it has no system call to
+ * raise the bound again. The hard limit is left alone, because to raise one takes a right that the
+ * daemon does not have. False, with errno, when the system refuses. */
+bool sandbox_bound(pid_t pid, int resource, uint64_t value) __attribute__((warn_unused_result));
+
+/* Bounds its processor time from now on, all threads together; beyond it the kernel ends the
+ * process (SIGXCPU). */
+bool sandbox_bound_processor(pid_t pid, uint64_t seconds) __attribute__((warn_unused_result));
 
 #endif

@@ -17,9 +17,6 @@ enum {
     KEPT_BYTES = 32 * 1024 * 1024 /* between jobs: most need no new memory from the system */
 };
 
-/* Beyond the job's own budget: the program itself and the JSON tree of a body at its limits. */
-#define MEMORY_BESIDE_BYTES (INT64_C(1) << 30)
-
 /* One job under way. */
 struct task {
     bool gone; /* the dispatcher is */
@@ -111,10 +108,6 @@ static bool run_job(const struct worker_engine *engine, struct task *task,
     return id == API_OK ? send_summary(engine, task) : send_problem(&problem);
 }
 
-static uint64_t memory_of(const struct frame_job *job) {
-    return job->limits.max_memory + MEMORY_BESIDE_BYTES + job->request_length + job->surface_length;
-}
-
 /* Reads away what cannot be kept, so that the next frame starts where it should. */
 static bool skip(struct task *task, uint64_t length) {
     while (length > 0) {
@@ -130,7 +123,6 @@ static bool skip(struct task *task, uint64_t length) {
 static bool handle(const struct worker_engine *engine, struct task *task,
                    const struct frame_job *job) {
     uint64_t length = job->request_length + job->surface_length;
-    sandbox_limit(memory_of(job), job->cpu_seconds);
     char *bytes = malloc(length + 1);
     if (!bytes) {
         struct api_problem problem = {0};

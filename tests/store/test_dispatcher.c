@@ -4,12 +4,14 @@
 #include "scratch.h"
 #include "server/clock.h"
 #include "server/work/dispatcher.h"
+#include "server/work/sandbox.h"
 #include <dirent.h>
 #include <errno.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -405,6 +407,26 @@ static void test_dispatcher_survives_a_killed_worker(void **state) {
     assert_int_equal(attempts_of(bench, id), 2);
 }
 
+/* From outside, where the worker cannot undo it. */
+static void test_dispatcher_bounds_its_worker(void **state) {
+    struct bench *bench = *state;
+    char id[ID_SIZE];
+    struct rlimit memory, processor;
+    bench->settings.limits.max_memory = 123 << 20;
+    bench->settings.job_timeout_ms = 7000;
+    start(bench);
+    submit(bench, "sleep 300", id);
+    wait_for(bench, id, STORE_RUNNING);
+    scratch_sleep(50);
+    pid_t worker = child_of(getpid());
+    assert_int_equal(prlimit(worker, RLIMIT_AS, NULL, &memory), 0);
+    assert_int_equal(prlimit(worker, RLIMIT_CPU, NULL, &processor), 0);
+    assert_true(processor.rlim_cur >= 7 && processor.rlim_cur < 60);
+    if (!SANDBOX_SANITIZED)
+        assert_int_equal(memory.rlim_cur, (123U << 20) + (1U << 30) + strlen("sleep 300"));
+    expect_echo(bench, id, "sleep 300");
+}
+
 static void test_dispatcher_replaces_a_worker_killed_at_rest(void **state) {
     struct bench *bench = *state;
     start(bench);
@@ -577,6 +599,7 @@ int main(int argc, char **argv) {
         WITH_BENCH(test_dispatcher_stops_a_deleted_job),
         WITH_BENCH(test_dispatcher_sees_what_another_process_cancels),
         WITH_BENCH(test_dispatcher_survives_a_killed_worker),
+        WITH_BENCH(test_dispatcher_bounds_its_worker),
         WITH_BENCH(test_dispatcher_replaces_a_worker_killed_at_rest),
         WITH_BENCH(test_dispatcher_renews_the_lease_of_a_stopped_worker),
         WITH_BENCH(test_dispatcher_stop_lets_jobs_finish),

@@ -26,23 +26,48 @@
 typedef int attempt(int socket);
 
 static int leave_with(attempt *act, int socket) {
+    char go;
     alarm(60);
-    return sandbox_enter(socket, 0) ? act(socket) : 255;
+    return sandbox_enter(socket, 0) && write(socket, "r", 1) == 1 && read(socket, &go, 1) == 1
+               ? act(socket)
+               : 255;
 }
 
-/* What the child returned; 1000 + the signal that killed it. */
-static int locked_in(attempt *act) {
+/* What it may never have more of. */
+static void expect_hard_limit(pid_t pid, int resource, rlim_t most) {
+    struct rlimit both;
+    assert_int_equal(prlimit(pid, (__rlimit_resource_t)resource, NULL, &both), 0);
+    assert_int_equal(both.rlim_max, most);
+}
+
+/* What the child returned; 1000 + the signal that killed it. Before it acts it is bounded as a
+ * dispatcher does it; 0: not. */
+static int locked_in_with(attempt *act, uint64_t memory, uint64_t seconds) {
     int ends[2];
     int status = 0;
+    char ready;
     assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
     pid_t pid = fork();
     assert_true(pid >= 0);
     if (pid == 0)
         _exit(leave_with(act, ends[1]));
+    assert_int_equal(read(ends[0], &ready, 1), 1);
+    expect_hard_limit(pid, RLIMIT_CORE, 0);
+    if (!SANDBOX_SANITIZED) {
+        expect_hard_limit(pid, RLIMIT_FSIZE, 0);
+        expect_hard_limit(pid, RLIMIT_NOFILE, (rlim_t)ends[1] + 1);
+    }
     close(ends[1]);
+    assert_true(memory == 0 || sandbox_bound(pid, RLIMIT_AS, memory));
+    assert_true(seconds == 0 || sandbox_bound_processor(pid, seconds));
+    assert_int_equal(write(ends[0], "g", 1), 1);
     waitpid(pid, &status, 0);
     close(ends[0]);
     return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
+}
+
+static int locked_in(attempt *act) {
+    return locked_in_with(act, UINT64_C(4) << 30, 60);
 }
 
 /* Leaves the attempt with the number of the first check that fails; 1 to 254. */
@@ -102,6 +127,8 @@ static int reach_files(int socket_end) {
     EXPECT(9, refused(ptrace(PTRACE_ATTACH, 1, NULL, NULL)));
     EXPECT(10, refused(prctl(PR_SET_DUMPABLE, 1)));
     EXPECT(11, refused(syscall(SYS_prlimit64, 1, RLIMIT_CORE, NULL, NULL)));
+    EXPECT(16, refused(syscall(SYS_prlimit64, 0, RLIMIT_AS, NULL, NULL)));
+    EXPECT(17, refused(syscall(SYS_setrlimit, RLIMIT_AS, NULL)));
     EXPECT(12, mmap(NULL, 4096, PROT_READ | PROT_WRITE | PROT_EXEC, MAP_PRIVATE | MAP_ANONYMOUS, -1,
                     0) == MAP_FAILED);
     void *page = mmap(NULL, 4096, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -145,7 +172,6 @@ static int work(int socket_end) {
     free(large);
     EXPECT(5, nanosleep(&pause, NULL) == 0);
     EXPECT(6, send(socket_end, "x", 1, MSG_NOSIGNAL) == 1);
-    sandbox_limit(UINT64_C(4) << 30, 60);
     return 0;
 }
 
@@ -170,7 +196,6 @@ static void test_sandbox_lets_it_crash(void **state) {
 
 static int spin(int socket_end) {
     (void)socket_end;
-    sandbox_limit(0, 1);
     for (volatile unsigned long k = 0; k < ~0UL;)
         k++;
     return 1;
@@ -178,12 +203,14 @@ static int spin(int socket_end) {
 
 static void test_sandbox_bounds_the_processor(void **state) {
     (void)state;
-    assert_int_equal(locked_in(spin), 1000 + SIGXCPU);
+    assert_int_equal(locked_in_with(spin, 0, 1), 1000 + SIGXCPU);
 }
 
 static int hoard(int socket_end) {
     (void)socket_end;
-    sandbox_limit(UINT64_C(1) << 30, 0);
+    const struct rlimit more = {RLIM_INFINITY, RLIM_INFINITY};
+    EXPECT(2, refused(syscall(SYS_prlimit64, 0, RLIMIT_AS, &more, NULL)));
+    EXPECT(3, refused(syscall(SYS_setrlimit, RLIMIT_AS, &more)));
     for (int k = 0; k < 64; k++)
         if (!malloc(64 << 20))
             return 0;
@@ -194,14 +221,10 @@ static void test_sandbox_bounds_memory(void **state) {
     (void)state;
     if (SANDBOX_SANITIZED)
         skip(); /* they reserve terabytes of addresses */
-    assert_int_equal(locked_in(hoard), 0);
+    assert_int_equal(locked_in_with(hoard, UINT64_C(1) << 30, 0), 0);
 }
 
 static int look_around(int socket_end) {
-    struct rlimit core, size, files;
-    EXPECT(1, getrlimit(RLIMIT_CORE, &core) == 0 && core.rlim_max == 0);
-    EXPECT(2, getrlimit(RLIMIT_FSIZE, &size) == 0 && size.rlim_max == 0);
-    EXPECT(3, getrlimit(RLIMIT_NOFILE, &files) == 0 && files.rlim_max == (rlim_t)socket_end + 1);
     for (int fd = 0; fd < 64; fd++)
         EXPECT(4, fd == socket_end || (write(fd, "", 0) == -1 && errno == EBADF));
     return 0;

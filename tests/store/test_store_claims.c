@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /* Claims: their order, leases, fencing, attempts, and what becomes of them in a restart. */
 #include "scratch.h"
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 static const int64_t second = 1000000;
 
@@ -296,6 +299,48 @@ static void test_store_restart_takes_up_interrupted_jobs_at_once(void **state) {
     assert_string_equal(claim.id, id);
 }
 
+/* Claims a job in a process of its own, which then waits to be killed. */
+static pid_t claim_elsewhere(struct scratch *scratch) {
+    int ends[2];
+    char ready = 0;
+    struct store_claim claim;
+    assert_int_equal(pipe(ends), 0);
+    pid_t pid = fork();
+    assert_true(pid >= 0);
+    if (pid == 0) {
+        alarm(60);
+        scratch_start(scratch);
+        if (store_claim(scratch->store, &claim) == STORE_OK && write(ends[1], "r", 1) == 1)
+            pause();
+        _exit(1);
+    }
+    assert_int_equal(read(ends[0], &ready, 1), 1);
+    close(ends[0]);
+    close(ends[1]);
+    return pid;
+}
+
+/* A process that shares the database is killed: the others see it at once, long before the lease
+ * ends, and the job is not blamed. */
+static void test_store_killed_process_is_noticed_before_its_lease_ends(void **state) {
+    struct scratch *scratch = *state;
+    char id[ID_SIZE];
+    struct store_claim claim;
+    scratch_submit(scratch, "a", id);
+    scratch_stop(scratch);
+    scratch->options.shared = true;
+    scratch->options.max_attempts = 1;
+    pid_t other = claim_elsewhere(scratch);
+    scratch_start(scratch);
+    assert_int_equal(scratch_sweep(scratch).requeued, 0);
+    assert_int_equal(scratch_status(scratch, id), STORE_RUNNING);
+    assert_int_equal(kill(other, SIGKILL), 0);
+    assert_int_equal(waitpid(other, NULL, 0), other);
+    assert_int_equal(scratch_sweep(scratch).requeued, 1);
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+    assert_int_equal(claim.attempts, 2);
+}
+
 /* The daemon is killed again and again: no fault of the job, up to a limit that keeps a job which
  * kills the daemon from doing so for ever. */
 static void test_store_interruptions_are_forgiven_but_not_for_ever(void **state) {
@@ -350,6 +395,7 @@ int main(void) {
     };
     const struct CMUnitTest only_sqlite[] = {
         WITH_STORE(test_store_restart_takes_up_interrupted_jobs_at_once),
+        WITH_STORE(test_store_killed_process_is_noticed_before_its_lease_ends),
         WITH_STORE(test_store_interruptions_are_forgiven_but_not_for_ever),
         WITH_STORE(test_store_shared_leaves_the_claims_of_the_living),
     };
