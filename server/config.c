@@ -399,6 +399,14 @@ static void set_shares(struct config *config) {
             *shares[k].share = (shares[k].of + shares[k].part - 1) / shares[k].part;
 }
 
+/* A path or a URL, not the `keyword=value` form of libpq, which may hold a password and would be
+ * taken for a path. */
+static bool is_store(const char *text) {
+    size_t word = strspn(text, "abcdefghijklmnopqrstuvwxyz_");
+    word += strspn(text + word, " ");
+    return store_url_remote(text) || (!strstr(text, "://") && text[word] != '=');
+}
+
 static bool check(struct config *config) {
     set_shares(config);
     if (!take_inherited(config) || !parse_listen(config))
@@ -418,7 +426,7 @@ static bool check(struct config *config) {
                       config->trusted_proxy);
     if (!config->data[0])
         return report("--data is empty");
-    if (strstr(config->store, "://") && !store_url_remote(config->store))
+    if (!is_store(config->store))
         return report("--store: it is neither sqlite:PATH nor postgresql://USER@HOST/DATABASE");
     return true;
 }

@@ -72,6 +72,7 @@ static void set_up_signals(void) {
     sigset_t signals = waited_signals();
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN);
+    signal(SIGUSR1, SIG_IGN); /* what rotates logs sends it; there is no file of ours to reopen */
     pthread_sigmask(SIG_BLOCK, &signals, NULL);
 }
 

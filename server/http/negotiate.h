@@ -15,8 +15,8 @@ int negotiate_quality(const char *accept, const char *media_type);
  * so is the caller's to know. NULL wants none. */
 int negotiate_coding(const char *accept_encoding, const char *coding);
 
-/* The seconds of `wait=N` in a Prefer header (RFC 7240), at most `high`; 0 without one that can be
- * read, because a preference may be ignored. */
+/* The seconds of `wait=N` (or `wait = "N"`) in a Prefer header (RFC 7240), at most `high`; 0
+ * without one that can be read, because a preference may be ignored. */
 int64_t negotiate_wait(const char *prefer, int64_t high);
 
 /* Whether an If-None-Match header names the entity tag (with its quotes), or is "*". */

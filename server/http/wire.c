@@ -469,8 +469,8 @@ static bool check_byte(struct wire *wire, unsigned char c) {
     return wire->state < FIELD_FIRST ? line_byte(wire, c) : field_byte(wire, c);
 }
 
-/* How many of the next bytes leave the state as it is: in long targets and values, of which nothing
- * is kept, and in bodies. */
+/* How many of the next bytes leave the state as it is: in targets and values of which nothing is
+ * kept, and in bodies. */
 static size_t run(struct wire *wire, const char *bytes, size_t length) {
     if (wire->state == BODY || wire->state == CHUNK_DATA) {
         size_t count = wire->left < length ? (size_t)wire->left : length;

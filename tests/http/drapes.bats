@@ -79,6 +79,32 @@ near() { jq -ne "($1) - ($2) | fabs < $3" >/dev/null || { echo "$1 is not $2"; r
     check_columns "$body"
 }
 
+@test "http: Prefer: wait may have blanks and quotes" {
+    for prefer in 'wait = 40' 'wait="40"' 'respond-async, WAIT= "40"; x=y'; do
+        quick 1.03 | post /v1/drapes - -H "Prefer: $prefer"
+        expect 200
+        [ "$(header Preference-Applied)" = wait ]
+    done
+    for prefer in wait 'wait=' 'wait=-1' 'waits=40' 'wait 40'; do
+        quick 1.031 | post /v1/drapes - -H "Prefer: $prefer"
+        expect 202
+    done
+}
+
+@test "http: the times of a drape are those of the clock" {
+    local before after created
+    before=$(date +%s)
+    quick 1.032 | submit
+    after=$(date +%s)
+    wait_for "$id" succeeded
+    for time in created started finished; do
+        [[ "$(field ".$time")" =~ ^[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{2}:[0-9]{2}:[0-9]{2}\.[0-9]{6}Z$ ]]
+    done
+    created=$(date -d "$(field .created)" +%s)
+    [ "$created" -ge "$before" ]
+    [ "$created" -le "$after" ]
+}
+
 @test "http: with Prefer: wait the result comes at once and says so" {
     quick 1.02 | post /v1/drapes - -H 'Prefer: respond-async, wait=40'
     expect 200

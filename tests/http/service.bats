@@ -251,3 +251,13 @@ openapi() {
     mv "$body.summary" "$body"
     has_required Summary
 }
+
+@test "http: SIGUSR1 neither ends the daemon nor changes anything" {
+    start_daemon "$BATS_TEST_TMPDIR/daemon" --workers 1
+    kill -USR1 "$DAEMON"
+    call GET /healthz
+    expect 200
+    quick 1 | post /v1/drapes - -H 'Prefer: wait=40'
+    expect 200
+    stop_daemon
+}

@@ -202,6 +202,10 @@ static void test_config_keeps_strangers_out(void **state) {
     expect_bad("--tokens", "/nowhere", "/nowhere cannot be read: No such file");
     expect_bad("--store", "mysql://u:p@h/d", "neither sqlite:PATH");
     assert_null(strstr(err.text, "u:p"));
+    expect_bad("--store", "host=db user=u password=secret", "neither sqlite:PATH");
+    assert_null(strstr(err.text, "secret"));
+    expect_bad("--store", "password = secret", "neither sqlite:PATH");
+    assert_int_equal(parse(&config, "--store", "./a=b.db", NULL, NULL), CONFIG_RUN);
     assert_int_equal(parse(&config, "--store", "postgresql://u:p@h/d", "--check-config", NULL),
                      CONFIG_DONE);
     assert_non_null(strstr(out.text, "store = (hidden)"));
