@@ -456,7 +456,8 @@ void config_help(FILE *out) {
         "\nWith --tokens every call needs 'Authorization: Bearer TOKEN', but for the page, "
         "/healthz,\n"
         "/readyz, /version, /v1/openapi.json and /v1/limits. read sees the drapes and surfaces of\n"
-        "its name, and /metrics; write also makes and deletes them; admin does so with all.\n",
+        "its name; write also makes and deletes them; admin does so with all, and sees /metrics,\n"
+        "as every token does from this machine.\n",
         out);
 }
 

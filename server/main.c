@@ -93,10 +93,21 @@ static void read_tokens(struct service *service) {
         log_error(log_event("tokens_kept"), log_text("why", why));
 }
 
-/* Waits for a signal, and notifies the service manager meanwhile that this thread and the front are
- * alive. Not the store: a restart does not mend a database that is away. */
+/* Notifies the service manager that the daemon is alive if it answers a caller: by a request
+ * through its own front door. It is not asked for the store: a restart does not mend a database
+ * that is away. */
+static void show_life(const struct service *service) {
+    const char *why = healthcheck_ask(service->config, http_port(service->http));
+    if (why)
+        log_error(log_event("no_answer"), log_text("path", "/healthz"), log_text("why", why));
+    else
+        systemd_alive();
+}
+
+/* Waits for a signal, and shows life meanwhile: twice as often as it must, so that one answer that
+ * is late does not count. */
 static int keep_alive(struct service *service, const sigset_t *signals) {
-    int64_t every_ms = systemd_watchdog_ms();
+    int64_t half_ms = systemd_watchdog_ms(), every_ms = half_ms > 1 ? half_ms / 2 : half_ms;
     const struct timespec step = {every_ms / 1000, every_ms % 1000 * 1000000};
     for (;;) {
         int number = sigtimedwait(signals, NULL, every_ms ? &step : NULL);
@@ -110,9 +121,7 @@ static int keep_alive(struct service *service, const sigset_t *signals) {
             return number;
         if (errno != EAGAIN)
             continue;
-        if (service->http)
-            http_touch(service->http);
-        systemd_alive();
+        show_life(service);
     }
 }
 

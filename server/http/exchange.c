@@ -219,6 +219,7 @@ static bool begin(struct exchange *exchange, const char *method, const char *ver
     request_choose_id(request);
     owner_of_request(exchange->http->settings.config->trusted_proxy,
                      (const struct sockaddr *)&exchange->client->peer, request, request->owner);
+    request->local = owner_is_local((const struct sockaddr *)&exchange->client->peer, request);
     admission_busy(exchange->http->admissions, &exchange->client->admission, true);
     if (!deadlines_body(exchange->http->deadlines, &exchange->client->deadline))
         return false;

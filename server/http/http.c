@@ -150,11 +150,6 @@ uint16_t http_port(const struct http *http) {
     return listener_port(http->socket);
 }
 
-void http_touch(struct http *http) {
-    pthread_mutex_lock(&http->lock);
-    pthread_mutex_unlock(&http->lock);
-}
-
 void http_drain(struct http *http) {
     if (atomic_exchange(&http->draining, true))
         return;

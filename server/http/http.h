@@ -59,10 +59,6 @@ bool http_start(const struct http_settings *settings, struct http **http)
 /* The port in use; the one the system chose when the configuration said 0. */
 uint16_t http_port(const struct http *http);
 
-/* Returns when the front's timer and requests can go on, and never when they are stuck in a lock:
- * for callers that have to know that the front is alive. */
-void http_touch(struct http *http);
-
 /* Takes no new connections (those to an inherited socket wait for the next daemon) and marks
  * requests as `draining`; what is under way goes on, waiting requests as well. */
 void http_drain(struct http *http);

@@ -121,6 +121,15 @@ bool owner_trusts(const char *trusted, const struct sockaddr *peer) {
 
 /* ------------------------------------------------------------------ what proxies say */
 
+bool owner_is_local(const struct sockaddr *peer, const struct request *request) {
+    struct address address = from_socket(peer);
+    bool loopback = address.known &&
+                    (IN6_IS_ADDR_LOOPBACK(&address.bytes) ||
+                     (IN6_IS_ADDR_V4MAPPED(&address.bytes) && address.bytes.s6_addr[12] == 127));
+    return loopback && !request_header(request, "Forwarded") &&
+           !request_header(request, "X-Forwarded-For") && !request_header(request, "Via");
+}
+
 /* The address in an element of Forwarded: the value of its parameter `for`. */
 static struct address forwarded_for(const char *element, size_t length) {
     struct address none = {.known = false};

@@ -29,6 +29,9 @@ void owner_of_request(const char *trusted, const struct sockaddr *peer,
 /* Whether the peer is in that list. */
 bool owner_trusts(const char *trusted, const struct sockaddr *peer);
 
+/* Whether the peer is on this machine and the request is its own: no proxy says otherwise. */
+bool owner_is_local(const struct sockaddr *peer, const struct request *request);
+
 /* Whether the text is a list of addresses split by commas; "" is an empty one. */
 bool owner_are_addresses(const char *list);
 

@@ -59,6 +59,8 @@ struct request {
     char owner[REQUEST_CALLER_SIZE];  /* whom it counts for, and what it stores: `owner.h` */
     bool sees_all;                    /* what others own, too */
 
+    bool local; /* from this machine, and not passed on by a proxy */
+
     struct request_limit limit; /* of the body */
     bool quiet;                 /* not worth a line of the log each: probes and scrapes */
 

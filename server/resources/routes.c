@@ -15,7 +15,8 @@ enum {
     ROUTE_QUIET = 4, /* probes and scrapes: not worth a line of the log each */
     ROUTE_LOOSE = 8, /* takes any query */
     ROUTE_MESH = 16, /* takes a mesh, JSON or Nastran */
-    ROUTE_OPEN = 32  /* for everybody, without a token */
+    ROUTE_OPEN = 32, /* for everybody, without a token */
+    ROUTE_ADMIN = 64 /* speaks of all owners: for administrators, or on this machine */
 };
 
 struct route {
@@ -50,7 +51,7 @@ static const struct route routes[] = {
     {"GET", "/healthz", meta_health, ROUTE_QUIET | ROUTE_LOOSE | ROUTE_OPEN, {0}},
     {"GET", "/readyz", meta_ready, ROUTE_QUIET | ROUTE_LOOSE | ROUTE_OPEN, {0}},
     {"GET", "/version", meta_version, ROUTE_LOOSE | ROUTE_OPEN, {0}},
-    {"GET", "/metrics", meta_metrics, ROUTE_QUIET | ROUTE_LOOSE, {0}},
+    {"GET", "/metrics", meta_metrics, ROUTE_QUIET | ROUTE_LOOSE | ROUTE_ADMIN, {0}},
 };
 
 enum { ROUTE_COUNT = sizeof routes / sizeof *routes };
@@ -170,7 +171,10 @@ static bool check_media_type(struct call *call) {
 }
 
 /* What stores nothing is reading, a map of the caller's mesh as well. */
-static enum tokens_role role_needed(const struct route *route) {
+static enum tokens_role role_needed(const struct request *request) {
+    const struct route *route = request->route;
+    if (route->flags & ROUTE_ADMIN && !request->local)
+        return TOKENS_ADMIN;
     return !strcmp(route->method, "GET") || route->flags & ROUTE_MESH ? TOKENS_READ : TOKENS_WRITE;
 }
 
@@ -199,7 +203,7 @@ static bool screen(void *context, struct request *request, struct reply *reply) 
         request->limit = (struct request_limit){config->max_mesh, "max-mesh"};
     bool good = (!strcmp(route->method, "GET") || origin_allows_change(config, request, reply)) &&
                 (route->flags & ROUTE_OPEN ||
-                 access_allow(call.services->tokens, request, role_needed(route), reply)) &&
+                 access_allow(call.services->tokens, request, role_needed(request), reply)) &&
                 check_query(&call) && check_media_type(&call);
     if (good && request->draining && route->flags & ROUTE_WORK)
         call_draining(&call);

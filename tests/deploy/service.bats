@@ -80,6 +80,44 @@ told_times() { [ "$(grep -c "$1" "$NOTICES")" -ge "$2" ]; }
     wait_until 10 told_times '^WATCHDOG=1$' "$((before + 1))"
 }
 
+# The socket is shared with the process that opened it: when that shuts it down, all threads of the
+# daemon live, and nobody can call it.
+@test "deploy: a daemon that cannot be called gives no sign of life" {
+    listen_for_notices "$BATS_TEST_TMPDIR/socket"
+    python3 - "$DRAPED" "$BATS_TEST_TMPDIR" "$NOTICES" <<'END'
+import os, re, signal, socket, subprocess, sys, time
+draped, folder, notices = sys.argv[1:]
+door = socket.socket()
+door.bind(("127.0.0.1", 0))
+door.listen()
+def hand_over():
+    os.dup2(door.fileno(), 3)
+    os.environ.update(LISTEN_FDS="1", LISTEN_PID=str(os.getpid()), WATCHDOG_USEC="200000",
+                      NOTIFY_SOCKET=folder + "/socket")
+pid = os.fork()
+if pid == 0:
+    hand_over()
+    os.dup2(os.open(folder + "/log", os.O_WRONLY | os.O_CREAT | os.O_APPEND), 2)
+    os.execv(draped, [draped, "--data", folder + "/data", "--workers", "1"])
+def signs():
+    with open(notices) as file:
+        return len(re.findall("^WATCHDOG=1$", file.read(), re.M))
+def soon(done):
+    end = time.monotonic() + 10
+    while not done() and time.monotonic() < end:
+        time.sleep(0.05)
+    assert done()
+soon(lambda: signs() >= 3)
+door.shutdown(socket.SHUT_RDWR)
+soon(lambda: '"event":"no_answer"' in open(folder + "/log").read())
+before = signs()
+time.sleep(1)
+assert signs() == before, "it shows life"
+os.kill(pid, signal.SIGTERM)
+assert os.waitpid(pid, 0)[1] == 0
+END
+}
+
 @test "deploy: without a watchdog for this process there are no signs of life" {
     listen_for_notices "$BATS_TEST_TMPDIR/socket"
     NOTIFY_SOCKET=$BATS_TEST_TMPDIR/socket WATCHDOG_USEC=100000 WATCHDOG_PID=1 \

@@ -60,6 +60,15 @@ surface() { jq -c --argjson z "$1" '.surface | .control_points.points[0][2] += $
     expect_problem 400 bad-request
 }
 
+@test "tokens: metrics that a proxy passes on are for administrators" {
+    for from in 'X-Forwarded-For: 192.0.2.1' 'Forwarded: for=192.0.2.1' 'Via: 1.1 proxy'; do
+        as "$READER" call GET /metrics -H "$from"
+        expect_problem 403 forbidden
+        as "$BOSS" call GET /metrics -H "$from"
+        expect 200
+    done
+}
+
 @test "tokens: the role read sees and does nothing else" {
     quick 1.1 | as "$ANNA" submit
     for path in "/v1/drapes/$id?wait=40" /v1/drapes/$id/result /v1/drapes /v1/limits /metrics; do
