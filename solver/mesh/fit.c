@@ -17,9 +17,9 @@ static const double independent = 1e-3;
  */
 static const double same_side = 0.5;
 
-/* A fit that is steeper than this, or bends more within its own reach, does not describe the
- * surface: the vertices are too rough for it. */
-static const double steepest = 0.6, bend_most = 3;
+/* A fit that is steeper than this against the mean normal, or rises by more than this many times
+ * its own reach by its second or third powers, does not describe the surface. */
+static const double steepest = 0.6, rise_most = 2;
 
 bool mesh_is_fold(const struct mesh *mesh, int32_t edge) {
     const struct vec3 *normals = mesh->normals;
@@ -186,8 +186,8 @@ static bool solve(struct problem *p, int terms, double coefficient[FIT_TERMS]) {
 
 static bool is_sound(const double c[FIT_TERMS]) {
     return c[0] * c[0] + c[1] * c[1] < steepest * steepest &&
-           fabs(c[2]) + fabs(c[3]) + fabs(c[4]) < bend_most &&
-           fabs(c[5]) + fabs(c[6]) + fabs(c[7]) + fabs(c[8]) < bend_most;
+           fabs(c[2]) + fabs(c[3]) + fabs(c[4]) < rise_most &&
+           fabs(c[5]) + fabs(c[6]) + fabs(c[7]) + fabs(c[8]) < rise_most;
 }
 
 static void set_axes(struct mesh_fit *fit) {

@@ -1,12 +1,49 @@
 /* SPDX-License-Identifier: MIT */
 #include "smooth.h"
 
-enum { FOLLOW_MAX = 20000, PROJECT_MAX = 4 };
+enum { FOLLOW_MAX = 4000, PROJECT_MAX = 4 };
 
 /* A foot this share of a triangle's height outside is inside: between triangles, and at the rim,
  * which runs beside the surface's own edge by O(h^3) where the surface bends: as a share of the
  * height of O(h^2), like 1 less the cosine between the normals there. */
 static const double between = 1e-12, rim = 1e-9, rim_bend = 1;
+
+/* The arc over a chord that turns by 30 degrees rises by a fifteenth of it; twice that. Over such
+ * an edge a foot may be this share of the triangles' heights beyond both. */
+static const double bulge_most = 0.13, outside_most = 0.1;
+
+/* Numbers the patches; each spreads over a stack of triangles. */
+static enum status find_patches(struct mesh_smooth *smooth, struct arena *arena) {
+    const struct mesh *mesh = smooth->mesh;
+    int32_t count = (int32_t)mesh->triangle_count, patches = 0;
+    smooth->patch = arena_take(arena, mesh->triangle_count, sizeof *smooth->patch);
+    struct arena_mark mark = arena_mark(arena);
+    int32_t *stack = arena_take(arena, mesh->triangle_count, sizeof *stack);
+    if (!smooth->patch || !stack)
+        return STATUS_OUT_OF_MEMORY;
+    for (int32_t t = 0; t < count; t++)
+        smooth->patch[t] = MESH_NONE;
+    for (int32_t first = 0; first < count; first++) {
+        int32_t height = 0;
+        if (smooth->patch[first] != MESH_NONE)
+            continue;
+        stack[height++] = first;
+        smooth->patch[first] = patches;
+        while (height > 0) {
+            int32_t t = stack[--height];
+            for (int32_t edge = 3 * t; edge < 3 * t + 3; edge++) {
+                int32_t next = mesh->twins[edge] == MESH_NONE ? t : mesh->twins[edge] / 3;
+                if (smooth->patch[next] != MESH_NONE || mesh_is_fold(mesh, edge))
+                    continue;
+                smooth->patch[next] = patches;
+                stack[height++] = next;
+            }
+        }
+        patches++;
+    }
+    arena_rewind(arena, mark);
+    return STATUS_OK;
+}
 
 enum status mesh_smooth_make(const struct mesh *mesh, struct arena *arena,
                              struct mesh_smooth **smooth) {
@@ -15,7 +52,8 @@ enum status mesh_smooth_make(const struct mesh *mesh, struct arena *arena,
         return STATUS_OUT_OF_MEMORY;
     made->mesh = mesh;
     *smooth = made;
-    return mesh_fits_make(mesh, arena, &made->fits);
+    enum status status = mesh_fits_make(mesh, arena, &made->fits);
+    return status == STATUS_OK ? find_patches(made, arena) : status;
 }
 
 static const struct mesh_fit *fit_at(const struct mesh_smooth *smooth, int32_t t, int corner) {
@@ -104,6 +142,19 @@ int32_t mesh_smooth_follow(const struct mesh_smooth *smooth, struct mesh_place *
         place->triangle = next;
     }
     return MESH_NONE;
+}
+
+bool mesh_smooth_is_sound(const struct mesh_smooth *smooth, const struct mesh_place *place) {
+    struct vec3 p[3];
+    mesh_corner_points(smooth->mesh, place->triangle, p);
+    double height = vec3_dot(vec3_sub(place->r, p[0]), smooth->mesh->normals[place->triangle]);
+    double longest2 = 0, weight[3];
+    mesh_weights(smooth->mesh, place, weight);
+    if (fmin(weight[0], fmin(weight[1], weight[2])) < -outside_most)
+        return false;
+    for (int k = 0; k < 3; k++)
+        longest2 = fmax(longest2, vec3_norm2(vec3_sub(p[(k + 1) % 3], p[k])));
+    return height * height <= bulge_most * bulge_most * longest2;
 }
 
 void mesh_smooth_project(const struct mesh_smooth *smooth, struct mesh_place *place) {

@@ -20,6 +20,7 @@
 struct mesh_smooth {
     const struct mesh *mesh;
     struct mesh_fits fits;
+    int32_t *patch; /* of each triangle: what hangs together without crossing folds */
 };
 
 /* F and its derivatives at a place near the surface. */
@@ -47,6 +48,10 @@ double mesh_jet_form(const struct mesh_jet *jet, struct vec3 a, struct vec3 b);
  * triangle: so an iteration cannot go to and fro over an edge. */
 int32_t mesh_smooth_follow(const struct mesh_smooth *smooth, struct mesh_place *place, bool folds,
                            double slack);
+
+/* Whether a place on the surface is as near to its triangle as a surface that bends by less than a
+ * fold from edge to edge can be: rough vertices make fits that lead astray. */
+bool mesh_smooth_is_sound(const struct mesh_smooth *smooth, const struct mesh_place *place);
 
 /* Moves the point of a place onto the surface, along the normal, within its triangle's fits. */
 void mesh_smooth_project(const struct mesh_smooth *smooth, struct mesh_place *place);

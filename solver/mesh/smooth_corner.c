@@ -58,7 +58,7 @@ static enum newton_end newton(const struct mesh_smooth *smooth, const struct mes
     }
     *place = found;
     *edge = mesh_smooth_follow(smooth, place, false, settled);
-    if (!(best <= taken))
+    if (!(best <= taken) || !mesh_smooth_is_sound(smooth, place))
         return NEWTON_FAILED;
     return *edge == MESH_NONE ? NEWTON_FOUND : NEWTON_BEYOND;
 }

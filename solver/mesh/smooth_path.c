@@ -2,7 +2,7 @@
 #include "smooth_path.h"
 
 /* Steps of a move at the most, folds in one, rounds of a chord, halvings that find a fold. */
-enum { STEPS_MAX = 20000, FOLDS_MAX = 200, CHORD_ROUNDS = 12, HALVINGS = 45 };
+enum { STEPS_MAX = 5000, FOLDS_MAX = 200, CHORD_ROUNDS = 12, HALVINGS = 45 };
 
 /* A step is at most this share of the move, and of a triangle's side. */
 static const double move_share = 0.25, side_share = 0.6;
@@ -133,6 +133,8 @@ enum mesh_walk_end mesh_smooth_length(struct mesh_smooth_path *path, double leng
             last = false;
             folds++;
         }
+        if (!mesh_smooth_is_sound(path->smooth, &path->place))
+            return MESH_WALK_LOST;
         if (last)
             return MESH_WALK_DONE;
     }

@@ -4,9 +4,17 @@
 #include "march.h"
 
 #include "solver/mesh/smooth_corner.h"
+#include "solver/mesh/smooth_geodesic.h"
 
 /* A generator's next place this near to the mesh, as a share of the chord, is on it. */
 static const double beside_mesh = 0.02;
+
+/* An edge that turns by more than this, or whose curvature changes by more along it, in radians, is
+ * no arc of a circle. */
+static const double bend_most = 0.5, change_most = 0.05;
+
+/* Over folds of less than 72 degrees chords still find the right corner, if not to the last. */
+static const double gentle_cosine = 0.3;
 
 struct station march_mesh_station(const struct march *march, const struct mesh_place *place) {
     struct station station = {.uv = {place->triangle, 0},
@@ -32,6 +40,51 @@ struct mesh_place march_mesh_place(const struct station *station) {
     return (struct mesh_place){.triangle = (int32_t)station->uv[0], .r = station->jet.r};
 }
 
+static bool is_over_fold(const struct march *march, const struct mesh_place *a,
+                         const struct mesh_place *b) {
+    return march->smooth->patch[a->triangle] != march->smooth->patch[b->triangle];
+}
+
+/* Whether the curvature along an edge is so large, or changes so much, that it is no arc. */
+static bool is_rough(const struct station *from, const struct station *to, double d) {
+    struct vec3 edge = vec3_sub(to->jet.r, from->jet.r);
+    double k1 = station_normal_curvature(from, edge), k2 = station_normal_curvature(to, edge);
+    return fabs(k1) * d > bend_most || fabs(k1 - k2) * d > change_most;
+}
+
+/* On the smooth surface: chords of arcs, where the edges are such; geodesics elsewhere, but for the
+ * method basic. `cell` has the spacings. */
+static enum mesh_corner_end solve_smooth(struct march *march, const struct march_cell *at,
+                                         const struct mesh_cell *cell, struct mesh_corner *corner) {
+    const double *d = march->settings->spacing;
+    struct fishnet_cell chords = {.a = at->a, .b = at->b, .c = at->c};
+    struct mesh_cell by_chords = *cell, by_geodesics = *cell;
+    fishnet_chords(NULL, NULL, march->settings->method, DRAPE_PATH_CHORD, d, &chords);
+    by_chords.bd = chords.bd;
+    by_chords.cd = chords.cd;
+    enum mesh_corner_end end = mesh_smooth_corner(march->smooth, &by_chords, corner);
+    if (march->settings->method == DRAPE_BASIC)
+        return end;
+    bool found = end == MESH_CORNER_FOUND, rough = !found;
+    bool folded = is_over_fold(march, &cell->b, &cell->c);
+    bool gentle = vec3_dot(at->b->normal, at->c->normal) > gentle_cosine;
+    if (found) {
+        struct station to = march_mesh_station(march, &corner->place);
+        by_geodesics.guess = corner->place.r;
+        folded = folded || is_over_fold(march, &cell->b, &corner->place);
+        gentle = gentle && vec3_dot(at->b->normal, to.normal) > gentle_cosine &&
+                 vec3_dot(at->c->normal, to.normal) > gentle_cosine;
+        rough = folded || is_rough(at->b, &to, d[0]) || is_rough(at->c, &to, d[1]);
+    }
+    if (!rough)
+        return end;
+    struct mesh_corner other = {.steps = corner->steps};
+    enum mesh_corner_end other_end = mesh_smooth_geodesics(march->smooth, &by_geodesics, &other);
+    if (other_end == MESH_CORNER_FOUND)
+        *corner = other;
+    return other_end == MESH_CORNER_FOUND || (folded && !gentle) ? other_end : end;
+}
+
 bool march_mesh_corner(struct march *march, const struct march_cell *at, struct vec3 guess,
                        struct fishnet_node *node, enum drape_reason *reason) {
     static const enum drape_reason reasons[] = {
@@ -47,14 +100,7 @@ bool march_mesh_corner(struct march *march, const struct march_cell *at, struct 
                              .guess = guess,
                              .orientation = at->si * at->sj};
     struct mesh_corner corner;
-    if (march->smooth) {
-        struct fishnet_cell chords = {.a = at->a, .b = at->b, .c = at->c};
-        fishnet_chords(NULL, NULL, march->settings->method, DRAPE_PATH_CHORD,
-                       march->settings->spacing, &chords);
-        cell.bd = chords.bd;
-        cell.cd = chords.cd;
-    }
-    enum mesh_corner_end end = march->smooth ? mesh_smooth_corner(march->smooth, &cell, &corner)
+    enum mesh_corner_end end = march->smooth ? solve_smooth(march, at, &cell, &corner)
                                              : mesh_corner_solve(march->mesh, &cell, &corner);
     if (end != MESH_CORNER_FOUND) {
         *reason = reasons[end];

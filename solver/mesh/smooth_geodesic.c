@@ -1,0 +1,139 @@
+/* SPDX-License-Identifier: MIT */
+#include "smooth_geodesic.h"
+
+#include "smooth_path.h"
+
+enum { NEWTON_MAX = 12, STALLED_MAX = 2 };
+
+/* The gap wanted, relative to the lengths, and that still taken: as their directions turn, ends of
+ * geodesics jump by the steps of their integration. The largest turn of a step, in radians. */
+static const double wanted = 1e-11, taken = 1e-5, turn_most = 0.3;
+
+/* A geodesic of a given length in a direction that Newton's method turns. */
+struct shot {
+    struct mesh_place from;
+    struct vec3 normal, direction; /* there; unit */
+    double length;
+    struct mesh_smooth_path end;
+    struct vec3 rate; /* of the end, as the direction turns about the normal: as on a developable */
+};
+
+static struct vec3 normal_at(const struct mesh_smooth *smooth, const struct mesh_place *place) {
+    struct mesh_jet jet;
+    mesh_smooth_jet(smooth, place, &jet);
+    return vec3_unit(jet.gradient);
+}
+
+static struct shot aim(const struct mesh_smooth *smooth, const struct mesh_place *from,
+                       struct vec3 way, double length) {
+    struct shot shot = {.from = *from, .normal = normal_at(smooth, from), .length = length};
+    shot.direction = vec3_unit(vec3_axpy(-vec3_dot(way, shot.normal), shot.normal, way));
+    return shot;
+}
+
+static bool same_patch(const struct mesh_smooth *smooth, const struct mesh_place *a,
+                       const struct mesh_place *b) {
+    return smooth->patch[a->triangle] == smooth->patch[b->triangle];
+}
+
+/* A tangent at one place as it is at another over a fold: turned as the one normal turns into the
+ * other (Rodrigues), which unfolds a straight fold. */
+static struct vec3 unfold(struct vec3 v, struct vec3 from, struct vec3 to) {
+    struct vec3 axis = vec3_unit(vec3_cross(from, to));
+    double cosine = vec3_dot(from, to), sine = vec3_norm(vec3_cross(from, to));
+    struct vec3 turned = vec3_axpy(sine, vec3_cross(axis, v), vec3_scale(cosine, v));
+    return vec3_axpy((1 - cosine) * vec3_dot(axis, v), axis, turned);
+}
+
+/* From a corner beside A along the edge from A to the other one; square to the edge from A where no
+ * fold lies on that: chords over sharp folds may even point backwards. `turn` is 1 when D lies to
+ * the left of the way from A. */
+static struct shot aim_along(const struct mesh_smooth *smooth, const struct mesh_place *a,
+                             const struct mesh_place *from, const struct mesh_place *other,
+                             double length, int turn) {
+    struct vec3 way = vec3_sub(other->r, a->r), normal = normal_at(smooth, from);
+    if (same_patch(smooth, a, from))
+        way = vec3_scale(turn, vec3_cross(normal, vec3_sub(from->r, a->r)));
+    else
+        way = unfold(way, normal_at(smooth, a), normal);
+    return aim(smooth, from, way, length);
+}
+
+static enum mesh_walk_end fire(const struct mesh_smooth *smooth, struct shot *shot) {
+    if (!mesh_smooth_path(&shot->end, smooth, &shot->from, shot->direction, vec3_make(0, 0, 0)))
+        return MESH_WALK_LOST;
+    enum mesh_walk_end end = mesh_smooth_length(&shot->end, shot->length);
+    struct vec3 normal = normal_at(smooth, &shot->end.place);
+    shot->rate = vec3_scale(shot->length, vec3_cross(normal, shot->end.direction));
+    return end;
+}
+
+/* Turns by a small angle, to second order, which is as good as any. */
+static void turn_shot(struct shot *shot, double angle) {
+    angle = fmin(fmax(angle, -turn_most), turn_most);
+    struct vec3 across = vec3_cross(shot->normal, shot->direction);
+    shot->direction = vec3_unit(vec3_axpy(angle, across, shot->direction));
+}
+
+/* The angles that close the gap, to first order, by least squares. */
+static bool close_gap(struct shot *b, struct shot *c, struct vec3 gap) {
+    double bb = vec3_norm2(b->rate), cc = vec3_norm2(c->rate), bc = vec3_dot(b->rate, c->rate);
+    double gb = vec3_dot(gap, b->rate), gc = vec3_dot(gap, c->rate);
+    double determinant = bb * cc - bc * bc;
+    if (!(determinant > 1e-4 * bb * cc))
+        return false;
+    turn_shot(b, (bc * gc - cc * gb) / determinant);
+    turn_shot(c, (bb * gc - bc * gb) / determinant);
+    return true;
+}
+
+/* Whether a geodesic from a corner beside A leads away from A, which is to the left of it when
+ * `left` is 1; so it does over a fold, where that cannot be seen from the chord. */
+static bool leads_away(const struct mesh_smooth *smooth, const struct mesh_cell *cell,
+                       const struct shot *shot, int left) {
+    struct vec3 across = vec3_cross(shot->direction, vec3_sub(cell->a.r, shot->from.r));
+    return !same_patch(smooth, &cell->a, &shot->from) || left * vec3_dot(across, shot->normal) > 0;
+}
+
+/* Newton's method from two directions on. */
+static enum mesh_corner_end meet(const struct mesh_smooth *smooth, const struct mesh_cell *cell,
+                                 struct shot b, struct shot c, struct mesh_corner *corner) {
+    double shorter = fmin(cell->bd, cell->cd), least = HUGE_VAL;
+    int stalled = 0;
+    for (int k = 0; k < NEWTON_MAX && least > wanted; k++) {
+        enum mesh_walk_end end_b = fire(smooth, &b), end_c = fire(smooth, &c);
+        corner->steps++;
+        if (end_b == MESH_WALK_BOUNDARY || end_c == MESH_WALK_BOUNDARY)
+            return MESH_CORNER_BOUNDARY;
+        if (end_b != MESH_WALK_DONE || end_c != MESH_WALK_DONE)
+            return MESH_CORNER_NO_CONVERGENCE;
+        struct vec3 gap = vec3_sub(b.end.place.r, c.end.place.r);
+        double size = vec3_norm(gap) / shorter;
+        stalled = size < 0.5 * least ? 0 : stalled + 1;
+        if (least <= taken && stalled == STALLED_MAX)
+            break;
+        if (size < least && leads_away(smooth, cell, &b, -cell->orientation) &&
+            leads_away(smooth, cell, &c, cell->orientation)) {
+            least = size;
+            corner->place = c.end.place;
+            corner->residual = size;
+        }
+        if (least > wanted && !close_gap(&b, &c, gap))
+            return MESH_CORNER_COLLAPSED;
+    }
+    return least <= taken ? MESH_CORNER_FOUND : MESH_CORNER_NO_CONVERGENCE;
+}
+
+enum mesh_corner_end mesh_smooth_geodesics(const struct mesh_smooth *smooth,
+                                           const struct mesh_cell *cell,
+                                           struct mesh_corner *corner) {
+    struct shot b = aim(smooth, &cell->b, vec3_sub(cell->guess, cell->b.r), cell->bd);
+    struct shot c = aim(smooth, &cell->c, vec3_sub(cell->guess, cell->c.r), cell->cd);
+    bool folded =
+        !same_patch(smooth, &cell->a, &cell->b) || !same_patch(smooth, &cell->a, &cell->c);
+    if (!folded && meet(smooth, cell, b, c, corner) == MESH_CORNER_FOUND)
+        return MESH_CORNER_FOUND;
+    b = aim_along(smooth, &cell->a, &cell->b, &cell->c, cell->bd, -cell->orientation);
+    c = aim_along(smooth, &cell->a, &cell->c, &cell->b, cell->cd, cell->orientation);
+    return meet(smooth, cell, b, c, corner);
+}

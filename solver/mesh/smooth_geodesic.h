@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The fourth corner of a cell whose edges are geodesics of given lengths on the smooth surface of a
+ * mesh: two geodesics, from B and from C, that end in the same place D, by Newton's method on their
+ * directions. Across folds they unfold (`smooth_path.h`), so that on a developable mesh, however it
+ * is folded, D is that of the plane.
+ */
+#ifndef SOLVER_MESH_SMOOTH_GEODESIC_H
+#define SOLVER_MESH_SMOOTH_GEODESIC_H
+
+#include "corner.h"
+#include "smooth.h"
+
+/* Solves a cell; `cell->bd` and `cell->cd` are the lengths, and D is expected at `cell->guess`. The
+ * residual is the gap between the two ends, relative to the shorter length. MESH_CORNER_BOUNDARY
+ * when a geodesic leaves the mesh. */
+enum mesh_corner_end mesh_smooth_geodesics(const struct mesh_smooth *smooth,
+                                           const struct mesh_cell *cell,
+                                           struct mesh_corner *corner);
+
+#endif
