@@ -4,7 +4,7 @@
 #include "solver/angle.h"
 #include "solver/surface/relaxation.h"
 
-enum { NEWTON_MAX = 40, HALVINGS_MAX = 13, PREDICTORS = 5 };
+enum { NEWTON_MAX = 40, MODEL_ROUNDS = 3, HALVINGS_MAX = 13, PREDICTORS = 5 };
 
 /* Newton stops at this length error relative to the edge, or where rounding hides it. */
 static const double tolerance = 1e-12;
@@ -13,6 +13,17 @@ static const double tolerance = 1e-12;
  * node to node, those of a Newton step do not. */
 static const double guess_share = 0.01;
 static const double rounding = 1e-15;
+
+/* Errors of this size are rounding: no step is of use. And this one, where steps do not reduce it,
+ * is rounding of parameters in which the surface goes very fast. */
+static const double settled = 1e-14, stagnation = 1e-9;
+
+/* The error of a chord that does not matter. */
+static const double negligible = 1e-12;
+
+/* With less of an error one step of Newton's leads to rounding; and a step on the paraboloid that
+ * changes so little of it is the last. */
+static const double model_least = 1e-7, model_enough = 1e-3;
 
 /* Below this sine of the angle between its yarns a cell that finds no corner has collapsed. */
 static const double collapsed_sine = 0.12;
@@ -75,26 +86,45 @@ static void linear_solve(const struct linear *m, double f1, double f2, double st
     step[1] = (m->a * f2 - m->c * f1) * m->inverse;
 }
 
-/* Chebyshev's step: Newton's step s for F(u, v) = (|r - B|^2 - bd^2, |r - C|^2 - cd^2) / 2, and
- * the correction -J^-1 F''(s, s) / 2, which the second derivatives at hand give almost for free:
- * F''(s, s) = |r' s|^2 + w . r''(s, s). The error of a step is cubic in that before. */
+/* e, the way from D by the step s on the surface taken as a paraboloid, and r_u, r_v there. */
+static struct vec3 model_step(const struct surface_jet *jet, const double s[2],
+                              struct surface_jet *there) {
+    struct vec3 u = vec3_axpy(s[1], jet->uv, vec3_scale(s[0], jet->uu));
+    struct vec3 v = vec3_axpy(s[1], jet->vv, vec3_scale(s[0], jet->uv));
+    there->u = vec3_add(jet->u, u);
+    there->v = vec3_add(jet->v, v);
+    u = vec3_axpy(0.5, u, jet->u);
+    v = vec3_axpy(0.5, v, jet->v);
+    return vec3_axpy(s[1], v, vec3_scale(s[0], u));
+}
+
+/* Newton's step s for F(u, v) = (|r - B|^2 - bd^2, |r - C|^2 - cd^2) / 2, and more of them for the
+ * paraboloid that has the derivatives at hand, F + w . e + |e|^2 / 2 = 0: those cost a fraction of
+ * an evaluation, and leave the third derivatives' share of the error alone. */
 static bool newton_step(const struct surface_jet *jet, struct vec3 wb, struct vec3 wc,
-                        const double f[2], double step[2]) {
+                        const double f[2], double error, double step[2]) {
     struct linear linear;
-    double s[2], correction[2];
     if (!linear_make(jet, wb, wc, &linear))
         return false;
-    linear_solve(&linear, -f[0], -f[1], s);
-    struct vec3 first = vec3_axpy(s[1], jet->v, vec3_scale(s[0], jet->u));
-    struct vec3 second = vec3_scale(s[0] * s[0], jet->uu);
-    second = vec3_axpy(2 * s[0] * s[1], jet->uv, second);
-    second = vec3_axpy(s[1] * s[1], jet->vv, second);
-    double common = vec3_norm2(first);
-    linear_solve(&linear, -(common + vec3_dot(wb, second)) / 2,
-                 -(common + vec3_dot(wc, second)) / 2, correction);
-    bool small = fabs(correction[0]) + fabs(correction[1]) < 0.5 * (fabs(s[0]) + fabs(s[1]));
-    step[0] = s[0] + (small ? correction[0] : 0);
-    step[1] = s[1] + (small ? correction[1] : 0);
+    linear_solve(&linear, -f[0], -f[1], step);
+    double whole = fabs(step[0]) + fabs(step[1]);
+    for (int round = 0; round < MODEL_ROUNDS && error > model_least; round++) {
+        struct surface_jet there;
+        double more[2];
+        struct vec3 e = model_step(jet, step, &there);
+        double half = vec3_norm2(e) / 2;
+        if (!linear_make(&there, vec3_add(wb, e), vec3_add(wc, e), &linear))
+            break;
+        linear_solve(&linear, -(f[0] + vec3_dot(wb, e) + half), -(f[1] + vec3_dot(wc, e) + half),
+                     more);
+        double size = fabs(more[0]) + fabs(more[1]);
+        if (!(size < 0.5 * whole))
+            break;
+        step[0] += more[0];
+        step[1] += more[1];
+        if (size <= model_enough * whole)
+            break;
+    }
     return isfinite(step[0]) && isfinite(step[1]);
 }
 
@@ -132,6 +162,35 @@ static void shorten(double step[2], double share) {
     step[1] *= share;
 }
 
+/* The last step, next to nothing: D moves by it on the paraboloid, and needs no evaluation. */
+static bool settle(const struct surface *surface, const struct fishnet_cell *cell,
+                   const double inverse[2], struct vec3 wb, struct vec3 wc, double f[2],
+                   struct fishnet_node *node) {
+    struct linear linear;
+    struct station *d = &node->station;
+    double step[2];
+    if (node->residual > settled && linear_make(&d->jet, wb, wc, &linear)) {
+        struct surface_jet there;
+        linear_solve(&linear, -f[0], -f[1], step);
+        struct vec3 e = model_step(&d->jet, step, &there);
+        d->uv[0] += step[0];
+        d->uv[1] += step[1];
+        d->jet.r = vec3_add(d->jet.r, e);
+        d->jet.u = there.u;
+        d->jet.v = there.v;
+        node->residual = length_error(cell, inverse, vec3_add(wb, e), vec3_add(wc, e), f);
+    }
+    return station_complete(surface, d);
+}
+
+/* Whether `settle` leaves no more than rounding where a step of the size s (squared, by that of the
+ * edge) led to this error. With T the third derivatives, the error is T s^3 / 6, and by T times the
+ * last step the second derivatives are wrong, from which the next chords come. */
+static bool may_settle(double error, double share2) {
+    double wrong = 6 * error * error;
+    return wrong * wrong < negligible * negligible * share2 * share2 * share2;
+}
+
 /* Newton from uv; a step that does not reduce the error is halved. */
 static bool newton(const struct surface *surface, struct surface_cursor *cursor,
                    const struct fishnet_cell *cell, const double uv[2], struct fishnet_node *node) {
@@ -140,6 +199,7 @@ static bool newton(const struct surface *surface, struct surface_cursor *cursor,
     const double inverse[2] = {1 / (cell->bd * cell->bd), 1 / (cell->cd * cell->cd)};
     double enough = tolerance + rounding * surface->magnitude / least;
     int halvings = 0;
+    double share2 = 0; /* the last step's size by the edge's, squared; 0 when it was shortened */
     double previous = HUGE_VAL, step[2] = {0, 0}, from[2] = {uv[0], uv[1]};
     struct station *d = &node->station;
     d->uv[0] = uv[0];
@@ -152,22 +212,27 @@ static bool newton(const struct surface *surface, struct surface_cursor *cursor,
         double error = length_error(cell, inverse, wb, wc, f);
         node->residual = error;
         node->iterations += 1;
-        if (error <= (round == 0 ? guess_share * enough : enough))
-            return station_complete(surface, d);
+        if (error <= (round == 0 ? guess_share * enough : enough) || may_settle(error, share2) ||
+            (error >= previous && error <= stagnation))
+            return settle(surface, cell, inverse, wb, wc, f, node);
         if (error < previous) {
-            if (!newton_step(&d->jet, wb, wc, f, step))
+            if (!newton_step(&d->jet, wb, wc, f, error, step))
                 return false;
             previous = error;
             halvings = 0;
             from[0] = d->uv[0];
             from[1] = d->uv[1];
             double size2 = spatial_size2(&d->jet, step);
-            if (size2 > longest * longest)
+            share2 = size2 / (least * least);
+            if (size2 > longest * longest) {
                 shorten(step, longest / sqrt(size2));
+                share2 = 0;
+            }
         } else {
             if (++halvings > HALVINGS_MAX)
                 return false;
             shorten(step, 0.5);
+            share2 = 0;
             d->uv[0] = from[0];
             d->uv[1] = from[1];
         }

@@ -44,9 +44,8 @@ static size_t bucket_at(const struct fold *fold, struct vec3 r) {
     return bucket_of(fold, voxel_of(fold, r.x), voxel_of(fold, r.y), voxel_of(fold, r.z));
 }
 
-/* Room for twice the entries: half as many buckets, filled anew. */
-static bool grow(struct fold *fold) {
-    size_t room = fold->room ? 2 * fold->room : FIRST_BUCKETS;
+/* Room for so many entries: half as many buckets, filled anew. */
+static bool grow(struct fold *fold, size_t room) {
     struct entry *entries = arena_alloc(fold->net->arena, room, sizeof *entries);
     int32_t *buckets = arena_alloc(fold->net->arena, room / 2, sizeof *buckets);
     if (!entries || !buckets || room > INT32_MAX)
@@ -67,24 +66,27 @@ static bool grow(struct fold *fold) {
     return true;
 }
 
-struct fold *fold_make(struct net *net, const double spacing[2], const double turn[2]) {
+struct fold *fold_make(struct net *net, size_t count, const double spacing[2],
+                       const double turn[2]) {
     struct fold *fold = arena_alloc(net->arena, 1, sizeof *fold);
     if (!fold)
         return NULL;
     *fold =
         (struct fold){.net = net, .spacing = {spacing[0], spacing[1]}, .turn = {turn[0], turn[1]}};
     fold->voxel = 2 * fmax(spacing[0], spacing[1]);
-    return grow(fold) ? fold : NULL;
+    size_t room = FIRST_BUCKETS;
+    while (room < count)
+        room *= 2;
+    return grow(fold, room) ? fold : NULL;
 }
 
 void fold_pass_cut(struct fold *fold) {
     fold->turn[0] = fold->turn[1] = HUGE_VAL;
 }
 
-enum status fold_add(struct fold *fold, int32_t i, int32_t j) {
-    if (fold->count == fold->room && !grow(fold))
+enum status fold_add(struct fold *fold, int32_t i, int32_t j, struct vec3 r) {
+    if (fold->count == fold->room && !grow(fold, 2 * fold->room))
         return STATUS_OUT_OF_MEMORY;
-    struct vec3 r = net_find(fold->net, i, j)->r;
     size_t bucket = bucket_at(fold, r);
     fold->entries[fold->count] = (struct entry){r, i, j, fold->buckets[bucket]};
     fold->buckets[bucket] = (int32_t)fold->count++;

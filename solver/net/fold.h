@@ -13,16 +13,17 @@
 
 struct fold;
 
-/* An empty hash for nodes of `net`, which are `spacing` apart, in its arena. Nodes that differ by
- * more than turn[k] in parameter k lie on either side of a cut and do not meet; HUGE_VAL where
- * there is none. NULL without memory. */
-struct fold *fold_make(struct net *net, const double spacing[2], const double turn[2]);
+/* An empty hash for nodes of `net`, which are `spacing` apart, with room for `count` of them, in
+ * its arena. Nodes that differ by more than turn[k] in parameter k lie on either side of a cut and
+ * do not meet; HUGE_VAL where there is none. NULL without memory. */
+struct fold *fold_make(struct net *net, size_t count, const double spacing[2],
+                       const double turn[2]);
 
 /* From now on there is no cut. */
 void fold_pass_cut(struct fold *fold);
 
-/* Adds the place (i, j) of the net. Errors: STATUS_OUT_OF_MEMORY. */
-enum status fold_add(struct fold *fold, int32_t i, int32_t j) STATUS_MUST_USE;
+/* Adds the place (i, j) of the net, which is at r. Errors: STATUS_OUT_OF_MEMORY. */
+enum status fold_add(struct fold *fold, int32_t i, int32_t j, struct vec3 r) STATUS_MUST_USE;
 
 /* Whether a node (i, j) at the station would lie on another part of the net. */
 bool fold_meets(struct fold *fold, int32_t i, int32_t j, const struct station *station);

@@ -90,7 +90,7 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
     size_t most = march->settings->max_nodes;
     if (march->inside > most || march->ghosts / ghosts_per_node > most + ghosts_least)
         return STATUS_TOO_MANY_NODES;
-    return march->fold && *zone == STATION_INSIDE ? fold_add(march->fold, i, j) : STATUS_OK;
+    return march->fold && *zone == STATION_INSIDE ? fold_add(march->fold, i, j, node.r) : STATUS_OK;
 }
 
 /* An estimate of the share that is done: the area of the nodes so far. */
@@ -120,15 +120,16 @@ enum status march_watch_folds(struct march *march) {
     double turn[2];
     for (int k = 0; k < 2; k++)
         turn[k] = march->mesh ? HUGE_VAL : station_cut_turn(march->surface, k);
-    march->fold = fold_make(march->net, march->settings->spacing, turn);
+    march->fold = fold_make(march->net, march->inside, march->settings->spacing, turn);
     enum status status = tiles && march->fold ? STATUS_OK : STATUS_OUT_OF_MEMORY;
-    for (size_t t = 0; t < net_tile_count(march->net); t++)
-        for (int at = 0; at < NET_TILE * NET_TILE && status == STATUS_OK; at++) {
-            int i = at % NET_TILE, j = at / NET_TILE;
-            if (tiles[t]->node[j][i].state == NET_INSIDE)
-                status =
-                    fold_add(march->fold, tiles[t]->ti * NET_TILE + i, tiles[t]->tj * NET_TILE + j);
-        }
+    for (size_t t = 0, count = net_tile_count(march->net); t < count; t++)
+        for (int j = 0; j < NET_TILE; j++)
+            for (unsigned row = tiles[t]->bits[NET_BIT_INSIDE][j]; row; row &= row - 1) {
+                int i = __builtin_ctz(row);
+                if (status == STATUS_OK)
+                    status = fold_add(march->fold, tiles[t]->ti * NET_TILE + i,
+                                      tiles[t]->tj * NET_TILE + j, tiles[t]->node[j][i].r);
+            }
     return status;
 }
 

@@ -9,6 +9,13 @@
  */
 #include "march.h"
 
+/* The differences of a row's sequence at its last place: of order 0, 1, .. in u and v. */
+enum { ORDERS = 6 };
+struct differences {
+    int count; /* of those known */
+    double of[ORDERS][2];
+};
+
 struct quadrant {
     struct march local; /* the march as this quadrant sees it: counts, cursor and view of its own */
     struct march *march; /* = &local */
@@ -20,6 +27,7 @@ struct quadrant {
     struct station *below;   /* row j - 1 at i = 0 .. below_count - 1, counted from the generator */
     struct station *row;     /* row j alike */
     int32_t below_count, row_count;
+    struct differences edge; /* of the edge from the row below to this one, in parameters */
 };
 
 /* How a row went. */
@@ -103,13 +111,42 @@ static struct vec3 edge_trend(const struct quadrant *q, int32_t i) {
     return vec3_sub(last, vec3_sub(q->row[i - 2].jet.r, q->below[i - 2].jet.r));
 }
 
-/* The parameters of (i, j): those below it, and the edge between the rows extrapolated from the
- * three before, quadratically. */
+/* Takes in the edge at i. */
+static void add_edge(struct quadrant *q, int32_t i) {
+    struct differences *edge = &q->edge;
+    edge->count += edge->count < ORDERS;
+    for (int k = 0; k < 2; k++) {
+        double now = q->row[i].uv[k] - q->below[i].uv[k];
+        for (int order = 0; order < edge->count; order++) {
+            double before = edge->of[order][k];
+            edge->of[order][k] = now;
+            now -= before;
+        }
+    }
+}
+
+/* The size of a difference on the surface, squared, but for the angle between its parameter lines.
+ */
+static double size2(const struct station *station, const double of[2]) {
+    return of[0] * of[0] * station->first[0] + of[1] * of[1] * station->first[2];
+}
+
+/* The parameters of (i, j): those below it, and the edge between the rows extrapolated by its
+ * differences, as long as they become smaller with their order. */
 static void extrapolate(const struct quadrant *q, int32_t i, double uv[2]) {
-    const struct station *row = &q->row[i], *below = &q->below[i];
-    for (int k = 0; k < 2; k++)
-        uv[k] = below[0].uv[k] + 3 * (row[-1].uv[k] - below[-1].uv[k]) -
-                3 * (row[-2].uv[k] - below[-2].uv[k]) + (row[-3].uv[k] - below[-3].uv[k]);
+    const struct differences *edge = &q->edge;
+    const struct station *below = &q->below[i];
+    double last = HUGE_VAL;
+    uv[0] = below->uv[0];
+    uv[1] = below->uv[1];
+    for (int order = 0; order < edge->count; order++) {
+        double size = size2(below, edge->of[order]);
+        if (!(size < last))
+            break;
+        last = size;
+        uv[0] += edge->of[order][0];
+        uv[1] += edge->of[order][1];
+    }
 }
 
 /* Node (i, j) of the row; `zone` says where it went, STATION_BEYOND when the row ends. */
@@ -123,7 +160,7 @@ static enum status grow_node(struct quadrant *q, int32_t i, int32_t j, enum stat
     cell.c = &q->below[i];
     cell.trend = edge_trend(q, i);
     double uv[2];
-    if (i >= 3 && !march->mesh && !march->surface->has_poles) {
+    if (i >= 2 && !march->mesh && !march->surface->has_poles) {
         extrapolate(q, i, uv);
         cell.guess_uv = uv;
     }
@@ -132,6 +169,7 @@ static enum status grow_node(struct quadrant *q, int32_t i, int32_t j, enum stat
         return march_fail(march, i * q->si, j * q->sj, reason);
     q->row[i] = node.station;
     q->row_count = i + 1;
+    add_edge(q, i);
     return march_place(march, i * q->si, j * q->sj, &node.station, zone);
 }
 
@@ -144,6 +182,8 @@ static enum status grow_row(struct quadrant *q, int32_t j, struct row_end *end) 
         return STATUS_OK;
     int32_t last = has_left(q, 0, j, &q->row[0]) ? -1 : 0, limit = q->reach + march->fringe;
     q->row_count = 1;
+    q->edge.count = 0;
+    add_edge(q, 0);
     for (int32_t i = 1; i < q->length && (i <= limit || i <= last + march->fringe); i++) {
         bool found;
         enum station_zone zone;

@@ -154,7 +154,7 @@ void surface_evaluate_span(const struct surface *surface, int span_u, int span_v
     size_t span = (size_t)span_u * (size_t)av->span_count + (size_t)span_v;
     size_t first = span * surface->points_per_span;
     int p = au->degree, q = av->degree;
-    if (surface->powers) {
+    if (surface->powers && surface->in_powers[span]) {
         double x = u - au->middles[span_u], y = v - av->middles[span_v];
         evaluate_low_degrees(p, q, surface->powers + first, x, y, jet);
     } else {
@@ -220,11 +220,6 @@ double surface_axis_rate(const struct surface_axis *axis, double inner, double *
 void surface_inner(const struct surface *surface, const double outer[2], double inner[2]) {
     for (int k = 0; k < 2; k++)
         inner[k] = surface_axis_inner(&surface->axis[k], outer[k]);
-}
-
-void surface_outer(const struct surface *surface, const double inner[2], double outer[2]) {
-    for (int k = 0; k < 2; k++)
-        outer[k] = surface_axis_outer(&surface->axis[k], inner[k]);
 }
 
 /* The chain rule: r_x = s' r_s, r_xx = s'^2 r_ss + s'' r_s. */

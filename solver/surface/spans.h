@@ -43,8 +43,9 @@ struct surface {
     struct surface_axis axis[2];
     size_t points_per_span; /* (p + 1) (q + 1) */
     vec4 *points;           /* [span_u][span_v][k][l]: Bezier control points */
-    vec4 *powers; /* alike: coefficients of (u - middle)^k (v - middle)^l; NULL where the degree
-                     makes them inaccurate */
+    vec4 *powers;    /* alike: coefficients of (u - middle)^k (v - middle)^l; NULL where the degree
+                        makes them inaccurate */
+    bool *in_powers; /* of each span, with powers: whether its weights leave them accurate */
     struct vec3 lower, upper;
     double size;      /* diagonal of the box around the control points */
     double magnitude; /* the largest absolute coordinate of that box: what rounding scales with */
@@ -76,7 +77,14 @@ double surface_axis_rate(const struct surface_axis *axis, double inner, double *
 
 /* Both directions' parameters. */
 void surface_inner(const struct surface *surface, const double outer[2], double inner[2]);
-void surface_outer(const struct surface *surface, const double inner[2], double outer[2]);
+static inline void surface_outer(const struct surface *surface, const double inner[2],
+                                 double outer[2]) {
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &surface->axis[k];
+        bool same = axis->factor == 1 && axis->origin == 0;
+        outer[k] = same ? inner[k] : surface_axis_outer(axis, inner[k]);
+    }
+}
 
 /* The span that x lies in; the first or last beyond the ends. `hint` is tried first. */
 int surface_axis_span(const struct surface_axis *axis, int hint, double x);

@@ -16,7 +16,7 @@ static const double balanced = 1e-9;
 static const double most_factor = 1e9;
 
 /* Weights that differ by more within one span cancel in the coefficients of powers. */
-static const double weights_for_powers = 30;
+static const double weights_for_powers = 100;
 
 /* Edges closer than this share of the surface's size are one edge, or one point. */
 static const double coincidence = 1e-9;
@@ -151,34 +151,32 @@ static void fill_powers(const struct surface *surface, int su, int sv, const vec
         }
 }
 
-/* Whether powers are as good as Bernstein polynomials on all spans. */
-static bool powers_will_do(const struct surface *surface, size_t spans) {
-    if (surface->axis[0].degree > SURFACE_POWERS_DEGREE ||
-        surface->axis[1].degree > SURFACE_POWERS_DEGREE)
-        return false;
-    const vec4 *points = surface->points;
-    for (size_t i = 0; i < spans; i++, points += surface->points_per_span) {
-        double least = points[0][3], most = least;
-        for (size_t k = 1; k < surface->points_per_span; k++) {
-            least = fmin(least, points[k][3]);
-            most = fmax(most, points[k][3]);
-        }
-        if (!(most <= weights_for_powers * least))
-            return false;
+/* Whether powers are as good as Bernstein polynomials on a span. */
+static bool powers_will_do(const struct surface *surface, const vec4 *points) {
+    double least = points[0][3], most = least;
+    for (size_t k = 1; k < surface->points_per_span; k++) {
+        least = fmin(least, points[k][3]);
+        most = fmax(most, points[k][3]);
     }
-    return true;
+    return most <= weights_for_powers * least;
 }
 
 static enum status make_powers(struct arena *arena, struct surface *surface) {
     int nu = surface->axis[0].span_count, nv = surface->axis[1].span_count;
-    if (!powers_will_do(surface, (size_t)nu * (size_t)nv))
+    if (surface->axis[0].degree > SURFACE_POWERS_DEGREE ||
+        surface->axis[1].degree > SURFACE_POWERS_DEGREE)
         return STATUS_OK;
-    size_t size = surface->points_per_span;
-    surface->powers = arena_alloc(arena, (size_t)nu * (size_t)nv * size, sizeof *surface->powers);
-    for (int i = 0; surface->powers && i < nu * nv; i++)
-        fill_powers(surface, i / nv, i % nv, surface->points + (size_t)i * size,
-                    surface->powers + (size_t)i * size);
-    return surface->powers ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    size_t size = surface->points_per_span, spans = (size_t)nu * (size_t)nv;
+    surface->powers = arena_alloc(arena, spans * size, sizeof *surface->powers);
+    surface->in_powers = arena_alloc(arena, spans, sizeof *surface->in_powers);
+    if (!surface->powers || !surface->in_powers)
+        return STATUS_OUT_OF_MEMORY;
+    for (int i = 0; i < nu * nv; i++) {
+        const vec4 *points = surface->points + (size_t)i * size;
+        surface->in_powers[i] = powers_will_do(surface, points);
+        fill_powers(surface, i / nv, i % nv, points, surface->powers + (size_t)i * size);
+    }
+    return STATUS_OK;
 }
 
 static void find_bounds(const struct nurbs *nurbs, struct surface *surface) {

@@ -8,6 +8,7 @@
  *     bench_surfaces [N [SURFACE [METHOD]]]      default: 30, 100 and 1000 on all
  */
 #include "solver/drape.h"
+#include "solver/surface/spans.h"
 #include "surfaces.h"
 
 #include <malloc.h>
@@ -39,12 +40,15 @@ struct figure {
 static double time_evaluation(const struct surface *surface) {
     double lower[2], upper[2], sum = 0, begun = seconds();
     struct surface_cursor cursor = {0};
-    surface_domain(surface, lower, upper);
+    for (int k = 0; k < 2; k++) {
+        lower[k] = surface_axis_lower(&surface->axis[k]);
+        upper[k] = surface_axis_upper(&surface->axis[k]);
+    }
     for (int k = 0; k < EVALUATIONS; k++) {
         struct surface_jet jet;
         double x = (double)(k % 200) / 200, y = (double)k / EVALUATIONS;
-        surface_evaluate(surface, &cursor, lower[0] + x * (upper[0] - lower[0]),
-                         lower[1] + y * (upper[1] - lower[1]), &jet);
+        surface_jet_at(surface, &cursor, lower[0] + x * (upper[0] - lower[0]),
+                       lower[1] + y * (upper[1] - lower[1]), &jet);
         sum += jet.uv.z;
     }
     return sum == HUGE_VAL ? 0 : (seconds() - begun) / EVALUATIONS * 1e9;
