@@ -29,6 +29,15 @@ static void bend_along(const struct station *p, struct vec3 t, double *curvature
                (along[0] * across[1] + along[1] * across[0]) * ii[1] + along[1] * across[1] * ii[2];
 }
 
+/* A direction in the tangent plane at `from` in that at `to`, unfolded about the line in which they
+ * meet: turned as the one normal into the other. */
+static struct vec3 unfolded(struct vec3 direction, struct vec3 from, struct vec3 to) {
+    struct vec3 axis = vec3_cross(from, to);
+    double cosine = vec3_dot(from, to), along = vec3_dot(axis, direction) / (1 + cosine);
+    struct vec3 turned = vec3_add(vec3_scale(cosine, direction), vec3_cross(axis, direction));
+    return cosine > -0.9 ? vec3_axpy(along, axis, turned) : direction;
+}
+
 struct vec3 rough_leave(const struct surface *surface, struct surface_cursor *cursor,
                         const struct station *p, const double to_uv[2], struct vec3 to) {
     double curvature, torsion;
@@ -37,8 +46,12 @@ struct vec3 rough_leave(const struct surface *surface, struct surface_cursor *cu
     bend_along(p, t, &curvature, &torsion);
     double c2 = vec3_norm2(chord), rise = curvature * c2 / 2;
     if (fabs(vec3_dot(chord, p->normal) - rise) > other_side * fabs(rise) + least_rise * sqrt(c2) &&
-        station_at(surface, cursor, to_uv, &q))
-        bend_along(&q, station_tangent(&q, chord), &curvature, &torsion);
+        station_at(surface, cursor, to_uv, &q)) {
+        struct vec3 along = station_tangent(&q, chord);
+        bend_along(&q, along, &curvature, &torsion);
+        if (vec3_norm(vec3_sub(q.normal, p->normal)) > joint_angle)
+            t = station_tangent(p, unfolded(along, q.normal, p->normal));
+    }
     return vec3_unit(vec3_axpy(curvature * torsion * c2 / 6, vec3_cross(p->normal, t), t));
 }
 
