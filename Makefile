@@ -82,6 +82,13 @@ $(B)/gen/viewer_files.h: server/viewer/embed.py $(VIEWER) $(THREE)/package.json
 	$(call say,EMBED,server/viewer)python3 $< $(@D) $(VIEWER) $(THREE_FILES)
 $(B)/server/resources/viewer.o: $(B)/gen/viewer_files.h
 
+# What encodes results, as a part of their entity tags: other encoders may give other bytes.
+ENCODERS := $(sort $(wildcard api/format/*.[ch] api/json/*.[ch] api/json/*.cc api/result/*.[ch]))
+$(B)/gen/encoders_digest.h: $(ENCODERS) api/embed_powers.py
+	@mkdir -p $(@D)
+	@echo "#define ENCODERS_DIGEST \"$$(cat $^ | sha256sum | cut -c1-8)\"" >$@
+$(B)/server/resources/results.o: $(B)/gen/encoders_digest.h
+
 # The powers of ten that the shortest decimals take.
 $(B)/gen/powers.h: api/embed_powers.py | $(B)/.setup
 	@mkdir -p $(@D)

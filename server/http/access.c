@@ -45,6 +45,15 @@ bool access_allow(struct tokens *tokens, struct request *request, enum tokens_ro
     return holder.role >= needed || refuse_role(needed, reply);
 }
 
+bool access_holds(struct tokens *tokens, const struct request *request) {
+    struct tokens_holder holder;
+    if (!tokens)
+        return true;
+    const char *token = bearer(request);
+    return token && tokens_find(tokens, token, &holder) && !strcmp(holder.name, request->caller) &&
+           (holder.role == TOKENS_ADMIN || !request->sees_all);
+}
+
 void access_mark(struct reply *reply) {
     if (!reply_has_header(reply, "Cache-Control"))
         reply_header(reply, "Cache-Control", "private");

@@ -12,6 +12,10 @@
 bool access_allow(struct tokens *tokens, struct request *request, enum tokens_role needed,
                   struct reply *reply);
 
+/* Whether the token of a request that was allowed still allows what it did then: not once it has
+ * been revoked, or has lost the role by which it sees what others own. For answers that last. */
+bool access_holds(struct tokens *tokens, const struct request *request);
+
 /* Tells caches on the way that the answer is for this caller alone. */
 void access_mark(struct reply *reply);
 

@@ -4,6 +4,7 @@
 #include <pthread.h>
 #include <sodium.h>
 #include <stdarg.h>
+#include <stdatomic.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -27,6 +28,7 @@ struct table {
 
 struct tokens {
     char *path;
+    atomic_int_fast64_t reloads;
     pthread_rwlock_t lock; /* of the table */
     struct table table;
 };
@@ -194,9 +196,14 @@ bool tokens_reload(struct tokens *tokens, char why[TOKENS_WHY_SIZE]) {
     pthread_rwlock_wrlock(&tokens->lock);
     old = tokens->table;
     tokens->table = table;
+    atomic_fetch_add(&tokens->reloads, 1);
     pthread_rwlock_unlock(&tokens->lock);
     free(old.entries);
     return true;
+}
+
+int64_t tokens_reloads(struct tokens *tokens) {
+    return atomic_load(&tokens->reloads);
 }
 
 size_t tokens_count(struct tokens *tokens) {

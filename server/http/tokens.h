@@ -13,6 +13,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <stdio.h>
 
 enum {
@@ -42,6 +43,9 @@ void tokens_free(struct tokens *tokens);
 
 /* Reads the file again. When that fails all stays as it was, and `why` says why. Any thread. */
 bool tokens_reload(struct tokens *tokens, char why[TOKENS_WHY_SIZE]);
+
+/* How often that has succeeded: holders may have changed since it was less. Any thread. */
+int64_t tokens_reloads(struct tokens *tokens);
 
 /* How many there are. */
 size_t tokens_count(struct tokens *tokens);

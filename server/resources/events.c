@@ -3,6 +3,7 @@
 #include "documents.h"
 #include "handlers.h"
 #include "server/clock.h"
+#include "server/http/access.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,6 +16,8 @@ enum { EVENTS_BLOCK_BYTES = 2048 };
 
 struct events {
     struct store *store;
+    struct tokens *tokens; /* NULL without */
+    int64_t reloads;       /* of them, when the caller's was looked at */
     struct request *request;
     char id[ID_SIZE];
     char *text; /* what is being sent */
@@ -72,10 +75,23 @@ static bool changed(const struct events *events, const struct store_job *job) {
            job->progress > events->progress || job->attempts != events->attempts;
 }
 
+/* A stream outlives its token no longer than to the next look after SIGHUP. */
+static bool allowed(struct events *events) {
+    int64_t reloads = events->tokens ? tokens_reloads(events->tokens) : 0;
+    if (reloads == events->reloads)
+        return true;
+    events->reloads = reloads;
+    return access_holds(events->tokens, events->request);
+}
+
 /* Looks for something to send. False when there is nothing now. */
 static bool look(struct events *events) {
     struct store_job job;
     int64_t now = clock_ms();
+    if (!allowed(events)) {
+        events->ended = true;
+        return false;
+    }
     enum store_answer answer = store_get(events->store, events->id, &job);
     bool news = answer == STORE_OK && changed(events, &job);
     if (news) {
@@ -126,6 +142,8 @@ enum http_next events_stream(struct call *call) {
         reply_empty(reply, 204); /* so that the client does not come back again */
     } else if (events) {
         events->store = call->services->store;
+        events->tokens = call->services->tokens;
+        events->reloads = events->tokens ? tokens_reloads(events->tokens) : 0;
         events->request = request;
         events->begun = events->sent_at = clock_ms();
         events->attempts = -1;

@@ -2,6 +2,7 @@
 /* /v1/drapes/{id}/result and /pattern: a stored result in the format asked for. */
 #include "api/request/digest.h"
 #include "documents.h"
+#include "encoders_digest.h"
 #include "handlers.h"
 #include "server/clock.h"
 #include "server/http/negotiate.h"
@@ -11,8 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The entity tag: the bytes of a drape's result depend on nothing but its id, the choice and the
- * coding. */
+/* The entity tag: the bytes of a drape's result depend on nothing but its id, the encoders, the
+ * choice and the coding. */
 static void make_etag(const struct store_job *job, const struct call_choice *choice,
                       enum compress_coding coding, char etag[96]) {
     char text[512], digest[API_ID_SIZE];
@@ -22,7 +23,7 @@ static void make_etag(const struct store_job *job, const struct call_choice *cho
     snprintf(text, sizeof text, "%s %d %d %s", choice->format->name, (int)options->table,
              options->precision, digest);
     api_digest_bytes(text, strlen(text), digest);
-    snprintf(etag, 96, "\"%s-%.8s%s%s\"", job->id, digest, coding ? "-" : "",
+    snprintf(etag, 96, "\"%s-" ENCODERS_DIGEST "-%.8s%s%s\"", job->id, digest, coding ? "-" : "",
              coding ? compress_name(coding) : "");
 }
 

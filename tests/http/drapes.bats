@@ -115,6 +115,17 @@ near() { jq -ne "($1) - ($2) | fabs < $3" >/dev/null || { echo "$1 is not $2"; r
     [ -n "$(header ETag)" ]
 }
 
+@test "http: the entity tag of a result changes with what encodes it" {
+    local digest
+    digest=$(cat $(printf '%s\n' api/format/*.[ch] api/json/*.[ch] api/json/*.cc api/result/*.[ch] |
+        LC_ALL=C sort) api/embed_powers.py | sha256sum | cut -c1-8)
+    quick 1.029 | submit
+    call GET "/v1/drapes/$id?wait=40"
+    call GET "/v1/drapes/$id/result"
+    expect 200
+    [[ "$(header ETag)" == *"-$digest-"* ]]
+}
+
 @test "http: an identical request shares the result and keeps its own id" {
     quick 1.03 | submit
     first=$id

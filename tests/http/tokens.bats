@@ -259,3 +259,30 @@ kept() { grep -q '"event":"tokens_kept".*line 2 ' "$HOME_DIR/log"; }
     done
     grep -q '"caller":"bert"' "$HOME_DIR/log"
 }
+
+@test "tokens: a token that is revoked ends its event streams, and others go on" {
+    local TOKENS=$BATS_TEST_TMPDIR/tokens gone kept
+    kept=$(token dora write) gone=$(token dora write)
+    start_daemon "$BATS_TEST_TMPDIR/daemon" --tokens "$TOKENS" --workers 1
+    # Far more than the one worker does while this runs.
+    jq -c '.fabric.spacing = 0.003' "$EXAMPLES/saddle.json" | as "$kept" submit
+    curl -sSN --max-time 60 -H "Authorization: Bearer $gone" \
+        "$URL/v1/drapes/$id/events" >"$BATS_TEST_TMPDIR/gone" 3>&- &
+    local stream=$!
+    curl -sSN --max-time 60 -H "Authorization: Bearer $kept" \
+        "$URL/v1/drapes/$id/events" >"$BATS_TEST_TMPDIR/kept" 3>&- &
+    local other=$!
+    wait_until 10 grep -q '^event: progress' "$BATS_TEST_TMPDIR/gone"
+    wait_until 10 grep -q '^event: progress' "$BATS_TEST_TMPDIR/kept"
+    sed -i 2d "$TOKENS"
+    kill -HUP "$DAEMON"
+    wait "$stream"
+    run ! grep -q '^event: end' "$BATS_TEST_TMPDIR/gone"
+    kill -0 "$other"
+    as "$gone" call GET "/v1/drapes/$id/events"
+    expect_problem 401 unauthorized
+    as "$kept" call DELETE "/v1/drapes/$id"
+    expect 204
+    wait "$other"
+    stop_daemon
+}
