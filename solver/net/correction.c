@@ -12,7 +12,7 @@ enum difference { DIFFERENCE_MADE, DIFFERENCE_SHORT, DIFFERENCE_ROUGH };
 static enum difference combine(const struct net_view *net, int32_t i, int32_t j, int di, int dj,
                                int first, int count, const double *weight, struct vec3 *sum) {
     int family = di ? 0 : 1, ahead = di + dj > 0;
-    uint8_t rough = 0;
+    unsigned rough = 0;
     *sum = vec3_make(0, 0, 0);
     for (int k = 0; k < count; k++) {
         int at = first + k;
@@ -21,9 +21,9 @@ static enum difference combine(const struct net_view *net, int32_t i, int32_t j,
             return DIFFERENCE_SHORT;
         rough |= node->grown;
         if (k > 0)
-            rough |= node->rough & NET_EDGE_BIT(family, 1 - ahead);
+            rough |= node->rough & (unsigned)NET_EDGE_BIT(family, 1 - ahead);
         if (k < count - 1)
-            rough |= node->rough & NET_EDGE_BIT(family, ahead);
+            rough |= node->rough & (unsigned)NET_EDGE_BIT(family, ahead);
         *sum = vec3_axpy(weight[k], node->r, *sum);
     }
     return rough ? DIFFERENCE_ROUGH : DIFFERENCE_MADE;
