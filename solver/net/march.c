@@ -122,7 +122,8 @@ enum status march_watch_folds(struct march *march) {
         turn[k] = march->mesh ? HUGE_VAL : station_cut_turn(march->surface, k);
     march->fold = fold_make(march->net, march->inside, march->settings->spacing, turn);
     enum status status = tiles && march->fold ? STATUS_OK : STATUS_OUT_OF_MEMORY;
-    for (size_t t = 0, count = net_tile_count(march->net); t < count; t++)
+    size_t count = status == STATUS_OK ? net_tile_count(march->net) : 0;
+    for (size_t t = 0; t < count; t++)
         for (int j = 0; j < NET_TILE; j++)
             for (unsigned row = tiles[t]->bits[NET_BIT_INSIDE][j]; row; row &= row - 1) {
                 int i = __builtin_ctz(row);
