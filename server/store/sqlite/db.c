@@ -3,6 +3,7 @@
 #include "server/clock.h"
 #include "server/log.h"
 #include "server/metrics.h"
+#include <pthread.h>
 #include <sqlite3.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -104,7 +105,15 @@ static struct db *db_new(const char *path) {
     return db;
 }
 
+/* Before the library is used first: nobody asks how much memory it has, and to count that takes a
+ * lock for every allocation. */
+static void configure(void) {
+    sqlite3_config(SQLITE_CONFIG_MEMSTATUS, 0);
+}
+
 struct db *db_open(const char *path, int64_t busy_ms, char why[STORE_WHY_SIZE]) {
+    static pthread_once_t once = PTHREAD_ONCE_INIT;
+    pthread_once(&once, configure);
     struct db *db = db_new(path);
     if (!db) {
         snprintf(why, STORE_WHY_SIZE, "no memory for the database");
