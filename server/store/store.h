@@ -227,6 +227,7 @@ enum store_answer store_counts(struct store *store, struct store_counts *counts)
 struct store_claim {
     char id[ID_SIZE];
     char surface[STORE_DIGEST_SIZE];
+    char owner[STORE_OWNER_SIZE];
     int64_t sequence;
     int64_t token; /* grows with every claim of the job */
     int attempts;  /* how often it was handed out, this one included */

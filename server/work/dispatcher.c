@@ -7,7 +7,9 @@
 #include "worker.h"
 #include <poll.h>
 #include <pthread.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -19,8 +21,10 @@ struct lane {
     struct dispatcher *dispatcher;
     pthread_t thread;
     struct child child;
-    int wake;  /* eventfd of its attempts */
-    bool used; /* a worker has run here before */
+    int wake;                     /* eventfd of its attempts */
+    bool used;                    /* a worker has run here before */
+    bool served;                  /* this worker has had a job, of this owner */
+    char owner[STORE_OWNER_SIZE]; /* "" is one too */
 };
 
 struct dispatcher {
@@ -83,7 +87,27 @@ static bool ready_worker(struct lane *lane) {
     if (lane->used)
         atomic_fetch_add(&lane->dispatcher->shared.counters.restarts, 1);
     lane->used = true;
+    lane->served = false;
     return true;
+}
+
+/* A worker serves one owner: should a request take it over, it has nothing of another's to tell,
+ * and no other's result to falsify. */
+static bool take_owner(struct lane *lane, const char *owner) {
+    if (lane->served && strcmp(lane->owner, owner) != 0)
+        child_kill(&lane->child);
+    if (!child_running(&lane->child) && !ready_worker(lane))
+        return false;
+    lane->served = true;
+    snprintf(lane->owner, sizeof lane->owner, "%s", owner);
+    return true;
+}
+
+/* The claimed job cannot be worked on now; how long to wait. */
+static int64_t give_back(struct store *store, const struct store_claim *claim) {
+    enum store_answer answer = store_release(store, claim);
+    (void)answer; /* else the lease ends */
+    return START_RETRY_MS;
 }
 
 /* One turn: how long to wait for the next (0: not at all), and whether a hint ends the wait. */
@@ -102,6 +126,8 @@ static int64_t take_turn(struct lane *lane, bool *hints) {
         return ATTEMPT_RETRY_MS;
     if (claim.reused)
         atomic_fetch_add(&dispatcher->shared.counters.reused, 1);
+    else if (!take_owner(lane, claim.owner))
+        return give_back(dispatcher->shared.store, &claim);
     else if (!attempt_run(&dispatcher->shared, &claim, &lane->child, lane->wake))
         return ATTEMPT_RETRY_MS;
     return 0;

@@ -3,8 +3,10 @@
  * The dispatcher: as many threads as workers, each with one worker process (`child.h`). A thread
  * claims a job, sends it to its worker, renews the lease, passes progress and result to the store,
  * and kills the worker when the job is cancelled, deleted, lost to another or over its time. A
- * worker that dies costs the job one attempt and is replaced. New jobs are seen at once through the
- * hub; those of other processes within WORK_POLL_MS. One further thread sweeps the store.
+ * worker that dies costs the job one attempt and is replaced; so is one whose next job is another
+ * owner's (two owners in turn have about half as many small drapes a second as one has). New jobs
+ * are seen at once through the hub; those of other processes within WORK_POLL_MS. One further
+ * thread sweeps the store.
  */
 #ifndef SERVER_WORK_DISPATCHER_H
 #define SERVER_WORK_DISPATCHER_H

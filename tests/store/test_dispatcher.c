@@ -427,6 +427,29 @@ static void test_dispatcher_bounds_its_worker(void **state) {
     expect_echo(bench, id, "sleep 300");
 }
 
+/* The worker that served the job of this owner; the number of workers is one. */
+static pid_t worker_of(struct bench *bench, const char *owner, const char *act) {
+    struct store_receipt receipt;
+    struct store_submission submission = {
+        .request = act, .request_length = strlen(act), .digest = act, .owner = owner};
+    assert_int_equal(store_submit(bench->scratch.store, &submission, &receipt), STORE_OK);
+    expect_echo(bench, receipt.id, act);
+    return child_of(getpid());
+}
+
+static void test_dispatcher_gives_each_owner_a_new_worker(void **state) {
+    struct bench *bench = *state;
+    start(bench);
+    pid_t first = worker_of(bench, "anna", "echo 1");
+    assert_int_equal(worker_of(bench, "anna", "echo 2"), first);
+    pid_t second = worker_of(bench, "bert", "echo 3");
+    assert_int_not_equal(second, first);
+    assert_int_equal(kill(first, 0), -1); /* gone, not put aside */
+    assert_int_equal(worker_of(bench, "bert", "echo 4"), second);
+    assert_int_not_equal(worker_of(bench, "", "echo 5"), second);
+    assert_int_equal(final_stats(bench).crashes, 0);
+}
+
 static void test_dispatcher_replaces_a_worker_killed_at_rest(void **state) {
     struct bench *bench = *state;
     start(bench);
@@ -600,6 +623,7 @@ int main(int argc, char **argv) {
         WITH_BENCH(test_dispatcher_sees_what_another_process_cancels),
         WITH_BENCH(test_dispatcher_survives_a_killed_worker),
         WITH_BENCH(test_dispatcher_bounds_its_worker),
+        WITH_BENCH(test_dispatcher_gives_each_owner_a_new_worker),
         WITH_BENCH(test_dispatcher_replaces_a_worker_killed_at_rest),
         WITH_BENCH(test_dispatcher_renews_the_lease_of_a_stopped_worker),
         WITH_BENCH(test_dispatcher_stop_lets_jobs_finish),

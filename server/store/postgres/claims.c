@@ -36,7 +36,7 @@ static const char claim_sql[] =
     " FROM first WHERE j.sequence = first.sequence"
     " RETURNING j.sequence, j.id, j.surface, j.token, j.attempts,"
     "  (SELECT r.number FROM draped.results r WHERE r.owner = j.owner AND r.digest = j.digest"
-    "   AND r.state = " SQL_COMPLETE "), " POSTGRES_LAZY;
+    "   AND r.state = " SQL_COMPLETE "), j.owner, " POSTGRES_LAZY;
 
 /* The claimed job's result is there already. STORE_CONFLICT when it has gone meanwhile. */
 static enum store_answer reuse(struct store *store, const struct store_claim *claim) {
@@ -68,6 +68,7 @@ enum store_answer postgres_claim(struct store *store, struct store_claim *claim)
         claim->token = pg_int(&query, 0, 3);
         claim->attempts = (int)pg_int(&query, 0, 4);
         twin = pg_int(&query, 0, 5) != 0;
+        pg_copy(&query, 0, 6, claim->owner, sizeof claim->owner);
     }
     enum store_answer answer = postgres_end(&query, rows, STORE_EMPTY);
     claim->reused = answer == STORE_OK && twin && reuse(store, claim) == STORE_OK;

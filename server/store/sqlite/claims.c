@@ -16,7 +16,7 @@ static const char pick_sql[] =
     "  WHERE (running, turn) = (SELECT running, turn FROM next LIMIT 1)"
     "  ORDER BY (SELECT min(j.rank) FROM jobs j INDEXED BY jobs_queue"
     "   WHERE j.status = " SQL_QUEUED " AND j.owner = next.owner) LIMIT 1)"
-    "SELECT j.sequence, j.id, j.surface, j.token, j.attempts, r.number"
+    "SELECT j.sequence, j.id, j.surface, j.token, j.attempts, r.number, j.owner"
     " FROM first CROSS JOIN jobs j INDEXED BY jobs_queue"
     "  ON j.owner = first.owner AND j.status = " SQL_QUEUED
     " LEFT JOIN results r ON r.owner = j.owner AND r.digest = j.digest AND r.state = " SQL_COMPLETE
@@ -36,6 +36,7 @@ static enum store_answer pick(const struct sqlite_store *store, struct db *db,
         claim->token = query_int(&query, 3) + 1;
         claim->attempts = (int)query_int(&query, 4);
         *result = query_int(&query, 5);
+        query_copy(&query, 6, claim->owner, sizeof claim->owner);
     }
     enum store_answer answer = query_end(&query);
     return answer == STORE_OK && !any ? STORE_EMPTY : answer;
