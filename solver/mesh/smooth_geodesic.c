@@ -95,9 +95,21 @@ static bool leads_away(const struct mesh_smooth *smooth, const struct mesh_cell 
     return !same_patch(smooth, &cell->a, &shot->from) || left * vec3_dot(across, shot->normal) > 0;
 }
 
+/* Both end in D's plane; that from B may have ended on the other side of a fold through D. */
+static void note_yarns(const struct mesh_smooth *smooth, const struct shot *b, const struct shot *c,
+                       struct mesh_yarns *yarns) {
+    struct vec3 from = normal_at(smooth, &b->end.place), to = normal_at(smooth, &c->end.place);
+    bool same = same_patch(smooth, &b->end.place, &c->end.place);
+    yarns->start[0] = b->direction;
+    yarns->start[1] = c->direction;
+    yarns->end[0] = same ? b->end.direction : unfold(b->end.direction, from, to);
+    yarns->end[1] = c->end.direction;
+}
+
 /* Newton's method from two directions on. */
 static enum mesh_corner_end meet(const struct mesh_smooth *smooth, const struct mesh_cell *cell,
-                                 struct shot b, struct shot c, struct mesh_corner *corner) {
+                                 struct shot b, struct shot c, struct mesh_corner *corner,
+                                 struct mesh_yarns *yarns) {
     double shorter = fmin(cell->bd, cell->cd), least = HUGE_VAL;
     int stalled = 0;
     for (int k = 0; k < NEWTON_MAX && least > wanted; k++) {
@@ -117,6 +129,7 @@ static enum mesh_corner_end meet(const struct mesh_smooth *smooth, const struct 
             least = size;
             corner->place = c.end.place;
             corner->residual = size;
+            note_yarns(smooth, &b, &c, yarns);
         }
         if (least > wanted && !close_gap(&b, &c, gap))
             return MESH_CORNER_COLLAPSED;
@@ -125,15 +138,15 @@ static enum mesh_corner_end meet(const struct mesh_smooth *smooth, const struct 
 }
 
 enum mesh_corner_end mesh_smooth_geodesics(const struct mesh_smooth *smooth,
-                                           const struct mesh_cell *cell,
-                                           struct mesh_corner *corner) {
+                                           const struct mesh_cell *cell, struct mesh_corner *corner,
+                                           struct mesh_yarns *yarns) {
     struct shot b = aim(smooth, &cell->b, vec3_sub(cell->guess, cell->b.r), cell->bd);
     struct shot c = aim(smooth, &cell->c, vec3_sub(cell->guess, cell->c.r), cell->cd);
     bool folded =
         !same_patch(smooth, &cell->a, &cell->b) || !same_patch(smooth, &cell->a, &cell->c);
-    if (!folded && meet(smooth, cell, b, c, corner) == MESH_CORNER_FOUND)
+    if (!folded && meet(smooth, cell, b, c, corner, yarns) == MESH_CORNER_FOUND)
         return MESH_CORNER_FOUND;
     b = aim_along(smooth, &cell->a, &cell->b, &cell->c, cell->bd, -cell->orientation);
     c = aim_along(smooth, &cell->a, &cell->c, &cell->b, cell->cd, cell->orientation);
-    return meet(smooth, cell, b, c, corner);
+    return meet(smooth, cell, b, c, corner, yarns);
 }

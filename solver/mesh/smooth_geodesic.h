@@ -11,11 +11,16 @@
 #include "corner.h"
 #include "smooth.h"
 
+/* The geodesics BD and CD: unit tangents at B and C and, in the tangent plane there, at D. */
+struct mesh_yarns {
+    struct vec3 start[2], end[2];
+};
+
 /* Solves a cell; `cell->bd` and `cell->cd` are the lengths, and D is expected at `cell->guess`. The
  * residual is the gap between the two ends, relative to the shorter length. MESH_CORNER_BOUNDARY
  * when a geodesic leaves the mesh. */
 enum mesh_corner_end mesh_smooth_geodesics(const struct mesh_smooth *smooth,
-                                           const struct mesh_cell *cell,
-                                           struct mesh_corner *corner);
+                                           const struct mesh_cell *cell, struct mesh_corner *corner,
+                                           struct mesh_yarns *yarns);
 
 #endif

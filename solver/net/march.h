@@ -133,6 +133,11 @@ struct march_cell {
 bool march_yarn(struct march *march, int32_t i, int32_t j, int di, int dj,
                 const struct station *station, struct vec3 *direction);
 
+/* Notes for march_place that both edges of a cell that end in D are rough: `start` and `end` of BD
+ * and CD, as in `struct fishnet_yarns`. */
+void march_note_edges(struct march *march, const struct march_cell *at, const struct vec3 start[2],
+                      const struct vec3 end[2]);
+
 /* Solves a cell. Notes the cost; on failure gives the reason. */
 bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,
                         enum drape_reason *reason);
@@ -159,7 +164,7 @@ struct mesh_place march_mesh_place(const struct station *station);
 bool march_mesh_corner(struct march *march, const struct march_cell *at, struct vec3 guess,
                        struct fishnet_node *node, enum drape_reason *reason);
 bool march_mesh_straight_on(struct march *march, const struct station *from, struct vec3 direction,
-                            double d, struct station *station);
+                            int di, int dj, struct station *station);
 
 /* Sets off along a generator on a mesh of the caller's to the side of `direction`, and on along it
  * to the next place, as the method measures spacings; `lost`: it failed otherwise than at the edge.
@@ -173,6 +178,11 @@ bool march_mesh_arm(const struct march *march, const struct drape_generator *gen
                     struct vec3 direction, struct march_mesh_yarn *yarn);
 bool march_mesh_advance(const struct march *march, struct march_mesh_yarn *yarn, double d,
                         struct station *station, bool *lost);
+
+/* The same to the neighbour on the side (di, dj), and notes for march_place whether that edge is
+ * rough. */
+bool march_mesh_lay(struct march *march, struct march_mesh_yarn *yarn, int di, int dj,
+                    struct station *station, bool *lost);
 
 /* From `from` to the place one chord away towards `target`, the next place of a generator on the
  * surface the mesh was made of: triangles turn a straight walk aside, the surface does not. */

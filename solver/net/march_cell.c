@@ -166,14 +166,13 @@ static bool turn_as_at_a(struct march *march, const struct march_cell *at,
     return true;
 }
 
-/* Notes for march_place that the node's edges are rough. */
-static void note_edges(struct march *march, const struct march_cell *at,
-                       const struct fishnet_yarns *yarns) {
+void march_note_edges(struct march *march, const struct march_cell *at, const struct vec3 start[2],
+                      const struct vec3 end[2]) {
     const int sign[2] = {at->si, at->sj};
     for (int k = 0; k < 2; k++) {
         int side = sign[k] < 0;
-        struct vec3 from = vec3_scale(sign[k], yarns->start[k]);
-        struct vec3 to = vec3_scale(sign[k], yarns->end[k]);
+        struct vec3 from = vec3_scale(sign[k], start[k]);
+        struct vec3 to = vec3_scale(sign[k], end[k]);
         march->edges.rough |= NET_EDGE_BIT(k, side);
         march->edges.yarns.edge[k] =
             side ? (struct net_edge){to, from} : (struct net_edge){from, to};
@@ -190,7 +189,7 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
     enum fishnet_end end =
         fishnet_geodesic_meet(march->surface, &march->cursor, cell, d[0], d[1], &yarns, node);
     if (end == FISHNET_FOUND)
-        note_edges(march, at, &yarns);
+        march_note_edges(march, at, yarns.start, yarns.end);
     return end;
 }
 

@@ -40,7 +40,7 @@ bool march_straight_on(struct march *march, const struct station *from, struct v
     struct path start, path;
     double d = march->settings->spacing[dj != 0];
     if (march->mesh)
-        return march_mesh_straight_on(march, from, direction, d, station);
+        return march_mesh_straight_on(march, from, direction, di, dj, station);
     if (!path_geodesic(&start, march->surface, from, direction))
         return false;
     path = start;
@@ -99,7 +99,7 @@ static bool advance_on_mesh(struct march *march, struct arm *arm, double d, stru
                             bool *lost) {
     struct station ahead;
     if (!march->surface)
-        return march_mesh_advance(march, &arm->yarn, d, station, lost);
+        return march_mesh_lay(march, &arm->yarn, arm->di, arm->dj, station, lost);
     *lost = false;
     if (!path_advance_chord(&arm->path, &march->cursor, d) ||
         !path_station(&arm->path, &march->cursor, &ahead, NULL) ||

@@ -79,9 +79,13 @@ static enum mesh_corner_end solve_smooth(struct march *march, const struct march
     if (!rough)
         return end;
     struct mesh_corner other = {.steps = corner->steps};
-    enum mesh_corner_end other_end = mesh_smooth_geodesics(march->smooth, &by_geodesics, &other);
-    if (other_end == MESH_CORNER_FOUND)
+    struct mesh_yarns yarns;
+    enum mesh_corner_end other_end =
+        mesh_smooth_geodesics(march->smooth, &by_geodesics, &other, &yarns);
+    if (other_end == MESH_CORNER_FOUND) {
         *corner = other;
+        march_note_edges(march, at, yarns.start, yarns.end);
+    }
     return other_end == MESH_CORNER_FOUND || (folded && !gentle) ? other_end : end;
 }
 
@@ -136,6 +140,26 @@ bool march_mesh_advance(const struct march *march, struct march_mesh_yarn *yarn,
     return end == MESH_WALK_DONE;
 }
 
+bool march_mesh_lay(struct march *march, struct march_mesh_yarn *yarn, int di, int dj,
+                    struct station *station, bool *lost) {
+    double d = march->settings->spacing[dj != 0];
+    struct mesh_smooth_path from = yarn->path;
+    march->edges.rough = 0;
+    if (!march_mesh_advance(march, yarn, d, station, lost))
+        return false;
+    if (!march->smooth || march->settings->method == DRAPE_BASIC)
+        return true;
+    struct station start = march_mesh_station(march, &from.place);
+    if (!is_over_fold(march, &from.place, &yarn->path.place) && !is_rough(&start, station, d))
+        return true;
+    int family = di ? 0 : 1, side = di + dj < 0, sign = side ? -1 : 1;
+    struct vec3 a = vec3_scale(sign, from.direction);
+    struct vec3 b = vec3_scale(sign, yarn->path.direction);
+    march->edges.rough = NET_EDGE_BIT(family, side);
+    march->edges.yarns.edge[family] = side ? (struct net_edge){b, a} : (struct net_edge){a, b};
+    return true;
+}
+
 bool march_mesh_towards(struct march *march, const struct station *from, struct vec3 target,
                         double chord, struct station *station, bool *lost) {
     struct march_mesh_yarn yarn;
@@ -153,12 +177,12 @@ bool march_mesh_towards(struct march *march, const struct station *from, struct 
 }
 
 bool march_mesh_straight_on(struct march *march, const struct station *from, struct vec3 direction,
-                            double d, struct station *station) {
+                            int di, int dj, struct station *station) {
     struct march_mesh_yarn yarn;
     bool lost;
     struct mesh_place place = march_mesh_place(from);
     bool started = march->smooth ? mesh_smooth_path(&yarn.path, march->smooth, &place, direction,
                                                     vec3_make(0, 0, 0))
                                  : mesh_walk_straight(&yarn.walk, march->mesh, &place, direction);
-    return started && march_mesh_advance(march, &yarn, d, station, &lost);
+    return started && march_mesh_lay(march, &yarn, di, dj, station, &lost);
 }

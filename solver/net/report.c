@@ -228,6 +228,11 @@ static void add_yarns(struct drape_cells *cells, size_t first, struct shear_row 
 }
 
 static bool station_of(struct part *part, const struct net_node *node, struct station *station) {
+    if (node && part->march->mesh) {
+        struct mesh_place place = {.triangle = (int32_t)node->uv[0], .r = node->r};
+        *station = march_mesh_station(part->march, &place);
+        return true;
+    }
     return node && station_at(part->march->surface, &part->cursor, node->uv, station);
 }
 

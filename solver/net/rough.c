@@ -45,7 +45,8 @@ struct vec3 rough_leave(const struct surface *surface, struct surface_cursor *cu
     struct vec3 chord = vec3_sub(to, p->jet.r), t = station_tangent(p, chord);
     bend_along(p, t, &curvature, &torsion);
     double c2 = vec3_norm2(chord), rise = curvature * c2 / 2;
-    if (fabs(vec3_dot(chord, p->normal) - rise) > other_side * fabs(rise) + least_rise * sqrt(c2) &&
+    if (surface &&
+        fabs(vec3_dot(chord, p->normal) - rise) > other_side * fabs(rise) + least_rise * sqrt(c2) &&
         station_at(surface, cursor, to_uv, &q)) {
         struct vec3 along = station_tangent(&q, chord);
         bend_along(&q, along, &curvature, &torsion);

@@ -42,7 +42,9 @@ static inline bool rough_edge(const struct surface *surface, const struct statio
 
 /* The unit tangent at p of the geodesic to the place `to` with the parameters `to_uv`, over a
  * smooth edge: the chord's projection, turned by d^2 k t / 6, k the normal curvature and t the
- * geodesic torsion, of p or, where p lies on a joint, of the other end. */
+ * geodesic torsion, of p or, where p lies on a joint of `surface` (NULL on a mesh), of the other
+ * end.
+ */
 struct vec3 rough_leave(const struct surface *surface, struct surface_cursor *cursor,
                         const struct station *p, const double to_uv[2], struct vec3 to);
 
