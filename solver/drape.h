@@ -101,6 +101,8 @@ struct drape_nodes {
     double *shear_deg;      /* 90 - angle between warp and weft, > 0 where quadrant i,j > 0 closes;
                                always finite */
     double *error_estimate; /* distance to the true net; NULL unless the method gives one */
+    uint8_t *grown;         /* 1 where the node rests on a yarn that goes straight on from a free
+                               edge, or sets off across another; 0 where the generators fix it */
 };
 
 /* Cells with four nodes on the surface: corners (i,j), (i+1,j), (i+1,j+1), (i,j+1). Sorted by j,

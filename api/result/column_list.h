@@ -27,6 +27,8 @@
       "90 less the angle between warp and weft at the node")                                       \
     X(NODES, error_estimate, error_estimate, SCALAR, "length", ESTIMATE,                           \
       "distance to the net of the continuous cloth")                                               \
+    X(NODES, grown, grown, FLAG, "", ALWAYS,                                                       \
+      "1 where the node rests on a yarn that goes straight on from a free edge")                   \
     X(CELLS, id, id, INTEGER, "", MAP, "number of the element in the mesh, or of the point")       \
     X(CELLS, i, i, INTEGER, "", ALWAYS, "the cell's first corner, in steps from the start")        \
     X(CELLS, j, j, INTEGER, "", ALWAYS, "the cell's first corner, in steps from the start")        \

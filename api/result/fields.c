@@ -70,7 +70,7 @@ static bool is_given(const struct api_request *request, enum column_id id) {
 }
 
 /* The values of a component of a column that is not derived: int32_t of an integer, uint8_t of a
- * reason, double of others. NULL when the column is not there. */
+ * reason and of `grown`, double of others. NULL when the column is not there. */
 static const void *values_of(const struct api_fields *fields, enum column_id id, int part) {
     const struct drape_nodes *nodes = &fields->result->nodes;
     const struct drape_cells *cells = &fields->result->cells;
@@ -95,6 +95,8 @@ static const void *values_of(const struct api_fields *fields, enum column_id id,
         return nodes->shear_deg;
     case COLUMN_NODES_error_estimate:
         return nodes->error_estimate;
+    case COLUMN_NODES_grown:
+        return nodes->grown;
     case COLUMN_CELLS_i:
         return cells->i;
     case COLUMN_CELLS_j:
@@ -174,9 +176,8 @@ static void add(struct api_fields *fields, enum column_id id) {
             source.context = &fields->derived[id];
         } else {
             source.context = values_of(fields, id, part);
-            source.fill = spec->kind == COLUMN_INTEGER  ? fill_index
-                          : spec->kind == COLUMN_REASON ? fill_byte
-                                                        : fill_real;
+            bool bytes = spec->kind == COLUMN_REASON || id == COLUMN_NODES_grown;
+            source.fill = spec->kind == COLUMN_INTEGER ? fill_index : bytes ? fill_byte : fill_real;
         }
         if (source.context)
             fields->source[fields->count++] = source;

@@ -60,10 +60,17 @@ static double turn(struct vec3 p, struct vec3 q, struct vec3 r, struct vec3 norm
     return vec3_dot(vec3_cross(vec3_sub(q, p), vec3_sub(r, p)), normal);
 }
 
+/* Cells open further than this sine are convex. */
+static const double open_sine = 0.3;
+
 bool fishnet_right_root(const struct fishnet_cell *cell, const struct station *d) {
-    struct vec3 b = cell->b->jet.r, c = cell->c->jet.r;
-    return cell->orientation * turn(c, d->jet.r, b, d->normal) > 0 &&
-           cell->orientation * turn(c, d->jet.r, b, cell->b->normal) > 0;
+    struct vec3 a = cell->a->jet.r, b = cell->b->jet.r, c = cell->c->jet.r;
+    int sign = cell->orientation;
+    double at_d = sign * turn(c, d->jet.r, b, d->normal);
+    if (!(at_d > 0) || !(sign * turn(c, d->jet.r, b, cell->b->normal) > 0))
+        return false;
+    return at_d > open_sine * cell->bd * cell->cd || (sign * turn(a, c, d->jet.r, d->normal) > 0 &&
+                                                      sign * turn(d->jet.r, b, a, d->normal) > 0);
 }
 
 /* Solves J step = f with the rows of J being 2 w . (r_u, r_v). */

@@ -48,7 +48,7 @@ void fishnet_chords(const struct surface *surface, struct surface_cursor *cursor
  * 0 for arcs of a full turn and more. */
 double fishnet_arc_chord(double length, double curvature);
 
-/* Whether D is the root away from A: both halves of the cell A, C, D, B turn the right way. */
+/* Whether D is the root away from A, and the cell A, C, D, B convex. */
 bool fishnet_right_root(const struct fishnet_cell *cell, const struct station *d);
 
 /* Whether a cell without a D has none because it collapsed: its yarns at A are nearly parallel, or

@@ -67,7 +67,7 @@ static void find_chords(struct march *march, struct fishnet_cell *cell, struct c
         struct correction *of = &c->of[k];
         if (!c->has[k])
             continue;
-        of->whole = of->whole && correction_agrees(of, 0, from, cell->curvature[k]);
+        of->whole = of->whole && correction_agrees(march->surface, of, 0, from, cell->curvature[k]);
         if (!of->whole)
             *to[k] = correction_sideways(of, from, *to[k]);
         else if (correction_chord(of, &chord))
@@ -76,14 +76,15 @@ static void find_chords(struct march *march, struct fishnet_cell *cell, struct c
 }
 
 /* Gives up corrections that do not agree with the surface at D. Whether there was one. */
-static bool drop_corrections(const struct fishnet_cell *cell, const struct station *d,
-                             struct corrections *c) {
+static bool drop_corrections(const struct march *march, const struct fishnet_cell *cell,
+                             const struct station *d, struct corrections *c) {
     bool dropped = false;
     for (int k = 0; k < 2; k++) {
         struct vec3 chord = vec3_sub(d->jet.r, (k ? cell->c : cell->b)->jet.r);
         struct correction *of = &c->of[k];
-        bool drop = c->has[k] && of->whole &&
-                    !correction_agrees(of, 1, d, station_normal_curvature(d, chord));
+        bool drop =
+            c->has[k] && of->whole &&
+            !correction_agrees(march->surface, of, 1, d, station_normal_curvature(d, chord));
         of->whole = of->whole && !drop;
         dropped = dropped || drop;
     }
@@ -231,7 +232,7 @@ static bool solve_on_surface(struct march *march, const struct march_cell *at,
     find_chords(march, &cell, &corrections);
     enum fishnet_end end = fishnet_solve(march->surface, &march->cursor, &cell, node);
     if (end == FISHNET_FOUND && march->before.net &&
-        drop_corrections(&cell, &node->station, &corrections)) {
+        drop_corrections(march, &cell, &node->station, &corrections)) {
         find_chords(march, &cell, &corrections);
         end = fishnet_solve(march->surface, &march->cursor, &cell, node);
     }

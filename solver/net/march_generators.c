@@ -126,8 +126,10 @@ static bool advance_corrected(struct march *march, struct arm *arm, int32_t k, d
         !path_advance_chord(&path, &march->cursor, chord) ||
         !path_station(&path, &march->cursor, station, &arrive))
         return false;
-    if (!correction_agrees(&correction, 0, &from, station_normal_curvature(&from, leave)) ||
-        !correction_agrees(&correction, 1, station, station_normal_curvature(station, arrive)))
+    if (!correction_agrees(march->surface, &correction, 0, &from,
+                           station_normal_curvature(&from, leave)) ||
+        !correction_agrees(march->surface, &correction, 1, station,
+                           station_normal_curvature(station, arrive)))
         return false;
     arm->path = path;
     return true;

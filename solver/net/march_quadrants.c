@@ -23,9 +23,10 @@ struct quadrant {
     int si, sj;
     struct net_node *arm[2]; /* the places on the warp and weft arm, to the first that is none */
     int32_t length;          /* places on the warp arm */
-    int32_t reach;           /* the last place of the row below that has not left the surface */
-    struct station *below;   /* row j - 1 at i = 0 .. below_count - 1, counted from the generator */
-    struct station *row;     /* row j alike */
+    int32_t reach[2]; /* of the row below and the one below it: the last place that has not left
+                         the surface */
+    struct station *below; /* row j - 1 at i = 0 .. below_count - 1, counted from the generator */
+    struct station *row;   /* row j alike */
     int32_t below_count, row_count;
     struct differences edge; /* of the edge from the row below to this one, in parameters */
 };
@@ -174,13 +175,15 @@ static enum status grow_node(struct quadrant *q, int32_t i, int32_t j, enum stat
 }
 
 /* A row ends `fringe` places after it has left the surface, but not before it is as far beyond the
- * end of the row below: the boundary may run inwards first. */
+ * ends of the two rows below: the boundary may run inwards first, and stencils at their nodes reach
+ * two places to all sides. */
 static enum status grow_row(struct quadrant *q, int32_t j, struct row_end *end) {
     struct march *march = q->march;
     *end = (struct row_end){.planted = station_of(q, 0, j, &q->row[0])};
     if (!end->planted)
         return STATUS_OK;
-    int32_t last = has_left(q, 0, j, &q->row[0]) ? -1 : 0, limit = q->reach + march->fringe;
+    int32_t farthest = q->reach[0] > q->reach[1] ? q->reach[0] : q->reach[1];
+    int32_t last = has_left(q, 0, j, &q->row[0]) ? -1 : 0, limit = farthest + march->fringe;
     q->row_count = 1;
     q->edge.count = 0;
     add_edge(q, 0);
@@ -198,7 +201,8 @@ static enum status grow_row(struct quadrant *q, int32_t j, struct row_end *end) 
             last = i;
     }
     end->near = last >= 0;
-    q->reach = end->near ? last : q->reach;
+    q->reach[1] = q->reach[0];
+    q->reach[0] = end->near ? last : q->reach[0];
     return STATUS_OK;
 }
 
@@ -269,7 +273,7 @@ static void grow_quadrant(void *data, int number) {
            station_of(q, q->below_count, 0, &q->below[q->below_count]))
         q->below_count++;
     for (int32_t i = 0; i < q->below_count; i++)
-        q->reach = has_left(q, i, 0, &q->below[i]) ? q->reach : i;
+        q->reach[0] = has_left(q, i, 0, &q->below[i]) ? q->reach[0] : i;
     q->status = grow_rows(q);
 }
 

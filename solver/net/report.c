@@ -47,13 +47,43 @@ struct row_bits {
     uint32_t inside, cells, rim;
 };
 
+/* Whether the four corners of a cell that is not folded turn one way. */
+static bool is_convex(const struct net_window *window, int x, int y) {
+    const struct net_node *node[4] = {
+        net_window_find(window, x, y), net_window_find(window, x + 1, y),
+        net_window_find(window, x + 1, y + 1), net_window_find(window, x, y + 1)};
+    struct vec3 edge[4], normal = vec3_make(0, 0, 0);
+    for (int k = 0; k < 4; k++)
+        edge[k] = vec3_sub(node[(k + 1) & 3]->r, node[k]->r);
+    for (int k = 0; k < 4; k++)
+        normal = vec3_add(normal, vec3_cross(edge[k], edge[(k + 1) & 3]));
+    for (int k = 0; k < 4; k++)
+        if (!(vec3_dot(vec3_cross(edge[k], edge[(k + 1) & 3]), normal) > 0))
+            return false;
+    return true;
+}
+
+/* Those of the cells that are no cloth: yarns along free edges may close cells that are not convex,
+ * which the march never makes. */
+static uint32_t no_cells(const struct net_window *window, int y, uint32_t cells) {
+    uint32_t row = net_window_bits(window, NET_BIT_GROWN, y);
+    uint32_t up = net_window_bits(window, NET_BIT_GROWN, y + 1), none = 0;
+    for (uint32_t left = cells & (row | row >> 1 | up | up >> 1); left; left &= left - 1) {
+        int bit = __builtin_ctz(left);
+        if (!yarn_cell_is_rough(window, bit - 1, y) && !is_convex(window, bit - 1, y))
+            none |= 1u << bit;
+    }
+    return none;
+}
+
 static struct row_bits row_bits(const struct net_window *window, int y) {
     uint32_t row = net_window_bits(window, NET_BIT_INSIDE, y);
     uint32_t up = net_window_bits(window, NET_BIT_INSIDE, y + 1), both = row & up;
     uint32_t down = net_window_bits(window, NET_BIT_INSIDE, y - 1);
     uint32_t all = up & down & row << 1 & row >> 1, any = up | down | row << 1 | row >> 1;
+    uint32_t cells = both & both >> 1 & own_bits;
     return (struct row_bits){.inside = row & own_bits,
-                             .cells = both & both >> 1 & own_bits,
+                             .cells = cells & ~no_cells(window, y, cells),
                              .rim = ((row & ~all) | (~row & any)) & own_bits};
 }
 
@@ -135,8 +165,9 @@ static enum status alloc_columns(struct arena *arena, bool estimated, struct dra
         n->error_estimate = arena_take(arena, n->count, sizeof *n->error_estimate);
         all = all && n->error_estimate;
     }
+    n->grown = arena_take(arena, n->count, sizeof *n->grown);
     f->reason = arena_take(arena, f->count, sizeof *f->reason);
-    return all && f->reason ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    return all && n->grown && f->reason ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
 /* The parameters within the domain, and the point there: a node that lies outside by rounding, or
@@ -189,6 +220,7 @@ static void add_node(struct part *part, const struct spot *spot, struct shear_ro
     nodes->x[at] = r.x;
     nodes->y[at] = r.y;
     nodes->z[at] = r.z;
+    nodes->grown[at] = spot->node->grown;
     shear_add_node(yarns, spot->window, spot->x, spot->y, order);
     if (corrected)
         add_estimate(part, at, spot);

@@ -107,6 +107,11 @@ static bool crosses_joint(const struct surface *surface, const struct station *p
 bool rough_edge_closely(const struct surface *surface, const struct station *p,
                         const struct station *q, double curvature, double misfit, double d) {
     double turn = fabs(curvature) * d;
+    if (station_at_pole(surface,
+                        p)) { /* a pole: no curvature there, but arcs rise alike at both ends */
+        struct vec3 chord = vec3_sub(q->jet.r, p->jet.r);
+        return !(fabs(vec3_dot(chord, vec3_add(p->normal, q->normal))) < ROUGH_MISFIT_ROUGH * d);
+    }
     if (!(misfit < ROUGH_MISFIT_ROUGH && turn < ROUGH_TURN_ROUGH))
         return true;
     if (turn >= ROUGH_TURN_SMOOTH) {

@@ -95,8 +95,9 @@ void shear_add_cell(struct shear_row *row, const struct net_window *window, int 
     }
     struct vec3 twist = vec3_add(vec3_sub(a, b), vec3_sub(c, d));
     struct vec3 bends = vec3_add(bend(window, x, y, 1, 0, a, b), bend(window, x, y, 0, 1, a, d));
-    double turn = 4 * vec3_dot(twist, bends) / 6 / (vec3_norm2(warp) + vec3_norm2(weft));
-    add(row, vec3_axpy(turn, weft, warp), vec3_axpy(turn, warp, weft));
+    double turn = 2 * vec3_dot(twist, bends) / 6; /* half of it each, by the same angle */
+    add(row, vec3_axpy(turn / vec3_norm2(weft), weft, warp),
+        vec3_axpy(turn / vec3_norm2(warp), warp, weft));
 }
 
 void shear_set_angle(struct vec3 *warp, struct vec3 *weft, double w_deg) {

@@ -185,7 +185,7 @@ static struct vec3 tangent(const struct march *march, int k, int i, int j) {
         {1, -8, 0, 8, -1}, {-3, -10, 18, -6, 1}, {-25, 48, -36, 16, -3}};
     int l = k ? j : i, n = march->setup->n[k], gap = n - abs(l), inward = l < 0 ? 1 : -1;
     struct vec3 t;
-    if (march->setup->method == DRAPE_GIB4) {
+    if (march->setup->method != DRAPE_BASIC) {
         int row = gap >= 2 ? 0 : 2 - gap;
         int first = row == 0 ? l - 2 : row == 1 ? l - inward : l;
         t = stencil(march, k, i, j, first, row ? inward : 1, five[row], 5);

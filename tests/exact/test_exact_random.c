@@ -175,6 +175,19 @@ static double largest_gap(const struct drape_nodes *coarse, const struct drape_n
     return worst;
 }
 
+/* A trial without rough edges, of which the plain march knows nothing: the curvature does not jump
+ * at knots, and changes little from node to node. */
+static void trial_make_smooth(struct trial *trial, uint64_t seed, int n) {
+    for (uint64_t more = 0; more < 32; more++) {
+        trial_make_inside(trial, seed + 1000 * more, n);
+        if (trial->shape.degree[0] > 2 && trial->shape.degree[1] > 2) {
+            break;
+        }
+    }
+    trial->settings.spacing[0] *= 0.1;
+    trial->settings.spacing[1] *= 0.1;
+}
+
 /* Node by node what the plain march finds. */
 static void test_exact_random_solves_its_equations(void **state) {
     static struct trial trial;
@@ -182,7 +195,7 @@ static void test_exact_random_solves_its_equations(void **state) {
     (void)state;
     for (int round = 0; round < rounds_of(ROUNDS); round++) {
         struct drape_run run;
-        trial_make_inside(&trial, first_seed() + 1000 + (uint64_t)round, N);
+        trial_make_smooth(&trial, first_seed() + 1000 + (uint64_t)round, N);
         const double *spacing = trial.settings.spacing;
         struct drape_nodes *plain = plain_of(&trial, 1, N);
         drape_begin(&run, &trial.shape, &trial.settings);
