@@ -11,7 +11,9 @@ const PAUSED_UPGRADE = 22;
 let begun = false;
 const nothing = () => 0;
 const binary = require('undici/lib/llhttp/llhttp-wasm.js');
-const module = new WebAssembly.Module(Buffer.isBuffer(binary) ? binary : Buffer.from(binary, 'base64'));
+const module = new WebAssembly.Module(
+  Buffer.isBuffer(binary) ? binary : Buffer.from(binary, 'base64'),
+);
 const { exports: llhttp } = new WebAssembly.Instance(module, {
   env: {
     wasm_on_url: nothing,
