@@ -23,21 +23,53 @@ static enum store_answer fail_as_crashed(struct store *store, const struct store
     return answer;
 }
 
-/* As long as the claim holds, the attempts that are read here do not change. */
-enum store_answer recovery_give_back(struct store *store, const struct store_claim *claim,
-                                     enum recovery_cause cause, const char *detail, bool *failed) {
+/* What ended the attempt. */
+enum cause {
+    CAUSE_CRASHED,    /* its worker died, or its lease was not renewed */
+    CAUSE_RELEASED,   /* it was given back in good order */
+    CAUSE_INTERRUPTED /* the process that held it is gone */
+};
+
+/* Puts the job back into the queue at its old place or, without attempts left, fails it as
+ * `solver-crashed` with `detail`; `*failed` says which. STORE_CONFLICT when the claim is lost. As
+ * long as the claim holds, the attempts that are read here do not change. */
+static enum store_answer give_back(struct store *store, const struct store_claim *claim,
+                                   enum cause cause, const char *detail, bool *failed) {
     int64_t attempts = 0;
     int64_t excuses = 0;
     *failed = false;
-    if (cause == RECOVERY_RELEASED)
+    if (cause == CAUSE_RELEASED)
         return store->ops->requeue(store, claim, true);
     enum store_answer answer = store->ops->attempts(store, claim, &attempts, &excuses);
     if (answer != STORE_OK)
         return answer;
-    bool excused = cause == RECOVERY_INTERRUPTED && excuses < INTERRUPTIONS_EXCUSED;
+    bool excused = cause == CAUSE_INTERRUPTED && excuses < INTERRUPTIONS_EXCUSED;
     *failed = !excused && attempts - excuses >= store->options.max_attempts;
     return *failed ? fail_as_crashed(store, claim, attempts - excuses, detail)
                    : store->ops->requeue(store, claim, excused);
+}
+
+/* It may be claimed again. */
+static void tell_again(struct store *store, const char *id) {
+    store_tell(store, id);
+    store_tell(store, hub_queue);
+}
+
+enum store_answer store_crashed(struct store *store, const struct store_claim *claim,
+                                const char *detail) {
+    bool failed = false;
+    enum store_answer answer = give_back(store, claim, CAUSE_CRASHED, detail, &failed);
+    if (answer == STORE_OK)
+        tell_again(store, claim->id);
+    return answer;
+}
+
+enum store_answer store_release(struct store *store, const struct store_claim *claim) {
+    bool failed = false;
+    enum store_answer answer = give_back(store, claim, CAUSE_RELEASED, "", &failed);
+    if (answer == STORE_OK)
+        tell_again(store, claim->id);
+    return answer;
 }
 
 /* Other processes sweep as well: a conflict means that one of them was first, or that the lease was
@@ -48,11 +80,10 @@ static enum store_answer recover(struct store *store, const struct store_ended *
     bool failed = false;
     enum store_answer answer = store->ops->take_over(store, ended, &claim.token);
     if (answer == STORE_OK)
-        answer = ended->holder_gone
-                     ? recovery_give_back(store, &claim, RECOVERY_INTERRUPTED,
-                                          "the service itself died each time", &failed)
-                     : recovery_give_back(store, &claim, RECOVERY_CRASHED,
-                                          "its dispatcher did not renew the lease", &failed);
+        answer = ended->holder_gone ? give_back(store, &claim, CAUSE_INTERRUPTED,
+                                                "the service itself died each time", &failed)
+                                    : give_back(store, &claim, CAUSE_CRASHED,
+                                                "its dispatcher did not renew the lease", &failed);
     if (answer != STORE_OK)
         return answer == STORE_CONFLICT ? STORE_OK : answer;
     sweep->failed += failed;
@@ -60,8 +91,7 @@ static enum store_answer recover(struct store *store, const struct store_ended *
     log_warning(log_event("claim_ended"), log_text("job", claim.id),
                 log_text("cause", ended->holder_gone ? "process gone" : "lease"),
                 log_text("then", failed ? "failed" : "queued"));
-    store_tell(store, claim.id);
-    store_tell(store, hub_queue);
+    tell_again(store, claim.id);
     return STORE_OK;
 }
 

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 #include "backend.h"
-#include "recovery.h"
 #include "server/clock.h"
 #include <stdlib.h>
 #include <string.h>
@@ -154,29 +153,6 @@ enum store_answer store_fail(struct store *store, const struct store_claim *clai
     enum store_answer answer = store->ops->fail(store, claim, error);
     if (answer == STORE_OK)
         store_tell(store, claim->id);
-    return answer;
-}
-
-/* It may be claimed again. */
-static void tell_again(struct store *store, const char *id) {
-    store_tell(store, id);
-    store_tell(store, hub_queue);
-}
-
-enum store_answer store_crashed(struct store *store, const struct store_claim *claim,
-                                const char *detail) {
-    bool failed = false;
-    enum store_answer answer = recovery_give_back(store, claim, RECOVERY_CRASHED, detail, &failed);
-    if (answer == STORE_OK)
-        tell_again(store, claim->id);
-    return answer;
-}
-
-enum store_answer store_release(struct store *store, const struct store_claim *claim) {
-    bool failed = false;
-    enum store_answer answer = recovery_give_back(store, claim, RECOVERY_RELEASED, "", &failed);
-    if (answer == STORE_OK)
-        tell_again(store, claim->id);
     return answer;
 }
 
