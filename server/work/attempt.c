@@ -64,14 +64,6 @@ static void conclude(struct attempt *attempt, enum outcome outcome) {
         attempt->outcome = outcome;
 }
 
-/* What the store answered to a write under the claim. */
-static void conclude_answer(struct attempt *attempt, enum store_answer answer) {
-    if (answer == STORE_CONFLICT)
-        conclude(attempt, OUTCOME_LOST);
-    else if (answer != STORE_OK)
-        conclude(attempt, OUTCOME_RELEASED);
-}
-
 /* Renewal that fails because the store is down is tried again; if it stays down, the claim will
  * turn out to be lost. */
 static void renew(struct attempt *attempt, int64_t now) {
@@ -84,12 +76,6 @@ static void renew(struct attempt *attempt, int64_t now) {
     attempt->progress_at_ms = now + settings->progress_ms;
 }
 
-static void look_at_claim(struct attempt *attempt, int64_t now) {
-    if (store_check(attempt->shared->store, attempt->claim) == STORE_CONFLICT)
-        conclude(attempt, OUTCOME_LOST);
-    attempt->look_at_ms = now + WORK_POLL_MS;
-}
-
 /* The duties that do not depend on the worker. */
 static void attend(struct attempt *attempt) {
     int64_t now = clock_ms();
@@ -97,8 +83,11 @@ static void attend(struct attempt *attempt) {
         conclude(attempt, OUTCOME_TIMEOUT);
     if (attempt_out_of_time(attempt->shared))
         conclude(attempt, OUTCOME_RELEASED);
-    if (now >= attempt->look_at_ms)
-        look_at_claim(attempt, now);
+    if (now >= attempt->look_at_ms) {
+        if (store_check(attempt->shared->store, attempt->claim) == STORE_CONFLICT)
+            conclude(attempt, OUTCOME_LOST);
+        attempt->look_at_ms = now + WORK_POLL_MS;
+    }
     if (now >= attempt->renew_at_ms)
         renew(attempt, now);
 }
@@ -143,11 +132,16 @@ static void take_progress(struct attempt *attempt) {
 static void take_result(struct attempt *attempt) {
     size_t length = attempt->child->inbox.head.length;
     attempt->written += (int64_t)length;
-    if (attempt->written > attempt->shared->settings.max_result)
+    if (attempt->written > attempt->shared->settings.max_result) {
         conclude(attempt, OUTCOME_TOO_LARGE);
-    else
-        conclude_answer(attempt,
-                        store_writer_append(attempt->writer, attempt->child->inbox.bytes, length));
+        return;
+    }
+    enum store_answer answer =
+        store_writer_append(attempt->writer, attempt->child->inbox.bytes, length);
+    if (answer == STORE_CONFLICT)
+        conclude(attempt, OUTCOME_LOST);
+    else if (answer != STORE_OK)
+        conclude(attempt, OUTCOME_RELEASED);
 }
 
 static void take_text(struct attempt *attempt, enum outcome outcome) {
@@ -175,22 +169,17 @@ static void take_frame(struct attempt *attempt) {
     }
 }
 
-/* The deadline ends a job that takes too long. This is for the case that the dispatcher no longer
- * watches it. */
-static uint64_t cpu_seconds(const struct dispatcher_settings *settings) {
-    int64_t seconds = settings->job_timeout_ms / 1000 + CPU_MARGIN_SECONDS;
-    return (uint64_t)seconds *
-           (uint64_t)(settings->limits.threads > 1 ? settings->limits.threads : 1);
-}
-
-/* The job's own budget, and beside it the program itself, the documents, and the JSON tree of a
- * body at its limits. */
+/* Of memory, the job's own budget, and beside it the program itself, the documents, and the JSON
+ * tree of a body at its limits. The processor's is for the case that nothing watches the deadline.
+ */
 static bool bound_worker(const struct attempt *attempt, const struct api_input *input) {
     const struct dispatcher_settings *settings = &attempt->shared->settings;
     uint64_t memory = (uint64_t)settings->limits.max_memory + MEMORY_BESIDE_BYTES +
                       input->request_length + input->surface_length;
+    uint64_t threads = settings->limits.threads > 1 ? (uint64_t)settings->limits.threads : 1;
+    uint64_t seconds = (uint64_t)(settings->job_timeout_ms / 1000 + CPU_MARGIN_SECONDS) * threads;
     if (sandbox_bound(attempt->child->pid, RLIMIT_AS, memory) &&
-        sandbox_bound_processor(attempt->child->pid, cpu_seconds(settings)))
+        sandbox_bound_processor(attempt->child->pid, seconds))
         return true;
     log_error(log_event("worker_not_bounded"), log_text("detail", strerror(errno)));
     return false;
@@ -256,7 +245,7 @@ static void settle_worker(struct attempt *attempt, char why[CHILD_WHY_SIZE]) {
     if (attempt->outcome == OUTCOME_CRASHED || attempt->outcome == OUTCOME_BROKEN)
         atomic_fetch_add(&shared->counters.crashes, 1);
     if (attempt->outcome == OUTCOME_BROKEN) {
-        snprintf(why, CHILD_WHY_SIZE, "it sent what it must not");
+        snprintf(why, CHILD_WHY_SIZE, "it sent an invalid frame");
         attempt->outcome = OUTCOME_CRASHED;
     } else if (attempt->outcome == OUTCOME_TIMEOUT) {
         atomic_fetch_add(&shared->counters.timeouts, 1);
@@ -294,15 +283,11 @@ static void count_outcome(struct attempt *attempt, enum store_answer answer) {
         atomic_fetch_add(&counters->failed, 1);
 }
 
-static const char *outcome_name(enum outcome outcome) {
+/* Reports to the store, again and again while it is down: the work is done and must not be lost.
+ * When the daemon stops meanwhile, the lease will end by itself. */
+static void settle(struct attempt *attempt) {
     static const char *const names[] = {"none",    "done",      "problem", "crashed", "broken",
                                         "timeout", "too large", "lost",    "released"};
-    return names[outcome];
-}
-
-/* Tells the store, again and again while it is down: the work is done and must not be lost. When
- * the daemon stops meanwhile, the lease will end by itself. */
-static void settle(struct attempt *attempt) {
     char why[CHILD_WHY_SIZE] = "";
     enum outcome seen = attempt->outcome;
     settle_worker(attempt, why);
@@ -317,7 +302,7 @@ static void settle(struct attempt *attempt) {
     count_outcome(attempt, answer);
     log_write(seen == OUTCOME_DONE ? LOG_LEVEL_DEBUG : LOG_LEVEL_INFO,
               LOG_FIELDS(log_event("job_left_worker"), log_text("job", attempt->claim->id),
-                         log_text("outcome", outcome_name(seen)), log_text("worker", why),
+                         log_text("outcome", names[seen]), log_text("worker", why),
                          log_int("attempt", attempt->claim->attempts),
                          log_text("store", store_answer_name(answer))));
 }

@@ -103,13 +103,6 @@ static bool take_owner(struct lane *lane, const char *owner) {
     return true;
 }
 
-/* The claimed job cannot be worked on now; how long to wait. */
-static int64_t give_back(struct store *store, const struct store_claim *claim) {
-    enum store_answer answer = store_release(store, claim);
-    (void)answer; /* else the lease ends */
-    return START_RETRY_MS;
-}
-
 /* One turn: how long to wait for the next (0: not at all), and whether a hint ends the wait. */
 static int64_t take_turn(struct lane *lane, bool *hints) {
     struct dispatcher *dispatcher = lane->dispatcher;
@@ -124,12 +117,14 @@ static int64_t take_turn(struct lane *lane, bool *hints) {
     }
     if (answer != STORE_OK)
         return ATTEMPT_RETRY_MS;
-    if (claim.reused)
+    if (claim.reused) {
         atomic_fetch_add(&dispatcher->shared.counters.reused, 1);
-    else if (!take_owner(lane, claim.owner))
-        return give_back(dispatcher->shared.store, &claim);
-    else if (!attempt_run(&dispatcher->shared, &claim, &lane->child, lane->wake))
+    } else if (!take_owner(lane, claim.owner)) {
+        answer = store_release(dispatcher->shared.store, &claim); /* failed: the lease ends */
+        return START_RETRY_MS;
+    } else if (!attempt_run(&dispatcher->shared, &claim, &lane->child, lane->wake)) {
         return ATTEMPT_RETRY_MS;
+    }
     return 0;
 }
 
@@ -229,33 +224,26 @@ struct dispatcher *dispatcher_start(struct store *store, struct hub *hub,
     return NULL;
 }
 
-static void quiesce(struct dispatcher *dispatcher) {
+/* The sweeper goes last: leases that end meanwhile are its business. */
+void dispatcher_stop(struct dispatcher *dispatcher, int64_t grace_ms) {
+    if (!dispatcher)
+        return;
     pthread_mutex_lock(&dispatcher->lock);
     dispatcher->quiet = true;
     pthread_cond_broadcast(&dispatcher->idle);
     pthread_mutex_unlock(&dispatcher->lock);
-}
-
-static void stop_sweeper(struct dispatcher *dispatcher) {
-    pthread_mutex_lock(&dispatcher->lock);
-    dispatcher->stopping = true;
-    pthread_cond_broadcast(&dispatcher->sweep_now);
-    pthread_mutex_unlock(&dispatcher->lock);
-    if (dispatcher->sweeping)
-        pthread_join(dispatcher->sweeper, NULL);
-}
-
-void dispatcher_stop(struct dispatcher *dispatcher, int64_t grace_ms) {
-    if (!dispatcher)
-        return;
-    quiesce(dispatcher);
     atomic_store(&dispatcher->shared.stop_at_ms, clock_ms() + grace_ms);
     for (int k = 0; k < dispatcher->lane_count; k++) {
         attempt_wake(dispatcher->lanes[k].wake);
         pthread_join(dispatcher->lanes[k].thread, NULL);
         close(dispatcher->lanes[k].wake);
     }
-    stop_sweeper(dispatcher);
+    pthread_mutex_lock(&dispatcher->lock);
+    dispatcher->stopping = true;
+    pthread_cond_broadcast(&dispatcher->sweep_now);
+    pthread_mutex_unlock(&dispatcher->lock);
+    if (dispatcher->sweeping)
+        pthread_join(dispatcher->sweeper, NULL);
     hub_unsubscribe(dispatcher->shared.hub, &dispatcher->watch);
 }
 

@@ -278,38 +278,30 @@ PGresult *pool_receive(PGconn *libpq, int64_t until_ms) {
 
 /* ------------------------------------------------------------------ open and close */
 
-static void set_up_locks(struct pool *pool) {
-    pthread_condattr_t monotonic;
-    pthread_condattr_init(&monotonic);
-    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
-    pthread_mutex_init(&pool->lock, NULL);
-    pthread_cond_init(&pool->back, &monotonic);
-    pthread_condattr_destroy(&monotonic);
-}
-
-/* The first connection says why there is none. */
-static bool connect_first(struct pool *pool, char why[STORE_WHY_SIZE]) {
-    struct pool_connection *connection = connection_new(pool, why);
-    if (!connection)
-        return false;
-    pool->open = 1;
-    pool_give(pool, connection, false);
-    return true;
-}
-
 struct pool *pool_open(const char *url, int64_t patience_ms, char why[STORE_WHY_SIZE]) {
+    pthread_condattr_t monotonic;
     struct pool *pool = calloc(1, sizeof *pool);
     if (!pool) {
         pool_say(why, "no memory for the database");
         return NULL;
     }
-    set_up_locks(pool);
+    pthread_condattr_init(&monotonic);
+    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    pthread_mutex_init(&pool->lock, NULL);
+    pthread_cond_init(&pool->back, &monotonic);
+    pthread_condattr_destroy(&monotonic);
     pool->patience_ms = patience_ms;
     pool->url = strdup(url);
-    if (pool->url && read_url(pool, why) && connect_first(pool, why))
-        return pool;
-    pool_close(pool);
-    return NULL;
+    /* The first connection says why there is none. */
+    struct pool_connection *first =
+        pool->url && read_url(pool, why) ? connection_new(pool, why) : NULL;
+    if (!first) {
+        pool_close(pool);
+        return NULL;
+    }
+    pool->open = 1;
+    pool_give(pool, first, false);
+    return pool;
 }
 
 void pool_close(struct pool *pool) {

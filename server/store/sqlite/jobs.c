@@ -48,16 +48,6 @@ static enum store_answer surface_stored(struct db *db, const char *id) {
     return answer == STORE_OK && !stored ? STORE_EMPTY : answer;
 }
 
-/* The complete result of that digest in `*number`, 0 for none. */
-static enum store_answer find_result(struct db *db, const struct submit *submit, int64_t *number) {
-    struct query query = db_query(db, "SELECT number FROM results WHERE owner = ? AND digest = ?"
-                                      " AND state = " SQL_COMPLETE);
-    query_bind_text(&query, submit->owner);
-    query_bind_text(&query, submit->submission->digest);
-    *number = query_row(&query) ? query_int(&query, 0) : 0;
-    return query_end(&query);
-}
-
 static enum store_answer read_usage(struct db *db, const char *owner, struct store_usage *usage) {
     struct query query =
         db_query(db, "SELECT queued, running, results + others FROM owners WHERE owner = ?");
@@ -123,27 +113,30 @@ static enum store_answer insert_job(struct db *db, const struct submit *submit, 
     return query_run(&query);
 }
 
-static enum store_answer insert_request(struct db *db, const struct store_submission *submission) {
-    struct query query = db_query(db, "INSERT INTO requests (job, bytes) VALUES (?, ?)");
-    query_bind_int(&query, db_last_row(db));
-    query_bind_bytes(&query, submission->request, submission->request_length);
-    return query_run(&query);
-}
-
+/* The complete result of its digest is taken, where its owner has one: then it has succeeded. */
 static enum store_answer submit_new(struct sqlite_store *store, struct db *db,
                                     struct submit *submit) {
-    int64_t result = 0;
+    const struct store_submission *submission = submit->submission;
     enum store_answer answer = submit->surface ? surface_stored(db, submit->surface) : STORE_OK;
-    if (answer == STORE_OK)
-        answer = find_result(db, submit, &result);
+    if (answer != STORE_OK)
+        return answer;
+    struct query query = db_query(db, "SELECT number FROM results WHERE owner = ? AND digest = ?"
+                                      " AND state = " SQL_COMPLETE);
+    query_bind_text(&query, submit->owner);
+    query_bind_text(&query, submission->digest);
+    int64_t result = query_row(&query) ? query_int(&query, 0) : 0;
+    answer = query_end(&query);
     if (answer == STORE_OK)
         answer = find_room(store, db, submit, !result);
     if (answer == STORE_OK)
         answer = insert_job(db, submit, result);
-    if (answer == STORE_OK)
-        answer = insert_request(db, submit->submission);
+    if (answer != STORE_OK)
+        return answer;
     submit->receipt->status = result ? STORE_SUCCEEDED : STORE_QUEUED;
-    return answer;
+    query = db_query(db, "INSERT INTO requests (job, bytes) VALUES (?, ?)");
+    query_bind_int(&query, db_last_row(db));
+    query_bind_bytes(&query, submission->request, submission->request_length);
+    return query_run(&query);
 }
 
 static enum store_answer submit_operation(struct sqlite_store *store, struct db *db,

@@ -58,29 +58,14 @@ static enum store_answer expire_job(struct db *db, struct query which) {
     return answer == STORE_OK && result ? sqlite_result_forget(db, result) : answer;
 }
 
-static enum store_answer expire_one(struct db *db, int64_t before) {
-    return expire_job(db, oldest_ended(db, false, before));
-}
-
-static enum store_answer remove_one(struct db *db, int64_t before) {
-    int64_t sequence = 0;
-    int64_t result = 0;
-    enum store_answer answer = first_job(oldest_ended(db, true, before), &sequence, &result);
-    return answer == STORE_OK ? run_with(db, "DELETE FROM jobs WHERE sequence = ?", sequence)
-                              : answer;
-}
-
-static enum store_answer several(struct db *db, enum store_answer (*one)(struct db *, int64_t),
-                                 int64_t before, int64_t *done) {
+static enum store_answer expire(struct sqlite_store *store, struct db *db, void *context) {
+    int64_t *done = context;
+    int64_t before = sqlite_now(store) - sqlite_options(store)->retention_us;
     enum store_answer answer = STORE_OK;
-    while (*done < JOBS_A_STEP && (answer = one(db, before)) == STORE_OK)
+    while (*done < JOBS_A_STEP &&
+           (answer = expire_job(db, oldest_ended(db, false, before))) == STORE_OK)
         ++*done;
     return answer == STORE_EMPTY && *done > 0 ? STORE_OK : answer;
-}
-
-static enum store_answer expire(struct sqlite_store *store, struct db *db, void *context) {
-    return several(db, expire_one, sqlite_now(store) - sqlite_options(store)->retention_us,
-                   context);
 }
 
 static bool over_bytes(const struct sqlite_store *store, struct db *db) {
@@ -103,8 +88,19 @@ static enum store_answer expire_excess(struct sqlite_store *store, struct db *db
 }
 
 static enum store_answer remove_records(struct sqlite_store *store, struct db *db, void *context) {
+    int64_t *done = context;
     int64_t age = sqlite_options(store)->retention_us * RECORD_RETENTIONS;
-    return several(db, remove_one, sqlite_now(store) - age, context);
+    int64_t before = sqlite_now(store) - age;
+    int64_t sequence = 0;
+    int64_t result = 0;
+    enum store_answer answer = STORE_OK;
+    while (*done < JOBS_A_STEP && answer == STORE_OK) {
+        answer = first_job(oldest_ended(db, true, before), &sequence, &result);
+        if (answer == STORE_OK)
+            answer = run_with(db, "DELETE FROM jobs WHERE sequence = ?", sequence);
+        *done += answer == STORE_OK;
+    }
+    return answer == STORE_EMPTY && *done > 0 ? STORE_OK : answer;
 }
 
 /* ------------------------------------------------------------------ remains */
