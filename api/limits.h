@@ -15,7 +15,7 @@ struct api_limits {
     int threads;               /* threads on one drape */
 };
 
-/* 4e6 nodes, 4 GiB, 4e6 elements, 1e6 control points, depth 32, one thread. */
+/* 4e6 nodes, 4 GiB, 4e6 elements, 512 x 512 control points, depth 32, one thread. */
 extern const struct api_limits api_limits_default;
 
 #endif

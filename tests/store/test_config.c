@@ -5,6 +5,7 @@
 #include "scratch.h"
 #include "server/config.h"
 #include "server/log.h"
+#include "solver/surface/nurbs.h"
 #include <arpa/inet.h>
 #include <jansson.h>
 #include <stdlib.h>
@@ -57,6 +58,7 @@ static void test_config_has_defaults(void **state) {
     assert_int_equal(config.workers, sysconf(_SC_NPROCESSORS_ONLN));
     assert_int_equal(config.role, CONFIG_ROLE_ALL);
     assert_int_equal(config.max_body, 64 << 20);
+    assert_int_equal(config.max_control_points, NURBS_SIZE_MAX * NURBS_SIZE_MAX);
     assert_int_equal(config.retention, 168);
     assert_string_equal(out.text, "");
     assert_string_equal(err.text, "");
@@ -75,6 +77,7 @@ static const struct {
     {"--queue-limit", "DRAPED_QUEUE_LIMIT", "7", AT(queue_limit), 7, "-1"},
     {"--max-body", "DRAPED_MAX_BODY", "2M", AT(max_body), 2 << 20, "2T"},
     {"--max-nodes", "DRAPED_MAX_NODES", "1000", AT(max_nodes), 1000, "1e3"},
+    {"--max-control-points", "DRAPED_MAX_CONTROL_POINTS", "9", AT(max_control_points), 9, "262145"},
     {"--max-elements", "DRAPED_MAX_ELEMENTS", "999", AT(max_elements), 999, "many"},
     {"--max-depth", "DRAPED_MAX_DEPTH", "16", AT(max_depth), 16, "1001"},
     {"--job-timeout", "DRAPED_JOB_TIMEOUT", "60", AT(job_timeout), 60, "60s"},
