@@ -13,15 +13,23 @@ result() {
     wait_for "$id" succeeded
 }
 
-@test "limits: GET /v1/limits has every limit of --help" {
+# Of --check-config what is a limit, as /v1/limits names it.
+limits_of_check_config() {
+    "$DRAPED" --check-config "$@" |
+        awk -F ' = ' '$2 ~ /^[0-9]+$/ && $1 !~ /^(workers|allow-anonymous|lease|drain-timeout)$/ {
+            gsub("-", "_", $1)
+            unit = $1 ~ /_timeout$/ ? "_seconds" : $1 == "retention" ? "_hours" : ""
+            print $1 unit, $2
+        }' | sort
+}
+
+@test "limits: GET /v1/limits has every limit of --check-config with its value" {
+    limits_of_check_config >"$BATS_TEST_TMPDIR/config"
+    [ "$(wc -l <"$BATS_TEST_TMPDIR/config")" -ge 20 ]
     call GET /v1/limits
     expect 200
-    for limit in queue_limit max_body max_bodies max_mesh max_nodes max_control_points max_elements max_depth \
-        job_timeout_seconds job_memory max_result retention_hours max_connections threads_per_job \
-        owner_queue owner_connections owner_streams owner_bodies; do
-        field ".$limit > 0"
-    done
-    field '.retention_bytes == 0'
+    jq -r 'to_entries[] | "\(.key) \(.value)"' "$body" | sort | diff "$BATS_TEST_TMPDIR/config" -
+    field '.max_control_points == 512 * 512' # the most that any surface has
 }
 
 gone_by_now() { call GET "/v1/drapes/$1/result"; [ "$status" = 410 ]; }
@@ -210,6 +218,20 @@ gone_by_now() { call GET "/v1/drapes/$1/result"; [ "$status" = 410 ]; }
 }
 
 # How long it takes then, two minutes at most, is the kernel's affair.
+@test "limits: a stream of events that has no news says that it is there" {
+    local events=$BATS_TEST_TMPDIR/events
+    start_daemon "$BATS_TEST_TMPDIR/daemon" --workers 1
+    stop_workers
+    quick 1 | submit
+    wait_until 10 has_status "$id" running
+    curl -sSN --max-time 60 "$URL/v1/drapes/$id/events" >"$events" &
+    local stream=$!
+    wait_until 40 grep -qx ': still here' "$events"
+    kill "$stream"
+    kill -CONT $(workers)
+    stop_daemon
+}
+
 @test "limits: a client that falls silent is asked whether it is there" {
     exec {silent}<>"/dev/tcp/127.0.0.1/$PORT"
     asked() { ss -Htno state established "sport = :$PORT" | grep -q 'timer:(keepalive'; }
