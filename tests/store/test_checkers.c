@@ -254,21 +254,77 @@ static void test_checkers_share_of_slow_lane(void **state) {
         check_drop(slow[k]);
 }
 
+/* Of those that wait the first is that of the owner with the fewest under way, however many came
+ * before it. */
+static void test_checkers_next_is_of_the_owner_with_fewest(void **state) {
+    (void)state;
+    enum { WAITING = 20 };
+    struct checkers_settings wanted = settings();
+    struct check *slow, *waiting[WAITING];
+    struct checkers_stats stats;
+    wanted.express = 1;
+    start(&wanted);
+    struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 15000");
+    slow = begin(&order);
+    checkers_stats(pool, &stats);
+    for (int64_t until = clock_ms() + WAIT_MS; stats.under_way[1] == 0; usleep(1000)) {
+        assert_true(clock_ms() < until); /* it leaves the express lane */
+        checkers_stats(pool, &stats);
+    }
+    order = order_of(CHECKER_DRAPE, "sleep 100");
+    for (int k = 0; k < WAITING; k++)
+        waiting[k] = begin(&order);
+    order.owner = "other";
+    assert_int_equal(end_of(begin(&order)), API_MALFORMED_JSON);
+    assert_false(check_done(waiting[WAITING - 1]));
+    for (int k = 0; k < WAITING; k++)
+        check_drop(waiting[k]);
+    check_drop(slow);
+}
+
+/* All that are under way have one budget together. */
+static void test_checkers_share_a_budget(void **state) {
+    (void)state;
+    enum { ORDERS = 8 };
+    struct checkers_settings wanted = settings();
+    struct check *checks[ORDERS];
+    struct checkers_stats stats;
+    wanted.memory = INT64_C(32) << 20; /* more than one takes, less than two */
+    start(&wanted);
+    for (int k = 0; k < ORDERS; k++) {
+        struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 50");
+        checks[k] = begin(&order);
+        checkers_stats(pool, &stats);
+        assert_true(stats.reserved <= wanted.memory);
+    }
+    for (int64_t until = clock_ms() + WAIT_MS; !check_done(checks[ORDERS - 1]); usleep(1000)) {
+        checkers_stats(pool, &stats);
+        assert_true(stats.reserved <= wanted.memory);
+        assert_true(clock_ms() < until);
+    }
+    for (int k = 0; k < ORDERS; k++)
+        assert_int_equal(end_of(checks[k]), API_MALFORMED_JSON);
+}
+
 /* The slow lane's queue has an end for one owner, and none of it is the other's affair. */
 static void test_checkers_quota_of_waiting(void **state) {
     (void)state;
     struct checkers_settings wanted = settings();
     struct check *checks[CHECKERS_SLOW_MAX + 8];
     int refused = 0;
+    wanted.timeout_ms = 60000;
     start(&wanted);
     for (int k = 0; k < CHECKERS_SLOW_MAX + 8; k++) {
-        struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 15000");
+        struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 50000");
         checks[k] = begin(&order);
     }
-    for (int64_t until = clock_ms() + WAIT_MS; refused == 0 && clock_ms() < until; usleep(10000))
+    /* one has a place, and so many wait */
+    for (int64_t until = clock_ms() + WAIT_MS; refused < 7 && clock_ms() < until; usleep(10000)) {
+        refused = 0;
         for (int k = 0; k < CHECKERS_SLOW_MAX + 8; k++)
             refused += check_done(checks[k]) && check_answer(checks[k])->problem.id == API_QUOTA;
-    assert_true(refused > 0);
+    }
+    assert_int_equal(refused, 7);
     struct checkers_order order = order_of(CHECKER_DRAPE, DRAPE);
     order.owner = "other";
     assert_int_equal(end_of(begin(&order)), API_OK);
@@ -361,6 +417,8 @@ int main(int argc, char **argv) {
         cmocka_unit_test_teardown(test_checkers_many, stop),
         cmocka_unit_test_teardown(test_checkers_quick_passes_slow, stop),
         cmocka_unit_test_teardown(test_checkers_share_of_slow_lane, stop),
+        cmocka_unit_test_teardown(test_checkers_next_is_of_the_owner_with_fewest, stop),
+        cmocka_unit_test_teardown(test_checkers_share_a_budget, stop),
         cmocka_unit_test_teardown(test_checkers_quota_of_waiting, stop),
         cmocka_unit_test_teardown(test_checkers_crash, stop),
         cmocka_unit_test_teardown(test_checkers_timeout, stop),

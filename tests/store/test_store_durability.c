@@ -71,6 +71,10 @@ static void test_store_waits_for_the_disk_where_it_must(void **state) {
     assert_int_equal(atomic_exchange(&syncs, 0), 1);
     assert_int_equal(store_delete(scratch->store, id), STORE_OK);
     assert_int_equal(atomic_exchange(&syncs, 0), 1);
+    claim = scratch_claimed(scratch, "c");
+    atomic_store(&syncs, 0);
+    assert_int_equal(store_fail(scratch->store, &claim, "{}"), STORE_OK);
+    assert_int_equal(atomic_exchange(&syncs, 0), 1);
 }
 
 /* A claim that ends a job, because its result is there already, is as good as a completion. */
@@ -147,6 +151,64 @@ static void test_store_threads_share_a_commit(void **state) {
         }
     }
     free(submitters);
+}
+
+/* A submission on a thread of its own. */
+struct lone {
+    struct scratch *scratch;
+    const char *body;
+    pthread_t thread;
+};
+
+static void *submit_one(void *context) {
+    struct lone *lone = context;
+    char id[ID_SIZE];
+    scratch_submit(lone->scratch, lone->body, id);
+    return NULL;
+}
+
+/* Begins two submissions. The first waits for the disk; the second begins the next transaction,
+ * which takes up what is written until the first is through. */
+static void begin_a_batch(struct scratch *scratch, struct lone lone[2]) {
+    atomic_store(&syncs, 0);
+    atomic_store(&sync_ms, 300);
+    for (int k = 0; k < 2; k++) {
+        lone[k] = (struct lone){.scratch = scratch, .body = k ? "second" : "first"};
+        assert_int_equal(pthread_create(&lone[k].thread, NULL, submit_one, &lone[k]), 0);
+        scratch_sleep(50);
+    }
+}
+
+static void end_a_batch(struct lone lone[2]) {
+    for (int k = 0; k < 2; k++)
+        pthread_join(lone[k].thread, NULL);
+    atomic_store(&sync_ms, 0);
+}
+
+/* What needs no disk does not take it from those whose transaction it shares. */
+static void test_store_waits_for_the_disk_for_one_of_a_batch(void **state) {
+    struct scratch *scratch = *state;
+    struct lone lone[2];
+    struct store_claim claim = scratch_claimed(scratch, "a");
+    begin_a_batch(scratch, lone);
+    assert_int_equal(store_renew(scratch->store, &claim, 0.5), STORE_OK);
+    end_a_batch(lone);
+    assert_int_equal(atomic_load(&syncs), 2);
+}
+
+/* A result under a claim that was lost is not kept because others were written beside it. */
+static void test_store_refusal_in_a_batch_leaves_nothing(void **state) {
+    struct scratch *scratch = *state;
+    struct lone lone[2];
+    struct store_receipt receipt;
+    struct store_claim stale = scratch_claimed(scratch, "a");
+    const struct store_submission again = {.request = "a", .request_length = 1, .digest = "a"};
+    assert_int_equal(store_cancel(scratch->store, stale.id), STORE_OK);
+    begin_a_batch(scratch, lone);
+    assert_int_equal(scratch_commit(scratch, &stale, "result", 6), STORE_CONFLICT);
+    end_a_batch(lone);
+    assert_int_equal(store_submit(scratch->store, &again, &receipt), STORE_OK);
+    assert_int_equal(receipt.status, STORE_QUEUED);
 }
 
 /* What one caller must not do does not hurt those whose changes share its transaction. */
@@ -373,6 +435,8 @@ int main(void) {
         WITH_STORE(test_store_waits_for_the_disk_where_it_must),
         WITH_STORE(test_store_waits_for_the_disk_when_a_claim_ends_a_job),
         WITH_STORE(test_store_threads_share_a_commit),
+        WITH_STORE(test_store_waits_for_the_disk_for_one_of_a_batch),
+        WITH_STORE(test_store_refusal_in_a_batch_leaves_nothing),
         WITH_STORE(test_store_refusals_do_not_undo_the_others),
         WITH_STORE(test_store_loses_nothing_to_kill_9),
         WITH_STORE(test_store_full_disk_is_down_and_then_up_again),
