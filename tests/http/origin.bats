@@ -36,6 +36,8 @@ with_host() { call GET /version -H "Host: $1"; }
         call $method /v1/drapes -H 'Host: attacker.example'
         expect 403
     done
+    call GET /version -0 -H 'Host: attacker.example'
+    expect_problem 403 forbidden
 }
 
 @test "origin: the host of an absolute target counts, not the header" {

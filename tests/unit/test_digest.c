@@ -87,6 +87,7 @@ static void test_digest_differs_when_anything_does(void **state) {
         {"\"spacing\":0.5", "\"spacing\":0.5,\"locking_angle_deg\":0"},
         {"\"spacing\":0.5", "\"spacing\":0.5,\"plies\":2"},
         {"\"spacing\":0.5", "\"spacing\":0.5,\"pre_shear_deg\":1"},
+        {"\"spacing\":0.5", "\"spacing\":0.5,\"pre_shear_deg\":-1"},
         {"{\"surface\"", "{\"length_unit\":\"mm\",\"surface\""},
         {"{\"surface\"", "{\"method\":\"basic\",\"surface\""},
         {"{\"surface\"", "{\"start\":{\"uv\":[0.5,0.5]},\"surface\""},
