@@ -288,9 +288,9 @@ static void test_dispatcher_does_not_believe_a_babbling_worker(void **state) {
     char id[ID_SIZE];
     start(bench);
     submit(bench, "babble", id);
-    expect_error(bench, id, "/problems/solver-crashed", "what it invalid frame");
+    expect_error(bench, id, "/problems/solver-crashed", "an invalid frame");
     submit(bench, "oversized", id);
-    expect_error(bench, id, "/problems/solver-crashed", "what it invalid frame");
+    expect_error(bench, id, "/problems/solver-crashed", "an invalid frame");
     submit(bench, "headless", id);
     expect_error(bench, id, "/problems/internal", "header");
     expect_work(bench);
