@@ -47,8 +47,6 @@ struct client *client_open(struct http *http, int socket, const struct sockaddr 
 }
 
 void client_close(struct client *client) {
-    if (client->exchange)
-        exchange_end(client->exchange); /* MHD forgets it when the query overflows its memory */
     interpose_watch(client->deadline.socket, NULL);
     deadlines_remove(client->http->deadlines, &client->deadline);
     admission_leave(client->http->admissions, &client->admission);

@@ -88,7 +88,7 @@ struct exchange {
 /* A new connection; NULL without memory or without a place for it: its requests will be refused. */
 struct client *client_open(struct http *http, int socket, const struct sockaddr *peer);
 
-/* Before the socket is closed. */
+/* Before the socket is closed, without a request under way. */
 void client_close(struct client *client);
 
 /* For `interpose_hooks`: checks what was read from the socket of the client, which is the context.

@@ -47,7 +47,10 @@ static void connection_notified(void *context, struct MHD_Connection *connection
         *state =
             info ? client_open(context, info->connect_fd, peer ? peer->client_addr : NULL) : NULL;
     } else if (*state) {
-        client_close(*state);
+        struct client *client = *state;
+        if (client->exchange) /* the library forgets it when the query overflows its memory */
+            exchange_end(client->exchange);
+        client_close(client);
     }
 }
 
