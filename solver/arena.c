@@ -9,7 +9,8 @@
 
 enum { ALIGNMENT = 64 };
 
-/* Small jobs should cost one block, large ones few: blocks double up to a megabyte. */
+/* Small jobs should cost one block, large ones few, and what the last one leaves unused little: a
+ * new block is an eighth of what there is, up to a megabyte. */
 static const size_t block_smallest = 64 * 1024;
 static const size_t block_largest = 1024 * 1024;
 
@@ -26,6 +27,7 @@ _Static_assert(sizeof(struct block) <= ALIGNMENT, "a block's header fits before 
 struct arena {
     struct block *last;
     size_t next_capacity;
+    size_t taken;          /* by all blocks it ever had */
     struct arena *root;    /* whose budget counts: itself unless it is a child */
     struct arena *sibling; /* the child made before; of a root its last child */
     size_t budget;         /* of a root, as are those below */
@@ -113,8 +115,11 @@ static bool add_block(struct arena *arena, size_t needed) {
     }
     *block = (struct block){.previous = arena->last, .capacity = capacity};
     arena->last = block;
-    if (arena->next_capacity < block_largest)
-        arena->next_capacity *= 2;
+    arena->taken += capacity;
+    size_t share = arena->taken / 8 / ALIGNMENT * ALIGNMENT;
+    arena->next_capacity = share < block_smallest  ? block_smallest
+                           : share > block_largest ? block_largest
+                                                   : share;
     return true;
 }
 
