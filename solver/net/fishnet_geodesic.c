@@ -3,15 +3,21 @@
 
 enum { ROUNDS = 30, HALVINGS_MAX = 8 };
 
-/* How far the two ends may be apart, against the shorter length, and where rounding hides it. */
+/* How far the two ends of geodesic edges may be apart, against the shorter length, and where
+ * rounding hides it. */
 static const double tolerance = 1e-11;
+
+/* Local errors of rays against what their ends may be apart; of the first ones, which miss each
+ * other anyway; and of the next, against how far the last ended apart. */
+static const double ray_share = 0.1, first_accuracy = 1e-7, next_share = 1e-4;
 static const double rounding = 4e-15;
 
 /* A geodesic of fixed length from a corner of the cell. */
 struct ray {
     const struct station *from;
-    double length;
-    struct vec3 direction; /* at its start: unit, tangential */
+    double length, accuracy; /* of each step's share of it */
+    double error;            /* estimated, by its length */
+    struct vec3 direction;   /* at its start: unit, tangential */
     struct station end;
     struct vec3 end_tangent; /* in the tangent plane there */
 };
@@ -152,14 +158,22 @@ struct vec3 fishnet_path_tangent(const struct path *path, const struct station *
 static bool shoot(const struct surface *surface, struct surface_cursor *cursor, struct ray *ray) {
     struct path path;
     struct vec3 tangent;
-    if (!path_geodesic(&path, surface, ray->from, ray->direction) ||
-        !path_advance(&path, ray->length) || !path_station(&path, cursor, &ray->end, &tangent))
+    if (!path_geodesic(&path, surface, ray->from, ray->direction))
         return false;
+    path.accuracy = ray->accuracy;
+    if (!path_advance(&path, ray->length) || !path_station(&path, cursor, &ray->end, &tangent))
+        return false;
+    ray->error = path.error / ray->length;
     ray->end_tangent = fishnet_path_tangent(&path, &ray->end, tangent);
     return true;
 }
 
 /* ---- the cell ---- */
+
+/* How accurate rays are from now on. */
+static void aim(struct ray ray[2], double accuracy) {
+    ray[0].accuracy = ray[1].accuracy = accuracy;
+}
 
 /* Two rays, and what is between their ends: in the tangent plane of the first end, with how that
  * changes for each radian of either. */
@@ -191,12 +205,14 @@ static bool crosses_rightly(const struct fishnet_cell *cell, const struct meetin
 /* Where the yarns are nearly parallel, D is nearly a double root: it is lost when the cell
  * collapses, and close to that Newton may go to its twin on the side of A. A step that does not
  * reduce the gap or leaves the right side is therefore halved. `chords` tells whether the sides of
- * chords are looked at for that, as for a smooth cell, or the yarns' own. */
-static enum fishnet_end meet(const struct surface *surface, struct surface_cursor *cursor,
-                             const struct fishnet_cell *cell, bool chords, struct meeting *m,
-                             struct fishnet_node *node) {
+ * chords are looked at for that, as for a smooth cell, or the yarns' own. Rays are as accurate as
+ * it takes to come nearer, and in the end by `accuracy`, as the gap is. */
+static enum fishnet_end meet_by(const struct surface *surface, struct surface_cursor *cursor,
+                                const struct fishnet_cell *cell, double accuracy, double first,
+                                bool chords, struct meeting *m, struct fishnet_node *node) {
     double least = fmin(m->ray[0].length, m->ray[1].length), x = 0, y = 0;
-    double enough = tolerance + rounding * surface->magnitude / least;
+    double enough = accuracy + rounding * surface->magnitude / least;
+    aim(m->ray, first);
     if (!shoot_both(surface, cursor, m))
         return FISHNET_NO_CONVERGENCE;
     double gap = vec3_norm(m->gap) / least;
@@ -204,6 +220,14 @@ static enum fishnet_end meet(const struct surface *surface, struct surface_curso
         struct meeting next = *m;
         node->residual = gap;
         node->iterations++;
+        if (gap <= enough && !(m->ray[0].error + m->ray[1].error <= 2 * ray_share * accuracy) &&
+            m->ray[0].accuracy > ray_share * accuracy) {
+            aim(m->ray, ray_share * accuracy);
+            if (!shoot_both(surface, cursor, m))
+                break;
+            gap = node->residual = vec3_norm(m->gap) / least;
+            next = *m;
+        }
         if (gap <= enough) {
             node->station = m->ray[0].end;
             return chords || crosses_rightly(cell, m) ? FISHNET_FOUND : FISHNET_COLLAPSED;
@@ -211,6 +235,7 @@ static enum fishnet_end meet(const struct surface *surface, struct surface_curso
         if (halvings == 0 && !solve_angles(m->by[0], m->by[1], m->gap, &x, &y))
             break;
         double closer = HUGE_VAL;
+        aim(next.ray, fmax(ray_share * accuracy, fmin(first, next_share * gap)));
         turn(&next.ray[0], x);
         turn(&next.ray[1], y);
         if (shoot_both(surface, cursor, &next))
@@ -220,6 +245,11 @@ static enum fishnet_end meet(const struct surface *surface, struct surface_curso
             *m = next;
             gap = closer;
             halvings = 0;
+        } else if (m->ray[0].accuracy > ray_share * accuracy) {
+            aim(m->ray, ray_share * accuracy); /* the gap may have been the rays' own error */
+            if (!shoot_both(surface, cursor, m))
+                break;
+            gap = vec3_norm(m->gap) / least;
         } else {
             x /= 2;
             y /= 2;
@@ -227,6 +257,21 @@ static enum fishnet_end meet(const struct surface *surface, struct surface_curso
         }
     }
     return fishnet_has_collapsed(cell) ? FISHNET_COLLAPSED : FISHNET_NO_CONVERGENCE;
+}
+
+/* Roughly at first and, should that fail, once more with rays that are right from the start. */
+static enum fishnet_end meet(const struct surface *surface, struct surface_cursor *cursor,
+                             const struct fishnet_cell *cell, double accuracy, bool chords,
+                             struct meeting *m, struct fishnet_node *node) {
+    struct meeting begun = *m;
+    struct station start = node->station;
+    enum fishnet_end end =
+        meet_by(surface, cursor, cell, accuracy, first_accuracy, chords, m, node);
+    if (end != FISHNET_NO_CONVERGENCE)
+        return end;
+    *m = begun;
+    node->station = start;
+    return meet_by(surface, cursor, cell, accuracy, ray_share * accuracy, chords, m, node);
 }
 
 enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
@@ -237,16 +282,17 @@ enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
     for (int k = 0; k < 2; k++)
         m.ray[k].direction =
             station_tangent(m.ray[k].from, vec3_sub(node->station.jet.r, m.ray[k].from->jet.r));
-    return meet(surface, cursor, cell, true, &m, node);
+    return meet(surface, cursor, cell, tolerance, true, &m, node);
 }
 
 enum fishnet_end fishnet_geodesic_meet(const struct surface *surface, struct surface_cursor *cursor,
                                        const struct fishnet_cell *cell, double bd, double cd,
-                                       struct fishnet_yarns *yarns, struct fishnet_node *node) {
+                                       double accuracy, struct fishnet_yarns *yarns,
+                                       struct fishnet_node *node) {
     struct meeting m = {.ray = {{.from = cell->b, .length = bd, .direction = yarns->start[0]},
                                 {.from = cell->c, .length = cd, .direction = yarns->start[1]}}};
     node->iterations = 0;
-    enum fishnet_end end = meet(surface, cursor, cell, false, &m, node);
+    enum fishnet_end end = meet(surface, cursor, cell, accuracy, false, &m, node);
     for (int k = 0; k < 2 && end == FISHNET_FOUND; k++) {
         yarns->start[k] = m.ray[k].direction;
         yarns->end[k] = k ? m.end_tangent : m.ray[0].end_tangent;
@@ -257,7 +303,8 @@ enum fishnet_end fishnet_geodesic_meet(const struct surface *surface, struct sur
 bool fishnet_geodesic_between(const struct surface *surface, struct surface_cursor *cursor,
                               const struct station *p, const struct station *q, double *length,
                               struct vec3 *start, struct vec3 *end) {
-    struct ray ray = {.from = p, .length = *length, .direction = *start};
+    struct ray ray = {
+        .from = p, .length = *length, .accuracy = ray_share * tolerance, .direction = *start};
     struct side to = side_of_station(surface, q);
     double enough = tolerance * *length + rounding * surface->magnitude, last = HUGE_VAL;
     for (int round = 0; round < ROUNDS; round++) {

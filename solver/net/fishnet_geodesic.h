@@ -31,10 +31,11 @@ enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
                                         struct fishnet_node *node);
 
 /* The same from the directions yarns->start, wherever that is: nothing is asked of chords, so that
- * folds of any angle may lie in the cell. Sets node and all of `yarns`. */
+ * folds of any angle may lie in the cell; to `accuracy`. Sets node and all of `yarns`. */
 enum fishnet_end fishnet_geodesic_meet(const struct surface *surface, struct surface_cursor *cursor,
                                        const struct fishnet_cell *cell, double bd, double cd,
-                                       struct fishnet_yarns *yarns, struct fishnet_node *node);
+                                       double accuracy, struct fishnet_yarns *yarns,
+                                       struct fishnet_node *node);
 
 /* The geodesic from p to q (its logarithm): its unit tangents at both ends, in the tangent planes
  * there, and its length, from about `length` and the direction *start, which is in the tangent

@@ -180,6 +180,10 @@ void march_note_edges(struct march *march, const struct march_cell *at, const st
     }
 }
 
+/* How far the ends of the geodesics of a rough cell may be apart, by their length: where edges are
+ * arcs elsewhere, this is nothing. */
+static const double geodesic_accuracy = 1e-11, rough_accuracy = 9e-10;
+
 /* A cell with a rough edge: both yarns to D are geodesics of the spacing's length. */
 static enum fishnet_end solve_rough(struct march *march, const struct march_cell *at,
                                     const struct fishnet_cell *cell, struct fishnet_node *node) {
@@ -187,8 +191,10 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
     struct fishnet_yarns yarns;
     if (!turn_as_at_a(march, at, &yarns))
         return FISHNET_NO_CONVERGENCE;
-    enum fishnet_end end =
-        fishnet_geodesic_meet(march->surface, &march->cursor, cell, d[0], d[1], &yarns, node);
+    enum fishnet_end end = fishnet_geodesic_meet(
+        march->surface, &march->cursor, cell, d[0], d[1],
+        march->settings->method == DRAPE_GEODESIC ? geodesic_accuracy : rough_accuracy, &yarns,
+        node);
     if (end == FISHNET_FOUND)
         march_note_edges(march, at, yarns.start, yarns.end);
     return end;

@@ -27,6 +27,9 @@ static const double rounding = 4e-15;
  * open boundary, where the continuation may be anything, it is given up sooner. */
 static const double shortest = 1e-10, shortest_outside = 1e-3;
 
+/* The first step of a path, as a share of the length over which its velocity changes. */
+static const double first_pace = 0.5;
+
 /* A step that only corrects the end of another is this short against it at the most: then the
  * classical rule of fourth order is as exact. */
 static const double nudge_share = 4e-3;
@@ -134,6 +137,17 @@ static struct footing footing_of(const struct path *g) {
     return at;
 }
 
+static double allowed_error(const struct path *g, const struct footing *at, double h) {
+    return g->accuracy * h + rounding * (g->surface->size + vec3_norm(at->jet.r));
+}
+
+/* The length over which the velocity in parameters turns or changes by much. */
+static double length_of_change(const struct footing *at) {
+    vec4 slope = at->state[1];
+    struct vec3 change = vec3_axpy(slope[3], at->jet.v, vec3_scale(slope[2], at->jet.u));
+    return 1 / vec3_norm(change);
+}
+
 /* One step of h, however long. Its error by what is allowed: it will do when that is less than 1;
  * NaN where there is no telling. */
 static double try_step(const struct path *g, const struct footing *at, double h, vec4 *out) {
@@ -142,9 +156,8 @@ static double try_step(const struct path *g, const struct footing *at, double h,
     double fifth = spatial_size(&at->jet, error.fifth, h);
     double third = spatial_size(&at->jet, error.third, h);
     double size = sqrt(fifth * fifth + 0.01 * third * third);
-    double allowed = g->accuracy * h + rounding * (g->surface->size + vec3_norm(at->jet.r));
     *out = with_given_velocity(g, *out);
-    return (size > 0 ? fifth * fifth / size : size) / allowed;
+    return (size > 0 ? fifth * fifth / size : size) / allowed_error(g, at, h);
 }
 
 static bool followed(double error) {
@@ -570,7 +583,7 @@ static bool advance_in_span(struct path *g, double h, struct effort *effort, dou
     struct event event;
     struct footing at = footing_of(g);
     double error;
-    h = g->pace > 0 ? fmin(h, g->pace) : h;
+    h = fmin(h, g->pace > 0 ? g->pace : first_pace * length_of_change(&at));
     double edge = length_to_edge(g, &at, &event);
     bool at_edge = edge <= h;
     h = at_edge ? edge : h;
@@ -580,6 +593,7 @@ static bool advance_in_span(struct path *g, double h, struct effort *effort, dou
         if (!worth_trying(g, effort, h))
             return false;
     }
+    g->error += error * allowed_error(g, &at, h);
     g->pace = at_edge && g->pace > 0 ? fmax(g->pace, h * rescaling(error)) : h * rescaling(error);
     *length = h;
     if (at_edge && g->kind != PATH_CURVE && touch_edge(g, &event, y, length))

@@ -33,6 +33,7 @@ struct path {
     double turn[2];    /* what to take off uv to be in the domain of the span */
     double accuracy;   /* local error allowed, as a share of the step: 1e-12 unless set */
     double pace;       /* the step that the last one suggests; 0: none */
+    double error;      /* the sum of the steps' estimated local errors, a length */
     double ahead;      /* length already gone of the next advance: a pole is left with a leap */
     struct vec3 plane; /* PATH_SECTION: the normal, signed as the path goes */
     const double (
