@@ -70,7 +70,8 @@ struct store_ops {
     enum store_answer (*remove)(struct store *store, const char *id);
     enum store_answer (*counts)(struct store *store, struct store_counts *counts);
     enum store_answer (*usage)(struct store *store, const char *owner, struct store_usage *usage);
-    enum store_answer (*claim)(struct store *store, struct store_claim *claim);
+    enum store_answer (*claim)(struct store *store, bool fresh, struct store_claim *claim);
+    enum store_answer (*starving)(struct store *store);
     enum store_answer (*renew)(struct store *store, const struct store_claim *claim,
                                double progress);
     enum store_answer (*check)(struct store *store, const struct store_claim *claim);

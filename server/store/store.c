@@ -126,14 +126,26 @@ enum store_answer store_usage(struct store *store, const char *owner, struct sto
 
 /* ------------------------------------------------------------------ dispatchers */
 
-enum store_answer store_claim(struct store *store, struct store_claim *claim) {
+static enum store_answer claim_some(struct store *store, bool fresh, struct store_claim *claim) {
     memset(claim, 0, sizeof *claim);
-    enum store_answer answer = store->ops->claim(store, claim);
+    enum store_answer answer = store->ops->claim(store, fresh, claim);
     if (answer == STORE_OK && claim->reused)
         store_tell(store, claim->id);
     else if (answer == STORE_OK)
         tell_here(store, claim->id);
     return answer;
+}
+
+enum store_answer store_claim(struct store *store, struct store_claim *claim) {
+    return claim_some(store, false, claim);
+}
+
+enum store_answer store_claim_fresh(struct store *store, struct store_claim *claim) {
+    return claim_some(store, true, claim);
+}
+
+enum store_answer store_starving(struct store *store) {
+    return store->ops->starving(store);
 }
 
 enum store_answer store_renew(struct store *store, const struct store_claim *claim,

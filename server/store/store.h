@@ -242,6 +242,13 @@ struct store_claim {
  * minute of waiting, so that every job has its turn at last. */
 enum store_answer store_claim(struct store *store, struct store_claim *claim) STORE_MUST_USE;
 
+/* The same among the owners of whom nothing is running, and of their jobs those that have not been
+ * handed out before. */
+enum store_answer store_claim_fresh(struct store *store, struct store_claim *claim) STORE_MUST_USE;
+
+/* Whether an owner of whom nothing is running has a job in the queue: STORE_OK or STORE_EMPTY. */
+enum store_answer store_starving(struct store *store) STORE_MUST_USE;
+
 /* Prolongs the lease and stores the progress (0..1; it never goes back). STORE_CONFLICT: the claim
  * is lost (cancelled, deleted, expired and given to another). */
 enum store_answer store_renew(struct store *store, const struct store_claim *claim,

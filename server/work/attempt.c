@@ -24,8 +24,9 @@ enum outcome {
     OUTCOME_BROKEN,  /* the worker said what it must not */
     OUTCOME_TIMEOUT, /* over its time */
     OUTCOME_TOO_LARGE,
-    OUTCOME_LOST,    /* cancelled, deleted or given to another */
-    OUTCOME_RELEASED /* the daemon stops, or the store cannot take the result now */
+    OUTCOME_LOST,     /* cancelled, deleted or given to another */
+    OUTCOME_RELEASED, /* the daemon stops, or the store cannot take the result now */
+    OUTCOME_YIELDED   /* it gave way to other owners' jobs */
 };
 
 struct attempt {
@@ -39,6 +40,9 @@ struct attempt {
     double progress;
     int64_t written; /* bytes of the result */
     int64_t deadline_ms, renew_at_ms, progress_at_ms, look_at_ms;
+    bool express;
+    int64_t yield_at_ms;      /* from when it gives way */
+    int64_t starved_since_ms; /* as far as this attempt has seen; 0: nobody waits with nothing */
 };
 
 bool attempt_out_of_time(struct attempt_shared *shared) {
@@ -76,6 +80,31 @@ static void renew(struct attempt *attempt, int64_t now) {
     attempt->progress_at_ms = now + settings->progress_ms;
 }
 
+/* Whether the job has had its turn and another owner has waited long enough. Of the jobs of this
+ * process one at a time gives way: that may be all that is needed. */
+static bool must_yield(struct attempt *attempt, int64_t now) {
+    if (now < attempt->yield_at_ms)
+        return false;
+    if (attempt->express)
+        return true;
+    if (store_starving(attempt->shared->store) != STORE_OK)
+        attempt->starved_since_ms = 0;
+    else if (!attempt->starved_since_ms)
+        attempt->starved_since_ms = now;
+    int_fast64_t last = atomic_load(&attempt->shared->yielded_ms);
+    return attempt->starved_since_ms && now - attempt->starved_since_ms >= ATTEMPT_STARVED_MS &&
+           now - last >= ATTEMPT_STARVED_MS &&
+           atomic_compare_exchange_strong(&attempt->shared->yielded_ms, &last, now);
+}
+
+static void look_at_claim(struct attempt *attempt, int64_t now) {
+    if (store_check(attempt->shared->store, attempt->claim) == STORE_CONFLICT)
+        conclude(attempt, OUTCOME_LOST);
+    else if (must_yield(attempt, now))
+        conclude(attempt, OUTCOME_YIELDED);
+    attempt->look_at_ms = now + WORK_POLL_MS;
+}
+
 /* The duties that do not depend on the worker. */
 static void attend(struct attempt *attempt) {
     int64_t now = clock_ms();
@@ -83,11 +112,8 @@ static void attend(struct attempt *attempt) {
         conclude(attempt, OUTCOME_TIMEOUT);
     if (attempt_out_of_time(attempt->shared))
         conclude(attempt, OUTCOME_RELEASED);
-    if (now >= attempt->look_at_ms) {
-        if (store_check(attempt->shared->store, attempt->claim) == STORE_CONFLICT)
-            conclude(attempt, OUTCOME_LOST);
-        attempt->look_at_ms = now + WORK_POLL_MS;
-    }
+    if (now >= attempt->look_at_ms)
+        look_at_claim(attempt, now);
     if (now >= attempt->renew_at_ms)
         renew(attempt, now);
 }
@@ -267,6 +293,7 @@ static enum store_answer tell_store(struct attempt *attempt, const char *why) {
     case OUTCOME_CRASHED:
         return store_crashed(store, attempt->claim, why);
     case OUTCOME_RELEASED:
+    case OUTCOME_YIELDED:
         return store_release(store, attempt->claim);
     default:
         return STORE_CONFLICT;
@@ -286,8 +313,8 @@ static void count_outcome(struct attempt *attempt, enum store_answer answer) {
 /* Reports to the store, again and again while it is down: the work is done and must not be lost.
  * When the daemon stops meanwhile, the lease will end by itself. */
 static void settle(struct attempt *attempt) {
-    static const char *const names[] = {"none",    "done",      "problem", "crashed", "broken",
-                                        "timeout", "too large", "lost",    "released"};
+    static const char *const names[] = {"none",    "done",      "problem", "crashed",  "broken",
+                                        "timeout", "too large", "lost",    "released", "yielded"};
     char why[CHILD_WHY_SIZE] = "";
     enum outcome seen = attempt->outcome;
     settle_worker(attempt, why);
@@ -356,7 +383,8 @@ static void work(struct attempt *attempt) {
 }
 
 bool attempt_run(struct attempt_shared *shared, const struct store_claim *claim,
-                 struct child *child, int wake) {
+                 struct child *child, int wake, bool express) {
+    int doublings = claim->attempts < 16 ? claim->attempts - 1 : 15;
     int64_t now = clock_ms();
     struct hub_watch watch;
     struct attempt attempt = {
@@ -368,7 +396,9 @@ bool attempt_run(struct attempt_shared *shared, const struct store_claim *claim,
         .deadline_ms = now + shared->settings.job_timeout_ms,
         .renew_at_ms = now + shared->settings.renew_ms,
         .progress_at_ms = now + shared->settings.progress_ms,
-        .look_at_ms = now + WORK_POLL_MS,
+        .look_at_ms = now + (express ? ATTEMPT_EXPRESS_MS : WORK_POLL_MS),
+        .express = express,
+        .yield_at_ms = now + (express ? ATTEMPT_EXPRESS_MS : (int64_t)ATTEMPT_TURN_MS << doublings),
     };
     atomic_fetch_add(&shared->counters.busy, 1);
     hub_subscribe(shared->hub, &watch, claim->id, wake_up, &attempt.wake);

@@ -27,6 +27,16 @@ struct attempt_shared {
     /* By `clock_ms`: from when jobs that run go back to the queue; ATTEMPT_NO_STOP: go on. */
     atomic_int_fast64_t stop_at_ms;
     struct work_counters counters;
+    atomic_int_fast64_t yielded_ms; /* when a job last gave way to another owner's */
+};
+
+/* For how long a job may have its worker to itself. */
+enum {
+    ATTEMPT_EXPRESS_MS = 500, /* in the express lane; then it goes back to the queue */
+    ATTEMPT_TURN_MS = 10000,  /* else; then it goes back when another owner has waited, with nothing
+                                 running, for ATTEMPT_STARVED_MS. Doubled with every attempt, so
+                                 that each job ends at last. */
+    ATTEMPT_STARVED_MS = 2000
 };
 
 /* Whether running jobs have had their time after the daemon was asked to stop. */
@@ -35,10 +45,11 @@ bool attempt_out_of_time(struct attempt_shared *shared);
 /* Works on the claimed job until it is off the worker and the store knows. `child` is running; when
  * it is not afterwards, it had to be killed or died. `wake` is an eventfd, non-blocking: what is
  * written to it makes the attempt look at once at its claim and at the time. False: the job went
- * back to the queue because it could not be worked on now; to take it again at once would not help.
+ * back to the queue because it could not be worked on now (not because it gave way); to take it
+ * again at once would not help.
  */
 bool attempt_run(struct attempt_shared *shared, const struct store_claim *claim,
-                 struct child *child, int wake);
+                 struct child *child, int wake, bool express);
 
 /* Writes to such an eventfd. Any thread; never blocks. */
 void attempt_wake(int wake);

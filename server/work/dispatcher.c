@@ -11,10 +11,14 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/eventfd.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
-enum { START_RETRY_MS = 1000 }; /* between two tries to start a worker */
+enum {
+    START_RETRY_MS = 1000, /* between two tries to start a worker */
+    NICENESS = 5 /* of the workers but the express one: callers are answered before they go on */
+};
 
 /* A thread with its worker. */
 struct lane {
@@ -23,6 +27,7 @@ struct lane {
     struct child child;
     int wake;                     /* eventfd of its attempts */
     bool used;                    /* a worker has run here before */
+    bool express;                 /* takes what the others are too busy for */
     bool served;                  /* this worker has had a job, of this owner */
     char owner[STORE_OWNER_SIZE]; /* "" is one too */
 };
@@ -37,6 +42,8 @@ struct dispatcher {
 
     pthread_mutex_t lock;
     pthread_cond_t idle;      /* lanes without a job wait here */
+    pthread_cond_t all_busy;  /* the express lane waits here */
+    int busy;                 /* lanes but the express one with a job */
     pthread_cond_t sweep_now; /* the sweeper waits here */
     int hints;                /* jobs that may be there, at most one a lane */
     bool quiet;               /* no new claims */
@@ -52,6 +59,8 @@ static void hint(void *context) {
     if (dispatcher->hints < dispatcher->shared.settings.workers)
         dispatcher->hints++;
     pthread_cond_signal(&dispatcher->idle);
+    if (dispatcher->busy == dispatcher->shared.settings.workers)
+        pthread_cond_signal(&dispatcher->all_busy);
     pthread_mutex_unlock(&dispatcher->lock);
 }
 
@@ -84,6 +93,8 @@ static bool ready_worker(struct lane *lane) {
         return true;
     if (!child_start(&lane->child, WORKER_ARGUMENT, SOCK_STREAM))
         return false;
+    if (!lane->express)
+        setpriority(PRIO_PROCESS, (id_t)lane->child.pid, NICENESS);
     if (lane->used)
         atomic_fetch_add(&lane->dispatcher->shared.counters.restarts, 1);
     lane->used = true;
@@ -103,29 +114,53 @@ static bool take_owner(struct lane *lane, const char *owner) {
     return true;
 }
 
-/* One turn: how long to wait for the next (0: not at all), and whether a hint ends the wait. */
-static int64_t take_turn(struct lane *lane, bool *hints) {
+/* A lane but the express one has got a job, or is done with it. */
+static void count_busy(struct lane *lane, int more) {
     struct dispatcher *dispatcher = lane->dispatcher;
-    *hints = false;
-    if (!ready_worker(lane))
+    if (lane->express)
+        return;
+    pthread_mutex_lock(&dispatcher->lock);
+    dispatcher->busy += more;
+    if (dispatcher->busy == dispatcher->shared.settings.workers)
+        pthread_cond_signal(&dispatcher->all_busy);
+    pthread_mutex_unlock(&dispatcher->lock);
+}
+
+/* Works on the claimed job: how long to wait then. */
+static int64_t work(struct lane *lane, const struct store_claim *claim) {
+    struct attempt_shared *shared = &lane->dispatcher->shared;
+    if (claim->reused) {
+        atomic_fetch_add(&shared->counters.reused, 1);
+        return 0;
+    }
+    if (!take_owner(lane, claim->owner)) {
+        enum store_answer answer = store_release(shared->store, claim);
+        (void)answer; /* failed: the lease ends */
         return START_RETRY_MS;
+    }
+    count_busy(lane, 1);
+    bool good = attempt_run(shared, claim, &lane->child, lane->wake, lane->express);
+    count_busy(lane, -1);
+    return good ? 0 : ATTEMPT_RETRY_MS;
+}
+
+/* One turn: how long to wait for the next (0: not at all), and whether a hint ends the wait. The
+ * express lane's worker is started with its first job. */
+static int64_t take_turn(struct lane *lane, bool *hints) {
+    struct store *store = lane->dispatcher->shared.store;
     struct store_claim claim;
-    enum store_answer answer = store_claim(dispatcher->shared.store, &claim);
+    *hints = false;
+    if (!lane->express && !ready_worker(lane))
+        return START_RETRY_MS;
+    enum store_answer answer = lane->express ? store_starving(store) : store_claim(store, &claim);
+    if (lane->express &&
+        answer == STORE_OK) /* a read is enough to find out that it is not needed */
+        answer = store_claim_fresh(store, &claim);
     if (answer == STORE_EMPTY) {
         *hints = true;
         return WORK_POLL_MS;
     }
-    if (answer != STORE_OK)
-        return ATTEMPT_RETRY_MS;
-    if (claim.reused) {
-        atomic_fetch_add(&dispatcher->shared.counters.reused, 1);
-    } else if (!take_owner(lane, claim.owner)) {
-        answer = store_release(dispatcher->shared.store, &claim); /* failed: the lease ends */
-        return START_RETRY_MS;
-    } else if (!attempt_run(&dispatcher->shared, &claim, &lane->child, lane->wake)) {
-        return ATTEMPT_RETRY_MS;
-    }
-    return 0;
+    return answer == STORE_OK ? work(lane, &claim) : ATTEMPT_RETRY_MS;
 }
 
 static void *serve(void *context) {
@@ -135,6 +170,35 @@ static void *serve(void *context) {
     do
         wait = take_turn(lane, &hints);
     while (wait_idle(lane->dispatcher, wait, hints));
+    child_kill(&lane->child);
+    return NULL;
+}
+
+/* Waits for `ms` or a hint, then until all other lanes are busy. False when no more work is to be
+ * taken. */
+static bool wait_all_busy(struct dispatcher *dispatcher, int64_t ms) {
+    struct timespec then = clock_after_ms(ms);
+    pthread_mutex_lock(&dispatcher->lock);
+    if (ms > 0 && !dispatcher->quiet)
+        pthread_cond_timedwait(&dispatcher->all_busy, &dispatcher->lock, &then);
+    while (!dispatcher->quiet && dispatcher->busy < dispatcher->shared.settings.workers)
+        pthread_cond_wait(&dispatcher->all_busy, &dispatcher->lock);
+    bool go_on = !dispatcher->quiet;
+    pthread_mutex_unlock(&dispatcher->lock);
+    return go_on;
+}
+
+static void *serve_express(void *context) {
+    struct lane *lane = context;
+    int64_t wait = 0;
+    bool hints;
+    while (wait_all_busy(lane->dispatcher, wait)) {
+        /* Its worker may have ended since: what is idle is looked at before it gets a job. */
+        if (child_running(&lane->child) && !ready_worker(lane))
+            wait = START_RETRY_MS;
+        else
+            wait = take_turn(lane, &hints);
+    }
     child_kill(&lane->child);
     return NULL;
 }
@@ -175,11 +239,12 @@ static void *sweep(void *context) {
 static bool start_lane(struct dispatcher *dispatcher) {
     struct lane *lane = &dispatcher->lanes[dispatcher->lane_count];
     lane->dispatcher = dispatcher;
+    lane->express = dispatcher->lane_count == dispatcher->shared.settings.workers;
     lane->child.socket = -1;
     lane->wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     if (lane->wake < 0)
         return false;
-    if (pthread_create(&lane->thread, NULL, serve, lane) != 0) {
+    if (pthread_create(&lane->thread, NULL, lane->express ? serve_express : serve, lane) != 0) {
         close(lane->wake);
         return false;
     }
@@ -193,6 +258,7 @@ static void init_locks(struct dispatcher *dispatcher) {
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
     pthread_mutex_init(&dispatcher->lock, NULL);
     pthread_cond_init(&dispatcher->idle, &monotonic);
+    pthread_cond_init(&dispatcher->all_busy, &monotonic);
     pthread_cond_init(&dispatcher->sweep_now, &monotonic);
     pthread_condattr_destroy(&monotonic);
 }
@@ -200,7 +266,8 @@ static void init_locks(struct dispatcher *dispatcher) {
 struct dispatcher *dispatcher_start(struct store *store, struct hub *hub,
                                     const struct dispatcher_settings *settings) {
     struct dispatcher *dispatcher = calloc(1, sizeof *dispatcher);
-    struct lane *lanes = calloc((size_t)settings->workers + 1, sizeof *lanes);
+    int lane_count = settings->workers ? settings->workers + 1 : 0; /* with the express lane */
+    struct lane *lanes = calloc((size_t)lane_count + 1, sizeof *lanes);
     if (!dispatcher || !lanes) {
         free(dispatcher);
         free(lanes);
@@ -214,9 +281,9 @@ struct dispatcher *dispatcher_start(struct store *store, struct hub *hub,
     init_locks(dispatcher);
     hub_subscribe(hub, &dispatcher->watch, hub_queue, hint, dispatcher);
     dispatcher->sweeping = pthread_create(&dispatcher->sweeper, NULL, sweep, dispatcher) == 0;
-    while (dispatcher->lane_count < settings->workers && start_lane(dispatcher))
+    while (dispatcher->lane_count < lane_count && start_lane(dispatcher))
         continue;
-    if (dispatcher->sweeping && dispatcher->lane_count == settings->workers)
+    if (dispatcher->sweeping && dispatcher->lane_count == lane_count)
         return dispatcher;
     log_error(log_event("dispatcher_start_failed"), log_int("threads", dispatcher->lane_count));
     dispatcher_stop(dispatcher, 0);
@@ -231,6 +298,7 @@ void dispatcher_stop(struct dispatcher *dispatcher, int64_t grace_ms) {
     pthread_mutex_lock(&dispatcher->lock);
     dispatcher->quiet = true;
     pthread_cond_broadcast(&dispatcher->idle);
+    pthread_cond_broadcast(&dispatcher->all_busy);
     pthread_mutex_unlock(&dispatcher->lock);
     atomic_store(&dispatcher->shared.stop_at_ms, clock_ms() + grace_ms);
     for (int k = 0; k < dispatcher->lane_count; k++) {
@@ -252,6 +320,7 @@ void dispatcher_free(struct dispatcher *dispatcher) {
         return;
     pthread_mutex_destroy(&dispatcher->lock);
     pthread_cond_destroy(&dispatcher->idle);
+    pthread_cond_destroy(&dispatcher->all_busy);
     pthread_cond_destroy(&dispatcher->sweep_now);
     free(dispatcher->lanes);
     free(dispatcher);

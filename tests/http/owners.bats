@@ -113,3 +113,39 @@ post_as() { quick "$2" | post /v1/drapes - --interface "$1" "${@:3}"; }
     expect 202
     kill -CONT $(workers)
 }
+
+@test "owners: a small drape does not wait for another owner's long ones" {
+    start
+    stop_workers
+    post_as 127.0.0.2 1
+    id=$(field .id)
+    wait_until 10 has_status "$id" running
+    for k in 1 2 3 4 5; do
+        post_as 127.0.0.3 "1.$k" -H 'Prefer: wait=50'
+        expect 200
+        has_status "$id" running
+    done
+    # Those of the owner who has all workers wait.
+    post_as 127.0.0.2 1.6
+    has_status "$(field .id)" queued
+    kill -CONT $(workers)
+}
+
+@test "owners: a long drape gives way to another owner who has nothing running" {
+    start
+    stop_workers
+    post_as 127.0.0.2 1
+    local first
+    first=$(field .id)
+    wait_until 10 has_status "$first" running
+    post_as 127.0.0.3 1 -H 'Prefer: wait=50'
+    expect 200
+    stop_workers # of the express lane, too
+    post_as 127.0.0.3 1.1
+    expect 202
+    # It is begun there and put back; then the first one's turn is over. Its worker goes with it.
+    wait_for "$(field .id)" succeeded
+    [ "$(field .attempts)" = 2 ]
+    wait_for "$first" succeeded
+    [ "$(field .attempts)" = 2 ]
+}

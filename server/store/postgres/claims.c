@@ -25,10 +25,13 @@ static const char claim_sql[] =
     "  FROM waiting w CROSS JOIN LATERAL"
     "  (SELECT sum(o.running) AS running, max(o.turn) AS turn FROM draped.owners o"
     "   WHERE o.owner = w.owner) had"
-    "  WHERE w.owner IS NOT NULL AND ($3 = 0 OR had.running < $3) ORDER BY 2, 3, 4),"
+    "  WHERE w.owner IS NOT NULL AND ($3 = 0 OR had.running < $3) AND ($4 = 0 OR EXISTS"
+    "   (SELECT 1 FROM draped.jobs j WHERE j.status = " SQL_QUEUED " AND j.owner = w.owner"
+    "    AND j.attempts = 0)) ORDER BY 2, 3, 4),"
     " first AS MATERIALIZED ("
     " SELECT q.sequence FROM turns t CROSS JOIN LATERAL"
     "  (SELECT j.sequence FROM draped.jobs j WHERE j.status = " SQL_QUEUED " AND j.owner = t.owner"
+    "   AND ($4 = 0 OR j.attempts = 0)"
     "   ORDER BY j.rank, j.sequence LIMIT 1 FOR UPDATE SKIP LOCKED) q LIMIT 1)"
     " UPDATE draped.jobs j SET status = " SQL_RUNNING ", progress = 0, started = " POSTGRES_NOW ","
     "  attempts = j.attempts + 1, token = greatest(j.token + 1, " POSTGRES_NOW
@@ -55,11 +58,19 @@ static enum store_answer reuse(struct store *store, const struct store_claim *cl
     return postgres_end(&query, pg_run(&query), STORE_CONFLICT);
 }
 
-enum store_answer postgres_claim(struct store *store, struct store_claim *claim) {
+enum store_answer postgres_starving(struct store *store) {
+    struct pg_query query =
+        postgres_query(store, "SELECT 1 FROM draped.owners GROUP BY owner"
+                              " HAVING sum(queued) > 0 AND sum(running) = 0 LIMIT 1");
+    return postgres_end(&query, pg_run(&query), STORE_EMPTY);
+}
+
+enum store_answer postgres_claim(struct store *store, bool fresh, struct store_claim *claim) {
     struct pg_query query = postgres_query_now(store, claim_sql);
     bool twin = false;
     pg_bind_int(&query, store->options.lease_us);
-    pg_bind_int(&query, store->options.owner_running);
+    pg_bind_int(&query, fresh ? 1 : store->options.owner_running);
+    pg_bind_int(&query, fresh);
     size_t rows = pg_run(&query);
     if (rows) {
         claim->sequence = pg_int(&query, 0, 0);

@@ -68,6 +68,7 @@ static const struct store_ops postgres_ops = {
     .counts = postgres_counts,
     .usage = postgres_usage,
     .claim = postgres_claim,
+    .starving = postgres_starving,
     .renew = postgres_renew,
     .check = postgres_check,
     .fail = postgres_fail,

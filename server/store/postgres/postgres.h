@@ -54,7 +54,8 @@ enum store_answer postgres_usage(struct store *store, const char *owner, struct 
 
 /* --- claims.c */
 
-enum store_answer postgres_claim(struct store *store, struct store_claim *claim);
+enum store_answer postgres_claim(struct store *store, bool fresh, struct store_claim *claim);
+enum store_answer postgres_starving(struct store *store);
 enum store_answer postgres_renew(struct store *store, const struct store_claim *claim,
                                  double progress);
 enum store_answer postgres_check(struct store *store, const struct store_claim *claim);

@@ -11,23 +11,26 @@
 static const char pick_sql[] =
     "WITH next (owner, running, turn) AS MATERIALIZED ("
     " SELECT owner, running, turn FROM owners INDEXED BY owners_turn"
-    "  WHERE queued > 0 AND running < ? ORDER BY running, turn LIMIT 64),"
+    "  WHERE queued > 0 AND running < ?1 AND (NOT ?2 OR EXISTS (SELECT 1 FROM jobs j"
+    "   INDEXED BY jobs_queue WHERE j.status = " SQL_QUEUED " AND j.owner = owners.owner"
+    "   AND j.attempts = 0)) ORDER BY running, turn LIMIT 64),"
     " first (owner) AS (SELECT owner FROM next"
     "  WHERE (running, turn) = (SELECT running, turn FROM next LIMIT 1)"
     "  ORDER BY (SELECT min(j.rank) FROM jobs j INDEXED BY jobs_queue"
     "   WHERE j.status = " SQL_QUEUED " AND j.owner = next.owner) LIMIT 1)"
     "SELECT j.sequence, j.id, j.surface, j.token, j.attempts, r.number, j.owner"
     " FROM first CROSS JOIN jobs j INDEXED BY jobs_queue"
-    "  ON j.owner = first.owner AND j.status = " SQL_QUEUED
+    "  ON j.owner = first.owner AND j.status = " SQL_QUEUED " AND (NOT ?2 OR j.attempts = 0)"
     " LEFT JOIN results r ON r.owner = j.owner AND r.digest = j.digest AND r.state = " SQL_COMPLETE
     " ORDER BY j.rank, j.sequence LIMIT 1";
 
 /* The first of the queue, with the complete result of its digest (0: none). */
-static enum store_answer pick(const struct sqlite_store *store, struct db *db,
+static enum store_answer pick(const struct sqlite_store *store, struct db *db, bool fresh,
                               struct store_claim *claim, int64_t *result) {
     int64_t most = sqlite_options(store)->owner_running;
     struct query query = db_query(db, pick_sql);
-    query_bind_int(&query, most > 0 ? most : INT64_MAX);
+    query_bind_int(&query, fresh ? 1 : most > 0 ? most : INT64_MAX);
+    query_bind_int(&query, fresh);
     bool any = query_row(&query);
     if (any) {
         claim->sequence = query_int(&query, 0);
@@ -70,6 +73,7 @@ static enum store_answer hand_out(struct sqlite_store *store, struct db *db,
 
 struct claiming {
     struct store_claim *claim;
+    bool fresh;   /* `store_claim_fresh` */
     bool may_end; /* the transaction is durable, as the end of a job has to be */
 };
 
@@ -77,7 +81,7 @@ static enum store_answer claim_operation(struct sqlite_store *store, struct db *
     const struct claiming *claiming = context;
     struct store_claim *claim = claiming->claim;
     int64_t result = 0;
-    enum store_answer answer = pick(store, db, claim, &result);
+    enum store_answer answer = pick(store, db, claiming->fresh, claim, &result);
     if (answer != STORE_OK)
         return answer;
     claim->reused = result != 0;
@@ -89,8 +93,8 @@ static enum store_answer claim_operation(struct sqlite_store *store, struct db *
 
 /* An idle dispatcher asks often; only a reader is bothered by that. That a job runs is not worth
  * waiting for the disk: a power cut ends its worker too. */
-enum store_answer sqlite_claim(struct store *store, struct store_claim *claim) {
-    struct claiming claiming = {.claim = claim};
+enum store_answer sqlite_claim(struct store *store, bool fresh, struct store_claim *claim) {
+    struct claiming claiming = {.claim = claim, .fresh = fresh};
     struct db *db = sqlite_take_reader(store);
     struct query query = db_query(db, "SELECT 1 FROM jobs WHERE status = " SQL_QUEUED " LIMIT 1");
     bool any = query_row(&query);
@@ -103,6 +107,15 @@ enum store_answer sqlite_claim(struct store *store, struct store_claim *claim) {
         return answer;
     claiming.may_end = true;
     return sqlite_write(store, claim_operation, &claiming);
+}
+
+enum store_answer sqlite_starving(struct store *store) {
+    struct db *db = sqlite_take_reader(store);
+    struct query query = db_query(db, "SELECT 1 FROM owners INDEXED BY owners_turn"
+                                      " WHERE queued > 0 AND running = 0 LIMIT 1");
+    bool any = query_row(&query);
+    enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
+    return answer == STORE_OK && !any ? STORE_EMPTY : answer;
 }
 
 /* ------------------------------------------------------------------ holding */

@@ -336,6 +336,7 @@ static const struct store_ops sqlite_ops = {
     .counts = sqlite_counts,
     .usage = sqlite_usage,
     .claim = sqlite_claim,
+    .starving = sqlite_starving,
     .renew = sqlite_renew,
     .check = sqlite_check,
     .fail = sqlite_fail,

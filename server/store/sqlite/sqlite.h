@@ -72,7 +72,8 @@ enum store_answer sqlite_usage(struct store *store, const char *owner, struct st
 
 /* --- claims.c */
 
-enum store_answer sqlite_claim(struct store *store, struct store_claim *claim);
+enum store_answer sqlite_claim(struct store *store, bool fresh, struct store_claim *claim);
+enum store_answer sqlite_starving(struct store *store);
 enum store_answer sqlite_renew(struct store *store, const struct store_claim *claim,
                                double progress);
 enum store_answer sqlite_check(struct store *store, const struct store_claim *claim);
