@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Sends the raw requests of framing.cases and looks at every byte that comes back: how many
 answers, which, and whether the connection was closed."""
+import json
 import os
 import re
 import socket
@@ -8,7 +9,7 @@ import sys
 import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from daemon import Daemon, Tap, expect, expect_problem, expect_sound_log  # noqa: E402
+from daemon import Daemon, Tap, expect, expect_problem, expect_sound_log, saddle  # noqa: E402
 
 CASES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "framing.cases")
 PREFIXES = {
@@ -128,12 +129,41 @@ def check(daemon, wanted, pieces):
         expect(answers[-1][1].get("connection", "").lower() == "close", "it does not say close")
 
 
+def waiting_call(factor):
+    """A call that is suspended until its drape ends."""
+    body = json.dumps(saddle(factor)).encode()
+    return (b"POST /v1/drapes?fields=nodes.i HTTP/1.1\r\nHost: localhost\r\nPrefer: wait=20\r\n"
+            b"Content-Type: application/json\r\nContent-Length: %d\r\n\r\n" % len(body)) + body
+
+
+def test_malformed_behind_a_waiting_call(daemon, apart):
+    """The answer that is waited for comes first, then one 400, then the end."""
+    bad = b"GET /version HTTP/1.1\nHost: localhost\n\n"
+    call = waiting_call(0.3 + 0.01 * apart)
+    answers, closed = exchange(daemon.port, [call, bad] if apart else [call + bad], [])
+    expect([answer[0] for answer in answers] == [200, 400], [answer[:2] for answer in answers])
+    expect(closed, "the connection stays open")
+    expect_problem(*answers[1], slug="bad-request")
+
+
+def test_waiting_calls_in_a_row(daemon):
+    """Pipelined, each is answered in its turn."""
+    calls = b"".join(waiting_call(0.4 + 0.01 * k) for k in range(3)) + GOOD
+    answers, closed = exchange(daemon.port, [calls], [])
+    expect([answer[0] for answer in answers] == [200] * 4, [answer[:2] for answer in answers])
+    expect(closed, "the connection stays open")
+
+
 def main():
     tap = Tap()
     daemon = Daemon("--max-body", "1M").start()
     try:
         for name, wanted, pieces in read_cases():
             tap.run(f"framing: {name}", check, daemon, wanted, pieces)
+        for apart in (False, True):
+            tap.run(f"framing: malformed behind a waiting call, {'later' if apart else 'at once'}",
+                    test_malformed_behind_a_waiting_call, daemon, apart)
+        tap.run("framing: waiting calls in a row", test_waiting_calls_in_a_row, daemon)
         tap.run("framing: the daemon answers as before", daemon.get_json, "/version")
         tap.run("framing: the log is JSON, line by line", expect_sound_log, daemon)
         tap.run("framing: the daemon ends well",
