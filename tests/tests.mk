@@ -58,10 +58,11 @@ golden: all $(GOLDEN) ## when results change and should: writes anew what they a
 	@git --no-pager diff --stat -- tests docs
 
 # The tests that hurt, at full length: 200 kills, a thousand slow clients for 30 s, ...
-soak: ## after a change in server/: 200 kills under load, a thousand slow clients
+soak: ## after a change in server/: 200 kills under load, a thousand slow clients, the gate
 	@deploy/setup.sh test
 	@$(MAKE) --no-print-directory -s all
 	@for test in tests/faults/test_*.py; do LONG=1 BUILD=$(B) python3 $$test || exit 1; done
+	@STRICT=1 tests/load/gate.sh $(B)
 
 # Looks for inputs that break a promise, and for connections that other parsers of HTTP read in another
 # way, FUZZ_SECONDS for each target.
@@ -105,6 +106,7 @@ load: all ## after a change in server/: rates, latency and memory, beside libmic
 	@deploy/setup.sh test
 	@$(MAKE) --no-print-directory -s $(B)/tests/load/bare
 	@tests/load/load.sh $(B)
+	@tests/load/gate.sh $(B)
 $(B)/tests/load/bare: $(B)/tests/load/bare.o
 	$(call say,LINK,$@)$(LINK) -o $@ $^ -lmicrohttpd
 

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "deadlines.h"
 #include "server/clock.h"
+#include <linux/sockios.h>
 #include <pthread.h>
 #include <stdlib.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
 enum { DEADLINES_LINGER_MS = 2000 }; /* to read the 408 before the connection is closed */
@@ -87,6 +89,17 @@ bool deadlines_reply(struct deadlines *deadlines, struct deadlines_client *clien
     return set(deadlines, client, true, 0, due);
 }
 
+/* Whether it is our turn: the client has sent what we have not read, or fetched all that it was
+ * given of a reply. */
+static bool is_our_turn(const struct deadlines_client *client) {
+    int unread = 0, unfetched = 0;
+    if (client->cut)
+        return false;
+    if (client->replying)
+        return ioctl(client->socket, SIOCOUTQ, &unfetched) == 0 && unfetched == 0;
+    return ioctl(client->socket, SIOCINQ, &unread) == 0 && unread > 0;
+}
+
 /* With the lock. The second time, or in the midst of a reply, at once. */
 static void cut(struct deadlines *deadlines, struct deadlines_client *client, int64_t now) {
     bool at_once = client->cut || client->replying;
@@ -108,7 +121,7 @@ int deadlines_reap(struct deadlines *deadlines, int64_t now) {
     int count = 0;
     pthread_mutex_lock(&deadlines->lock);
     for (struct deadlines_client *client = deadlines->clients; client; client = client->next) {
-        if (client->due > now)
+        if (client->due > now || is_our_turn(client))
             continue;
         count += !client->cut;
         cut(deadlines, client, now);

@@ -4,7 +4,9 @@
  * happens for a while, but one byte a second keeps it open for ever. So every connection has a time
  * by which its client must have got on. A request that is not complete by then is answered 408,
  * straight to the socket, since libmicrohttpd takes no answer before it has all headers; then the
- * connection is cut. A reply that its client does not fetch is just cut.
+ * connection is cut. A reply that its client does not fetch is just cut. Only the client's own time
+ * counts: while what it has sent lies unread, or it has fetched all that it was given, it is not
+ * late, we are.
  *
  * Any thread; the calls for one client come one at a time.
  */

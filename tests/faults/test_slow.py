@@ -5,6 +5,7 @@ import os
 import random
 import resource
 import selectors
+import signal
 import socket
 import sys
 import threading
@@ -150,8 +151,64 @@ def test_slow_clients():
         daemon.remove()
 
 
+def raw(daemon, path, buffer=None):
+    """A connection on which the path was asked for."""
+    client = socket.socket()
+    if buffer:
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, buffer)
+    client.connect(("127.0.0.1", daemon.port))
+    client.sendall(f"GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
+    return client
+
+
+def hold_worker(daemon):
+    """A drape that runs until its worker is let go on; its path."""
+    for worker in daemon.workers():
+        os.kill(worker, signal.SIGSTOP)
+    return daemon.submit(saddle(0.31))[1]["location"]
+
+
+def test_slow_readers():
+    """A reply that its client does not read is cut, within 60 s and what its length is worth; an
+    event stream on which nothing happens says so before proxies give it up."""
+    daemon = Daemon("--workers", "1").start()
+    try:
+        _, headers, _ = daemon.submit(saddle(0.008), Prefer="wait=50")
+        path = headers["location"] + "/result?format=csv&table=nodes"
+        size = len(daemon.call("GET", path)[2])
+        before = descriptors(daemon)
+        unread = raw(daemon, path, 4096)
+        events = raw(daemon, hold_worker(daemon) + "/events")
+        events.settimeout(40)
+        seen, end = b"", time.monotonic() + 60
+        while b"\n: " not in seen:
+            expect(time.monotonic() < end, f"no comment: {seen!r}")
+            piece = events.recv(65536)
+            expect(piece, f"the stream ends: {seen!r}")
+            seen += piece
+        events.close()
+        expect(descriptors(daemon) > before, f"{size} bytes fit into the socket: nothing is tested")
+        end = time.monotonic() + 120
+        while descriptors(daemon) > before:
+            expect(time.monotonic() < end, "a reply that nobody reads is never cut")
+            time.sleep(0.5)
+        got = 0
+        try:
+            while piece := unread.recv(1 << 20):
+                got += len(piece)
+        except ConnectionError:
+            pass
+        expect(got < size, "it was all there")
+        for worker in daemon.workers():
+            os.kill(worker, signal.SIGCONT)
+        expect(daemon.stop()[0] == 0, "bad exit status")
+    finally:
+        daemon.remove()
+
+
 def main():
     tap = Tap()
+    tap.run("slow: replies that are not read are cut, and silent streams speak", test_slow_readers)
     tap.run(f"slow: normal calls succeed beside {CLIENTS} slow clients", test_slow_clients)
     tap.finish()
 

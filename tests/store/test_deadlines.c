@@ -1,114 +1,106 @@
 /* SPDX-License-Identifier: MIT */
-/* When clients that are slow lose their connection. Time is told to `deadlines_reap`. */
-#include "server/http/deadlines.h"
-
+/* Who is cut, and when: by a clock that the test reads for itself. */
+#include "scratch.h"
 #include "server/clock.h"
-#include "tests/check.h"
+#include "server/http/deadlines.h"
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
 
-/* A connection: `peer` is the client's end. `late` counts the answers 408. */
-struct fixture {
+/* A connection: `server` is the end that deadlines know. */
+struct pair {
     struct deadlines *deadlines;
-    struct deadlines_client client;
-    int peer, late;
+    struct deadlines_client entry;
+    int client, server;
+    int late; /* how often 408 was to be sent */
 };
 
 static void count_late(void *context, int socket) {
-    (void)socket;
-    ++*(int *)context;
+    struct pair *pair = context;
+    assert_int_equal(socket, pair->server);
+    pair->late++;
 }
 
-static void begin(struct fixture *fixture) {
+static int set_up(void **state) {
+    static struct pair pair;
     int ends[2];
-    assert_return_code(socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
-    fixture->peer = ends[1];
-    fixture->late = 0;
-    fixture->deadlines = deadlines_new(count_late, &fixture->late);
-    assert_non_null(fixture->deadlines);
-    deadlines_add(fixture->deadlines, &fixture->client, ends[0], DEADLINES_HEAD_MS);
+    assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
+    pair = (struct pair){.client = ends[0], .server = ends[1]};
+    pair.deadlines = deadlines_new(count_late, &pair);
+    deadlines_add(pair.deadlines, &pair.entry, pair.server, DEADLINES_HEAD_MS);
+    *state = &pair;
+    return 0;
 }
 
-static void end(struct fixture *fixture) {
-    deadlines_remove(fixture->deadlines, &fixture->client);
-    deadlines_free(fixture->deadlines);
-    close(fixture->client.socket);
-    close(fixture->peer);
+static int tear_down(void **state) {
+    struct pair *pair = *state;
+    deadlines_remove(pair->deadlines, &pair->entry);
+    deadlines_free(pair->deadlines);
+    close(pair->client);
+    close(pair->server);
+    return 0;
 }
 
-/* Whether the client's connection is closed for reading and writing. */
-static bool is_closed(const struct fixture *fixture) {
+/* How many are cut so long from now. */
+static int reap_after(struct pair *pair, int64_t ms) {
+    return deadlines_reap(pair->deadlines, clock_ms() + ms);
+}
+
+static void expect_cut(struct pair *pair) {
     char byte;
-    return recv(fixture->peer, &byte, 1, MSG_DONTWAIT) == 0 &&
-           send(fixture->peer, "x", 1, MSG_NOSIGNAL | MSG_DONTWAIT) < 0;
+    assert_int_equal(recv(pair->client, &byte, 1, MSG_DONTWAIT), 0);
 }
 
-static void test_deadlines_answer_a_late_head_and_close_what_lingers(void **state) {
-    (void)state;
-    struct fixture fixture;
-    int64_t before = clock_ms();
-    begin(&fixture);
-    int64_t due = clock_ms() + DEADLINES_HEAD_MS;
-    assert_int_equal(deadlines_reap(fixture.deadlines, before + DEADLINES_HEAD_MS - 1), 0);
-    assert_int_equal(deadlines_reap(fixture.deadlines, due), 1);
-    assert_int_equal(fixture.late, 1);
-    assert_false(is_closed(&fixture)); /* it may read the answer */
-    assert_false(deadlines_body(fixture.deadlines, &fixture.client));
-    assert_int_equal(deadlines_reap(fixture.deadlines, 2 * due), 0); /* counted already */
-    assert_int_equal(fixture.late, 1);
-    assert_true(is_closed(&fixture));
-    end(&fixture);
+static void test_deadlines_cut_a_late_head(void **state) {
+    struct pair *pair = *state;
+    assert_int_equal(reap_after(pair, DEADLINES_HEAD_MS - 1000), 0);
+    assert_int_equal(reap_after(pair, DEADLINES_HEAD_MS + 1000), 1);
+    assert_int_equal(pair->late, 1);
+    expect_cut(pair);
 }
 
-/* A byte buys the time that it takes at the least rate, and many at once no more than the first
- * time. */
-static void test_deadlines_of_a_body_follow_its_rate(void **state) {
-    (void)state;
-    struct fixture fixture;
-    begin(&fixture);
-    assert_true(deadlines_body(fixture.deadlines, &fixture.client));
-    int64_t due = clock_ms() + DEADLINES_BODY_MS;
-    nanosleep(&(struct timespec){.tv_nsec = 50000000}, NULL);
-    assert_true(deadlines_received(fixture.deadlines, &fixture.client, 1));
-    assert_int_equal(deadlines_reap(fixture.deadlines, due + 1), 1);
-    end(&fixture);
-
-    begin(&fixture);
-    assert_true(deadlines_body(fixture.deadlines, &fixture.client));
-    int64_t before = clock_ms();
-    assert_true(deadlines_received(fixture.deadlines, &fixture.client, 100000000));
-    due = clock_ms() + DEADLINES_BODY_MS;
-    assert_int_equal(deadlines_reap(fixture.deadlines, before + DEADLINES_BODY_MS - 1), 0);
-    assert_int_equal(deadlines_reap(fixture.deadlines, due), 1);
-    end(&fixture);
+static void test_deadlines_cut_a_reply_that_is_not_fetched(void **state) {
+    struct pair *pair = *state;
+    assert_true(deadlines_reply(pair->deadlines, &pair->entry, 0));
+    assert_int_equal(write(pair->server, "reply", 5), 5);
+    assert_int_equal(reap_after(pair, DEADLINES_REPLY_MS - 1000), 0);
+    assert_int_equal(reap_after(pair, DEADLINES_REPLY_MS + 1000), 1);
+    assert_int_equal(pair->late, 0); /* no 408 in the midst of it */
+    assert_false(deadlines_reply(pair->deadlines, &pair->entry, 0));
 }
 
-/* A reply that nobody reads is cut, without an answer into its midst. */
-static void test_deadlines_cut_a_reply_that_is_not_read(void **state) {
-    (void)state;
-    enum { BYTES = 30000 };
-    struct fixture fixture;
-    begin(&fixture);
-    assert_true(deadlines_suspend(fixture.deadlines, &fixture.client));
-    assert_int_equal(deadlines_reap(fixture.deadlines, clock_ms() + INT32_MAX), 0);
-    int64_t for_ms = DEADLINES_REPLY_MS + BYTES * 1000 / DEADLINES_BODY_RATE, before = clock_ms();
-    assert_true(deadlines_reply(fixture.deadlines, &fixture.client, BYTES));
-    int64_t due = clock_ms() + for_ms;
-    assert_int_equal(deadlines_reap(fixture.deadlines, before + for_ms - 1), 0);
-    assert_false(is_closed(&fixture));
-    assert_int_equal(deadlines_reap(fixture.deadlines, due), 1);
-    assert_int_equal(fixture.late, 0);
-    assert_true(is_closed(&fixture));
-    assert_false(deadlines_idle(fixture.deadlines, &fixture.client));
-    end(&fixture);
+static void test_deadlines_count_only_the_time_of_the_client(void **state) {
+    struct pair *pair = *state;
+    char bytes[16];
+    assert_true(deadlines_body(pair->deadlines, &pair->entry));
+    assert_int_equal(write(pair->client, "body", 4), 4);
+    assert_int_equal(reap_after(pair, 100 * DEADLINES_BODY_MS), 0); /* we have not read it */
+    assert_int_equal(read(pair->server, bytes, sizeof bytes), 4);
+    assert_true(deadlines_received(pair->deadlines, &pair->entry, 4));
+    assert_int_equal(reap_after(pair, DEADLINES_BODY_MS - 1000), 0);
+
+    assert_true(deadlines_reply(pair->deadlines, &pair->entry, 0));
+    assert_int_equal(reap_after(pair, 100 * DEADLINES_REPLY_MS), 0); /* nothing is there to fetch */
+    assert_int_equal(write(pair->server, "reply", 5), 5);
+    assert_int_equal(reap_after(pair, DEADLINES_REPLY_MS + 1000), 1);
+}
+
+static void test_deadlines_cut_a_body_that_drips(void **state) {
+    struct pair *pair = *state;
+    assert_true(deadlines_body(pair->deadlines, &pair->entry));
+    int64_t due = pair->entry.due;
+    assert_true(deadlines_received(pair->deadlines, &pair->entry, 1)); /* worth a millisecond */
+    assert_true(pair->entry.due <= due + 1);
+    assert_int_equal(deadlines_reap(pair->deadlines, due + 1), 1);
+    assert_int_equal(pair->late, 1);
 }
 
 int main(void) {
+#define WITH_PAIR(test) cmocka_unit_test_setup_teardown(test, set_up, tear_down)
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_deadlines_answer_a_late_head_and_close_what_lingers),
-        cmocka_unit_test(test_deadlines_of_a_body_follow_its_rate),
-        cmocka_unit_test(test_deadlines_cut_a_reply_that_is_not_read),
+        WITH_PAIR(test_deadlines_cut_a_late_head),
+        WITH_PAIR(test_deadlines_cut_a_reply_that_is_not_fetched),
+        WITH_PAIR(test_deadlines_count_only_the_time_of_the_client),
+        WITH_PAIR(test_deadlines_cut_a_body_that_drips),
     };
     return cmocka_run_group_tests_name("deadlines", tests, NULL, NULL);
 }
