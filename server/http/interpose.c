@@ -14,15 +14,27 @@ typedef ssize_t recv_function(int socket, void *buffer, size_t size, int flags);
 static struct interpose_hooks hooks;
 static queue_function *queue_response; /* the library's */
 static _Atomic(recv_function *) receive;
-static _Atomic(void *) *contexts; /* by descriptor; NULL: not watched */
-static size_t context_count;
+
+/* Contexts by descriptor; NULL: not watched. */
+struct watched {
+    size_t count;
+    _Atomic(void *) contexts[];
+};
+
+/* Published when it is whole: threads that are none of the front's call recv from the start. */
+static _Atomic(struct watched *) watched;
 
 bool interpose_init(const struct interpose_hooks *given, size_t descriptors) {
-    hooks = *given;
-    context_count = descriptors;
-    contexts = calloc(descriptors, sizeof *contexts);
+    struct watched *made = calloc(1, sizeof *made + descriptors * sizeof *made->contexts);
     *(void **)&queue_response = dlsym(RTLD_NEXT, "MHD_queue_response");
-    return contexts && queue_response;
+    if (!made || !queue_response) {
+        free(made);
+        return false;
+    }
+    hooks = *given;
+    made->count = descriptors;
+    atomic_store_explicit(&watched, made, memory_order_release);
+    return true;
 }
 
 /* ------------------------------------------------------------------ replies */
@@ -40,11 +52,17 @@ enum MHD_Result MHD_queue_response(struct MHD_Connection *connection, unsigned s
 
 /* ------------------------------------------------------------------ what is read */
 
+/* Where the context of a socket is; NULL for a descriptor that is too large. */
+static _Atomic(void *) *place_of(int socket) {
+    struct watched *all = atomic_load_explicit(&watched, memory_order_acquire);
+    return all && socket >= 0 && (size_t)socket < all->count ? &all->contexts[socket] : NULL;
+}
+
 bool interpose_watch(int socket, void *context) {
-    bool fits = socket >= 0 && (size_t)socket < context_count;
-    if (fits)
-        atomic_store_explicit(&contexts[socket], context, memory_order_relaxed);
-    return fits;
+    _Atomic(void *) *place = place_of(socket);
+    if (place)
+        atomic_store_explicit(place, context, memory_order_relaxed);
+    return place != NULL;
 }
 
 /* Any thread of the process, at any time, other libraries as well: looked up at the first call. */
@@ -61,8 +79,7 @@ static recv_function *find_receive(void) {
 
 ssize_t recv(int socket, void *buffer, size_t size, int flags) {
     ssize_t got = find_receive()(socket, buffer, size, flags);
-    if (got <= 0 || (size_t)socket >= context_count)
-        return got;
-    void *context = atomic_load_explicit(&contexts[socket], memory_order_relaxed);
+    _Atomic(void *) *place = got > 0 ? place_of(socket) : NULL;
+    void *context = place ? atomic_load_explicit(place, memory_order_relaxed) : NULL;
     return context ? hooks.received(context, buffer, (size_t)got) : got;
 }
