@@ -28,7 +28,7 @@ static const double rounding = 4e-15;
 static const double shortest = 1e-10, shortest_outside = 1e-3;
 
 /* The first step of a path, as a share of the length over which its velocity changes. */
-static const double first_pace = 0.5;
+static const double first_pace = 0.35;
 
 /* A step that only corrects the end of another is this short against it at the most: then the
  * classical rule of fourth order is as exact. */
@@ -166,7 +166,7 @@ static bool followed(double error) {
 
 /* What to multiply a step with this error by: the error goes with the eighth power. */
 static double rescaling(double error) {
-    double factor = error < 1e16 ? 0.85 / sqrt(sqrt(sqrt(fmax(error, 1e-8)))) : 0;
+    double factor = error < 1e16 ? 0.92 / sqrt(sqrt(sqrt(fmax(error, 1e-8)))) : 0;
     return fmin(fmax(factor, 0.1), 4);
 }
 
@@ -588,7 +588,7 @@ static bool advance_in_span(struct path *g, double h, struct effort *effort, dou
     bool at_edge = edge <= h;
     h = at_edge ? edge : h;
     while (!followed(error = try_step(g, &at, h, &y))) {
-        h *= fmin(rescaling(error), 0.7);
+        h *= fmin(rescaling(error), 0.85);
         at_edge = false;
         if (!worth_trying(g, effort, h))
             return false;
