@@ -164,7 +164,8 @@ enum store_answer sqlite_submit(struct store *store, const struct store_submissi
     if (submission->key)
         crypto_generichash(submit.key_digest, sizeof submit.key_digest, submission->request,
                            submission->request_length, NULL, 0);
-    return sqlite_write(store, submit_operation, &submit);
+    enum store_answer room = sqlite_room_for(store, submission->request_length);
+    return room == STORE_OK ? sqlite_write(store, submit_operation, &submit) : room;
 }
 
 /* ------------------------------------------------------------------ looking */

@@ -68,7 +68,8 @@ static enum store_answer append_operation(struct sqlite_store *store, struct db 
 }
 
 enum store_answer sqlite_result_append(struct store *store, struct store_part *part) {
-    return sqlite_write_lazy(store, append_operation, part);
+    enum store_answer room = sqlite_room_for(store, part->length);
+    return room == STORE_OK ? sqlite_write_lazy(store, append_operation, part) : room;
 }
 
 /* The complete result of the job's digest, 0 for none. */
@@ -138,7 +139,8 @@ static enum store_answer commit_operation(struct sqlite_store *store, struct db 
 }
 
 enum store_answer sqlite_result_commit(struct store *store, struct store_part *part) {
-    return sqlite_write(store, commit_operation, part);
+    enum store_answer room = sqlite_room_for(store, part->length);
+    return room == STORE_OK ? sqlite_write(store, commit_operation, part) : room;
 }
 
 static enum store_answer drop_operation(struct sqlite_store *store, struct db *db, void *context) {

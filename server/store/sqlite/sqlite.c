@@ -2,6 +2,7 @@
 #include "sqlite.h"
 #include "presence.h"
 #include "server/clock.h"
+#include "server/log.h"
 #include "server/metrics.h"
 #include "server/store/sql.h"
 #include <pthread.h>
@@ -9,11 +10,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/statvfs.h>
 
 enum {
     READERS = 4,            /* reading connections */
     BATCH_OPERATIONS = 256, /* most operations in one transaction */
-    LOG_ROUNDS = 4          /* tries to get the log copied whole */
+    LOG_ROUNDS = 4,         /* tries to get the log copied whole */
+    RESERVE_BYTES = 1 << 19 /* of the disk, that requests and results leave free: 64 pages */
 };
 
 /* A caller that waits for its change to be kept. */
@@ -199,6 +202,19 @@ enum store_answer sqlite_write_lazy(struct store *store, sqlite_operation operat
     return write_together(sqlite_of(store), &own);
 }
 
+enum store_answer sqlite_room_for(struct store *base, size_t bytes) {
+    struct statvfs disk;
+    if (statvfs(sqlite_of(base)->path, &disk) != 0)
+        return STORE_OK; /* the write itself will say what is wrong */
+    uint64_t left = (uint64_t)disk.f_bavail * disk.f_frsize;
+    if (left >= bytes + RESERVE_BYTES)
+        return STORE_OK;
+    metrics_store_failed(false);
+    log_error(log_event("store_error"), log_text("answer", store_answer_name(STORE_NO_SPACE)),
+              log_int("bytes_left", (int64_t)left));
+    return STORE_NO_SPACE;
+}
+
 struct db *sqlite_take_reader(struct store *base) {
     struct sqlite_store *store = sqlite_of(base);
     pthread_mutex_lock(&store->readers_lock);
@@ -317,6 +333,8 @@ static enum store_answer sqlite_ping(struct store *store) {
     struct db *db = sqlite_take_reader(store);
     struct query query = db_query(db, "SELECT n FROM counts WHERE status = " SQL_QUEUED);
     enum store_answer answer = sqlite_give_reader(store, db, query_run(&query));
+    if (answer == STORE_OK)
+        answer = sqlite_room_for(store, 0);
     if (answer == STORE_OK && broken)
         answer = sqlite_write(store, ping_write, NULL);
     if (answer == STORE_OK && broken)

@@ -42,6 +42,10 @@ enum store_answer sqlite_write(struct store *store, sqlite_operation operation, 
  * as that a process on it holds a lease. */
 enum store_answer sqlite_write_lazy(struct store *store, sqlite_operation operation, void *context);
 
+/* Whether the disk takes so many bytes and has some left for the small changes that put a job back
+ * into the queue and drop what has no room: else STORE_NO_SPACE, logged. */
+enum store_answer sqlite_room_for(struct store *store, size_t bytes);
+
 /* A connection to read with, which never waits for writers; to be given back soon. */
 struct db *sqlite_take_reader(struct store *store);
 

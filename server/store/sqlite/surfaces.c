@@ -28,7 +28,9 @@ static enum store_answer put_operation(struct sqlite_store *store, struct db *db
 enum store_answer sqlite_surface_put(struct store *store, const struct store_surface *surface,
                                      bool *created) {
     struct put put = {.surface = surface};
-    enum store_answer answer = sqlite_write(store, put_operation, &put);
+    enum store_answer answer = sqlite_room_for(store, surface->definition_length);
+    if (answer == STORE_OK)
+        answer = sqlite_write(store, put_operation, &put);
     *created = put.created;
     return answer;
 }
