@@ -570,9 +570,13 @@ struct effort {
     double whole;
 };
 
-/* Whether a step of h, which has to be shortened, is still worth trying. */
+/* Whether a step of h, which has to be shortened, is still worth trying. Near a pole steps are
+ * short on the continuation, too. */
 static bool worth_trying(const struct path *g, struct effort *effort, double h) {
-    bool outside = is_outside(g);
+    struct vec3 pole, tangent;
+    bool near_pole =
+        station_pole_distance(g->surface, point_of(g, &tangent), &pole) < effort->whole;
+    bool outside = is_outside(g) && !near_pole;
     return ++effort->failures <= (outside ? FAILURES_OUTSIDE : FAILURES_MAX) &&
            h > (outside ? shortest_outside : shortest) * effort->whole;
 }

@@ -243,11 +243,34 @@ static void test_exact_starts_on_trims(void **state) {
     arena_free(arena);
 }
 
+/* From the pole of an octant straight down its middle: weft leaves the octant at once, but goes on
+ * over the continuation, and carries more of the net than a yarn that begins across warp would. */
+static void test_exact_starts_at_the_pole_of_an_octant(void **state) {
+    (void)state;
+    static const double quarter[2] = {0, M_PI / 2};
+    static struct shape shape;
+    struct drape_settings settings = {.method = DRAPE_GIB,
+                                      .spacing = {0.03, 0.03},
+                                      .start_kind = DRAPE_START_UV,
+                                      .start_uv = {0.5, 1},
+                                      .max_nodes = 100000};
+    struct drape_run run;
+    shape_sphere(&shape, 1, quarter, quarter, M_PI / 2);
+    drape_begin(&run, &shape, &settings);
+    struct frame start = {run.result.start_point, run.result.start_warp, run.result.start_weft};
+    double gap = sphere_gap(&run, vec3_make(0, 0, 0), &start, settings.spacing, 8);
+    printf("  octant: coverage %.3f, %.1e from the sphere's net\n", run.result.summary.coverage,
+           gap);
+    assert_true(gap < 1e-6 && run.result.summary.coverage > 0.945);
+    drape_end(&run);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_starts_on_meshes),
         cmocka_unit_test(test_exact_starts_on_triangular_patches),
         cmocka_unit_test(test_exact_starts_on_trims),
+        cmocka_unit_test(test_exact_starts_at_the_pole_of_an_octant),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
