@@ -216,6 +216,8 @@ near() { jq -ne "($1) - ($2) | fabs < $3" >/dev/null || { echo "$1 is not $2"; r
     expect 304
     [ ! -s "$body" ]
     [ "$(header ETag)" = "$tag" ]
+    call GET "/v1/drapes/$id/result" -H "If-None-Match: W/$tag"
+    expect 304
     call GET "/v1/drapes/$id/result?format=csv" -H "If-None-Match: $tag"
     expect 200
     call GET "/v1/drapes/$id/result?precision=4" -H "If-None-Match: $tag"

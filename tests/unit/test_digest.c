@@ -76,7 +76,12 @@ static void test_digest_of_a_whole_export_file_is_that_of_its_surface(void **sta
 
 static void test_digest_differs_when_anything_does(void **state) {
     (void)state;
+#define TRIMS(reversed)                                                                            \
+    "[2,2,0]]},\"trims\":[{\"points\":[[0.2,0.2],[0.8,0.2],[0.5,0.8],[0.2,0.2]],"                  \
+    "\"reversed\":" reversed "}]}"
     static const char *const changes[][2] = {
+        {"[2,2,0]]}}", TRIMS("0")},
+        {"[2,2,0]]}}", TRIMS("1")},
         {"[2,2,0]", "[2,2,1e-15]"},
         {"[0,0,0,1,1,1]", "[0,0,0,2,2,2]"},
         {"[2,2,0]]", "[2,2,0]],\"weights\":[1,1,1,1,2,1,1,1,1]"},
@@ -140,6 +145,25 @@ static void test_digest_of_the_saddle_stays_what_it_was(void **state) {
     arena_free(arena);
 }
 
+/* Another version of the solver may give another result: the id is of it as well. */
+static void test_digest_of_a_request_has_the_solvers_version(void **state) {
+    (void)state;
+    struct arena *arena = arena_new((size_t)1 << 24);
+    struct api_request request;
+    struct api_problem problem;
+    struct bytes all = {0};
+    char id[API_ID_SIZE];
+    assert_int_equal(decode_text(request_text("saddle"), arena, &request, &problem), API_OK);
+    assert_true(api_digest_surface(&request.surface, arena, request.surface.id));
+    const char *text = api_normalise(&request, NULL, arena);
+    bytes_add(&all, text, strlen(text) + 1);
+    bytes_add(&all, DRAPE_SOLVER_VERSION, strlen(DRAPE_SOLVER_VERSION));
+    api_digest_bytes(all.data, all.length, id);
+    assert_string_equal(digest(request_text("saddle")), id);
+    bytes_free(&all);
+    arena_free(arena);
+}
+
 static void test_digest_of_bytes_is_blake2b(void **state) {
     (void)state;
     char id[API_ID_SIZE];
@@ -157,6 +181,7 @@ int main(void) {
         cmocka_unit_test(test_digest_differs_when_anything_does),
         cmocka_unit_test(test_digest_of_a_named_surface_is_that_of_its_definition),
         cmocka_unit_test(test_digest_of_the_saddle_stays_what_it_was),
+        cmocka_unit_test(test_digest_of_a_request_has_the_solvers_version),
         cmocka_unit_test(test_digest_of_bytes_is_blake2b),
     };
     prepare();
