@@ -2,6 +2,7 @@
 /* Results: chunks, sharing among equal requests, remains, retention. */
 #include "scratch.h"
 #include "server/store/backend.h"
+#include "server/store/steady.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -298,6 +299,46 @@ static void test_store_results_expire_beyond_a_bound_of_bytes(void **state) {
     assert_int_equal(scratch_sweep(scratch).expired, 0);
 }
 
+/* Set forward or back, the clock has jumped; slewed or late by a little, it has not. */
+static void test_store_steady_notices_a_clock_that_is_set(void **state) {
+    (void)state;
+    const int64_t second = 1000000;
+    struct steady steady = {0};
+    steady_look(&steady, 1000 * second, second);
+    steady_look(&steady, 1060 * second, 61 * second);
+    assert_int_equal(steady_for(&steady), 60 * second);
+    steady_look(&steady, 1121 * second, 121 * second); /* a second too much */
+    assert_int_equal(steady_for(&steady), 120 * second);
+    assert_int_equal(steady.jumps, 0);
+    steady_look(&steady, 1000 * second, 181 * second);
+    assert_int_equal(steady.jumps, 1);
+    assert_int_equal(steady_for(&steady), 0);
+    steady_look(&steady, 5000 * second, 241 * second);
+    assert_int_equal(steady.jumps, 2);
+    steady_look(&steady, 5060 * second, 301 * second);
+    assert_int_equal(steady_for(&steady), 60 * second);
+}
+
+/* A record, too, is removed only by a time that lasts. */
+static void test_store_records_survive_a_clock_that_is_set(void **state) {
+    struct scratch *scratch = *state;
+    const int64_t minute = hour / 60;
+    scratch_stop(scratch);
+    scratch->options.settle_us = 5 * minute;
+    scratch_start(scratch);
+    struct store_claim claim = scratch_claimed(scratch, "a");
+    assert_int_equal(scratch_commit(scratch, &claim, "result", 6), STORE_OK);
+    scratch_sweep(scratch);
+    scratch_now += 169 * hour;
+    assert_int_equal(scratch_sweep(scratch).expired, 1);
+    scratch_jump = 1000 * 24 * hour;
+    for (int k = 0; k < 5; k++) {
+        assert_int_equal(scratch_sweep(scratch).removed, 0);
+        scratch_now += minute;
+    }
+    assert_int_equal(scratch_sweep(scratch).removed, 1);
+}
+
 /* Eight days forward, and back again: nothing is lost. Forward for good: gone after a while. */
 static void test_store_results_survive_a_clock_that_is_set(void **state) {
     struct scratch *scratch = *state;
@@ -429,6 +470,8 @@ int main(void) {
         WITH_STORE(test_store_sweep_clears_what_a_dead_process_began),
         WITH_STORE(test_store_results_expire_after_the_retention),
         WITH_STORE(test_store_results_expire_beyond_a_bound_of_bytes),
+        WITH_STORE(test_store_steady_notices_a_clock_that_is_set),
+        WITH_STORE(test_store_records_survive_a_clock_that_is_set),
         WITH_STORE(test_store_results_survive_a_clock_that_is_set),
         WITH_STORE(test_store_results_do_not_expire_at_the_start),
         WITH_STORE(test_store_bytes_of_one_owner_do_not_expire_anothers),

@@ -42,6 +42,29 @@ static void test_run_gives_a_container(void **state) {
     bytes_free(&container);
 }
 
+/* A sheet less a column at each end, where the extent ends, and one of two that a neck joins: both
+ * are partial, though little is missing of the one, and nothing but boundaries stopped the other.
+ */
+static void test_run_of_a_part_is_partial(void **state) {
+    (void)state;
+    static const struct {
+        const char *request;
+        size_t extent_ends;
+    } cases[] = {{"sheet_in_extent", 34}, {"sheets_with_a_neck", 0}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        struct bytes container = {0};
+        struct api_problem problem;
+        struct api_columns columns;
+        assert_int_equal(run_text(request_text(cases[k].request), &container, &problem), API_OK);
+        struct api_reader reader = reader_over(&container);
+        assert_int_equal(api_columns_open(&reader, &columns, &problem), API_OK);
+        assert_int_equal(columns.summary.outcome, DRAPE_PARTIAL);
+        assert_int_equal(columns.summary.front_reasons[DRAPE_REASON_EXTENT], cases[k].extent_ends);
+        assert_int_equal(columns.summary.front_reasons[DRAPE_REASON_COLLAPSED], 0);
+        bytes_free(&container);
+    }
+}
+
 /* All but the time it took. */
 static void test_run_gives_the_same_bytes_again(void **state) {
     (void)state;
@@ -250,6 +273,7 @@ static void test_run_describes_no_surface_without_area(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_run_gives_a_container),
+        cmocka_unit_test(test_run_of_a_part_is_partial),
         cmocka_unit_test(test_run_gives_the_same_bytes_again),
         cmocka_unit_test(test_run_refuses_a_surface_that_is_not_there),
         cmocka_unit_test(test_run_refuses_a_start_off_the_surface),

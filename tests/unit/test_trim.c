@@ -6,6 +6,7 @@
 #include "tests/check.h"
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* The unit square, twice as long in v as in space, so that area and parameters differ. */
 static struct surface *square(void) {
@@ -104,7 +105,8 @@ static void test_trim_keeps_what_its_loops_say(void **state) {
         double sum = 0;
         for (int line = 0; line < 512; line++)
             for (int k = 0; k < SAMPLES; k++) {
-                double uv[2] = {(k + 0.5) / SAMPLES, (line + 0.5) / 512};
+                /* of every 64 lines one goes through places of coarse loops */
+                double uv[2] = {(k + 0.5) / SAMPLES, (line + (line % 64 ? 0.5 : 0)) / 512};
                 bool kept = is_kept(lines, loops, count, uv);
                 sum += kept;
                 if (status == STATUS_OK && line % 16 == 0 && kept != trim_contains(trim, uv))
@@ -118,6 +120,60 @@ static void test_trim_keeps_what_its_loops_say(void **state) {
             fail_msg("round %d: area %g, not %g", round, trim_area(trim, &centroid) / 2, share);
         arena_rewind(arena, mark);
     }
+}
+
+/* A rational circle, as four arcs: flattened so finely that a part in 1e5 of its radius tells. */
+static void test_trim_is_flat_to_a_millionth(void **state) {
+    (void)state;
+    static const double knots[] = {0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4};
+    static const double side[9][2] = {{1, 0},   {1, 1},  {0, 1},  {-1, 1}, {-1, 0},
+                                      {-1, -1}, {0, -1}, {1, -1}, {1, 0}};
+    const double radius = 0.4;
+    double points[9][2], weights[9];
+    for (int k = 0; k < 9; k++) {
+        points[k][0] = 0.5 + radius * side[k][0];
+        points[k][1] = 0.5 + radius * side[k][1];
+        weights[k] = k % 2 ? sqrt(0.5) : 1;
+    }
+    struct trim_curve curve = {.degree = 2,
+                               .points = (const double(*)[2])points,
+                               .weights = weights,
+                               .count = 9,
+                               .knots = knots};
+    struct trim_loop loop = {true, &curve, 1};
+    struct trim *trim;
+    assert_int_equal(trim_make(square(), &loop, 1, arena, &trim), STATUS_OK);
+    for (int k = 0; k < 1000; k++)
+        for (int out = 0; out < 2; out++) {
+            double angle = 6.283185307179586 * (k + 0.5) / 1000;
+            double r = radius * (out ? 1 + 1e-5 : 1 - 1e-5);
+            double uv[2] = {0.5 + r * cos(angle), 0.5 + r * sin(angle)};
+            if (trim_contains(trim, uv) == out)
+                fail_msg("%s the circle at %g", out ? "outside" : "inside", angle);
+        }
+}
+
+/* A roof with its ridge off the middle: the area is that of two planes. */
+static void test_trim_area_of_a_creased_surface(void **state) {
+    (void)state;
+    static const double u_knots[] = {0, 0, 0.3, 1, 1}, v_knots[] = {0, 0, 1, 1};
+    static const struct vec3 points[] = {{0, 0, 0},     {0, 1, 0}, {0.3, 0, 0.4},
+                                         {0.3, 1, 0.4}, {1, 0, 0}, {1, 1, 0}};
+    struct nurbs nurbs = {
+        .u = {1, 3, u_knots}, .v = {1, 2, v_knots}, .points = points, .point_count = 6};
+    nurbs.u.knot_count = 5;
+    nurbs.v.knot_count = 4;
+    struct surface *surface;
+    struct polyline line = polyline_make(4);
+    struct trim *trim;
+    struct vec3 centroid;
+    static const double corner[4][2] = {{0.1, 0.25}, {0.9, 0.25}, {0.9, 0.75}, {0.1, 0.75}};
+    memcpy(line.points, corner, sizeof corner);
+    struct trim_loop loop = polyline_loop(&line, true);
+    assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+    assert_int_equal(trim_make(surface, &loop, 1, arena, &trim), STATUS_OK);
+    double area = 0.5 * (0.2 * hypot(0.3, 0.4) / 0.3 + 0.6 * hypot(0.7, 0.4) / 0.7);
+    check_below(fabs(trim_area(trim, &centroid) - area), 1e-12);
 }
 
 /* ---- work ---- */
@@ -243,6 +299,8 @@ static void test_trim_area_of_a_perforated_sheet(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_trim_keeps_what_its_loops_say, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_trim_is_flat_to_a_millionth, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(test_trim_area_of_a_creased_surface, set_up, tear_down),
         cmocka_unit_test_setup_teardown(test_trim_work_grows_with_the_points_alone, set_up,
                                         tear_down),
         cmocka_unit_test_setup_teardown(test_trim_flattens_wild_curves_within_bounds, set_up,
