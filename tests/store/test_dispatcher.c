@@ -385,6 +385,7 @@ static void test_dispatcher_sees_what_another_process_cancels(void **state) {
     scratch_stop(&bench->scratch);
     bench->scratch.options.shared = true;
     scratch_start(&bench->scratch);
+    bench->settings.renew_ms = 600000; /* by which it would learn of it, too */
     start(bench);
     submit(bench, "hang", id);
     wait_for(bench, id, STORE_RUNNING);

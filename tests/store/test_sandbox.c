@@ -28,6 +28,9 @@ typedef int attempt(int socket);
 static int leave_with(attempt *act, int socket) {
     char go;
     alarm(60);
+    for (int next = 1; next <= 3; next++) /* what it is not to keep is right beside the socket */
+        if (dup2(socket, socket + next) < 0)
+            return 254;
     return sandbox_enter(socket, 0) && write(socket, "r", 1) == 1 && read(socket, &go, 1) == 1
                ? act(socket)
                : 255;
