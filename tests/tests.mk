@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # Test programs and what is run now and then; included by Makefile.
 
-.PHONY: tests golden soak fuzz fuzzers hosts load tsan valgrind coverage bench figures \
+.PHONY: tests golden soak fuzz fuzzers mutants hosts load tsan valgrind coverage bench figures \
     .test-tools .plain .sanitized
 JOBS ?= $(shell nproc)
 
@@ -77,6 +77,12 @@ fuzz: ## after a change in what reads requests: FUZZ_SECONDS (60) for each targe
 fuzzers: $(FUZZERS)
 $(B)/$(PARSERS)/wire: $(B)/$(PARSERS)/wire.o $(B)/server/http/wire.o
 	$(call say,LINK,$@)$(LINK) -o $@ $^
+
+# Whether the tests notice mistakes: those of tests/mutants/mutants.toml, one at a time, each in a copy
+# of the tree. About half an hour; ONLY: those in whose file or reason the pattern is found.
+mutants: ## before a release: small mistakes in the source that tests have to notice (ONLY=: a pattern)
+	@deploy/setup.sh test
+	@tests/mutants/mutants.py run '$(ONLY)'
 
 figures: $(B)/drape ## redraws docs/figures from the program's own results
 	@tests/figures/figures.sh $(B)
