@@ -2,6 +2,7 @@
 #include "drape.h"
 
 #include "solver/mesh/tessellation.h"
+#include "solver/net/estimate.h"
 #include "solver/net/march.h"
 #include "solver/net/report.h"
 #include "solver/net/start.h"
@@ -54,10 +55,12 @@ static enum status march_all(struct march *march) {
                             .monitor = march->monitor,
                             .arena = march->arena,
                             .start = march->start,
+                            .first = march->net,
                             .before = net_view(march->net),
                             .watch = march->watch,
                             .fringe = FRINGE};
-    return march_run(march);
+    status = march_run(march);
+    return status == STATUS_OK ? estimate_make(march) : status;
 }
 
 /* The surface as triangles, for the method mosaic. */

@@ -100,7 +100,8 @@ struct drape_nodes {
     double *x, *y, *z;
     double *shear_deg;      /* 90 - angle between warp and weft, > 0 where quadrant i,j > 0 closes;
                                always finite */
-    double *error_estimate; /* distance to the true net; NULL unless the method gives one */
+    double *error_estimate; /* bound of the distance to the true net; NULL unless the method gives
+                               one */
     uint8_t *grown;         /* 1 where the node rests on a yarn that goes straight on from a free
                                edge, or sets off across another; 0 where the generators fix it */
 };

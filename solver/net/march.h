@@ -61,7 +61,8 @@ struct march {
     struct march_start start;
     struct surface_cursor cursor;
     struct net *net;
-    struct net_view before; /* the net of a first march that this one corrects, if any */
+    struct net *first;      /* the net of a first march that this one corrects, if any */
+    struct net_view before; /* a view of it */
     int fringe;             /* ghosts beyond the last node inside that difference stencils reach */
     const struct net_node *arm[2]; /* the places of the warp and weft arm beside a quadrant, where
                                       the net itself is not to be asked for them; else NULL */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "report.h"
 
+#include "estimate.h"
 #include "shear.h"
 #include "solver/angle.h"
 #include "yarn.h"
@@ -194,12 +195,11 @@ static struct vec3 bring_inside(struct part *part, const struct net_node *node, 
     return moved ? jet.r : node->r;
 }
 
-/* The distance to the first march's node, of which it is the error to leading order. Where that had
- * none, the largest elsewhere stands for it (`summarise`). */
+/* Where the first march had no node, the largest elsewhere stands for it (`summarise`). */
 static void add_estimate(struct part *part, size_t at, const struct spot *spot) {
     net_view_move(&part->before, spot->i, spot->j);
     const struct net_node *before = net_view_place(&part->before, spot->i, spot->j);
-    double estimate = before ? vec3_distance(before->r, spot->node->r) : -1;
+    double estimate = before ? estimate_of(before, spot->node) : -1;
     part->result->nodes.error_estimate[at] = estimate;
     part->estimate_max = fmax(part->estimate_max, estimate);
 }

@@ -27,19 +27,23 @@ struct outcome {
     double estimate;
 };
 
-/* Where gib's error counts, the estimate is within a factor 2 of it. */
+/* The estimate contains the error at 99 of 100 nodes, and is within a factor of 30 of it in the
+ * median. */
 static void check_estimates(struct scene *scene, const struct drape_run *gib4,
-                            const struct drape_run *gib, const double spacing[2], double worst) {
+                            const double spacing[2]) {
     const struct drape_nodes *nodes = &gib4->result.nodes;
+    size_t held = 0, tight = 0;
     for (size_t k = 0; k < nodes->count; k++) {
         struct exact_net_point exact;
-        int at = grid_find(&gib->grid, nodes->i[k], nodes->j[k]);
         reference_at(scene_reference(scene), nodes->i[k] * spacing[0], nodes->j[k] * spacing[1],
                      &exact);
-        double error = vec3_distance(exact.r, node_point(&gib->result.nodes, at));
-        double ratio = nodes->error_estimate[k] / error;
-        assert_true(error < 0.1 * worst || (ratio > 0.5 && ratio < 2));
+        double error = vec3_distance(exact.r, node_point(nodes, (int)k));
+        held += error <= nodes->error_estimate[k] + 1e-12 * scene->side;
+        tight += nodes->error_estimate[k] <= 30 * error;
     }
+    double count = (double)nodes->count;
+    printf(" (%.4f held, %.2f tight)", (double)held / count, (double)tight / count);
+    check_at_least((double)held, 0.99 * count);
 }
 
 /* gib4 has gib's nodes, corrected; both reach all of the extent. */
@@ -64,7 +68,7 @@ static struct outcome drape_both(struct scene *scene, int n, bool each_node) {
     }
     assert_true(out.estimate == gib4.result.summary.error_estimate_max);
     if (each_node) {
-        check_estimates(scene, &gib4, &gib, settings.spacing, out.gib.position);
+        check_estimates(scene, &gib4, settings.spacing);
     }
     drape_end(&gib4);
     drape_end(&gib);
@@ -87,8 +91,8 @@ static bool is_flat(enum scene_id id) {
     return id >= SCENE_PLANE && id <= SCENE_CONE_FULL;
 }
 
-/* Analytic surfaces: the errors fall with the fourth order; the estimate is sharp for gib and a
- * bound for gib4. On cylinders gib is of fourth order itself. */
+/* Analytic surfaces: the errors fall with the fourth order; the estimate is a
+ * bound. On cylinders gib is of fourth order itself. */
 static void test_exact_gib4_errors(void **state) {
     static struct scene scene;
     (void)state;
@@ -97,7 +101,7 @@ static void test_exact_gib4_errors(void **state) {
         scene_make(&scene, (enum scene_id)id);
         printf("  %-23s", scene.name);
         for (int level = 0; level < check_sized(LEVELS, 2); level++) {
-            bool each = !is_flat((enum scene_id)id) && level > 0;
+            bool each = !is_flat((enum scene_id)id);
             struct outcome now = drape_both(&scene, N_FIRST << level, each);
             printf("  %.1e %.1e deg", now.gib4.position, now.gib4.shear_deg);
             if (id == SCENE_PLANE) {
@@ -106,8 +110,6 @@ static void test_exact_gib4_errors(void **state) {
                 continue;
             }
             check_target((enum scene_id)id, level, &now.gib4);
-            check_below(now.estimate, 2 * now.gib.position);
-            check_above(now.estimate, now.gib.position / 2);
             check_below(now.gib4.position, 1.1 * now.estimate);
             if (level > 0) {
                 check_above(order_of(last.gib4.position, now.gib4.position), 3.3);
@@ -167,8 +169,8 @@ static void test_exact_gib4_helps_on_freeform(void **state) {
         printf("  N = %d: gib %.1e, gib4 %.1e, estimate %.1e\n", n, out.gib.position,
                out.gib4.position, out.estimate);
         check_below(out.gib4.position, 0.1 * out.gib.position);
-        check_below(out.estimate, 2 * out.gib.position);
-        check_above(out.estimate, out.gib.position / 2);
+        check_below(out.gib4.position, out.estimate);
+        check_below(out.estimate, out.gib.position);
     }
     scene_free(&scene);
 }
