@@ -10,6 +10,7 @@ static const double tolerance = 1e-11;
 /* Local errors of rays against what their ends may be apart; of the first ones, which miss each
  * other anyway; and of the next, against how far the last ended apart. */
 static const double ray_share = 0.1, first_accuracy = 1e-7, next_share = 1e-4;
+static const double finest_accuracy = 1e-12;
 static const double rounding = 4e-15;
 
 /* A geodesic of fixed length from a corner of the cell. */
@@ -206,13 +207,14 @@ static bool crosses_rightly(const struct fishnet_cell *cell, const struct meetin
  * collapses, and close to that Newton may go to its twin on the side of A. A step that does not
  * reduce the gap or leaves the right side is therefore halved. `chords` tells whether the sides of
  * chords are looked at for that, as for a smooth cell, or the yarns' own. Rays are as accurate as
- * it takes to come nearer, and in the end by `accuracy`, as the gap is. */
+ * it takes to come nearer: first rays[0], in the end rays[1] of their length. */
 static enum fishnet_end meet_by(const struct surface *surface, struct surface_cursor *cursor,
-                                const struct fishnet_cell *cell, double accuracy, double first,
-                                bool chords, struct meeting *m, struct fishnet_node *node) {
+                                const struct fishnet_cell *cell, double accuracy,
+                                const double rays[2], bool chords, struct meeting *m,
+                                struct fishnet_node *node) {
     double least = fmin(m->ray[0].length, m->ray[1].length), x = 0, y = 0;
     double enough = accuracy + rounding * surface->magnitude / least;
-    aim(m->ray, first);
+    aim(m->ray, rays[0]);
     if (!shoot_both(surface, cursor, m))
         return FISHNET_NO_CONVERGENCE;
     double gap = vec3_norm(m->gap) / least;
@@ -221,8 +223,8 @@ static enum fishnet_end meet_by(const struct surface *surface, struct surface_cu
         node->residual = gap;
         node->iterations++;
         if (gap <= enough && !(m->ray[0].error + m->ray[1].error <= 2 * ray_share * accuracy) &&
-            m->ray[0].accuracy > ray_share * accuracy) {
-            aim(m->ray, ray_share * accuracy);
+            m->ray[0].accuracy > rays[1]) {
+            aim(m->ray, rays[1]);
             if (!shoot_both(surface, cursor, m))
                 break;
             gap = node->residual = vec3_norm(m->gap) / least;
@@ -235,7 +237,7 @@ static enum fishnet_end meet_by(const struct surface *surface, struct surface_cu
         if (halvings == 0 && !solve_angles(m->by[0], m->by[1], m->gap, &x, &y))
             break;
         double closer = HUGE_VAL;
-        aim(next.ray, fmax(ray_share * accuracy, fmin(first, next_share * gap)));
+        aim(next.ray, fmax(rays[1], fmin(rays[0], next_share * gap)));
         turn(&next.ray[0], x);
         turn(&next.ray[1], y);
         if (shoot_both(surface, cursor, &next))
@@ -245,8 +247,8 @@ static enum fishnet_end meet_by(const struct surface *surface, struct surface_cu
             *m = next;
             gap = closer;
             halvings = 0;
-        } else if (m->ray[0].accuracy > ray_share * accuracy) {
-            aim(m->ray, ray_share * accuracy); /* the gap may have been the rays' own error */
+        } else if (m->ray[0].accuracy > rays[1]) {
+            aim(m->ray, rays[1]); /* the gap may have been the rays' own error */
             if (!shoot_both(surface, cursor, m))
                 break;
             gap = vec3_norm(m->gap) / least;
@@ -265,13 +267,14 @@ static enum fishnet_end meet(const struct surface *surface, struct surface_curso
                              struct meeting *m, struct fishnet_node *node) {
     struct meeting begun = *m;
     struct station start = node->station;
-    enum fishnet_end end =
-        meet_by(surface, cursor, cell, accuracy, first_accuracy, chords, m, node);
+    const double roughly[2] = {first_accuracy, ray_share * accuracy};
+    const double strictly[2] = {finest_accuracy, finest_accuracy};
+    enum fishnet_end end = meet_by(surface, cursor, cell, accuracy, roughly, chords, m, node);
     if (end != FISHNET_NO_CONVERGENCE)
         return end;
     *m = begun;
     node->station = start;
-    return meet_by(surface, cursor, cell, accuracy, ray_share * accuracy, chords, m, node);
+    return meet_by(surface, cursor, cell, accuracy, strictly, chords, m, node);
 }
 
 enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
