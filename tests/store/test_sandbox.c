@@ -209,6 +209,37 @@ static void test_sandbox_bounds_the_processor(void **state) {
     assert_int_equal(locked_in_with(spin, 0, 1), 1000 + SIGXCPU);
 }
 
+/* Until the process has had so much time of a processor. */
+static void spin_until(double seconds) {
+    while ((double)clock() / CLOCKS_PER_SEC < seconds)
+        continue;
+}
+
+/* A worker that has had two seconds and more before has one of its own for the next drape. */
+static void test_sandbox_bounds_the_processor_from_then_on(void **state) {
+    (void)state;
+    int ends[2];
+    int status = 0;
+    char go = 'g';
+    assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
+    pid_t pid = fork();
+    assert_true(pid >= 0);
+    if (pid == 0) {
+        alarm(60);
+        spin_until(2.2);
+        bool good = write(ends[1], &go, 1) == 1 && read(ends[1], &go, 1) == 1;
+        spin_until(2.5);
+        _exit(!good);
+    }
+    assert_int_equal(read(ends[0], &go, 1), 1);
+    assert_true(sandbox_bound_processor(pid, 1));
+    assert_int_equal(write(ends[0], &go, 1), 1);
+    waitpid(pid, &status, 0);
+    assert_int_equal(status, 0);
+    close(ends[0]);
+    close(ends[1]);
+}
+
 static int hoard(int socket_end) {
     (void)socket_end;
     const struct rlimit more = {RLIM_INFINITY, RLIM_INFINITY};
@@ -247,6 +278,7 @@ int main(void) {
         cmocka_unit_test(test_sandbox_lets_a_solver_work),
         cmocka_unit_test(test_sandbox_lets_it_crash),
         cmocka_unit_test(test_sandbox_bounds_the_processor),
+        cmocka_unit_test(test_sandbox_bounds_the_processor_from_then_on),
         cmocka_unit_test(test_sandbox_bounds_memory),
         cmocka_unit_test(test_sandbox_keeps_one_descriptor),
     };

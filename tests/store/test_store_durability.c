@@ -196,21 +196,6 @@ static void test_store_waits_for_the_disk_for_one_of_a_batch(void **state) {
     assert_int_equal(atomic_load(&syncs), 2);
 }
 
-/* A result under a claim that was lost is not kept because others were written beside it. */
-static void test_store_refusal_in_a_batch_leaves_nothing(void **state) {
-    struct scratch *scratch = *state;
-    struct lone lone[2];
-    struct store_receipt receipt;
-    struct store_claim stale = scratch_claimed(scratch, "a");
-    const struct store_submission again = {.request = "a", .request_length = 1, .digest = "a"};
-    assert_int_equal(store_cancel(scratch->store, stale.id), STORE_OK);
-    begin_a_batch(scratch, lone);
-    assert_int_equal(scratch_commit(scratch, &stale, "result", 6), STORE_CONFLICT);
-    end_a_batch(lone);
-    assert_int_equal(store_submit(scratch->store, &again, &receipt), STORE_OK);
-    assert_int_equal(receipt.status, STORE_QUEUED);
-}
-
 /* What one caller must not do does not hurt those whose changes share its transaction. */
 struct mixed {
     struct scratch *scratch;
@@ -436,7 +421,6 @@ int main(void) {
         WITH_STORE(test_store_waits_for_the_disk_when_a_claim_ends_a_job),
         WITH_STORE(test_store_threads_share_a_commit),
         WITH_STORE(test_store_waits_for_the_disk_for_one_of_a_batch),
-        WITH_STORE(test_store_refusal_in_a_batch_leaves_nothing),
         WITH_STORE(test_store_refusals_do_not_undo_the_others),
         WITH_STORE(test_store_loses_nothing_to_kill_9),
         WITH_STORE(test_store_full_disk_is_down_and_then_up_again),
