@@ -32,7 +32,7 @@ struct attempt_shared {
 
 /* For how long a job may have its worker to itself. */
 enum {
-    ATTEMPT_EXPRESS_MS = 250, /* in the express lane; then it goes back to the queue */
+    ATTEMPT_EXPRESS_MS = 120, /* in the express lane; then it goes back to the queue */
     ATTEMPT_TURN_MS = 10000,  /* else; then it goes back when another owner has waited, with nothing
                                  running, for ATTEMPT_STARVED_MS. Doubled with every attempt, so
                                  that each job ends at last. */
