@@ -289,7 +289,8 @@ static void test_checkers_share_a_budget(void **state) {
     struct checkers_settings wanted = settings();
     struct check *checks[ORDERS];
     struct checkers_stats stats;
-    wanted.memory = INT64_C(32) << 20; /* more than one takes, less than two */
+    wanted.express = 4;
+    wanted.memory = INT64_C(32) << 20; /* of which one may take half */
     start(&wanted);
     for (int k = 0; k < ORDERS; k++) {
         struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 50");
