@@ -499,7 +499,7 @@ static void finish(struct check *check, enum outcome outcome, bool notify) {
         hub_notify(pool->hub, subject);
 }
 
-/* Stops the process; the check waits for that lane. */
+/* Stops the process; the check waits for that lane, unless nobody wants it any more. */
 static void begin_anew(struct check *check, enum lane lane) {
     struct checkers *pool = check->pool;
     int *output = &check->files[CHECKER_DOCUMENTS];
@@ -512,8 +512,12 @@ static void begin_anew(struct check *check, enum lane lane) {
     pool->stats.restarts++;
     check->lane = lane;
     check->state = STATE_WAITING;
-    append(&pool->waiting, check);
+    bool dropped = check->dropped;
+    if (!dropped)
+        append(&pool->waiting, check);
     pthread_mutex_unlock(&pool->lock);
+    if (dropped)
+        free_check(check);
 }
 
 /* Sends the order to the process of the check's place; to a new one if that has gone meanwhile. */
