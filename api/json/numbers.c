@@ -135,6 +135,8 @@ static void *grow(struct arena *arena, const void *old, size_t used, size_t *cap
 }
 
 static bool put(struct writer *writer, const char *bytes, size_t length) {
+    if (!length)
+        return true;
     if (writer->length + length > writer->capacity) {
         writer->text = grow(writer->arena, writer->text, writer->length, &writer->capacity,
                             writer->length + length + 4096, 1);

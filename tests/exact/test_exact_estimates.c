@@ -34,8 +34,10 @@ static int compare(const void *a, const void *b) {
 }
 
 static double median(struct tally *tally) {
+    if (!tally->ratios)
+        return 0;
     qsort(tally->ratio, tally->ratios, sizeof *tally->ratio, compare);
-    return tally->ratios ? tally->ratio[tally->ratios / 2] : 0;
+    return tally->ratio[tally->ratios / 2];
 }
 
 /* Compares a net of `n` cells a side with the fine one of the same generators; what a free edge's
