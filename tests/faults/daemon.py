@@ -105,6 +105,11 @@ class Daemon:
         """Process ids of its workers."""
         return [pid for pid in self.children() if argument_of(pid) == "worker"]
 
+    def end_well(self):
+        """Stops it by SIGTERM; it must exit with status 0."""
+        status = self.stop()[0]
+        expect(status == 0, f"exit status {status}; its log ends:\n{self.log_tail(60)}")
+
     def log_tail(self, lines=5):
         with open(self.log_path, errors="replace") as log:
             return "\n".join(log.read().splitlines()[-lines:])

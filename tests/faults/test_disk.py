@@ -110,10 +110,10 @@ class Disk(Daemon):
         expect(self.drape() is None, "it takes nothing new")
         after = self.results()
         expect(before.items() <= after.items(), "a result has changed")
-        expect(self.stop()[0] == 0, "bad exit status")
+        self.end_well()
         self.start()
         expect(self.results() == after, "another process finds other results")
-        expect(self.stop()[0] == 0, "bad exit status")
+        self.end_well()
         expect_sound_log(self)
 
     def refused_start(self):
@@ -216,7 +216,7 @@ def test_read_only_start():
         disk.start()
         expect(disk.drape() is None, "refused")
         before = disk.results()
-        expect(disk.stop()[0] == 0, "bad exit status")
+        disk.end_well()
         command("mount", "-o", "remount,bind,ro", disk.data)
         said = disk.refused_start()
         expect(disk.data in said and "Read-only file system" in said, said)
@@ -255,7 +255,7 @@ def test_broken_disk():
         print(f"# refused: {causes}")
         disk.expect_alive(False, "the store is")
         disk.expect_results(before)
-        expect(disk.stop()[0] == 0, "bad exit status")
+        disk.end_well()
         said = disk.refused_start()
         expect(disk.data in said, said)
         command("umount", disk.data)
@@ -363,7 +363,7 @@ def test_removed():
         os.rename(disk.data + ".copy", disk.data)
         expect(disk.drape() is not None, "acknowledged into a file that was replaced")
         disk.expect_alive(False, "missing from its path")
-        expect(disk.stop()[0] == 0, "bad exit status")
+        disk.end_well()
     finally:
         disk.remove()
 
@@ -382,7 +382,7 @@ def test_damaged():
         for _ in range(20):
             expect(disk.drape() is None, "refused")
         before = disk.results()
-        expect(disk.stop()[0] == 0, "bad exit status")
+        disk.end_well()
         with open(disk.database, "rb") as file:
             whole = file.read()
         damages = {

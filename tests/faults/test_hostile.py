@@ -41,7 +41,7 @@ def test_hostile_callers_stand_in_nobodys_way():
             expect(set(statuses) <= RIGHT, f"{name}: {statuses}")
         expect(daemon.call("GET", "/readyz")[0] == 200, "it is not ready afterwards")
         expect_sound_log(daemon)
-        expect(daemon.stop()[0] == 0, "bad exit status")
+        daemon.end_well()
     finally:
         daemon.remove()
 

@@ -51,7 +51,7 @@ def test_kills():
         print(f"# {count['daemon']} kills of the daemon, {count['workers']} of workers: "
               f"{ledger.summary()}")
         expect(ledger.jobs and ledger.collected, "there was no load")
-        expect(daemon.stop()[0] == 0, "bad exit status")
+        daemon.end_well()
     finally:
         if ledger:
             ledger.stop()
@@ -78,7 +78,7 @@ def test_poison_job_ends():
         expect(status == state["error"]["status"] and b"solver-crashed" in body, body[:200])
         next_job = daemon.submit(saddle(0.3), Prefer="wait=40")
         expect(next_job[0] == 200, next_job[2][:300])
-        expect(daemon.stop()[0] == 0, "bad exit status")
+        daemon.end_well()
     finally:
         daemon.remove()
 
@@ -116,7 +116,7 @@ def test_stopped_worker():
         after = daemon.submit(saddle(0.25), Prefer="wait=40")
         expect(after[0] == 200, after[2][:300])
         expect(daemon.get_json(f"/v1/drapes/{job}") == state, "an ended job has changed")
-        expect(daemon.stop()[0] == 0, "bad exit status")
+        daemon.end_well()
     finally:
         daemon.remove()
 

@@ -35,7 +35,7 @@ def asked(daemon, address, request):
         return ask(connection, request)
 
 
-def settled(daemon, address, request, status, seconds=10):
+def settled(daemon, address, request, status, seconds=40):
     """Whether that becomes the answer."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
@@ -50,7 +50,7 @@ def with_daemon(function, *flags):
     try:
         daemon.start()
         function(daemon)
-        expect(daemon.stop()[0] == 0, "the daemon did not end well")
+        daemon.end_well()
     finally:
         daemon.remove()
 

@@ -145,7 +145,7 @@ def test_slow_clients():
         for kind in ("head", "body", "chunks", "silent", "newlines"):
             expect(crowd.refused[kind] > 0, f"no slow client of kind {kind} was refused")
         wait_for_descriptors(daemon, before + 8)
-        expect(daemon.stop()[0] == 0, "bad exit status")
+        daemon.end_well()
         expect_sound_log(daemon)
     finally:
         daemon.remove()
@@ -204,7 +204,7 @@ def test_slow_readers():
         expect(got < size, "it was all there")
         for worker in daemon.workers():
             os.kill(worker, signal.SIGCONT)
-        expect(daemon.stop()[0] == 0, "bad exit status")
+        daemon.end_well()
     finally:
         daemon.remove()
 

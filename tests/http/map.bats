@@ -329,7 +329,7 @@ END
         call POST "/v1/drapes/$sphere/map" -H "$JSON" --max-time 5 \
             --data-binary "@$BATS_FILE_TMPDIR/long.json" 2>/dev/null && [ "$status" = 429 ]
     }
-    wait_until 30 refused
+    wait_until 90 refused
     expect_problem 429 quota-exceeded
     [ "$(header Retry-After)" -ge 1 ]
     map "$POINTS" '' --max-time 10
