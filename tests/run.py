@@ -7,6 +7,8 @@ Chromium, what is in deploy/ and six hosts. Everything a test starts has ports a
 Says what has ended and how far the run is; what failed is printed at once and again at the end. A
 test that was skipped is counted as skipped, and fewer tests than a plan announced are failures. The
 last line is "N passed, N failed" (and ", N skipped" if any were); the exit status says the same.
+A job that runs daemons and fails beside others has one more try with the machine to itself: what
+passes then needed time that others had. Both tries are shown, and such jobs are named at the end.
 Usage: tests/run.py check|all BUILD [SANITIZED [PATTERN]]
 DRAPED_TEST_TIMES names a file to which seconds and seconds of processors of every job are added.
 PATTERN, a regular expression, limits the run to the jobs in whose name it is found."""
@@ -31,6 +33,8 @@ FIRST = ["test_store_faults", "test_exact_random", "deploy/package", "exact_geod
          "unit/test_mesh.c", "browser/page", "faults/test_disk", "faults/test_slow",
          "faults/test_kills", "http/jobs", "hosts/hosts.sh",
          "http/map", "http/roles", "http/", "faults/", "deploy/", "browser/", "store/"]
+# What runs daemons, whose answers take longer on a busy machine.
+DAEMONS = ("http/", "faults/", "store/", "deploy/", "browser/", "hosts/")
 # What mostly waits takes less than a processor.
 WAITING = {"faults/test_slow": 0.4, "http/": 0.6, "store/": 0.6, "deploy/": 0.6}
 
@@ -49,6 +53,11 @@ class Job:
     seconds: float = 0
     cpu: float = 0
     text: str = ""
+    tries: int = 1
+
+    def again(self):
+        """The same job, not yet run."""
+        return Job(self.name, self.command, self.env, self.one_test, tries=self.tries + 1)
 
     def share(self):
         """Of a processor, that it keeps busy."""
@@ -207,6 +216,14 @@ class Run:
                 self.tell_what_runs()
                 time.sleep(0.02)
 
+    def try_alone(self):
+        """What failed and runs daemons, once more, one after the other."""
+        for job in [job for job in self.ended
+                    if job.failed and any(part in job.name for part in DAEMONS)]:
+            self.ended.remove(job)
+            self.waiting = [job.again()]
+            self.all()
+
     def stop(self):
         for pid in self.running:
             os.killpg(pid, signal.SIGKILL)
@@ -216,6 +233,9 @@ class Run:
         for job in self.ended:
             if job.failed:
                 print(f"---- {job.name}\n{job.text}")
+        alone = [job.name for job in self.ended if job.tries > 1 and not job.failed]
+        if alone:
+            print("failed beside others, passed alone:", ", ".join(alone))
         longest = sorted(self.ended, key=lambda job: -job.seconds)[:10]
         print("longest:", ", ".join(f"{job.name} {job.seconds:.0f} s" for job in longest))
         print(f"{time.monotonic() - self.begun:.0f} s, of the processors "
@@ -234,6 +254,7 @@ def main(kind, build, sanitized="", pattern=""):
         run = Run(jobs, folder)
         try:
             run.all()
+            run.try_alone()
         finally:
             run.stop()
     if os.environ.get("DRAPED_TEST_TIMES"):

@@ -6,7 +6,7 @@ import { once } from 'node:events';
 import { readFileSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { join } from 'node:path';
-import { after, before, test } from 'node:test';
+import { after, before, beforeEach, test } from 'node:test';
 import { root, startBrowser, startDaemon, WAIT } from './helper.mjs';
 
 const saddle = readFileSync(join(root, 'api/examples/saddle.json'), 'utf8');
@@ -24,6 +24,9 @@ before(async () => {
   });
   other.listen(0, '127.0.0.1');
   await once(other, 'listening');
+});
+/* Each test has a page of its own: what the one before has still to load does not concern it. */
+beforeEach(async () => {
   page = await (await browser.newContext()).newPage();
   page.setDefaultTimeout(WAIT);
 });

@@ -103,7 +103,7 @@ def signs():
     with open(notices) as file:
         return len(re.findall("^WATCHDOG=1$", file.read(), re.M))
 def soon(done):
-    end = time.monotonic() + 10
+    end = time.monotonic() + 40
     while not done() and time.monotonic() < end:
         time.sleep(0.05)
     assert done()
