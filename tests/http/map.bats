@@ -323,11 +323,15 @@ END
     expect 200
 }
 
-@test "map: of one caller thirty-two long ones wait at the most, and short ones pass them" {
+@test "map: of one caller only so many long ones wait, and short ones pass them" {
     for _ in $(seq 36); do long_map; done
+    # The one that takes the last place is given up again; another has to have it.
     refused() {
-        call POST "/v1/drapes/$sphere/map" -H "$JSON" --max-time 5 \
-            --data-binary "@$BATS_FILE_TMPDIR/long.json" 2>/dev/null && [ "$status" = 429 ]
+        call POST "/v1/drapes/$sphere/map" -H "$JSON" --max-time 2 \
+            --data-binary "@$BATS_FILE_TMPDIR/long.json" 2>/dev/null && [ "$status" = 429 ] &&
+            return
+        long_map
+        return 1
     }
     wait_until 90 refused
     expect_problem 429 quota-exceeded
