@@ -28,6 +28,10 @@ struct check *checking_begin(struct call *call, const struct checkers_order *ord
     return check;
 }
 
+void checking_free(void *state) {
+    check_drop(state);
+}
+
 enum checking_state checking_look(struct call *call, struct check *check) {
     if (!check_done(check)) {
         call->request->wake_at = INT64_MAX; /* the pool notifies */

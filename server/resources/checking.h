@@ -13,6 +13,9 @@ struct checkers_order checking_order(const struct call *call, enum checker_kind 
 /* Begins the check and watches for its end. NULL: the reply says why not. */
 struct check *checking_begin(struct call *call, const struct checkers_order *order);
 
+/* Ends a check that is the `state` of a request. */
+void checking_free(void *state);
+
 /* How far a check is. */
 enum checking_state {
     CHECKING_WAIT,    /* return HTTP_WAIT; the call is resumed at its end */

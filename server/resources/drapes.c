@@ -299,10 +299,6 @@ static bool read_start(struct call *call, const char *id, struct api_start *star
     return found;
 }
 
-static void free_check(void *state) {
-    check_drop(state);
-}
-
 /* Begins to write down the stored request with every default filled in. False: the reply says why
  * not. */
 static bool begin_normalising(struct call *call) {
@@ -320,7 +316,7 @@ static bool begin_normalising(struct call *call) {
         order.body_file = -1;
         order.start = read_start(call, job.id, &start) ? &start : NULL;
         call->request->state = checking_begin(call, &order);
-        call->request->state_free = free_check;
+        call->request->state_free = checking_free;
     } else if (answer == STORE_EMPTY) {
         reply_refuse(call->reply, API_GONE,
                      "the request has been removed (--retention, --retention-bytes)");

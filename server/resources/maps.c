@@ -12,10 +12,6 @@
 
 enum { COPY_BYTES = 256 * 1024 };
 
-static void free_check(void *state) {
-    check_drop(state);
-}
-
 /* ------------------------------------------------------------------ the answer */
 
 /* What is read of a map's output, and how far. */
@@ -123,7 +119,7 @@ static bool begin_map(struct call *call, const struct call_choice *choice) {
     order.columns =
         (struct checkers_columns){write_columns, free, stored, (size_t)stored->result.length};
     request->state = checking_begin(call, &order);
-    request->state_free = free_check;
+    request->state_free = checking_free;
     if (!request->state)
         free(stored);
     return request->state != NULL;

@@ -7,10 +7,6 @@
 #include <stdio.h>
 #include <string.h>
 
-static void free_check(void *state) {
-    check_drop(state);
-}
-
 /* Puts it into the store. Callers without tokens see what any of them has stored, and get what is
  * there already rather than an entry of each address. False: the reply says why not. */
 static bool put_surface(struct call *call, const struct store_surface *stored, bool *created) {
@@ -63,7 +59,7 @@ enum http_next surfaces_create(struct call *call) {
     if (!request->state) {
         const struct checkers_order order = checking_order(call, CHECKER_SURFACE);
         request->state = checking_begin(call, &order);
-        request->state_free = free_check;
+        request->state_free = checking_free;
         if (!request->state)
             return HTTP_DONE;
     }

@@ -5,6 +5,7 @@
 #include "api/run.h"
 #include "sandbox.h"
 #include "server/clock.h"
+#include "server/spool.h"
 #include "worker.h"
 #include <errno.h>
 #include <malloc.h>
@@ -39,21 +40,8 @@ struct task {
 
 /* ------------------------------------------------------------------ what is written */
 
-static bool write_all(int file, const char *bytes, size_t length) {
-    while (length > 0) {
-        ssize_t written = write(file, bytes, length);
-        if (written < 0 && errno == EINTR)
-            continue;
-        if (written <= 0)
-            return false;
-        bytes += written;
-        length -= (size_t)written;
-    }
-    return true;
-}
-
 static bool flush(struct task *task) {
-    bool good = write_all(task->output, task->buffer, task->buffered);
+    bool good = spool_write(task->output, task->buffer, task->buffered);
     task->buffered = 0;
     return good;
 }
@@ -65,7 +53,7 @@ static bool put(void *context, const void *bytes, size_t length) {
     if (task->buffered + length > sizeof task->buffer && !flush(task))
         return false;
     if (length > sizeof task->buffer)
-        return write_all(task->output, bytes, length);
+        return spool_write(task->output, bytes, length);
     memcpy(task->buffer + task->buffered, bytes, length);
     task->buffered += length;
     return true;
@@ -107,7 +95,7 @@ static void write_map(struct task *task, const struct format *format,
     snprintf(task->answer.note, sizeof task->answer.note, "%s", encoder_binning(encoder));
     ssize_t got;
     while ((got = encoder_read(encoder, task->buffer, sizeof task->buffer)) > 0 &&
-           write_all(task->output, task->buffer, (size_t)got))
+           spool_write(task->output, task->buffer, (size_t)got))
         task->answer.output_length += (uint64_t)got;
     if (got)
         api_problem_set(problem, API_UNAVAILABLE, "there is no room to write the map now");
