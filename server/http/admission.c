@@ -5,9 +5,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
-/* A connection whose request is on its way up from the socket looks idle. */
+/* A new connection looks idle until its first request arrives. */
 enum { GRACE_US = 100 * 1000 };
 
 /* The list is walked only when places are short. */
@@ -68,16 +69,27 @@ static void leave_place(struct admissions *admissions, const struct admission_cl
 
 /* ------------------------------------------------------------------ making room */
 
+/* Whether a request may be on its way up from the socket: its thread has not come to read it. */
+static bool has_unread(const struct admission_client *client) {
+    int bytes = 0;
+    return ioctl(client->socket, FIONREAD, &bytes) == 0 && bytes > 0;
+}
+
 /* The one that has been idle longest, of the owner (NULL: of any), served or in reserve. */
 static struct admission_client *find_idle(const struct admissions *admissions, const char *owner,
                                           bool served) {
     struct admission_client *found = NULL;
     int64_t latest = clock_us() - (served ? GRACE_US : 0);
-    for (struct admission_client *client = admissions->clients; client; client = client->next)
-        if (!client->busy && !client->closing && served == (client->how == ADMISSION_SERVED) &&
-            (!owner || !strcmp(client->owner, owner)) &&
-            client->idle_since <= (found ? found->idle_since : latest))
-            found = client;
+    for (struct admission_client *client = admissions->clients; client; client = client->next) {
+        if (client->busy || client->closing || served != (client->how == ADMISSION_SERVED) ||
+            (owner && strcmp(client->owner, owner) != 0))
+            continue;
+        int64_t active = atomic_load(&client->active_us);
+        if (active > latest || has_unread(client))
+            continue;
+        latest = active;
+        found = client;
+    }
     return found;
 }
 
@@ -126,7 +138,7 @@ static enum admission place(struct admissions *admissions, const struct admissio
 bool admission_enter(struct admissions *admissions, struct admission_client *client,
                      const char *owner, bool shared, int socket) {
     *client =
-        (struct admission_client){.socket = socket, .shared = shared, .idle_since = clock_us()};
+        (struct admission_client){.socket = socket, .shared = shared, .active_us = clock_us()};
     snprintf(client->owner, sizeof client->owner, "%s", owner);
     pthread_mutex_lock(&admissions->lock);
     client->how = place(admissions, client);
@@ -155,6 +167,10 @@ void admission_leave(struct admissions *admissions, struct admission_client *cli
 void admission_busy(struct admissions *admissions, struct admission_client *client, bool busy) {
     pthread_mutex_lock(&admissions->lock);
     client->busy = busy;
-    client->idle_since = clock_us();
+    atomic_store(&client->active_us, clock_us());
     pthread_mutex_unlock(&admissions->lock);
+}
+
+void admission_heard(struct admission_client *client) {
+    atomic_store(&client->active_us, clock_us());
 }

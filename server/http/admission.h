@@ -3,11 +3,11 @@
  * Which connections are served. Of those that the configuration allows, `most` at a time, an owner
  * (by the peer's address: whose requests come over it is not known yet) may have `owner_most`. One
  * more first takes the place of an idle one: of the same owner when that has as many as it may,
- * else of the owner who has most; idle is a connection on which no request has been under way for a
- * moment, and the one that has been idle longest goes. When none is idle, the new connection is in
- * reserve: probes are answered on it, all else is refused, and it is closed soon. The reserve has
- * ADMISSION_RESERVE places; the connection that has been idle there longest makes room for the
- * next.
+ * else of the owner who has most; idle is a connection on which for a moment no request has been
+ * under way and nothing has arrived, read or not, and the one that has been idle longest goes. When
+ * none is idle, the new connection is in reserve: probes are answered on it, all else is refused,
+ * and it is closed soon. The reserve has ADMISSION_RESERVE places; the connection that has been
+ * idle there longest makes room for the next.
  *
  * Peers that are trusted proxies carry many owners' requests: `owner_most` is not for them.
  *
@@ -18,6 +18,7 @@
 
 #include "request.h"
 #include "shares.h"
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -41,9 +42,9 @@ struct admission_client {
     enum admission how;
     char owner[REQUEST_CALLER_SIZE];
     int socket;
-    bool shared;        /* with other owners: a proxy's */
-    bool busy, closing; /* a request is under way; it was shut down */
-    int64_t idle_since; /* `clock_us` */
+    bool shared;                   /* with other owners: a proxy's */
+    bool busy, closing;            /* a request is under way; it was shut down */
+    atomic_int_fast64_t active_us; /* `clock_us` when it came, was read from, or ended a request */
     struct admission_client *next, *previous;
 };
 
@@ -61,5 +62,8 @@ void admission_leave(struct admissions *admissions, struct admission_client *cli
 
 /* A request begins, or has ended. */
 void admission_busy(struct admissions *admissions, struct admission_client *client, bool busy);
+
+/* Something was read from it: of a request that has not begun yet, perhaps. */
+void admission_heard(struct admission_client *client);
 
 #endif

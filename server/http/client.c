@@ -56,6 +56,7 @@ void client_close(struct client *client) {
 ssize_t client_received(void *context, const char *bytes, size_t length) {
     struct client *client = context;
     struct wire *wire = &client->wire;
+    admission_heard(&client->admission);
     size_t begun, good = client->refused ? 0 : wire_check(wire, bytes, length, &begun);
     if (!client->refused && wire->problem == API_OK)
         return (ssize_t)good;
