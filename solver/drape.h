@@ -18,6 +18,7 @@
 #include "method.h"
 #include "reason.h"
 #include "solver/mesh/mesh.h"
+#include "solver/surface/shell.h"
 #include "solver/surface/surface.h"
 #include "solver/surface/trim.h"
 #include "status.h"
@@ -72,6 +73,7 @@ struct drape_settings {
     double spacing[2]; /* node distance along the yarns, > 0 */
     enum drape_start_kind start_kind;
     double start_uv[2];
+    int32_t start_face; /* DRAPE_START_UV on a shell: the face that start_uv are parameters of */
     struct vec3 start_point;
     enum drape_direction_kind direction_kind;
     double direction_deg;
@@ -97,6 +99,7 @@ struct drape_nodes {
     size_t count;
     int32_t *i, *j;
     double *u, *v; /* inside the domain */
+    int32_t *face; /* on a shell: that u and v are parameters of; else NULL */
     double *x, *y, *z;
     double *shear_deg;      /* 90 - angle between warp and weft, > 0 where quadrant i,j > 0 closes;
                                always finite */
@@ -142,6 +145,7 @@ struct drape_summary {
 struct drape_result {
     int32_t warp_range[2], weft_range[2]; /* least and greatest i and j among the nodes */
     double start_uv[2];                   /* what was chosen */
+    int32_t start_face;                   /* on a shell: its face; else 0 */
     int faulty_generator; /* after STATUS_GENERATOR_..: 0 for warp, 1 for weft; else undefined */
     struct vec3 start_point, start_warp, start_weft;
     struct drape_nodes nodes;
@@ -161,6 +165,17 @@ struct drape_result {
 enum status drape_solve(const struct surface *surface, const struct drape_settings *settings,
                         const struct drape_monitor *monitor, struct arena *arena,
                         struct drape_result *result) STATUS_MUST_USE;
+
+/*
+ * The same on a shell: on the component of its faces that the start lies on, which is that of the
+ * largest area where nothing else is asked for. The face of the start gives the side of all.
+ * Generators that are curves are in the parameters of that face, and geodesics beyond it. A shell
+ * of one face is draped as that face's surface with its region. Errors as above; settings->trim
+ * must be NULL (STATUS_INVALID): the regions are the shell's.
+ */
+enum status drape_solve_shell(const struct shell *shell, const struct drape_settings *settings,
+                              const struct drape_monitor *monitor, struct arena *arena,
+                              struct drape_result *result) STATUS_MUST_USE;
 
 /*
  * The same on a mesh: the component with the start is draped, for the method mosaic its flat

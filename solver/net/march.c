@@ -11,7 +11,7 @@ bool march_in_extent(const struct march *march, int32_t i, int32_t j) {
 }
 
 enum status march_fail(struct march *march, int32_t i, int32_t j, enum drape_reason reason) {
-    struct net_node node = {.state = NET_FAILED, .reason = (uint8_t)reason};
+    struct net_node node = {.state = NET_FAILED, .reason = reason & NET_REASON_BITS};
     return net_put(march->net, i, j, &node);
 }
 
@@ -77,7 +77,8 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
     struct net_node node = {.r = station->jet.r,
                             .uv = {station->uv[0], station->uv[1]},
                             .state = *zone == STATION_INSIDE ? NET_INSIDE : NET_GHOST,
-                            .reason = (uint8_t)reason};
+                            .reason = reason & NET_REASON_BITS,
+                            .face = (uint16_t)march_face(station)};
     node.rough = march->edges.rough;
     march->edges.rough = 0;
     enum status put = node.rough ? net_put_rough(march->net, i, j, &node, &march->edges.yarns)

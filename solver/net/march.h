@@ -97,6 +97,11 @@ enum status march_watch_folds(struct march *march) STATUS_MUST_USE;
  * without any (triangle, 0). Whether they lie in the domain. */
 bool march_parameters(const struct march *march, const struct station *station, double uv[2]);
 
+/* The face of a shell that a station is on, 0 where there is no shell. */
+static inline int32_t march_face(const struct station *station) {
+    return station->surface ? station->surface->face : 0;
+}
+
 /* Area to be covered. */
 double march_area(const struct march *march);
 

@@ -23,14 +23,18 @@ enum net_state {
  * which the other end lies, 0 lower index and 1 higher. */
 #define NET_EDGE_BIT(family, side) ((uint8_t)(1u << (2 * (family) + (side))))
 
+enum { NET_REASON_BITS = 15 };
+
 struct net_node {
     struct vec3 r;
     double uv[2];
-    uint8_t state;  /* enum net_state */
-    uint8_t reason; /* enum drape_reason, of ghosts and failures */
-    uint8_t grown;  /* 1 where it rests on a yarn that went straight on along a free edge, or that
-                       set off across another one: the generators alone do not fix it; else 0 */
+    uint8_t state : 3;  /* enum net_state */
+    uint8_t reason : 4; /* enum drape_reason, of ghosts and failures */
+    uint8_t
+        grown : 1;  /* 1 where it rests on a yarn that went straight on along a free edge, or
+                   that  set off across another one: the generators alone do not fix it; else 0 */
     uint8_t rough;  /* NET_EDGE_BIT of the edges that end here and are rough (`rough.h`) */
+    uint16_t face;  /* of a shell, that uv are parameters of */
     uint32_t yarns; /* where the directions of those edges are (`net_yarns`) */
 };
 

@@ -166,7 +166,7 @@ void surface_evaluate_span(const struct surface *surface, int span_u, int span_v
 
 int surface_axis_span(const struct surface_axis *axis, int hint, double x) {
     const double *b = axis->breaks;
-    if (x >= b[hint] && x < b[hint + 1])
+    if (hint < axis->span_count && x >= b[hint] && x < b[hint + 1])
         return hint;
     int low = 0, high = axis->span_count;
     while (high - low > 1) {

@@ -17,6 +17,7 @@
 #define SOLVER_SURFACE_SPANS_H
 
 #include "surface.h"
+#include <stdint.h>
 
 /* Homogeneous coordinates (w x, w y, w z, w). */
 typedef double vec4 __attribute__((vector_size(32)));
@@ -53,6 +54,9 @@ struct surface {
     struct vec3 centroid;
     double least_tangent2[2]; /* tangents whose square is less have vanished */
     bool has_poles;
+    const struct shell *shell; /* that it is a face of, and which; NULL: of none */
+    int32_t face;
+    double side; /* 1; -1 where normals are against r_u x r_v */
 };
 
 static inline double surface_axis_lower(const struct surface_axis *axis) {
@@ -86,7 +90,8 @@ static inline void surface_outer(const struct surface *surface, const double inn
     }
 }
 
-/* The span that x lies in; the first or last beyond the ends. `hint` is tried first. */
+/* The span that x lies in; the first or last beyond the ends. `hint` is tried first; it may be one
+ * of another surface. */
 int surface_axis_span(const struct surface_axis *axis, int hint, double x);
 
 /* `surface_evaluate` in inner parameters. */

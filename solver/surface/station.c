@@ -44,7 +44,7 @@ static struct vec3 limit_normal(const struct surface *surface, const struct stat
     double scale = vec3_norm(jet->uv) * vec3_norm(vanished == 0 ? jet->v : jet->u);
     if (!(vec3_norm(normal) > STATION_PARALLEL * scale))
         return vec3_make(0, 0, 0);
-    return vec3_scale(inward, vec3_unit(normal));
+    return vec3_scale(surface->side * inward, vec3_unit(normal));
 }
 
 bool station_complete(const struct surface *surface, struct station *station) {
@@ -52,11 +52,12 @@ bool station_complete(const struct surface *surface, struct station *station) {
     struct vec3 cross = vec3_cross(jet->u, jet->v);
     double nu = vec3_norm2(jet->u), nv = vec3_norm2(jet->v), area = vec3_norm2(cross);
     const double *least = surface->least_tangent2;
+    station->surface = surface;
     station->first[0] = nu;
     station->first[1] = vec3_dot(jet->u, jet->v);
     station->first[2] = nv;
     if (nu > least[0] && nv > least[1] && area > STATION_PARALLEL * STATION_PARALLEL * nu * nv)
-        station->normal = vec3_scale(1 / sqrt(area), cross);
+        station->normal = vec3_scale(surface->side / sqrt(area), cross);
     else
         station->normal = limit_normal(surface, station);
     station->second[0] = vec3_dot(jet->uu, station->normal);

@@ -12,9 +12,11 @@
 #include "spans.h"
 
 struct station {
-    double uv[2]; /* continuous along the net: a closed direction is not wrapped */
+    const struct surface *surface; /* that uv are parameters of; NULL on a mesh */
+    double uv[2];                  /* continuous along the net: a closed direction is not wrapped */
     struct surface_jet jet;
-    struct vec3 normal; /* unit, r_u x r_v; its limit at a pole; zero where there is none */
+    struct vec3 normal; /* unit, along r_u x r_v or, on faces of a shell that are turned round,
+                           against it; its limit at a pole; zero where there is none */
     double first[3];    /* E, F, G: r_u.r_u, r_u.r_v, r_v.r_v */
     double second[3];   /* L, M, N: r_uu, r_uv, r_vv times the normal */
 };

@@ -358,6 +358,7 @@ enum status surface_make(const struct nurbs *nurbs, struct arena *arena, struct 
     struct surface *made = arena_alloc(arena, 1, sizeof *made);
     if (!made)
         return STATUS_OUT_OF_MEMORY;
+    made->side = 1;
     enum status status = cut_axis(&nurbs->u, arena, &made->axis[0], &extraction[0]);
     if (status == STATUS_OK)
         status = cut_axis(&nurbs->v, arena, &made->axis[1], &extraction[1]);

@@ -77,10 +77,13 @@ static bool add_edge(struct collector *c, const double to[2]) {
     return true;
 }
 
-/* The curve's point at t in the knot span l, by de Boor's algorithm in homogeneous coordinates. */
-static void curve_point(const struct trim_curve *curve, size_t l, double t, double uv[2]) {
+/* The curve's point at t in the knot span l, by de Boor's algorithm in homogeneous coordinates, and
+ * its derivative there (may be NULL): p times the difference of the last two points, by the span.
+ */
+static void curve_jet(const struct trim_curve *curve, size_t l, double t, double uv[2],
+                      double rate[2]) {
     int p = curve->degree;
-    double d[ORDER_MAX][3];
+    double d[ORDER_MAX][3], before[3] = {0, 0, 0};
     for (int k = 0; k <= p; k++) {
         size_t at = l - (size_t)p + (size_t)k;
         double w = curve->weights ? curve->weights[at] : 1;
@@ -92,11 +95,58 @@ static void curve_point(const struct trim_curve *curve, size_t l, double t, doub
         for (int k = p; k >= r; k--) {
             const double *knot = curve->knots + l - (size_t)p + (size_t)k;
             double a = (t - knot[0]) / (knot[p - r + 1] - knot[0]);
+            if (r == p)
+                for (int x = 0; x < 3; x++)
+                    before[x] = p * (d[k][x] - d[k - 1][x]) / (knot[1] - knot[0]);
             for (int x = 0; x < 3; x++)
                 d[k][x] = (1 - a) * d[k - 1][x] + a * d[k][x];
         }
-    uv[0] = d[p][0] / d[p][2];
-    uv[1] = d[p][1] / d[p][2];
+    for (int x = 0; x < 2; x++) {
+        uv[x] = d[p][x] / d[p][2];
+        if (rate)
+            rate[x] = (before[x] - before[2] * uv[x]) / d[p][2];
+    }
+}
+
+static void curve_point(const struct trim_curve *curve, size_t l, double t, double uv[2]) {
+    curve_jet(curve, l, t, uv, NULL);
+}
+
+void trim_curve_range(const struct trim_curve *curve, double range[2]) {
+    range[0] = curve->knots ? curve->knots[curve->degree] : 0;
+    range[1] = curve->knots ? curve->knots[curve->count] : (double)(curve->count - 1);
+}
+
+/* The last span that begins at t or before it. */
+static size_t span_at(const struct trim_curve *curve, double t) {
+    size_t low = (size_t)curve->degree, high = curve->count;
+    while (high - low > 1) {
+        size_t middle = low + (high - low) / 2;
+        if (curve->knots[middle] <= t)
+            low = middle;
+        else
+            high = middle;
+    }
+    while (low > (size_t)curve->degree && !(curve->knots[low + 1] > curve->knots[low]))
+        low--;
+    return low;
+}
+
+void trim_curve_at(const struct trim_curve *curve, double t, double uv[2], double rate[2]) {
+    double range[2];
+    trim_curve_range(curve, range);
+    t = fmin(fmax(t, range[0]), range[1]);
+    if (curve->knots) {
+        curve_jet(curve, span_at(curve, t), t, uv, rate);
+        return;
+    }
+    size_t k = (size_t)fmin(floor(t), (double)curve->count - 2);
+    for (int x = 0; x < 2; x++) {
+        double way = curve->points[k + 1][x] - curve->points[k][x];
+        uv[x] = curve->points[k][x] + (t - (double)k) * way;
+        if (rate)
+            rate[x] = way;
+    }
 }
 
 /* The part of a curve between two places of one knot span. */

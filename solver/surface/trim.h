@@ -28,6 +28,13 @@ struct trim_loop {
     size_t count;
 };
 
+/* The point of a curve at t, from its first knot inside to its last, or for a polyline counted in
+ * points from 0; and the derivative by t there (may be NULL). */
+void trim_curve_at(const struct trim_curve *curve, double t, double uv[2], double rate[2]);
+
+/* The range of t. */
+void trim_curve_range(const struct trim_curve *curve, double range[2]);
+
 struct trim;
 
 /* The region of `surface` within the loops, in `arena`; the loops are not needed afterwards.

@@ -1,0 +1,119 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * A shell: several faces, each a surface with its trimmed region, that meet along their edges and
+ * are draped as one surface.
+ *
+ * The boundary of a face consists of edges: pieces of its trim curves and, where nothing is trimmed
+ * away, of its domain's border. Edges of two faces, or of one face, that coincide within a
+ * tolerance are joined there: curves are cut at each other's ends first, so that one long edge may
+ * be joined to three short ones. An edge that is one point within the tolerance joins nothing. All
+ * this is found from the faces alone; how they are parametrised, oriented and ordered makes no
+ * difference.
+ *
+ * A shell is immutable once made and may be read by many threads at once.
+ */
+#ifndef SOLVER_SURFACE_SHELL_H
+#define SOLVER_SURFACE_SHELL_H
+
+#include "surface.h"
+#include "trim.h"
+#include <stdint.h>
+
+/* More faces than this are STATUS_INVALID with SHELL_TOO_MANY. */
+enum { SHELL_FACES_MAX = 65535 };
+
+/* The tolerance when none is given, as a share of the diagonal of the box round all faces. */
+#define SHELL_TOLERANCE 1e-5
+
+/* One face as its owner gives it: loops as in `trim_make`, none for the whole domain. Everything it
+ * points to is used as long as the shell is. */
+struct shell_part {
+    const struct surface *surface;
+    const struct trim_loop *loops;
+    size_t loop_count;
+};
+
+struct shell;
+
+enum shell_fault_kind {
+    SHELL_FAULTLESS,
+    SHELL_TOO_MANY,      /* no face, or more than SHELL_FACES_MAX */
+    SHELL_TOLERANCE_BAD, /* not positive, or as large as the shell */
+    SHELL_NOTHING_LEFT,  /* the loops of a face leave nothing of it */
+    SHELL_THREE_FACES,   /* three faces or more meet at an edge */
+    SHELL_ONE_SIDED      /* faces that cannot be oriented alike: each edge of a pair of faces wants
+                            them the other way round */
+};
+
+/* What is wrong with the faces of STATUS_INVALID and STATUS_DEGENERATE_SURFACE. */
+struct shell_fault {
+    enum shell_fault_kind kind;
+    int face_count;  /* of those to blame */
+    int32_t face[3]; /* by their place in the caller's array, in rising order */
+    struct vec3 at;  /* where, of faults that have a place */
+};
+
+/* What was found. */
+struct shell_edges {
+    size_t joined;      /* pairs of edges */
+    size_t free;        /* edges that are the boundary of the shell */
+    double largest_gap; /* between joined edges */
+    size_t duplicates;  /* faces left out, each being another one once more */
+};
+
+/* Joins the faces; `tolerance` 0 is the default. The loops' regions are made in `arena`, too.
+ * Errors: STATUS_OUT_OF_MEMORY; STATUS_INVALID, and STATUS_DEGENERATE_SURFACE of
+ * SHELL_NOTHING_LEFT, with the fault (may be NULL). */
+enum status shell_make(const struct shell_part *parts, size_t count, double tolerance,
+                       struct arena *arena, struct shell **shell,
+                       struct shell_fault *fault) STATUS_MUST_USE;
+
+/* The faces as they were given. */
+size_t shell_face_count(const struct shell *shell);
+
+/* The surface and the region of a face (NULL: all of its domain). */
+const struct surface *shell_surface(const struct shell *shell, int32_t face);
+const struct trim *shell_trim(const struct shell *shell, int32_t face);
+
+/* The number of the component that a face belongs to, and how many components there are. Faces
+ * that are joined, directly or through others, are one component. */
+int32_t shell_component(const struct shell *shell, int32_t face);
+size_t shell_component_count(const struct shell *shell);
+
+struct shell_edges shell_edges(const struct shell *shell);
+
+/* The tolerance that was used. */
+double shell_tolerance(const struct shell *shell);
+
+/* Box round all faces, and its diagonal. */
+void shell_bounds(const struct shell *shell, struct vec3 *lower, struct vec3 *upper);
+double shell_size(const struct shell *shell);
+
+/* Area of the faces of a component, and its centroid (may be NULL). */
+double shell_area(const struct shell *shell, int32_t component, struct vec3 *centroid);
+
+/* A place of a shell: parameters of a face, inside its region or on its edge. */
+struct shell_place {
+    int32_t face;
+    double uv[2]; /* the caller's */
+    struct vec3 r;
+};
+
+/* The place nearest to `point` on the faces of a component, or of all with SHELL_ANY, and its
+ * distance. */
+enum { SHELL_ANY = -1 };
+void shell_nearest(const struct shell *shell, struct vec3 point, int32_t component,
+                   struct shell_place *place, double *distance);
+
+/* A shell of the same faces of which `face` has its normal along r_u x r_v, and the others of its
+ * component like it: a shallow copy in `arena`. Errors: STATUS_OUT_OF_MEMORY. */
+enum status shell_orient(const struct shell *shell, int32_t face, struct arena *arena,
+                         struct shell **oriented) STATUS_MUST_USE;
+
+/* The faces reached from `face` across joints that fold by no more than `up_to_deg` degrees:
+ * `reached`, as long as there are faces, gets 1 for each of them and 0 for the others. Errors:
+ * STATUS_OUT_OF_MEMORY. */
+enum status shell_grow(const struct shell *shell, int32_t face, double up_to_deg,
+                       struct arena *arena, uint8_t *reached) STATUS_MUST_USE;
+
+#endif
