@@ -278,8 +278,8 @@ static bool write_map(const struct arguments *arguments, const struct api_reader
              api_map_make(reader, &mesh, NULL, arena, &map, problem) == API_OK &&
              write_document(arguments, (struct format_source){.fields = &map.fields}, output,
                             problem);
-    if (ok && map.fields.warning)
-        files_complain("warning", map.fields.warning);
+    for (size_t k = 0; ok && k < map.fields.warning_count; k++)
+        files_complain("warning", map.fields.warnings[k]);
     arena_free(arena);
     free(text.data);
     return ok;

@@ -66,6 +66,8 @@ struct format_options {
 bool format_option(struct format_options *options, const char *name, const char *value,
                    struct api_problem *problem);
 
+enum { MAP_WARNINGS_MAX = 4 };
+
 /* Fields on a mesh or at points. All arrays are the caller's and outlive the encoder. */
 struct map_fields {
     const struct api_unit *unit; /* of the vertices and of all lengths */
@@ -76,7 +78,8 @@ struct map_fields {
     const struct api_column_source *columns; /* one row an element; named as in a result's cells */
     size_t column_count;
     const uint8_t *inlet; /* for each element whether it belongs to the inlet; NULL: none does */
-    const char *warning;  /* what the caller should know about the fields; NULL: nothing */
+    const char *warnings[MAP_WARNINGS_MAX]; /* what the caller should know about them */
+    size_t warning_count;
 };
 
 /* What a document is made from; all of it outlives the encoder, but for `id`. */

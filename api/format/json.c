@@ -45,8 +45,10 @@ static void write_map_preamble(struct encoder *encoder) {
     api_text_key_string(piece, "id", encoder->id);
     api_text_key(piece, "warnings");
     api_text_raw(piece, "[");
-    if (encoder->fields.warning)
-        api_text_string(piece, encoder->fields.warning);
+    for (size_t k = 0; k < encoder->fields.warning_count; k++) {
+        api_text_raw(piece, k > 0 ? "," : "");
+        api_text_string(piece, encoder->fields.warnings[k]);
+    }
     api_text_raw(piece, "]");
     state->table = API_TABLE_CELLS;
     open_table(piece, state->table);

@@ -12,7 +12,7 @@ enum {
     ID_MAX = 99999999
 };
 
-static const double coordinate_max = 1e12;
+static const double real_max = 1e12;
 
 #define FAIL(problem, ...) (api_problem_set(problem, API_INVALID_REQUEST, __VA_ARGS__), false)
 
@@ -215,19 +215,25 @@ static bool normalise_real(const char *text, char out[BULK_FIELD_SIZE + 2]) {
     return true;
 }
 
-bool bulk_coordinate(const struct bulk_card *card, int index, double *value,
-                     struct api_problem *problem) {
+bool bulk_real(const struct bulk_card *card, int index, const char *what, double *value,
+               struct api_problem *problem) {
     char text[BULK_FIELD_SIZE + 2];
     if (index >= card->given)
-        return FAIL(problem, "line %zu: %s ends before its coordinate %c", card->line, card->name,
-                    "xyz"[index - 2]);
+        return FAIL(problem, "line %zu: %s ends before its %s", card->line, card->name, what);
     *value = 0;
     if (!card->field[index][0])
         return true;
     bool good = normalise_real(card->field[index], text);
     size_t length = good ? strlen(text) : 0;
-    if (good && api_number_read(text, length, value) == length && fabs(*value) <= coordinate_max)
+    if (good && api_number_read(text, length, value) == length && fabs(*value) <= real_max)
         return true;
-    return FAIL(problem, "line %zu: coordinate %c of %s is '%s', which is no number within +-1e12",
-                card->line, "xyz"[index - 2], card -> name, card -> field[index]);
+    return FAIL(problem, "line %zu: %s of %s is '%s', which is no number within +-1e12", card->line,
+                what, card->name, card->field[index]);
+}
+
+bool bulk_point(const struct bulk_card *card, int first, struct vec3 *point,
+                struct api_problem *problem) {
+    return bulk_real(card, first, "coordinate x", &point->x, problem) &&
+           bulk_real(card, first + 1, "coordinate y", &point->y, problem) &&
+           bulk_real(card, first + 2, "coordinate z", &point->z, problem);
 }

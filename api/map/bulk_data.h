@@ -9,6 +9,7 @@
 
 #include "api/problem.h"
 #include "solver/status.h"
+#include "solver/vec.h"
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -50,9 +51,13 @@ bool bulk_next(struct bulk_reader *reader, struct bulk_card *card) STATUS_MUST_U
 bool bulk_id(const struct bulk_card *card, int field, const char *what, int32_t *id,
              struct api_problem *problem) STATUS_MUST_USE;
 
-/* A field, 2..4, as the coordinate x, y or z: a Nastran real within +-1e12, 0 when it is blank. A
+/* A field as a Nastran real within +-1e12, 0 when it is blank; `what` names it in the problem. A
  * card that ends before it is not whole. */
-bool bulk_coordinate(const struct bulk_card *card, int field, double *value,
-                     struct api_problem *problem) STATUS_MUST_USE;
+bool bulk_real(const struct bulk_card *card, int field, const char *what, double *value,
+               struct api_problem *problem) STATUS_MUST_USE;
+
+/* Three fields from `first` on as the coordinates x, y and z, as above. */
+bool bulk_point(const struct bulk_card *card, int first, struct vec3 *point,
+                struct api_problem *problem) STATUS_MUST_USE;
 
 #endif

@@ -9,8 +9,8 @@
 
 enum { ASK_EVERY = 1024 }; /* places between two questions to the monitor */
 
-/* Beside those of the cells: id, the tensor, distance and extrapolated. */
-enum { OWN_COLUMNS = 9, TENSOR_PARTS = 6 };
+/* Beside those of the cells: id, pid, the tensor, distance and extrapolated. */
+enum { OWN_COLUMNS = 10, TENSOR_PARTS = 6 };
 
 /* One run: the columns that are filled, by name. */
 struct mapping {
@@ -32,7 +32,8 @@ static bool fill_real(const void *context, size_t first, size_t count, double *v
     return true;
 }
 
-static bool fill_id(const void *context, size_t first, size_t count, double *values) {
+/* Numbers of elements as a file has them; without one from 0. */
+static bool fill_ids(const void *context, size_t first, size_t count, double *values) {
     const int32_t *ids = context;
     for (size_t k = 0; k < count; k++)
         values[k] = ids ? ids[first + k] : (double)(first + k);
@@ -68,7 +69,9 @@ static bool make_columns(struct mapping *mapping, struct arena *arena, struct ap
     const struct map_net *net = &mapping->net;
     bool tensor = false, good = net->column_count + OWN_COLUMNS <= API_COLUMNS_MAX;
     size_t column = 0;
-    add_column(map, column_specs[COLUMN_CELLS_id].name, true, fill_id, mapping->target->ids);
+    add_column(map, column_specs[COLUMN_CELLS_id].name, true, fill_ids, mapping->target->ids);
+    if (mapping->target->pids)
+        add_column(map, column_specs[COLUMN_CELLS_pid].name, true, fill_ids, mapping->target->pids);
     for (size_t k = 0; good && k < net->group_count; k++) {
         const struct map_group *group = &net->group[k];
         tensor = tensor || group->kind == MAP_TENSOR;
@@ -172,13 +175,15 @@ static bool map_places(struct mapping *mapping, struct api_problem *problem) {
 
 static void warn(const struct mapping *mapping, struct api_map *map) {
     size_t count = mapping->target->element_count;
+    if (mapping->target->warning)
+        map->fields.warnings[map->fields.warning_count++] = mapping->target->warning;
     if (mapping->far <= count / 2)
         return;
-    snprintf(map->warning, sizeof map->warning,
+    snprintf(map->too_far, sizeof map->too_far,
              "%zu of %zu places lie further from the cloth than its spacing and thickness, up to "
              "%.3g %s: are they in the drape's length unit and position?",
              mapping->far, count, mapping->farthest, map->fields.unit->name);
-    map->fields.warning = map->warning;
+    map->fields.warnings[map->fields.warning_count++] = map->too_far;
 }
 
 static enum api_problem_id run(struct mapping *mapping, const struct api_reader *reader,

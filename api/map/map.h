@@ -27,10 +27,10 @@ enum { API_MAP_WARNING_SIZE = 256 };
 
 /* Its columns lie in the arena of the call. Not to be moved. */
 struct api_map {
-    struct map_fields fields; /* its columns: id, those of the cells, kxx kyy kzz kxy kyz kxz
+    struct map_fields fields; /* its columns: id, pid, those of the cells, kxx kyy kzz kxy kyz kxz
                                       where there is a permeability, distance, extrapolated */
     struct api_column_source columns[API_COLUMNS_MAX];
-    char warning[API_MAP_WARNING_SIZE];
+    char too_far[API_MAP_WARNING_SIZE]; /* the text of a warning */
 };
 
 /*

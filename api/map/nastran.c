@@ -1,69 +1,86 @@
 /* SPDX-License-Identifier: MIT */
-/* The Nastran bulk data of a map request: its grids and elements. */
+/* The Nastran bulk data of a map request: its grids and shell elements. */
 #include "target.h"
 
+#include "api/json/text.h"
 #include "bulk_data.h"
 #include "ids.h"
+#include "systems.h"
+#include <stdio.h>
 #include <string.h>
 
 /* The data of the file, in the order of its cards. */
-struct grids {
-    size_t count;
-    struct vec3 *point;
-    int32_t *id;
-    uint32_t *line;
-};
-
 struct elements {
     size_t count;
     int32_t (*nodes)[4]; /* ids of grids; the fourth of a triangle is -1 */
-    int32_t *id;
+    int32_t *id, *pid;
     uint32_t *line;
+};
+
+/* Cards that are passed over, by their names. */
+enum { PASSED_NAMES = 24 };
+
+struct passed {
+    size_t names, others; /* others: cards of further names */
+    struct {
+        char name[BULK_NAME_SIZE];
+        size_t count;
+    } name[PASSED_NAMES];
 };
 
 struct file {
     struct api_problem *problem;
-    bool counting; /* the first of two passes: nothing is kept */
+    bool counting;       /* the first of two passes: nothing is kept */
+    int32_t grid_system; /* of grids that name none: GRDSET */
     struct grids grids;
     struct elements elements;
+    struct systems systems;
+    struct passed passed;
 };
 
 #define FAIL(problem, ...) (api_problem_set(problem, API_INVALID_REQUEST, __VA_ARGS__), false)
 
 /* ---- cards ---- */
 
+/* A field that names a coordinate system, `*system` as it is when the field is blank. */
+static bool take_system(const struct bulk_card *card, int field, int32_t *system,
+                        struct api_problem *problem) {
+    if (!card->field[field][0])
+        return true;
+    *system = 0;
+    return strcmp(card->field[field], "0") == 0 ||
+           bulk_id(card, field, "the coordinate system", system, problem);
+}
+
 /* GRID ID CP X1 X2 X3 CD ..: CD, the system of displacements, means nothing here. */
 static bool take_grid(struct file *file, const struct bulk_card *card) {
-    struct api_problem *problem = file->problem;
     struct grids *grids = &file->grids;
-    double x[3] = {0};
-    int32_t id;
-    if (!bulk_id(card, 0, "the id", &id, problem))
+    struct vec3 point;
+    int32_t id, system = file->grid_system;
+    if (!bulk_id(card, 0, "the id", &id, file->problem) ||
+        !take_system(card, 1, &system, file->problem) ||
+        !bulk_point(card, 2, &point, file->problem))
         return false;
-    if (card->field[1][0] && strcmp(card->field[1], "0") != 0)
-        return FAIL(
-            problem,
-            "line %zu: GRID %d is in the coordinate system '%s'; only the basic one is read",
-            card->line, id, card->field[1]);
-    for (int k = 0; k < 3; k++)
-        if (!bulk_coordinate(card, 2 + k, &x[k], problem))
-            return false;
     if (!file->counting) {
-        grids->point[grids->count] = vec3_make(x[0], x[1], x[2]);
+        grids->point[grids->count] = point;
         grids->id[grids->count] = id;
+        grids->system[grids->count] = system;
         grids->line[grids->count] = (uint32_t)card->line;
     }
     grids->count++;
     return true;
 }
 
-/* CTRIA3 EID PID G1 G2 G3, CQUAD4 EID PID G1 G2 G3 G4: the property and what follows the corners
- * mean nothing here. */
+/* CTRIA3 EID PID G1 G2 G3, CQUAD4 EID PID G1 G2 G3 G4; without a PID it is the EID. Nodes in the
+ * middle of edges, and what follows them, mean nothing here. */
 static bool take_element(struct file *file, const struct bulk_card *card, int corners) {
     struct api_problem *problem = file->problem;
     struct elements *elements = &file->elements;
-    int32_t id, nodes[4] = {-1, -1, -1, -1};
+    int32_t id, pid, nodes[4] = {-1, -1, -1, -1};
     if (!bulk_id(card, 0, "the id", &id, problem))
+        return false;
+    pid = id;
+    if (card->field[1][0] && !bulk_id(card, 1, "the property", &pid, problem))
         return false;
     for (int k = 0; k < corners; k++)
         if (!bulk_id(card, 2 + k, "a corner", &nodes[k], problem))
@@ -71,39 +88,84 @@ static bool take_element(struct file *file, const struct bulk_card *card, int co
     if (!file->counting) {
         memcpy(elements->nodes[elements->count], nodes, sizeof nodes);
         elements->id[elements->count] = id;
+        elements->pid[elements->count] = pid;
         elements->line[elements->count] = (uint32_t)card->line;
     }
     elements->count++;
     return true;
 }
 
-/* Cards that say nothing about where the elements are. */
-static bool means_nothing(const char *name) {
-    return strcmp(name, "PARAM") == 0 || strcmp(name, "PSHELL") == 0 ||
-           strncmp(name, "PCOMP", 5) == 0 || strncmp(name, "MAT", 3) == 0;
+static bool take_systems(struct file *file, const struct bulk_card *card) {
+    struct system found[2];
+    int count = systems_read(card, found, file->problem);
+    for (int k = 0; k < count; k++, file->systems.count++)
+        if (!file->counting)
+            file->systems.system[file->systems.count] = found[k];
+    return count > 0;
+}
+
+static void pass_over(struct passed *passed, const char *name, size_t count) {
+    size_t k = 0;
+    while (k < passed->names && strcmp(passed->name[k].name, name) != 0)
+        k++;
+    if (k == PASSED_NAMES) {
+        passed->others += count;
+        return;
+    }
+    passed->names += k == passed->names;
+    strcpy(passed->name[k].name, name);
+    passed->name[k].count += count;
+}
+
+/* A letter, then letters and digits. */
+static bool is_name(const char *name) {
+    size_t letters = strspn(name, "ABCDEFGHIJKLMNOPQRSTUVWXYZ");
+    return letters > 0 && name[letters + strspn(name + letters, "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                                                "0123456789")] == '\0';
+}
+
+/* The corners of a shell element of this name, 0: it is none. */
+static int corners_of(const char *name) {
+    static const struct {
+        char name[8];
+        int corners;
+    } shells[] = {{"CTRIA3", 3}, {"CTRIAR", 3}, {"CTRIA6", 3}, {"CQUAD4", 4},
+                  {"CQUADR", 4}, {"CQUAD8", 4}, {"CQUAD9", 4}, {"CQUAD", 4}};
+    for (size_t k = 0; k < sizeof shells / sizeof *shells; k++)
+        if (strcmp(name, shells[k].name) == 0)
+            return shells[k].corners;
+    return 0;
 }
 
 static bool take_card(struct file *file, const struct bulk_card *card) {
+    enum coordinates_kind kind;
+    bool by_grids;
     if (strcmp(card->name, "GRID") == 0)
         return take_grid(file, card);
-    if (strcmp(card->name, "CTRIA3") == 0)
-        return take_element(file, card, 3);
-    if (strcmp(card->name, "CQUAD4") == 0)
-        return take_element(file, card, 4);
-    if (means_nothing(card->name))
-        return true;
-    for (const char *c = card->name; *c; c++)
-        if (*c < ' ' || *c > '~')
-            return FAIL(file->problem, "line %zu: this is no card", card->line);
-    return FAIL(file->problem, "line %zu: %s is not supported; GRID, CTRIA3 and CQUAD4 are read",
-                card->line, card->name);
+    int corners = corners_of(card->name);
+    if (corners > 0)
+        return take_element(file, card, corners);
+    if (systems_is_card(card->name, &kind, &by_grids))
+        return take_systems(file, card);
+    if (strcmp(card->name, "GRDSET") == 0)
+        return take_system(card, 1, &file->grid_system, file->problem);
+    if (strcmp(card->name, "INCLUDE") == 0)
+        return FAIL(file->problem,
+                    "line %zu: the file that INCLUDE names is not here: send one file with all of "
+                    "it",
+                    card->line);
+    if (!is_name(card->name))
+        return FAIL(file->problem, "line %zu: this is no card", card->line);
+    if (file->counting)
+        pass_over(&file->passed, card->name, 1);
+    return true;
 }
 
 /* One pass. */
 static bool read_cards(struct file *file, const char *bytes, size_t length) {
     struct bulk_reader reader = bulk_begin(bytes, length, file->problem);
     struct bulk_card card;
-    file->grids.count = file->elements.count = 0;
+    file->grids.count = file->elements.count = file->systems.count = 0;
     while (bulk_next(&reader, &card))
         if (!take_card(file, &card))
             return false;
@@ -112,12 +174,12 @@ static bool read_cards(struct file *file, const char *bytes, size_t length) {
 
 /* ---- ids ---- */
 
-static bool connect(struct file *file, const struct map_id *grids) {
+static bool connect(struct file *file) {
     struct elements *elements = &file->elements;
     for (size_t row = 0; row < elements->count; row++) {
         for (int k = 0; k < 4 && elements->nodes[row][k] >= 0; k++) {
             int32_t id = elements->nodes[row][k];
-            int32_t index = map_ids_find(grids, file->grids.count, id);
+            int32_t index = map_ids_find(file->grids.by_id, file->grids.count, id);
             if (index < 0)
                 return FAIL(file->problem,
                             "line %u: element %d has the corner %d, but there is no GRID %d",
@@ -128,64 +190,119 @@ static bool connect(struct file *file, const struct map_id *grids) {
     return true;
 }
 
-/* Looks for repeated ids and turns the elements' ids of corners into places. */
-static bool resolve(struct file *file, struct arena *arena) {
-    struct arena_mark mark = arena_mark(arena);
-    struct api_problem *problem = file->problem;
-    struct map_id *grids = map_ids_sort(file->grids.id, file->grids.count, arena);
+/* Sorts the ids; false with the problem set when one is there twice. */
+static bool sort_ids(struct file *file, struct arena *arena) {
+    struct grids *grids = &file->grids;
+    struct systems *systems = &file->systems;
+    int32_t *system_ids = arena_take(arena, systems->count, sizeof *system_ids);
+    for (size_t k = 0; system_ids && k < systems->count; k++)
+        system_ids[k] = systems->system[k].id;
     struct map_id *elements = map_ids_sort(file->elements.id, file->elements.count, arena);
-    if (!grids || !elements) {
-        api_problem_set(problem, API_OUT_OF_MEMORY, "the mesh needs more memory than allowed");
+    grids->by_id = map_ids_sort(grids->id, grids->count, arena);
+    systems->by_id = system_ids ? map_ids_sort(system_ids, systems->count, arena) : NULL;
+    if (!grids->by_id || !elements || !systems->by_id) {
+        api_problem_set(file->problem, API_OUT_OF_MEMORY,
+                        "the mesh needs more memory than allowed");
         return false;
     }
-    int32_t grid = map_ids_repeated(grids, file->grids.count);
+    int32_t grid = map_ids_repeated(grids->by_id, grids->count);
     int32_t element = map_ids_repeated(elements, file->elements.count);
+    int32_t system = map_ids_repeated(systems->by_id, systems->count);
     if (grid >= 0)
-        return FAIL(problem, "line %u: there is another GRID %d before it", file->grids.line[grid],
-                    file->grids.id[grid]);
+        return FAIL(file->problem, "line %u: there is another GRID %d before it", grids->line[grid],
+                    grids->id[grid]);
     if (element >= 0)
-        return FAIL(problem, "line %u: there is another element %d before it",
+        return FAIL(file->problem, "line %u: there is another element %d before it",
                     file->elements.line[element], file->elements.id[element]);
-    bool good = connect(file, grids);
+    if (system >= 0)
+        return FAIL(file->problem, "line %u: there is another coordinate system %d before it",
+                    systems->system[system].line, systems->system[system].id);
+    return true;
+}
+
+/* Turns the elements' ids of corners into places, and coordinates into basic ones. */
+static bool resolve(struct file *file, struct arena *arena) {
+    struct arena_mark mark = arena_mark(arena);
+    bool good = sort_ids(file, arena) && connect(file) &&
+                systems_apply(&file->systems, &file->grids, file->problem);
+    for (size_t k = 0; good && k < file->systems.count; k++)
+        if (file->systems.system[k].state == SYSTEM_UNUSED)
+            pass_over(&file->passed, file->systems.system[k].name, 1);
     arena_rewind(arena, mark);
     return good;
 }
 
 /* ---- the file ---- */
 
+/* "24 CBAR, 3 SPC1". */
+static void name_passed(const struct passed *passed, char *text, size_t size) {
+    size_t length = 0;
+    for (size_t k = 0; k < passed->names && length < size; k++)
+        length += (size_t)snprintf(text + length, size - length, "%s%zu %s", k ? ", " : "",
+                                   passed->name[k].count, passed->name[k].name);
+    if (passed->others > 0 && length < size)
+        snprintf(text + length, size - length, ", %zu others", passed->others);
+}
+
+static bool warn_of_passed(const struct passed *passed, struct arena *arena,
+                           struct map_target *target) {
+    enum { SIZE = 64 + PASSED_NAMES * (BULK_NAME_SIZE + 24) };
+    char names[SIZE];
+    if (passed->names == 0)
+        return true;
+    name_passed(passed, names, sizeof names);
+    struct api_text text = api_text_growing(arena);
+    api_text_raw(&text, "passed over: ");
+    api_text_raw(&text, names);
+    api_text_raw(&text, " (of a Nastran file, GRIDs and shell elements are read)");
+    target->warning = api_text_finish(&text);
+    return target->warning != NULL;
+}
+
+static bool has_elements(struct file *file) {
+    char names[API_DETAIL_MAX] = "no cards";
+    if (file->elements.count > 0)
+        return true;
+    if (file->passed.names > 0)
+        name_passed(&file->passed, names, sizeof names - 100);
+    return FAIL(file->problem,
+                "the file has no shell elements (CTRIA3, CQUAD4, ...); beside %zu GRIDs it has %s",
+                file->grids.count, names);
+}
+
 static bool allocate(struct file *file, struct arena *arena) {
     struct grids *grids = &file->grids;
     struct elements *elements = &file->elements;
     grids->point = arena_take(arena, grids->count, sizeof *grids->point);
     grids->id = arena_take(arena, grids->count, sizeof *grids->id);
+    grids->system = arena_take(arena, grids->count, sizeof *grids->system);
     grids->line = arena_take(arena, grids->count, sizeof *grids->line);
     elements->nodes = arena_take(arena, elements->count, sizeof *elements->nodes);
     elements->id = arena_take(arena, elements->count, sizeof *elements->id);
+    elements->pid = arena_take(arena, elements->count, sizeof *elements->pid);
     elements->line = arena_take(arena, elements->count, sizeof *elements->line);
-    if (grids->point && grids->id && grids->line && elements->nodes && elements->id &&
-        elements->line)
-        return true;
-    api_problem_set(file->problem, API_OUT_OF_MEMORY, "the mesh needs more memory than allowed");
-    return false;
+    file->systems.system = arena_take(arena, file->systems.count, sizeof *file->systems.system);
+    return grids->point && grids->id && grids->system && grids->line && elements->nodes &&
+           elements->id && elements->pid && elements->line && file->systems.system;
 }
 
 enum api_problem_id map_target_nastran(const char *bytes, size_t length, struct arena *arena,
                                        struct map_target *target, struct api_problem *problem) {
     struct file file = {.problem = problem, .counting = true};
     *target = (struct map_target){0};
-    if (!read_cards(&file, bytes, length))
+    if (!read_cards(&file, bytes, length) || !has_elements(&file))
         return problem->id;
-    if (file.elements.count == 0) {
-        api_problem_set(problem, API_INVALID_REQUEST, "the file has no CTRIA3 and no CQUAD4");
-        return problem->id;
-    }
     file.counting = false;
-    if (!allocate(&file, arena) || !read_cards(&file, bytes, length) || !resolve(&file, arena))
+    bool room = allocate(&file, arena);
+    if (room && (!read_cards(&file, bytes, length) || !resolve(&file, arena)))
         return problem->id;
     *target = (struct map_target){.vertices = file.grids.point,
                                   .vertex_count = file.grids.count,
                                   .elements = (const int32_t(*)[4])file.elements.nodes,
                                   .element_count = file.elements.count,
-                                  .ids = file.elements.id};
-    return API_OK;
+                                  .ids = file.elements.id,
+                                  .pids = file.elements.pid};
+    if (!room || !warn_of_passed(&file.passed, arena, target))
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the mesh needs more memory than allowed");
+    return problem->id;
 }

@@ -25,6 +25,8 @@ struct map_target {
                                      vertices themselves are the points */
     size_t element_count;         /* 1..INT32_MAX; without elements that of the points */
     const int32_t *ids;           /* of each element, as the file has them; NULL: from 0 */
+    const int32_t *pids;          /* of each element, its property; NULL: there are none */
+    const char *warning;          /* what the reader passed over; NULL: nothing */
     const uint8_t *inlet;         /* of each element whether it belongs to the inlet, or NULL */
 };
 
@@ -39,12 +41,15 @@ enum api_problem_id map_target_json(const char *bytes, size_t length, struct are
                                     struct api_problem *problem) STATUS_MUST_USE;
 
 /*
- * Reads Nastran bulk data: GRID, CTRIA3 and CQUAD4 in small, large (NAME*) and free fields,
- * comments ($), continuations, in any order and case; with or without what stands before BEGIN
- * BULK. Properties, materials and parameters (PSHELL, PCOMP.., MAT.., PARAM) are passed over.
- * Everything else is refused with its line: other elements, coordinate systems, an id that is there
- * twice, an element whose GRID is missing, a coordinate beyond the end of its line. Returns API_OK,
- * API_INVALID_REQUEST with the line in the detail, or API_OUT_OF_MEMORY.
+ * Reads Nastran bulk data as pre-processors write it: GRID, in the basic coordinate system or in
+ * one that a CORD1x or CORD2x card defines, GRDSET, and the shell elements CTRIA3, CTRIAR, CTRIA6,
+ * CQUAD4, CQUADR, CQUAD8, CQUAD9 and CQUAD by their corners; in small, large (NAME*) and free
+ * fields, with comments ($) and continuations, in any order and case, with or without what stands
+ * before BEGIN BULK. All other cards (bars, rigid elements, solids, constraints, loads, properties,
+ * materials, systems that nothing is in) are passed over, and counted by name in the target's
+ * warning. Refused with their line: an id that is there twice, an element whose GRID or a GRID
+ * whose system is missing, systems that are none, a coordinate beyond the end of its line, INCLUDE.
+ * Returns API_OK, API_INVALID_REQUEST with the line in the detail, or API_OUT_OF_MEMORY.
  */
 enum api_problem_id map_target_nastran(const char *bytes, size_t length, struct arena *arena,
                                        struct map_target *target,

@@ -18,6 +18,7 @@ const char *const column_need_names[COLUMN_NEEDS] = {
     [COLUMN_TABLE] = "`permeability` by `table`",
     [COLUMN_MAP] = "a map",
     [COLUMN_MAP_PERMEABILITY] = "a map, `permeability`",
+    [COLUMN_MAP_PROPERTY] = "a map, Nastran",
 };
 
 #define PARTS_SCALAR(stem) .parts = 1, .part = {stem}

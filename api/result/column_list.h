@@ -30,6 +30,7 @@
     X(NODES, grown, grown, FLAG, "", ALWAYS,                                                       \
       "1 where the node rests on a yarn that goes straight on from a free edge")                   \
     X(CELLS, id, id, INTEGER, "", MAP, "number of the element in the mesh, or of the point")       \
+    X(CELLS, pid, pid, INTEGER, "", MAP_PROPERTY, "property of the element in the mesh")           \
     X(CELLS, i, i, INTEGER, "", ALWAYS, "the cell's first corner, in steps from the start")        \
     X(CELLS, j, j, INTEGER, "", ALWAYS, "the cell's first corner, in steps from the start")        \
     X(CELLS, shear_deg, shear_deg, SCALAR, "deg", ALWAYS, "shear angle γ")                         \
@@ -86,6 +87,7 @@ enum column_need {
     COLUMN_TABLE,
     COLUMN_MAP, /* a map has it, a result has not */
     COLUMN_MAP_PERMEABILITY,
+    COLUMN_MAP_PROPERTY, /* a map onto a mesh whose file has properties */
     COLUMN_NEEDS
 };
 

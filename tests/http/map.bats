@@ -223,6 +223,18 @@ END
     wrong '{}' 422 invalid-request '' 'either'
 }
 
+@test "map: a file of Gmsh goes through, with its properties and a word on what was passed over" {
+    sed 's/^CTRIA3,5,1/CTRIA3,5,9/; s/^ENDDATA/CBAR,30,1,1,2\nSPC1,1,123,1\nENDDATA/' "$mesh" |
+        call POST "/v1/drapes/$id/map" -H "$NASTRAN" --data-binary @-
+    expect 200
+    jq -e '.cells.id == [17, 5] and .cells.pid == [1, 9] and
+        .warnings == ["passed over: 1 CBAR, 1 SPC1 (of a Nastran file, GRIDs and shell elements are read)"]' "$body"
+    call POST "/v1/drapes/$id/map?fields=pid" -H "$NASTRAN" \
+        --data-binary @tests/unit/meshes/gmsh_plate.bdf
+    expect 200
+    jq -e '(.cells.pid | length) == 53 and (.warnings | length) == 2' "$body"
+}
+
 @test "map: what is wrong with bulk data is told with its line" {
     # wrong DETAIL: the bulk data is on the standard input.
     wrong() {
@@ -230,12 +242,12 @@ END
         expect_problem 422 invalid-request
         [[ $(field .detail) == *"$1"* ]] || { cat "$body"; return 1; }
     }
-    grep -v '^C' "$mesh" | wrong 'no CTRIA3 and no CQUAD4'
+    grep -v '^C' "$mesh" | wrong 'no shell elements'
     sed 's/^CTRIA3,5/CTRIA3,17/' "$mesh" | wrong 'line 8: there is another element 17 before it'
-    sed 's/^CTRIA3/CTRIA6/' "$mesh" | wrong 'line 8: CTRIA6 is not supported'
+    { cat "$mesh"; echo "INCLUDE 'more.bdf'"; } | sed '/ENDDATA/d' | wrong 'send one file'
     sed 's/^GRID,3,,1./GRID,3,,NaN/' "$mesh" | wrong "line 4: coordinate x of GRID is 'NaN'"
-    sed 's/^GRID,3,/GRID,3,9/' "$mesh" | wrong "line 4: GRID 3 is in the coordinate system '9'"
-    head -c 400 "$mesh" | head -n 6 | wrong 'no CTRIA3'
+    sed 's/^GRID,3,/GRID,3,9/' "$mesh" | wrong 'line 4: a GRID is in the coordinate system 9, which'
+    head -c 400 "$mesh" | head -n 6 | wrong 'no shell elements'
     { echo 'BEGIN BULK'; head -n 7 "$mesh"; } | wrong 'line 8: the file ends without ENDDATA'
     head -c $(($(wc -c <"$mesh") - 11)) "$mesh" | wrong "line 8: a corner of CTRIA3 is ''"
 }
