@@ -143,9 +143,11 @@ PAGES := fields formats mathematics operations runbook scaling settings threat-m
 install: all sbom $(B)/draped.1 $(B)/drape.1 ## below $(PREFIX) (/usr/local) and DESTDIR
 	install -D -t $(DESTDIR)$(PREFIX)/bin $(B)/draped $(B)/drape
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man1 $(B)/draped.1 $(B)/drape.1
-	install -D -m 644 -t $(DESTDIR)$(UNITS) deploy/systemd/draped.socket
-	sed 's|/usr/bin/|$(PREFIX)/bin/|' deploy/systemd/draped.service | \
-	    install -m 644 /dev/stdin $(DESTDIR)$(UNITS)/draped.service
+	install -D -m 644 -t $(DESTDIR)$(UNITS) deploy/systemd/draped.socket \
+	    deploy/systemd/draped-backup.timer
+	for unit in draped draped-backup; do \
+	    sed 's|/usr/bin/|$(PREFIX)/bin/|' deploy/systemd/$$unit.service | \
+	        install -m 644 /dev/stdin $(DESTDIR)$(UNITS)/$$unit.service; done
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/doc/draped $(B)/draped.cdx.json
 	cp -r $(OPERATORS) $(DESTDIR)$(PREFIX)/share/doc/draped
 	for page in $(PAGES); do \

@@ -407,6 +407,11 @@ static bool is_store(const char *text) {
     return store_url_remote(text) || (!strstr(text, "://") && text[word] != '=');
 }
 
+static bool check_store(const struct config *config) {
+    return is_store(config->store) ||
+           report("--store: it is neither sqlite:PATH nor postgresql://USER@HOST/DATABASE");
+}
+
 static bool check(struct config *config) {
     set_shares(config);
     if (!take_inherited(config) || !parse_listen(config))
@@ -426,16 +431,16 @@ static bool check(struct config *config) {
                       config->trusted_proxy);
     if (!config->data[0])
         return report("--data is empty");
-    if (!is_store(config->store))
-        return report("--store: it is neither sqlite:PATH nor postgresql://USER@HOST/DATABASE");
-    return true;
+    return check_store(config);
 }
 
 /* ------------------------------------------------------------------ answers */
 
 void config_help(FILE *out) {
     fputs("usage: draped [FLAG...]\n"
-          "       draped hash-token NAME read|write|admin [--generate]\n\n"
+          "       draped hash-token NAME read|write|admin [--generate]\n"
+          "       draped backup FOLDER [--keep N] [--data DIR] [--store URL]\n"
+          "       draped restore FILE|FOLDER [--data DIR] [--store URL]\n\n"
           "Drapes woven fabrics over surfaces, as a service over HTTP.\n\n",
           out);
     for (size_t k = 0; k < FLAG_COUNT; k++) {
@@ -545,4 +550,30 @@ enum config_verdict config_parse(int argc, char **argv, struct config *config) {
     if (only_check)
         print_config(config, stdout);
     return only_check ? CONFIG_DONE : CONFIG_RUN;
+}
+
+bool config_store_url(const struct config *config, char url[PATH_MAX]) {
+    int length = config->store[0] ? snprintf(url, PATH_MAX, "%s", config->store)
+                                  : snprintf(url, PATH_MAX, "%s/draped.db", config->data);
+    return length < PATH_MAX ||
+           report("the name of the %s is too long", config->store[0] ? "store" : "folder");
+}
+
+/* Other settings may make no sense to the account that runs the command. */
+int config_parse_store(int argc, char **argv, struct config *config, char **rest) {
+    int count = 0;
+    memset(config, 0, sizeof *config);
+    for (size_t k = 0; k < FLAG_COUNT; k++)
+        if ((flags[k].offset == AT(data) || flags[k].offset == AT(store)) &&
+            !set_from_environment(config, &flags[k]))
+            return -1;
+    for (int k = 0; k < argc; k++) {
+        const char *value = NULL;
+        const struct flag *flag = find_flag(argv[k], &value);
+        if (!flag || (flag->offset != AT(data) && flag->offset != AT(store)))
+            rest[count++] = argv[k];
+        else if (!set_argument(config, argv, argc, &k))
+            return -1;
+    }
+    return check_store(config) ? count : -1;
 }

@@ -7,6 +7,7 @@
 #ifndef SERVER_CONFIG_H
 #define SERVER_CONFIG_H
 
+#include <limits.h>
 #include <netinet/in.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -74,6 +75,15 @@ enum config_verdict {
 /* Fills `config` from the arguments (argv[0] is skipped) and the environment. A socket that the
  * service manager handed over goes before --listen. */
 enum config_verdict config_parse(int argc, char **argv, struct config *config);
+
+/* For commands that use the store alone: takes --data and --store from the arguments, else from the
+ * environment, and puts the other arguments into `rest`, which has room for all. How many those
+ * are; -1 with a message on stderr. */
+int config_parse_store(int argc, char **argv, struct config *config, char **rest);
+
+/* The store's URL or path: as configured, else a file in the data folder. False with a message on
+ * stderr when it is too long. */
+bool config_store_url(const struct config *config, char url[PATH_MAX]);
 
 /* Writes the --help text. */
 void config_help(FILE *out);

@@ -5,6 +5,7 @@
  * the opposite order.
  */
 #include "api/run.h"
+#include "backup.h"
 #include "config.h"
 #include "healthcheck.h"
 #include "hub.h"
@@ -161,16 +162,6 @@ static bool make_folder(const char *folder) {
     return true;
 }
 
-/* Where the database is: the configured URL, or a file in the data folder, which is made. */
-static bool find_store(const struct config *config, char url[PATH_MAX]) {
-    if (config->store[0])
-        return snprintf(url, PATH_MAX, "%s", config->store) < PATH_MAX ||
-               refuse("--store", "the name is too long");
-    return make_folder(config->data) &&
-           (snprintf(url, PATH_MAX, "%s/draped.db", config->data) < PATH_MAX ||
-            refuse("--data", "the name is too long"));
-}
-
 static bool open_store(struct service *service) {
     const struct config *config = service->config;
     struct store_options options = store_options_default;
@@ -182,8 +173,8 @@ static bool open_store(struct service *service) {
     options.retention_bytes = config->retention_bytes;
     options.lease_us = config->lease * 1000000;
     options.shared = config->role != CONFIG_ROLE_ALL;
-    if (!find_store(config, url))
-        return false;
+    if ((!config->store[0] && !make_folder(config->data)) || !config_store_url(config, url))
+        return refuse("store", "it cannot be found");
     service->store = store_open(url, &options, service->hub, why);
     return service->store || refuse("store", why);
 }
@@ -316,6 +307,10 @@ int main(int argc, char **argv) {
         return checker_main();
     if (argc >= 2 && !strcmp(argv[1], "hash-token"))
         return id_init() ? tokens_command(argc, argv, stdin, stdout, stderr) : EXIT_FAILED;
+    if (argc >= 2 && !strcmp(argv[1], "backup"))
+        return id_init() ? backup_command(argc, argv) : EXIT_FAILED;
+    if (argc >= 2 && !strcmp(argv[1], "restore"))
+        return id_init() ? restore_command(argc, argv) : EXIT_FAILED;
     switch (config_parse(argc, argv, &config)) {
     case CONFIG_DONE:
         return 0;

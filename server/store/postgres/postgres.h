@@ -38,6 +38,20 @@ enum store_answer postgres_end(struct pg_query *query, size_t rows, enum store_a
  * `why`. */
 bool postgres_migrate(struct pool *pool, char why[STORE_WHY_SIZE]);
 
+/* The version that it leads to, and the statements of the step to a version from the one before, 1
+ * and up; false when they have no room. Before the first come a schema `draped` and
+ * POSTGRES_VERSIONS. */
+enum { POSTGRES_SCRIPT_SIZE = 24576 };
+int64_t postgres_schema(void);
+bool postgres_schema_step(int64_t version, char script[POSTGRES_SCRIPT_SIZE]);
+#define POSTGRES_VERSIONS                                                                          \
+    "CREATE TABLE IF NOT EXISTS draped.schema_version"                                             \
+    " (version integer PRIMARY KEY, applied timestamptz NOT NULL);"
+
+/* Takes the lock that is held, to the end of the transaction, while the schema changes: any number
+ * of our own. */
+#define POSTGRES_SCHEMA_LOCK "SELECT pg_advisory_xact_lock(7237965216410200);"
+
 /* --- jobs.c */
 
 enum store_answer postgres_submit(struct store *store, const struct store_submission *submission,

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "postgres.h"
 #include <stdio.h>
+#include <string.h>
 
 /*
  * Schema 1; the columns mean what they do in `store/sqlite/schema.c`, where they are explained.
@@ -262,10 +263,20 @@ static const struct {
     const char *first, *second;
 } migrations[] = {{schema_1, ""}, {schema_2, ""}, {schema_3, ""}, {schema_4, schema_4_functions}};
 
-enum { CURRENT = sizeof migrations / sizeof migrations[0], SCRIPT_SIZE = 16384 };
+enum { CURRENT = sizeof migrations / sizeof migrations[0] };
 
-/* Of the lock that is held while a step is taken. */
-#define LOCK "SELECT pg_advisory_xact_lock(7237965216410200);" /* any number of our own */
+int64_t postgres_schema(void) {
+    return CURRENT;
+}
+
+bool postgres_schema_step(int64_t version, char script[POSTGRES_SCRIPT_SIZE]) {
+    int length = snprintf(
+        script, POSTGRES_SCRIPT_SIZE, "INSERT INTO draped.schema_version VALUES (%lld, now());%s%s",
+        (long long)version, migrations[version - 1].first, migrations[version - 1].second);
+    return length < POSTGRES_SCRIPT_SIZE;
+}
+
+#define LOCK POSTGRES_SCHEMA_LOCK
 
 static bool read_number(struct pool *pool, const char *sql, int64_t *number,
                         char why[STORE_WHY_SIZE]) {
@@ -292,21 +303,16 @@ static bool make_versions(struct pool *pool, char why[STORE_WHY_SIZE]) {
     int64_t there = 0;
     return read_number(pool, "SELECT to_regnamespace('draped') IS NOT NULL", &there, why) &&
            (there || pg_script(pool, LOCK "CREATE SCHEMA IF NOT EXISTS draped", NULL, why)) &&
-           pg_script(pool,
-                     LOCK "CREATE TABLE IF NOT EXISTS draped.schema_version"
-                          " (version integer PRIMARY KEY, applied timestamptz NOT NULL)",
-                     NULL, why);
+           pg_script(pool, LOCK POSTGRES_VERSIONS, NULL, why);
 }
 
 /* One step, as one transaction. Who waited for the lock while another took the same step finds the
  * number taken. */
 static bool apply(struct pool *pool, int64_t version, char why[STORE_WHY_SIZE]) {
-    char script[SCRIPT_SIZE];
+    char script[sizeof LOCK + POSTGRES_SCRIPT_SIZE] = LOCK;
     bool taken = false;
-    int length = snprintf(
-        script, sizeof script, LOCK "INSERT INTO draped.schema_version VALUES (%lld, now());%s%s",
-        (long long)version, migrations[version - 1].first, migrations[version - 1].second);
-    return length < (int)sizeof script && (pg_script(pool, script, &taken, why) || taken);
+    return postgres_schema_step(version, script + strlen(LOCK)) &&
+           (pg_script(pool, script, &taken, why) || taken);
 }
 
 /* What the tables need beyond themselves. */

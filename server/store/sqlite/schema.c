@@ -201,6 +201,10 @@ static const char *const migrations[] = {schema_1, schema_2, schema_3, schema_4}
 
 enum { CURRENT = sizeof migrations / sizeof migrations[0] };
 
+int64_t sqlite_schema(void) {
+    return CURRENT;
+}
+
 static bool read_number(struct db *db, const char *sql, int64_t *number) {
     struct query query = db_query(db, sql);
     *number = query_row(&query) ? query_int(&query, 0) : 0;

@@ -61,6 +61,9 @@ enum store_answer sqlite_take_log(struct store *store);
  * `why`. */
 bool sqlite_migrate(struct db *db, char why[STORE_WHY_SIZE]);
 
+/* The version of the schema that it brings a file to. */
+int64_t sqlite_schema(void);
+
 /* --- jobs.c */
 
 enum store_answer sqlite_submit(struct store *store, const struct store_submission *submission,

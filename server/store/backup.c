@@ -1,0 +1,119 @@
+/* SPDX-License-Identifier: MIT */
+#include "backup.h"
+#include "server/clock.h"
+#include "store.h"
+#include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+bool backup_fail(char why[STORE_WHY_SIZE], const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(why, STORE_WHY_SIZE, format, arguments);
+    va_end(arguments);
+    return false;
+}
+
+static const struct backup_table *find(const struct backup_contents *contents, const char *name) {
+    for (size_t k = 0; k < contents->count; k++)
+        if (!strcmp(contents->tables[k].name, name))
+            return &contents->tables[k];
+    return NULL;
+}
+
+int64_t backup_rows(const struct backup_contents *contents, const char *table) {
+    const struct backup_table *found = find(contents, table);
+    return found ? found->rows : 0;
+}
+
+bool backup_same(const struct backup_contents *found, const struct backup_contents *expected,
+                 char why[STORE_WHY_SIZE]) {
+    if (found->schema != expected->schema || found->count != expected->count) {
+        return backup_fail(why, "the copy has other tables than it should have");
+    }
+    for (size_t k = 0; k < expected->count; k++) {
+        const struct backup_table *wanted = &expected->tables[k];
+        const struct backup_table *table = find(found, wanted->name);
+        if (table && table->rows == wanted->rows && !strcmp(table->checksum, wanted->checksum))
+            continue;
+        return backup_fail(why,
+                           "the table '%s' of the copy is not what it should be: it has %" PRId64
+                           " of %" PRId64 " rows, or others",
+                           wanted->name, table ? table->rows : 0, wanted->rows);
+    }
+    return true;
+}
+
+bool backup_known(const char *path, int64_t schema, int64_t current, char why[STORE_WHY_SIZE]) {
+    if (schema <= current)
+        return true;
+    return backup_fail(
+        why, "%s has schema %" PRId64 ", this version of draped knows %" PRId64 ": use a newer one",
+        path, schema, current);
+}
+
+void backup_time(char text[BACKUP_TIME_SIZE]) {
+    int64_t now = clock_utc_us();
+    time_t seconds = (time_t)(now / 1000000);
+    struct tm parts;
+    gmtime_r(&seconds, &parts);
+    size_t length = strftime(text, BACKUP_TIME_SIZE, "%Y%m%dT%H%M%S", &parts);
+    snprintf(text + length, BACKUP_TIME_SIZE - length, ".%03dZ", (int)(now / 1000 % 1000));
+}
+
+bool backup_sync(const char *path, char why[STORE_WHY_SIZE]) {
+    int file = open(path, O_RDONLY | O_CLOEXEC);
+    bool good = file >= 0 && fsync(file) == 0;
+    if (!good)
+        backup_fail(why, "%s cannot be brought to the disk: %s", path, strerror(errno));
+    /* What is read back then comes from there. */
+    if (good)
+        (void)posix_fadvise(file, 0, 0, POSIX_FADV_DONTNEED);
+    if (file >= 0)
+        close(file);
+    return good;
+}
+
+static const char *path_of(const char *url) {
+    return strncmp(url, "sqlite:", 7) ? url : url + 7;
+}
+
+bool backup_make(const char *url, const char *path, struct backup_contents *contents,
+                 char why[STORE_WHY_SIZE]) {
+    memset(contents, 0, sizeof *contents);
+    return store_url_remote(url) ? postgres_backup_make(url, path, contents, why)
+                                 : sqlite_backup_make(path_of(url), path, contents, why);
+}
+
+/* Whether the copy is of an SQLite database, by its first bytes. */
+static bool is_sqlite(const char *path, bool *sqlite, char why[STORE_WHY_SIZE]) {
+    static const char magic[16] = "SQLite format 3";
+    char start[sizeof magic] = "";
+    int file = open(path, O_RDONLY | O_CLOEXEC);
+    ssize_t got = file < 0 ? -1 : read(file, start, sizeof start);
+    *sqlite = got == (ssize_t)sizeof start && !memcmp(start, magic, sizeof magic);
+    if (got < 0)
+        backup_fail(why, "%s cannot be read: %s", path, strerror(errno));
+    if (file >= 0)
+        close(file);
+    return got >= 0;
+}
+
+bool backup_restore(const char *url, const char *path, struct backup_contents *contents,
+                    char kept[BACKUP_KEPT_SIZE], char why[STORE_WHY_SIZE]) {
+    bool sqlite = false;
+    memset(contents, 0, sizeof *contents);
+    kept[0] = '\0';
+    if (!is_sqlite(path, &sqlite, why))
+        return false;
+    if (sqlite && store_url_remote(url)) {
+        return backup_fail(why, "%s is of an SQLite store, and this one is PostgreSQL", path);
+    }
+    return store_url_remote(url) ? postgres_backup_restore(url, path, contents, kept, why)
+                                 : sqlite_backup_restore(path_of(url), path, contents, kept, why);
+}

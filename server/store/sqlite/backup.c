@@ -1,0 +1,343 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Copies of an SQLite store. The library's online back-up copies the pages of one read
+ * transaction, so that writers go on meanwhile and never make it begin anew. A copy is one file
+ * without a log, with a table `backup` of what it should hold.
+ */
+#include "server/store/backup.h"
+#include "server/store/process_lock.h"
+#include "sqlite.h"
+#include <errno.h>
+#include <fcntl.h>
+#include <libgen.h>
+#include <limits.h>
+#include <sqlite3.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum {
+    BUSY_MS = 30000,   /* to wait for locks of other processes */
+    STEP_PAGES = 4096, /* copied at a time */
+    APPLICATION = 0x64726170
+};
+
+static bool say(char why[STORE_WHY_SIZE], sqlite3 *handle, const char *path) {
+    return backup_fail(why, "%s: %s", path,
+                       handle ? sqlite3_errmsg(handle) : "no memory for the database");
+}
+
+/* NULL with `why`; the handle is the caller's to close. */
+static sqlite3 *open_file(const char *path, int flags, char why[STORE_WHY_SIZE]) {
+    sqlite3 *handle = NULL;
+    if (sqlite3_open_v2(path, &handle, flags | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE, NULL) ==
+        SQLITE_OK) {
+        sqlite3_busy_timeout(handle, BUSY_MS);
+        return handle;
+    }
+    say(why, handle, path);
+    sqlite3_close(handle);
+    return NULL;
+}
+
+static bool run(sqlite3 *handle, const char *path, const char *sql, char why[STORE_WHY_SIZE]) {
+    return sqlite3_exec(handle, sql, NULL, NULL, NULL) == SQLITE_OK || say(why, handle, path);
+}
+
+static bool read_number(sqlite3 *handle, const char *sql, int64_t *number) {
+    sqlite3_stmt *statement = NULL;
+    bool good = sqlite3_prepare_v2(handle, sql, -1, &statement, NULL) == SQLITE_OK &&
+                sqlite3_step(statement) == SQLITE_ROW;
+    *number = good ? sqlite3_column_int64(statement, 0) : 0;
+    sqlite3_finalize(statement);
+    return good;
+}
+
+/* ------------------------------------------------------------------ what it holds */
+
+/* The value with its kind and length, so that no two rows look alike. */
+static void add_value(struct checksum *checksum, sqlite3_stmt *statement, int column) {
+    int type = sqlite3_column_type(statement, column);
+    const void *bytes = sqlite3_column_blob(statement, column);
+    int length = sqlite3_column_bytes(statement, column);
+    const int head[2] = {type, length};
+    checksum_add(checksum, head, sizeof head);
+    checksum_add(checksum, bytes, (size_t)length);
+}
+
+/* Every row, in the order of the table's own key. */
+static bool read_table(sqlite3 *handle, struct backup_table *table) {
+    char sql[BACKUP_NAME_SIZE + 32];
+    struct checksum checksum;
+    sqlite3_stmt *statement = NULL;
+    snprintf(sql, sizeof sql, "SELECT * FROM \"%s\"", table->name);
+    int code = sqlite3_prepare_v2(handle, sql, -1, &statement, NULL);
+    checksum_begin(&checksum);
+    while (code == SQLITE_OK && (code = sqlite3_step(statement)) == SQLITE_ROW) {
+        for (int k = 0; k < sqlite3_column_count(statement); k++)
+            add_value(&checksum, statement, k);
+        table->rows++;
+        code = SQLITE_OK;
+    }
+    checksum_end(&checksum, table->checksum);
+    sqlite3_finalize(statement);
+    return code == SQLITE_DONE;
+}
+
+/* The tables but `backup`, and the version of their schema. */
+static bool read_contents(sqlite3 *handle, const char *path, struct backup_contents *contents,
+                          char why[STORE_WHY_SIZE]) {
+    sqlite3_stmt *names = NULL;
+    int64_t application = 0;
+    memset(contents, 0, sizeof *contents);
+    if (!read_number(handle, "PRAGMA application_id", &application))
+        return say(why, handle, path);
+    if (application != APPLICATION ||
+        !read_number(handle, "SELECT max(version) FROM schema_version", &contents->schema)) {
+        return backup_fail(why, "%s is no database of draped", path);
+    }
+    int code = sqlite3_prepare_v2(handle,
+                                  "SELECT name FROM sqlite_schema WHERE type = 'table'"
+                                  " AND name <> 'backup' ORDER BY name",
+                                  -1, &names, NULL);
+    while (code == SQLITE_OK && (code = sqlite3_step(names)) == SQLITE_ROW) {
+        struct backup_table *table = &contents->tables[contents->count];
+        code = contents->count < BACKUP_TABLES ? SQLITE_OK : SQLITE_TOOBIG;
+        if (code != SQLITE_OK)
+            break;
+        snprintf(table->name, sizeof table->name, "%s",
+                 (const char *)sqlite3_column_text(names, 0));
+        contents->count++;
+        if (!read_table(handle, table))
+            code = SQLITE_ERROR;
+    }
+    sqlite3_finalize(names);
+    return code == SQLITE_DONE || say(why, handle, path);
+}
+
+static bool check_pages(sqlite3 *handle, const char *path, char why[STORE_WHY_SIZE]) {
+    sqlite3_stmt *statement = NULL;
+    const char *verdict = NULL;
+    if (sqlite3_prepare_v2(handle, "PRAGMA integrity_check(1)", -1, &statement, NULL) ==
+            SQLITE_OK &&
+        sqlite3_step(statement) == SQLITE_ROW)
+        verdict = (const char *)sqlite3_column_text(statement, 0);
+    bool good = verdict && !strcmp(verdict, "ok");
+    if (!good)
+        backup_fail(why, "%s is damaged: %s", path, verdict ? verdict : sqlite3_errmsg(handle));
+    sqlite3_finalize(statement);
+    return good;
+}
+
+/* The table `backup` of a copy. */
+static bool write_manifest(sqlite3 *handle, const char *path,
+                           const struct backup_contents *contents, char why[STORE_WHY_SIZE]) {
+    sqlite3_stmt *statement = NULL;
+    bool good = run(handle, path,
+                    "BEGIN; CREATE TABLE backup (name TEXT PRIMARY KEY, rows INTEGER NOT NULL,"
+                    " checksum TEXT NOT NULL)",
+                    why) &&
+                (sqlite3_prepare_v2(handle, "INSERT INTO backup VALUES (?, ?, ?)", -1, &statement,
+                                    NULL) == SQLITE_OK ||
+                 say(why, handle, path));
+    for (size_t k = 0; k < contents->count && good; k++) {
+        const struct backup_table *table = &contents->tables[k];
+        sqlite3_bind_text(statement, 1, table->name, -1, SQLITE_STATIC);
+        sqlite3_bind_int64(statement, 2, table->rows);
+        sqlite3_bind_text(statement, 3, table->checksum, -1, SQLITE_STATIC);
+        good = sqlite3_step(statement) == SQLITE_DONE || say(why, handle, path);
+        sqlite3_reset(statement);
+    }
+    sqlite3_finalize(statement);
+    return good && run(handle, path, "COMMIT", why);
+}
+
+/* A copy made by hand has none. */
+static bool read_manifest(sqlite3 *handle, const char *path, int64_t schema,
+                          struct backup_contents *contents, char why[STORE_WHY_SIZE]) {
+    sqlite3_stmt *statement = NULL;
+    memset(contents, 0, sizeof *contents);
+    contents->schema = schema;
+    int code = sqlite3_prepare_v2(handle, "SELECT name, rows, checksum FROM backup ORDER BY name",
+                                  -1, &statement, NULL);
+    while (code == SQLITE_OK && contents->count < BACKUP_TABLES &&
+           sqlite3_step(statement) == SQLITE_ROW) {
+        struct backup_table *table = &contents->tables[contents->count++];
+        snprintf(table->name, sizeof table->name, "%s",
+                 (const char *)sqlite3_column_text(statement, 0));
+        table->rows = sqlite3_column_int64(statement, 1);
+        snprintf(table->checksum, sizeof table->checksum, "%s",
+                 (const char *)sqlite3_column_text(statement, 2));
+    }
+    sqlite3_finalize(statement);
+    if (contents->count == 0)
+        backup_fail(why, "%s is no back-up: it does not say what it holds", path);
+    return contents->count > 0;
+}
+
+/* ------------------------------------------------------------------ copying */
+
+/* All pages of a source that is inside a read transaction, so that none can change. */
+static bool copy_pages(sqlite3 *from, sqlite3 *to, const char *path, char why[STORE_WHY_SIZE]) {
+    sqlite3_backup *copy = sqlite3_backup_init(to, "main", from, "main");
+    int code = copy ? SQLITE_OK : SQLITE_ERROR;
+    while (code == SQLITE_OK)
+        code = sqlite3_backup_step(copy, STEP_PAGES);
+    int last = copy ? sqlite3_backup_finish(copy) : SQLITE_ERROR;
+    return (code == SQLITE_DONE && last == SQLITE_OK) || say(why, to, path);
+}
+
+/* Reads the file anew, from the disk. */
+static bool check_copy(const char *path, const struct backup_contents *expected,
+                       char why[STORE_WHY_SIZE]) {
+    struct backup_contents found;
+    sqlite3 *handle = open_file(path, SQLITE_OPEN_READONLY, why);
+    bool good = handle && check_pages(handle, path, why) &&
+                read_contents(handle, path, &found, why) && backup_same(&found, expected, why);
+    sqlite3_close(handle);
+    return good;
+}
+
+/* `last` is done in the copy before it is brought to the disk. The log mode is a mark in the file,
+ * which a daemon sets again. */
+static bool copy_to(sqlite3 *from, const char *path, const struct backup_contents *contents,
+                    bool manifest, char why[STORE_WHY_SIZE]) {
+    sqlite3 *to = open_file(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, why);
+    bool good = to && copy_pages(from, to, path, why) &&
+                run(to, path, "PRAGMA journal_mode=DELETE; PRAGMA synchronous=FULL", why) &&
+                (manifest ? write_manifest(to, path, contents, why)
+                          : run(to, path, "DROP TABLE IF EXISTS backup", why));
+    if (sqlite3_close(to) != SQLITE_OK && good)
+        good = say(why, to, path);
+    return good && backup_sync(path, why) && check_copy(path, contents, why);
+}
+
+bool sqlite_backup_make(const char *database, const char *path, struct backup_contents *contents,
+                        char why[STORE_WHY_SIZE]) {
+    sqlite3 *from = open_file(database, SQLITE_OPEN_READWRITE, why);
+    bool good = from && run(from, database, "BEGIN; SELECT count(*) FROM sqlite_schema", why) &&
+                read_contents(from, database, contents, why) &&
+                copy_to(from, path, contents, true, why);
+    sqlite3_close(from);
+    return good;
+}
+
+/* ------------------------------------------------------------------ putting back */
+
+static bool beside(const char *database, const char *suffix, char path[PATH_MAX],
+                   char why[STORE_WHY_SIZE]) {
+    int length = snprintf(path, PATH_MAX, "%s%s", database, suffix);
+    if (length > 0 && length < PATH_MAX)
+        return true;
+    return backup_fail(why, "the name of the database is too long");
+}
+
+/* What root puts into the folder of another account is for that account. */
+static bool hand_over(const char *database, const char *path, char why[STORE_WHY_SIZE]) {
+    char folder[PATH_MAX];
+    struct stat status;
+    snprintf(folder, sizeof folder, "%s", database);
+    if (geteuid() != 0 || stat(dirname(folder), &status) != 0 ||
+        chown(path, status.st_uid, status.st_gid) == 0 || errno == ENOENT)
+        return true;
+    return backup_fail(why, "%s cannot be given to the account of its folder: %s", path,
+                       strerror(errno));
+}
+
+/* Takes what the log holds into the database, so that the one file is all; it may be damaged, and
+ * then both are kept as they are. */
+static void fold_log(const char *database) {
+    char why[STORE_WHY_SIZE];
+    sqlite3 *handle = open_file(database, SQLITE_OPEN_READWRITE, why);
+    if (handle)
+        (void)sqlite3_wal_checkpoint_v2(handle, NULL, SQLITE_CHECKPOINT_TRUNCATE, NULL, NULL);
+    sqlite3_close(handle);
+}
+
+/* A second name for a file, if it is there. */
+static bool link_file(const char *from, const char *to, char why[STORE_WHY_SIZE]) {
+    if (link(from, to) == 0 || errno == ENOENT)
+        return true;
+    return backup_fail(why, "%s cannot be kept as %s: %s", from, to, strerror(errno));
+}
+
+static bool remove_file(const char *path, char why[STORE_WHY_SIZE]) {
+    if (unlink(path) == 0 || errno == ENOENT)
+        return true;
+    return backup_fail(why, "%s cannot be removed: %s", path, strerror(errno));
+}
+
+/* What is there of a stage: nothing may be left beside a new one. */
+static bool remove_stage(const char *stage, char why[STORE_WHY_SIZE]) {
+    char journal[PATH_MAX];
+    return beside(stage, "-journal", journal, why) && remove_file(journal, why) &&
+           remove_file(stage, why);
+}
+
+/* The old database gets a second name, with its log, before the new one takes its first: whenever
+ * this ends, there is a whole database at the path, the old or the new one. */
+static bool swap(const char *database, const char *stage, char kept[BACKUP_KEPT_SIZE],
+                 char why[STORE_WHY_SIZE]) {
+    char log[PATH_MAX], shared[PATH_MAX], kept_log[PATH_MAX], folder[PATH_MAX];
+    char time[BACKUP_TIME_SIZE];
+    bool there = access(database, F_OK) == 0;
+    backup_time(time);
+    snprintf(folder, sizeof folder, "%s", database);
+    const char *parent = dirname(folder);
+    int length = snprintf(kept, BACKUP_KEPT_SIZE, "%s.before-%s", database, time);
+    if (length < 0 || length >= BACKUP_KEPT_SIZE || !beside(database, "-wal", log, why) ||
+        !beside(database, "-shm", shared, why) || !beside(kept, "-wal", kept_log, why))
+        return false;
+    if (there)
+        fold_log(database);
+    if (!link_file(database, kept, why) || !link_file(log, kept_log, why) ||
+        !backup_sync(parent, why) || !remove_file(log, why) || !remove_file(shared, why))
+        return false;
+    if (rename(stage, database) != 0) {
+        return backup_fail(why, "%s cannot be renamed: %s", stage, strerror(errno));
+    }
+    if (!there)
+        kept[0] = '\0';
+    return backup_sync(parent, why);
+}
+
+/* The copy, read through. */
+static sqlite3 *open_backup(const char *path, struct backup_contents *contents,
+                            char why[STORE_WHY_SIZE]) {
+    struct backup_contents found;
+    sqlite3 *from = open_file(path, SQLITE_OPEN_READONLY, why);
+    if (from && run(from, path, "BEGIN", why) && check_pages(from, path, why) &&
+        read_contents(from, path, &found, why) &&
+        read_manifest(from, path, found.schema, contents, why) &&
+        backup_same(&found, contents, why) &&
+        backup_known(path, found.schema, sqlite_schema(), why))
+        return from;
+    sqlite3_close(from);
+    return NULL;
+}
+
+/* The lock file stays, for the account of the folder. */
+static bool take_lock(const char *database, struct process_lock **lock, char why[STORE_WHY_SIZE]) {
+    char file[PATH_MAX];
+    *lock = process_lock_take(database, false, why);
+    return *lock && beside(database, "-lock", file, why) && hand_over(database, file, why);
+}
+
+bool sqlite_backup_restore(const char *database, const char *path, struct backup_contents *contents,
+                           char kept[BACKUP_KEPT_SIZE], char why[STORE_WHY_SIZE]) {
+    char stage[PATH_MAX];
+    struct process_lock *lock = NULL;
+    sqlite3 *from = NULL;
+    bool good = beside(database, ".restoring", stage, why) && take_lock(database, &lock, why) &&
+                (from = open_backup(path, contents, why)) != NULL && remove_stage(stage, why) &&
+                copy_to(from, stage, contents, false, why) && hand_over(database, stage, why) &&
+                swap(database, stage, kept, why);
+    char ignored[STORE_WHY_SIZE];
+    if (!good && lock)
+        (void)remove_stage(stage, ignored);
+    sqlite3_close(from);
+    process_lock_free(lock);
+    return good;
+}
