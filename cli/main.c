@@ -30,7 +30,13 @@ static const char help_head[] =
 static const char help_tail[] =
     "  --map MESH         write the fields on this mesh: Nastran bulk data, or points or\n"
     "                     triangles as JSON when the name ends in .json\n"
-    "  --inlet LIST       elements of the inlet, for lcmsim: 17,18, by the file's ids\n"
+    "  --inlet LIST       elements of the inlet, for lcmsim: 17,18,pid:3, by the file's\n"
+    "                     ids or by property\n"
+    "  --outlet LIST      those of the outlet\n"
+    "  --lcmsim-version N 2 or 3; default: 3\n"
+    "  --at-most-fiber-volume-fraction F\n"
+    "                     lcmsim: take denser elements to have this; otherwise those\n"
+    "                     that are too dense to be filled are left out\n"
     "  -o, --output FILE  where to write; default: standard output. The file appears\n"
     "                     when it is complete, or not at all\n"
     "  --fields LIST      only these columns: nodes.x,cells.shear_deg; of a map: k1,k2\n"
@@ -44,9 +50,13 @@ static const char help_tail[] =
     "Exit status: 0; 1 when the drape could not be done, with the reason on standard\n"
     "error; 2 when the command line is wrong.\n";
 
+enum { GATES = 2 };
+static const char *const gate_names[GATES] = {"inlet", "outlet"};
+
 struct arguments {
     const char *input, *output; /* NULL: standard input, standard output */
-    const char *map, *inlet;    /* NULL: no mesh, no inlet */
+    const char *map;            /* NULL: no mesh */
+    const char *gate[GATES];    /* lists for gate_names; NULL: none */
     const char *format_name;
     const struct format *format;
     struct format_options options;
@@ -95,15 +105,25 @@ static bool parse_count(const char *text, long most, long *value) {
     return errno == 0 && end != text && *end == '\0' && *value >= 1 && *value <= most;
 }
 
+/* Flags have a dash where the service's parameters have a low line. */
+static bool take_format_option(struct arguments *arguments, const char *flag, const char *value) {
+    struct api_problem problem = {0};
+    char name[64];
+    size_t length = strlen(flag);
+    for (size_t k = 0; k <= length && k < sizeof name; k++)
+        name[k] = flag[k] == '-' ? '_' : flag[k];
+    return format_option(&arguments->options, name, value, &problem);
+}
+
 /* One option with its value; false when the value is wrong. */
 static bool take_option(struct arguments *arguments, const char *name, const char *value) {
     const struct {
         const char *name, **text;
     } texts[] = {{"format", &arguments->format_name},
                  {"map", &arguments->map},
-                 {"inlet", &arguments->inlet},
+                 {gate_names[0], &arguments->gate[0]},
+                 {gate_names[1], &arguments->gate[1]},
                  {"output", &arguments->output}};
-    struct api_problem problem = {0};
     long count = 0;
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
         if (strcmp(name, texts[k].name) == 0) {
@@ -121,16 +141,25 @@ static bool take_option(struct arguments *arguments, const char *name, const cha
         arguments->limits.max_nodes = (size_t)count;
         return ok;
     }
-    return format_option(&arguments->options, name, value, &problem);
+    return take_format_option(arguments, name, value);
 }
 
 static const struct option option_table[] = {
-    {"format", required_argument, NULL, 0},    {"output", required_argument, NULL, 'o'},
-    {"map", required_argument, NULL, 0},       {"inlet", required_argument, NULL, 0},
-    {"fields", required_argument, NULL, 0},    {"precision", required_argument, NULL, 0},
-    {"table", required_argument, NULL, 0},     {"threads", required_argument, NULL, 0},
-    {"max-nodes", required_argument, NULL, 0}, {"help", no_argument, NULL, 'h'},
-    {"version", no_argument, NULL, 'v'},       {0},
+    {"format", required_argument, NULL, 0},
+    {"output", required_argument, NULL, 'o'},
+    {"map", required_argument, NULL, 0},
+    {"inlet", required_argument, NULL, 0},
+    {"outlet", required_argument, NULL, 0},
+    {"lcmsim-version", required_argument, NULL, 0},
+    {"at-most-fiber-volume-fraction", required_argument, NULL, 0},
+    {"fields", required_argument, NULL, 0},
+    {"precision", required_argument, NULL, 0},
+    {"table", required_argument, NULL, 0},
+    {"threads", required_argument, NULL, 0},
+    {"max-nodes", required_argument, NULL, 0},
+    {"help", no_argument, NULL, 'h'},
+    {"version", no_argument, NULL, 'v'},
+    {0},
 };
 
 /* The format, once it is known whether there is a mesh. */
@@ -170,9 +199,11 @@ static int parse_arguments(int argc, char **argv, struct arguments *arguments) {
         arguments->input = argv[optind];
     if (arguments->output && strcmp(arguments->output, "-") == 0)
         arguments->output = NULL;
-    if (arguments->inlet && !arguments->map) {
-        files_complain("--inlet", "needs --map");
-        return EXIT_USAGE;
+    for (int k = 0; k < GATES; k++) {
+        if (arguments->gate[k] && !arguments->map) {
+            files_complain(k ? "--outlet" : "--inlet", "needs --map");
+            return EXIT_USAGE;
+        }
     }
     return choose_format(arguments) ? -1 : EXIT_USAGE;
 }
@@ -255,8 +286,10 @@ static bool read_mesh(const struct arguments *arguments, const struct files_byte
     bool json = length >= 5 && strcasecmp(arguments->map + length - 5, ".json") == 0;
     enum api_problem_id result = (json ? map_target_json : map_target_nastran)(
         text->data, text->length, arena, mesh, problem);
-    if (result == API_OK && arguments->inlet)
-        result = map_target_inlet(mesh, arguments->inlet, arena, problem);
+    for (int k = 0; result == API_OK && k < GATES; k++)
+        if (arguments->gate[k] &&
+            !map_target_option(mesh, gate_names[k], arguments->gate[k], arena, problem))
+            return false;
     if (result == API_OK && !mesh->elements && arguments->format->elements)
         api_problem_set(problem, API_NOT_ACCEPTABLE, "%s is of elements, but these are points",
                         arguments->format->name);

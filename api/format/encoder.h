@@ -14,7 +14,7 @@ enum {
     ENCODER_VALUES = 4096, /* values of one piece */
     ENCODER_VALUE_ROOM = API_NUMBER_SIZE,
     ENCODER_PIECE = ENCODER_VALUES * ENCODER_VALUE_ROOM + API_HEADER_MAX, /* bytes of one piece */
-    ENCODER_NOTE_SIZE = 128
+    ENCODER_NOTE_SIZE = 320
 };
 
 /* A column of a stored result, as the context of a source. */

@@ -75,12 +75,40 @@ static bool set_table(struct format_options *options, const char *value,
     return false;
 }
 
+static bool set_lcmsim_version(struct format_options *options, const char *value,
+                               struct api_problem *problem) {
+    if ((*value == '2' || *value == '3') && value[1] == '\0') {
+        options->lcmsim_version = *value - '0';
+        return true;
+    }
+    api_problem_set(problem, API_INVALID_REQUEST, "lcmsim_version must be 2 or 3");
+    return false;
+}
+
+static bool set_fraction(struct format_options *options, const char *value,
+                         struct api_problem *problem) {
+    double fraction;
+    size_t length = strlen(value);
+    if (length > 0 && api_number_read(value, length, &fraction) == length && fraction > 0 &&
+        fraction < 1) {
+        options->fiber_volume_fraction = fraction;
+        return true;
+    }
+    api_problem_set(problem, API_INVALID_REQUEST,
+                    "at_most_fiber_volume_fraction must be a number between 0 and 1");
+    return false;
+}
+
 bool format_option(struct format_options *options, const char *name, const char *value,
                    struct api_problem *problem) {
     if (strcmp(name, "precision") == 0)
         return set_precision(options, value, problem);
     if (strcmp(name, "table") == 0)
         return set_table(options, value, problem);
+    if (strcmp(name, "lcmsim_version") == 0)
+        return set_lcmsim_version(options, value, problem);
+    if (strcmp(name, "at_most_fiber_volume_fraction") == 0)
+        return set_fraction(options, value, problem);
     if (strcmp(name, "fields") != 0)
         return false;
     options->fields = value;

@@ -57,16 +57,22 @@ struct format_options {
     const char *fields;   /* "nodes.x,cells.k1": only these columns; of a map also "k1"; NULL or
                              "": all */
     enum api_table table; /* for formats that hold one table; nodes or cells */
+    /* of lcmsim */
+    int lcmsim_version;           /* 2 or 3; 0: 3 */
+    double fiber_volume_fraction; /* what denser elements are taken to have; 0: they are left out */
 };
 
-/* Sets the option that a query parameter or command-line flag `name` (precision, fields, table)
- * stands for; `fields` is kept as a pointer to `value`. False with `problem` set (invalid-request,
- * naming the option) when `value` is not in its range; false with `problem` unset when there is no
- * option of that name. */
+/* Sets the option that a query parameter or command-line flag `name` (precision, fields, table,
+ * lcmsim_version, at_most_fiber_volume_fraction) stands for; `fields` is kept as a pointer to
+ * `value`. False with `problem` set (invalid-request, naming the option) when `value` is not in its
+ * range; false with `problem` unset when there is no option of that name. */
 bool format_option(struct format_options *options, const char *name, const char *value,
                    struct api_problem *problem);
 
 enum { MAP_WARNINGS_MAX = 4 };
+
+/* Where resin comes in and goes out. */
+enum map_gate { MAP_NO_GATE, MAP_INLET, MAP_OUTLET, MAP_GATES };
 
 /* Fields on a mesh or at points. All arrays are the caller's and outlive the encoder. */
 struct map_fields {
@@ -77,7 +83,7 @@ struct map_fields {
     size_t element_count;
     const struct api_column_source *columns; /* one row an element; named as in a result's cells */
     size_t column_count;
-    const uint8_t *inlet; /* for each element whether it belongs to the inlet; NULL: none does */
+    const uint8_t *gates; /* of each element, enum map_gate; NULL: there are none */
     const char *warnings[MAP_WARNINGS_MAX]; /* what the caller should know about them */
     size_t warning_count;
 };
@@ -107,8 +113,8 @@ ssize_t encoder_read(struct encoder *encoder, char *buffer, size_t size);
 uint64_t encoder_length(const struct encoder *encoder);
 
 /* For the header `Draped-Binning`: what the binning of `lcmsim` costs, as in
- * "bins=125; direction_deg=2.1; k1=0.03; thickness=0.01"; "" for other formats. Lives as long as
- * the encoder. */
+ * "bins=125; direction_deg=2.1; k1=0.03; ..."; "" for other formats. Lives as long as the encoder.
+ */
 const char *encoder_binning(const struct encoder *encoder);
 
 /* NULL is allowed. */

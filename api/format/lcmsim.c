@@ -5,6 +5,7 @@
 #include "encoder.h"
 #include "zip.h"
 #include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,19 +21,22 @@ enum {
 /* LCMsim refuses more. */
 static const double porosity_max = 0.99;
 
-enum file { MESH, PARTS, PARAMETERS, README, FILES };
+enum file { MESH, PARTS, PARAMETERS, DENSE, README, FILES };
 
 static const char *const file_names[FILES] = {"mesh.bdf", "part_description.csv",
-                                              "simulation_params.csv", "README.txt"};
+                                              "simulation_params.csv", "dense_elements.csv",
+                                              "README.txt"};
 
 struct state {
+    struct lcmsim_source source;
     struct lcmsim_bins bins;
-    struct zip_entry entry[FILES];
+    struct zip_entry entry[FILES]; /* of those that are there */
+    int entries;
     uint64_t position;
     enum file file;
-    bool open, complete;         /* the entry is begun; its text is whole */
-    size_t vertex, element, row; /* where mesh.bdf and the parts are */
-    uint32_t number;             /* of the last triangle */
+    bool open, complete;           /* the entry is begun; its text is whole */
+    size_t vertex, element, dense; /* where mesh.bdf and the list of dense elements are */
+    uint32_t number;               /* of the last triangle */
     z_stream deflate;
     bool deflating;
     struct api_text text; /* what is being compressed, from `taken` on */
@@ -155,11 +159,14 @@ static void put_triangle(struct api_text *text, struct state *state, int part, i
     api_text_raw(text, "\n");
 }
 
-/* Quadrilaterals are split along the first diagonal; both halves are of one part. */
+/* Quadrilaterals are split along the first diagonal; both halves are of one part. What cannot be
+ * filled is not there. */
 static void put_element(struct api_text *text, const struct map_fields *fields,
                         struct state *state) {
     int part = state->bins.part[state->element];
     const int32_t *corner = fields->elements[state->element++];
+    if (part == 0)
+        return;
     put_triangle(text, state, part, corner[0], corner[1], corner[2]);
     if (corner[3] >= 0)
         put_triangle(text, state, part, corner[0], corner[2], corner[3]);
@@ -183,10 +190,18 @@ static bool write_mesh(struct api_text *text, const struct map_fields *fields,
 
 /* ---- the tables ---- */
 
-static const char part_names[] =
+/* Of the columns of a part, version 2 has the first. */
+enum { PART_NAMES = 3, PART_NUMBERS = 19, PART_NUMBERS_2 = 14 - PART_NAMES };
+
+static const char part_names_2[] =
     "name,type,part_id,thickness,porosity,porosity_noise,permeability,permeability_noise,alpha,"
-    "refdir1,refdir2,refdir3,porosity_1,p_1,porosity_2,p_2,n_CK,permeability_Z,thickness_DM,"
-    "porosity_DM,permeability_DM,permeability_DM_Z\n";
+    "refdir1,refdir2,refdir3,porosity_1,p_1";
+static const char part_names_3[] = ",porosity_2,p_2,n_CK,permeability_Z,thickness_DM,porosity_DM,"
+                                   "permeability_DM,permeability_DM_Z";
+
+static int version_of(const struct encoder *encoder) {
+    return encoder->options.lcmsim_version ? encoder->options.lcmsim_version : 3;
+}
 
 static void put_numbers(struct api_text *text, const double *values, size_t count) {
     for (size_t k = 0; k < count; k++) {
@@ -195,7 +210,7 @@ static void put_numbers(struct api_text *text, const double *values, size_t coun
     }
 }
 
-static void write_part(struct api_text *text, const char *type, int part,
+static void write_part(struct api_text *text, int version, const char *type, int part,
                        const struct lcmsim_inputs *in) {
     double porosity = fmin(in->porosity, porosity_max);
     double alpha = in->k1 > 0 ? in->k2 / in->k1 : 1;
@@ -209,45 +224,140 @@ static void write_part(struct api_text *text, const char *type, int part,
                 (const double[]){in->thickness, porosity, 0, in->k1, 0, alpha, in->direction.x,
                                  in->direction.y, in->direction.z, porosity, 0.9e5, porosity, 1.0e5,
                                  0, in->k3, 0, 0.5, 9.5e-10, 1e-13},
-                19);
+                version == 2 ? PART_NUMBERS_2 : PART_NUMBERS);
     api_text_raw(text, "\n");
 }
 
-static bool write_parts(struct api_text *text, struct state *state) {
+static bool write_parts(struct api_text *text, const struct encoder *encoder) {
+    const struct state *state = encoder->state;
     const struct lcmsim_bins *bins = &state->bins;
-    api_text_raw(text, part_names);
-    if (bins->has_inlet)
-        write_part(text, "inlet", LCMSIM_INLET_PART, &bins->inlet);
+    int version = version_of(encoder);
+    api_text_raw(text, part_names_2);
+    api_text_raw(text, version == 2 ? "" : part_names_3);
+    api_text_raw(text, "\n");
+    if (bins->has_gate[MAP_INLET])
+        write_part(text, version, "inlet", LCMSIM_INLET_PART, &bins->gate[MAP_INLET]);
     for (size_t k = 0; k < bins->count; k++)
-        write_part(text, "base", LCMSIM_FIRST_PART + (int)k, &bins->bin[k]);
+        write_part(text, version, "base", LCMSIM_FIRST_PART + (int)k, &bins->bin[k]);
+    if (bins->has_gate[MAP_OUTLET])
+        write_part(text, version, "outlet", LCMSIM_OUTLET_PART, &bins->gate[MAP_OUTLET]);
     return true;
 }
+
+/* ---- elements too dense ---- */
+
+static bool has_dense(const struct state *state) {
+    return state->bins.left_out + state->bins.capped > 0;
+}
+
+static double id_of(const struct map_fields *fields, size_t element) {
+    double id = (double)element;
+    const struct api_column_source *ids = encoder_find(
+        fields->columns, fields->column_count, API_TABLE_CELLS, column_specs[COLUMN_CELLS_id].name);
+    if (ids)
+        ids->fill(ids->context, element, 1, &id);
+    return id;
+}
+
+/* A piece of the list. */
+static bool write_dense(struct api_text *text, const struct encoder *encoder) {
+    struct state *state = encoder->state;
+    const struct map_fields *fields = &encoder->fields;
+    struct lcmsim_inputs in;
+    if (state->dense == 0)
+        api_text_raw(text, "id,fiber_volume_fraction,treatment\n");
+    for (int k = 0; k < LINES && state->dense < fields->element_count; k++) {
+        size_t element = state->dense++;
+        enum lcmsim_state how = lcmsim_read(&state->source, element, &in);
+        if (how == LCMSIM_AS_IT_IS)
+            continue;
+        api_text_integer(text, (int64_t)id_of(fields, element));
+        api_text_raw(text, ",");
+        put_float(text, lcmsim_fraction(&state->source, element));
+        api_text_raw(text, how == LCMSIM_CAPPED ? ",capped\n" : ",left out\n");
+    }
+    return state->dense == fields->element_count;
+}
+
+/* ---- the readme ---- */
 
 static const char parameters[] = "p_ref,rho_ref,gamma,mu_resin,p_a,p_init,rho_0_air,rho_0_oil\n"
                                  "1.01325e5,1.225,1.4,0.06,1.35e5,1.0e5,1.2,960\n";
 
+static const struct {
+    const char *name, *key, *unit;
+    double factor;
+} differences[LCMSIM_DIFFERENCES] = {
+    [LCMSIM_DIRECTION] = {"direction of k1", "direction_deg", "deg", 1},
+    [LCMSIM_K1] = {"k1", "k1", "%", 100},
+    [LCMSIM_K2] = {"k2", "k2", "%", 100},
+    [LCMSIM_THICKNESS] = {"thickness", "thickness", "%", 100},
+    [LCMSIM_POROSITY] = {"porosity", "porosity", "", 1},
+};
+
+static void put_formatted(struct api_text *text, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+static void put_formatted(struct api_text *text, const char *format, ...) {
+    char line[400];
+    va_list values;
+    va_start(values, format);
+    vsnprintf(line, sizeof line, format, values);
+    va_end(values);
+    api_text_raw(text, line);
+}
+
+static void write_differences(struct api_text *text, const struct lcmsim_bins *bins) {
+    put_formatted(text, "  %-16s%10s  %s\n", "", "at most", "on 95 % of the area");
+    for (int k = 0; k < LCMSIM_DIFFERENCES; k++)
+        put_formatted(text, "  %-16s%10.3g  %.3g %s\n", differences[k].name,
+                      differences[k].factor * bins->largest[k],
+                      differences[k].factor * bins->most[k], differences[k].unit);
+}
+
+static void write_density(struct api_text *text, const struct state *state) {
+    const struct lcmsim_bins *bins = &state->bins;
+    if (bins->capped > 0)
+        put_formatted(
+            text,
+            "\n%zu elements are denser than a fibre volume fraction of %g and are taken to\n"
+            "have that, and the permeability of the densest element below it, scaled by\n"
+            "Kozeny and Carman: dense_elements.csv.\n",
+            bins->capped, state->source.cap);
+    if (bins->left_out > 0)
+        put_formatted(text,
+                      "\n%zu elements are packed too densely to be filled and are left out of\n"
+                      "mesh.bdf, as walls to the flow: dense_elements.csv.\n",
+                      bins->left_out);
+}
+
 static void write_readme(struct api_text *text, const struct encoder *encoder) {
     const struct state *state = encoder->state;
     const struct lcmsim_bins *bins = &state->bins;
-    char line[1200];
-    snprintf(line, sizeof line,
-             "A case for LCMsim, made from drape %s. SI units.\n\n"
-             "mesh.bdf               %zu nodes, %u triangles (quadrilaterals are split)\n"
-             "part_description.csv   %zu parts of fabric, ids from %d on%s\n"
-             "simulation_params.csv  pressures and resin: typical values, to be replaced\n\n"
-             "LCMsim takes properties by part. Elements alike in k1 direction, k1, thickness and\n"
-             "porosity share a part, which has their area-weighted mean. An element differs from\n"
-             "its part by at most\n"
-             "  direction of k1  %.3g deg (where k2/k1 is below %g)\n"
-             "  k1               %.3g %%\n"
-             "  thickness        %.3g %%\n\n"
-             "permeability is k1 along refdir, which LCMsim projects on each element; alpha is\n"
-             "k2/k1; porosities over %g are written as %g.\n",
-             encoder->id, encoder->fields.vertex_count, (unsigned)state->number, bins->count,
-             LCMSIM_FIRST_PART, bins->has_inlet ? "; part 1 is the inlet" : "; no inlet is given",
-             bins->direction_deg, LCMSIM_ISOTROPIC, 100 * bins->k1, 100 * bins->thickness,
-             porosity_max, porosity_max);
-    api_text_raw(text, line);
+    bool inlet = bins->has_gate[MAP_INLET];
+    put_formatted(text,
+                  "A case for LCMsim v%d, made from drape %s. SI units.\n\n"
+                  "mesh.bdf               %zu nodes, %u triangles (quadrilaterals are split)\n"
+                  "part_description.csv   %zu parts of fabric, ids from %d on; ",
+                  version_of(encoder), encoder->id, encoder->fields.vertex_count,
+                  (unsigned)state->number, bins->count, LCMSIM_FIRST_PART);
+    put_formatted(text, inlet ? "part %d is the inlet" : "no inlet is given", LCMSIM_INLET_PART);
+    if (bins->has_gate[MAP_OUTLET])
+        put_formatted(text, ",\n                       part %d the outlet", LCMSIM_OUTLET_PART);
+    api_text_raw(
+        text, "\n"
+              "simulation_params.csv  pressures and resin: typical values, to be replaced\n\n"
+              "LCMsim takes properties by part. Elements alike in k1 direction, k1, k2, thickness\n"
+              "and porosity share a part, which has their area-weighted mean. An element differs\n"
+              "from its part by\n");
+    write_differences(text, bins);
+    put_formatted(
+        text,
+        "The direction is compared where k2/k1 is below %g.\n\n"
+        "permeability is k1 along refdir, which LCMsim projects on each element; alpha is\n"
+        "k2/k1; porosities over %g are written as %g.\n",
+        LCMSIM_ISOTROPIC, porosity_max, porosity_max);
+    write_density(text, state);
 }
 
 /* Appends the next piece of the current file; whether it is the last. */
@@ -257,7 +367,9 @@ static bool write_text(struct encoder *encoder, struct api_text *text) {
     case MESH:
         return write_mesh(text, &encoder->fields, state);
     case PARTS:
-        return write_parts(text, state);
+        return write_parts(text, encoder);
+    case DENSE:
+        return write_dense(text, encoder);
     case PARAMETERS:
         api_text_raw(text, parameters);
         return true;
@@ -271,7 +383,7 @@ static bool write_text(struct encoder *encoder, struct api_text *text) {
 
 static void open_entry(struct encoder *encoder) {
     struct state *state = encoder->state;
-    struct zip_entry *entry = &state->entry[state->file];
+    struct zip_entry *entry = &state->entry[state->entries];
     *entry = (struct zip_entry){.method = ZIP_DEFLATED, .trailed = true};
     strcpy(entry->name, file_names[state->file]);
     entry->offset = state->position;
@@ -285,7 +397,7 @@ static void open_entry(struct encoder *encoder) {
 /* Takes more text when the last is compressed. */
 static void take_text(struct encoder *encoder) {
     struct state *state = encoder->state;
-    struct zip_entry *entry = &state->entry[state->file];
+    struct zip_entry *entry = &state->entry[state->entries];
     if (state->taken < state->text.length || state->complete)
         return;
     state->text = api_text_over(state->buffer, sizeof state->buffer);
@@ -309,16 +421,16 @@ static bool compress_text(struct encoder *encoder) {
     int answer = deflate(z, state->complete ? Z_FINISH : Z_NO_FLUSH);
     state->taken = state->text.length - z->avail_in;
     piece->length += room - z->avail_out;
-    state->entry[state->file].packed += room - z->avail_out;
+    state->entry[state->entries].packed += room - z->avail_out;
     encoder->failed = encoder->failed || answer == Z_STREAM_ERROR;
     return answer == Z_STREAM_END;
 }
 
 static void write_directory(struct encoder *encoder) {
     struct state *state = encoder->state;
-    for (int k = 0; k < FILES; k++)
+    for (int k = 0; k < state->entries; k++)
         zip_list_entry(&encoder->piece, &state->entry[k]);
-    zip_end(&encoder->piece, FILES, state->position, encoder->piece.length);
+    zip_end(&encoder->piece, (size_t)state->entries, state->position, encoder->piece.length);
     encoder->ended = true;
 }
 
@@ -332,31 +444,46 @@ static void next(struct encoder *encoder) {
         open_entry(encoder);
     take_text(encoder);
     if (compress_text(encoder)) {
-        zip_end_entry(&encoder->piece, &state->entry[state->file]);
+        zip_end_entry(&encoder->piece, &state->entry[state->entries++]);
         state->open = false;
         state->text.length = state->taken = 0;
         state->file++;
+        state->file += state->file == DENSE && !has_dense(state);
     }
     state->position += encoder->piece.length;
 }
 
 /* ---- the beginning ---- */
 
+/* "bins=125; direction_deg=0.6; k1=0.002; ...", the bounds of 95 % of the area behind. */
+static void note_binning(struct encoder *encoder) {
+    const struct state *state = encoder->state;
+    const struct lcmsim_bins *bins = &state->bins;
+    struct api_text text = api_text_over(encoder->binning, sizeof encoder->binning - 1);
+    put_formatted(&text, "bins=%zu", bins->count);
+    for (int k = 0; k < LCMSIM_DIFFERENCES; k++)
+        put_formatted(&text, "; %s=%.3g", differences[k].key, bins->largest[k]);
+    for (int k = 0; k < LCMSIM_DIFFERENCES; k++)
+        put_formatted(&text, "; %s_95=%.3g", differences[k].key, bins->most[k]);
+    if (has_dense(state))
+        put_formatted(&text, "; left_out=%zu; capped=%zu", bins->left_out, bins->capped);
+    encoder->binning[text.length] = '\0';
+}
+
 static bool begin(struct encoder *encoder, struct api_problem *problem) {
     struct state *state = encoder->state;
     struct lcmsim_bins *bins = &state->bins;
     enum { RAW = -15 }; /* zlib's way to say: without a header of its own */
-    if (!lcmsim_check(&encoder->fields, problem))
+    if (!lcmsim_open(&state->source, &encoder->fields, encoder->options.fiber_volume_fraction,
+                     problem))
         return false;
     state->deflating =
         deflateInit2(&state->deflate, LEVEL, Z_DEFLATED, RAW, 8, Z_DEFAULT_STRATEGY) == Z_OK;
-    if (!state->deflating || !lcmsim_make_bins(bins, &encoder->fields)) {
+    if (!state->deflating || !lcmsim_make_bins(bins, &state->source)) {
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to bin the elements");
         return false;
     }
-    snprintf(encoder->binning, sizeof encoder->binning,
-             "bins=%zu; direction_deg=%.3g; k1=%.3g; thickness=%.3g", bins->count,
-             bins->direction_deg, bins->k1, bins->thickness);
+    note_binning(encoder);
     return true;
 }
 

@@ -8,14 +8,18 @@
 #define API_FORMAT_LCMSIM_H
 
 #include "format.h"
+#include "solver/status.h"
+#include "solver/vec.h"
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 enum {
     LCMSIM_BINS_MAX = 125,
-    LCMSIM_FIRST_PART = 2, /* of the bins */
     LCMSIM_INLET_PART = 1,
+    LCMSIM_FIRST_PART = 2, /* of the bins */
+    LCMSIM_OUTLET_PART = LCMSIM_FIRST_PART + LCMSIM_BINS_MAX,
+    LCMSIM_COLUMNS = 8,          /* that an element's inputs come from */
     LCMSIM_NUMBER_MAX = 99999999 /* what a field of 8 digits holds */
 };
 
@@ -26,33 +30,67 @@ struct lcmsim_inputs {
     struct vec3 direction; /* of k1, a unit vector; its sign means nothing */
 };
 
+/* How an element comes into the case. */
+enum lcmsim_state {
+    LCMSIM_AS_IT_IS,
+    LCMSIM_CAPPED,   /* with the cap as its fibre volume fraction: it is denser */
+    LCMSIM_LEFT_OUT, /* too dense to be filled: a wall to the flow */
+};
+
+/* Where the inputs come from. */
+struct lcmsim_source {
+    const struct map_fields *fields;
+    const struct api_column_source *column[LCMSIM_COLUMNS], *packing; /* packing: or NULL */
+    double cap;                  /* the largest fibre volume fraction; 0: there is none */
+    bool has_capped;             /* there is an element that the inputs at the cap follow from */
+    struct lcmsim_inputs capped; /* but for thickness and direction, which are an element's own */
+};
+
+enum lcmsim_difference {
+    LCMSIM_DIRECTION, /* degrees in the element's plane, where k2/k1 < LCMSIM_ISOTROPIC */
+    LCMSIM_K1,        /* relative to the bin's, as the next two */
+    LCMSIM_K2,
+    LCMSIM_THICKNESS,
+    LCMSIM_POROSITY, /* absolute */
+    LCMSIM_DIFFERENCES
+};
+
 struct lcmsim_bins {
     size_t count;
     struct lcmsim_inputs bin[LCMSIM_BINS_MAX];
-    bool has_inlet;
-    struct lcmsim_inputs inlet;
-    uint8_t *part; /* of each element, malloc'ed */
-    /* The largest differences between an element and its bin. */
-    double direction_deg; /* in the element's plane, where k2/k1 < LCMSIM_ISOTROPIC */
-    double k1, thickness; /* relative to the bin's */
+    bool has_gate[MAP_GATES];
+    struct lcmsim_inputs gate[MAP_GATES]; /* the inlet's and the outlet's */
+    uint8_t *part;                        /* of each element, 0 when left out; malloc'ed */
+    size_t left_out, capped;              /* elements */
+    /* How much elements differ from their bins: the largest, and the bound that holds for 95 % of
+     * the area (to a thousandth of the largest, rounded up). */
+    double largest[LCMSIM_DIFFERENCES], most[LCMSIM_DIFFERENCES];
 };
 
 /* A permeability that differs less than this by direction has none that matters. */
 static const double LCMSIM_ISOTROPIC = 0.99;
 
 /* The columns of an element's inputs, in the order of `struct lcmsim_inputs`. */
-enum { LCMSIM_COLUMNS = 8 };
 void lcmsim_column_names(const char *names[LCMSIM_COLUMNS]);
 
-/* Whether a case can be made of the fields: all columns are there, and every element has a
- * thickness, pores and a permeability that are positive, as LCMsim's equations need. False with the
- * problem set: API_INVALID_REQUEST or API_TOO_LARGE. */
-bool lcmsim_check(const struct map_fields *fields, struct api_problem *problem);
+/* Finds the columns. With a cap > 0 denser elements take part with the cap as their fibre volume
+ * fraction: their permeability is that of the densest element below it, scaled to the cap by Kozeny
+ * and Carman. False with the problem set: API_INVALID_REQUEST (a column is missing, nothing can be
+ * filled) or API_TOO_LARGE. `fields` outlive the source. */
+bool lcmsim_open(struct lcmsim_source *source, const struct map_fields *fields, double cap,
+                 struct api_problem *problem) STATUS_MUST_USE;
+
+/* The inputs of an element; of one that is left out what it has. */
+enum lcmsim_state lcmsim_read(const struct lcmsim_source *source, size_t element,
+                              struct lcmsim_inputs *in);
+
+/* Its own fibre volume fraction. */
+double lcmsim_fraction(const struct lcmsim_source *source, size_t element);
 
 /* Puts the elements of the mesh into bins: the one with the largest area-weighted variance of
- * (k1 direction weighted by anisotropy, log k1, log thickness, k2/k1, porosity) is cut at its mean
+ * (k1 direction weighted by anisotropy, log k1, log thickness, log k2, porosity) is cut at its mean
  * until there are enough, or all that are in one are alike. False without memory. */
-bool lcmsim_make_bins(struct lcmsim_bins *bins, const struct map_fields *fields);
+bool lcmsim_make_bins(struct lcmsim_bins *bins, const struct lcmsim_source *source) STATUS_MUST_USE;
 void lcmsim_free_bins(struct lcmsim_bins *bins);
 
 /* A number in a bulk-data field of 8 characters: the closest plain decimal, or with a signed

@@ -7,15 +7,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FEATURES = 10, INPUTS = LCMSIM_COLUMNS, BLOCK = 1024, POWER_STEPS = 100 };
+enum { FEATURES = 10, POWER_STEPS = 100, LEVELS = 1000 };
 
 static const double PI = 3.14159265358979323846;
+
+/* What is no difference. */
+static const double rounding = 1e-9;
 
 /* A variance (of features that are of the order of one) below which elements are alike. */
 static const double alike = 1e-12;
 
 /* What the features weigh against each other: the direction as a dyad, whose distance is sqrt 2
- * times the sine of the angle; log k1; log thickness, which goes into flow and volume both; k2/k1;
+ * times the sine of the angle; log k1; log thickness, which goes into flow and volume both; log k2;
  * porosity, of which the fibre volume that fills the rest follows. */
 static const double weights[FEATURES] = {1, 1, 1, 1, 1, 1, 1.5, 3, 0.5, 2};
 
@@ -27,9 +30,9 @@ struct heap_part {
 };
 
 struct builder {
-    const struct map_fields *fields;
-    const struct api_column_source *column[INPUTS];
-    float (*feature)[FEATURES];
+    const struct lcmsim_source *source;
+    struct lcmsim_bins *bins;
+    float (*feature)[FEATURES]; /* once the bins are made, differences from them */
     float *area;
     uint32_t *order;
 };
@@ -37,11 +40,9 @@ struct builder {
 /* ---- one element ---- */
 
 static struct lcmsim_inputs read_element(const struct builder *b, size_t element) {
-    double v[INPUTS];
-    for (int k = 0; k < INPUTS; k++)
-        b->column[k]->fill(b->column[k]->context, element, 1, &v[k]);
-    return (struct lcmsim_inputs){v[0] * b->fields->unit->metres, v[1], v[2], v[3], v[4],
-                                  vec3_make(v[5], v[6], v[7])};
+    struct lcmsim_inputs in;
+    lcmsim_read(b->source, element, &in);
+    return in;
 }
 
 /* Twice the area times the normal; half the cross product of the diagonals for a quadrilateral. */
@@ -65,7 +66,7 @@ static void make_features(const struct lcmsim_inputs *in, float feature[FEATURES
     double ratio = in->k1 > 0 ? in->k2 / in->k1 : 1, s = sqrt(2), w = 1 - ratio;
     const double values[FEATURES] = {w * d.x * d.x,     w * d.y * d.y,           w * d.z * d.z,
                                      w * s * d.x * d.y, w * s * d.y * d.z,       w * s * d.x * d.z,
-                                     safe_log(in->k1),  safe_log(in->thickness), ratio,
+                                     safe_log(in->k1),  safe_log(in->thickness), safe_log(in->k2),
                                      in->porosity};
     for (int k = 0; k < FEATURES; k++)
         feature[k] = (float)(weights[k] * values[k]);
@@ -187,75 +188,134 @@ static double angle_in_plane(struct vec3 a, struct vec3 b, struct vec3 normal) {
     return fmin(angle, 180 - angle);
 }
 
+/* ---- differences ---- */
+
+/* Of an element from its bin. */
+static void differ(const struct builder *b, size_t element, const struct lcmsim_inputs *mean,
+                   float difference[LCMSIM_DIFFERENCES]) {
+    struct lcmsim_inputs in = read_element(b, element);
+    struct vec3 normal = element_normal(b->source->fields, element);
+    bool directed = in.k2 < LCMSIM_ISOTROPIC * in.k1;
+    const double values[LCMSIM_DIFFERENCES] = {
+        [LCMSIM_DIRECTION] = directed ? angle_in_plane(in.direction, mean->direction, normal) : 0,
+        [LCMSIM_K1] = fabs(in.k1 / mean->k1 - 1),
+        [LCMSIM_K2] = fabs(in.k2 / mean->k2 - 1),
+        [LCMSIM_THICKNESS] = fabs(in.thickness / mean->thickness - 1),
+        [LCMSIM_POROSITY] = fabs(in.porosity - mean->porosity),
+    };
+    for (int k = 0; k < LCMSIM_DIFFERENCES; k++) {
+        double value = values[k] > rounding ? values[k] : 0;
+        difference[k] = (float)value;
+        b->bins->largest[k] = fmax(b->bins->largest[k], value);
+    }
+}
+
+/* The level that the differences of 95 % of the area of the first `count` of the order keep to. */
+static double bound_of_most(const struct builder *b, size_t count, int kind) {
+    double area[LEVELS] = {0}, total = 0, sum = 0, largest = b->bins->largest[kind];
+    int level = 0;
+    for (size_t n = 0; n < count && largest > 0; n++) {
+        uint32_t element = b->order[n];
+        double share = (double)b->feature[element][kind] / largest;
+        level = (int)ceil(LEVELS * share) - 1;
+        level = level < 0 ? 0 : level < LEVELS ? level : LEVELS - 1;
+        area[level] += (double)b->area[element];
+        total += (double)b->area[element];
+    }
+    for (level = 0; level < LEVELS - 1 && sum + area[level] < 0.95 * total; level++)
+        sum += area[level];
+    return largest * (level + 1) / LEVELS;
+}
+
 /* ---- all ---- */
 
-static bool allocate(struct builder *b, struct lcmsim_bins *bins) {
-    size_t count = b->fields->element_count;
+static bool allocate(struct builder *b) {
+    size_t count = b->source->fields->element_count;
     b->feature = malloc(count * sizeof *b->feature);
     b->area = malloc(count * sizeof *b->area);
     b->order = malloc(count * sizeof *b->order);
-    bins->part = malloc(count);
-    return b->feature && b->area && b->order && bins->part;
+    b->bins->part = malloc(count);
+    return b->feature && b->area && b->order && b->bins->part;
 }
 
-/* Features and areas; elements of the inlet go to the end of the order. How many do not. */
-static size_t prepare(struct builder *b) {
-    const struct map_fields *fields = b->fields;
+static bool is_gate(const struct builder *b, size_t element) {
+    const uint8_t *gates = b->source->fields->gates;
+    return gates && gates[element] != MAP_NO_GATE;
+}
+
+/* Features and areas; elements of gates go to the end of the order, those left out into none. How
+ * many are neither. */
+static size_t prepare(struct builder *b, size_t *gate_elements) {
+    const struct map_fields *fields = b->source->fields;
     size_t count = fields->element_count, low = 0, high = count;
     double total = 0;
     for (size_t e = 0; e < count; e++) {
-        struct lcmsim_inputs in = read_element(b, e);
+        struct lcmsim_inputs in;
+        enum lcmsim_state state = lcmsim_read(b->source, e, &in);
+        b->bins->part[e] = 0;
+        b->area[e] = 0;
+        b->bins->capped += state == LCMSIM_CAPPED;
+        b->bins->left_out += state == LCMSIM_LEFT_OUT;
+        if (state == LCMSIM_LEFT_OUT)
+            continue;
         make_features(&in, b->feature[e]);
         b->area[e] = (float)(vec3_norm(element_normal(fields, e)) / 2);
         total += (double)b->area[e];
-        b->order[fields->inlet && fields->inlet[e] ? --high : low++] = (uint32_t)e;
+        b->order[is_gate(b, e) ? --high : low++] = (uint32_t)e;
     }
     float least = (float)(total > 0 ? 1e-9 * total / (double)count : 1); /* flat ones count, too */
     for (size_t e = 0; e < count; e++)
         b->area[e] = b->area[e] > least ? b->area[e] : least;
+    *gate_elements = count - high;
     return low;
 }
 
-/* Gives a bin its mean and number, and takes its elements' differences from it into account. */
-static void finish_part(const struct builder *b, struct lcmsim_bins *bins,
-                        const struct heap_part *part, size_t number) {
+/* Gives a bin its mean and number, and its elements their differences from it. */
+static void finish_part(const struct builder *b, const struct heap_part *part, size_t number) {
     struct lcmsim_inputs mean = mean_of(b, part->first, part->count);
-    bins->bin[number] = mean;
+    b->bins->bin[number] = mean;
     for (size_t n = part->first; n < part->first + part->count; n++) {
         uint32_t element = b->order[n];
-        struct lcmsim_inputs in = read_element(b, element);
-        bins->part[element] = (uint8_t)(LCMSIM_FIRST_PART + number);
-        bins->k1 = fmax(bins->k1, fabs(in.k1 / mean.k1 - 1));
-        bins->thickness = fmax(bins->thickness, fabs(in.thickness / mean.thickness - 1));
-        if (!(in.k2 < LCMSIM_ISOTROPIC * in.k1))
-            continue;
-        struct vec3 normal = element_normal(b->fields, element);
-        bins->direction_deg =
-            fmax(bins->direction_deg, angle_in_plane(in.direction, mean.direction, normal));
+        b->bins->part[element] = (uint8_t)(LCMSIM_FIRST_PART + number);
+        differ(b, element, &mean, b->feature[element]);
     }
 }
 
-bool lcmsim_make_bins(struct lcmsim_bins *bins, const struct map_fields *fields) {
-    struct builder builder = {.fields = fields};
+/* The inlet and the outlet: the last `count` of the order. */
+static void make_gates(const struct builder *b, size_t count) {
+    static const uint8_t parts[MAP_GATES] = {0, LCMSIM_INLET_PART, LCMSIM_OUTLET_PART};
+    const uint8_t *gates = b->source->fields->gates;
+    size_t end = b->source->fields->element_count, inlets = end - count;
+    for (size_t n = inlets; n < end; n++) {
+        uint32_t element = b->order[n];
+        b->bins->part[element] = parts[gates[element]];
+        if (gates[element] != MAP_INLET)
+            continue;
+        b->order[n] = b->order[inlets];
+        b->order[inlets++] = element;
+    }
+    const size_t first[MAP_GATES] = {0, end - count, inlets}, last[MAP_GATES] = {0, inlets, end};
+    for (int gate = MAP_INLET; gate < MAP_GATES; gate++) {
+        b->bins->has_gate[gate] = last[gate] > first[gate];
+        if (b->bins->has_gate[gate])
+            b->bins->gate[gate] = mean_of(b, first[gate], last[gate] - first[gate]);
+    }
+}
+
+bool lcmsim_make_bins(struct lcmsim_bins *bins, const struct lcmsim_source *source) {
+    struct builder builder = {.source = source, .bins = bins};
     struct heap_part parts[LCMSIM_BINS_MAX];
-    size_t count = fields->element_count;
+    size_t gates;
     *bins = (struct lcmsim_bins){0};
-    const char *names[LCMSIM_COLUMNS];
-    lcmsim_column_names(names);
-    for (int k = 0; k < INPUTS; k++)
-        builder.column[k] =
-            encoder_find(fields->columns, fields->column_count, API_TABLE_CELLS, names[k]);
-    bool room = allocate(&builder, bins);
+    bool room = allocate(&builder);
     if (room) {
-        size_t inner = prepare(&builder);
+        size_t inner = prepare(&builder, &gates);
         bins->count = inner > 0 ? cut_all(&builder, parts, inner) : 0;
         for (size_t k = 0; k < bins->count; k++)
-            finish_part(&builder, bins, &parts[k], k);
-        bins->has_inlet = inner < count;
-        if (bins->has_inlet)
-            bins->inlet = mean_of(&builder, inner, count - inner);
-        for (size_t n = inner; n < count; n++)
-            bins->part[builder.order[n]] = LCMSIM_INLET_PART;
+            finish_part(&builder, &parts[k], k);
+        for (int kind = 0; kind < LCMSIM_DIFFERENCES; kind++)
+            bins->most[kind] = bound_of_most(&builder, inner, kind);
+        make_gates(&builder, gates);
     }
     free(builder.feature);
     free(builder.area);

@@ -12,8 +12,6 @@ enum {
     ID_MAX = 99999999
 };
 
-static const double real_max = 1e12;
-
 #define FAIL(problem, ...) (api_problem_set(problem, API_INVALID_REQUEST, __VA_ARGS__), false)
 
 /* ---- lines ---- */
@@ -225,7 +223,7 @@ bool bulk_real(const struct bulk_card *card, int index, const char *what, double
         return true;
     bool good = normalise_real(card->field[index], text);
     size_t length = good ? strlen(text) : 0;
-    if (good && api_number_read(text, length, value) == length && fabs(*value) <= real_max)
+    if (good && api_number_read(text, length, value) == length && fabs(*value) <= BULK_REAL_MAX)
         return true;
     return FAIL(problem, "line %zu: %s of %s is '%s', which is no number within +-1e12", card->line,
                 what, card->name, card->field[index]);

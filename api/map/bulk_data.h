@@ -21,6 +21,9 @@ enum {
     BULK_NAME_SIZE = 16
 };
 
+/* The largest real. */
+static const double BULK_REAL_MAX = 1e12;
+
 /* A card with its continuations. `given` counts the fields that its lines reach. */
 struct bulk_card {
     size_t line;

@@ -226,9 +226,10 @@ static bool mark_inlet(struct scan *scan, const struct indices *inlet, struct ma
             return scan_invalid(scan, "/inlet_elements", (long)k, -1,
                                 "must be the index of an element, less than %zu",
                                 target->element_count);
-        marks[inlet->values[k]] = 1;
+        marks[inlet->values[k]] = MAP_INLET;
     }
-    target->inlet = marks;
+    target->gates = marks;
+    target->has_gate[MAP_INLET] = true;
     return true;
 }
 

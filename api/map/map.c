@@ -218,7 +218,7 @@ enum api_problem_id api_map_make(const struct api_reader *reader, const struct m
                                       .elements = target->elements,
                                       .element_count = target->element_count,
                                       .columns = map->columns,
-                                      .inlet = target->inlet};
+                                      .gates = target->gates};
     mapping->target = target;
     mapping->monitor = monitor;
     mapping->thickness = -1;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "systems.h"
 
+#include <math.h>
 #include <string.h>
 
 enum { DEPTH_MAX = 64 }; /* systems that hang on each other in a row */
@@ -87,10 +88,14 @@ static bool to_basic(struct resolution *resolution, int32_t id, struct vec3 *poi
 
 static bool move_grid(struct resolution *resolution, size_t index) {
     struct grids *grids = resolution->grids;
-    bool good = to_basic(resolution, grids->system[index], &grids->point[index], grids->line[index],
-                         "a GRID");
+    struct vec3 *point = &grids->point[index];
+    uint32_t line = grids->line[index];
+    if (!to_basic(resolution, grids->system[index], point, line, "a GRID"))
+        return false;
     grids->system[index] = 0;
-    return good;
+    bool near = fabs(point->x) <= BULK_REAL_MAX && fabs(point->y) <= BULK_REAL_MAX &&
+                fabs(point->z) <= BULK_REAL_MAX;
+    return near || FAIL(resolution->problem, "line %u: a GRID is not within +-1e12", line);
 }
 
 /* The three points that define the system, in basic coordinates. */

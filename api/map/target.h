@@ -10,6 +10,7 @@
 #ifndef API_MAP_TARGET_H
 #define API_MAP_TARGET_H
 
+#include "api/format/format.h"
 #include "api/problem.h"
 #include "solver/arena.h"
 #include "solver/status.h"
@@ -27,7 +28,8 @@ struct map_target {
     const int32_t *ids;           /* of each element, as the file has them; NULL: from 0 */
     const int32_t *pids;          /* of each element, its property; NULL: there are none */
     const char *warning;          /* what the reader passed over; NULL: nothing */
-    const uint8_t *inlet;         /* of each element whether it belongs to the inlet, or NULL */
+    uint8_t *gates;               /* of each element, enum map_gate; NULL: there are none */
+    bool has_gate[MAP_GATES];     /* which of them have been given */
 };
 
 /*
@@ -56,12 +58,13 @@ enum api_problem_id map_target_nastran(const char *bytes, size_t length, struct 
                                        struct api_problem *problem) STATUS_MUST_USE;
 
 /*
- * Marks as inlet the elements of a list "17,18", by the file's ids, else by index. Returns API_OK,
- * API_INVALID_REQUEST (no list of elements of this target, points, or the document had an inlet of
- * its own), or API_OUT_OF_MEMORY.
+ * Sets what a query parameter or command-line flag `name` says of the target: inlet (also as
+ * inlet_elements) and outlet, each a list "17,18,pid:3" of elements by the file's ids, else by
+ * index, and of properties. False with `problem` set: API_INVALID_REQUEST (it names no such
+ * elements, points, or it is given twice) or API_OUT_OF_MEMORY; false with `problem` unset when
+ * there is no option of that name.
  */
-enum api_problem_id map_target_inlet(struct map_target *target, const char *list,
-                                     struct arena *arena,
-                                     struct api_problem *problem) STATUS_MUST_USE;
+bool map_target_option(struct map_target *target, const char *name, const char *value,
+                       struct arena *arena, struct api_problem *problem);
 
 #endif

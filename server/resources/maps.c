@@ -7,6 +7,7 @@
 #include "server/http/stream.h"
 #include "server/spool.h"
 #include "server/work/stored_result.h"
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -99,27 +100,39 @@ static struct stored_result *find_result(struct call *call) {
 
 /* ------------------------------------------------------------------ the call */
 
+/* The query as the checker takes it, malloc'ed: of each parameter its name and its value, both
+ * zero-terminated. NULL without memory. */
+static char *copy_options(const struct request *request, size_t *length) {
+    char *options = NULL;
+    FILE *stream = open_memstream(&options, length);
+    if (!stream)
+        return NULL;
+    for (size_t k = 0; k < request->query_count; k++)
+        fprintf(stream, "%s%c%s%c", request->query[k].name, 0, request->query[k].value, 0);
+    return fclose(stream) == 0 ? options : NULL;
+}
+
 /* False: the reply says why no map is begun. */
 static bool begin_map(struct call *call, const struct call_choice *choice) {
     struct request *request = call->request;
     const char *type = request_header(request, "Content-Type");
-    const char *inlet = request_query(request, "inlet_elements");
     struct stored_result *stored = find_result(call);
     if (!stored)
         return false;
     struct checkers_order order = checking_order(call, CHECKER_MAP);
     order.nastran = type && negotiate_is_type(type, "text/x-nastran");
-    order.precision = choice->options.precision;
     order.id = request->parameter;
     order.format = choice->format->name;
-    order.document[CHECKER_INLET] = inlet;
-    order.length[CHECKER_INLET] = inlet ? strlen(inlet) + 1 : 0;
-    order.document[CHECKER_FIELDS] = choice->options.fields;
-    order.length[CHECKER_FIELDS] = choice->options.fields ? strlen(choice->options.fields) + 1 : 0;
+    char *options = copy_options(request, &order.length[CHECKER_OPTIONS]);
+    order.document[CHECKER_OPTIONS] = options;
     order.columns =
         (struct checkers_columns){write_columns, free, stored, (size_t)stored->result.length};
-    request->state = checking_begin(call, &order);
+    if (options)
+        request->state = checking_begin(call, &order);
+    else
+        reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
     request->state_free = checking_free;
+    free(options);
     if (!request->state)
         free(stored);
     return request->state != NULL;

@@ -67,15 +67,27 @@ static bool in_time(void *context, double fraction) {
     return clock_ms() < task->order.deadline_ms;
 }
 
+/* The options of the order for the mesh and for the format. */
+static bool take_options(const struct task *task, struct arena *arena, struct map_target *mesh,
+                         struct format_options *options, struct api_problem *problem) {
+    const char *at = task->document[CHECKER_OPTIONS];
+    const char *end = at + task->order.length[CHECKER_OPTIONS];
+    while (problem->id == API_OK && at < end) {
+        const char *name = at, *value = name + strlen(name) + 1;
+        if (!map_target_option(mesh, name, value, arena, problem) && problem->id == API_OK)
+            format_option(options, name, value, problem);
+        at = value + strlen(value) + 1;
+    }
+    return problem->id == API_OK;
+}
+
 static bool read_mesh(const struct task *task, const struct format *format, struct arena *arena,
                       struct map_target *mesh, struct api_problem *problem) {
-    const char *body = task->document[CHECKER_BODY], *inlet = task->document[CHECKER_INLET];
+    const char *body = task->document[CHECKER_BODY];
     size_t length = task->order.length[CHECKER_BODY];
     enum api_problem_id id = task->order.nastran
                                  ? map_target_nastran(body, length, arena, mesh, problem)
                                  : map_target_json(body, length, arena, mesh, problem);
-    if (id == API_OK && task->order.length[CHECKER_INLET])
-        id = map_target_inlet(mesh, inlet, arena, problem);
     if (id == API_OK && !mesh->elements && format->elements)
         api_problem_set(problem, API_NOT_ACCEPTABLE,
                         "%s is of elements; a map onto points is available as json, csv",
@@ -84,12 +96,10 @@ static bool read_mesh(const struct task *task, const struct format *format, stru
 }
 
 static void write_map(struct task *task, const struct format *format,
-                      const struct map_fields *fields, struct api_problem *problem) {
+                      const struct map_fields *fields, const struct format_options *options,
+                      struct api_problem *problem) {
     const struct format_source source = {.id = task->order.id, .fields = fields};
-    const struct format_options options = {
-        .precision = task->order.precision,
-        .fields = task->order.length[CHECKER_FIELDS] ? task->document[CHECKER_FIELDS] : NULL};
-    struct encoder *encoder = encoder_new(format, &source, &options, problem);
+    struct encoder *encoder = encoder_new(format, &source, options, problem);
     if (!encoder)
         return;
     snprintf(task->answer.note, sizeof task->answer.note, "%s", encoder_binning(encoder));
@@ -109,13 +119,15 @@ static void make_map(struct task *task, struct api_problem *problem) {
     const struct api_reader reader = api_reader_of(&columns);
     const struct drape_monitor monitor = {in_time, task};
     const struct format *format = format_named(FORMAT_MAP, order->format);
+    struct format_options options = {0};
     struct map_target mesh;
     struct arena *arena = arena_new(order->limits.max_memory);
     if (!arena || !format)
         api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
     else if (read_mesh(task, format, arena, &mesh, problem) &&
+             take_options(task, arena, &mesh, &options, problem) &&
              api_map_make(&reader, &mesh, &monitor, arena, &map, problem) == API_OK)
-        write_map(task, format, &map.fields, problem);
+        write_map(task, format, &map.fields, &options, problem);
     arena_free(arena);
 }
 

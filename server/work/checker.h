@@ -23,7 +23,7 @@
 enum {
     CHECKER_INLINE_MAX = 32 * 1024, /* bytes of all documents in one packet */
     CHECKER_OPTION_SIZE = 16,
-    CHECKER_NOTE_SIZE = 128
+    CHECKER_NOTE_SIZE = 320
 };
 
 /* What is to be done with the documents. */
@@ -40,8 +40,7 @@ enum checker_document {
     CHECKER_BODY,
     CHECKER_SECOND,  /* the stored surface */
     CHECKER_COLUMNS, /* of a map: the container of the drape's result, always a file */
-    CHECKER_INLET,   /* of a map: the list of inlet elements, zero-terminated; length 0: none */
-    CHECKER_FIELDS,  /* of a map: the list of fields, zero-terminated; length 0: all */
+    CHECKER_OPTIONS, /* of a map: of each option its name and its value, zero-terminated */
     CHECKER_DOCUMENTS
 };
 
@@ -57,7 +56,6 @@ struct checker_order {
     struct api_start start;
     /* of CHECKER_MAP */
     bool nastran;
-    int32_t precision;
     char id[API_ID_SIZE];
     char format[CHECKER_OPTION_SIZE];
 };

@@ -182,7 +182,6 @@ static void fill_packet(struct check *check, const struct checkers_order *order)
     if ((int64_t)packet->limits.max_memory > check->reserve)
         packet->limits.max_memory = (size_t)check->reserve;
     packet->nastran = order->nastran;
-    packet->precision = order->precision;
     packet->has_start = order->start != NULL;
     if (order->start)
         packet->start = *order->start;

@@ -63,7 +63,6 @@ struct checkers_order {
     const struct api_start *start; /* or NULL */
     /* of a map */
     bool nastran;
-    int precision;
     const char *id, *format;
     struct checkers_columns columns;
 };

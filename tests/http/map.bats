@@ -297,7 +297,52 @@ END
     jq -e '.cells.packing_exceeded == [1, 1]' "$body"
     map_bulk '?format=lcmsim'
     expect_problem 422 invalid-request
-    [[ $(field .detail) == '2 of 2 elements have no pores'* ]]
+    [[ $(field .detail) == 'none of the 2 elements can be filled'* ]]
+    map_bulk '?format=lcmsim&at_most_fiber_volume_fraction=0.7'
+    expect_problem 422 invalid-request # there is none to scale from
+}
+
+@test "map: lcmsim has gates, either table, and what is too dense by name" {
+    map_bulk '?format=lcmsim&inlet=pid:1&lcmsim_version=2'
+    expect 200
+    unzip -p "$body" part_description.csv >"$BATS_TEST_TMPDIR/parts"
+    awk -F, 'NF != 14 {exit 1}' "$BATS_TEST_TMPDIR/parts"
+    grep -q '^inlet1,inlet,1,' "$BATS_TEST_TMPDIR/parts"
+    map_bulk '?format=lcmsim&inlet=17&outlet=5'
+    expect 200
+    unzip -p "$body" part_description.csv | cut -d, -f1-3 | grep -qx 'outlet127,outlet,127'
+    # A cavity in which the corners of the saddle are too dense, its middle is not.
+    jq '.cavity = {height: 0.002} | .fabric.spacing = 0.2' "$BATS_FILE_TMPDIR/request.json" |
+        post '/v1/drapes?fields=nodes.i' - -H 'Prefer: wait=40'
+    expect 200
+    id=$(field .id)
+    sed 's/^ENDDATA//' "$mesh" >"$BATS_TEST_TMPDIR/corner.bdf"
+    printf 'GRID,11,,1.9,1.9,0.\nGRID,12,,2.,1.9,.195\nGRID,13,,2.,2.,0.\nCTRIA3,30,2,11,12,13\nENDDATA\n' \
+        >>"$BATS_TEST_TMPDIR/corner.bdf"
+    call POST "/v1/drapes/$id/map?fields=id,fiber_volume_fraction" -H "$NASTRAN" \
+        --data-binary "@$BATS_TEST_TMPDIR/corner.bdf"
+    jq -e '.cells.fiber_volume_fraction | .[0] < 0.7 and .[2] > 0.9' "$body"
+    for query in '' '&at_most_fiber_volume_fraction=0.8'; do
+        call POST "/v1/drapes/$id/map?format=lcmsim$query" -H "$NASTRAN" \
+            --data-binary "@$BATS_TEST_TMPDIR/corner.bdf"
+        expect 200
+        unzip -p "$body" dense_elements.csv >"$BATS_TEST_TMPDIR/dense"
+        unzip -p "$body" mesh.bdf >"$BATS_TEST_TMPDIR/case.bdf"
+        if [ -z "$query" ]; then
+            grep -qE '^30,(0\.9|1\.).*,left out$' "$BATS_TEST_TMPDIR/dense"
+            [ "$(grep -c ^CTRIA3 "$BATS_TEST_TMPDIR/case.bdf")" = 3 ]
+            [[ $(header Draped-Binning) == *'; left_out=1; capped=0' ]]
+        else
+            grep -q '^30,.*,capped$' "$BATS_TEST_TMPDIR/dense"
+            [ "$(grep -c ^CTRIA3 "$BATS_TEST_TMPDIR/case.bdf")" = 4 ]
+            [[ $(header Draped-Binning) == *'; left_out=0; capped=1' ]]
+        fi
+    done
+    for query in lcmsim_version=4 at_most_fiber_volume_fraction=1 at_most_fiber_volume_fraction=x \
+        inlet=pid:77 'inlet=17&outlet=17'; do
+        map_bulk "?format=lcmsim&$query"
+        expect_problem 422 invalid-request
+    done
 }
 
 @test "map: a mesh may be larger than other bodies, but not than --max-mesh" {

@@ -85,6 +85,8 @@ compare() { $READ "$2" "$file" "$BATS_FILE_TMPDIR/$1.json" ${3:-}; }
 @test "readers: an LCMsim case follows the rules of LCMsim's readers, and meshio opens its mesh" {
     $READ lcmsim tests/unit/golden/lcmsim
     $READ lcmsim tests/unit/golden/lcmsim_inlet
+    $READ lcmsim tests/unit/golden/lcmsim_dense
+    $READ lcmsim tests/unit/golden/lcmsim_capped
 }
 
 # A square of triangles over the saddle's middle, as a bulk-data file.

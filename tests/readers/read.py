@@ -239,9 +239,9 @@ def read_lcmsim(folder, _=None):
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == PART_COLUMNS
     assert {int(row["part_id"]) for row in rows} == set(parts.values())
-    assert len(rows) <= 127 and all(1 <= int(row["part_id"]) <= 126 for row in rows)
+    assert len(rows) <= 127 and all(1 <= int(row["part_id"]) <= 127 for row in rows)
     for row in rows:
-        assert row["type"] == ("inlet" if row["part_id"] == "1" else "base")
+        assert row["type"] == {"1": "inlet", "127": "outlet"}.get(row["part_id"], "base")
         assert 0 < float(row["porosity"]) <= 0.99 and float(row["thickness"]) > 0
         assert row["porosity"] == row["porosity_1"] == row["porosity_2"]
         assert float(row["permeability"]) > 0 and 0 < float(row["alpha"]) <= 1

@@ -179,16 +179,23 @@ static struct map_fields mesh_of(const double (*rows)[MESH_NAMES], size_t count,
                                .column_count = MESH_NAMES};
 }
 
+static double mesh_rows[2][MESH_NAMES];
+
+void small_mesh_set(const char *column, size_t element, double value) {
+    for (int k = 0; k < MESH_NAMES; k++)
+        if (strcmp(column, mesh_names[k]) == 0)
+            mesh_rows[element][k] = value;
+}
+
 struct map_fields small_mesh(void) {
     static const struct vec3 vertices[] = {
         {0, 0, 0}, {100, 0, 0}, {100, 50.5, 0}, {0, 50, -0.0123456}, {150, 25, 1e-4}};
     static const int32_t elements[][4] = {{0, 1, 2, 3}, {1, 4, 2, -1}};
-    static double rows[2][MESH_NAMES];
     static struct mesh_rule rules[MESH_NAMES];
     static struct api_column_source sources[MESH_NAMES];
-    mesh_row(rows[0], 17, 0);
-    mesh_row(rows[1], 4, 30);
-    struct map_fields fields = mesh_of((const double(*)[MESH_NAMES])rows, 2, rules, sources);
+    mesh_row(mesh_rows[0], 17, 0);
+    mesh_row(mesh_rows[1], 4, 30);
+    struct map_fields fields = mesh_of((const double(*)[MESH_NAMES])mesh_rows, 2, rules, sources);
     fields.vertices = vertices;
     fields.vertex_count = sizeof vertices / sizeof *vertices;
     fields.elements = elements;

@@ -16,6 +16,9 @@ struct bytes small_result(void);
 /* The mesh; what it points to lives for good. */
 struct map_fields small_mesh(void);
 
+/* Sets a value of the last mesh; the next one has its own again. */
+void small_mesh_set(const char *column, size_t element, double value);
+
 /* The same in a strip of `count` quadrilaterals whose k1 turns by `turn_deg` from one to the next.
  */
 struct map_fields small_strip(size_t count, double turn_deg);

@@ -33,12 +33,13 @@ static void compare_golden(const char *name, const void *data, size_t length) {
     bytes_free(&golden);
 }
 
-static struct bytes encode_source(const struct format *format, const struct format_source *source) {
+static struct bytes encode_source(const struct format *format, const struct format_source *source,
+                                  const struct format_options *options) {
     struct api_problem problem = {0};
     struct bytes text = {0};
     char piece[1000];
     ssize_t length;
-    struct encoder *encoder = encoder_new(format, source, &(struct format_options){0}, &problem);
+    struct encoder *encoder = encoder_new(format, source, options, &problem);
     assert_non_null(encoder);
     uint64_t promised = encoder_length(encoder);
     while ((length = encoder_read(encoder, piece, sizeof piece)) > 0)
@@ -52,12 +53,14 @@ static struct bytes encode_source(const struct format *format, const struct form
 
 static struct bytes encode(const struct format *format, struct bytes *container) {
     struct api_reader reader = reader_over(container);
-    return encode_source(format, &(struct format_source){.id = "small", .reader = &reader});
+    return encode_source(format, &(struct format_source){.id = "small", .reader = &reader},
+                         &(struct format_options){0});
 }
 
 static struct bytes encode_mesh(const char *name, const struct map_fields *fields) {
     return encode_source(format_named(FORMAT_MAP, name),
-                         &(struct format_source){.id = "small", .fields = fields});
+                         &(struct format_source){.id = "small", .fields = fields},
+                         &(struct format_options){0});
 }
 
 static uint32_t number_at(const char *bytes, int size) {
@@ -308,24 +311,105 @@ static void test_formats_vtu_is_golden(void **state) {
     bytes_free(&text);
 }
 
+/* The mesh as a case. */
+static struct bytes encode_case(const struct map_fields *fields, int version, double cap) {
+    struct format_options options = {0};
+    options.lcmsim_version = version;
+    options.fiber_volume_fraction = cap;
+    return encode_source(format_named(FORMAT_MAP, "lcmsim"),
+                         &(struct format_source){.id = "small", .fields = fields}, &options);
+}
+
+/* As it is; with an inlet and an outlet for version 2; of elements that are too dense, capped. */
 static void test_formats_lcmsim_is_golden(void **state) {
     (void)state;
     static const char *const names[] = {"mesh.bdf", "part_description.csv", "simulation_params.csv",
-                                        "README.txt"};
-    static const uint8_t inlet[] = {0, 1};
-    struct map_fields fields = small_mesh();
-    for (int with_inlet = 0; with_inlet < 2; with_inlet++) {
-        fields.inlet = with_inlet ? inlet : NULL;
-        struct bytes zip = encode_mesh("lcmsim", &fields);
-        for (size_t k = 0; k < 4; k++) {
+                                        "README.txt", "dense_elements.csv"};
+    static const uint8_t inlet[] = {MAP_NO_GATE, MAP_INLET}, both[] = {MAP_OUTLET, MAP_INLET};
+    static const struct {
+        const char *folder;
+        int version;
+        const uint8_t *gates;
+        double porosity, cap; /* the first element's */
+    } cases[] = {{"lcmsim", 0, NULL, 0.604, 0},
+                 {"lcmsim_inlet", 0, inlet, 0.604, 0},
+                 {"lcmsim_gates", 2, both, 0.604, 0},
+                 {"lcmsim_dense", 3, NULL, -0.25, 0},
+                 {"lcmsim_capped", 3, NULL, -0.25, 0.7}};
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+        struct map_fields fields = small_mesh();
+        small_mesh_set("porosity", 0, cases[c].porosity);
+        fields.gates = cases[c].gates;
+        struct bytes zip = encode_case(&fields, cases[c].version, cases[c].cap);
+        for (size_t k = 0; k < (cases[c].porosity < 0 ? 5 : 4); k++) {
             char name[64];
             struct bytes text = unzip(&zip, names[k]);
-            snprintf(name, sizeof name, "lcmsim%s/%s", with_inlet ? "_inlet" : "", names[k]);
+            snprintf(name, sizeof name, "%s/%s", cases[c].folder, names[k]);
             compare_golden(name, text.data, text.length);
             bytes_free(&text);
         }
         bytes_free(&zip);
     }
+}
+
+/* Elements at the cap have 1 - cap for a porosity, and Kozeny and Carman's permeability there. */
+static void test_lcmsim_caps_dense_elements(void **state) {
+    (void)state;
+    struct map_fields fields = small_mesh();
+    struct lcmsim_source source;
+    struct lcmsim_inputs own, capped;
+    struct api_problem problem = {0};
+    small_mesh_set("porosity", 0, 0.1);
+    assert_true(lcmsim_open(&source, &fields, 0.5, &problem));
+    assert_int_equal(lcmsim_read(&source, 1, &own), LCMSIM_AS_IT_IS);
+    assert_int_equal(lcmsim_read(&source, 0, &capped), LCMSIM_CAPPED);
+    check_at_most(fabs(lcmsim_fraction(&source, 0) - 0.9), 1e-15);
+    check_at_most(fabs(capped.porosity - 0.5), 1e-15);
+    double ratio = (pow(0.5, 3) / pow(0.5, 2)) / (pow(0.604, 3) / pow(0.396, 2));
+    check_at_most(fabs(capped.k1 / own.k1 / ratio - 1), 1e-14);
+    check_at_most(fabs(capped.k2 / own.k2 / ratio - 1), 1e-14);
+    check_at_most(fabs(capped.k3 / own.k3 / ratio - 1), 1e-14);
+    check_at_most(fabs(capped.thickness - 3e-3), 1e-15); /* its own */
+    check_at_most(fabs(capped.direction.x - 1), 1e-15);
+}
+
+static void test_lcmsim_of_nothing_to_fill_is_refused(void **state) {
+    (void)state;
+    struct map_fields fields = small_mesh();
+    struct lcmsim_source source;
+    for (int capped = 0; capped < 2; capped++) {
+        struct api_problem problem = {0};
+        small_mesh_set("porosity", 0, -0.1);
+        small_mesh_set("k1", 1, 0);
+        assert_false(lcmsim_open(&source, &fields, capped ? 0.6 : 0, &problem));
+        assert_int_equal(problem.id, API_INVALID_REQUEST);
+        assert_non_null(strstr(problem.place[0].detail, "none of the 2 elements can be filled"));
+    }
+    (void)small_mesh();
+}
+
+/* 95 % of the area keep to the bound; 90 % of them to a smaller one. */
+static void test_lcmsim_tells_how_far_most_elements_differ(void **state) {
+    (void)state;
+    struct map_fields fields = small_strip(5000, 0.036);
+    struct lcmsim_source source;
+    struct lcmsim_bins bins;
+    struct api_problem problem = {0};
+    struct lcmsim_inputs in;
+    assert_true(lcmsim_open(&source, &fields, 0, &problem) && lcmsim_make_bins(&bins, &source));
+    size_t within = 0, well_within = 0;
+    for (size_t k = 0; k < fields.element_count; k++) {
+        lcmsim_read(&source, k, &in);
+        double mean = bins.bin[bins.part[k] - LCMSIM_FIRST_PART].thickness;
+        double difference = fabs(in.thickness / mean - 1);
+        check_at_most(difference, 1.000001 * bins.largest[LCMSIM_THICKNESS]);
+        within += difference <= 1.000001 * bins.most[LCMSIM_THICKNESS];
+        well_within += difference <= 0.97 * bins.most[LCMSIM_THICKNESS];
+    }
+    check_above((double)within, 0.95 * 5000 - 1);
+    check_below((double)well_within, 0.95 * 5000);
+    lcmsim_free_bins(&bins);
+    small_strip_free(&fields);
 }
 
 static void test_formats_lcmsim_says_what_it_lacks(void **state) {
@@ -384,15 +468,22 @@ static void test_lcmsim_fields_read_back(void **state) {
     }
 }
 
+static void make_bins(struct lcmsim_bins *bins, const struct map_fields *fields) {
+    struct lcmsim_source source;
+    struct api_problem problem = {0};
+    assert_true(lcmsim_open(&source, fields, 0, &problem));
+    assert_true(lcmsim_make_bins(bins, &source));
+}
+
 static void test_lcmsim_bins_are_at_most_125_and_alike(void **state) {
     (void)state;
     struct map_fields fields = small_strip(5000, 0.036); /* half a turn */
     struct lcmsim_bins bins;
     bool used[256] = {false};
-    assert_true(lcmsim_make_bins(&bins, &fields));
+    make_bins(&bins, &fields);
     assert_int_equal(bins.count, LCMSIM_BINS_MAX);
-    check_below(bins.direction_deg, 2);
-    check_below(bins.thickness, 0.03);
+    check_below(bins.largest[LCMSIM_DIRECTION], 2);
+    check_below(bins.largest[LCMSIM_THICKNESS], 0.03);
     for (size_t k = 0; k < fields.element_count; k++)
         used[bins.part[k]] = true;
     for (size_t part = 0; part < 256; part++)
@@ -405,11 +496,11 @@ static void test_lcmsim_bins_of_like_elements_are_one(void **state) {
     (void)state;
     struct map_fields fields = small_strip(300, 0);
     struct lcmsim_bins bins;
-    assert_true(lcmsim_make_bins(&bins, &fields));
+    make_bins(&bins, &fields);
     assert_int_equal(bins.count, 1);
-    check_below(bins.direction_deg, 1e-6);
-    check_below(bins.k1, 1e-12);
-    check_below(bins.thickness, 1e-12);
+    check_below(bins.largest[LCMSIM_DIRECTION], 1e-6);
+    check_below(bins.largest[LCMSIM_K1], 1e-12);
+    check_below(bins.largest[LCMSIM_THICKNESS], 1e-12);
     lcmsim_free_bins(&bins);
     small_strip_free(&fields);
 }
@@ -419,7 +510,7 @@ static void test_lcmsim_bins_know_no_sign_of_direction(void **state) {
     (void)state;
     struct map_fields fields = small_strip(4, 180);
     struct lcmsim_bins bins;
-    assert_true(lcmsim_make_bins(&bins, &fields));
+    make_bins(&bins, &fields);
     assert_int_equal(bins.count, 1);
     check_above(fabs(bins.bin[0].direction.x), 1 - 1e-12);
     lcmsim_free_bins(&bins);
@@ -443,6 +534,9 @@ int main(void) {
         cmocka_unit_test(test_formats_lcmsim_says_what_it_lacks),
         cmocka_unit_test(test_lcmsim_fields_are_the_closest_of_eight_characters),
         cmocka_unit_test(test_lcmsim_fields_read_back),
+        cmocka_unit_test(test_lcmsim_caps_dense_elements),
+        cmocka_unit_test(test_lcmsim_of_nothing_to_fill_is_refused),
+        cmocka_unit_test(test_lcmsim_tells_how_far_most_elements_differ),
         cmocka_unit_test(test_lcmsim_bins_are_at_most_125_and_alike),
         cmocka_unit_test(test_lcmsim_bins_of_like_elements_are_one),
         cmocka_unit_test(test_lcmsim_bins_know_no_sign_of_direction),

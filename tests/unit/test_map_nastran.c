@@ -109,7 +109,7 @@ static void test_map_nastran_reads_all_ways_of_writing(void **state) {
         assert_int_equal(mesh.ids[1 - quad], 17);
         assert_memory_equal(mesh.elements[quad], ((int32_t[]){a, b, c, d}), 16);
         assert_memory_equal(mesh.elements[1 - quad], ((int32_t[]){b, e, c, -1}), 16);
-        assert_null(mesh.inlet);
+        assert_null(mesh.gates);
     }
 }
 
@@ -419,40 +419,65 @@ static void test_map_nastran_without_memory_is_a_problem(void **state) {
     arena_fail_at(arena, 0);
 }
 
-/* ---- the inlet ---- */
+/* ---- gates ---- */
 
-static void test_map_inlet_is_by_the_ids_of_the_file(void **state) {
-    (void)state;
-    struct map_target mesh = read_good(small_fields);
+/* Sets an option of small_fields' mesh (ids 901 and 17, properties 1 and 2). */
+static enum api_problem_id set_option(struct map_target *mesh, const char *name, const char *list) {
     struct api_problem problem = {0};
-    assert_int_equal(map_target_inlet(&mesh, "17", arena, &problem), API_OK);
-    assert_true(mesh.inlet[0] == 0 && mesh.inlet[1] == 1);
-    assert_int_equal(map_target_inlet(&mesh, "17", arena, &problem), API_INVALID_REQUEST);
-    mesh.inlet = NULL;
-    problem = (struct api_problem){0};
-    assert_int_equal(map_target_inlet(&mesh, "17,901", arena, &problem), API_OK);
-    assert_true(mesh.inlet[0] == 1 && mesh.inlet[1] == 1);
-    mesh.inlet = NULL;
-    mesh.ids = NULL;
-    assert_int_equal(map_target_inlet(&mesh, "0", arena, &problem), API_OK);
-    assert_true(mesh.inlet[0] == 1 && mesh.inlet[1] == 0);
+    bool good = map_target_option(mesh, name, list, arena, &problem);
+    assert_int_equal(good, problem.id == API_OK);
+    return problem.id;
 }
 
-static void test_map_inlet_of_no_element_is_a_problem(void **state) {
+static void test_map_gates_are_by_the_ids_of_the_file_or_by_property(void **state) {
     (void)state;
-    static const char *const lists[] = {"18", "", ",", "17,", "a", "17 901", "-17", "99999999999"};
-    struct map_target mesh = read_good(small_fields);
-    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++) {
-        struct api_problem problem = {0};
-        assert_int_equal(map_target_inlet(&mesh, lists[k], arena, &problem), API_INVALID_REQUEST);
-        assert_null(mesh.inlet);
+    static const struct {
+        const char *inlet, *outlet;
+        uint8_t gates[2];
+    } cases[] = {
+        {"17", NULL, {0, MAP_INLET}},           {"17,901", NULL, {MAP_INLET, MAP_INLET}},
+        {"pid:1", NULL, {MAP_INLET, 0}},        {NULL, "pid:2", {0, MAP_OUTLET}},
+        {"901", "17", {MAP_INLET, MAP_OUTLET}}, {"17,pid:2", "pid:1", {MAP_OUTLET, MAP_INLET}}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        struct map_target mesh = read_good(small_fields);
+        if (cases[k].inlet)
+            assert_int_equal(set_option(&mesh, k % 2 ? "inlet" : "inlet_elements", cases[k].inlet),
+                             API_OK);
+        if (cases[k].outlet)
+            assert_int_equal(set_option(&mesh, "outlet", cases[k].outlet), API_OK);
+        assert_memory_equal(mesh.gates, cases[k].gates, 2);
     }
-    struct api_problem problem = {0};
+    struct map_target mesh = read_good(small_fields);
     mesh.ids = NULL;
-    assert_int_equal(map_target_inlet(&mesh, "2", arena, &problem), API_INVALID_REQUEST);
+    assert_int_equal(set_option(&mesh, "inlet", "0"), API_OK);
+    assert_int_equal(mesh.gates[0], MAP_INLET);
+    assert_int_equal(mesh.gates[1], MAP_NO_GATE);
+}
+
+static void test_map_gates_of_no_element_are_a_problem(void **state) {
+    (void)state;
+    static const char *const lists[] = {
+        "18", "", ",", "17,", "a", "17 901", "-17", "99999999999", "pid:3", "pid:", "pid:x"};
+    struct api_problem problem = {0};
+    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++) {
+        struct map_target mesh = read_good(small_fields);
+        assert_int_equal(set_option(&mesh, "inlet", lists[k]), API_INVALID_REQUEST);
+    }
+    struct map_target mesh = read_good(small_fields);
+    assert_int_equal(set_option(&mesh, "inlet", "17"), API_OK);
+    assert_int_equal(set_option(&mesh, "inlet_elements", "17"), API_INVALID_REQUEST); /* twice */
+    assert_int_equal(set_option(&mesh, "outlet", "901,17"), API_INVALID_REQUEST);     /* both */
+    assert_false(map_target_option(&mesh, "precision", "3", arena, &problem));
+    assert_int_equal(problem.id, API_OK);
+    mesh = read_good(small_fields);
+    mesh.ids = NULL;
+    assert_int_equal(set_option(&mesh, "inlet", "2"), API_INVALID_REQUEST);
+    mesh = read_good(small_fields);
+    mesh.pids = NULL;
+    assert_int_equal(set_option(&mesh, "inlet", "pid:1"), API_INVALID_REQUEST);
+    mesh = read_good(small_fields);
     mesh.elements = NULL;
-    problem = (struct api_problem){0};
-    assert_int_equal(map_target_inlet(&mesh, "0", arena, &problem), API_INVALID_REQUEST);
+    assert_int_equal(set_option(&mesh, "inlet", "0"), API_INVALID_REQUEST);
 }
 
 int main(void) {
@@ -469,8 +494,8 @@ int main(void) {
         cmocka_unit_test(test_map_nastran_takes_any_bytes),
         cmocka_unit_test(test_map_nastran_finds_scattered_ids),
         cmocka_unit_test(test_map_nastran_without_memory_is_a_problem),
-        cmocka_unit_test(test_map_inlet_is_by_the_ids_of_the_file),
-        cmocka_unit_test(test_map_inlet_of_no_element_is_a_problem),
+        cmocka_unit_test(test_map_gates_are_by_the_ids_of_the_file_or_by_property),
+        cmocka_unit_test(test_map_gates_of_no_element_are_a_problem),
     };
     return cmocka_run_group_tests_name("map_nastran", tests, set_up, tear_down);
 }

@@ -248,6 +248,9 @@ class Client:
     def _open_map(self, drape: str, mesh: Mesh, format: str,
                   options: Mapping[str, Any]) -> http.client.HTTPResponse:
         path, query = f"/v1/drapes/{drape}/map", dict(options)
+        for gate in ("inlet", "outlet"):
+            if gate in query and not isinstance(query[gate], str):
+                query[gate] = ",".join(map(str, query[gate]))
         inlet = query.pop("inlet_elements", None)
         if isinstance(mesh, Mapping):
             document = dict(mesh) if inlet is None else {**mesh, "inlet_elements": list(inlet)}
@@ -264,8 +267,9 @@ class Client:
         """The drape's fields on a mesh: the name of a Nastran bulk-data file, or a dict
         {"points": [[x, y, z], ...]} or {"mesh": {"vertices", "triangles"}}. The answer's `cells` has
         one value a column for each element or point, arrays where NumPy is installed; `warnings`
-        tells of a mesh that lies elsewhere. `options`: `fields`, `precision`, and `inlet_elements`, a
-        list of the file's ids, of a dict's mesh of indices."""
+        tells of a mesh that lies elsewhere. `options`: `fields`, `precision`, and for lcmsim `inlet`
+        and `outlet`, lists of the file's ids (of a dict's mesh of indices) and "pid:3",
+        `lcmsim_version` and `at_most_fiber_volume_fraction`."""
         with self._open_map(drape, mesh, "json", options) as answer:
             document = json.load(answer)
         return {**document, "cells": _table(document["cells"])}

@@ -1,0 +1,126 @@
+/* SPDX-License-Identifier: MIT */
+/* What LCMsim needs to know of each element. */
+#include "encoder.h"
+#include "lcmsim.h"
+#include <math.h>
+
+void lcmsim_column_names(const char *names[LCMSIM_COLUMNS]) {
+    static const enum column_id ids[] = {COLUMN_CELLS_thickness, COLUMN_CELLS_porosity,
+                                         COLUMN_CELLS_k1,        COLUMN_CELLS_k2,
+                                         COLUMN_CELLS_k3,        COLUMN_CELLS_k1_direction};
+    column_part_names(ids, sizeof ids / sizeof *ids, names);
+}
+
+static const struct api_column_source *find(const struct map_fields *fields, const char *name) {
+    return encoder_find(fields->columns, fields->column_count, API_TABLE_CELLS, name);
+}
+
+static bool find_columns(struct lcmsim_source *source, struct api_problem *problem) {
+    const char *needed[LCMSIM_COLUMNS];
+    lcmsim_column_names(needed);
+    for (size_t k = 0; k < LCMSIM_COLUMNS; k++) {
+        source->column[k] = find(source->fields, needed[k]);
+        if (source->column[k])
+            continue;
+        api_problem_set(problem, API_INVALID_REQUEST,
+                        "lcmsim needs a thickness, a fiber_volume_fraction and a permeability "
+                        "in the drape request; there is no %s",
+                        needed[k]);
+        return false;
+    }
+    source->packing = find(source->fields, column_specs[COLUMN_CELLS_packing_exceeded].name);
+    return true;
+}
+
+static double value_at(const struct api_column_source *column, size_t element) {
+    double value = 0;
+    column->fill(column->context, element, 1, &value);
+    return value;
+}
+
+static struct lcmsim_inputs read_own(const struct lcmsim_source *source, size_t element) {
+    double v[LCMSIM_COLUMNS];
+    for (int k = 0; k < LCMSIM_COLUMNS; k++)
+        v[k] = value_at(source->column[k], element);
+    return (struct lcmsim_inputs){v[0] * source->fields->unit->metres, v[1], v[2], v[3], v[4],
+                                  vec3_make(v[5], v[6], v[7])};
+}
+
+/* Without pores, or without a flow in every direction, LCMsim's equations have no solution; beyond
+ * the packing limit what they are given means nothing. */
+static bool can_be_filled(const struct lcmsim_source *source, size_t element,
+                          const struct lcmsim_inputs *in) {
+    bool packed = source->packing && value_at(source->packing, element) > 0;
+    return in->porosity > 0 && in->k1 > 0 && in->k2 > 0 && in->k3 > 0 && in->thickness > 0 &&
+           !packed;
+}
+
+/* (1 - Vf)^3 / Vf^2 */
+static double kozeny_carman(double fraction) {
+    return pow(1 - fraction, 3) / (fraction * fraction);
+}
+
+/* The inputs at the cap: those of the densest element below it, by Kozeny and Carman. */
+static void take_densest(struct lcmsim_source *source) {
+    double densest = -1;
+    for (size_t element = 0; element < source->fields->element_count; element++) {
+        struct lcmsim_inputs in = read_own(source, element);
+        double fraction = 1 - in.porosity;
+        if (fraction <= densest || fraction > source->cap || !can_be_filled(source, element, &in))
+            continue;
+        densest = fraction;
+        source->capped = in;
+    }
+    source->has_capped = densest > 0;
+    double ratio = source->has_capped ? kozeny_carman(source->cap) / kozeny_carman(densest) : 1;
+    source->capped.porosity = 1 - source->cap;
+    source->capped.k1 *= ratio;
+    source->capped.k2 *= ratio;
+    source->capped.k3 *= ratio;
+}
+
+enum lcmsim_state lcmsim_read(const struct lcmsim_source *source, size_t element,
+                              struct lcmsim_inputs *in) {
+    *in = read_own(source, element);
+    bool fillable = can_be_filled(source, element, in);
+    if (source->has_capped && (!fillable || 1 - in->porosity > source->cap)) {
+        struct lcmsim_inputs own = *in;
+        *in = source->capped;
+        in->thickness = own.thickness;
+        in->direction = own.direction;
+        return own.thickness > 0 ? LCMSIM_CAPPED : LCMSIM_LEFT_OUT;
+    }
+    return fillable ? LCMSIM_AS_IT_IS : LCMSIM_LEFT_OUT;
+}
+
+double lcmsim_fraction(const struct lcmsim_source *source, size_t element) {
+    return 1 - value_at(source->column[1], element);
+}
+
+bool lcmsim_open(struct lcmsim_source *source, const struct map_fields *fields, double cap,
+                 struct api_problem *problem) {
+    struct lcmsim_inputs in;
+    size_t left_out = 0;
+    *source = (struct lcmsim_source){.fields = fields, .cap = cap};
+    if (!find_columns(source, problem))
+        return false;
+    if (fields->element_count == 0) {
+        api_problem_set(problem, API_INVALID_REQUEST, "lcmsim needs a mesh with elements");
+        return false;
+    }
+    if (fields->vertex_count > LCMSIM_NUMBER_MAX || fields->element_count > LCMSIM_NUMBER_MAX / 2) {
+        api_problem_set(problem, API_TOO_LARGE, "the mesh has more elements than mesh.bdf can");
+        return false;
+    }
+    if (cap > 0)
+        take_densest(source);
+    for (size_t element = 0; element < fields->element_count; element++)
+        left_out += lcmsim_read(source, element, &in) == LCMSIM_LEFT_OUT;
+    if (left_out == fields->element_count)
+        api_problem_set(
+            problem, API_INVALID_REQUEST,
+            "none of the %zu elements can be filled: the fabric is packed too densely "
+            "everywhere (packing_exceeded); is the cavity too thin, or in another unit?",
+            fields->element_count);
+    return problem->id == API_OK;
+}
