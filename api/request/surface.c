@@ -55,6 +55,39 @@ static bool fault_part(const struct nurbs_places *places, const struct nurbs_fau
     return false;
 }
 
+/* What most often makes the knots of a direction too many or too few, as a question; "" when
+ * nothing explains their number. */
+static const char *guess_at_knots(const struct nurbs *nurbs, int direction) {
+    const struct nurbs_axis *own = direction == 0 ? &nurbs->u : &nurbs->v;
+    const struct nurbs_axis *other = direction == 0 ? &nurbs->v : &nurbs->u;
+    size_t m = own->knot_count, n = other->knot_count;
+    size_t own_size = (size_t)own->size, other_size = (size_t)other->size;
+    size_t own_order = (size_t)own->degree + 1, other_order = (size_t)other->degree + 1;
+    if (m == other_size + own_order && n == own_size + other_order)
+        return "; are size_u and size_v swapped?";
+    if (m == own_size + other_order && n == other_size + own_order)
+        return "; are degree_u and degree_v swapped?";
+    if (m == other_size + other_order && n == own_size + own_order)
+        return "; are knotvector_u and knotvector_v swapped?";
+    if (m + 2 == own_size + own_order)
+        return "; Rhino and openNURBS leave out the first and the last knot: repeat both ends once "
+               "more";
+    return "";
+}
+
+static bool check_knot_count(const struct nurbs_places *places, const struct nurbs *nurbs,
+                             int direction) {
+    const struct nurbs_axis *axis = direction == 0 ? &nurbs->u : &nurbs->v;
+    size_t wanted = (size_t)axis->size + (size_t)axis->degree + 1;
+    char letter = direction == 0 ? 'u' : 'v';
+    if (axis->knot_count == wanted)
+        return true;
+    place_fault(&places->part[direction == 0 ? NURBS_KNOTS_U : NURBS_KNOTS_V],
+                "the number of knots is %zu; size_%c + degree_%c + 1 is %zu%s", axis->knot_count,
+                letter, letter, wanted, guess_at_knots(nurbs, direction));
+    return false;
+}
+
 /* Checks one direction alone, so that its faults are found beside those of the rest: the other
  * one is a plain span, and the control points, which come last, are not looked at. */
 static bool check_axis(const struct nurbs_places *places, const struct nurbs_axis *axis,
@@ -78,7 +111,18 @@ static bool read_axis(const struct nurbs_places *places, int direction, struct n
     ok = place_numbers(&part[direction == 0 ? NURBS_KNOTS_U : NURBS_KNOTS_V], decode_coordinates, 4,
                        &axis->knots, &axis->knot_count) &&
          ok;
-    return ok && check_axis(places, axis, direction);
+    return ok;
+}
+
+/* Reads both directions, and reports the faults of both. */
+static bool read_axes(const struct nurbs_places *places, struct nurbs *nurbs) {
+    struct nurbs_axis *axes[2] = {&nurbs->u, &nurbs->v};
+    bool read[2], ok = true;
+    for (int k = 0; k < 2; k++)
+        read[k] = read_axis(places, k, axes[k]);
+    for (int k = 0; k < 2; k++)
+        ok = read[k] && check_knot_count(places, nurbs, k) && check_axis(places, axes[k], k) && ok;
+    return ok;
 }
 
 static bool read_control(const struct decode_control *control, struct nurbs *nurbs) {
@@ -99,7 +143,8 @@ static bool check_count(const struct nurbs *nurbs, const struct json_place *colu
     size_t wanted = (size_t)nurbs->u.size * (size_t)nurbs->v.size;
     if (count == 0 || wanted == 0 || count == wanted)
         return true;
-    place_fault(column, "the number of %s must be size_u * size_v", noun);
+    place_fault(column, "the number of %s is %zu; size_u * size_v is %zu * %zu = %zu", noun, count,
+                (size_t)nurbs->u.size, (size_t)nurbs->v.size, wanted);
     return false;
 }
 
@@ -125,8 +170,7 @@ static bool decode_nurbs(const struct json_place *place, struct api_surface *sur
     struct nurbs_places places;
     struct nurbs_fault fault;
     find_parts(place, &places);
-    bool ok = read_axis(&places, 0, &nurbs->u);
-    ok = read_axis(&places, 1, &nurbs->v) && ok;
+    bool ok = read_axes(&places, nurbs);
     ok = read_control(&places.control, nurbs) && ok;
     ok = check_count(nurbs, &places.control.points, nurbs->point_count, "control points") && ok;
     ok = check_count(nurbs, &places.control.weights, nurbs->weight_count, "weights") && ok;

@@ -316,6 +316,78 @@ static void test_decode_has_too_many_control_points(void **state) {
     assert_string_equal(d->problem.place[0].pointer, "/surface/control_points");
 }
 
+/* ",[1,2,..]" with `count` knots, clamped as far as they reach. */
+static void add_knots(struct bytes *text, const char *key, int degree, int count) {
+    bytes_format(text, ",\"%s\":[", key);
+    for (int k = 0; k < count; k++)
+        bytes_format(text, "%s%d", k ? "," : "", k > degree ? k - degree : 0);
+    bytes_format(text, "]");
+}
+
+/* A surface whose counts do not agree: degrees, sizes, knots and points. */
+static void test_decode_guesses_why_counts_do_not_agree(void **state) {
+    struct decoded *d = *state;
+    static const struct {
+        int degree[2], size[2], knots[2], points;
+        const char *detail[2];
+    } cases[] = {
+        {{2, 2}, {9, 4}, {11, 7}, 36, {"the number of knots is 11; size_u + degree_u + 1 is 12"}},
+        {{2, 2},
+         {4, 9},
+         {12, 7},
+         36,
+         {"the number of knots is 12; size_u + degree_u + 1 is 7; are size_u and size_v swapped?",
+          "the number of knots is 7; size_v + degree_v + 1 is 12; are size_u and size_v swapped?"}},
+        {{3, 1},
+         {5, 7},
+         {7, 11},
+         35,
+         {"the number of knots is 7; size_u + degree_u + 1 is 9; are degree_u and degree_v "
+          "swapped?",
+          "the number of knots is 11; size_v + degree_v + 1 is 9; are degree_u and degree_v "
+          "swapped?"}},
+        {{3, 1},
+         {5, 4},
+         {6, 9},
+         20,
+         {"the number of knots is 6; size_u + degree_u + 1 is 9; are knotvector_u and knotvector_v "
+          "swapped?",
+          "the number of knots is 9; size_v + degree_v + 1 is 6; are knotvector_u and knotvector_v "
+          "swapped?"}},
+        {{3, 2},
+         {5, 6},
+         {7, 7},
+         30,
+         {"the number of knots is 7; size_u + degree_u + 1 is 9; Rhino and openNURBS leave out the "
+          "first and the last knot: repeat both ends once more",
+          "the number of knots is 7; size_v + degree_v + 1 is 9; Rhino and openNURBS leave out the "
+          "first and the last knot: repeat both ends once more"}},
+        {{1, 1},
+         {3, 4},
+         {5, 6},
+         11,
+         {"the number of control points is 11; size_u * size_v is 3 * 4 = 12"}}};
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+        struct bytes text = {0};
+        bytes_format(&text,
+                     "{\"fabric\":{\"spacing\":1},\"surface\":{\"degree_u\":%d,\"degree_v\":%d,"
+                     "\"size_u\":%d,\"size_v\":%d",
+                     cases[c].degree[0], cases[c].degree[1], cases[c].size[0], cases[c].size[1]);
+        add_knots(&text, "knotvector_u", cases[c].degree[0], cases[c].knots[0]);
+        add_knots(&text, "knotvector_v", cases[c].degree[1], cases[c].knots[1]);
+        bytes_format(&text, ",\"control_points\":[");
+        for (int k = 0; k < cases[c].points; k++)
+            bytes_format(&text, "%s[%d,0,0]", k ? "," : "", k);
+        bytes_format(&text, "]}}");
+        d->problem = (struct api_problem){0};
+        decode_text(text.data, d->arena, &d->request, &d->problem);
+        assert_int_equal(d->problem.count, cases[c].detail[1] ? 2 : 1);
+        for (size_t k = 0; k < d->problem.count; k++)
+            assert_string_equal(d->problem.place[k].detail, cases[c].detail[k]);
+        bytes_free(&text);
+    }
+}
+
 /* Any damage to a document is answered, and never worse. */
 static void test_decode_survives_damaged_documents(void **state) {
     (void)state;
@@ -362,6 +434,7 @@ int main(void) {
         TEST(test_decode_normalised_start_is_what_was_chosen),
         TEST(test_decode_limits_are_too_large),
         TEST(test_decode_has_too_many_control_points),
+        TEST(test_decode_guesses_why_counts_do_not_agree),
         TEST(test_decode_survives_damaged_documents),
     };
     prepare();
