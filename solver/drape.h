@@ -85,6 +85,8 @@ struct drape_settings {
     const struct trim *trim;       /* the usable region; NULL: the whole surface */
     size_t max_nodes;              /* STATUS_TOO_MANY_NODES beyond */
     const struct drape_team *team; /* NULL: the calling thread alone */
+    int lanes; /* nodes to be found at once at the most, 0: as many as the processor can; the result
+                  has the same bits with any */
 };
 
 /* Watches a long run; called a few hundred times at the most, never at the same time, but with a

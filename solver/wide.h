@@ -13,6 +13,14 @@
 #else
 #define WIDE_CLONES
 #endif
+
+/* Whether a file may be compiled for registers wider than every processor's, by a pragma. */
+#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__clang__)
+#define WIDE_FILES 1
+#else
+#define WIDE_FILES 0
+#endif
+
 #define INLINE static inline __attribute__((always_inline))
 
 #endif

@@ -1,29 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "fishnet.h"
 
+#include "fishnet_limits.h"
 #include "solver/angle.h"
 #include "solver/surface/relaxation.h"
 
-enum { NEWTON_MAX = 40, MODEL_ROUNDS = 3, HALVINGS_MAX = 13, PREDICTORS = 5 };
-
-/* Newton stops at this length error relative to the edge, or where rounding hides it. */
-static const double tolerance = 1e-12;
-
-/* A guess is only taken as it is when it is this much better still: errors of guesses grow from
- * node to node, those of a Newton step do not. */
-static const double guess_share = 0.01;
-static const double rounding = 1e-15;
-
-/* Errors of this size are rounding: no step is of use. And this one, where steps do not reduce it,
- * is rounding of parameters in which the surface goes very fast. */
-static const double settled = 1e-14, stagnation = 1e-9;
-
-/* The error of a chord that does not matter. */
-static const double negligible = 1e-12;
-
-/* With less of an error one step of Newton's leads to rounding; and a step on the paraboloid that
- * changes so little of it is the last. */
-static const double model_least = 1e-7, model_enough = 1e-3;
+enum { NEWTON_MAX = 40, HALVINGS_MAX = 13, PREDICTORS = 5 };
 
 /* Below this sine of the angle between its yarns a cell that finds no corner has collapsed. */
 static const double collapsed_sine = 0.12;
@@ -60,17 +42,15 @@ static double turn(struct vec3 p, struct vec3 q, struct vec3 r, struct vec3 norm
     return vec3_dot(vec3_cross(vec3_sub(q, p), vec3_sub(r, p)), normal);
 }
 
-/* Cells open further than this sine are convex. */
-static const double open_sine = 0.3;
-
 bool fishnet_right_root(const struct fishnet_cell *cell, const struct station *d) {
     struct vec3 a = cell->a->jet.r, b = cell->b->jet.r, c = cell->c->jet.r;
     int sign = cell->orientation;
     double at_d = sign * turn(c, d->jet.r, b, d->normal);
     if (!(at_d > 0) || !(sign * turn(c, d->jet.r, b, cell->b->normal) > 0))
         return false;
-    return at_d > open_sine * cell->bd * cell->cd || (sign * turn(a, c, d->jet.r, d->normal) > 0 &&
-                                                      sign * turn(d->jet.r, b, a, d->normal) > 0);
+    return at_d > FISHNET_OPEN_SINE * cell->bd * cell->cd ||
+           (sign * turn(a, c, d->jet.r, d->normal) > 0 &&
+            sign * turn(d->jet.r, b, a, d->normal) > 0);
 }
 
 /* Solves J step = f with the rows of J being 2 w . (r_u, r_v). */
@@ -115,7 +95,7 @@ static bool newton_step(const struct surface_jet *jet, struct vec3 wb, struct ve
         return false;
     linear_solve(&linear, -f[0], -f[1], step);
     double whole = fabs(step[0]) + fabs(step[1]);
-    for (int round = 0; round < MODEL_ROUNDS && error > model_least; round++) {
+    for (int round = 0; round < FISHNET_MODEL_ROUNDS && error > FISHNET_MODEL_LEAST; round++) {
         struct surface_jet there;
         double more[2];
         struct vec3 e = model_step(jet, step, &there);
@@ -129,7 +109,7 @@ static bool newton_step(const struct surface_jet *jet, struct vec3 wb, struct ve
             break;
         step[0] += more[0];
         step[1] += more[1];
-        if (size <= model_enough * whole)
+        if (size <= FISHNET_MODEL_ENOUGH * whole)
             break;
     }
     return isfinite(step[0]) && isfinite(step[1]);
@@ -176,7 +156,7 @@ static bool settle(const struct surface *surface, const struct fishnet_cell *cel
     struct linear linear;
     struct station *d = &node->station;
     double step[2];
-    if (node->residual > settled && linear_make(&d->jet, wb, wc, &linear)) {
+    if (node->residual > FISHNET_SETTLED && linear_make(&d->jet, wb, wc, &linear)) {
         struct surface_jet there;
         linear_solve(&linear, -f[0], -f[1], step);
         struct vec3 e = model_step(&d->jet, step, &there);
@@ -195,7 +175,7 @@ static bool settle(const struct surface *surface, const struct fishnet_cell *cel
  * last step the second derivatives are wrong, from which the next chords come. */
 static bool may_settle(double error, double share2) {
     double wrong = 6 * error * error;
-    return wrong * wrong < negligible * negligible * share2 * share2 * share2;
+    return wrong * wrong < FISHNET_NEGLIGIBLE * FISHNET_NEGLIGIBLE * share2 * share2 * share2;
 }
 
 /* Newton from uv; a step that does not reduce the error is halved. */
@@ -204,7 +184,7 @@ static bool newton(const struct surface *surface, struct surface_cursor *cursor,
     bool ordered = cell->bd < cell->cd;
     double least = ordered ? cell->bd : cell->cd, longest = 2 * (ordered ? cell->cd : cell->bd);
     const double inverse[2] = {1 / (cell->bd * cell->bd), 1 / (cell->cd * cell->cd)};
-    double enough = tolerance + rounding * surface->magnitude / least;
+    double enough = FISHNET_TOLERANCE + FISHNET_ROUNDING * surface->magnitude / least;
     int halvings = 0;
     double share2 = 0; /* the last step's size by the edge's, squared; 0 when it was shortened */
     double previous = HUGE_VAL, step[2] = {0, 0}, from[2] = {uv[0], uv[1]};
@@ -219,8 +199,8 @@ static bool newton(const struct surface *surface, struct surface_cursor *cursor,
         double error = length_error(cell, inverse, wb, wc, f);
         node->residual = error;
         node->iterations += 1;
-        if (error <= (round == 0 ? guess_share * enough : enough) || may_settle(error, share2) ||
-            (error >= previous && error <= stagnation))
+        if (error <= (round == 0 ? FISHNET_GUESS_SHARE * enough : enough) ||
+            may_settle(error, share2) || (error >= previous && error <= FISHNET_STAGNATION))
             return settle(surface, cell, inverse, wb, wc, f, node);
         if (error < previous) {
             if (!newton_step(&d->jet, wb, wc, f, error, step))

@@ -7,35 +7,9 @@
  * A quadrant needs nothing of the others but the two arms beside it, and its nodes lie in tiles of
  * its own: with a team the four are marched at the same time.
  */
-#include "march.h"
+#include "quadrant.h"
 
-/* The differences of a row's sequence at its last place: of order 0, 1, .. in u and v. */
-enum { ORDERS = 6 };
-struct differences {
-    int count; /* of those known */
-    double of[ORDERS][2];
-};
-
-struct quadrant {
-    struct march local; /* the march as this quadrant sees it: counts, cursor and view of its own */
-    struct march *march; /* = &local */
-    enum status status;  /* how it ended */
-    int si, sj;
-    struct net_node *arm[2]; /* the places on the warp and weft arm, to the first that is none */
-    int32_t length;          /* places on the warp arm */
-    int32_t reach[2]; /* of the row below and the one below it: the last place that has not left
-                         the surface */
-    struct station *below; /* row j - 1 at i = 0 .. below_count - 1, counted from the generator */
-    struct station *row;   /* row j alike */
-    int32_t below_count, row_count;
-    struct differences edge; /* of the edge from the row below to this one, in parameters */
-};
-
-/* How a row went. */
-struct row_end {
-    bool planted; /* it has a first node, on the weft generator */
-    bool near;    /* some place of it has not left the surface */
-};
+#include <string.h>
 
 /* The place (i, j), counted from the start away along the arms; NULL where nothing was put. On the
  * arms it is read from the quadrant's copy: those tiles belong to others. */
@@ -90,13 +64,14 @@ static enum status climb_column(struct quadrant *q, int32_t i, int32_t j, struct
     return STATUS_OK;
 }
 
-/* Makes sure that below[i] is there; `found` is false when the net has no such place. */
-static enum status reach_below(struct quadrant *q, int32_t i, int32_t j, bool *found) {
-    *found = i < q->below_count;
+/* Makes sure that the row below has a place i; `found` is false when the net has no such place. */
+static enum status reach_below(struct quadrant *q, struct quadrant_row *below, int32_t i, int32_t j,
+                               bool *found) {
+    *found = i < below->count;
     if (*found)
         return STATUS_OK;
-    enum status status = climb_column(q, i, j - 1, &q->below[i], found);
-    q->below_count += *found;
+    enum status status = climb_column(q, i, j - 1, &below->at[i], found);
+    below->count += *found;
     return status;
 }
 
@@ -105,19 +80,17 @@ static bool has_left(struct quadrant *q, int32_t i, int32_t j, const struct stat
 }
 
 /* By how much the edge from the row below to this one at i differs from that at i - 1. */
-static struct vec3 edge_trend(const struct quadrant *q, int32_t i) {
+static struct vec3 edge_trend(const struct station *below, const struct station *row, int32_t i) {
     if (i < 2)
         return vec3_make(0, 0, 0);
-    struct vec3 last = vec3_sub(q->row[i - 1].jet.r, q->below[i - 1].jet.r);
-    return vec3_sub(last, vec3_sub(q->row[i - 2].jet.r, q->below[i - 2].jet.r));
+    struct vec3 last = vec3_sub(row[i - 1].jet.r, below[i - 1].jet.r);
+    return vec3_sub(last, vec3_sub(row[i - 2].jet.r, below[i - 2].jet.r));
 }
 
-/* Takes in the edge at i. */
-static void add_edge(struct quadrant *q, int32_t i) {
-    struct differences *edge = &q->edge;
-    edge->count += edge->count < ORDERS;
+void quadrant_add_edge(struct differences *edge, const double below[2], const double at[2]) {
+    edge->count += edge->count < WAVE_ORDERS;
     for (int k = 0; k < 2; k++) {
-        double now = q->row[i].uv[k] - q->below[i].uv[k];
+        double now = at[k] - below[k];
         for (int order = 0; order < edge->count; order++) {
             double before = edge->of[order][k];
             edge->of[order][k] = now;
@@ -132,11 +105,9 @@ static double size2(const struct station *station, const double of[2]) {
     return of[0] * of[0] * station->first[0] + of[1] * of[1] * station->first[2];
 }
 
-/* The parameters of (i, j): those below it, and the edge between the rows extrapolated by its
+/* The parameters of D: those below it, and the edge between the rows extrapolated by its
  * differences, as long as they become smaller with their order. */
-static void extrapolate(const struct quadrant *q, int32_t i, double uv[2]) {
-    const struct differences *edge = &q->edge;
-    const struct station *below = &q->below[i];
+static void extrapolate(const struct differences *edge, const struct station *below, double uv[2]) {
     double last = HUGE_VAL;
     uv[0] = below->uv[0];
     uv[1] = below->uv[1];
@@ -150,78 +121,104 @@ static void extrapolate(const struct quadrant *q, int32_t i, double uv[2]) {
     }
 }
 
-/* Node (i, j) of the row; `zone` says where it went, STATION_BEYOND when the row ends. */
-static enum status grow_node(struct quadrant *q, int32_t i, int32_t j, enum station_zone *zone) {
+enum status quadrant_place(struct quadrant *q, struct quadrant_row *row, int32_t j,
+                           const struct station *station) {
+    enum station_zone zone;
+    int32_t i = row->count++;
+    enum status status = march_place(q->march, i * q->si, j * q->sj, station, &zone);
+    row->ended = zone == STATION_BEYOND;
+    if (zone == STATION_INSIDE || (zone == STATION_GHOST && !march_has_left(q->march, station)))
+        row->last = i;
+    return status;
+}
+
+enum status quadrant_grow_node(struct quadrant *q, struct quadrant_row *below,
+                               struct quadrant_row *row, int32_t j) {
     struct march *march = q->march;
     struct fishnet_node node;
     enum drape_reason reason;
+    int32_t i = row->count;
     struct march_cell cell = {.i = i * q->si, .j = j * q->sj, .si = q->si, .sj = q->sj};
-    cell.a = &q->below[i - 1];
-    cell.b = &q->row[i - 1];
-    cell.c = &q->below[i];
-    cell.trend = edge_trend(q, i);
+    cell.a = &below->at[i - 1];
+    cell.b = &row->at[i - 1];
+    cell.c = &below->at[i];
+    cell.trend = edge_trend(below->at, row->at, i);
     double uv[2];
     if (i >= 2 && !march->mesh && !march->surface->has_poles) {
-        extrapolate(q, i, uv);
+        extrapolate(&row->edge, &below->at[i], uv);
         cell.guess_uv = uv;
     }
-    *zone = STATION_BEYOND;
-    if (!march_solve_corner(march, &cell, &node, &reason))
+    if (!march_solve_corner(march, &cell, &node, &reason)) {
+        row->ended = true;
         return march_fail(march, i * q->si, j * q->sj, reason);
-    q->row[i] = node.station;
-    q->row_count = i + 1;
-    add_edge(q, i);
-    return march_place(march, i * q->si, j * q->sj, &node.station, zone);
+    }
+    row->at[i] = node.station;
+    quadrant_add_edge(&row->edge, below->at[i].uv, node.station.uv);
+    return quadrant_place(q, row, j, &node.station);
+}
+
+void quadrant_begin_row(struct quadrant *q, const struct quadrant_row *below,
+                        struct quadrant_row *row, int32_t j) {
+    row->planted = station_of(q, 0, j, &row->at[0]);
+    row->ended = !row->planted;
+    row->last = row->planted && !has_left(q, 0, j, &row->at[0]) ? 0 : -1;
+    row->count = row->planted;
+    row->edge.count = 0;
+    if (row->planted)
+        quadrant_add_edge(&row->edge, below->at[0].uv, row->at[0].uv);
 }
 
 /* A row ends `fringe` places after it has left the surface, but not before it is as far beyond the
  * ends of the two rows below: the boundary may run inwards first, and stencils at their nodes reach
  * two places to all sides. */
-static enum status grow_row(struct quadrant *q, int32_t j, struct row_end *end) {
-    struct march *march = q->march;
-    *end = (struct row_end){.planted = station_of(q, 0, j, &q->row[0])};
-    if (!end->planted)
-        return STATUS_OK;
+static enum status grow_row(struct quadrant *q, struct quadrant_row *below,
+                            struct quadrant_row *row, int32_t j) {
     int32_t farthest = q->reach[0] > q->reach[1] ? q->reach[0] : q->reach[1];
-    int32_t last = has_left(q, 0, j, &q->row[0]) ? -1 : 0, limit = farthest + march->fringe;
-    q->row_count = 1;
-    q->edge.count = 0;
-    add_edge(q, 0);
-    for (int32_t i = 1; i < q->length && (i <= limit || i <= last + march->fringe); i++) {
+    int32_t fringe = q->march->fringe, limit = farthest + fringe;
+    if (!row->begun)
+        quadrant_begin_row(q, below, row, j);
+    row->begun = false;
+    while (!row->ended && row->count < q->length &&
+           (row->count <= limit || row->count <= row->last + fringe)) {
         bool found;
-        enum station_zone zone;
-        enum status status = reach_below(q, i, j, &found);
+        enum status status = reach_below(q, below, row->count, j, &found);
+        row->ended = !found;
         if (status == STATUS_OK && found)
-            status = grow_node(q, i, j, &zone);
+            status = quadrant_grow_node(q, below, row, j);
         if (status != STATUS_OK)
             return status;
-        if (!found || zone == STATION_BEYOND)
-            break;
-        if (!has_left(q, i, j, &q->row[i]))
-            last = i;
     }
-    end->near = last >= 0;
-    q->reach[1] = q->reach[0];
-    q->reach[0] = end->near ? last : q->reach[0];
+    if (row->planted)
+        q->reach[1] = q->reach[0];
+    q->reach[0] = row->last >= 0 ? row->last : q->reach[0];
     return STATUS_OK;
+}
+
+static void exchange_rows(struct quadrant_row *a, struct quadrant_row *b) {
+    struct quadrant_row c = *a;
+    *a = *b;
+    *b = c;
 }
 
 /* Rows until the weft generator ends, or the net has left the surface for good. */
 static enum status grow_rows(struct quadrant *q) {
     bool been_near = false;
-    for (int32_t j = 1, empty = 0; empty < q->march->fringe; j++) {
-        struct row_end end;
-        enum status status = grow_row(q, j, &end);
-        if (status != STATUS_OK || !end.planted)
+    for (int32_t j = 1, empty = 0; empty < q->march->fringe;) {
+        int count = 1;
+        enum status status = q->wave ? wave_run(q, j, &count) : STATUS_OK;
+        for (int k = 1; k <= count && status == STATUS_OK; k++, j++) {
+            struct quadrant_row *row = &q->row[k];
+            status = grow_row(q, &q->row[k - 1], row, j);
+            if (status != STATUS_OK || !row->planted)
+                return status;
+            been_near = been_near || row->last >= 0;
+            empty = been_near && row->last < 0 ? empty + 1 : 0;
+        }
+        if (status != STATUS_OK)
             return status;
         if (!march_progress(q->march))
             return STATUS_CANCELLED;
-        been_near = been_near || end.near;
-        empty = been_near && !end.near ? empty + 1 : 0;
-        struct station *free_row = q->below;
-        q->below = q->row;
-        q->below_count = q->row_count;
-        q->row = free_row;
+        exchange_rows(&q->row[0], &q->row[count]);
     }
     return STATUS_OK;
 }
@@ -250,30 +247,39 @@ static enum status prepare(struct march *march, int number, struct quadrant *q) 
     return q->arm[0] && q->arm[1] ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
-/* Two rows for each quadrant, or the same two for all that are marched one after the other. */
+/* Rows for each quadrant, or the same for all that are marched one after the other. */
 static enum status make_rows(struct march *march, struct quadrant *quadrants, bool together) {
     int32_t longest = 0;
     for (int k = 0; k < NET_TABLES; k++)
         longest = quadrants[k].length > longest ? quadrants[k].length : longest;
     for (int k = 0; k < NET_TABLES; k++) {
         struct quadrant *q = &quadrants[k];
-        bool own = k == 0 || together;
-        size_t room = (size_t)longest;
-        q->below = own ? arena_alloc(march->arena, room, sizeof *q->below) : quadrants[0].below;
-        q->row = own ? arena_alloc(march->arena, room, sizeof *q->row) : quadrants[0].row;
-        if (!q->below || !q->row)
-            return STATUS_OUT_OF_MEMORY;
+        if (k > 0 && !together) {
+            memcpy(q->row, quadrants[0].row, sizeof q->row);
+            q->wave = quadrants[0].wave;
+            q->kernel = quadrants[0].kernel;
+            continue;
+        }
+        enum status status = wave_make(march, q);
+        int rows = 1 + (q->wave ? q->kernel->lanes : 1);
+        for (int r = 0; r < rows && status == STATUS_OK; r++) {
+            q->row[r].at = arena_take(march->arena, (size_t)longest, sizeof(struct station));
+            status = q->row[r].at ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+        }
+        if (status != STATUS_OK)
+            return status;
     }
     return STATUS_OK;
 }
 
 static void grow_quadrant(void *data, int number) {
     struct quadrant *q = &((struct quadrant *)data)[number];
-    while (q->below_count < q->length &&
-           station_of(q, q->below_count, 0, &q->below[q->below_count]))
-        q->below_count++;
-    for (int32_t i = 0; i < q->below_count; i++)
-        q->reach[0] = has_left(q, i, 0, &q->below[i]) ? q->reach[0] : i;
+    struct quadrant_row *below = &q->row[0];
+    below->count = 0;
+    while (below->count < q->length && station_of(q, below->count, 0, &below->at[below->count]))
+        below->count++;
+    for (int32_t i = 0; i < below->count; i++)
+        q->reach[0] = has_left(q, i, 0, &below->at[i]) ? q->reach[0] : i;
     q->status = grow_rows(q);
 }
 

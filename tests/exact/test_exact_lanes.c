@@ -1,0 +1,201 @@
+/* SPDX-License-Identifier: MIT */
+/* Nodes found side by side (solver/net/wave.h) and by several threads have the bits of those found
+ * one after the other, at any width that this processor has. DRAPED_SEED sets the seed. */
+#include "api/threads.h"
+#include "measure.h"
+#include "solver/surface/trim.h"
+#include "tests/check.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ROUNDS = 120, WIDTHS = 3, CORNERS = 5 };
+static const uint64_t SEED = 20251121;
+static const double WHOLE[2] = {0, 2 * M_PI};
+
+static void make_cylinder(struct shape *shape) {
+    shape_frustum(shape, WHOLE, (double[2]){1, 0}, (double[2]){1, 2}, M_PI / 2);
+}
+
+static void make_frustum(struct shape *shape) {
+    shape_frustum(shape, WHOLE, (double[2]){1, 0}, (double[2]){0.5, 1.5}, M_PI / 2);
+}
+
+static void make_sphere(struct shape *shape) {
+    shape_sphere(shape, 1, WHOLE, (double[2]){-M_PI / 2, M_PI / 2}, M_PI / 2);
+}
+
+static void make_band(struct shape *shape) {
+    shape_sphere(shape, 1, WHOLE, (double[2]){-1.2, 1.2}, M_PI / 2);
+}
+
+static void make_torus(struct shape *shape) {
+    shape_torus(shape, 2, 0.7, WHOLE, WHOLE, M_PI / 2);
+}
+
+static void make_quarter_torus(struct shape *shape) {
+    shape_torus(shape, 2, 0.7, (double[2]){0, M_PI / 2}, (double[2]){-M_PI / 2, M_PI / 2},
+                M_PI / 2);
+}
+
+static void make_disk(struct shape *shape) {
+    shape_disk(shape, 1);
+}
+
+static void make_roof(struct shape *shape) {
+    shape_crease(shape, 1, M_PI / 6);
+}
+
+static void make_plane(struct shape *shape) {
+    shape_plane(shape, (double[2]){0, 2}, (double[2]){0, 1.5});
+}
+
+static void (*const shapes[])(struct shape *shape) = {
+    make_cylinder,  make_frustum, make_sphere, make_band, make_torus, make_quarter_torus,
+    shape_freeform, shape_bezier, make_disk,   make_roof, make_plane};
+enum { SHAPES = sizeof shapes / sizeof *shapes };
+static const enum drape_method methods[] = {DRAPE_GIB, DRAPE_BASIC, DRAPE_GIB4, DRAPE_GIB,
+                                            DRAPE_GEODESIC};
+enum { METHODS = sizeof methods / sizeof *methods };
+
+/* A border with corners on which the domain's middle lies inside, and a hole. */
+static struct trim *trim_of(struct shape *shape, struct arena *arena) {
+    double corners[2][CORNERS][2], lower[2], upper[2];
+    struct trim_curve curve[2];
+    struct trim_loop loops[2];
+    struct trim *trim;
+    struct surface *surface;
+    struct nurbs nurbs = shape_nurbs(shape);
+    shape_domain(shape, lower, upper);
+    for (int k = 0; k < 2; k++) {
+        for (int c = 0; c < CORNERS; c++) {
+            for (int n = 0; n < 2; n++) {
+                double angle = 2 * M_PI * (c + 0.3) / CORNERS;
+                double at = (k ? 0.7 : 0.5) + (k ? 0.1 : 0.45) * (n ? sin(angle) : cos(angle));
+                corners[k][c][n] = lower[n] + at * (upper[n] - lower[n]);
+            }
+        }
+        curve[k] = (struct trim_curve){
+            .degree = 1, .points = (const double(*)[2])corners[k], .count = CORNERS};
+        loops[k] = (struct trim_loop){.reversed = k == 0, .curves = &curve[k], .count = 1};
+    }
+    assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+    assert_int_equal(trim_make(surface, loops, 2, arena, &trim), STATUS_OK);
+    return trim;
+}
+
+static bool same(size_t count, const void *a, const void *b, size_t size) {
+    return (!a && !b) || memcmp(a, b, count * size) == 0;
+}
+
+static bool same_result(const struct drape_result *a, const struct drape_result *b) {
+    const struct drape_nodes *p = &a->nodes, *q = &b->nodes;
+    const struct drape_cells *c = &a->cells, *d = &b->cells;
+    const struct drape_front *f = &a->front, *g = &b->front;
+    const double *nodes[][2] = {{p->u, q->u},
+                                {p->v, q->v},
+                                {p->x, q->x},
+                                {p->y, q->y},
+                                {p->z, q->z},
+                                {p->shear_deg, q->shear_deg},
+                                {p->error_estimate, q->error_estimate}};
+    const double *cells[][2] = {{c->warp_x, d->warp_x},      {c->warp_y, d->warp_y},
+                                {c->warp_z, d->warp_z},      {c->weft_x, d->weft_x},
+                                {c->weft_y, d->weft_y},      {c->weft_z, d->weft_z},
+                                {c->shear_deg, d->shear_deg}};
+    bool all = p->count == q->count && c->count == d->count && f->count == g->count &&
+               memcmp(&a->summary, &b->summary, sizeof a->summary) == 0;
+    for (int k = 0; all && k < 7; k++) {
+        all = same(p->count, nodes[k][0], nodes[k][1], sizeof(double)) &&
+              same(c->count, cells[k][0], cells[k][1], sizeof(double));
+    }
+    return all && same(p->count, p->i, q->i, sizeof *p->i) &&
+           same(p->count, p->j, q->j, sizeof *p->j) && same(p->count, p->grown, q->grown, 1) &&
+           same(c->count, c->i, d->i, sizeof *c->i) && same(c->count, c->j, d->j, sizeof *c->j) &&
+           same(f->count, f->i, g->i, sizeof *f->i) && same(f->count, f->j, g->j, sizeof *f->j) &&
+           same(f->count, f->reason, g->reason, 1);
+}
+
+/* One after the other, then at each width, the widest with a team. */
+static void check_widths(struct shape *shape, struct drape_settings settings, uint64_t seed) {
+    static const int lanes[WIDTHS] = {2, 4, 8}, threads[WIDTHS] = {1, 2, 4};
+    struct drape_run alone, wide;
+    struct api_threads team;
+    settings.lanes = 1;
+    settings.team = NULL;
+    enum status status = drape_try(&alone, shape, &settings);
+    for (int k = 0; k < WIDTHS; k++) {
+        settings.lanes = lanes[k];
+        settings.team = api_threads_make(&team, threads[k]);
+        assert_int_equal(drape_try(&wide, shape, &settings), status);
+        if (status == STATUS_OK && !same_result(&alone.result, &wide.result)) {
+            fail_msg("seed %llu: other bits with %d lanes", (unsigned long long)seed, lanes[k]);
+        }
+        drape_end(&wide);
+    }
+    drape_end(&alone);
+}
+
+/* A start, direction, spacing, extent and trim at random; some by another method. */
+static void check_drape(struct shape *shape, uint64_t seed) {
+    uint64_t more = seed * 31 + 7;
+    struct arena *arena = arena_new((size_t)64 << 20);
+    double lower[2], upper[2], d = sqrt(shape_area(shape)) / random_between(&more, 12, 60);
+    shape_domain(shape, lower, upper);
+    struct drape_settings settings = {
+        .method = methods[(int)(random_unit(&more) * METHODS)],
+        .spacing = {d, d * random_between(&more, 0.7, 1.4)},
+        .start_kind = DRAPE_START_UV,
+        .direction_deg = random_between(&more, -180, 180),
+        .pre_shear_deg = random_between(&more, -20, 20),
+        .has_extent = {random_unit(&more) < 0.3, random_unit(&more) < 0.3},
+        .extent = {{-20, 15}, {-9, 18}},
+        .max_nodes = 20000,
+    };
+    for (int k = 0; k < 2; k++) {
+        double at = random_between(&more, 0.4, 0.6);
+        settings.start_uv[k] = lower[k] + at * (upper[k] - lower[k]);
+    }
+    if (random_unit(&more) < 0.3) {
+        settings.trim = trim_of(shape, arena);
+    }
+    check_widths(shape, settings, seed);
+    arena_free(arena);
+}
+
+static uint64_t first_seed(void) {
+    const char *text = getenv("DRAPED_SEED");
+    return text ? strtoull(text, NULL, 10) : SEED;
+}
+
+static void test_exact_lanes_of_known_shapes_have_same_bits(void **state) {
+    static struct shape shape;
+    (void)state;
+    for (int k = 0; k < SHAPES * check_sized(3, 1); k++) {
+        memset(&shape, 0, sizeof shape);
+        shapes[k % SHAPES](&shape);
+        check_drape(&shape, first_seed() + (uint64_t)k);
+    }
+}
+
+static void test_exact_lanes_of_random_shapes_have_same_bits(void **state) {
+    static struct shape shape;
+    (void)state;
+    printf("  seed %llu\n", (unsigned long long)first_seed());
+    for (int k = 0; k < check_sized(ROUNDS, 8); k++) {
+        uint64_t seed = first_seed() + (uint64_t)k, more = seed;
+        memset(&shape, 0, sizeof shape);
+        shape_random(&shape, &more);
+        struct motion steep = motion_stretch(1, 1, random_between(&more, 0.5, 4));
+        shape_move(&shape, &steep);
+        check_drape(&shape, seed);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_exact_lanes_of_known_shapes_have_same_bits),
+        cmocka_unit_test(test_exact_lanes_of_random_shapes_have_same_bits),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
