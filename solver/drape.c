@@ -97,6 +97,58 @@ enum status drape_solve(const struct surface *surface, const struct drape_settin
     return status == STATUS_OK ? finish(&march, result) : status;
 }
 
+static int32_t largest_component(const struct shell *shell) {
+    int32_t largest = 0, count = (int32_t)shell_component_count(shell);
+    for (int32_t k = 1; k < count; k++)
+        if (shell_area(shell, k, NULL) > shell_area(shell, largest, NULL))
+            largest = k;
+    return largest;
+}
+
+/* The place of a shell at which the settings start: a face and its parameters. */
+static enum status find_face(const struct shell *shell, const struct drape_settings *settings,
+                             struct shell_place *place) {
+    double distance, reach = fmax(settings->spacing[0], settings->spacing[1]);
+    struct vec3 target = settings->start_point;
+    int32_t component = SHELL_ANY;
+    if (settings->start_kind == DRAPE_START_UV) {
+        place->face = settings->start_face;
+        bool there = place->face >= 0 && (size_t)place->face < shell_face_count(shell);
+        return there ? STATUS_OK : STATUS_START_OFF_SURFACE;
+    }
+    if (settings->start_kind == DRAPE_START_CENTROID) {
+        component = largest_component(shell);
+        (void)shell_area(shell, component, &target);
+        reach = HUGE_VAL;
+    }
+    shell_nearest(shell, target, component, place, &distance);
+    return distance <= reach ? STATUS_OK : STATUS_START_OFF_SURFACE;
+}
+
+enum status drape_solve_shell(const struct shell *shell, const struct drape_settings *settings,
+                              const struct drape_monitor *monitor, struct arena *arena,
+                              struct drape_result *result) {
+    struct drape_settings on_face = *settings;
+    struct march march = {.settings = settings, .monitor = monitor, .arena = arena};
+    struct shell_place place;
+    struct shell *oriented;
+    enum status status = settings->trim ? STATUS_INVALID : check_settings(settings);
+    if (status == STATUS_OK)
+        status = find_face(shell, settings, &place);
+    if (status == STATUS_OK)
+        status = shell_orient(shell, place.face, arena, &oriented);
+    if (status != STATUS_OK)
+        return status;
+    march.surface = shell_surface(oriented, place.face);
+    on_face.trim = shell_trim(shell, place.face);
+    if (settings->start_kind == DRAPE_START_UV)
+        status = start_find(march.surface, &on_face, &march.start, &result->faulty_generator);
+    else
+        status = start_find_at(march.surface, settings, place.inner, &march.start,
+                               &result->faulty_generator);
+    return status == STATUS_OK ? finish(&march, result) : status;
+}
+
 /* The methods that a mesh of the caller's can be draped with. */
 static bool suits_mesh(const struct drape_settings *s) {
     bool smooth = s->method == DRAPE_GIB || s->method == DRAPE_BASIC;

@@ -43,12 +43,11 @@ double correction_sideways(const struct correction *correction, const struct sta
 
 /* Whether D2 at the near end (0) or the far one agrees with the normal curvature there, where there
  * is one: not at a pole. */
-static inline bool correction_agrees(const struct surface *surface,
-                                     const struct correction *correction, int end,
+static inline bool correction_agrees(const struct correction *correction, int end,
                                      const struct station *station, double curvature) {
     double d = correction->d, expected = curvature * d * d;
     double miss = fabs(vec3_dot(correction->bend[end], station->normal) - expected);
-    return miss <= 0.1 * fabs(expected) + 2e-3 * d || station_at_pole(surface, station);
+    return miss <= 0.1 * fabs(expected) + 2e-3 * d || station_at_pole(station->surface, station);
 }
 
 #endif

@@ -3,9 +3,11 @@
 
 #include "fishnet_limits.h"
 #include "solver/angle.h"
+#include "solver/surface/crossing.h"
 #include "solver/surface/relaxation.h"
+#include "solver/surface/shell.h"
 
-enum { NEWTON_MAX = 40, HALVINGS_MAX = 13, PREDICTORS = 5 };
+enum { NEWTON_MAX = 40, HALVINGS_MAX = 13, PREDICTORS = 5, HOPS_MAX = 16 };
 
 /* Below this sine of the angle between its yarns a cell that finds no corner has collapsed. */
 static const double collapsed_sine = 0.12;
@@ -15,9 +17,8 @@ double fishnet_arc_chord(double length, double curvature) {
     return fabs(half) < ANGLE_PI ? length * angle_sinc(half) : 0;
 }
 
-void fishnet_chords(const struct surface *surface, struct surface_cursor *cursor,
-                    enum drape_method method, enum drape_yarn_path path, const double length[2],
-                    struct fishnet_cell *cell) {
+void fishnet_chords(struct surface_cursor *cursor, enum drape_method method,
+                    enum drape_yarn_path path, const double length[2], struct fishnet_cell *cell) {
     const struct station *a = cell->a, *b = cell->b, *c = cell->c;
     double found;
     cell->bd = length[0];
@@ -28,8 +29,10 @@ void fishnet_chords(const struct surface *surface, struct surface_cursor *cursor
     struct vec3 r1 = station_projection(a, vec3_sub(b->jet.r, a->jet.r));
     struct vec3 r2 = station_projection(a, vec3_sub(c->jet.r, a->jet.r));
     if (path == DRAPE_PATH_RELAXATION) {
-        (void)relaxation_tangents(surface, cursor, a, b, &r1, &found, NULL);
-        (void)relaxation_tangents(surface, cursor, a, c, &r2, &found, NULL);
+        if (a->surface == b->surface)
+            (void)relaxation_tangents(a->surface, cursor, a, b, &r1, &found, NULL);
+        if (a->surface == c->surface)
+            (void)relaxation_tangents(a->surface, cursor, a, c, &r2, &found, NULL);
     }
     cell->curvature[1] = station_normal_curvature(c, r1);
     cell->curvature[0] = station_normal_curvature(b, r2);
@@ -255,6 +258,72 @@ static bool predict(const struct surface *surface, struct surface_cursor *cursor
     return station_pull(surface, cursor, from, vec3_sub(target, from->jet.r), uv);
 }
 
+/* ---- from face to face of a shell ---- */
+
+/* Where Newton starts: a face and parameters of it. */
+struct begin {
+    const struct surface *surface;
+    double uv[2];
+};
+
+/* The same as `predict` on a shell: the place on the continuation of the face of C or B, carried
+ * to where it belongs; after those, what is nearest to the last ones. */
+static bool predict_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell, int k,
+                             struct begin *begin) {
+    struct station place;
+    if (k >= PREDICTORS) {
+        const struct shell *shell = cell->c->surface->shell;
+        struct vec3 opposite = vec3_sub(vec3_add(cell->b->jet.r, cell->c->jet.r), cell->a->jet.r);
+        struct shell_place nearest;
+        double distance;
+        shell_nearest(shell, k == PREDICTORS ? planar_corner(cell) : opposite,
+                      shell_component(shell, cell->c->surface->face), &nearest, &distance);
+        begin->surface = shell_surface(shell, nearest.face);
+        begin->uv[0] = nearest.inner[0];
+        begin->uv[1] = nearest.inner[1];
+        return distance < cell->bd + cell->cd;
+    }
+    begin->surface = (k % 2 ? cell->b : cell->c)->surface;
+    if (!predict(begin->surface, cursor, cell, k, begin->uv))
+        return false;
+    if (crossing_within(begin->surface, begin->uv))
+        return true;
+    if (!station_at(begin->surface, cursor, begin->uv, &place) || !crossing_settle(cursor, &place))
+        return false;
+    *begin = (struct begin){place.surface, {place.uv[0], place.uv[1]}};
+    return true;
+}
+
+/* Newton on a face; where it ends outside its region beyond a joint, on the next one. */
+static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell,
+                            struct begin *begin, struct fishnet_node *node) {
+    const struct surface *last = NULL;
+    for (int hop = 0; hop < HOPS_MAX; hop++) {
+        struct crossing crossing;
+        if (!newton(begin->surface, cursor, cell, begin->uv, node))
+            return false;
+        crossing_find(&node->station, &crossing);
+        if (crossing.kind != CROSSING_JOINT || crossing.beyond == last)
+            return true;
+        last = begin->surface;
+        if (!crossing_carry(&crossing, cursor, &node->station, begin->uv))
+            return false;
+        begin->surface = crossing.beyond;
+    }
+    return false;
+}
+
+static bool solve_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell,
+                           struct fishnet_node *node) {
+    for (int k = 0; k < PREDICTORS + 2; k++) {
+        struct begin begin;
+        if (predict_on_shell(cursor, cell, k, &begin) &&
+            newton_on_shell(cursor, cell, &begin, node) && fishnet_right_root(cell, &node->station))
+            return true;
+    }
+    return false;
+}
+
 bool fishnet_has_collapsed(const struct fishnet_cell *cell) {
     struct vec3 ab = vec3_sub(cell->b->jet.r, cell->a->jet.r);
     struct vec3 ac = vec3_sub(cell->c->jet.r, cell->a->jet.r);
@@ -271,7 +340,9 @@ enum fishnet_end fishnet_solve(const struct surface *surface, struct surface_cur
     if (!(cell->bd > 0) || !(cell->cd > 0) ||
         !(cell->orientation * turn(a, c, b, cell->b->normal) > 0))
         return FISHNET_COLLAPSED;
-    for (int k = 0; k < PREDICTORS; k++) {
+    if (surface->shell && solve_on_shell(cursor, cell, node))
+        return FISHNET_FOUND;
+    for (int k = 0; k < PREDICTORS && !surface->shell; k++) {
         double uv[2];
         if (predict(surface, cursor, cell, k, uv) && newton(surface, cursor, cell, uv, node) &&
             fishnet_right_root(cell, &node->station))

@@ -40,9 +40,8 @@ struct fishnet_node {
  * DRAPE_BASIC: chords equal lengths. DRAPE_GIB: yarns are arcs with the surface's normal curvature
  * (paper, equations 11 to 16). The tangents at A are the projected chords, or by `path` those of
  * the geodesics found by relaxation, where that converges. Sets cell->bd, cd and curvature. */
-void fishnet_chords(const struct surface *surface, struct surface_cursor *cursor,
-                    enum drape_method method, enum drape_yarn_path path, const double length[2],
-                    struct fishnet_cell *cell);
+void fishnet_chords(struct surface_cursor *cursor, enum drape_method method,
+                    enum drape_yarn_path path, const double length[2], struct fishnet_cell *cell);
 
 /* The chord of an arc of the given length and curvature: 2 sin(length curvature / 2) / curvature;
  * 0 for arcs of a full turn and more. */

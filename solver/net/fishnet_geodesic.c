@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "fishnet_geodesic.h"
 
+#include "solver/surface/crossing.h"
+
 enum { ROUNDS = 30, HALVINGS_MAX = 8 };
 
 /* How far the two ends of geodesic edges may be apart, against the shorter length, and where
@@ -57,10 +59,12 @@ static bool solve_angles(struct vec3 b, struct vec3 c, struct vec3 gap, double *
 
 /* A place in a span, as that span has it. */
 struct side {
+    const struct surface *surface;
     int span[2];
     double turn[2]; /* what to take off uv to be in its domain */
     double uv[2];
     struct vec3 r;
+    const struct station *station; /* NULL of a path */
 };
 
 /* An edge of two spans unfolded: orthonormal frames of both sides (along the edge, across it within
@@ -81,12 +85,24 @@ static void frame_at(const struct surface *surface, const struct side *side, int
     *at = jet.r;
 }
 
+/* Two places on both sides of a joint of a shell. */
+static struct unfolding unfold_joint(const struct side *from, const struct side *to) {
+    struct crossing c;
+    if (!from->station || !to->station || !crossing_between(from->station, to->surface, &c))
+        return (struct unfolding){.flat = true};
+    return (struct unfolding){.at = c.from.at,
+                              .from = {c.from.along, c.from.across, c.from.normal},
+                              .to = {c.to.along, c.to.across, c.to.normal}};
+}
+
 /* Where the line in (u, v) from one place to the other crosses the one knot between them. More than
  * one are taken as none: Newton's method comes nearer, or has to do without. */
-static struct unfolding unfold(const struct surface *surface, const struct side *from,
-                               const struct side *to) {
+static struct unfolding unfold(const struct side *from, const struct side *to) {
     struct unfolding unfolding = {.flat = true};
+    const struct surface *surface = from->surface;
     int across = -1, differ = 0;
+    if (to->surface != surface)
+        return unfold_joint(from, to);
     for (int k = 0; k < 2; k++)
         if (from->span[k] != to->span[k]) {
             across = k;
@@ -123,14 +139,19 @@ static struct vec3 carry_back(const struct unfolding *unfolding, struct vec3 v) 
 }
 
 static struct side side_of_path(const struct path *path, struct vec3 r) {
-    return (struct side){.span = {path->span[0], path->span[1]},
+    return (struct side){.surface = path->surface,
+                         .span = {path->span[0], path->span[1]},
                          .turn = {path->turn[0], path->turn[1]},
                          .uv = {path->uv[0], path->uv[1]},
                          .r = r};
 }
 
-static struct side side_of_station(const struct surface *surface, const struct station *station) {
-    struct side side = {.uv = {station->uv[0], station->uv[1]}, .r = station->jet.r};
+static struct side side_of_station(const struct station *station) {
+    const struct surface *surface = station->surface;
+    struct side side = {.surface = surface,
+                        .uv = {station->uv[0], station->uv[1]},
+                        .r = station->jet.r,
+                        .station = station};
     for (int k = 0; k < 2; k++) {
         double wrapped = surface_axis_wrap(&surface->axis[k], station->uv[k]);
         side.turn[k] = station->uv[k] - wrapped;
@@ -150,16 +171,16 @@ static struct vec3 gap_between(const struct side *from, const struct side *to,
 
 struct vec3 fishnet_path_tangent(const struct path *path, const struct station *station,
                                  struct vec3 tangent) {
-    struct side here = side_of_station(path->surface, station);
+    struct side here = side_of_station(station);
     struct side last = side_of_path(path, station->jet.r);
-    struct unfolding unfolding = unfold(path->surface, &here, &last);
+    struct unfolding unfolding = unfold(&here, &last);
     return station_tangent(station, carry_back(&unfolding, tangent));
 }
 
-static bool shoot(const struct surface *surface, struct surface_cursor *cursor, struct ray *ray) {
+static bool shoot(struct surface_cursor *cursor, struct ray *ray) {
     struct path path;
     struct vec3 tangent;
-    if (!path_geodesic(&path, surface, ray->from, ray->direction))
+    if (!path_geodesic(&path, ray->from->surface, ray->from, ray->direction))
         return false;
     path.accuracy = ray->accuracy;
     if (!path_advance(&path, ray->length) || !path_station(&path, cursor, &ray->end, &tangent))
@@ -183,13 +204,12 @@ struct meeting {
     struct vec3 gap, by[2], end_tangent;
 };
 
-static bool shoot_both(const struct surface *surface, struct surface_cursor *cursor,
-                       struct meeting *m) {
-    if (!shoot(surface, cursor, &m->ray[0]) || !shoot(surface, cursor, &m->ray[1]))
+static bool shoot_both(struct surface_cursor *cursor, struct meeting *m) {
+    if (!shoot(cursor, &m->ray[0]) || !shoot(cursor, &m->ray[1]))
         return false;
-    struct side from = side_of_station(surface, &m->ray[0].end);
-    struct side to = side_of_station(surface, &m->ray[1].end);
-    struct unfolding unfolding = unfold(surface, &from, &to);
+    struct side from = side_of_station(&m->ray[0].end);
+    struct side to = side_of_station(&m->ray[1].end);
+    struct unfolding unfolding = unfold(&from, &to);
     m->gap = gap_between(&from, &to, &unfolding);
     m->by[0] = jacobi_field(&m->ray[0]);
     m->by[1] = carry_back(&unfolding, jacobi_field(&m->ray[1]));
@@ -215,7 +235,7 @@ static enum fishnet_end meet_by(const struct surface *surface, struct surface_cu
     double least = fmin(m->ray[0].length, m->ray[1].length), x = 0, y = 0;
     double enough = accuracy + rounding * surface->magnitude / least;
     aim(m->ray, rays[0]);
-    if (!shoot_both(surface, cursor, m))
+    if (!shoot_both(cursor, m))
         return FISHNET_NO_CONVERGENCE;
     double gap = vec3_norm(m->gap) / least;
     for (int round = 0, halvings = 0; round < ROUNDS && halvings < HALVINGS_MAX; round++) {
@@ -225,7 +245,7 @@ static enum fishnet_end meet_by(const struct surface *surface, struct surface_cu
         if (gap <= enough && !(m->ray[0].error + m->ray[1].error <= 2 * ray_share * accuracy) &&
             m->ray[0].accuracy > rays[1]) {
             aim(m->ray, rays[1]);
-            if (!shoot_both(surface, cursor, m))
+            if (!shoot_both(cursor, m))
                 break;
             gap = node->residual = vec3_norm(m->gap) / least;
             next = *m;
@@ -240,7 +260,7 @@ static enum fishnet_end meet_by(const struct surface *surface, struct surface_cu
         aim(next.ray, fmax(rays[1], fmin(rays[0], next_share * gap)));
         turn(&next.ray[0], x);
         turn(&next.ray[1], y);
-        if (shoot_both(surface, cursor, &next))
+        if (shoot_both(cursor, &next))
             closer = vec3_norm(next.gap) / least;
         if (closer < gap &&
             (chords ? fishnet_right_root(cell, &next.ray[0].end) : crosses_rightly(cell, &next))) {
@@ -249,7 +269,7 @@ static enum fishnet_end meet_by(const struct surface *surface, struct surface_cu
             halvings = 0;
         } else if (m->ray[0].accuracy > rays[1]) {
             aim(m->ray, rays[1]); /* the gap may have been the rays' own error */
-            if (!shoot_both(surface, cursor, m))
+            if (!shoot_both(cursor, m))
                 break;
             gap = vec3_norm(m->gap) / least;
         } else {
@@ -308,19 +328,19 @@ bool fishnet_geodesic_between(const struct surface *surface, struct surface_curs
                               struct vec3 *start, struct vec3 *end) {
     struct ray ray = {
         .from = p, .length = *length, .accuracy = ray_share * tolerance, .direction = *start};
-    struct side to = side_of_station(surface, q);
+    struct side to = side_of_station(q);
     double enough = tolerance * *length + rounding * surface->magnitude, last = HUGE_VAL;
     for (int round = 0; round < ROUNDS; round++) {
-        if (!shoot(surface, cursor, &ray))
+        if (!shoot(cursor, &ray))
             return false;
-        struct side from = side_of_station(surface, &ray.end);
-        struct unfolding unfolding = unfold(surface, &from, &to);
+        struct side from = side_of_station(&ray.end);
+        struct unfolding unfolding = unfold(&from, &to);
         struct vec3 gap = gap_between(&from, &to, &unfolding);
         double miss = vec3_norm(gap);
         if (miss <= enough) {
             *length = ray.length;
             *start = ray.direction;
-            struct unfolding back = unfold(surface, &to, &from);
+            struct unfolding back = unfold(&to, &from);
             *end = station_tangent(q, carry_back(&back, ray.end_tangent));
             return true;
         }

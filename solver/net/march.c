@@ -23,7 +23,7 @@ bool march_parameters(const struct march *march, const struct station *station, 
         return true;
     }
     for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &march->surface->axis[k];
+        const struct surface_axis *axis = &station->surface->axis[k];
         double at = surface_axis_wrap(axis, station->uv[k]);
         inside = inside && at >= surface_axis_lower(axis) && at <= surface_axis_upper(axis);
         uv[k] = surface_axis_outer(axis, at);
@@ -40,8 +40,18 @@ static bool trimmed_away(const struct march *march, const struct station *statio
     return !trim_contains(trim, uv);
 }
 
+/* Whether a point is outside the box round a shell. */
+static bool outside_shell(const struct shell *shell, struct vec3 r) {
+    struct vec3 low, high;
+    shell_bounds(shell, &low, &high);
+    return r.x < low.x || r.y < low.y || r.z < low.z || r.x > high.x || r.y > high.y ||
+           r.z > high.z;
+}
+
 bool march_has_left(const struct march *march, const struct station *station) {
     double uv[2];
+    if (!march->mesh && march->surface->shell)
+        return outside_shell(march->surface->shell, station->jet.r);
     const struct trim *trim = march->settings->trim;
     return !trim || !march_parameters(march, station, uv) || !trim_near(trim, uv);
 }
@@ -51,6 +61,9 @@ double march_area(const struct march *march) {
     const struct trim *trim = march->settings->trim;
     if (trim)
         return trim_area(trim, &centroid);
+    if (march->surface && march->surface->shell)
+        return shell_area(march->surface->shell,
+                          shell_component(march->surface->shell, march->surface->face), NULL);
     if (march->surface)
         return surface_area(march->surface, NULL);
     int32_t start = march_mesh_place(&march->start.station).triangle;
@@ -120,7 +133,8 @@ enum status march_watch_folds(struct march *march) {
     struct net_tile **tiles = net_sorted_tiles(march->net);
     double turn[2];
     for (int k = 0; k < 2; k++)
-        turn[k] = march->mesh ? HUGE_VAL : station_cut_turn(march->surface, k);
+        turn[k] =
+            march->mesh || march->surface->shell ? HUGE_VAL : station_cut_turn(march->surface, k);
     march->fold = fold_make(march->net, march->inside, march->settings->spacing, turn);
     enum status status = tiles && march->fold ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     size_t count = status == STATUS_OK ? net_tile_count(march->net) : 0;
@@ -139,6 +153,8 @@ enum status march_watch_folds(struct march *march) {
  * both ways. Others are cut open opposite the start (`station_zone`). A mesh may do so anywhere. */
 static bool closes_all_round(const struct surface *surface) {
     const struct surface_axis *u = &surface->axis[0], *v = &surface->axis[1];
+    if (surface->shell)
+        return shell_may_close(surface->shell, surface->face);
     return (u->closed && (v->closed || v->pole[0] || v->pole[1])) ||
            (v->closed && (u->pole[0] || u->pole[1]));
 }

@@ -52,8 +52,8 @@ struct march_edges {
 };
 
 struct march {
-    const struct surface *surface;    /* NULL on a mesh of the caller's */
-    const struct mesh *mesh;          /* the caller's, or for the method mosaic; else NULL */
+    const struct surface *surface; /* of a shell the start's face; NULL on a mesh of the caller's */
+    const struct mesh *mesh;       /* the caller's, or for the method mosaic; else NULL */
     const struct mesh_smooth *smooth; /* what a mesh of the caller's stands for; NULL for mosaic */
     const struct drape_settings *settings;
     const struct drape_monitor *monitor; /* may be NULL */
@@ -100,6 +100,13 @@ bool march_parameters(const struct march *march, const struct station *station, 
 /* The face of a shell that a station is on, 0 where there is no shell. */
 static inline int32_t march_face(const struct station *station) {
     return station->surface ? station->surface->face : 0;
+}
+
+/* The surface that a node's parameters belong to; NULL on a mesh of the caller's. */
+static inline const struct surface *march_surface(const struct march *march,
+                                                  const struct net_node *node) {
+    const struct surface *surface = march->surface;
+    return surface && surface->shell ? shell_surface(surface->shell, node->face) : surface;
 }
 
 /* Area to be covered. */

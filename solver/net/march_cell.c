@@ -5,13 +5,14 @@
 #include "correction.h"
 #include "fishnet_geodesic.h"
 #include "rough.h"
+#include "solver/surface/crossing.h"
 #include "yarn.h"
 #include <stdlib.h>
 #include <string.h>
 
 bool march_station_at(struct march *march, const struct net_node *node, struct station *station) {
     if (!march->mesh)
-        return station_at(march->surface, &march->cursor, node->uv, station);
+        return station_at(march_surface(march, node), &march->cursor, node->uv, station);
     struct mesh_place place = {.triangle = (int32_t)node->uv[0], .r = node->r};
     *station = march_mesh_station(march, &place);
     return true;
@@ -36,6 +37,11 @@ static bool guess_from_before(const struct march *march, const struct march_cell
     const struct net_node *b = net_view_place(before, at->i - at->si, at->j);
     const struct net_node *c = net_view_place(before, at->i, at->j - at->sj);
     const struct net_node *d = net_view_place(before, at->i, at->j);
+    if (a && b && c && d && march->surface->shell &&
+        !(d->face == a->face && d->face == b->face && d->face == c->face &&
+          d->face == march_face(at->a) && d->face == march_face(at->b) &&
+          d->face == march_face(at->c)))
+        return false;
     for (int k = 0; a && b && c && d && k < 2; k++)
         uv[k] = d->uv[k] + (at->b->uv[k] - b->uv[k]) + (at->c->uv[k] - c->uv[k]) -
                 (at->a->uv[k] - a->uv[k]);
@@ -61,13 +67,13 @@ static void find_corrections(const struct march *march, const struct march_cell 
 static void find_chords(struct march *march, struct fishnet_cell *cell, struct corrections *c) {
     const struct drape_settings *s = march->settings;
     double chord, *to[2] = {&cell->bd, &cell->cd};
-    fishnet_chords(march->surface, &march->cursor, s->method, s->yarn_path, s->spacing, cell);
+    fishnet_chords(&march->cursor, s->method, s->yarn_path, s->spacing, cell);
     for (int k = 0; k < 2; k++) {
         const struct station *from = k ? cell->c : cell->b;
         struct correction *of = &c->of[k];
         if (!c->has[k])
             continue;
-        of->whole = of->whole && correction_agrees(march->surface, of, 0, from, cell->curvature[k]);
+        of->whole = of->whole && correction_agrees(of, 0, from, cell->curvature[k]);
         if (!of->whole)
             *to[k] = correction_sideways(of, from, *to[k]);
         else if (correction_chord(of, &chord))
@@ -76,15 +82,14 @@ static void find_chords(struct march *march, struct fishnet_cell *cell, struct c
 }
 
 /* Gives up corrections that do not agree with the surface at D. Whether there was one. */
-static bool drop_corrections(const struct march *march, const struct fishnet_cell *cell,
-                             const struct station *d, struct corrections *c) {
+static bool drop_corrections(const struct fishnet_cell *cell, const struct station *d,
+                             struct corrections *c) {
     bool dropped = false;
     for (int k = 0; k < 2; k++) {
         struct vec3 chord = vec3_sub(d->jet.r, (k ? cell->c : cell->b)->jet.r);
         struct correction *of = &c->of[k];
-        bool drop =
-            c->has[k] && of->whole &&
-            !correction_agrees(march->surface, of, 1, d, station_normal_curvature(d, chord));
+        bool drop = c->has[k] && of->whole &&
+                    !correction_agrees(of, 1, d, station_normal_curvature(d, chord));
         of->whole = of->whole && !drop;
         dropped = dropped || drop;
     }
@@ -102,12 +107,28 @@ static bool is_outside(const struct surface *surface, const double uv[2]) {
     return false;
 }
 
+/* Whether the place a step away from C lies beyond a free edge of the shell. */
+static bool expected_off_shell(struct march *march, const struct fishnet_cell *cell,
+                               struct vec3 step) {
+    double uv[2];
+    struct station place;
+    struct crossing crossing;
+    if (!station_pull(cell->c->surface, &march->cursor, cell->c, step, uv) ||
+        !station_at(cell->c->surface, &march->cursor, uv, &place) ||
+        !crossing_settle(&march->cursor, &place))
+        return false;
+    crossing_find(&place, &crossing);
+    return crossing.kind == CROSSING_FREE;
+}
+
 /* Whether the place expected of D lies beyond the boundary: so its parameters, or what of the
  * surface is nearest to it. Beyond a corner at which r_u and r_v are parallel no parameters lead.
  */
 static bool expected_outside(struct march *march, const struct fishnet_cell *cell) {
     double uv[2];
     struct vec3 step = vec3_sub(cell->guess, cell->c->jet.r);
+    if (march->surface->shell)
+        return expected_off_shell(march, cell, step);
     if (station_pull(march->surface, &march->cursor, cell->c, step, uv) &&
         is_outside(march->surface, uv))
         return true;
@@ -208,16 +229,15 @@ static const double creased = 0.9;
 static bool is_rough(const struct march *march, const struct fishnet_cell *cell,
                      enum fishnet_end end, const struct fishnet_node *node) {
     const double *d = march->settings->spacing;
-    const struct surface *surface = march->surface;
     const struct station *a = cell->a, *b = cell->b, *c = cell->c;
     if (end == FISHNET_FOUND)
-        return rough_edge(surface, b, &node->station, cell->curvature[0], d[0]) ||
-               rough_edge(surface, c, &node->station, cell->curvature[1], d[1]);
+        return rough_edge(b, &node->station, cell->curvature[0], d[0]) ||
+               rough_edge(c, &node->station, cell->curvature[1], d[1]);
     struct vec3 ab = vec3_sub(b->jet.r, a->jet.r), ac = vec3_sub(c->jet.r, a->jet.r);
     return end == FISHNET_NO_CONVERGENCE || vec3_dot(a->normal, b->normal) < creased ||
            vec3_dot(a->normal, c->normal) < creased ||
-           rough_edge(surface, a, b, station_normal_curvature(a, ab), d[1]) ||
-           rough_edge(surface, a, c, station_normal_curvature(a, ac), d[0]);
+           rough_edge(a, b, station_normal_curvature(a, ab), d[1]) ||
+           rough_edge(a, c, station_normal_curvature(a, ac), d[0]);
 }
 
 static bool solve_on_surface(struct march *march, const struct march_cell *at,
@@ -238,7 +258,7 @@ static bool solve_on_surface(struct march *march, const struct march_cell *at,
     find_chords(march, &cell, &corrections);
     enum fishnet_end end = fishnet_solve(march->surface, &march->cursor, &cell, node);
     if (end == FISHNET_FOUND && march->before.net &&
-        drop_corrections(march, &cell, &node->station, &corrections)) {
+        drop_corrections(&cell, &node->station, &corrections)) {
         find_chords(march, &cell, &corrections);
         end = fishnet_solve(march->surface, &march->cursor, &cell, node);
     }

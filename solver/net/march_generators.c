@@ -26,7 +26,7 @@ static void note_edge(struct march *march, const struct path *from, const struct
     if (march->settings->method == DRAPE_BASIC ||
         !path_station(from, &march->cursor, &start, &leave) ||
         !path_station(to, &march->cursor, &end, &arrive) ||
-        !rough_edge(march->surface, &start, station, station_normal_curvature(&start, leave), d))
+        !rough_edge(&start, station, station_normal_curvature(&start, leave), d))
         return;
     int family = di ? 0 : 1, side = di + dj < 0, sign = side ? -1 : 1;
     struct vec3 a = vec3_scale(sign, fishnet_path_tangent(from, &start, leave));
@@ -41,7 +41,7 @@ bool march_straight_on(struct march *march, const struct station *from, struct v
     double d = march->settings->spacing[dj != 0];
     if (march->mesh)
         return march_mesh_straight_on(march, from, direction, di, dj, station);
-    if (!path_geodesic(&start, march->surface, from, direction))
+    if (!path_geodesic(&start, from->surface, from, direction))
         return false;
     path = start;
     if (!advance(march, &path, &march->cursor, d) ||
@@ -126,10 +126,8 @@ static bool advance_corrected(struct march *march, struct arm *arm, int32_t k, d
         !path_advance_chord(&path, &march->cursor, chord) ||
         !path_station(&path, &march->cursor, station, &arrive))
         return false;
-    if (!correction_agrees(march->surface, &correction, 0, &from,
-                           station_normal_curvature(&from, leave)) ||
-        !correction_agrees(march->surface, &correction, 1, station,
-                           station_normal_curvature(station, arrive)))
+    if (!correction_agrees(&correction, 0, &from, station_normal_curvature(&from, leave)) ||
+        !correction_agrees(&correction, 1, station, station_normal_curvature(station, arrive)))
         return false;
     arm->path = path;
     return true;

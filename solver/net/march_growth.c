@@ -389,6 +389,8 @@ static enum status push_rim(struct growth *g) {
 }
 
 static bool is_edgeless(const struct march *march) {
+    if (!march->mesh && march->surface->shell)
+        return shell_is_closed(march->surface->shell, march->surface->face);
     if (!march->mesh)
         return march->surface->axis[0].closed && march->surface->axis[1].closed;
     int32_t start = march_mesh_place(&march->start.station).triangle;
@@ -415,7 +417,7 @@ static enum status settle_edgeless(struct growth *g) {
  * forgotten. */
 static enum status pass_cuts(struct march *march) {
     const struct surface *surface = march->surface;
-    if (march->mesh || !surface->axis[0].closed || !surface->axis[1].closed)
+    if (march->mesh || surface->shell || !surface->axis[0].closed || !surface->axis[1].closed)
         return STATUS_OK;
     struct net_tile **tiles = net_sorted_tiles(march->net);
     enum status status = tiles ? STATUS_OK : STATUS_OUT_OF_MEMORY;

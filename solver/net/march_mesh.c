@@ -59,7 +59,7 @@ static enum mesh_corner_end solve_smooth(struct march *march, const struct march
     const double *d = march->settings->spacing;
     struct fishnet_cell chords = {.a = at->a, .b = at->b, .c = at->c};
     struct mesh_cell by_chords = *cell, by_geodesics = *cell;
-    fishnet_chords(NULL, NULL, march->settings->method, DRAPE_PATH_CHORD, d, &chords);
+    fishnet_chords(NULL, march->settings->method, DRAPE_PATH_CHORD, d, &chords);
     by_chords.bd = chords.bd;
     by_chords.cd = chords.cd;
     enum mesh_corner_end end = mesh_smooth_corner(march->smooth, &by_chords, corner);

@@ -99,6 +99,15 @@ void quadrant_add_edge(struct differences *edge, const double below[2], const do
     }
 }
 
+/* The edge at i. On another face of a shell parameters are others: differences begin anew. */
+static void take_edge(const struct quadrant_row *below, struct quadrant_row *row, int32_t i) {
+    const struct surface *surface = row->at[i].surface;
+    if (surface != below->at[i].surface || (i > 0 && surface != row->at[i - 1].surface))
+        row->edge.count = 0;
+    if (surface == below->at[i].surface)
+        quadrant_add_edge(&row->edge, below->at[i].uv, row->at[i].uv);
+}
+
 /* The size of a difference on the surface, squared, but for the angle between its parameter lines.
  */
 static double size2(const struct station *station, const double of[2]) {
@@ -144,7 +153,8 @@ enum status quadrant_grow_node(struct quadrant *q, struct quadrant_row *below,
     cell.c = &below->at[i];
     cell.trend = edge_trend(below->at, row->at, i);
     double uv[2];
-    if (i >= 2 && !march->mesh && !march->surface->has_poles) {
+    if (i >= 2 && !march->mesh && !cell.c->surface->has_poles && row->edge.count > 0 &&
+        cell.c->surface == cell.b->surface) {
         extrapolate(&row->edge, &below->at[i], uv);
         cell.guess_uv = uv;
     }
@@ -153,7 +163,7 @@ enum status quadrant_grow_node(struct quadrant *q, struct quadrant_row *below,
         return march_fail(march, i * q->si, j * q->sj, reason);
     }
     row->at[i] = node.station;
-    quadrant_add_edge(&row->edge, below->at[i].uv, node.station.uv);
+    take_edge(below, row, i);
     return quadrant_place(q, row, j, &node.station);
 }
 
@@ -165,7 +175,7 @@ void quadrant_begin_row(struct quadrant *q, const struct quadrant_row *below,
     row->count = row->planted;
     row->edge.count = 0;
     if (row->planted)
-        quadrant_add_edge(&row->edge, below->at[0].uv, row->at[0].uv);
+        take_edge(below, row, 0);
 }
 
 /* A row ends `fringe` places after it has left the surface, but not before it is as far beyond the

@@ -125,8 +125,8 @@ static bool has_rough_edge(struct wave *wave, int k) {
     wave_get(wave, wave_at(wave, 1), k + 1, &b);
     wave_get(wave, wave_at(wave, 1), k, &c);
     wave_get(wave, wave_at(wave, 0), k + 1, &d);
-    return rough_edge(wave->surface, &b, &d, wave->curvature[0][k], wave->length[0]) ||
-           rough_edge(wave->surface, &c, &d, wave->curvature[1][k], wave->length[1]);
+    return rough_edge(&b, &d, wave->curvature[0][k], wave->length[0]) ||
+           rough_edge(&c, &d, wave->curvature[1][k], wave->length[1]);
 }
 
 static bool in_domain(const struct surface *surface, const double uv[2]) {

@@ -144,7 +144,8 @@ static void count_part(void *data, int k) {
         count_tile(part, t);
 }
 
-static enum status alloc_columns(struct arena *arena, bool estimated, struct drape_result *result) {
+static enum status alloc_columns(struct arena *arena, bool estimated, bool faces,
+                                 struct drape_result *result) {
     struct drape_nodes *n = &result->nodes;
     struct drape_cells *c = &result->cells;
     struct drape_front *f = &result->front;
@@ -166,6 +167,10 @@ static enum status alloc_columns(struct arena *arena, bool estimated, struct dra
         n->error_estimate = arena_take(arena, n->count, sizeof *n->error_estimate);
         all = all && n->error_estimate;
     }
+    if (faces) {
+        n->face = arena_take(arena, n->count, sizeof *n->face);
+        all = all && n->face;
+    }
     n->grown = arena_take(arena, n->count, sizeof *n->grown);
     f->reason = arena_take(arena, f->count, sizeof *f->reason);
     return all && n->grown && f->reason ? STATUS_OK : STATUS_OUT_OF_MEMORY;
@@ -174,7 +179,7 @@ static enum status alloc_columns(struct arena *arena, bool estimated, struct dra
 /* The parameters within the domain, and the point there: a node that lies outside by rounding, or
  * on a later turn round a closed direction, is brought back. */
 static struct vec3 bring_inside(struct part *part, const struct net_node *node, double uv[2]) {
-    const struct surface *surface = part->march->surface;
+    const struct surface *surface = march_surface(part->march, node);
     struct surface_jet jet;
     bool moved = false;
     if (part->march->mesh) {
@@ -217,6 +222,8 @@ static void add_node(struct part *part, const struct spot *spot, struct shear_ro
     nodes->j[at] = spot->j;
     nodes->u[at] = uv[0];
     nodes->v[at] = uv[1];
+    if (nodes->face)
+        nodes->face[at] = spot->node->face;
     nodes->x[at] = r.x;
     nodes->y[at] = r.y;
     nodes->z[at] = r.z;
@@ -265,7 +272,7 @@ static bool station_of(struct part *part, const struct net_node *node, struct st
         *station = march_mesh_station(part->march, &place);
         return true;
     }
-    return node && station_at(part->march->surface, &part->cursor, node->uv, station);
+    return node && station_at(march_surface(part->march, node), &part->cursor, node->uv, station);
 }
 
 static struct yarn_net yarn_net(struct part *part) {
@@ -500,12 +507,14 @@ enum status report_make(struct march *march, struct drape_result *result) {
                                     .start_weft = march->start.weft,
                                     .summary.error_estimate_max = -1};
     (void)march_parameters(march, &march->start.station, result->start_uv);
+    result->start_face = march_face(&march->start.station);
     struct part *parts = make_parts(march, result, &count);
     if (!parts)
         return STATUS_OUT_OF_MEMORY;
     run_parts(march, count, count_part, parts);
     place_parts(parts, count, result);
-    enum status status = alloc_columns(march->arena, march->before.net, result);
+    enum status status = alloc_columns(march->arena, march->before.net,
+                                       march->surface && march->surface->shell, result);
     if (status != STATUS_OK)
         return status;
     run_parts(march, count, add_part, parts);

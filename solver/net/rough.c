@@ -1,6 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "rough.h"
 
+#include "solver/surface/crossing.h"
+
+enum { HOPS_MAX = 16 };
+
 /* Along a helix of curvature k and torsion t an arc of the curvature in the chord's direction is
  * wrong by (k d)^2 (t d)^2 / 72 of its length. */
 static const double helix_share = 72;
@@ -76,10 +80,48 @@ static bool is_joint(const struct surface *surface, int k, const int span[2], co
            vec3_norm(vec3_sub(side[1].normal, side[0].normal)) > joint_angle;
 }
 
-/* Whether there is a joint between two places, as the straight line between their parameters
- * crosses it. Round a closed direction the seam counts as one. */
-static bool crosses_joint(const struct surface *surface, const struct station *p,
-                          const struct station *q, double d) {
+/* Whether the surface turns, or bends differently, beyond a joint of faces; `to` gets the station
+ * there. */
+static bool is_joint_of_faces(const struct surface *from, const struct crossing *crossing,
+                              struct vec3 chord, double d, struct station *to) {
+    struct surface_cursor cursor = {0, 0};
+    struct station side;
+    if (!station_at(from, &cursor, crossing->edge, &side) ||
+        !station_at(crossing->beyond, &cursor, crossing->entry, to))
+        return true;
+    double change = station_normal_curvature(to, crossing_turn(crossing, chord)) -
+                    station_normal_curvature(&side, chord);
+    return fabs(change) * d > joint_turn ||
+           vec3_norm(vec3_sub(to->normal, side.normal)) > joint_angle;
+}
+
+static bool crosses_knot(const struct station *p, const struct station *q, double d);
+
+/* Whether there is a joint on the way to another face of a shell, through those between. */
+static bool crosses_faces(const struct station *p, const struct station *q, double d) {
+    struct surface_cursor cursor = {0, 0};
+    struct station at = *p;
+    for (int hop = 0; hop < HOPS_MAX && at.surface != q->surface; hop++) {
+        struct crossing crossing;
+        struct station edge, beyond;
+        double uv[2], share;
+        struct vec3 chord = vec3_sub(q->jet.r, at.jet.r);
+        bool met = station_pull(at.surface, &cursor, &at, chord, uv) &&
+                   crossing_on_way(at.surface, at.uv, uv, &share, &crossing);
+        if (!met && !crossing_between(&at, q->surface, &crossing))
+            return true;
+        if (is_joint_of_faces(at.surface, &crossing, chord, d, &beyond) ||
+            !station_at(at.surface, &cursor, crossing.edge, &edge) || crosses_knot(&at, &edge, d))
+            return true;
+        at = beyond;
+    }
+    return at.surface != q->surface || crosses_knot(&at, q, d);
+}
+
+/* Whether there is a joint between two places of a surface, as the straight line between their
+ * parameters crosses it. Round a closed direction the seam counts as one. */
+static bool crosses_knot(const struct station *p, const struct station *q, double d) {
+    const struct surface *surface = p->surface;
     struct vec3 chord = vec3_sub(q->jet.r, p->jet.r);
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &surface->axis[k];
@@ -104,10 +146,10 @@ static bool crosses_joint(const struct surface *surface, const struct station *p
     return false;
 }
 
-bool rough_edge_closely(const struct surface *surface, const struct station *p,
-                        const struct station *q, double curvature, double misfit, double d) {
+bool rough_edge_closely(const struct station *p, const struct station *q, double curvature,
+                        double misfit, double d) {
     double turn = fabs(curvature) * d;
-    if (station_at_pole(surface,
+    if (station_at_pole(p->surface,
                         p)) { /* a pole: no curvature there, but arcs rise alike at both ends */
         struct vec3 chord = vec3_sub(q->jet.r, p->jet.r);
         return !(fabs(vec3_dot(chord, vec3_add(p->normal, q->normal))) < ROUGH_MISFIT_ROUGH * d);
@@ -120,5 +162,6 @@ bool rough_edge_closely(const struct surface *surface, const struct station *p,
         if (bend * bend * torsion * torsion * d * d * d * d > helix_share * length_share)
             return true;
     }
-    return misfit >= ROUGH_MISFIT_SMOOTH && crosses_joint(surface, p, q, d);
+    return misfit >= ROUGH_MISFIT_SMOOTH &&
+           (p->surface == q->surface ? crosses_knot(p, q, d) : crosses_faces(p, q, d));
 }

@@ -26,18 +26,18 @@
 #define ROUGH_TURN_ROUGH 0.5
 
 /* Whether the edge from p to q is rough where the misfit or the turn alone does not tell. */
-bool rough_edge_closely(const struct surface *surface, const struct station *p,
-                        const struct station *q, double curvature, double misfit, double d);
+bool rough_edge_closely(const struct station *p, const struct station *q, double curvature,
+                        double misfit, double d);
 
 /* Whether the edge from p to q, d long with this normal curvature at p, is rough. */
-static inline bool rough_edge(const struct surface *surface, const struct station *p,
-                              const struct station *q, double curvature, double d) {
+static inline bool rough_edge(const struct station *p, const struct station *q, double curvature,
+                              double d) {
     struct vec3 chord = vec3_sub(q->jet.r, p->jet.r);
     double turn = curvature * d, rise = turn / 2 * d;
     double misfit =
         fabs(vec3_dot(chord, p->normal) - rise) + fabs(vec3_dot(chord, q->normal) + rise);
     bool smooth = misfit < ROUGH_MISFIT_SMOOTH * d && fabs(turn) < ROUGH_TURN_SMOOTH;
-    return !smooth && rough_edge_closely(surface, p, q, curvature, misfit / d, d);
+    return !smooth && rough_edge_closely(p, q, curvature, misfit / d, d);
 }
 
 /* The unit tangent at p of the geodesic to the place `to` with the parameters `to_uv`, over a

@@ -237,17 +237,20 @@ static enum status find_generators(const struct surface *surface,
     return status;
 }
 
+enum status start_find_at(const struct surface *surface, const struct drape_settings *settings,
+                          const double inner[2], struct march_start *start, int *faulty) {
+    struct surface_cursor cursor = {0};
+    if (!station_at(surface, &cursor, inner, &start->station))
+        return STATUS_DEGENERATE_SURFACE;
+    enum status status = find_direction(surface, settings, &start->station, &start->warp);
+    return status == STATUS_OK ? find_generators(surface, settings, start, faulty) : status;
+}
+
 enum status start_find(const struct surface *surface, const struct drape_settings *settings,
                        struct march_start *start, int *faulty) {
-    struct surface_cursor cursor = {0};
     double uv[2];
     enum status status = find_uv(surface, settings, uv);
-    if (status != STATUS_OK)
-        return status;
-    if (!station_at(surface, &cursor, uv, &start->station))
-        return STATUS_DEGENERATE_SURFACE;
-    status = find_direction(surface, settings, &start->station, &start->warp);
-    return status == STATUS_OK ? find_generators(surface, settings, start, faulty) : status;
+    return status == STATUS_OK ? start_find_at(surface, settings, uv, start, faulty) : status;
 }
 
 enum status start_move_to_mesh(struct march *march) {

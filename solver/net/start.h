@@ -15,6 +15,11 @@
 enum status start_find(const struct surface *surface, const struct drape_settings *settings,
                        struct march_start *start, int *faulty) STATUS_MUST_USE;
 
+/* The same at a place that is known, in inner parameters. */
+enum status start_find_at(const struct surface *surface, const struct drape_settings *settings,
+                          const double inner[2], struct march_start *start,
+                          int *faulty) STATUS_MUST_USE;
+
 /* The same on the march's mesh, for its start: the default is the centroid of its largest
  * component, parameters are STATUS_INVALID. Angle 0 is the x axis projected on the tangent plane,
  * or the y axis where that lies across x. Generators may be planes, but not curves. */

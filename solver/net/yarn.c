@@ -3,17 +3,21 @@
 
 #include "rough.h"
 #include "solver/angle.h"
+#include "solver/surface/shell.h"
 
 struct vec3 yarn_leave(const struct yarn_net *yarns, const struct yarn_place *here,
                        const struct yarn_place *there, int family, int side,
                        const struct station *station) {
     const struct yarn_place *laid = NULL;
+    const struct surface *surface = yarns->surface;
     if (here->node->rough & NET_EDGE_BIT(family, side))
         laid = here;
     else if (there->node->rough & NET_EDGE_BIT(family, 1 - side))
         laid = there;
     if (!laid)
-        return rough_leave(yarns->surface, yarns->cursor, station, there->node->uv, there->node->r);
+        return rough_leave(
+            surface && surface->shell ? shell_surface(surface->shell, there->node->face) : surface,
+            yarns->cursor, station, there->node->uv, there->node->r);
     const struct net_edge *edge =
         &net_yarns(yarns->net, laid->i, laid->j, laid->node)->edge[family];
     return side ? edge->lower : vec3_scale(-1, edge->higher);

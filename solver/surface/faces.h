@@ -1,18 +1,56 @@
 /* SPDX-License-Identifier: MIT */
-/* Inside of a shell: its faces. Only the files of solver/surface include it. */
+/*
+ * Inside of a shell: its faces and their boundaries. Only the files of solver/surface include it.
+ *
+ * The boundary of a face is a set of curves in its parameters, trim curves and sides of the domain.
+ * Each is cut into edges where others end or it has a corner, and each edge into segments, straight
+ * in (u, v) for all that matters. Of a closed direction the seam is no boundary.
+ */
 #ifndef SOLVER_SURFACE_FACES_H
 #define SOLVER_SURFACE_FACES_H
 
+#include "boxes.h"
 #include "shell.h"
 #include "spans.h"
+
+enum { EDGE_FREE = -1 };
+
+/* A trim curve, or the straight line between two places of the domain. */
+struct face_curve {
+    int32_t face;
+    const struct trim_curve *trim; /* NULL: the line */
+    double line[2][2];             /* its ends, in inner parameters; t from 0 to 1 */
+    double range[2];               /* of t */
+    uint32_t first, count;         /* its points while edges are sought */
+};
+
+struct face_edge {
+    int32_t curve;
+    double t[2];   /* its part of the curve, t[0] < t[1] */
+    int32_t mate;  /* the edge it is joined to, or EDGE_FREE */
+    bool reversed; /* the two run against each other */
+    bool bare;     /* no boundary: one point, or with the face on both sides */
+    int8_t inside; /* the face lies to the left (1) or right (-1) of it in inner (u, v) */
+    struct vec3 end[2];
+};
+
+/* A piece of an edge from a to b in inner parameters. */
+struct face_segment {
+    double a[2], b[2];
+    double t[2];
+    int32_t edge;
+};
 
 struct face {
     struct surface surface; /* the caller's, as a face of this shell */
     struct trim *trim;      /* NULL: all of the domain */
     double area;
     struct vec3 centroid;
+    struct box box;
     int32_t component;
     int8_t side; /* by which it has to be turned to face like the first of its component: 1 or -1 */
+    struct face_segment *segments;
+    uint32_t segment_count;
 };
 
 struct shell {
@@ -20,7 +58,35 @@ struct shell {
     size_t face_count, component_count;
     double tolerance, size;
     struct vec3 lower, upper;
-    struct shell_edges edges;
+    struct shell_edges found;
+    struct face_curve *curves;
+    size_t curve_count;
+    struct face_edge *edges;
+    size_t edge_count;
+    uint32_t *boundaries; /* of each component, in one piece each */
 };
+
+/* A place on a curve: inner parameters and their derivative by t, the point and its derivative. */
+struct curve_place {
+    double t, uv[2], rate[2];
+    struct surface_jet jet;
+    struct vec3 r, tangent;
+};
+
+void curve_at(const struct shell *shell, const struct face_curve *curve, double t,
+              struct curve_place *place);
+
+/* The place of the curve between low and high nearest to `point`, by Newton's method from `from`;
+ * its distance. */
+double curve_nearest(const struct shell *shell, const struct face_curve *curve, struct vec3 point,
+                     double from, const double range[2], struct curve_place *place);
+
+/* Whether inner parameters are in the face: its domain, to 1e-9 of it, and its region. */
+bool face_contains(const struct face *face, const double uv[2]);
+
+/* Cuts the boundaries into edges and joins them; sets curves, edges, segments and what was found.
+ * Errors: STATUS_OUT_OF_MEMORY, STATUS_INVALID with SHELL_THREE_FACES. */
+enum status faces_join(struct shell *shell, const struct shell_part *parts, struct arena *arena,
+                       struct shell_fault *fault) STATUS_MUST_USE;
 
 #endif

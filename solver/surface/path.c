@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "path.h"
 
+#include "crossing.h"
 #include "dormand.h"
 #include <stdint.h>
 #include <string.h>
@@ -8,6 +9,7 @@
 enum {
     EVENT_ROUNDS = 12, /* Newton on the length to a span's edge */
     CHORD_ROUNDS = 8,  /* Newton on the length to a chord */
+    JOINT_PIECES = 4,  /* straight ones, in which joints are sought along a step */
     FAILURES_MAX = 40, /* steps of one advance that were too long */
     FAILURES_OUTSIDE = 8
 };
@@ -608,6 +610,91 @@ static bool advance_in_span(struct path *g, double h, struct effort *effort, dou
     return true;
 }
 
+/* ---- from face to face of a shell ---- */
+
+/* The cubic through (u, v) and velocity at both ends of a step of h, at a share of it. */
+static void cubic_at(const struct path *from, const struct path *to, double h, double share,
+                     double uv[2]) {
+    double s = share, r = 1 - share;
+    for (int k = 0; k < 2; k++)
+        uv[k] = r * r * (1 + 2 * s) * from->uv[k] + s * s * (1 + 2 * r) * to->uv[k] +
+                h * s * r * (r * from->velocity[k] - s * to->velocity[k]);
+}
+
+/* The first joint that a step of h from `from` to `to` crosses, and about how far on that is. */
+static bool find_joint(const struct path *from, const struct path *to, double h,
+                       struct crossing *joint, double *length) {
+    double last[2] = {from->uv[0], from->uv[1]}, next[2], share;
+    for (int k = 1; k <= JOINT_PIECES; k++) {
+        cubic_at(from, to, h, (double)k / JOINT_PIECES, next);
+        if (crossing_on_way(from->surface, last, next, &share, joint)) {
+            *length = h * (k - 1 + share) / JOINT_PIECES;
+            return true;
+        }
+        memcpy(last, next, sizeof last);
+    }
+    return false;
+}
+
+/* Moves `g` to where it meets the joint, about `*length` on: Newton's method for the length and the
+ * edge's parameter. False when it does not get there. */
+static bool meet_joint(struct path *g, struct crossing *joint, double *length) {
+    struct footing at = footing_of(g);
+    vec4 y = at.state[0];
+    double here = 0, next = *length, least = 1e-15 * g->surface->size;
+    for (int round = 0; round < EVENT_ROUNDS; round++) {
+        double rate[2];
+        if (fabs(next - here) <= nudge_share * *length && here > 0)
+            y = short_step(g, y, next - here);
+        else if (next != 0 && !followed(try_step(g, &at, next, &y)))
+            return false;
+        here = next;
+        crossing_rate(g->surface, joint, rate);
+        double du = joint->edge[0] - y[0], dv = joint->edge[1] - y[1];
+        double cross = y[2] * rate[1] - y[3] * rate[0];
+        double step = (du * rate[1] - dv * rate[0]) / cross;
+        double along = (du * y[3] - dv * y[2]) / cross;
+        if (!isfinite(step) || !crossing_move(g->surface, joint->t + along, joint))
+            return false;
+        next = fmax(here + step, 0);
+        if (fabs(step) <= least || round == EVENT_ROUNDS - 1)
+            break;
+    }
+    accept(g, y);
+    *length = here;
+    return true;
+}
+
+/* Over a joint: what the tangent has along the edge and across it stays. */
+static bool cross_joint(struct path *g, const struct crossing *joint) {
+    struct surface_jet jet;
+    jet_here(g, g->uv, &jet);
+    struct vec3 t = vec3_axpy(g->velocity[1], jet.v, vec3_scale(g->velocity[0], jet.u));
+    double sides = g->surface->side * joint->beyond->side;
+    g->surface = joint->beyond;
+    if (g->kind == PATH_CURVE)
+        g->kind = PATH_GEODESIC;
+    g->plane = vec3_scale(sides, g->plane);
+    return place(g, joint->entry, crossing_turn(joint, t));
+}
+
+/* A step as in one span, which ends on the joint that it meets. */
+static bool advance_on_face(struct path *g, double h, struct effort *effort, double *length) {
+    struct path before = *g;
+    struct crossing joint;
+    if (!advance_in_span(g, h, effort, length))
+        return false;
+    double way = *length;
+    if (!find_joint(&before, g, *length, &joint, &way))
+        return true;
+    struct path there = before;
+    if (!meet_joint(&there, &joint, &way) || !cross_joint(&there, &joint))
+        return false;
+    *g = there;
+    *length = way;
+    return true;
+}
+
 /* The sum of the squares of the two principal curvatures: tr (I^-1 II)^2. */
 static double squared_curvature(const struct surface_jet *jet) {
     struct vec3 across = vec3_cross(jet->u, jet->v);
@@ -639,7 +726,8 @@ bool path_advance(struct path *path, double length) {
             return false;
         if (path->ahead > 0)
             gone = path->ahead;
-        else if (!advance_in_span(path, h, &effort, &gone))
+        else if (!(path->surface->shell ? advance_on_face : advance_in_span)(path, h, &effort,
+                                                                             &gone))
             return false;
         path->ahead = 0;
         remaining -= gone;
@@ -649,11 +737,21 @@ bool path_advance(struct path *path, double length) {
     return remaining <= 0;
 }
 
+/* Whether a step next to nothing that ends at y crosses a joint. */
+static bool leaves_face(const struct path *g, vec4 y) {
+    struct crossing joint;
+    const double to[2] = {y[0], y[1]};
+    double share;
+    return crossing_on_way(g->surface, g->uv, to, &share, &joint);
+}
+
 /* Moves on by `length`, next to nothing and of either sign, within the span. False when that leads
  * out of it or round a corner. */
 static bool nudge(struct path *g, double length) {
     struct event event;
     vec4 y = short_step(g, state_of(g), length);
+    if (g->surface->shell && leaves_face(g, y))
+        return false;
     if (g->ahead > 0 || first_event(g, y, &event))
         return false;
     accept(g, y);

@@ -95,9 +95,16 @@ double shell_area(const struct shell *shell, int32_t component, struct vec3 *cen
 /* A place of a shell: parameters of a face, inside its region or on its edge. */
 struct shell_place {
     int32_t face;
-    double uv[2]; /* the caller's */
-    struct vec3 r;
+    double uv[2];    /* the caller's */
+    double inner[2]; /* the same as the solver takes them (`spans.h`) */
 };
+
+/* Whether the faces reached from `face` may lead back to where they came from otherwise than over
+ * a hole: they have no boundary, or more than one. */
+bool shell_may_close(const struct shell *shell, int32_t face);
+
+/* Whether they have no boundary. */
+bool shell_is_closed(const struct shell *shell, int32_t face);
 
 /* The place nearest to `point` on the faces of a component, or of all with SHELL_ANY, and its
  * distance. */

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "station.h"
 
+#include "crossing.h"
+#include "shell.h"
+
 /* A node this close outside the domain, as a share of the domain, is on its boundary. */
 static const double boundary_width = 1e-9;
 
@@ -220,7 +223,8 @@ static bool healthy(const struct surface *surface, struct surface_cursor *cursor
     return within(vec3_norm2(station->jet.u) / vec3_norm2(edge.jet.u)) &&
            within(vec3_norm2(station->jet.v) / vec3_norm2(edge.jet.v)) &&
            vec3_dot(station->normal, edge.normal) > normal_cosine &&
-           vec3_distance(station->jet.r, edge.jet.r) < reach * surface->size;
+           vec3_distance(station->jet.r, edge.jet.r) <
+               reach * (surface->shell ? shell_size(surface->shell) : surface->size);
 }
 
 double station_cut_turn(const struct surface *surface, int k) {
@@ -239,9 +243,34 @@ static enum station_zone zone_round(const struct surface *surface, int k, double
                                        : STATION_BEYOND;
 }
 
+/* On a face of a shell: inside as far as the face or a joint of it reaches. */
+static enum station_zone zone_on_face(struct surface_cursor *cursor,
+                                      const struct station *station) {
+    const struct surface *surface = station->surface;
+    struct crossing crossing;
+    double edge[2] = {station->uv[0], station->uv[1]};
+    bool outside = false;
+    crossing_find(station, &crossing);
+    if (crossing.kind != CROSSING_FREE ||
+        crossing.distance <= boundary_width * shell_size(surface->shell))
+        return STATION_INSIDE;
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &surface->axis[k];
+        double x = edge[k], low = surface_axis_lower(axis), high = surface_axis_upper(axis);
+        if (!axis->closed)
+            edge[k] = fmin(fmax(x, low), high);
+        outside = outside || edge[k] != x;
+    }
+    return !outside || healthy(surface, cursor, station, edge) ? STATION_GHOST : STATION_BEYOND;
+}
+
 enum station_zone station_zone(const struct surface *surface, struct surface_cursor *cursor,
                                const double start[2], const struct station *station,
                                enum drape_reason *reason) {
+    if (surface->shell) {
+        *reason = DRAPE_REASON_BOUNDARY;
+        return zone_on_face(cursor, station);
+    }
     double edge[2] = {station->uv[0], station->uv[1]};
     bool outside = false;
     for (int k = 0; k < 2; k++) {

@@ -1,0 +1,284 @@
+/* SPDX-License-Identifier: MIT */
+#include "crossing.h"
+
+#include "faces.h"
+
+enum { HOPS_MAX = 16 };
+
+/* A joint is preferred to a free edge that is no nearer than this. */
+static const double as_near = 1e-9;
+
+static const struct face *face_of(const struct surface *surface) {
+    return &surface->shell->faces[surface->face];
+}
+
+bool crossing_within(const struct surface *surface, const double uv[2]) {
+    return face_contains(face_of(surface), uv);
+}
+
+/* What takes a place into the domain of closed directions. */
+static void turn_of(const struct surface *surface, const double uv[2], double turn[2]) {
+    for (int k = 0; k < 2; k++)
+        turn[k] = uv[k] - surface_axis_wrap(&surface->axis[k], uv[k]);
+}
+
+/* The difference of two parameters, the shorter way round a closed direction. */
+static double way(const struct surface_axis *axis, double from, double to) {
+    double difference = to - from;
+    if (!axis->closed)
+        return difference;
+    double period = surface_axis_upper(axis) - surface_axis_lower(axis);
+    return difference - period * floor(difference / period + 0.5);
+}
+
+/* A place on a segment. */
+struct hit {
+    const struct face_segment *segment;
+    double share, distance2, offset[2]; /* from the place to it */
+};
+
+/* The place of a segment nearest to a place of which the ends are off by p and q, by the metric. */
+static void try_segment(const double metric[3], const double p[2], const double q[2],
+                        const struct face_segment *segment, struct hit *best) {
+    const double e[2] = {q[0] - p[0], q[1] - p[1]};
+    double ee = station_form(metric, e);
+    double pe =
+        metric[0] * p[0] * e[0] + metric[1] * (p[0] * e[1] + p[1] * e[0]) + metric[2] * p[1] * e[1];
+    double share = ee > 0 ? fmin(fmax(-pe / ee, 0), 1) : 0;
+    const double offset[2] = {p[0] + share * e[0], p[1] + share * e[1]};
+    double distance2 = station_form(metric, offset);
+    if (distance2 < best->distance2)
+        *best = (struct hit){segment, share, distance2, {offset[0], offset[1]}};
+}
+
+/* The surface of the face that an edge belongs to. */
+static const struct surface *beyond_edge(const struct shell *shell, int32_t edge) {
+    return &shell->faces[shell->curves[shell->edges[edge].curve].face].surface;
+}
+
+/* The nearest places on joints, to the face `beyond` unless that is NULL, and on free edges of the
+ * station's face. */
+static void nearest_edges(const struct station *station, const struct surface *beyond,
+                          struct hit *joint, struct hit *free) {
+    const struct surface *surface = station->surface;
+    const struct face *face = face_of(surface);
+    const struct surface_axis *axis = surface->axis;
+    double at[2];
+    joint->distance2 = free->distance2 = HUGE_VAL;
+    joint->segment = free->segment = NULL;
+    for (int k = 0; k < 2; k++)
+        at[k] = surface_axis_wrap(&axis[k], station->uv[k]);
+    for (uint32_t s = 0; s < face->segment_count; s++) {
+        const struct face_segment *segment = &face->segments[s];
+        double p[2], q[2];
+        for (int k = 0; k < 2; k++) {
+            p[k] = way(&axis[k], at[k], segment->a[k]);
+            q[k] = p[k] + segment->b[k] - segment->a[k];
+        }
+        int32_t mate = surface->shell->edges[segment->edge].mate;
+        if (mate == EDGE_FREE || !beyond || beyond_edge(surface->shell, mate) == beyond)
+            try_segment(station->first, p, q, segment, mate == EDGE_FREE ? free : joint);
+    }
+}
+
+static bool frame_at(const struct shell *shell, const struct face_edge *edge, double t,
+                     struct vec3 along, bool out, double uv[2], struct crossing_frame *frame) {
+    const struct face_curve *curve = &shell->curves[edge->curve];
+    const struct surface *surface = &shell->faces[curve->face].surface;
+    struct curve_place place;
+    struct station station;
+    curve_at(shell, curve, t, &place);
+    station.uv[0] = place.uv[0];
+    station.uv[1] = place.uv[1];
+    station.jet = place.jet;
+    if (!station_complete(surface, &station))
+        return false;
+    struct vec3 tangent = station_tangent(&station, place.tangent);
+    struct vec3 inward =
+        vec3_scale(edge->inside * surface->side, vec3_cross(station.normal, tangent));
+    frame->at = place.r;
+    frame->along =
+        vec3_norm2(along) > 0 && vec3_dot(along, tangent) < 0 ? vec3_scale(-1, tangent) : tangent;
+    frame->across = vec3_scale(out ? -1 : 1, inward);
+    frame->normal = station.normal;
+    uv[0] = place.uv[0];
+    uv[1] = place.uv[1];
+    return vec3_norm2(tangent) > 0;
+}
+
+/* The joint at a place t of an edge. */
+static bool joint_at(const struct surface *surface, int32_t number, double t,
+                     struct crossing *crossing) {
+    const struct shell *shell = surface->shell;
+    const struct face_edge *edge = &shell->edges[number], *mate = &shell->edges[edge->mate];
+    const struct face_curve *curve = &shell->curves[mate->curve];
+    double share = (t - edge->t[0]) / (edge->t[1] - edge->t[0]);
+    double guess = edge->reversed ? mate->t[1] - share * (mate->t[1] - mate->t[0])
+                                  : mate->t[0] + share * (mate->t[1] - mate->t[0]);
+    struct curve_place there;
+    if (!frame_at(shell, edge, t, vec3_make(0, 0, 0), true, crossing->edge, &crossing->from))
+        return false;
+    (void)curve_nearest(shell, curve, crossing->from.at, guess, mate->t, &there);
+    crossing->kind = CROSSING_JOINT;
+    crossing->number = number;
+    crossing->t = t;
+    crossing->beyond = &shell->faces[curve->face].surface;
+    return frame_at(shell, mate, there.t, crossing->from.along, false, crossing->entry,
+                    &crossing->to);
+}
+
+void crossing_find(const struct station *station, struct crossing *crossing) {
+    const struct surface *surface = station->surface;
+    struct hit joint, free;
+    double turn[2];
+    crossing->kind = CROSSING_NONE;
+    crossing->distance = 0;
+    if (crossing_within(surface, station->uv))
+        return;
+    nearest_edges(station, NULL, &joint, &free);
+    bool over = joint.segment && !(free.distance2 < joint.distance2 * (1 - as_near));
+    const struct hit *hit = over ? &joint : &free;
+    crossing->kind = CROSSING_FREE;
+    crossing->distance = sqrt(hit->distance2);
+    turn_of(surface, station->uv, turn);
+    if (over) {
+        const struct face_segment *segment = hit->segment;
+        double t = segment->t[0] + hit->share * (segment->t[1] - segment->t[0]);
+        if (joint_at(surface, segment->edge, t, crossing)) {
+            crossing->edge[0] += turn[0];
+            crossing->edge[1] += turn[1];
+            return;
+        }
+        crossing->kind = CROSSING_FREE;
+    }
+    for (int k = 0; k < 2; k++)
+        crossing->edge[k] = station->uv[k] + (hit->segment ? hit->offset[k] : 0);
+}
+
+bool crossing_move(const struct surface *surface, double t, struct crossing *crossing) {
+    const struct face_edge *edge = &surface->shell->edges[crossing->number];
+    double before[2], turn[2];
+    for (int k = 0; k < 2; k++)
+        before[k] = crossing->edge[k];
+    t = fmin(fmax(t, edge->t[0]), edge->t[1]);
+    if (!joint_at(surface, crossing->number, t, crossing))
+        return false;
+    for (int k = 0; k < 2; k++) {
+        turn[k] = before[k] - way(&surface->axis[k], crossing->edge[k], before[k]);
+        crossing->edge[k] = turn[k];
+    }
+    return true;
+}
+
+void crossing_rate(const struct surface *surface, const struct crossing *crossing, double rate[2]) {
+    const struct shell *shell = surface->shell;
+    struct curve_place place;
+    curve_at(shell, &shell->curves[shell->edges[crossing->number].curve], crossing->t, &place);
+    rate[0] = place.rate[0];
+    rate[1] = place.rate[1];
+}
+
+bool crossing_between(const struct station *station, const struct surface *beyond,
+                      struct crossing *crossing) {
+    struct hit joint, free;
+    nearest_edges(station, beyond, &joint, &free);
+    if (!joint.segment)
+        return false;
+    const struct face_segment *segment = joint.segment;
+    double t = segment->t[0] + joint.share * (segment->t[1] - segment->t[0]);
+    crossing->distance = sqrt(joint.distance2);
+    return joint_at(station->surface, segment->edge, t, crossing);
+}
+
+static struct vec3 change_frame(const struct crossing_frame *from, const struct crossing_frame *to,
+                                struct vec3 v) {
+    struct vec3 sum = vec3_scale(vec3_dot(v, from->along), to->along);
+    sum = vec3_axpy(vec3_dot(v, from->across), to->across, sum);
+    return vec3_axpy(vec3_dot(v, from->normal), to->normal, sum);
+}
+
+struct vec3 crossing_turn(const struct crossing *crossing, struct vec3 v) {
+    return change_frame(&crossing->from, &crossing->to, v);
+}
+
+struct vec3 crossing_turn_back(const struct crossing *crossing, struct vec3 v) {
+    return change_frame(&crossing->to, &crossing->from, v);
+}
+
+bool crossing_carry(const struct crossing *crossing, struct surface_cursor *cursor,
+                    const struct station *station, double uv[2]) {
+    struct station entry;
+    if (!station_at(crossing->beyond, cursor, crossing->entry, &entry))
+        return false;
+    struct vec3 offset = vec3_sub(station->jet.r, crossing->from.at);
+    return station_pull(crossing->beyond, cursor, &entry, crossing_turn(crossing, offset), uv);
+}
+
+bool crossing_settle(struct surface_cursor *cursor, struct station *station) {
+    const struct surface *last = NULL;
+    for (int hop = 0; hop < HOPS_MAX; hop++) {
+        struct crossing crossing;
+        double uv[2];
+        crossing_find(station, &crossing);
+        if (crossing.kind != CROSSING_JOINT || crossing.beyond == last)
+            return true;
+        last = station->surface;
+        if (!crossing_carry(&crossing, cursor, station, uv) ||
+            !station_at(crossing.beyond, cursor, uv, station))
+            return false;
+    }
+    return false;
+}
+
+/* The share of the way p p + e at which it leaves the region through a segment, whose inside lies
+ * as the edge says; HUGE_VAL where it does not. `at` gets the share of the segment. */
+static double leaves_through(const double p[2], const double e[2], const double a[2],
+                             const double b[2], int inside, double *at) {
+    double sx = b[0] - a[0], sy = b[1] - a[1];
+    double out = (e[0] * sy - e[1] * sx) * inside; /* > 0: from left to right of the segment */
+    if (!(out > 0))
+        return HUGE_VAL;
+    double cross = e[0] * sy - e[1] * sx;
+    double ax = a[0] - p[0], ay = a[1] - p[1];
+    double share = (ax * sy - ay * sx) / cross;
+    *at = (ax * e[1] - ay * e[0]) / cross;
+    bool hits = share >= -as_near && share <= 1 && *at >= -as_near && *at <= 1 + as_near;
+    return hits ? fmax(share, 0) : HUGE_VAL;
+}
+
+bool crossing_on_way(const struct surface *surface, const double from[2], const double to[2],
+                     double *share, struct crossing *crossing) {
+    const struct face *face = face_of(surface);
+    const struct surface_axis *axis = surface->axis;
+    const struct face_segment *first = NULL;
+    double p[2], turn[2], least = HUGE_VAL, place = 0;
+    const double e[2] = {to[0] - from[0], to[1] - from[1]};
+    turn_of(surface, from, turn);
+    for (int k = 0; k < 2; k++)
+        p[k] = from[k] - turn[k];
+    for (uint32_t s = 0; s < face->segment_count; s++) {
+        const struct face_segment *segment = &face->segments[s];
+        const struct face_edge *edge = &surface->shell->edges[segment->edge];
+        double a[2], b[2], at;
+        for (int k = 0; k < 2; k++) {
+            a[k] = p[k] + way(&axis[k], p[k], segment->a[k]);
+            b[k] = a[k] + segment->b[k] - segment->a[k];
+        }
+        double met = leaves_through(p, e, a, b, edge->inside, &at);
+        if (met < least) {
+            least = met;
+            first = segment;
+            place = at;
+        }
+    }
+    if (!first || surface->shell->edges[first->edge].mate == EDGE_FREE)
+        return false;
+    *share = least;
+    double t = first->t[0] + fmin(fmax(place, 0), 1) * (first->t[1] - first->t[0]);
+    if (!joint_at(surface, first->edge, t, crossing))
+        return false;
+    crossing->distance = 0;
+    crossing->edge[0] += turn[0];
+    crossing->edge[1] += turn[1];
+    return true;
+}
