@@ -104,6 +104,10 @@ static const struct flag flags[] = {
      AT(max_result), MIB, 1024 * GIB, "max_result"},
     {"retention", "DRAPED_RETENTION", "HOURS", "168", "how long results are kept", KIND_COUNT,
      AT(retention), 1, 876000, "retention_hours"},
+    {"retention-jobs", "DRAPED_RETENTION_JOBS", "HOURS", NULL,
+     "how long the record of an ended drape is kept, at least --retention; by default four times "
+     "that",
+     KIND_COUNT, AT(retention_jobs), 1, 3504000, "retention_jobs_hours"},
     {"retention-bytes", "DRAPED_RETENTION_BYTES", "BYTES", "0",
      "most bytes of all results; beyond it the oldest go; 0 for no bound", KIND_BYTES,
      AT(retention_bytes), 0, 1024 * 1024 * GIB, "retention_bytes"},
@@ -412,8 +416,19 @@ static bool check_store(const struct config *config) {
            report("--store: it is neither sqlite:PATH nor postgresql://USER@HOST/DATABASE");
 }
 
+/* A record outlives its result by default, to answer 410. */
+static bool check_retention(struct config *config) {
+    if (config->retention_jobs == UNSET)
+        config->retention_jobs = 4 * config->retention;
+    return config->retention_jobs >= config->retention ||
+           report("--retention-jobs: %lld hours are less than those of --retention, %lld",
+                  (long long)config->retention_jobs, (long long)config->retention);
+}
+
 static bool check(struct config *config) {
     set_shares(config);
+    if (!check_retention(config))
+        return false;
     if (!take_inherited(config) || !parse_listen(config))
         return false;
     if (!config->loopback && !config->allow_anonymous && !config->tokens[0])

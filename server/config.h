@@ -50,6 +50,7 @@ struct config {
     int64_t check_timeout;      /* seconds that reading one body may take */
     int64_t max_result;         /* bytes of one stored result */
     int64_t retention;          /* hours a result is kept after its job ended */
+    int64_t retention_jobs;     /* hours a record of a job is kept after it ended */
     int64_t retention_bytes;    /* of all results together; 0: no bound */
     int64_t max_connections;
     const char *trusted_proxy; /* addresses, split by commas, whose Forwarded counts; empty: none */

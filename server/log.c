@@ -99,7 +99,8 @@ void log_write(enum log_level level, const struct log_field *fields) {
     struct line line = {.length = 0};
     put_head(&line, level);
     for (; fields->kind != LOG_KIND_NONE; fields++)
-        put_field(&line, fields);
+        if (fields->kind != LOG_KIND_NOTHING)
+            put_field(&line, fields);
     memcpy(line.text + line.length, "}\n", 2);
     line.length += 2;
     pthread_mutex_lock(&line_lock);
@@ -110,6 +111,13 @@ void log_write(enum log_level level, const struct log_field *fields) {
 
 struct log_field log_text(const char *name, const char *value) {
     return (struct log_field){.name = name, .kind = LOG_KIND_TEXT, .text = value};
+}
+
+struct log_field log_word(const char *name, const char *value) {
+    struct log_field field = log_text(name, value);
+    if (!value || !value[0])
+        field.kind = LOG_KIND_NOTHING;
+    return field;
 }
 
 struct log_field log_int(const char *name, int64_t value) {

@@ -16,7 +16,7 @@
 
 enum log_level { LOG_LEVEL_DEBUG, LOG_LEVEL_INFO, LOG_LEVEL_WARNING, LOG_LEVEL_ERROR };
 
-enum log_kind { LOG_KIND_NONE, LOG_KIND_TEXT, LOG_KIND_INT, LOG_KIND_REAL };
+enum log_kind { LOG_KIND_NONE, LOG_KIND_TEXT, LOG_KIND_INT, LOG_KIND_REAL, LOG_KIND_NOTHING };
 
 /* One member of the line; made by the functions below, read at once. */
 struct log_field {
@@ -28,6 +28,8 @@ struct log_field {
 };
 
 struct log_field log_text(const char *name, const char *value);
+/* The same, but left out of the line when it is empty. */
+struct log_field log_word(const char *name, const char *value);
 struct log_field log_int(const char *name, int64_t value);
 struct log_field log_real(const char *name, double value); /* null when not finite */
 /* The first field of every line: what happened, in snake_case. */

@@ -170,6 +170,7 @@ static bool open_store(struct service *service) {
     options.queue_limit = config->queue_limit;
     options.owner_running = config->owner_running;
     options.retention_us = config->retention * INT64_C(3600) * 1000000;
+    options.records_us = config->retention_jobs * INT64_C(3600) * 1000000;
     options.retention_bytes = config->retention_bytes;
     options.lease_us = config->lease * 1000000;
     options.shared = config->role != CONFIG_ROLE_ALL;
@@ -185,7 +186,10 @@ static bool open_store(struct service *service) {
  * write to one database the progress is the bulk, so that there it is stored less often. */
 static bool start_dispatcher(struct service *service) {
     const struct config *config = service->config;
+    static const char *const roles[] = {
+        [CONFIG_ROLE_ALL] = "all", [CONFIG_ROLE_API] = "api", [CONFIG_ROLE_WORKER] = "worker"};
     struct dispatcher_settings settings = dispatcher_settings_default();
+    settings.role = roles[config->role];
     settings.workers = config->role == CONFIG_ROLE_API ? 0 : (int)config->workers;
     settings.renew_ms = config->lease * 1000 / 4;
     if (store_url_remote(config->store)) {

@@ -308,6 +308,7 @@ static void log_access(const struct exchange *exchange) {
                          log_text("target", request->target),
                          log_int("status", exchange->reply.status),
                          log_int("received", exchange->received), log_int("sent", bytes),
+                         log_word("drape", request->drape),
                          log_real("ms", (double)(clock_us() - exchange->begun_us) / 1e3)));
 }
 

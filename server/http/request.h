@@ -7,6 +7,7 @@
 #ifndef SERVER_HTTP_REQUEST_H
 #define SERVER_HTTP_REQUEST_H
 
+#include "server/id.h"
 #include "wire.h"
 #include <stdbool.h>
 #include <stddef.h>
@@ -55,6 +56,7 @@ struct request {
     size_t body_length, body_capacity;
     int body_file; /* the memory file that a long one is in; -1: none */
 
+    char drape[ID_SIZE];              /* that the call is about, for the log; "" */
     char caller[REQUEST_CALLER_SIZE]; /* whose token it has; "" */
     char owner[REQUEST_CALLER_SIZE];  /* whom it counts for, and what it stores: `owner.h` */
     bool sees_all;                    /* what others own, too */

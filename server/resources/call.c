@@ -52,7 +52,7 @@ enum http_next call_not_found(struct call *call, const char *what) {
 }
 
 bool call_find_job(struct call *call, struct store_job *job) {
-    const struct request *request = call->request;
+    struct request *request = call->request;
     enum store_answer answer = STORE_EMPTY;
     if (id_valid(request->parameter))
         answer = store_get(call->services->store, request->parameter, job);
@@ -60,9 +60,11 @@ bool call_find_job(struct call *call, struct store_job *job) {
         store_job_clear(job);
         answer = STORE_EMPTY;
     }
-    if (answer == STORE_EMPTY)
+    if (answer == STORE_OK)
+        memcpy(request->drape, job->id, sizeof request->drape);
+    else if (answer == STORE_EMPTY)
         call_not_found(call, "drape");
-    else if (answer != STORE_OK)
+    else
         call_store_failed(call, answer);
     return answer == STORE_OK;
 }

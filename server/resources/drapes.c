@@ -146,12 +146,14 @@ static bool submit(struct call *call, const struct api_check *check) {
         .surface = waiting->surface.definition ? check->surface : NULL,
         .owner = request->owner,
         .key = request_header(request, "Idempotency-Key"),
+        .origin = request->id,
         .quota = {.queued = config->owner_queue, .bytes = config->owner_bytes},
     };
     enum store_answer answer = store_submit(call->services->store, &submission, &receipt);
     switch (answer) {
     case STORE_OK:
         memcpy(waiting->id, receipt.id, sizeof waiting->id);
+        memcpy(call->request->drape, receipt.id, sizeof receipt.id);
         break;
     case STORE_CONFLICT:
         reply_refuse(reply, API_IDEMPOTENCY_MISMATCH,

@@ -122,20 +122,38 @@ static double age_of(int64_t us) {
     return age > 0 ? (double)age / 1e6 : 0;
 }
 
+static void write_counter(FILE *out, const char *name, const char *help, int64_t value) {
+    head(out, name, "counter", help);
+    fprintf(out, "%s %lld\n", name, (long long)value);
+}
+
+static void write_gauge(FILE *out, const char *name, const char *help, int64_t value) {
+    head(out, name, "gauge", help);
+    fprintf(out, "%s %lld\n", name, (long long)value);
+}
+
 static void write_jobs(FILE *out, const struct store_counts *counts) {
     head(out, "draped_jobs", "gauge", "Drapes in the store by status.");
     for (int k = 0; k < STORE_STATUS_COUNT; k++)
         fprintf(out, "draped_jobs{status=\"%s\"} %lld\n", store_status_name((enum store_status)k),
                 (long long)counts->jobs[k]);
+    head(out, "draped_store_drapes_total", "counter",
+         "Drapes that have ended in the store, on whatever host, by how.");
+    for (int k = STORE_SUCCEEDED; k < STORE_STATUS_COUNT; k++)
+        fprintf(out, "draped_store_drapes_total{outcome=\"%s\"} %lld\n",
+                store_status_name((enum store_status)k), (long long)counts->ended[k]);
+    write_counter(out, "draped_store_crashed_total",
+                  "Of the failed ones, those whose workers died at every attempt.",
+                  counts->crashed);
+    write_gauge(out, "draped_store_hosts", "Daemons of the store that showed life in 30 s.",
+                counts->hosts);
+    write_gauge(out, "draped_store_workers", "Worker processes of all of them.", counts->workers);
+    write_gauge(out, "draped_store_workers_busy", "Of these, those that are solving.",
+                counts->busy);
     head(out, "draped_queue_depth", "gauge", "Drapes that wait for a worker.");
     fprintf(out, "draped_queue_depth %lld\n", (long long)counts->jobs[STORE_QUEUED]);
     head(out, "draped_queue_age_seconds", "gauge", "Since when the oldest of them waits.");
     fprintf(out, "draped_queue_age_seconds %.3f\n", age_of(counts->oldest_queued));
-}
-
-static void write_counter(FILE *out, const char *name, const char *help, int64_t value) {
-    head(out, name, "counter", help);
-    fprintf(out, "%s %lld\n", name, (long long)value);
 }
 
 static void write_workers(FILE *out, struct dispatcher *dispatcher, int64_t workers) {
@@ -172,10 +190,10 @@ enum http_next meta_metrics(struct call *call) {
         write_histograms(out);
         write_refusals(out);
         write_process(out);
-        bool up = store_counts(call->services->store, &counts) == STORE_OK;
-        head(out, "draped_store_up", "gauge", "Whether the store answers.");
+        bool up = store_ping(call->services->store) == STORE_OK;
+        head(out, "draped_store_up", "gauge", "Whether the store can be read and written.");
         fprintf(out, "draped_store_up %d\n", up);
-        if (up)
+        if (store_counts(call->services->store, &counts) == STORE_OK)
             write_jobs(out, &counts);
         if (call->services->dispatcher)
             write_workers(out, call->services->dispatcher, call->services->config->workers);

@@ -10,6 +10,7 @@
 #include "cache.h"
 #include "steady.h"
 #include "store.h"
+#include <pthread.h>
 
 /* Results are stored in chunks of this many bytes; only the last one may be shorter: few enough to
  * be read for a small piece of it, enough not to be many. A result has at most STORE_CHUNKS_MAX of
@@ -40,26 +41,28 @@ struct store_ended {
 enum store_step {
     STORE_STEP_EXPIRE,        /* requests and results of jobs that ended before the retention */
     STORE_STEP_EXPIRE_EXCESS, /* the oldest of the owner with most while all are too large */
-    STORE_STEP_REMOVE,        /* records RECORD_RETENTIONS old */
+    STORE_STEP_REMOVE,        /* records of `records_us` and older */
     STORE_STEP_DOOM,          /* results that were begun by claims that no longer hold */
     STORE_STEP_CLEAR,         /* chunks of doomed results */
     STORE_STEP_SHRINK,        /* what is empty: free pages, counts of owners without anything */
     STORE_STEP_COUNT
 };
 
-/* Records outlive their results by this factor of the retention, to answer 410. */
-enum { RECORD_RETENTIONS = 4 };
-
 /* A step of priority is worth a minute of waiting. */
 #define STORE_PRIORITY_US (INT64_C(60) * 1000000)
 
 struct store_ops {
     bool wall_leases; /* leases are counted by the database's clock, which can be set */
+    bool fails_late;  /* a full disk is seen by what needs room, not by every write */
     void (*close)(struct store *store);
     /* Tells other processes soon that `subject` of the hub has changed; never waits. NULL: they
      * find out by looking. */
     void (*announce)(struct store *store, const char *subject);
     enum store_answer (*ping)(struct store *store);
+    /* Writes the row of the host, and runs what a claim runs so that it finds nothing. */
+    enum store_answer (*beat)(struct store *store, const struct store_host *host);
+    /* Removes the row of a host that goes. */
+    void (*leave)(struct store *store, const char *name);
     enum store_answer (*submit)(struct store *store, const struct store_submission *submission,
                                 struct store_receipt *receipt);
     enum store_answer (*get)(struct store *store, const char *id, struct store_job *job);
@@ -119,6 +122,18 @@ struct store_ops {
     enum store_answer (*surface_delete)(struct store *store, const char *owner, const char *id);
 };
 
+/* Rows of hosts that were silent for longer do not count, and are removed in the end. */
+#define STORE_SEEN_US (INT64_C(30) * 1000000)
+#define STORE_FORGOTTEN_US (INT64_C(3600) * 1000000)
+
+/* The last beat. */
+struct store_health {
+    pthread_mutex_t lock;
+    struct store_host host;
+    enum store_answer answer;
+    int64_t at_ms; /* by `clock_ms`; 0: none yet */
+};
+
 /* The head of every backend's own struct. A backend sets all but the cache. */
 struct store {
     const struct store_ops *ops;
@@ -126,10 +141,15 @@ struct store {
     struct steady steady; /* of the sweeps */
     struct hub *hub;
     struct store_cache *cache;
+    struct store_health health;
 };
 
 /* Microseconds of the monotonic clock of this machine, the same for all its processes. */
 int64_t store_steady_us(const struct store *store);
+
+/* Takes note of how a write ended that needs room: a store whose disk was full is not usable until
+ * there is room again, however little a beat needs. Returns the answer. */
+enum store_answer store_note(struct store *store, enum store_answer answer);
 
 /* Tells the hub, and other processes, that `subject` has changed. */
 void store_tell(struct store *store, const char *subject);

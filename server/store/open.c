@@ -9,6 +9,7 @@ const struct store_options store_options_default = {
     .max_attempts = 3,
     .busy_ms = 5000,
     .retention_us = INT64_C(168) * 3600 * 1000000,
+    .records_us = INT64_C(4) * 168 * 3600 * 1000000,
     .settle_us = INT64_C(300) * 1000000,
 };
 
@@ -40,6 +41,8 @@ struct store *store_open(const char *url, const struct store_options *options, s
     struct store *store = open_backend(url, options, hub, why);
     if (!store)
         return NULL;
+    pthread_mutex_init(&store->health.lock, NULL);
+    id_make(store->health.host.name);
     store->cache = store_cache_new();
     if (store->cache)
         return store;

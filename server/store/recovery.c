@@ -88,7 +88,7 @@ static enum store_answer recover(struct store *store, const struct store_ended *
         return answer == STORE_CONFLICT ? STORE_OK : answer;
     sweep->failed += failed;
     sweep->requeued += !failed;
-    log_warning(log_event("claim_ended"), log_text("job", claim.id),
+    log_warning(log_event("claim_ended"), log_text("drape", claim.id),
                 log_text("cause", ended->holder_gone ? "process gone" : "lease"),
                 log_text("then", failed ? "failed" : "queued"));
     tell_again(store, claim.id);

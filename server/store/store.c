@@ -36,11 +36,10 @@ void store_close(struct store *store) {
     if (!store)
         return;
     store_cache_free(store->cache);
+    if (store->health.at_ms && !store_failed(store->health.answer))
+        store->ops->leave(store, store->health.host.name);
+    pthread_mutex_destroy(&store->health.lock);
     store->ops->close(store);
-}
-
-enum store_answer store_ping(struct store *store) {
-    return store->ops->ping(store);
 }
 
 int64_t store_steady_us(const struct store *store) {
@@ -63,7 +62,10 @@ static void tell_here(struct store *store, const char *id) {
 enum store_answer store_submit(struct store *store, const struct store_submission *submission,
                                struct store_receipt *receipt) {
     memset(receipt, 0, sizeof *receipt);
-    enum store_answer answer = store->ops->submit(store, submission, receipt);
+    enum store_answer health = store_health(store);
+    if (store_failed(health))
+        return health;
+    enum store_answer answer = store_note(store, store->ops->submit(store, submission, receipt));
     if (answer == STORE_OK && !receipt->existing && receipt->status == STORE_QUEUED)
         store_tell(store, hub_queue);
     return answer;
@@ -204,7 +206,8 @@ static enum store_answer flush(struct store_writer *writer) {
     if (writer->index + STORE_PART_CHUNKS >= STORE_CHUNKS_MAX)
         return STORE_DOWN;
     struct store_part part = part_of(writer);
-    enum store_answer answer = writer->store->ops->result_append(writer->store, &part);
+    struct store *store = writer->store;
+    enum store_answer answer = store_note(store, store->ops->result_append(store, &part));
     if (answer == STORE_OK) {
         writer->number = part.number;
         writer->index += STORE_PART_CHUNKS;
@@ -255,7 +258,8 @@ static void keep_chunks(struct store_writer *writer, int64_t number) {
 enum store_answer store_writer_commit(struct store_writer *writer, const char *summary) {
     struct store_part part = part_of(writer);
     part.summary = summary;
-    enum store_answer answer = writer->store->ops->result_commit(writer->store, &part);
+    struct store *store = writer->store;
+    enum store_answer answer = store_note(store, store->ops->result_commit(store, &part));
     if (answer == STORE_OK) {
         writer->committed = true;
         if (part.number != 0)
@@ -332,7 +336,7 @@ void store_surface_clear(struct store_surface *surface) {
 
 enum store_answer store_surface_put(struct store *store, const struct store_surface *surface,
                                     bool *created) {
-    return store->ops->surface_put(store, surface, created);
+    return store_note(store, store->ops->surface_put(store, surface, created));
 }
 
 enum store_answer store_surface_get(struct store *store, const char *owner, const char *id,

@@ -34,9 +34,11 @@
 struct store;
 
 enum {
-    STORE_DIGEST_SIZE = 65, /* digests: at most 64 characters and the final zero */
-    STORE_OWNER_SIZE = 65,  /* names of owners: the same; "" is the anonymous one */
-    STORE_KEY_SIZE = 256    /* idempotency keys: at most 255 bytes and the final zero */
+    STORE_DIGEST_SIZE = 65,  /* digests: at most 64 characters and the final zero */
+    STORE_OWNER_SIZE = 65,   /* names of owners: the same; "" is the anonymous one */
+    STORE_KEY_SIZE = 256,    /* idempotency keys: at most 255 bytes and the final zero */
+    STORE_REQUEST_SIZE = 65, /* ids of the HTTP requests that submit: at most 64 characters */
+    STORE_HOST_SIZE = 65
 };
 
 /* The states of a job; the names are those of the contract. X(id, name) */
@@ -69,6 +71,7 @@ struct store_options {
     int max_attempts;        /* a job whose worker died that often fails */
     int64_t busy_ms;         /* how long to wait for another process's lock */
     int64_t retention_us;    /* results of jobs that ended longer ago expire in `store_sweep` */
+    int64_t records_us;      /* records of ended jobs are removed when older; at least that long */
     int64_t retention_bytes; /* of all results together: beyond it a sweep expires the oldest jobs
                                 of the owner with most bytes; 0: no bound */
     int64_t settle_us;       /* what is old expires only if the database's clock has not jumped for
@@ -78,7 +81,7 @@ struct store_options {
     int64_t (*steady_clock)(void); /* for tests: monotonic microseconds; NULL: the system's */
 };
 
-/* 10,000 queued jobs; 60 s; 3; 5 s; 168 h; 5 min; not shared; the system's clocks. */
+/* 10,000 queued jobs; 60 s; 3; 5 s; 168 h; 672 h; 5 min; not shared; the system's clocks. */
 extern const struct store_options store_options_default;
 
 /* Whether the URL names a database that any number of machines may share. */
@@ -97,8 +100,29 @@ struct store *store_open(const char *url, const struct store_options *options, s
 /* Waits for no one: no other call may be under way. NULL is allowed. */
 void store_close(struct store *store);
 
-/* Whether the store answers at all, by a read and a look at the writer (for /readyz). */
+/* Whether the store can be used (for /readyz): by a read, a look at the writer and the last beat,
+ * which is made anew when it has failed or is two seconds old. */
 enum store_answer store_ping(struct store *store) STORE_MUST_USE;
+
+/* A daemon that has the store open, as the others see it. */
+struct store_host {
+    char name[ID_SIZE]; /* of the process; the store's own business */
+    char host[STORE_HOST_SIZE];
+    char role[8];
+    char version[16];
+    int64_t workers; /* processes */
+    int64_t busy;    /* of them */
+};
+
+/* What later beats say of this process; `name` is not looked at. */
+void store_introduce(struct store *store, const struct store_host *host);
+
+/* A sign of life, to be given every few seconds: writes the row of this process, and tries what a
+ * claim does without claiming. The answer is that of `store_health` until the next. */
+enum store_answer store_beat(struct store *store) STORE_MUST_USE;
+
+/* How the last beat ended; STORE_OK before the first. While it has failed nothing is submitted. */
+enum store_answer store_health(struct store *store) STORE_MUST_USE;
 
 /* ------------------------------------------------------------------ jobs */
 
@@ -156,6 +180,7 @@ struct store_submission {
     const char *surface;      /* id of a stored surface, or NULL or "" */
     const char *owner;        /* NULL is "" */
     const char *key;          /* idempotency key, of this owner; NULL without */
+    const char *origin;       /* id of the HTTP request, for the log; NULL without */
     int priority;             /* each step is worth a minute of waiting in the queue; 0 is usual */
     struct store_quota quota; /* of this owner */
 };
@@ -216,6 +241,9 @@ enum store_answer store_delete(struct store *store, const char *id) STORE_MUST_U
 struct store_counts {
     int64_t jobs[STORE_STATUS_COUNT];
     int64_t oldest_queued; /* when the job that has waited longest was created; 0 without any */
+    int64_t ended[STORE_STATUS_COUNT]; /* into that status, since the store was made; never less */
+    int64_t crashed;                   /* of the failed ones, as `solver-crashed` */
+    int64_t hosts, workers, busy;      /* of processes that gave a sign of life lately */
 };
 
 /* Cheap: kept up to date by every change. */
@@ -228,6 +256,7 @@ struct store_claim {
     char id[ID_SIZE];
     char surface[STORE_DIGEST_SIZE];
     char owner[STORE_OWNER_SIZE];
+    char origin[STORE_REQUEST_SIZE]; /* the HTTP request that submitted it; "" */
     int64_t sequence;
     int64_t token; /* grows with every claim of the job */
     int attempts;  /* how often it was handed out, this one included */
@@ -275,7 +304,7 @@ struct store_sweep {
     int requeued; /* leases that ended, or (SQLite) whose process is gone: back in the queue */
     int failed;   /* the same, without attempts left */
     int expired;  /* jobs whose request and result were removed */
-    int removed;  /* records removed for good, after four times the retention */
+    int removed;  /* records removed for good */
     bool more;    /* there is more to do: call again soon */
 };
 

@@ -327,8 +327,10 @@ static void settle(struct attempt *attempt) {
         answer = tell_store(attempt, why);
     }
     count_outcome(attempt, answer);
-    log_write(seen == OUTCOME_DONE ? LOG_LEVEL_DEBUG : LOG_LEVEL_INFO,
-              LOG_FIELDS(log_event("job_left_worker"), log_text("job", attempt->claim->id),
+    bool harmed = seen == OUTCOME_CRASHED || seen == OUTCOME_BROKEN || seen == OUTCOME_TIMEOUT;
+    log_write(harmed || store_failed(answer) ? LOG_LEVEL_WARNING : LOG_LEVEL_INFO,
+              LOG_FIELDS(log_event("job_left_worker"), log_text("drape", attempt->claim->id),
+                         log_word("request_id", attempt->claim->origin),
                          log_text("outcome", names[seen]), log_text("worker", why),
                          log_int("attempt", attempt->claim->attempts),
                          log_text("store", store_answer_name(answer))));

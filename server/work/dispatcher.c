@@ -3,6 +3,7 @@
 #include "attempt.h"
 #include "child.h"
 #include "server/clock.h"
+#include "server/config.h"
 #include "server/log.h"
 #include "worker.h"
 #include <poll.h>
@@ -218,11 +219,28 @@ static void sweep_once(struct dispatcher *dispatcher) {
     } while (sweep.more && !attempt_out_of_time(&dispatcher->shared));
 }
 
+/* While it fails the store takes nothing, so that it is tried again soon. */
+static void show_life(struct dispatcher *dispatcher, int64_t *next_ms) {
+    struct store *store = dispatcher->shared.store;
+    const struct dispatcher_settings *settings = &dispatcher->shared.settings;
+    struct store_host host = {.workers = settings->workers,
+                              .busy = atomic_load(&dispatcher->shared.counters.busy),
+                              .version = DRAPED_VERSION};
+    if (clock_ms() < *next_ms)
+        return;
+    gethostname(host.host, sizeof host.host - 1);
+    snprintf(host.role, sizeof host.role, "%s", settings->role);
+    store_introduce(store, &host);
+    *next_ms = clock_ms() + (store_beat(store) == STORE_OK ? settings->beat_ms : 0);
+}
+
 static void *sweep(void *context) {
     struct dispatcher *dispatcher = context;
+    int64_t beat_at_ms = 0;
     pthread_mutex_lock(&dispatcher->lock);
     while (!dispatcher->stopping) {
         pthread_mutex_unlock(&dispatcher->lock);
+        show_life(dispatcher, &beat_at_ms);
         sweep_once(dispatcher);
         struct timespec then = clock_after_ms(dispatcher->shared.settings.sweep_ms);
         int code = 0;

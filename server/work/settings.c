@@ -8,6 +8,8 @@ struct dispatcher_settings dispatcher_settings_default(void) {
         .renew_ms = 15 * 1000,
         .progress_ms = 200,
         .sweep_ms = 250,
+        .beat_ms = 5000,
+        .role = "all",
         .max_result = INT64_C(64) << 30,
         .limits = api_limits_default,
     };

@@ -17,11 +17,13 @@ struct dispatcher_settings {
     int64_t renew_ms;         /* lease renewal, well below the store's lease */
     int64_t progress_ms;      /* progress is stored at most this often */
     int64_t sweep_ms;         /* between two sweeps */
+    int64_t beat_ms;          /* between two signs of life; after a failure each sweep gives one */
+    const char *role;         /* as others see it: a literal */
     int64_t max_result;       /* bytes; a job with more fails as `too-large` */
     struct api_limits limits; /* of one job */
 };
 
-/* One worker, 600 s, 15 s, 200 ms, 250 ms, 64 GiB, api_limits_default. */
+/* One worker, 600 s, 15 s, 200 ms, 250 ms, 5 s, "all", 64 GiB, api_limits_default. */
 struct dispatcher_settings dispatcher_settings_default(void);
 
 #endif

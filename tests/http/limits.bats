@@ -18,7 +18,7 @@ limits_of_check_config() {
     "$DRAPED" --check-config "$@" |
         awk -F ' = ' '$2 ~ /^[0-9]+$/ && $1 !~ /^(workers|allow-anonymous|lease|drain-timeout)$/ {
             gsub("-", "_", $1)
-            unit = $1 ~ /_timeout$/ ? "_seconds" : $1 == "retention" ? "_hours" : ""
+            unit = $1 ~ /_timeout$/ ? "_seconds" : $1 ~ /^retention(_jobs)?$/ ? "_hours" : ""
             print $1 unit, $2
         }' | sort
 }

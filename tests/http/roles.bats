@@ -139,3 +139,32 @@ works_apart() {
     [ "$status" = 0 ]
     [[ "$output" != *hush* ]]
 }
+
+@test "http: one line of jq follows a drape through its call, a crashed worker and another" {
+    start_with SQLite
+    quick 1.01 | submit -H 'X-Request-Id: the-call-of-anna'
+    wait_for "$id" succeeded
+    stop_workers
+    quick 1.02 | submit -H 'X-Request-Id: the-call-of-bert'
+    wait_until 20 has_status "$id" running
+    crashing=$(workers)
+    kill -SEGV $crashing
+    kill -CONT $crashing
+    wait_for "$id" succeeded
+    mkdir "$BATS_TEST_TMPDIR/logs"
+    cp "$BATS_TEST_TMPDIR/api/log" "$BATS_TEST_TMPDIR/logs/api"
+    cp "$BATS_TEST_TMPDIR/worker/log" "$BATS_TEST_TMPDIR/logs/worker"
+    sed -n '/^```sh follow$/,/^```$/p' docs/runbook.md | sed '1d;$d' >"$BATS_TEST_TMPDIR/follow"
+    follow() { (cd "$BATS_TEST_TMPDIR" && ID=$1 bash -eu follow) >"$BATS_TEST_TMPDIR/lines"; }
+    follow "$id"
+    cat "$BATS_TEST_TMPDIR/lines"
+    jq -se --arg id "$id" '[.[] | select(.event == "request" and .method == "POST")] |
+        length == 1 and .[0].drape == $id and .[0].request_id == "the-call-of-bert"' "$BATS_TEST_TMPDIR/lines"
+    jq -se '[.[] | select(.event == "job_left_worker")] | length == 2 and
+        all(.request_id == "the-call-of-bert") and
+        .[0].level == "warning" and .[0].outcome == "crashed" and (.[0].worker | contains("signal 11")) and
+        .[1].level == "info" and .[1].outcome == "done" and .[1].attempt == 2' "$BATS_TEST_TMPDIR/lines"
+    # By the call's own id: the call, and what the workers did for it.
+    follow the-call-of-bert
+    jq -se 'length == 3' "$BATS_TEST_TMPDIR/lines"
+}

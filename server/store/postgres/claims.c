@@ -39,7 +39,7 @@ static const char claim_sql[] =
     " FROM first WHERE j.sequence = first.sequence"
     " RETURNING j.sequence, j.id, j.surface, j.token, j.attempts,"
     "  (SELECT r.number FROM draped.results r WHERE r.owner = j.owner AND r.digest = j.digest"
-    "   AND r.state = " SQL_COMPLETE "), j.owner, " POSTGRES_LAZY;
+    "   AND r.state = " SQL_COMPLETE "), j.owner, j.origin, " POSTGRES_LAZY;
 
 /* The claimed job's result is there already. STORE_CONFLICT when it has gone meanwhile. */
 static enum store_answer reuse(struct store *store, const struct store_claim *claim) {
@@ -80,10 +80,21 @@ enum store_answer postgres_claim(struct store *store, bool fresh, struct store_c
         claim->attempts = (int)pg_int(&query, 0, 4);
         twin = pg_int(&query, 0, 5) != 0;
         pg_copy(&query, 0, 6, claim->owner, sizeof claim->owner);
+        pg_copy(&query, 0, 7, claim->origin, sizeof claim->origin);
     }
     enum store_answer answer = postgres_end(&query, rows, STORE_EMPTY);
     claim->reused = answer == STORE_OK && twin && reuse(store, claim) == STORE_OK;
     return answer;
+}
+
+/* No owner has fewer than none running. */
+enum store_answer postgres_try_claim(struct store *store) {
+    struct pg_query query = postgres_query_now(store, claim_sql);
+    pg_bind_int(&query, store->options.lease_us);
+    pg_bind_int(&query, -1);
+    pg_bind_int(&query, false);
+    pg_run(&query);
+    return pg_end(&query);
 }
 
 /* ------------------------------------------------------------------ holding */

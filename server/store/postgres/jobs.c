@@ -11,7 +11,7 @@
  * them. The columns of its row: an answer, of the job id, status and whether it was there before,
  * and which limit is reached. */
 static const char submit_sql[] =
-    "WITH known AS MATERIALIZED ("
+    "WITH " POSTGRES_USABLE ", known AS MATERIALIZED ("
     " SELECT id, status, id = $2 OR key_digest = sha256($9) AS same FROM draped.jobs"
     "  WHERE id = $2 OR (owner = $5 AND key = $8) LIMIT 1),"
     " twin AS MATERIALIZED ("
@@ -35,10 +35,10 @@ static const char submit_sql[] =
     "  FROM bound WHERE NOT EXISTS (SELECT 1 FROM known)),"
     " made AS ("
     " INSERT INTO draped.jobs (id, status, rank, priority, owner, digest, surface, key, key_digest,"
-    "   created, started, finished, progress, result, request_bytes)"
+    "   created, started, finished, progress, result, request_bytes, origin)"
     "  SELECT $2, CASE WHEN result IS NULL THEN " SQL_QUEUED " ELSE " SQL_SUCCEEDED " END,"
     "   now - $4, $3, $5, $6, $7, $8, CASE WHEN $8 IS NOT NULL THEN sha256($9) END, now, ended,"
-    "   ended, CASE WHEN result IS NULL THEN 0 ELSE 1 END, result, octet_length($9)"
+    "   ended, CASE WHEN result IS NULL THEN 0 ELSE 1 END, result, octet_length($9), $13"
     "  FROM (SELECT result, now, CASE WHEN result IS NULL THEN 0 ELSE now END AS ended"
     "   FROM fit, (SELECT " POSTGRES_NOW " AS now) clock WHERE answer = 0) fitting"
     "  RETURNING sequence, id, status),"
@@ -68,6 +68,7 @@ static struct pg_query bind_submission(struct store *store,
     pg_bind_int(&query, store->options.queue_limit);
     pg_bind_int(&query, submission->quota.queued);
     pg_bind_int(&query, submission->quota.bytes);
+    pg_bind_text(&query, submission->origin);
     return query;
 }
 
@@ -180,15 +181,28 @@ enum store_answer postgres_list(struct store *store, const struct store_filter *
 }
 
 enum store_answer postgres_counts(struct store *store, struct store_counts *counts) {
-    struct pg_query query = postgres_query(
+    struct pg_query query = postgres_query_now(
         store, "SELECT sum(n[1])::bigint, sum(n[2])::bigint, sum(n[3])::bigint, sum(n[4])::bigint,"
                " sum(n[5])::bigint, (SELECT created FROM draped.jobs WHERE status = " SQL_QUEUED
-               " ORDER BY sequence LIMIT 1) FROM draped.counts");
+               " ORDER BY sequence LIMIT 1), sum(succeeded)::bigint, sum(failed)::bigint,"
+               " sum(cancelled)::bigint, sum(crashed)::bigint, hosts, workers, busy"
+               " FROM draped.counts, (SELECT count(*) AS hosts, coalesce(sum(h.workers), 0)::bigint"
+               "  AS workers, coalesce(sum(h.busy), 0)::bigint AS busy FROM draped.hosts h"
+               "  WHERE h.seen > " POSTGRES_NOW " - $2) alive GROUP BY hosts, workers, busy");
+    pg_bind_int(&query, STORE_SEEN_US);
     size_t rows = pg_run(&query);
     for (int k = 0; k < STORE_STATUS_COUNT && rows; k++)
         counts->jobs[k] = pg_int(&query, 0, k);
-    if (rows)
-        counts->oldest_queued = pg_int(&query, 0, STORE_STATUS_COUNT);
+    if (rows) {
+        counts->oldest_queued = pg_int(&query, 0, 5);
+        counts->ended[STORE_SUCCEEDED] = pg_int(&query, 0, 6);
+        counts->ended[STORE_FAILED] = pg_int(&query, 0, 7);
+        counts->ended[STORE_CANCELLED] = pg_int(&query, 0, 8);
+        counts->crashed = pg_int(&query, 0, 9);
+        counts->hosts = pg_int(&query, 0, 10);
+        counts->workers = pg_int(&query, 0, 11);
+        counts->busy = pg_int(&query, 0, 12);
+    }
     return postgres_end(&query, rows, STORE_DOWN);
 }
 

@@ -50,15 +50,31 @@ static enum store_answer postgres_ping(struct store *store) {
     return postgres_end(&query, pg_run(&query), STORE_DOWN);
 }
 
+/* Rows that need new pages, which others find and use again. */
+enum store_answer postgres_grow(struct store *store) {
+    char why[STORE_WHY_SIZE];
+    bool good =
+        pg_script(postgres_of(store)->pool,
+                  "INSERT INTO draped.chunks SELECT -1, pg_backend_pid(),"
+                  " decode(string_agg(md5(random()::text), ''), 'hex')"
+                  " FROM generate_series(1, 65536);"
+                  "DELETE FROM draped.chunks WHERE result = -1 AND index = pg_backend_pid()",
+                  NULL, why);
+    return good ? STORE_OK : STORE_NO_SPACE;
+}
+
 static void postgres_announce(struct store *store, const char *subject) {
     notify_announce(postgres_of(store)->notify, subject);
 }
 
 static const struct store_ops postgres_ops = {
     .wall_leases = true,
+    .fails_late = true,
     .close = postgres_close,
     .announce = postgres_announce,
     .ping = postgres_ping,
+    .beat = postgres_beat,
+    .leave = postgres_leave,
     .submit = postgres_submit,
     .get = postgres_get,
     .request = postgres_request,

@@ -52,6 +52,24 @@ bool postgres_schema_step(int64_t version, char script[POSTGRES_SCRIPT_SIZE]);
  * of our own. */
 #define POSTGRES_SCHEMA_LOCK "SELECT pg_advisory_xact_lock(7237965216410200);"
 
+/* --- hosts.c */
+
+enum store_answer postgres_beat(struct store *store, const struct store_host *host);
+void postgres_leave(struct store *store, const char *name);
+
+/* Whether the database takes another megabyte: STORE_OK or STORE_NO_SPACE. Nothing of it stays. */
+enum store_answer postgres_grow(struct store *store);
+
+/* A part of a statement, "usable AS (...)": what a job needs from its submission to its end. A
+ * statement that has it fails when any of these columns is gone; it is not executed. */
+#define POSTGRES_USABLE                                                                            \
+    "usable AS (SELECT j.sequence, j.status, j.rank, j.owner, j.digest, j.surface, j.started,"     \
+    " j.finished, j.progress, j.attempts, j.excused, j.token, j.lease, j.result, j.summary,"       \
+    " j.error, j.expired, j.origin, o.owner, o.queued, o.running, o.turn, r.number, r.digest,"     \
+    " r.state, r.job, r.token, r.length, r.summary, r.owner, c.result, c.index, c.bytes, q.job,"   \
+    " q.bytes, s.id, s.owner, s.definition FROM draped.jobs j, draped.owners o,"                   \
+    " draped.results r, draped.chunks c, draped.requests q, draped.surfaces s WHERE false)"
+
 /* --- jobs.c */
 
 enum store_answer postgres_submit(struct store *store, const struct store_submission *submission,
@@ -70,6 +88,8 @@ enum store_answer postgres_usage(struct store *store, const char *owner, struct 
 
 enum store_answer postgres_claim(struct store *store, bool fresh, struct store_claim *claim);
 enum store_answer postgres_starving(struct store *store);
+/* Runs the statement of claims so that it finds nothing. */
+enum store_answer postgres_try_claim(struct store *store);
 enum store_answer postgres_renew(struct store *store, const struct store_claim *claim,
                                  double progress);
 enum store_answer postgres_check(struct store *store, const struct store_claim *claim);

@@ -104,7 +104,15 @@ static PGresult *execute(struct pool *pool, struct pool_connection *connection,
     return sent ? pool_receive(connection->libpq, until) : NULL;
 }
 
-enum verdict { VERDICT_GOOD, VERDICT_TAKEN, VERDICT_BUSY, VERDICT_DOWN, VERDICT_AGAIN };
+enum verdict {
+    VERDICT_GOOD,
+    VERDICT_TAKEN,
+    VERDICT_BUSY,
+    VERDICT_DOWN,
+    VERDICT_FULL,
+    VERDICT_READ_ONLY,
+    VERDICT_AGAIN
+};
 
 /* What to make of an answer; `*lost`: the connection is not to be used again. */
 static enum verdict judge(struct pool *pool, const PGresult *result, bool *lost) {
@@ -127,7 +135,11 @@ static enum verdict judge(struct pool *pool, const PGresult *result, bool *lost)
     }
     /* The server goes down, or has become a replica that cannot be written. */
     *lost = among(state, "25006 57P01 57P02 57P03") || !strncmp(state, "08", 2);
-    return *lost && strcmp(state, "25006") ? VERDICT_AGAIN : VERDICT_DOWN;
+    if (among(state, "53100"))
+        return VERDICT_FULL;
+    if (among(state, "25006"))
+        return VERDICT_READ_ONLY;
+    return *lost ? VERDICT_AGAIN : VERDICT_DOWN;
 }
 
 static void note_failure(const struct pool *pool, const struct pg_query *query,
@@ -140,8 +152,11 @@ static void note_failure(const struct pool *pool, const struct pg_query *query,
 }
 
 size_t pg_run(struct pg_query *query) {
-    static const enum store_answer answers[] = {STORE_OK, STORE_CONFLICT, STORE_BUSY, STORE_DOWN,
-                                                STORE_DOWN};
+    static const enum store_answer answers[] = {
+        [VERDICT_GOOD] = STORE_OK,       [VERDICT_TAKEN] = STORE_CONFLICT,
+        [VERDICT_BUSY] = STORE_BUSY,     [VERDICT_DOWN] = STORE_DOWN,
+        [VERDICT_FULL] = STORE_NO_SPACE, [VERDICT_READ_ONLY] = STORE_READ_ONLY,
+        [VERDICT_AGAIN] = STORE_DOWN};
     struct pool *pool = query->pool;
     for (int k = 0; k < TRIES && query->answer == STORE_OK; k++) {
         bool lost = false;
@@ -154,7 +169,8 @@ size_t pg_run(struct pg_query *query) {
         query->taken = verdict == VERDICT_TAKEN;
         if (verdict == VERDICT_GOOD)
             query->result = result;
-        else if (verdict == VERDICT_DOWN || (verdict == VERDICT_AGAIN && k == TRIES - 1))
+        else if (verdict == VERDICT_DOWN || verdict == VERDICT_FULL ||
+                 verdict == VERDICT_READ_ONLY || (verdict == VERDICT_AGAIN && k == TRIES - 1))
             note_failure(pool, query, result);
         pool_give(pool, connection, lost);
         if (verdict == VERDICT_GOOD)
@@ -169,7 +185,7 @@ size_t pg_run(struct pg_query *query) {
 enum store_answer pg_end(struct pg_query *query) {
     PQclear(query->result);
     query->result = NULL;
-    if (query->answer == STORE_BUSY || query->answer == STORE_DOWN)
+    if (store_failed(query->answer))
         metrics_store_failed(query->answer == STORE_BUSY);
     return query->answer;
 }

@@ -257,11 +257,45 @@ static const char schema_4_functions[] =
     " RETURN gone; "
     "END $$;";
 
+/* Schema 5: who shares the store, where jobs came from and how many have ended, as in SQLite. */
+static const char schema_5[] =
+    "CREATE TABLE draped.hosts ("
+    " name text COLLATE \"C\" PRIMARY KEY,"
+    " host text NOT NULL,"
+    " role text NOT NULL,"
+    " version text NOT NULL,"
+    " workers bigint NOT NULL,"
+    " busy bigint NOT NULL,"
+    " seen bigint NOT NULL) WITH (fillfactor = 50);"
+    "ALTER TABLE draped.jobs ADD COLUMN origin text;"
+    "ALTER TABLE draped.counts ADD COLUMN succeeded bigint NOT NULL DEFAULT 0,"
+    " ADD COLUMN failed bigint NOT NULL DEFAULT 0,"
+    " ADD COLUMN cancelled bigint NOT NULL DEFAULT 0,"
+    " ADD COLUMN crashed bigint NOT NULL DEFAULT 0;"
+    "CREATE OR REPLACE FUNCTION draped.count_job() RETURNS trigger LANGUAGE plpgsql AS $$"
+    "BEGIN"
+    " IF TG_OP <> 'INSERT' THEN"
+    "  UPDATE draped.counts SET n[old.status + 1] = n[old.status + 1] - 1"
+    "   WHERE slot = pg_backend_pid() % 32;"
+    " END IF;"
+    " IF TG_OP <> 'DELETE' THEN"
+    "  UPDATE draped.counts SET n[new.status + 1] = n[new.status + 1] + 1,"
+    "   succeeded = succeeded + (new.status = 2)::integer,"
+    "   failed = failed + (new.status = 3)::integer,"
+    "   cancelled = cancelled + (new.status = 4)::integer,"
+    "   crashed = crashed + (new.status = 3 AND"
+    "    coalesce(new.error, '') LIKE '%\"/problems/solver-crashed\"%')::integer"
+    "   WHERE slot = pg_backend_pid() % 32;"
+    " END IF;"
+    " RETURN NULL; "
+    "END $$;";
+
 /* Migrations in order, each of a script or two: the n-th leads to version n, which is the same in
  * SQLite's backend. */
 static const struct {
     const char *first, *second;
-} migrations[] = {{schema_1, ""}, {schema_2, ""}, {schema_3, ""}, {schema_4, schema_4_functions}};
+} migrations[] = {
+    {schema_1, ""}, {schema_2, ""}, {schema_3, ""}, {schema_4, schema_4_functions}, {schema_5, ""}};
 
 enum { CURRENT = sizeof migrations / sizeof migrations[0] };
 

@@ -83,7 +83,7 @@ enum store_answer postgres_step(struct store *store, enum store_step step, int64
     } steps[STORE_STEP_COUNT] = {
         [STORE_STEP_EXPIRE] = {expire_sql, retention},
         [STORE_STEP_EXPIRE_EXCESS] = {excess_sql, store->options.retention_bytes},
-        [STORE_STEP_REMOVE] = {remove_sql, retention * RECORD_RETENTIONS},
+        [STORE_STEP_REMOVE] = {remove_sql, store->options.records_us},
         [STORE_STEP_DOOM] = {doom_sql, 0},
         [STORE_STEP_CLEAR] = {clear_sql, 0},
         [STORE_STEP_SHRINK] = {shrink_sql, 0},
@@ -109,7 +109,7 @@ enum store_answer postgres_find_due(struct store *store, bool due[STORE_STEP_COU
         " EXISTS (SELECT 1 FROM draped.results WHERE state <> " SQL_COMPLETE
         " AND state = " SQL_DOOMED "), " POSTGRES_NOW);
     pg_bind_int(&query, store->options.retention_us);
-    pg_bind_int(&query, store->options.retention_us * RECORD_RETENTIONS);
+    pg_bind_int(&query, store->options.records_us);
     if (pg_run(&query)) {
         for (int k = 0; k < 4; k++)
             due[columns[k]] = pg_int(&query, 0, k) != 0;

@@ -18,18 +18,18 @@ static const char pick_sql[] =
     "  WHERE (running, turn) = (SELECT running, turn FROM next LIMIT 1)"
     "  ORDER BY (SELECT min(j.rank) FROM jobs j INDEXED BY jobs_queue"
     "   WHERE j.status = " SQL_QUEUED " AND j.owner = next.owner) LIMIT 1)"
-    "SELECT j.sequence, j.id, j.surface, j.token, j.attempts, r.number, j.owner"
+    "SELECT j.sequence, j.id, j.surface, j.token, j.attempts, r.number, j.owner, j.origin"
     " FROM first CROSS JOIN jobs j INDEXED BY jobs_queue"
     "  ON j.owner = first.owner AND j.status = " SQL_QUEUED " AND (NOT ?2 OR j.attempts = 0)"
     " LEFT JOIN results r ON r.owner = j.owner AND r.digest = j.digest AND r.state = " SQL_COMPLETE
     " ORDER BY j.rank, j.sequence LIMIT 1";
 
-/* The first of the queue, with the complete result of its digest (0: none). */
-static enum store_answer pick(const struct sqlite_store *store, struct db *db, bool fresh,
-                              struct store_claim *claim, int64_t *result) {
-    int64_t most = sqlite_options(store)->owner_running;
+/* The first of the queue among owners with fewer running ones than `most`, with the complete result
+ * of its digest (0: none). */
+static enum store_answer pick(struct db *db, int64_t most, bool fresh, struct store_claim *claim,
+                              int64_t *result) {
     struct query query = db_query(db, pick_sql);
-    query_bind_int(&query, fresh ? 1 : most > 0 ? most : INT64_MAX);
+    query_bind_int(&query, most);
     query_bind_int(&query, fresh);
     bool any = query_row(&query);
     if (any) {
@@ -40,6 +40,7 @@ static enum store_answer pick(const struct sqlite_store *store, struct db *db, b
         claim->attempts = (int)query_int(&query, 4);
         *result = query_int(&query, 5);
         query_copy(&query, 6, claim->owner, sizeof claim->owner);
+        query_copy(&query, 7, claim->origin, sizeof claim->origin);
     }
     enum store_answer answer = query_end(&query);
     return answer == STORE_OK && !any ? STORE_EMPTY : answer;
@@ -81,7 +82,12 @@ static enum store_answer claim_operation(struct sqlite_store *store, struct db *
     const struct claiming *claiming = context;
     struct store_claim *claim = claiming->claim;
     int64_t result = 0;
-    enum store_answer answer = pick(store, db, claiming->fresh, claim, &result);
+    int64_t most = sqlite_options(store)->owner_running;
+    enum store_answer answer = pick(db,
+                                    claiming->fresh ? 1
+                                    : most > 0      ? most
+                                                    : INT64_MAX,
+                                    claiming->fresh, claim, &result);
     if (answer != STORE_OK)
         return answer;
     claim->reused = result != 0;
@@ -107,6 +113,14 @@ enum store_answer sqlite_claim(struct store *store, bool fresh, struct store_cla
         return answer;
     claiming.may_end = true;
     return sqlite_write(store, claim_operation, &claiming);
+}
+
+/* No owner has fewer than none running, and no job has that number. */
+enum store_answer sqlite_try_claim(struct sqlite_store *store, struct db *db) {
+    struct store_claim claim = {.sequence = -1};
+    int64_t result = 0;
+    enum store_answer answer = pick(db, 0, false, &claim, &result);
+    return answer == STORE_EMPTY ? hand_out(store, db, &claim) : answer;
 }
 
 enum store_answer sqlite_starving(struct store *store) {

@@ -92,8 +92,8 @@ static enum store_answer insert_job(struct db *db, const struct submit *submit, 
     const struct store_submission *submission = submit->submission;
     struct query query = db_query(
         db, "INSERT INTO jobs (id, status, rank, priority, owner, digest, surface, key, key_digest,"
-            " created, started, finished, progress, result, request_bytes)"
-            " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, nullif(?, 0), ?)");
+            " created, started, finished, progress, result, request_bytes, origin)"
+            " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, nullif(?, 0), ?, ?)");
     int64_t ended = result ? submit->now : 0;
     query_bind_text(&query, submit->receipt->id);
     query_bind_int(&query, result ? STORE_SUCCEEDED : STORE_QUEUED);
@@ -110,6 +110,7 @@ static enum store_answer insert_job(struct db *db, const struct submit *submit, 
     query_bind_real(&query, result ? 1.0 : 0.0);
     query_bind_int(&query, result);
     query_bind_int(&query, (int64_t)submission->request_length);
+    query_bind_text(&query, submission->origin);
     return query_run(&query);
 }
 
@@ -257,19 +258,32 @@ enum store_answer sqlite_list(struct store *store, const struct store_filter *fi
     return sqlite_give_reader(store, db, query_end(&query));
 }
 
-enum store_answer sqlite_counts(struct store *store, struct store_counts *counts) {
-    struct db *db = sqlite_take_reader(store);
-    struct query query = db_query(db, "SELECT status, n FROM counts");
+/* Numbers by status; what is beyond the statuses goes to `beyond`. */
+static enum store_answer read_statuses(struct query query, int64_t by_status[STORE_STATUS_COUNT],
+                                       int64_t *beyond) {
     while (query_row(&query)) {
         int64_t status = query_int(&query, 0);
         if (status >= 0 && status < STORE_STATUS_COUNT)
-            counts->jobs[status] = query_int(&query, 1);
+            by_status[status] = query_int(&query, 1);
+        else if (beyond)
+            *beyond = query_int(&query, 1);
     }
-    enum store_answer answer = query_end(&query);
+    return query_end(&query);
+}
+
+enum store_answer sqlite_counts(struct store *store, struct store_counts *counts) {
+    struct db *db = sqlite_take_reader(store);
+    enum store_answer answer =
+        read_statuses(db_query(db, "SELECT status, n FROM counts"), counts->jobs, NULL);
+    if (answer == STORE_OK)
+        answer = read_statuses(db_query(db, "SELECT status, n FROM ended"), counts->ended,
+                               &counts->crashed);
+    if (answer == STORE_OK)
+        answer = sqlite_count_hosts(sqlite_of(store), db, counts);
     if (answer != STORE_OK)
         return sqlite_give_reader(store, db, answer);
-    query = db_query(db, "SELECT created FROM jobs WHERE status = " SQL_QUEUED
-                         " ORDER BY sequence LIMIT 1");
+    struct query query = db_query(db, "SELECT created FROM jobs WHERE status = " SQL_QUEUED
+                                      " ORDER BY sequence LIMIT 1");
     counts->oldest_queued = query_row(&query) ? query_int(&query, 0) : 0;
     return sqlite_give_reader(store, db, query_end(&query));
 }

@@ -196,8 +196,32 @@ static const char schema_4[] =
     " AND new.results = 0 AND new.others = 0 BEGIN"
     " DELETE FROM owners WHERE owner = new.owner; END;";
 
+/* Schema 5: who shares the store, by their signs of life; which HTTP request a job came by; how
+ * many have ended, which never becomes less. The last of `ended` are the failed ones that crashed.
+ */
+static const char schema_5[] =
+    "DROP TABLE probe;"
+    "CREATE TABLE hosts ("
+    " name TEXT PRIMARY KEY,"
+    " host TEXT NOT NULL,"
+    " role TEXT NOT NULL,"
+    " version TEXT NOT NULL,"
+    " workers INTEGER NOT NULL,"
+    " busy INTEGER NOT NULL,"
+    " seen INTEGER NOT NULL);"
+    "ALTER TABLE jobs ADD COLUMN origin TEXT;"
+    "CREATE TABLE ended (status INTEGER PRIMARY KEY, n INTEGER NOT NULL);"
+    "INSERT INTO ended VALUES (2, 0), (3, 0), (4, 0), (5, 0);"
+    "CREATE TRIGGER job_came_ended AFTER INSERT ON jobs WHEN new.status >= 2 BEGIN"
+    " UPDATE ended SET n = n + 1 WHERE status = new.status; END;"
+    "CREATE TRIGGER job_ended AFTER UPDATE OF status ON jobs"
+    " WHEN new.status >= 2 AND old.status < 2 BEGIN"
+    " UPDATE ended SET n = n + 1 WHERE status = new.status;"
+    " UPDATE ended SET n = n + 1 WHERE status = 5 AND new.status = 3"
+    "  AND new.error LIKE '%\"/problems/solver-crashed\"%'; END;";
+
 /* Migrations in order: the n-th leads to version n. */
-static const char *const migrations[] = {schema_1, schema_2, schema_3, schema_4};
+static const char *const migrations[] = {schema_1, schema_2, schema_3, schema_4, schema_5};
 
 enum { CURRENT = sizeof migrations / sizeof migrations[0] };
 

@@ -318,33 +318,26 @@ static void sqlite_close(struct store *base) {
     free(store);
 }
 
-static enum store_answer ping_write(struct sqlite_store *store, struct db *db, void *context) {
-    (void)store;
-    (void)context;
-    return db_run(db, "UPDATE probe SET n = n + 1"); /* the same value would not be written */
-}
-
-/* The disk is written to only to find out whether a failure is over. That so little can be written
- * is not enough: the log may have room for it on a full disk. */
+/* That so little as a beat can be written is not enough: the log may have room for it on a full
+ * disk. */
 static enum store_answer sqlite_ping(struct store *store) {
-    bool broken = atomic_load(&sqlite_of(store)->broken);
     if (!presence_check(sqlite_of(store)->presence))
         return STORE_MISSING;
     struct db *db = sqlite_take_reader(store);
     struct query query = db_query(db, "SELECT n FROM counts WHERE status = " SQL_QUEUED);
     enum store_answer answer = sqlite_give_reader(store, db, query_run(&query));
-    if (answer == STORE_OK)
-        answer = sqlite_room_for(store, 0);
-    if (answer == STORE_OK && broken)
-        answer = sqlite_write(store, ping_write, NULL);
-    if (answer == STORE_OK && broken)
-        answer = sqlite_take_log(store);
-    return answer;
+    return answer == STORE_OK ? sqlite_room_for(store, 0) : answer;
+}
+
+bool sqlite_broken(struct sqlite_store *store) {
+    return atomic_load(&store->broken);
 }
 
 static const struct store_ops sqlite_ops = {
     .close = sqlite_close,
     .ping = sqlite_ping,
+    .beat = sqlite_beat,
+    .leave = sqlite_leave,
     .submit = sqlite_submit,
     .get = sqlite_get,
     .request = sqlite_request,

@@ -55,6 +55,16 @@ enum store_answer sqlite_give_reader(struct store *store, struct db *db, enum st
 /* Takes the write-ahead log into the database. Writers and readers go on meanwhile. */
 enum store_answer sqlite_take_log(struct store *store);
 
+/* Whether the last write, or taking of the log, failed. */
+bool sqlite_broken(struct sqlite_store *store);
+
+/* --- hosts.c */
+
+enum store_answer sqlite_beat(struct store *store, const struct store_host *host);
+void sqlite_leave(struct store *store, const char *name);
+enum store_answer sqlite_count_hosts(struct sqlite_store *store, struct db *db,
+                                     struct store_counts *counts);
+
 /* --- schema.c */
 
 /* Checks whose the file is and brings it to the current schema; runs in a transaction. False with
@@ -81,6 +91,8 @@ enum store_answer sqlite_usage(struct store *store, const char *owner, struct st
 
 enum store_answer sqlite_claim(struct store *store, bool fresh, struct store_claim *claim);
 enum store_answer sqlite_starving(struct store *store);
+/* Runs what claims and ends run, on no job. Inside an operation. */
+enum store_answer sqlite_try_claim(struct sqlite_store *store, struct db *db);
 enum store_answer sqlite_renew(struct store *store, const struct store_claim *claim,
                                double progress);
 enum store_answer sqlite_check(struct store *store, const struct store_claim *claim);

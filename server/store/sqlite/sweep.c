@@ -89,8 +89,7 @@ static enum store_answer expire_excess(struct sqlite_store *store, struct db *db
 
 static enum store_answer remove_records(struct sqlite_store *store, struct db *db, void *context) {
     int64_t *done = context;
-    int64_t age = sqlite_options(store)->retention_us * RECORD_RETENTIONS;
-    int64_t before = sqlite_now(store) - age;
+    int64_t before = sqlite_now(store) - sqlite_options(store)->records_us;
     int64_t sequence = 0;
     int64_t result = 0;
     enum store_answer answer = STORE_OK;
@@ -189,7 +188,7 @@ enum store_answer sqlite_find_due(struct store *base, bool due[STORE_STEP_COUNT]
         any(db,
             "SELECT 1 FROM jobs WHERE status >= " SQL_FIRST_ENDED " AND expired = 1"
             " AND finished < ? LIMIT 1",
-            now - retention * RECORD_RETENTIONS);
+            now - sqlite_options(store)->records_us);
     due[STORE_STEP_DOOM] = any(db,
                                "SELECT 1 FROM results WHERE state <> " SQL_COMPLETE
                                " AND state = " SQL_BUILDING " LIMIT ?",

@@ -1,0 +1,82 @@
+/* SPDX-License-Identifier: MIT */
+#include "sqlite.h"
+#include <stdio.h>
+
+/* A column that is gone fails the statement when it is prepared. */
+static const char usable_sql[] =
+    "SELECT j.summary, j.error, j.result, j.excused, j.origin, r.digest, r.owner, r.job, r.token,"
+    " r.length, r.summary, c.id, c.bytes, q.job, q.bytes, s.id, s.owner, s.definition, t.bytes,"
+    " e.n FROM jobs j, results r, chunks c, requests q, surfaces s, stored t, ended e WHERE 0";
+
+/* Alone with the database, a process knows that all others are gone. */
+static enum store_answer clear_hosts(struct sqlite_store *store, struct db *db,
+                                     const struct store_host *host, int64_t now) {
+    struct query query = db_query(db, "DELETE FROM hosts WHERE name <> ? AND (? OR seen < ?)");
+    query_bind_text(&query, host->name);
+    query_bind_int(&query, !sqlite_options(store)->shared);
+    query_bind_int(&query, now - STORE_FORGOTTEN_US);
+    return query_run(&query);
+}
+
+static enum store_answer beat_operation(struct sqlite_store *store, struct db *db, void *context) {
+    const struct store_host *host = context;
+    int64_t now = sqlite_now(store);
+    enum store_answer answer = clear_hosts(store, db, host, now);
+    if (answer != STORE_OK)
+        return answer;
+    struct query query = db_query(db, "INSERT INTO hosts VALUES (?, ?, ?, ?, ?, ?, ?)"
+                                      " ON CONFLICT (name) DO UPDATE SET host = excluded.host,"
+                                      " role = excluded.role, version = excluded.version,"
+                                      " workers = excluded.workers, busy = excluded.busy,"
+                                      " seen = max(seen + 1, excluded.seen)");
+    query_bind_text(&query, host->name);
+    query_bind_text(&query, host->host);
+    query_bind_text(&query, host->role);
+    query_bind_text(&query, host->version);
+    query_bind_int(&query, host->workers);
+    query_bind_int(&query, host->busy);
+    query_bind_int(&query, now);
+    answer = query_run(&query);
+    if (answer == STORE_OK)
+        answer = db_run(db, usable_sql);
+    return answer == STORE_OK ? sqlite_try_claim(store, db) : answer;
+}
+
+/* After a failure the log is taken as well: that the database itself can be written is known then.
+ */
+enum store_answer sqlite_beat(struct store *store, const struct store_host *host) {
+    struct store_host own = *host;
+    bool broken = sqlite_broken(sqlite_of(store));
+    enum store_answer answer = sqlite_room_for(store, 0);
+    if (answer == STORE_OK)
+        answer = sqlite_write_lazy(store, beat_operation, &own);
+    return answer == STORE_OK && broken ? sqlite_take_log(store) : answer;
+}
+
+static enum store_answer leave_operation(struct sqlite_store *store, struct db *db, void *context) {
+    (void)store;
+    struct query query = db_query(db, "DELETE FROM hosts WHERE name = ?");
+    query_bind_text(&query, context);
+    return query_run(&query);
+}
+
+/* If it cannot be removed it ages. */
+void sqlite_leave(struct store *store, const char *name) {
+    char own[ID_SIZE];
+    snprintf(own, sizeof own, "%s", name);
+    enum store_answer answer = sqlite_write_lazy(store, leave_operation, own);
+    (void)answer;
+}
+
+enum store_answer sqlite_count_hosts(struct sqlite_store *store, struct db *db,
+                                     struct store_counts *counts) {
+    struct query query = db_query(db, "SELECT count(*), coalesce(sum(workers), 0),"
+                                      " coalesce(sum(busy), 0) FROM hosts WHERE seen > ?");
+    query_bind_int(&query, sqlite_now(store) - STORE_SEEN_US);
+    if (query_row(&query)) {
+        counts->hosts = query_int(&query, 0);
+        counts->workers = query_int(&query, 1);
+        counts->busy = query_int(&query, 2);
+    }
+    return query_end(&query);
+}
