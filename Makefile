@@ -42,14 +42,16 @@ sources = $(wildcard $(1)/*.c $(1)/*/*.c $(1)/*/*/*.c)
 SOLVER_OBJ := $(call objects,$(call sources,solver))
 API_OBJ := $(call objects,$(filter-out api/clients/%,$(call sources,api))) \
            $(patsubst %.cc,$(B)/%.o,$(wildcard api/*/*.cc))
-CLI_OBJ := $(call objects,$(call sources,cli))
+CLI_OBJ := $(call objects,$(wildcard cli/*.c))
+IMPORT_OBJ := $(call objects,$(wildcard cli/import/*.c) cli/files.c) \
+              $(patsubst %.cc,$(B)/%.o,$(wildcard cli/import/*.cc))
 SERVER_OBJ := $(call objects,$(filter-out server/main.c server/viewer/%,$(call sources,server)))
 LIBS := $(B)/libdrapeserver.a $(B)/libdrapeapi.a $(B)/libdrape.a
 API_LIBS := -ljansson -lsodium -lz -lstdc++ -lpthread -lm
 SERVER_LIBS := -lmicrohttpd -lseccomp -lsqlite3 -lpq -lzstd $(API_LIBS)
 
 .PHONY: all help demo check test lint format install deb sbom clean
-all: $(B)/draped $(B)/drape ## the daemon build/draped and the command build/drape
+all: $(B)/draped $(B)/drape $(B)/drape-import ## build/draped, build/drape and build/drape-import
 
 # Installs what the build needs, once; `make test` asks for more.
 $(B)/.setup: deploy/setup.sh
@@ -106,6 +108,16 @@ $(B)/draped: $(B)/server/main.o $(LIBS)
 	$(call say,LINK,$@)$(LINK) -o $@ $^ $(SERVER_LIBS)
 $(B)/drape: $(CLI_OBJ) $(B)/libdrapeapi.a $(B)/libdrape.a
 	$(call say,LINK,$@)$(LINK) -o $@ $^ $(API_LIBS)
+
+
+# The importer of CAD files alone has Open CASCADE.
+OCC_LIBS := -lTKXDESTEP -lTKXDEIGES -lTKSTEP -lTKSTEPBase -lTKIGES -lTKXSBase -lTKXCAF -lTKLCAF \
+            -lTKCDF -lTKShHealing -lTKTopAlgo -lTKBRep -lTKGeomBase -lTKGeomAlgo -lTKG3d -lTKG2d \
+            -lTKMath -lTKernel
+$(B)/cli/import/%.o: CXXFLAGS := $(filter-out -fno-exceptions -fno-rtti $(OPT),$(CXXFLAGS)) -O1 \
+                                 -isystem /usr/include/opencascade
+$(B)/drape-import: $(IMPORT_OBJ) $(LIBS)
+	$(call say,LINK,$@)$(LINK) -o $@ $^ $(OCC_LIBS) -lseccomp $(API_LIBS)
 
 include tests/tests.mk
 

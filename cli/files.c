@@ -11,7 +11,7 @@
 enum { COPY_SIZE = 1 << 16 };
 
 void files_complain(const char *what, const char *why) {
-    fprintf(stderr, "drape: %s: %s\n", what, why);
+    fprintf(stderr, "%s: %s: %s\n", program_invocation_short_name, what, why);
 }
 
 /* ---- input ---- */
@@ -26,7 +26,7 @@ static bool grow(struct files_bytes *bytes) {
     return true;
 }
 
-static bool read_stream(FILE *stream, struct files_bytes *bytes) {
+bool files_drain(FILE *stream, struct files_bytes *bytes) {
     while (!feof(stream)) {
         if (bytes->length == bytes->capacity && !grow(bytes))
             return false;
@@ -40,7 +40,7 @@ static bool read_stream(FILE *stream, struct files_bytes *bytes) {
 
 bool files_read(const char *path, struct files_bytes *bytes) {
     FILE *stream = path ? fopen(path, "rb") : stdin;
-    bool ok = stream && read_stream(stream, bytes);
+    bool ok = stream && files_drain(stream, bytes);
     if (!ok)
         files_complain(path ? path : "standard input", strerror(errno));
     if (stream && path)

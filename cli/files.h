@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What the command line tool reads, and the file it writes, which appears when it is complete or
+/* What a command reads, and the file it writes, which appears when it is complete or
  * not at all. Errors are reported on standard error. */
 #ifndef CLI_FILES_H
 #define CLI_FILES_H
@@ -19,6 +19,9 @@ void files_complain(const char *what, const char *why);
 
 /* All of a file; NULL: of standard input. */
 bool files_read(const char *path, struct files_bytes *bytes);
+
+/* The rest of a stream. */
+bool files_drain(FILE *stream, struct files_bytes *bytes);
 
 /* Where the document goes: a stream, and for a regular file the temporary one beside it that takes
  * its place once it is complete. */

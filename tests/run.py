@@ -120,6 +120,12 @@ def faults(build):
             for file in sorted(glob.glob("tests/faults/test_*.py"))]
 
 
+def imports(build):
+    """With Debian's own Python, which has the modules of its packages."""
+    return [Job(f"{build} {file}", ["/usr/bin/python3", file], {"BUILD": build})
+            for file in sorted(glob.glob("tests/import/test_*.py"))]
+
+
 def pages(build):
     return [Job(file, ["node", "--test-reporter=tap", file], {"BUILD": build})
             for file in sorted(glob.glob("tests/browser/*.test.mjs"))]
@@ -136,7 +142,7 @@ def everything(build, sanitized):
     the daemon as users install it: once is enough."""
     jobs = checks(build)
     for each, size in ((build, "1"), (sanitized, SIZE_SANITIZED)):
-        jobs += programs(each, size) + replays(each) + faults(each)
+        jobs += programs(each, size) + replays(each) + faults(each) + imports(each)
         jobs += bats(each, "tests/http/*.bats")
     jobs += pages(build) + bats(build, "tests/deploy/*.bats")
     return jobs + [Job("tests/hosts/hosts.sh", ["tests/hosts/hosts.sh", build, "200"])]

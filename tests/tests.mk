@@ -29,7 +29,13 @@ $(REPLAYS): $(B)/tests/fuzz/fuzz_%: $(B)/tests/fuzz/fuzz_%.o $(B)/tests/fuzz/rep
 $(FUZZERS): $(B)/tests/fuzz/run_%: $(B)/tests/fuzz/fuzz_%.o $(FUZZ_HELPERS) $(LIBS)
 	$(call say,LINK,$@)$(LINK) -fsanitize=fuzzer -o $@ $^ $(SERVER_LIBS)
 
-tests: $(TESTS) $(REPLAYS)
+tests: $(TESTS) $(REPLAYS) $(B)/tests/import/make_parts
+
+# What writes the CAD files that the importer is tested with; no part of what is tested.
+$(B)/tests/import/make_parts: tests/import/make_parts.cc | $(B)/.setup
+	@mkdir -p $(@D)
+	$(call say,LINK,$@)$(CXX) -std=c++17 -O1 -isystem /usr/include/opencascade -o $@ $< -lTKXDESTEP \
+	    -lTKFillet -lTKOffset -lTKBO -lTKBool -lTKPrim $(OCC_LIBS)
 
 # Both builds in one make. What both would fetch or install is there already.
 SANITIZED := OPT=-O1 SANITIZE="-fsanitize=address,undefined -fno-sanitize-recover=all"

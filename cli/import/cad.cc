@@ -1,0 +1,623 @@
+/* SPDX-License-Identifier: MIT */
+#include "cad.h"
+
+#include "face.h"
+#include <BRepAdaptor_Surface.hxx>
+#include <BRepBndLib.hxx>
+#include <BRepBuilderAPI_Sewing.hxx>
+#include <BRepGProp.hxx>
+#include <BRepTopAdaptor_FClass2d.hxx>
+#include <BRep_Tool.hxx>
+#include <Bnd_Box.hxx>
+#include <GProp_GProps.hxx>
+#include <Geom2d_Curve.hxx>
+#include <Geom_Surface.hxx>
+#include <IFSelect_ReturnStatus.hxx>
+#include <IGESCAFControl_Reader.hxx>
+#include <IGESData_IGESEntity.hxx>
+#include <IGESData_IGESModel.hxx>
+#include <Interface_Static.hxx>
+#include <Message.hxx>
+#include <Message_Messenger.hxx>
+#include <Message_Msg.hxx>
+#include <Quantity_Color.hxx>
+#include <STEPCAFControl_Reader.hxx>
+#include <ShapeBuild_ReShape.hxx>
+#include <ShapeExtend_DataMapIteratorOfDataMapOfShapeListOfMsg.hxx>
+#include <ShapeExtend_MsgRegistrator.hxx>
+#include <ShapeFix_Shape.hxx>
+#include <StepShape_Face.hxx>
+#include <TColStd_SequenceOfAsciiString.hxx>
+#include <TCollection_HAsciiString.hxx>
+#include <TDF_LabelSequence.hxx>
+#include <TDataStd_Name.hxx>
+#include <TDocStd_Document.hxx>
+#include <TopExp.hxx>
+#include <TopExp_Explorer.hxx>
+#include <TopTools_IndexedDataMapOfShapeListOfShape.hxx>
+#include <TopTools_IndexedMapOfShape.hxx>
+#include <TopTools_ListOfShape.hxx>
+#include <TopoDS.hxx>
+#include <TransferBRep.hxx>
+#include <Transfer_TransientProcess.hxx>
+#include <XCAFDoc_ColorTool.hxx>
+#include <XCAFDoc_DocumentTool.hxx>
+#include <XCAFDoc_ShapeTool.hxx>
+#include <XSControl_TransferReader.hxx>
+#include <XSControl_WorkSession.hxx>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <istream>
+#include <map>
+#include <streambuf>
+
+namespace drape {
+namespace {
+
+enum { GAP_SAMPLES = 9 };
+constexpr double TOLERANCE = 1e-5; /* the service's default, as a share of the diagonal */
+
+/* A face of the file in its place, before it is converted. */
+struct found_face {
+    TopoDS_Face shape;
+    std::string name, colour;
+    bool solid; /* of a closed body */
+};
+
+struct unit_name {
+    const char *ours, *cascade, *words[3];
+};
+const unit_name units[] = {{"mm", "MM", {"millimetre", "millimeter", "mm"}},
+                           {"m", "M", {"metre", "meter", "m"}},
+                           {"in", "INCH", {"inch", "in", "INCH"}},
+                           {"cm", "CM", {"centimetre", "centimeter", "cm"}},
+                           {"ft", "FT", {"foot", "feet", "ft"}},
+                           {"um", "UM", {"micrometre", "micrometer", "micron"}}};
+
+const unit_name *find_unit(const std::string &word) {
+    std::string lower = word;
+    for (char &c : lower)
+        c = char(std::tolower(static_cast<unsigned char>(c)));
+    for (const unit_name &unit : units)
+        for (const char *name : unit.words)
+            if (lower == name)
+                return &unit;
+    return nullptr;
+}
+
+std::string number_text(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", value);
+    return text;
+}
+
+std::string face_title(int number, const std::string &name) {
+    return "face " + std::to_string(number) + (name.empty() ? "" : " (\"" + name + "\")");
+}
+
+/* Bytes in memory as a stream. */
+struct memory_buffer : std::streambuf {
+    memory_buffer(const char *bytes, size_t length) {
+        char *start = const_cast<char *>(bytes);
+        setg(start, start, start + length);
+    }
+    pos_type seekoff(off_type offset, std::ios_base::seekdir way,
+                     std::ios_base::openmode) override {
+        char *from = way == std::ios_base::beg   ? eback()
+                     : way == std::ios_base::cur ? gptr()
+                                                 : egptr();
+        if (from + offset < eback() || from + offset > egptr())
+            return pos_type(off_type(-1));
+        setg(eback(), from + offset, egptr());
+        return gptr() - eback();
+    }
+    pos_type seekpos(pos_type at, std::ios_base::openmode mode) override {
+        return seekoff(off_type(at), std::ios_base::beg, mode);
+    }
+};
+
+/* ---- the file's entities ---- */
+
+/* A CAD file while it is read. */
+class reading {
+  public:
+    reading(const selection &chosen) : wanted(chosen) { result.notes = chosen.notes; }
+    void read_step(const char *bytes, size_t length);
+    void read_iges(const char *bytes, size_t length);
+    part convert();
+
+  private:
+    const selection &wanted;
+    part result;
+    Handle(TDocStd_Document) document;
+    std::map<const TopoDS_TShape *, std::string> entity_names; /* of faces, by their entities */
+    std::map<std::string, int> healed;                         /* by what was done, how often */
+    std::vector<found_face> found;
+    int bodies = 0, parts = 0, edges = 0;
+
+    void set_unit(const std::vector<std::string> &stated);
+    void name_entities(const Handle(XSControl_WorkSession) & session);
+    void collect();
+    void walk(const TDF_Label &label, const TopLoc_Location &place, const std::string &name);
+    void add_shape(const TDF_Label &label, const TopLoc_Location &place, const std::string &name);
+    TopoDS_Shape heal(const TopoDS_Shape &shape, Handle(ShapeBuild_ReShape) & context);
+    std::string colour_of(const TopoDS_Shape &face, const TDF_Label &label);
+    void note(const std::string &text) { result.notes.push_back(text); }
+    void sew();
+    void check_size(double diagonal);
+    void count_edges(const std::vector<int> &numbers);
+    double gap_of(const TopoDS_Edge &edge, const TopTools_ListOfShape &faces);
+    void measure(const found_face &from, face &made);
+};
+
+void reading::set_unit(const std::vector<std::string> &stated) {
+    const unit_name *unit = nullptr;
+    for (const std::string &word : stated) {
+        const unit_name *here = find_unit(word);
+        if (!here)
+            note("the file's unit \"" + word + "\" is not known here; lengths are in mm");
+        else if (unit && here != unit)
+            note("the file's bodies have different units; all lengths are in " +
+                 std::string(unit->ours));
+        else
+            unit = here;
+    }
+    if (unit && !wanted.unit.empty() && wanted.unit != unit->ours)
+        note("the file states its unit, " + std::string(unit->ours) + "; unit=" + wanted.unit +
+             " was ignored");
+    if (!unit && !wanted.unit.empty())
+        for (const unit_name &named : units)
+            if (wanted.unit == named.ours)
+                unit = &named;
+    if (!unit)
+        unit = &units[0];
+    result.unit = unit->ours;
+    Interface_Static::SetCVal("xstep.cascade.unit", unit->cascade);
+}
+
+/* The names that the file gives to its faces themselves. */
+void reading::name_entities(const Handle(XSControl_WorkSession) & session) {
+    Handle(Transfer_TransientProcess) process = session->TransferReader()->TransientProcess();
+    Handle(Interface_InterfaceModel) model = session->Model();
+    for (int i = 1; i <= model->NbEntities(); i++) {
+        Handle(Standard_Transient) entity = model->Value(i);
+        Handle(StepShape_Face) face = Handle(StepShape_Face)::DownCast(entity);
+        Handle(IGESData_IGESEntity) iges = Handle(IGESData_IGESEntity)::DownCast(entity);
+        Handle(TCollection_HAsciiString) name;
+        if (!face.IsNull())
+            name = face->Name();
+        else if (!iges.IsNull() && iges->HasName())
+            name = iges->NameValue();
+        if (name.IsNull() || name->IsEmpty() || name->String().IsEqual("NONE"))
+            continue;
+        TopoDS_Shape shape = TransferBRep::ShapeResult(process, entity);
+        if (shape.IsNull())
+            continue;
+        name->LeftAdjust();
+        name->RightAdjust();
+        for (TopExp_Explorer at(shape, TopAbs_FACE); at.More(); at.Next())
+            entity_names[at.Current().TShape().get()] = name->ToCString();
+    }
+}
+
+void reading::read_step(const char *bytes, size_t length) {
+    memory_buffer buffer(bytes, length);
+    std::istream stream(&buffer);
+    STEPCAFControl_Reader reader;
+    reader.SetColorMode(true);
+    reader.SetNameMode(true);
+    if (reader.ChangeReader().ReadStream("file", stream) != IFSelect_RetDone)
+        throw unreadable("the file is damaged: it cannot be parsed as STEP");
+    TColStd_SequenceOfAsciiString lengths, angles, solid_angles;
+    reader.ChangeReader().FileUnits(lengths, angles, solid_angles);
+    std::vector<std::string> stated;
+    for (const TCollection_AsciiString &word : lengths)
+        stated.push_back(word.ToCString());
+    set_unit(stated);
+    document = new TDocStd_Document("BinXCAF");
+    if (!reader.Transfer(document))
+        throw unreadable("the STEP file holds no shape");
+    name_entities(reader.Reader().WS());
+    collect();
+}
+
+/* Open CASCADE reads IGES from standard input when the name is empty. */
+void reading::read_iges(const char *bytes, size_t length) {
+    FILE *memory = fmemopen(const_cast<char *>(bytes), length, "r");
+    if (!memory)
+        throw unreadable("there is no memory to read the file");
+    stdin = memory;
+    IGESCAFControl_Reader reader;
+    reader.SetColorMode(true);
+    reader.SetNameMode(true);
+    if (reader.ReadFile("") != IFSelect_RetDone)
+        throw unreadable("the file is damaged: it cannot be parsed as IGES");
+    Handle(IGESData_IGESModel) model = reader.IGESModel();
+    const IGESData_GlobalSection &global = model->GlobalSection();
+    const char *const flags[] = {"",  "in", "mm",  "",   "ft", "mile",
+                                 "m", "km", "mil", "um", "cm", "uin"};
+    int flag = global.UnitFlag();
+    std::vector<std::string> stated;
+    if (flag > 0 && flag < 12 && flags[flag][0])
+        stated.push_back(flags[flag]);
+    else if (!global.UnitName().IsNull())
+        stated.push_back(global.UnitName()->ToCString());
+    set_unit(stated);
+    document = new TDocStd_Document("BinXCAF");
+    if (!reader.Transfer(document))
+        throw unreadable("the IGES file holds no shape");
+    name_entities(reader.WS());
+    collect();
+}
+
+/* ---- shapes, parts and instances ---- */
+
+std::string label_name(const TDF_Label &label) {
+    Handle(TDataStd_Name) attribute;
+    if (!label.FindAttribute(TDataStd_Name::GetID(), attribute))
+        return "";
+    TCollection_AsciiString text(attribute->Get(), '?');
+    return text.ToCString();
+}
+
+std::string colour_text(const Quantity_Color &colour) {
+    char text[8];
+    double r, g, b;
+    colour.Values(r, g, b, Quantity_TOC_sRGB);
+    std::snprintf(text, sizeof text, "#%02x%02x%02x", unsigned(std::lround(255 * r)) & 255,
+                  unsigned(std::lround(255 * g)) & 255, unsigned(std::lround(255 * b)) & 255);
+    return text;
+}
+
+std::string reading::colour_of(const TopoDS_Shape &face, const TDF_Label &label) {
+    Handle(XCAFDoc_ColorTool) colours = XCAFDoc_DocumentTool::ColorTool(document->Main());
+    Quantity_Color colour;
+    for (XCAFDoc_ColorType type : {XCAFDoc_ColorSurf, XCAFDoc_ColorGen})
+        if (colours->GetColor(face, type, colour))
+            return colour_text(colour);
+    for (XCAFDoc_ColorType type : {XCAFDoc_ColorSurf, XCAFDoc_ColorGen})
+        if (colours->GetColor(label, type, colour))
+            return colour_text(colour);
+    return "";
+}
+
+/* Heals what the file's own translation left; what was done is counted by Open CASCADE's messages.
+ */
+TopoDS_Shape reading::heal(const TopoDS_Shape &shape, Handle(ShapeBuild_ReShape) & context) {
+    Handle(ShapeFix_Shape) fix = new ShapeFix_Shape(shape);
+    Handle(ShapeExtend_MsgRegistrator) messages = new ShapeExtend_MsgRegistrator;
+    fix->SetMsgRegistrator(messages);
+    fix->Perform();
+    context = fix->Context();
+    for (ShapeExtend_DataMapIteratorOfDataMapOfShapeListOfMsg at(messages->MapShape()); at.More();
+         at.Next())
+        for (const Message_Msg &message : at.Value()) {
+            Message_Msg copy(message);
+            healed[TCollection_AsciiString(copy.Get()).ToCString()]++;
+        }
+    return fix->Shape();
+}
+
+void reading::add_shape(const TDF_Label &label, const TopLoc_Location &place,
+                        const std::string &name) {
+    TopoDS_Shape shape = XCAFDoc_ShapeTool::GetShape(label);
+    if (shape.IsNull())
+        return;
+    Handle(ShapeBuild_ReShape) context;
+    heal(shape, context);
+    TopTools_IndexedMapOfShape in_solids, shells;
+    for (TopExp_Explorer at(shape, TopAbs_SOLID); at.More(); at.Next()) {
+        TopExp::MapShapes(at.Current(), TopAbs_FACE, in_solids);
+        bodies++;
+    }
+    for (TopExp_Explorer at(shape, TopAbs_EDGE, TopAbs_FACE); at.More(); at.Next())
+        edges++;
+    parts++;
+    TopTools_IndexedMapOfShape once;
+    for (TopExp_Explorer at(shape, TopAbs_FACE); at.More(); at.Next()) {
+        if (!once.Contains(at.Current())) {
+            once.Add(at.Current());
+            TopoDS_Shape fixed = context->Apply(at.Current());
+            auto named = entity_names.find(at.Current().TShape().get());
+            std::string own = named == entity_names.end() ? "" : named->second;
+            for (TopExp_Explorer piece(fixed, TopAbs_FACE); piece.More(); piece.Next())
+                found.push_back({TopoDS::Face(piece.Current().Moved(place)),
+                                 own.empty() ? name : own, colour_of(at.Current(), label),
+                                 in_solids.Contains(at.Current())});
+        }
+        if (found.size() > 1000000)
+            throw unreadable("the file has more than 1000000 faces");
+    }
+}
+
+/* An instance of an assembly has its place and its name, what it refers to has the shape. */
+void reading::walk(const TDF_Label &label, const TopLoc_Location &place, const std::string &name) {
+    TDF_Label referred = label;
+    TopLoc_Location here = place;
+    if (XCAFDoc_ShapeTool::IsReference(label)) {
+        here = place * XCAFDoc_ShapeTool::GetLocation(label);
+        XCAFDoc_ShapeTool::GetReferredShape(label, referred);
+    }
+    std::string own = label_name(referred);
+    if (!XCAFDoc_ShapeTool::IsAssembly(referred)) {
+        add_shape(referred, here, own.empty() ? name : own);
+        return;
+    }
+    TDF_LabelSequence components;
+    XCAFDoc_ShapeTool::GetComponents(referred, components);
+    for (const TDF_Label &component : components)
+        walk(component, here, own);
+}
+
+void reading::collect() {
+    TDF_LabelSequence roots;
+    Handle(XCAFDoc_ShapeTool) shapes = XCAFDoc_DocumentTool::ShapeTool(document->Main());
+    shapes->GetFreeShapes(roots);
+    for (const TDF_Label &label : roots)
+        walk(label, TopLoc_Location(), "");
+    if (found.empty() && edges > 0)
+        throw unreadable("the file holds curves alone, " + std::to_string(edges) +
+                         " edges and no face: export the surfaces or the solid");
+    if (found.empty())
+        throw unreadable("the file holds no face");
+    for (const auto &[what, times] : healed)
+        note("healed: " + what + (times > 1 ? " (" + std::to_string(times) + " times)" : ""));
+    if (parts > 1)
+        note(std::to_string(parts) +
+             " bodies, each instance in its place: choose the faces to be draped");
+    if (bodies > 0)
+        note(
+            "a solid: its faces are both skins and what lies between them; choose the tool side by "
+            "its faces, or by one face and all that are smooth from there");
+}
+
+/* ---- edges ---- */
+
+/* Sews the faces that are in no solid, in place: the numbers stay. */
+void reading::sew() {
+    BRepBuilderAPI_Sewing sewing(1e-6, true, true, true, true);
+    Bnd_Box box;
+    int loose = 0;
+    TopTools_IndexedDataMapOfShapeListOfShape by_edge;
+    for (const found_face &face : found)
+        if (!face.solid)
+            TopExp::MapShapesAndAncestors(face.shape, TopAbs_EDGE, TopAbs_FACE, by_edge);
+    for (int i = 1; i <= by_edge.Extent(); i++)
+        loose +=
+            by_edge(i).Extent() == 1 && !BRep_Tool::Degenerated(TopoDS::Edge(by_edge.FindKey(i)));
+    if (loose < 2)
+        return;
+    for (const found_face &face : found)
+        if (!face.solid) {
+            sewing.Add(face.shape);
+            BRepBndLib::Add(face.shape, box, false);
+        }
+    sewing.SetTolerance(std::max(1e-7, TOLERANCE * std::sqrt(box.SquareExtent())));
+    sewing.Perform();
+    if (sewing.NbContigousEdges() == 0)
+        return;
+    for (found_face &face : found)
+        if (!face.solid && sewing.IsModified(face.shape)) {
+            TopoDS_Shape sewn = sewing.Modified(face.shape);
+            TopExp_Explorer first(sewn, TopAbs_FACE);
+            if (first.More())
+                face.shape = TopoDS::Face(first.Current());
+        }
+    note("sewn: " + std::to_string(sewing.NbContigousEdges()) +
+         " edges of faces that the file leaves apart");
+}
+
+/* A curve on a surface, as a curve in space. */
+struct seam {
+    Handle(Geom2d_Curve) curve;
+    Handle(Geom_Surface) surface;
+    double first = 0, last = 0;
+
+    gp_Pnt at(double share) const {
+        gp_Pnt2d uv = curve->Value(first + (last - first) * share);
+        return surface->Value(uv.X(), uv.Y());
+    }
+    /* The distance to a place that is near `share`, wherever on the curve it is nearest. */
+    double distance(const gp_Pnt &point, double share) const {
+        double low = std::max(0.0, share - 1.0 / GAP_SAMPLES);
+        double high = std::min(1.0, share + 1.0 / GAP_SAMPLES);
+        for (int step = 0; step < 60; step++) {
+            double a = low + (high - low) * 0.382, b = low + (high - low) * 0.618;
+            (point.SquareDistance(at(a)) < point.SquareDistance(at(b)) ? high : low) =
+                point.SquareDistance(at(a)) < point.SquareDistance(at(b)) ? b : a;
+        }
+        return std::min(point.Distance(at(share)), point.Distance(at((low + high) / 2)));
+    }
+};
+
+/* The largest distance between the surfaces along an edge that two faces share. */
+double reading::gap_of(const TopoDS_Edge &edge, const TopTools_ListOfShape &faces) {
+    double gap = 0;
+    seam sides[2];
+    const TopoDS_Face pair[2] = {TopoDS::Face(faces.First()), TopoDS::Face(faces.Last())};
+    for (int k = 0; k < 2; k++) {
+        seam &side = sides[k];
+        side.curve = BRep_Tool::CurveOnSurface(edge, pair[k], side.first, side.last);
+        side.surface = BRep_Tool::Surface(pair[k]);
+        if (side.curve.IsNull() || side.surface.IsNull())
+            return 0;
+    }
+    for (int s = 0; s <= GAP_SAMPLES; s++) {
+        double share = double(s) / GAP_SAMPLES,
+               away = sides[0].at(share).Distance(sides[1].at(share));
+        if (away > gap)
+            gap = std::max(gap, sides[1].distance(sides[0].at(share), share));
+    }
+    return gap;
+}
+
+void reading::count_edges(const std::vector<int> &numbers) {
+    TopTools_IndexedDataMapOfShapeListOfShape by_edge;
+    std::map<const TopoDS_TShape *, int> number_of;
+    for (int number : numbers) {
+        TopExp::MapShapesAndAncestors(found[size_t(number)].shape, TopAbs_EDGE, TopAbs_FACE,
+                                      by_edge);
+        number_of[found[size_t(number)].shape.TShape().get()] = number;
+    }
+    for (int i = 1; i <= by_edge.Extent(); i++) {
+        const TopoDS_Edge &edge = TopoDS::Edge(by_edge.FindKey(i));
+        const TopTools_ListOfShape &faces = by_edge(i);
+        if (BRep_Tool::Degenerated(edge))
+            continue;
+        if (faces.Extent() == 1 && !BRep_Tool::IsClosed(edge, TopoDS::Face(faces.First())))
+            result.edges.free++;
+        else if (faces.Extent() <= 2)
+            result.edges.shared++;
+        else {
+            result.edges.faulty++;
+            std::string list;
+            for (const TopoDS_Shape &face : faces) {
+                int number = number_of[face.TShape().get()];
+                list += (list.empty() ? "" : ", ") + face_title(number, found[size_t(number)].name);
+            }
+            if (result.edges.faulty <= 10)
+                note(std::to_string(faces.Extent()) + " faces meet at one edge: " + list);
+        }
+        if (faces.Extent() == 2)
+            result.edges.largest_gap = std::max(result.edges.largest_gap, gap_of(edge, faces));
+    }
+}
+
+/* ---- faces ---- */
+
+/* The mean of the outward normals over a grid of places, a unit vector; 0 when they cancel. */
+gp_Vec mean_normal(const TopoDS_Face &face) {
+    enum { STEPS = 11 };
+    BRepAdaptor_Surface surface(face, true);
+    BRepTopAdaptor_FClass2d inside(face, 1e-9);
+    gp_Vec sum[2];
+    for (int i = 0; i < STEPS; i++)
+        for (int j = 0; j < STEPS; j++) {
+            gp_Pnt at;
+            gp_Vec u, v;
+            double share[2] = {(i + 0.5) / STEPS, (j + 0.5) / STEPS};
+            gp_Pnt2d uv(
+                surface.FirstUParameter() * (1 - share[0]) + surface.LastUParameter() * share[0],
+                surface.FirstVParameter() * (1 - share[1]) + surface.LastVParameter() * share[1]);
+            surface.D1(uv.X(), uv.Y(), at, u, v);
+            sum[0] += u.Crossed(v);
+            if (inside.Perform(uv) == TopAbs_IN)
+                sum[1] += u.Crossed(v);
+        }
+    gp_Vec mean = sum[1].Magnitude() > 0 ? sum[1] : sum[0];
+    if (face.Orientation() == TopAbs_REVERSED)
+        mean.Reverse();
+    return mean.Magnitude() > 1e-9 * sum[0].Magnitude() && mean.Magnitude() > 0 ? mean.Normalized()
+                                                                                : gp_Vec();
+}
+
+void reading::measure(const found_face &from, face &made) {
+    GProp_GProps properties;
+    BRepGProp::SurfaceProperties(from.shape, properties, 1e-8);
+    made.area = std::fabs(properties.Mass());
+    gp_Pnt centre = properties.CentreOfMass();
+    Bnd_Box box;
+    BRepBndLib::AddOptimal(from.shape, box, false, false);
+    if (!box.IsVoid())
+        box.Get(made.low[0], made.low[1], made.low[2], made.high[0], made.high[1], made.high[2]);
+    gp_Vec normal = mean_normal(from.shape);
+    for (int k = 0; k < 3; k++) {
+        made.centre[k] = centre.Coord(k + 1);
+        made.normal[k] = normal.Coord(k + 1);
+    }
+}
+
+void reading::check_size(double diagonal) {
+    if (result.tolerance > 0.1 * diagonal)
+        throw unreadable("the file's tolerance, " + number_text(result.tolerance) +
+                         ", is nearly as large as its faces");
+}
+
+part reading::convert() {
+    std::vector<int> numbers = wanted.faces;
+    int count = int(found.size());
+    for (int number : numbers)
+        if (number < 0 || number >= count)
+            throw unreadable("face " + std::to_string(number) +
+                             " was asked for, and the file has " + std::to_string(count));
+    for (int number = 0; wanted.faces.empty() && number < count; number++)
+        numbers.push_back(number);
+    if (numbers.size() > FACES_MAX)
+        throw unreadable("the file has " + std::to_string(count) + " faces, and at most " +
+                         std::to_string(FACES_MAX) + " are imported at once: choose some of them");
+    sew();
+    Bnd_Box box;
+    for (int number : numbers) {
+        const found_face &from = found[size_t(number)];
+        std::vector<std::string> faults;
+        std::string lost;
+        try {
+            face made = face_make(from.shape, faults);
+            made.name = from.name;
+            made.colour = from.colour;
+            measure(from, made);
+            if (!(made.area > 0))
+                throw unreadable("has no area");
+            result.faces.push_back(made);
+            result.numbers.push_back(number);
+            BRepBndLib::Add(from.shape, box, false);
+        } catch (const unreadable &why) {
+            lost = why.what();
+        } catch (const Standard_Failure &failure) {
+            lost = std::string("cannot be converted: ") + failure.DynamicType()->Name();
+        }
+        for (const std::string &fault : faults)
+            note(face_title(number, from.name) + " " + fault);
+        if (!lost.empty())
+            note(face_title(number, from.name) + " " + lost + ": left out");
+    }
+    if (result.faces.empty())
+        throw unreadable(result.notes.empty() ? "no face could be converted" : result.notes.back());
+    count_edges(result.numbers);
+    double diagonal = std::sqrt(box.SquareExtent());
+    result.tolerance = std::max(TOLERANCE * diagonal, 2 * result.edges.largest_gap);
+    check_size(diagonal);
+    return result;
+}
+
+bool begins_like_step(const char *bytes, size_t length) {
+    std::string head(bytes, std::min<size_t>(length, 4096));
+    return head.find("ISO-10303-21") != std::string::npos;
+}
+
+/* The 73rd column of each line has the letter of its section: S in the first. */
+bool begins_like_iges(const char *bytes, size_t length) {
+    return length > 80 && std::strchr("SBC", bytes[72]) && bytes[72] != '\0';
+}
+
+} // namespace
+
+void cad_prepare() {
+    Message::DefaultMessenger()->ChangePrinters().Clear();
+    STEPCAFControl_Reader step;
+    IGESCAFControl_Reader iges;
+    Handle(ShapeFix_Shape) fix = new ShapeFix_Shape;
+}
+
+part cad_read(cad_format format, const char *bytes, size_t length, const selection &wanted) {
+    if (format == cad_format::step ? !begins_like_step(bytes, length)
+                                   : !begins_like_iges(bytes, length))
+        throw unreadable(format == cad_format::step
+                             ? "this is not a STEP file: it does not begin with ISO-10303-21"
+                             : "this is not an IGES file: its first line has no S in column 73");
+    try {
+        reading reader(wanted);
+        if (format == cad_format::step)
+            reader.read_step(bytes, length);
+        else
+            reader.read_iges(bytes, length);
+        return reader.convert();
+    } catch (const Standard_Failure &failure) {
+        throw unreadable(std::string("the file cannot be read: ") + failure.DynamicType()->Name() +
+                         " " + failure.GetMessageString());
+    }
+}
+
+} // namespace drape

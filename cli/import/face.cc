@@ -1,0 +1,616 @@
+/* SPDX-License-Identifier: MIT */
+#include "face.h"
+
+#include "import.h"
+#include <BRepBuilderAPI_NurbsConvert.hxx>
+#include <BRepTools.hxx>
+#include <BRep_Tool.hxx>
+#include <Geom2dAdaptor_Curve.hxx>
+#include <Geom2dConvert.hxx>
+#include <Geom2d_BSplineCurve.hxx>
+#include <Geom2d_TrimmedCurve.hxx>
+#include <GeomAdaptor_Surface.hxx>
+#include <GeomConvert.hxx>
+#include <GeomConvert_ApproxSurface.hxx>
+#include <Geom_BSplineSurface.hxx>
+#include <Geom_RectangularTrimmedSurface.hxx>
+#include <ShapeExtend_WireData.hxx>
+#include <Standard_Failure.hxx>
+#include <TopoDS.hxx>
+#include <TopoDS_Edge.hxx>
+#include <TopoDS_Iterator.hxx>
+#include <TopoDS_Wire.hxx>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace drape {
+namespace {
+
+enum { FIT_DEGREE = 5, HALVINGS = 12, SAMPLES = 32 };
+constexpr double FIT = 1e-9;     /* deviation of a carried trim curve, as a share of the domain */
+constexpr double ON_EDGE = 1e-9; /* how near to the domain's border a curve lies on it, likewise */
+constexpr double EXACT = 1e-9; /* deviation of a surface from the file's, as a share of its size */
+
+/* ---- parameters of a surface and of its NURBS ---- */
+
+/* A parameter of the file's surface as one of its NURBS: the same, or where the file's is an angle
+ * and the NURBS is made of rational arcs of half angle a,
+ *     (2 t - 1) tan(a / 2) = tan(phi / 2),
+ * with t in 0..1 along the arc and phi the angle from its middle. */
+class direction {
+  public:
+    bool angular = false;
+    double shift = 0;           /* added to the file's parameter first */
+    std::vector<double> breaks; /* distinct knots, rising */
+
+    /* Value and two derivatives at x, which lies in the arc of `inside`. */
+    void map(double x, double inside, double out[3]) const {
+        x += shift;
+        out[0] = x;
+        out[1] = 1;
+        out[2] = 0;
+        if (!angular)
+            return;
+        size_t k = arc(inside + shift);
+        double half = (breaks[k + 1] - breaks[k]) / 2, middle = breaks[k] + half;
+        double scale = half / std::tan(half / 2), tangent = std::tan((x - middle) / 2);
+        out[0] = middle + scale * tangent;
+        out[1] = scale * (1 + tangent * tangent) / 2;
+        out[2] = out[1] * tangent;
+    }
+    double at(double x) const {
+        double out[3];
+        map(x, x, out);
+        return out[0];
+    }
+
+  private:
+    size_t arc(double x) const {
+        size_t k = 0;
+        while (k + 2 < breaks.size() && x >= breaks[k + 1])
+            k++;
+        return k;
+    }
+};
+
+/* The NURBS of a face, and the way from the file's parameters to its own. */
+struct conversion {
+    Handle(Geom_Surface) original;
+    Handle(Geom_BSplineSurface) nurbs;
+    direction way[2];
+    double low[2], high[2]; /* the box of the face in the file's parameters */
+    bool plain() const { return !way[0].angular && !way[1].angular; }
+};
+
+bool is_angle(const GeomAdaptor_Surface &surface, int k) {
+    switch (surface.GetType()) {
+    case GeomAbs_Cylinder:
+    case GeomAbs_Cone:
+        return k == 0;
+    case GeomAbs_Sphere:
+    case GeomAbs_Torus:
+        return true;
+    case GeomAbs_SurfaceOfRevolution:
+        if (k == 0)
+            return true;
+        [[fallthrough]];
+    case GeomAbs_SurfaceOfExtrusion: {
+        if (k != (surface.GetType() == GeomAbs_SurfaceOfRevolution ? 1 : 0))
+            return false;
+        GeomAbs_CurveType basis = surface.BasisCurve()->GetType();
+        return basis == GeomAbs_Circle || basis == GeomAbs_Ellipse;
+    }
+    default:
+        return false;
+    }
+}
+
+const char *kind_name(GeomAbs_SurfaceType type) {
+    switch (type) {
+    case GeomAbs_Plane:
+        return "plane";
+    case GeomAbs_Cylinder:
+        return "cylinder";
+    case GeomAbs_Cone:
+        return "cone";
+    case GeomAbs_Sphere:
+        return "sphere";
+    case GeomAbs_Torus:
+        return "torus";
+    case GeomAbs_SurfaceOfRevolution:
+        return "revolution";
+    case GeomAbs_SurfaceOfExtrusion:
+        return "extrusion";
+    case GeomAbs_OffsetSurface:
+        return "offset";
+    default:
+        return "nurbs";
+    }
+}
+
+std::vector<double> distinct_knots(const Handle(Geom_BSplineSurface) & nurbs, int k) {
+    std::vector<double> breaks;
+    int first = k == 0 ? nurbs->FirstUKnotIndex() : nurbs->FirstVKnotIndex();
+    int last = k == 0 ? nurbs->LastUKnotIndex() : nurbs->LastVKnotIndex();
+    for (int i = first; i <= last; i++)
+        breaks.push_back(k == 0 ? nurbs->UKnot(i) : nurbs->VKnot(i));
+    return breaks;
+}
+
+/* The largest distance of the NURBS from the file's surface, over a grid, in shares of the size. */
+double deviation(const conversion &c) {
+    double worst = 0, size = 0;
+    gp_Pnt first = c.nurbs->Value(c.way[0].at(c.low[0]), c.way[1].at(c.low[1]));
+    for (int i = 0; i <= 12; i++)
+        for (int j = 0; j <= 12; j++) {
+            double u = c.low[0] + (c.high[0] - c.low[0]) * i / 12;
+            double v = c.low[1] + (c.high[1] - c.low[1]) * j / 12;
+            gp_Pnt at = c.original->Value(u, v);
+            gp_Pnt made = c.nurbs->Value(c.way[0].at(u), c.way[1].at(v));
+            worst = std::max(worst, at.Distance(made));
+            size = std::max(size, at.Distance(first));
+        }
+    return size > 0 ? worst / size : 1;
+}
+
+/* A spline surface cut down to the box, where that is smaller. */
+Handle(Geom_BSplineSurface)
+    cut_spline(const Handle(Geom_BSplineSurface) & whole, double low[2], double high[2]) {
+    Handle(Geom_BSplineSurface) cut = Handle(Geom_BSplineSurface)::DownCast(whole->Copy());
+    double bound[4], share[2];
+    bool smaller = false;
+    cut->Bounds(bound[0], bound[1], bound[2], bound[3]);
+    for (int k = 0; k < 2; k++) {
+        bool periodic = k == 0 ? cut->IsUPeriodic() : cut->IsVPeriodic();
+        share[k] = ON_EDGE * (bound[2 * k + 1] - bound[2 * k]);
+        if (std::fabs(low[k] - bound[2 * k]) < share[k])
+            low[k] = bound[2 * k];
+        if (std::fabs(high[k] - bound[2 * k + 1]) < share[k])
+            high[k] = bound[2 * k + 1];
+        bool inside = low[k] >= bound[2 * k] && high[k] <= bound[2 * k + 1];
+        smaller = smaller || low[k] != bound[2 * k] || high[k] != bound[2 * k + 1];
+        if (periodic && inside)
+            k == 0 ? cut->SetUNotPeriodic() : cut->SetVNotPeriodic();
+    }
+    if (smaller)
+        cut->Segment(low[0], high[0], low[1], high[1], share[0], share[1]);
+    return cut;
+}
+
+/* The surface of a face and the box of its trims in the parameters, within the surface's own. */
+void find_box(const TopoDS_Face &shape, conversion &c) {
+    double bound[4];
+    c.original = BRep_Tool::Surface(shape);
+    if (c.original.IsNull())
+        throw unreadable("has no surface");
+    Handle(Geom_RectangularTrimmedSurface) trimmed =
+        Handle(Geom_RectangularTrimmedSurface)::DownCast(c.original);
+    if (!trimmed.IsNull())
+        c.original = trimmed->BasisSurface();
+    BRepTools::UVBounds(shape, c.low[0], c.high[0], c.low[1], c.high[1]);
+    c.original->Bounds(bound[0], bound[1], bound[2], bound[3]);
+    for (int k = 0; k < 2; k++) {
+        bool periodic = k == 0 ? c.original->IsUPeriodic() : c.original->IsVPeriodic();
+        if (!periodic) {
+            c.low[k] = std::max(c.low[k], bound[2 * k]);
+            c.high[k] = std::min(c.high[k], bound[2 * k + 1]);
+        } else if (c.high[k] - c.low[k] > bound[2 * k + 1] - bound[2 * k]) {
+            c.high[k] = c.low[k] + (bound[2 * k + 1] - bound[2 * k]);
+        }
+        if (!(c.high[k] - c.low[k] > 1e-12 * (1 + std::fabs(c.low[k]))) ||
+            !(std::fabs(c.low[k]) < 1e12 && std::fabs(c.high[k]) < 1e12))
+            throw unreadable("has no extent in its parameters");
+    }
+}
+
+/* The domain is the box of the face; a surface of more than IMPORT_DEGREE_MAX is approximated. */
+conversion convert(const TopoDS_Face &shape, std::vector<std::string> &faults) {
+    conversion c;
+    find_box(shape, c);
+    Handle(Geom_BSplineSurface) spline = Handle(Geom_BSplineSurface)::DownCast(c.original);
+    if (!spline.IsNull())
+        c.nurbs = cut_spline(spline, c.low, c.high);
+    else
+        c.nurbs = GeomConvert::SurfaceToBSplineSurface(new Geom_RectangularTrimmedSurface(
+            c.original, c.low[0], c.high[0], c.low[1], c.high[1]));
+    if (c.nurbs->UDegree() > IMPORT_DEGREE_MAX || c.nurbs->VDegree() > IMPORT_DEGREE_MAX) {
+        GeomConvert_ApproxSurface approximation(c.nurbs, 1e-6, GeomAbs_C1, GeomAbs_C1, 8, 8, 100,
+                                                0);
+        if (!approximation.HasResult())
+            throw unreadable("has a degree above 9, and no approximation was found");
+        c.nurbs = approximation.Surface();
+        faults.push_back("has a degree above 9 and was approximated to " +
+                         std::to_string(approximation.MaxError()));
+    }
+    if (c.nurbs->IsUPeriodic())
+        c.nurbs->SetUNotPeriodic();
+    if (c.nurbs->IsVPeriodic())
+        c.nurbs->SetVNotPeriodic();
+    GeomAdaptor_Surface adaptor(c.original);
+    for (int k = 0; k < 2; k++) {
+        c.way[k].breaks = distinct_knots(c.nurbs, k);
+        c.way[k].angular = is_angle(adaptor, k);
+        c.way[k].shift = c.way[k].breaks.front() - c.low[k];
+        if (std::fabs(c.way[k].shift) < 1e-9 * (c.high[k] - c.low[k]))
+            c.way[k].shift = 0;
+    }
+    return c;
+}
+
+/* ---- curves ---- */
+
+/* A pcurve in the NURBS's parameters, from the beginning of its oriented edge to the end. */
+struct carried {
+    const conversion *parameters;
+    Handle(Geom2d_Curve) curve;
+    double first, last; /* of the curve's parameter, in the order of the edge */
+
+    /* Place and two derivatives by t in 0..1, one-sided towards `inside`. */
+    void at(double t, double inside, double out[2][3]) const {
+        gp_Pnt2d p, q;
+        gp_Vec2d d, dd;
+        double scale = last - first, nudge = t + 1e-10 * (inside - t);
+        curve->D2(first + nudge * scale, p, d, dd);
+        curve->D0(first + t * scale, p);
+        curve->D0(first + inside * scale, q);
+        for (int k = 0; k < 2; k++) {
+            double m[3], x1 = d.Coord(k + 1) * scale, x2 = dd.Coord(k + 1) * scale * scale;
+            parameters->way[k].map(p.Coord(k + 1), q.Coord(k + 1), m);
+            out[k][0] = m[0];
+            out[k][1] = m[1] * x1;
+            out[k][2] = m[2] * x1 * x1 + m[1] * x2;
+        }
+    }
+    std::array<double, 2> place(double t) const {
+        gp_Pnt2d p = curve->Value(first + t * (last - first));
+        return {parameters->way[0].at(p.X()), parameters->way[1].at(p.Y())};
+    }
+};
+
+/* The quintic Bezier piece that has the curve's derivatives at both ends. */
+void hermite(const carried &curve, double a, double b, std::array<double, 2> out[6]) {
+    double from[2][3], to[2][3], h = b - a, middle = (a + b) / 2;
+    curve.at(a, middle, from);
+    curve.at(b, middle, to);
+    for (size_t k = 0; k < 2; k++) {
+        out[0][k] = from[k][0];
+        out[1][k] = from[k][0] + h / 5 * from[k][1];
+        out[2][k] = from[k][0] + 2 * h / 5 * from[k][1] + h * h / 20 * from[k][2];
+        out[3][k] = to[k][0] - 2 * h / 5 * to[k][1] + h * h / 20 * to[k][2];
+        out[4][k] = to[k][0] - h / 5 * to[k][1];
+        out[5][k] = to[k][0];
+    }
+}
+
+bool is_fit(const carried &curve, double a, double b, const std::array<double, 2> piece[6]) {
+    for (double share : {0.25, 0.5, 0.75}) {
+        std::array<double, 2> d[6], at = curve.place(a + share * (b - a));
+        std::copy(piece, piece + 6, d);
+        for (int r = 1; r < 6; r++)
+            for (int k = 0; k < 6 - r; k++)
+                for (size_t x = 0; x < 2; x++)
+                    d[k][x] += share * (d[k + 1][x] - d[k][x]);
+        for (size_t x = 0; x < 2; x++) {
+            const std::vector<double> &breaks = curve.parameters->way[x].breaks;
+            if (std::fabs(d[0][x] - at[x]) > FIT * (breaks.back() - breaks.front()))
+                return false;
+        }
+    }
+    return true;
+}
+
+void fit(const carried &curve, double a, double b, int depth, trim_curve &out) {
+    std::array<double, 2> piece[FIT_DEGREE + 1];
+    hermite(curve, a, b, piece);
+    if (depth < HALVINGS && !is_fit(curve, a, b, piece)) {
+        fit(curve, a, (a + b) / 2, depth + 1, out);
+        fit(curve, (a + b) / 2, b, depth + 1, out);
+        return;
+    }
+    if (out.points.empty()) {
+        out.knots.assign(FIT_DEGREE + 1, a);
+        out.points.push_back(piece[0]);
+    }
+    out.points.insert(out.points.end(), piece + 1, piece + FIT_DEGREE + 1);
+    out.knots.insert(out.knots.end(), FIT_DEGREE, b);
+}
+
+/* Where the carried curve may have a corner in a derivative: its own knots, and the knots of
+ * angular directions that it crosses. */
+std::vector<double> find_breaks(const carried &curve) {
+    std::vector<double> breaks = {0, 1};
+    Geom2dAdaptor_Curve adaptor(curve.curve);
+    double low = std::min(curve.first, curve.last), high = std::max(curve.first, curve.last);
+    int intervals = adaptor.NbIntervals(GeomAbs_C2);
+    TColStd_Array1OfReal own(1, intervals + 1);
+    adaptor.Intervals(own, GeomAbs_C2);
+    for (int k = 2; k <= intervals; k++)
+        if (own(k) > low && own(k) < high)
+            breaks.push_back((own(k) - curve.first) / (curve.last - curve.first));
+    for (int k = 0; k < 2; k++) {
+        const direction &way = curve.parameters->way[k];
+        auto height = [&](double t, double knot) {
+            return curve.curve->Value(curve.first + t * (curve.last - curve.first)).Coord(k + 1) +
+                   way.shift - knot;
+        };
+        for (size_t i = 1; way.angular && i + 1 < way.breaks.size(); i++)
+            for (int s = 0; s < SAMPLES; s++) {
+                double a = double(s) / SAMPLES, b = double(s + 1) / SAMPLES;
+                double knot = way.breaks[i], left = height(a, knot);
+                if ((left > 0) == (height(b, knot) > 0))
+                    continue;
+                for (int step = 0; step < 50; step++) {
+                    double middle = (a + b) / 2;
+                    ((height(middle, knot) > 0) == (left > 0) ? a : b) = middle;
+                }
+                breaks.push_back((a + b) / 2);
+            }
+    }
+    std::sort(breaks.begin(), breaks.end());
+    std::vector<double> apart = {0};
+    for (double t : breaks)
+        if (t > apart.back() + 1e-9 && t < 1 - 1e-9)
+            apart.push_back(t);
+    apart.push_back(1);
+    return apart;
+}
+
+bool is_level(const carried &curve, int k) {
+    double from = curve.place(0)[size_t(k)];
+    const std::vector<double> &breaks = curve.parameters->way[k].breaks;
+    for (int s = 1; s <= SAMPLES; s++)
+        if (std::fabs(curve.place(double(s) / SAMPLES)[size_t(k)] - from) >
+            ON_EDGE * (breaks.back() - breaks.front()))
+            return false;
+    return true;
+}
+
+trim_curve straight(const std::array<double, 2> &from, const std::array<double, 2> &to) {
+    return {1, {0, 0, 1, 1}, {from, to}, {}};
+}
+
+/* The NURBS form of the file's curve, moved by the directions' shifts. */
+trim_curve exact_curve(const carried &curve, const Handle(Geom2d_BSplineCurve) & spline) {
+    trim_curve out;
+    out.degree = spline->Degree();
+    for (int i = 1; i <= spline->NbKnots(); i++)
+        out.knots.insert(out.knots.end(), size_t(spline->Multiplicity(i)), spline->Knot(i));
+    for (int i = 1; i <= spline->NbPoles(); i++) {
+        out.points.push_back({spline->Pole(i).X() + curve.parameters->way[0].shift,
+                              spline->Pole(i).Y() + curve.parameters->way[1].shift});
+        if (spline->IsRational())
+            out.weights.push_back(spline->Weight(i));
+    }
+    return out;
+}
+
+trim_curve make_curve(const carried &curve) {
+    if (is_level(curve, 0) || is_level(curve, 1))
+        return straight(curve.place(0), curve.place(1));
+    if (curve.parameters->plain()) {
+        double low = std::min(curve.first, curve.last), high = std::max(curve.first, curve.last);
+        Handle(Geom2d_Curve) piece = new Geom2d_TrimmedCurve(curve.curve, low, high);
+        if (curve.last < curve.first)
+            piece->Reverse();
+        Handle(Geom2d_BSplineCurve) spline = Geom2dConvert::CurveToBSplineCurve(piece);
+        if (!spline.IsNull() && spline->IsPeriodic())
+            spline->SetNotPeriodic();
+        if (!spline.IsNull() && spline->Degree() <= IMPORT_DEGREE_MAX)
+            return exact_curve(curve, spline);
+    }
+    trim_curve out;
+    out.degree = FIT_DEGREE;
+    std::vector<double> breaks = find_breaks(curve);
+    for (size_t k = 0; k + 1 < breaks.size(); k++)
+        fit(curve, breaks[k], breaks[k + 1], 0, out);
+    return out;
+}
+
+/* ---- loops ---- */
+
+double apart(const conversion &c, const std::array<double, 2> &a, const std::array<double, 2> &b) {
+    double sum = 0;
+    for (size_t k = 0; k < 2; k++) {
+        const std::vector<double> &breaks = c.way[k].breaks;
+        double x = (a[k] - b[k]) / (breaks.back() - breaks.front());
+        sum += x * x;
+    }
+    return std::sqrt(sum);
+}
+
+/* The edges of a wire in the NURBS's parameters, in the order in which they follow each other. */
+std::vector<carried> order_wire(const conversion &c, const TopoDS_Face &shape,
+                                const TopoDS_Wire &wire) {
+    std::vector<carried> found, chain;
+    Handle(ShapeExtend_WireData) data =
+        new ShapeExtend_WireData(wire, Standard_True, Standard_False);
+    for (int i = 1; i <= data->NbEdges(); i++) {
+        TopoDS_Edge edge = data->Edge(i);
+        double first = 0, last = 0;
+        Handle(Geom2d_Curve) curve = BRep_Tool::CurveOnSurface(edge, shape, first, last);
+        if (curve.IsNull())
+            throw unreadable("has an edge without a curve in its parameters");
+        if (!(last > first))
+            continue;
+        bool reversed = edge.Orientation() == TopAbs_REVERSED;
+        found.push_back({&c, curve, reversed ? last : first, reversed ? first : last});
+    }
+    while (!found.empty()) {
+        size_t next = 0;
+        if (!chain.empty()) {
+            double nearest = std::numeric_limits<double>::infinity();
+            for (size_t k = 0; k < found.size() && nearest > 1e-6; k++) {
+                double distance = apart(c, found[k].place(0), chain.back().place(1));
+                if (distance < nearest) {
+                    nearest = distance;
+                    next = k;
+                }
+            }
+        }
+        chain.push_back(found[next]);
+        found.erase(found.begin() + std::ptrdiff_t(next));
+    }
+    return chain;
+}
+
+/* Whether the curve runs along the border of the domain. */
+bool on_border(const carried &curve) {
+    for (int k = 0; k < 2; k++) {
+        const std::vector<double> &breaks = curve.parameters->way[k].breaks;
+        double from = curve.place(0)[size_t(k)], share = ON_EDGE * (breaks.back() - breaks.front());
+        if (is_level(curve, k) &&
+            (std::fabs(from - breaks.front()) < share || std::fabs(from - breaks.back()) < share))
+            return true;
+    }
+    return false;
+}
+
+/* The gap in space between the end of one curve and the beginning of the next, the largest. */
+double largest_gap(const conversion &c, const std::vector<carried> &chain) {
+    double gap = 0;
+    for (size_t k = 0; k < chain.size(); k++) {
+        std::array<double, 2> a = chain[k].place(1), b = chain[(k + 1) % chain.size()].place(0);
+        if (apart(c, a, b) > 1e-9)
+            gap = std::max(gap, c.nurbs->Value(a[0], a[1]).Distance(c.nurbs->Value(b[0], b[1])));
+    }
+    return gap;
+}
+
+bool crosses(const std::array<double, 2> &a, const std::array<double, 2> &b,
+             const std::array<double, 2> &c, const std::array<double, 2> &d) {
+    auto side = [](const std::array<double, 2> &p, const std::array<double, 2> &q,
+                   const std::array<double, 2> &r) {
+        return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+    };
+    return side(a, b, c) * side(a, b, d) < 0 && side(c, d, a) * side(c, d, b) < 0;
+}
+
+/* Whether a loop crosses itself, by its curves at 1 / 16 each; of loops of many curves, by fewer.
+ */
+bool crosses_itself(const std::vector<carried> &chain) {
+    size_t steps = chain.size() < 64 ? 16 : chain.size() < 512 ? 2 : 1;
+    std::vector<std::array<double, 2>> line;
+    for (const carried &curve : chain)
+        for (size_t s = 0; s < steps; s++)
+            line.push_back(curve.place(double(s) / double(steps)));
+    size_t n = line.size();
+    if (n > 4096)
+        return false;
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = i + 2; j < n; j++)
+            if ((j + 1) % n != i && crosses(line[i], line[i + 1], line[j], line[(j + 1) % n]))
+                return true;
+    return false;
+}
+
+void make_loops(const conversion &c, const TopoDS_Face &shape, double tolerance, face &out,
+                std::vector<std::string> &faults) {
+    TopoDS_Face forward = TopoDS::Face(shape.Oriented(TopAbs_FORWARD));
+    TopoDS_Wire outer = BRepTools::OuterWire(forward);
+    bool bordered = true;
+    int wires = 0;
+    for (TopoDS_Iterator at(forward); at.More(); at.Next()) {
+        if (at.Value().ShapeType() != TopAbs_WIRE)
+            continue;
+        wires++;
+        TopoDS_Wire wire = TopoDS::Wire(at.Value());
+        std::vector<carried> chain = order_wire(c, forward, wire);
+        if (chain.empty())
+            continue;
+        trim_loop loop = {bool(wire.IsSame(outer)), {}};
+        for (const carried &curve : chain) {
+            bordered = bordered && on_border(curve);
+            loop.curves.push_back(make_curve(curve));
+        }
+        double gap = largest_gap(c, chain);
+        if (gap > tolerance)
+            faults.push_back("has a trim that is open by " + std::to_string(gap) +
+                             " and was closed by a straight line");
+        if (crosses_itself(chain))
+            faults.push_back("has a trim that crosses itself");
+        out.loops.push_back(loop);
+    }
+    if (wires == 0 || (wires == 1 && bordered))
+        out.loops.clear();
+}
+
+/* ---- the face ---- */
+
+void copy_surface(const Handle(Geom_BSplineSurface) & nurbs, face &out) {
+    out.degree[0] = nurbs->UDegree();
+    out.degree[1] = nurbs->VDegree();
+    out.size[0] = nurbs->NbUPoles();
+    out.size[1] = nurbs->NbVPoles();
+    for (int i = 1; i <= nurbs->NbUKnots(); i++)
+        out.knots[0].insert(out.knots[0].end(), size_t(nurbs->UMultiplicity(i)), nurbs->UKnot(i));
+    for (int i = 1; i <= nurbs->NbVKnots(); i++)
+        out.knots[1].insert(out.knots[1].end(), size_t(nurbs->VMultiplicity(i)), nurbs->VKnot(i));
+    bool rational = nurbs->IsURational() || nurbs->IsVRational();
+    for (int i = 1; i <= out.size[0]; i++)
+        for (int j = 1; j <= out.size[1]; j++) {
+            gp_Pnt p = nurbs->Pole(i, j);
+            out.points.push_back({p.X(), p.Y(), p.Z()});
+            if (rational)
+                out.weights.push_back(nurbs->Weight(i, j));
+        }
+}
+
+/* Exchanges u and v, which turns r_u x r_v round. */
+void turn(face &f) {
+    face old = f;
+    for (int k = 0; k < 2; k++) {
+        f.degree[k] = old.degree[1 - k];
+        f.size[k] = old.size[1 - k];
+        f.knots[k] = old.knots[1 - k];
+    }
+    for (int i = 0; i < old.size[0]; i++)
+        for (int j = 0; j < old.size[1]; j++) {
+            size_t from = size_t(i * old.size[1] + j), to = size_t(j * old.size[0] + i);
+            f.points[to] = old.points[from];
+            if (!old.weights.empty())
+                f.weights[to] = old.weights[from];
+        }
+    for (trim_loop &loop : f.loops)
+        for (trim_curve &curve : loop.curves)
+            for (std::array<double, 2> &p : curve.points)
+                std::swap(p[0], p[1]);
+}
+
+/* Where no closed form carries the parameters over, Open CASCADE's own conversion of the whole
+ * face, whose trim curves are fitted to the face's tolerance. */
+conversion convert_whole(const TopoDS_Face &shape, TopoDS_Face &made,
+                         std::vector<std::string> &faults) {
+    BRepBuilderAPI_NurbsConvert convert_nurbs(shape, Standard_True);
+    made = TopoDS::Face(convert_nurbs.Shape());
+    std::vector<std::string> none;
+    conversion c = convert(made, none);
+    if (deviation(c) > 1e-5)
+        throw unreadable("has a surface without a NURBS form");
+    faults.push_back("is a surface whose trims were fitted to its tolerance");
+    return c;
+}
+
+} // namespace
+
+face face_make(const TopoDS_Face &shape, std::vector<std::string> &faults) {
+    face out = {};
+    TopoDS_Face used = shape;
+    conversion c = convert(shape, faults);
+    GeomAbs_SurfaceType type = GeomAdaptor_Surface(c.original).GetType();
+    out.kind = kind_name(type);
+    double away = deviation(c);
+    if (away > EXACT && type == GeomAbs_OffsetSurface)
+        faults.push_back("is an offset surface and was approximated");
+    else if (away > EXACT && faults.empty())
+        c = convert_whole(shape, used, faults);
+    if (c.nurbs->NbUPoles() > IMPORT_SIZE_MAX || c.nurbs->NbVPoles() > IMPORT_SIZE_MAX)
+        throw unreadable("has more than 512 control points in one direction");
+    copy_surface(c.nurbs, out);
+    make_loops(c, used, std::max(1e-6, 2 * BRep_Tool::Tolerance(shape)), out, faults);
+    if (shape.Orientation() == TopAbs_REVERSED)
+        turn(out);
+    return out;
+}
+
+} // namespace drape

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: MIT */
+#include "import.h"
+
+#include "cad.h"
+#include "document.h"
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+using namespace drape;
+
+static bool fail(import_answer *answer, const char *why) {
+    std::snprintf(answer->why, sizeof answer->why, "%s", why);
+    return false;
+}
+
+static bool import(const import_order *order, import_answer *answer) {
+    selection wanted = {order->unit, {order->faces, order->faces + order->face_count}, {}};
+    bool step = std::strcmp(order->format, "step") == 0;
+    part part =
+        cad_read(step ? cad_format::step : cad_format::iges, order->bytes, order->length, wanted);
+    std::string text = order->list ? document_list(part) : document_surface(part);
+    answer->text = static_cast<char *>(std::malloc(text.size() + 1));
+    if (!answer->text)
+        return fail(answer, "the file needs more memory than allowed");
+    std::memcpy(answer->text, text.c_str(), text.size() + 1);
+    answer->length = text.size();
+    return true;
+}
+
+void import_prepare() {
+    cad_prepare();
+}
+
+bool import_cad(const import_order *order, import_answer *answer) {
+    *answer = {};
+    try {
+        return import(order, answer);
+    } catch (const unreadable &why) {
+        return fail(answer, why.what());
+    } catch (const std::bad_alloc &) {
+        return fail(answer, "the file needs more memory than allowed");
+    } catch (...) {
+        return fail(answer, "the file breaks the reader");
+    }
+}

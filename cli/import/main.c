@@ -1,0 +1,327 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * drape-import: STEP and IGES files as surfaces that draped takes. The file is read by a child
+ * process that is locked in (`server/work/sandbox.h`) and bounded in memory and time, so that no
+ * file can do more than fail. Exit status: 0, 1 when the file cannot be imported (why is on
+ * stderr), 2 when the command line is wrong. `drape-import checker` is the same as a child of the
+ * daemon.
+ */
+#include "api/run.h"
+#include "cli/files.h"
+#include "import.h"
+#include "server/work/checker.h"
+#include "server/work/sandbox.h"
+#include "server/work/worker.h"
+#include "solver/surface/nurbs.h"
+#include <errno.h>
+#include <getopt.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+_Static_assert((int)IMPORT_DEGREE_MAX == (int)NURBS_DEGREE_MAX &&
+                   (int)IMPORT_SIZE_MAX == (int)NURBS_SIZE_MAX,
+               "the solver takes what is imported");
+
+enum { EXIT_USAGE = 2, FACES_CHOSEN_MAX = 65535, NUMBER_MAX = 100000000 };
+
+static const char help[] =
+    "Usage: drape-import [OPTION]... PART.step|PART.iges\n"
+    "Writes the faces of a CAD file as a surface for draped and drape: exact NURBS with\n"
+    "their trims, in the file's own unit, as JSON. What was healed or left out is\n"
+    "reported on standard error.\n"
+    "\n"
+    "  --faces LIST       only these faces: 3,4,10-17, by their numbers in the file\n"
+    "  --list             write what the file holds, in place of the surface: number,\n"
+    "                     area, box, centre, normal, kind and name of each face\n"
+    "  --format FORMAT    step or iges; default: by the name, else by the content\n"
+    "  --unit UNIT        of a file that states none: m, mm, cm, um, in, ft; default: mm\n"
+    "  --memory MIB       the most that reading may take; default: 4096\n"
+    "  --time SECONDS     the most processor time that reading may take; default: 300\n"
+    "  -o, --output FILE  where to write; default: standard output. The file appears\n"
+    "                     when it is complete, or not at all\n"
+    "  -h, --help         this text\n"
+    "  --version          the solver's version\n"
+    "\n"
+    "Exit status: 0; 1 when the file cannot be imported, with the reason on standard\n"
+    "error; 2 when the command line is wrong.\n";
+
+struct arguments {
+    const char *input, *output; /* NULL: standard output */
+    const char *format;         /* NULL: not given */
+    const char *unit;
+    int *faces;
+    size_t face_count;
+    long memory_mib, seconds;
+    bool list;
+};
+
+/* ---- the command line ---- */
+
+static int compare_numbers(const void *a, const void *b) {
+    int x = *(const int *)a, y = *(const int *)b;
+    return (x > y) - (x < y);
+}
+
+static bool add_range(struct arguments *arguments, long from, long to) {
+    for (long number = from; number <= to; number++) {
+        if (arguments->face_count == FACES_CHOSEN_MAX)
+            return false;
+        arguments->faces[arguments->face_count++] = (int)number;
+    }
+    return from <= to;
+}
+
+/* A number of digits alone, which `*at` is then behind. */
+static bool take_number(const char **at, long *number) {
+    char *end;
+    if (**at < '0' || **at > '9')
+        return false;
+    *number = strtol(*at, &end, 10);
+    *at = end;
+    return *number <= NUMBER_MAX;
+}
+
+/* "3,4,10-17" */
+static bool take_faces(struct arguments *arguments, const char *list) {
+    size_t kept = 0;
+    arguments->face_count = 0;
+    if (!arguments->faces)
+        arguments->faces = malloc(FACES_CHOSEN_MAX * sizeof *arguments->faces);
+    for (const char *at = list; arguments->faces; at++) {
+        long from, to;
+        if (!take_number(&at, &from))
+            return false;
+        to = from;
+        if (*at == '-' && (at++, !take_number(&at, &to)))
+            return false;
+        if (!add_range(arguments, from, to))
+            return false;
+        if (*at == '\0')
+            break;
+        if (*at != ',')
+            return false;
+    }
+    if (!arguments->faces)
+        return false;
+    qsort(arguments->faces, arguments->face_count, sizeof *arguments->faces, compare_numbers);
+    for (size_t k = 0; k < arguments->face_count; k++)
+        if (kept == 0 || arguments->faces[k] != arguments->faces[kept - 1])
+            arguments->faces[kept++] = arguments->faces[k];
+    arguments->face_count = kept;
+    return true;
+}
+
+static bool take_count(const char *text, long *value) {
+    return take_number(&text, value) && *text == '\0' && *value > 0;
+}
+
+static bool take_unit(struct arguments *arguments, const char *name) {
+    for (int k = 0; k < API_UNIT_COUNT; k++)
+        if (strcmp(api_units[k].name, name) == 0) {
+            arguments->unit = api_units[k].name;
+            return true;
+        }
+    return false;
+}
+
+static bool take_format(struct arguments *arguments, const char *name) {
+    arguments->format = name;
+    return strcmp(name, "step") == 0 || strcmp(name, "iges") == 0;
+}
+
+static bool take_option(struct arguments *arguments, const char *name, const char *value) {
+    if (strcmp(name, "faces") == 0)
+        return take_faces(arguments, value);
+    if (strcmp(name, "unit") == 0)
+        return take_unit(arguments, value);
+    if (strcmp(name, "format") == 0)
+        return take_format(arguments, value);
+    if (strcmp(name, "memory") == 0)
+        return take_count(value, &arguments->memory_mib);
+    if (strcmp(name, "time") == 0)
+        return take_count(value, &arguments->seconds);
+    arguments->output = strcmp(value, "-") == 0 ? NULL : value;
+    return true;
+}
+
+static const struct option option_table[] = {
+    {"faces", required_argument, NULL, 0}, {"format", required_argument, NULL, 0},
+    {"unit", required_argument, NULL, 0},  {"memory", required_argument, NULL, 0},
+    {"time", required_argument, NULL, 0},  {"output", required_argument, NULL, 'o'},
+    {"list", no_argument, NULL, 'l'},      {"help", no_argument, NULL, 'h'},
+    {"version", no_argument, NULL, 'v'},   {0},
+};
+
+/* Fills `arguments`; -1, or the exit status when there is nothing to do. */
+static int parse_arguments(int argc, char **argv, struct arguments *arguments) {
+    int option, index = 0;
+    while ((option = getopt_long(argc, argv, "ho:", option_table, &index)) != -1) {
+        const char *name = option == 'o' ? "output" : option_table[index].name;
+        if (option == 'h')
+            return fputs(help, stdout) < 0 || fflush(stdout) != 0;
+        if (option == 'v')
+            return puts("drape-import " DRAPE_SOLVER_VERSION) < 0;
+        if (option == '?')
+            return EXIT_USAGE;
+        if (option == 'l')
+            arguments->list = true;
+        else if (!take_option(arguments, name, optarg)) {
+            fprintf(stderr, "drape-import: --%s does not take \"%s\"\n", name, optarg);
+            return EXIT_USAGE;
+        }
+    }
+    if (argc - optind != 1) {
+        files_complain(argc > optind ? argv[optind + 1] : "no file",
+                       argc > optind ? "one file at a time" : "--help says how to give one");
+        return EXIT_USAGE;
+    }
+    arguments->input = argv[optind];
+    return -1;
+}
+
+/* By the file's name, else by its first line. */
+static const char *guess_format(const char *name, const struct files_bytes *file) {
+    const char *dot = strrchr(name, '.');
+    if (dot && (strcasecmp(dot, ".igs") == 0 || strcasecmp(dot, ".iges") == 0))
+        return "iges";
+    if (dot && (strcasecmp(dot, ".stp") == 0 || strcasecmp(dot, ".step") == 0))
+        return "step";
+    return file->length > 80 && file->data[72] == 'S' ? "iges" : "step";
+}
+
+/* ---- the child that reads the file ---- */
+
+static void bound(int resource, uint64_t value) {
+    const struct rlimit both = {value, value};
+    setrlimit((__rlimit_resource_t)resource, &both);
+}
+
+/* What goes over the socket: whether it is the document, and then that or the reason why not. */
+static bool write_all(int fd, const char *bytes, size_t length) {
+    while (length > 0) {
+        ssize_t written = write(fd, bytes, length);
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written <= 0)
+            return false;
+        bytes += written;
+        length -= (size_t)written;
+    }
+    return true;
+}
+
+static int run_child(const struct arguments *arguments, const struct import_order *order, int fd) {
+    struct import_answer answer;
+    import_prepare();
+    bound(RLIMIT_CPU, (uint64_t)arguments->seconds);
+    if (!SANDBOX_SANITIZED)
+        bound(RLIMIT_AS, (uint64_t)arguments->memory_mib << 20);
+    if (dup2(fd, WORKER_FD) < 0 || !sandbox_enter(WORKER_FD, 0))
+        return EXIT_FAILURE;
+    bool good = import_cad(order, &answer);
+    const char *text = good ? answer.text : answer.why;
+    return write_all(WORKER_FD, good ? "+" : "-", 1) &&
+                   write_all(WORKER_FD, text, good ? answer.length : strlen(text))
+               ? EXIT_SUCCESS
+               : EXIT_FAILURE;
+}
+
+static void explain_end(const struct arguments *arguments, int status) {
+    char why[128] = "the reader ended before it was done";
+    if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL))
+        snprintf(why, sizeof why, "takes longer to read than --time allows, %ld s",
+                 arguments->seconds);
+    else if (WIFSIGNALED(status))
+        snprintf(why, sizeof why, "breaks the reader (%s)", sigdescr_np(WTERMSIG(status)));
+    files_complain(arguments->input, why);
+}
+
+/* Reads the file in a child; `text` gets the document. */
+static bool import_apart(const struct arguments *arguments, const struct import_order *order,
+                         struct files_bytes *text) {
+    int ends[2], status = 0;
+    if (pipe(ends) != 0) {
+        files_complain("cannot start", strerror(errno));
+        return false;
+    }
+    pid_t child = fork();
+    if (child == 0)
+        _exit(run_child(arguments, order, ends[1]));
+    close(ends[1]);
+    FILE *stream = child > 0 ? fdopen(ends[0], "rb") : NULL;
+    bool good = stream && files_drain(stream, text);
+    if (stream)
+        fclose(stream);
+    while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR)
+        continue;
+    if (!good || status != 0 || text->length == 0) {
+        explain_end(arguments, status);
+        return false;
+    }
+    if (text->data[0] == '+')
+        return true;
+    fprintf(stderr, "drape-import: %s: %.*s\n", arguments->input, (int)text->length - 1,
+            text->data + 1);
+    return false;
+}
+
+/* The notes of the document, a line each, for whoever runs this by hand. */
+static void print_notes(const struct arguments *arguments, const struct files_bytes *text) {
+    static const char key[] = "\"notes\":[\"";
+    const char *at = memmem(text->data, text->length, key, sizeof key - 1);
+    const char *end = text->data + text->length;
+    if (!at)
+        return;
+    at += sizeof key - 1;
+    while (at < end) {
+        fprintf(stderr, "drape-import: %s: ", arguments->input);
+        for (; at < end && *at != '"'; at++) {
+            at += *at == '\\' && at + 1 < end;
+            fputc(*at, stderr);
+        }
+        fputc('\n', stderr);
+        if (end - at < 3 || at[1] != ',')
+            return;
+        at += 3;
+    }
+}
+
+static bool work(const struct arguments *arguments) {
+    struct files_bytes file = {0}, text = {0};
+    struct files_output output = {0};
+    bool ok = files_read(arguments->input, &file) && files_open(&output, arguments->output);
+    const struct import_order order = {
+        .format = arguments->format ? arguments->format : guess_format(arguments->input, &file),
+        .bytes = file.data ? file.data : "",
+        .length = file.length,
+        .unit = arguments->unit,
+        .faces = arguments->faces,
+        .face_count = arguments->face_count,
+        .list = arguments->list};
+    ok = ok && import_apart(arguments, &order, &text);
+    if (ok) {
+        ok = fwrite(text.data + 1, 1, text.length - 1, output.stream) == text.length - 1;
+        print_notes(arguments, &text);
+    }
+    ok = files_close(&output, ok);
+    free(file.data);
+    free(text.data);
+    return ok;
+}
+
+int main(int argc, char **argv) {
+    struct arguments arguments = {.unit = "", .memory_mib = 4096, .seconds = 300};
+    int status = parse_arguments(argc, argv, &arguments);
+    if (status < 0) {
+        files_watch_signals();
+        status = work(&arguments) ? EXIT_SUCCESS : EXIT_FAILURE;
+    }
+    free(arguments.faces);
+    return status;
+}

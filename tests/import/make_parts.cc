@@ -1,0 +1,245 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Writes the CAD files that the importer is tested with: make_parts FOLDER. Each is made by Open
+ * CASCADE itself, so that the area of each face is known by another way; that of the whole is
+ * printed, a line each: NAME FACES AREA, in the file's unit.
+ */
+#include <BRepAlgoAPI_Common.hxx>
+#include <BRepAlgoAPI_Cut.hxx>
+#include <BRepAlgoAPI_Fuse.hxx>
+#include <BRepBuilderAPI_MakeEdge.hxx>
+#include <BRepBuilderAPI_MakeFace.hxx>
+#include <BRepBuilderAPI_MakePolygon.hxx>
+#include <BRepBuilderAPI_MakeWire.hxx>
+#include <BRepBuilderAPI_Transform.hxx>
+#include <BRepFilletAPI_MakeFillet.hxx>
+#include <BRepGProp.hxx>
+#include <BRepOffsetAPI_ThruSections.hxx>
+#include <BRepPrimAPI_MakeBox.hxx>
+#include <BRepPrimAPI_MakeCone.hxx>
+#include <BRepPrimAPI_MakeCylinder.hxx>
+#include <BRepPrimAPI_MakePrism.hxx>
+#include <BRepPrimAPI_MakeSphere.hxx>
+#include <BRepPrimAPI_MakeTorus.hxx>
+#include <BRep_Builder.hxx>
+#include <BRep_Tool.hxx>
+#include <GProp_GProps.hxx>
+#include <GeomAPI_PointsToBSpline.hxx>
+#include <Geom_BSplineCurve.hxx>
+#include <IGESControl_Writer.hxx>
+#include <Interface_Static.hxx>
+#include <Message.hxx>
+#include <Message_Messenger.hxx>
+#include <Quantity_Color.hxx>
+#include <STEPCAFControl_Writer.hxx>
+#include <STEPControl_Writer.hxx>
+#include <TColgp_Array1OfPnt.hxx>
+#include <TDataStd_Name.hxx>
+#include <TDocStd_Document.hxx>
+#include <TopExp.hxx>
+#include <TopExp_Explorer.hxx>
+#include <TopTools_IndexedMapOfShape.hxx>
+#include <TopoDS.hxx>
+#include <TopoDS_Compound.hxx>
+#include <TopoDS_Face.hxx>
+#include <XCAFDoc_ColorTool.hxx>
+#include <XCAFDoc_DocumentTool.hxx>
+#include <XCAFDoc_ShapeTool.hxx>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+static std::string folder;
+
+static void print_size(const std::string &name, const TopoDS_Shape &shape) {
+    GProp_GProps properties;
+    BRepGProp::SurfaceProperties(shape, properties, 1e-9);
+    int faces = 0;
+    for (TopExp_Explorer at(shape, TopAbs_FACE); at.More(); at.Next())
+        faces++;
+    std::printf("%s %d %.17g\n", name.c_str(), faces, properties.Mass());
+}
+
+static void write_step(const std::string &name, const TopoDS_Shape &shape, const char *unit = "MM",
+                       const char *schema = "AP214IS") {
+    Interface_Static::SetCVal("write.step.schema", schema);
+    Interface_Static::SetCVal("write.step.unit", unit);
+    STEPControl_Writer writer;
+    writer.Transfer(shape, STEPControl_AsIs);
+    writer.Write((folder + "/" + name + ".step").c_str());
+    print_size(name, shape);
+}
+
+static void write_iges(const std::string &name, const TopoDS_Shape &shape, const char *unit) {
+    IGESControl_Writer writer(unit, 1);
+    writer.AddShape(shape);
+    writer.ComputeModel();
+    writer.Write((folder + "/" + name + ".igs").c_str());
+    print_size(name, shape);
+}
+
+static TopoDS_Shape round_edges(const TopoDS_Shape &shape, double radius) {
+    BRepFilletAPI_MakeFillet fillet(shape);
+    TopTools_IndexedMapOfShape edges;
+    TopExp::MapShapes(shape, TopAbs_EDGE, edges);
+    for (int i = 1; i <= edges.Extent(); i++)
+        fillet.Add(radius, TopoDS::Edge(edges(i)));
+    return fillet.Shape();
+}
+
+static TopoDS_Shape moved(const TopoDS_Shape &shape, double x, double y, double z, double turn) {
+    gp_Trsf shift, rotation;
+    shift.SetTranslation(gp_Vec(x, y, z));
+    rotation.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(1, 2, 3)), turn);
+    return BRepBuilderAPI_Transform(shape, shift * rotation, true).Shape();
+}
+
+/* A hemisphere on a flange, with a fillet where they meet. */
+static TopoDS_Shape make_dome() {
+    TopoDS_Shape flange = BRepPrimAPI_MakeBox(gp_Pnt(-100, -100, -20), gp_Pnt(100, 100, 0)).Shape();
+    TopoDS_Shape dome = BRepAlgoAPI_Fuse(flange, BRepPrimAPI_MakeSphere(60).Shape()).Shape();
+    BRepFilletAPI_MakeFillet fillet(dome);
+    TopTools_IndexedMapOfShape edges;
+    TopExp::MapShapes(dome, TopAbs_EDGE, edges);
+    for (int i = 1; i <= edges.Extent(); i++) {
+        TopoDS_Edge edge = TopoDS::Edge(edges(i));
+        if (BRep_Tool::Degenerated(edge))
+            continue;
+        gp_Pnt from = BRep_Tool::Pnt(TopExp::FirstVertex(edge));
+        gp_Pnt to = BRep_Tool::Pnt(TopExp::LastVertex(edge));
+        if (std::fabs(from.Z()) < 1e-6 && std::fabs(to.Z()) < 1e-6 &&
+            std::hypot(from.X(), from.Y()) < 61 && std::hypot(to.X(), to.Y()) < 61)
+            fillet.Add(10, edge);
+    }
+    return fillet.Shape();
+}
+
+/* Sections of a wing as one smooth curve each; the loft is cut along the span and the nose. */
+static TopoDS_Shape make_wing() {
+    BRepOffsetAPI_ThruSections loft(false, false, 1e-6);
+    for (int s = 0; s < 4; s++) {
+        double chord = 300 - 40 * s, sweep = 30 * s * s;
+        TColgp_Array1OfPnt points(1, 21);
+        for (int i = 0; i <= 20; i++) {
+            double x = i / 20.0, bow = 0.3 * x * (1 - x) * (1.5 - x);
+            points(i + 1) = gp_Pnt(sweep + chord * x, 400 * s, chord * bow + 5 * s * s);
+        }
+        Handle(Geom_BSplineCurve) curve = GeomAPI_PointsToBSpline(points, 3, 8, GeomAbs_C2, 1e-4);
+        loft.AddWire(BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(curve)));
+    }
+    loft.Build();
+    TopoDS_Compound patches;
+    BRep_Builder builder;
+    builder.MakeCompound(patches);
+    for (int i = 0; i < 3; i++)
+        builder.Add(patches, BRepAlgoAPI_Common(loft.Shape(),
+                                                moved(BRepPrimAPI_MakeBox(3000, 400, 900).Shape(),
+                                                      -900, 400 * i, -450, 0.02))
+                                 .Shape());
+    return patches;
+}
+
+/* Cut by slanted planes and cylinders: trims that are no lines in the parameters of any surface. */
+static TopoDS_Shape make_cuts() {
+    TopoDS_Shape all = BRepPrimAPI_MakeCylinder(30, 120).Shape();
+    all = BRepAlgoAPI_Fuse(
+              all,
+              BRepPrimAPI_MakeCone(gp_Ax2(gp_Pnt(100, 0, 0), gp_Dir(0, 0, 1)), 40, 10, 90).Shape())
+              .Shape();
+    all = BRepAlgoAPI_Fuse(all, moved(BRepPrimAPI_MakeTorus(40, 12).Shape(), 50, 60, 40, 0.3))
+              .Shape();
+    TopoDS_Shape cut = moved(BRepPrimAPI_MakeBox(400, 400, 100).Shape(), -150, -150, 85, 0.25);
+    all = BRepAlgoAPI_Cut(all, cut).Shape();
+    return BRepAlgoAPI_Cut(all, BRepPrimAPI_MakeCylinder(
+                                    gp_Ax2(gp_Pnt(-50, 5, 50), gp_Dir(1, 0.1, 0.2)), 8, 250)
+                                    .Shape())
+        .Shape();
+}
+
+/* A hat with corrugations, `count` blocks with rounded edges on a plate: many faces. */
+static TopoDS_Shape make_many(int count) {
+    TopoDS_Shape all =
+        BRepPrimAPI_MakeBox(gp_Pnt(-5, -5, -3), gp_Pnt(10.0 * count + 5, 25, 0)).Shape();
+    TopoDS_Compound blocks;
+    BRep_Builder builder;
+    builder.MakeCompound(blocks);
+    builder.Add(blocks, all);
+    TopoDS_Shape block = round_edges(BRepPrimAPI_MakeBox(8, 20, 6).Shape(), 1.5);
+    for (int i = 0; i < count; i++)
+        builder.Add(blocks, moved(block, 10.0 * i, 0, 0, 0.1));
+    return blocks;
+}
+
+static TopoDS_Face square(const gp_Pnt &a, const gp_Pnt &b, const gp_Pnt &c, const gp_Pnt &d) {
+    return BRepBuilderAPI_MakeFace(BRepBuilderAPI_MakePolygon(a, b, c, d, true).Wire());
+}
+
+/* Faces that share no edge. */
+static TopoDS_Shape make_loose(bool fin) {
+    TopoDS_Compound all;
+    BRep_Builder builder;
+    builder.MakeCompound(all);
+    for (int i = 0; i < 3; i++) {
+        double x = 10.0 * i, z = i == 1 ? 0 : 1;
+        builder.Add(all, square(gp_Pnt(x, 0, i == 2 ? 0 : z), gp_Pnt(x + 10, 0, i == 2 ? z : 0),
+                                gp_Pnt(x + 10, 10, i == 2 ? z : 0), gp_Pnt(x, 10, i == 2 ? 0 : z)));
+    }
+    if (fin) /* a third face at an edge */
+        builder.Add(
+            all, square(gp_Pnt(10, 0, 0), gp_Pnt(10, 10, 0), gp_Pnt(10, 10, 8), gp_Pnt(10, 0, 8)));
+    return all;
+}
+
+static TopoDS_Shape make_wires() {
+    return BRepBuilderAPI_MakePolygon(gp_Pnt(0, 0, 0), gp_Pnt(10, 0, 0), gp_Pnt(10, 10, 0), true)
+        .Wire();
+}
+
+/* Two instances of a named, coloured part, the second one turned. */
+static void write_assembly() {
+    Handle(TDocStd_Document) document = new TDocStd_Document("BinXCAF");
+    Handle(XCAFDoc_ShapeTool) shapes = XCAFDoc_DocumentTool::ShapeTool(document->Main());
+    Handle(XCAFDoc_ColorTool) colours = XCAFDoc_DocumentTool::ColorTool(document->Main());
+    TopoDS_Shape box = BRepPrimAPI_MakeBox(10, 20, 30).Shape();
+    TDF_Label part = shapes->AddShape(box, false);
+    TDataStd_Name::Set(part, "bracket");
+    colours->SetColor(part, Quantity_Color(1, 0, 0, Quantity_TOC_sRGB), XCAFDoc_ColorSurf);
+    TDF_Label whole = shapes->NewShape();
+    TDataStd_Name::Set(whole, "frame");
+    gp_Trsf away;
+    away.SetTranslation(gp_Vec(100, 0, 0));
+    shapes->AddComponent(whole, part, TopLoc_Location());
+    shapes->AddComponent(whole, part, TopLoc_Location(away));
+    shapes->UpdateAssemblies();
+    Interface_Static::SetCVal("write.step.unit", "MM");
+    STEPCAFControl_Writer writer;
+    writer.Transfer(document);
+    writer.Write((folder + "/assembly.step").c_str());
+    print_size("assembly", shapes->GetShape(whole));
+}
+
+int main(int argc, char **argv) {
+    if (argc != 2)
+        return 2;
+    folder = argv[1];
+    for (const Handle(Message_Printer) & printer : Message::DefaultMessenger()->Printers())
+        printer->SetTraceLevel(Message_Fail);
+    TopoDS_Shape box = BRepPrimAPI_MakeBox(60, 40, 30).Shape();
+    TopoDS_Shape rounded = round_edges(box, 6);
+    write_step("box", box, "MM", "AP203");
+    write_step("rounded", rounded);
+    write_step("rounded_inch", rounded, "INCH", "AP242DIS");
+    write_iges("rounded_iges", rounded, "IN");
+    write_step("sphere", BRepPrimAPI_MakeSphere(25).Shape(), "M");
+    write_step("torus", moved(BRepPrimAPI_MakeTorus(40, 15).Shape(), 1, 2, 3, 1));
+    write_step("dome", make_dome());
+    write_step("wing", make_wing());
+    write_step("cuts", make_cuts());
+    write_iges("cuts_iges", make_cuts(), "MM");
+    write_step("many", make_many(12));
+    write_step("loose", make_loose(false));
+    write_step("fin", make_loose(true));
+    write_step("wires", make_wires());
+    write_assembly();
+    return 0;
+}

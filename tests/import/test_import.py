@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: MIT
+"""The importer of CAD files: faces, areas, units, instances, edges, what is wrong with a file. The
+files are written by make_parts, which prints the areas that Open CASCADE has for its own shapes."""
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+
+sys.path.append(os.path.join(os.path.dirname(__file__), "..", "faults"))
+sys.path.append(os.path.dirname(__file__))
+from area import area  # noqa: E402
+from daemon import BUILD, LONG, Tap, expect, seed  # noqa: E402
+
+IMPORT = f"{BUILD}/drape-import"
+INCH = 25.4
+DAMAGED = 1000 if LONG else 24  # files
+DAMAGED_SECONDS = 60  # of processor time, for one
+
+
+def run(*arguments):
+    return subprocess.run([IMPORT, *arguments], capture_output=True, text=True, timeout=300)
+
+
+class Parts:
+    def __init__(self, folder):
+        self.folder = folder
+        written = subprocess.run([f"{BUILD}/tests/import/make_parts", folder], capture_output=True,
+                                 text=True, check=True)
+        rows = [line.split() for line in written.stdout.splitlines()]
+        self.size = {row[0]: (int(row[1]), float(row[2])) for row in rows if len(row) == 3}
+
+    def path(self, name):
+        return os.path.join(self.folder, name + (".igs" if name.endswith("_iges") else ".step"))
+
+    def read(self, name, *arguments):
+        done = run(self.path(name), *arguments)
+        expect(done.returncode == 0, done.stderr)
+        return json.loads(done.stdout)
+
+    def refuse(self, name, words, *arguments):
+        done = run(self.path(name), *arguments)
+        expect(done.returncode == 1, f"status {done.returncode}")
+        expect(words in done.stderr, done.stderr)
+        expect(done.stdout == "", "a document of a file that was refused")
+
+
+def near(got, wanted, share):
+    return abs(got - wanted) <= share * abs(wanted)
+
+
+def test_areas(parts, name, scale):
+    """Each face's area from its NURBS and trims is Open CASCADE's, and so is the sum."""
+    surface, listed = parts.read(name), parts.read(name, "--list")
+    count, whole = parts.size[name]
+    expect(len(surface["faces"]) == len(listed["faces"]) == count, len(surface["faces"]))
+    for face, row in zip(surface["faces"], listed["faces"]):
+        expect(near(area(face), row["area"], 1e-6), f"face {row['index']} {row['kind']}: "
+               f"{area(face)!r} and {row['area']!r}")
+    expect(near(listed["area"] * scale**2, whole, 1e-6), f"{listed['area']} of {whole}")
+
+
+def test_unit(parts, name, unit):
+    expect(parts.read(name)["length_unit"] == unit, "another unit")
+    asked = parts.read(name, "--unit", "ft")
+    expect(asked["length_unit"] == unit, "the file's own unit was not kept")
+    expect(any("unit=ft was ignored" in note for note in asked["notes"]), asked["notes"])
+
+
+def test_kinds(parts):
+    kinds = [face["kind"] for face in parts.read("rounded", "--list")["faces"]]
+    expect({kind: kinds.count(kind) for kind in set(kinds)}
+           == {"plane": 6, "cylinder": 12, "sphere": 8}, kinds)
+
+
+def test_normals(parts):
+    """They point out of the body."""
+    for row in parts.read("rounded", "--list")["faces"]:
+        outward = [a - b for a, b in zip(row["centre"], (30, 20, 15))]
+        expect(sum(a * b for a, b in zip(outward, row["normal"])) > 0, row)
+        expect(near(sum(a * a for a in row["normal"]), 1, 1e-12), row["normal"])
+
+
+def test_edges(parts, name, shared, free, faulty):
+    edges = parts.read(name, "--list")["edges"]
+    expect((edges["shared"], edges["free"], edges["faulty"]) == (shared, free, faulty), edges)
+
+
+def test_instances(parts):
+    """Each in its place, with its part's name and colour."""
+    rows = parts.read("assembly", "--list")["faces"]
+    expect([row["name"] for row in rows] == ["bracket"] * 12, rows)
+    expect([row["colour"] for row in rows] == ["#ff0000"] * 12, rows)
+    for first, second in zip(rows[:6], rows[6:]):
+        moved = [b - a for a, b in zip(first["centre"], second["centre"])]
+        expect(max(abs(a - b) for a, b in zip(moved, (100, 0, 0))) < 1e-9, moved)
+
+
+def test_selection(parts):
+    rows = parts.read("rounded", "--list", "--faces", "25,3,7-9")["faces"]
+    expect([row["index"] for row in rows] == [3, 7, 8, 9, 25], rows)
+    expect(len(parts.read("rounded", "--faces", "25,3,7-9")["faces"]) == 5, "another number")
+    parts.refuse("rounded", "face 26 was asked for, and the file has 26", "--faces", "26")
+    for wrong in ("", "1,", "3-1", "-1", "a"):
+        done = run(parts.path("rounded"), "--faces", wrong)
+        expect(done.returncode == 2, f"{wrong!r}: {done.returncode}")
+
+
+def test_notes(parts):
+    words = {"box": "a solid", "assembly": "2 bodies", "loose": "sewn: 2 edges",
+             "fin": "3 faces meet at one edge: face 0", "dome": "degree above 9"}
+    for name, word in words.items():
+        notes = parts.read(name)["notes"]
+        expect(any(word in note for note in notes), f"{name}: {notes}")
+
+
+def test_refusals(parts):
+    parts.refuse("wires", "curves alone, 3 edges and no face")
+    with open(parts.path("text"), "w") as file:
+        file.write("this is a text")
+    parts.refuse("text", "not a STEP file")
+    parts.refuse("rounded", "not an IGES file", "--format", "iges")
+    with open(parts.path("empty"), "w"):
+        pass
+    parts.refuse("empty", "not a STEP file")
+    expect(run("--frobnicate").returncode == 2, "an unknown option")
+
+
+def test_limits(parts):
+    """Too little memory or time is an answer."""
+    done = run(parts.path("many"), "--memory", "1")
+    sanitized = "sanitized" in BUILD
+    expect(done.returncode == (0 if sanitized else 1), done.stderr)
+    done = run(parts.path("many"), "--memory", "4096", "-o", os.path.join(parts.folder, "many.json"))
+    expect(done.returncode == 0, done.stderr)
+    expect(json.load(open(os.path.join(parts.folder, "many.json")))["faces"], "no faces")
+
+
+def damage(bytes_, chance):
+    """A file cut short, or with bytes, numbers or lines changed, left out or repeated."""
+    kind = chance.randrange(5)
+    if kind == 0:
+        return bytes_[: chance.randrange(len(bytes_))]
+    if kind == 1:
+        changed = bytearray(bytes_)
+        for _ in range(chance.randrange(1, 40)):
+            changed[chance.randrange(len(changed))] = chance.randrange(256)
+        return bytes(changed)
+    lines = bytes_.split(b"\n")
+    for _ in range(chance.randrange(1, 20)):
+        at = chance.randrange(len(lines))
+        if kind == 2:
+            del lines[at]
+        elif kind == 3:
+            lines[at] = lines[chance.randrange(len(lines))]
+        else:
+            digits = [k for k, c in enumerate(lines[at]) if chr(c).isdigit()]
+            if digits:
+                line = bytearray(lines[at])
+                line[chance.choice(digits)] = ord(chance.choice("0123456789.E-"))
+                lines[at] = bytes(line)
+    return b"\n".join(lines)
+
+
+def test_damaged(parts):
+    """A document or a reason, in bounded time: never a crash that anybody sees."""
+    chance = seed()
+    names = ["rounded", "dome", "cuts", "assembly", "cuts_iges", "loose"]
+    ends = {0: 0, 1: 0}
+    for k in range(DAMAGED):
+        name = chance.choice(names)
+        with open(parts.path(name), "rb") as file:
+            bytes_ = damage(file.read(), chance)
+        path = parts.path("damaged_iges" if name.endswith("_iges") else "damaged")
+        with open(path, "wb") as file:
+            file.write(bytes_)
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        done = subprocess.run([IMPORT, "--time", str(DAMAGED_SECONDS), path], capture_output=True,
+                              timeout=600)
+        expect(done.returncode in ends, f"file {k} of {name}: {done.returncode} {done.stderr}")
+        ends[done.returncode] += 1
+        if done.returncode == 0:
+            json.loads(done.stdout)
+        else:
+            expect(done.stderr.startswith(b"drape-import: "), done.stderr)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        expect(after.ru_utime - before.ru_utime <= DAMAGED_SECONDS + 5, f"file {k} of {name}")
+    print(f"# {ends[0]} imported, {ends[1]} refused, at most "
+          f"{resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss // 1024} MiB")
+
+
+def main():
+    tap = Tap()
+    with tempfile.TemporaryDirectory() as folder:
+        parts = Parts(folder)
+        scales = {"rounded_inch": INCH, "rounded_iges": INCH, "sphere": 1000}
+        for name in ("box", "rounded", "rounded_inch", "rounded_iges", "sphere", "torus", "dome",
+                     "wing", "cuts", "cuts_iges", "loose", "assembly"):
+            tap.run(f"import: areas of {name}", test_areas, parts, name, scales.get(name, 1))
+        for name, unit in (("box", "mm"), ("rounded_inch", "in"), ("rounded_iges", "in"), ("sphere", "m")):
+            tap.run(f"import: unit of {name}", test_unit, parts, name, unit)
+        tap.run("import: kinds", test_kinds, parts)
+        tap.run("import: normals", test_normals, parts)
+        for name, *counts in (("box", 12, 0, 0), ("loose", 2, 8, 0), ("fin", 1, 11, 1)):
+            tap.run(f"import: edges of {name}", test_edges, parts, name, *counts)
+        tap.run("import: instances of an assembly", test_instances, parts)
+        tap.run("import: chosen faces", test_selection, parts)
+        tap.run("import: notes", test_notes, parts)
+        tap.run("import: refusals", test_refusals, parts)
+        tap.run("import: limits", test_limits, parts)
+        tap.run("import: damaged files", test_damaged, parts)
+    tap.finish()
+
+
+if __name__ == "__main__":
+    main()
