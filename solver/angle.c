@@ -35,8 +35,7 @@ void angle_sincos_deg(double degrees, double *sine, double *cosine) {
     *cosine = turn == 0 ? c : turn == 1 ? -s : turn == 2 ? -c : s;
 }
 
-/* atan(k / 16) */
-static const double arctangents[] = {
+const double angle_arctangents[ANGLE_ARCTANGENTS] = {
     0.0,
     0.06241880999595735,
     0.12435499454676144,
@@ -55,23 +54,6 @@ static const double arctangents[] = {
     0.7531512809621944,
     0.7853981633974483,
 };
-
-/* atan(x) for 0 <= x <= 1: atan x = atan c + atan((x - c) / (1 + x c)) with the nearest c = k / 16
- * leaves an argument of at most 1/32, where 6 terms of the series are enough. */
-static double arctangent(double x) {
-    int k = (int)(16 * x + 0.5);
-    double c = k / 16.0, t = (x - c) / (1 + x * c), square = t * t;
-    double sum = 1.0 / 9 - square * (1.0 / 11);
-    sum = 1.0 / 7 - square * sum;
-    sum = 1.0 / 5 - square * sum;
-    sum = 1.0 / 3 - square * sum;
-    return arctangents[k] + t * (1 - square * sum);
-}
-
-double angle_atan_deg(double x) {
-    double angle = arctangent(fabs(x)) * (180 / ANGLE_PI);
-    return copysign(angle, x);
-}
 
 double angle_atan2_deg(double y, double x) {
     double ax = fabs(x), ay = fabs(y);

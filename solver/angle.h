@@ -8,6 +8,7 @@
 #define SOLVER_ANGLE_H
 
 #include "vec.h"
+#include "wide.h"
 
 #define ANGLE_PI 3.14159265358979323846
 
@@ -17,8 +18,23 @@ double angle_sinc(double x);
 /* Sine and cosine of an angle in degrees, exact at multiples of 90; |degrees| <= 1e6. */
 void angle_sincos_deg(double degrees, double *sine, double *cosine);
 
-/* The angle in degrees whose tangent is x, for -1 <= x <= 1. */
-double angle_atan_deg(double x);
+/* atan(k / 16) */
+enum { ANGLE_ARCTANGENTS = 17 };
+extern const double angle_arctangents[ANGLE_ARCTANGENTS];
+
+/* The angle in degrees whose tangent is x, for -1 <= x <= 1: atan x = atan c + atan((x - c) /
+ * (1 + x c)) with the nearest c = k / 16 leaves an argument of at most 1/32, where 5 terms of the
+ * series are enough. Inline, so that loops over it become vector instructions. */
+INLINE double angle_atan_deg(double x) {
+    double size = fabs(x);
+    int k = (int)(16 * size + 0.5);
+    double c = k / 16.0, t = (size - c) / (1 + size * c), square = t * t;
+    double sum = 1.0 / 9 - square * (1.0 / 11);
+    sum = 1.0 / 7 - square * sum;
+    sum = 1.0 / 5 - square * sum;
+    sum = 1.0 / 3 - square * sum;
+    return copysign((angle_arctangents[k] + t * (1 - square * sum)) * (180 / ANGLE_PI), x);
+}
 
 /* The angle of (x, y) from the x axis in degrees, -180..180; 0 for the origin. */
 double angle_atan2_deg(double y, double x);

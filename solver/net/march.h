@@ -121,6 +121,16 @@ bool march_has_left(const struct march *march, const struct station *station);
 enum status march_place(struct march *march, int32_t i, int32_t j, const struct station *station,
                         enum station_zone *zone) STATUS_MUST_USE;
 
+/* The same for a station that is known to be inside, at column x and row y of a tile. */
+static inline enum status march_place_inside(struct march *march, struct net_tile *tile, int x,
+                                             int y, const struct vec3 *r, double u, double v) {
+    struct net_node node = {.r = *r, .uv = {u, v}, .state = NET_INSIDE};
+    net_tile_put(tile, x, y, &node);
+    if (march->monitor)
+        atomic_fetch_add(&march->watch->inside, 1);
+    return ++march->inside > march->settings->max_nodes ? STATUS_TOO_MANY_NODES : STATUS_OK;
+}
+
 /* Notes that there can be no node at (i, j). */
 enum status march_fail(struct march *march, int32_t i, int32_t j,
                        enum drape_reason reason) STATUS_MUST_USE;

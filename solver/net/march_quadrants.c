@@ -64,9 +64,8 @@ static enum status climb_column(struct quadrant *q, int32_t i, int32_t j, struct
     return STATUS_OK;
 }
 
-/* Makes sure that the row below has a place i; `found` is false when the net has no such place. */
-static enum status reach_below(struct quadrant *q, struct quadrant_row *below, int32_t i, int32_t j,
-                               bool *found) {
+enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below, int32_t i,
+                                 int32_t j, bool *found) {
     *found = i < below->count;
     if (*found)
         return STATUS_OK;
@@ -191,7 +190,7 @@ static enum status grow_row(struct quadrant *q, struct quadrant_row *below,
     while (!row->ended && row->count < q->length &&
            (row->count <= limit || row->count <= row->last + fringe)) {
         bool found;
-        enum status status = reach_below(q, below, row->count, j, &found);
+        enum status status = quadrant_reach_below(q, below, row->count, j, &found);
         row->ended = !found;
         if (status == STATUS_OK && found)
             status = quadrant_grow_node(q, below, row, j);

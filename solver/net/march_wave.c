@@ -9,6 +9,9 @@
 
 #include <string.h>
 
+/* Of the way to the cut opposite the start: what lies nearer is certainly inside. */
+static const double not_quite = 1 - 1e-9;
+
 /* What a wave can go over: one patch on which parameters are good guesses everywhere, by methods
  * whose edges have chords of known length; where the net may meet itself, the order of nodes
  * matters. */
@@ -18,6 +21,19 @@ bool wave_suits(const struct march *march) {
     bool chords = s->method == DRAPE_BASIC || s->method == DRAPE_GIB || s->method == DRAPE_GIB4;
     return chords && surface && !surface->shell && !surface->has_poles && !march->mesh &&
            !march->fold && !march->before.net && s->yarn_path == DRAPE_PATH_CHORD;
+}
+
+/* Between which parameters a node is inside whatever else: of a closed direction up to the cut
+ * opposite the start. Nowhere, where a trim has to be asked. */
+static void find_bounds(const struct march *march, struct wave *wave) {
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &march->surface->axis[k];
+        double start = march->start.station.uv[k], turn = station_cut_turn(march->surface, k);
+        wave->lower[k] = axis->closed ? start - not_quite * turn : surface_axis_lower(axis);
+        wave->upper[k] = axis->closed ? start + not_quite * turn : surface_axis_upper(axis);
+        if (march->settings->trim)
+            wave->upper[k] = -HUGE_VAL;
+    }
 }
 
 enum status wave_make(struct march *march, struct quadrant *q) {
@@ -31,18 +47,24 @@ enum status wave_make(struct march *march, struct quadrant *q) {
     q->wave->surface = march->surface;
     memcpy(q->wave->length, s->spacing, sizeof q->wave->length);
     q->wave->arcs = s->method != DRAPE_BASIC;
+    find_bounds(march, q->wave);
     return STATUS_OK;
 }
 
-/* Whether lane k has a next place for certain: its row is not complete, and the rows below reach
- * far enough as they are. */
-static bool runs(const struct quadrant *q, int k) {
+/* Whether lane k's row goes on for certain: it does not end, or the rows below reach far enough as
+ * they are. Where those are complete, whether it goes on at all. */
+static bool goes(const struct quadrant *q, int k) {
     const struct quadrant_row *row = &q->row[k + 1], *below = &q->row[k];
     int32_t i = row->count, fringe = q->march->fringe;
     int32_t one = k > 0 ? below->last : q->reach[0];
     int32_t two = k > 1 ? q->row[k - 1].last : k == 1 ? q->reach[0] : q->reach[1];
-    return !row->ended && i < q->length && i < below->count &&
+    return !row->ended && i < q->length &&
            (i <= row->last + fringe || i <= one + fringe || i <= two + fringe);
+}
+
+/* And it lies on a place of the row below. */
+static bool runs(const struct quadrant *q, int k) {
+    return goes(q, k) && q->row[k + 1].count < q->row[k].count;
 }
 
 /* Begins row k of the wave, which lies on row j + k - 1: its first two places. */
@@ -73,11 +95,12 @@ static enum status start_lane(struct quadrant *q, int32_t j, int k, bool *starte
     return STATUS_OK;
 }
 
-/* Leaves lanes from `first` on to be marched row by row, after a step at which lane 0 had the place
- * `column`: what their next places rest on is put into the rows. */
-static void hand_over(struct quadrant *q, int first, int lanes, int32_t column) {
+/* Leaves lanes from `first` to the one before `lanes` to be marched row by row, after a step at
+ * which lane 0 had the place `column`: what their next places rest on is put into the rows, that of
+ * the row below from lane `from` on. */
+static void hand_over(struct quadrant *q, int from, int first, int lanes, int32_t column) {
     struct wave *wave = q->wave;
-    for (int k = first > 0 ? first - 1 : 0; k < lanes; k++) {
+    for (int k = from; k < lanes; k++) {
         struct quadrant_row *row = &q->row[k + 1];
         int32_t at = column - k;
         for (int n = 0; n < 3 && at - n >= 2; n++)
@@ -129,29 +152,15 @@ static bool has_rough_edge(struct wave *wave, int k) {
            rough_edge(&c, &d, wave->curvature[1][k], wave->length[1]);
 }
 
-static bool in_domain(const struct surface *surface, const double uv[2]) {
-    bool inside = true;
-    for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &surface->axis[k];
-        inside = inside && (axis->closed || (uv[k] >= surface_axis_lower(axis) &&
-                                             uv[k] <= surface_axis_upper(axis)));
-    }
-    return inside;
-}
-
 /* Puts D of lane k, as the kernel has found it or otherwise. */
 static enum status grow_lane(struct quadrant *q, int32_t j, int k) {
     struct wave *wave = q->wave;
     struct march *march = q->march;
+    struct station station;
     unsigned bit = 1u << k;
-    struct wave_places *d = wave_at(wave, 0);
     if (!(wave->found & bit) || (wave->arcs && !(wave->smooth & bit) && has_rough_edge(wave, k)))
         return grow_alone(q, j, k);
-    struct station station = {.surface = wave->surface,
-                              .uv = {d->of[0][k + 1], d->of[1][k + 1]},
-                              .jet.r = {d->of[2][k + 1], d->of[3][k + 1], d->of[4][k + 1]}};
-    if (!in_domain(wave->surface, station.uv))
-        wave_get(wave, d, k + 1, &station);
+    wave_get(wave, wave_at(wave, 0), k + 1, &station);
     march->solved++;
     march->iterations += (size_t)wave->iterations[k];
     march->residual_max = fmax(march->residual_max, wave->residual[k]);
@@ -159,55 +168,113 @@ static enum status grow_lane(struct quadrant *q, int32_t j, int k) {
     return quadrant_place(q, &q->row[k + 1], j + k, &station);
 }
 
-/* A step of `lanes` rows; lane 0 is at `column`. */
-static enum status take_step(struct quadrant *q, int32_t j, int lanes, int32_t column) {
+/* The same where the kernel has found it, on smooth edges and inside, in short. */
+static enum status grow_inside(struct quadrant *q, int32_t j, int k) {
+    const struct wave *wave = q->wave;
+    struct march *march = q->march;
+    struct quadrant_row *row = &q->row[k + 1];
+    double(*d)[WAVE_STRIDE] = q->wave->places[wave->step % WAVE_STEPS].of;
+    int32_t i = row->count * q->si, at = (j + k) * q->sj;
+    struct net_tile *tile = q->tile[k];
+    if (!tile || tile->ti != i >> NET_TILE_BITS || tile->tj != at >> NET_TILE_BITS)
+        tile = q->tile[k] = net_touch(march->net, i, at);
+    if (!tile)
+        return STATUS_OUT_OF_MEMORY;
+    struct vec3 r = {d[2][k + 1], d[3][k + 1], d[4][k + 1]};
+    row->last = row->count++;
+    march->solved++;
+    march->iterations += (size_t)wave->iterations[k];
+    march->residual_max =
+        wave->residual[k] > march->residual_max ? wave->residual[k] : march->residual_max;
+    return march_place_inside(march, tile, i & (NET_TILE - 1), at & (NET_TILE - 1), &r, d[0][k + 1],
+                              d[1][k + 1]);
+}
+
+/* The lanes of a wave from `low` to the one before `high`, lane 0 at `column`. */
+struct front {
+    int low, high;
+    int32_t column;
+    bool open;   /* rows may still join */
+    bool steady; /* at the last step all lanes had a usual node */
+};
+
+static enum status take_step(struct quadrant *q, int32_t j, struct front *front) {
     struct wave *wave = q->wave;
-    const struct quadrant_row *below = &q->row[0];
     enum status status = STATUS_OK;
+    for (int k = 0; k < WAVE_LANES; k++)
+        wave->active[k] = k >= front->low && k < front->high ? -1 : 0;
+    wave->lane = front->low;
     q->kernel->prepare(wave);
     q->kernel->solve(wave);
-    for (int k = 0; k < lanes && status == STATUS_OK; k++)
-        status = grow_lane(q, j, k);
+    unsigned lanes = (1u << front->high) - (1u << front->low);
+    unsigned usual = wave->found & wave->inside & (wave->arcs ? wave->smooth : lanes);
+    front->steady = (usual & lanes) == lanes;
+    for (int k = front->low; k < front->high && status == STATUS_OK; k++)
+        status = usual >> k & 1 ? grow_inside(q, j, k) : grow_lane(q, j, k);
     /* What the next wave, or the row above that is not part of this one, rests on. */
-    wave_get(wave, wave_at(wave, 0), lanes, &q->row[lanes].at[column - lanes + 1]);
-    if (column + 1 < below->count)
-        wave_put(wave_at(wave, 0), 0, &below->at[column + 1]);
+    int top = front->high;
+    wave_get(wave, wave_at(wave, 0), top, &q->row[top].at[front->column - top + 1]);
     return status;
 }
 
-static int running(const struct quadrant *q, int lanes) {
-    int k = 0;
-    while (k < lanes && runs(q, k))
-        k++;
-    return k;
+/* Leaves out the rows at the bottom that are complete, for as many as are. Of the row that the next
+ * one then lies on, places are brought into being as they are needed. */
+static enum status complete_rows(struct quadrant *q, int32_t j, struct front *front) {
+    for (; front->low < front->high; front->low++) {
+        struct quadrant_row *row = &q->row[front->low + 1], *below = &q->row[front->low];
+        bool goes_on = goes(q, front->low), found = false;
+        int32_t i = row->count;
+        if (goes_on) {
+            enum status status = quadrant_reach_below(q, below, i, j + front->low, &found);
+            if (status != STATUS_OK)
+                return status;
+            row->ended = !found;
+        }
+        if (found) {
+            wave_put(wave_at(q->wave, 1), front->low, &below->at[i]);
+            return STATUS_OK;
+        }
+        hand_over(q, front->low, front->low, front->low + 1, front->column - 1);
+    }
+    return STATUS_OK;
+}
+
+/* Leaves lanes that may not go on, and those above, to be marched row by row. */
+static void stop_rows(struct quadrant *q, struct front *front) {
+    int going = front->low;
+    while (going < front->high && runs(q, going))
+        going++;
+    if (going == front->high)
+        return;
+    int below = going > front->low ? going - 1 : going;
+    hand_over(q, below, going, front->high, front->column - 1);
+    front->high = going;
+    front->open = false;
 }
 
 enum status wave_run(struct quadrant *q, int32_t j, int *count) {
     struct wave *wave = q->wave;
-    int lanes = 0;
-    bool open = true; /* rows may still join */
+    struct front front = {.column = 2, .open = true};
     *count = 1;
     wave->cursor = &q->march->cursor;
     wave->orientation = q->si * q->sj;
     wave->step = WAVE_STEPS;
-    for (int32_t column = 2;; column++, wave->step++) {
-        int going = running(q, lanes);
-        open = open && going == lanes && lanes < q->kernel->lanes;
-        hand_over(q, going, going < lanes ? lanes : 0, column - 1);
-        lanes = going;
-        if (open) {
-            enum status status = start_lane(q, j, lanes, &open);
-            if (status != STATUS_OK)
-                return status;
-            *count = q->row[lanes + 1].begun ? lanes + 1 : *count;
-            lanes += open;
+    for (;; front.column++, wave->step++) {
+        enum status status = complete_rows(q, j, &front);
+        if (!front.steady)
+            stop_rows(q, &front);
+        front.open = front.open && front.high < q->kernel->lanes;
+        if (front.open && status == STATUS_OK) {
+            status = start_lane(q, j, front.high, &front.open);
+            *count = q->row[front.high + 1].begun ? front.high + 1 : *count;
+            front.high += front.open;
         }
-        if (lanes == 0 || (lanes == 1 && !open))
-            break;
-        enum status status = take_step(q, j, lanes, column);
+        if (front.high - front.low <= !front.open || status != STATUS_OK) {
+            hand_over(q, front.low, front.low, front.high, front.column - 1);
+            return status;
+        }
+        status = take_step(q, j, &front);
         if (status != STATUS_OK)
             return status;
     }
-    hand_over(q, 0, lanes, /* the last step's */ q->row[1].count - 1);
-    return STATUS_OK;
 }

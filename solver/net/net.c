@@ -85,26 +85,16 @@ static struct net_tile *touch_tile(struct net_table *table, int32_t ti, int32_t 
     return tile;
 }
 
-static void set_bit(uint16_t *bits, int x, bool on) {
-    unsigned bit = 1u << x;
-    *bits = (uint16_t)(on ? *bits | bit : *bits & ~bit);
+struct net_tile *net_touch(struct net *net, int32_t i, int32_t j) {
+    int32_t ti = i >> NET_TILE_BITS, tj = j >> NET_TILE_BITS;
+    return touch_tile(&net->table[table_of(ti, tj)], ti, tj);
 }
 
 enum status net_put(struct net *net, int32_t i, int32_t j, const struct net_node *node) {
-    int32_t ti = i >> NET_TILE_BITS, tj = j >> NET_TILE_BITS;
-    int x = i & (NET_TILE - 1), y = j & (NET_TILE - 1);
-    struct net_table *table = &net->table[table_of(ti, tj)];
-    struct net_tile *tile = table->last;
-    if (!tile || tile->ti != ti || tile->tj != tj)
-        tile = touch_tile(table, ti, tj);
-    if (!tile)
-        return STATUS_OUT_OF_MEMORY;
-    tile->node[y][x] = *node;
-    set_bit(&tile->bits[NET_BIT_INSIDE][y], x, node->state == NET_INSIDE);
-    set_bit(&tile->bits[NET_BIT_KNOWN][y], x, node->state != NET_UNKNOWN);
-    set_bit(&tile->bits[NET_BIT_ROUGH][y], x, node->rough != 0);
-    set_bit(&tile->bits[NET_BIT_GROWN][y], x, node->grown);
-    return STATUS_OK;
+    struct net_tile *tile = net_touch(net, i, j);
+    if (tile)
+        net_tile_put(tile, i & (NET_TILE - 1), j & (NET_TILE - 1), node);
+    return tile ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
 void net_mark_grown(struct net *net, int32_t i, int32_t j) {
@@ -114,7 +104,7 @@ void net_mark_grown(struct net *net, int32_t i, int32_t j) {
     if (!tile || tile->node[y][x].state == NET_UNKNOWN)
         return;
     tile->node[y][x].grown = 1;
-    set_bit(&tile->bits[NET_BIT_GROWN][y], x, true);
+    net_set_bit(tile, NET_BIT_GROWN, x, y, true);
 }
 
 /* Blocks double in length, so that entry `at` lies in the block of the highest bit of its number

@@ -93,6 +93,23 @@ enum status net_make(struct net *net, struct arena *arena, bool divided) STATUS_
 /* The node at (i, j), NULL when nothing was ever put near it. */
 struct net_node *net_find(struct net *net, int32_t i, int32_t j);
 
+/* The tile of (i, j), made if there is none; NULL without memory. */
+struct net_tile *net_touch(struct net *net, int32_t i, int32_t j);
+
+static inline void net_set_bit(struct net_tile *tile, enum net_bit which, int x, int y, bool on) {
+    unsigned bit = 1u << x, bits = tile->bits[which][y];
+    tile->bits[which][y] = (uint16_t)(on ? bits | bit : bits & ~bit);
+}
+
+/* Puts a node at column x and row y of a tile, in place of what was there. */
+static inline void net_tile_put(struct net_tile *tile, int x, int y, const struct net_node *node) {
+    tile->node[y][x] = *node;
+    net_set_bit(tile, NET_BIT_INSIDE, x, y, node->state == NET_INSIDE);
+    net_set_bit(tile, NET_BIT_KNOWN, x, y, node->state != NET_UNKNOWN);
+    net_set_bit(tile, NET_BIT_ROUGH, x, y, node->rough != 0);
+    net_set_bit(tile, NET_BIT_GROWN, x, y, node->grown);
+}
+
 /* Puts a node at (i, j), in place of what was there. Errors: STATUS_OUT_OF_MEMORY. */
 enum status net_put(struct net *net, int32_t i, int32_t j,
                     const struct net_node *node) STATUS_MUST_USE;

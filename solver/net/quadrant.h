@@ -35,6 +35,7 @@ struct quadrant {
     struct quadrant_row row[WAVE_LANES + 1]; /* those below a wave and of it */
     struct wave *wave;                       /* NULL: row by row */
     const struct wave_kernel *kernel;
+    struct net_tile *tile[WAVE_LANES]; /* in which lanes have put their last place */
 };
 
 /* The first two steps of a row that lies on `below`, row j counted from the generator: begins it,
@@ -43,6 +44,10 @@ void quadrant_begin_row(struct quadrant *q, const struct quadrant_row *below,
                         struct quadrant_row *row, int32_t j);
 enum status quadrant_grow_node(struct quadrant *q, struct quadrant_row *below,
                                struct quadrant_row *row, int32_t j) STATUS_MUST_USE;
+
+/* Makes sure that the row below row j has a place i; `found` is false when the net has none. */
+enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below, int32_t i,
+                                 int32_t j, bool *found) STATUS_MUST_USE;
 
 /* Puts D of a cell as the next place of a row. */
 enum status quadrant_place(struct quadrant *q, struct quadrant_row *row, int32_t j,

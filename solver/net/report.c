@@ -98,13 +98,6 @@ static struct spot spot_at(const struct net_window *window, int x, int y) {
                          .node = &tile->node[y][x]};
 }
 
-/* The four nodes of the cell from the spot on. */
-static void cell_corners(const struct spot *spot, struct vec3 corner[4]) {
-    static const int8_t at[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-    for (int k = 0; k < 4; k++)
-        corner[k] = net_window_find(spot->window, spot->x + at[k][0], spot->y + at[k][1])->r;
-}
-
 /* Whether the net ends at the spot, and why: for the boundary the last node inside stands for it,
  * for all else the place that has no node. */
 static bool ends_at(const struct spot *spot, enum drape_reason *reason) {
@@ -209,12 +202,8 @@ static void add_estimate(struct part *part, size_t at, const struct spot *spot) 
     part->estimate_max = fmax(part->estimate_max, estimate);
 }
 
-static void add_node(struct part *part, const struct spot *spot, struct shear_row *yarns) {
+static void add_node(struct part *part, const struct spot *spot, double shear_deg) {
     struct drape_nodes *nodes = &part->result->nodes;
-    bool corrected = part->march->before.net != NULL;
-    enum drape_method method = part->march->settings->method;
-    bool chords = method == DRAPE_BASIC || method == DRAPE_MOSAIC;
-    enum shear_order order = chords ? SHEAR_SECOND : SHEAR_FOURTH;
     size_t at = part->next.nodes++;
     double uv[2];
     struct vec3 r = bring_inside(part, spot->node, uv);
@@ -227,43 +216,58 @@ static void add_node(struct part *part, const struct spot *spot, struct shear_ro
     nodes->x[at] = r.x;
     nodes->y[at] = r.y;
     nodes->z[at] = r.z;
+    nodes->shear_deg[at] = shear_deg;
     nodes->grown[at] = spot->node->grown;
-    shear_add_node(yarns, spot->window, spot->x, spot->y, order);
-    if (corrected)
+    if (part->march->before.net)
         add_estimate(part, at, spot);
 }
 
-/* Half the cross product of the diagonals: the area of a flat quadrilateral, to second order that
- * of a curved one. */
-static double cell_area(const struct vec3 corner[4]) {
-    return vec3_norm(vec3_cross(vec3_sub(corner[2], corner[0]), vec3_sub(corner[3], corner[1]))) /
-           2;
-}
-
-static void add_cell(struct part *part, const struct spot *spot, bool rough,
-                     struct shear_row *yarns) {
-    struct vec3 corner[4];
-    cell_corners(spot, corner);
-    struct drape_cells *cells = &part->result->cells;
-    size_t at = part->next.cells++;
-    cells->i[at] = spot->i;
-    cells->j[at] = spot->j;
-    shear_add_cell(yarns, spot->window, spot->x, spot->y, corner, rough);
-    if (!rough)
-        part->covered += cell_area(corner);
-}
-
-/* The directions and angles of the cells from `first` on. */
-static void add_yarns(struct drape_cells *cells, size_t first, struct shear_row *yarns) {
-    double *warp[] = {cells->warp_x, cells->warp_y, cells->warp_z};
-    double *weft[] = {cells->weft_x, cells->weft_y, cells->weft_z};
-    size_t size = (size_t)yarns->count * sizeof(double);
-    shear_normalise(yarns);
-    for (int k = 0; k < 3; k++) {
-        memcpy(warp[k] + first, yarns->warp[k], size);
-        memcpy(weft[k] + first, yarns->weft[k], size);
+/* The nodes of row y of a tile, those that are `inside`. */
+static void add_nodes(struct part *part, const struct net_window *window, int y,
+                      const struct shear_block *block, uint32_t inside) {
+    enum drape_method method = part->march->settings->method;
+    bool chords = method == DRAPE_BASIC || method == DRAPE_MOSAIC;
+    enum shear_order order = chords ? SHEAR_SECOND : SHEAR_FOURTH;
+    struct shear_row yarns;
+    double shear_deg[SHEAR_PLACES];
+    uint32_t usual = shear_nodes(block, order, &yarns);
+    for (uint32_t left = inside >> 1 & ~usual; left; left &= left - 1)
+        shear_node(&yarns, window, __builtin_ctz(left), y, order);
+    shear_angles(&yarns, shear_deg);
+    for (uint32_t left = inside >> 1; left; left &= left - 1) {
+        struct spot spot = spot_at(window, __builtin_ctz(left), y);
+        add_node(part, &spot, shear_deg[spot.x]);
     }
-    shear_angles(yarns, cells->shear_deg + first);
+}
+
+/* The cells from row y of a tile, of which some are rough. */
+static void add_cells(struct part *part, const struct net_window *window, int y,
+                      const struct shear_block *block, uint32_t cells, uint32_t rough) {
+    struct drape_cells *to = &part->result->cells;
+    double *warp[] = {to->warp_x, to->warp_y, to->warp_z};
+    double *weft[] = {to->weft_x, to->weft_y, to->weft_z};
+    struct shear_row yarns;
+    double shear_deg[SHEAR_PLACES], area[SHEAR_PLACES];
+    uint32_t usual = shear_cells(block, &yarns, area) & ~(rough >> 1);
+    for (uint32_t left = cells >> 1 & ~usual; left; left &= left - 1) {
+        int x = __builtin_ctz(left);
+        shear_cell(&yarns, window, x, y, rough >> (x + 1) & 1);
+    }
+    shear_normalise(&yarns);
+    shear_angles(&yarns, shear_deg);
+    for (uint32_t left = cells >> 1; left; left &= left - 1) {
+        int x = __builtin_ctz(left);
+        size_t at = part->next.cells++;
+        to->i[at] = window->tile[1][1]->ti * NET_TILE + x;
+        to->j[at] = window->tile[1][1]->tj * NET_TILE + y;
+        to->shear_deg[at] = shear_deg[x];
+        for (int k = 0; k < 3; k++) {
+            warp[k][at] = yarns.warp[k][x];
+            weft[k][at] = yarns.weft[k][x];
+        }
+        if (!(rough >> (x + 1) & 1))
+            part->covered += area[x];
+    }
 }
 
 static bool station_of(struct part *part, const struct net_node *node, struct station *station) {
@@ -360,20 +364,19 @@ static void add_row(struct part *part, size_t t, int y) {
     struct row_bits bits = row_bits(&part->windows[t], y);
     bool measured = net_has_rough(part->march->net);
     uint32_t rough = measured ? rough_cells(&part->windows[t], y) : 0;
-    struct shear_row at_nodes = {0}, over_cells = {0};
     struct tally first = part->next;
-    for (uint32_t left = bits.inside | bits.rim; left; left &= left - 1) {
-        int bit = __builtin_ctz(left);
-        struct spot spot = spot_at(&part->windows[t], bit - 1, y);
-        if (bits.inside >> bit & 1)
-            add_node(part, &spot, &at_nodes);
-        if (bits.cells >> bit & 1)
-            add_cell(part, &spot, rough >> bit & 1, &over_cells);
-        if (bits.rim >> bit & 1)
-            add_end(part, &spot);
+    struct shear_block block;
+    if (!(bits.inside | bits.rim))
+        return;
+    shear_load(&block, &part->windows[t], y);
+    if (bits.inside)
+        add_nodes(part, &part->windows[t], y, &block, bits.inside);
+    if (bits.cells)
+        add_cells(part, &part->windows[t], y, &block, bits.cells, rough);
+    for (uint32_t left = bits.rim; left; left &= left - 1) {
+        struct spot spot = spot_at(&part->windows[t], __builtin_ctz(left) - 1, y);
+        add_end(part, &spot);
     }
-    shear_angles(&at_nodes, part->result->nodes.shear_deg + first.nodes);
-    add_yarns(&part->result->cells, first.cells, &over_cells);
     if (measured)
         measure_rough(part, t, y, &bits, rough, first);
 }

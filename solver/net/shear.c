@@ -56,18 +56,17 @@ static struct vec3 tangent(const struct net_window *window, int x, int y, int dx
     return vec3_make(0, 0, 0);
 }
 
-static void add(struct shear_row *row, struct vec3 warp, struct vec3 weft) {
+static void set(struct shear_row *row, int x, struct vec3 warp, struct vec3 weft) {
     const double a[3] = {warp.x, warp.y, warp.z}, b[3] = {weft.x, weft.y, weft.z};
     for (int k = 0; k < 3; k++) {
-        row->warp[k][row->count] = a[k];
-        row->weft[k][row->count] = b[k];
+        row->warp[k][x] = a[k];
+        row->weft[k][x] = b[k];
     }
-    row->count++;
 }
 
-void shear_add_node(struct shear_row *row, const struct net_window *window, int x, int y,
-                    enum shear_order order) {
-    add(row, tangent(window, x, y, 1, 0, order), tangent(window, x, y, 0, 1, order));
+void shear_node(struct shear_row *row, const struct net_window *window, int x, int y,
+                enum shear_order order) {
+    set(row, x, tangent(window, x, y, 1, 0, order), tangent(window, x, y, 0, 1, order));
 }
 
 /* The second difference of a yarn over an edge from (x, y), as the mean of those at its two ends or
@@ -84,19 +83,20 @@ static struct vec3 bend(const struct net_window *window, int x, int y, int dx, i
     return back && ahead ? vec3_scale(0.5, sum) : sum;
 }
 
-void shear_add_cell(struct shear_row *row, const struct net_window *window, int x, int y,
-                    const struct vec3 corner[4], bool rough) {
-    struct vec3 a = corner[0], b = corner[1], c = corner[2], d = corner[3];
+void shear_cell(struct shear_row *row, const struct net_window *window, int x, int y, bool rough) {
+    struct vec3 a = net_window_find(window, x, y)->r, b = net_window_find(window, x + 1, y)->r;
+    struct vec3 c = net_window_find(window, x + 1, y + 1)->r;
+    struct vec3 d = net_window_find(window, x, y + 1)->r;
     struct vec3 warp = vec3_add(vec3_sub(b, a), vec3_sub(c, d));
     struct vec3 weft = vec3_add(vec3_sub(d, a), vec3_sub(c, b));
     if (rough) {
-        add(row, warp, weft);
+        set(row, x, warp, weft);
         return;
     }
     struct vec3 twist = vec3_add(vec3_sub(a, b), vec3_sub(c, d));
     struct vec3 bends = vec3_add(bend(window, x, y, 1, 0, a, b), bend(window, x, y, 0, 1, a, d));
     double turn = 2 * vec3_dot(twist, bends) / 6; /* half of it each, by the same angle */
-    add(row, vec3_axpy(turn / vec3_norm2(weft), weft, warp),
+    set(row, x, vec3_axpy(turn / vec3_norm2(weft), weft, warp),
         vec3_axpy(turn / vec3_norm2(warp), warp, weft));
 }
 
@@ -110,6 +110,125 @@ void shear_set_angle(struct vec3 *warp, struct vec3 *weft, double w_deg) {
 }
 
 /* ---- a row at once: loops without branches, so that they become vector instructions ---- */
+
+/* `count` places of a row of the window from x on, which are one tile's. */
+static void load_places(struct shear_block *block, const struct net_window *window, int n, int x,
+                        int y, int count) {
+    const struct net_node *from = net_window_find(window, x, y);
+    int to = x + SHEAR_REACH;
+    for (int k = 0; k < count; k++) {
+        bool place = from && (from[k].state == NET_INSIDE || from[k].state == NET_GHOST);
+        struct vec3 r = place ? from[k].r : vec3_make(0, 0, 0);
+        block->r[0][n][to + k] = r.x;
+        block->r[1][n][to + k] = r.y;
+        block->r[2][n][to + k] = r.z;
+        block->place[n] |= (uint32_t)place << (to + k);
+    }
+}
+
+void shear_load(struct shear_block *block, const struct net_window *window, int y) {
+    for (int n = 0; n < SHEAR_ROWS; n++) {
+        int from = y + n - SHEAR_REACH;
+        block->place[n] = 0;
+        load_places(block, window, n, -SHEAR_REACH, from, SHEAR_REACH);
+        load_places(block, window, n, 0, from, NET_TILE);
+        load_places(block, window, n, NET_TILE, from, SHEAR_REACH);
+    }
+}
+
+/* The places of row y, as own bits. */
+static uint32_t places(const struct shear_block *block, int x, int y) {
+    return block->place[y + SHEAR_REACH] >> (x + SHEAR_REACH) & ((1u << SHEAR_PLACES) - 1);
+}
+
+/* Where block->r of the place (x, y) off a place begins. */
+INLINE const double *row_of(const struct shear_block *block, int k, int x, int y) {
+    return block->r[k][y + SHEAR_REACH] + x + SHEAR_REACH;
+}
+
+INLINE void differences(const struct shear_block *block, int dx, int dy, enum shear_order order,
+                        double (*to)[SHEAR_PLACES]) {
+    for (int k = 0; k < 3; k++) {
+        const double *a = row_of(block, k, -2 * dx, -2 * dy), *b = row_of(block, k, -dx, -dy);
+        const double *c = row_of(block, k, 0, 0), *d = row_of(block, k, dx, dy);
+        const double *e = row_of(block, k, 2 * dx, 2 * dy);
+        if (order == SHEAR_SECOND)
+            for (int x = 0; x < SHEAR_PLACES; x++)
+                to[k][x] = d[x] - b[x];
+        else
+            for (int x = 0; x < SHEAR_PLACES; x++)
+                to[k][x] = a[x] + -8 * b[x] + 0 * c[x] + 8 * d[x] - e[x];
+    }
+}
+
+WIDE_CLONES
+uint32_t shear_nodes(const struct shear_block *block, enum shear_order order,
+                     struct shear_row *row) {
+    uint32_t all =
+        places(block, -1, 0) & places(block, 1, 0) & places(block, 0, -1) & places(block, 0, 1);
+    if (order == SHEAR_FOURTH)
+        all &=
+            places(block, -2, 0) & places(block, 2, 0) & places(block, 0, -2) & places(block, 0, 2);
+    differences(block, 1, 0, order, row->warp);
+    differences(block, 0, 1, order, row->weft);
+    return all;
+}
+
+/* What shear_cell has of a cell, for a row: its four sides' sums and differences, one coordinate.
+ */
+INLINE void cell_sums(const struct shear_block *block, int k, double *warp, double *weft,
+                      double *twist, double *bends) {
+    const double *a = row_of(block, k, 0, 0), *b = row_of(block, k, 1, 0);
+    const double *c = row_of(block, k, 1, 1), *d = row_of(block, k, 0, 1);
+    const double *left = row_of(block, k, -1, 0), *right = row_of(block, k, 2, 0);
+    const double *down = row_of(block, k, 0, -1), *up = row_of(block, k, 0, 2);
+    for (int x = 0; x < SHEAR_PLACES; x++) {
+        double ab = b[x] - a[x], ad = d[x] - a[x];
+        warp[x] = ab + (c[x] - d[x]);
+        weft[x] = ad + (c[x] - b[x]);
+        twist[x] = (a[x] - b[x]) + (c[x] - d[x]);
+        bends[x] = 0.5 * ((ab - (a[x] - left[x])) + ((right[x] - b[x]) - ab)) +
+                   0.5 * ((ad - (a[x] - down[x])) + ((up[x] - d[x]) - ad));
+    }
+}
+
+INLINE void cell_areas(const struct shear_block *block, double *area) {
+    const double *a[3], *b[3], *c[3], *d[3];
+    for (int k = 0; k < 3; k++) {
+        a[k] = row_of(block, k, 0, 0);
+        b[k] = row_of(block, k, 1, 0);
+        c[k] = row_of(block, k, 1, 1);
+        d[k] = row_of(block, k, 0, 1);
+    }
+    for (int x = 0; x < SHEAR_PLACES; x++) {
+        double px = c[0][x] - a[0][x], py = c[1][x] - a[1][x], pz = c[2][x] - a[2][x];
+        double qx = d[0][x] - b[0][x], qy = d[1][x] - b[1][x], qz = d[2][x] - b[2][x];
+        double nx = py * qz - pz * qy, ny = pz * qx - px * qz, nz = px * qy - py * qx;
+        area[x] = sqrt(nx * nx + ny * ny + nz * nz) / 2;
+    }
+}
+
+INLINE double dot_at(double (*a)[SHEAR_PLACES], double (*b)[SHEAR_PLACES], int x) {
+    return a[0][x] * b[0][x] + a[1][x] * b[1][x] + a[2][x] * b[2][x];
+}
+
+WIDE_CLONES
+uint32_t shear_cells(const struct shear_block *block, struct shear_row *row, double *area) {
+    double warp[3][SHEAR_PLACES], weft[3][SHEAR_PLACES];
+    double twist[3][SHEAR_PLACES], bends[3][SHEAR_PLACES];
+    for (int k = 0; k < 3; k++)
+        cell_sums(block, k, warp[k], weft[k], twist[k], bends[k]);
+    for (int x = 0; x < SHEAR_PLACES; x++) {
+        double turn = 2 * dot_at(twist, bends, x) / 6;
+        double to_warp = turn / dot_at(weft, weft, x), to_weft = turn / dot_at(warp, warp, x);
+        for (int k = 0; k < 3; k++) {
+            row->warp[k][x] = warp[k][x] + to_warp * weft[k][x];
+            row->weft[k][x] = weft[k][x] + to_weft * warp[k][x];
+        }
+    }
+    cell_areas(block, area);
+    return places(block, -1, 0) & places(block, 2, 0) & places(block, 0, -1) & places(block, 0, 2);
+}
 
 INLINE void normalise(double v[3][SHEAR_PLACES]) {
     for (int k = 0; k < SHEAR_PLACES; k++) {
@@ -139,7 +258,8 @@ INLINE void half_tangents(const struct shear_row *row, double *t) {
         double cx = gy[k] * ez[k] - gz[k] * ey[k], cy = gz[k] * ex[k] - gx[k] * ez[k];
         double cz = gx[k] * ey[k] - gy[k] * ex[k];
         double whole = sqrt(gg * ee) + sqrt(cx * cx + cy * cy + cz * cz);
-        t[k] = ge / (whole > 0 ? whole : 1);
+        double ratio = ge / (whole > 0 ? whole : 1);
+        t[k] = fabs(ratio) <= 1.01 ? ratio : 0; /* NaN where there is no node */
     }
 }
 
@@ -147,6 +267,6 @@ WIDE_CLONES
 void shear_angles(const struct shear_row *row, double *shear_deg) {
     double t[SHEAR_PLACES];
     half_tangents(row, t);
-    for (int k = 0; k < row->count; k++)
+    for (int k = 0; k < SHEAR_PLACES; k++)
         shear_deg[k] = 2 * angle_atan_deg(t[k]);
 }

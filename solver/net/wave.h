@@ -43,8 +43,11 @@ struct wave {
     double length[2]; /* spacing along warp and weft */
     bool arcs;        /* chords are those of arcs of the surface's curvature; else the spacing */
     int orientation;  /* as fishnet_cell's */
+    double lower[2], upper[2]; /* parameters between which a node is certainly inside */
     unsigned step;
-    struct wave_places places[WAVE_STEPS]; /* of step k at k % WAVE_STEPS */
+    int lane;                                /* one of those that have a cell */
+    _Alignas(64) int64_t active[WAVE_LANES]; /* -1 for them, 0 for the others */
+    struct wave_places places[WAVE_STEPS];   /* of step k at k % WAVE_STEPS */
     /* By lane: the differences, of order 0, 1, .. in u and v, of the edge from the row below, to
      * the last place but one; NaN from the order on that is not known yet. */
     _Alignas(64) double difference[WAVE_ORDERS][2][WAVE_LANES];
@@ -52,8 +55,9 @@ struct wave {
     _Alignas(64) double chord[2][WAVE_LANES];                         /* BD and CD */
     _Alignas(64) double curvature[2][WAVE_LANES];                     /* of them */
     _Alignas(64) double residual[WAVE_LANES], iterations[WAVE_LANES]; /* as fishnet_node's */
-    unsigned found;  /* bits: lanes that have a D */
-    unsigned smooth; /* and of them those whose edges to D are smooth beyond doubt (`rough.h`) */
+    unsigned found;  /* bits: lanes that have a D; */
+    unsigned smooth; /* whose edges to D are smooth beyond doubt (`rough.h`) */
+    unsigned inside; /* whose D lies between the bounds above */
 };
 
 /* Compiled for one width. */

@@ -25,7 +25,7 @@ enum {
     AT_SECOND = NUMBER(second),
     JET_NUMBERS = sizeof(struct surface_jet) / sizeof(double)
 };
-/* In a cell two steps: D's rounds of Newton beyond those are rare. */
+/* Two are usual; cells that need more than these are left alone. */
 enum { WAVE_ROUNDS = 6 };
 
 INLINE lanes number(const struct wave_places *places, int slot, int n) {
@@ -217,7 +217,11 @@ INLINE lanes_mask newton(struct wave *wave, struct lanes_cell *cell) {
     lanes enough = FISHNET_TOLERANCE + FISHNET_ROUNDING * wave->surface->magnitude / least;
     lanes limit = FISHNET_GUESS_SHARE * enough, previous = lanes_of(HUGE_VAL), none = {0};
     lanes share2 = none, iterations = none;
-    lanes_mask done = none != none, going = ~done;
+    lanes_mask done = none != none, going;
+    memcpy(&going, wave->active, sizeof going);
+    /* Lanes without a cell stay where another is: all in one span, if they can be. */
+    cell->u = lanes_select(going, cell->u, lanes_of(wave->expected[0][wave->lane]));
+    cell->v = lanes_select(going, cell->v, lanes_of(wave->expected[1][wave->lane]));
     for (int round = 0; round < WAVE_ROUNDS; round++) {
         lanes_jet_at(wave->surface, wave->cursor, cell->u, cell->v, &cell->jet);
         cell->wb = lanes3_sub(cell->jet.r, cell->b);
@@ -369,6 +373,8 @@ static void solve(struct wave *wave) {
     put_station(wave_at(wave, 0), &cell, &forms);
     wave->found = lanes_bits(found);
     wave->smooth = lanes_bits(smooth);
+    wave->inside = lanes_bits((cell.u >= wave->lower[0]) & (cell.u <= wave->upper[0]) &
+                              (cell.v >= wave->lower[1]) & (cell.v <= wave->upper[1]));
 }
 
 const struct wave_kernel WAVE_KERNEL = {LANES, prepare, solve};
