@@ -1,249 +1,283 @@
 /* SPDX-License-Identifier: MIT */
 #include "estimate.h"
 
+#include "defect.h"
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Coefficients of estimate.h. */
-static const double by_moved = 1.0 / 6;
-static const double by_fourth = 5.0 / 144 + 1.0 / 240;
-static const double by_one_sided = 5.0 / 144 + 1.0 / 240 + 5.0 / 72; /* of D4 at a yarn's end */
-static const double by_third = 3.0 / 960 - 1.0 / 576;
-
-/* A rough edge is a geodesic; its yarn may turn sideways by this angle over it. */
-static const double rough_turn = 0.05;
-
-/* What solving and following a generator leave of an edge, as a share of it. */
-static const double rounding = 2e-12;
-
-/* Where yarns turn by much over an edge, what is left out grows with the angle. */
-static const double unresolved = 10;
-
-/* What the estimate takes of the sum of the edges' errors, and of the distance to the first net. */
-static const double share_of_sum = 2;
-static const double share_of_moved = 0.003;
-
-/* Each step of a yarn that goes straight on moves its end by this share of the spacing at the most,
- * and by this share of what the net has moved before it. */
-static const double grown_step = 0.35;
-static const double grown_factor = 1.05;
+/* What a step straight on is wrong by, across the yarn, of what the yarn beside it turns sideways;
+ * as a share of its length where there is no telling, and where the yarn sets off across another.
+ */
+static const double straight_share = 3, straight_unknown = 0.04, across_share = 0.3;
 
 /* Yarns that cross under less than this sine are taken as crossing so. */
 static const double least_sine = 0.02;
 
-struct place {
-    int32_t i, j;
+/* What the estimate takes of the sum of what is known of the defects; of the others once. */
+static const double share_of_known = 3;
+
+/* A node's error, to first order: by what is known of the edges, and by what is not, once with both
+ * families longer by it, once with warp longer and weft shorter. */
+enum { KNOWN, LONGER, APART, ERRORS };
+
+struct error {
+    struct vec3 of[ERRORS];
 };
+
+/* How it is kept, in place of the node of the net before. */
+struct kept {
+    float of[ERRORS][3], estimate;
+};
+
+/* The mark of one that is to be estimated later, in place of what edges are rough. */
+enum { AWAITED = 0xff };
+
+_Static_assert(sizeof(struct kept) <= offsetof(struct net_node, rough), "a node's place and uv");
 
 struct estimate {
-    struct net *net, *before;
-    const double *spacing;
+    struct defect_net net;
+    struct net_view before;
+    struct net *kept; /* the net of `before` */
 };
 
-/* The largest components of a node's error along warp and weft, and of itself. */
-struct error {
-    double along[2], size;
-};
-
-static struct net_node *store(const struct estimate *e, int32_t i, int32_t j) {
-    struct net_node *node = net_find(e->before, i, j);
-    return node && (node->state == NET_INSIDE || node->state == NET_GHOST) ? node : NULL;
+static bool error_at(const struct estimate *e, int32_t i, int32_t j, struct error *error) {
+    const struct net_node *node = net_view_place(&e->before, i, j);
+    struct kept kept;
+    if (!node || node->rough == AWAITED)
+        return false;
+    memcpy(&kept, node, sizeof kept);
+    for (int k = 0; k < ERRORS; k++)
+        error->of[k] =
+            vec3_make((double)kept.of[k][0], (double)kept.of[k][1], (double)kept.of[k][2]);
+    return true;
 }
 
-/* sum_k weight[k] r(i + k di, j + k dj), k = first .. first + count - 1; of what the correction
- * moved the nodes by, with `moved`. */
-static bool combine(const struct estimate *e, bool moved, struct place at, const int step[2],
-                    int first, int count, const double *weight, struct vec3 *sum) {
-    *sum = vec3_make(0, 0, 0);
-    for (int k = 0; k < count; k++) {
-        int32_t i = at.i + (first + k) * step[0], j = at.j + (first + k) * step[1];
-        const struct net_node *now = net_place(e->net, i, j);
-        const struct net_node *then = moved ? net_place(e->before, i, j) : now;
-        if (!now || !then)
-            return false;
-        struct vec3 r = moved ? vec3_sub(then->r, now->r) : now->r;
-        *sum = vec3_axpy(weight[k], r, *sum);
+/* No node of either net is further from the start than its yarns are long. */
+static void keep_error(const struct estimate *e, int32_t i, int32_t j, const struct error *error) {
+    const double *d = e->net.spacing;
+    double most = 2 * ((double)labs(i) * d[0] + (double)labs(j) * d[1]);
+    double sum = share_of_known * vec3_norm(error->of[KNOWN]) + vec3_norm(error->of[LONGER]) +
+                 vec3_norm(error->of[APART]);
+    struct kept kept = {.estimate = (float)(sum < most ? sum : most)};
+    if (!net_view_place(&e->before, i, j))
+        return;
+    for (int k = 0; k < ERRORS; k++) {
+        kept.of[k][0] = (float)error->of[k].x;
+        kept.of[k][1] = (float)error->of[k].y;
+        kept.of[k][2] = (float)error->of[k].z;
+    }
+    struct net_node *node = net_find(e->kept, i, j);
+    memcpy(node, &kept, sizeof kept);
+    node->rough = 0;
+}
+
+/* One end of an edge that a node hangs on: the chord from there, the error there, and of the edge.
+ */
+struct link {
+    struct vec3 chord;
+    struct error from;
+    struct defect edge;
+};
+
+static bool find_link(struct estimate *e, int32_t i, int32_t j, int di, int dj, struct link *link) {
+    const struct net_node *from = net_view_place(&e->net.net, i - di, j - dj);
+    const struct net_node *to = net_view_place(&e->net.net, i, j);
+    if (!from || !error_at(e, i - di, j - dj, &link->from))
+        return false;
+    link->chord = vec3_unit(vec3_sub(to->r, from->r));
+    link->edge = defect_of(&e->net, i - di, j - dj, di, dj);
+    return true;
+}
+
+/* Of the fourth corner of a cell in the direction (si, sj) of its A: along BD it is that of B and
+ * of the edge, along CD that of C and of the edge. */
+static bool cell_error(struct estimate *e, int32_t i, int32_t j, int si, int sj,
+                       struct error *error) {
+    struct link b, c;
+    if (!find_link(e, i, j, si, 0, &b) || !find_link(e, i, j, 0, sj, &c))
+        return false;
+    double cosine = vec3_dot(b.chord, c.chord);
+    double inverse = 1 / fmax(1 - cosine * cosine, least_sine * least_sine);
+    const double by_b[ERRORS] = {b.edge.known, b.edge.unsure, b.edge.unsure};
+    const double by_c[ERRORS] = {c.edge.known, c.edge.unsure, -c.edge.unsure};
+    for (int k = 0; k < ERRORS; k++) {
+        double x = vec3_dot(b.chord, b.from.of[k]) + by_b[k];
+        double y = vec3_dot(c.chord, c.from.of[k]) + by_c[k];
+        error->of[k] = vec3_axpy((x - cosine * y) * inverse, b.chord,
+                                 vec3_scale((y - cosine * x) * inverse, c.chord));
     }
     return true;
 }
 
-/* A difference of an edge from `at` on by one of the windows of `count` places that the yarn has;
- * false where it has none. `centred` says whether it was the first. */
-static bool difference(const struct estimate *e, bool moved, struct place at, const int step[2],
-                       int first, int count, const double *weight, struct vec3 *sum,
-                       bool *centred) {
-    static const int8_t shift[] = {0, 1, -1, 2, -2};
-    for (size_t k = 0; k < sizeof shift; k++)
-        if (combine(e, moved, at, step, first + shift[k], count, weight, sum)) {
-            *centred = k == 0;
-            return true;
-        }
-    return false;
+/* Of a node of which the net does not say what it hangs on: that of a neighbour, or a spacing. */
+static void loose_error(const struct estimate *e, int32_t i, int32_t j, int si, int sj,
+                        struct error *error) {
+    const double *d = e->net.spacing;
+    if (!error_at(e, i - si, j, error) && !error_at(e, i, j - sj, error))
+        *error = (struct error){.of[LONGER] = {fmax(d[0], d[1]), 0, 0}};
 }
 
-static const double second[] = {1, -2, 1}, third[] = {-1, 3, -3, 1}, fourth[] = {1, -4, 6, -4, 1};
-
-/* Whether the edge from `at` on is rough. */
-static bool is_rough(const struct estimate *e, struct place at, const int step[2]) {
-    int family = step[0] ? 0 : 1, ahead = step[0] + step[1] > 0;
-    const struct net_node *from = net_place(e->net, at.i, at.j);
-    const struct net_node *to = net_place(e->net, at.i + step[0], at.j + step[1]);
-    return (from && from->rough & NET_EDGE_BIT(family, ahead)) ||
-           (to && to->rough & NET_EDGE_BIT(family, 1 - ahead));
+/* By how much a step straight on goes aside, in length: the yarn beside it turns sideways, and it
+ * does not, for the part of a spacing by which the free edge may lie nearer. */
+static double straight_error(struct estimate *e, int32_t i, int32_t j, int di, int dj) {
+    double d = e->net.spacing[di == 0], most = -1;
+    for (int side = -1; side <= 1; side += 2) {
+        int32_t bi = i - di + side * (dj != 0), bj = j - dj + side * (di != 0);
+        double turn;
+        if (net_view_place(&e->net.net, bi, bj) && net_view_place(&e->net.net, bi + di, bj + dj) &&
+            defect_turn(&e->net, bi, bj, di, dj, &turn))
+            most = fmax(most, turn);
+    }
+    return d * (most < 0 ? straight_unknown : straight_share * most);
 }
 
-/* The error of the edge from `at` on with the chord `along`, in length. Of a circle, on which it
- * has none, D3 and D4 are taken off. */
-static double edge_error(const struct estimate *e, struct place at, const int step[2],
-                         struct vec3 along) {
-    int family = step[0] ? 0 : 1;
-    double d = e->spacing[family];
-    struct vec3 d2, d3, d4, moved;
-    bool any, centred;
-    if (is_rough(e, at, step) || !difference(e, false, at, step, -1, 3, second, &d2, &any))
-        return d * rough_turn * rough_turn / 24;
-    double turn2 = vec3_norm2(d2) / (d * d);
-    if (!difference(e, false, at, step, -1, 4, third, &d3, &any) ||
-        !difference(e, false, at, step, -2, 5, fourth, &d4, &centred) ||
-        !difference(e, true, at, step, -1, 3, second, &moved, &any))
-        return d * turn2 / 24 + rounding * d;
-    centred = centred && (family ? at.j : at.i) != 0;
-    double by_d4 = centred ? by_fourth : by_one_sided;
-    double n4 = vec3_norm(centred ? vec3_axpy(turn2, d2, d4) : d4);
-    double n3 = vec3_norm2(vec3_axpy(turn2, along, d3));
-    double sum = vec3_norm(d2) * (by_moved * vec3_norm(moved) + by_d4 * n4) + by_third * n3;
-    return (1 + unresolved * sqrt(turn2)) * sum / (2 * d) + rounding * d;
-}
-
-/* A node's error is kept in place of the parameters of the net before: its size, and the components
- * in single precision. */
-static struct error error_at(const struct estimate *e, int32_t i, int32_t j) {
-    const struct net_node *node = store(e, i, j);
-    struct error error = {{0, 0}, 0};
-    float along[2];
-    if (!node)
-        return error;
-    memcpy(along, &node->uv[1], sizeof along);
-    return (struct error){{along[0], along[1]}, node->uv[0]};
-}
-
-static void keep_error(const struct estimate *e, int32_t i, int32_t j, const struct error *error) {
-    struct net_node *node = store(e, i, j);
-    const float along[2] = {(float)error->along[0], (float)error->along[1]};
-    if (!node)
+/* Of a node by a yarn from Q = (i - di, j - dj): it goes on as it went before Q, and a step aside.
+ */
+static void step_error(struct estimate *e, const struct march_step *s, struct error *error) {
+    int family = s->di ? 0 : 1;
+    double d = e->net.spacing[family];
+    int32_t i = s->i, j = s->j;
+    struct error from, last;
+    const struct net_node *q = net_view_place(&e->net.net, i - s->di, j - s->dj);
+    const struct net_node *node = net_view_place(&e->net.net, i, j);
+    *error = (struct error){.of[LONGER] = {d, 0, 0}};
+    if (!q || !node || !error_at(e, i - s->di, j - s->dj, &from))
         return;
-    node->uv[0] = error->size;
-    memcpy(&node->uv[1], along, sizeof along);
+    struct vec3 chord = vec3_unit(vec3_sub(node->r, q->r));
+    struct vec3 other = fabs(chord.x) < 0.6 ? vec3_make(1, 0, 0) : vec3_make(0, 1, 0);
+    struct station station;
+    struct vec3 normal =
+        station_at(march_surface(e->net.march, node), &e->net.cursor, node->uv, &station)
+            ? station.normal
+            : other;
+    struct vec3 across = vec3_unit(vec3_cross(normal, chord));
+    bool straight = s->way == MARCH_STRAIGHT && error_at(e, i - 2 * s->di, j - 2 * s->dj, &last);
+    double step = straight ? straight_error(e, i, j, s->di, s->dj) : across_share * d;
+    for (int k = 0; k < ERRORS; k++) {
+        double aside = straight ? vec3_dot(vec3_sub(from.of[k], last.of[k]), across) : 0;
+        double more = k == KNOWN ? 0 : vec3_dot(from.of[k], across) + aside < 0 ? -step : step;
+        error->of[k] = vec3_axpy(aside + more, across, from.of[k]);
+    }
 }
 
-static void clear_errors(struct net *before) {
-    struct net_tile **tiles = net_sorted_tiles(before);
-    for (size_t t = 0; tiles && t < net_tile_count(before); t++)
-        for (int k = 0; k < NET_TILE * NET_TILE; k++) {
-            struct net_node *node = &tiles[t]->node[k / NET_TILE][k % NET_TILE];
-            node->uv[0] = node->uv[1] = 0;
-        }
+static void move_views(struct estimate *e, int32_t i, int32_t j) {
+    net_view_move(&e->net.net, i, j);
+    net_view_move(&e->before, i, j);
 }
 
-/* The error of a node that the generators fix. */
-static struct error fixed_error(const struct estimate *e, int32_t i, int32_t j,
-                                const struct net_node *node) {
-    const int32_t at[2] = {i, j};
-    struct vec3 chord[2] = {{0, 0, 0}, {0, 0, 0}}, turn[2];
-    struct error before[2] = {{{0, 0}, 0}, {{0, 0}, 0}}, sum = {{0, 0}, 0};
-    bool known[2] = {true, true};
-    for (int k = 0; k < 2; k++) {
-        int sign = at[k] > 0 ? 1 : -1, step[2] = {k == 0 ? sign : 0, k == 0 ? 0 : sign};
-        struct place from = {i - step[0], j - step[1]};
-        const struct net_node *last = at[k] ? net_place(e->net, from.i, from.j) : NULL;
-        turn[k] = vec3_make(0, 0, 0);
-        if (!last)
+static bool is_awaited(const struct estimate *e, int32_t i, int32_t j) {
+    const struct net_node *kept = net_view_place(&e->before, i, j);
+    return kept && kept->rough == AWAITED;
+}
+
+/* The nodes of an arm, which lie on the generator: only how far along it is not exact. */
+static void estimate_arm(struct estimate *e, int di, int dj) {
+    struct link link;
+    double known = 0, unsure = 0;
+    for (int32_t i = di, j = dj;; i += di, j += dj) {
+        move_views(e, i, j);
+        if (!net_view_place(&e->net.net, i, j) || is_awaited(e, i, j) ||
+            !find_link(e, i, j, di, dj, &link))
+            return;
+        known += link.edge.known;
+        unsure += link.edge.unsure;
+        struct error error = {{vec3_scale(known, link.chord), vec3_scale(unsure, link.chord),
+                               vec3_scale(dj ? -unsure : unsure, link.chord)}};
+        keep_error(e, i, j, &error);
+    }
+}
+
+static void estimate_tile(struct estimate *e, const struct net_tile *tile) {
+    int si = tile->ti < 0 ? -1 : 1, sj = tile->tj < 0 ? -1 : 1;
+    move_views(e, tile->ti * NET_TILE, tile->tj * NET_TILE);
+    for (int k = 0; k < NET_TILE * NET_TILE; k++) {
+        int x = k % NET_TILE, y = k / NET_TILE;
+        int32_t i = tile->ti * NET_TILE + (si < 0 ? NET_TILE - 1 - x : x);
+        int32_t j = tile->tj * NET_TILE + (sj < 0 ? NET_TILE - 1 - y : y);
+        struct error error;
+        if (i == 0 || j == 0 || !net_view_place(&e->net.net, i, j) || is_awaited(e, i, j))
             continue;
-        chord[k] = vec3_unit(vec3_sub(node->r, last->r));
-        before[k] = error_at(e, from.i, from.j);
-        sum.along[k] = edge_error(e, from, step, vec3_sub(node->r, last->r));
-        known[k] = store(e, from.i, from.j) != NULL;
-        if (!combine(e, false, from, step, -1, 3, second, &turn[k]) &&
-            !combine(e, false, from, step, 0, 3, second, &turn[k]))
-            turn[k] = vec3_make(0, 0, 0);
+        if (!cell_error(e, i, j, si, sj, &error))
+            loose_error(e, i, j, si, sj, &error);
+        keep_error(e, i, j, &error);
     }
-    double cosine = fabs(vec3_dot(chord[0], chord[1]));
-    double sine = fmax(sqrt(fmax(0, 1 - cosine * cosine)), least_sine);
-    for (int k = 0; k < 2; k++) {
-        double sideways = fabs(vec3_dot(turn[k], chord[1 - k])) / (e->spacing[k] * sine);
-        sum.along[k] +=
-            known[k] ? before[k].along[k] + sideways * before[k].size : before[1 - k].size;
-    }
-    double a = sum.along[0], b = sum.along[1];
-    sum.size = sqrt(a * a + b * b + 2 * a * b * cosine) / sine;
-    return sum;
 }
 
-/* The error of one that rests on yarns along free edges: what a neighbour has, and a step more. */
-static struct error grown_error(const struct estimate *e, int32_t i, int32_t j) {
-    struct error most = {{0, 0}, 0};
-    for (int dj = -1; dj <= 1; dj++)
-        for (int di = -1; di <= 1; di++) {
-            struct error near = error_at(e, i + di, j + dj);
-            if (near.size > most.size && net_place(e->net, i + di, j + dj))
-                most = near;
+/* The tiles of one quadrant, each after those between it and the generators. */
+struct task {
+    struct estimate estimate;
+    struct net_tile **tiles;
+    size_t count;
+};
+
+static void estimate_quadrant(void *data, int number) {
+    struct task *task = &((struct task *)data)[number];
+    bool left = number % 2, down = number / 2;
+    size_t all = task->count;
+    for (size_t k = 0, end; k < all; k = end) {
+        int32_t row = task->tiles[down ? all - 1 - k : k]->tj;
+        for (end = k; end < all && task->tiles[down ? all - 1 - end : end]->tj == row;)
+            end++;
+        size_t low = down ? all - end : k, count = end - k;
+        for (size_t n = 0; n < count; n++) {
+            const struct net_tile *tile = task->tiles[low + (left ? count - 1 - n : n)];
+            if ((tile->ti < 0) == left && (tile->tj < 0) == down)
+                estimate_tile(&task->estimate, tile);
         }
-    double step = grown_step * fmax(e->spacing[0], e->spacing[1]);
-    most.size = grown_factor * most.size + step;
-    most.along[0] = most.along[1] = most.size;
-    return most;
+    }
 }
 
-/* All places of the net by their distance from the start in the net. */
-static struct place *sort_places(struct net *net, struct arena *arena, size_t *count) {
-    struct net_tile **tiles = net_sorted_tiles(net);
-    size_t places = net_tile_count(net) * NET_TILE * NET_TILE;
-    uint32_t levels = 0;
-    for (size_t t = 0; tiles && t < net_tile_count(net); t++) {
-        uint32_t level = (uint32_t)(labs(tiles[t]->ti) + labs(tiles[t]->tj) + 2) * NET_TILE;
-        levels = level > levels ? level : levels;
+/* Marks the nodes that the growth placed, which are to be estimated in its order. */
+static void mark_steps(struct estimate *e, const struct march_steps *steps) {
+    for (size_t k = 0; k < steps->count; k++) {
+        struct net_node *node = net_find(e->kept, steps->step[k].i, steps->step[k].j);
+        if (node)
+            node->rough = AWAITED;
     }
-    size_t *first = arena_alloc(arena, (size_t)levels + 2, sizeof *first);
-    struct place *sorted = arena_take(arena, places, sizeof *sorted);
-    if (!tiles || !first || !sorted)
-        return NULL;
-    for (int pass = 0; pass < 2; pass++) {
-        for (size_t t = 0; t < net_tile_count(net); t++)
-            for (int k = 0; k < NET_TILE * NET_TILE; k++) {
-                int x = k % NET_TILE, y = k / NET_TILE;
-                uint8_t state = tiles[t]->node[y][x].state;
-                if (state != NET_INSIDE && state != NET_GHOST)
-                    continue;
-                int32_t i = tiles[t]->ti * NET_TILE + x, j = tiles[t]->tj * NET_TILE + y;
-                size_t *next = &first[labs(i) + labs(j) + 1 - pass];
-                if (pass)
-                    sorted[*next] = (struct place){i, j};
-                ++*next;
-            }
-        for (size_t k = 1; !pass && k < (size_t)levels + 2; k++)
-            first[k] += first[k - 1];
-        *count = first[levels + 1];
+}
+
+static void estimate_steps(struct estimate *e, const struct march_steps *steps) {
+    for (size_t k = 0; k < steps->count; k++) {
+        const struct march_step *s = &steps->step[k];
+        struct error error;
+        move_views(e, s->i, s->j);
+        if (s->way != MARCH_CELL)
+            step_error(e, s, &error);
+        else if (!cell_error(e, s->i, s->j, s->di, s->dj, &error))
+            loose_error(e, s->i, s->j, s->di, s->dj, &error);
+        keep_error(e, s->i, s->j, &error);
     }
-    return sorted;
 }
 
 enum status estimate_make(struct march *march) {
-    struct net *before = march->first;
-    struct estimate e = {march->net, before, march->settings->spacing};
-    size_t count = 0;
-    struct place *places = sort_places(march->net, march->arena, &count);
-    if (!places)
+    static const int8_t side[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+    const struct drape_team *team = march->settings->team;
+    const struct error exact = {{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}};
+    struct estimate e = {
+        .net = {.march = march, .net = net_view(march->net), .spacing = march->settings->spacing},
+        .before = net_view(march->first),
+        .kept = march->first};
+    struct net_tile **tiles = net_sorted_tiles(march->net);
+    struct task task[NET_TABLES];
+    if (!tiles)
         return STATUS_OUT_OF_MEMORY;
-    clear_errors(before);
-    for (size_t k = 0; k < count; k++) {
-        int32_t i = places[k].i, j = places[k].j;
-        const struct net_node *node = net_find(march->net, i, j);
-        struct error error = node->grown ? grown_error(&e, i, j) : fixed_error(&e, i, j, node);
-        keep_error(&e, i, j, &error);
-    }
+    mark_steps(&e, &march->grown);
+    keep_error(&e, 0, 0, &exact);
+    for (int k = 0; k < 4; k++)
+        estimate_arm(&e, side[k][0], side[k][1]);
+    for (int k = 0; k < NET_TABLES; k++)
+        task[k] = (struct task){e, tiles, net_tile_count(march->net)};
+    if (team)
+        team->run(team->context, NET_TABLES, estimate_quadrant, task);
+    for (int k = 0; !team && k < NET_TABLES; k++)
+        estimate_quadrant(task, k);
+    estimate_steps(&e, &march->grown);
     return STATUS_OK;
 }
 
-double estimate_of(const struct net_node *before, const struct net_node *now) {
-    return share_of_sum * before->uv[0] + share_of_moved * vec3_distance(before->r, now->r);
+double estimate_of(const struct net_node *before) {
+    struct kept kept;
+    memcpy(&kept, before, sizeof kept);
+    return (double)kept.estimate;
 }

@@ -1,17 +1,16 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * How far the nodes of a corrected net are from those of the exact one: the errors of its edges,
- * and how they add up along the yarns.
+ * How far the nodes of a corrected net are from those of the exact one: the defects of its edges
+ * (`defect.h`), and what they add up to. With e that of an edge, and c the unit vectors along the
+ * edges, the error x of a node D is to first order the vector in the plane of BD and CD with
  *
- * An edge of length d along a yarn r(s) has the chord c, and with the differences D2, D3, D4 of the
- * net along the yarn, and those E2 of what the correction has moved, the square of the chord that
- * the correction gives it is wrong by about
+ *     c_BD . x_D = c_BD . x_B + e_BD,   c_CD . x_D = c_CD . x_C + e_CD.
  *
- *     D2 . E2 / 6 + (5/144 + 1/240) D2 . D4 + (3/960 - 1/576) |D3|^2:
- *
- * the first net's error in D2, and the terms of order d^6. With the error e of an edge, the error
- * of a node D is along BD that of B and e, along CD that of C and e; what it had along the other
- * yarn comes in as the yarns turn sideways. All are added up by their size.
+ * So add up what is known of the defects, with its sign, and what is not, once with the same sign
+ * in both families of yarns and once with opposite ones; the estimate is a multiple of the first
+ * sum and the other two, by their size. Nodes that the growth placed follow in its order: the end
+ * of a yarn that goes straight on along a free edge goes on as it went before, and aside by what
+ * the yarn beside it turns over a spacing, for the free edge lies somewhere between the two.
  */
 #ifndef SOLVER_NET_ESTIMATE_H
 #define SOLVER_NET_ESTIMATE_H
@@ -19,10 +18,10 @@
 #include "march.h"
 
 /* Estimates the errors of all nodes of a march that corrected the net march->first, whose nodes
- * keep them in place of their parameters. Errors: STATUS_OUT_OF_MEMORY. */
+ * keep them in place of theirs. Errors: STATUS_OUT_OF_MEMORY. */
 enum status estimate_make(struct march *march) STATUS_MUST_USE;
 
-/* The estimate of a node `now` by that `before`, in length. */
-double estimate_of(const struct net_node *before, const struct net_node *now);
+/* The estimate of a node by that of the net before, in length. */
+double estimate_of(const struct net_node *before);
 
 #endif

@@ -51,6 +51,21 @@ struct march_edges {
     struct net_yarns yarns;
 };
 
+/* A node that the growth placed: as the fourth corner of the cell that lies in the direction (di,
+ * dj) of its A, or by a yarn from (i - di, j - dj), straight on or across another one. */
+enum march_way { MARCH_CELL, MARCH_STRAIGHT, MARCH_ACROSS };
+
+struct march_step {
+    int32_t i, j;
+    int8_t di, dj;
+    uint8_t way; /* enum march_way */
+};
+
+struct march_steps {
+    struct march_step *step;
+    size_t count, room;
+};
+
 struct march {
     const struct surface *surface; /* of a shell the start's face; NULL on a mesh of the caller's */
     const struct mesh *mesh;       /* the caller's, or for the method mosaic; else NULL */
@@ -61,9 +76,10 @@ struct march {
     struct march_start start;
     struct surface_cursor cursor;
     struct net *net;
-    struct net *first;      /* the net of a first march that this one corrects, if any */
-    struct net_view before; /* a view of it */
-    int fringe;             /* ghosts beyond the last node inside that difference stencils reach */
+    struct net *first;        /* the net of a first march that this one corrects, if any */
+    struct net_view before;   /* a view of it */
+    struct march_steps grown; /* of a march that corrects another: the growth's, in order */
+    int fringe; /* ghosts beyond the last node inside that difference stencils reach */
     const struct net_node *arm[2]; /* the places of the warp and weft arm beside a quadrant, where
                                       the net itself is not to be asked for them; else NULL */
     struct march_edges edges;      /* of the node solved last, for march_place */

@@ -28,8 +28,16 @@ struct free_end {
     bool begins;
 };
 
+/* A ghost beyond a cut. */
+struct aside {
+    int32_t i, j;
+    struct net_node node;
+};
+
 struct growth {
     struct march *march;
+    struct aside *aside;
+    size_t aside_length, aside_room;
     struct place *queue; /* a ring */
     size_t head, length, room;
     struct free_end *heap; /* least first */
@@ -132,6 +140,36 @@ static bool is_on_grown(struct net *net, int32_t i, int32_t j, int si, int sj) {
     return (a && a->grown) || (b && b->grown) || (c && c->grown);
 }
 
+/* Notes how a node came about, for the estimate of its error. */
+static enum status note_step(struct march *march, int32_t i, int32_t j, int di, int dj,
+                             enum march_way way) {
+    struct march_steps *steps = &march->grown;
+    if (!march->first)
+        return STATUS_OK;
+    if (steps->count == steps->room) {
+        steps->room = steps->room ? 2 * steps->room : 1024;
+        steps->step =
+            grown(march->arena, steps->step, steps->count, steps->room, sizeof *steps->step);
+        if (!steps->step)
+            return STATUS_OUT_OF_MEMORY;
+    }
+    steps->step[steps->count++] = (struct march_step){i, j, (int8_t)di, (int8_t)dj, (uint8_t)way};
+    return STATUS_OK;
+}
+
+/* Puts a yarn's next node, one spacing from the end. */
+static enum status place_end(struct growth *g, const struct free_end *e, const struct station *to) {
+    struct march *march = g->march;
+    enum station_zone zone;
+    int32_t i = e->i + e->di, j = e->j + e->dj;
+    enum status status = march_place(march, i, j, to, &zone);
+    if (status != STATUS_OK || zone == STATION_BEYOND)
+        return status;
+    net_mark_grown(march->net, i, j);
+    status = note_step(march, i, j, e->di, e->dj, e->begins ? MARCH_ACROSS : MARCH_STRAIGHT);
+    return status == STATUS_OK ? push_around(g, i, j) : status;
+}
+
 /* Tries the cells round an unknown place; `tried`: there was one with three corners. */
 static enum status solve_place(struct growth *g, int32_t i, int32_t j, bool *tried) {
     struct march *march = g->march;
@@ -148,10 +186,12 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j, bool *tri
         *tried = true;
         if (status != STATUS_OK || net_state_at(march->net, i, j) == NET_FAILED)
             return status;
-        if (placed && is_on_grown(march->net, i, j, ki, kj))
+        if (!placed)
+            continue;
+        if (is_on_grown(march->net, i, j, ki, kj))
             net_mark_grown(march->net, i, j);
-        if (placed)
-            return push_around(g, i, j);
+        status = note_step(march, i, j, ki, kj, MARCH_CELL);
+        return status == STATUS_OK ? push_around(g, i, j) : status;
     }
     return *tried ? march_fail(march, i, j, first) : STATUS_OK;
 }
@@ -315,7 +355,6 @@ static enum status begin_yarn(struct growth *g, const struct free_end *e) {
     struct march *march = g->march;
     struct station from, to;
     enum drape_reason reason;
-    enum station_zone zone;
     int32_t i = e->i + e->di, j = e->j + e->dj;
     if (!march_in_extent(march, i, j))
         return march_fail(march, i, j, DRAPE_REASON_EXTENT);
@@ -324,11 +363,7 @@ static enum status begin_yarn(struct growth *g, const struct free_end *e) {
     if (!march_station(march, e->i, e->j, &from) ||
         !march_straight_on(march, &from, direction_across(march, e, &from), e->di, e->dj, &to))
         return STATUS_OK;
-    enum status status = march_place(march, i, j, &to, &zone);
-    if (status != STATUS_OK || zone == STATION_BEYOND)
-        return status;
-    net_mark_grown(march->net, i, j);
-    return push_around(g, i, j);
+    return place_end(g, e, &to);
 }
 
 /* One spacing straight on. */
@@ -336,7 +371,6 @@ static enum status go_straight(struct growth *g, const struct free_end *e) {
     struct march *march = g->march;
     struct station from, to;
     enum drape_reason reason;
-    enum station_zone zone;
     int32_t i = e->i + e->di, j = e->j + e->dj;
     if (!march_in_extent(march, i, j))
         return march_fail(march, i, j, DRAPE_REASON_EXTENT);
@@ -349,10 +383,7 @@ static enum status go_straight(struct growth *g, const struct free_end *e) {
         return march_fail(march, i, j, DRAPE_REASON_COLLAPSED);
     if (!march_straight_on(march, &from, direction, e->di, e->dj, &to))
         return march_fail(march, i, j, DRAPE_REASON_BOUNDARY);
-    enum status status = march_place(march, i, j, &to, &zone);
-    if (status == STATUS_OK && zone != STATION_BEYOND)
-        net_mark_grown(march->net, i, j);
-    return status == STATUS_OK && zone != STATION_BEYOND ? push_around(g, i, j) : status;
+    return place_end(g, e, &to);
 }
 
 /* Queues the unknown places next to a tile's nodes inside. */
@@ -412,10 +443,23 @@ static enum status settle_edgeless(struct growth *g) {
     return status;
 }
 
+static enum status put_aside(struct growth *g, int32_t i, int32_t j, const struct net_node *node) {
+    if (g->aside_length == g->aside_room) {
+        g->aside_room = g->aside_room ? 2 * g->aside_room : 1024;
+        g->aside =
+            grown(g->march->arena, g->aside, g->aside_length, g->aside_room, sizeof *g->aside);
+        if (!g->aside)
+            return STATUS_OUT_OF_MEMORY;
+    }
+    g->aside[g->aside_length++] = (struct aside){i, j, *node};
+    return STATUS_OK;
+}
+
 /* A surface that closes both ways was cut open opposite the start, so that the quadrants share it
  * evenly. From now on the net goes on over the cuts until it meets itself: what lay beyond them is
- * forgotten. */
-static enum status pass_cuts(struct march *march) {
+ * put aside. */
+static enum status pass_cuts(struct growth *g) {
+    struct march *march = g->march;
     const struct surface *surface = march->surface;
     if (march->mesh || surface->shell || !surface->axis[0].closed || !surface->axis[1].closed)
         return STATUS_OK;
@@ -426,19 +470,40 @@ static enum status pass_cuts(struct march *march) {
     for (size_t t = 0; tiles && t < net_tile_count(march->net); t++)
         for (int at = 0; at < NET_TILE * NET_TILE && status == STATUS_OK; at++) {
             int x = at % NET_TILE, y = at / NET_TILE;
-            const struct net_node *node = &tiles[t]->node[y][x], none = {.state = NET_UNKNOWN};
-            bool beyond = node->state == NET_GHOST || node->state == NET_FAILED;
-            march->ghosts -= node->state == NET_GHOST && node->reason == DRAPE_REASON_FOLD;
-            if (beyond && node->reason == DRAPE_REASON_FOLD)
-                status = net_put(march->net, tiles[t]->ti * NET_TILE + x,
-                                 tiles[t]->tj * NET_TILE + y, &none);
+            struct net_node node = tiles[t]->node[y][x], none = {.state = NET_UNKNOWN};
+            int32_t i = tiles[t]->ti * NET_TILE + x, j = tiles[t]->tj * NET_TILE + y;
+            if (node.reason != DRAPE_REASON_FOLD ||
+                (node.state != NET_GHOST && node.state != NET_FAILED))
+                continue;
+            if (node.state == NET_GHOST) {
+                march->ghosts--;
+                status = put_aside(g, i, j, &node);
+            }
+            if (status == STATUS_OK)
+                status = net_put(march->net, i, j, &none);
         }
+    return status;
+}
+
+/* Ghosts beyond the cuts that no node has replaced carry the net's differences on. */
+static enum status put_back(struct growth *g) {
+    struct march *march = g->march;
+    enum status status = STATUS_OK;
+    for (size_t k = 0; k < g->aside_length && status == STATUS_OK; k++) {
+        const struct aside *a = &g->aside[k];
+        const struct net_node *now = net_find(march->net, a->i, a->j);
+        if (now->state != NET_UNKNOWN &&
+            !(now->state == NET_FAILED && now->reason == DRAPE_REASON_FOLD))
+            continue;
+        march->ghosts++;
+        status = net_put(march->net, a->i, a->j, &a->node);
+    }
     return status;
 }
 
 enum status march_growth(struct march *march) {
     struct growth g = {.march = march};
-    enum status status = pass_cuts(march);
+    enum status status = pass_cuts(&g);
     if (status == STATUS_OK)
         status = push_rim(&g);
     while (status == STATUS_OK) {
@@ -452,5 +517,7 @@ enum status march_growth(struct march *march) {
             net_state_at(march->net, end.i + end.di, end.j + end.dj) == NET_UNKNOWN)
             status = end.begins ? begin_yarn(&g, &end) : go_straight(&g, &end);
     }
-    return status == STATUS_OK ? settle_edgeless(&g) : status;
+    if (status == STATUS_OK)
+        status = settle_edgeless(&g);
+    return status == STATUS_OK ? put_back(&g) : status;
 }

@@ -197,7 +197,7 @@ static struct vec3 bring_inside(struct part *part, const struct net_node *node, 
 static void add_estimate(struct part *part, size_t at, const struct spot *spot) {
     net_view_move(&part->before, spot->i, spot->j);
     const struct net_node *before = net_view_place(&part->before, spot->i, spot->j);
-    double estimate = before ? estimate_of(before, spot->node) : -1;
+    double estimate = before ? estimate_of(before) : -1;
     part->result->nodes.error_estimate[at] = estimate;
     part->estimate_max = fmax(part->estimate_max, estimate);
 }
