@@ -17,6 +17,7 @@
 #include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/uio.h>
+#include <time.h>
 #include <unistd.h>
 
 enum {
@@ -133,7 +134,14 @@ static void make_map(struct task *task, struct api_problem *problem) {
 
 /* ------------------------------------------------------------------ an order */
 
+static int64_t processor_us(void) {
+    struct timespec used;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
+    return used.tv_sec * INT64_C(1000000) + used.tv_nsec / 1000;
+}
+
 static void carry_out(struct task *task) {
+    const int64_t begun = processor_us();
     const struct checker_order *order = &task->order;
     struct checker_answer *answer = &task->answer;
     const struct api_input input = {
@@ -159,6 +167,7 @@ static void carry_out(struct task *task) {
     }
     if (id == API_OK && task->buffered && !flush(task))
         api_problem_set(&answer->problem, API_UNAVAILABLE, "there is no room for the answer now");
+    answer->processor_us = processor_us() - begun;
 }
 
 /* Finds the documents in the packet and in the files. */

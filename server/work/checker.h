@@ -68,6 +68,7 @@ struct checker_hello {
 struct checker_answer {
     struct api_check check;
     uint64_t output_length;       /* bytes written */
+    int64_t processor_us;         /* time of a processor that it took */
     char note[CHECKER_NOTE_SIZE]; /* of a map: the header `Draped-Binning`; "": none */
     struct api_problem problem;
 };

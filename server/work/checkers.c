@@ -18,6 +18,7 @@
 
 enum {
     LOOK_MS = 50,      /* how soon a dropped check, or the end of the pool, is noticed */
+    LONG_OWNERS = 32,  /* of whom it is known that their orders take long */
     SLOW_NICENESS = 10 /* of a process in the slow lane */
 };
 
@@ -71,6 +72,7 @@ struct check {
     struct check *next; /* under the lock, like what follows: in the list it is in */
     enum state state;
     enum lane lane;
+    bool last; /* its owner's orders took long lately */
     struct place *place;
     int64_t begun_ms;
     bool dropped;
@@ -89,6 +91,10 @@ struct checkers {
     int places_ready;
     struct place *idle;
     struct check *waiting, *running; /* lists; `waiting` in the order of arrival */
+    struct {
+        char owner[CHECKERS_OWNER_SIZE];
+        int64_t until_ms;
+    } long_owners[LONG_OWNERS];
     struct checkers_stats stats;
     bool stopping;
 };
@@ -293,27 +299,55 @@ static bool slow_place(const struct checkers *pool, const char *owner) {
            count(pool->running, owner, LANE_SLOW) < share;
 }
 
-/* Whether the check may begin now, in the lane it is in. */
-static bool may_begin(const struct checkers *pool, const struct check *check) {
-    if (!pool->idle || pool->stats.reserved + check->reserve > pool->settings.memory)
-        return false;
-    return check->lane == LANE_SLOW ? slow_place(pool, check->owner)
-                                    : pool->stats.under_way[LANE_EXPRESS] < pool->settings.express;
+static bool takes_long(const struct checkers *pool, const char *owner, int64_t now) {
+    for (int k = 0; k < LONG_OWNERS; k++)
+        if (pool->long_owners[k].until_ms > now && !strcmp(pool->long_owners[k].owner, owner))
+            return true;
+    return false;
 }
 
-/* The check that begins next: of those that may, the first of the owner with the fewest under way.
- * NULL: none may. */
+/* An order of the owner has taken long in the express lane: its next ones come last there. */
+static void note_long(struct checkers *pool, const char *owner, int64_t now) {
+    int at = 0;
+    for (int k = 0; k < LONG_OWNERS; k++) {
+        if (!strcmp(pool->long_owners[k].owner, owner)) {
+            at = k;
+            break;
+        }
+        if (pool->long_owners[k].until_ms < pool->long_owners[at].until_ms)
+            at = k;
+    }
+    memcpy(pool->long_owners[at].owner, owner, CHECKERS_OWNER_SIZE);
+    pool->long_owners[at].until_ms = now + CHECKERS_LONG_MS;
+    for (struct check *check = pool->waiting; check; check = check->next)
+        check->last = check->last || !strcmp(check->owner, owner);
+}
+
+/* Whether the check may begin now, in the lane it is in. */
+static bool may_begin(const struct checkers *pool, const struct check *check) {
+    int kept = check->last && pool->settings.express > 1; /* for the others */
+    if (!pool->idle || pool->stats.reserved + check->reserve > pool->settings.memory)
+        return false;
+    return check->lane == LANE_SLOW
+               ? slow_place(pool, check->owner)
+               : pool->stats.under_way[LANE_EXPRESS] < pool->settings.express - kept;
+}
+
+/* The check that begins next: of those that may, the first of the owner with the fewest under way,
+ * of whom nothing took long lately. NULL: none may. */
 static struct check *choose(const struct checkers *pool) {
     struct check *best = NULL;
-    int fewest = 0;
+    int least = 0;
     for (struct check *check = pool->waiting; check; check = check->next) {
         if (!may_begin(pool, check))
             continue;
-        int under_way = count(pool->running, check->owner, LANES);
-        if (best && under_way >= fewest)
+        int rank = count(pool->running, check->owner, LANES);
+        if (check->lane == LANE_EXPRESS && check->last)
+            rank += pool->place_count;
+        if (best && rank >= least)
             continue;
         best = check;
-        fewest = under_way;
+        least = rank;
     }
     return best;
 }
@@ -383,6 +417,7 @@ static enum outcome move_to_slow(struct checkers *pool, struct check *check) {
     pthread_mutex_lock(&pool->lock);
     bool room = slow_place(pool, check->owner);
     bool full = queue_full(pool, check->owner, LANE_SLOW);
+    note_long(pool, check->owner, clock_ms());
     if (room) {
         pool->stats.under_way[LANE_EXPRESS]--;
         pool->stats.under_way[LANE_SLOW]++;
@@ -485,6 +520,8 @@ static void finish(struct check *check, enum outcome outcome, bool notify) {
     close_files(check, CHECKER_DOCUMENTS);
     memcpy(subject, check->subject, sizeof subject);
     pthread_mutex_lock(&pool->lock);
+    if (check->lane == LANE_EXPRESS && check->answer.processor_us > CHECKERS_QUICK_MS * 1000)
+        note_long(pool, check->owner, clock_ms());
     leave(pool, check);
     pool->stats.done++;
     pool->stats.crashes += outcome == OUTCOME_CRASHED;
@@ -723,6 +760,7 @@ struct check *checkers_begin(struct checkers *pool, const struct checkers_order 
     }
     pthread_mutex_lock(&pool->lock);
     bool full = queue_full(pool, check->owner, check->lane);
+    check->last = takes_long(pool, check->owner, clock_ms());
     bool begun = !full && begin_at_once(pool, check);
     if (!full && !begun) {
         append(&pool->waiting, check);

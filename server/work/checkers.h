@@ -9,7 +9,9 @@
  * at a lower priority, and another process takes its place; when the slow lane has no place left,
  * it is stopped and begins anew there later. So a small drape never waits behind a large one. Among
  * those that wait the owner with the fewest orders under way comes first, and no owner has all
- * places of the slow lane.
+ * places of the slow lane. An owner whose order has left the express lane, or has taken more than
+ * CHECKERS_QUICK_MS of a processor there, comes last for CHECKERS_LONG_MS, and such owners together
+ * leave one of its places to all others.
  *
  * An order that a free process answers at once is answered on the caller's own thread, within
  * CHECKERS_AT_ONCE_MS; the threads of the pool take over the others.
@@ -24,6 +26,8 @@
 enum {
     CHECKERS_AT_ONCE_MS = 4,
     CHECKERS_EXPRESS_MS = 200,
+    CHECKERS_QUICK_MS = 30,
+    CHECKERS_LONG_MS = 10000,
     CHECKERS_PLACES_MAX = 8, /* of a lane; more than that waits for the store anyway */
     CHECKERS_OWNER_SIZE = 65,
     CHECKERS_WAITING_MAX = 1024, /* orders of one owner that may wait; beyond it they are refused */

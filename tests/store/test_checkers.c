@@ -282,6 +282,34 @@ static void test_checkers_next_is_of_the_owner_with_fewest(void **state) {
     check_drop(slow);
 }
 
+/* An owner whose orders took long leaves one of the express places to others. */
+static void test_checkers_long_ones_leave_a_place(void **state) {
+    (void)state;
+    enum { ORDERS = 8 };
+    struct checkers_settings wanted = settings();
+    struct check *slow, *checks[ORDERS];
+    struct checkers_stats stats;
+    start(&wanted);
+    struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 15000");
+    slow = begin(&order);
+    checkers_stats(pool, &stats);
+    for (int64_t until = clock_ms() + WAIT_MS; stats.under_way[1] == 0; usleep(1000)) {
+        assert_true(clock_ms() < until); /* it leaves the express lane */
+        checkers_stats(pool, &stats);
+    }
+    order = order_of(CHECKER_DRAPE, "sleep 10");
+    for (int k = 0; k < ORDERS; k++)
+        checks[k] = begin(&order);
+    for (int64_t until = clock_ms() + WAIT_MS; !check_done(checks[ORDERS - 1]); usleep(500)) {
+        assert_true(clock_ms() < until);
+        checkers_stats(pool, &stats);
+        assert_in_range(stats.under_way[0], 0, 1);
+    }
+    for (int k = 0; k < ORDERS; k++)
+        assert_int_equal(end_of(checks[k]), API_MALFORMED_JSON);
+    check_drop(slow);
+}
+
 /* All that are under way have one budget together. */
 static void test_checkers_share_a_budget(void **state) {
     (void)state;
@@ -419,6 +447,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test_teardown(test_checkers_quick_passes_slow, stop),
         cmocka_unit_test_teardown(test_checkers_share_of_slow_lane, stop),
         cmocka_unit_test_teardown(test_checkers_next_is_of_the_owner_with_fewest, stop),
+        cmocka_unit_test_teardown(test_checkers_long_ones_leave_a_place, stop),
         cmocka_unit_test_teardown(test_checkers_share_a_budget, stop),
         cmocka_unit_test_teardown(test_checkers_quota_of_waiting, stop),
         cmocka_unit_test_teardown(test_checkers_crash, stop),
