@@ -200,6 +200,14 @@ enum store_answer db_checkpoint(struct db *db, bool *all) {
     return (code & 0xff) == SQLITE_BUSY ? STORE_BUSY : report(db, code);
 }
 
+enum store_answer db_sync_log(struct db *db) {
+    sqlite3_file *log = NULL;
+    int code = sqlite3_file_control(db->handle, "main", SQLITE_FCNTL_JOURNAL_POINTER, &log);
+    if (code == SQLITE_OK && log && log->pMethods)
+        code = log->pMethods->xSync(log, SQLITE_SYNC_DATAONLY | SQLITE_SYNC_NORMAL);
+    return report(db, code);
+}
+
 /* ------------------------------------------------------------------ statements */
 
 static sqlite3_stmt *prepare(struct db *db, const char *sql, int *code) {

@@ -62,6 +62,9 @@ enum store_answer db_keep(struct db *db, enum db_durability durability) STORE_MU
  * anew. The connection must have read something before. */
 enum store_answer db_checkpoint(struct db *db, bool *all) STORE_MUST_USE;
 
+/* Puts on the disk what has been written to the log. The connection must have read something. */
+enum store_answer db_sync_log(struct db *db) STORE_MUST_USE;
+
 /* ------------------------------------------------------------------ statements */
 
 /* One execution of a statement. The fields belong to this module. */

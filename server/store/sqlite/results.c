@@ -3,6 +3,8 @@
 #include "sqlite.h"
 #include <string.h>
 
+enum { PACE_CHUNKS = 64 }; /* of a result, 4 MiB, that go to the disk together */
+
 static int64_t chunk_row(int64_t number, int64_t index) {
     return number * STORE_CHUNKS_MAX + index;
 }
@@ -67,9 +69,15 @@ static enum store_answer append_operation(struct sqlite_store *store, struct db 
     return answer == STORE_OK ? insert_chunks(db, part, part->number) : answer;
 }
 
+/* Small results are not worth a wait of their own. */
 enum store_answer sqlite_result_append(struct store *store, struct store_part *part) {
-    enum store_answer room = sqlite_room_for(store, part->length);
-    return room == STORE_OK ? sqlite_write_lazy(store, append_operation, part) : room;
+    int64_t end = part->index + (int64_t)(part->length / STORE_CHUNK_BYTES);
+    enum store_answer answer = sqlite_room_for(store, part->length);
+    if (answer == STORE_OK)
+        answer = sqlite_write_lazy(store, append_operation, part);
+    if (answer == STORE_OK && end / PACE_CHUNKS > part->index / PACE_CHUNKS)
+        answer = sqlite_pace(store, PACE_CHUNKS * STORE_CHUNK_BYTES);
+    return answer;
 }
 
 /* The complete result of the job's digest, 0 for none. */

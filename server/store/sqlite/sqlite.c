@@ -13,10 +13,11 @@
 #include <sys/statvfs.h>
 
 enum {
-    READERS = 4,            /* reading connections */
-    BATCH_OPERATIONS = 256, /* most operations in one transaction */
-    LOG_ROUNDS = 4,         /* tries to get the log copied whole */
-    RESERVE_BYTES = 1 << 19 /* of the disk, that requests and results leave free: 64 pages */
+    READERS = 4,              /* reading connections */
+    BATCH_OPERATIONS = 256,   /* most operations in one transaction */
+    LOG_ROUNDS = 4,           /* tries to get the log copied whole */
+    RESERVE_BYTES = 1 << 19,  /* of the disk, that requests and results leave free: 64 pages */
+    TAKE_LOG_BYTES = 32 << 20 /* of results in the log, that are taken into the database at once */
 };
 
 /* A caller that waits for its change to be kept. */
@@ -48,7 +49,8 @@ struct sqlite_store {
     size_t idle;
 
     pthread_mutex_t keeper_lock;
-    struct db *keeper; /* takes the log into the database, beside the writer */
+    struct db *keeper;           /* takes the log into the database, beside the writer */
+    atomic_int_fast64_t unpaced; /* bytes since it has done so for `sqlite_pace` */
 };
 
 struct sqlite_store *sqlite_of(struct store *store) {
@@ -250,11 +252,24 @@ enum store_answer sqlite_take_log(struct store *base) {
     return answer;
 }
 
+enum store_answer sqlite_pace(struct store *base, int64_t bytes) {
+    struct sqlite_store *store = sqlite_of(base);
+    if (atomic_fetch_add(&store->unpaced, (int_fast64_t)bytes) + bytes > TAKE_LOG_BYTES) {
+        atomic_store(&store->unpaced, 0);
+        return sqlite_take_log(base);
+    }
+    pthread_mutex_lock(&store->keeper_lock);
+    enum store_answer answer = db_sync_log(store->keeper);
+    pthread_mutex_unlock(&store->keeper_lock);
+    return answer;
+}
+
 /* ------------------------------------------------------------------ open and close */
 
 /* Page size and auto_vacuum have an effect only before the first table; pages of 8 KiB took a tenth
- * off the time of a small drape against 4 KiB, larger ones nothing more. The sweep takes the log
- * into the database long before it has the 64 MiB at which a caller would have to. The checks cover
+ * off the time of a small drape against 4 KiB, larger ones nothing more. The sweep, and
+ * who writes large results, take the log into the database long before it has the 128 MiB at which
+ * a caller would have to. The checks cover
  * the tables whose loss would be silent, not the bulk of requests and results. */
 static bool set_up_writer(struct sqlite_store *store, char why[STORE_WHY_SIZE]) {
     struct db *db = store->writer = db_open(store->path, store->base.options.busy_ms, why);
@@ -273,7 +288,7 @@ static bool set_up_writer(struct sqlite_store *store, char why[STORE_WHY_SIZE]) 
                    "PRAGMA temp_store=MEMORY;"
                    "PRAGMA cache_size=-32768;"
                    "PRAGMA journal_size_limit=67108864;"
-                   "PRAGMA wal_autocheckpoint=8192;"
+                   "PRAGMA wal_autocheckpoint=16384;"
                    "BEGIN IMMEDIATE",
                    why))
         return false;

@@ -3,9 +3,9 @@
 #include "sqlite.h"
 
 enum {
-    JOBS_A_STEP = 64,    /* ended jobs handled in one transaction */
-    CHUNKS_A_STEP = 256, /* chunks deleted in one */
-    PAGES_A_STEP = 2048  /* free pages given back to the file system in one */
+    JOBS_A_STEP = 64,   /* ended jobs handled in one transaction */
+    CHUNKS_A_STEP = 64, /* chunks deleted in one */
+    FREE_PAGES = 2048   /* that the file keeps; some more are given back in one */
 };
 
 /* ------------------------------------------------------------------ retention */
@@ -153,12 +153,12 @@ static enum store_answer shrink(struct sqlite_store *store, struct db *db, void 
     struct query query = db_query(db, "SELECT f.freelist_count, p.page_count"
                                       " FROM pragma_freelist_count f, pragma_page_count p");
     bool any = query_row(&query);
-    bool worth = any && query_int(&query, 0) > PAGES_A_STEP &&
-                 query_int(&query, 0) > query_int(&query, 1) / 4;
+    bool worth =
+        any && query_int(&query, 0) > FREE_PAGES && query_int(&query, 0) > query_int(&query, 1) / 4;
     enum store_answer answer = query_end(&query);
     if (answer != STORE_OK || !worth)
         return answer != STORE_OK ? answer : STORE_EMPTY;
-    query = db_query(db, "PRAGMA incremental_vacuum(2048)");
+    query = db_query(db, "PRAGMA incremental_vacuum(256)");
     while (query_row(&query))
         continue;
     return query_end(&query);
@@ -198,7 +198,7 @@ enum store_answer sqlite_find_due(struct store *base, bool due[STORE_STEP_COUNT]
                                 " AND state = " SQL_DOOMED " LIMIT ?",
                                 1);
     due[STORE_STEP_SHRINK] =
-        any(db, "SELECT 1 FROM pragma_freelist_count WHERE freelist_count > ?", PAGES_A_STEP);
+        any(db, "SELECT 1 FROM pragma_freelist_count WHERE freelist_count > ?", FREE_PAGES);
     return sqlite_give_reader(base, db, STORE_OK);
 }
 
