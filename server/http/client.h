@@ -7,12 +7,14 @@
  *     client.c      a connection: its beginning, its end, refusals past the library
  *     exchange.c    a request from its first line to the last byte of the reply
  *     suspension.c  requests that wait, and the timer that resumes them
+ *     desk.c        threads for calls of the handler that take long
  */
 #ifndef SERVER_HTTP_CLIENT_H
 #define SERVER_HTTP_CLIENT_H
 
 #include "admission.h"
 #include "deadlines.h"
+#include "desk.h"
 #include "http.h"
 #include "server/hub.h"
 #include "shares.h"
@@ -36,6 +38,7 @@ struct http {
     struct deadlines *deadlines;
     struct shares *shares;
     struct admissions *admissions;
+    struct desk *desk;
     atomic_bool draining;
     atomic_int_fast64_t bodies; /* bytes of bodies that are being received */
     atomic_long exchanges;      /* requests that have begun and are not over */
@@ -81,6 +84,7 @@ struct exchange {
     /* Under the lock. */
     bool notified; /* since the handler was called last */
     bool suspended;
+    bool away; /* suspended as well, and a thread of the desk has it */
     bool gone; /* the client is: the answer has no reader any more */
     struct exchange *next, *previous;
 };
@@ -122,6 +126,9 @@ struct exchange *exchange_new(struct client *client, struct MHD_Connection *conn
 bool exchange_step(struct exchange *exchange, const char *method, const char *version,
                    const char *data, size_t *size);
 
+/* For `desk_start`: calls the handler until there is an answer or a reason to wait. */
+void exchange_attend(struct exchange *exchange);
+
 /* Logs, counts and frees it. */
 void exchange_end(struct exchange *exchange);
 
@@ -138,5 +145,12 @@ bool suspension_refresh(struct exchange *exchange);
 /* Suspends the connection until the subject changes or `request->wake_at`. False when there is no
  * need to wait: the subject has changed since `suspension_refresh`, or the front is stopping. */
 bool suspension_begin(struct exchange *exchange);
+
+/* Suspends the connection and hands the exchange over to the desk, whose thread ends that by
+ * `suspension_begin` or `suspension_return`. False when the front is stopping. */
+bool suspension_hand_over(struct exchange *exchange);
+
+/* Resumes the connection. */
+void suspension_return(struct exchange *exchange);
 
 #endif

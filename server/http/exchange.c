@@ -78,16 +78,38 @@ static bool send_reply(struct exchange *exchange) {
     return queued;
 }
 
-/* With the whole request: asks the handler until there is an answer or a reason to wait. */
-static bool answer(struct exchange *exchange) {
+static bool changes(const struct request *request) {
+    return strcmp(request->method, "GET") != 0 && strcmp(request->method, "HEAD") != 0;
+}
+
+/* Asks the handler. True when it has to wait: the exchange is not this thread's any more. */
+static bool ask(struct exchange *exchange) {
     const struct http_handler *handler = &exchange->http->settings.handler;
+    struct request *request = exchange->request;
+    int64_t begun = clock_us();
+    enum http_next next = handler->handle(handler->context, request, &exchange->reply);
+    if (changes(request))
+        desk_note(exchange->http->desk, clock_us() - begun);
+    return next == HTTP_WAIT && suspension_begin(exchange);
+}
+
+void exchange_attend(struct exchange *exchange) {
+    while (!exchange->reply.status && suspension_refresh(exchange))
+        if (ask(exchange))
+            return;
+    suspension_return(exchange);
+}
+
+/* With the whole request: asks the handler until there is an answer or a reason to wait, or has the
+ * desk do so. */
+static bool answer(struct exchange *exchange) {
     if (!deadlines_suspend(exchange->http->deadlines, &exchange->client->deadline))
         return false;
     while (!exchange->reply.status) {
         if (!suspension_refresh(exchange))
             return false;
-        if (handler->handle(handler->context, exchange->request, &exchange->reply) == HTTP_WAIT &&
-            suspension_begin(exchange))
+        bool slow = changes(exchange->request) && desk_needed(exchange->http->desk);
+        if ((slow && suspension_hand_over(exchange)) || ask(exchange))
             return true;
     }
     return send_reply(exchange);

@@ -131,13 +131,14 @@ bool http_start(const struct http_settings *settings, struct http **out) {
     http->linger = linger_start();
     http->deadlines = deadlines_new(client_refuse_late, http);
     http->shares = shares_new();
+    http->desk = desk_start(exchange_attend);
     http->admissions = http->shares
                            ? admissions_new(http->shares, settings->config->max_connections,
                                             settings->config->owner_connections)
                            : NULL;
     const struct interpose_hooks hooks = {replace_page, client_received};
     bool listening = http->socket >= 0;
-    if (listening && http->linger && http->deadlines && http->admissions &&
+    if (listening && http->desk && http->linger && http->deadlines && http->admissions &&
         suspension_start(http) && interpose_init(&hooks, listener_descriptors()) &&
         start_daemon(http)) {
         *out = http;
@@ -176,12 +177,14 @@ void http_stop(struct http *http) {
     if (!http)
         return;
     suspension_stop(http);
+    desk_stop(http->desk); /* nothing is handed over any more */
     if (http->daemon)
         stop_daemon(http);
     linger_stop(http->linger);
     deadlines_free(http->deadlines);
     admissions_free(http->admissions);
     shares_free(http->shares);
+    desk_free(http->desk);
     if (http->socket >= 0)
         close(http->socket);
     pthread_cond_destroy(&http->changed);

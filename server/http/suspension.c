@@ -52,12 +52,35 @@ bool suspension_begin(struct exchange *exchange) {
         if (exchange->next)
             exchange->next->previous = exchange;
         http->suspended = exchange;
-        MHD_suspend_connection(exchange->connection);
+        if (!exchange->away)
+            MHD_suspend_connection(exchange->connection);
+        exchange->away = false;
         if (exchange->request->wake_at < http->wake_at)
             pthread_cond_signal(&http->changed);
     }
     pthread_mutex_unlock(&http->lock);
     return wait;
+}
+
+bool suspension_hand_over(struct exchange *exchange) {
+    struct http *http = exchange->http;
+    pthread_mutex_lock(&http->lock);
+    bool open = !http->stopping;
+    if (open) {
+        exchange->away = true;
+        MHD_suspend_connection(exchange->connection);
+        desk_hand_over(http->desk, exchange);
+    }
+    pthread_mutex_unlock(&http->lock);
+    return open;
+}
+
+void suspension_return(struct exchange *exchange) {
+    struct http *http = exchange->http;
+    pthread_mutex_lock(&http->lock);
+    exchange->away = false;
+    MHD_resume_connection(exchange->connection);
+    pthread_mutex_unlock(&http->lock);
 }
 
 bool suspension_refresh(struct exchange *exchange) {

@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Threads for handlers that take long. A change that a caller asks for is on the disk before it is
+ * answered, and while the disk is busy that takes longer than other connections of the same thread
+ * should wait. As long as such calls are quick they are made on the connection's own thread, which
+ * costs least; when they have become slow they are made here, and the connection is suspended
+ * meanwhile.
+ */
+#ifndef SERVER_HTTP_DESK_H
+#define SERVER_HTTP_DESK_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum {
+    DESK_THREADS = 16,      /* their changes share a wait for the disk */
+    DESK_SLOW_US = 5 * 1000 /* longer than what a connection's own thread may be kept from others */
+};
+
+struct desk;
+struct exchange;
+
+/* `attend` is called with each exchange on a thread of the desk. NULL without memory or threads. */
+struct desk *desk_start(void (*attend)(struct exchange *exchange));
+
+/* Ends the threads after all that was handed over has been attended to. NULL is allowed. */
+void desk_stop(struct desk *desk);
+
+/* After `desk_stop`. NULL is allowed. */
+void desk_free(struct desk *desk);
+
+/* A call that changes something took `us`. */
+void desk_note(struct desk *desk, int64_t us);
+
+/* Whether such calls take long now. */
+bool desk_needed(struct desk *desk);
+
+/* The exchange, from now on not the caller's, is attended to soon. Not after `desk_stop`. */
+void desk_hand_over(struct desk *desk, struct exchange *exchange);
+
+#endif
