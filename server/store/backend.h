@@ -74,7 +74,7 @@ struct store_ops {
     enum store_answer (*counts)(struct store *store, struct store_counts *counts);
     enum store_answer (*usage)(struct store *store, const char *owner, struct store_usage *usage);
     enum store_answer (*claim)(struct store *store, bool fresh, struct store_claim *claim);
-    enum store_answer (*starving)(struct store *store);
+    enum store_answer (*starving)(struct store *store, bool fresh);
     enum store_answer (*renew)(struct store *store, const struct store_claim *claim,
                                double progress);
     enum store_answer (*check)(struct store *store, const struct store_claim *claim);
@@ -84,9 +84,10 @@ struct store_ops {
      * against it. STORE_CONFLICT when it does not. */
     enum store_answer (*attempts)(struct store *store, const struct store_claim *claim,
                                   int64_t *attempts, int64_t *excused);
-    /* Puts it back into the queue, the attempt excused or not. STORE_CONFLICT likewise. */
-    enum store_answer (*requeue)(struct store *store, const struct store_claim *claim,
-                                 bool excused);
+    /* Puts it back into the queue, the attempt excused or not, and its owner behind `later` turns
+     * of others. STORE_CONFLICT likewise. */
+    enum store_answer (*requeue)(struct store *store, const struct store_claim *claim, bool excused,
+                                 int64_t later);
     /* Running jobs whose claims have ended, at most so many. */
     enum store_answer (*find_ended)(struct store *store, struct store_ended *ended, size_t most,
                                     size_t *count);

@@ -27,6 +27,7 @@ static enum store_answer fail_as_crashed(struct store *store, const struct store
 enum cause {
     CAUSE_CRASHED,    /* its worker died, or its lease was not renewed */
     CAUSE_RELEASED,   /* it was given back in good order */
+    CAUSE_YIELDED,    /* so that others have their turns */
     CAUSE_INTERRUPTED /* the process that held it is gone */
 };
 
@@ -38,15 +39,16 @@ static enum store_answer give_back(struct store *store, const struct store_claim
     int64_t attempts = 0;
     int64_t excuses = 0;
     *failed = false;
-    if (cause == CAUSE_RELEASED)
-        return store->ops->requeue(store, claim, true);
+    if (cause == CAUSE_RELEASED || cause == CAUSE_YIELDED)
+        return store->ops->requeue(store, claim, true,
+                                   cause == CAUSE_YIELDED ? STORE_LATER_TURNS : 0);
     enum store_answer answer = store->ops->attempts(store, claim, &attempts, &excuses);
     if (answer != STORE_OK)
         return answer;
     bool excused = cause == CAUSE_INTERRUPTED && excuses < INTERRUPTIONS_EXCUSED;
     *failed = !excused && attempts - excuses >= store->options.max_attempts;
     return *failed ? fail_as_crashed(store, claim, attempts - excuses, detail)
-                   : store->ops->requeue(store, claim, excused);
+                   : store->ops->requeue(store, claim, excused, 0);
 }
 
 /* It may be claimed again. */
@@ -55,21 +57,26 @@ static void tell_again(struct store *store, const char *id) {
     store_tell(store, hub_queue);
 }
 
-enum store_answer store_crashed(struct store *store, const struct store_claim *claim,
-                                const char *detail) {
+static enum store_answer return_it(struct store *store, const struct store_claim *claim,
+                                   enum cause cause, const char *detail) {
     bool failed = false;
-    enum store_answer answer = give_back(store, claim, CAUSE_CRASHED, detail, &failed);
+    enum store_answer answer = give_back(store, claim, cause, detail, &failed);
     if (answer == STORE_OK)
         tell_again(store, claim->id);
     return answer;
 }
 
+enum store_answer store_crashed(struct store *store, const struct store_claim *claim,
+                                const char *detail) {
+    return return_it(store, claim, CAUSE_CRASHED, detail);
+}
+
 enum store_answer store_release(struct store *store, const struct store_claim *claim) {
-    bool failed = false;
-    enum store_answer answer = give_back(store, claim, CAUSE_RELEASED, "", &failed);
-    if (answer == STORE_OK)
-        tell_again(store, claim->id);
-    return answer;
+    return return_it(store, claim, CAUSE_RELEASED, "");
+}
+
+enum store_answer store_yield(struct store *store, const struct store_claim *claim) {
+    return return_it(store, claim, CAUSE_YIELDED, "");
 }
 
 /* Other processes sweep as well: a conflict means that one of them was first, or that the lease was

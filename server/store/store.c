@@ -146,8 +146,8 @@ enum store_answer store_claim_fresh(struct store *store, struct store_claim *cla
     return claim_some(store, true, claim);
 }
 
-enum store_answer store_starving(struct store *store) {
-    return store->ops->starving(store);
+enum store_answer store_starving(struct store *store, bool fresh) {
+    return store->ops->starving(store, fresh);
 }
 
 enum store_answer store_renew(struct store *store, const struct store_claim *claim,

@@ -3,13 +3,13 @@
  * What must survive: jobs, their requests, results and surfaces. One interface; the backend is
  * chosen by the URL: SQLite in a file for one machine, PostgreSQL for any number of them.
  *
- * What is answered STORE_OK is durable: it survives a power cut. (Claims, renewals and chunks of
- * unfinished results survive the death of every process, but a power cut where the database is may
- * take those of the last second; a holder that still works under such a claim is refused as if it
- * were old.) What is answered otherwise has changed nothing. (A change answered STORE_DOWN because
- * a connection to another machine broke may have happened all the same. It can be repeated: a
- * submission by its idempotency key; an end is refused the second time.) Output arguments mean
- * something only with STORE_OK, unless a function says more.
+ * What is answered STORE_OK is durable: it survives a power cut. (Claims, renewals, returns to the
+ * queue and chunks of unfinished results survive the death of every process, but a power cut where
+ * the database is may take those of the last second; a holder that still works under such a claim
+ * is refused as if it were old.) What is answered otherwise has changed nothing. (A change answered
+ * STORE_DOWN because a connection to another machine broke may have happened all the same. It can
+ * be repeated: a submission by its idempotency key; an end is refused the second time.) Output
+ * arguments mean something only with STORE_OK, unless a function says more.
  *
  * Claims are leases with a fencing token. `store_claim` counts the attempt and hands out the job
  * for a lease; the holder renews it; a holder of an older token than the job's is answered
@@ -38,7 +38,8 @@ enum {
     STORE_OWNER_SIZE = 65,   /* names of owners: the same; "" is the anonymous one */
     STORE_KEY_SIZE = 256,    /* idempotency keys: at most 255 bytes and the final zero */
     STORE_REQUEST_SIZE = 65, /* ids of the HTTP requests that submit: at most 64 characters */
-    STORE_HOST_SIZE = 65
+    STORE_HOST_SIZE = 65,
+    STORE_LATER_TURNS = 32 /* what the whole turn of a long job is worth, in small ones */
 };
 
 /* The states of a job; the names are those of the contract. X(id, name) */
@@ -271,12 +272,13 @@ struct store_claim {
  * minute of waiting, so that every job has its turn at last. */
 enum store_answer store_claim(struct store *store, struct store_claim *claim) STORE_MUST_USE;
 
-/* The same among the owners of whom nothing is running, and of their jobs those that have not been
- * handed out before. */
+/* The same among the owners of whom nothing is running and who are not behind others by
+ * `store_yield`, and of their jobs those that have not been handed out before. */
 enum store_answer store_claim_fresh(struct store *store, struct store_claim *claim) STORE_MUST_USE;
 
-/* Whether an owner of whom nothing is running has a job in the queue: STORE_OK or STORE_EMPTY. */
-enum store_answer store_starving(struct store *store) STORE_MUST_USE;
+/* Whether an owner of whom nothing is running (`fresh`: nor who is behind others by `store_yield`)
+ * has a job in the queue: STORE_OK or STORE_EMPTY. */
+enum store_answer store_starving(struct store *store, bool fresh) STORE_MUST_USE;
 
 /* Prolongs the lease and stores the progress (0..1; it never goes back). STORE_CONFLICT: the claim
  * is lost (cancelled, deleted, expired and given to another). */
@@ -298,6 +300,10 @@ enum store_answer store_crashed(struct store *store, const struct store_claim *c
 /* Back to the queue at its old place. The attempt stays counted but is not held against the job. */
 enum store_answer store_release(struct store *store,
                                 const struct store_claim *claim) STORE_MUST_USE;
+
+/* The same for a job that takes longer than others may wait for it: among owners with equally many
+ * running, this one's next turn comes when others have had STORE_LATER_TURNS of them. */
+enum store_answer store_yield(struct store *store, const struct store_claim *claim) STORE_MUST_USE;
 
 /* What a sweep did. */
 struct store_sweep {

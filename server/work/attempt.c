@@ -41,6 +41,7 @@ struct attempt {
     int64_t written; /* bytes of the result */
     int64_t deadline_ms, renew_at_ms, progress_at_ms, look_at_ms;
     bool express;
+    int64_t processor_us;     /* of the worker, when it began */
     int64_t yield_at_ms;      /* from when it gives way */
     int64_t starved_since_ms; /* as far as this attempt has seen; 0: nobody waits with nothing */
 };
@@ -80,14 +81,20 @@ static void renew(struct attempt *attempt, int64_t now) {
     attempt->progress_at_ms = now + settings->progress_ms;
 }
 
+/* Of the processor, for a job in the express lane. */
+static int64_t express_left_ms(const struct attempt *attempt) {
+    int64_t used = sandbox_processor_us(attempt->child->pid) - attempt->processor_us;
+    return ATTEMPT_EXPRESS_MS - used / 1000;
+}
+
 /* Whether the job has had its turn and another owner has waited long enough. Of the jobs of this
  * process one at a time gives way: that may be all that is needed. */
 static bool must_yield(struct attempt *attempt, int64_t now) {
+    if (attempt->express)
+        return now >= attempt->yield_at_ms || express_left_ms(attempt) <= 0;
     if (now < attempt->yield_at_ms)
         return false;
-    if (attempt->express)
-        return true;
-    if (store_starving(attempt->shared->store) != STORE_OK)
+    if (store_starving(attempt->shared->store, false) != STORE_OK)
         attempt->starved_since_ms = 0;
     else if (!attempt->starved_since_ms)
         attempt->starved_since_ms = now;
@@ -102,7 +109,7 @@ static void look_at_claim(struct attempt *attempt, int64_t now) {
         conclude(attempt, OUTCOME_LOST);
     else if (must_yield(attempt, now))
         conclude(attempt, OUTCOME_YIELDED);
-    attempt->look_at_ms = now + WORK_POLL_MS;
+    attempt->look_at_ms = now + (attempt->express ? express_left_ms(attempt) + 1 : WORK_POLL_MS);
 }
 
 /* The duties that do not depend on the worker. */
@@ -293,8 +300,9 @@ static enum store_answer tell_store(struct attempt *attempt, const char *why) {
     case OUTCOME_CRASHED:
         return store_crashed(store, attempt->claim, why);
     case OUTCOME_RELEASED:
-    case OUTCOME_YIELDED:
         return store_release(store, attempt->claim);
+    case OUTCOME_YIELDED:
+        return store_yield(store, attempt->claim);
     default:
         return STORE_CONFLICT;
     }
@@ -400,7 +408,9 @@ bool attempt_run(struct attempt_shared *shared, const struct store_claim *claim,
         .progress_at_ms = now + shared->settings.progress_ms,
         .look_at_ms = now + (express ? ATTEMPT_EXPRESS_MS : WORK_POLL_MS),
         .express = express,
-        .yield_at_ms = now + (express ? ATTEMPT_EXPRESS_MS : (int64_t)ATTEMPT_TURN_MS << doublings),
+        .processor_us = sandbox_processor_us(child->pid),
+        .yield_at_ms =
+            now + (express ? ATTEMPT_EXPRESS_MOST_MS : (int64_t)ATTEMPT_TURN_MS << doublings),
     };
     atomic_fetch_add(&shared->counters.busy, 1);
     hub_subscribe(shared->hub, &watch, claim->id, wake_up, &attempt.wake);

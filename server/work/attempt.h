@@ -32,10 +32,13 @@ struct attempt_shared {
 
 /* For how long a job may have its worker to itself. */
 enum {
-    ATTEMPT_EXPRESS_MS = 120, /* in the express lane; then it goes back to the queue */
-    ATTEMPT_TURN_MS = 10000,  /* else; then it goes back when another owner has waited, with nothing
-                                 running, for ATTEMPT_STARVED_MS. Doubled with every attempt, so
-                                 that each job ends at last. */
+    ATTEMPT_EXPRESS_MS = 60, /* of a processor, in the express lane; then it goes back to the
+                                queue, and after ATTEMPT_EXPRESS_MOST_MS in any case: on a busy
+                                machine a small job takes long, too */
+    ATTEMPT_EXPRESS_MOST_MS = 600,
+    ATTEMPT_TURN_MS = 10000, /* else; then it goes back when another owner has waited, with nothing
+                                running, for ATTEMPT_STARVED_MS. Doubled with every attempt, so
+                                that each job ends at last. */
     ATTEMPT_STARVED_MS = 2000
 };
 

@@ -153,7 +153,8 @@ static int64_t take_turn(struct lane *lane, bool *hints) {
     *hints = false;
     if (!lane->express && !ready_worker(lane))
         return START_RETRY_MS;
-    enum store_answer answer = lane->express ? store_starving(store) : store_claim(store, &claim);
+    enum store_answer answer =
+        lane->express ? store_starving(store, true) : store_claim(store, &claim);
     if (lane->express &&
         answer == STORE_OK) /* a read is enough to find out that it is not needed */
         answer = store_claim_fresh(store, &claim);

@@ -27,11 +27,17 @@ bool sandbox_bound(pid_t pid, int resource, uint64_t value) {
     return prlimit(pid, (__rlimit_resource_t)resource, &both, NULL) == 0;
 }
 
-bool sandbox_bound_processor(pid_t pid, uint64_t seconds) {
+int64_t sandbox_processor_us(pid_t pid) {
     clockid_t clock;
     struct timespec used;
-    return clock_getcpuclockid(pid, &clock) == 0 && clock_gettime(clock, &used) == 0 &&
-           sandbox_bound(pid, RLIMIT_CPU, (uint64_t)used.tv_sec + 1 + seconds);
+    if (clock_getcpuclockid(pid, &clock) != 0 || clock_gettime(clock, &used) != 0)
+        return -1;
+    return used.tv_sec * INT64_C(1000000) + used.tv_nsec / 1000;
+}
+
+bool sandbox_bound_processor(pid_t pid, uint64_t seconds) {
+    int64_t used = sandbox_processor_us(pid);
+    return used >= 0 && sandbox_bound(pid, RLIMIT_CPU, (uint64_t)used / 1000000 + 1 + seconds);
 }
 
 /* ------------------------------------------------------------------ system calls */

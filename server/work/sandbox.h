@@ -33,6 +33,9 @@ bool sandbox_enter(int socket, int files) __attribute__((warn_unused_result));
  * daemon does not have. False, with errno, when the system refuses. */
 bool sandbox_bound(pid_t pid, int resource, uint64_t value) __attribute__((warn_unused_result));
 
+/* What a process has used of processors so far, in microseconds; -1 when it has gone. */
+int64_t sandbox_processor_us(pid_t pid);
+
 /* Bounds its processor time from now on, all threads together; beyond it the kernel ends the
  * process (SIGXCPU). */
 bool sandbox_bound_processor(pid_t pid, uint64_t seconds) __attribute__((warn_unused_result));

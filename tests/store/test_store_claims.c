@@ -263,6 +263,41 @@ static void test_store_release_is_not_held_against_the_job(void **state) {
     assert_int_equal(attempts_of(scratch, id), 8);
 }
 
+static void submit_of(struct scratch *scratch, const char *owner, const char *digest) {
+    struct store_receipt receipt;
+    const struct store_submission submission = {
+        .request = "{}", .request_length = 2, .digest = digest, .owner = owner};
+    assert_int_equal(store_submit(scratch->store, &submission, &receipt), STORE_OK);
+}
+
+/* A job that gave way takes its owner behind as many turns of others as a long one is worth. */
+static void test_store_yield_lets_others_have_their_turns(void **state) {
+    struct scratch *scratch = *state;
+    struct store_claim claim;
+    submit_of(scratch, "long", "long");
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+    assert_int_equal(store_yield(scratch->store, &claim), STORE_OK);
+    assert_int_equal(store_yield(scratch->store, &claim), STORE_CONFLICT);
+    submit_of(scratch, "long", "another");
+    assert_int_equal(store_starving(scratch->store, false), STORE_OK);
+    assert_int_equal(store_starving(scratch->store, true), STORE_EMPTY);
+    assert_int_equal(store_claim_fresh(scratch->store, &claim), STORE_EMPTY);
+    for (int k = 0; k < STORE_LATER_TURNS; k++) {
+        submit_of(scratch, "small", "small");
+        assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+        assert_string_equal(claim.owner, "small");
+        assert_int_equal(store_fail(scratch->store, &claim, "{}"), STORE_OK);
+    }
+    submit_of(scratch, "small", "small");
+    submit_of(scratch, "small", "small");
+    int turns = 0; /* one or two later, by how the numbers of turns are given out */
+    do {
+        assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+        assert_int_equal(store_fail(scratch->store, &claim, "{}"), STORE_OK);
+    } while (strcmp(claim.owner, "long") != 0 && ++turns);
+    assert_in_range(turns, 0, 2);
+}
+
 /* ------------------------------------------------------------------ restarts */
 
 /* Who shares a database with other machines cannot know that a process is gone: the lease ends. */
@@ -391,6 +426,7 @@ int main(void) {
         WITH_STORE(test_store_third_crash_fails_the_job),
         WITH_STORE(test_store_third_lost_lease_fails_the_job),
         WITH_STORE(test_store_release_is_not_held_against_the_job),
+        WITH_STORE(test_store_yield_lets_others_have_their_turns),
         WITH_STORE(test_store_claim_of_a_process_that_is_gone_ends_with_its_lease),
     };
     const struct CMUnitTest only_sqlite[] = {

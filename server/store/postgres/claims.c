@@ -25,7 +25,8 @@ static const char claim_sql[] =
     "  FROM waiting w CROSS JOIN LATERAL"
     "  (SELECT sum(o.running) AS running, max(o.turn) AS turn FROM draped.owners o"
     "   WHERE o.owner = w.owner) had"
-    "  WHERE w.owner IS NOT NULL AND ($3 = 0 OR had.running < $3) AND ($4 = 0 OR EXISTS"
+    "  WHERE w.owner IS NOT NULL AND ($3 = 0 OR had.running < $3) AND ($4 = 0 OR"
+    "   had.turn <= pg_sequence_last_value('draped.turns') AND EXISTS"
     "   (SELECT 1 FROM draped.jobs j WHERE j.status = " SQL_QUEUED " AND j.owner = w.owner"
     "    AND j.attempts = 0)) ORDER BY 2, 3, 4),"
     " first AS MATERIALIZED ("
@@ -58,10 +59,12 @@ static enum store_answer reuse(struct store *store, const struct store_claim *cl
     return postgres_end(&query, pg_run(&query), STORE_CONFLICT);
 }
 
-enum store_answer postgres_starving(struct store *store) {
-    struct pg_query query =
-        postgres_query(store, "SELECT 1 FROM draped.owners GROUP BY owner"
-                              " HAVING sum(queued) > 0 AND sum(running) = 0 LIMIT 1");
+enum store_answer postgres_starving(struct store *store, bool fresh) {
+    struct pg_query query = postgres_query(
+        store, "SELECT 1 FROM draped.owners GROUP BY owner"
+               " HAVING sum(queued) > 0 AND sum(running) = 0"
+               " AND ($1 = 0 OR max(turn) <= pg_sequence_last_value('draped.turns')) LIMIT 1");
+    pg_bind_int(&query, fresh);
     return postgres_end(&query, pg_run(&query), STORE_EMPTY);
 }
 
@@ -157,15 +160,18 @@ enum store_answer postgres_attempts(struct store *store, const struct store_clai
 }
 
 enum store_answer postgres_requeue(struct store *store, const struct store_claim *claim,
-                                   bool excused) {
+                                   bool excused, int64_t later) {
     struct pg_query query = postgres_query(
         store,
         "UPDATE draped.jobs SET status = " SQL_QUEUED ", progress = 0, started = 0, lease = NULL,"
         " excused = excused + $3::integer"
-        " WHERE sequence = $1 AND token = $2 AND status = " SQL_RUNNING " RETURNING 1");
+        " WHERE sequence = $1 AND token = $2 AND status = " SQL_RUNNING " RETURNING " POSTGRES_LAZY
+        ", CASE WHEN $4 > 0 THEN draped.count_owner(owner, 0, 0, 0, 0,"
+        "  pg_sequence_last_value('draped.turns') + $4)::text END");
     pg_bind_int(&query, claim->sequence);
     pg_bind_int(&query, claim->token);
     pg_bind_int(&query, excused);
+    pg_bind_int(&query, later);
     return postgres_end(&query, pg_run(&query), STORE_CONFLICT);
 }
 

@@ -87,7 +87,7 @@ enum store_answer postgres_usage(struct store *store, const char *owner, struct 
 /* --- claims.c */
 
 enum store_answer postgres_claim(struct store *store, bool fresh, struct store_claim *claim);
-enum store_answer postgres_starving(struct store *store);
+enum store_answer postgres_starving(struct store *store, bool fresh);
 /* Runs the statement of claims so that it finds nothing. */
 enum store_answer postgres_try_claim(struct store *store);
 enum store_answer postgres_renew(struct store *store, const struct store_claim *claim,
@@ -98,7 +98,7 @@ enum store_answer postgres_fail(struct store *store, const struct store_claim *c
 enum store_answer postgres_attempts(struct store *store, const struct store_claim *claim,
                                     int64_t *attempts, int64_t *excused);
 enum store_answer postgres_requeue(struct store *store, const struct store_claim *claim,
-                                   bool excused);
+                                   bool excused, int64_t later);
 enum store_answer postgres_find_ended(struct store *store, struct store_ended *ended, size_t most,
                                       size_t *count);
 enum store_answer postgres_take_over(struct store *store, const struct store_ended *ended,

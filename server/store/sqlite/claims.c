@@ -11,9 +11,9 @@
 static const char pick_sql[] =
     "WITH next (owner, running, turn) AS MATERIALIZED ("
     " SELECT owner, running, turn FROM owners INDEXED BY owners_turn"
-    "  WHERE queued > 0 AND running < ?1 AND (NOT ?2 OR EXISTS (SELECT 1 FROM jobs j"
-    "   INDEXED BY jobs_queue WHERE j.status = " SQL_QUEUED " AND j.owner = owners.owner"
-    "   AND j.attempts = 0)) ORDER BY running, turn LIMIT 64),"
+    "  WHERE queued > 0 AND running < ?1 AND (NOT ?2 OR turn <= (SELECT n FROM turns) AND EXISTS"
+    "   (SELECT 1 FROM jobs j INDEXED BY jobs_queue WHERE j.status = " SQL_QUEUED
+    "   AND j.owner = owners.owner AND j.attempts = 0)) ORDER BY running, turn LIMIT 64),"
     " first (owner) AS (SELECT owner FROM next"
     "  WHERE (running, turn) = (SELECT running, turn FROM next LIMIT 1)"
     "  ORDER BY (SELECT min(j.rank) FROM jobs j INDEXED BY jobs_queue"
@@ -123,10 +123,12 @@ enum store_answer sqlite_try_claim(struct sqlite_store *store, struct db *db) {
     return answer == STORE_EMPTY ? hand_out(store, db, &claim) : answer;
 }
 
-enum store_answer sqlite_starving(struct store *store) {
+enum store_answer sqlite_starving(struct store *store, bool fresh) {
     struct db *db = sqlite_take_reader(store);
-    struct query query = db_query(db, "SELECT 1 FROM owners INDEXED BY owners_turn"
-                                      " WHERE queued > 0 AND running = 0 LIMIT 1");
+    struct query query =
+        db_query(db, "SELECT 1 FROM owners INDEXED BY owners_turn WHERE queued > 0 AND running = 0"
+                     " AND (NOT ? OR turn <= (SELECT n FROM turns)) LIMIT 1");
+    query_bind_int(&query, fresh);
     bool any = query_row(&query);
     enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
     return answer == STORE_OK && !any ? STORE_EMPTY : answer;
@@ -139,6 +141,7 @@ struct holding {
     double progress;
     const char *error;
     bool excused;
+    int64_t later;
 };
 
 static enum store_answer changed(struct db *db, struct query *query) {
@@ -221,13 +224,21 @@ static enum store_answer requeue_operation(struct sqlite_store *store, struct db
     query_bind_int(&query, holding->excused);
     query_bind_int(&query, holding->claim->sequence);
     query_bind_int(&query, holding->claim->token);
-    return changed(db, &query);
+    enum store_answer answer = changed(db, &query);
+    if (answer != STORE_OK || !holding->later)
+        return answer;
+    query = db_query(db, "UPDATE owners SET turn = (SELECT n FROM turns) + ?1 WHERE owner ="
+                         " (SELECT owner FROM jobs WHERE sequence = ?2)");
+    query_bind_int(&query, holding->later);
+    query_bind_int(&query, holding->claim->sequence);
+    return query_run(&query);
 }
 
-enum store_answer sqlite_requeue(struct store *store, const struct store_claim *claim,
-                                 bool excused) {
-    struct holding holding = {.claim = claim, .excused = excused};
-    return sqlite_write(store, requeue_operation, &holding);
+/* Not worth waiting for the disk, like the claim: after a power cut it is in the queue anyway. */
+enum store_answer sqlite_requeue(struct store *store, const struct store_claim *claim, bool excused,
+                                 int64_t later) {
+    struct holding holding = {.claim = claim, .excused = excused, .later = later};
+    return sqlite_write_lazy(store, requeue_operation, &holding);
 }
 
 /* ------------------------------------------------------------------ claims that ended */

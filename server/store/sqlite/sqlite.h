@@ -95,7 +95,7 @@ enum store_answer sqlite_usage(struct store *store, const char *owner, struct st
 /* --- claims.c */
 
 enum store_answer sqlite_claim(struct store *store, bool fresh, struct store_claim *claim);
-enum store_answer sqlite_starving(struct store *store);
+enum store_answer sqlite_starving(struct store *store, bool fresh);
 /* Runs what claims and ends run, on no job. Inside an operation. */
 enum store_answer sqlite_try_claim(struct sqlite_store *store, struct db *db);
 enum store_answer sqlite_renew(struct store *store, const struct store_claim *claim,
@@ -105,8 +105,8 @@ enum store_answer sqlite_fail(struct store *store, const struct store_claim *cla
                               const char *error);
 enum store_answer sqlite_attempts(struct store *store, const struct store_claim *claim,
                                   int64_t *attempts, int64_t *excused);
-enum store_answer sqlite_requeue(struct store *store, const struct store_claim *claim,
-                                 bool excused);
+enum store_answer sqlite_requeue(struct store *store, const struct store_claim *claim, bool excused,
+                                 int64_t later);
 enum store_answer sqlite_find_ended(struct store *store, struct store_ended *ended, size_t most,
                                     size_t *count);
 enum store_answer sqlite_take_over(struct store *store, const struct store_ended *ended,
