@@ -2,6 +2,7 @@
 #include "fishnet_geodesic.h"
 
 #include "solver/surface/crossing.h"
+#include "solver/surface/shell.h"
 
 enum { ROUNDS = 30, HALVINGS_MAX = 8 };
 
@@ -281,6 +282,11 @@ static enum fishnet_end meet_by(const struct surface *surface, struct surface_cu
     return fishnet_has_collapsed(cell) ? FISHNET_COLLAPSED : FISHNET_NO_CONVERGENCE;
 }
 
+/* By how much geodesics jump where they cross gaps between the faces of a shell. */
+static double jump_at_joints(const struct surface *surface) {
+    return surface->shell ? 4 * shell_edges(surface->shell).largest_gap : 0;
+}
+
 /* Roughly at first and, should that fail, once more with rays that are right from the start. */
 static enum fishnet_end meet(const struct surface *surface, struct surface_cursor *cursor,
                              const struct fishnet_cell *cell, double accuracy, bool chords,
@@ -294,7 +300,13 @@ static enum fishnet_end meet(const struct surface *surface, struct surface_curso
         return end;
     *m = begun;
     node->station = start;
-    return meet_by(surface, cursor, cell, accuracy, strictly, chords, m, node);
+    end = meet_by(surface, cursor, cell, accuracy, strictly, chords, m, node);
+    double jump = jump_at_joints(surface) / fmin(m->ray[0].length, m->ray[1].length);
+    if (end != FISHNET_NO_CONVERGENCE || !(jump > 0))
+        return end;
+    *m = begun;
+    node->station = start;
+    return meet_by(surface, cursor, cell, accuracy + jump, strictly, chords, m, node);
 }
 
 enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
@@ -337,7 +349,7 @@ bool fishnet_geodesic_between(const struct surface *surface, struct surface_curs
         struct unfolding unfolding = unfold(&from, &to);
         struct vec3 gap = gap_between(&from, &to, &unfolding);
         double miss = vec3_norm(gap);
-        if (miss <= enough) {
+        if (miss <= enough || (!(miss < last) && miss <= enough + jump_at_joints(surface))) {
             *length = ray.length;
             *start = ray.direction;
             struct unfolding back = unfold(&to, &from);

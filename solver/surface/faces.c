@@ -6,6 +6,9 @@ enum { NEWTON_MAX = 40, HALVINGS_MAX = 20 };
 /* A place this close outside the domain, as a share of it, is on its border. */
 static const double border = 1e-9;
 
+/* Loops that run along the seam of a closed direction may be off by this share of the domain. */
+static const double seam = 2e-6;
+
 static void line_at(const struct face_curve *curve, double t, double uv[2], double rate[2]) {
     for (int k = 0; k < 2; k++) {
         rate[k] = curve->line[1][k] - curve->line[0][k];
@@ -68,6 +71,8 @@ bool face_contains(const struct face *face, const double uv[2]) {
         at[k] = surface_axis_wrap(axis, uv[k]);
         if (!(at[k] >= low - slack && at[k] <= high + slack))
             return false;
+        if (axis->closed && face->trim)
+            at[k] = fmin(fmax(at[k], low + seam * (high - low)), high - seam * (high - low));
     }
     if (!face->trim)
         return true;

@@ -4,7 +4,8 @@
  *
  * The boundary of a face is a set of curves in its parameters, trim curves and sides of the domain.
  * Each is cut into edges where others end or it has a corner, and each edge into segments, straight
- * in (u, v) for all that matters. Of a closed direction the seam is no boundary.
+ * in (u, v) for all that matters. Where the face lies on both sides of an edge, as along the seam
+ * of a closed direction, that is no boundary.
  */
 #ifndef SOLVER_SURFACE_FACES_H
 #define SOLVER_SURFACE_FACES_H

@@ -127,19 +127,6 @@ static bool meets(const struct surface *surface, const double a[2], const double
     return same;
 }
 
-/* Whether a line between two places runs along the seam of a closed direction, or both lie on it.
- */
-static bool on_seam(const struct surface *surface, const double a[2], const double b[2]) {
-    for (int k = 0; k < 2; k++) {
-        const double *outer = surface->axis[k].outer;
-        double slack = 1e-9 * (outer[1] - outer[0]);
-        for (int end = 0; end < 2 && surface->axis[k].closed; end++)
-            if (fabs(a[k] - outer[end]) <= slack && fabs(b[k] - outer[end]) <= slack)
-                return true;
-    }
-    return false;
-}
-
 static void close_loop(struct join *join, int32_t face, const double from[2], const double to[2]) {
     double line[2][2];
     surface_inner(&join->shell->faces[face].surface, from, line[0]);
@@ -416,21 +403,9 @@ static bool is_point(const struct shell *shell, const struct face_edge *edge) {
 
 static void add_edge(struct shell *shell, int32_t number, const struct cut *from,
                      const struct cut *to) {
-    const struct face_curve *curve = &shell->curves[number];
-    const struct surface *surface = &shell->faces[curve->face].surface;
     struct face_edge *edge = &shell->edges[shell->edge_count];
-    struct curve_place a, b, middle;
     *edge = (struct face_edge){
         .curve = number, .t = {from->t, to->t}, .mate = EDGE_FREE, .end = {from->r, to->r}};
-    curve_at(shell, curve, from->t, &a);
-    curve_at(shell, curve, to->t, &b);
-    curve_at(shell, curve, (from->t + to->t) / 2, &middle);
-    double ends[3][2];
-    surface_outer(surface, a.uv, ends[0]);
-    surface_outer(surface, b.uv, ends[1]);
-    surface_outer(surface, middle.uv, ends[2]);
-    if (on_seam(surface, ends[0], ends[1]) && on_seam(surface, ends[0], ends[2]))
-        return;
     edge->bare = is_point(shell, edge);
     edge->inside = edge->bare ? 0 : side_of(shell, edge);
     edge->bare = edge->bare || edge->inside == 0;

@@ -3,12 +3,14 @@
 
 #include "crossing.h"
 #include "dormand.h"
+#include "shell.h"
 #include <stdint.h>
 #include <string.h>
 
 enum {
     EVENT_ROUNDS = 12, /* Newton on the length to a span's edge */
     CHORD_ROUNDS = 8,  /* Newton on the length to a chord */
+    JOINT_ROUNDS = 8,  /* steps, each half of the last, to a joint */
     JOINT_PIECES = 4,  /* straight ones, in which joints are sought along a step */
     FAILURES_MAX = 40, /* steps of one advance that were too long */
     FAILURES_OUTSIDE = 8
@@ -678,21 +680,49 @@ static bool cross_joint(struct path *g, const struct crossing *joint) {
     return place(g, joint->entry, crossing_turn(joint, t));
 }
 
-/* A step as in one span, which ends on the joint that it meets. */
+/* A step as in one span, which ends on the joint that it meets; shorter ones first where that is
+ * not found, as where the path all but touches it. */
 static bool advance_on_face(struct path *g, double h, struct effort *effort, double *length) {
-    struct path before = *g;
-    struct crossing joint;
-    if (!advance_in_span(g, h, effort, length))
-        return false;
-    double way = *length;
-    if (!find_joint(&before, g, *length, &joint, &way))
-        return true;
-    struct path there = before;
-    if (!meet_joint(&there, &joint, &way) || !cross_joint(&there, &joint))
-        return false;
-    *g = there;
-    *length = way;
+    struct path before = *g, beyond = *g;
+    for (int round = 0; round < JOINT_ROUNDS; round++) {
+        struct crossing joint;
+        struct path there = before;
+        *g = before;
+        if (!advance_in_span(g, h, effort, length))
+            return false;
+        double way = *length;
+        if (!find_joint(&before, g, *length, &joint, &way))
+            return true;
+        beyond = *g;
+        if (meet_joint(&there, &joint, &way) && cross_joint(&there, &joint)) {
+            *g = there;
+            *length = way;
+            return true;
+        }
+        h = *length / 2;
+    }
+    *g = beyond;
     return true;
+}
+
+/* Where a path ends beyond a joint that it has not met, it goes on from what is next to there. */
+static bool settle(struct path *g) {
+    struct surface_cursor cursor = {0, 0};
+    struct crossing joint;
+    struct station here;
+    double uv[2];
+    struct vec3 t;
+    if (crossing_within(g->surface, g->uv))
+        return true;
+    (void)point_of(g, &t);
+    if (!station_at(g->surface, &cursor, g->uv, &here))
+        return true;
+    crossing_find(&here, &joint);
+    if (joint.kind != CROSSING_JOINT || !crossing_carry(&joint, &cursor, &here, uv) ||
+        !crossing_within(joint.beyond, uv))
+        return true;
+    memcpy(joint.entry, uv, sizeof uv);
+    return cross_joint(g, &joint);
 }
 
 /* The sum of the squares of the two principal curvatures: tr (I^-1 II)^2. */
@@ -734,7 +764,7 @@ bool path_advance(struct path *path, double length) {
     }
     if (remaining < 0)
         path->ahead = -remaining;
-    return remaining <= 0;
+    return remaining <= 0 && (!path->surface->shell || path->ahead > 0 || settle(path));
 }
 
 /* Whether a step next to nothing that ends at y crosses a joint. */
@@ -782,6 +812,8 @@ bool path_advance_chord(struct path *path, struct surface_cursor *cursor, double
         return false;
     double length = length_of_chord(path, d), correction = HUGE_VAL;
     double enough = chord_tolerance * d + chord_rounding * path->surface->magnitude;
+    const struct shell *shell = path->surface->shell;
+    double jump = shell ? 2 * shell_edges(shell).largest_gap : 0;
     for (int round = 0; round < CHORD_ROUNDS; round++) {
         if (!(fabs(correction) <= nudge_share * d) || !nudge(&ahead, correction)) {
             ahead = *path;
@@ -794,7 +826,7 @@ bool path_advance_chord(struct path *path, struct surface_cursor *cursor, double
         double size = vec3_norm(chord), rate = vec3_dot(chord, tangent) / size;
         if (fabs(size - d) <= enough || round == CHORD_ROUNDS - 1) {
             *path = ahead;
-            return fabs(size - d) <= 1e3 * enough;
+            return fabs(size - d) <= 1e3 * enough + jump;
         }
         if (!(rate > 0.1))
             return false;

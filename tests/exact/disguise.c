@@ -2,6 +2,7 @@
 #include "disguise.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 /* x in [0, 1] of direction k becomes c x / (1 + (c - 1) x): points get the factor's denominator at
@@ -97,4 +98,28 @@ int disguise_direction(struct shape *shape, int k, uint64_t *seed) {
     for (int i = 0; i <= shape->size[k] + shape->degree[k]; i++)
         shape->knots[k][i] = scale * (shape->knots[k][i] + offset);
     return flips;
+}
+
+void disguise_affine(struct shape *shape, int k, uint64_t *seed, double map[2]) {
+    bool bezier = one_span(shape, k);
+    double *t = shape->knots[k], scale = disguise_spread(seed, 100);
+    int p = shape->degree[k], count = shape->size[k] + p + 1;
+    double offset = random_unit(seed) < 0.7 ? disguise_spread(seed, 1e3) : 0;
+    map[0] = 0;
+    map[1] = 1;
+    if (random_unit(seed) < 0.5) {
+        map[0] = t[0] + t[count - 1];
+        map[1] = -1;
+        reverse(shape, k);
+    }
+    if (bezier && random_unit(seed) < 0.5)
+        elevate(shape, k);
+    if (random_unit(seed) < 0.3 && shape->size[k] < SHAPE_SIZE_MAX - 1) {
+        p = shape->degree[k];
+        shape_insert_knot(shape, k, t[p] + random_between(seed, 0.3, 0.7) * (t[p + 1] - t[p]));
+    }
+    for (int i = 0; i <= shape->size[k] + shape->degree[k]; i++)
+        t[i] = scale * (t[i] + offset);
+    map[0] = scale * (map[0] + offset);
+    map[1] *= scale;
 }

@@ -17,7 +17,34 @@ static const uint64_t SEED = 20261122;
 static const double SAME = 1e-9; /* of the surface's size */
 static const double SAME_SHEAR_DEG = 1e-6;
 
+/* A loop of lines and cubics in shares of the whole's domain; later in those of the piece. */
+enum { CURVES_MAX = 12 };
+struct outline {
+    int count;
+    struct trim_curve curve[CURVES_MAX];
+    double point[CURVES_MAX][4][2];
+    bool hole;
+};
+
 static struct shape pieces[PIECES_MAX];
+static struct outline outlines[PIECES_MAX][2]; /* without curves: none */
+
+static const double cubic_knots[] = {0, 0, 0, 0, 1, 1, 1, 1};
+
+/* The loops of a piece in its shell's arena. */
+static void trim_piece(int k, struct shell_part *part, struct arena *arena) {
+    struct trim_loop *loops = arena_alloc(arena, 2, sizeof *loops);
+    for (int n = 0; n < 2; n++) {
+        struct outline *outline = &outlines[k][n];
+        for (int c = 0; c < outline->count; c++)
+            outline->curve[c].points = (const double(*)[2])outline->point[c];
+        if (outline->count)
+            loops[part->loop_count++] = (struct trim_loop){.reversed = !outline->hole,
+                                                           .curves = outline->curve,
+                                                           .count = (size_t)outline->count};
+    }
+    part->loops = loops;
+}
 
 static struct shell *make_shell(int count, struct arena *arena) {
     struct shell_part *parts = arena_alloc(arena, (size_t)count, sizeof *parts);
@@ -28,6 +55,7 @@ static struct shell *make_shell(int count, struct arena *arena) {
         struct surface *surface;
         assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
         parts[k].surface = surface;
+        trim_piece(k, &parts[k], arena);
     }
     enum status status = shell_make(parts, (size_t)count, 0, arena, &shell, &fault);
     if (status != STATUS_OK)
@@ -47,6 +75,7 @@ static void cut_lines(double low, double high, int count, uint64_t *seed, double
 static void cut(const struct shape *whole, const int count[2], uint64_t *seed) {
     double lower[2], upper[2], lines[2][PIECES_MAX + 1];
     int total = count[0] * count[1];
+    memset(outlines, 0, sizeof outlines);
     shape_domain(whole, lower, upper);
     for (int k = 0; k < 2; k++)
         cut_lines(lower[k], upper[k], count[k], seed, lines[k]);
@@ -66,6 +95,154 @@ static void cut(const struct shape *whole, const int count[2], uint64_t *seed) {
         pieces[n] = pieces[other];
         pieces[other] = swap;
     }
+}
+
+/* ---- joints at a slant, and islands ---- */
+
+static void add_curve(struct outline *outline, const double from[2], const double to[2],
+                      const double (*between)[2]) {
+    double(*p)[2] = outline->point[outline->count];
+    bool line = between == NULL;
+    memcpy(p[0], from, sizeof p[0]);
+    memcpy(p[line ? 1 : 3], to, sizeof p[0]);
+    for (int k = 0; k < 2 && !line; k++)
+        memcpy(p[1 + k], between[k], sizeof p[0]);
+    outline->curve[outline->count++] = (struct trim_curve){
+        .degree = line ? 1 : 3, .count = line ? 2 : 4, .knots = line ? NULL : cubic_knots};
+}
+
+static void put_back(double p[2], const double low[2], const double length[2],
+                     const double map[2][2], bool swap) {
+    for (int k = 0; k < 2; k++)
+        p[k] = map[k][0] + map[k][1] * (low[k] + p[k] * length[k]);
+    if (swap) {
+        double x = p[0];
+        p[0] = p[1];
+        p[1] = x;
+    }
+}
+
+/* The piece within its outlines, of a surface that goes on a little beyond them. */
+static void make_piece(const struct shape *whole, int n, uint64_t *seed) {
+    struct shape *piece = &pieces[n];
+    double lower[2], upper[2], length[2], box[2][2], map[2][2];
+    shape_domain(whole, lower, upper);
+    *piece = *whole;
+    for (int k = 0; k < 2; k++) {
+        double least = 1, most = 0, margin = random_between(seed, 0, 0.2);
+        length[k] = upper[k] - lower[k];
+        for (int c = 0; c < outlines[n][0].count && !outlines[n][0].hole; c++)
+            for (size_t i = 0; i < outlines[n][0].curve[c].count; i++) {
+                least = fmin(least, outlines[n][0].point[c][i][k]);
+                most = fmax(most, outlines[n][0].point[c][i][k]);
+            }
+        if (outlines[n][0].hole) {
+            least = 0;
+            most = 1;
+        }
+        box[k][0] = fmax(least - margin, 0);
+        box[k][1] = fmin(most + margin, 1);
+        for (int e = 0; e < 2; e++)
+            box[k][e] = box[k][e] == 1 ? upper[k] : lower[k] + box[k][e] * length[k];
+    }
+    shape_cut(piece, box[0], box[1]);
+    for (int k = 0; k < 2; k++)
+        disguise_affine(piece, k, seed, map[k]);
+    bool swap = random_unit(seed) < 0.5;
+    if (swap)
+        shape_transpose(piece);
+    for (int loop = 0; loop < 2; loop++)
+        for (int c = 0; c < outlines[n][loop].count; c++)
+            for (size_t i = 0; i < outlines[n][loop].curve[c].count; i++)
+                put_back(outlines[n][loop].point[c][i], lower, length, (const double(*)[2])map,
+                         swap);
+}
+
+/* Cubics from v = 0 to v = 1 that do not meet, and the strips between them. */
+static int cut_strips(const struct shape *whole, uint64_t *seed) {
+    double line[PIECES_MAX + 1][4][2];
+    int count = 2 + (int)(random_unit(seed) * 6);
+    memset(outlines, 0, sizeof outlines);
+    for (int k = 0; k <= count; k++)
+        for (int i = 0; i < 4; i++) {
+            bool end = k == 0 || k == count;
+            line[k][i][0] = (double)k / count + (end ? 0 : random_between(seed, -0.4, 0.4) / count);
+            line[k][i][1] = i / 3.0;
+        }
+    for (int k = 0; k < count; k++) {
+        struct outline *o = &outlines[k][0];
+        double(*a)[2] = line[k], (*b)[2] = line[k + 1];
+        const double back[2][2] = {{a[2][0], a[2][1]}, {a[1][0], a[1][1]}};
+        add_curve(o, a[0], b[0], NULL);
+        add_curve(o, b[0], b[3], (const double(*)[2])(b + 1));
+        add_curve(o, b[3], a[3], NULL);
+        add_curve(o, a[3], a[0], back);
+        make_piece(whole, k, seed);
+    }
+    return count;
+}
+
+/* Quadrilaterals with straight sides round moved points of a grid. */
+static int cut_quads(const struct shape *whole, uint64_t *seed) {
+    static double point[10][10][2];
+    int nu = 1 + (int)(random_unit(seed) * 6), nv = 2 + (int)(random_unit(seed) * 5), n = 0;
+    memset(outlines, 0, sizeof outlines);
+    for (int i = 0; i <= nu; i++)
+        for (int j = 0; j <= nv; j++) {
+            bool in_u = i > 0 && i<nu, in_v = j> 0 && j < nv;
+            point[i][j][0] = (i + (in_u ? random_between(seed, -0.3, 0.3) : 0)) / nu;
+            point[i][j][1] = (j + (in_v ? random_between(seed, -0.3, 0.3) : 0)) / nv;
+        }
+    for (int i = 0; i < nu; i++)
+        for (int j = 0; j < nv; j++, n++) {
+            struct outline *o = &outlines[n][0];
+            add_curve(o, point[i][j], point[i + 1][j], NULL);
+            add_curve(o, point[i + 1][j], point[i + 1][j + 1], NULL);
+            add_curve(o, point[i + 1][j + 1], point[i][j + 1], NULL);
+            add_curve(o, point[i][j + 1], point[i][j], NULL);
+            make_piece(whole, n, seed);
+        }
+    return nu * nv;
+}
+
+/* A rounded island in the whole, begun at different places by the two. */
+static int cut_island(const struct shape *whole, uint64_t *seed) {
+    double at[2], r = random_between(seed, 0.05, 0.25);
+    memset(outlines, 0, sizeof outlines);
+    for (int k = 0; k < 2; k++)
+        at[k] = random_between(seed, 0.3, 0.7);
+    for (int n = 0; n < 2; n++) {
+        int first = (int)(random_unit(seed) * 4);
+        outlines[n][0].hole = n == 0;
+        for (int q = first; q < first + 4; q++) {
+            static const int8_t corner[5][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}, {1, 0}};
+            double p[4][2];
+            for (int k = 0; k < 2; k++) {
+                double a = corner[q % 4][k], b = corner[q % 4 + 1][k];
+                p[0][k] = at[k] + r * a;
+                p[3][k] = at[k] + r * b;
+                p[1][k] = at[k] + r * (a + 0.55 * b);
+                p[2][k] = at[k] + r * (b + 0.55 * a);
+            }
+            add_curve(&outlines[n][0], p[0], p[3], (const double(*)[2])(p + 1));
+        }
+        make_piece(whole, n, seed);
+    }
+    return 2;
+}
+
+enum cutting { CUT_ISOLINES, CUT_STRIPS, CUT_QUADS, CUT_ISLAND, CUTTINGS };
+static const char *const cutting_names[] = {"isolines", "strips", "quads", "island"};
+
+static int cut_by(enum cutting cutting, const struct shape *whole, uint64_t *seed) {
+    if (cutting == CUT_ISOLINES) {
+        const int count[2] = {1 + (int)(random_unit(seed) * 6), 2 + (int)(random_unit(seed) * 6)};
+        cut(whole, count, seed);
+        return count[0] * count[1];
+    }
+    return cutting == CUT_STRIPS  ? cut_strips(whole, seed)
+           : cutting == CUT_QUADS ? cut_quads(whole, seed)
+                                  : cut_island(whole, seed);
 }
 
 struct difference {
@@ -113,7 +290,8 @@ static struct difference compare(const struct drape_run *whole, const struct dra
     return most;
 }
 
-static bool same_as_whole(struct scene *scene, enum drape_method method, uint64_t seed) {
+static bool same_as_whole(struct scene *scene, enum cutting cutting, enum drape_method method,
+                          uint64_t seed) {
     struct drape_settings settings = scene_settings(scene, method, CELLS);
     struct drape_run whole;
     struct drape_result result = {0};
@@ -126,10 +304,9 @@ static bool same_as_whole(struct scene *scene, enum drape_method method, uint64_
     drape_begin(&whole, &scene->shape, &settings);
     settings.direction_kind = DRAPE_DIRECTION_VECTOR;
     settings.direction_vector = whole.result.start_warp;
-    const int count[2] = {1 + (int)(random_unit(&random) * 6), 2 + (int)(random_unit(&random) * 6)};
-    cut(&scene->shape, count, &random);
+    int count = cut_by(cutting, &scene->shape, &random);
     struct arena *arena = arena_new((size_t)1 << 30);
-    struct shell *shell = make_shell(count[0] * count[1], arena);
+    struct shell *shell = make_shell(count, arena);
     enum status status = drape_solve_shell(shell, &settings, NULL, arena, &result);
     if (status == STATUS_OK && is_turned(&whole, &result)) {
         settings.pre_shear_deg = -settings.pre_shear_deg;
@@ -146,38 +323,60 @@ static bool same_as_whole(struct scene *scene, enum drape_method method, uint64_
                 most.shear_deg <= SAME_SHEAR_DEG;
     struct shell_edges edges = shell_edges(shell);
     if (!same || getenv("DRAPED_VERBOSE"))
-        printf(
-            "  %s, method %d, %d x %d faces, seed %llu: %zu nodes, %d missing, %d extra, %.1e of "
-            "the size, %.1e deg; %zu joined, %zu free, gap %.1e\n",
-            scene->name, method, count[0], count[1], (unsigned long long)seed,
-            whole.result.nodes.count, most.missing, most.extra, most.position / size,
-            most.shear_deg, edges.joined, edges.free, edges.largest_gap);
+        printf("  %s, method %d, %s, %d faces, seed %llu: %zu nodes, %d missing, %d extra, %.1e of "
+               "the size, %.1e deg; %zu joined, %zu free, gap %.1e\n",
+               scene->name, method, cutting_names[cutting], count, (unsigned long long)seed,
+               whole.result.nodes.count, most.missing, most.extra, most.position / size,
+               most.shear_deg, edges.joined, edges.free, edges.largest_gap);
     arena_free(arena);
     drape_end(&whole);
     return same;
 }
 
-static void test_exact_shell_of_pieces_is_the_whole(void **state) {
+/* All scenes, cut one way. */
+static void check_cutting(enum cutting cutting) {
     const char *seed_text = getenv("DRAPED_SEED"), *rounds_text = getenv("DRAPED_ROUNDS");
     static const enum drape_method every[] = {DRAPE_GIB, DRAPE_GIB4, DRAPE_BASIC, DRAPE_GEODESIC};
     uint64_t first = seed_text ? strtoull(seed_text, NULL, 10) : SEED;
     int rounds = rounds_text ? atoi(rounds_text) : ROUNDS, bad = 0;
-    (void)state;
     printf("  seed %llu\n", (unsigned long long)first);
     for (int round = 0; round < rounds; round++)
         for (int id = 0; id < SCENE_COUNT; id++) {
             struct scene scene;
             uint64_t seed = first + (uint64_t)(round * SCENE_COUNT + id);
             scene_make(&scene, (enum scene_id)id);
-            bad += !same_as_whole(&scene, every[seed % 4], seed);
+            bad += !same_as_whole(&scene, cutting, every[seed % 4], seed);
             scene_free(&scene);
         }
     assert_int_equal(bad, 0);
 }
 
+static void test_exact_shell_cut_by_isolines_is_the_whole(void **state) {
+    (void)state;
+    check_cutting(CUT_ISOLINES);
+}
+
+static void test_exact_shell_cut_into_strips_is_the_whole(void **state) {
+    (void)state;
+    check_cutting(CUT_STRIPS);
+}
+
+static void test_exact_shell_cut_into_quads_is_the_whole(void **state) {
+    (void)state;
+    check_cutting(CUT_QUADS);
+}
+
+static void test_exact_shell_with_an_island_is_the_whole(void **state) {
+    (void)state;
+    check_cutting(CUT_ISLAND);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_exact_shell_of_pieces_is_the_whole),
+        cmocka_unit_test(test_exact_shell_cut_by_isolines_is_the_whole),
+        cmocka_unit_test(test_exact_shell_cut_into_strips_is_the_whole),
+        cmocka_unit_test(test_exact_shell_cut_into_quads_is_the_whole),
+        cmocka_unit_test(test_exact_shell_with_an_island_is_the_whole),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
