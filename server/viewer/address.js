@@ -24,12 +24,16 @@ export function readAddress() {
   return Object.fromEntries(known);
 }
 
-/** Replaces the address; empty values are left out. */
+/** Replaces the address; empty values are left out. Another drape than the one before is a step
+ *  that Back undoes. */
 export function writeAddress(state) {
+  const { drape } = readAddress();
   const given = KEYS.filter((key) => state[key]).map((key) => {
     const value = encodeURIComponent(state[key]).replaceAll('%2C', ',').replaceAll('%20', '');
     return `${key}=${value}`;
   });
   const hash = `#${given.join('&')}`;
-  if (hash !== location.hash) history.replaceState(null, '', hash);
+  if (hash === location.hash) return;
+  if (drape && state.drape && drape !== state.drape) history.pushState(null, '', hash);
+  else history.replaceState(null, '', hash);
 }

@@ -27,8 +27,25 @@ function ticks(low, high, count) {
   return values;
 }
 
+/** The one value that a field has everywhere. */
+function drawConstant(parent, value, { map, unit, label }) {
+  const text = withUnit(format(value), unit);
+  parent.replaceChildren(
+    svg(
+      'svg',
+      { role: 'img', 'aria-label': `${label}: ${text} everywhere` },
+      svg('rect', { x: 4, y: 4, width: 28, height: 12, fill: css(map, 0.5) }),
+      svg('text', { x: 40, y: 14 }, `${text} everywhere`),
+    ),
+  );
+}
+
 /** `values` with a mark at each of `marks` that lies within. */
 export function drawScale(parent, { range: [low, high], map, unit, label, marks = [] }) {
+  if (low === high) {
+    drawConstant(parent, low, { map, unit, label });
+    return;
+  }
   const box = { width: Math.max(parent.clientWidth, 200), top: 4, height: 12, side: 36 };
   const inner = box.width - 2 * box.side;
   const x = (value) => box.side + (inner * (value - low)) / (high - low);

@@ -20,9 +20,9 @@ export class Comparison {
   async start(id) {
     const [request, drape] = await Promise.all([fetchRequest(id), fetchDrape(id)]);
     const { settings } = request;
-    this.other = { ...drape, spacing: spacingOf(settings) };
+    this.other = { ...drape, spacing: spacingOf(settings), label: labelOf(settings) };
     this.view.setNet('two', drape.lattice, this.other.spacing);
-    element('caption-other').textContent = `The other: ${labelOf(settings)}`;
+    element('caption-other').textContent = `The other: ${this.other.label}`;
     element('compare-end').hidden = false;
     this.view.arrange('compare');
   }

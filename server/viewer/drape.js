@@ -23,10 +23,14 @@ export async function fetchRequest(id, signal) {
   return readRequest(text, surface);
 }
 
-/** What tells a drape from another: its method and direction. */
-export function labelOf({ method, direction }) {
+/** What tells a drape from another: its method, direction, spacing and start. */
+export function labelOf({ method, direction, fabric, length_unit: unit = 'm', start }) {
+  const round = (values) => values.map((value) => Number(Number(value).toPrecision(3))).join(', ');
   const angle = direction?.angle_deg;
-  return `${method}, ${angle === undefined ? 'along a vector' : `${angle}°`}`;
+  const parts = [method || 'gib', angle === undefined ? 'along a vector' : `${angle}°`];
+  parts.push(`${round([fabric.spacing].flat()).replace(', ', ' × ')} ${unit}`);
+  if (start) parts.push(`from ${round([start.uv || start.point].flat())}`);
+  return parts.join(', ');
 }
 
 /** The spacing along warp and weft that a request asks for. */

@@ -81,8 +81,7 @@ export function scaleOf(field, range) {
     return [-high, high];
   }
   if (field.zero) low = 0;
-  const least = Math.abs(high) * 1e-6;
-  return high - low > least ? [low, high] : [low, high + (Math.abs(high) * 0.01 || 1)];
+  return high - low > Math.abs(high) * 1e-6 ? [low, high] : [low, low]; // the same everywhere
 }
 
 /** Four digits, with a real minus sign; powers of ten where they are shorter. */

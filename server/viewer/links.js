@@ -26,12 +26,12 @@ export function saveAs(blob, name) {
 }
 
 /** Links to all formats; with a token they are fetched, because a link cannot carry it. Without an
- *  id their names alone. */
-export function showDownloads(list, id, onError) {
+ *  id their names alone. `title` names the files. */
+export function showDownloads(list, id, onError, title = id) {
   const items = DOWNLOADS.map(([label, path, ending]) => {
     const item = document.createElement('li');
     const link = document.createElement('a');
-    const name = `drape-${id}.${ending}`;
+    const name = `${title}.${ending}`;
     link.textContent = label;
     item.append(link);
     if (!id) return item;
@@ -45,6 +45,15 @@ export function showDownloads(list, id, onError) {
   });
   list.replaceChildren(...items);
 }
+
+/** Of words a name for a file that every system takes. */
+export const fileName = (text) =>
+  text
+    .replaceAll('°', 'deg')
+    .replaceAll('×', 'x')
+    .replace(/[^\w.+-]+/g, '-')
+    .replace(/^-+|-+$/g, '')
+    .slice(0, 80);
 
 const quote = (text) => `'${text.replaceAll("'", "'\\''")}'`;
 

@@ -15,8 +15,21 @@ function button(text, label, onClick, kind = '') {
   return node;
 }
 
-function describe({ status, summary, created }) {
-  const time = new Date(created).toLocaleString([], { dateStyle: 'short', timeStyle: 'medium' });
+/** Names of drapes, as far as this browser has shown them. */
+const NAMES = 'draped-names';
+const NAMES_MOST = 200;
+
+function readNames() {
+  try {
+    return JSON.parse(localStorage.getItem(NAMES)) || {};
+  } catch {
+    return {};
+  }
+}
+
+function describe({ id, status, summary, created }, names) {
+  const at = new Date(created).toLocaleString([], { dateStyle: 'short', timeStyle: 'medium' });
+  const time = names[id] ? `${names[id]}\n${at}` : at;
   if (!summary) return `${time}\n${status}`;
   const { cells, max_shear_deg } = summary;
   return `${time}\n${cells.toLocaleString('en')} cells, up to ${max_shear_deg.toFixed(1)}°`;
@@ -27,9 +40,20 @@ export class Drapes {
     Object.assign(this, { element, isHidden, onOpen, onCompare, onError, current: null });
   }
 
-  #row(drape) {
+  /** Keeps what a drape is called in this browser; the oldest names are dropped. */
+  name(id, text) {
+    const others = Object.entries(readNames()).filter(([key]) => key !== id);
+    const kept = Object.fromEntries([...others, [id, text]].slice(-NAMES_MOST));
+    try {
+      localStorage.setItem(NAMES, JSON.stringify(kept));
+    } catch {
+      // a browser that keeps nothing: drapes are told apart by their time
+    }
+  }
+
+  #row(drape, names) {
     const item = document.createElement('li');
-    const text = describe(drape);
+    const text = describe(drape, names);
     const done = drape.status === 'succeeded';
     const open = button(text, `Open the drape of ${text}`, () => this.onOpen(drape.id), 'open');
     const compare = button('Compare', `Compare with the drape of ${text}`, () =>
@@ -50,7 +74,10 @@ export class Drapes {
     this.current = current;
     try {
       const { drapes } = await list(SHOWN);
-      const rows = drapes.filter(({ id }) => !this.isHidden(id)).map((drape) => this.#row(drape));
+      const names = readNames();
+      const rows = drapes
+        .filter(({ id }) => !this.isHidden(id))
+        .map((drape) => this.#row(drape, names));
       const none = Object.assign(document.createElement('li'), { textContent: 'None yet.' });
       this.element.replaceChildren(...(rows.length ? rows : [none]));
     } catch (error) {

@@ -19,7 +19,7 @@ import {
 } from './fields.js';
 import { Form } from './form.js';
 import { nodeAt } from './lattice.js';
-import { curlCommand, saveAs, showDownloads } from './links.js';
+import { curlCommand, fileName, saveAs, showDownloads } from './links.js';
 import { Drapes } from './list.js';
 import {
   blankReadout,
@@ -49,6 +49,8 @@ const EXAMPLES = [
 const NO_CELL =
   'The net has no cell here: choose a smaller spacing, or another start, and press Drape.';
 const RETRY = 'Check the address, or drape again.';
+const IN_METRES = 20; // a part of a larger size without a unit is in millimetres
+const NARROW = '(max-width: 720px)'; // as in style.css
 
 const page = {
   field: fields[0],
@@ -57,6 +59,7 @@ const page = {
   pinned: null, // [i, j]
   hovered: null,
   example: 'saddle',
+  part: 'saddle', // what the surface is called
 };
 
 /* ---- errors ---- */
@@ -82,14 +85,18 @@ const form = new Form({
     save();
     runner.live(true);
   },
-  onUnit: () => page.one && refreshNumbers(),
+  onUnit: () => {
+    refreshAbout();
+    if (page.one) refreshNumbers();
+  },
 });
 
 /** Puts a request into the form and its surface into the picture; forgets the drape that was shown. */
 function takeRequest(request) {
+  page.note = '';
   form.load(request);
   if (request.fault) form.surfaceError(request.fault);
-  element('about').textContent = request.shape ? request.shape.about : '';
+  refreshAbout();
   clear();
   view.setShape(request.shape);
   const ready = 'Press Drape. Click on the surface to choose where the net starts.';
@@ -100,6 +107,23 @@ function takeRequest(request) {
     true,
   );
   refreshCurl();
+}
+
+/** What the surface is and how large, in the unit that is chosen. */
+function refreshAbout() {
+  const { shape } = form;
+  const size = shape && shape.size.map((edge) => format(edge, 3)).join(' × ');
+  element('about').textContent = shape
+    ? `${page.note || ''}${shape.about}; ${size} ${form.unit}`
+    : page.note || '';
+}
+
+/** Marks what is shown as the answer to another request than the form's. */
+function refreshStale() {
+  const { one } = page;
+  const stale = Boolean(one && !one.passing && !runner.living && one.body !== form.body());
+  element('stale').hidden = !stale;
+  document.querySelector('main').classList.toggle('stale', stale);
 }
 
 function clear() {
@@ -126,9 +150,16 @@ async function takeExample(name) {
   if (!response.ok) throw new api.Unreachable();
   const request = await readRequest(await response.text());
   if (element('example').value !== name) return; // another one was chosen meanwhile
-  page.example = name;
+  page.example = page.part = name;
   takeRequest(request);
   save();
+}
+
+/** A file without a unit is not in metres when that would make a part of hundreds of metres. */
+function assumeUnit({ settings, shape }) {
+  if (settings.length_unit || !shape) return '';
+  settings.length_unit = Math.max(...shape.size) > IN_METRES ? 'mm' : 'm';
+  return `It names no unit; ${settings.length_unit} is assumed. `;
 }
 
 /** The service's limits, asked once; a file that is too large is not even read. */
@@ -145,10 +176,14 @@ async function takeFile(file) {
   }
   say(`Reading ${file.name} …`);
   try {
-    takeRequest(await readRequest(await file.text()));
+    const request = await readRequest(await file.text());
+    const assumed = assumeUnit(request);
+    takeRequest(request);
     page.example = '';
+    page.part = file.name.replace(/\.json$/i, '');
     element('example').value = '';
-    element('about').textContent = `${file.name}: ${element('about').textContent}`;
+    page.note = `${file.name}: ${assumed}`;
+    refreshAbout();
     say('');
     save();
   } catch (error) {
@@ -187,11 +222,14 @@ function showDrape(drape, passing = false) {
   view.setNet('one', drape.lattice, drape.spacing);
   view.setHandle(nodeAt(drape.lattice.grid, 0, 0));
   refresh(passing);
+  refreshStale();
   if (passing) return view.passing();
   const { cells, timing_ms: time } = drape.summary;
   say(`${cells.toLocaleString('en')} cells, solved in ${format(time.solve, 3)} ms`);
   refreshCurl();
-  showDownloads(element('downloads'), drape.id, reportQuietly);
+  const title = fileName(`${page.part || 'part'} ${drape.label}`);
+  showDownloads(element('downloads'), drape.id, reportQuietly, title);
+  drapes.name(drape.id, `${page.part || 'part'}: ${drape.label}`);
   compareFields();
   save();
 }
@@ -239,7 +277,8 @@ function refreshColours() {
 
 function refreshNumbers() {
   const { one } = page;
-  showSummary(element('summary'), one?.passing ? one.brief : one?.summary, form.unit);
+  const other = comparison.other && [comparison.other.summary, comparison.other.label];
+  showSummary(element('summary'), one?.passing ? one.brief : one?.summary, form.unit, other);
   if (one && !one.lattice.columns['nodes.u']) return blankReadout(element('readout'));
   const place = page.pinned || page.hovered?.place;
   const cell = one && place ? cellAt(one.lattice, ...place) : -1;
@@ -312,6 +351,14 @@ function pinFromFields() {
   save();
 }
 
+/** The cell with the most shear, whatever is shown. */
+function pinWorst() {
+  const { lattice } = page.one || {};
+  if (!lattice?.columns['cells.i'].length) return;
+  const shear = lattice.columns['cells.shear_deg'].map(Math.abs);
+  pin(placeOf(lattice, shear.indexOf(rangeOf(shear)[1])));
+}
+
 /* ---- comparing ---- */
 
 async function compareWith(id) {
@@ -362,7 +409,7 @@ async function openDrape(id) {
   takeRequest(request);
   hint('Fetching the net …', true);
   const { settings } = request;
-  const told = { spacing: spacingOf(settings), label: labelOf(settings) };
+  const told = { spacing: spacingOf(settings), label: labelOf(settings), body: form.body() };
   const drape = { ...(await fetchDrape(id)), ...told };
   showDrape(drape);
   runner.follow(drape);
@@ -449,6 +496,7 @@ const runner = new Runner(form, {
   onDrape: showDrape,
   onError: report,
   onEnd: () => drapes.refresh(page.one?.id),
+  onSettled: refreshStale,
   columnsOnTheWay,
 });
 
@@ -468,10 +516,13 @@ function listenRequest() {
   element('request').addEventListener('submit', (event) => {
     event.preventDefault();
     refreshCurl();
-    if (!runner.busy) runner.run();
+    if (matchMedia(NARROW).matches) element('stage').scrollIntoView();
+    runner.run();
   });
+  element('request').addEventListener('input', refreshStale);
   element('request').addEventListener('change', () => {
     refreshCurl();
+    refreshStale();
     save();
   });
   element('cancel').addEventListener('click', () => runner.cancel());
@@ -529,6 +580,7 @@ function listenView() {
   });
   for (const id of ['cell-i', 'cell-j']) element(id).addEventListener('change', pinFromFields);
   element('cell-clear').addEventListener('click', () => pin(null));
+  element('cell-worst').addEventListener('click', pinWorst);
   document.addEventListener(
     'keydown',
     (event) => event.key === 'Escape' && (setPlacing(false), page.pinned && pin(null)),

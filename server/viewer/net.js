@@ -165,8 +165,9 @@ export class Net {
       attribute.array[2 * node] = row < 0 ? 0 : values[row];
     }
     attribute.needsUpdate = true;
-    this.uniforms.low.value = low;
-    this.uniforms.high.value = high;
+    const half = low === high ? Math.abs(low) || 1 : 0; // one value has the middle colour
+    this.uniforms.low.value = low - half;
+    this.uniforms.high.value = high + half;
     this.uniforms.smoothly.value = ofNodes ? 1 : 0;
     this.uniforms.map.value = textures[map];
   }

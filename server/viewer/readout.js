@@ -31,19 +31,26 @@ const ALWAYS = [
   'Shear at the node',
 ];
 
-/** Rows of name and text; `data` is the whole number, as the service gave it. */
-function fill(list, rows) {
-  const nodes = rows.flatMap(([name, text, data]) => {
+function valueOf([, text, data]) {
+  const value = document.createElement('dd');
+  if (data === undefined) value.textContent = text;
+  else
+    value.append(
+      Object.assign(document.createElement('data'), { value: String(data), textContent: text }),
+    );
+  return value;
+}
+
+/** Rows of name and text; `data` is the whole number, as the service gave it. With the rows of
+ *  `others` beside those of the same name. */
+function fill(list, rows, others = null) {
+  const beside = new Map((others || []).map((row) => [row[0], row]));
+  const nodes = rows.flatMap((row) => {
     const term = document.createElement('dt');
-    const value = document.createElement('dd');
-    term.textContent = name;
-    if (data === undefined) value.textContent = text;
-    else
-      value.append(
-        Object.assign(document.createElement('data'), { value: String(data), textContent: text }),
-      );
-    return [term, value];
+    term.textContent = row[0];
+    return [term, valueOf(row), ...(others ? [valueOf(beside.get(row[0]) || ['', '–'])] : [])];
   });
+  list.classList.toggle('two', Boolean(others));
   list.replaceChildren(...nodes);
 }
 
@@ -172,13 +179,7 @@ export function briefSummary({ columns }, before) {
   };
 }
 
-export function showSummary(list, summary, unit) {
-  if (!summary) {
-    const names = SUMMARY.slice(1, -1).map(([, name]) => name);
-    const rows = [...names, 'Front', 'Queue, solve'].map((name) => [name, '–']);
-    fill(list, [['Outcome', 'nothing is draped yet'], ...rows]);
-    return;
-  }
+function summaryRows(summary, unit) {
   const rows = SUMMARY.filter(([key]) => summary[key] !== null && summary[key] !== undefined).map(
     ([key, name, write]) => {
       const value = summary[key];
@@ -201,5 +202,23 @@ export function showSummary(list, summary, unit) {
   ]);
   const { queue, solve } = summary.timing_ms;
   rows.push(['Queue, solve', `${format(queue, 3)}, ${format(solve, 3)} ms`]);
-  fill(list, rows);
+  return rows;
+}
+
+/** The numbers of a drape; `other`: [summary, label] of one to compare with, or null. */
+export function showSummary(list, summary, unit, other = null) {
+  if (!summary) {
+    const names = SUMMARY.slice(1, -1).map(([, name]) => name);
+    const rows = [...names, 'Front', 'Queue, solve'].map((name) => [name, '–']);
+    fill(list, [['Outcome', 'nothing is draped yet'], ...rows]);
+    return;
+  }
+  const rows = summaryRows(summary, unit);
+  if (!other) fill(list, rows);
+  else
+    fill(
+      list,
+      [['', 'this'], ...rows],
+      [['', `the other: ${other[1]}`], ...summaryRows(other[0], unit)],
+    );
 }

@@ -13,12 +13,14 @@ const REST_MS = 400; // after which the drapes on the way are deleted
 const TOO_LONG = 'This takes too long to follow the pointer; press Drape.';
 
 export class Runner {
-  /** `onDrape(drape, passing)` with what is to be shown, `onError`, `onEnd` after a run;
+  /** `onDrape(drape, passing)` with what is to be shown, `onError`, `onEnd` after a run,
+   *  `onSettled` when nothing is dragged any more;
    *  `columnsOnTheWay(names)`: those of a result that are shown while one drags. */
-  constructor(form, { onDrape, onError, onEnd, columnsOnTheWay }) {
-    Object.assign(this, { form, onDrape, onError, onEnd, columnsOnTheWay });
+  constructor(form, { onDrape, onError, onEnd, onSettled, columnsOnTheWay }) {
+    Object.assign(this, { form, onDrape, onError, onEnd, onSettled, columnsOnTheWay });
     this.busy = null; // AbortController of the run
     this.running = null; // its drape
+    this.asked = null; // the request that is under way to be shown for good
     this.net = null; // of the drape that is shown: its area, its columns, the request's kind
     this.age = 0; // of the surface
     this.passing = []; // drapes on the way, to be deleted
@@ -45,10 +47,11 @@ export class Runner {
     return this.net.area / (warp * weft);
   }
 
+  /** Buttons that do nothing now are not disabled: the focus would be lost. */
   #setBusy(controller) {
     this.busy = controller;
-    element('drape').disabled = Boolean(controller);
-    element('cancel').disabled = !controller;
+    element('drape').setAttribute('aria-disabled', String(Boolean(controller)));
+    element('cancel').setAttribute('aria-disabled', String(!controller));
     if (!controller) element('progress').value = 0;
   }
 
@@ -60,6 +63,7 @@ export class Runner {
 
   /** Submits the form and follows the drape to its end. */
   async run() {
+    if (this.busy || this.asked === this.form.body()) return;
     const controller = new AbortController();
     this.form.clearErrors();
     this.#setBusy(controller);
@@ -71,6 +75,7 @@ export class Runner {
       this.onError(error);
     }
     this.running = null;
+    this.asked = null;
     this.#setBusy(null);
     this.onEnd();
   }
@@ -79,19 +84,21 @@ export class Runner {
     const { age } = this;
     const { spacing, kind } = this.form;
     const label = labelOf(this.form.settings());
-    const { id } = await api.submit(this.form.body(), signal);
+    const body = this.form.body();
+    this.asked = body;
+    const { id } = await api.submit(body, signal);
     this.running = id;
     const last = await api.follow(id, showProgress, signal);
     if (last.status === 'failed') throw new api.Problem(last.error.status, last.error);
     if (last.status === 'cancelled') return say('Cancelled.');
     say('Fetching the net …');
     const drape = await fetchDrape(id, last, signal);
-    return this.#show({ ...drape, spacing, label }, { age, kind });
+    return this.#show({ ...drape, spacing, label, body }, { age, kind });
   }
 
   async cancel() {
     if (!this.running) return this.busy?.abort();
-    element('cancel').disabled = true;
+    element('cancel').setAttribute('aria-disabled', 'true');
     return api.cancel(this.running).catch(this.onError);
   }
 
@@ -106,6 +113,7 @@ export class Runner {
       while (this.wanted) {
         const final = this.wanted.settled;
         this.wanted = null;
+        if (final && this.asked === this.form.body()) continue;
         await (final && this.#cells > LIVE_MOST ? this.run() : this.#liveOnce(final));
       }
     } catch (error) {
@@ -113,6 +121,8 @@ export class Runner {
     }
     this.wanted = null;
     this.living = false;
+    this.asked = null;
+    this.onSettled();
     this.rest = setTimeout(() => this.#deletePassing(), REST_MS);
   }
 
@@ -126,11 +136,13 @@ export class Runner {
     const same = kind === this.net.kind; // otherwise other columns may come
     const names = final || !same ? null : this.columnsOnTheWay(this.net.names);
     this.form.clearErrors();
-    const { id, columns } = await api.drapeNow(this.form.body(coarser), LIVE_SECONDS, names);
+    const body = this.form.body(coarser);
+    if (final) this.asked = body;
+    const { id, columns } = await api.drapeNow(body, LIVE_SECONDS, names);
     if (!final) this.passing.push(id);
     if (!columns) throw new api.Problem(0, { detail: TOO_LONG });
     const [lattice, state] = await Promise.all([readNet(columns), final && api.status(id)]);
-    const drape = { id: final ? id : null, lattice, summary: state?.summary, spacing, label };
+    const drape = { id: final ? id : null, lattice, summary: state?.summary, spacing, label, body };
     this.#show(drape, { age, kind, passing: !final });
     const cells = lattice.columns['cells.i'].length.toLocaleString('en');
     say(`${cells} cells in ${(performance.now() - begun).toFixed(0)} ms`);

@@ -56,6 +56,7 @@ function checkNurbs(surface, points) {
   const right =
     numbers &&
     Array.isArray(points) &&
+    points.every(Array.isArray) &&
     points.length === size_u * size_v &&
     knotvector_u?.length === size_u + degree_u + 1 &&
     knotvector_v?.length === size_v + degree_v + 1;
@@ -111,7 +112,7 @@ function loopEdges(loops, first) {
 function nurbsShape(surface) {
   const inner = surface.control_points;
   const points = Array.isArray(inner) ? inner : inner?.points;
-  const weights = (Array.isArray(inner) ? null : inner.weights) || surface.weights;
+  const weights = (Array.isArray(inner) ? null : inner?.weights) || surface.weights;
   checkNurbs(surface, points);
   const { origin } = boundsOf(points);
   const net = controlNet(surface, points, weights, origin);
@@ -154,6 +155,8 @@ function openEdges(triangles) {
 
 function meshShape(surface) {
   const { vertices, triangles } = surface;
+  if (![vertices, triangles].every((rows) => Array.isArray(rows) && rows.every(Array.isArray)))
+    refuse('A mesh needs vertices and triangles, as arrays of three numbers.');
   const { origin } = boundsOf(vertices);
   const position = new Float32Array(vertices.length * 3);
   vertices.forEach((point, k) =>
@@ -193,6 +196,7 @@ function boundsOf(points) {
   return { origin: low.map((value, axis) => (value + high[axis]) / 2) };
 }
 
+/** The edges of the box around it. */
 function sizeOf(position) {
   const low = [Infinity, Infinity, Infinity];
   const high = [-Infinity, -Infinity, -Infinity];
@@ -200,7 +204,7 @@ function sizeOf(position) {
     low[k % 3] = Math.min(low[k % 3], position[k]);
     high[k % 3] = Math.max(high[k % 3], position[k]);
   }
-  return Math.hypot(...high.map((value, axis) => (value - low[axis]) / 2)) || 1;
+  return high.map((value, axis) => value - low[axis]);
 }
 
 /** Whether it looks like a surface at all. */
@@ -211,5 +215,6 @@ export const isSurface = (value) =>
 export function makeShape(surface) {
   const shape = 'vertices' in surface ? meshShape(surface) : nurbsShape(surface);
   const normal = makeNormals(shape.position, shape.index);
-  return { ...shape, normal, radius: sizeOf(shape.position) };
+  const size = sizeOf(shape.position);
+  return { ...shape, normal, size, radius: Math.hypot(...size) / 2 || 1 };
 }

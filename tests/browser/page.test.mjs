@@ -340,6 +340,12 @@ test('page: two drapes side by side with their difference', async () => {
   assert.match(await page.textContent('#caption-other'), /gib4, 0°/);
   assert.match(await page.textContent('#caption-solid'), /^This: basic, 0°/);
   assert.match(await page.textContent('#diagonals'), /other/);
+  const row = async (name) =>
+    page
+      .locator(`#summary dt:text-is("${name}") ~ dd`)
+      .evaluateAll((all) => all.slice(0, 2).map((value) => value.textContent));
+  assert.deepEqual((await row('Cells')).length, 2);
+  assert.match(await page.textContent('#summary'), /the other: gib4, 0°/);
   // Where the nets agree to less than 0.1 degrees, so does the map: its range is the difference.
   assert.match(
     await page.getAttribute('#difference-scale svg', 'aria-label'),
@@ -394,6 +400,72 @@ test('page: a surface dropped on it, with nothing else, can be draped', async ()
   await page.click('#drape');
   await page.waitForFunction(() => /solved in/.test(document.querySelector('#state').textContent));
   assert.match(await page.textContent('#summary'), /Outcomecomplete/);
+});
+
+test('page: a file without a unit says which one is assumed, and how large that makes the part', async () => {
+  assert.match(
+    await page.textContent('#about'),
+    /^torus\.json: It names no unit; mm is assumed\. NURBS.*; \d[\d.]* × \d[\d.]* × \d[\d.]* mm$/,
+  );
+  await page.selectOption('#unit', 'cm');
+  assert.match(await page.textContent('#about'), / cm$/);
+  await page.selectOption('#unit', 'mm');
+});
+
+test('page: what is shown is marked as soon as the request is another one', async () => {
+  assert.ok(await page.isHidden('#stale'));
+  const before = await page.inputValue('#thickness');
+  await page.fill('#thickness', '0.3');
+  assert.ok(await page.isVisible('#stale'));
+  await page.fill('#thickness', before);
+  assert.ok(await page.isHidden('#stale'));
+  await page.selectOption('#method', 'basic');
+  assert.ok(await page.isVisible('#stale'));
+  await page.focus('#drape');
+  await page.keyboard.press('Enter');
+  await page.waitForFunction(() => document.querySelector('#stale').hidden);
+  assert.equal(await page.evaluate(() => document.activeElement.id), 'drape');
+  assert.match(await page.textContent('#list li:first-child .open'), /^torus: basic, 0°, 10 mm/);
+  assert.match(
+    await page.getAttribute('#downloads a', 'download'),
+    /^torus-basic-0deg-10-mm\.json$/,
+  );
+});
+
+test('page: Enter in a field drapes once', async () => {
+  const count = async () => (await ask('v1/drapes?limit=100')).drapes.length;
+  const [drapes, shown] = [await count(), idOf(page)];
+  await page.fill('#start', '0.4, 0.4');
+  await page.press('#start', 'Enter');
+  await page.waitForFunction((id) => !location.hash.includes(id), shown);
+  await page.waitForFunction(() => document.querySelector('#stale').hidden);
+  assert.equal(await count(), drapes + 1);
+});
+
+test('page: Back shows the drape before', async () => {
+  const shown = idOf(page);
+  await page.fill('#angle', '30');
+  await page.press('#angle', 'Enter');
+  await page.waitForFunction((id) => !location.hash.includes(id), shown);
+  await page.goBack();
+  await page.waitForFunction((id) => location.hash.includes(id), shown);
+  await page.waitForFunction(() => /solved in/.test(document.querySelector('#state').textContent));
+  assert.equal(await page.inputValue('#angle'), '0');
+});
+
+test('page: the worst cell is a click away, and a field of one value has one', async () => {
+  await drapeExample(page, 'hemisphere');
+  await page.click('#cell-worst');
+  const shown = await page.getAttribute('#readout dt:text-is("Shear angle") + dd data', 'value');
+  const { cells } = await ask(`v1/drapes/${idOf(page)}/result?fields=cells.shear_deg`);
+  assert.equal(Math.abs(Number(shown)), Math.max(...cells.shear_deg.map(Math.abs)));
+  await page.click('#cell-clear');
+  await page.selectOption('#field', 'fiber_volume_fraction');
+  assert.match(
+    await page.getAttribute('#scale svg', 'aria-label'),
+    /^Fibre volume fraction: 0\.\d+ everywhere$/,
+  );
+  await page.selectOption('#field', 'shear');
 });
 
 test('page: a trimmed surface has its hole', async () => {

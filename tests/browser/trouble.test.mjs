@@ -77,6 +77,24 @@ test('trouble: JSON that is no surface', async () => {
   }
 });
 
+test('trouble: half a surface', async () => {
+  const whole = saddle.surface;
+  const halves = [
+    { degree_u: 2 },
+    { ...whole, control_points: undefined },
+    { ...whole, control_points: { points: whole.control_points.points.map(() => 1) } },
+    { ...whole, control_points: { points: [[1, 2]] } },
+    { vertices: [[0, 0, 0]] },
+    { vertices: [1, 2], triangles: 3 },
+  ];
+  for (const [k, half] of halves.entries()) {
+    await give(`half${k}.json`, JSON.stringify({ shape: { type: 'surface', data: [half] } }));
+    await becomes('#about', new RegExp(`half${k}.json`));
+    await becomes('#fault-surface', /cannot be shown|needs vertices/);
+  }
+  assert.deepEqual(page.faults, []);
+});
+
 test('trouble: a file of 50 MB', async () => {
   const path = join(folder, 'large.json');
   const file = openSync(path, 'w');
@@ -258,8 +276,8 @@ test('trouble: a service that asks for a token', async () => {
   ]);
   assert.match(readFileSync(await download.path(), 'utf8'), /^i,j,shear_deg/);
   assert.equal(
-    await other.evaluate(() => localStorage.length),
-    0,
+    await other.evaluate((token) => JSON.stringify(localStorage).includes(token), TOKEN),
+    false,
     'the token is not kept beyond the tab',
   );
   await context.close();
