@@ -150,6 +150,17 @@ void *arena_alloc(struct arena *arena, size_t count, size_t size) {
     return memory ? memset(memory, 0, count * size) : NULL;
 }
 
+void *arena_enlarge(struct arena *arena, const void *from, size_t count, size_t size,
+                    size_t *room) {
+    enum { LEAST = 256 };
+    size_t wanted = count > LEAST / 2 ? 2 * count : LEAST;
+    char *to = arena_alloc(arena, wanted, size);
+    if (to && count)
+        memcpy(to, from, count * size);
+    *room = to ? wanted : *room;
+    return to;
+}
+
 struct arena_mark arena_mark(const struct arena *arena) {
     return (struct arena_mark){arena->last, arena->last ? arena->last->used : 0};
 }

@@ -130,13 +130,37 @@ struct drape_front {
     uint8_t *reason; /* enum drape_reason */
 };
 
+/* The edge of what is to be covered in the coordinates (p, q) of the net, i and j as real numbers:
+ * closed loops of points, each with what is to be covered on its left in (p, q). Straight lines
+ * between neighbours are right to 1e-3 spacings. Columns of `count` elements. */
+struct drape_rim {
+    size_t count;
+    int32_t *loop; /* from 0, ascending */
+    int32_t *face; /* on a shell: that u and v are parameters of; else NULL */
+    double *x, *y, *z;
+    double *u, *v; /* inside the domain; on a mesh (triangle, 0) */
+    double *p, *q;
+    uint8_t *covered; /* 0 where no cloth reaches the edge: p and q then are a place nearby */
+};
+
+/* A drape is complete when it covers this share of the surface. */
+#define DRAPE_COMPLETE_COVERAGE 0.999
+
 enum drape_outcome { DRAPE_COMPLETE, DRAPE_PARTIAL };
 
 struct drape_summary {
-    enum drape_outcome outcome; /* complete: all that is left uncovered is a boundary strip */
-    double coverage;            /* share of the (trimmed) surface's area in cells, 0..1 */
-    double max_shear_deg;       /* of the absolute node shear; 0 for a single node */
-    double mean_shear_deg;
+    enum drape_outcome outcome;    /* complete: it has cells, and `cloth_coverage` is at least
+                                      DRAPE_COMPLETE_COVERAGE */
+    double coverage;               /* share of the (trimmed) surface's area in cells, 0..1 */
+    double cloth_coverage;         /* the same with the cells that the rim cuts */
+    double cloth_area;             /* of the cloth within the rim, on the surface */
+    double flat_area;              /* the same unsheared: that of the cut pattern */
+    double max_shear_deg;          /* the largest absolute shear of the cloth up to its rim */
+    double max_shear_at[2];        /* where it is, p and q */
+    struct vec3 max_shear_point;   /* and in space */
+    double mean_shear_deg;         /* of the absolute shear, by area, the cells that the rim cuts
+                                      included */
+    double p95_shear_deg;          /* 95 % of the area has less */
     double residual_max;           /* largest |edge / promised length - 1| */
     double newton_iterations_mean; /* steps per node found by Newton */
     double error_estimate_max;     /* negative when the method gives none */
@@ -153,6 +177,7 @@ struct drape_result {
     struct drape_nodes nodes;
     struct drape_cells cells;
     struct drape_front front;
+    struct drape_rim rim;
     struct drape_summary summary;
 };
 

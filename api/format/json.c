@@ -138,7 +138,7 @@ static void next(struct encoder *encoder) {
         write_rows(encoder);
     } else {
         if (encoder->reader)
-            enter_table(encoder, API_TABLE_FRONT);
+            enter_table(encoder, API_TABLE_RIM);
         api_text_raw(&encoder->piece, "}}\n");
         encoder->ended = true;
     }

@@ -29,9 +29,9 @@ static void write_titles(const struct encoder *encoder, struct pattern_sheet *sh
     const double *spacing = columns->grid.spacing;
     snprintf(sheet->title, sizeof sheet->title, "Flat pattern of drape %s", encoder->id);
     snprintf(sheet->subtitle, sizeof sheet->subtitle,
-             "scale 1:1, drawn in %s; %zu cells of %g x %g %s, %zu beyond the locking angle",
+             "scale 1:1, drawn in %s; %zu cells of %g x %g %s, %.0f beyond the locking angle",
              sheet->unit, columns->summary.cells, spacing[0], spacing[1], columns->unit->name,
-             columns->summary.locked_cells);
+             fmax(columns->summary.locked_cells, 0));
     snprintf(sheet->bar_label, sizeof sheet->bar_label, "%g %s", sheet->bar, sheet->unit);
 }
 

@@ -44,7 +44,8 @@ static bool add_data(const struct encoder *encoder, struct state *state) {
     size_t end[2] = {0}, count = 0;
     for (size_t i = 0; i < encoder->count; i++) {
         const struct api_column_source *column = &encoder->selected[i];
-        if (column->table == API_TABLE_FRONT || is_coordinate(column))
+        if (column->table == API_TABLE_FRONT || column->table == API_TABLE_RIM ||
+            is_coordinate(column))
             continue;
         state->data[count++] = *column;
         end[column->table] = count;

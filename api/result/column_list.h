@@ -54,12 +54,27 @@
     X(CELLS, extrapolated, extrapolated, TRUTH, "", MAP, "whether the place lies beyond the cloth")\
     X(FRONT, i, i, INTEGER, "", ALWAYS, "place without a node, beside the net")                    \
     X(FRONT, j, j, INTEGER, "", ALWAYS, "place without a node, beside the net")                    \
-    X(FRONT, reason, reason, REASON, "", ALWAYS, "why the net ends there")
+    X(FRONT, reason, reason, REASON, "", ALWAYS, "why the net ends there")                         \
+    X(RIM, loop, loop, INTEGER, "", ALWAYS, "closed loop of the part's edge that the point is of") \
+    X(RIM, x, x, SCALAR, "length", ALWAYS, "position")                                             \
+    X(RIM, y, y, SCALAR, "length", ALWAYS, "position")                                             \
+    X(RIM, z, z, SCALAR, "length", ALWAYS, "position")                                             \
+    X(RIM, u, u, SCALAR, "", ALWAYS, "parameter u of the surface; on a mesh the triangle")         \
+    X(RIM, v, v, SCALAR, "", ALWAYS, "parameter v of the surface; on a mesh 0")                    \
+    X(RIM, p, p, SCALAR, "", ALWAYS, "place along the warp: i as a real number")                   \
+    X(RIM, q, q, SCALAR, "", ALWAYS, "place along the weft: j as a real number")                   \
+    X(RIM, covered, covered, FLAG, "", ALWAYS, "0 where no cloth reaches the edge")
 /* clang-format on */
 
-enum api_table { API_TABLE_NODES, API_TABLE_CELLS, API_TABLE_FRONT, API_TABLE_COUNT };
+enum api_table {
+    API_TABLE_NODES,
+    API_TABLE_CELLS,
+    API_TABLE_FRONT,
+    API_TABLE_RIM,
+    API_TABLE_COUNT
+};
 
-/* "nodes", "cells", "front". */
+/* "nodes", "cells", "front", "rim". */
 extern const char *const column_tables[API_TABLE_COUNT];
 static inline const char *api_table_name(enum api_table table) {
     return column_tables[table];

@@ -70,11 +70,12 @@ static bool is_given(const struct api_request *request, enum column_id id) {
 }
 
 /* The values of a component of a column that is not derived: int32_t of an integer, uint8_t of a
- * reason and of `grown`, double of others. NULL when the column is not there. */
+ * reason and of flags that the solver sets, double of others. NULL when the column is not there. */
 static const void *values_of(const struct api_fields *fields, enum column_id id, int part) {
     const struct drape_nodes *nodes = &fields->result->nodes;
     const struct drape_cells *cells = &fields->result->cells;
     const struct drape_front *front = &fields->result->front;
+    const struct drape_rim *rim = &fields->result->rim;
     const struct api_permeability_columns *k = &fields->permeability;
     switch (id) {
     case COLUMN_NODES_i:
@@ -123,6 +124,24 @@ static const void *values_of(const struct api_fields *fields, enum column_id id,
         return front->j;
     case COLUMN_FRONT_reason:
         return front->reason;
+    case COLUMN_RIM_loop:
+        return rim->loop;
+    case COLUMN_RIM_x:
+        return rim->x;
+    case COLUMN_RIM_y:
+        return rim->y;
+    case COLUMN_RIM_z:
+        return rim->z;
+    case COLUMN_RIM_u:
+        return rim->u;
+    case COLUMN_RIM_v:
+        return rim->v;
+    case COLUMN_RIM_p:
+        return rim->p;
+    case COLUMN_RIM_q:
+        return rim->q;
+    case COLUMN_RIM_covered:
+        return rim->covered;
     default:
         return NULL;
     }
@@ -159,7 +178,8 @@ static bool fill_derived(const void *context, size_t first, size_t count, double
 static size_t rows_of(const struct drape_result *result, enum api_table table) {
     return table == API_TABLE_NODES   ? result->nodes.count
            : table == API_TABLE_CELLS ? result->cells.count
-                                      : result->front.count;
+           : table == API_TABLE_FRONT ? result->front.count
+                                      : result->rim.count;
 }
 
 /* Adds the columns that `id` is stored as, if it is there. */
@@ -176,7 +196,8 @@ static void add(struct api_fields *fields, enum column_id id) {
             source.context = &fields->derived[id];
         } else {
             source.context = values_of(fields, id, part);
-            bool bytes = spec->kind == COLUMN_REASON || id == COLUMN_NODES_grown;
+            bool bytes =
+                spec->kind == COLUMN_REASON || id == COLUMN_NODES_grown || id == COLUMN_RIM_covered;
             source.fill = spec->kind == COLUMN_INTEGER ? fill_index : bytes ? fill_byte : fill_real;
         }
         if (source.context)
@@ -196,19 +217,21 @@ enum status api_fields_list(struct api_fields *fields, const struct api_request 
     return STATUS_OK;
 }
 
-static size_t count_flag(enum column_id flag, const struct api_request *request,
+static double count_flag(enum column_id flag, const struct api_request *request,
                          const struct drape_cells *cells) {
     size_t count = 0;
-    for (size_t i = 0; is_given(request, flag) && i < cells->count; i++)
+    if (!is_given(request, flag))
+        return -1;
+    for (size_t i = 0; i < cells->count; i++)
         count += derived[flag](request, cells->shear_deg[i]) > 0;
-    return count;
+    return (double)count;
 }
 
-size_t api_fields_locked(const struct api_request *request, const struct drape_cells *cells) {
+double api_fields_locked(const struct api_request *request, const struct drape_cells *cells) {
     return count_flag(COLUMN_CELLS_locked, request, cells);
 }
 
-size_t api_fields_packing_exceeded(const struct api_request *request,
+double api_fields_packing_exceeded(const struct api_request *request,
                                    const struct drape_cells *cells) {
     return count_flag(COLUMN_CELLS_packing_exceeded, request, cells);
 }

@@ -37,10 +37,10 @@ struct api_fields {
 enum status api_fields_list(struct api_fields *fields, const struct api_request *request,
                             const struct drape_result *result, struct arena *arena) STATUS_MUST_USE;
 
-/* How many cells are beyond the locking angle, and beyond the packing limit; 0 where the request
+/* How many cells are beyond the locking angle, and beyond the packing limit; -1 where the request
  * does not say. */
-size_t api_fields_locked(const struct api_request *request, const struct drape_cells *cells);
-size_t api_fields_packing_exceeded(const struct api_request *request,
+double api_fields_locked(const struct api_request *request, const struct drape_cells *cells);
+double api_fields_packing_exceeded(const struct api_request *request,
                                    const struct drape_cells *cells);
 
 #endif

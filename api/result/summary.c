@@ -25,9 +25,14 @@ bool summary_finite(const struct api_summary *summary) {
     bool finite = true;
     for (size_t k = 0; k < summary_member_count; k++) {
         const struct summary_member *member = &summary_members[k];
-        if (member->kind == SUMMARY_NUMBER || member->kind == SUMMARY_POSITIVE ||
-            member->kind == SUMMARY_TIMING)
-            finite &= isfinite(*(const double *)((const char *)summary + member->offset)) != 0;
+        const double *value = (const void *)((const char *)summary + member->offset);
+        int count = member->kind == SUMMARY_PLACE ? SUMMARY_PLACE_SIZE
+                    : member->kind == SUMMARY_NUMBER || member->kind == SUMMARY_POSITIVE ||
+                            member->kind == SUMMARY_TIMING
+                        ? 1
+                        : 0;
+        for (int i = 0; i < count; i++)
+            finite &= isfinite(value[i]) != 0;
     }
     return finite;
 }
@@ -38,6 +43,15 @@ static void write_reasons(struct api_text *text, const size_t *reasons) {
     api_text_raw(text, "{");
     for (int i = 0; i < DRAPE_REASON_COUNT; i++)
         api_text_key_integer(text, drape_reason_name((enum drape_reason)i), (int64_t)reasons[i]);
+    api_text_raw(text, "}");
+}
+
+static const char *const place_names[SUMMARY_PLACE_SIZE] = {"p", "q", "x", "y", "z"};
+
+static void write_place(struct api_text *text, const double *place) {
+    api_text_raw(text, "{");
+    for (int k = 0; k < SUMMARY_PLACE_SIZE; k++)
+        api_text_key_number(text, place_names[k], place[k]);
     api_text_raw(text, "}");
 }
 
@@ -64,6 +78,9 @@ static void write_member(struct api_text *text, enum summary_kind kind, const vo
         break;
     case SUMMARY_POSITIVE:
         api_text_number(text, *number < 0 ? (double)NAN : *number);
+        break;
+    case SUMMARY_PLACE:
+        write_place(text, number);
         break;
     case SUMMARY_REASONS:
         write_reasons(text, value);
@@ -112,6 +129,13 @@ static void read_number(const struct json_place *place, double *value) {
     place_number(place, any, value);
 }
 
+static void read_place(const struct json_place *place, double *values) {
+    for (int k = 0; k < SUMMARY_PLACE_SIZE; k++) {
+        struct json_place own = place_member(place, place_names[k]);
+        read_number(&own, &values[k]);
+    }
+}
+
 static void read_member(const struct json_place *place, enum summary_kind kind, void *value) {
     struct json_place solve = place_member(place, "solve");
     int outcome = DRAPE_COMPLETE;
@@ -131,6 +155,9 @@ static void read_member(const struct json_place *place, enum summary_kind kind, 
         *(double *)value = -1;
         if (place_type(place) == PLACE_NUMBER)
             place_number(place, any, value);
+        break;
+    case SUMMARY_PLACE:
+        read_place(place, value);
         break;
     case SUMMARY_REASONS:
         for (int i = 0; i < DRAPE_REASON_COUNT; i++) {

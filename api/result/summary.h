@@ -15,15 +15,20 @@
 
 /* clang-format off */
 #define SUMMARY_LIST(X)                                                                            \
-    X(OUTCOME, outcome, "outcome", "`complete`: only a strip at the boundary is left; or `partial`")\
+    X(OUTCOME, outcome, "outcome", "`complete`: `cloth_coverage` is at least 0.999; or `partial`")   \
     X(COUNT, nodes, "nodes", "nodes of the net")                                                   \
     X(COUNT, cells, "cells", "cells of the net")                                                   \
     X(NUMBER, coverage, "coverage", "share of the surface's area that lies in cells, 0 to 1")      \
-    X(NUMBER, max_shear_deg, "max_shear_deg", "greatest \\|γ\\| of the nodes")                     \
-    X(NUMBER, mean_shear_deg, "mean_shear_deg", "mean \\|γ\\| of the nodes")                       \
-    X(COUNT, locked_cells, "locked_cells", "cells beyond the locking angle; 0 without one")        \
-    X(COUNT, packing_exceeded_cells, "packing_exceeded_cells",                                     \
-      "cells with more fibres than can be packed; 0 without a fibre volume fraction")              \
+    X(NUMBER, cloth_coverage, "cloth_coverage", "the same with the cells that the rim cuts")       \
+    X(NUMBER, cloth_area, "cloth_area", "area of the cloth up to its rim")                         \
+    X(NUMBER, flat_area, "flat_area", "the same before it was sheared: that of the pattern")       \
+    X(NUMBER, max_shear_deg, "max_shear_deg", "greatest \\|γ\\| of the cloth up to its rim")       \
+    X(PLACE, max_shear_at, "max_shear_at", "where it is: `p`, `q`, `x`, `y`, `z`")                 \
+    X(NUMBER, mean_shear_deg, "mean_shear_deg", "mean \\|γ\\| of the cloth up to its rim, by area")\
+    X(NUMBER, p95_shear_deg, "p95_shear_deg", "\\|γ\\| that 95 % of that area has less than")      \
+    X(POSITIVE, locked_cells, "locked_cells", "cells beyond the locking angle; null without one")  \
+    X(POSITIVE, packing_exceeded_cells, "packing_exceeded_cells",                                  \
+      "cells with more fibres than can be packed; null without a fibre volume fraction")           \
     X(NUMBER, residual_max, "residual_max", "greatest \\|edge / promised length - 1\\|")           \
     X(NUMBER, newton_iterations_mean, "newton_iterations_mean", "steps for a node found by Newton")\
     X(POSITIVE, error_estimate_max, "error_estimate_max",                                          \
@@ -33,13 +38,14 @@
     X(VERSION, solver_version, "solver_version", "version of the solver")
 /* clang-format on */
 
-enum { API_VERSION_SIZE = 32 };
+enum { API_VERSION_SIZE = 32, SUMMARY_PLACE_SIZE = 5 };
 
 enum summary_kind {
     SUMMARY_OUTCOME,
     SUMMARY_COUNT,
     SUMMARY_NUMBER,
     SUMMARY_POSITIVE, /* null when negative: there is none */
+    SUMMARY_PLACE,    /* p, q, x, y, z */
     SUMMARY_REASONS,
     SUMMARY_TIMING,
     SUMMARY_VERSION
@@ -49,6 +55,7 @@ enum summary_kind {
 #define SUMMARY_MEMBER_COUNT(name) size_t name;
 #define SUMMARY_MEMBER_NUMBER(name) double name;
 #define SUMMARY_MEMBER_POSITIVE(name) double name;
+#define SUMMARY_MEMBER_PLACE(name) double name[SUMMARY_PLACE_SIZE];
 #define SUMMARY_MEMBER_REASONS(name) size_t name[DRAPE_REASON_COUNT];
 #define SUMMARY_MEMBER_TIMING(name) double name;
 #define SUMMARY_MEMBER_VERSION(name) char name[API_VERSION_SIZE];

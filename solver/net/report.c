@@ -2,14 +2,11 @@
 #include "report.h"
 
 #include "estimate.h"
+#include "rim_report.h"
 #include "shear.h"
 #include "solver/angle.h"
 #include "yarn.h"
 #include <string.h>
-
-/* Uncovered area that one node of the boundary can stand for, in cells: the strip beyond it, and
- * where the boundary runs obliquely the corner between two of them. */
-static const double strip_cells = 2;
 
 /* The bits of a row of a window that are the tile's own. */
 static const uint32_t own_bits = ((1u << NET_TILE) - 1) << 1;
@@ -389,27 +386,10 @@ static void add_part(void *data, int k) {
             add_row(part, t, y);
 }
 
-/* Complete when nothing but boundary and, round a closed surface, the net itself stopped it, and
- * what lies uncovered along them is no more than a strip. */
-static enum drape_outcome outcome_of(const struct march *march, const struct drape_summary *s,
-                                     double uncovered) {
-    const double *d = march->settings->spacing;
-    size_t ends = s->front_reasons[DRAPE_REASON_BOUNDARY] + s->front_reasons[DRAPE_REASON_FOLD],
-           all = 0;
-    for (int k = 0; k < DRAPE_REASON_COUNT; k++)
-        all += s->front_reasons[k];
-    double strip = strip_cells * (double)ends * d[0] * d[1];
-    return ends == all && uncovered <= strip ? DRAPE_COMPLETE : DRAPE_PARTIAL;
-}
-
 static void summarise(const struct march *march, struct drape_result *result) {
     struct drape_summary *s = &result->summary;
     const struct drape_nodes *nodes = &result->nodes;
-    double sum = 0, area = march_area(march), covered = s->coverage;
     for (size_t k = 0; k < nodes->count; k++) {
-        double shear = fabs(nodes->shear_deg[k]);
-        s->max_shear_deg = fmax(s->max_shear_deg, shear);
-        sum += shear;
         bool first = k == 0;
         int32_t *wi = result->warp_range, *wj = result->weft_range;
         wi[0] = first || nodes->i[k] < wi[0] ? nodes->i[k] : wi[0];
@@ -417,9 +397,7 @@ static void summarise(const struct march *march, struct drape_result *result) {
         wj[0] = first || nodes->j[k] < wj[0] ? nodes->j[k] : wj[0];
         wj[1] = first || nodes->j[k] > wj[1] ? nodes->j[k] : wj[1];
     }
-    s->mean_shear_deg = nodes->count ? sum / (double)nodes->count : 0;
-    s->coverage = fmin(covered / area, 1);
-    s->outcome = outcome_of(march, s, area - covered);
+    s->coverage = fmin(s->coverage / march_area(march), 1);
     s->residual_max = march->residual_max;
     s->newton_iterations_mean =
         march->solved ? (double)march->iterations / (double)march->solved : 0;
@@ -523,5 +501,5 @@ enum status report_make(struct march *march, struct drape_result *result) {
     run_parts(march, count, add_part, parts);
     gather_parts(parts, count, &result->summary);
     summarise(march, result);
-    return STATUS_OK;
+    return rim_report(march, result);
 }

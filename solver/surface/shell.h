@@ -106,6 +106,19 @@ bool shell_may_close(const struct shell *shell, int32_t face);
 /* Whether they have no boundary. */
 bool shell_is_closed(const struct shell *shell, int32_t face);
 
+/* An edge that is part of the boundary: a polyline in the inner parameters of a face, which lies on
+ * its left, seen against the normal that the face has. */
+struct shell_edge {
+    int32_t face;
+    double (*uv)[2];
+    size_t count; /* of points; 0 where an edge is no boundary of the component */
+};
+
+/* Edge number 0 .. shell_edge_count - 1, its points in `arena`. Errors: STATUS_OUT_OF_MEMORY. */
+size_t shell_edge_count(const struct shell *shell);
+enum status shell_edge(const struct shell *shell, size_t number, int32_t component,
+                       struct arena *arena, struct shell_edge *edge) STATUS_MUST_USE;
+
 /* The place nearest to `point` on the faces of a component, or of all with SHELL_ANY, and its
  * distance. */
 enum { SHELL_ANY = -1 };

@@ -30,7 +30,9 @@ struct trim {
     size_t loop_count, kept_count; /* kept: loops that keep their inside */
     struct edge *edges;
     size_t edge_count;
-    double low[2], high[2]; /* box around the edges; the domain if nothing keeps its inside */
+    const double (*points)[2]; /* of all loops, one after the other, each closed */
+    size_t *first_point;       /* of each loop, and one more */
+    double low[2], high[2];    /* box around the edges; the domain if nothing keeps its inside */
     double strip_height;
     size_t strip_count, *strip_first; /* strip_count + 1 places in strip_edges */
     uint32_t *strip_edges;            /* by strip, and there by loop */
@@ -51,23 +53,35 @@ struct collector {
     uint32_t loop;
     double last[2];
     bool begun;
+    double (*points)[2]; /* as they come, the edges' ends */
+    size_t point_count, point_room;
 };
 
+static bool add_point(struct collector *c, const double to[2]) {
+    if (c->point_count == c->point_room) {
+        double(*points)[2] =
+            arena_enlarge(c->arena, c->points, c->point_count, sizeof *points, &c->point_room);
+        if (!points)
+            return false;
+        c->points = points;
+    }
+    memcpy(c->points[c->point_count++], to, sizeof *c->points);
+    return true;
+}
+
 static bool add_edge(struct collector *c, const double to[2]) {
+    if (!add_point(c, to))
+        return false;
     if (!c->begun) {
         memcpy(c->last, to, sizeof c->last);
         c->begun = true;
         return true;
     }
     if (c->count == c->room) {
-        size_t room = c->room ? 2 * c->room : 256;
-        struct edge *edges = arena_alloc(c->arena, room, sizeof *edges);
+        struct edge *edges = arena_enlarge(c->arena, c->edges, c->count, sizeof *edges, &c->room);
         if (!edges)
             return false;
-        if (c->count)
-            memcpy(edges, c->edges, c->count * sizeof *edges);
         c->edges = edges;
-        c->room = room;
     }
     bool up = c->last[1] <= to[1];
     const double *low = up ? c->last : to, *high = up ? to : c->last;
@@ -519,6 +533,15 @@ static void find_box(struct trim *trim) {
     }
 }
 
+size_t trim_loop_count(const struct trim *trim) {
+    return trim->loop_count;
+}
+
+size_t trim_loop_points(const struct trim *trim, size_t loop, const double (**points)[2]) {
+    *points = trim->points + trim->first_point[loop];
+    return trim->first_point[loop + 1] - trim->first_point[loop];
+}
+
 size_t trim_steps(const struct trim *trim) {
     return trim->steps;
 }
@@ -531,10 +554,11 @@ static bool flatten_all(struct trim *trim, struct collector *c) {
             points += trim->loops[k].curves[m].count;
     c->most = edges_most + edges_per_point * points;
     for (c->halvings = HALVINGS; c->halvings >= 0; c->halvings -= HALVINGS / 4) {
-        c->count = 0;
+        c->count = c->point_count = 0;
         c->crowded = false;
         for (size_t k = 0; !c->crowded && k < trim->loop_count; k++) {
             c->loop = (uint32_t)k;
+            trim->first_point[k] = c->point_count;
             if (!flatten_loop(c, &trim->loops[k]))
                 return false;
         }
@@ -550,10 +574,12 @@ enum status trim_make(const struct surface *surface, const struct trim_loop *loo
     struct trim *made = arena_alloc(arena, 1, sizeof *made);
     struct trim_loop *copy = arena_alloc(arena, count, sizeof *copy);
     struct collector collector = {.arena = arena};
-    if (!made || !copy)
+    size_t *first_point = arena_alloc(arena, count + 1, sizeof *first_point);
+    if (!made || !copy || !first_point)
         return STATUS_OUT_OF_MEMORY;
     memcpy(copy, loops, count * sizeof *copy);
-    *made = (struct trim){.surface = surface, .loops = copy, .loop_count = count};
+    *made = (struct trim){
+        .surface = surface, .loops = copy, .loop_count = count, .first_point = first_point};
     for (int k = 0; k < 2; k++)
         collector.tolerance[k] = flatness * (surface->axis[k].outer[1] - surface->axis[k].outer[0]);
     for (size_t k = 0; k < count; k++)
@@ -562,6 +588,8 @@ enum status trim_make(const struct surface *surface, const struct trim_loop *loo
         return STATUS_OUT_OF_MEMORY;
     made->edges = collector.edges;
     made->edge_count = collector.count;
+    made->points = (const double(*)[2])collector.points;
+    first_point[count] = collector.point_count;
     find_box(made);
     enum status status = make_strips(made, arena);
     *trim = made;

@@ -56,6 +56,11 @@ double trim_area(const struct trim *trim, struct vec3 *centroid);
 /* A place of the region near its centroid: well inside it, where the centroid itself may not be. */
 void trim_middle(const struct trim *trim, double uv[2]);
 
+/* The loops, as they were given, each a polyline in (u, v) that is closed by its last point;
+ * returns how many points it has. */
+size_t trim_loop_count(const struct trim *trim);
+size_t trim_loop_points(const struct trim *trim, size_t loop, const double (**points)[2]);
+
 /* How much work it was to make: edges, places in strips and crossings of lines looked at. */
 size_t trim_steps(const struct trim *trim);
 

@@ -7,7 +7,7 @@
     client = draped.Client("http://127.0.0.1:8080")
     drape = client.submit({"surface": ..., "fabric": {"spacing": 0.01}})
     client.wait(drape)                             # a progress bar, on a terminal
-    result = client.result(drape)                  # {"summary", "grid", "nodes", "cells", "front"}
+    result = client.result(drape)                  # {"summary", "grid", "nodes", "cells", "front", "rim"}
     print(max(result["cells"]["shear_deg"]))       # NumPy arrays where NumPy is installed
     client.save(drape, "net.vtp")                  # the format by the name's ending
     fields = client.map(drape, "mould.bdf")        # the fields on your own mesh
@@ -212,17 +212,17 @@ class Client:
 
     def result(self, drape: str, fields: Optional[list[str]] = None) -> Json:
         """The result of a drape that has succeeded: `summary`, `grid`, and the tables `nodes`,
-        `cells` and `front` as dicts of columns, NumPy arrays where NumPy is installed, else lists.
+        `cells`, `front` and `rim` as dicts of columns, NumPy arrays where NumPy is installed, else lists.
         `fields` (["nodes.x", "cells.k1"]) asks for these columns alone."""
         path = f"/v1/drapes/{drape}/result"
         chosen = None if fields is None else ",".join(fields)
         if numpy is None or (fields and any(name.startswith("front.") for name in fields)):
             document = self._json("GET", path, fields=chosen)
-            return {**document, **{t: _table(document.get(t, {})) for t in ("nodes", "cells", "front")}}
+            return {**document, **{t: _table(document.get(t, {})) for t in ("nodes", "cells", "front", "rim")}}
         # NumPy's own format is many times faster to read; it has no names, and no summary.
         small = "front.i,front.j,front.reason"
         document = self._json("GET", path, fields=small)
-        tables: dict[str, Json] = {"nodes": {}, "cells": {}, "front": {}}
+        tables: dict[str, Json] = {"nodes": {}, "cells": {}, "front": {}, "rim": {}}
         with self._open("GET", path, format="npz", fields=chosen) as answer:
             with numpy.load(io.BytesIO(answer.read())) as arrays:
                 for name in arrays.files:

@@ -1,0 +1,346 @@
+/* SPDX-License-Identifier: MIT */
+#include "rim.h"
+
+/* Steps along an edge, in spacings: of first places; below which two smooth places need none in
+ * the middle; and below which a place where something ends is not sought more closely. */
+static const double first_step = 1.2, short_step = 0.3, least_step = 1.0 / 64;
+
+/* By how much the cubic over two steps may miss the place in the middle: over one step it is off by
+ * a sixteenth of that. */
+static const double cubic_miss = 4 * RIM_TOLERANCE;
+
+/* Points that a step is divided into, at the most. */
+enum { DIVISIONS = 64 };
+
+/* A node may be this far from the place that it is to lead to, in spacings. */
+static const double seed_reach = 2;
+
+/* A place on an edge, found on the cloth. */
+struct stop {
+    double t;
+    struct rim_spot spot;
+    double pq[2], by_t[2]; /* the net's coordinates and their derivatives */
+    bool covered, smooth;
+};
+
+/* The box around the nodes inside of a tile. */
+struct tile_box {
+    const struct net_tile *tile;
+    struct vec3 low, high;
+};
+
+struct tracer {
+    struct march *march;
+    struct rim *rim;
+    struct rim_edges edges;
+    int32_t loop;
+    const struct rim_vertex *from, *to; /* the piece that is followed */
+    double spacing;                     /* the smaller one */
+    double half_turn[2];                /* see station_cut_turn */
+    struct tile_box *boxes;
+    size_t box_count;
+    bool failed; /* no memory */
+};
+
+/* ---- a place to begin at ---- */
+
+static struct vec3 low_of(struct vec3 a, struct vec3 b) {
+    return vec3_make(fmin(a.x, b.x), fmin(a.y, b.y), fmin(a.z, b.z));
+}
+
+static struct vec3 high_of(struct vec3 a, struct vec3 b) {
+    return vec3_make(fmax(a.x, b.x), fmax(a.y, b.y), fmax(a.z, b.z));
+}
+
+static bool make_boxes(struct tracer *t) {
+    struct net *net = t->march->net;
+    struct net_tile **tiles = net_sorted_tiles(net);
+    size_t count = net_tile_count(net);
+    t->boxes = arena_alloc(t->march->arena, count, sizeof *t->boxes);
+    if (!tiles || !t->boxes)
+        return false;
+    for (size_t k = 0; k < count; k++) {
+        struct tile_box box = {.tile = tiles[k],
+                               .low = {HUGE_VAL, HUGE_VAL, HUGE_VAL},
+                               .high = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+        for (int y = 0; y < NET_TILE; y++)
+            for (uint32_t row = tiles[k]->bits[NET_BIT_INSIDE][y]; row; row &= row - 1) {
+                struct vec3 r = tiles[k]->node[y][__builtin_ctz(row)].r;
+                box.low = low_of(box.low, r);
+                box.high = high_of(box.high, r);
+            }
+        if (box.low.x <= box.high.x)
+            t->boxes[t->box_count++] = box;
+    }
+    return true;
+}
+
+static double box_distance2(const struct tile_box *box, struct vec3 r) {
+    struct vec3 nearest = high_of(box->low, low_of(box->high, r));
+    return vec3_norm2(vec3_sub(r, nearest));
+}
+
+/* Whether a node is on the same side of the cuts as the place. */
+static bool same_turn(const struct tracer *t, const struct net_node *node, const double uv[2]) {
+    bool apart = t->march->mesh || t->march->surface->shell;
+    return apart || (fabs(node->uv[0] - uv[0]) <= t->half_turn[0] &&
+                     fabs(node->uv[1] - uv[1]) <= t->half_turn[1]);
+}
+
+/* The node inside that is nearest to the spot, as a place of the net; false when none is near. */
+static bool find_seed(const struct tracer *t, const struct rim_spot *spot, double pq[2]) {
+    const double *d = t->march->settings->spacing;
+    double reach = seed_reach * fmax(d[0], d[1]), best = reach * reach;
+    bool found = false;
+    for (size_t k = 0; k < t->box_count; k++) {
+        const struct net_tile *tile = t->boxes[k].tile;
+        if (box_distance2(&t->boxes[k], spot->r) >= best)
+            continue;
+        for (int at = 0; at < NET_TILE * NET_TILE; at++) {
+            const struct net_node *node = &tile->node[at / NET_TILE][at % NET_TILE];
+            double own = vec3_norm2(vec3_sub(node->r, spot->r));
+            if (node->state != NET_INSIDE || own >= best || !same_turn(t, node, spot->uv))
+                continue;
+            best = own;
+            found = true;
+            pq[0] = tile->ti * NET_TILE + at % NET_TILE;
+            pq[1] = tile->tj * NET_TILE + at / NET_TILE;
+        }
+    }
+    return found;
+}
+
+/* ---- places on an edge ---- */
+
+static void note_shear(struct tracer *t, const struct rim_place *place) {
+    struct rim_shear *most = &t->rim->shear;
+    double own = place->smooth ? fabs(rim_place_half_tangent(place)) : 0;
+    if (own > most->half_tangent)
+        *most = (struct rim_shear){own, place->p, place->q, place->r};
+}
+
+/* Takes in a place of the cloth: with along[0] p' + along[1] q' = r', in the mean of squares. */
+static void take_place(struct tracer *t, const struct rim_place *place, struct stop *stop) {
+    const struct vec3 *x = place->along;
+    double e = vec3_norm2(x[0]), f = vec3_dot(x[0], x[1]), g = vec3_norm2(x[1]);
+    double a = vec3_dot(stop->spot.dr, x[0]), b = vec3_dot(stop->spot.dr, x[1]);
+    stop->by_t[0] = (g * a - f * b) / (e * g - f * f);
+    stop->by_t[1] = (e * b - f * a) / (e * g - f * f);
+    stop->pq[0] = place->p;
+    stop->pq[1] = place->q;
+    stop->smooth = place->smooth;
+    stop->covered = true;
+    note_shear(t, place);
+}
+
+/* Finds the spot of `stop` on the cloth, from the coordinates expected or, where these do not
+ * lead there, from the nearest node. */
+static void find_stop(struct tracer *t, const double expected[2], bool known, struct stop *stop) {
+    struct rim_place place = {.p = expected[0], .q = expected[1]};
+    double seed[2];
+    stop->covered = stop->smooth = false;
+    stop->pq[0] = expected[0];
+    stop->pq[1] = expected[1];
+    stop->by_t[0] = stop->by_t[1] = 0;
+    const struct surface *surface = rim_edges_surface(t->march, stop->spot.face);
+    if (known && rim_cloth_find(&t->rim->cloth, stop->spot.r, surface, stop->spot.uv, &place)) {
+        take_place(t, &place, stop);
+        return;
+    }
+    if (!find_seed(t, &stop->spot, seed))
+        return;
+    place = (struct rim_place){.p = seed[0], .q = seed[1]};
+    if (rim_cloth_find(&t->rim->cloth, stop->spot.r, surface, stop->spot.uv, &place))
+        take_place(t, &place, stop);
+}
+
+static void spot_at(struct tracer *t, double at, struct rim_spot *spot) {
+    rim_edges_spot(t->march, t->from, t->to, at, spot);
+}
+
+/* p and q on the cubic between two places, at a share of the way; near rough edges, where
+ * derivatives are of one side, on the straight line. */
+static void cubic(const struct stop *a, const struct stop *b, double share, double pq[2]) {
+    double width = b->t - a->t, s = share, r = 1 - share;
+    for (int k = 0; k < 2; k++) {
+        if (!a->smooth || !b->smooth) {
+            pq[k] = r * a->pq[k] + s * b->pq[k];
+            continue;
+        }
+        pq[k] = r * r * (1 + 2 * s) * a->pq[k] + s * s * (1 + 2 * r) * b->pq[k] +
+                width * s * r * (r * a->by_t[k] - s * b->by_t[k]);
+    }
+}
+
+/* ---- points ---- */
+
+static void add_point(struct tracer *t, const struct rim_spot *spot, const double pq[2],
+                      bool covered) {
+    struct rim *rim = t->rim;
+    if (rim->count == rim->room)
+        rim->points = arena_enlarge(t->march->arena, rim->points, rim->count, sizeof *rim->points,
+                                    &rim->room);
+    t->failed = t->failed || !rim->points;
+    if (t->failed)
+        return;
+    rim->covered = rim->covered && covered;
+    rim->points[rim->count++] = (struct rim_point){.loop = t->loop,
+                                                   .face = spot->face,
+                                                   .covered = covered,
+                                                   .uv = {spot->uv[0], spot->uv[1]},
+                                                   .r = spot->r,
+                                                   .p = pq[0],
+                                                   .q = pq[1]};
+}
+
+/* How many straight lines a cubic needs: one of second derivative c deviates from its chord by
+ * c / 8 of the square of its length. */
+static int divisions(const struct stop *a, const struct stop *b) {
+    double width = b->t - a->t, most = 0;
+    for (int k = 0; k < 2; k++) {
+        double rise = b->pq[k] - a->pq[k], from = width * a->by_t[k], to = width * b->by_t[k];
+        most = fmax(most,
+                    fmax(fabs(6 * rise - 4 * from - 2 * to), fabs(-6 * rise + 2 * from + 4 * to)));
+    }
+    double count = ceil(sqrt(most / (8 * 0.7 * RIM_TOLERANCE)));
+    return count < 1 ? 1 : count > DIVISIONS ? DIVISIONS : (int)count;
+}
+
+/* The points of a step but its last. */
+static void emit(struct tracer *t, const struct stop *a, const struct stop *b) {
+    int count = a->smooth && b->smooth ? divisions(a, b) : 1;
+    add_point(t, &a->spot, a->pq, a->covered);
+    for (int k = 1; k < count; k++) {
+        struct rim_spot spot;
+        double share = (double)k / count, pq[2];
+        spot_at(t, a->t + share * (b->t - a->t), &spot);
+        cubic(a, b, share, pq);
+        add_point(t, &spot, pq, true);
+    }
+}
+
+/* Whether the cubic from a to c passes the place in the middle. */
+static bool confirms(const struct stop *a, const struct stop *b, const struct stop *c) {
+    double pq[2];
+    double miss = a->smooth && b->smooth && c->smooth ? cubic_miss : RIM_TOLERANCE;
+    cubic(a, c, 0.5, pq);
+    return fabs(pq[0] - b->pq[0]) < miss && fabs(pq[1] - b->pq[1]) < miss;
+}
+
+/* The points of a step but its last, halved until its cubics hold. */
+static void refine(struct tracer *t, const struct stop *a, const struct stop *c) {
+    struct stop middle = {.t = (a->t + c->t) / 2};
+    double length = vec3_distance(a->spot.r, c->spot.r) / t->spacing, expected[2];
+    bool both = a->covered && c->covered, none = !a->covered && !c->covered;
+    if (both && a->smooth && c->smooth && length < short_step) {
+        emit(t, a, c);
+        return;
+    }
+    cubic(a, c, 0.5, expected);
+    spot_at(t, middle.t, &middle.spot);
+    find_stop(t, both ? expected : a->covered ? a->pq : c->pq, a->covered || c->covered, &middle);
+    double halves = vec3_distance(a->spot.r, middle.spot.r) / t->spacing;
+    bool settled = both ? middle.covered && confirms(a, &middle, c) : none && !middle.covered;
+    if (settled || fmax(length, halves) < least_step || c->t - a->t < 1e-9) {
+        emit(t, a, &middle);
+        emit(t, &middle, c);
+        return;
+    }
+    refine(t, a, &middle);
+    refine(t, &middle, c);
+}
+
+/* ---- pieces and loops ---- */
+
+/* The next place along the piece, a step from the last. */
+static void advance(struct tracer *t, const struct stop *last, struct stop *next) {
+    double step = first_step * t->spacing, speed = vec3_norm(last->spot.dr), left = 1 - last->t;
+    double dt = speed * left > step ? step / speed : left, expected[2];
+    for (;; dt /= 2) {
+        next->t = dt >= left ? 1 : last->t + dt;
+        spot_at(t, next->t, &next->spot);
+        if (vec3_distance(next->spot.r, last->spot.r) < 1.5 * step || dt < 1e-9)
+            break;
+    }
+    for (int k = 0; k < 2; k++)
+        expected[k] = last->pq[k] + last->by_t[k] * (next->t - last->t);
+    find_stop(t, expected, last->covered, next);
+}
+
+/* A piece from a place that is known; `last` becomes that at its end. */
+static void follow_piece(struct tracer *t, struct stop *last) {
+    struct rim_place place = {.p = last->pq[0], .q = last->pq[1]};
+    struct stop next;
+    last->t = 0;
+    spot_at(t, 0, &last->spot);
+    if (last->covered) {
+        const struct rim_patch *patch = &t->rim->cloth.patch;
+        if (!patch->known || fabs(place.p - patch->i - 0.5) > 0.6 ||
+            fabs(place.q - patch->j - 0.5) > 0.6)
+            patch =
+                rim_cloth_patch(&t->rim->cloth, (int32_t)floor(place.p), (int32_t)floor(place.q));
+        if (patch->smooth) {
+            rim_patch_place(patch, place.p, place.q, &place);
+            take_place(t, &place, last);
+        }
+    }
+    while (last->t < 1) {
+        advance(t, last, &next);
+        refine(t, last, &next);
+        *last = next;
+    }
+}
+
+static void follow_loop(struct tracer *t, const struct rim_loop *loop) {
+    const struct rim_vertex *vertices = t->edges.vertices + loop->first;
+    struct stop stop = {.t = 0};
+    for (size_t k = 0; k < loop->count && !t->failed; k++) {
+        t->from = &vertices[k];
+        t->to = &vertices[k + 1];
+        if (k == 0) {
+            spot_at(t, 0, &stop.spot);
+            find_stop(t, stop.pq, false, &stop);
+        }
+        if (!t->from->leaps)
+            follow_piece(t, &stop);
+    }
+}
+
+/* Gives the points of a loop that no cloth reaches the coordinates of the last one before it that
+ * cloth does. */
+static void place_uncovered(struct rim_point *points, size_t count) {
+    size_t first = 0;
+    while (first < count && !points[first].covered)
+        first++;
+    for (size_t k = 0; first < count && k < count; k++) {
+        struct rim_point *own = &points[(first + k) % count];
+        const struct rim_point *last = &points[(first + k + count - 1) % count];
+        if (!own->covered) {
+            own->p = last->p;
+            own->q = last->q;
+        }
+    }
+}
+
+enum status rim_make(struct march *march, struct rim *rim) {
+    const double *d = march->settings->spacing;
+    struct tracer t = {.march = march, .rim = rim, .spacing = fmin(d[0], d[1])};
+    *rim = (struct rim){.covered = true};
+    for (int k = 0; k < 2; k++)
+        t.half_turn[k] = march->surface ? station_cut_turn(march->surface, k) : HUGE_VAL;
+    enum status status = rim_edges_make(march, RIM_TOLERANCE / 3 * t.spacing, &t.edges);
+    if (status == STATUS_OK)
+        status = rim_cloth_make(march, &rim->cloth);
+    if (status != STATUS_OK || !make_boxes(&t))
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < t.edges.loop_count && !t.failed; k++) {
+        size_t first = rim->count;
+        t.loop = (int32_t)k;
+        follow_loop(&t, &t.edges.loops[k]);
+        if (!t.failed && rim->count > first)
+            place_uncovered(rim->points + first, rim->count - first);
+    }
+    rim->loop_count = t.edges.loop_count;
+    rim->covered = rim->covered && rim->count > 0;
+    return t.failed || rim->cloth.failed ? STATUS_OUT_OF_MEMORY : STATUS_OK;
+}

@@ -1,0 +1,123 @@
+/* SPDX-License-Identifier: MIT */
+#include "rim_cells.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* What an edge adds to a cell that it passes. */
+struct crossing {
+    int32_t i, j;
+    double rise; /* to q, along the edge */
+    double area; /* on the left of the edge in this cell */
+    double p, q; /* the middle */
+    double length;
+    bool loose;
+};
+
+struct crossings {
+    struct march *march;
+    struct crossing *all;
+    size_t count, room;
+    bool failed; /* no memory */
+};
+
+/* ---- shares ---- */
+
+static void add_crossing(struct crossings *c, const double from[2], const double to[2],
+                         bool loose) {
+    double p = (from[0] + to[0]) / 2, q = (from[1] + to[1]) / 2, rise = to[1] - from[1];
+    double dp = to[0] - from[0], i = floor(p), j = floor(q);
+    if (c->count == c->room)
+        c->all = arena_enlarge(c->march->arena, c->all, c->count, sizeof *c->all, &c->room);
+    c->failed = c->failed || !c->all;
+    if (!c->failed)
+        c->all[c->count++] = (struct crossing){.i = (int32_t)i,
+                                               .j = (int32_t)j,
+                                               .rise = rise,
+                                               .area = rise * (p - i),
+                                               .p = p,
+                                               .q = q,
+                                               .length = sqrt(dp * dp + rise * rise),
+                                               .loose = loose};
+}
+
+/* The share of the way from `x` to `to`, starting at share `at`, at which the next whole number is
+ * passed; 1 if none is. */
+static double next_line(double from, double to, double at) {
+    double x = from + at * (to - from), step = to - from;
+    if (step == 0)
+        return 1;
+    double line = step > 0 ? floor(x) + 1 : ceil(x) - 1, next = (line - from) / step;
+    if (next <= at)
+        next = (line + (step > 0 ? 1 : -1) - from) / step;
+    return next < 1 ? next : 1;
+}
+
+/* A straight line between two points of the rim, cell by cell. */
+static void add_line(struct crossings *c, const struct rim_point *a, const struct rim_point *b) {
+    const double from[2] = {a->p, a->q}, to[2] = {b->p, b->q};
+    double at = 0, last[2] = {from[0], from[1]};
+    bool loose = !a->covered || !b->covered;
+    while (at < 1 && !c->failed) {
+        double next = fmin(next_line(from[0], to[0], at), next_line(from[1], to[1], at)), here[2];
+        for (int k = 0; k < 2; k++)
+            here[k] = next == 1 ? to[k] : from[k] + next * (to[k] - from[k]);
+        add_crossing(c, last, here, loose);
+        memcpy(last, here, sizeof last);
+        at = next;
+    }
+}
+
+static int compare(const void *a, const void *b) {
+    const struct crossing *x = a, *y = b;
+    if (x->j != y->j)
+        return x->j < y->j ? -1 : 1;
+    if (x->i != y->i)
+        return x->i < y->i ? -1 : 1;
+    if (x->p != y->p)
+        return x->p < y->p ? -1 : 1;
+    return (x->q > y->q) - (x->q < y->q);
+}
+
+/* The crossings from `all[k]` on that are in one cell; `rise` gathers that of the row so far. */
+static struct rim_cell gather_cell(const struct crossings *c, size_t *k, double *rise) {
+    const struct crossing *first = &c->all[*k];
+    struct rim_cell cell = {.i = first->i, .j = first->j};
+    double area = 0, length = 0;
+    for (; *k < c->count && c->all[*k].i == cell.i && c->all[*k].j == cell.j; ++*k) {
+        const struct crossing *own = &c->all[*k];
+        double weight = own->length + 1e-12;
+        *rise += own->rise;
+        area += own->area;
+        length += weight;
+        cell.p += weight * own->p;
+        cell.q += weight * own->q;
+        cell.loose = cell.loose || own->loose;
+    }
+    cell.p /= length;
+    cell.q /= length;
+    cell.share = fmin(fmax(area - *rise, 0), 1);
+    return cell;
+}
+
+enum status rim_cells_make(struct march *march, const struct rim *rim, struct rim_cells *cells) {
+    struct crossings c = {.march = march};
+    *cells = (struct rim_cells){0};
+    for (size_t first = 0, k = 0; k < rim->count; k++) {
+        bool last = k + 1 == rim->count || rim->points[k + 1].loop != rim->points[k].loop;
+        add_line(&c, &rim->points[k], &rim->points[last ? first : k + 1]);
+        first = last ? k + 1 : first;
+    }
+    cells->cells = arena_take(march->arena, c.count, sizeof *cells->cells);
+    if (c.failed || !cells->cells)
+        return STATUS_OUT_OF_MEMORY;
+    if (c.count)
+        qsort(c.all, c.count, sizeof *c.all, compare);
+    double rise = 0;
+    for (size_t k = 0; k < c.count;) {
+        bool new_row = cells->count == 0 || cells->cells[cells->count - 1].j != c.all[k].j;
+        rise = new_row ? 0 : rise;
+        cells->cells[cells->count++] = gather_cell(&c, &k, &rise);
+    }
+    return STATUS_OK;
+}

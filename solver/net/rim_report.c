@@ -1,0 +1,296 @@
+/* SPDX-License-Identifier: MIT */
+#include "rim_report.h"
+
+#include "rim_cells.h"
+#include "solver/angle.h"
+
+/* Bins of the absolute shear: a hundredth of a degree or so. */
+enum { BINS = 8192 };
+
+/* Areas by their shear: `change[b]` is by how much the density changes at bin b. */
+struct spread {
+    double change[BINS + 2];
+    double area, moment; /* in all, and times the shear */
+};
+
+static const double bin_width = 90.0 / (BINS - 1);
+
+/* Area whose shear lies evenly between two values, `mean` in the mean. */
+static void spread_area(struct spread *s, double area, double low, double high, double mean) {
+    int from = (int)(fmin(fmax(low, 0), 90) / bin_width);
+    int to = (int)(fmin(fmax(high, 0), 90) / bin_width) + 1;
+    s->change[from] += area / (to - from);
+    s->change[to] -= area / (to - from);
+    s->area += area;
+    s->moment += area * mean;
+}
+
+/* The shear that a share of the area has less than. */
+static double quantile(const struct spread *s, double share) {
+    double density = 0, sum = 0, wanted = share * s->area;
+    for (int bin = 0; bin < BINS; bin++) {
+        density += s->change[bin];
+        if (sum + density >= wanted && density > 0)
+            return fmin((bin + (wanted - sum) / density) * bin_width, 90);
+        sum += density;
+    }
+    return 0;
+}
+
+/* The largest absolute shear so far, and where. */
+struct most {
+    double shear_deg, p, q;
+    struct vec3 r;
+};
+
+static void raise_most(struct most *most, double shear_deg, double p, double q, struct vec3 r) {
+    if (fabs(shear_deg) > most->shear_deg)
+        *most = (struct most){fabs(shear_deg), p, q, r};
+}
+
+static struct vec3 node_point(const struct drape_nodes *n, size_t k) {
+    return vec3_make(n->x[k], n->y[k], n->z[k]);
+}
+
+/* The row of node (i, j), from a row on that is not behind it; both are sorted alike. */
+static size_t seek(const struct drape_nodes *n, size_t from, int32_t i, int32_t j) {
+    while (from < n->count && (n->j[from] < j || (n->j[from] == j && n->i[from] < i)))
+        from++;
+    return from;
+}
+
+/* The measured cloth, while it is gathered. */
+struct gathering {
+    struct march *march;
+    struct rim *rim;
+    struct drape_result *result;
+    struct spread *spread;
+    struct most most;
+    size_t low, high; /* nodes of the row of cells and the one above */
+    double flat;      /* area of the unsheared cloth */
+};
+
+/* sin w of a cell from its unit directions */
+static double sine_between(const struct drape_cells *c, size_t k) {
+    double cosine =
+        c->warp_x[k] * c->weft_x[k] + c->warp_y[k] * c->weft_y[k] + c->warp_z[k] * c->weft_z[k];
+    return sqrt(fmax(1 - cosine * cosine, 0));
+}
+
+static void add_whole(struct gathering *g, size_t k, double share) {
+    const struct drape_nodes *n = &g->result->nodes;
+    const struct drape_cells *c = &g->result->cells;
+    int32_t i = c->i[k], j = c->j[k];
+    double low = HUGE_VAL, high = 0, own = fabs(c->shear_deg[k]);
+    g->low = seek(n, g->low, i, j);
+    g->high = seek(n, g->high, i, j + 1);
+    const size_t corner[4] = {g->low, g->low + 1, g->high, g->high + 1};
+    for (int m = 0; m < 4; m++) {
+        double shear = fabs(n->shear_deg[corner[m]]);
+        low = fmin(low, shear);
+        high = fmax(high, shear);
+    }
+    spread_area(g->spread, share * sine_between(c, k), low, high, own);
+    g->flat += share;
+    if (own > g->most.shear_deg) {
+        struct vec3 sum = {0, 0, 0};
+        for (int m = 0; m < 4; m++)
+            sum = vec3_add(sum, node_point(n, corner[m]));
+        raise_most(&g->most, own, i + 0.5, j + 0.5, vec3_scale(0.25, sum));
+    }
+}
+
+/* The mean shear of those of the cell's corners that are nodes; 0 without any. */
+static double mean_of_corners(const struct drape_nodes *n, const struct rim_cell *cell) {
+    double sum = 0;
+    int count = 0;
+    for (int m = 0; m < 4; m++) {
+        int32_t i = cell->i + (m & 1), j = cell->j + m / 2;
+        size_t low = 0, high = n->count;
+        while (low < high) {
+            size_t middle = low + (high - low) / 2;
+            bool before = n->j[middle] < j || (n->j[middle] == j && n->i[middle] < i);
+            low = before ? middle + 1 : low;
+            high = before ? high : middle;
+        }
+        if (low < n->count && n->i[low] == i && n->j[low] == j) {
+            sum += fabs(n->shear_deg[low]);
+            count++;
+        }
+    }
+    return count ? sum / count : 0;
+}
+
+static double shear_at(const struct rim_patch *patch, double p, double q) {
+    struct rim_place place;
+    rim_patch_place(patch, p, q, &place);
+    return fabs(2 * angle_atan_deg(rim_place_half_tangent(&place)));
+}
+
+/* A cell that is not whole, by the share that the rim leaves of it: its shear goes from that at
+ * the rim to that as far on the other side of its middle. */
+static void add_cut(struct gathering *g, const struct rim_cell *cell) {
+    const struct rim_patch *patch = rim_cloth_patch(&g->rim->cloth, cell->i, cell->j);
+    double sine, cosine, half = 0, shear;
+    if (cell->loose || !patch->known)
+        return;
+    if (patch->smooth) {
+        double rest = 1 - cell->share, share = cell->share;
+        shear = shear_at(patch, share * (cell->i + 0.5) + rest * cell->p,
+                         share * (cell->j + 0.5) + rest * cell->q);
+        half = fabs(shear - shear_at(patch, cell->p, cell->q));
+    } else {
+        shear = mean_of_corners(&g->result->nodes, cell);
+    }
+    angle_sincos_deg(90 - shear, &sine, &cosine);
+    spread_area(g->spread, cell->share * sine, shear - half, shear + half, shear);
+    g->flat += cell->share;
+}
+
+static bool comes_before(const struct rim_cell *cell, int32_t i, int32_t j) {
+    return cell->j < j || (cell->j == j && cell->i < i);
+}
+
+/* All cells, whole and cut, in one pass over both lists. */
+static void add_cells(struct gathering *g, const struct rim_cells *cells) {
+    const struct drape_cells *c = &g->result->cells;
+    const struct rim_cell *next = cells->cells, *end = next + cells->count;
+    for (size_t k = 0; k < c->count; k++) {
+        for (; next < end && comes_before(next, c->i[k], c->j[k]); next++)
+            add_cut(g, next);
+        bool cut = next < end && next->i == c->i[k] && next->j == c->j[k];
+        add_whole(g, k, cut && !next->loose ? next->share : 1);
+        next += cut;
+    }
+    for (; next < end; next++)
+        add_cut(g, next);
+}
+
+static void find_most(struct gathering *g) {
+    const struct drape_nodes *n = &g->result->nodes;
+    const struct rim_shear *rim = &g->rim->shear;
+    size_t at = 0;
+    for (size_t k = 0; k < n->count; k++)
+        at = fabs(n->shear_deg[k]) > fabs(n->shear_deg[at]) ? k : at;
+    if (n->count)
+        raise_most(&g->most, n->shear_deg[at], n->i[at], n->j[at], node_point(n, at));
+    raise_most(&g->most, 2 * angle_atan_deg(rim->half_tangent), rim->p, rim->q, rim->r);
+}
+
+/* What can lie between the net and itself where it meets itself, in cells for each place there. */
+static const double gap_cells = 2;
+
+/* Whether the cloth ends nowhere but at the rim, all of which it reaches, and where it meets
+ * itself. */
+static bool is_whole(const struct gathering *g) {
+    const size_t *reasons = g->result->summary.front_reasons;
+    const double *d = g->march->settings->spacing;
+    size_t all = 0, folds = reasons[DRAPE_REASON_FOLD];
+    for (int k = 0; k < DRAPE_REASON_COUNT; k++)
+        all += reasons[k];
+    if (reasons[DRAPE_REASON_BOUNDARY] + folds != all || g->result->cells.count == 0)
+        return false;
+    double area = march_area(g->march), uncovered = area - g->spread->area * d[0] * d[1];
+    if (g->rim->loop_count > 0)
+        return g->rim->covered;
+    return uncovered <= gap_cells * (double)folds * d[0] * d[1];
+}
+
+/* What a place at which the net ends within the part leaves uncovered, in cells, at the least. */
+static const double lost_cells = 0.25;
+
+/* The share of the part that lies under the cloth. Where it is not all, it is that of the cells;
+ * their area is not exact on a coarse net, but where the net ends within the part some of it is
+ * bare. */
+static double cloth_coverage(const struct gathering *g) {
+    const size_t *reasons = g->result->summary.front_reasons;
+    const double *d = g->march->settings->spacing;
+    size_t ends = 0;
+    if (is_whole(g))
+        return 1;
+    for (int k = 0; k < DRAPE_REASON_COUNT; k++)
+        ends += k == DRAPE_REASON_BOUNDARY || k == DRAPE_REASON_FOLD ? 0 : reasons[k];
+    double cell = d[0] * d[1] / march_area(g->march);
+    double most = fmax(1 - lost_cells * (double)ends * cell, 0);
+    return fmin(g->spread->area * cell, most);
+}
+
+static void measure(struct march *march, struct rim *rim, const struct rim_cells *cells,
+                    struct drape_result *result) {
+    struct spread spread = {.area = 0};
+    struct gathering g = {.march = march, .rim = rim, .result = result, .spread = &spread};
+    struct drape_summary *s = &result->summary;
+    const double *d = march->settings->spacing;
+    g.most.r = march->start.station.jet.r;
+    find_most(&g);
+    add_cells(&g, cells);
+    s->max_shear_deg = g.most.shear_deg;
+    s->max_shear_at[0] = g.most.p;
+    s->max_shear_at[1] = g.most.q;
+    s->max_shear_point = g.most.r;
+    s->mean_shear_deg = spread.area > 0 ? spread.moment / spread.area : 0;
+    s->p95_shear_deg = fmin(quantile(&spread, 0.95), s->max_shear_deg);
+    s->cloth_area = spread.area * d[0] * d[1];
+    s->flat_area = g.flat * d[0] * d[1];
+    s->cloth_coverage = cloth_coverage(&g);
+    s->outcome = s->cloth_coverage >= DRAPE_COMPLETE_COVERAGE && result->cells.count
+                     ? DRAPE_COMPLETE
+                     : DRAPE_PARTIAL;
+}
+
+/* ---- columns ---- */
+
+/* The caller's parameters of a point, inside the domain. */
+static void parameters(const struct march *march, const struct rim_point *point, double uv[2]) {
+    const struct surface *surface = rim_edges_surface(march, point->face);
+    for (int k = 0; k < 2; k++) {
+        uv[k] = point->uv[k];
+        if (!surface)
+            continue;
+        const struct surface_axis *axis = &surface->axis[k];
+        double wrapped = surface_axis_wrap(axis, uv[k]);
+        uv[k] = fmin(fmax(wrapped, surface_axis_lower(axis)), surface_axis_upper(axis));
+    }
+    if (surface)
+        surface_outer(surface, uv, uv);
+}
+
+static enum status list(const struct march *march, const struct rim *rim, struct drape_rim *out) {
+    double **columns[] = {&out->x, &out->y, &out->z, &out->u, &out->v, &out->p, &out->q};
+    out->count = rim->count;
+    out->loop = arena_take(march->arena, rim->count, sizeof *out->loop);
+    out->covered = arena_take(march->arena, rim->count, sizeof *out->covered);
+    bool shell = march->surface && march->surface->shell;
+    out->face = shell ? arena_take(march->arena, rim->count, sizeof *out->face) : NULL;
+    bool all = out->loop && out->covered && (out->face || !shell);
+    for (size_t c = 0; c < sizeof columns / sizeof *columns; c++) {
+        *columns[c] = arena_take(march->arena, rim->count, sizeof(double));
+        all = all && *columns[c];
+    }
+    for (size_t k = 0; all && k < rim->count; k++) {
+        const struct rim_point *point = &rim->points[k];
+        double uv[2];
+        parameters(march, point, uv);
+        const double values[] = {point->r.x, point->r.y, point->r.z, uv[0],
+                                 uv[1],      point->p,   point->q};
+        for (size_t c = 0; c < sizeof columns / sizeof *columns; c++)
+            (*columns[c])[k] = values[c];
+        out->loop[k] = point->loop;
+        if (shell)
+            out->face[k] = point->face;
+        out->covered[k] = point->covered;
+    }
+    return all ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+}
+
+enum status rim_report(struct march *march, struct drape_result *result) {
+    struct rim rim;
+    struct rim_cells cells;
+    enum status status = rim_make(march, &rim);
+    if (status == STATUS_OK)
+        status = rim_cells_make(march, &rim, &cells);
+    if (status != STATUS_OK)
+        return status;
+    measure(march, &rim, &cells, result);
+    return rim.cloth.failed ? STATUS_OUT_OF_MEMORY : list(march, &rim, &result->rim);
+}

@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What the rim tells of a drape: its columns, how much of the part the cloth covers, and the shear
+ * of the cloth up to its rim, by area. A cell that the rim cuts counts by the share of it that lies
+ * within; the shear of a whole cell is spread evenly between the least and the greatest of its
+ * nodes. So nothing jumps when the start moves a little and cells come or go at the rim.
+ */
+#ifndef SOLVER_NET_RIM_REPORT_H
+#define SOLVER_NET_RIM_REPORT_H
+
+#include "march.h"
+
+/* Adds to a result that has its nodes, cells and front, and the counts and the coverage of its
+ * summary: the rim, and in the summary all that speaks of the cloth, and the outcome. Errors:
+ * STATUS_OUT_OF_MEMORY. */
+enum status rim_report(struct march *march, struct drape_result *result) STATUS_MUST_USE;
+
+#endif

@@ -1,0 +1,477 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The rim in the coordinates of the net, the coverage of the cloth up to it and its shear: against
+ * nets that are known, against integrals over the part that know nothing of nets, and on parts as
+ * they come.
+ */
+#include "profile.h"
+#include "scenes.h"
+#include "tests/check.h"
+#include <stdio.h>
+
+static const double DEG = M_PI / 180, QUARTER = M_PI / 2;
+
+static struct drape_settings settings_at(double u, double v, double angle_deg, double d) {
+    return (struct drape_settings){.method = DRAPE_GIB,
+                                   .spacing = {d, d},
+                                   .start_kind = DRAPE_START_UV,
+                                   .start_uv = {u, v},
+                                   .direction_deg = angle_deg,
+                                   .max_nodes = 200000};
+}
+
+/* The area within the rim in the flat. */
+static double flat_area(const struct drape_rim *rim, const double spacing[2]) {
+    double area = 0;
+    for (size_t first = 0, k = 0; k < rim->count; k++) {
+        bool last = k + 1 == rim->count || rim->loop[k + 1] != rim->loop[k];
+        size_t next = last ? first : k + 1;
+        area += (rim->p[k] * rim->q[next] - rim->p[next] * rim->q[k]) / 2;
+        first = last ? k + 1 : first;
+    }
+    return area * spacing[0] * spacing[1];
+}
+
+static void check_covered(const struct drape_result *result) {
+    for (size_t k = 0; k < result->rim.count; k++)
+        assert_true(result->rim.covered[k]);
+    check_above(result->rim.count, 0);
+    check_at_least(result->summary.cloth_coverage, DRAPE_COMPLETE_COVERAGE);
+    assert_int_equal(result->summary.outcome, DRAPE_COMPLETE);
+}
+
+/* --- the saddle: p and q are the arc lengths of two parabolas --- */
+
+static double parabola(double x) {
+    return (x * sqrt(1 + x * x) + asinh(x)) / 2;
+}
+
+/* The largest error of p and q at the points, and in the middle between neighbours, in spacings. */
+static double saddle_error(const struct drape_rim *rim, double d) {
+    double worst = 0;
+    for (size_t k = 0; k < rim->count; k++) {
+        size_t next = k + 1 < rim->count ? k + 1 : 0;
+        double u = (rim->u[k] + rim->u[next]) / 2, v = (rim->v[k] + rim->v[next]) / 2;
+        double p = (rim->p[k] + rim->p[next]) / 2, q = (rim->q[k] + rim->q[next]) / 2;
+        worst = fmax(worst, fabs(rim->p[k] - parabola(rim->u[k]) / d));
+        worst = fmax(worst, fabs(rim->q[k] - parabola(rim->v[k]) / d));
+        worst = fmax(worst, fmax(fabs(p - parabola(u) / d), fabs(q - parabola(v) / d)));
+    }
+    return worst;
+}
+
+static void test_exact_rim_of_a_saddle(void **state) {
+    static struct shape shape;
+    static const enum drape_method methods[] = {DRAPE_GIB, DRAPE_GIB4, DRAPE_GEODESIC};
+    (void)state;
+    shape_quadric(&shape, 1, -1, (double[2]){-0.9, 1.1}, (double[2]){-1, 0.83});
+    double exact = (parabola(1.1) + parabola(0.9)) * (parabola(0.83) + parabola(1));
+    for (int m = 0; m < 3; m++)
+        for (double d = 0.1; d > 0.02; d /= 2) {
+            struct drape_run run;
+            struct drape_settings settings = settings_at(0, 0, 0, d);
+            settings.method = methods[m];
+            drape_begin(&run, &shape, &settings);
+            double error = saddle_error(&run.result.rim, d);
+            double area = flat_area(&run.result.rim, settings.spacing);
+            printf("  method %d, d %-5g: %4zu points, %.1e spacings, area %+.1e\n", methods[m], d,
+                   run.result.rim.count, error, area / exact - 1);
+            check_below(error, methods[m] == DRAPE_GIB4 ? 1.5e-3 : 1e-3 + 0.2 * d);
+            check_below(fabs(area / exact - 1), 1e-3);
+            check_covered(&run.result);
+            check_below(fabs(run.result.summary.flat_area / exact - 1), 1e-3);
+            /* sin gamma = x y / sqrt((1 + x^2) (1 + y^2)), greatest at a corner */
+            double most = asin(1.1 / sqrt((1 + 1.1 * 1.1) * 2)) / DEG;
+            check_below(fabs(run.result.summary.max_shear_deg - most), 0.3);
+            drape_end(&run);
+        }
+}
+
+/* --- developables: the rim is the unrolled edge --- */
+
+static void test_exact_rim_of_an_oblique_cylinder(void **state) {
+    static struct shape shape;
+    static const double turn[2] = {-0.7, 0.9};
+    (void)state;
+    shape_frustum(&shape, turn, (double[2]){1, -0.6}, (double[2]){1, 0.8}, QUARTER);
+    for (int angle = 0; angle <= 60; angle += 20) {
+        struct drape_run run;
+        struct drape_settings settings = settings_at(0.45, 0.4, angle, 0.06);
+        drape_begin(&run, &shape, &settings);
+        const struct drape_rim *rim = &run.result.rim;
+        struct vec3 start = run.result.start_point;
+        double c = cos(angle * DEG), s = sin(angle * DEG), worst = 0;
+        for (size_t k = 0; k < rim->count; k++) {
+            double x = atan2(rim->y[k], rim->x[k]) - atan2(start.y, start.x),
+                   y = rim->z[k] - start.z;
+            worst = fmax(worst, fabs(rim->p[k] - (c * x + s * y) / 0.06));
+            worst = fmax(worst, fabs(rim->q[k] - (c * y - s * x) / 0.06));
+        }
+        double area = flat_area(rim, settings.spacing), exact = 1.6 * 1.4;
+        printf("  %2d deg: %zu points, %.1e spacings, area %+.1e\n", angle, rim->count, worst,
+               area / exact - 1);
+        check_below(worst, 1e-3);
+        check_below(fabs(area / exact - 1), 1e-4);
+        check_below(run.result.summary.max_shear_deg, 0.05);
+        check_covered(&run.result);
+        drape_end(&run);
+    }
+}
+
+/* Round a cylinder the cloth is cut open opposite the start: one loop with both sides of the cut.
+ */
+static void test_exact_rim_of_a_closed_cylinder(void **state) {
+    static struct shape shape;
+    (void)state;
+    shape_frustum(&shape, (double[2]){0, 4 * QUARTER}, (double[2]){1, 0}, (double[2]){1, 1.3},
+                  QUARTER);
+    for (int angle = 0; angle <= 40; angle += 20) {
+        struct drape_run run;
+        struct drape_settings settings = settings_at(0.2, 0.45, angle, 0.05);
+        drape_begin(&run, &shape, &settings);
+        double area = flat_area(&run.result.rim, settings.spacing), exact = 4 * QUARTER * 1.3;
+        check_below(fabs(area / exact - 1), 1e-4);
+        assert_int_equal(run.result.rim.loop[run.result.rim.count - 1], 0);
+        check_covered(&run.result);
+        drape_end(&run);
+    }
+}
+
+/* Over fillets no larger than a spacing and folds the flat is the sheet unrolled. */
+static void test_exact_rim_over_fillets_and_folds(void **state) {
+    static const struct profile_part hat[] = {
+        {0, 0, 20}, {3, 80, 25}, {0, -80, 40}, {3, -80, 25}, {3, 80, 20}};
+    static struct profile_sheet sheet;
+    (void)state;
+    profile_make(&sheet, hat, 5, 60);
+    for (int angle = 0; angle <= 45; angle += 15) {
+        struct drape_run run;
+        const double start[2] = {sheet.total / 2, sheet.width / 2};
+        profile_drape(&sheet, DRAPE_GIB, 5, start, angle, &run);
+        double area = flat_area(&run.result.rim, (double[2]){5, 5});
+        double exact = sheet.total * sheet.width;
+        printf("  %2d deg: %zu points, area %+.1e, shear %.1e deg\n", angle, run.result.rim.count,
+               area / exact - 1, run.result.summary.max_shear_deg);
+        check_below(fabs(area / exact - 1), 1e-3);
+        check_below(run.result.summary.max_shear_deg, 0.05);
+        check_covered(&run.result);
+        drape_end(&run);
+    }
+}
+
+/* --- trims --- */
+
+/* A circle as nine rational points of degree 2. */
+struct circle {
+    double points[9][2], weights[9];
+    struct trim_curve curve;
+};
+
+static const double circle_knots[] = {0, 0, 0, 0.25, 0.25, 0.5, 0.5, 0.75, 0.75, 1, 1, 1};
+
+static struct trim_loop circle_loop(struct circle *circle, double u, double v, double radius,
+                                    bool kept) {
+    static const int at[9][2] = {{1, 0},   {1, 1},  {0, 1},  {-1, 1}, {-1, 0},
+                                 {-1, -1}, {0, -1}, {1, -1}, {1, 0}};
+    for (int k = 0; k < 9; k++) {
+        circle->points[k][0] = u + radius * at[k][0];
+        circle->points[k][1] = v + radius * at[k][1];
+        circle->weights[k] = k % 2 ? sqrt(0.5) : 1;
+    }
+    circle->curve = (struct trim_curve){2, (const double(*)[2])circle->points, 9, circle_knots,
+                                        circle->weights};
+    return (struct trim_loop){kept, &circle->curve, 1};
+}
+
+static struct trim *trim_of(struct shape *shape, const struct trim_loop *loops, size_t count,
+                            struct arena *arena) {
+    struct surface *surface;
+    struct trim *trim;
+    struct nurbs nurbs = shape_nurbs(shape);
+    assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+    assert_int_equal(trim_make(surface, loops, count, arena, &trim), STATUS_OK);
+    return trim;
+}
+
+/* A plate with a hole, and one whose edge another circle bites: loops, points and areas. */
+static void test_exact_rim_of_a_plate_with_holes(void **state) {
+    static struct shape shape;
+    static struct circle hole, bite;
+    struct arena *arena = arena_new((size_t)1 << 26);
+    (void)state;
+    shape_plane(&shape, (double[2]){0, 3}, (double[2]){0, 2});
+    const struct trim_loop loops[2] = {circle_loop(&hole, 1.1, 0.9, 0.37, false),
+                                       circle_loop(&bite, 2, 2, 0.5, false)};
+    for (int angle = 0; angle <= 30; angle += 15) {
+        struct drape_run run;
+        struct drape_settings settings = settings_at(0.4, 0.4, angle, 0.07);
+        settings.trim = trim_of(&shape, loops, 2, arena);
+        drape_begin(&run, &shape, &settings);
+        const struct drape_rim *rim = &run.result.rim;
+        double exact = 6 - M_PI * 0.37 * 0.37 - M_PI * 0.25 / 2, worst = 0;
+        double c = cos(angle * DEG), s = sin(angle * DEG);
+        for (size_t k = 0; k < rim->count; k++) {
+            double x = rim->x[k] - 0.4, y = rim->y[k] - 0.4;
+            worst = fmax(worst, fabs(rim->p[k] - (c * x + s * y) / 0.07));
+            worst = fmax(worst, fabs(rim->q[k] - (c * y - s * x) / 0.07));
+        }
+        double area = flat_area(rim, settings.spacing);
+        printf("  %2d deg: %zu points, %.1e spacings, area %+.1e\n", angle, rim->count, worst,
+               area / exact - 1);
+        assert_int_equal(rim->loop[rim->count - 1], 1);
+        check_below(worst, 1e-6);
+        check_below(fabs(area / exact - 1), 1e-4);
+        check_covered(&run.result);
+        drape_end(&run);
+    }
+    arena_free(arena);
+}
+
+/* --- the area of the pattern is the integral of 1 / cos gamma over the part --- */
+
+/* On the saddle 1 / cos gamma dA = sqrt((1 + x^2) (1 + y^2)) dx dy, whatever the net. */
+static double saddle_integral(const struct trim *trim) {
+    enum { LINES = 1500 };
+    double sum = 0, h = 2.4 / LINES;
+    for (int a = 0; a < LINES; a++)
+        for (int b = 0; b < LINES; b++) {
+            const double uv[2] = {-1.2 + (a + 0.5) * h, -1.2 + (b + 0.5) * h};
+            if (trim_contains(trim, uv))
+                sum += sqrt((1 + uv[0] * uv[0]) * (1 + uv[1] * uv[1]));
+        }
+    return sum * h * h;
+}
+
+static void test_exact_rim_area_is_the_integral_over_the_part(void **state) {
+    static struct shape shape;
+    static struct circle outer, hole;
+    struct arena *arena = arena_new((size_t)1 << 26);
+    (void)state;
+    shape_quadric(&shape, 1, -1, (double[2]){-1.2, 1.2}, (double[2]){-1.2, 1.2});
+    const struct trim_loop loops[2] = {circle_loop(&outer, 0.1, 0.05, 1.05, true),
+                                       circle_loop(&hole, -0.3, 0.4, 0.21, false)};
+    struct trim *trim = trim_of(&shape, loops, 2, arena);
+    double exact = saddle_integral(trim);
+    for (double d = 0.1; d > 0.02; d /= 2) {
+        struct drape_run run;
+        struct drape_settings settings = settings_at(0, 0, 0, d);
+        settings.trim = trim;
+        drape_begin(&run, &shape, &settings);
+        double area = flat_area(&run.result.rim, settings.spacing);
+        printf("  d %-5g: %zu points, area %+.1e\n", d, run.result.rim.count, area / exact - 1);
+        check_below(fabs(area / exact - 1), 1e-3);
+        check_below(fabs(run.result.summary.flat_area / exact - 1), 1e-3);
+        check_covered(&run.result);
+        drape_end(&run);
+    }
+    arena_free(arena);
+}
+
+/* --- meshes --- */
+
+static void test_exact_rim_of_a_mesh(void **state) {
+    static struct vec3 vertices[21 * 21];
+    static int32_t triangles[800][3];
+    struct arena *arena = arena_new((size_t)1 << 26);
+    struct mesh *mesh;
+    (void)state;
+    for (int k = 0; k < 21 * 21; k++)
+        vertices[k] = vec3_make(k / 21 * 0.1 - 1, k % 21 * 0.1 - 1, 0);
+    for (int k = 0; k < 400; k++) {
+        int32_t a = k / 20 * 21 + k % 20;
+        const int32_t two[6] = {a, a + 21, a + 22, a, a + 22, a + 1};
+        for (int x = 0; x < 6; x++)
+            triangles[2 * k + x / 3][x % 3] = two[x];
+    }
+    const struct mesh_source source = {.vertices = vertices,
+                                       .vertex_count = 21 * 21,
+                                       .triangles = (const int32_t(*)[3])triangles,
+                                       .triangle_count = 800};
+    assert_int_equal(mesh_make(&source, arena, &mesh, NULL), STATUS_OK);
+    static const enum drape_method methods[] = {DRAPE_GIB, DRAPE_MOSAIC, DRAPE_BASIC};
+    for (int m = 0; m < 3; m++)
+        for (int angle = 0; angle <= 40; angle += 20) {
+            struct drape_result result;
+            struct drape_settings settings = settings_at(0, 0, 0, 0.083);
+            double c = cos(angle * DEG), s = sin(angle * DEG), worst = 0;
+            settings.method = methods[m];
+            settings.start_kind = DRAPE_START_POINT;
+            settings.start_point = vec3_make(0.13, -0.21, 0);
+            settings.direction_kind = DRAPE_DIRECTION_VECTOR;
+            settings.direction_vector = vec3_make(c, s, 0);
+            assert_int_equal(drape_solve_mesh(mesh, &settings, NULL, arena, &result), STATUS_OK);
+            for (size_t k = 0; k < result.rim.count; k++) {
+                double x = result.rim.x[k] - 0.13, y = result.rim.y[k] + 0.21;
+                worst = fmax(worst, fabs(result.rim.p[k] - (c * x + s * y) / 0.083));
+                worst = fmax(worst, fabs(result.rim.q[k] - (c * y - s * x) / 0.083));
+            }
+            check_below(worst, 1e-4);
+            check_below(fabs(flat_area(&result.rim, settings.spacing) / 4 - 1), 1e-5);
+            check_covered(&result);
+        }
+    arena_free(arena);
+}
+
+/* --- parts as they come --- */
+
+static void make_wheel_arch(struct shape *shape) {
+    shape_torus(shape, 0.42, 0.16, (double[2]){0, 2 * QUARTER},
+                (double[2]){-0.8 * QUARTER, QUARTER}, QUARTER);
+}
+
+static void make_helmet(struct shape *shape) {
+    struct motion stretch = motion_stretch(0.11, 0.135, 0.15);
+    shape_sphere(shape, 1, (double[2]){0, 4 * QUARTER}, (double[2]){-0.1 * QUARTER, QUARTER},
+                 QUARTER);
+    shape_move(shape, &stretch);
+}
+
+/* A hat profile, wider at its foot and bent along its length: a bicubic spline. */
+static void make_pillar(struct shape *shape) {
+    static const double across[8] = {-1.6, -1.1, -0.85, -0.7, 0.7, 0.85, 1.1, 1.6};
+    static const double height[8] = {0, 0, 0.1, 1, 1, 0.1, 0, 0};
+    enum { ALONG = 9, ACROSS = 8 };
+    *shape = (struct shape){.degree = {3, 3}, .size = {ALONG, ACROSS}};
+    for (int k = 0; k < 2; k++)
+        for (int m = 0, spans = shape->size[k] - 3; m < shape->size[k] + 4; m++)
+            shape->knots[k][m] = fmin(fmax(m - 3, 0), spans) / spans;
+    for (int a = 0; a < ALONG; a++)
+        for (int b = 0; b < ACROSS; b++) {
+            double t = a / (ALONG - 1.0), foot = t < 0.2 ? (0.2 - t) / 0.2 : 0;
+            double *h = shape->h[a * ACROSS + b];
+            h[0] = across[b] * (0.05 + 0.04 * foot);
+            h[1] = 0.9 * t;
+            h[2] = 0.05 * height[b] + 0.08 * t * t;
+            h[3] = 1;
+        }
+}
+
+static const struct part {
+    const char *name;
+    void (*make)(struct shape *shape);
+    double start[2], angle_deg, spacing;
+} parts[] = {
+    {"wheel arch", make_wheel_arch, {0.5, 0.6}, 0, 0.05},
+    {"wheel arch, 20 mm", make_wheel_arch, {0.5, 0.6}, 0, 0.02},
+    {"helmet", make_helmet, {0.3, 0.99}, 0, 0.01},
+    {"helmet, from its pole", make_helmet, {0, 1}, 30, 0.005},
+    {"B-pillar, 4 mm", make_pillar, {0.5, 0.5}, 0, 0.004},
+    {"B-pillar, 45 deg", make_pillar, {0.4, 0.45}, 45, 0.01},
+};
+
+static void test_exact_rim_of_parts(void **state) {
+    static struct shape shape;
+    (void)state;
+    for (size_t k = 0; k < sizeof parts / sizeof *parts; k++) {
+        const struct part *part = &parts[k];
+        struct drape_run run;
+        struct drape_settings settings =
+            settings_at(part->start[0], part->start[1], part->angle_deg, part->spacing);
+        part->make(&shape);
+        assert_int_equal(drape_try(&run, &shape, &settings), STATUS_OK);
+        const struct drape_summary *s = &run.result.summary;
+        double area = flat_area(&run.result.rim, settings.spacing);
+        printf("  %-22s %6zu nodes, coverage %.4f, cloth %.5f, shear %.2f, mean %.2f, 95 %% %.2f, "
+               "%zu points, area %+.1e\n",
+               part->name, run.result.nodes.count, s->coverage, s->cloth_coverage, s->max_shear_deg,
+               s->mean_shear_deg, s->p95_shear_deg, run.result.rim.count, area / s->flat_area - 1);
+        check_result(&shape, &settings, &run);
+        check_covered(&run.result);
+        drape_end(&run);
+    }
+}
+
+/* Where the net collapses within the part the drape is partial, though cloth reaches all of the rim
+ * from one side or the other. */
+static void test_exact_rim_of_a_collapse_is_partial(void **state) {
+    static struct shape shape;
+    struct drape_run run;
+    struct drape_settings settings = settings_at(0.5, 0.6, 45, 0.05);
+    (void)state;
+    make_wheel_arch(&shape);
+    assert_int_equal(drape_try(&run, &shape, &settings), STATUS_OK);
+    check_above(run.result.summary.front_reasons[DRAPE_REASON_COLLAPSED], 0);
+    check_below(run.result.summary.cloth_coverage, DRAPE_COMPLETE_COVERAGE);
+    check_above(run.result.summary.cloth_coverage, 0.95);
+    assert_int_equal(run.result.summary.outcome, DRAPE_PARTIAL);
+    drape_end(&run);
+}
+
+/* --- shear that does not jump --- */
+
+struct stats {
+    double of[3];
+};
+
+static struct stats stats_of(struct shape *shape, const struct drape_settings *settings) {
+    struct drape_run run;
+    drape_begin(&run, shape, settings);
+    const struct drape_summary *s = &run.result.summary;
+    struct stats stats = {{s->max_shear_deg, s->p95_shear_deg, s->mean_shear_deg}};
+    drape_end(&run);
+    return stats;
+}
+
+static void make_bowl(struct shape *shape) {
+    shape_stereographic(shape, 2, (double[2]){-0.4, 0.5}, (double[2]){-0.45, 0.35});
+}
+
+static void make_saddle(struct shape *shape) {
+    shape_quadric(shape, 1, -1, (double[2]){-1, 1}, (double[2]){-1, 1});
+}
+
+/* The start moves by a thousandth of the domain at a time; the spacing is halved. */
+static void test_exact_rim_shear_is_steady(void **state) {
+    static struct shape shape;
+    static const struct {
+        void (*make)(struct shape *shape);
+        double spacing;
+    } cases[] = {{make_bowl, 0.1}, {make_bowl, 0.21}, {make_saddle, 0.1}, {shape_bezier, 0.07}};
+    (void)state;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        double low[2], high[2], jump[3] = {0, 0, 0}, change[3];
+        struct stats last = {{0, 0, 0}};
+        cases[k].make(&shape);
+        shape_domain(&shape, low, high);
+        double mid[2] = {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2};
+        for (int step = 0, steps = check_sized(30, 8); step <= steps; step++) {
+            double shift = 1e-3 * step * (high[0] - low[0]);
+            struct drape_settings settings =
+                settings_at(mid[0] + shift, mid[1], 0, cases[k].spacing);
+            struct stats now = stats_of(&shape, &settings);
+            for (int m = 0; m < 3 && step > 0; m++)
+                jump[m] = fmax(jump[m], fabs(now.of[m] - last.of[m]));
+            last = now;
+        }
+        struct drape_settings settings = settings_at(mid[0], mid[1], 0, cases[k].spacing);
+        struct stats coarse = stats_of(&shape, &settings);
+        settings.spacing[0] = settings.spacing[1] = cases[k].spacing / 2;
+        struct stats fine = stats_of(&shape, &settings);
+        for (int m = 0; m < 3; m++)
+            change[m] = fabs(coarse.of[m] / fine.of[m] - 1);
+        printf("  d %-5g greatest %.3f, 95 %% %.3f, mean %.3f: jumps %.3f %.3f %.3f deg, halved "
+               "%.4f %.4f %.4f\n",
+               cases[k].spacing, fine.of[0], fine.of[1], fine.of[2], jump[0], jump[1], jump[2],
+               change[0], change[1], change[2]);
+        for (int m = 0; m < 3; m++) {
+            check_below(jump[m], 0.15);
+            check_below(change[m], 0.03);
+        }
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_exact_rim_of_a_saddle),
+        cmocka_unit_test(test_exact_rim_of_an_oblique_cylinder),
+        cmocka_unit_test(test_exact_rim_of_a_closed_cylinder),
+        cmocka_unit_test(test_exact_rim_over_fillets_and_folds),
+        cmocka_unit_test(test_exact_rim_of_a_plate_with_holes),
+        cmocka_unit_test(test_exact_rim_area_is_the_integral_over_the_part),
+        cmocka_unit_test(test_exact_rim_of_a_mesh),
+        cmocka_unit_test(test_exact_rim_of_parts),
+        cmocka_unit_test(test_exact_rim_of_a_collapse_is_partial),
+        cmocka_unit_test(test_exact_rim_shear_is_steady),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
