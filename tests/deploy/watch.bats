@@ -41,7 +41,8 @@ for group in yaml.safe_load(open("deploy/prometheus/draped.rules.yml"))["groups"
         print(" ".join(rule["expr"].split()))
 for panel in json.load(open("deploy/grafana/draped.json"))["panels"]:
     for target in panel["targets"]:
-        print(target["expr"].replace("$__rate_interval", "5m").replace("$job", "draped"))
+        print(target["expr"].replace("$__rate_interval", "5m").replace("$job", "draped")
+              .replace("$database", ".*"))
 END
 }
 
@@ -59,21 +60,21 @@ END
     [ "$(wc -l <"$BATS_TEST_TMPDIR/wanted")" -ge 9 ]
     [ -z "$(comm -23 "$BATS_TEST_TMPDIR/wanted" "$BATS_TEST_TMPDIR/told")" ] ||
         { comm -23 "$BATS_TEST_TMPDIR/wanted" "$BATS_TEST_TMPDIR/told"; false; }
-    # Labels: the daemon's, and the two that Prometheus adds.
+    # Labels: the daemon's, and those that Prometheus and its configuration add.
     {
         grep -oE '[a-z_]+="' "$BATS_FILE_TMPDIR/metrics" | tr -d '="'
-        printf 'job\ninstance\n'
+        printf 'job\ninstance\ndatabase\n'
     } | sort -u >"$BATS_TEST_TMPDIR/labels"
     {
         grep -oE '[a-z_]+=~?"' "$BATS_TEST_TMPDIR/expressions" | tr -d '=~"'
-        grep -oE 'by \([^)]*\)' "$BATS_TEST_TMPDIR/expressions" | sed 's/by (//; s/)//; s/, */\n/g'
+        grep -oE '(by|on) \([^)]*\)' "$BATS_TEST_TMPDIR/expressions" | sed -E 's/(by|on) \(//; s/)//; s/, */\n/g'
     } | sort -u >"$BATS_TEST_TMPDIR/asked"
     [ -z "$(comm -23 "$BATS_TEST_TMPDIR/asked" "$BATS_TEST_TMPDIR/labels")" ] ||
         { comm -23 "$BATS_TEST_TMPDIR/asked" "$BATS_TEST_TMPDIR/labels"; false; }
     # And so are the series of the rules' tests, with the values of their labels.
-    grep -oE 'draped_drapes_total\{[^}]*\}' deploy/prometheus/draped.tests.yml |
+    grep -oE 'draped_store_drapes_total\{[^}]*\}' deploy/prometheus/draped.tests.yml |
         grep -oE 'outcome="[a-z]+"' | sort -u | while read -r outcome; do
-        grep -qF "draped_drapes_total{$outcome}" "$BATS_FILE_TMPDIR/metrics"
+        grep -qF "draped_store_drapes_total{$outcome}" "$BATS_FILE_TMPDIR/metrics"
     done
     grep -qE '^draped_http_requests_total\{method="GET",route="/metrics",status="200"\} ' \
         "$BATS_FILE_TMPDIR/metrics"

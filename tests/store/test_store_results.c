@@ -267,6 +267,68 @@ static void test_store_results_expire_after_the_retention(void **state) {
     assert_int_equal(store_get(scratch->store, late, &job), STORE_EMPTY);
 }
 
+/* A record may go together with its result, or stay for as long as is wanted. */
+static void test_store_records_have_a_retention_of_their_own(void **state) {
+    struct scratch *scratch = *state;
+    struct store_job job;
+    scratch_stop(scratch);
+    scratch->options.records_us = scratch->options.retention_us;
+    scratch_start(scratch);
+    struct store_claim claim = scratch_claimed(scratch, "a");
+    assert_int_equal(scratch_commit(scratch, &claim, "result", 6), STORE_OK);
+    scratch_now += 167 * hour;
+    assert_int_equal(scratch_sweep(scratch).removed, 0);
+    assert_int_equal(store_get(scratch->store, claim.id, &job), STORE_OK);
+    store_job_clear(&job);
+    scratch_now += 2 * hour;
+    int removed = scratch_sweep(scratch).removed;
+    removed += scratch_sweep(scratch).removed;
+    assert_int_equal(removed, 1);
+    assert_int_equal(store_get(scratch->store, claim.id, &job), STORE_EMPTY);
+}
+
+/* What has ended is counted for good, and each host that gave a sign of life for a while. */
+static void test_store_counts_what_ended_and_who_is_there(void **state) {
+    struct scratch *scratch = *state;
+    const struct store_host host = {
+        .host = "a", .role = "worker", .version = "1", .workers = 4, .busy = 3};
+    struct store_counts counts;
+    char id[ID_SIZE];
+    scratch->options.max_attempts = 1;
+    scratch_stop(scratch);
+    scratch_start(scratch);
+    struct store_claim claim = scratch_claimed(scratch, "a");
+    assert_int_equal(scratch_commit(scratch, &claim, "result", 6), STORE_OK);
+    claim = scratch_claimed(scratch, "b");
+    assert_int_equal(store_fail(scratch->store, &claim, "{\"type\":\"/problems/job-timeout\"}"),
+                     STORE_OK);
+    claim = scratch_claimed(scratch, "c");
+    assert_int_equal(store_crashed(scratch->store, &claim, "signal 11"), STORE_OK);
+    scratch_submit(scratch, "d", id);
+    assert_int_equal(store_cancel(scratch->store, id), STORE_OK);
+    scratch_submit(scratch, "a", id); /* there already: it succeeds at once */
+    assert_int_equal(store_delete(scratch->store, id), STORE_OK);
+    store_introduce(scratch->store, &host);
+    assert_int_equal(store_beat(scratch->store), STORE_OK);
+    assert_int_equal(store_counts(scratch->store, &counts), STORE_OK);
+    assert_int_equal(counts.ended[STORE_SUCCEEDED], 2);
+    assert_int_equal(counts.jobs[STORE_SUCCEEDED], 1);
+    assert_int_equal(counts.ended[STORE_FAILED], 2);
+    assert_int_equal(counts.crashed, 1);
+    assert_int_equal(counts.ended[STORE_CANCELLED], 1);
+    assert_true(counts.hosts == 1 && counts.workers == 4 && counts.busy == 3);
+    scratch_now += hour / 60;
+    assert_int_equal(store_counts(scratch->store, &counts), STORE_OK);
+    assert_true(counts.hosts == 0 && counts.workers == 0 && counts.busy == 0);
+    assert_int_equal(store_beat(scratch->store), STORE_OK);
+    assert_int_equal(store_counts(scratch->store, &counts), STORE_OK);
+    assert_int_equal(counts.hosts, 1);
+    scratch_stop(scratch); /* it takes its row along */
+    scratch_start(scratch);
+    assert_int_equal(store_counts(scratch->store, &counts), STORE_OK);
+    assert_int_equal(counts.hosts, 0);
+}
+
 /* Beyond the bound of bytes the oldest go, and no more than it takes. */
 static void test_store_results_expire_beyond_a_bound_of_bytes(void **state) {
     struct scratch *scratch = *state;
@@ -469,6 +531,8 @@ int main(void) {
         WITH_STORE(test_store_writer_of_a_lost_claim_leaves_nothing),
         WITH_STORE(test_store_sweep_clears_what_a_dead_process_began),
         WITH_STORE(test_store_results_expire_after_the_retention),
+        WITH_STORE(test_store_records_have_a_retention_of_their_own),
+        WITH_STORE(test_store_counts_what_ended_and_who_is_there),
         WITH_STORE(test_store_results_expire_beyond_a_bound_of_bytes),
         WITH_STORE(test_store_steady_notices_a_clock_that_is_set),
         WITH_STORE(test_store_records_survive_a_clock_that_is_set),
