@@ -455,7 +455,8 @@ void config_help(FILE *out) {
     fputs("usage: draped [FLAG...]\n"
           "       draped hash-token NAME read|write|admin [--generate]\n"
           "       draped backup FOLDER [--keep N] [--data DIR] [--store URL]\n"
-          "       draped restore FILE|FOLDER [--data DIR] [--store URL]\n\n"
+          "       draped restore FILE|FOLDER [--data DIR] [--store URL]\n"
+          "       draped status [--data DIR] [--store URL]\n\n"
           "Drapes woven fabrics over surfaces, as a service over HTTP.\n\n",
           out);
     for (size_t k = 0; k < FLAG_COUNT; k++) {

@@ -18,6 +18,7 @@
 #include "server/work/checkers.h"
 #include "server/work/dispatcher.h"
 #include "server/work/worker.h"
+#include "status.h"
 #include "systemd.h"
 #include <errno.h>
 #include <limits.h>
@@ -315,6 +316,8 @@ int main(int argc, char **argv) {
         return id_init() ? backup_command(argc, argv) : EXIT_FAILED;
     if (argc >= 2 && !strcmp(argv[1], "restore"))
         return id_init() ? restore_command(argc, argv) : EXIT_FAILED;
+    if (argc >= 2 && !strcmp(argv[1], "status"))
+        return id_init() ? status_command(argc, argv) : EXIT_FAILED;
     switch (config_parse(argc, argv, &config)) {
     case CONFIG_DONE:
         return 0;

@@ -123,8 +123,8 @@ struct store_ops {
     enum store_answer (*surface_delete)(struct store *store, const char *owner, const char *id);
 };
 
-/* Rows of hosts that were silent for longer do not count, and are removed in the end. */
-#define STORE_SEEN_US (INT64_C(30) * 1000000)
+/* Rows of hosts that were silent for longer do not count, and then are removed. */
+#define STORE_SEEN_US (INT64_C(1000000) * STORE_SEEN_SECONDS)
 #define STORE_FORGOTTEN_US (INT64_C(3600) * 1000000)
 
 /* The last beat. */

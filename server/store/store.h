@@ -120,6 +120,7 @@ void store_introduce(struct store *store, const struct store_host *host);
 
 /* A sign of life, to be given every few seconds: writes the row of this process, and tries what a
  * claim does without claiming. The answer is that of `store_health` until the next. */
+enum { STORE_BEAT_SECONDS = 5, STORE_SEEN_SECONDS = 30 }; /* silent for longer: it does not count */
 enum store_answer store_beat(struct store *store) STORE_MUST_USE;
 
 /* How the last beat ended; STORE_OK before the first. While it has failed nothing is submitted. */

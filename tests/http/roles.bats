@@ -168,3 +168,54 @@ works_apart() {
     follow the-call-of-bert
     jq -se 'length == 3' "$BATS_TEST_TMPDIR/lines"
 }
+
+# status: what `draped status` says of the store; sets status.
+store_status() {
+    status=0
+    "$DRAPED" status --store "$(store_of "$1")" >"$BATS_TEST_TMPDIR/status" 2>&1 || status=$?
+    cat "$BATS_TEST_TMPDIR/status"
+}
+says() { store_status "$kind" >"$BATS_TEST_TMPDIR/shown"; grep -qE "$1" "$BATS_TEST_TMPDIR/status"; }
+
+tells_its_status() {
+    kind=$1
+    start_with "$1"
+    wait_until 20 says '^workers  1, 0 busy, on 2 hosts$'
+    [ "$status" = 0 ]
+    grep -qE ', api, version [0-9.]+, 0 workers, 0 busy, wrote [0-9] s ago$' "$BATS_TEST_TMPDIR/status"
+    grep -qx 'failed   none' "$BATS_TEST_TMPDIR/status"
+    stop_workers
+    quick 1.01 | submit
+    wait_until 20 has_status "$id" running
+    wait_until 20 says '^workers  1, 1 busy'
+    quick 1.02 | submit
+    says '^queue    1 waiting, the first for [0-9]+ s, 1 running$'
+    kill -CONT $(workers)
+    wait_for "$id" succeeded
+    jq -c '.start = {point: [100, 0, 0]}' $EXAMPLES/saddle.json | submit
+    wait_for "$id" failed
+    says "^failed   $id 20.*Z .*/problems/start-off-surface"
+    says '^ended    2 succeeded, 1 failed \(0 by crashes\), 0 cancelled$'
+    # Without workers what waits is told; so is it when nobody is there.
+    HOME_DIR=$BATS_TEST_TMPDIR/worker stop_daemon
+    WORKER=
+    quick 1.03 | submit
+    wait_until 20 says '^verdict  drapes wait, and there are no workers$'
+    [ "$status" = 1 ]
+    DAEMON=$API HOME_DIR=$BATS_TEST_TMPDIR/api stop_daemon
+    API=
+    says '^verdict  no host shows life$'
+    [ "$status" = 1 ]
+}
+@test "http: draped status shows queue, hosts, workers and the last error over SQLite" { tells_its_status SQLite; }
+@test "http: draped status shows queue, hosts, workers and the last error over PostgreSQL" { tells_its_status PostgreSQL; }
+@test "http: draped status of a store that is not there, and of words without sense" {
+    run "$DRAPED" status --store "$BATS_TEST_TMPDIR/nothing.db"
+    [ "$status" = 1 ]
+    [ ! -e "$BATS_TEST_TMPDIR/nothing.db" ]
+    run "$DRAPED" status --store postgresql://draped:SECRET@127.0.0.1:1/draped
+    [ "$status" = 1 ]
+    [[ "$output" != *SECRET* ]]
+    run "$DRAPED" status everything
+    [ "$status" = 2 ]
+}

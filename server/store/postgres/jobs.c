@@ -180,15 +180,21 @@ enum store_answer postgres_list(struct store *store, const struct store_filter *
     return pg_end(&query);
 }
 
-enum store_answer postgres_counts(struct store *store, struct store_counts *counts) {
-    struct pg_query query = postgres_query_now(
-        store, "SELECT sum(n[1])::bigint, sum(n[2])::bigint, sum(n[3])::bigint, sum(n[4])::bigint,"
-               " sum(n[5])::bigint, (SELECT created FROM draped.jobs WHERE status = " SQL_QUEUED
-               " ORDER BY sequence LIMIT 1), sum(succeeded)::bigint, sum(failed)::bigint,"
-               " sum(cancelled)::bigint, sum(crashed)::bigint, hosts, workers, busy"
-               " FROM draped.counts, (SELECT count(*) AS hosts, coalesce(sum(h.workers), 0)::bigint"
-               "  AS workers, coalesce(sum(h.busy), 0)::bigint AS busy FROM draped.hosts h"
-               "  WHERE h.seen > " POSTGRES_NOW " - $2) alive GROUP BY hosts, workers, busy");
+/* `now` 0: by the database's clock. */
+enum store_answer postgres_read_counts(struct pool *pool, int64_t now,
+                                       struct store_counts *counts) {
+    struct pg_query query = pg_query(
+        pool, "SELECT sum(n[1])::bigint, sum(n[2])::bigint, sum(n[3])::bigint, sum(n[4])::bigint,"
+              " sum(n[5])::bigint, (SELECT created FROM draped.jobs WHERE status = " SQL_QUEUED
+              " ORDER BY sequence LIMIT 1), sum(succeeded)::bigint, sum(failed)::bigint,"
+              " sum(cancelled)::bigint, sum(crashed)::bigint, hosts, workers, busy"
+              " FROM draped.counts, (SELECT count(*) AS hosts, coalesce(sum(h.workers), 0)::bigint"
+              "  AS workers, coalesce(sum(h.busy), 0)::bigint AS busy FROM draped.hosts h"
+              "  WHERE h.seen > " POSTGRES_NOW " - $2) alive GROUP BY hosts, workers, busy");
+    if (now)
+        pg_bind_int(&query, now);
+    else
+        pg_bind_no_int(&query);
     pg_bind_int(&query, STORE_SEEN_US);
     size_t rows = pg_run(&query);
     for (int k = 0; k < STORE_STATUS_COUNT && rows; k++)
@@ -204,6 +210,11 @@ enum store_answer postgres_counts(struct store *store, struct store_counts *coun
         counts->busy = pg_int(&query, 0, 12);
     }
     return postgres_end(&query, rows, STORE_DOWN);
+}
+
+enum store_answer postgres_counts(struct store *store, struct store_counts *counts) {
+    return postgres_read_counts(postgres_pool(store),
+                                store->options.clock ? store->options.clock() : 0, counts);
 }
 
 enum store_answer postgres_usage(struct store *store, const char *owner,

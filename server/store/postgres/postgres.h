@@ -16,6 +16,8 @@
 #include "query.h"
 #include "server/store/backend.h"
 
+struct pool *postgres_pool(struct store *store);
+
 /* A statement on the store's database. */
 struct pg_query postgres_query(struct store *store, const char *sql);
 
@@ -82,6 +84,8 @@ enum store_answer postgres_list(struct store *store, const struct store_filter *
 enum store_answer postgres_cancel(struct store *store, const char *id);
 enum store_answer postgres_remove(struct store *store, const char *id);
 enum store_answer postgres_counts(struct store *store, struct store_counts *counts);
+/* The same by that time; 0: by the database's clock. */
+enum store_answer postgres_read_counts(struct pool *pool, int64_t now, struct store_counts *counts);
 enum store_answer postgres_usage(struct store *store, const char *owner, struct store_usage *usage);
 
 /* --- claims.c */

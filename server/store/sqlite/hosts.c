@@ -68,11 +68,10 @@ void sqlite_leave(struct store *store, const char *name) {
     (void)answer;
 }
 
-enum store_answer sqlite_count_hosts(struct sqlite_store *store, struct db *db,
-                                     struct store_counts *counts) {
+enum store_answer sqlite_count_hosts(struct db *db, int64_t now, struct store_counts *counts) {
     struct query query = db_query(db, "SELECT count(*), coalesce(sum(workers), 0),"
                                       " coalesce(sum(busy), 0) FROM hosts WHERE seen > ?");
-    query_bind_int(&query, sqlite_now(store) - STORE_SEEN_US);
+    query_bind_int(&query, now - STORE_SEEN_US);
     if (query_row(&query)) {
         counts->hosts = query_int(&query, 0);
         counts->workers = query_int(&query, 1);

@@ -271,21 +271,26 @@ static enum store_answer read_statuses(struct query query, int64_t by_status[STO
     return query_end(&query);
 }
 
-enum store_answer sqlite_counts(struct store *store, struct store_counts *counts) {
-    struct db *db = sqlite_take_reader(store);
+enum store_answer sqlite_read_counts(struct db *db, int64_t now, struct store_counts *counts) {
     enum store_answer answer =
         read_statuses(db_query(db, "SELECT status, n FROM counts"), counts->jobs, NULL);
     if (answer == STORE_OK)
         answer = read_statuses(db_query(db, "SELECT status, n FROM ended"), counts->ended,
                                &counts->crashed);
     if (answer == STORE_OK)
-        answer = sqlite_count_hosts(sqlite_of(store), db, counts);
+        answer = sqlite_count_hosts(db, now, counts);
     if (answer != STORE_OK)
-        return sqlite_give_reader(store, db, answer);
+        return answer;
     struct query query = db_query(db, "SELECT created FROM jobs WHERE status = " SQL_QUEUED
                                       " ORDER BY sequence LIMIT 1");
     counts->oldest_queued = query_row(&query) ? query_int(&query, 0) : 0;
-    return sqlite_give_reader(store, db, query_end(&query));
+    return query_end(&query);
+}
+
+enum store_answer sqlite_counts(struct store *store, struct store_counts *counts) {
+    struct db *db = sqlite_take_reader(store);
+    return sqlite_give_reader(store, db,
+                              sqlite_read_counts(db, sqlite_now(sqlite_of(store)), counts));
 }
 
 enum store_answer sqlite_usage(struct store *store, const char *owner, struct store_usage *usage) {

@@ -67,8 +67,7 @@ bool sqlite_broken(struct sqlite_store *store);
 
 enum store_answer sqlite_beat(struct store *store, const struct store_host *host);
 void sqlite_leave(struct store *store, const char *name);
-enum store_answer sqlite_count_hosts(struct sqlite_store *store, struct db *db,
-                                     struct store_counts *counts);
+enum store_answer sqlite_count_hosts(struct db *db, int64_t now, struct store_counts *counts);
 
 /* --- schema.c */
 
@@ -90,6 +89,8 @@ enum store_answer sqlite_list(struct store *store, const struct store_filter *fi
 enum store_answer sqlite_cancel(struct store *store, const char *id);
 enum store_answer sqlite_remove(struct store *store, const char *id);
 enum store_answer sqlite_counts(struct store *store, struct store_counts *counts);
+/* The same by that time, on any connection. */
+enum store_answer sqlite_read_counts(struct db *db, int64_t now, struct store_counts *counts);
 enum store_answer sqlite_usage(struct store *store, const char *owner, struct store_usage *usage);
 
 /* --- claims.c */

@@ -1,0 +1,112 @@
+/* SPDX-License-Identifier: MIT */
+#include "status.h"
+#include "config.h"
+#include "log.h"
+#include "server/store/survey.h"
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+enum { FAILED = 1, USAGE = 2, ARGUMENTS = 64 };
+
+static const char usage[] =
+    "usage: draped status [--data DIR] [--store URL]\n\n"
+    "Shows the queue, the hosts with their workers and when each last wrote to the store, and the\n"
+    "drape that failed last. Exit status: 0; 1 when the store cannot be read, no host has shown\n"
+    "life for half a minute, or drapes wait without workers; 2 for invalid arguments.\n";
+
+static int64_t seconds(int64_t us) {
+    return us > 0 ? us / 1000000 : 0;
+}
+
+static void print_time(int64_t us) {
+    char text[32];
+    struct tm parts;
+    time_t whole = (time_t)(us / 1000000);
+    gmtime_r(&whole, &parts);
+    strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
+    fputs(text, stdout);
+}
+
+static void print_queue(const struct survey *survey) {
+    const struct store_counts *counts = &survey->counts;
+    printf("queue    %" PRId64 " waiting", counts->jobs[STORE_QUEUED]);
+    if (counts->oldest_queued)
+        printf(", the first for %" PRId64 " s", seconds(survey->now - counts->oldest_queued));
+    printf(", %" PRId64 " running\n", counts->jobs[STORE_RUNNING]);
+    printf("ended    %" PRId64 " succeeded, %" PRId64 " failed (%" PRId64 " by crashes), %" PRId64
+           " cancelled\n",
+           counts->ended[STORE_SUCCEEDED], counts->ended[STORE_FAILED], counts->crashed,
+           counts->ended[STORE_CANCELLED]);
+    printf("workers  %" PRId64 ", %" PRId64 " busy, on %" PRId64 " hosts\n", counts->workers,
+           counts->busy, counts->hosts);
+}
+
+static void print_hosts(const struct survey *survey) {
+    for (size_t k = 0; k < survey->host_count; k++) {
+        const struct store_host *host = &survey->hosts[k].host;
+        int64_t silent = seconds(survey->now - survey->hosts[k].seen);
+        printf("host     %s, %s, version %s, %" PRId64 " workers, %" PRId64 " busy, wrote %" PRId64
+               " s ago%s\n",
+               host->host, host->role, host->version, host->workers, host->busy, silent,
+               silent > STORE_SEEN_SECONDS ? ": SILENT" : "");
+    }
+}
+
+static void print_failure(const struct survey *survey) {
+    if (!survey->failed[0]) {
+        puts("failed   none");
+        return;
+    }
+    printf("failed   %s ", survey->failed);
+    print_time(survey->failed_at);
+    printf(" %s\n", survey->error);
+}
+
+/* Whether the service can work. */
+static bool judge(const struct survey *survey) {
+    const struct store_counts *counts = &survey->counts;
+    if (counts->hosts == 0)
+        puts("verdict  no host shows life");
+    else if (counts->jobs[STORE_QUEUED] > 0 && counts->workers == 0)
+        puts("verdict  drapes wait, and there are no workers");
+    else
+        puts("verdict  well");
+    return counts->hosts > 0 && (counts->jobs[STORE_QUEUED] == 0 || counts->workers > 0);
+}
+
+static int show(const char *url) {
+    char why[STORE_WHY_SIZE];
+    struct survey *survey = malloc(sizeof *survey);
+    if (!survey || !survey_store(url, survey, why)) {
+        fprintf(stderr, "draped: %s\n", survey ? why : "no memory");
+        free(survey);
+        return FAILED;
+    }
+    printf("store    %s, schema %" PRId64 "\n", store_url_remote(url) ? "PostgreSQL" : "SQLite",
+           survey->schema);
+    print_queue(survey);
+    print_hosts(survey);
+    print_failure(survey);
+    bool well = judge(survey);
+    free(survey);
+    return well && fflush(stdout) == 0 ? 0 : FAILED;
+}
+
+int status_command(int argc, char **argv) {
+    struct config config;
+    char url[PATH_MAX], *rest[ARGUMENTS];
+    int count = argc > ARGUMENTS ? -1 : config_parse_store(argc - 2, argv + 2, &config, rest);
+    if (count == 1 && !strcmp(rest[0], "--help")) {
+        fputs(usage, stdout);
+        return 0;
+    }
+    if (count != 0) {
+        fputs(usage, stderr);
+        return USAGE;
+    }
+    log_init(LOG_LEVEL_ERROR);
+    return config_store_url(&config, url) ? show(url) : USAGE;
+}
