@@ -55,6 +55,12 @@ const double angle_arctangents[ANGLE_ARCTANGENTS] = {
     0.7853981633974483,
 };
 
+double angle_atan_deg(double x) {
+    double size = fabs(x);
+    int k = angle_next_sixteenth(size);
+    return copysign(angle_atan_from(k, angle_arctangents[k], size) * (180 / ANGLE_PI), x);
+}
+
 double angle_atan2_deg(double y, double x) {
     double ax = fabs(x), ay = fabs(y);
     if (!(ax + ay > 0))

@@ -22,19 +22,23 @@ void angle_sincos_deg(double degrees, double *sine, double *cosine);
 enum { ANGLE_ARCTANGENTS = 17 };
 extern const double angle_arctangents[ANGLE_ARCTANGENTS];
 
-/* The angle in degrees whose tangent is x, for -1 <= x <= 1: atan x = atan c + atan((x - c) /
- * (1 + x c)) with the nearest c = k / 16 leaves an argument of at most 1/32, where 5 terms of the
- * series are enough. Inline, so that loops over it become vector instructions. */
-INLINE double angle_atan_deg(double x) {
-    double size = fabs(x);
-    int k = (int)(16 * size + 0.5);
-    double c = k / 16.0, t = (size - c) / (1 + size * c), square = t * t;
+/* atan x = atan c + atan((x - c) / (1 + x c)) for x >= 0, in radians, c = k / 16 being next to x
+ * and `arctangent` that of it: an argument of at most 1/32, where 5 terms of the series are enough.
+ */
+INLINE int angle_next_sixteenth(double x) {
+    return (int)(16 * x + 0.5);
+}
+INLINE double angle_atan_from(int k, double arctangent, double x) {
+    double c = k / 16.0, t = (x - c) / (1 + x * c), square = t * t;
     double sum = 1.0 / 9 - square * (1.0 / 11);
     sum = 1.0 / 7 - square * sum;
     sum = 1.0 / 5 - square * sum;
     sum = 1.0 / 3 - square * sum;
-    return copysign((angle_arctangents[k] + t * (1 - square * sum)) * (180 / ANGLE_PI), x);
+    return arctangent + t * (1 - square * sum);
 }
+
+/* The angle in degrees whose tangent is x, for -1 <= x <= 1. */
+double angle_atan_deg(double x);
 
 /* The angle of (x, y) from the x axis in degrees, -180..180; 0 for the origin. */
 double angle_atan2_deg(double y, double x);

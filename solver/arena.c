@@ -10,7 +10,7 @@
 enum { ALIGNMENT = 64 };
 
 /* Small jobs should cost one block, large ones few, and what the last one leaves unused little: a
- * new block is an eighth of what there is, up to a megabyte. */
+ * new block is a 32nd of what there is, up to a megabyte. */
 static const size_t block_smallest = 64 * 1024;
 static const size_t block_largest = 1024 * 1024;
 
@@ -116,7 +116,7 @@ static bool add_block(struct arena *arena, size_t needed) {
     *block = (struct block){.previous = arena->last, .capacity = capacity};
     arena->last = block;
     arena->taken += capacity;
-    size_t share = arena->taken / 8 / ALIGNMENT * ALIGNMENT;
+    size_t share = arena->taken / 32 / ALIGNMENT * ALIGNMENT;
     arena->next_capacity = share < block_smallest  ? block_smallest
                            : share > block_largest ? block_largest
                                                    : share;

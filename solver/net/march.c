@@ -99,8 +99,6 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
     if (put != STATUS_OK)
         return put;
     *(*zone == STATION_INSIDE ? &march->inside : &march->ghosts) += 1;
-    if (*zone == STATION_INSIDE && march->monitor)
-        atomic_fetch_add(&march->watch->inside, 1);
     size_t most = march->settings->max_nodes;
     if (march->inside > most || march->ghosts / ghosts_per_node > most + ghosts_least)
         return STATUS_TOO_MANY_NODES;
@@ -114,6 +112,8 @@ bool march_progress(struct march *march) {
     struct march_watch *watch = march->watch;
     if (!monitor || !monitor->progress)
         return true;
+    atomic_fetch_add(&watch->inside, march->inside - march->counted);
+    march->counted = march->inside;
     size_t inside = atomic_load(&watch->inside);
     if (!atomic_flag_test_and_set(&watch->busy)) {
         if (inside >= watch->next) {

@@ -86,6 +86,7 @@ struct march {
     struct fold *fold;             /* NULL as long as the net cannot meet itself */
     bool past_cut;                 /* closed directions are no longer cut open opposite the start */
     size_t inside, ghosts;         /* nodes placed */
+    size_t counted;                /* of those inside, by the watch */
     size_t solved;                 /* of them by fishnet_solve, in this many steps: */
     size_t iterations;
     double residual_max;
@@ -142,8 +143,6 @@ static inline enum status march_place_inside(struct march *march, struct net_til
                                              int y, const struct vec3 *r, double u, double v) {
     struct net_node node = {.r = *r, .uv = {u, v}, .state = NET_INSIDE};
     net_tile_put(tile, x, y, &node);
-    if (march->monitor)
-        atomic_fetch_add(&march->watch->inside, 1);
     return ++march->inside > march->settings->max_nodes ? STATUS_TOO_MANY_NODES : STATUS_OK;
 }
 

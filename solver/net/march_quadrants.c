@@ -9,6 +9,7 @@
  */
 #include "quadrant.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 /* The place (i, j), counted from the start away along the arms; NULL where nothing was put. On the
@@ -234,30 +235,41 @@ static enum status grow_rows(struct quadrant *q) {
 
 /* Copies an arm up to and with the first place that is no node; `length` gets the number of nodes.
  */
-static struct net_node *copy_arm(struct march *march, int di, int dj, int32_t *length) {
+static struct net_node *copy_arm(struct march *march, struct arena *arena, int di, int dj,
+                                 int32_t *length) {
     for (*length = 0; net_place(march->net, *length * di, *length * dj);)
         ++*length;
-    struct net_node *arm = arena_alloc(march->arena, (size_t)*length + 1, sizeof *arm);
+    struct net_node *arm = arena_alloc(arena, (size_t)*length + 1, sizeof *arm);
     for (int32_t k = 0; arm && k < *length; k++)
         arm[k] = *net_place(march->net, k * di, k * dj);
     return arm;
 }
 
 /* What a quadrant needs but its rows, before any of them is marched. */
-static enum status prepare(struct march *march, int number, struct quadrant *q) {
+static enum status prepare(struct march *march, struct arena *arena, int number,
+                           struct quadrant *q) {
     int32_t height;
     *q = (struct quadrant){.local = *march, .si = number % 2 ? -1 : 1, .sj = number / 2 ? -1 : 1};
     q->march = &q->local;
     q->local.inside = q->local.ghosts = q->local.solved = q->local.iterations = 0;
-    q->arm[0] = copy_arm(march, q->si, 0, &q->length);
-    q->arm[1] = copy_arm(march, 0, q->sj, &height);
+    q->local.counted = 0;
+    q->arm[0] = copy_arm(march, arena, q->si, 0, &q->length);
+    q->arm[1] = copy_arm(march, arena, 0, q->sj, &height);
+    q->size = (size_t)q->length * (size_t)height;
     q->local.arm[0] = q->arm[0];
     q->local.arm[1] = q->arm[1];
     return q->arm[0] && q->arm[1] ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
+/* The larger first, so that threads that share them end at about the same time. */
+static int compare_sizes(const void *a, const void *b) {
+    size_t p = ((const struct quadrant *)a)->size, q = ((const struct quadrant *)b)->size;
+    return (p < q) - (p > q);
+}
+
 /* Rows for each quadrant, or the same for all that are marched one after the other. */
-static enum status make_rows(struct march *march, struct quadrant *quadrants, bool together) {
+static enum status make_rows(struct march *march, struct arena *arena, struct quadrant *quadrants,
+                             bool together) {
     int32_t longest = 0;
     for (int k = 0; k < NET_TABLES; k++)
         longest = quadrants[k].length > longest ? quadrants[k].length : longest;
@@ -269,10 +281,10 @@ static enum status make_rows(struct march *march, struct quadrant *quadrants, bo
             q->kernel = quadrants[0].kernel;
             continue;
         }
-        enum status status = wave_make(march, q);
+        enum status status = wave_make(march, arena, q);
         int rows = 1 + (q->wave ? q->kernel->lanes : 1);
         for (int r = 0; r < rows && status == STATUS_OK; r++) {
-            q->row[r].at = arena_take(march->arena, (size_t)longest, sizeof(struct station));
+            q->row[r].at = arena_take(arena, (size_t)longest, sizeof(struct station));
             status = q->row[r].at ? STATUS_OK : STATUS_OUT_OF_MEMORY;
         }
         if (status != STATUS_OK)
@@ -294,6 +306,7 @@ static void grow_quadrant(void *data, int number) {
 
 static enum status gather(struct march *march, const struct quadrant *q) {
     march->inside += q->local.inside;
+    march->counted += q->local.counted;
     march->ghosts += q->local.ghosts;
     march->solved += q->local.solved;
     march->iterations += q->local.iterations;
@@ -304,15 +317,20 @@ static enum status gather(struct march *march, const struct quadrant *q) {
 
 /* Where the net may meet itself one quadrant has to know of the others: then one after the other.
  */
-enum status march_quadrants(struct march *march) {
+static enum status grow_quadrants(struct march *march, struct arena *arena) {
     const struct drape_team *team = march->settings->team;
     bool together = team && !march->fold;
-    struct quadrant *quadrants = arena_alloc(march->arena, NET_TABLES, sizeof *quadrants);
+    struct quadrant *quadrants = arena_alloc(arena, NET_TABLES, sizeof *quadrants);
     enum status status = quadrants ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     for (int k = 0; k < NET_TABLES && status == STATUS_OK; k++)
-        status = prepare(march, k, &quadrants[k]);
+        status = prepare(march, arena, k, &quadrants[k]);
+    if (status == STATUS_OK && together) {
+        qsort(quadrants, NET_TABLES, sizeof *quadrants, compare_sizes);
+        for (int k = 0; k < NET_TABLES; k++)
+            quadrants[k].march = &quadrants[k].local;
+    }
     if (status == STATUS_OK)
-        status = make_rows(march, quadrants, together);
+        status = make_rows(march, arena, quadrants, together);
     if (status != STATUS_OK)
         return status;
     if (together)
@@ -322,5 +340,15 @@ enum status march_quadrants(struct march *march) {
             grow_quadrant(quadrants, k);
         status = gather(march, &quadrants[k]);
     }
+    return status;
+}
+
+enum status march_quadrants(struct march *march) {
+    struct arena *arena = arena_child(march->arena); /* its memory is needed no longer than this */
+    if (!arena)
+        return STATUS_OUT_OF_MEMORY;
+    struct arena_mark mark = arena_mark(arena);
+    enum status status = grow_quadrants(march, arena);
+    arena_rewind(arena, mark);
     return status;
 }

@@ -15,7 +15,7 @@ static const double not_quite = 1 - 1e-9;
 /* What a wave can go over: one patch on which parameters are good guesses everywhere, by methods
  * whose edges have chords of known length; where the net may meet itself, the order of nodes
  * matters. */
-bool wave_suits(const struct march *march) {
+static bool suits(const struct march *march) {
     const struct drape_settings *s = march->settings;
     const struct surface *surface = march->surface;
     bool chords = s->method == DRAPE_BASIC || s->method == DRAPE_GIB || s->method == DRAPE_GIB4;
@@ -36,12 +36,12 @@ static void find_bounds(const struct march *march, struct wave *wave) {
     }
 }
 
-enum status wave_make(struct march *march, struct quadrant *q) {
+enum status wave_make(const struct march *march, struct arena *arena, struct quadrant *q) {
     const struct drape_settings *s = march->settings;
-    q->kernel = wave_suits(march) ? wave_kernel_for(s->lanes) : NULL;
+    q->kernel = suits(march) ? wave_kernel_for(s->lanes) : NULL;
     if (!q->kernel)
         return STATUS_OK;
-    q->wave = arena_alloc(march->arena, 1, sizeof *q->wave);
+    q->wave = arena_alloc(arena, 1, sizeof *q->wave);
     if (!q->wave)
         return STATUS_OUT_OF_MEMORY;
     q->wave->surface = march->surface;

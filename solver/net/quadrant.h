@@ -24,12 +24,14 @@ struct quadrant_row {
 };
 
 struct quadrant {
-    struct march local; /* the march as this quadrant sees it: counts, cursor and view of its own */
+    _Alignas(64) struct march
+        local; /* the march as this quadrant sees it: counts, cursor and view of its own */
     struct march *march; /* = &local */
     enum status status;  /* how it ended */
     int si, sj;
     struct net_node *arm[2]; /* the places on the warp and weft arm, to the first that is none */
     int32_t length;          /* places on the warp arm */
+    size_t size;             /* by that on the weft arm */
     int32_t reach[2]; /* of the row below and the one below it: the last place that has not left
                          the surface */
     struct quadrant_row row[WAVE_LANES + 1]; /* those below a wave and of it */
@@ -56,9 +58,9 @@ enum status quadrant_place(struct quadrant *q, struct quadrant_row *row, int32_t
 /* Takes in the edge between two places. */
 void quadrant_add_edge(struct differences *edge, const double below[2], const double at[2]);
 
-/* Whether a wave can go over this surface by this method, and its memory, of the march's arena. */
-bool wave_suits(const struct march *march);
-enum status wave_make(struct march *march, struct quadrant *q) STATUS_MUST_USE;
+/* Gives a quadrant a wave if one can go over this surface by this method. */
+enum status wave_make(const struct march *march, struct arena *arena,
+                      struct quadrant *q) STATUS_MUST_USE;
 
 /* Marches rows j, j + 1, .. on row[0] as far as they go side by side; `count` gets how many have
  * begun. Each is in `row`, and as far as it would be if it alone went there. */

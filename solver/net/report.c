@@ -34,6 +34,8 @@ struct part {
     struct tally next;  /* where in them its next one goes */
     double covered;     /* area of its cells */
     double estimate_max;
+    bool plain; /* the caller's parameters are the surface's own, within these */
+    double lower[2], upper[2];
     size_t reasons[DRAPE_REASON_COUNT];
     struct surface_cursor cursor;
     struct net_view before;
@@ -201,20 +203,21 @@ static void add_estimate(struct part *part, size_t at, const struct spot *spot) 
 
 static void add_node(struct part *part, const struct spot *spot, double shear_deg) {
     struct drape_nodes *nodes = &part->result->nodes;
+    const struct net_node *node = spot->node;
     size_t at = part->next.nodes++;
-    double uv[2];
-    struct vec3 r = bring_inside(part, spot->node, uv);
+    double uv[2] = {node->uv[0], node->uv[1]};
+    bool plain = part->plain && uv[0] >= part->lower[0] && uv[0] <= part->upper[0] &&
+                 uv[1] >= part->lower[1] && uv[1] <= part->upper[1];
+    struct vec3 r = plain ? node->r : bring_inside(part, node, uv);
     nodes->i[at] = spot->i;
     nodes->j[at] = spot->j;
     nodes->u[at] = uv[0];
     nodes->v[at] = uv[1];
-    if (nodes->face)
-        nodes->face[at] = spot->node->face;
     nodes->x[at] = r.x;
     nodes->y[at] = r.y;
     nodes->z[at] = r.z;
     nodes->shear_deg[at] = shear_deg;
-    nodes->grown[at] = spot->node->grown;
+    nodes->grown[at] = node->grown;
     if (part->march->before.net)
         add_estimate(part, at, spot);
 }
@@ -426,6 +429,16 @@ static size_t tile_rows(const struct net_window *windows, size_t tiles) {
     return rows;
 }
 
+static void find_plain(const struct march *march, struct part *part) {
+    part->plain = !march->mesh && !march->surface->shell;
+    for (int k = 0; part->plain && k < 2; k++) {
+        const struct surface_axis *axis = &march->surface->axis[k];
+        part->lower[k] = surface_axis_lower(axis);
+        part->upper[k] = surface_axis_upper(axis);
+        part->plain = axis->factor == 1 && axis->origin == 0;
+    }
+}
+
 /* One part for each row of tiles; NULL without memory. */
 static struct part *make_parts(struct march *march, struct drape_result *result, int *count) {
     size_t tiles = net_tile_count(march->net);
@@ -445,6 +458,8 @@ static struct part *make_parts(struct march *march, struct drape_result *result,
         }
         parts[*count - 1].count++;
     }
+    for (int k = 0; k < *count; k++)
+        find_plain(march, &parts[k]);
     return parts;
 }
 

@@ -263,10 +263,18 @@ INLINE void half_tangents(const struct shear_row *row, double *t) {
     }
 }
 
+/* As angle_atan_deg, its table looked up in between. */
 WIDE_CLONES
 void shear_angles(const struct shear_row *row, double *shear_deg) {
-    double t[SHEAR_PLACES];
+    double t[SHEAR_PLACES], near[SHEAR_PLACES];
+    int next[SHEAR_PLACES];
     half_tangents(row, t);
     for (int k = 0; k < SHEAR_PLACES; k++)
-        shear_deg[k] = 2 * angle_atan_deg(t[k]);
+        next[k] = angle_next_sixteenth(fabs(t[k]));
+    for (int k = 0; k < SHEAR_PLACES; k++)
+        near[k] = angle_arctangents[next[k]];
+    for (int k = 0; k < SHEAR_PLACES; k++) {
+        double angle = angle_atan_from(next[k], near[k], fabs(t[k])) * (180 / ANGLE_PI);
+        shear_deg[k] = 2 * copysign(angle, t[k]);
+    }
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * surface_jet_at of LANES places at once, the same bits (evaluate.c has the mathematics). Places
- * in one span take it together, a control point or coefficient being one number for all; others
- * one after the other. Only for files that say LANES (solver/lanes.h).
+ * surface_jet_at of LANES places at once, the same bits (evaluate.c has the mathematics). Those
+ * in one span take it together, a control point or coefficient being one number for all. Only for
+ * files that say LANES (solver/lanes.h).
  */
 #ifndef SOLVER_SURFACE_EVALUATE_LANES_H
 #define SOLVER_SURFACE_EVALUATE_LANES_H
@@ -175,29 +175,16 @@ static void lanes_points(int p, int q, const vec4 *points, const lanes t[2], con
     lanes_divide(&a, &au, &av, &auu, &auv, &avv, jet);
 }
 
-/* In a span of their own each. */
-INLINE void lanes_jets_apart(const struct surface *surface, const int *span_u, const int *span_v,
-                             const double *u, const double *v, struct lanes_jet *jet) {
-    double of[sizeof(struct surface_jet) / sizeof(double)][LANES];
-    for (int k = 0; k < LANES; k++) {
-        double one[sizeof of / sizeof *of];
-        struct surface_jet at;
-        surface_evaluate_span(surface, span_u[k], span_v[k], u[k], v[k], &at);
-        memcpy(one, &at, sizeof at);
-        for (size_t n = 0; n < sizeof of / sizeof *of; n++)
-            of[n][k] = one[n];
-    }
-    memcpy(jet, of, sizeof of);
-}
-
 INLINE bool lanes_in_span(const struct surface_axis *axis, int span, lanes x) {
     const double *b = axis->breaks + span;
     return span < axis->span_count && lanes_bits((x >= b[0]) & (x < b[1])) == LANES_ALL;
 }
 
-/* All in one span. */
-INLINE void lanes_jets_together(const struct surface *surface, int span_u, int span_v, lanes u,
-                                lanes v, struct lanes_jet *jet) {
+/* By the polynomials of the cursor's span. */
+INLINE void lanes_jets_together(const struct surface *surface, const struct surface_cursor *at,
+                                const lanes uv[2], struct lanes_jet *jet) {
+    int span_u = at->span_u, span_v = at->span_v;
+    lanes u = uv[0], v = uv[1];
     const struct surface_axis *au = &surface->axis[0], *av = &surface->axis[1];
     size_t span = (size_t)span_u * (size_t)av->span_count + (size_t)span_v;
     size_t first = span * surface->points_per_span;
@@ -211,40 +198,50 @@ INLINE void lanes_jets_together(const struct surface *surface, int span_u, int s
     }
 }
 
-/* Wraps the parameters and finds the spans one by one; whether all are in that of the first. */
-INLINE bool lanes_find_spans(const struct surface *surface, struct surface_cursor *cursor,
-                             double at[2][LANES], int span[2][LANES]) {
-    bool together = true;
+/* Not all in one span: for each span that there is, those that are in it. */
+static __attribute__((noinline)) void lanes_jets_apart(const struct surface *surface,
+                                                       struct surface_cursor *cursor,
+                                                       const lanes uv[2], struct lanes_jet *jet) {
+    double at[2][LANES];
+    int64_t span[2][LANES];
+    lanes_store(uv[0], at[0]);
+    lanes_store(uv[1], at[1]);
     for (int n = 0; n < 2; n++)
         for (int k = 0; k < LANES; k++) {
             const struct surface_axis *axis = &surface->axis[n];
             int hint = n ? cursor->span_v : cursor->span_u;
             at[n][k] = surface_axis_wrap(axis, at[n][k]);
             span[n][k] = surface_axis_span(axis, hint, at[n][k]);
-            together = together && span[n][k] == span[n][0];
         }
-    cursor->span_u = span[0][0];
-    cursor->span_v = span[1][0];
-    return together;
+    lanes_mask u, v;
+    memcpy(&u, span[0], sizeof u);
+    memcpy(&v, span[1], sizeof v);
+    for (unsigned left = LANES_ALL; left;) {
+        int first = __builtin_ctz(left);
+        lanes_mask here = (u == span[0][first]) & (v == span[1][first]);
+        lanes numbers[sizeof *jet / sizeof(lanes)], others[sizeof *jet / sizeof(lanes)];
+        struct lanes_jet some;
+        cursor->span_u = (int)span[0][first];
+        cursor->span_v = (int)span[1][first];
+        const lanes wrapped[2] = {lanes_load(at[0]), lanes_load(at[1])};
+        lanes_jets_together(surface, cursor, wrapped, &some);
+        memcpy(numbers, &some, sizeof some);
+        memcpy(others, left == LANES_ALL ? &some : jet, sizeof *jet);
+        for (size_t n = 0; n < sizeof numbers / sizeof *numbers; n++)
+            numbers[n] = lanes_select(here, numbers[n], others[n]);
+        memcpy(jet, numbers, sizeof *jet);
+        left &= ~lanes_bits(here);
+    }
 }
 
 INLINE void lanes_jet_at(const struct surface *surface, struct surface_cursor *cursor, lanes u,
                          lanes v, struct lanes_jet *jet) {
     const struct surface_axis *axis = surface->axis;
-    double at[2][LANES];
-    int span[2][LANES];
-    if (!lanes_in_span(&axis[0], cursor->span_u, u) ||
-        !lanes_in_span(&axis[1], cursor->span_v, v)) {
-        lanes_store(u, at[0]);
-        lanes_store(v, at[1]);
-        if (!lanes_find_spans(surface, cursor, at, span)) {
-            lanes_jets_apart(surface, span[0], span[1], at[0], at[1], jet);
-            return;
-        }
-        u = lanes_load(at[0]);
-        v = lanes_load(at[1]);
-    }
-    lanes_jets_together(surface, cursor->span_u, cursor->span_v, u, v, jet);
+    const lanes uv[2] = {u, v};
+    if (lanes_in_span(&axis[0], cursor->span_u, u) && lanes_in_span(&axis[1], cursor->span_v, v))
+        lanes_jets_together(surface, cursor, uv, jet);
+    else
+        lanes_jets_apart(surface, cursor, uv, jet);
 }
 
 #endif
