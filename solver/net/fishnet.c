@@ -306,7 +306,7 @@ static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_
         if (crossing.kind != CROSSING_JOINT || crossing.beyond == last)
             return true;
         last = begin->surface;
-        if (!crossing_carry(&crossing, cursor, &node->station, begin->uv))
+        if (!crossing_carry(&crossing, cursor, &node->station, 0, begin->uv))
             return false;
         begin->surface = crossing.beyond;
     }

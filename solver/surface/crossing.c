@@ -8,6 +8,9 @@ enum { HOPS_MAX = 16 };
 /* A joint is preferred to a free edge that is no nearer than this. */
 static const double as_near = 1e-9;
 
+/* A way that misses the end of a segment by this share of the domain goes through it. */
+static const double touch = 1e-9;
+
 static const struct face *face_of(const struct surface *surface) {
     return &surface->shell->faces[surface->face];
 }
@@ -206,12 +209,23 @@ struct vec3 crossing_turn_back(const struct crossing *crossing, struct vec3 v) {
 }
 
 bool crossing_carry(const struct crossing *crossing, struct surface_cursor *cursor,
-                    const struct station *station, double uv[2]) {
-    struct station entry;
-    if (!station_at(crossing->beyond, cursor, crossing->entry, &entry))
+                    const struct station *station, int rounds, double uv[2]) {
+    struct station place;
+    if (!station_at(crossing->beyond, cursor, crossing->entry, &place))
         return false;
-    struct vec3 offset = vec3_sub(station->jet.r, crossing->from.at);
-    return station_pull(crossing->beyond, cursor, &entry, crossing_turn(crossing, offset), uv);
+    struct vec3 offset = crossing_turn(crossing, vec3_sub(station->jet.r, crossing->from.at));
+    if (!station_pull(crossing->beyond, cursor, &place, offset, uv))
+        return false;
+    struct vec3 target = vec3_add(place.jet.r, offset);
+    for (int round = 0; round < rounds; round++) {
+        double closer[2];
+        if (!station_at(crossing->beyond, cursor, uv, &place) ||
+            !station_pull(crossing->beyond, cursor, &place, vec3_sub(target, place.jet.r), closer))
+            return false;
+        uv[0] = closer[0];
+        uv[1] = closer[1];
+    }
+    return true;
 }
 
 bool crossing_settle(struct surface_cursor *cursor, struct station *station) {
@@ -223,7 +237,7 @@ bool crossing_settle(struct surface_cursor *cursor, struct station *station) {
         if (crossing.kind != CROSSING_JOINT || crossing.beyond == last)
             return true;
         last = station->surface;
-        if (!crossing_carry(&crossing, cursor, station, uv) ||
+        if (!crossing_carry(&crossing, cursor, station, 0, uv) ||
             !station_at(crossing.beyond, cursor, uv, station))
             return false;
     }
@@ -231,9 +245,10 @@ bool crossing_settle(struct surface_cursor *cursor, struct station *station) {
 }
 
 /* The share of the way p p + e at which it leaves the region through a segment, whose inside lies
- * as the edge says; HUGE_VAL where it does not. `at` gets the share of the segment. */
+ * as the edge says; HUGE_VAL where it does not. `at` gets the share of the segment; `by` is one by
+ * the domain's lengths. */
 static double leaves_through(const double p[2], const double e[2], const double a[2],
-                             const double b[2], int inside, double *at) {
+                             const double b[2], const double by[2], int inside, double *at) {
     double sx = b[0] - a[0], sy = b[1] - a[1];
     double out = (e[0] * sy - e[1] * sx) * inside; /* > 0: from left to right of the segment */
     if (!(out > 0))
@@ -242,7 +257,8 @@ static double leaves_through(const double p[2], const double e[2], const double 
     double ax = a[0] - p[0], ay = a[1] - p[1];
     double share = (ax * sy - ay * sx) / cross;
     *at = (ax * e[1] - ay * e[0]) / cross;
-    bool hits = share >= -as_near && share <= 1 && *at >= -as_near && *at <= 1 + as_near;
+    double slack = touch / (fabs(sx) * by[0] + fabs(sy) * by[1]);
+    bool hits = share >= -as_near && share <= 1 && *at >= -slack && *at <= 1 + slack;
     return hits ? fmax(share, 0) : HUGE_VAL;
 }
 
@@ -251,11 +267,13 @@ bool crossing_on_way(const struct surface *surface, const double from[2], const 
     const struct face *face = face_of(surface);
     const struct surface_axis *axis = surface->axis;
     const struct face_segment *first = NULL;
-    double p[2], turn[2], least = HUGE_VAL, place = 0;
+    double p[2], turn[2], by[2], least = HUGE_VAL, place = 0;
     const double e[2] = {to[0] - from[0], to[1] - from[1]};
     turn_of(surface, from, turn);
     for (int k = 0; k < 2; k++)
         p[k] = from[k] - turn[k];
+    for (int k = 0; k < 2; k++)
+        by[k] = 1 / (surface_axis_upper(&axis[k]) - surface_axis_lower(&axis[k]));
     for (uint32_t s = 0; s < face->segment_count; s++) {
         const struct face_segment *segment = &face->segments[s];
         const struct face_edge *edge = &surface->shell->edges[segment->edge];
@@ -264,7 +282,7 @@ bool crossing_on_way(const struct surface *surface, const double from[2], const 
             a[k] = p[k] + way(&axis[k], p[k], segment->a[k]);
             b[k] = a[k] + segment->b[k] - segment->a[k];
         }
-        double met = leaves_through(p, e, a, b, edge->inside, &at);
+        double met = leaves_through(p, e, a, b, by, edge->inside, &at);
         if (met < least) {
             least = met;
             first = segment;

@@ -47,10 +47,10 @@ bool crossing_between(const struct station *station, const struct surface *beyon
 struct vec3 crossing_turn(const struct crossing *crossing, struct vec3 v);
 struct vec3 crossing_turn_back(const struct crossing *crossing, struct vec3 v);
 
-/* The parameters, beyond a joint, of the place that the station is carried to. False where there
- * are none. */
+/* The parameters, beyond a joint, of the place that the station is carried to: to second order in
+ * its distance, and after some rounds exactly what is nearest to it. False where there are none. */
 bool crossing_carry(const struct crossing *crossing, struct surface_cursor *cursor,
-                    const struct station *station, double uv[2]);
+                    const struct station *station, int rounds, double uv[2]);
 
 /* Carries a station over joints until it lies in its face's region or beyond a free edge; a few
  * at the most. False when it got lost. */

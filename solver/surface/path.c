@@ -10,6 +10,7 @@
 enum {
     EVENT_ROUNDS = 12, /* Newton on the length to a span's edge */
     CHORD_ROUNDS = 8,  /* Newton on the length to a chord */
+    SETTLE_ROUNDS = 3, /* to the place beyond a joint that was missed */
     JOINT_ROUNDS = 8,  /* steps, each half of the last, to a joint */
     JOINT_PIECES = 4,  /* straight ones, in which joints are sought along a step */
     FAILURES_MAX = 40, /* steps of one advance that were too long */
@@ -718,7 +719,8 @@ static bool settle(struct path *g) {
     if (!station_at(g->surface, &cursor, g->uv, &here))
         return true;
     crossing_find(&here, &joint);
-    if (joint.kind != CROSSING_JOINT || !crossing_carry(&joint, &cursor, &here, uv) ||
+    if (joint.kind != CROSSING_JOINT ||
+        !crossing_carry(&joint, &cursor, &here, SETTLE_ROUNDS, uv) ||
         !crossing_within(joint.beyond, uv))
         return true;
     memcpy(joint.entry, uv, sizeof uv);

@@ -333,10 +333,11 @@ static bool same_as_whole(struct scene *scene, enum cutting cutting, enum drape_
     struct shell_edges edges = shell_edges(shell);
     if (!same || getenv("DRAPED_VERBOSE"))
         printf("  %s, method %d, %s, %d faces, seed %llu: %zu nodes, %d missing, %d extra, %.1e of "
-               "the size, %.1e deg; %zu joined, %zu free, gap %.1e\n",
+               "the size, %.1e deg, first (%d, %d); %zu joined, %zu free, gap %.1e\n",
                scene->name, method, cutting_names[cutting], count, (unsigned long long)seed,
                whole.result.nodes.count, most.missing, most.extra, most.position / size,
-               most.shear_deg, edges.joined, edges.free, edges.largest_gap);
+               most.shear_deg, most.bad[0], most.bad[1], edges.joined, edges.free,
+               edges.largest_gap);
     arena_free(arena);
     drape_end(&whole);
     return same;
