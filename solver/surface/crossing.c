@@ -143,6 +143,7 @@ void crossing_find(const struct station *station, struct crossing *crossing) {
     const struct hit *hit = over ? &joint : &free;
     crossing->kind = CROSSING_FREE;
     crossing->distance = sqrt(hit->distance2);
+    crossing->at_corner = over && !(free.distance2 > joint.distance2 * (1 + as_near));
     turn_of(surface, station->uv, turn);
     if (over) {
         const struct face_segment *segment = hit->segment;

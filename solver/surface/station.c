@@ -251,7 +251,8 @@ static enum station_zone zone_on_face(struct surface_cursor *cursor,
     double edge[2] = {station->uv[0], station->uv[1]};
     bool outside = false;
     crossing_find(station, &crossing);
-    if (crossing.kind != CROSSING_FREE ||
+    if (crossing.kind == CROSSING_NONE ||
+        (crossing.kind == CROSSING_JOINT && !crossing.at_corner) ||
         crossing.distance <= boundary_width * shell_size(surface->shell))
         return STATION_INSIDE;
     for (int k = 0; k < 2; k++) {
