@@ -10,6 +10,7 @@ const KEYS = [
   'angle',
   'start',
   'field',
+  'limits',
   'view',
   'show',
   'cell',

@@ -27,8 +27,9 @@ export async function fetchRequest(id, signal) {
 export function labelOf({ method, direction, fabric, length_unit: unit = 'm', start }) {
   const round = (values) => values.map((value) => Number(Number(value).toPrecision(3))).join(', ');
   const angle = direction?.angle_deg;
+  const spacing = [...new Set([fabric.spacing].flat())];
   const parts = [method || 'gib', angle === undefined ? 'along a vector' : `${angle}°`];
-  parts.push(`${round([fabric.spacing].flat()).replace(', ', ' × ')} ${unit}`);
+  parts.push(`${round(spacing).replace(', ', ' × ')} ${unit}`);
   if (start) parts.push(`from ${round([start.uv || start.point].flat())}`);
   return parts.join(', ');
 }

@@ -31,6 +31,7 @@ import {
   showReadout,
   showSummary,
 } from './readout.js';
+import { drawBar, Measure } from './measure.js';
 import { Runner } from './run.js';
 import { startTheme } from './theme.js';
 import { askToken, startToken } from './token.js';
@@ -60,6 +61,7 @@ const page = {
   hovered: null,
   example: 'saddle',
   part: 'saddle', // what the surface is called
+  limitsOf: {}, // of the colours, by field: [from, to] as far as given
 };
 
 /* ---- errors ---- */
@@ -98,7 +100,10 @@ function takeRequest(request) {
   if (request.fault) form.surfaceError(request.fault);
   refreshAbout();
   clear();
+  measure.toggle(false);
+  element('section').value = '';
   view.setShape(request.shape);
+  view.cut('', 0);
   const ready = 'Press Drape. Click on the surface to choose where the net starts.';
   hint(
     request.shape
@@ -219,6 +224,7 @@ function showDrape(drape, passing = false) {
   element('chip').hidden = true;
   const { length } = drape.lattice.columns['cells.i'];
   hint(length ? '' : NO_CELL, true);
+  if (measure.nodes.length) measure.toggle(measure.on); // its nodes were the net's before
   view.setNet('one', drape.lattice, drape.spacing);
   view.setHandle(nodeAt(drape.lattice.grid, 0, 0));
   refresh(passing);
@@ -252,6 +258,28 @@ function refreshFields() {
   );
 }
 
+/** The range of the colours, as far as it is fixed by hand. */
+function limited([low, high], [from, to] = []) {
+  const range = [from ?? low, to ?? high];
+  return range[1] > range[0] ? range : [low, high];
+}
+
+/** The limits in the fields, which are those of the shown field. */
+function takeLimits() {
+  const numbers = ['scale-low', 'scale-high'].map((id) => {
+    const text = element(id).value.trim().replace('−', '-');
+    return text && Number.isFinite(Number(text)) ? Number(text) : undefined;
+  });
+  page.limitsOf[page.field.key] = numbers;
+  refreshColours();
+  save();
+}
+
+function showLimits() {
+  const limits = page.limitsOf[page.field.key] || [];
+  ['scale-low', 'scale-high'].forEach((id, k) => (element(id).value = limits[k] ?? ''));
+}
+
 function refreshColours() {
   const { field, one } = page;
   const map = field.signed ? 'diverging' : 'sequential';
@@ -265,7 +293,7 @@ function refreshColours() {
   const range = ranges.length
     ? [Math.min(...ranges.map(([low]) => low)), Math.max(...ranges.map(([, high]) => high))]
     : [0, 60];
-  const scale = scaleOf(field, range);
+  const scale = limited(scaleOf(field, range), page.limitsOf[field.key]);
   for (const slot of Object.keys(sets))
     if (values[slot]) view.setField(slot, values[slot], ofNodes(field), scale, map);
   const locking = form.locking;
@@ -397,6 +425,7 @@ function save() {
     example: page.example,
     ...form.main,
     field: page.field.key,
+    limits: page.limitsOf[page.field.key]?.map((value) => value ?? '').join(','),
     view: page.layout,
     show: shown.join(',') || 'none',
     cell: page.pinned?.join(','),
@@ -418,6 +447,9 @@ async function openDrape(id) {
 
 function restoreChoices(state) {
   page.field = fieldOf(state.field);
+  const limits = state.limits?.split(',').map((text) => (text ? Number(text) : undefined));
+  if (limits) page.limitsOf[page.field.key] = limits;
+  showLimits();
   page.layout = ['solid', 'both', 'flat'].includes(state.view) ? state.view : 'both';
   document.querySelector(`[name="view"][value="${page.layout}"]`).checked = true;
   view.arrange(page.layout);
@@ -474,6 +506,7 @@ async function restoreExample(state) {
 const view = new View({
   onHover: hover,
   onPick: (hit) => {
+    if (measure.on && hit?.slot === 'one') return pickMeasured(hit.node);
     if (!hit) return pin(null);
     const drape = hit.slot === 'two' ? comparison.other : page.one;
     pin(placeOf(drape.lattice, hit.cell), hit.slot === 'two' ? undefined : hit.node);
@@ -488,7 +521,31 @@ const view = new View({
     runner.live(settled);
   },
   onEye: save,
+  onFrame: () => {
+    drawBar(view.pixelsOfUnit, form.unit);
+    measure.draw((node) => view.pixelsOf(node));
+  },
 });
+
+const measure = new Measure();
+
+function pickMeasured(node) {
+  measure.pick(page.one, node, form.unit);
+  view.stage.redraw();
+}
+
+function listenTools() {
+  element('measure').addEventListener('click', () => {
+    measure.toggle();
+    view.stage?.redraw();
+  });
+  const cut = () => {
+    element('section-at').hidden = !element('section').value;
+    view.cut(element('section').value, Number(element('section-at').value));
+  };
+  for (const id of ['section', 'section-at']) element(id).addEventListener('input', cut);
+  for (const id of ['scale-low', 'scale-high']) element(id).addEventListener('change', takeLimits);
+}
 
 const comparison = new Comparison(view);
 
@@ -559,6 +616,7 @@ function listenDrop() {
 function listenView() {
   element('field').addEventListener('change', ({ target }) => {
     page.field = fieldOf(target.value);
+    showLimits();
     refreshColours();
     compareFields();
     save();
@@ -583,7 +641,9 @@ function listenView() {
   element('cell-worst').addEventListener('click', pinWorst);
   document.addEventListener(
     'keydown',
-    (event) => event.key === 'Escape' && (setPlacing(false), page.pinned && pin(null)),
+    (event) =>
+      event.key === 'Escape' &&
+      (setPlacing(false), measure.toggle(false), view.stage?.redraw(), page.pinned && pin(null)),
   );
   new ResizeObserver(() => page.scale && drawScale(element('scale'), page.scale)).observe(
     element('scale'),
@@ -608,6 +668,7 @@ function listenResults() {
 listenRequest();
 listenDrop();
 listenView();
+listenTools();
 listenResults();
 startToken(() => {
   element('message').textContent = '';

@@ -3,6 +3,7 @@
 // stopped, and the surface itself under it. All keep their place on the screen but are moved a
 // little towards the eye, or away from it, so that they lie over or under the net.
 import * as THREE from './three.module.min.js';
+import * as section from './section.js';
 import { centresOf, nodeAt } from './lattice.js';
 
 const CROSSES_MAX = 2500;
@@ -48,7 +49,9 @@ const surfaceShaders = {
     out vec3 seenNormal;
     out vec2 place;
     uniform vec4 domain; // of (u, v): lower ends, lengths
+    ${section.declare}
     void main() {
+      ${section.place}
       place = (uv - domain.xy) / domain.zw;
       seen = (modelViewMatrix * vec4(position, 1.0)).xyz;
       seenNormal = normalMatrix * normal;
@@ -60,8 +63,10 @@ const surfaceShaders = {
     in vec3 seen;
     in vec3 seenNormal;
     in vec2 place;
+    ${section.declareCut}
     layout(location = 0) out vec4 colour;
     void main() {
+      ${section.cut}
       if (texture(mask, place).r < 0.5) discard;
       float facing = abs(dot(normalize(seenNormal), normalize(seen)));
       colour = vec4(tone * (0.55 + 0.45 * facing), 1.0);
@@ -72,6 +77,7 @@ function material(shaders, values) {
   const uniforms = Object.fromEntries(
     Object.entries(values).map(([key, value]) => [key, { value }]),
   );
+  uniforms.plane = section.plane;
   return new THREE.ShaderMaterial({
     ...shaders,
     uniforms,

@@ -3,6 +3,7 @@
 // the marked cell, all in one mesh and one shader; the same buffers laid flat give the pattern.
 import * as THREE from './three.module.min.js';
 import { maps } from './colour.js';
+import * as section from './section.js';
 
 const NOWHERE = 1e9;
 
@@ -18,7 +19,9 @@ const vertexShader = /* glsl */ `
   out vec3 seen;
   out vec3 seenNormal;
   flat out int vertex;
+  ${section.declare}
   void main() {
+    ${section.place}
     vec3 flatPlace = vec3(place * spacing, 0.0);
     vec4 view = modelViewMatrix * vec4(mix(position, flatPlace, unrolled), 1.0);
     at = place;
@@ -42,6 +45,7 @@ const fragmentShader = /* glsl */ `
   in vec3 seen;
   in vec3 seenNormal;
   layout(location = 0) out vec4 colour;
+  ${section.declareCut}
 
   float stroke(float pixels, float width) {
     return 1.0 - smoothstep(width - 0.5, width + 0.5, pixels);
@@ -53,6 +57,7 @@ const fragmentShader = /* glsl */ `
     return min(min(far.x, far.y), min(far.z, far.w));
   }
   void main() {
+    if (unrolled < 0.5) ${section.cut}
     float value = mix(ofCell.x, ofNode, smoothly);
     float part = clamp((value - low) / (high - low), 0.0, 1.0);
     vec3 tone = texture(map, vec2((part * 255.0 + 0.5) / 256.0, 0.5)).rgb;
@@ -86,7 +91,10 @@ const fragmentShader = /* glsl */ `
 const pickShader = /* glsl */ `
   flat in int vertex;
   layout(location = 0) out vec4 colour;
+  uniform float unrolled;
+  ${section.declareCut}
   void main() {
+    if (unrolled < 0.5) ${section.cut}
     int id = vertex + 1;
     colour = vec4(id & 255, (id >> 8) & 255, (id >> 16) & 255, (id >> 24) & 255) / 255.0;
   }`;
@@ -125,6 +133,7 @@ export class Net {
       hovered: { value: new THREE.Vector2(NOWHERE, NOWHERE) },
       pinned: { value: new THREE.Vector2(NOWHERE, NOWHERE) },
       spacing: { value: new THREE.Vector2(1, 1) },
+      plane: section.plane,
     };
     this.solid = this.#mesh(0);
     this.flat = this.#mesh(1);

@@ -214,6 +214,15 @@ class Pane {
     return { x: ((p.x + 1) / 2) * offsetWidth, y: ((1 - p.y) / 2) * offsetHeight, shown: p.z < 1 };
   }
 
+  /** The pixels of a unit of length where the eye looks. */
+  get pixelsOfUnit() {
+    const { camera, controls, radius } = this;
+    const right = new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, 0);
+    const aside = controls.target.clone().addScaledVector(right, radius);
+    const [a, b] = [controls.target, aside].map((point) => this.project(point.toArray()));
+    return Math.hypot(b.x - a.x, b.y - a.y) / radius;
+  }
+
   /** The ray through a place of the window. */
   ray(clientX, clientY) {
     const box = this.element.getBoundingClientRect();

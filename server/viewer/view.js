@@ -14,6 +14,7 @@ import {
 } from './marks.js';
 import { Stage } from './scene.js';
 import { cornersOf } from './readout.js';
+import { setSection } from './section.js';
 
 const CLICK = 5; // pixels that a click may move
 const NO_WEBGL =
@@ -31,7 +32,7 @@ function themed(name) {
 
 export class View {
   /** `onHover(hit)`, `onPick(hit)` with {slot, cell, node} or null, `onStart(place, settled)`,
-   *  `onEye()` when the camera has moved. */
+   *  `onEye()` when the camera has moved, `onFrame()` when a picture was drawn. */
   constructor(handlers) {
     Object.assign(this, handlers);
     this.slots = {};
@@ -63,7 +64,10 @@ export class View {
       this.moved = true;
       this.onEye();
     };
-    stage.onFrame = () => this.#moveHandle();
+    stage.onFrame = () => {
+      this.#moveHandle();
+      this.onFrame();
+    };
     for (const [name, slot] of [
       ['solid', 'one'],
       ['flat', 'one'],
@@ -230,6 +234,22 @@ export class View {
       net.mark(which, cell >= 0 ? cell : null);
     }
     this.stage?.redraw();
+  }
+
+  /** Cuts the pictures in 3D at `share` of the part along an axis; '' shows all. */
+  cut(axis, share) {
+    if (!this.stage || !this.shape) return;
+    setSection(axis, share, this.shape.size);
+    this.stage.redraw();
+  }
+
+  /** The pixels of a unit of length in the picture, and of a node of the main net. */
+  get pixelsOfUnit() {
+    return this.stage ? this.panes.solid.pixelsOfUnit : NaN;
+  }
+
+  pixelsOf(node) {
+    return this.panes.solid.project(this.#placeOf(this.slots.one, node, false));
   }
 
   home() {

@@ -468,6 +468,41 @@ test('page: the worst cell is a click away, and a field of one value has one', a
   await page.selectOption('#field', 'shear');
 });
 
+test('page: colours between limits, a section and a distance, which a link keeps or forgets', async () => {
+  await drapeExample(page, 'freeform');
+  await page.fill('#scale-low', '5');
+  await page.fill('#scale-high', '30');
+  await page.press('#scale-high', 'Enter');
+  assert.match(await page.getAttribute('#scale svg', 'aria-label'), /: 5 to 30°$/);
+  assert.match(page.url(), /limits=5,30/);
+  assert.match(await page.textContent('#ruler'), /^[125]0* mm$/);
+  const whole = await page.locator('#pane-solid').screenshot();
+  await page.selectOption('#section', 'x');
+  await drawn(page);
+  const half = await page.locator('#pane-solid').screenshot();
+  assert.ok((await difference(page, whole, half)) > 0.05);
+  await page.selectOption('#section', '');
+  await page.click('#measure');
+  const box = await page.locator('#pane-solid').boundingBox();
+  for (const [x, y] of [
+    [0.4, 0.45],
+    [0.5, 0.6],
+  ])
+    await page.mouse.click(box.x + x * box.width, box.y + y * box.height);
+  const [, straight, warp, weft, flat] =
+    /^([\d.]+) mm straight; (\d+) steps along the warp, (\d+) along the weft, ([\d.]+) mm in/.exec(
+      await page.textContent('#measured'),
+    );
+  assert.ok(Math.abs(Math.hypot(5 * warp, 5 * weft) - flat) < 0.1);
+  assert.ok(straight > 0 && straight < 2 * flat);
+  await page.keyboard.press('Escape');
+  assert.equal(await page.textContent('#measured'), '');
+  await page.fill('#scale-low', '');
+  await page.fill('#scale-high', '');
+  await page.press('#scale-high', 'Enter');
+  assert.deepEqual(await violations(page), []);
+});
+
 test('page: a trimmed surface has its hole', async () => {
   const { surface, fabric } = JSON.parse(readFileSync(join(root, 'api/examples/saddle.json')));
   const hole = Array.from({ length: 40 }, (_, k) => [
