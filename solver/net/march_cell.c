@@ -188,16 +188,30 @@ static bool turn_as_at_a(struct march *march, const struct march_cell *at,
     return true;
 }
 
+/* Of the edge BD (k = 0) or CD. */
+static void note_edge(struct march *march, const struct march_cell *at, int k, struct vec3 start,
+                      struct vec3 end) {
+    int sign = k ? at->sj : at->si, side = sign < 0;
+    struct vec3 from = vec3_scale(sign, start), to = vec3_scale(sign, end);
+    march->edges.rough |= NET_EDGE_BIT(k, side);
+    march->edges.yarns.edge[k] = side ? (struct net_edge){to, from} : (struct net_edge){from, to};
+}
+
 void march_note_edges(struct march *march, const struct march_cell *at, const struct vec3 start[2],
                       const struct vec3 end[2]) {
-    const int sign[2] = {at->si, at->sj};
+    for (int k = 0; k < 2; k++)
+        note_edge(march, at, k, start[k], end[k]);
+}
+
+/* The same of those edges to D that their ends tell. */
+static void note_told(struct march *march, const struct march_cell *at, const struct station *d,
+                      const bool told[2]) {
     for (int k = 0; k < 2; k++) {
-        int side = sign[k] < 0;
-        struct vec3 from = vec3_scale(sign[k], start[k]);
-        struct vec3 to = vec3_scale(sign[k], end[k]);
-        march->edges.rough |= NET_EDGE_BIT(k, side);
-        march->edges.yarns.edge[k] =
-            side ? (struct net_edge){to, from} : (struct net_edge){from, to};
+        const struct station *from = k ? at->c : at->b;
+        if (told[k])
+            note_edge(march, at, k, rough_leave(d->surface, &march->cursor, from, d->uv, d->jet.r),
+                      vec3_scale(-1, rough_leave(from->surface, &march->cursor, d, from->uv,
+                                                 from->jet.r)));
     }
 }
 
@@ -224,20 +238,69 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
 /* The surface turns by more than this cosine over a cell that lies across a crease. */
 static const double creased = 0.9;
 
-/* Whether an edge of the cell is rough: one to D or, where no D was found by chords, one that the
- * cell hangs on; also when A, B and C do not lie on one side of a crease. */
-static bool is_rough(const struct march *march, const struct fishnet_cell *cell,
-                     enum fishnet_end end, const struct fishnet_node *node) {
+/* How the edge from p to q is laid, its chord aside. */
+static bool is_rough_edge(const struct station *p, const struct station *q, double d) {
+    double chord = d, curvature = station_normal_curvature(p, vec3_sub(q->jet.r, p->jet.r));
+    return !rough_is_arc(p, q, curvature, d) &&
+           rough_edge(p, q, curvature, d, &chord) == ROUGH_EDGE;
+}
+
+/* Whether a cell that found no D by chords may do so by geodesics: one that hangs on a rough edge,
+ * or whose A, B and C do not lie on one side of a crease. */
+static bool hangs_on_rough(const struct march *march, const struct fishnet_cell *cell,
+                           enum fishnet_end end) {
     const double *d = march->settings->spacing;
     const struct station *a = cell->a, *b = cell->b, *c = cell->c;
-    if (end == FISHNET_FOUND)
-        return rough_edge(b, &node->station, cell->curvature[0], d[0]) ||
-               rough_edge(c, &node->station, cell->curvature[1], d[1]);
-    struct vec3 ab = vec3_sub(b->jet.r, a->jet.r), ac = vec3_sub(c->jet.r, a->jet.r);
     return end == FISHNET_NO_CONVERGENCE || vec3_dot(a->normal, b->normal) < creased ||
-           vec3_dot(a->normal, c->normal) < creased ||
-           rough_edge(a, b, station_normal_curvature(a, ab), d[1]) ||
-           rough_edge(a, c, station_normal_curvature(a, ac), d[0]);
+           vec3_dot(a->normal, c->normal) < creased || is_rough_edge(a, b, d[1]) ||
+           is_rough_edge(a, c, d[0]);
+}
+
+/* Looks at the edges of a cell that has its D: whether one is rough. Those that are bent get their
+ * chords: `bent` and `told` say whether there are any. */
+static bool has_rough(const struct march *march, struct fishnet_cell *cell, const struct station *d,
+                      const struct corrections *c, bool *bent, bool told[2]) {
+    const double *spacing = march->settings->spacing;
+    if (rough_is_arc(cell->b, d, cell->curvature[0], spacing[0]) &&
+        rough_is_arc(cell->c, d, cell->curvature[1], spacing[1]))
+        return false;
+    for (int k = 0; k < 2; k++) {
+        const struct station *from = k ? cell->c : cell->b;
+        double *chord = k ? &cell->cd : &cell->bd, found = *chord;
+        enum rough_kind kind = rough_edge(from, d, cell->curvature[k], spacing[k], &found);
+        if (kind == ROUGH_EDGE)
+            return true;
+        bool whole = c->has[k] && c->of[k].whole;
+        if (kind == ROUGH_BENT && march->settings->yarn_path == DRAPE_PATH_RELAXATION)
+            continue; /* arcs along relaxed tangents are what was asked for */
+        told[k] = kind == ROUGH_TOLD || (kind == ROUGH_BENT && march->before.net && !whole);
+        if (kind != ROUGH_NOT && !whole) {
+            *chord = c->has[k] ? correction_sideways(&c->of[k], from, found) : found;
+            *bent = true;
+        }
+    }
+    return false;
+}
+
+/* Lays the edges of a cell that are not smooth, D being where chords of smooth ones meet; `laid`:
+ * as geodesics. */
+static enum fishnet_end solve_uneven(struct march *march, const struct march_cell *at,
+                                     struct fishnet_cell *cell, const struct corrections *c,
+                                     enum fishnet_end end, struct fishnet_node *node, bool *laid) {
+    bool bent = false, told[2] = {false, false};
+    bool rough = end == FISHNET_FOUND ? has_rough(march, cell, &node->station, c, &bent, told)
+                                      : hangs_on_rough(march, cell, end);
+    *laid = rough;
+    if (rough)
+        return solve_rough(march, at, cell, node);
+    double uv[2] = {node->station.uv[0], node->station.uv[1]};
+    cell->guess_uv = uv;
+    if (bent)
+        end = fishnet_solve(march->surface, &march->cursor, cell, node);
+    if (end == FISHNET_FOUND && (told[0] || told[1]))
+        note_told(march, at, &node->station, told);
+    cell->guess_uv = NULL;
+    return end;
 }
 
 static bool solve_on_surface(struct march *march, const struct march_cell *at,
@@ -262,9 +325,10 @@ static bool solve_on_surface(struct march *march, const struct march_cell *at,
         find_chords(march, &cell, &corrections);
         end = fishnet_solve(march->surface, &march->cursor, &cell, node);
     }
-    if (s->method != DRAPE_BASIC && is_rough(march, &cell, end, node))
-        end = solve_rough(march, at, &cell, node);
-    else if (end == FISHNET_FOUND && s->method == DRAPE_GEODESIC)
+    bool laid = false;
+    if (s->method != DRAPE_BASIC)
+        end = solve_uneven(march, at, &cell, &corrections, end, node, &laid);
+    if (end == FISHNET_FOUND && s->method == DRAPE_GEODESIC && !laid)
         end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, s->spacing[0],
                                      s->spacing[1], node);
     if (end != FISHNET_FOUND)

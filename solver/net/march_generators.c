@@ -21,12 +21,15 @@ static void note_edge(struct march *march, const struct path *from, const struct
                       int dj, const struct station *station) {
     struct station start, end;
     struct vec3 leave, arrive;
-    double d = march->settings->spacing[dj != 0];
+    double d = march->settings->spacing[dj != 0], chord = d, curvature;
     march->edges.rough = 0;
     if (march->settings->method == DRAPE_BASIC ||
         !path_station(from, &march->cursor, &start, &leave) ||
-        !path_station(to, &march->cursor, &end, &arrive) ||
-        !rough_edge(&start, station, station_normal_curvature(&start, leave), d))
+        !path_station(to, &march->cursor, &end, &arrive))
+        return;
+    curvature = station_normal_curvature(&start, leave);
+    if (rough_is_arc(&start, station, curvature, d) ||
+        rough_edge(&start, station, curvature, d, &chord) < ROUGH_TOLD)
         return;
     int family = di ? 0 : 1, side = di + dj < 0, sign = side ? -1 : 1;
     struct vec3 a = vec3_scale(sign, fishnet_path_tangent(from, &start, leave));

@@ -142,14 +142,19 @@ static enum status grow_alone(struct quadrant *q, int32_t j, int k) {
     return quadrant_place(q, row, j + k, &node.station);
 }
 
-/* Whether an edge of lane k's cell to its D is rough. */
-static bool has_rough_edge(struct wave *wave, int k) {
-    struct station b, c, d;
-    wave_get(wave, wave_at(wave, 1), k + 1, &b);
-    wave_get(wave, wave_at(wave, 1), k, &c);
+/* Whether an edge of lane k's cell to its D is no arc. */
+static bool has_uneven_edge(struct wave *wave, int k) {
+    struct station from[2], d;
+    wave_get(wave, wave_at(wave, 1), k + 1, &from[0]);
+    wave_get(wave, wave_at(wave, 1), k, &from[1]);
     wave_get(wave, wave_at(wave, 0), k + 1, &d);
-    return rough_edge(&b, &d, wave->curvature[0][k], wave->length[0]) ||
-           rough_edge(&c, &d, wave->curvature[1][k], wave->length[1]);
+    bool uneven = false;
+    for (int n = 0; n < 2 && !uneven; n++) {
+        double chord = fishnet_arc_chord(wave->length[n], wave->curvature[n][k]);
+        uneven =
+            rough_edge(&from[n], &d, wave->curvature[n][k], wave->length[n], &chord) != ROUGH_NOT;
+    }
+    return uneven;
 }
 
 /* Puts D of lane k, as the kernel has found it or otherwise. */
@@ -158,7 +163,7 @@ static enum status grow_lane(struct quadrant *q, int32_t j, int k) {
     struct march *march = q->march;
     struct station station;
     unsigned bit = 1u << k;
-    if (!(wave->found & bit) || (wave->arcs && !(wave->smooth & bit) && has_rough_edge(wave, k)))
+    if (!(wave->found & bit) || (wave->arcs && !(wave->smooth & bit) && has_uneven_edge(wave, k)))
         return grow_alone(q, j, k);
     wave_get(wave, wave_at(wave, 0), k + 1, &station);
     march->solved++;

@@ -1,34 +1,63 @@
 /* SPDX-License-Identifier: MIT */
 #include "rough.h"
 
-#include "solver/surface/crossing.h"
+#include "solver/angle.h"
 
-enum { HOPS_MAX = 16 };
+/* Arcs differ by less between their ends, and turn by less. */
+static const double arc_misfit = 2.5e-2, arc_turn = 0.5;
 
-/* Along a helix of curvature k and torsion t an arc of the curvature in the chord's direction is
- * wrong by (k d)^2 (t d)^2 / 72 of its length. */
-static const double helix_share = 72;
-static const double length_share = 5e-7;
+/* What the length of an edge may be wrong by, as a share of it, where the surface is developable:
+ * of an arc, and of a bent edge. Elsewhere also by a share of |K| d^2: an eighth of what yarns that
+ * turn sideways, as straight ones do not, make `gib` wrong by on a net as large as the surface's
+ * radii. */
+static const double arc_error = 1e-6, bent_error = 5e-6, own_share = 1.0 / 200,
+                    arc_share = 1.0 / 24;
 
-/* A knot line is a joint when the angle by which the surface turns on it, or the change of the turn
- * of an edge, is more than this. */
-static const double joint_angle = 1e-3;
-static const double joint_turn = 4e-3;
+/* With more of an error than this, and what is allowed by |K| d^2, there is a joint. */
+static const double even = 1e-7;
+
+/* On a surface with curvature of its own the square of the misfit may be so much of |K| d^2 before
+ * shear has to be measured otherwise than by differences of positions in space. */
+static const double shear_share = 1;
+
+/* The terms of third and fourth order of the turn, squared, times this are about the error of the
+ * chord. */
+static const double missed = 3;
+
+/* Where the surface has no curvature of its own, the direction of an edge that its ends tell is
+ * right to 1e-4 when it goes no further to the side by torsion, by half the angle of rough_leave.
+ */
+static const double winding = 8e-3;
+
+/* An edge that turns by more to either side of its middle is no arc. */
+static const double turn_most = 0.75;
+
+/* At a pole, where there is no curvature, arcs rise alike at both ends, but for this. */
+static const double pole_misfit = 2.5e-2;
+
+/* There is a crease between ends where the surface turns by more than this angle and twice what it
+ * bends. */
+static const double least_fold = 1e-3;
 
 /* An edge that rises by so much else than the curvature at its end says, as a share of that or of
  * the edge, lies on the other side of a joint there. */
 static const double other_side = 0.2;
 static const double least_rise = 5e-4;
 
-/* II(t, t) and II(t, n x t) of the unit tangent t: normal curvature and geodesic torsion. */
+/* II(t, t) and II(t, n x t) of the unit tangent t: normal curvature and geodesic torsion (may be
+ * NULL). */
 static void bend_along(const struct station *p, struct vec3 t, double *curvature, double *torsion) {
     double along[2], across[2];
     const double *ii = p->second;
-    *curvature = *torsion = 0;
+    *curvature = 0;
+    if (torsion)
+        *torsion = 0;
     if (!station_components(p, t, along) ||
         !station_components(p, vec3_cross(p->normal, t), across))
         return;
     *curvature = station_form(ii, along);
+    if (!torsion)
+        return;
     *torsion = along[0] * across[0] * ii[0] +
                (along[0] * across[1] + along[1] * across[0]) * ii[1] + along[1] * across[1] * ii[2];
 }
@@ -42,126 +71,126 @@ static struct vec3 unfolded(struct vec3 direction, struct vec3 from, struct vec3
     return cosine > -0.9 ? vec3_axpy(along, axis, turned) : direction;
 }
 
+/* The angle between the projected chord of a geodesic, c long, and the geodesic itself, taken as a
+ * helix, to fourth order; curvature and torsion are those along the chord, from which those along
+ * the helix differ by that angle. */
+static double helix_angle(const struct station *p, struct vec3 beside, double curvature,
+                          double torsion, double c2) {
+    double across, angle = curvature * torsion * c2 / 6;
+    double k2 = curvature * curvature, t2 = torsion * torsion;
+    bend_along(p, beside, &across, NULL);
+    double k = curvature + 2 * torsion * angle, t = torsion + (across - curvature) * angle;
+    double d2 = c2 * (1 + k2 * c2 / 12);
+    return k * t * d2 / 6 * (1 + d2 * (k2 / 6 - (k2 + t2) / 20));
+}
+
+/* The same over a joint between p and q, both bends constant: where the edge rises by a share of
+ * what it does with the far one more than with the near one, sqrt(share) of it lies beyond the
+ * joint. */
+static double joint_angle(const double near[2], const double far[2], double c2, double rise) {
+    double share = (rise - near[0] * c2 / 2) / ((far[0] - near[0]) * c2 / 2);
+    double beyond = share > 0 ? sqrt(fmin(share, 1)) : 0, s = 1 - beyond;
+    return c2 * (near[0] * near[1] * s * s * (0.5 - s / 3) +
+                 far[0] * beyond * beyond * (near[1] * s / 2 + far[1] * beyond / 6));
+}
+
 struct vec3 rough_leave(const struct surface *surface, struct surface_cursor *cursor,
                         const struct station *p, const double to_uv[2], struct vec3 to) {
-    double curvature, torsion;
+    double near[2], far[2]; /* curvature, torsion */
     struct station q;
     struct vec3 chord = vec3_sub(to, p->jet.r), t = station_tangent(p, chord);
-    bend_along(p, t, &curvature, &torsion);
-    double c2 = vec3_norm2(chord), rise = curvature * c2 / 2;
-    if (surface &&
-        fabs(vec3_dot(chord, p->normal) - rise) > other_side * fabs(rise) + least_rise * sqrt(c2) &&
-        station_at(surface, cursor, to_uv, &q)) {
-        struct vec3 along = station_tangent(&q, chord);
-        bend_along(&q, along, &curvature, &torsion);
-        if (vec3_norm(vec3_sub(q.normal, p->normal)) > joint_angle)
-            t = station_tangent(p, unfolded(along, q.normal, p->normal));
+    struct vec3 beside = vec3_cross(p->normal, t);
+    double c2 = vec3_norm2(chord), rise = vec3_dot(chord, p->normal);
+    bend_along(p, t, &near[0], &near[1]);
+    double arc = near[0] * c2 / 2;
+    if (!surface || !(fabs(rise - arc) > other_side * fabs(arc) + least_rise * sqrt(c2)) ||
+        !station_at(surface, cursor, to_uv, &q))
+        return vec3_unit(vec3_axpy(helix_angle(p, beside, near[0], near[1], c2), beside, t));
+    struct vec3 along = station_tangent(&q, chord);
+    bend_along(&q, along, &far[0], &far[1]);
+    double angle = joint_angle(near, far, c2, rise);
+    double bend = fmax(fabs(near[0]), fabs(far[0])) * sqrt(c2);
+    if (vec3_norm(vec3_sub(q.normal, p->normal)) > 2 * bend + least_fold) {
+        t = station_tangent(p, unfolded(along, q.normal, p->normal));
+        angle = far[0] * far[1] * c2 / 6;
     }
-    return vec3_unit(vec3_axpy(curvature * torsion * c2 / 6, vec3_cross(p->normal, t), t));
+    return vec3_unit(vec3_axpy(angle, vec3_cross(p->normal, t), t));
 }
 
-/* Whether the surface turns, or bends differently, on either side of (u, v) on a knot of direction
- * k between `span` and the next. */
-static bool is_joint(const struct surface *surface, int k, const int span[2], const double uv[2],
-                     struct vec3 chord, double d) {
-    struct station side[2];
-    double curvature[2];
-    for (int n = 0; n < 2; n++) {
-        int at[2] = {span[0], span[1]};
-        at[k] += n;
-        surface_evaluate_span(surface, at[0], at[1], uv[0], uv[1], &side[n].jet);
-        side[n].uv[0] = uv[0];
-        side[n].uv[1] = uv[1];
-        if (!station_complete(surface, &side[n]))
-            return true;
-        curvature[n] = station_normal_curvature(&side[n], chord);
-    }
-    return fabs(curvature[1] - curvature[0]) * d > joint_turn ||
-           vec3_norm(vec3_sub(side[1].normal, side[0].normal)) > joint_angle;
+/* The turn of an edge in its normal plane, as it goes from one end to the other, in Legendre's
+ * polynomials; the largest of the first order is half an arc's turn. */
+struct turn {
+    double of[4];    /* of order 1 to 4 */
+    double sideways; /* by torsion: of order 2, to the side */
+};
+
+static double arcsine(double x) {
+    double x2 = x * x;
+    if (x2 < 0.01)
+        return x * (1 + x2 * (1.0 / 6 + x2 * (3.0 / 40 + x2 * (5.0 / 112))));
+    return angle_atan2_deg(x, sqrt(fmax(1 - x2, 0))) * (ANGLE_PI / 180);
 }
 
-/* Whether the surface turns, or bends differently, beyond a joint of faces; `to` gets the station
- * there. */
-static bool is_joint_of_faces(const struct surface *from, const struct crossing *crossing,
-                              struct vec3 chord, double d, struct station *to) {
-    struct surface_cursor cursor = {0, 0};
-    struct station side;
-    if (!station_at(from, &cursor, crossing->edge, &side) ||
-        !station_at(crossing->beyond, &cursor, crossing->entry, to))
-        return true;
-    double change = station_normal_curvature(to, crossing_turn(crossing, chord)) -
-                    station_normal_curvature(&side, chord);
-    return fabs(change) * d > joint_turn ||
-           vec3_norm(vec3_sub(to->normal, side.normal)) > joint_angle;
+/* The turn that has the curvatures at both ends, the angle between the normals there and, as its
+ * mean, the direction of the chord: what the curvatures of p and q say of the edge between them to
+ * fourth order. */
+static struct turn turn_between(const struct station *p, const struct station *q, double d) {
+    struct vec3 chord = vec3_sub(q->jet.r, p->jet.r), along = vec3_unit(chord);
+    double c2 = vec3_norm2(chord), curvature[2], torsion[2];
+    bend_along(p, station_tangent(p, along), &curvature[0], &torsion[0]);
+    bend_along(q, station_tangent(q, along), &curvature[1], &torsion[1]);
+    double rise_p = vec3_dot(along, p->normal), rise_q = -vec3_dot(along, q->normal);
+    double mean = arcsine(rise_p), half = (mean + arcsine(rise_q)) / 2;
+    /* the geodesic leaves beside the chord, by rough_leave's angle */
+    double a = curvature[0] * (1 + torsion[0] * torsion[0] * c2 / 3) * d;
+    double b = curvature[1] * (1 + torsion[1] * torsion[1] * c2 / 3) * d;
+    double third = ((a + b) / 4 - half) / 5;
+    double fourth = ((b - a) / 4 - 3 * (half - mean)) / 7;
+    return (struct turn){{half - third, half - mean - fourth, third, fourth},
+                         fabs((a + b) * (torsion[0] + torsion[1])) * d / 48};
 }
 
-static bool crosses_knot(const struct station *p, const struct station *q, double d);
-
-/* Whether there is a joint on the way to another face of a shell, through those between. */
-static bool crosses_faces(const struct station *p, const struct station *q, double d) {
-    struct surface_cursor cursor = {0, 0};
-    struct station at = *p;
-    for (int hop = 0; hop < HOPS_MAX && at.surface != q->surface; hop++) {
-        struct crossing crossing;
-        struct station edge, beyond;
-        double uv[2], share;
-        struct vec3 chord = vec3_sub(q->jet.r, at.jet.r);
-        bool met = station_pull(at.surface, &cursor, &at, chord, uv) &&
-                   crossing_on_way(at.surface, at.uv, uv, &share, &crossing);
-        if (!met && !crossing_between(&at, q->surface, &crossing))
-            return true;
-        if (is_joint_of_faces(at.surface, &crossing, chord, d, &beyond) ||
-            !station_at(at.surface, &cursor, crossing.edge, &edge) || crosses_knot(&at, &edge, d))
-            return true;
-        at = beyond;
-    }
-    return at.surface != q->surface || crosses_knot(&at, q, d);
+/* The chord by its length: the mean cosine of the turn. */
+static double chord_share(const struct turn *turn) {
+    const double *c = turn->of;
+    return angle_sinc(c[0]) - (c[1] * c[1] / 5 + c[2] * c[2] / 7 + c[3] * c[3] / 9) / 2 -
+           turn->sideways * turn->sideways;
 }
 
-/* Whether there is a joint between two places of a surface, as the straight line between their
- * parameters crosses it. Round a closed direction the seam counts as one. */
-static bool crosses_knot(const struct station *p, const struct station *q, double d) {
-    const struct surface *surface = p->surface;
-    struct vec3 chord = vec3_sub(q->jet.r, p->jet.r);
+/* |K| d^2, the larger of both ends. */
+static double turn_of_net(const struct station *p, const struct station *q, double d) {
+    const struct station *end[2] = {p, q};
+    double most = 0;
     for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &surface->axis[k];
-        double from = surface_axis_wrap(axis, p->uv[k]), to = surface_axis_wrap(axis, q->uv[k]);
-        double shift = from - p->uv[k];
-        if (fabs(to - shift - q->uv[k]) > 0.5 * fabs(surface_axis_upper(axis) - axis->breaks[0]))
-            return true;
-        int a = surface_axis_span(axis, 0, from), b = surface_axis_span(axis, a, to);
-        for (int s = a < b ? a : b; s < (a < b ? b : a); s++) {
-            const struct surface_axis *other = &surface->axis[1 - k];
-            double uv[2], share = (axis->breaks[s + 1] - from) / (to - from);
-            int span[2];
-            uv[k] = axis->breaks[s + 1];
-            uv[1 - k] =
-                surface_axis_wrap(other, p->uv[1 - k] + share * (q->uv[1 - k] - p->uv[1 - k]));
-            span[k] = s;
-            span[1 - k] = surface_axis_span(other, 0, uv[1 - k]);
-            if (is_joint(surface, k, span, uv, chord, d))
-                return true;
-        }
+        const double *ii = end[k]->second;
+        double gauss = (ii[0] * ii[2] - ii[1] * ii[1]) / station_determinant(end[k]);
+        most = fmax(most, fabs(gauss) * d * d);
     }
-    return false;
+    return most;
 }
 
-bool rough_edge_closely(const struct station *p, const struct station *q, double curvature,
-                        double misfit, double d) {
-    double turn = fabs(curvature) * d;
-    if (station_at_pole(p->surface,
-                        p)) { /* a pole: no curvature there, but arcs rise alike at both ends */
-        struct vec3 chord = vec3_sub(q->jet.r, p->jet.r);
-        return !(fabs(vec3_dot(chord, vec3_add(p->normal, q->normal))) < ROUGH_MISFIT_ROUGH * d);
+enum rough_kind rough_edge(const struct station *p, const struct station *q, double curvature,
+                           double d, double *chord) {
+    double misfit = rough_misfit(p, q, curvature, d);
+    if (station_at_pole(p->surface, p) || station_at_pole(q->surface, q)) {
+        struct vec3 along = vec3_sub(q->jet.r, p->jet.r);
+        bool alike = fabs(vec3_dot(along, vec3_add(p->normal, q->normal))) < pole_misfit * d;
+        return alike ? ROUGH_NOT : ROUGH_EDGE;
     }
-    if (!(misfit < ROUGH_MISFIT_ROUGH && turn < ROUGH_TURN_ROUGH))
-        return true;
-    if (turn >= ROUGH_TURN_SMOOTH) {
-        double bend, torsion;
-        bend_along(p, station_tangent(p, vec3_sub(q->jet.r, p->jet.r)), &bend, &torsion);
-        if (bend * bend * torsion * torsion * d * d * d * d > helix_share * length_share)
-            return true;
-    }
-    return misfit >= ROUGH_MISFIT_SMOOTH &&
-           (p->surface == q->surface ? crosses_knot(p, q, d) : crosses_faces(p, q, d));
+    struct turn turn = turn_between(p, q, d);
+    const double *c = turn.of;
+    double error = missed * (c[2] * c[2] + c[3] * c[3]), net = turn_of_net(p, q, d);
+    double own = own_share * net, most = arc_error + own;
+    double right = d * chord_share(&turn);
+    bool gentle = 2 * fabs(c[0]) < arc_turn;
+    if (misfit < arc_misfit && gentle && error < even + own &&
+        fabs(right - *chord) < (arc_error + arc_share * net) * d)
+        return ROUGH_NOT;
+    bool winds = turn.sideways > winding + net ||
+                 (!gentle && turn.sideways * turn.sideways + c[1] * c[1] > most);
+    if (!(error < bent_error + own) || !(fabs(c[0]) < turn_most) || winds)
+        return ROUGH_EDGE;
+    *chord = right;
+    bool by_places = misfit * misfit < arc_misfit * arc_misfit + shear_share * net;
+    return gentle && by_places ? ROUGH_BENT : ROUGH_TOLD;
 }

@@ -15,30 +15,37 @@
 
 #include "solver/surface/station.h"
 
-/* Smooth below the first misfit, rough above the second; between them it depends on what lies
- * between the ends. At the first the length of an edge across a joint is right to 1e-6. */
+/* Below this misfit and this turn |k| d an edge is an arc for all that matters: its length is right
+ * to 1e-5 where there is a joint, and far better where there is none. */
 #define ROUGH_MISFIT_SMOOTH 2e-3
-#define ROUGH_MISFIT_ROUGH 2.5e-2
-
-/* Turns |k| d of an edge: below the first it is an arc for all that matters, above the second too
- * long for one. */
 #define ROUGH_TURN_SMOOTH 0.08
-#define ROUGH_TURN_ROUGH 0.5
 
-/* Whether the edge from p to q is rough where the misfit or the turn alone does not tell. */
-bool rough_edge_closely(const struct station *p, const struct station *q, double curvature,
-                        double misfit, double d);
+enum rough_kind {
+    ROUGH_NOT,  /* an arc of the curvature at one end */
+    ROUGH_BENT, /* a curve that both ends tell: it has another chord */
+    ROUGH_TOLD, /* alike, but too uneven for differences of positions in space */
+    ROUGH_EDGE  /* neither: a crease or a joint, or a small radius, lies between the ends */
+};
 
-/* Whether the edge from p to q, d long with this normal curvature at p, is rough. */
-static inline bool rough_edge(const struct station *p, const struct station *q, double curvature,
-                              double d) {
-    struct vec3 chord = vec3_sub(q->jet.r, p->jet.r);
-    double turn = curvature * d, rise = turn / 2 * d;
-    double misfit =
-        fabs(vec3_dot(chord, p->normal) - rise) + fabs(vec3_dot(chord, q->normal) + rise);
-    bool smooth = misfit < ROUGH_MISFIT_SMOOTH * d && fabs(turn) < ROUGH_TURN_SMOOTH;
-    return !smooth && rough_edge_closely(p, q, curvature, misfit / d, d);
+/* The misfit, as a share of d, of the edge from p to q with this normal curvature at p. */
+static inline double rough_misfit(const struct station *p, const struct station *q,
+                                  double curvature, double d) {
+    struct vec3 along = vec3_sub(q->jet.r, p->jet.r);
+    double rise = curvature * d * d / 2;
+    return (fabs(vec3_dot(along, p->normal) - rise) + fabs(vec3_dot(along, q->normal) + rise)) / d;
 }
+
+/* Whether misfit and turn alone tell that an edge is an arc. */
+static inline bool rough_is_arc(const struct station *p, const struct station *q, double curvature,
+                                double d) {
+    return rough_misfit(p, q, curvature, d) < ROUGH_MISFIT_SMOOTH &&
+           fabs(curvature) * d < ROUGH_TURN_SMOOTH;
+}
+
+/* What the edge from p to q is, d long, with this normal curvature at p and the *chord of an arc;
+ * sets *chord to that of a bent one. */
+enum rough_kind rough_edge(const struct station *p, const struct station *q, double curvature,
+                           double d, double *chord);
 
 /* The unit tangent at p of the geodesic to the place `to` with the parameters `to_uv`, over a
  * smooth edge: the chord's projection, turned by d^2 k t / 6, k the normal curvature and t the
