@@ -298,6 +298,8 @@ static bool set_argument(struct config *config, char **argv, int argc, int *at) 
     const char *argument = argv[*at];
     const char *value = NULL;
     const struct flag *flag = find_flag(argument, &value);
+    if (!flag && strstr(argument, "://")) /* with a password, perhaps */
+        return report("there is an argument that is not a flag; see draped --help");
     if (!flag)
         return report("'%s' is not a flag; see draped --help", argument);
     struct origin from = {"--", flag->name};
@@ -403,17 +405,20 @@ static void set_shares(struct config *config) {
             *shares[k].share = (shares[k].of + shares[k].part - 1) / shares[k].part;
 }
 
-/* A path or a URL, not the `keyword=value` form of libpq, which may hold a password and would be
- * taken for a path. */
+/* A URL or a path, which has a slash; not a bare word, which may be meant for anything, nor the
+ * `keyword=value` form of libpq, which may hold a password. */
 static bool is_store(const char *text) {
     size_t word = strspn(text, "abcdefghijklmnopqrstuvwxyz_");
     word += strspn(text + word, " ");
-    return store_url_remote(text) || (!strstr(text, "://") && text[word] != '=');
+    if (!text[0] || store_url_remote(text) || (!strncmp(text, "sqlite:", 7) && text[7]))
+        return true;
+    return strchr(text, '/') && !strstr(text, "://") && text[word] != '=';
 }
 
 static bool check_store(const struct config *config) {
     return is_store(config->store) ||
-           report("--store: it is neither sqlite:PATH nor postgresql://USER@HOST/DATABASE");
+           report("--store: it is neither sqlite:PATH, a path with a slash, nor "
+                  "postgresql://USER@HOST/DATABASE");
 }
 
 /* A record outlives its result by default, to answer 410. */
@@ -444,6 +449,15 @@ static bool check(struct config *config) {
     if (!owner_are_addresses(config->trusted_proxy))
         return report("--trusted-proxy: '%s' is no list of addresses, split by commas",
                       config->trusted_proxy);
+    if (!origin_are_origins(config->cors_origin))
+        return report("--cors-origin: '%s' is no list of origins, such as https://example.com "
+                      "without a path, split by commas",
+                      config->cors_origin);
+    if (config->max_body > config->max_bodies || config->max_mesh > config->max_bodies)
+        return report("--max-bodies: %lld bytes are less than those of --%s, so that one such "
+                      "body would never be received",
+                      (long long)config->max_bodies,
+                      config->max_body > config->max_bodies ? "max-body" : "max-mesh");
     if (!config->data[0])
         return report("--data is empty");
     return check_store(config);

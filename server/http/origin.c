@@ -75,6 +75,25 @@ bool origin_are_names(const char *names) {
     }
 }
 
+/* http or https, and what may follow them up to a path. */
+static bool is_origin(const char *text, size_t length) {
+    size_t scheme = !strncmp(text, "https://", 8) ? 8 : !strncmp(text, "http://", 7) ? 7 : 0;
+    return scheme > 0 && scheme < length && wire_is_authority(text + scheme, length - scheme);
+}
+
+bool origin_are_origins(const char *origins) {
+    if (!*origins || !strcmp(origins, "*"))
+        return true;
+    for (const char *origin = origins;; origin++) {
+        size_t width = strcspn(origin, ",");
+        if (!is_origin(origin, width))
+            return false;
+        origin += width;
+        if (!*origin)
+            return true;
+    }
+}
+
 bool origin_allows_host(const struct config *config, const struct request *request,
                         struct reply *reply) {
     static const char local[] = "localhost";

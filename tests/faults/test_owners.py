@@ -125,5 +125,5 @@ tap.run("test_owners_idle_connections_make_room", with_daemon,
 tap.run("test_owners_busy_connections_leave_the_reserve", with_daemon,
         test_owners_busy_connections_leave_the_reserve, "--max-connections", "32")
 tap.run("test_owners_bodies_have_a_share", with_daemon, test_owners_bodies_have_a_share,
-        "--max-bodies", "1200K", "--max-body", "1M")
+        "--max-bodies", "1200K", "--max-body", "1M", "--max-mesh", "1M")
 tap.finish()

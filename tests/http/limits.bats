@@ -65,7 +65,18 @@ gone_by_now() { call GET "/v1/drapes/$1/result"; [ "$status" = 410 ]; }
 }
 
 @test "limits: all bodies together have a budget, and what is refused leaves room" {
-    start_daemon "$BATS_TEST_TMPDIR/daemon" --workers 1 --max-bodies 2K
+    start_daemon "$BATS_TEST_TMPDIR/daemon" --workers 1 --max-bodies 8K --max-body 8K --max-mesh 8K \
+        --owner-bodies 8K
+    # One that has come in part, and stays.
+    mkfifo "$BATS_TEST_TMPDIR/slow"
+    curl -sS -o "$BATS_TEST_TMPDIR/answer" -H "$JSON" -T "$BATS_TEST_TMPDIR/slow" -X POST \
+        "$URL/v1/drapes" 3>&- &
+    local slow=$!
+    exec 8>"$BATS_TEST_TMPDIR/slow"
+    jq -c '. + {permeability: null} | tojson + (" " * 5000)' -r $EXAMPLES/saddle.json >&8
+    budget_is_taken() { post /v1/drapes "$BATS_TEST_TMPDIR/large"; [ "$status" = 503 ]; }
+    jq -c '. + {permeability: null} | tojson + (" " * 4000)' -r $EXAMPLES/saddle.json >"$BATS_TEST_TMPDIR/large"
+    wait_until 30 budget_is_taken
     quick 1 | post /v1/drapes -
     expect 202
     jq -c '. + {permeability: null} | tojson + (" " * 4000)' -r $EXAMPLES/saddle.json >"$BATS_TEST_TMPDIR/large"
@@ -74,6 +85,11 @@ gone_by_now() { call GET "/v1/drapes/$1/result"; [ "$status" = 410 ]; }
         expect_problem 503 unavailable
         [ "$(header Retry-After)" = 1 ]
     done
+    exec 8>&-
+    wait "$slow"
+    jq -e '.status == "queued" or .status == "running" or .status == "succeeded"' "$BATS_TEST_TMPDIR/answer"
+    post /v1/drapes "$BATS_TEST_TMPDIR/large"
+    expect 202
     quick 1.1 | post /v1/drapes -
     expect 202
     stop_daemon

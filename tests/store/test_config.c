@@ -209,11 +209,44 @@ static void test_config_keeps_strangers_out(void **state) {
     assert_null(strstr(err.text, "secret"));
     expect_bad("--store", "password = secret", "neither sqlite:PATH");
     assert_int_equal(parse(&config, "--store", "./a=b.db", NULL, NULL), CONFIG_RUN);
+    assert_int_equal(parse(&config, "--store", "sqlite:a.db", NULL, NULL), CONFIG_RUN);
+    static const char *const stores[] = {"abc", "sqlite:", "a.db",
+                                         "dbname=d host=/run password=secret",
+                                         "POSTGRESQL://u:secret@h/d"};
+    for (size_t k = 0; k < sizeof stores / sizeof *stores; k++) {
+        expect_bad("--store", stores[k], "neither sqlite:PATH");
+        assert_null(strstr(err.text, "secret"));
+    }
+    expect_bad("postgresql://u:secret@h/d", NULL, "not a flag");
+    assert_null(strstr(err.text, "secret"));
+    expect_bad("--stroe=postgresql://u:secret@h/d", NULL, "not a flag");
+    assert_null(strstr(err.text, "secret"));
     assert_int_equal(parse(&config, "--store", "postgresql://u:p@h/d", "--check-config", NULL),
                      CONFIG_DONE);
     assert_non_null(strstr(out.text, "store = (hidden)"));
     assert_null(strstr(out.text, "u:p"));
     expect_bad("--data=", NULL, "--data");
+}
+
+static void test_config_refuses_what_cannot_be(void **state) {
+    struct config config;
+    (void)state;
+    static const char *const origins[] = {
+        "https://a.example/",   "https://a.example/page", "a.example",           "https://",
+        "https://a.example,,",  "https://a.example,b",    "https://a.example?q", "ftp://a.example",
+        "https://a.example:1x", "https://u@a.example"};
+    for (size_t k = 0; k < sizeof origins / sizeof *origins; k++)
+        expect_bad("--cors-origin", origins[k], "--cors-origin");
+    assert_int_equal(
+        parse(&config, "--cors-origin", "https://a.example:8443,http://[::1]:80", NULL, NULL),
+        CONFIG_RUN);
+    assert_int_equal(parse(&config, "--cors-origin", "*", NULL, NULL), CONFIG_RUN);
+    expect_bad("--max-bodies", "1K", "--max-bodies");
+    expect_bad("--max-body=900M", "--max-bodies=899M", "than those of --max-body");
+    expect_bad("--max-mesh=900M", "--max-bodies=899M", "than those of --max-mesh");
+    expect_bad("--retention-jobs=9", "--retention=10", "--retention-jobs");
+    assert_int_equal(parse(&config, "--retention-jobs=10", "--retention=10", NULL, NULL),
+                     CONFIG_RUN);
 }
 
 static void test_config_answers_questions_on_stdout(void **state) {
@@ -257,6 +290,7 @@ int main(void) {
         cmocka_unit_test(test_config_names_what_is_no_flag),
         cmocka_unit_test(test_config_reads_addresses),
         cmocka_unit_test(test_config_keeps_strangers_out),
+        cmocka_unit_test(test_config_refuses_what_cannot_be),
         cmocka_unit_test(test_config_answers_questions_on_stdout),
         cmocka_unit_test(test_config_tells_its_limits_as_json),
     };
