@@ -6,6 +6,7 @@
 #include "api/request/digest.h"
 #include "api/request/shape.h"
 #include "api/request/shape_mesh.h"
+#include "api/request/shape_shell.h"
 #include "api/result/columns.h"
 #include "api/result/fields.h"
 #include "threads.h"
@@ -75,6 +76,15 @@ static void set_solve_problem(struct api_problem *problem, enum status status,
     }
 }
 
+/* Faces by their numbers in the request's surface, where the shell has a part of them. */
+static void number_faces(const struct api_shell *shell, struct drape_result *result) {
+    if (!shell->shell)
+        return;
+    result->start_face = shell->numbers[result->start_face];
+    for (size_t k = 0; result->nodes.face && k < result->nodes.count; k++)
+        result->nodes.face[k] = shell->numbers[result->nodes.face[k]];
+}
+
 static void summarise(const struct api_request *request, const struct drape_result *result,
                       double solve_ms, struct api_summary *summary) {
     const struct drape_summary *s = &result->summary;
@@ -111,7 +121,8 @@ static enum api_problem_id write_result(const struct api_request *request,
         .grid = {.warp = {result->warp_range[0], result->warp_range[1]},
                  .weft = {result->weft_range[0], result->weft_range[1]},
                  .spacing = {request->settings.spacing[0], request->settings.spacing[1]}},
-        .start = {.uv = {result->start_uv[0], result->start_uv[1]},
+        .start = {.face = request->surface.kind == API_SURFACE_SHELL ? result->start_face : -1,
+                  .uv = {result->start_uv[0], result->start_uv[1]},
                   .point = result->start_point,
                   .warp = result->start_warp,
                   .weft = result->start_weft},
@@ -138,20 +149,26 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
         api_problem_add(problem, "/surface/id", "no surface is stored under this id");
         return problem->id;
     }
+    struct api_shell shell = {0};
     bool on_mesh = request.surface.kind == API_SURFACE_MESH;
-    if (on_mesh ? api_shape_mesh(&request, limits, arena, &mesh, problem)
-                : api_shape_make(&request, limits, arena, &surface, problem))
+    bool on_shell = request.surface.kind == API_SURFACE_SHELL;
+    if (on_mesh    ? api_shape_mesh(&request, limits, arena, &mesh, problem)
+        : on_shell ? api_shape_shell(&request, limits, arena, &shell, problem)
+                   : api_shape_make(&request, limits, arena, &surface, problem))
         return problem->id;
+    request.settings.start_face = shell.start_face;
     struct api_threads threads;
     request.settings.team = api_threads_make(&threads, limits->threads);
     double begin = now_ms();
-    enum status status = on_mesh
-                             ? drape_solve_mesh(mesh, &request.settings, monitor, arena, &result)
-                             : drape_solve(surface, &request.settings, monitor, arena, &result);
+    enum status status =
+        on_mesh    ? drape_solve_mesh(mesh, &request.settings, monitor, arena, &result)
+        : on_shell ? drape_solve_shell(shell.shell, &request.settings, monitor, arena, &result)
+                   : drape_solve(surface, &request.settings, monitor, arena, &result);
     double solve_ms = now_ms() - begin;
     set_solve_problem(problem, status, &request.settings, result.faulty_generator);
     if (problem->id != API_OK)
         return problem->id;
+    number_faces(&shell, &result);
     return write_result(&request, &result, solve_ms, sink, arena, problem);
 }
 

@@ -3,6 +3,7 @@
 
 #include "api/json/place.h"
 #include "parts.h"
+#include "solver/surface/shell.h"
 #include <string.h>
 
 static const struct place_range angles = {-1e6, 1e6, false};     /* of the warp, deg */
@@ -32,13 +33,20 @@ static void read_vec3(const struct json_place *place, bool direction, struct vec
         place_fault(place, "must be longer than %g", decode_lengths.low);
 }
 
-static void decode_unit(const struct json_place *place, const struct api_unit **unit) {
+/* A surface that was imported has the unit of its file. */
+static void decode_unit(const struct json_place *place, const struct api_surface *surface,
+                        const struct api_unit **unit) {
     const char *names[API_UNIT_COUNT];
     int index = 0;
     for (int i = 0; i < API_UNIT_COUNT; i++)
         names[i] = api_units[i].name;
     if (!place_given(place) || place_choice(place, names, API_UNIT_COUNT, &index))
         *unit = &api_units[index];
+    if (!surface->length_unit)
+        return;
+    if (place_given(place) && *unit != surface->length_unit)
+        place_fault(place, "must be \"%s\", as the surface says", surface->length_unit->name);
+    *unit = surface->length_unit;
 }
 
 static void decode_fabric(const struct json_place *place, struct api_request *request) {
@@ -89,20 +97,53 @@ static void check_start(const struct json_place *uv, const struct api_surface *s
     }
 }
 
+/* The face whose parameters a start has; NULL after a fault, or where it is not known yet. */
+static const struct api_surface *decode_start_face(const struct json_place *place,
+                                                   struct api_request *request) {
+    const struct api_surface *surface = &request->surface;
+    struct json_place face = place_member(place, "face");
+    int number = 0;
+    if (surface->kind != API_SURFACE_SHELL && surface->kind != API_SURFACE_NAMED) {
+        if (place_given(&face))
+            place_fault(&face, "is of a surface of several faces, and this one has none");
+        return place_given(&face) ? NULL : surface;
+    }
+    if (surface->kind == API_SURFACE_NAMED && !place_given(&face))
+        return NULL;
+    if (!place_integer(&face, 0, SHELL_FACES_MAX - 1, &number))
+        return NULL;
+    request->settings.start_face = number;
+    if (surface->kind == API_SURFACE_NAMED)
+        return NULL;
+    if ((size_t)number < surface->face_count)
+        return &surface->faces[number];
+    place_fault(&face, "must be a number below %zu: there are that many faces",
+                surface->face_count);
+    return NULL;
+}
+
 static void decode_start(const struct json_place *place, struct api_request *request) {
+    static const char *const keys[] = {"uv", "point", "face", NULL};
     struct drape_settings *settings = &request->settings;
     struct json_place uv = place_member(place, "uv"), point = place_member(place, "point");
-    switch (read_alternative(place, "uv", "point")) {
-    case 0:
-        settings->start_kind = DRAPE_START_UV;
-        if (place_vector(&uv, decode_coordinates, 2, settings->start_uv))
-            check_start(&uv, &request->surface, settings->start_uv);
-        break;
-    case 1:
-        settings->start_kind = DRAPE_START_POINT;
-        read_vec3(&point, false, &settings->start_point);
-        break;
+    struct json_place face = place_member(place, "face");
+    if (!place_object(place, keys))
+        return;
+    if (place_given(&uv) == place_given(&point)) {
+        place_fault(place, "must have either \"uv\" or \"point\"");
+        return;
     }
+    if (place_given(&uv)) {
+        const struct api_surface *surface = decode_start_face(place, request);
+        settings->start_kind = DRAPE_START_UV;
+        if (place_vector(&uv, decode_coordinates, 2, settings->start_uv) && surface)
+            check_start(&uv, surface, settings->start_uv);
+        return;
+    }
+    settings->start_kind = DRAPE_START_POINT;
+    read_vec3(&point, false, &settings->start_point);
+    if (place_given(&face))
+        place_fault(&face, "goes with \"uv\"");
 }
 
 static void decode_direction(const struct json_place *place, struct drape_settings *settings) {
@@ -231,6 +272,7 @@ static void decode_stored(const struct api_input *input, const struct api_limits
                         inner.place[0].detail);
     } else {
         memcpy(stored.id, surface->id, API_ID_SIZE);
+        stored.selection = surface->selection;
         *surface = stored;
     }
 }
@@ -244,7 +286,7 @@ static void decode_rest(const struct json_place *root, struct api_request *reque
     struct json_place generators = place_member(root, "generators");
     struct json_place extent = place_member(root, "extent");
     struct json_place permeability = place_member(root, "permeability");
-    decode_unit(&unit, &request->length_unit);
+    decode_unit(&unit, &request->surface, &request->length_unit);
     decode_fabric(&fabric, request);
     if (place_given(&start))
         decode_start(&start, request);
@@ -279,10 +321,13 @@ static void check_permeability(const struct json_place *root, const struct api_r
 static void check_points(const struct json_place *place, const struct api_surface *surface,
                          const struct api_limits *limits) {
     struct json_place points = place_member(place, "control_points");
-    if (surface->kind == API_SURFACE_NURBS &&
-        surface->nurbs.point_count > limits->max_control_points)
-        place_fault(&points, "has %zu points, and %zu are allowed", surface->nurbs.point_count,
-                    limits->max_control_points);
+    struct json_place faces = place_member(place, "faces");
+    size_t count = surface->nurbs.point_count;
+    for (size_t k = 0; k < surface->face_count; k++)
+        count += surface->faces[k].nurbs.point_count;
+    if (surface->kind != API_SURFACE_MESH && count > limits->max_control_points)
+        place_fault(surface->kind == API_SURFACE_SHELL ? &faces : &points,
+                    "has %zu points, and %zu are allowed", count, limits->max_control_points);
 }
 
 enum api_problem_id api_decode(const struct api_input *input, const struct api_limits *limits,

@@ -56,9 +56,17 @@ static void write_trim(struct api_text *text, const struct trim_loop *trim) {
     api_text_raw(text, trim->reversed ? "],\"reversed\":true}" : "],\"reversed\":false}");
 }
 
+static void write_mark(struct api_text *text, const char *key, const char *value) {
+    if (value)
+        api_text_key_string(text, key, value);
+}
+
 static void write_nurbs(struct api_text *text, const struct api_surface *surface) {
     const struct nurbs *nurbs = &surface->nurbs;
     api_text_raw(text, "{");
+    write_mark(text, "name", surface->face_name);
+    write_mark(text, "kind", surface->face_kind);
+    write_mark(text, "colour", surface->face_colour);
     api_text_key_integer(text, "degree_u", nurbs->u.degree);
     api_text_key_integer(text, "degree_v", nurbs->v.degree);
     api_text_key(text, "knotvector_u");
@@ -90,14 +98,58 @@ static void write_mesh(struct api_text *text, const struct api_mesh *mesh) {
             api_text_raw(text, ",");
         api_text_integers(text, mesh->triangles[i], 3);
     }
-    api_text_raw(text, "]}");
+    api_text_raw(text, "]");
+}
+
+/* What an importer wrote beside the geometry. */
+static void write_origin(struct api_text *text, const struct api_surface *surface) {
+    if (surface->length_unit)
+        api_text_key_string(text, "length_unit", surface->length_unit->name);
+    if (!surface->notes)
+        return;
+    api_text_key(text, "notes");
+    api_text_raw(text, "[");
+    for (size_t k = 0; k < surface->note_count; k++) {
+        if (k)
+            api_text_raw(text, ",");
+        api_text_string(text, surface->notes[k]);
+    }
+    api_text_raw(text, "]");
+}
+
+static void write_shell(struct api_text *text, const struct api_surface *surface) {
+    api_text_raw(text, "{\"faces\":[");
+    for (size_t k = 0; k < surface->face_count; k++) {
+        if (k)
+            api_text_raw(text, ",");
+        write_nurbs(text, &surface->faces[k]);
+    }
+    api_text_raw(text, "]");
+    if (surface->tolerance > 0)
+        api_text_key_number(text, "tolerance", surface->tolerance);
 }
 
 static void write_definition(struct api_text *text, const struct api_surface *surface) {
+    if (surface->kind == API_SURFACE_NURBS) {
+        write_nurbs(text, surface);
+        return;
+    }
     if (surface->kind == API_SURFACE_MESH)
         write_mesh(text, &surface->mesh);
     else
-        write_nurbs(text, surface);
+        write_shell(text, surface);
+    write_origin(text, surface);
+    api_text_raw(text, "}");
+}
+
+static void write_selection(struct api_text *text, const struct api_selection *selection) {
+    if (selection->kind == API_SELECT_LIST) {
+        api_text_key(text, "faces");
+        api_text_integers(text, selection->faces, selection->count);
+    } else if (selection->kind == API_SELECT_GROWN) {
+        api_text_key_integer(text, "grow_from", selection->grow_from);
+        api_text_key_number(text, "up_to_deg", selection->up_to_deg);
+    }
 }
 
 static void write_surface(struct api_text *text, const struct api_surface *surface) {
@@ -105,6 +157,7 @@ static void write_surface(struct api_text *text, const struct api_surface *surfa
     if (surface->id[0]) {
         api_text_raw(text, "{");
         api_text_key_string(text, "id", surface->id);
+        write_selection(text, &surface->selection);
         api_text_raw(text, "}");
     } else {
         write_definition(text, surface);
@@ -128,8 +181,9 @@ static void write_fabric(struct api_text *text, const struct api_request *reques
     api_text_raw(text, "}");
 }
 
-static void write_start(struct api_text *text, const struct drape_settings *settings,
+static void write_start(struct api_text *text, const struct api_request *request,
                         const struct api_start *chosen) {
+    const struct drape_settings *settings = &request->settings;
     if (settings->start_kind == DRAPE_START_CENTROID && !chosen)
         return;
     api_text_key(text, "start");
@@ -137,9 +191,11 @@ static void write_start(struct api_text *text, const struct drape_settings *sett
     if (settings->start_kind == DRAPE_START_POINT) {
         write_vector(text, "point", settings->start_point);
     } else {
+        bool given = settings->start_kind == DRAPE_START_UV;
+        if (request->surface.kind == API_SURFACE_SHELL)
+            api_text_key_integer(text, "face", given ? settings->start_face : chosen->face);
         api_text_key(text, "uv");
-        api_text_numbers(
-            text, settings->start_kind == DRAPE_START_UV ? settings->start_uv : chosen->uv, 2);
+        api_text_numbers(text, given ? settings->start_uv : chosen->uv, 2);
     }
     api_text_raw(text, "}");
 }
@@ -245,7 +301,7 @@ const char *api_normalise(const struct api_request *request, const struct api_st
     write_surface(&text, &request->surface);
     api_text_key_string(&text, "length_unit", request->length_unit->name);
     write_fabric(&text, request);
-    write_start(&text, settings, chosen);
+    write_start(&text, request, chosen);
     write_direction(&text, settings);
     api_text_key(&text, "generators");
     api_text_raw(&text, "{");

@@ -12,7 +12,8 @@
 
 /* What a solve chose to start from. */
 struct api_start {
-    double uv[2];
+    int face;     /* on a shell: its number; else -1 */
+    double uv[2]; /* parameters of that face */
     struct vec3 point;
     struct vec3 warp, weft; /* unit directions there */
 };

@@ -20,6 +20,21 @@ bool decode_surface(const struct json_place *place, struct api_surface *surface)
 /* geomdl's `trims`: {"count", "data": [...]}, or the list alone. */
 bool decode_trims(const struct json_place *place, struct api_surface *surface);
 
+/* {"faces": [S...], "tolerance": t}, with what an importer notes beside it. */
+bool decode_shell(const struct json_place *place, struct api_surface *surface);
+
+/* Several surfaces of a list as the faces of a shell. */
+bool decode_faces(const struct json_place *list, struct api_surface *surface);
+
+/* `id` with a selection of the faces of the stored shell. */
+bool decode_selection(const struct json_place *place, struct api_surface *surface);
+
+/* One NURBS surface with its trims. */
+bool decode_nurbs(const struct json_place *place, struct api_surface *surface);
+
+/* `length_unit` and `notes` beside a shell or a mesh, as an importer writes them. */
+bool decode_origin(const struct json_place *place, struct api_surface *surface);
+
 bool decode_permeability(const struct json_place *place, struct api_permeability *permeability);
 
 /* The definition itself: `surface`, or the surface in the file that geomdl's export_json writes.

@@ -29,7 +29,29 @@ struct api_mesh {
 enum api_surface_kind {
     API_SURFACE_NURBS,
     API_SURFACE_MESH,
+    API_SURFACE_SHELL,
     API_SURFACE_NAMED /* by its id alone: the definition was not among the input */
+};
+
+struct api_unit {
+    const char *name; /* as in `length_unit` */
+    double metres;
+};
+
+/* A part of the faces of a stored shell, by their numbers there. */
+enum api_selection_kind {
+    API_SELECT_ALL,
+    API_SELECT_LIST, /* `faces` */
+    API_SELECT_GROWN /* `grow_from` and all reached from it across edges that fold by no more than
+                        `up_to_deg` */
+};
+
+struct api_selection {
+    enum api_selection_kind kind;
+    const int *faces;
+    size_t count;
+    int grow_from;
+    double up_to_deg; /* 0..180 */
 };
 
 struct api_surface {
@@ -38,15 +60,18 @@ struct api_surface {
     struct nurbs nurbs;   /* API_SURFACE_NURBS; weights NULL when all are 1 */
     const struct trim_loop *trims;
     size_t trim_count;
-    struct api_mesh mesh; /* API_SURFACE_MESH */
+    struct api_mesh mesh;            /* API_SURFACE_MESH */
+    const struct api_surface *faces; /* API_SURFACE_SHELL: each API_SURFACE_NURBS */
+    size_t face_count;
+    double tolerance; /* within which edges of faces are joined; 0: the solver's default */
+    struct api_selection selection;
+    const char *face_name, *face_kind, *face_colour; /* of a face; NULL: not given */
+    const struct api_unit *length_unit;              /* that a file is in; NULL: not given */
+    const char *const *notes;                        /* what was noted when it was imported */
+    size_t note_count;
 };
 
-struct api_unit {
-    const char *name; /* as in `length_unit` */
-    double metres;
-};
-
-enum { API_UNIT_COUNT = 6 };
+enum { API_UNIT_COUNT = 6, API_UP_TO_DEG = 20 /* the default of `up_to_deg` */ };
 extern const struct api_unit api_units[API_UNIT_COUNT]; /* the default first */
 
 struct api_fabric {

@@ -3,6 +3,7 @@
 
 #include "api/json/text.h"
 #include "digest.h"
+#include "shape_shell.h"
 #include "solver/surface/bounds.h"
 #include "solver/surface/measure.h"
 
@@ -113,8 +114,27 @@ static enum api_problem_id measure(const struct api_surface *definition, struct 
     return API_OK;
 }
 
+/* A shell, whose faces are described one by one. */
+static const char *describe_shell(const struct api_surface *definition, struct arena *arena,
+                                  struct api_problem *problem) {
+    char id[API_ID_SIZE];
+    bool ok = api_digest_surface(definition, arena, id);
+    struct api_text text = api_text_growing(arena);
+    api_text_raw(&text, "{");
+    api_text_key_string(&text, "id", ok ? id : "");
+    if (api_shape_shell_describe(definition, &text, arena, problem) != API_OK)
+        return NULL;
+    api_text_raw(&text, "}");
+    const char *document = ok ? api_text_finish(&text) : NULL;
+    if (!document)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to describe the surface");
+    return document;
+}
+
 const char *api_shape_describe(const struct api_surface *definition, struct arena *arena,
                                struct api_problem *problem) {
+    if (definition->kind == API_SURFACE_SHELL)
+        return describe_shell(definition, arena, problem);
     struct surface_measure size;
     char id[API_ID_SIZE];
     const struct nurbs *nurbs = &definition->nurbs;

@@ -27,8 +27,10 @@ enum api_problem_id api_shape_make(struct api_request *request, const struct api
 
 /*
  * The document of a stored surface: id, degree_u, degree_v, size_u, size_v, rational, closed_u,
- * closed_v, bounding_box and area. Zero-terminated, in `arena`; NULL with `problem` set to
- * API_DEGENERATE_SURFACE, API_INVALID_REQUEST (a triangle mesh) or API_OUT_OF_MEMORY.
+ * closed_v, bounding_box and area; of a shell id, faces, edges, tolerance, components, notes,
+ * bounding_box, area and, where it is known, length_unit. Zero-terminated, in `arena`; NULL with
+ * `problem` set to API_DEGENERATE_SURFACE, API_INVALID_REQUEST (a triangle mesh) or
+ * API_OUT_OF_MEMORY.
  */
 const char *api_shape_describe(const struct api_surface *surface, struct arena *arena,
                                struct api_problem *problem);

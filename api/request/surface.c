@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "control.h"
 #include "parts.h"
+#include "solver/surface/shell.h"
 
 #include <math.h>
 #include <string.h>
@@ -80,7 +81,8 @@ static bool check_knot_count(const struct nurbs_places *places, const struct nur
     const struct nurbs_axis *axis = direction == 0 ? &nurbs->u : &nurbs->v;
     size_t wanted = (size_t)axis->size + (size_t)axis->degree + 1;
     char letter = direction == 0 ? 'u' : 'v';
-    if (axis->knot_count == wanted)
+    if (axis->knot_count == wanted ||
+        axis->size <= axis->degree) /* the latter is reported as such */
         return true;
     place_fault(&places->part[direction == 0 ? NURBS_KNOTS_U : NURBS_KNOTS_V],
                 "the number of knots is %zu; size_%c + degree_%c + 1 is %zu%s", axis->knot_count,
@@ -157,13 +159,13 @@ static void drop_unit_weights(struct nurbs *nurbs) {
     nurbs->weight_count = 0;
 }
 
-static bool decode_nurbs(const struct json_place *place, struct api_surface *surface) {
+bool decode_nurbs(const struct json_place *place, struct api_surface *surface) {
     static const char *const keys[] = {
         "degree_u", "degree_v", "size_u", "size_v", "knotvector_u", "knotvector_v",
         "control_points", "weights", "trims",
         /* written by geomdl, rw3dm, Sverchok or CurvesWB; they do not matter here */
         "type", "rational", "dimension", "pdimension", "delta", "sample_size", "name", "id", "bbox",
-        "reversed", "precision", NULL};
+        "reversed", "precision", "kind", "colour", NULL};
     if (!place_object(place, keys))
         return false;
     struct nurbs *nurbs = &surface->nurbs;
@@ -205,13 +207,16 @@ static bool decode_shape(const struct json_place *place, struct api_surface *sur
     struct json_place count = place_member(&file.shape, "count");
     int index = 0, surfaces = 1;
     bool ok = !place_given(&type) || place_choice(&type, types, 1, &index);
-    ok = (!place_given(&count) || place_integer(&count, 1, NURBS_SIZE_MAX, &surfaces)) && ok;
+    ok = (!place_given(&count) || place_integer(&count, 1, SHELL_FACES_MAX, &surfaces)) && ok;
     ok = place_array(&file.data, 1) && ok;
-    if (surfaces > 1 || place_length(&file.data) > 1) {
-        place_fault(surfaces > 1 ? &count : &file.data,
-                    "the file must hold one surface, and this one has more: send them one by one");
+    if (ok && place_given(&count) && (size_t)surfaces != place_length(&file.data)) {
+        bool fewer = (size_t)surfaces > place_length(&file.data);
+        place_fault(fewer ? &count : &file.data, "there are %zu surfaces, and the count is %d",
+                    place_length(&file.data), surfaces);
         return false;
     }
+    if (ok && place_length(&file.data) > 1)
+        return decode_faces(&file.data, surface);
     return ok && decode_nurbs(definition, surface);
 }
 
@@ -247,14 +252,15 @@ static bool read_triangles(const struct json_place *place, struct api_mesh *mesh
 }
 
 static bool decode_mesh(const struct json_place *place, struct api_surface *surface) {
-    static const char *const keys[] = {"vertices", "triangles", NULL};
+    static const char *const keys[] = {"vertices", "triangles", "length_unit", "notes", NULL};
     struct api_mesh *mesh = &surface->mesh;
     struct json_place vertices = place_member(place, "vertices");
     struct json_place triangles = place_member(place, "triangles");
     double *rows;
     surface->kind = API_SURFACE_MESH;
     place_object(place, keys);
-    if (!place_rows(&vertices, decode_coordinates, 3, 3, &rows, &mesh->vertex_count))
+    if (!decode_origin(place, surface) ||
+        !place_rows(&vertices, decode_coordinates, 3, 3, &rows, &mesh->vertex_count))
         return false;
     mesh->vertices = (const void *)rows;
     return read_triangles(&triangles, mesh);
@@ -286,7 +292,9 @@ bool decode_surface(const struct json_place *place, struct api_surface *surface)
         return decode_shape(place, surface);
     if (has(place, "vertices") || has(place, "triangles"))
         return decode_mesh(place, surface);
-    if (has(place, "id") && place_length(place) == 1)
-        return decode_name(place, surface);
+    if (has(place, "id") && !has(place, "degree_u") && !has(place, "control_points"))
+        return decode_name(place, surface) && decode_selection(place, surface);
+    if (has(place, "faces"))
+        return decode_shell(place, surface);
     return decode_nurbs(place, surface);
 }

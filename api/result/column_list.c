@@ -11,6 +11,7 @@ const char *const column_kind_names[COLUMN_KINDS] = {"scalar", "vector", "tensor
 const char *const column_need_names[COLUMN_NEEDS] = {
     [COLUMN_ALWAYS] = "",
     [COLUMN_ESTIMATE] = "method `gib4`",
+    [COLUMN_FACES] = "several faces",
     [COLUMN_THICKNESS] = "`fabric.thickness` t₀, `plies` n; or `cavity.height`",
     [COLUMN_FRACTION] = "`fabric.fiber_volume_fraction` Vf₀; rigid: `fabric.thickness` too",
     [COLUMN_LOCKING] = "`fabric.locking_angle_deg`",

@@ -20,6 +20,7 @@
     X(NODES, j, j, INTEGER, "", ALWAYS, "place along the weft, in steps from the start")           \
     X(NODES, u, u, SCALAR, "", ALWAYS, "parameter u of the surface; on a mesh the triangle")       \
     X(NODES, v, v, SCALAR, "", ALWAYS, "parameter v of the surface; on a mesh 0")                  \
+    X(NODES, face, face, INTEGER, "", FACES, "number of the face that u and v are parameters of")  \
     X(NODES, x, x, SCALAR, "length", ALWAYS, "position")                                           \
     X(NODES, y, y, SCALAR, "length", ALWAYS, "position")                                           \
     X(NODES, z, z, SCALAR, "length", ALWAYS, "position")                                           \
@@ -95,6 +96,7 @@ enum column_kind {
 enum column_need {
     COLUMN_ALWAYS,
     COLUMN_ESTIMATE,
+    COLUMN_FACES,
     COLUMN_THICKNESS,
     COLUMN_FRACTION,
     COLUMN_LOCKING,

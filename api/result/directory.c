@@ -3,6 +3,7 @@
 
 #include "api/json/place.h"
 #include "api/json/text.h"
+#include <limits.h>
 #include <string.h>
 
 void directory_write_grid(struct api_text *text, const struct api_grid *grid) {
@@ -23,6 +24,7 @@ static void write_point(struct api_text *text, const char *key, struct vec3 v) {
 
 static void write_start(struct api_text *text, const struct api_start *start) {
     api_text_raw(text, "{");
+    api_text_key_integer(text, "face", start->face);
     api_text_key(text, "uv");
     api_text_numbers(text, start->uv, 2);
     write_point(text, "point", start->point);
@@ -116,6 +118,10 @@ void directory_read(const struct json_tree *tree, struct api_columns *columns) {
     read_pair(&grid, "warp", columns->grid.warp);
     read_pair(&grid, "weft", columns->grid.weft);
     place_vector(&spacing, any, 2, columns->grid.spacing);
+    struct json_place face = place_member(&start, "face");
+    columns->start.face = -1;
+    if (place_given(&face))
+        place_integer(&face, -1, INT_MAX, &columns->start.face);
     place_vector(&uv, any, 2, columns->start.uv);
     columns->start.point = read_point(&start, "point");
     columns->start.warp = read_point(&start, "warp");

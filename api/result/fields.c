@@ -86,6 +86,8 @@ static const void *values_of(const struct api_fields *fields, enum column_id id,
         return nodes->u;
     case COLUMN_NODES_v:
         return nodes->v;
+    case COLUMN_NODES_face:
+        return nodes->face;
     case COLUMN_NODES_x:
         return nodes->x;
     case COLUMN_NODES_y:

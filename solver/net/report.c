@@ -213,6 +213,8 @@ static void add_node(struct part *part, const struct spot *spot, double shear_de
     nodes->j[at] = spot->j;
     nodes->u[at] = uv[0];
     nodes->v[at] = uv[1];
+    if (nodes->face)
+        nodes->face[at] = node->face;
     nodes->x[at] = r.x;
     nodes->y[at] = r.y;
     nodes->z[at] = r.z;

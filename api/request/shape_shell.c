@@ -1,0 +1,356 @@
+/* SPDX-License-Identifier: MIT */
+#include "shape_shell.h"
+
+#include "api/json/text.h"
+#include "solver/surface/bounds.h"
+#include "solver/surface/contour.h"
+#include "solver/surface/measure.h"
+#include <stdio.h>
+#include <string.h>
+
+enum { TITLE_SIZE = 64, LIST_SIZE = 192 };
+
+/* ---- what is wrong with faces ---- */
+
+/* `7 ("name")`: how a face is named to its owner. */
+static void write_title(const struct api_surface *surface, int32_t number, char title[TITLE_SIZE]) {
+    const char *name = surface->faces[number].face_name;
+    if (name)
+        (void)snprintf(title, TITLE_SIZE, "%d (\"%.40s\")", number, name);
+    else
+        (void)snprintf(title, TITLE_SIZE, "%d", number);
+}
+
+/* "faces 3, 7 and 9 ("rib")" */
+static void write_list(const struct api_surface *surface, const struct shell_fault *fault,
+                       const int32_t *numbers, char list[LIST_SIZE]) {
+    int length = snprintf(list, LIST_SIZE, fault->face_count == 1 ? "face" : "faces");
+    for (int k = 0; k < fault->face_count && length < LIST_SIZE; k++) {
+        char title[TITLE_SIZE];
+        const char *before = k == 0 ? " " : k == fault->face_count - 1 ? " and " : ", ";
+        write_title(surface, numbers[fault->face[k]], title);
+        length += snprintf(list + length, LIST_SIZE - (size_t)length, "%s%s", before, title);
+    }
+}
+
+/* `base` leads to the surface in the caller's document. */
+static void explain(const struct api_surface *surface, const struct shell_fault *fault,
+                    const int32_t *numbers, const char *base, struct api_problem *problem) {
+    char list[LIST_SIZE], pointer[API_POINTER_MAX];
+    struct vec3 at = fault->at;
+    write_list(surface, fault, numbers, list);
+    (void)snprintf(pointer, sizeof pointer, "%s/%s", base,
+                   fault->kind == SHELL_TOLERANCE_BAD ? "tolerance" : "faces");
+    switch (fault->kind) {
+    case SHELL_TOLERANCE_BAD:
+        api_problem_add(problem, pointer, "is as large as the part: edges of all faces would meet");
+        break;
+    case SHELL_THREE_FACES:
+        api_problem_add(problem, pointer,
+                        "%s meet at one edge, near (%.6g, %.6g, %.6g): leave out what is not to be "
+                        "draped",
+                        list, at.x, at.y, at.z);
+        break;
+    case SHELL_ONE_SIDED:
+        api_problem_add(problem, pointer,
+                        "%s cannot be oriented alike: the faces have one side only, like a Moebius "
+                        "band",
+                        list);
+        break;
+    case SHELL_NOTHING_LEFT:
+        api_problem_set_at(problem, API_DEGENERATE_SURFACE, pointer,
+                           "the trims leave nothing of %s", list);
+        break;
+    default:
+        api_problem_add(problem, pointer, "must be between 1 and %d faces", SHELL_FACES_MAX);
+    }
+}
+
+/* ---- making a shell ---- */
+
+size_t api_shape_shell_bytes(const struct api_surface *surface) {
+    size_t bytes = 0;
+    for (size_t k = 0; k < surface->face_count; k++)
+        bytes += (size_t)surface_span_bytes(&surface->faces[k].nurbs);
+    return bytes;
+}
+
+static enum api_problem_id no_memory(struct api_problem *problem) {
+    api_problem_set(problem, API_OUT_OF_MEMORY, "the faces need more memory than allowed");
+    return problem->id;
+}
+
+static enum api_problem_id make_part(const struct api_surface *surface, int32_t number,
+                                     const char *base, struct arena *arena, struct shell_part *part,
+                                     struct api_problem *problem) {
+    const struct api_surface *face = &surface->faces[number];
+    struct surface *made;
+    char title[TITLE_SIZE], pointer[API_POINTER_MAX];
+    enum status status = surface_make(&face->nurbs, arena, &made);
+    if (status == STATUS_OUT_OF_MEMORY)
+        return no_memory(problem);
+    if (status != STATUS_OK) {
+        write_title(surface, number, title);
+        (void)snprintf(pointer, sizeof pointer, "%s/faces/%d", base, number);
+        api_problem_set_at(problem, API_DEGENERATE_SURFACE, pointer, "face %s has no area", title);
+        return problem->id;
+    }
+    *part = (struct shell_part){made, face->trims, face->trim_count};
+    return API_OK;
+}
+
+/* The shell of the faces of these numbers. */
+static enum api_problem_id make_shell(const struct api_surface *surface, const int32_t *numbers,
+                                      size_t count, const char *base, struct arena *arena,
+                                      struct shell **shell, struct api_problem *problem) {
+    struct shell_fault fault = {0};
+    struct shell_part *parts = arena_alloc(arena, count, sizeof *parts);
+    if (!parts)
+        return no_memory(problem);
+    for (size_t k = 0; k < count; k++)
+        if (make_part(surface, numbers[k], base, arena, &parts[k], problem) != API_OK)
+            return problem->id;
+    enum status status = shell_make(parts, count, surface->tolerance, arena, shell, &fault);
+    if (status == STATUS_OUT_OF_MEMORY)
+        return no_memory(problem);
+    if (status != STATUS_OK)
+        explain(surface, &fault, numbers, base, problem);
+    return problem->id;
+}
+
+/* ---- the selection ---- */
+
+static bool choose_list(const struct api_surface *surface, struct api_shell *shell,
+                        struct api_problem *problem) {
+    const struct api_selection *selection = &surface->selection;
+    for (size_t k = 0; k < selection->count; k++) {
+        if ((size_t)selection->faces[k] >= surface->face_count) {
+            char pointer[API_POINTER_MAX];
+            (void)snprintf(pointer, sizeof pointer, "/surface/faces/%zu", k);
+            api_problem_add(problem, pointer,
+                            "must be a number below %zu: there are that many faces",
+                            surface->face_count);
+            return false;
+        }
+        shell->numbers[k] = selection->faces[k];
+    }
+    shell->count = selection->count;
+    return true;
+}
+
+/* Keeps of all faces those that are reached. */
+static bool choose_grown(const struct api_surface *surface, struct arena *arena,
+                         struct api_shell *shell, struct api_problem *problem) {
+    const struct api_selection *selection = &surface->selection;
+    if ((size_t)selection->grow_from >= surface->face_count) {
+        api_problem_add(problem, "/surface/grow_from",
+                        "must be a number below %zu: there are that many faces",
+                        surface->face_count);
+        return false;
+    }
+    if (make_shell(surface, shell->numbers, shell->count, "/surface", arena, &shell->shell,
+                   problem) != API_OK)
+        return false;
+    uint8_t *reached = arena_alloc(arena, shell->count, 1);
+    if (!reached || shell_grow(shell->shell, selection->grow_from, selection->up_to_deg, arena,
+                               reached) != STATUS_OK) {
+        no_memory(problem);
+        return false;
+    }
+    size_t kept = 0;
+    for (size_t k = 0; k < shell->count; k++)
+        if (reached[k])
+            shell->numbers[kept++] = shell->numbers[k];
+    shell->count = kept;
+    return true;
+}
+
+static bool choose(const struct api_surface *surface, struct arena *arena, struct api_shell *shell,
+                   struct api_problem *problem) {
+    shell->numbers = arena_alloc(arena, surface->face_count, sizeof *shell->numbers);
+    shell->count = surface->face_count;
+    if (!shell->numbers) {
+        no_memory(problem);
+        return false;
+    }
+    for (size_t k = 0; k < surface->face_count; k++)
+        shell->numbers[k] = (int32_t)k;
+    switch (surface->selection.kind) {
+    case API_SELECT_LIST:
+        return choose_list(surface, shell, problem);
+    case API_SELECT_GROWN:
+        return choose_grown(surface, arena, shell, problem);
+    default:
+        return true;
+    }
+}
+
+/* Where in the shell the start's face is. */
+static bool find_start(const struct api_request *request, struct api_shell *shell,
+                       struct api_problem *problem) {
+    char title[TITLE_SIZE];
+    int32_t number = request->settings.start_face;
+    shell->start_face = 0;
+    if (request->settings.start_kind != DRAPE_START_UV)
+        return true;
+    for (size_t k = 0; k < shell->count; k++)
+        if (shell->numbers[k] == number) {
+            shell->start_face = (int32_t)k;
+            return true;
+        }
+    write_title(&request->surface, number, title);
+    api_problem_add(problem, "/start/face", "face %s is not among those chosen", title);
+    return false;
+}
+
+static double largest_area(const struct shell *shell) {
+    double largest = 0;
+    for (size_t k = 0; k < shell_component_count(shell); k++)
+        largest = fmax(largest, shell_area(shell, (int32_t)k, NULL));
+    return largest;
+}
+
+enum api_problem_id api_shape_shell(const struct api_request *request,
+                                    const struct api_limits *limits, struct arena *arena,
+                                    struct api_shell *shell, struct api_problem *problem) {
+    const struct drape_settings *settings = &request->settings;
+    if (!choose(&request->surface, arena, shell, problem) || !find_start(request, shell, problem) ||
+        make_shell(&request->surface, shell->numbers, shell->count, "/surface", arena,
+                   &shell->shell, problem) != API_OK)
+        return problem->id;
+    double nodes = largest_area(shell->shell) / (settings->spacing[0] * settings->spacing[1]);
+    if (nodes > (double)limits->max_nodes && !settings->has_extent[0] && !settings->has_extent[1])
+        api_problem_add(problem, "/fabric/spacing",
+                        "is too small: covering the faces takes about %.3g nodes, and %zu are "
+                        "allowed",
+                        nodes, limits->max_nodes);
+    return problem->id;
+}
+
+/* ---- its description ---- */
+
+static void write_box(struct api_text *text, struct vec3 lower, struct vec3 upper) {
+    api_text_key(text, "bounding_box");
+    api_text_raw(text, "[");
+    api_text_numbers(text, (const double[]){lower.x, lower.y, lower.z}, 3);
+    api_text_raw(text, ",");
+    api_text_numbers(text, (const double[]){upper.x, upper.y, upper.z}, 3);
+    api_text_raw(text, "]");
+}
+
+static void write_vector(struct api_text *text, const char *key, struct vec3 v) {
+    api_text_key(text, key);
+    api_text_numbers(text, (const double[]){v.x, v.y, v.z}, 3);
+}
+
+struct totals {
+    double area;
+    struct vec3 lower, upper;
+};
+
+static enum status describe_face(const struct api_surface *surface, size_t number,
+                                 struct arena *arena, struct api_text *text,
+                                 struct totals *totals) {
+    const struct api_surface *face = &surface->faces[number];
+    struct contour_measure measure;
+    struct surface *made;
+    enum status status = surface_make(&face->nurbs, arena, &made);
+    if (status == STATUS_OK)
+        status = contour_measure(made, face->trims, face->trim_count, arena, &measure);
+    if (status == STATUS_OUT_OF_MEMORY)
+        return status;
+    if (status != STATUS_OK) /* its number stays */
+        measure = (struct contour_measure){0};
+    api_text_raw(text, number ? ",{" : "{");
+    api_text_key_integer(text, "index", (int64_t)number);
+    api_text_key_number(text, "area", measure.area);
+    write_box(text, measure.lower, measure.upper);
+    write_vector(text, "centre", measure.centre);
+    write_vector(text, "normal", measure.normal);
+    api_text_key_string(text, "kind", face->face_kind ? face->face_kind : "nurbs");
+    if (face->face_name)
+        api_text_key_string(text, "name", face->face_name);
+    if (face->face_colour)
+        api_text_key_string(text, "colour", face->face_colour);
+    api_text_raw(text, "}");
+    if (status != STATUS_OK)
+        return STATUS_OK;
+    totals->lower = totals->area > 0 ? vec3_make(fmin(totals->lower.x, measure.lower.x),
+                                                 fmin(totals->lower.y, measure.lower.y),
+                                                 fmin(totals->lower.z, measure.lower.z))
+                                     : measure.lower;
+    totals->upper = totals->area > 0 ? vec3_make(fmax(totals->upper.x, measure.upper.x),
+                                                 fmax(totals->upper.y, measure.upper.y),
+                                                 fmax(totals->upper.z, measure.upper.z))
+                                     : measure.upper;
+    totals->area += measure.area;
+    return STATUS_OK;
+}
+
+static void write_notes(struct api_text *text, const struct api_surface *surface,
+                        const struct api_problem *fault) {
+    api_text_key(text, "notes");
+    api_text_raw(text, "[");
+    for (size_t k = 0; k < surface->note_count; k++) {
+        api_text_raw(text, k ? "," : "");
+        api_text_string(text, surface->notes[k]);
+    }
+    if (fault->id != API_OK) {
+        api_text_raw(text, surface->note_count ? "," : "");
+        api_text_string(text, fault->place[0].detail);
+    }
+    api_text_raw(text, "]");
+}
+
+/* Faces that cannot be one surface may be stored by an importer, for some of them can be chosen:
+ * then the fault is a note. */
+static enum api_problem_id describe_edges(const struct api_surface *surface, struct api_text *text,
+                                          struct arena *arena, struct api_problem *problem) {
+    struct api_shell all = {0};
+    struct api_problem fault = {0};
+    struct shell_edges edges = {0};
+    if (!choose(surface, arena, &all, problem))
+        return problem->id;
+    if (make_shell(surface, all.numbers, all.count, "", arena, &all.shell, &fault) == API_OK)
+        edges = shell_edges(all.shell);
+    if (fault.id == API_OUT_OF_MEMORY || (fault.id != API_OK && !surface->notes)) {
+        *problem = fault;
+        return problem->id;
+    }
+    api_text_key(text, "edges");
+    api_text_raw(text, "{");
+    api_text_key_integer(text, "shared", (int64_t)edges.joined);
+    api_text_key_integer(text, "free", (int64_t)edges.free);
+    api_text_key_integer(text, "faulty", fault.id != API_OK);
+    api_text_key_number(text, "largest_gap", edges.largest_gap);
+    api_text_raw(text, "}");
+    if (fault.id == API_OK) {
+        api_text_key_number(text, "tolerance", shell_tolerance(all.shell));
+        api_text_key_integer(text, "components", (int64_t)shell_component_count(all.shell));
+    }
+    write_notes(text, surface, &fault);
+    return API_OK;
+}
+
+enum api_problem_id api_shape_shell_describe(const struct api_surface *surface,
+                                             struct api_text *text, struct arena *arena,
+                                             struct api_problem *problem) {
+    struct totals totals = {0};
+    api_text_key(text, "faces");
+    api_text_raw(text, "[");
+    for (size_t k = 0; k < surface->face_count; k++)
+        if (describe_face(surface, k, arena, text, &totals) != STATUS_OK)
+            return no_memory(problem);
+    api_text_raw(text, "]");
+    if (!(totals.area > 0)) {
+        api_problem_set_at(problem, API_DEGENERATE_SURFACE, "/faces", "no face has an area");
+        return problem->id;
+    }
+    if (describe_edges(surface, text, arena, problem) != API_OK)
+        return problem->id;
+    write_box(text, totals.lower, totals.upper);
+    api_text_key_number(text, "area", totals.area);
+    if (surface->length_unit)
+        api_text_key_string(text, "length_unit", surface->length_unit->name);
+    return API_OK;
+}

@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: MIT */
+/* The faces of a request as one surface for the solver. */
+#ifndef API_REQUEST_SHAPE_SHELL_H
+#define API_REQUEST_SHAPE_SHELL_H
+
+#include "api/json/text.h"
+#include "api/limits.h"
+#include "api/problem.h"
+#include "request.h"
+#include "solver/surface/shell.h"
+
+struct api_shell {
+    struct shell *shell;
+    size_t count;
+    int32_t *numbers;   /* of its faces among those of the surface, rising */
+    int32_t start_face; /* the start's face by its place in the shell, of a start in u and v */
+};
+
+/* Bytes of the spans of all faces, see API_SHAPE_SPANS_MAX. */
+size_t api_shape_shell_bytes(const struct api_surface *surface);
+
+/*
+ * Makes the shell of a decoded request whose surface is one, of the faces that it selects, in
+ * `arena`, and refuses a spacing so small that covering its largest component would take more than
+ * `limits->max_nodes`. Problems name faces by number and name: API_INVALID_REQUEST (faces that
+ * cannot be one surface, the tolerance, the selection, a start on a face that is not selected, the
+ * spacing), API_DEGENERATE_SURFACE (a face without area), API_OUT_OF_MEMORY.
+ */
+enum api_problem_id api_shape_shell(const struct api_request *request,
+                                    const struct api_limits *limits, struct arena *arena,
+                                    struct api_shell *shell,
+                                    struct api_problem *problem) STATUS_MUST_USE;
+
+/* The members of a description that a shell or a mesh has: `faces`, `edges`, `bounding_box`,
+ * `area`, `notes`, ... See `api_shape_describe`. */
+enum api_problem_id api_shape_shell_describe(const struct api_surface *surface,
+                                             struct api_text *text, struct arena *arena,
+                                             struct api_problem *problem) STATUS_MUST_USE;
+
+#endif

@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: MIT */
+#include "faces.h"
+#include "solver/angle.h"
+
+enum { LOOKS = 5 }; /* places of an edge at which its fold is looked at */
+
+/* Of faces that are meant to be smooth or flat. */
+static const double ROUNDING_DEG = 1e-6;
+
+/* The normal of the face on its shell's side. */
+static struct vec3 normal_at(const struct shell *shell, const struct face_curve *curve,
+                             const struct curve_place *place) {
+    const struct face *face = &shell->faces[curve->face];
+    return vec3_scale(face->side, vec3_cross(place->jet.u, place->jet.v));
+}
+
+/* Whether the faces fold along an edge and its mate by no more than `up_to_deg` anywhere. */
+static bool is_smooth(const struct shell *shell, const struct face_edge *edge, double up_to_deg) {
+    const struct face_edge *mate = &shell->edges[edge->mate];
+    const struct face_curve *curve = &shell->curves[edge->curve];
+    const struct face_curve *other = &shell->curves[mate->curve];
+    for (int k = 0; k < LOOKS; k++) {
+        struct curve_place here, there;
+        double share = (k + 0.5) / LOOKS, across = edge->reversed ? 1 - share : share;
+        curve_at(shell, curve, edge->t[0] + share * (edge->t[1] - edge->t[0]), &here);
+        curve_nearest(shell, other, here.r, mate->t[0] + across * (mate->t[1] - mate->t[0]),
+                      mate->t, &there);
+        struct vec3 a = normal_at(shell, curve, &here), b = normal_at(shell, other, &there);
+        if (angle_atan2_deg(vec3_norm(vec3_cross(a, b)), vec3_dot(a, b)) > up_to_deg + ROUNDING_DEG)
+            return false;
+    }
+    return true;
+}
+
+enum status shell_grow(const struct shell *shell, int32_t face, double up_to_deg,
+                       struct arena *arena, uint8_t *reached) {
+    struct arena_mark mark = arena_mark(arena);
+    bool *smooth = arena_alloc(arena, shell->edge_count, sizeof *smooth);
+    if (!smooth)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < shell->edge_count; k++)
+        smooth[k] = shell->edges[k].mate >= 0 && is_smooth(shell, &shell->edges[k], up_to_deg);
+    for (size_t k = 0; k < shell->face_count; k++)
+        reached[k] = k == (size_t)face;
+    for (bool grew = true; grew;) {
+        grew = false;
+        for (size_t k = 0; k < shell->edge_count; k++) {
+            const struct face_edge *edge = &shell->edges[k];
+            if (!smooth[k] || !reached[shell->curves[edge->curve].face])
+                continue;
+            uint8_t *next = &reached[shell->curves[shell->edges[edge->mate].curve].face];
+            grew = grew || !*next;
+            *next = 1;
+        }
+    }
+    arena_rewind(arena, mark);
+    return STATUS_OK;
+}
