@@ -3,7 +3,7 @@
 
 #include "faces.h"
 
-enum { HOPS_MAX = 16 };
+enum { HOPS_MAX = 16, END_ROUNDS = 3 };
 
 /* A joint is preferred to a free edge that is no nearer than this. */
 static const double as_near = 1e-9;
@@ -109,7 +109,39 @@ static bool frame_at(const struct shell *shell, const struct face_edge *edge, do
     return vec3_norm2(tangent) > 0;
 }
 
-/* The joint at a place t of an edge. */
+/* The derivative of the edge's inner parameters by t. */
+static void rate_at(const struct surface *surface, const struct crossing *crossing,
+                    double rate[2]) {
+    const struct shell *shell = surface->shell;
+    const struct face_edge *edge = &shell->edges[crossing->number];
+    struct curve_place place;
+    curve_at(shell, &shell->curves[edge->curve], fmin(fmax(crossing->t, edge->t[0]), edge->t[1]),
+             &place);
+    rate[0] = place.rate[0];
+    rate[1] = place.rate[1];
+}
+
+/* Moves a joint beyond its open end, straight on in the parameters of the face that is left, with
+ * the frames of the end. */
+static bool go_beyond_end(const struct surface *surface, double t, struct crossing *crossing) {
+    struct surface_cursor cursor = {0, 0};
+    struct station place;
+    double rate[2], uv[2];
+    rate_at(surface, crossing, rate);
+    for (int k = 0; k < 2; k++)
+        crossing->edge[k] += t * rate[k];
+    if (!station_at(surface, &cursor, crossing->edge, &place) ||
+        !crossing_carry(crossing, &cursor, &place, END_ROUNDS, uv) ||
+        !station_at(crossing->beyond, &cursor, uv, &place))
+        return false;
+    for (int k = 0; k < 2; k++)
+        crossing->entry[k] = uv[k];
+    crossing->to.at = place.jet.r;
+    return station_at(surface, &cursor, crossing->edge, &place) &&
+           (crossing->from.at = place.jet.r, true);
+}
+
+/* The joint at a place t of an edge, or beyond an open end of it. */
 static bool joint_at(const struct surface *surface, int32_t number, double t,
                      struct crossing *crossing) {
     const struct shell *shell = surface->shell;
@@ -119,7 +151,8 @@ static bool joint_at(const struct surface *surface, int32_t number, double t,
     double guess = edge->reversed ? mate->t[1] - share * (mate->t[1] - mate->t[0])
                                   : mate->t[0] + share * (mate->t[1] - mate->t[0]);
     struct curve_place there;
-    if (!frame_at(shell, edge, t, vec3_make(0, 0, 0), true, crossing->edge, &crossing->from))
+    double on_edge = fmin(fmax(t, edge->t[0]), edge->t[1]);
+    if (!frame_at(shell, edge, on_edge, vec3_make(0, 0, 0), true, crossing->edge, &crossing->from))
         return false;
     (void)curve_nearest(shell, curve, crossing->from.at, guess, mate->t, &there);
     crossing->kind = CROSSING_JOINT;
@@ -127,7 +160,8 @@ static bool joint_at(const struct surface *surface, int32_t number, double t,
     crossing->t = t;
     crossing->beyond = &shell->faces[curve->face].surface;
     return frame_at(shell, mate, there.t, crossing->from.along, false, crossing->entry,
-                    &crossing->to);
+                    &crossing->to) &&
+           (t == on_edge || go_beyond_end(surface, t - on_edge, crossing));
 }
 
 void crossing_find(const struct station *station, struct crossing *crossing) {
@@ -164,7 +198,8 @@ bool crossing_move(const struct surface *surface, double t, struct crossing *cro
     double before[2], turn[2];
     for (int k = 0; k < 2; k++)
         before[k] = crossing->edge[k];
-    t = fmin(fmax(t, edge->t[0]), edge->t[1]);
+    t = edge->open[0] ? t : fmax(t, edge->t[0]);
+    t = edge->open[1] ? t : fmin(t, edge->t[1]);
     if (!joint_at(surface, crossing->number, t, crossing))
         return false;
     for (int k = 0; k < 2; k++) {
@@ -175,11 +210,7 @@ bool crossing_move(const struct surface *surface, double t, struct crossing *cro
 }
 
 void crossing_rate(const struct surface *surface, const struct crossing *crossing, double rate[2]) {
-    const struct shell *shell = surface->shell;
-    struct curve_place place;
-    curve_at(shell, &shell->curves[shell->edges[crossing->number].curve], crossing->t, &place);
-    rate[0] = place.rate[0];
-    rate[1] = place.rate[1];
+    rate_at(surface, crossing, rate);
 }
 
 bool crossing_between(const struct station *station, const struct surface *beyond,
@@ -249,7 +280,8 @@ bool crossing_settle(struct surface_cursor *cursor, struct station *station) {
  * as the edge says; HUGE_VAL where it does not. `at` gets the share of the segment; `by` is one by
  * the domain's lengths. */
 static double leaves_through(const double p[2], const double e[2], const double a[2],
-                             const double b[2], const double by[2], int inside, double *at) {
+                             const double b[2], const double by[2], int inside, const bool open[2],
+                             double *at) {
     double sx = b[0] - a[0], sy = b[1] - a[1];
     double out = (e[0] * sy - e[1] * sx) * inside; /* > 0: from left to right of the segment */
     if (!(out > 0))
@@ -258,8 +290,9 @@ static double leaves_through(const double p[2], const double e[2], const double 
     double ax = a[0] - p[0], ay = a[1] - p[1];
     double share = (ax * sy - ay * sx) / cross;
     *at = (ax * e[1] - ay * e[0]) / cross;
-    double slack = touch / (fabs(sx) * by[0] + fabs(sy) * by[1]);
-    bool hits = share >= -as_near && share <= 1 && *at >= -slack && *at <= 1 + slack;
+    double whole = 1 / (fabs(sx) * by[0] + fabs(sy) * by[1]);
+    bool hits = share >= -as_near && share <= 1 && *at >= -(open[0] ? 1 : touch) * whole &&
+                *at <= 1 + (open[1] ? 1 : touch) * whole;
     return hits ? fmax(share, 0) : HUGE_VAL;
 }
 
@@ -283,8 +316,12 @@ bool crossing_on_way(const struct surface *surface, const double from[2], const 
             a[k] = p[k] + way(&axis[k], p[k], segment->a[k]);
             b[k] = a[k] + segment->b[k] - segment->a[k];
         }
-        double met = leaves_through(p, e, a, b, by, edge->inside, &at);
-        if (met < least) {
+        const bool open[2] = {edge->open[0] && segment->t[0] == edge->t[0],
+                              edge->open[1] && segment->t[1] == edge->t[1]};
+        double met = leaves_through(p, e, a, b, by, edge->inside, open, &at);
+        const double there[2] = {p[0] + met * e[0], p[1] + met * e[1]};
+        double off = fmax(-at, at - 1);
+        if (met < least && (off <= touch || !face_contains(face, there))) {
             least = met;
             first = segment;
             place = at;
@@ -293,7 +330,10 @@ bool crossing_on_way(const struct surface *surface, const double from[2], const 
     if (!first || surface->shell->edges[first->edge].mate == EDGE_FREE)
         return false;
     *share = least;
-    double t = first->t[0] + fmin(fmax(place, 0), 1) * (first->t[1] - first->t[0]);
+    const bool *open = surface->shell->edges[first->edge].open;
+    place = open[0] ? place : fmax(place, 0);
+    place = open[1] ? place : fmin(place, 1);
+    double t = first->t[0] + place * (first->t[1] - first->t[0]);
     if (!joint_at(surface, first->edge, t, crossing))
         return false;
     crossing->distance = 0;

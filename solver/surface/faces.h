@@ -32,6 +32,8 @@ struct face_edge {
     bool reversed; /* the two run against each other */
     bool bare;     /* no boundary: one point, or with the face on both sides */
     int8_t inside; /* the face lies to the left (1) or right (-1) of it in inner (u, v) */
+    bool open[2];  /* joints: that end lies on the boundary of the shell, where the joint goes on in
+                      ghosts' land */
     struct vec3 end[2];
 };
 

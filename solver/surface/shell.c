@@ -166,6 +166,35 @@ static bool link_chains(void *context, int32_t number) {
     return true;
 }
 
+/* Notes at a joint's end that a free edge of its face ends there, too. */
+struct corner {
+    const struct chains *chains;
+    struct face_edge *joint;
+    int end;
+};
+
+static bool open_end(void *context, int32_t number) {
+    struct corner *corner = context;
+    const struct shell *shell = corner->chains->shell;
+    const struct face_edge *edge = &shell->edges[corner->chains->edge[number / 2]];
+    bool same = shell->curves[edge->curve].face == shell->curves[corner->joint->curve].face;
+    double apart = vec3_distance(edge->end[number % 2], corner->joint->end[corner->end]);
+    corner->joint->open[corner->end] = same && apart <= 3 * shell->tolerance;
+    return !corner->joint->open[corner->end];
+}
+
+static void find_open_ends(struct shell *shell, const struct chains *chains,
+                           const struct boxes *boxes) {
+    for (size_t e = 0; e < shell->edge_count; e++) {
+        struct corner corner = {chains, &shell->edges[e], 0};
+        for (; corner.joint->mate != EDGE_FREE && corner.end < 2; corner.end++) {
+            struct vec3 r = corner.joint->end[corner.end];
+            struct box box = box_round(r, r, 0);
+            boxes_visit(boxes, &box, open_end, &corner);
+        }
+    }
+}
+
 /* How many pieces the boundary of each component consists of. */
 static enum status count_boundaries(struct shell *shell, struct arena *arena) {
     struct chains chains = {.shell = shell};
@@ -194,6 +223,8 @@ static enum status count_boundaries(struct shell *shell, struct arena *arena) {
         chains.end = shell->edges[chains.edge[k / 2]].end[k % 2];
         boxes_visit(boxes, &box[k], link_chains, &chains);
     }
+    if (status == STATUS_OK)
+        find_open_ends(shell, &chains, boxes);
     for (size_t k = 0; k < count && status == STATUS_OK; k++)
         if (chains.root[k] == (int32_t)k) {
             const struct face_edge *edge = &shell->edges[chains.edge[k]];

@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: MIT */
+/* Folds and fillets as joints of faces: on a developable part of many faces the net is the flat
+ * square grid, and has no shear. */
+#include "disguise.h"
+#include "profile.h"
+#include "tests/check.h"
+#include <stdio.h>
+
+static const struct method {
+    const char *name;
+    enum drape_method id;
+    double position; /* largest error of a node, in spacings */
+} methods[] = {
+    {"geodesic", DRAPE_GEODESIC, 1e-8},
+    {"gib", DRAPE_GIB, 1e-4},
+    {"gib4", DRAPE_GIB4, 1e-4},
+};
+enum { METHODS = sizeof methods / sizeof *methods, FACES_MAX = 2 * PROFILE_PARTS };
+static const double SHEAR_DEG = 0.01;
+static const uint64_t SEED = 20261123;
+
+/* One face for each piece of the profile, and in two across it; each parametrised anew. */
+static struct shell *cut_sheet(const struct profile_sheet *sheet, uint64_t *seed,
+                               struct arena *arena) {
+    static struct shape piece[FACES_MAX];
+    struct shell_part part[FACES_MAX] = {{0}};
+    struct shell_fault fault;
+    struct shell *shell;
+    size_t count = 0;
+    const struct shape *whole = &sheet->shape;
+    double lower[2], upper[2];
+    shape_domain(whole, lower, upper);
+    for (int k = whole->degree[0]; k < whole->size[0]; k++) {
+        double u[2] = {whole->knots[0][k], whole->knots[0][k + 1]};
+        double v[3] = {lower[1], lower[1] + random_between(seed, 0.2, 0.8) * (upper[1] - lower[1]),
+                       upper[1]};
+        for (int half = 0; half < 2 && u[1] > u[0]; half++) {
+            struct shape *shape = &piece[count];
+            *shape = *whole;
+            shape_cut(shape, u, &v[half]);
+            int flips = disguise_direction(shape, 0, seed) + disguise_direction(shape, 1, seed);
+            if (flips % 2)
+                shape_transpose(shape);
+            struct nurbs nurbs = shape_nurbs(shape);
+            struct surface *surface;
+            assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+            part[count++].surface = surface;
+        }
+    }
+    assert_int_equal(shell_make(part, count, 0, arena, &shell, &fault), STATUS_OK);
+    return shell;
+}
+
+static void check_sheet(const struct profile_sheet *sheet, const struct method *method, double d,
+                        const double start[2], double angle_deg, uint64_t *seed) {
+    struct drape_run run = {.arena = arena_new((size_t)1 << 30)};
+    struct shell *shell = cut_sheet(sheet, seed, run.arena);
+    struct vec3 before, after,
+        across = vec3_unit(vec3_sub(profile_point(sheet, start[0], 1, NULL),
+                                    profile_point(sheet, start[0], 0, NULL)));
+    struct drape_settings settings = {.method = method->id,
+                                      .spacing = {d, d},
+                                      .start_kind = DRAPE_START_POINT,
+                                      .direction_kind = DRAPE_DIRECTION_VECTOR,
+                                      .max_nodes = 1000000};
+    double radians = angle_deg * M_PI / 180;
+    settings.start_point = profile_point(sheet, start[0], start[1], NULL);
+    /* On a fold a direction that is the same on both sides of it. */
+    (void)profile_point(sheet, start[0] - 1e-6, 0, &before);
+    (void)profile_point(sheet, start[0] + 1e-6, 0, &after);
+    struct vec3 along = vec3_unit(vec3_add(before, after));
+    settings.direction_vector =
+        vec3_axpy(sin(radians), across, vec3_scale(cos(radians) / vec3_dot(along, after), along));
+    assert_int_equal(drape_solve_shell(shell, &settings, NULL, run.arena, &run.result), STATUS_OK);
+    grid_make(&run.grid, &run.result.nodes);
+    struct profile_error error = profile_measure(sheet, d, start, angle_deg, &run);
+    printf("    %-8s d %-5g at %3g deg: %6zu nodes, %.1e d, shear %.4f, of cells %.4f deg\n",
+           method->name, d, angle_deg, run.result.nodes.count, error.position, error.node_shear_deg,
+           error.cell_shear_deg);
+    assert_int_equal(error.missing, 0);
+    check_below(error.position, method->position);
+    check_below(error.node_shear_deg, SHEAR_DEG);
+    check_below(error.cell_shear_deg, SHEAR_DEG);
+    grid_free(&run.grid);
+    arena_free(run.arena);
+}
+
+static void check_all(struct profile_sheet *sheet, double d, double s, double t) {
+    static const double angles[] = {0, 20, 45, 70};
+    const double start[2] = {s, t};
+    uint64_t seed = SEED;
+    for (int m = 0; m < METHODS; m++)
+        for (size_t a = 0; a < sizeof angles / sizeof *angles; a++)
+            check_sheet(sheet, &methods[m], d, start, angles[a], &seed);
+}
+
+static void test_exact_shell_folds_hat(void **state) {
+    static const struct profile_part hat[] = {
+        {0, 0, 20}, {3, 80, 25}, {3, -80, 40}, {3, -80, 25}, {3, 80, 20}};
+    static const double spacings[] = {1, 5, 10};
+    static struct profile_sheet sheet;
+    (void)state;
+    for (size_t k = 0; k < sizeof spacings / sizeof *spacings; k++) {
+        profile_make(&sheet, hat, 5, 60);
+        check_all(&sheet, spacings[k], sheet.total / 2, sheet.width / 2);
+    }
+}
+
+/* With the start and so nodes on the fold, or beside it. */
+static void test_exact_shell_folds_crease(void **state) {
+    static struct profile_sheet sheet;
+    (void)state;
+    for (int fold = -150; fold <= 150; fold += 60) {
+        struct profile_part roof[] = {{0, 0, 12}, {0, fold, 12}};
+        printf("  fold of %d degrees\n", fold);
+        profile_make(&sheet, roof, 2, 20);
+        check_all(&sheet, 1, 12, 10);
+        check_all(&sheet, 1, 11.63, 10);
+    }
+}
+
+static void test_exact_shell_folds_joggle(void **state) {
+    static const struct profile_part joggle[] = {{0, 0, 15}, {0.5, 60, 0.4}, {0.5, -60, 15}};
+    static struct profile_sheet sheet;
+    (void)state;
+    profile_make(&sheet, joggle, 3, 20);
+    check_all(&sheet, 2.5, 7.3, 10);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_exact_shell_folds_hat),
+        cmocka_unit_test(test_exact_shell_folds_crease),
+        cmocka_unit_test(test_exact_shell_folds_joggle),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
