@@ -8,6 +8,8 @@
 /** The value of a cell that has none; not NaN, which graphics cards need not know. */
 export const NO_VALUE = Math.fround(1e30);
 
+const COARSE_CELLS = 12000; // of a picture in motion
+
 /** Extremes of a column; 0 and 0 without rows. */
 function range(column) {
   let low = Infinity;
@@ -56,6 +58,49 @@ function makeCells(columns, grid) {
     cellOfNode[owner] = cell;
   }
   return { index, cellOfNode };
+}
+
+/** Fewer triangles for a picture in motion: two for each block of cells that is complete, and those
+ *  of the cells that are in none. The blocks are as large as it takes to be about COARSE_CELLS; null
+ *  where the net is not larger than two of that. */
+function makeCoarse(columns, grid, cellOfNode, index) {
+  const count = index.length / 6;
+  const step = Math.ceil(Math.sqrt(count / COARSE_CELLS));
+  if (count < 2 * COARSE_CELLS) return null;
+  const coarse = new Uint32Array(index.length);
+  let length = 0;
+  const put = (a, b, c, d) => {
+    coarse.set([b, c, a, c, d, a], length);
+    length += 6;
+  };
+  for (let j = grid.jmin; j <= grid.jmax; j += step)
+    for (let i = grid.imin; i <= grid.imax; i += step) {
+      const owners = ownersOf(grid, cellOfNode, i, j, step);
+      if (owners.length === step * step)
+        put(
+          owners[0],
+          nodeAt(grid, i + step, j),
+          nodeAt(grid, i + step, j + step),
+          nodeAt(grid, i, j + step),
+        );
+      else
+        for (const owner of owners) {
+          coarse.set(index.subarray(6 * cellOfNode[owner], 6 * cellOfNode[owner] + 6), length);
+          length += 6;
+        }
+    }
+  return coarse.slice(0, length);
+}
+
+/** The owners of the cells of a block, by rows. */
+function ownersOf(grid, cellOfNode, i, j, step) {
+  const owners = [];
+  for (let b = j; b < j + step; b++)
+    for (let a = i; a < i + step; a++) {
+      const owner = nodeAt(grid, a, b);
+      if (owner >= 0 && cellOfNode[owner] >= 0) owners.push(owner);
+    }
+  return owners;
 }
 
 /** Positions about the middle of the bounds, where single precision is enough. */
@@ -150,6 +195,7 @@ export function makeLattice(columns) {
     grid,
     ...cells,
     ...placed,
+    coarse: makeCoarse(columns, grid, cells.cellOfNode, cells.index),
     normal: makeNormals(placed.position, cells.index),
     sides: makeSides(columns, grid, cells.cellOfNode),
     places: interleave(columns['nodes.i'], columns['nodes.j']),
@@ -164,6 +210,7 @@ export function buffersOf(lattice) {
     lattice.normal,
     lattice.sides,
     lattice.places,
+    ...(lattice.coarse ? [lattice.coarse] : []),
     ...Object.values(lattice.columns),
   ];
   return all.map((array) => array.buffer);

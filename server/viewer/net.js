@@ -36,7 +36,7 @@ const vertexShader = /* glsl */ `
 
 const fragmentShader = /* glsl */ `
   uniform sampler2D map;
-  uniform float low, high, smoothly, yarns, outlines, unrolled;
+  uniform float low, high, smoothly, yarns, outlines, unrolled, coarse;
   uniform vec2 hovered, pinned;
   in vec2 at;
   flat in vec2 cell;
@@ -74,14 +74,16 @@ const fragmentShader = /* glsl */ `
 
     vec2 inner = at - cell;
     vec4 sides = vec4(inner.x, 1.0 - inner.x, inner.y, 1.0 - inner.y) / pixel.xxyy;
-    float locked = step(16.0, ofCell.y) * outlines;
-    tone = mix(tone, vec3(0.95, 0.16, 0.22), 0.6 * locked * room * stroke(toSides(sides, 15.0), 0.8));
-    tone = mix(tone, vec3(0.95, 0.16, 0.22), locked * stroke(toSides(sides, ofCell.y - 16.0), 2.0));
+    float locked = step(16.0, ofCell.y) * outlines, outlined = locked * (1.0 - coarse);
+    tone = mix(tone, vec3(0.95, 0.16, 0.22), 0.6 * outlined * room * stroke(toSides(sides, 15.0), 0.8));
+    tone = mix(tone, vec3(0.95, 0.16, 0.22), outlined * stroke(toSides(sides, ofCell.y - 16.0), 2.0));
     float hatch = abs(fract((gl_FragCoord.x + gl_FragCoord.y) / 9.0) - 0.5) * 9.0; // for cells too small to outline
-    tone = mix(tone, vec3(0.95, 0.16, 0.22), 0.7 * locked * (1.0 - room) * stroke(hatch, 0.7));
+    tone = mix(tone, vec3(0.95, 0.16, 0.22), 0.7 * locked * max(1.0 - room, coarse) * stroke(hatch, 0.7));
 
     float rim = toSides(sides, 15.0);
     float isHovered = step(distance(cell, hovered), 0.5), isPinned = step(distance(cell, pinned), 0.5);
+    isHovered *= 1.0 - coarse;
+    isPinned *= 1.0 - coarse;
     tone = mix(tone, vec3(1.0), 0.35 * isHovered);
     tone = mix(tone, vec3(0.0), max(isHovered, isPinned) * stroke(rim, 3.5));
     tone = mix(tone, vec3(1.0), max(isHovered, isPinned) * stroke(rim, 2.0));
@@ -119,6 +121,17 @@ function makeGeometry(lattice) {
   return geometry;
 }
 
+/** The same vertices with fewer triangles, or the geometry itself. */
+function coarsen(geometry, { coarse }) {
+  if (!coarse) return geometry;
+  const fewer = new THREE.BufferGeometry();
+  fewer.setIndex(new THREE.BufferAttribute(coarse, 1));
+  for (const [name, attribute] of Object.entries(geometry.attributes))
+    fewer.setAttribute(name, attribute);
+  fewer.boundingSphere = geometry.boundingSphere;
+  return fewer;
+}
+
 export class Net {
   /** Without a lattice as yet: that comes with `fill`, any number of times. The shaders stay, because
    *  to make them again takes longer than to drape. */
@@ -134,6 +147,7 @@ export class Net {
       pinned: { value: new THREE.Vector2(NOWHERE, NOWHERE) },
       spacing: { value: new THREE.Vector2(1, 1) },
       plane: section.plane,
+      coarse: { value: 0 },
     };
     this.solid = this.#mesh(0);
     this.flat = this.#mesh(1);
@@ -144,7 +158,8 @@ export class Net {
     this.empty();
     this.lattice = lattice;
     this.geometry = makeGeometry(lattice);
-    for (const mesh of [this.solid, this.flat]) mesh.geometry = this.geometry;
+    this.fewer = coarsen(this.geometry, lattice);
+    this.coarsen(false);
     this.uniforms.spacing.value.set(...spacing);
     for (const which of ['hovered', 'pinned']) this.mark(which, null);
   }
@@ -181,6 +196,12 @@ export class Net {
     this.uniforms.map.value = textures[map];
   }
 
+  /** Draws the net with fewer triangles, or all of them. */
+  coarsen(on) {
+    this.uniforms.coarse.value = on && this.fewer !== this.geometry ? 1 : 0;
+    for (const mesh of [this.solid, this.flat]) mesh.geometry = on ? this.fewer : this.geometry;
+  }
+
   /** Shows or hides yarns and the outlines of locked cells. */
   show({ yarns, locked }) {
     this.uniforms.yarns.value = yarns ? 1 : 0;
@@ -197,8 +218,8 @@ export class Net {
 
   /** Gives the memory on the graphics card back. */
   empty() {
-    this.geometry?.dispose();
-    this.geometry = null;
+    for (const geometry of [this.geometry, this.fewer]) geometry?.dispose();
+    this.geometry = this.fewer = null;
     for (const mesh of [this.solid, this.flat]) mesh.removeFromParent();
   }
 }

@@ -245,6 +245,7 @@ export class Stage {
     this.panes = [];
     this.onView = () => {};
     this.onFrame = () => {};
+    this.onCoarse = () => {};
     this.costs = [0, 0]; // ms of the last pictures in full
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
@@ -276,8 +277,12 @@ export class Stage {
   }
 
   /** Two, because the first one with a shader also waits for that. */
+  get slow() {
+    return Math.min(...this.costs) > SLOW;
+  }
+
   get #coarse() {
-    return this.moving && Math.min(...this.costs) > SLOW;
+    return this.moving && this.slow;
   }
 
   /** Notes how long the graphics card takes for what was drawn. */
@@ -308,6 +313,7 @@ export class Stage {
 
   draw() {
     this.#resize();
+    if (this.drawsCoarse !== this.#coarse) this.onCoarse((this.drawsCoarse = this.#coarse));
     const { renderer, canvas } = this;
     const box = canvas.getBoundingClientRect();
     renderer.setScissor(0, 0, box.width, box.height);
@@ -329,6 +335,7 @@ export class Stage {
    *  drawn once more, into one pixel, with numbers for colours. */
   pick(pane, mesh, clientX, clientY) {
     const { renderer, target } = this;
+    if (this.drawsCoarse) this.onCoarse((this.drawsCoarse = false));
     const box = pane.element.getBoundingClientRect();
     const material = mesh.material;
     const others = pane.scene.children.filter((object) => object !== mesh && object.visible);

@@ -17,6 +17,7 @@ import { cornersOf } from './readout.js';
 import { setSection } from './section.js';
 
 const CLICK = 5; // pixels that a click may move
+const HOVER_REST_MS = 120; // of the pointer, before a slow graphics card looks for what it is on
 const NO_WEBGL =
   'This browser shows no WebGL 2, which the pictures need. Turn on hardware acceleration in its ' +
   'settings, or use another browser. Draping, numbers, charts and downloads work here all the same.';
@@ -63,6 +64,9 @@ export class View {
     stage.onView = () => {
       this.moved = true;
       this.onEye();
+    };
+    stage.onCoarse = (on) => {
+      for (const { net } of Object.values(this.slots)) net.coarsen(on);
     };
     stage.onFrame = () => {
       this.#moveHandle();
@@ -137,6 +141,7 @@ export class View {
     if (!lattice) return;
     const net = (this.nets[slot] ||= new Net());
     net.fill(lattice, spacing);
+    net.coarsen(Boolean(this.stage.drawsCoarse));
     const pane = this.panes[{ one: 'solid', two: 'other', difference: 'difference' }[slot]];
     const entry = { net, lattice, spacing, pane, front: frontOf(lattice), marks: {} };
     this.slots[slot] = entry;
@@ -298,11 +303,14 @@ export class View {
 
   #hover(pane, slot, { clientX, clientY }) {
     this.lastMove = { pane, slot, clientX, clientY };
-    this.hovering ||= requestAnimationFrame(() => {
+    const look = () => {
       this.hovering = null;
       const { pane, slot, ...event } = this.lastMove;
       this.onHover(this.hit(pane, slot, event));
-    });
+    };
+    clearTimeout(this.resting);
+    if (this.stage.slow) this.resting = setTimeout(look, HOVER_REST_MS);
+    else this.hovering ||= requestAnimationFrame(look);
   }
 
   /** The cell and its nearest node at a place of the window, or null. */

@@ -318,6 +318,16 @@ test('trouble: a million cells are shown, and change their colours', async () =>
   await picture(other, 'million');
   assert.equal(await other.evaluate(() => globalThis.resized), 0);
   assert.ok((await colours(other, '#panes')) > 200);
+  // While it turns it has fewer triangles, and is the same part; at rest it is whole again.
+  const box = await other.locator('#pane-solid').boundingBox();
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+  await other.mouse.move(x, y);
+  await other.mouse.down();
+  await other.mouse.move(x + 40, y);
+  await drawn(other);
+  const turning = await colours(other, '#pane-solid');
+  assert.ok(turning > 100, `${turning} colours while it turns`);
+  await other.mouse.up();
   await other.selectOption('#field', 'thickness');
   await drawn(other);
   assert.match(await other.getAttribute('#scale svg', 'aria-label'), /Thickness/);
