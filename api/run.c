@@ -9,7 +9,9 @@
 #include "api/request/shape_shell.h"
 #include "api/result/columns.h"
 #include "api/result/fields.h"
+#include "api/result/warnings.h"
 #include "threads.h"
+#include <math.h>
 #include <string.h>
 #include <time.h>
 
@@ -83,6 +85,19 @@ static void number_faces(const struct api_shell *shell, struct drape_result *res
     result->start_face = shell->numbers[result->start_face];
     for (size_t k = 0; result->nodes.face && k < result->nodes.count; k++)
         result->nodes.face[k] = shell->numbers[result->nodes.face[k]];
+    for (size_t k = 0; result->rim.face && k < result->rim.count; k++)
+        result->rim.face[k] = shell->numbers[result->rim.face[k]];
+}
+
+/* The fibres keep their volume; the ply has that of its unsheared area, or fills the cavity. */
+static void add_volumes(const struct api_request *request, struct api_summary *summary) {
+    const struct api_fabric *fabric = &request->fabric;
+    double ply = summary->flat_area * fabric->plies * fabric->thickness;
+    double fraction = fabric->fiber_volume_fraction;
+    bool given = ply > 0 && fraction > 0, rigid = request->cavity.rigid;
+    double whole = rigid ? summary->cloth_area * request->cavity.height : ply;
+    summary->fiber_volume = given ? fraction * ply : -1;
+    summary->pore_volume = given ? fmax(whole - fraction * ply, 0) : -1;
 }
 
 static void summarise(const struct api_request *request, const struct drape_result *result,
@@ -94,6 +109,7 @@ static void summarise(const struct api_request *request, const struct drape_resu
         .cells = result->cells.count,
         .coverage = s->coverage,
         .cloth_coverage = s->cloth_coverage,
+        .part_area = s->part_area,
         .cloth_area = s->cloth_area,
         .flat_area = s->flat_area,
         .max_shear_deg = s->max_shear_deg,
@@ -110,12 +126,14 @@ static void summarise(const struct api_request *request, const struct drape_resu
         .solver_version = DRAPE_SOLVER_VERSION,
     };
     memcpy(summary->front_reasons, s->front_reasons, sizeof summary->front_reasons);
+    add_volumes(request, summary);
 }
 
-static enum api_problem_id write_result(const struct api_request *request,
-                                        const struct drape_result *result, double solve_ms,
+static enum api_problem_id write_result(const struct warnings_subject *subject, double solve_ms,
                                         const struct api_sink *sink, struct arena *arena,
                                         struct api_problem *problem) {
+    const struct api_request *request = subject->request;
+    const struct drape_result *result = subject->result;
     struct api_fields fields;
     struct api_columns header = {
         .grid = {.warp = {result->warp_range[0], result->warp_range[1]},
@@ -129,6 +147,7 @@ static enum api_problem_id write_result(const struct api_request *request,
         .unit = request->length_unit,
     };
     summarise(request, result, solve_ms, &header.summary);
+    warnings_make(subject, &header.summary);
     if (api_fields_list(&fields, request, result, arena) != STATUS_OK) {
         api_problem_set(problem, API_OUT_OF_MEMORY, "the drape needs more memory than allowed");
         return problem->id;
@@ -169,7 +188,11 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
     if (problem->id != API_OK)
         return problem->id;
     number_faces(&shell, &result);
-    return write_result(&request, &result, solve_ms, sink, arena, problem);
+    size_t components = mesh          ? mesh->component_count
+                        : shell.shell ? shell_component_count(shell.shell)
+                                      : 1;
+    const struct warnings_subject subject = {&request, &result, surface, components};
+    return write_result(&subject, solve_ms, sink, arena, problem);
 }
 
 enum api_problem_id api_run(const struct api_input *input, const struct api_limits *limits,

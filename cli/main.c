@@ -320,11 +320,22 @@ static bool write_map(const struct arguments *arguments, const struct api_reader
 
 /* ---- all of it ---- */
 
+/* On standard error, so that whoever reads the document alone knows as well. */
+static void print_warnings(const struct api_reader *reader, struct api_problem *problem) {
+    static struct api_columns columns;
+    if (api_columns_open(reader, &columns, problem) != API_OK)
+        return;
+    for (size_t k = 0; k < columns.summary.warnings.count; k++)
+        files_complain("warning", columns.summary.warnings.list[k].detail);
+}
+
 static bool drape(struct arguments *arguments, const struct files_bytes *request, FILE *container,
                   const struct files_output *output) {
     const struct api_reader reader = {read_container, container};
     struct api_problem problem = {0};
     bool ok = solve(request, &arguments->limits, container, arguments->id, &problem);
+    if (ok)
+        print_warnings(&reader, &problem);
     if (ok && arguments->map)
         ok = write_map(arguments, &reader, output, &problem);
     else if (ok)

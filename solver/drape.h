@@ -149,18 +149,21 @@ struct drape_rim {
 enum drape_outcome { DRAPE_COMPLETE, DRAPE_PARTIAL };
 
 struct drape_summary {
-    enum drape_outcome outcome;    /* complete: it has cells, and `cloth_coverage` is at least
-                                      DRAPE_COMPLETE_COVERAGE */
-    double coverage;               /* share of the (trimmed) surface's area in cells, 0..1 */
-    double cloth_coverage;         /* the same with the cells that the rim cuts */
-    double cloth_area;             /* of the cloth within the rim, on the surface */
-    double flat_area;              /* the same unsheared: that of the cut pattern */
-    double max_shear_deg;          /* the largest absolute shear of the cloth up to its rim */
-    double max_shear_at[2];        /* where it is, p and q */
-    struct vec3 max_shear_point;   /* and in space */
-    double mean_shear_deg;         /* of the absolute shear, by area, the cells that the rim cuts
-                                      included */
-    double p95_shear_deg;          /* 95 % of the area has less */
+    enum drape_outcome outcome;  /* complete: it has cells, and `cloth_coverage` is at least
+                                    DRAPE_COMPLETE_COVERAGE */
+    double coverage;             /* share of the (trimmed) surface's area in cells, 0..1 */
+    double cloth_coverage;       /* the same with the cells that the rim cuts */
+    double part_area;            /* to be covered */
+    double cloth_area;           /* of the cloth within the rim, on the surface */
+    double flat_area;            /* the same unsheared: that of the cut pattern */
+    double max_shear_deg;        /* the largest absolute shear of the cloth up to its rim */
+    double max_shear_at[2];      /* where it is, p and q */
+    struct vec3 max_shear_point; /* and in space */
+    double mean_shear_deg;       /* of the absolute shear, by area, the cells that the rim cuts
+                                    included */
+    double p95_shear_deg;        /* 95 % of the area has less */
+    bool overlaps; /* in the flat the rim crosses itself: some of the cloth would have to be in two
+                      places of the part */
     double residual_max;           /* largest |edge / promised length - 1| */
     double newton_iterations_mean; /* steps per node found by Newton */
     double error_estimate_max;     /* negative when the method gives none */

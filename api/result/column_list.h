@@ -62,6 +62,7 @@
     X(RIM, z, z, SCALAR, "length", ALWAYS, "position")                                             \
     X(RIM, u, u, SCALAR, "", ALWAYS, "parameter u of the surface; on a mesh the triangle")         \
     X(RIM, v, v, SCALAR, "", ALWAYS, "parameter v of the surface; on a mesh 0")                    \
+    X(RIM, face, face, INTEGER, "", FACES, "number of the face that u and v are parameters of")    \
     X(RIM, p, p, SCALAR, "", ALWAYS, "place along the warp: i as a real number")                   \
     X(RIM, q, q, SCALAR, "", ALWAYS, "place along the weft: j as a real number")                   \
     X(RIM, covered, covered, FLAG, "", ALWAYS, "0 where no cloth reaches the edge")

@@ -128,6 +128,8 @@ static const void *values_of(const struct api_fields *fields, enum column_id id,
         return front->reason;
     case COLUMN_RIM_loop:
         return rim->loop;
+    case COLUMN_RIM_face:
+        return rim->face;
     case COLUMN_RIM_x:
         return rim->x;
     case COLUMN_RIM_y:

@@ -4,6 +4,7 @@
 #include "api/json/place.h"
 #include "api/json/text.h"
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -55,6 +56,20 @@ static void write_place(struct api_text *text, const double *place) {
     api_text_raw(text, "}");
 }
 
+static void write_warnings(struct api_text *text, const struct api_warnings *warnings) {
+    api_text_raw(text, "[");
+    for (size_t k = 0; k < warnings->count; k++) {
+        const struct api_warning *warning = &warnings->list[k];
+        api_text_raw(text, k ? ",{" : "{");
+        api_text_key_string(text, "code", warning->code);
+        api_text_key_string(text, "detail", warning->detail);
+        if (*warning->pointer)
+            api_text_key_string(text, "pointer", warning->pointer);
+        api_text_raw(text, "}");
+    }
+    api_text_raw(text, "]");
+}
+
 static void write_timing(struct api_text *text, double solve_ms, double queue_ms) {
     api_text_raw(text, "{");
     if (queue_ms >= 0)
@@ -84,6 +99,9 @@ static void write_member(struct api_text *text, enum summary_kind kind, const vo
         break;
     case SUMMARY_REASONS:
         write_reasons(text, value);
+        break;
+    case SUMMARY_WARNINGS:
+        write_warnings(text, value);
         break;
     case SUMMARY_TIMING:
         write_timing(text, *number, queue_ms);
@@ -136,6 +154,25 @@ static void read_place(const struct json_place *place, double *values) {
     }
 }
 
+static void read_text(const struct json_place *object, const char *key, char *to, size_t size) {
+    struct json_place place = place_member(object, key);
+    const char *text;
+    if (place_given(&place) && place_string(&place, &text))
+        snprintf(to, size, "%s", text);
+}
+
+static void read_warnings(const struct json_place *place, struct api_warnings *warnings) {
+    size_t count = place_length(place);
+    warnings->count = count < API_WARNINGS_MAX ? count : API_WARNINGS_MAX;
+    for (size_t k = 0; k < warnings->count; k++) {
+        struct json_place own = place_element(place, k);
+        struct api_warning *warning = &warnings->list[k];
+        read_text(&own, "code", warning->code, sizeof warning->code);
+        read_text(&own, "detail", warning->detail, sizeof warning->detail);
+        read_text(&own, "pointer", warning->pointer, sizeof warning->pointer);
+    }
+}
+
 static void read_member(const struct json_place *place, enum summary_kind kind, void *value) {
     struct json_place solve = place_member(place, "solve");
     int outcome = DRAPE_COMPLETE;
@@ -164,6 +201,9 @@ static void read_member(const struct json_place *place, enum summary_kind kind, 
             struct json_place count = place_member(place, drape_reason_name((enum drape_reason)i));
             ((size_t *)value)[i] = read_count(&count);
         }
+        break;
+    case SUMMARY_WARNINGS:
+        read_warnings(place, value);
         break;
     case SUMMARY_TIMING:
         read_number(&solve, value);

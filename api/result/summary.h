@@ -20,6 +20,7 @@
     X(COUNT, cells, "cells", "cells of the net")                                                   \
     X(NUMBER, coverage, "coverage", "share of the surface's area that lies in cells, 0 to 1")      \
     X(NUMBER, cloth_coverage, "cloth_coverage", "the same with the cells that the rim cuts")       \
+    X(NUMBER, part_area, "part_area", "area to be covered, in the square of the length unit")      \
     X(NUMBER, cloth_area, "cloth_area", "area of the cloth up to its rim")                         \
     X(NUMBER, flat_area, "flat_area", "the same before it was sheared: that of the pattern")       \
     X(NUMBER, max_shear_deg, "max_shear_deg", "greatest \\|γ\\| of the cloth up to its rim")       \
@@ -33,12 +34,26 @@
     X(NUMBER, newton_iterations_mean, "newton_iterations_mean", "steps for a node found by Newton")\
     X(POSITIVE, error_estimate_max, "error_estimate_max",                                          \
       "greatest `error_estimate`; null without one")                                               \
+    X(POSITIVE, fiber_volume, "fiber_volume",                                                      \
+      "of the fibres in the cloth; null without thickness and fibre volume fraction")              \
+    X(POSITIVE, pore_volume, "pore_volume", "what is left for the resin; null alike")              \
     X(REASONS, front_reasons, "front_reasons", "places of the front by reason")                    \
+    X(WARNINGS, warnings, "warnings", "what to know before it is used: `code`, `detail`, `pointer`")\
     X(TIMING, solve_ms, "timing_ms", "`solve`: time of the solver; `queue`: this job's wait")      \
     X(VERSION, solver_version, "solver_version", "version of the solver")
 /* clang-format on */
 
 enum { API_VERSION_SIZE = 32, SUMMARY_PLACE_SIZE = 5 };
+
+enum { API_WARNINGS_MAX = 12 };
+
+struct api_warnings {
+    size_t count;
+    struct api_warning {
+        char code[24], pointer[40]; /* the pointer may be "" */
+        char detail[240];
+    } list[API_WARNINGS_MAX];
+};
 
 enum summary_kind {
     SUMMARY_OUTCOME,
@@ -47,6 +62,7 @@ enum summary_kind {
     SUMMARY_POSITIVE, /* null when negative: there is none */
     SUMMARY_PLACE,    /* p, q, x, y, z */
     SUMMARY_REASONS,
+    SUMMARY_WARNINGS,
     SUMMARY_TIMING,
     SUMMARY_VERSION
 };
@@ -57,6 +73,7 @@ enum summary_kind {
 #define SUMMARY_MEMBER_POSITIVE(name) double name;
 #define SUMMARY_MEMBER_PLACE(name) double name[SUMMARY_PLACE_SIZE];
 #define SUMMARY_MEMBER_REASONS(name) size_t name[DRAPE_REASON_COUNT];
+#define SUMMARY_MEMBER_WARNINGS(name) struct api_warnings name;
 #define SUMMARY_MEMBER_TIMING(name) double name;
 #define SUMMARY_MEMBER_VERSION(name) char name[API_VERSION_SIZE];
 

@@ -4,6 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Rounding, and the corners that straight lines cut, leave the shares of cells this exact. */
+static const double twice = 1e-2;
+
 /* What an edge adds to a cell that it passes. */
 struct crossing {
     int32_t i, j;
@@ -96,7 +99,7 @@ static struct rim_cell gather_cell(const struct crossings *c, size_t *k, double 
     }
     cell.p /= length;
     cell.q /= length;
-    cell.share = fmin(fmax(area - *rise, 0), 1);
+    cell.share = area - *rise;
     return cell;
 }
 
@@ -117,7 +120,11 @@ enum status rim_cells_make(struct march *march, const struct rim *rim, struct ri
     for (size_t k = 0; k < c.count;) {
         bool new_row = cells->count == 0 || cells->cells[cells->count - 1].j != c.all[k].j;
         rise = new_row ? 0 : rise;
-        cells->cells[cells->count++] = gather_cell(&c, &k, &rise);
+        struct rim_cell cell = gather_cell(&c, &k, &rise);
+        bool beyond = cell.share > 1 + twice || cell.share < -twice;
+        cells->overlaps = cells->overlaps || (rim->covered && beyond);
+        cell.share = fmin(fmax(cell.share, 0), 1);
+        cells->cells[cells->count++] = cell;
     }
     return STATUS_OK;
 }

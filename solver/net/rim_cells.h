@@ -20,6 +20,7 @@ struct rim_cell {
 struct rim_cells {
     struct rim_cell *cells; /* sorted by j, then i */
     size_t count;
+    bool overlaps; /* the rim goes round some of a cell twice, or the wrong way round */
 };
 
 /* Finds them, in the march's arena. Errors: STATUS_OUT_OF_MEMORY. */

@@ -230,6 +230,8 @@ static void measure(struct march *march, struct rim *rim, const struct rim_cells
     s->max_shear_point = g.most.r;
     s->mean_shear_deg = spread.area > 0 ? spread.moment / spread.area : 0;
     s->p95_shear_deg = fmin(quantile(&spread, 0.95), s->max_shear_deg);
+    s->overlaps = cells->overlaps;
+    s->part_area = march_area(march);
     s->cloth_area = spread.area * d[0] * d[1];
     s->flat_area = g.flat * d[0] * d[1];
     s->cloth_coverage = cloth_coverage(&g);

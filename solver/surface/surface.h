@@ -17,6 +17,7 @@
 #include <stdbool.h>
 
 struct surface;
+struct trim;
 
 /* Point and derivatives at (u, v), in the surface's unit and per unit of parameter. */
 struct surface_jet {
@@ -53,6 +54,10 @@ void surface_bounds(const struct surface *surface, struct vec3 *lower, struct ve
 /* Area in the square of the surface's unit, by Gauss quadrature of |r_u x r_v| over the spans, and
  * its centroid (may be NULL). */
 double surface_area(const struct surface *surface, struct vec3 *centroid);
+
+/* The least radius of curvature among samples of the surface's regular places, a few in each span,
+ * within the region (NULL: all of it); infinite where it is flat. */
+double surface_least_radius(const struct surface *surface, const struct trim *trim);
 
 /* The point of the surface nearest to `point`: its parameters, inside the domain, and its distance,
  * to 1e-10 of the surface's size; by branch and bound over the spans, then Newton on the distance.

@@ -1,0 +1,216 @@
+/* SPDX-License-Identifier: MIT */
+#include "warnings.h"
+
+#include "permeability.h"
+#include "solver/permeability.h"
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Fewer cells than this tell little of a drape; a spacing is proposed that gives more than that. */
+static const double few_cells = 25, many_cells = 100;
+
+/* Hardly a woven fabric bears more; a drape without a locking angle is let pass up to it. */
+static const double usual_locking_deg = 60;
+
+/* Diagonals of parts in metres: from a clip to the blade of a wind turbine; and what most have. */
+static const double least_size = 0.005, largest_size = 120;
+static const double usual_least = 0.05, usual_largest = 10;
+
+/* The control net is this much longer in the order it was given. */
+static const double longer_net = 1.25;
+
+__attribute__((format(printf, 4, 5))) static void
+add(struct api_warnings *warnings, const char *code, const char *pointer, const char *detail, ...) {
+    struct api_warning *warning = &warnings->list[warnings->count];
+    va_list values;
+    if (warnings->count == API_WARNINGS_MAX)
+        return;
+    warnings->count++;
+    snprintf(warning->code, sizeof warning->code, "%s", code);
+    snprintf(warning->pointer, sizeof warning->pointer, "%s", pointer);
+    va_start(values, detail);
+    vsnprintf(warning->detail, sizeof warning->detail, detail, values);
+    va_end(values);
+}
+
+static void check_packing(const struct warnings_subject *s, struct api_summary *summary) {
+    const struct api_request *request = s->request;
+    if (!(summary->packing_exceeded_cells > 0))
+        return;
+    const struct api_cavity *cavity = &request->cavity;
+    double fraction = request->fabric.fiber_volume_fraction;
+    if (cavity->rigid)
+        fraction *= request->fabric.plies * request->fabric.thickness / cavity->height *
+                    permeability_areal_ratio(summary->max_shear_deg);
+    add(&summary->warnings, "packing_exceeded",
+        cavity->rigid ? "/cavity/height" : "/fabric/fiber_volume_fraction",
+        "%.0f of %zu cells hold more fibres than can be packed, a fibre volume fraction of up to "
+        "%.3g where the limit is %.3g%s",
+        summary->packing_exceeded_cells, summary->cells, fraction,
+        api_packing_limit(&request->permeability), cavity->rigid ? ": the cavity is too thin" : "");
+}
+
+static void check_locking(const struct warnings_subject *s, struct api_summary *summary) {
+    double angle = s->request->fabric.locking_angle_deg, most = summary->max_shear_deg;
+    static const char pointer[] = "/fabric/locking_angle_deg";
+    if (angle < 0 && most > usual_locking_deg)
+        add(&summary->warnings, "locked", pointer,
+            "the cloth is sheared by up to %.1f degrees, and no locking angle was given; most "
+            "woven "
+            "fabrics wrinkle at 40 to 60",
+            most);
+    else if (angle >= 0 && summary->locked_cells > 0)
+        add(&summary->warnings, "locked", pointer,
+            "%.0f of %zu cells are sheared beyond the locking angle of %g degrees, up to %.1f: the "
+            "fabric would wrinkle there",
+            summary->locked_cells, summary->cells, angle, most);
+    else if (angle >= 0 && most > angle)
+        add(&summary->warnings, "locked", pointer,
+            "at its rim the cloth is sheared by up to %.1f degrees, beyond the locking angle of %g",
+            most, angle);
+}
+
+/* Down to two digits. */
+static double rounded_down(double value) {
+    double unit = pow(10, floor(log10(value)) - 1);
+    return floor(value / unit) * unit;
+}
+
+static void check_coarse(const struct warnings_subject *s, struct api_summary *summary) {
+    if ((double)summary->cells >= few_cells)
+        return;
+    add(&summary->warnings, "coarse", "/fabric/spacing",
+        "the net has %zu %s, too few to judge by: a spacing of %.2g %s would give more than %g",
+        summary->cells, summary->cells == 1 ? "cell" : "cells",
+        rounded_down(sqrt(summary->part_area / (1.5 * many_cells))), s->request->length_unit->name,
+        many_cells);
+}
+
+static void check_fillets(const struct warnings_subject *s, struct api_summary *summary) {
+    const double *d = s->request->settings.spacing;
+    if (!s->surface)
+        return;
+    double radius = surface_least_radius(s->surface, s->request->settings.trim);
+    if (radius < fmin(d[0], d[1]))
+        add(&summary->warnings, "fillet", "/fabric/spacing",
+            "the surface bends with a radius of %.3g %s, which is less than the spacing: yarns go "
+            "round it within a cell",
+            radius, s->request->length_unit->name);
+}
+
+/* The diagonal of the box round the nodes and the rim. */
+static double size_of(const struct drape_result *result) {
+    const double *const columns[2][3] = {{result->nodes.x, result->nodes.y, result->nodes.z},
+                                         {result->rim.x, result->rim.y, result->rim.z}};
+    const size_t counts[2] = {result->nodes.count, result->rim.count};
+    double sum = 0;
+    for (int axis = 0; axis < 3; axis++) {
+        double low = HUGE_VAL, high = -HUGE_VAL;
+        for (int table = 0; table < 2; table++)
+            for (size_t k = 0; k < counts[table]; k++) {
+                low = fmin(low, columns[table][axis][k]);
+                high = fmax(high, columns[table][axis][k]);
+            }
+        sum += high > low ? (high - low) * (high - low) : 0;
+    }
+    return sqrt(sum);
+}
+
+/* The unit in which the part would have a usual size: millimetres before others. */
+static const struct api_unit *likely_unit(double size) {
+    const struct api_unit *best = NULL;
+    for (int k = 0; k < API_UNIT_COUNT; k++) {
+        double metres = size * api_units[k].metres;
+        bool fits = metres >= usual_least && metres <= usual_largest;
+        if (fits && (!best || strcmp(api_units[k].name, "mm") == 0))
+            best = &api_units[k];
+    }
+    return best;
+}
+
+static void check_size(const struct warnings_subject *s, struct api_summary *summary) {
+    const struct api_unit *unit = s->request->length_unit;
+    double size = size_of(s->result), metres = size * unit->metres;
+    const struct api_unit *likely = likely_unit(size);
+    if ((metres >= least_size && metres <= largest_size) || size == 0)
+        return;
+    add(&summary->warnings, "size", "/length_unit",
+        "the part is %.3g %s large, which is unlikely%s%s%s", size, unit->name,
+        likely ? "; in " : "", likely ? likely->name : "", likely ? " it would be likely" : "");
+}
+
+/* The length of all edges of the control net when point (i, j) is number i stride_u + j stride_v.
+ */
+static double net_length(const struct nurbs *nurbs, size_t stride_u, size_t stride_v) {
+    double sum = 0;
+    size_t nu = (size_t)nurbs->u.size, nv = (size_t)nurbs->v.size;
+    for (size_t i = 0; i < nu; i++)
+        for (size_t j = 0; j < nv; j++) {
+            struct vec3 own = nurbs->points[i * stride_u + j * stride_v];
+            if (i + 1 < nu)
+                sum += vec3_distance(own, nurbs->points[(i + 1) * stride_u + j * stride_v]);
+            if (j + 1 < nv)
+                sum += vec3_distance(own, nurbs->points[i * stride_u + (j + 1) * stride_v]);
+        }
+    return sum;
+}
+
+static void check_order(const struct warnings_subject *s, struct api_summary *summary) {
+    const struct nurbs *nurbs = &s->request->surface.nurbs;
+    if (s->request->surface.kind != API_SURFACE_NURBS || nurbs->u.size == nurbs->v.size)
+        return;
+    double given = net_length(nurbs, (size_t)nurbs->v.size, 1);
+    double other = net_length(nurbs, 1, (size_t)nurbs->u.size);
+    if (given > longer_net * other)
+        add(&summary->warnings, "points_order", "/surface/control_points",
+            "the control net runs to and fro, %.2g times as long as with the points in the other "
+            "order: v must run fastest, with size_u %d and size_v %d",
+            given / other, nurbs->u.size, nurbs->v.size);
+}
+
+/* Loops of the rim that no cloth reaches anywhere. */
+static size_t loops_out_of_reach(const struct drape_rim *rim) {
+    size_t count = 0;
+    for (size_t first = 0, k = 0; k < rim->count; k++) {
+        bool last = k + 1 == rim->count || rim->loop[k + 1] != rim->loop[k], reached = false;
+        if (!last)
+            continue;
+        for (; first <= k; first++)
+            reached = reached || rim->covered[first];
+        count += !reached;
+    }
+    return count;
+}
+
+static void check_components(const struct warnings_subject *s, struct api_summary *summary) {
+    size_t loops = loops_out_of_reach(&s->result->rim);
+    if (s->components > 1)
+        add(&summary->warnings, "components", "/surface",
+            "the surface has %zu parts that are not connected; the net is on the one with the "
+            "start",
+            s->components);
+    else if (loops > 0 && summary->cells > 0)
+        add(&summary->warnings, "components", "/surface",
+            "the net does not reach %zu of the closed edges of the part", loops);
+}
+
+static void check_overlap(const struct warnings_subject *s, struct api_summary *summary) {
+    if (s->result->summary.overlaps)
+        add(&summary->warnings, "overlap", "/start",
+            "in the flat the rim crosses itself: cloth for two places of the part would have to be "
+            "cut from the same place");
+}
+
+void warnings_make(const struct warnings_subject *subject, struct api_summary *summary) {
+    summary->warnings.count = 0;
+    check_coarse(subject, summary);
+    check_components(subject, summary);
+    check_overlap(subject, summary);
+    check_locking(subject, summary);
+    check_packing(subject, summary);
+    check_fillets(subject, summary);
+    check_size(subject, summary);
+    check_order(subject, summary);
+}

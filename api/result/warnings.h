@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What a careful engineer would say aloud of a drape that worked: `warnings` of its summary. Each
+ * has a code, a sentence with the numbers that it rests on, and mostly the place in the request
+ * that would change it.
+ */
+#ifndef API_RESULT_WARNINGS_H
+#define API_RESULT_WARNINGS_H
+
+#include "api/request/request.h"
+#include "summary.h"
+
+/* The drape and what was draped. */
+struct warnings_subject {
+    const struct api_request *request;
+    const struct drape_result *result;
+    const struct surface *surface; /* NULL on a mesh */
+    size_t components; /* of the mesh or shell: parts that are not connected; 1 for a surface */
+};
+
+/* Sets summary->warnings from the subject and the other members of `summary`. */
+void warnings_make(const struct warnings_subject *subject, struct api_summary *summary);
+
+#endif

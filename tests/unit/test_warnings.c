@@ -1,0 +1,193 @@
+/* SPDX-License-Identifier: MIT */
+/* The warnings of a summary: each comes when it should, and does not when it need not. */
+#include "support.h"
+#include "tests/check.h"
+#include <stdio.h>
+#include <string.h>
+
+/* A plane of 1 by 1. */
+#define PLANE                                                                                      \
+    "{\"degree_u\":1,\"degree_v\":1,\"size_u\":2,\"size_v\":2,\"knotvector_u\":[0,0,1,1],"         \
+    "\"knotvector_v\":[0,0,1,1],\"control_points\":[[0,0,0],[0,1,0],[1,0,0],[1,1,0]]}"
+
+/* z = a (x^2 - y^2) over [-1, 1]^2: for 2 a = 1 with 30 degrees of shear at its corners, for
+ * 2 a = 2 with 53. */
+#define SADDLE(a)                                                                                  \
+    "{\"degree_u\":2,\"degree_v\":2,\"size_u\":3,\"size_v\":3,\"knotvector_u\":[0,0,0,1,1,1],"     \
+    "\"knotvector_v\":[0,0,0,1,1,1],\"control_points\":[[-1,-1,0],[-1,0," a "],[-1,1,0],"          \
+    "[0,-1,-" a "],[0,0,0],[0,1,-" a "],[1,-1,0],[1,0," a "],[1,1,0]]}"
+
+/* A trough of 2 by 1 with the radius of curvature 1 / k at its bottom, z = k x^2 / 2. */
+#define TROUGH(high, low)                                                                          \
+    "{\"degree_u\":2,\"degree_v\":1,\"size_u\":3,\"size_v\":2,\"knotvector_u\":[0,0,0,1,1,1],"     \
+    "\"knotvector_v\":[0,0,1,1],\"control_points\":[[-1,0," high "],[-1,1," high "],[0,0," low     \
+    "],[0,1," low "],[1,0," high "],[1,1," high "]]}"
+
+/* Two by four points on a plane of 1 by 3, with v running fastest, and with u. */
+#define ROWS(points)                                                                               \
+    "{\"degree_u\":1,\"degree_v\":1,\"size_u\":2,\"size_v\":4,\"knotvector_u\":[0,0,1,1],"         \
+    "\"knotvector_v\":[0,0,1,2,3,3],\"control_points\":[" points "]}"
+
+#define SQUARES(gap)                                                                               \
+    "{\"vertices\":[[0,0,0],[1,0,0],[1,1,0],[0,1,0],[" gap ",0,0],[2,0,0],[2,1,0],[" gap ",1,0]]," \
+    "\"triangles\":[[0,1,2],[0,2,3],[4,5,6],[4,6,7],[1,4,7],[1,7,2]]}"
+#define APART                                                                                      \
+    "{\"vertices\":[[0,0,0],[1,0,0],[1,1,0],[0,1,0],[1.2,0,0],[2,0,0],[2,1,0],[1.2,1,0]],"         \
+    "\"triangles\":[[0,1,2],[0,2,3],[4,5,6],[4,6,7]]}"
+
+struct expectation {
+    const char *code, *with, *without; /* requests */
+};
+
+static const struct expectation expectations[] = {
+    {"coarse", "{\"surface\":" PLANE ",\"fabric\":{\"spacing\":0.3}}",
+     "{\"surface\":" PLANE ",\"fabric\":{\"spacing\":0.1}}"},
+    {"coarse", "{\"surface\":" PLANE ",\"fabric\":{\"spacing\":5000}}",
+     "{\"surface\":" PLANE ",\"fabric\":{\"spacing\":0.15}}"},
+    {"locked",
+     "{\"surface\":" SADDLE("1") ",\"fabric\":{\"spacing\":0.05,\"locking_angle_deg\":25}}",
+     "{\"surface\":" SADDLE("1") ",\"fabric\":{\"spacing\":0.05,\"locking_angle_deg\":31}}"},
+    {"locked",
+     "{\"surface\":" SADDLE("1") ",\"fabric\":{\"spacing\":0.05,\"locking_angle_deg\":29.8}}",
+     "{\"surface\":" SADDLE("1") ",\"fabric\":{\"spacing\":0.05}}"},
+    {"locked", "{\"surface\":" SADDLE("4") ",\"fabric\":{\"spacing\":0.05}}",
+     "{\"surface\":" SADDLE("2") ",\"fabric\":{\"spacing\":0.05}}"},
+    {"packing_exceeded",
+     "{\"surface\":" PLANE ",\"fabric\":{\"spacing\":0.1,\"thickness\":0.01,"
+     "\"fiber_volume_fraction\":0.5},\"cavity\":{\"height\":0.005}}",
+     "{\"surface\":" PLANE ",\"fabric\":{\"spacing\":0.1,\"thickness\":0.01,"
+     "\"fiber_volume_fraction\":0.5},\"cavity\":{\"height\":0.008}}"},
+    {"fillet", "{\"surface\":" TROUGH("4", "-4") ",\"fabric\":{\"spacing\":0.15}}",
+     "{\"surface\":" TROUGH("1", "-1") ",\"fabric\":{\"spacing\":0.15}}"},
+    {"size", "{\"surface\":" PLANE ",\"length_unit\":\"mm\",\"fabric\":{\"spacing\":0.1}}",
+     "{\"surface\":" PLANE ",\"length_unit\":\"ft\",\"fabric\":{\"spacing\":0.1}}"},
+    {"points_order",
+     "{\"surface\":" ROWS(
+         "[0,0,0],[1,0,0],[0,1,0],[1,1,0],[0,2,0],[1,2,0],[0,3,0],[1,3,0]") ","
+                                                                            "\"start\":{\"uv\":[0."
+                                                                            "3,0.3]},\"fabric\":{"
+                                                                            "\"spacing\":0.1}}",
+     "{\"surface\":" ROWS(
+         "[0,0,0],[0,1,0],[0,2,0],[0,3,0],[1,0,0],[1,1,0],[1,2,0],[1,3,0]") ","
+                                                                            "\"fabric\":{"
+                                                                            "\"spacing\":0.1}}"},
+    {"components",
+     "{\"surface\":" APART ",\"start\":{\"point\":[0.5,0.5,0]},\"method\":\"mosaic\","
+     "\"fabric\":{\"spacing\":0.1}}",
+     "{\"surface\":" SQUARES("1.2") ",\"start\":{\"point\":[0.5,0.5,0]},\"method\":\"mosaic\","
+                                    "\"fabric\":{\"spacing\":0.1}}"},
+};
+enum { EXPECTATIONS = sizeof expectations / sizeof *expectations };
+
+/* The warning with the code; NULL when there is none. */
+static const struct api_warning *warning_of(const char *request, const char *code,
+                                            struct api_columns *columns) {
+    struct bytes container = {0};
+    struct api_problem problem;
+    if (run_text(request, &container, &problem) != API_OK)
+        fail_msg("%s: %s", request, problem.place[0].detail);
+    struct api_reader reader = reader_over(&container);
+    assert_int_equal(api_columns_open(&reader, columns, &problem), API_OK);
+    bytes_free(&container);
+    for (size_t k = 0; k < columns->summary.warnings.count; k++)
+        if (strcmp(columns->summary.warnings.list[k].code, code) == 0)
+            return &columns->summary.warnings.list[k];
+    return NULL;
+}
+
+static void test_warnings_come_when_they_should(void **state) {
+    static struct api_columns columns;
+    (void)state;
+    for (int k = 0; k < EXPECTATIONS; k++) {
+        const struct api_warning *warning =
+            warning_of(expectations[k].with, expectations[k].code, &columns);
+        if (!warning)
+            fail_msg("no warning %s for %s", expectations[k].code, expectations[k].with);
+        printf("  %s: %s (%s)\n", warning->code, warning->detail, warning->pointer);
+        assert_true(warning->detail[0] && warning->pointer[0] == '/');
+        check_below(strlen(warning->detail), sizeof warning->detail - 1);
+    }
+}
+
+static void test_warnings_do_not_come_needlessly(void **state) {
+    static struct api_columns columns;
+    (void)state;
+    for (int k = 0; k < EXPECTATIONS; k++) {
+        const struct api_warning *warning =
+            warning_of(expectations[k].without, expectations[k].code, &columns);
+        if (warning)
+            fail_msg("%s: %s", expectations[k].without, warning->detail);
+    }
+}
+
+/* A spacing larger than the part is no success, and the spacing proposed is one. */
+static void test_warnings_propose_a_spacing_that_does(void **state) {
+    static struct api_columns columns;
+    (void)state;
+    const struct api_warning *warning = warning_of(expectations[1].with, "coarse", &columns);
+    assert_int_equal(columns.summary.outcome, DRAPE_PARTIAL);
+    assert_int_equal(columns.summary.cells, 0);
+    double spacing;
+    assert_int_equal(sscanf(strstr(warning->detail, "spacing of "), "spacing of %lf", &spacing), 1);
+    struct bytes request = {0};
+    bytes_format(&request, "{\"surface\":" PLANE ",\"fabric\":{\"spacing\":%g}}", spacing);
+    assert_null(warning_of(request.data, "coarse", &columns));
+    assert_int_equal(columns.summary.outcome, DRAPE_COMPLETE);
+    check_at_least(columns.summary.cells, 81);
+    bytes_free(&request);
+}
+
+/* Round a flat ring by more than a turn some of the cloth would be needed twice. */
+static void test_warnings_tell_of_cloth_that_overlaps(void **state) {
+    static struct api_columns columns;
+    static const double cosines[] = {1, 0, -1, 0}, sines[] = {0, 1, 0, -1};
+    (void)state;
+    for (int quarters = 3; quarters <= 5; quarters += 2) {
+        struct bytes request = {0};
+        bytes_format(&request,
+                     "{\"surface\":{\"degree_u\":2,\"degree_v\":1,\"size_u\":%d,\"size_v\":2,"
+                     "\"knotvector_v\":[0,0,1,1],\"knotvector_u\":[0,0,0",
+                     2 * quarters + 1);
+        for (int k = 1; k < quarters; k++)
+            bytes_format(&request, ",%d,%d", k, k);
+        bytes_format(&request, ",%d,%d,%d],\"control_points\":{\"points\":[", quarters, quarters,
+                     quarters);
+        for (int k = 0; k <= 2 * quarters; k++)
+            for (int side = 1; side <= 2; side++) {
+                double x = cosines[k / 2 % 4], y = sines[k / 2 % 4];
+                if (k % 2) {
+                    x += cosines[(k / 2 + 1) % 4];
+                    y += sines[(k / 2 + 1) % 4];
+                }
+                bytes_format(&request, "%s[%g,%g,0]", 2 * k + side > 1 ? "," : "", side * x,
+                             side * y);
+            }
+        bytes_format(&request, "],\"weights\":[");
+        for (int k = 0; k <= 2 * quarters; k++)
+            for (int side = 1; side <= 2; side++)
+                bytes_format(&request, "%s%.17g", 2 * k + side > 1 ? "," : "",
+                             k % 2 ? 0.70710678118654752 : 1.0);
+        bytes_format(&request, "]}},\"fabric\":{\"spacing\":0.1}}");
+        const struct api_warning *warning = warning_of(request.data, "overlap", &columns);
+        if (warning)
+            printf("  %s\n", warning->detail);
+        assert_int_equal(warning != NULL, quarters > 4);
+        bytes_free(&request);
+    }
+}
+
+static int prepare_once(void **state) {
+    (void)state;
+    prepare();
+    return 0;
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_warnings_come_when_they_should),
+        cmocka_unit_test(test_warnings_do_not_come_needlessly),
+        cmocka_unit_test(test_warnings_propose_a_spacing_that_does),
+        cmocka_unit_test(test_warnings_tell_of_cloth_that_overlaps),
+    };
+    return cmocka_run_group_tests(tests, prepare_once, NULL);
+}
