@@ -307,7 +307,9 @@ export class View {
       this.hovering = null;
       const { pane, slot, ...event } = this.lastMove;
       this.onHover(this.hit(pane, slot, event));
+      delete element('panes').dataset.looking;
     };
+    element('panes').dataset.looking = '';
     clearTimeout(this.resting);
     if (this.stage.slow) this.resting = setTimeout(look, HOVER_REST_MS);
     else this.hovering ||= requestAnimationFrame(look);

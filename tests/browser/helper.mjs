@@ -110,11 +110,13 @@ export async function drapeExample(page, name) {
   await page.waitForFunction(() => /solved in/.test(document.querySelector('#state').textContent));
 }
 
-/** Two frames later everything that was asked for is drawn. */
-export const drawn = (page) =>
-  page.evaluate(
+/** What the pointer is on has been found, and two frames later everything is drawn. */
+export async function drawn(page) {
+  await page.waitForSelector('#panes:not([data-looking])');
+  await page.evaluate(
     () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))),
   );
+}
 
 /** In the page: the pixels of PNG images. */
 function pixelsOf(page, ...images) {
