@@ -41,13 +41,18 @@ bool correction_chord(const struct correction *correction, double *chord);
 double correction_sideways(const struct correction *correction, const struct station *from,
                            double arc_chord);
 
+/* D2 may miss the curvature by this share of it, and of d. */
+#define CORRECTION_SHARE 0.1
+#define CORRECTION_LEAST 2e-3
+
 /* Whether D2 at the near end (0) or the far one agrees with the normal curvature there, where there
  * is one: not at a pole. */
 static inline bool correction_agrees(const struct correction *correction, int end,
                                      const struct station *station, double curvature) {
     double d = correction->d, expected = curvature * d * d;
     double miss = fabs(vec3_dot(correction->bend[end], station->normal) - expected);
-    return miss <= 0.1 * fabs(expected) + 2e-3 * d || station_at_pole(station->surface, station);
+    return miss <= CORRECTION_SHARE * fabs(expected) + CORRECTION_LEAST * d ||
+           station_at_pole(station->surface, station);
 }
 
 #endif

@@ -12,6 +12,7 @@
 #ifndef SOLVER_NET_MARCH_H
 #define SOLVER_NET_MARCH_H
 
+#include "correction.h"
 #include "fishnet.h"
 #include "fold.h"
 #include "net.h"
@@ -175,6 +176,24 @@ bool march_yarn(struct march *march, int32_t i, int32_t j, int di, int dj,
  * and CD, as in `struct fishnet_yarns`. */
 void march_note_edges(struct march *march, const struct march_cell *at, const struct vec3 start[2],
                       const struct vec3 end[2]);
+
+/* Of a second march, whose `before` has been moved to D: the parameters of D in the net before,
+ * moved as those of the other corners have moved since. False where that net lacks one of them. */
+bool march_guess_from_before(const struct march *march, const struct march_cell *at, double uv[2]);
+
+/* The corrections of the edges BD and CD by the net before; `has` where there is one. */
+struct march_corrections {
+    struct correction of[2];
+    bool has[2];
+};
+
+void march_find_corrections(const struct march *march, const struct march_cell *at,
+                            struct march_corrections *c);
+
+/* The chord of edge k, from `from`, where the surface's curvature along it is known, as its arc's;
+ * of a correction that does not agree with that nothing but the sideways part is used. */
+double march_corrected_chord(struct march_corrections *c, int k, const struct station *from,
+                             double curvature, double arc_chord);
 
 /* Solves a cell. Notes the cost; on failure gives the reason. */
 bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,

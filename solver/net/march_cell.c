@@ -29,9 +29,7 @@ static struct vec3 guess(const struct march_cell *at) {
     return vec3_add(at->c->jet.r, vec3_add(edge, at->trend));
 }
 
-/* D of the net before, moved as the other corners have moved since. */
-static bool guess_from_before(const struct march *march, const struct march_cell *at,
-                              double uv[2]) {
+bool march_guess_from_before(const struct march *march, const struct march_cell *at, double uv[2]) {
     const struct net_view *before = &march->before;
     const struct net_node *a = net_view_place(before, at->i - at->si, at->j - at->sj);
     const struct net_node *b = net_view_place(before, at->i - at->si, at->j);
@@ -48,14 +46,8 @@ static bool guess_from_before(const struct march *march, const struct march_cell
     return a && b && c && d;
 }
 
-/* The corrections of the edges BD and CD of a cell by the net before; `has` where there is one. */
-struct corrections {
-    struct correction of[2];
-    bool has[2];
-};
-
-static void find_corrections(const struct march *march, const struct march_cell *at,
-                             struct corrections *c) {
+void march_find_corrections(const struct march *march, const struct march_cell *at,
+                            struct march_corrections *c) {
     const struct net_view *before = &march->before;
     const double *d = march->settings->spacing;
     int32_t i = at->i, j = at->j;
@@ -63,27 +55,30 @@ static void find_corrections(const struct march *march, const struct march_cell 
     c->has[1] = correction_find(before, i, j - at->sj, 0, at->sj, d[1], &c->of[1]);
 }
 
+double march_corrected_chord(struct march_corrections *c, int k, const struct station *from,
+                             double curvature, double arc_chord) {
+    double chord;
+    struct correction *of = &c->of[k];
+    if (!c->has[k])
+        return arc_chord;
+    of->whole = of->whole && correction_agrees(of, 0, from, curvature);
+    if (!of->whole)
+        return correction_sideways(of, from, arc_chord);
+    return correction_chord(of, &chord) ? chord : arc_chord;
+}
+
 /* The chords of a cell: by its edges BD and CD in the net before, where they can be had. */
-static void find_chords(struct march *march, struct fishnet_cell *cell, struct corrections *c) {
+static void find_chords(struct march *march, struct fishnet_cell *cell,
+                        struct march_corrections *c) {
     const struct drape_settings *s = march->settings;
-    double chord, *to[2] = {&cell->bd, &cell->cd};
     fishnet_chords(&march->cursor, s->method, s->yarn_path, s->spacing, cell);
-    for (int k = 0; k < 2; k++) {
-        const struct station *from = k ? cell->c : cell->b;
-        struct correction *of = &c->of[k];
-        if (!c->has[k])
-            continue;
-        of->whole = of->whole && correction_agrees(of, 0, from, cell->curvature[k]);
-        if (!of->whole)
-            *to[k] = correction_sideways(of, from, *to[k]);
-        else if (correction_chord(of, &chord))
-            *to[k] = chord;
-    }
+    cell->bd = march_corrected_chord(c, 0, cell->b, cell->curvature[0], cell->bd);
+    cell->cd = march_corrected_chord(c, 1, cell->c, cell->curvature[1], cell->cd);
 }
 
 /* Gives up corrections that do not agree with the surface at D. Whether there was one. */
 static bool drop_corrections(const struct fishnet_cell *cell, const struct station *d,
-                             struct corrections *c) {
+                             struct march_corrections *c) {
     bool dropped = false;
     for (int k = 0; k < 2; k++) {
         struct vec3 chord = vec3_sub(d->jet.r, (k ? cell->c : cell->b)->jet.r);
@@ -312,12 +307,12 @@ static bool solve_on_surface(struct march *march, const struct march_cell *at,
     cell.guess_uv = at->guess_uv;
     if (march->before.net) {
         net_view_move(&march->before, at->i, at->j);
-        if (guess_from_before(march, at, uv))
+        if (march_guess_from_before(march, at, uv))
             cell.guess_uv = uv;
     }
-    struct corrections corrections = {.has = {false, false}};
+    struct march_corrections corrections = {.has = {false, false}};
     if (march->before.net)
-        find_corrections(march, at, &corrections);
+        march_find_corrections(march, at, &corrections);
     find_chords(march, &cell, &corrections);
     enum fishnet_end end = fishnet_solve(march->surface, &march->cursor, &cell, node);
     if (end == FISHNET_FOUND && march->before.net &&

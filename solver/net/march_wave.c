@@ -20,7 +20,7 @@ static bool suits(const struct march *march) {
     const struct surface *surface = march->surface;
     bool chords = s->method == DRAPE_BASIC || s->method == DRAPE_GIB || s->method == DRAPE_GIB4;
     return chords && surface && !surface->shell && !surface->has_poles && !march->mesh &&
-           !march->fold && !march->before.net && s->yarn_path == DRAPE_PATH_CHORD;
+           !march->fold && s->yarn_path == DRAPE_PATH_CHORD;
 }
 
 /* Between which parameters a node is inside whatever else: of a closed direction up to the cut
@@ -47,6 +47,7 @@ enum status wave_make(const struct march *march, struct arena *arena, struct qua
     q->wave->surface = march->surface;
     memcpy(q->wave->length, s->spacing, sizeof q->wave->length);
     q->wave->arcs = s->method != DRAPE_BASIC;
+    q->wave->corrected = march->before.net;
     find_bounds(march, q->wave);
     return STATUS_OK;
 }
@@ -195,6 +196,35 @@ static enum status grow_inside(struct quadrant *q, int32_t j, int k) {
                               d[1][k + 1]);
 }
 
+/* Of a second march: what the net before says of lane k's cell. */
+static void correct(struct quadrant *q, int32_t j, int k) {
+    struct wave *wave = q->wave;
+    struct march *march = q->march;
+    const struct wave_places *back1 = wave_at(wave, 1), *back2 = wave_at(wave, 2);
+    struct station a = {.surface = wave->surface}, b, c;
+    struct march_cell cell = {
+        q->row[k + 1].count * q->si, (j + k) * q->sj, q->si, q->sj, &a, &b, &c, {0, 0, 0}, NULL};
+    struct march_corrections corrections;
+    double uv[2];
+    a.uv[0] = back2->of[0][k];
+    a.uv[1] = back2->of[1][k];
+    wave_get(wave, back1, k + 1, &b);
+    wave_get(wave, back1, k, &c);
+    net_view_move(&march->before, cell.i, cell.j);
+    bool guessed = march_guess_from_before(march, &cell, uv);
+    march_find_corrections(march, &cell, &corrections);
+    for (int n = 0; n < 2; n++) {
+        const struct correction *of = &corrections.of[n];
+        const double bend[3] = {of->bend[1].x, of->bend[1].y, of->bend[1].z};
+        wave->expected[n][k] = guessed ? uv[n] : wave->expected[n][k];
+        wave->chord[n][k] = march_corrected_chord(&corrections, n, n ? &c : &b,
+                                                  wave->curvature[n][k], wave->chord[n][k]);
+        wave->whole[n][k] = corrections.has[n] && of->whole ? -1 : 0;
+        for (int x = 0; x < 3; x++)
+            wave->bend[n][x][k] = bend[x];
+    }
+}
+
 /* The lanes of a wave from `low` to the one before `high`, lane 0 at `column`. */
 struct front {
     int low, high;
@@ -210,6 +240,8 @@ static enum status take_step(struct quadrant *q, int32_t j, struct front *front)
         wave->active[k] = k >= front->low && k < front->high ? -1 : 0;
     wave->lane = front->low;
     q->kernel->prepare(wave);
+    for (int k = front->low; wave->corrected && k < front->high; k++)
+        correct(q, j, k);
     q->kernel->solve(wave);
     unsigned lanes = (1u << front->high) - (1u << front->low);
     unsigned usual = wave->found & wave->inside & (wave->arcs ? wave->smooth : lanes);

@@ -55,7 +55,11 @@ struct wave {
     _Alignas(64) double chord[2][WAVE_LANES];                         /* BD and CD */
     _Alignas(64) double curvature[2][WAVE_LANES];                     /* of them */
     _Alignas(64) double residual[WAVE_LANES], iterations[WAVE_LANES]; /* as fishnet_node's */
-    unsigned found;  /* bits: lanes that have a D; */
+    /* Of edges that are corrected as a whole (`correction.h`): what has to agree with D. */
+    bool corrected;
+    _Alignas(64) int64_t whole[2][WAVE_LANES];  /* -1 for them, 0 for the others */
+    _Alignas(64) double bend[2][3][WAVE_LANES]; /* D2 at D */
+    unsigned found;                             /* bits: lanes that have a D; */
     unsigned smooth; /* whose edges to D are smooth beyond doubt (`rough.h`) */
     unsigned inside; /* whose D lies between the bounds above */
 };

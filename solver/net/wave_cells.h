@@ -8,6 +8,7 @@
 #ifndef SOLVER_NET_WAVE_CELLS_H
 #define SOLVER_NET_WAVE_CELLS_H
 
+#include "correction.h"
 #include "fishnet.h"
 #include "fishnet_limits.h"
 #include "rough.h"
@@ -354,6 +355,19 @@ INLINE struct lanes_cell take_cell(struct wave *wave) {
     return cell;
 }
 
+/* As correction_agrees, for D and the edges to it; all where an edge is not corrected. */
+INLINE lanes_mask agrees(const struct wave *wave, int k, const struct wave_places *d,
+                         struct lanes3 normal, struct lanes3 chord) {
+    double length = wave->length[k];
+    lanes_mask whole;
+    memcpy(&whole, wave->whole[k], sizeof whole);
+    struct lanes3 bend = {lanes_load(wave->bend[k][0]), lanes_load(wave->bend[k][1]),
+                          lanes_load(wave->bend[k][2])};
+    lanes expected = normal_curvature(d, 1, chord) * length * length;
+    lanes miss = lanes_abs(lanes3_dot(bend, normal) - expected);
+    return (miss <= CORRECTION_SHARE * lanes_abs(expected) + CORRECTION_LEAST * length) | ~whole;
+}
+
 static void solve(struct wave *wave) {
     struct lanes_cell cell = take_cell(wave);
     struct lanes_forms forms;
@@ -371,6 +385,9 @@ static void solve(struct wave *wave) {
                         smooth_edge(wave, 1, cd, normal_c, forms.normal);
     lanes_store(cell.error, wave->residual);
     put_station(wave_at(wave, 0), &cell, &forms);
+    if (wave->corrected)
+        found &= agrees(wave, 0, wave_at(wave, 0), forms.normal, bd) &
+                 agrees(wave, 1, wave_at(wave, 0), forms.normal, cd);
     wave->found = lanes_bits(found);
     wave->smooth = lanes_bits(smooth);
     wave->inside = lanes_bits((cell.u >= wave->lower[0]) & (cell.u <= wave->upper[0]) &
