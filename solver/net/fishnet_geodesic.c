@@ -178,17 +178,24 @@ struct vec3 fishnet_path_tangent(const struct path *path, const struct station *
     return station_tangent(station, carry_back(&unfolding, tangent));
 }
 
+static bool aim_path(const struct ray *ray, struct path *path) {
+    bool made = path_geodesic(path, ray->from->surface, ray->from, ray->direction);
+    path->accuracy = ray->accuracy;
+    return made;
+}
+
+static bool end_ray(struct surface_cursor *cursor, const struct path *path, struct ray *ray) {
+    struct vec3 tangent;
+    if (!path_station(path, cursor, &ray->end, &tangent))
+        return false;
+    ray->error = path->error / ray->length;
+    ray->end_tangent = fishnet_path_tangent(path, &ray->end, tangent);
+    return true;
+}
+
 static bool shoot(struct surface_cursor *cursor, struct ray *ray) {
     struct path path;
-    struct vec3 tangent;
-    if (!path_geodesic(&path, ray->from->surface, ray->from, ray->direction))
-        return false;
-    path.accuracy = ray->accuracy;
-    if (!path_advance(&path, ray->length) || !path_station(&path, cursor, &ray->end, &tangent))
-        return false;
-    ray->error = path.error / ray->length;
-    ray->end_tangent = fishnet_path_tangent(&path, &ray->end, tangent);
-    return true;
+    return aim_path(ray, &path) && path_advance(&path, ray->length) && end_ray(cursor, &path, ray);
 }
 
 /* ---- the cell ---- */
@@ -206,7 +213,11 @@ struct meeting {
 };
 
 static bool shoot_both(struct surface_cursor *cursor, struct meeting *m) {
-    if (!shoot(cursor, &m->ray[0]) || !shoot(cursor, &m->ray[1]))
+    struct path path[2];
+    const double length[2] = {m->ray[0].length, m->ray[1].length};
+    if (!aim_path(&m->ray[0], &path[0]) || !aim_path(&m->ray[1], &path[1]) ||
+        !path_advance_both(path, length) || !end_ray(cursor, &path[0], &m->ray[0]) ||
+        !end_ray(cursor, &path[1], &m->ray[1]))
         return false;
     struct side from = side_of_station(&m->ray[0].end);
     struct side to = side_of_station(&m->ray[1].end);

@@ -254,7 +254,7 @@ static bool hangs_on_rough(const struct march *march, const struct fishnet_cell 
 /* Looks at the edges of a cell that has its D: whether one is rough. Those that are bent get their
  * chords: `bent` and `told` say whether there are any. */
 static bool has_rough(const struct march *march, struct fishnet_cell *cell, const struct station *d,
-                      const struct corrections *c, bool *bent, bool told[2]) {
+                      const struct march_corrections *c, bool *bent, bool told[2]) {
     const double *spacing = march->settings->spacing;
     if (rough_is_arc(cell->b, d, cell->curvature[0], spacing[0]) &&
         rough_is_arc(cell->c, d, cell->curvature[1], spacing[1]))
@@ -280,7 +280,7 @@ static bool has_rough(const struct march *march, struct fishnet_cell *cell, cons
 /* Lays the edges of a cell that are not smooth, D being where chords of smooth ones meet; `laid`:
  * as geodesics. */
 static enum fishnet_end solve_uneven(struct march *march, const struct march_cell *at,
-                                     struct fishnet_cell *cell, const struct corrections *c,
+                                     struct fishnet_cell *cell, const struct march_corrections *c,
                                      enum fishnet_end end, struct fishnet_node *node, bool *laid) {
     bool bent = false, told[2] = {false, false};
     bool rough = end == FISHNET_FOUND ? has_rough(march, cell, &node->station, c, &bent, told)

@@ -151,7 +151,7 @@ static bool has_uneven_edge(struct wave *wave, int k) {
     wave_get(wave, wave_at(wave, 0), k + 1, &d);
     bool uneven = false;
     for (int n = 0; n < 2 && !uneven; n++) {
-        double chord = fishnet_arc_chord(wave->length[n], wave->curvature[n][k]);
+        double chord = wave->chord[n][k];
         uneven =
             rough_edge(&from[n], &d, wave->curvature[n][k], wave->length[n], &chord) != ROUGH_NOT;
     }

@@ -314,14 +314,15 @@ INLINE lanes_mask right_root(const struct wave *wave, const struct lanes_cell *c
     return away & open;
 }
 
-/* As rough_edge where that needs no closer look. */
+/* As rough_is_arc. */
 INLINE lanes_mask smooth_edge(const struct wave *wave, int k, struct lanes3 chord,
                               struct lanes3 normal_p, struct lanes3 normal_q) {
     double d = wave->length[k];
-    lanes turning = lanes_load(wave->curvature[k]) * d, rise = turning / 2 * d;
-    lanes misfit = lanes_abs(lanes3_dot(chord, normal_p) - rise) +
-                   lanes_abs(lanes3_dot(chord, normal_q) + rise);
-    return (misfit < ROUGH_MISFIT_SMOOTH * d) & (lanes_abs(turning) < ROUGH_TURN_SMOOTH);
+    lanes curvature = lanes_load(wave->curvature[k]), rise = curvature * d * d / 2;
+    lanes misfit = (lanes_abs(lanes3_dot(chord, normal_p) - rise) +
+                    lanes_abs(lanes3_dot(chord, normal_q) + rise)) /
+                   d;
+    return (misfit < ROUGH_MISFIT_SMOOTH) & (lanes_abs(curvature) * d < ROUGH_TURN_SMOOTH);
 }
 
 INLINE void put_station(struct wave_places *places, const struct lanes_cell *cell,

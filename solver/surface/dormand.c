@@ -73,16 +73,35 @@ INLINE vec4 combine(const double *a, int count, const vec4 *slope, vec4 y, doubl
     return y + h * sum;
 }
 
+INLINE void end_step(const vec4 *slope, const struct dormand_task *task) {
+    const vec4 zero = {0};
+    task->error->fifth = combine(fifth, DORMAND_STAGES, slope, zero, task->h);
+    task->error->third = combine(third, DORMAND_STAGES, slope, zero, task->h);
+    *task->to = combine(weights, DORMAND_STAGES, slope, task->from[0], task->h);
+}
+
 WIDE_CLONES
 void dormand_step(dormand_slope *slope_at, const void *context, double h, const vec4 *from,
                   vec4 *to, struct dormand_error *error) {
-    const vec4 zero = {0};
+    const struct dormand_task task = {context, h, from, to, error};
     vec4 slope[DORMAND_STAGES] = {from[1]};
     UNROLL for (int k = 1; k < DORMAND_STAGES; k++) {
         vec4 y = combine(stages[k - 1], k, slope, from[0], h);
         slope_at(context, &y, &slope[k]);
     }
-    error->fifth = combine(fifth, DORMAND_STAGES, slope, zero, h);
-    error->third = combine(third, DORMAND_STAGES, slope, zero, h);
-    *to = combine(weights, DORMAND_STAGES, slope, from[0], h);
+    end_step(slope, &task);
+}
+
+WIDE_CLONES
+void dormand_two_steps(dormand_slope *slope_at, const struct dormand_task task[2]) {
+    vec4 slope[2][DORMAND_STAGES] = {{task[0].from[1]}, {task[1].from[1]}};
+    UNROLL for (int k = 1; k < DORMAND_STAGES; k++) {
+        vec4 y[2];
+        for (int n = 0; n < 2; n++)
+            y[n] = combine(stages[k - 1], k, slope[n], task[n].from[0], task[n].h);
+        for (int n = 0; n < 2; n++)
+            slope_at(task[n].context, &y[n], &slope[n][k]);
+    }
+    for (int n = 0; n < 2; n++)
+        end_step(slope[n], &task[n]);
 }

@@ -23,4 +23,16 @@ struct dormand_error {
 void dormand_step(dormand_slope *slope_at, const void *context, double h, const vec4 *from,
                   vec4 *to, struct dormand_error *error);
 
+/* Two steps that do not depend on each other, stage by stage: each stage waits for the one before
+ * it, and the processor does the one step's while the other's waits. */
+struct dormand_task {
+    const void *context;
+    double h;
+    const vec4 *from;
+    vec4 *to;
+    struct dormand_error *error;
+};
+
+void dormand_two_steps(dormand_slope *slope_at, const struct dormand_task task[2]);
+
 #endif

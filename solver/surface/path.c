@@ -153,16 +153,22 @@ static double length_of_change(const struct footing *at) {
     return 1 / vec3_norm(change);
 }
 
-/* One step of h, however long. Its error by what is allowed: it will do when that is less than 1;
- * NaN where there is no telling. */
+/* The error of a step of h by what is allowed: the step will do when that is less than 1; NaN where
+ * there is no telling. */
+static double error_of_step(const struct path *g, const struct footing *at, double h,
+                            const struct dormand_error *error) {
+    double fifth = spatial_size(&at->jet, error->fifth, h);
+    double third = spatial_size(&at->jet, error->third, h);
+    double size = sqrt(fifth * fifth + 0.01 * third * third);
+    return (size > 0 ? fifth * fifth / size : size) / allowed_error(g, at, h);
+}
+
+/* One step of h, however long, and its error as above. */
 static double try_step(const struct path *g, const struct footing *at, double h, vec4 *out) {
     struct dormand_error error;
     dormand_step(slope_at, g, h, at->state, out, &error);
-    double fifth = spatial_size(&at->jet, error.fifth, h);
-    double third = spatial_size(&at->jet, error.third, h);
-    double size = sqrt(fifth * fifth + 0.01 * third * third);
     *out = with_given_velocity(g, *out);
-    return (size > 0 ? fifth * fifth / size : size) / allowed_error(g, at, h);
+    return error_of_step(g, at, h, &error);
 }
 
 static bool followed(double error) {
@@ -586,31 +592,53 @@ static bool worth_trying(const struct path *g, struct effort *effort, double h) 
            h > (outside ? shortest_outside : shortest) * effort->whole;
 }
 
+/* A step that is about to be taken: how long it is, and where it then leads. */
+struct attempt {
+    struct footing at;
+    double h;
+    struct event edge; /* that of the span, if the step is to end there */
+    bool at_edge;
+    vec4 y;
+    double error;
+};
+
+/* One of at most h that ends in this span or on its edge. */
+static struct attempt plan_step(const struct path *g, double h) {
+    struct attempt a = {.at = footing_of(g)};
+    h = fmin(h, g->pace > 0 ? g->pace : first_pace * length_of_change(&a.at));
+    double edge = length_to_edge(g, &a.at, &a.edge);
+    a.at_edge = edge <= h;
+    a.h = a.at_edge ? edge : h;
+    return a;
+}
+
+/* Takes a step that has been tried, or a shorter one; the length it went. */
+static bool take_step(struct path *g, struct attempt *a, struct effort *effort, double *length) {
+    struct event event;
+    while (!followed(a->error)) {
+        a->h *= fmin(rescaling(a->error), 0.85);
+        a->at_edge = false;
+        if (!worth_trying(g, effort, a->h))
+            return false;
+        a->error = try_step(g, &a->at, a->h, &a->y);
+    }
+    double pace = a->h * rescaling(a->error);
+    g->error += a->error * allowed_error(g, &a->at, a->h);
+    g->pace = a->at_edge && g->pace > 0 ? fmax(g->pace, pace) : pace;
+    *length = a->h;
+    if (a->at_edge && g->kind != PATH_CURVE && touch_edge(g, &a->edge, a->y, length))
+        return true;
+    if (first_event(g, a->y, &event))
+        return advance_to_event(g, &event, a->h, &a->y, length);
+    accept(g, a->y);
+    return true;
+}
+
 /* One step of at most h that ends in this span or on its edge; the length it went. */
 static bool advance_in_span(struct path *g, double h, struct effort *effort, double *length) {
-    vec4 y;
-    struct event event;
-    struct footing at = footing_of(g);
-    double error;
-    h = fmin(h, g->pace > 0 ? g->pace : first_pace * length_of_change(&at));
-    double edge = length_to_edge(g, &at, &event);
-    bool at_edge = edge <= h;
-    h = at_edge ? edge : h;
-    while (!followed(error = try_step(g, &at, h, &y))) {
-        h *= fmin(rescaling(error), 0.85);
-        at_edge = false;
-        if (!worth_trying(g, effort, h))
-            return false;
-    }
-    g->error += error * allowed_error(g, &at, h);
-    g->pace = at_edge && g->pace > 0 ? fmax(g->pace, h * rescaling(error)) : h * rescaling(error);
-    *length = h;
-    if (at_edge && g->kind != PATH_CURVE && touch_edge(g, &event, y, length))
-        return true;
-    if (first_event(g, y, &event))
-        return advance_to_event(g, &event, h, &y, length);
-    accept(g, y);
-    return true;
+    struct attempt a = plan_step(g, h);
+    a.error = try_step(g, &a.at, a.h, &a.y);
+    return take_step(g, &a, effort, length);
 }
 
 /* ---- from face to face of a shell ---- */
@@ -744,11 +772,9 @@ void path_follow_net(struct path *path, double d) {
     path->accuracy = fmin(fmax(share_of_net * bend * bend, net_accuracy[0]), net_accuracy[1]);
 }
 
-bool path_advance(struct path *path, double length) {
-    double remaining = length - path->ahead;
-    struct effort effort = {.whole = length};
-    path->ahead = 0;
-    for (int round = 0; round < rounds_max && remaining > 0; round++) {
+/* Steps, the first with the number `round`, until `remaining` is gone. */
+static bool go_on(struct path *path, double remaining, struct effort *effort, int round) {
+    for (; round < rounds_max && remaining > 0; round++) {
         if (far_outside(path))
             return false;
         struct vec3 pole;
@@ -758,7 +784,7 @@ bool path_advance(struct path *path, double length) {
             return false;
         if (path->ahead > 0)
             gone = path->ahead;
-        else if (!(path->surface->shell ? advance_on_face : advance_in_span)(path, h, &effort,
+        else if (!(path->surface->shell ? advance_on_face : advance_in_span)(path, h, effort,
                                                                              &gone))
             return false;
         path->ahead = 0;
@@ -767,6 +793,41 @@ bool path_advance(struct path *path, double length) {
     if (remaining < 0)
         path->ahead = -remaining;
     return remaining <= 0 && (!path->surface->shell || path->ahead > 0 || settle(path));
+}
+
+bool path_advance(struct path *path, double length) {
+    struct effort effort = {.whole = length};
+    double remaining = length - path->ahead;
+    path->ahead = 0;
+    return go_on(path, remaining, &effort, 0);
+}
+
+/* Whether nothing but a step in a span can be next. */
+static bool steps_in_span(const struct path *g) {
+    return g->ahead == 0 && !g->surface->shell && !g->surface->has_poles && !far_outside(g);
+}
+
+bool path_advance_both(struct path path[2], const double length[2]) {
+    struct attempt a[2];
+    struct dormand_error error[2];
+    struct dormand_task task[2];
+    if (!steps_in_span(&path[0]) || !steps_in_span(&path[1]) || !(length[0] > 0 && length[1] > 0))
+        return path_advance(&path[0], length[0]) && path_advance(&path[1], length[1]);
+    for (int k = 0; k < 2; k++) {
+        a[k] = plan_step(&path[k], length[k]);
+        task[k] = (struct dormand_task){&path[k], a[k].h, a[k].at.state, &a[k].y, &error[k]};
+    }
+    dormand_two_steps(slope_at, task);
+    for (int k = 0; k < 2; k++) {
+        struct effort effort = {.whole = length[k]};
+        double gone = 0;
+        a[k].y = with_given_velocity(&path[k], a[k].y);
+        a[k].error = error_of_step(&path[k], &a[k].at, a[k].h, &error[k]);
+        if (!take_step(&path[k], &a[k], &effort, &gone) ||
+            !go_on(&path[k], length[k] - gone, &effort, 1))
+            return false;
+    }
+    return true;
 }
 
 /* Whether a step next to nothing that ends at y crosses a joint. */
