@@ -312,6 +312,8 @@ bool crossing_on_way(const struct surface *surface, const double from[2], const 
         const struct face_segment *segment = &face->segments[s];
         const struct face_edge *edge = &surface->shell->edges[segment->edge];
         double a[2], b[2], at;
+        if (edge->mate == EDGE_FREE)
+            continue;
         for (int k = 0; k < 2; k++) {
             a[k] = p[k] + way(&axis[k], p[k], segment->a[k]);
             b[k] = a[k] + segment->b[k] - segment->a[k];
@@ -327,7 +329,7 @@ bool crossing_on_way(const struct surface *surface, const double from[2], const 
             place = at;
         }
     }
-    if (!first || surface->shell->edges[first->edge].mate == EDGE_FREE)
+    if (!first)
         return false;
     *share = least;
     const bool *open = surface->shell->edges[first->edge].open;
