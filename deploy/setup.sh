@@ -10,7 +10,7 @@ command -v npm >/dev/null || build="$build nodejs npm"
 package='build-essential debhelper' # for make deb
 # The last line: readers of result formats that others wrote, and the browser.
 tests='bats libcmocka-dev clang-format-14 procps wrk gcovr valgrind
-    man-db systemd lintian sqlite3 openssl postgresql-15 pgbouncer
+    man-db systemd lintian sqlite3 openssl zstd postgresql-15 pgbouncer
     iproute2 util-linux mount e2fsprogs
     python3-vtk9 python3-numpy python3-ezdxf python3-meshio librsvg2-bin unzip chromium'
 

@@ -4,7 +4,7 @@
 load helper
 
 setup_file() { start_shared_daemon; }
-teardown_file() { stop_daemon; }
+teardown_file() { end_file; }
 
 # blocks FILE: each pair of blocks to N.sh and N.expected.
 blocks() {

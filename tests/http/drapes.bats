@@ -3,7 +3,7 @@
 load helper
 
 setup_file() { start_shared_daemon; }
-teardown_file() { stop_daemon; }
+teardown_file() { end_file; }
 
 # drape_example NAME: its result becomes the body.
 drape_example() {

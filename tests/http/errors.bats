@@ -3,7 +3,7 @@
 load helper
 
 setup_file() { start_shared_daemon --max-body 2M --max-nodes 100000 --max-elements 200000; }
-teardown_file() { stop_daemon; }
+teardown_file() { end_file; }
 
 teardown() {
     # Whatever was sent, the daemon is well.

@@ -7,7 +7,7 @@ setup_file() {
     quick 1.51 | curl -sS -H "$JSON" -H 'Prefer: wait=40' --data-binary @- \
         "$URL/v1/drapes" | jq -r .id >"$BATS_FILE_TMPDIR/id"
 }
-teardown_file() { stop_daemon; }
+teardown_file() { end_file; }
 setup() { id=$(<"$BATS_FILE_TMPDIR/id"); }
 
 @test "formats: each is had by its name and by its media type" {

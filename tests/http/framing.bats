@@ -3,7 +3,7 @@
 load helper
 
 setup_file() { start_shared_daemon --max-body 1M; }
-teardown_file() { stop_daemon; }
+teardown_file() { end_file; }
 
 teardown() {
     call GET /healthz

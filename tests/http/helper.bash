@@ -76,11 +76,34 @@ start_shared_daemon() {
     export DAEMON URL PORT HOME_DIR
 }
 
+# keep_answer METHOD PATH: sets body and headers, the files of an answer that is kept until the file
+# of tests ends, where `keep_contract` holds all of them to the contract. Large ones are dropped.
+keep_answer() {
+    local name=${BATS_TEST_NUMBER:-0}-$BASHPID-$((ANSWERS += 1)) folder=$BATS_FILE_TMPDIR/answers
+    [ -d "$folder" ] || mkdir -p "$folder"
+    [ ! -f "${body:-}" ] || [ "$(stat -c %s "$body")" -lt 3000000 ] || rm "$body"
+    echo "$1 $2" >"$folder/$name"
+    body=$folder/$name.body headers=$folder/$name.headers
+}
+
+# The answers of this file of tests are those of api/openapi.yaml.
+keep_contract() {
+    [ ! -d "$BATS_FILE_TMPDIR/answers" ] || command node tests/http/contract.mjs "$BATS_FILE_TMPDIR/answers"
+}
+
+# Of files with a daemon of their own; others say it themselves.
+end_file() {
+    local failed=0
+    keep_contract || failed=1
+    stop_daemon || failed=1
+    return $failed
+}
+
 # call METHOD PATH [CURL OPTION...]: sets status, body (a file), headers (a file).
 call() {
     local method=$1 path=$2
     shift 2
-    body=$BATS_TEST_TMPDIR/body headers=$BATS_TEST_TMPDIR/headers
+    keep_answer "$method" "$path"
     : >"$body"
     : >"$headers"
     local arguments=(-X "$method")

@@ -2,6 +2,8 @@
 # The life of drapes: waiting, cancelling, retries, restarts, limits. Each test has its own daemon.
 load helper
 
+teardown_file() { keep_contract; }
+
 teardown() {
     [ -z "${DAEMON:-}" ] || kill -CONT $(workers) 2>/dev/null || true
     stop_daemon

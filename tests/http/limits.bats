@@ -5,7 +5,7 @@ load helper
 bats_require_minimum_version 1.5.0
 
 setup_file() { start_shared_daemon --workers 1 --cors-origin https://a.example,https://b.example; }
-teardown_file() { stop_daemon; }
+teardown_file() { end_file; }
 
 # result FACTOR: a drape that is done; sets id.
 result() {

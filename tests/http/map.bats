@@ -32,7 +32,7 @@ END
     awk 'BEGIN {printf "{\"points\":[[0,0,0]"; for (k = 1; k < 1000000; k++) printf ",[0,0,0]";
                 print "]}"}' >"$BATS_FILE_TMPDIR/long.json"
 }
-teardown_file() { stop_daemon; }
+teardown_file() { end_file; }
 setup() {
     id=$(<"$BATS_FILE_TMPDIR/request")
     sphere=$(<"$BATS_FILE_TMPDIR/sphere")

@@ -7,7 +7,7 @@ setup_file() {
     start_shared_daemon --workers 1 --public-name draped.example,drape.inner \
         --cors-origin https://a.example
 }
-teardown_file() { stop_daemon; }
+teardown_file() { end_file; }
 
 # with_host NAME: GET /version under that name.
 with_host() { call GET /version -H "Host: $1"; }

@@ -5,6 +5,8 @@
 load helper
 bats_require_minimum_version 1.5.0
 
+teardown_file() { keep_contract; }
+
 teardown() { stop_daemon; }
 
 start() { start_daemon "$BATS_TEST_TMPDIR/daemon" --workers 1 "$@"; }

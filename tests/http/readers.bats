@@ -18,7 +18,7 @@ setup_file() {
         fetch "$name" result json
     done
 }
-teardown_file() { stop_daemon; }
+teardown_file() { end_file; }
 
 # fetch NAME WHAT FORMAT [QUERY]: to $BATS_FILE_TMPDIR/NAME.FORMAT, which becomes `file`.
 fetch() {

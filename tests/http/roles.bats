@@ -4,6 +4,8 @@
 load helper
 load ../postgres.bash
 
+teardown_file() { keep_contract; }
+
 teardown() {
     local failed=0
     [ -z "${WORKER:-}" ] || DAEMON=$WORKER

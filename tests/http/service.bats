@@ -3,7 +3,7 @@
 load helper
 
 setup_file() { start_shared_daemon --max-nodes 123456; }
-teardown_file() { stop_daemon; }
+teardown_file() { end_file; }
 
 @test "http: the daemon prints one line on stdout, logs JSON lines, and ends with 0" {
     start_daemon "$BATS_TEST_TMPDIR/own"
@@ -239,7 +239,7 @@ openapi() {
     has_required Status
     call GET "/v1/drapes/$id/result"
     has_required Result
-    jq .summary "$body" >"$body.summary"
+    jq .summary "$body" >"$BATS_TEST_TMPDIR/summary"
     call GET "/v1/drapes/$id/request"
     has_required DrapeRequest
     call GET /v1/drapes/x
@@ -248,7 +248,7 @@ openapi() {
     has_required StoredSurface
     call GET "$(header Location)"
     has_required NurbsSurface
-    mv "$body.summary" "$body"
+    body=$BATS_TEST_TMPDIR/summary
     has_required Summary
 }
 

@@ -3,7 +3,7 @@
 load helper
 
 setup_file() { start_shared_daemon --workers 1; }
-teardown_file() { stop_daemon; }
+teardown_file() { end_file; }
 
 surface() { jq -c .surface "$EXAMPLES/$1.json"; }
 

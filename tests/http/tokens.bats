@@ -18,7 +18,7 @@ setup_file() {
     start_shared_daemon --tokens "$TOKENS" --workers 1
 }
 
-teardown_file() { stop_daemon; }
+teardown_file() { end_file; }
 
 # as TOKEN COMMAND METHOD-OR-PATH...: call or post with a token.
 as() {
