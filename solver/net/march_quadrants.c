@@ -12,6 +12,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Shorter rows are as fast one by one. */
+static const int32_t worth_a_wave = 32;
+
 /* The place (i, j), counted from the start away along the arms; NULL where nothing was put. On the
  * arms it is read from the quadrant's copy: those tiles belong to others. */
 static const struct net_node *find_place(struct quadrant *q, int32_t i, int32_t j) {
@@ -281,7 +284,7 @@ static enum status make_rows(struct march *march, struct arena *arena, struct qu
             q->kernel = quadrants[0].kernel;
             continue;
         }
-        enum status status = wave_make(march, arena, q);
+        enum status status = longest >= worth_a_wave ? wave_make(march, arena, q) : STATUS_OK;
         int rows = 1 + (q->wave ? q->kernel->lanes : 1);
         for (int r = 0; r < rows && status == STATUS_OK; r++) {
             q->row[r].at = arena_take(arena, (size_t)longest, sizeof(struct station));

@@ -127,6 +127,7 @@ static enum status grow_alone(struct quadrant *q, int32_t j, int k) {
     enum drape_reason reason;
     struct station a, b, c, a2, b2;
     double uv[2] = {wave->expected[0][k], wave->expected[1][k]};
+    q->alone++;
     wave_get(wave, wave_at(wave, 2), k, &a);
     wave_get(wave, wave_at(wave, 1), k + 1, &b);
     wave_get(wave, wave_at(wave, 1), k, &c);
@@ -166,6 +167,7 @@ static enum status grow_lane(struct quadrant *q, int32_t j, int k) {
     unsigned bit = 1u << k;
     if (!(wave->found & bit) || (wave->arcs && !(wave->smooth & bit) && has_uneven_edge(wave, k)))
         return grow_alone(q, j, k);
+    q->kept++;
     wave_get(wave, wave_at(wave, 0), k + 1, &station);
     march->solved++;
     march->iterations += (size_t)wave->iterations[k];
@@ -188,6 +190,7 @@ static enum status grow_inside(struct quadrant *q, int32_t j, int k) {
         return STATUS_OUT_OF_MEMORY;
     struct vec3 r = {d[2][k + 1], d[3][k + 1], d[4][k + 1]};
     row->last = row->count++;
+    q->kept++;
     march->solved++;
     march->iterations += (size_t)wave->iterations[k];
     march->residual_max =
@@ -289,10 +292,9 @@ static void stop_rows(struct quadrant *q, struct front *front) {
     front->open = false;
 }
 
-enum status wave_run(struct quadrant *q, int32_t j, int *count) {
+static enum status run(struct quadrant *q, int32_t j, int *count) {
     struct wave *wave = q->wave;
     struct front front = {.column = 2, .open = true};
-    *count = 1;
     wave->cursor = &q->march->cursor;
     wave->orientation = q->si * q->sj;
     wave->step = WAVE_STEPS;
@@ -314,4 +316,19 @@ enum status wave_run(struct quadrant *q, int32_t j, int *count) {
         if (status != STATUS_OK)
             return status;
     }
+}
+
+/* Where more than a third of the cells have to be solved again, alone, rows go one by one for a
+ * while. */
+enum status wave_run(struct quadrant *q, int32_t j, int *count) {
+    enum { REST = 16 };
+    *count = 1;
+    if (q->resting > 0) {
+        q->resting--;
+        return STATUS_OK;
+    }
+    q->kept = q->alone = 0;
+    enum status status = run(q, j, count);
+    q->resting = 2 * q->alone > q->kept ? REST : 0;
+    return status;
 }

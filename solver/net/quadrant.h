@@ -38,6 +38,8 @@ struct quadrant {
     struct wave *wave;                       /* NULL: row by row */
     const struct wave_kernel *kernel;
     struct net_tile *tile[WAVE_LANES]; /* in which lanes have put their last place */
+    size_t kept, alone; /* cells of the last wave that its kernel has solved, or not */
+    int resting;        /* waves to be left out, where the last has been of no use */
 };
 
 /* The first two steps of a row that lies on `below`, row j counted from the generator: begins it,

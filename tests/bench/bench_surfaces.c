@@ -108,15 +108,18 @@ static int compare(const void *a, const void *b) {
 static void print_summary(const struct figure *figures, int count) {
     static const char *const names[] = {"median", "worst"};
     for (int which = 0; which < 2; which++) {
+        double column[BENCH_SURFACES];
         printf("%-26s %7s", names[which], "");
         for (int m = -1; m < METHODS; m++) {
-            double column[BENCH_SURFACES];
             for (int k = 0; k < count; k++)
                 column[k] = m < 0 ? figures[k].evaluation : figures[k].ns[m];
             qsort(column, (size_t)count, sizeof *column, compare);
             printf(" %9.0f", column[which ? count - 1 : count / 2]);
         }
-        printf("\n");
+        for (int k = 0; k < count; k++)
+            column[k] = figures[k].bytes;
+        qsort(column, (size_t)count, sizeof *column, compare);
+        printf(" %6.0f\n", column[which ? count - 1 : count / 2]);
     }
 }
 

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ROUNDS = 120, WIDTHS = 3, CORNERS = 5 };
+enum { ROUNDS = 60, WIDTHS = 3, CORNERS = 5 };
 static const uint64_t SEED = 20251121;
 static const double WHOLE[2] = {0, 2 * M_PI};
 
@@ -140,7 +140,7 @@ static void check_widths(struct shape *shape, struct drape_settings settings, ui
 static void check_drape(struct shape *shape, uint64_t seed) {
     uint64_t more = seed * 31 + 7;
     struct arena *arena = arena_new((size_t)64 << 20);
-    double lower[2], upper[2], d = sqrt(shape_area(shape)) / random_between(&more, 12, 60);
+    double lower[2], upper[2], d = sqrt(shape_area(shape)) / random_between(&more, 20, 110);
     shape_domain(shape, lower, upper);
     struct drape_settings settings = {
         .method = methods[(int)(random_unit(&more) * METHODS)],
@@ -149,8 +149,8 @@ static void check_drape(struct shape *shape, uint64_t seed) {
         .direction_deg = random_between(&more, -180, 180),
         .pre_shear_deg = random_between(&more, -20, 20),
         .has_extent = {random_unit(&more) < 0.3, random_unit(&more) < 0.3},
-        .extent = {{-20, 15}, {-9, 18}},
-        .max_nodes = 20000,
+        .extent = {{-40, 35}, {-29, 38}},
+        .max_nodes = 40000,
     };
     for (int k = 0; k < 2; k++) {
         double at = random_between(&more, 0.4, 0.6);
