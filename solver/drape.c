@@ -125,6 +125,23 @@ static enum status find_face(const struct shell *shell, const struct drape_setti
     return distance <= reach ? STATUS_OK : STATUS_START_OFF_SURFACE;
 }
 
+/* A shell of one face as its surface. */
+static enum status solve_face(const struct shell *shell, const struct drape_settings *settings,
+                              const struct drape_monitor *monitor, struct arena *arena,
+                              struct drape_result *result) {
+    struct drape_settings on_face = *settings;
+    if (settings->start_kind == DRAPE_START_UV && settings->start_face != 0)
+        return STATUS_START_OFF_SURFACE;
+    on_face.trim = shell_trim(shell, 0);
+    enum status status =
+        drape_solve(shell_plain_surface(shell, 0), &on_face, monitor, arena, result);
+    if (status != STATUS_OK)
+        return status;
+    result->nodes.face = arena_alloc(arena, result->nodes.count, sizeof *result->nodes.face);
+    result->rim.face = arena_alloc(arena, result->rim.count, sizeof *result->rim.face);
+    return result->nodes.face && result->rim.face ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+}
+
 enum status drape_solve_shell(const struct shell *shell, const struct drape_settings *settings,
                               const struct drape_monitor *monitor, struct arena *arena,
                               struct drape_result *result) {
@@ -132,7 +149,12 @@ enum status drape_solve_shell(const struct shell *shell, const struct drape_sett
     struct march march = {.settings = settings, .monitor = monitor, .arena = arena};
     struct shell_place place;
     struct shell *oriented;
-    enum status status = settings->trim ? STATUS_INVALID : check_settings(settings);
+    if (settings->trim)
+        return STATUS_INVALID;
+    if (shell_face_count(shell) == 1)
+        return solve_face(shell, settings, monitor, arena, result);
+    enum status status =
+        settings->method == DRAPE_MOSAIC ? STATUS_INVALID : check_settings(settings);
     if (status == STATUS_OK)
         status = find_face(shell, settings, &place);
     if (status == STATUS_OK)

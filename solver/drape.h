@@ -200,8 +200,8 @@ enum status drape_solve(const struct surface *surface, const struct drape_settin
  * The same on a shell: on the component of its faces that the start lies on, which is that of the
  * largest area where nothing else is asked for. The face of the start gives the side of all.
  * Generators that are curves are in the parameters of that face, and geodesics beyond it. A shell
- * of one face is draped as that face's surface with its region. Errors as above; settings->trim
- * must be NULL (STATUS_INVALID): the regions are the shell's.
+ * of one face is draped as that face's surface with its region. Errors as above; STATUS_INVALID
+ * also for settings->trim, since the regions are the shell's, and for mosaic on several faces.
  */
 enum status drape_solve_shell(const struct shell *shell, const struct drape_settings *settings,
                               const struct drape_monitor *monitor, struct arena *arena,

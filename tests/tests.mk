@@ -93,10 +93,11 @@ mutants: ## before a release: small mistakes in the source that tests have to no
 figures: $(B)/drape ## redraws docs/figures from the program's own results
 	@tests/figures/figures.sh $(B)
 
-BENCHES := $(addprefix $(B)/tests/bench/bench_,solver surfaces store)
+BENCHES := $(addprefix $(B)/tests/bench/bench_,solver surfaces shell store)
 bench: $(BENCHES) $(B)/draped ## after a change in solver/ or the store: ratios within one run
 	$<
 	$(B)/tests/bench/bench_surfaces
+	$(B)/tests/bench/bench_shell
 	tests/bench/bench_formats.sh $(B)
 	tests/bench/bench_map.sh $(B)
 	@deploy/setup.sh test
@@ -105,6 +106,10 @@ $(B)/tests/bench/bench_solver: $(B)/tests/bench/bench_solver.o $(B)/libdrapeapi.
 	$(call say,LINK,$@)$(LINK) -o $@ $^ $(API_LIBS)
 $(B)/tests/bench/bench_surfaces: $(call objects,$(addprefix tests/,bench/bench_surfaces.c \
         bench/surfaces.c exact/shapes.c exact/spline.c)) $(B)/libdrape.a
+	$(call say,LINK,$@)$(LINK) -o $@ $^ -lm
+
+$(B)/tests/bench/bench_shell: $(call objects,$(addprefix tests/,bench/bench_shell.c \
+        exact/shapes.c exact/spline.c)) $(B)/libdrape.a
 	$(call say,LINK,$@)$(LINK) -o $@ $^ -lm
 
 $(B)/tests/bench/bench_store: $(B)/tests/bench/bench_store.o $(LIBS)

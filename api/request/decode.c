@@ -243,6 +243,9 @@ static void decode_method(const struct json_place *root, struct api_request *req
     bool on_mesh = request->surface.kind == API_SURFACE_MESH;
     if (on_mesh && (settings->method == DRAPE_GEODESIC || settings->method == DRAPE_GIB4))
         place_fault(&method, "must be \"gib\", \"basic\" or \"mosaic\" on a triangle mesh");
+    if (settings->method == DRAPE_MOSAIC && request->surface.kind == API_SURFACE_SHELL &&
+        request->surface.face_count > 1)
+        place_fault(&method, "must not be \"mosaic\" on several faces");
     if (on_mesh && settings->yarn_path == DRAPE_PATH_RELAXATION)
         place_fault(&path, "relaxation needs a surface with parameters, not a triangle mesh");
     for (int k = 0; k < 2 && on_mesh; k++) {

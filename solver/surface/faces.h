@@ -45,8 +45,9 @@ struct face_segment {
 };
 
 struct face {
-    struct surface surface; /* the caller's, as a face of this shell */
-    struct trim *trim;      /* NULL: all of the domain */
+    const struct surface *plain; /* the caller's */
+    struct surface surface;      /* the same as a face of this shell */
+    struct trim *trim;           /* NULL: all of the domain */
     double area;
     struct vec3 centroid;
     struct box box;

@@ -12,6 +12,7 @@ static enum status fail(struct shell_fault *fault, enum shell_fault_kind kind, i
 
 static enum status make_face(const struct shell_part *part, struct arena *arena,
                              struct face *face) {
+    face->plain = part->surface;
     face->surface = *part->surface;
     face->side = 1;
     if (part->loop_count == 0) {
@@ -348,6 +349,10 @@ size_t shell_face_count(const struct shell *shell) {
 
 const struct surface *shell_surface(const struct shell *shell, int32_t face) {
     return &shell->faces[face].surface;
+}
+
+const struct surface *shell_plain_surface(const struct shell *shell, int32_t face) {
+    return shell->faces[face].plain;
 }
 
 const struct trim *shell_trim(const struct shell *shell, int32_t face) {

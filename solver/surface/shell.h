@@ -75,6 +75,9 @@ size_t shell_face_count(const struct shell *shell);
 const struct surface *shell_surface(const struct shell *shell, int32_t face);
 const struct trim *shell_trim(const struct shell *shell, int32_t face);
 
+/* The surface as it was given, that is of no shell. */
+const struct surface *shell_plain_surface(const struct shell *shell, int32_t face);
+
 /* The number of the component that a face belongs to, and how many components there are. Faces
  * that are joined, directly or through others, are one component. */
 int32_t shell_component(const struct shell *shell, int32_t face);
