@@ -46,8 +46,8 @@ struct flag {
 
 static const struct flag flags[] = {
     {"listen", "DRAPED_LISTEN", "ADDR:PORT", "127.0.0.1:8080",
-     "where to listen; port 0 picks a free one; [::1]:8080 for IPv6", KIND_TEXT, AT(listen), 0, 0,
-     NULL},
+     "where to listen; port 0 picks a free one; [::1]:8080 for IPv6, *:8080 for all addresses",
+     KIND_TEXT, AT(listen), 0, 0, NULL},
     {"data", "DRAPED_DATA", "DIR", "./draped-data", "folder of the database, created when missing",
      KIND_TEXT, AT(data), 0, 0, NULL},
     {"store", "DRAPED_STORE", "URL", "",
@@ -343,6 +343,15 @@ static bool parse_ipv6(struct config *config, const char *host, uint16_t port) {
     return true;
 }
 
+/* Any address of this machine, of IPv6 too where the kernel has it. */
+static const char *any_address(void) {
+    int probe = socket(AF_INET6, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (probe < 0)
+        return "0.0.0.0";
+    close(probe);
+    return "[::]";
+}
+
 /* Numbers only: a name would have to be looked up, and may have several addresses. */
 static bool parse_listen(struct config *config) {
     char host[INET6_ADDRSTRLEN + 2];
@@ -354,13 +363,18 @@ static bool parse_listen(struct config *config) {
         host[length] = '\0';
         if (!strcmp(host, "localhost"))
             memcpy(host, "127.0.0.1", sizeof "127.0.0.1");
+        if (!strcmp(host, "*")) {
+            length = (size_t)snprintf(host, sizeof host, "%s", any_address());
+            snprintf(config->listen_name, sizeof config->listen_name, "%s%s", host, colon);
+            config->listen = config->listen_name;
+        }
         bool bracketed = length > 2 && host[0] == '[' && host[length - 1] == ']';
         if (bracketed)
             host[length - 1] = '\0';
         if (bracketed ? parse_ipv6(config, host + 1, port) : parse_ipv4(config, host, port))
             return true;
     }
-    return report("--listen: '%s' is not ADDR:PORT, such as 127.0.0.1:8080 or [::1]:8080",
+    return report("--listen: '%s' is not ADDR:PORT, such as 127.0.0.1:8080, [::1]:8080 or *:8080",
                   config->listen);
 }
 
@@ -379,9 +393,9 @@ static bool take_inherited(struct config *config) {
         getnameinfo(address, length, host, sizeof host, port, sizeof port,
                     NI_NUMERICHOST | NI_NUMERICSERV) != 0)
         return report("the address of the socket that was handed over cannot be read");
-    snprintf(config->inherited_name, sizeof config->inherited_name,
+    snprintf(config->listen_name, sizeof config->listen_name,
              address->sa_family == AF_INET6 ? "[%s]:%s" : "%s:%s", host, port);
-    config->listen = config->inherited_name;
+    config->listen = config->listen_name;
     return true;
 }
 
@@ -413,6 +427,13 @@ static bool is_store(const char *text) {
     if (!text[0] || store_url_remote(text) || (!strncmp(text, "sqlite:", 7) && text[7]))
         return true;
     return strchr(text, '/') && !strstr(text, "://") && text[word] != '=';
+}
+
+/* A variable that a secret leaves empty would make a database of its own of each host. */
+static bool check_shared(const struct config *config) {
+    return config->role == CONFIG_ROLE_ALL || config->store[0] || !getenv("DRAPED_STORE") ||
+           report("DRAPED_STORE is empty: with --role api or worker it names the database that the "
+                  "hosts share");
 }
 
 static bool check_store(const struct config *config) {
@@ -460,7 +481,7 @@ static bool check(struct config *config) {
                       config->max_body > config->max_bodies ? "max-body" : "max-mesh");
     if (!config->data[0])
         return report("--data is empty");
-    return check_store(config);
+    return check_shared(config) && check_store(config);
 }
 
 /* ------------------------------------------------------------------ answers */

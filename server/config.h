@@ -23,7 +23,7 @@ struct config {
     const char *listen;              /* as written, ADDR:PORT */
     struct sockaddr_storage address; /* of `listen`; port 0: any free one */
     socklen_t address_length;
-    char inherited_name[INET6_ADDRSTRLEN + 8]; /* what `listen` is then */
+    char listen_name[INET6_ADDRSTRLEN + 8]; /* of a socket handed over, or of "*" */
     int inherited;              /* the socket the service manager handed over; -1: none */
     bool loopback;              /* whether only this machine can reach it */
     const char *data;           /* folder of the embedded store; created when missing */

@@ -49,8 +49,10 @@ static void probe_silent_clients(int listener) {
 
 static int listen_at(const struct config *config) {
     const struct sockaddr *address = (const struct sockaddr *)&config->address;
-    int on = 1;
+    int on = 1, off = 0; /* [::] is every address, of IPv4 too, however the system is set */
     int listener = socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (listener >= 0 && address->sa_family == AF_INET6)
+        (void)setsockopt(listener, IPPROTO_IPV6, IPV6_V6ONLY, &off, sizeof off);
     if (listener >= 0 && setsockopt(listener, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) == 0 &&
         bind(listener, address, config->address_length) == 0 && listen(listener, BACKLOG) == 0)
         return listener;

@@ -89,6 +89,16 @@ refusals() {
     sed -n '/status="413"/p' "$BATS_TEST_TMPDIR/metrics"
 }
 
+# A mesh of more than --max-body reaches the daemon, which reads all of it.
+expect_mesh() {
+    truncate -s $((64 * 1024 * 1024 + 1)) "$BATS_TEST_TMPDIR/mesh"
+    call POST "/v1/drapes/$id/map" -H 'Content-Type: text/x-nastran' --data-binary "@$BATS_TEST_TMPDIR/mesh"
+    expect 422
+    truncate -s $((256 * 1024 * 1024 + 1)) "$BATS_TEST_TMPDIR/mesh"
+    call POST "/v1/drapes/$id/map" -H 'Content-Type: text/x-nastran' --data-binary "@$BATS_TEST_TMPDIR/mesh"
+    expect 413
+}
+
 # One byte more than --max-body: the proxy itself refuses it.
 expect_cap() {
     local before=$BATS_TEST_TMPDIR/before after=$BATS_TEST_TMPDIR/after
@@ -107,6 +117,21 @@ expect_cap() {
     status=$(curl -sS -o /dev/null -D "$headers" -w '%{http_code}' "http://127.0.0.1:$PLAIN/v1/drapes")
     [ "$status" = 308 ]
     [[ "$(header Location)" == https://*/v1/drapes ]]
+}
+
+@test "deploy: nginx and Caddy pass the page, and meshes of more than --max-body" {
+    for proxy in nginx caddy; do
+        start_$proxy
+        expect_drape
+        expect_mesh
+        call GET /
+        expect 200
+        file=$(grep -oE 'viewer/[0-9a-f]+/main\.js' "$body" | head -1)
+        [ -n "$file" ]
+        call GET "/$file"
+        expect 200
+        kill "$PROXY" && wait "$PROXY" || true
+    done
 }
 
 @test "deploy: nginx does not hold events back" {

@@ -252,6 +252,17 @@ openapi() {
     has_required Summary
 }
 
+@test "http: --listen *:PORT answers by IPv4 and by IPv6" {
+    [ -e /proc/net/if_inet6 ] || skip "this system has no IPv6"
+    start_daemon "$BATS_TEST_TMPDIR/daemon" --listen "*:0" --allow-anonymous
+    for host in 127.0.0.1 "[::1]"; do
+        URL=http://$host:$PORT
+        call GET /healthz
+        expect 200
+    done
+    stop_daemon
+}
+
 @test "http: SIGUSR1 neither ends the daemon nor changes anything" {
     start_daemon "$BATS_TEST_TMPDIR/daemon" --workers 1
     kill -USR1 "$DAEMON"

@@ -107,6 +107,78 @@ def check_kubernetes(draped, folder, user, version):
                    f"ingress {name}: {path['path']}")
 
 
+def octets(text):
+    """Bytes of a size as Kubernetes, nginx or the daemon writes it."""
+    number, unit = re.fullmatch(r"(\d+)([KMGkmg]?)i?", str(text)).groups()
+    return int(number) * 1024 ** " KMG".index(unit.upper() or " ")
+
+
+def settings_of(draped, values):
+    """What the daemon makes of these variables, by name; numbers as integers."""
+    answer = subprocess.run([draped, "--check-config"], capture_output=True, text=True,
+                            env={"DRAPED_ALLOW_ANONYMOUS": "1", **values}, check=False).stdout
+    pairs = dict(line.split(" = ", 1) for line in answer.splitlines())
+    return {name: int(value) if value.isdigit() else value for name, value in pairs.items()}
+
+
+def covers(rule, path):
+    if rule["pathType"] == "Exact":
+        return rule["path"] == path
+    return path == rule["path"].rstrip("/") or path.startswith(rule["path"].rstrip("/") + "/")
+
+
+def check_ingress(limits, folder):
+    """All that callers may use goes through, what is for the inside does not; bodies as the daemon."""
+    with open("api/openapi.yaml", encoding="utf-8") as file:
+        routes = {re.sub(r"\{[^}]*\}", "x", path) for path in yaml.safe_load(file)["paths"]}
+    ingress = named(load(f"{folder}/ingress.yaml"), "Ingress")["draped"]
+    rules = [path for rule in ingress["spec"]["rules"] for path in rule["http"]["paths"]]
+    for route in routes:
+        inside = route in ("/metrics", "/healthz", "/readyz")
+        expect(any(covers(rule, route) for rule in rules) != inside, f"ingress: {route}")
+    notes = {key.split("/")[1]: value for key, value in ingress["metadata"]["annotations"].items()}
+    expect(octets(notes["proxy-body-size"]) == limits["max-mesh"], "ingress: bodies are not --max-mesh")
+
+
+def check_memory(draped, folder):
+    """No pod may be killed for what its settings allow it to hold."""
+    objects = [each for name in ("api", "worker") for each in load(f"{folder}/{name}.yaml")]
+    for name, deployment in named(objects, "Deployment").items():
+        container = deployment["spec"]["template"]["spec"]["containers"][0]
+        settings = settings_of(draped, {each["name"]: each["value"] for each in container["env"]
+                                        if "value" in each and each["name"] not in SECRETS})
+        worker = settings["role"] == "worker"
+        most = ((settings["workers"] + 1) * settings["job-memory"] if worker
+                else settings["max-bodies"] + settings["check-memory"]) + 256 * 1024 ** 2
+        limit = octets(container["resources"]["limits"]["memory"])
+        expect(limit >= most, f"{name}: {limit} bytes of memory, and it may hold {most}")
+        expect("readinessProbe" in container, f"{name}: no readiness probe")
+        expect(container["readinessProbe"]["httpGet"]["path"] == "/readyz", f"{name}: readiness")
+
+
+def check_scaler(folder):
+    """/metrics takes a token, so that who looks at it has one."""
+    objects = load(f"{folder}/scaler.yaml")
+    there = named(objects, "TriggerAuthentication")
+    for name, scaler in named(objects, "ScaledObject").items():
+        for trigger in scaler["spec"]["triggers"]:
+            reference = trigger.get("authenticationRef", {}).get("name")
+            expect(reference in there and trigger["metadata"]["authMode"] == "bearer", f"scaler {name}: no token")
+    with open("deploy/prometheus/kubernetes.yml", encoding="utf-8") as file:
+        scrape = yaml.safe_load(file)["scrape_configs"][0]
+    expect("credentials_file" in scrape.get("authorization", {}), "prometheus: no token")
+
+
+def check_proxies(limits):
+    """Their caps on bodies are the daemon's."""
+    with open("deploy/nginx.conf", encoding="utf-8") as file:
+        sizes = [octets(size) for size in re.findall(r"client_max_body_size (\w+);", file.read())]
+    expect(sizes == [limits["max-body"], limits["max-mesh"]], f"nginx: bodies {sizes}")
+    with open("deploy/Caddyfile", encoding="utf-8") as file:
+        sizes = [int(size) for size in re.findall(r"max_size (\d+)", file.read())]
+    expect(sizes == [limits["max-mesh"], limits["max-body"]], f"Caddy: bodies {sizes}")
+
+
 def check_compose(draped, path):
     compose = load(path)[0]
     services = compose["services"]
@@ -135,6 +207,11 @@ def main():
         user = re.search(r"^USER (\d+)", file.read(), re.MULTILINE)[1]
     check_kubernetes(draped, "deploy/kubernetes", user, version)
     check_compose(draped, "deploy/compose.yaml")
+    limits = settings_of(draped, {})
+    check_ingress(limits, "deploy/kubernetes")
+    check_memory(draped, "deploy/kubernetes")
+    check_scaler("deploy/kubernetes")
+    check_proxies(limits)
     print("\n".join(faults))
     sys.exit(1 if faults else 0)
 

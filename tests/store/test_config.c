@@ -228,6 +228,20 @@ static void test_config_keeps_strangers_out(void **state) {
     expect_bad("--data=", NULL, "--data");
 }
 
+static void test_config_shares_no_store_of_an_empty_name(void **state) {
+    struct config config;
+    (void)state;
+    setenv("DRAPED_STORE", "", 1);
+    expect_bad("--role", "worker", "DRAPED_STORE is empty");
+    expect_bad("--role", "api", "DRAPED_STORE is empty");
+    assert_int_equal(parse(&config, "--role", "all", NULL, NULL), CONFIG_RUN);
+    assert_int_equal(parse(&config, "--role=api", "--store=sqlite:a.db", NULL, NULL), CONFIG_RUN);
+    unsetenv("DRAPED_STORE");
+    assert_int_equal(parse(&config, "--listen", "*:80", "--allow-anonymous", NULL), CONFIG_RUN);
+    assert_false(config.loopback);
+    expect_bad("--listen", "*:80", "--allow-anonymous");
+}
+
 static void test_config_refuses_what_cannot_be(void **state) {
     struct config config;
     (void)state;
@@ -291,6 +305,7 @@ int main(void) {
         cmocka_unit_test(test_config_reads_addresses),
         cmocka_unit_test(test_config_keeps_strangers_out),
         cmocka_unit_test(test_config_refuses_what_cannot_be),
+        cmocka_unit_test(test_config_shares_no_store_of_an_empty_name),
         cmocka_unit_test(test_config_answers_questions_on_stdout),
         cmocka_unit_test(test_config_tells_its_limits_as_json),
     };
