@@ -31,6 +31,7 @@
     X(IDEMPOTENCY_MISMATCH, "idempotency-mismatch", 422, "The key was used with another body")     \
     X(START_OFF_SURFACE, "start-off-surface", 422, "The start is not on the surface")              \
     X(DEGENERATE_SURFACE, "degenerate-surface", 422, "The surface has no tangent plane there")     \
+    X(UNREADABLE_FILE, "unreadable-file", 422, "The file cannot be imported")                      \
     X(QUEUE_FULL, "queue-full", 429, "Too many drapes are waiting")                                \
     X(QUOTA, "quota-exceeded", 429, "A quota of the caller is used up")                            \
     X(HEADERS_TOO_LARGE, "headers-too-large", 431, "The headers are too large")                    \

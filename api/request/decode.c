@@ -113,6 +113,7 @@ static const struct api_surface *decode_start_face(const struct json_place *plac
     if (!place_integer(&face, 0, SHELL_FACES_MAX - 1, &number))
         return NULL;
     request->settings.start_face = number;
+    request->start_on_face = true;
     if (surface->kind == API_SURFACE_NAMED)
         return NULL;
     if ((size_t)number < surface->face_count)
@@ -290,6 +291,7 @@ static void decode_rest(const struct json_place *root, struct api_request *reque
     struct json_place extent = place_member(root, "extent");
     struct json_place permeability = place_member(root, "permeability");
     decode_unit(&unit, &request->surface, &request->length_unit);
+    request->unit_of_surface = request->surface.kind == API_SURFACE_NAMED && !place_given(&unit);
     decode_fabric(&fabric, request);
     if (place_given(&start))
         decode_start(&start, request);

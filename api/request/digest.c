@@ -36,6 +36,7 @@ bool api_digest_surface(const struct api_surface *surface, struct arena *arena,
 bool api_digest_request(const struct api_request *request, struct arena *arena,
                         char id[API_ID_SIZE]) {
     struct api_request named = *request;
+    named.unit_of_surface = false;
     if (!api_digest_surface(&request->surface, arena, named.surface.id))
         return false;
     struct arena_mark mark = arena_mark(arena);

@@ -192,7 +192,8 @@ static void write_start(struct api_text *text, const struct api_request *request
         write_vector(text, "point", settings->start_point);
     } else {
         bool given = settings->start_kind == DRAPE_START_UV;
-        if (request->surface.kind == API_SURFACE_SHELL)
+        bool faces = request->surface.kind != API_SURFACE_NURBS && !given && chosen->face >= 0;
+        if (faces || (given && request->start_on_face))
             api_text_key_integer(text, "face", given ? settings->start_face : chosen->face);
         api_text_key(text, "uv");
         api_text_numbers(text, given ? settings->start_uv : chosen->uv, 2);
@@ -299,7 +300,10 @@ const char *api_normalise(const struct api_request *request, const struct api_st
     struct api_text text = api_text_growing(arena);
     api_text_raw(&text, "{");
     write_surface(&text, &request->surface);
-    api_text_key_string(&text, "length_unit", request->length_unit->name);
+    if (!request->unit_of_surface)
+        api_text_key_string(&text, "length_unit", request->length_unit->name);
+    else if (chosen)
+        api_text_key_string(&text, "length_unit", api_units[chosen->unit].name);
     write_fabric(&text, request);
     write_start(&text, request, chosen);
     write_direction(&text, settings);

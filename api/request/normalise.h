@@ -16,6 +16,7 @@ struct api_start {
     double uv[2]; /* parameters of that face */
     struct vec3 point;
     struct vec3 warp, weft; /* unit directions there */
+    int unit;               /* of the drape's lengths, by its place in `api_units` */
 };
 
 /* The request. A surface that was given by id stays {"id": ...}. `chosen` (may be NULL) is written

@@ -29,8 +29,8 @@ bool decode_faces(const struct json_place *list, struct api_surface *surface);
 /* `id` with a selection of the faces of the stored shell. */
 bool decode_selection(const struct json_place *place, struct api_surface *surface);
 
-/* One NURBS surface with its trims. */
-bool decode_nurbs(const struct json_place *place, struct api_surface *surface);
+/* One NURBS surface with its trims, alone or as a face. */
+bool decode_nurbs(const struct json_place *place, bool of_shell, struct api_surface *surface);
 
 /* `length_unit` and `notes` beside a shell or a mesh, as an importer writes them. */
 bool decode_origin(const struct json_place *place, struct api_surface *surface);

@@ -114,8 +114,10 @@ struct api_permeability {
 struct api_request {
     struct api_surface surface;
     const struct api_unit *length_unit;
+    bool unit_of_surface; /* it is what the stored surface says, which was not among the input */
     struct api_fabric fabric;
     struct drape_settings settings; /* max_nodes comes from the limits */
+    bool start_on_face;             /* the start's u and v are those of face settings.start_face */
     struct api_cavity cavity;
     struct api_permeability permeability;
 };

@@ -3,6 +3,7 @@
 
 #include "api/json/text.h"
 #include "digest.h"
+#include "shape_mesh.h"
 #include "shape_shell.h"
 #include "solver/surface/bounds.h"
 #include "solver/surface/measure.h"
@@ -114,16 +115,22 @@ static enum api_problem_id measure(const struct api_surface *definition, struct 
     return API_OK;
 }
 
-/* A shell, whose faces are described one by one. */
-static const char *describe_shell(const struct api_surface *definition, struct arena *arena,
+/* A shell, whose faces are described one by one, or a mesh. */
+static const char *describe_faces(const struct api_surface *definition, struct arena *arena,
                                   struct api_problem *problem) {
     char id[API_ID_SIZE];
     bool ok = api_digest_surface(definition, arena, id);
     struct api_text text = api_text_growing(arena);
     api_text_raw(&text, "{");
     api_text_key_string(&text, "id", ok ? id : "");
-    if (api_shape_shell_describe(definition, &text, arena, problem) != API_OK)
+    if (definition->kind == API_SURFACE_MESH
+            ? api_shape_mesh_describe(definition, &text, arena, problem)
+            : api_shape_shell_describe(definition, &text, arena, problem))
         return NULL;
+    if (definition->kind == API_SURFACE_MESH)
+        api_shape_notes(&text, definition, "");
+    if (definition->length_unit)
+        api_text_key_string(&text, "length_unit", definition->length_unit->name);
     api_text_raw(&text, "}");
     const char *document = ok ? api_text_finish(&text) : NULL;
     if (!document)
@@ -133,8 +140,8 @@ static const char *describe_shell(const struct api_surface *definition, struct a
 
 const char *api_shape_describe(const struct api_surface *definition, struct arena *arena,
                                struct api_problem *problem) {
-    if (definition->kind == API_SURFACE_SHELL)
-        return describe_shell(definition, arena, problem);
+    if (definition->kind != API_SURFACE_NURBS)
+        return describe_faces(definition, arena, problem);
     struct surface_measure size;
     char id[API_ID_SIZE];
     const struct nurbs *nurbs = &definition->nurbs;

@@ -3,6 +3,7 @@
 #ifndef API_REQUEST_SHAPE_MESH_H
 #define API_REQUEST_SHAPE_MESH_H
 
+#include "api/json/text.h"
 #include "api/limits.h"
 #include "api/problem.h"
 #include "request.h"
@@ -16,5 +17,11 @@
 enum api_problem_id api_shape_mesh(const struct api_request *request,
                                    const struct api_limits *limits, struct arena *arena,
                                    struct mesh **mesh, struct api_problem *problem) STATUS_MUST_USE;
+
+/* The members of a mesh's description that are its own: vertices, triangles, faces (the mesh
+ * itself), edges, components, bounding_box, area. See `api_shape_describe`. */
+enum api_problem_id api_shape_mesh_describe(const struct api_surface *surface,
+                                            struct api_text *text, struct arena *arena,
+                                            struct api_problem *problem) STATUS_MUST_USE;
 
 #endif

@@ -287,17 +287,16 @@ static enum status describe_face(const struct api_surface *surface, size_t numbe
     return STATUS_OK;
 }
 
-static void write_notes(struct api_text *text, const struct api_surface *surface,
-                        const struct api_problem *fault) {
+void api_shape_notes(struct api_text *text, const struct api_surface *surface, const char *more) {
     api_text_key(text, "notes");
     api_text_raw(text, "[");
     for (size_t k = 0; k < surface->note_count; k++) {
         api_text_raw(text, k ? "," : "");
         api_text_string(text, surface->notes[k]);
     }
-    if (fault->id != API_OK) {
+    if (*more) {
         api_text_raw(text, surface->note_count ? "," : "");
-        api_text_string(text, fault->place[0].detail);
+        api_text_string(text, more);
     }
     api_text_raw(text, "]");
 }
@@ -328,7 +327,7 @@ static enum api_problem_id describe_edges(const struct api_surface *surface, str
         api_text_key_number(text, "tolerance", shell_tolerance(all.shell));
         api_text_key_integer(text, "components", (int64_t)shell_component_count(all.shell));
     }
-    write_notes(text, surface, &fault);
+    api_shape_notes(text, surface, fault.id != API_OK ? fault.place[0].detail : "");
     return API_OK;
 }
 
@@ -350,7 +349,5 @@ enum api_problem_id api_shape_shell_describe(const struct api_surface *surface,
         return problem->id;
     write_box(text, totals.lower, totals.upper);
     api_text_key_number(text, "area", totals.area);
-    if (surface->length_unit)
-        api_text_key_string(text, "length_unit", surface->length_unit->name);
     return API_OK;
 }

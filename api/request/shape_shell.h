@@ -32,9 +32,13 @@ enum api_problem_id api_shape_shell(const struct api_request *request,
                                     struct api_problem *problem) STATUS_MUST_USE;
 
 /* The members of a description that a shell or a mesh has: `faces`, `edges`, `bounding_box`,
- * `area`, `notes`, ... See `api_shape_describe`. */
+ * `area`, `notes`, ... See `api_shape_describe`. What is wrong with the faces of an imported file
+ * is one more of its `notes`. */
 enum api_problem_id api_shape_shell_describe(const struct api_surface *surface,
                                              struct api_text *text, struct arena *arena,
                                              struct api_problem *problem) STATUS_MUST_USE;
+
+/* The notes of an imported surface, with one more unless that is "". */
+void api_shape_notes(struct api_text *text, const struct api_surface *surface, const char *more);
 
 #endif

@@ -27,7 +27,7 @@ static bool decode_face(const struct json_place *place, struct api_surface *face
     struct json_place name = place_member(place, "name"), kind = place_member(place, "kind");
     struct json_place colour = place_member(place, "colour");
     *face = (struct api_surface){.kind = API_SURFACE_NURBS};
-    bool ok = decode_nurbs(place, face);
+    bool ok = decode_nurbs(place, true, face);
     ok = copy_string(&name, &face->face_name) && ok;
     ok = copy_string(&kind, &face->face_kind) && ok;
     return copy_string(&colour, &face->face_colour) && ok;

@@ -159,14 +159,15 @@ static void drop_unit_weights(struct nurbs *nurbs) {
     nurbs->weight_count = 0;
 }
 
-bool decode_nurbs(const struct json_place *place, struct api_surface *surface) {
+bool decode_nurbs(const struct json_place *place, bool of_shell, struct api_surface *surface) {
     static const char *const keys[] = {
+        "kind", "colour", /* of faces alone */
         "degree_u", "degree_v", "size_u", "size_v", "knotvector_u", "knotvector_v",
         "control_points", "weights", "trims",
         /* written by geomdl, rw3dm, Sverchok or CurvesWB; they do not matter here */
         "type", "rational", "dimension", "pdimension", "delta", "sample_size", "name", "id", "bbox",
-        "reversed", "precision", "kind", "colour", NULL};
-    if (!place_object(place, keys))
+        "reversed", "precision", NULL};
+    if (!place_object(place, of_shell ? keys : keys + 2))
         return false;
     struct nurbs *nurbs = &surface->nurbs;
     struct nurbs_places places;
@@ -217,7 +218,7 @@ static bool decode_shape(const struct json_place *place, struct api_surface *sur
     }
     if (ok && place_length(&file.data) > 1)
         return decode_faces(&file.data, surface);
-    return ok && decode_nurbs(definition, surface);
+    return ok && decode_nurbs(definition, false, surface);
 }
 
 static bool read_triangle(const struct json_place *place, const double *row, int32_t *triangle) {
@@ -296,5 +297,5 @@ bool decode_surface(const struct json_place *place, struct api_surface *surface)
         return decode_name(place, surface) && decode_selection(place, surface);
     if (has(place, "faces"))
         return decode_shell(place, surface);
-    return decode_nurbs(place, surface);
+    return decode_nurbs(place, false, surface);
 }

@@ -114,6 +114,7 @@ void directory_read(const struct json_tree *tree, struct api_columns *columns) {
     struct json_place spacing = place_member(&grid, "spacing"), uv = place_member(&start, "uv");
     struct json_place unit = place_member(&root, "length_unit");
     columns->unit = read_unit(&unit);
+    columns->start.unit = (int)(columns->unit - api_units);
     summary_read(&summary, &columns->summary);
     read_pair(&grid, "warp", columns->grid.warp);
     read_pair(&grid, "weft", columns->grid.weft);

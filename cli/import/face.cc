@@ -404,6 +404,7 @@ trim_curve make_curve(const carried &curve) {
     std::vector<double> breaks = find_breaks(curve);
     for (size_t k = 0; k + 1 < breaks.size(); k++)
         fit(curve, breaks[k], breaks[k + 1], 0, out);
+    out.knots.push_back(breaks.back());
     return out;
 }
 

@@ -315,7 +315,30 @@ static bool work(const struct arguments *arguments) {
     return ok;
 }
 
+/* ---- as a child of the daemon ---- */
+
+static char *import_body(const char *body, size_t length, const char *format, const char *unit,
+                         size_t *text_length, char why[API_DETAIL_MAX]) {
+    const struct import_order order = {
+        .format = format, .bytes = body, .length = length, .unit = unit};
+    struct import_answer answer;
+    if (!import_cad(&order, &answer)) {
+        snprintf(why, API_DETAIL_MAX, "%s", answer.why);
+        return NULL;
+    }
+    *text_length = answer.length;
+    return answer.text;
+}
+
+static int serve(void) {
+    static const struct checker_abilities abilities = {.import = import_body};
+    import_prepare();
+    return checker_serve(&abilities);
+}
+
 int main(int argc, char **argv) {
+    if (argc == 2 && strcmp(argv[1], CHECKER_ARGUMENT) == 0)
+        return serve();
     struct arguments arguments = {.unit = "", .memory_mib = 4096, .seconds = 300};
     int status = parse_arguments(argc, argv, &arguments);
     if (status < 0) {

@@ -16,6 +16,9 @@ call_handler results_get, results_pattern;
 call_handler maps_create;
 /* surfaces.c */
 call_handler surfaces_create, surfaces_list, surfaces_get, surfaces_delete;
+/* Whether the body of `POST /v1/surfaces` is said to be a file of CAD or mesh, by `?format=` or its
+ * type; the reply then says why it is not taken, if so. */
+bool surfaces_screen_file(struct call *call);
 /* meta.c */
 call_handler meta_openapi, meta_limits, meta_health, meta_ready, meta_version, meta_metrics;
 /* viewer.c */

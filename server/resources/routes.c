@@ -10,13 +10,14 @@
 #include <string.h>
 
 enum {
-    ROUTE_BODY = 1,  /* takes a JSON document */
-    ROUTE_WORK = 2,  /* new work: not while draining */
-    ROUTE_QUIET = 4, /* probes and scrapes: not worth a line of the log each */
-    ROUTE_LOOSE = 8, /* takes any query */
-    ROUTE_MESH = 16, /* takes a mesh, JSON or Nastran */
-    ROUTE_OPEN = 32, /* for everybody, without a token */
-    ROUTE_ADMIN = 64 /* speaks of all owners: for administrators, or on this machine */
+    ROUTE_BODY = 1,   /* takes a JSON document */
+    ROUTE_WORK = 2,   /* new work: not while draining */
+    ROUTE_QUIET = 4,  /* probes and scrapes: not worth a line of the log each */
+    ROUTE_LOOSE = 8,  /* takes any query */
+    ROUTE_MESH = 16,  /* takes a mesh, JSON or Nastran */
+    ROUTE_OPEN = 32,  /* for everybody, without a token */
+    ROUTE_FILE = 128, /* takes a file of CAD or mesh as well */
+    ROUTE_ADMIN = 64  /* speaks of all owners: for administrators, or on this machine */
 };
 
 struct route {
@@ -42,7 +43,11 @@ static const struct route routes[] = {
     {"GET", "/v1/drapes/{id}/events", events_stream, 0, {0}},
     {"POST", "/v1/drapes/{id}/cancel", drapes_cancel, 0, {0}},
     {"POST", "/v1/drapes/{id}/map", maps_create, ROUTE_MESH | ROUTE_WORK, {MAP_QUERY}},
-    {"POST", "/v1/surfaces", surfaces_create, ROUTE_BODY | ROUTE_WORK, {0}},
+    {"POST",
+     "/v1/surfaces",
+     surfaces_create,
+     ROUTE_BODY | ROUTE_FILE | ROUTE_WORK,
+     {"format", "unit"}},
     {"GET", "/v1/surfaces", surfaces_list, 0, {"limit", "cursor"}},
     {"GET", "/v1/surfaces/{id}", surfaces_get, 0, {0}},
     {"DELETE", "/v1/surfaces/{id}", surfaces_delete, 0, {0}},
@@ -160,6 +165,8 @@ static bool check_media_type(struct call *call) {
     const struct route *route = call->request->route;
     const char *type = request_header(call->request, "Content-Type");
     bool mesh = route->flags & ROUTE_MESH, page = request_header(call->request, "Origin");
+    if (route->flags & ROUTE_FILE && surfaces_screen_file(call))
+        return !call->reply->status;
     if (!(route->flags & (ROUTE_BODY | ROUTE_MESH)) || (!type && !page) ||
         (type && negotiate_is_json(type)) ||
         (type && mesh && negotiate_is_type(type, "text/x-nastran")))

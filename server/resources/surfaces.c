@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* /v1/surfaces: store, list, get, delete. */
+#include "api/files/files.h"
 #include "checking.h"
 #include "documents.h"
 #include "handlers.h"
 #include "server/config.h"
+#include "server/http/negotiate.h"
 #include <stdio.h>
 #include <string.h>
 
@@ -54,10 +56,57 @@ static void store_surface(struct call *call, struct check *check) {
     store_surface_clear(&stored);
 }
 
+/* What file the body is said to be; NULL: JSON. */
+static const struct file_format *source_of(const struct request *request) {
+    const char *name = request_query(request, "format");
+    const char *type = request_header(request, "Content-Type");
+    if (name)
+        return file_format_named(name);
+    for (int k = 0; type && k < FILE_FORMATS; k++)
+        if (negotiate_is_type(type, file_formats[k].media_type))
+            return &file_formats[k];
+    return NULL;
+}
+
+/* A type that a form of a web page can send without the browser asking first. */
+static bool is_form(const char *type) {
+    return negotiate_is_type(type, "text/plain") ||
+           negotiate_is_type(type, "multipart/form-data") ||
+           negotiate_is_type(type, "application/x-www-form-urlencoded");
+}
+
+bool surfaces_screen_file(struct call *call) {
+    const struct request *request = call->request;
+    const struct file_format *source = source_of(request);
+    const char *format = request_query(request, "format"), *unit = request_query(request, "unit");
+    const char *type = request_header(request, "Content-Type");
+    if (format && !source && strcmp(format, "json"))
+        reply_refuse(call->reply, API_INVALID_REQUEST,
+                     "?format= takes json, step, iges, stl, obj and nastran, and not '%.64s'",
+                     format);
+    else if (unit && !file_unit_known(unit))
+        reply_refuse(call->reply, API_INVALID_REQUEST,
+                     "?unit= takes m, mm, cm, um, in and ft, and not '%.64s'", unit);
+    else if (unit && !source)
+        reply_refuse(call->reply, API_INVALID_REQUEST,
+                     "?unit= is for files that state none; a JSON surface has \"length_unit\"");
+    else if (source && request_header(request, "Origin") && (!type || is_form(type)))
+        reply_refuse(call->reply, API_UNSUPPORTED_MEDIA_TYPE,
+                     "from a page the Content-Type must be '%s'", source->media_type);
+    else if (source && source->cad && !checkers_can_import())
+        reply_refuse(call->reply, API_UNSUPPORTED_MEDIA_TYPE,
+                     "STEP and IGES files need the importer, which is not installed: "
+                     "apt install draped-import");
+    return source || call->reply->status;
+}
+
 enum http_next surfaces_create(struct call *call) {
     struct request *request = call->request;
     if (!request->state) {
-        const struct checkers_order order = checking_order(call, CHECKER_SURFACE);
+        const struct file_format *source = source_of(request);
+        struct checkers_order order = checking_order(call, CHECKER_SURFACE);
+        order.source = source ? source->name : NULL;
+        order.unit = request_query(request, "unit");
         request->state = checking_begin(call, &order);
         request->state_free = checking_free;
         if (!request->state)

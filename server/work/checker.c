@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "checker.h"
+#include "api/files/files.h"
 #include "api/format/format.h"
 #include "api/map/map.h"
 #include "api/run.h"
@@ -140,7 +141,52 @@ static int64_t processor_us(void) {
     return used.tv_sec * INT64_C(1000000) + used.tv_nsec / 1000;
 }
 
-static void carry_out(struct task *task) {
+/* A surface to be stored that comes as a file of CAD or mesh. */
+static enum api_problem_id import_file(struct task *task, const struct checker_abilities *abilities,
+                                       struct arena *arena, const struct api_sink *sink) {
+    const struct checker_order *order = &task->order;
+    const char *body = task->document[CHECKER_BODY], *text = NULL;
+    const struct file_format *format = file_format_named(order->source);
+    struct api_problem *problem = &task->answer.problem;
+    size_t length = order->length[CHECKER_BODY], text_length = 0;
+    char why[API_DETAIL_MAX] = "", *imported = NULL;
+    if (!format || (format->cad && !abilities->import)) {
+        api_problem_set(problem, API_INTERNAL, "this process cannot import files");
+    } else if (format->cad) {
+        text = imported =
+            abilities->import(body, length, order->source, order->unit, &text_length, why);
+        if (!text)
+            api_problem_set(problem, API_UNREADABLE_FILE, "%s", why);
+    } else if (file_read_mesh(format, body, length, order->unit, arena, &text, &text_length,
+                              problem) != API_OK) {
+        text = NULL;
+    }
+    const struct api_input input = {.request = text, .request_length = text_length};
+    enum api_problem_id id = problem->id;
+    if (text)
+        id = api_check_surface(&input, &order->limits, sink, &task->answer.check, problem);
+    free(imported);
+    return id;
+}
+
+static enum api_problem_id check_surface(struct task *task,
+                                         const struct checker_abilities *abilities,
+                                         const struct api_input *input,
+                                         const struct api_sink *sink) {
+    struct checker_answer *answer = &task->answer;
+    if (!task->order.source[0])
+        return api_check_surface(input, &task->order.limits, sink, &answer->check,
+                                 &answer->problem);
+    struct arena *arena = arena_new(task->order.limits.max_memory);
+    if (arena)
+        import_file(task, abilities, arena, sink);
+    else
+        api_problem_set(&answer->problem, API_OUT_OF_MEMORY, "no memory for the file");
+    arena_free(arena);
+    return answer->problem.id;
+}
+
+static void carry_out(struct task *task, const struct checker_abilities *abilities) {
     const int64_t begun = processor_us();
     const struct checker_order *order = &task->order;
     struct checker_answer *answer = &task->answer;
@@ -157,7 +203,7 @@ static void carry_out(struct task *task) {
         id = api_check_drape(&input, &order->limits, &answer->check, &answer->problem);
         break;
     case CHECKER_SURFACE:
-        id = api_check_surface(&input, &order->limits, &sink, &answer->check, &answer->problem);
+        id = check_surface(task, abilities, &input, &sink);
         break;
     case CHECKER_NORMALISE:
         id = api_check_normalise(&input, &order->limits, start, &sink, &answer->problem);
@@ -272,7 +318,7 @@ static uint64_t address_space(void) {
     return pages * (uint64_t)sysconf(_SC_PAGESIZE);
 }
 
-int checker_serve(void (*before)(const char *body, size_t length)) {
+int checker_serve(const struct checker_abilities *abilities) {
     static struct task task;
     const struct checker_hello hello = {address_space()};
     ssize_t length;
@@ -283,10 +329,10 @@ int checker_serve(void (*before)(const char *body, size_t length)) {
         memset(&task.answer, 0, offsetof(struct checker_answer, problem.place));
         task.buffered = 0;
         bool good = find_documents(&task, (size_t)length);
-        if (good && before)
-            before(task.document[CHECKER_BODY], task.order.length[CHECKER_BODY]);
+        if (good && abilities->before)
+            abilities->before(task.document[CHECKER_BODY], task.order.length[CHECKER_BODY]);
         if (good)
-            carry_out(&task);
+            carry_out(&task, abilities);
         clear(&task);
         if (!good || !send_answer(&task.answer))
             return 1;
@@ -295,7 +341,8 @@ int checker_serve(void (*before)(const char *body, size_t length)) {
 }
 
 int checker_main(void) {
-    return checker_serve(NULL);
+    static const struct checker_abilities none;
+    return checker_serve(&none);
 }
 
 /* ------------------------------------------------------------------ the other end */

@@ -54,6 +54,8 @@ struct checker_order {
     int64_t deadline_ms; /* by `clock_ms`: when the pool gives up */
     bool has_start;      /* of CHECKER_NORMALISE */
     struct api_start start;
+    /* of CHECKER_SURFACE: what file the body is, "" for JSON, and the unit of one that says none */
+    char source[CHECKER_OPTION_SIZE], unit[CHECKER_OPTION_SIZE];
     /* of CHECKER_MAP */
     bool nastran;
     char id[API_ID_SIZE];
@@ -77,9 +79,18 @@ struct checker_answer {
  * not sent. */
 bool checker_answer_sound(struct checker_answer *answer, size_t length);
 
-/* The process: serves orders on WORKER_FD until its other end closes. Returns the exit status.
- * `before`, for tests, is called with the body of each order before it is carried out. */
-int checker_serve(void (*before)(const char *body, size_t length));
+/* What a process has that not every one has; NULL where it has not. */
+struct checker_abilities {
+    /* For tests, called with the body of each order before it is carried out. */
+    void (*before)(const char *body, size_t length);
+    /* The importer's: a CAD file as the JSON of a surface, malloc'ed; else NULL with a sentence in
+     * `why`. */
+    char *(*import)(const char *body, size_t length, const char *format, const char *unit,
+                    size_t *text_length, char why[API_DETAIL_MAX]);
+};
+
+/* The process: serves orders on WORKER_FD until its other end closes. Returns the exit status. */
+int checker_serve(const struct checker_abilities *abilities);
 
 /* The same without tests: what `draped checker` does. */
 int checker_main(void);

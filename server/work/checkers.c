@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "checkers.h"
+#include "api/files/files.h"
 #include "child.h"
 #include "sandbox.h"
 #include "server/clock.h"
@@ -31,6 +32,8 @@ enum {
 #define CHECK_BYTES_PER_BYTE 96
 #define CHECK_LONG_BYTES (INT64_C(128) << 20)
 #define CHECK_LONG_BYTES_PER_BYTE 24
+#define IMPORT_BYTES (INT64_C(256) << 20)
+#define IMPORT_BYTES_PER_BYTE 96
 #define MAP_BYTES (INT64_C(64) << 20)
 #define MAP_BYTES_PER_JSON_BYTE 48
 #define MAP_BYTES_PER_BULK_BYTE 6
@@ -54,6 +57,7 @@ struct place {
     uint64_t base;  /* bytes of address space it starts with */
     uint64_t limit; /* the bytes it may have now; 0: not bounded yet */
     bool slow;      /* runs at the lower priority */
+    bool imports;   /* its process is the importer */
     struct place *next;
 };
 
@@ -146,6 +150,8 @@ static int64_t reserve_of(const struct checkers_order *order, int64_t most) {
     int64_t of_short = CHECK_BYTES + CHECK_BYTES_PER_BYTE * (body + second);
     int64_t of_long = CHECK_LONG_BYTES + CHECK_LONG_BYTES_PER_BYTE * (body + second);
     int64_t bytes = of_short < of_long ? of_short : of_long;
+    if (order->source)
+        bytes = IMPORT_BYTES + IMPORT_BYTES_PER_BYTE * body;
     if (order->kind == CHECKER_MAP)
         bytes = MAP_BYTES + MAP_BYTES_PER_COLUMN_BYTE * columns +
                 (order->nastran ? MAP_BYTES_PER_BULK_BYTE : MAP_BYTES_PER_JSON_BYTE) * body;
@@ -154,7 +160,8 @@ static int64_t reserve_of(const struct checkers_order *order, int64_t most) {
 
 static int64_t timeout_of(const struct check *check) {
     const struct checkers_settings *settings = &check->pool->settings;
-    return check->packet.kind == CHECKER_MAP ? settings->map_timeout_ms : settings->timeout_ms;
+    bool long_work = check->packet.kind == CHECKER_MAP || check->packet.source[0];
+    return long_work ? settings->map_timeout_ms : settings->timeout_ms;
 }
 
 /* Keeps the documents: short ones in memory, long ones as files. False without room for them. */
@@ -191,6 +198,8 @@ static void fill_packet(struct check *check, const struct checkers_order *order)
     packet->has_start = order->start != NULL;
     if (order->start)
         packet->start = *order->start;
+    snprintf(packet->source, sizeof packet->source, "%s", order->source ? order->source : "");
+    snprintf(packet->unit, sizeof packet->unit, "%s", order->unit ? order->unit : "");
     snprintf(packet->id, sizeof packet->id, "%s", order->id ? order->id : "");
     snprintf(packet->format, sizeof packet->format, "%s", order->format ? order->format : "");
     for (int k = 0; k < CHECKER_DOCUMENTS; k++)
@@ -247,13 +256,29 @@ static void bound(const struct place *place, int resource, uint64_t value) {
         log_warning(log_event("checker_not_bounded"), log_text("detail", strerror(errno)));
 }
 
+/* Whether the check takes the importer. */
+static bool is_cad(const struct check *check) {
+    const struct file_format *format = file_format_named(check->packet.source);
+    return format && format->cad;
+}
+
+bool checkers_can_import(void) {
+    char importer[CHILD_PATH_SIZE];
+    child_beside(CHECKERS_IMPORTER, importer);
+    return access(importer, X_OK) == 0;
+}
+
 /* Starts the place's process if it has none, and waits for its word that it is locked in. */
-static bool start_process(struct checkers *pool, struct place *place) {
+static bool start_process(struct checkers *pool, struct place *place, bool imports) {
     struct checker_hello hello;
-    if (child_running(&place->child))
+    char importer[CHILD_PATH_SIZE];
+    if (child_running(&place->child) && place->imports == imports)
         return true;
-    if (!child_start(&place->child, CHECKER_ARGUMENT, SOCK_SEQPACKET))
+    child_kill(&place->child);
+    child_beside(CHECKERS_IMPORTER, importer);
+    if (!child_start(&place->child, imports ? importer : NULL, CHECKER_ARGUMENT, SOCK_SEQPACKET))
         return false;
+    place->imports = imports;
     place->limit = 0;
     place->slow = false;
     if (recv(place->child.socket, &hello, sizeof hello, 0) != (ssize_t)sizeof hello) {
@@ -467,6 +492,23 @@ static void explain_quota(struct api_problem *problem, enum lane lane) {
                         CHECKERS_WAITING_MAX);
 }
 
+/* Why the importer gave no surface. */
+static void explain_import(struct check *check, enum outcome outcome) {
+    struct api_problem *problem = &check->answer.problem;
+    if (outcome == OUTCOME_TIMEOUT)
+        api_problem_set(problem, API_UNREADABLE_FILE,
+                        "importing the file took longer than %lld s (--job-timeout)",
+                        (long long)timeout_of(check) / 1000);
+    else if (outcome == OUTCOME_CRASHED)
+        api_problem_set(problem, API_UNREADABLE_FILE,
+                        "the file breaks the importer, which is Open CASCADE: write it anew, or in "
+                        "another format");
+    else
+        api_problem_set(problem, API_UNREADABLE_FILE,
+                        "importing the file needs more memory than %lld bytes (--%s)",
+                        (long long)check->reserve, check->pool->settings.memory_flag);
+}
+
 /* What the caller is answered when there is no answer of the process, or one in words that are for
  * a drape. */
 static void explain(struct check *check, enum outcome outcome) {
@@ -477,6 +519,11 @@ static void explain(struct check *check, enum outcome outcome) {
     if (outcome == OUTCOME_ANSWER && id != API_OUT_OF_MEMORY && id != API_CANCELLED)
         return;
     memset(&check->answer, 0, sizeof check->answer);
+    if (is_cad(check) &&
+        (outcome == OUTCOME_CRASHED || outcome == OUTCOME_TIMEOUT || id == API_OUT_OF_MEMORY)) {
+        explain_import(check, outcome);
+        return;
+    }
     if (outcome == OUTCOME_QUOTA)
         explain_quota(problem, LANE_SLOW);
     else if (outcome == OUTCOME_CRASHED)
@@ -562,7 +609,7 @@ static bool set_off(struct check *check) {
     if (!make_files(check))
         return false;
     for (int attempt = 0; attempt < 2; attempt++) {
-        if (!start_process(check->pool, place))
+        if (!start_process(check->pool, place, is_cad(check)))
             return false;
         bound_memory(check);
         if (check->lane == LANE_SLOW)
@@ -576,7 +623,7 @@ static bool set_off(struct check *check) {
 
 static void run(struct check *check, bool sent) {
     enum outcome outcome = sent || set_off(check) ? follow(check) : OUTCOME_NOT_BEGUN;
-    bool killed = outcome == OUTCOME_CRASHED && !check->crashed;
+    bool killed = outcome == OUTCOME_CRASHED && !check->crashed && !is_cad(check);
     check->crashed = outcome == OUTCOME_CRASHED;
     if (outcome == OUTCOME_AGAIN || killed) /* perhaps by somebody else: it may try once more */
         begin_anew(check, outcome == OUTCOME_AGAIN ? LANE_SLOW : check->lane);
@@ -625,7 +672,7 @@ static void *work(void *context) {
     struct place *own = &pool->places[pool->places_ready++];
     pthread_mutex_unlock(&pool->lock);
     if (own - pool->places < pool->settings.express)
-        start_process(pool, own);
+        start_process(pool, own, false);
     pthread_mutex_lock(&pool->lock);
     own->next = pool->idle;
     pool->idle = own;
@@ -710,11 +757,11 @@ static struct check *new_check(struct checkers *pool, const struct checkers_orde
 /* With the lock: whether the check can begin with a process that runs already, and nobody else
  * would be the next. It has begun then. */
 static bool begin_at_once(struct checkers *pool, struct check *check) {
-    if (check->columns.write || !may_begin(pool, check) || choose(pool))
+    if (check->columns.write || is_cad(check) || !may_begin(pool, check) || choose(pool))
         return false;
     for (struct place **at = &pool->idle; *at; at = &(*at)->next) {
         struct place *place = *at;
-        if (!child_running(&place->child))
+        if (!child_running(&place->child) || place->imports)
             continue;
         *at = place->next;
         place->next = pool->idle;

@@ -34,6 +34,9 @@ enum {
     CHECKERS_SLOW_MAX = 32       /* of them, in the slow lane */
 };
 
+/* The importer of CAD files, beside the daemon's own program. */
+#define CHECKERS_IMPORTER "drape-import"
+
 struct checkers;
 struct check;
 
@@ -65,6 +68,8 @@ struct checkers_order {
     size_t length[CHECKER_DOCUMENTS];
     int body_file;                 /* the sealed memory file with the body; -1: none */
     const struct api_start *start; /* or NULL */
+    const char *source, *unit;     /* of a surface that is a file: its format, and the unit of one
+                                      that says none; NULL: neither */
     /* of a map */
     bool nastran;
     const char *id, *format;
@@ -83,6 +88,9 @@ struct checkers_stats {
 
 /* Starts processes and threads. NULL when they cannot be had. */
 struct checkers *checkers_start(struct hub *hub, const struct checkers_settings *settings);
+
+/* Whether the importer is there. */
+bool checkers_can_import(void);
 
 /* Ends what is under way. No check may be left. NULL is allowed. */
 void checkers_stop(struct checkers *checkers);

@@ -51,7 +51,14 @@ static int set_attributes(posix_spawnattr_t *attributes) {
     return code;
 }
 
-static int spawn(int socket, const char *argument, pid_t *pid) {
+void child_beside(const char *program, char path[CHILD_PATH_SIZE]) {
+    ssize_t length = readlink("/proc/self/exe", path, CHILD_PATH_SIZE);
+    char *slash = length > 0 ? memrchr(path, '/', (size_t)length) : NULL;
+    size_t folder = slash ? (size_t)(slash - path) + 1 : 0;
+    snprintf(path + folder, CHILD_PATH_SIZE - folder, "%s", program);
+}
+
+static int spawn(const char *program, int socket, const char *argument, pid_t *pid) {
     static char name[] = "draped";
     char *const arguments[] = {name, strdupa(argument), NULL};
     char *const empty[] = {NULL};
@@ -66,21 +73,21 @@ static int spawn(int socket, const char *argument, pid_t *pid) {
         if (code == 0)
             code = set_attributes(&attributes);
         if (code == 0)
-            code = posix_spawn(pid, "/proc/self/exe", &files, &attributes, arguments,
-                               KEEP_STDERR ? environ : empty);
+            code = posix_spawn(pid, program ? program : "/proc/self/exe", &files, &attributes,
+                               arguments, KEEP_STDERR ? environ : empty);
         posix_spawnattr_destroy(&attributes);
     }
     posix_spawn_file_actions_destroy(&files);
     return code;
 }
 
-bool child_start(struct child *child, const char *argument, int type) {
+bool child_start(struct child *child, const char *program, const char *argument, int type) {
     int pair[2];
     if (socketpair(AF_UNIX, type | SOCK_CLOEXEC, 0, pair) != 0) {
         log_error(log_event("worker_start_failed"), log_text("detail", strerror(errno)));
         return false;
     }
-    int code = spawn(pair[1], argument, &child->pid);
+    int code = spawn(program, pair[1], argument, &child->pid);
     close(pair[1]);
     if (code != 0) {
         log_error(log_event("worker_start_failed"), log_text("detail", strerror(code)));

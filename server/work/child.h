@@ -12,7 +12,7 @@
 #include "frame.h"
 #include <sys/types.h>
 
-enum { CHILD_WHY_SIZE = 96 };
+enum { CHILD_WHY_SIZE = 96, CHILD_PATH_SIZE = 4096 };
 
 /* Zero-initialised: not running. One thread's. */
 struct child {
@@ -21,9 +21,12 @@ struct child {
     struct frame_inbox inbox;
 };
 
-/* Starts it as `draped ARGUMENT`, with a socket of that type (SOCK_STREAM, SOCK_SEQPACKET); it must
- * not be running. False with a line in the log. */
-bool child_start(struct child *child, const char *argument, int type);
+/* The path of a program beside the running one. */
+void child_beside(const char *program, char path[CHILD_PATH_SIZE]);
+
+/* Starts `program`, or the running one where that is NULL, as `draped ARGUMENT`, with a socket of
+ * that type (SOCK_STREAM, SOCK_SEQPACKET); it must not be running. False with a line in the log. */
+bool child_start(struct child *child, const char *program, const char *argument, int type);
 
 bool child_running(const struct child *child);
 

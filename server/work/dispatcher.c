@@ -92,7 +92,7 @@ static bool ready_worker(struct lane *lane) {
     }
     if (child_running(&lane->child))
         return true;
-    if (!child_start(&lane->child, WORKER_ARGUMENT, SOCK_STREAM))
+    if (!child_start(&lane->child, NULL, WORKER_ARGUMENT, SOCK_STREAM))
         return false;
     if (!lane->express)
         setpriority(PRIO_PROCESS, (id_t)lane->child.pid, NICENESS);

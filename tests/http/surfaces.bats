@@ -105,7 +105,8 @@ surface() { jq -c .surface "$EXAMPLES/$1.json"; }
     [ "$(field .pointer)" = /colour ]
     surface saddle | jq '.control_points.points |= map([1, 1, 1])' | post /v1/surfaces -
     expect_problem 422 degenerate-surface
-    jq -n '{vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0]], triangles: [[0, 1, 2]]}' |
+    jq -n '{vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0]], triangles: [[0, 1, 3]]}' |
         post /v1/surfaces -
     expect_problem 422 invalid-request
+    [ "$(field .pointer)" = /triangles/0/2 ]
 }

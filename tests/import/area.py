@@ -88,6 +88,7 @@ def curve_pieces(curve, surface):
     weights = curve["control_points"].get("weights")
     weights = numpy.array(weights) if weights else numpy.ones(len(points))
     net = numpy.concatenate([points * weights[:, None], weights[:, None]], axis=1)
+    assert len(knots) == len(points) + degree + 1
 
     def places(span, low, high):
         t = numpy.concatenate([[low], low + (high - low) * (1 + NODES) / 2, [high]])

@@ -437,7 +437,7 @@ static void test_checkers_memory(void **state) {
 
 int main(int argc, char **argv) {
     if (argc == 2 && !strcmp(argv[1], CHECKER_ARGUMENT))
-        return checker_serve(misbehave);
+        return checker_serve(&(struct checker_abilities){.before = misbehave});
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(test_checkers_drape, stop),
         cmocka_unit_test_teardown(test_checkers_places_of_problem, stop),

@@ -106,7 +106,8 @@ static int faces_under(const char *request, const char *stored) {
     size_t rows = api_columns_rows(&columns, API_TABLE_NODES);
     for (size_t k = 0; k < columns.count; k++) {
         const struct api_column *column = &columns.column[k];
-        for (size_t i = 0; strcmp(column->name, "face") == 0 && i < rows; i++) {
+        for (size_t i = 0;
+             column->table == API_TABLE_NODES && !strcmp(column->name, "face") && i < rows; i++) {
             double face;
             assert_true(api_columns_read(&reader, column, i, 1, &face));
             seen |= 1 << (int)face;

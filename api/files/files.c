@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: MIT */
+#include "files.h"
+
+#include "api/json/text.h"
+#include "api/request/request.h"
+#include "triangles.h"
+#include <stdio.h>
+#include <string.h>
+#include <strings.h>
+
+const struct file_format file_formats[FILE_FORMATS] = {
+    {"step", "model/step", {".step", ".stp", NULL}, true},
+    {"iges", "model/iges", {".iges", ".igs", NULL}, true},
+    {"stl", "model/stl", {".stl", NULL, NULL}, false},
+    {"obj", "model/obj", {".obj", NULL, NULL}, false},
+    {"nastran", "text/x-nastran", {".bdf", ".nas", NULL}, false},
+};
+
+const struct file_format *file_format_named(const char *name) {
+    for (int k = 0; k < FILE_FORMATS; k++)
+        if (strcmp(file_formats[k].name, name) == 0)
+            return &file_formats[k];
+    return NULL;
+}
+
+const struct file_format *file_format_of(const char *path) {
+    const char *dot = strrchr(path, '.');
+    for (int k = 0; dot && k < FILE_FORMATS; k++)
+        for (const char *const *suffix = file_formats[k].suffixes; *suffix; suffix++)
+            if (strcasecmp(*suffix, dot) == 0)
+                return &file_formats[k];
+    return NULL;
+}
+
+bool file_unit_known(const char *unit) {
+    for (int k = 0; k < API_UNIT_COUNT; k++)
+        if (strcmp(api_units[k].name, unit) == 0)
+            return true;
+    return false;
+}
+
+static void write_notes(struct api_text *text, const struct triangles *triangles) {
+    char note[96];
+    bool first = true;
+    const struct {
+        size_t count;
+        const char *what;
+    } notes[] = {{triangles->without_area, "without area or nearly so"},
+                 {triangles->duplicate, "with the corners of another one"}};
+    api_text_key(text, "notes");
+    api_text_raw(text, "[");
+    for (size_t k = 0; k < sizeof notes / sizeof *notes; k++) {
+        if (!notes[k].count)
+            continue;
+        snprintf(note, sizeof note, "left out: %zu triangles %s", notes[k].count, notes[k].what);
+        api_text_raw(text, first ? "" : ",");
+        api_text_string(text, note);
+        first = false;
+    }
+    api_text_raw(text, "]");
+}
+
+static const char *write_mesh(const struct triangles *triangles, const char *unit, size_t *length) {
+    struct api_text text = api_text_growing(triangles->arena);
+    api_text_raw(&text, "{\"vertices\":[");
+    for (size_t k = 0; k < triangles->vertex_count; k++) {
+        api_text_raw(&text, k ? "," : "");
+        api_text_numbers(&text, &triangles->vertices[k].x, 3);
+    }
+    api_text_raw(&text, "],\"triangles\":[");
+    for (size_t k = 0; k < triangles->count; k++) {
+        api_text_raw(&text, k ? "," : "");
+        api_text_integers(&text, triangles->corners[k], 3);
+    }
+    api_text_raw(&text, "]");
+    if (*unit)
+        api_text_key_string(&text, "length_unit", unit);
+    write_notes(&text, triangles);
+    api_text_raw(&text, "}");
+    const char *bytes = api_text_finish(&text);
+    *length = bytes ? strlen(bytes) : 0;
+    return bytes;
+}
+
+enum api_problem_id file_read_mesh(const struct file_format *format, const char *bytes,
+                                   size_t length, const char *unit, struct arena *arena,
+                                   const char **text, size_t *text_length,
+                                   struct api_problem *problem) {
+    struct triangles triangles = {.arena = arena, .problem = problem};
+    bool good = strcmp(format->name, "stl") == 0 ? triangles_read_stl(&triangles, bytes, length)
+                : strcmp(format->name, "obj") == 0
+                    ? triangles_read_obj(&triangles, bytes, length)
+                    : triangles_read_nastran(&triangles, bytes, length);
+    if (!good || !triangles_weld(&triangles))
+        return problem->id;
+    *text = write_mesh(&triangles, unit, text_length);
+    if (!*text)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the mesh needs more memory than allowed");
+    return problem->id;
+}

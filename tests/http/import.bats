@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: MIT
+# Surfaces from files of CAD and mesh.
+load helper
+
+setup_file() {
+    export PARTS=$BATS_FILE_TMPDIR/parts
+    mkdir "$PARTS"
+    "${BUILD:-build}/tests/import/make_parts" "$PARTS" >/dev/null
+    start_shared_daemon --workers 1
+}
+teardown_file() { stop_daemon; }
+
+# send TYPE FILE [QUERY]
+send() { call POST "/v1/surfaces$3" -H "Content-Type: $1" --data-binary @"$2"; }
+
+@test "http: a STEP file is stored as its faces, in its own unit" {
+    send model/step "$PARTS/rounded.step" '?unit=m'
+    expect 201
+    id=$(field .id)
+    [ "$(header Location)" = "/v1/surfaces/$id" ]
+    jq -e '.length_unit == "mm" and (.area - 9420.1058553662 | fabs) < 1e-5 and .components == 1 and
+           (.edges | .shared == 48 and .free == 0 and .faulty == 0) and (.faces | length) == 26 and
+           (.faces[25] | .index == 25 and (.normal | length) == 3 and (.bounding_box | length) == 2) and
+           (.notes | any(test("unit=m was ignored")) and any(test("a solid")))' "$body"
+    send application/octet-stream "$PARTS/rounded.step" '?format=step&unit=m'
+    expect 200
+    [ "$(field .id)" = "$id" ]
+    send model/iges "$PARTS/rounded_iges.igs"
+    expect 201
+    jq -e '.length_unit == "in" and (.faces | length) == 26' "$body"
+}
+
+@test "http: chosen faces of a STEP file are draped, in the file's unit" {
+    send model/step "$PARTS/rounded.step"
+    id=$(field .id)
+    # The largest face and the fillets round it are smooth from there, so is all of the box.
+    jq '[.faces[] | {index, area}] | max_by(.area).index' "$body" | read -r top
+    cat >"$BATS_TEST_TMPDIR/request" <<-END
+	{"surface": {"id": "$id", "faces": [$top]}, "fabric": {"spacing": 2}}
+	END
+    call POST '/v1/drapes?fields=nodes.face,nodes.x' -H "$JSON" -H 'Prefer: wait=20' \
+        --data-binary @"$BATS_TEST_TMPDIR/request"
+    expect 200
+    jq -e --argjson top "$top" '.summary.outcome == "complete" and
+        (.nodes.face | unique == [$top]) and (.nodes.x | length) > 50' "$body"
+    call GET "/v1/drapes/$(field .id)/request"
+    jq -e --argjson top "$top" '.length_unit == "mm" and .start.face == $top and
+        .surface.faces == [$top]' "$body"
+    sed 's/"faces": .*}, "fabric"/"grow_from": 0, "up_to_deg": 1}, "fabric"/
+         s/}}$/, "pre_shear_deg": 0}, "length_unit": "m"}/' "$BATS_TEST_TMPDIR/request" | post /v1/drapes -
+    expect_problem 422 invalid-request
+    [ "$(field .pointer)" = /length_unit ]
+}
+
+@test "http: three faces at an edge are a note of the file and a fault of the drape" {
+    send model/step "$PARTS/fin.step"
+    expect 201
+    jq -e '.edges.faulty == 1 and (.notes | any(test("3 faces meet at one edge")))' "$body"
+    id=$(field .id)
+    echo "{\"surface\": {\"id\": \"$id\"}, \"fabric\": {\"spacing\": 1}}" | post /v1/drapes -
+    expect_problem 422 invalid-request
+    jq -e '.pointer == "/surface/faces" and (.detail | test("faces 0 .* 1 .* 3 .* meet"))' "$body"
+    echo "{\"surface\": {\"id\": \"$id\", \"faces\": [0, 1, 2]}, \"fabric\": {\"spacing\": 1}}" |
+        post /v1/drapes -
+    expect 202
+}
+
+@test "http: files that cannot be imported get their reason" {
+    send model/step "$PARTS/wires.step"
+    expect_problem 422 unreadable-file
+    jq -e '.detail | test("3 edges and no face")' "$body"
+    send model/step "$EXAMPLES/saddle.json"
+    expect_problem 422 unreadable-file
+    head -c 20000 "$PARTS/cuts.step" >"$BATS_TEST_TMPDIR/cut"
+    send model/step "$BATS_TEST_TMPDIR/cut"
+    expect_problem 422 unreadable-file
+    send model/stl "$EXAMPLES/saddle.json"
+    expect_problem 422 unreadable-file
+    send model/step "$PARTS/box.step" '?format=parasolid'
+    expect_problem 422 invalid-request
+    send model/step "$PARTS/box.step" '?unit=mile'
+    expect_problem 422 invalid-request
+    send model/parasolid "$PARTS/box.step"
+    expect_problem 415 unsupported-media-type
+}
+
+@test "http: meshes of STL, OBJ and Nastran files are welded" {
+    cat >"$BATS_TEST_TMPDIR/a.obj" <<-'END'
+	# a square, and a part of it once more
+	v 0 0 0
+	v 2 0 0
+	v 2 2 0
+	v 0 2 0
+	v 2 0 1e-9
+	f 1/1 2/2 3/3 4/4
+	f -4 1 -3
+	f 2 5 3
+	END
+    send model/obj "$BATS_TEST_TMPDIR/a.obj" '?unit=mm'
+    expect 201
+    jq -e '.vertices == 4 and .triangles == 2 and .area == 4 and .length_unit == "mm" and
+           .edges == {shared: 1, free: 4, faulty: 0, largest_gap: 0} and
+           .faces[0].kind == "mesh" and (.notes | length) == 2' "$body"
+    id=$(field .id)
+    cat >"$BATS_TEST_TMPDIR/a.stl" <<-'END'
+	solid a
+	facet normal 0 0 1
+	outer loop
+	vertex 0 0 0
+	vertex 2 0 0
+	vertex 2 2 0
+	endloop
+	endfacet
+	facet normal 0 0 1
+	outer loop
+	vertex 0 0 0
+	vertex 2 2 0
+	vertex 0 2 0
+	endloop
+	endfacet
+	endsolid
+	END
+    send model/stl "$BATS_TEST_TMPDIR/a.stl" '?unit=mm'
+    expect 201
+    jq -e '.vertices == 4 and .triangles == 2 and .area == 4' "$body"
+    send text/x-nastran "$EXAMPLES/mould.bdf"
+    expect 201
+    jq -e '.triangles > 10 and .components == 1' "$body"
+    echo "{\"surface\": {\"id\": \"$id\"}, \"method\": \"mosaic\", \"fabric\": {\"spacing\": 0.1}}" |
+        post /v1/drapes -
+    expect 202
+}
+
+@test "http: without the importer a STEP file is 415 and says what to install" {
+    mkdir -p "$BATS_TEST_TMPDIR/alone"
+    cp "$DRAPED" "$BATS_TEST_TMPDIR/alone/draped"
+    shared=$DAEMON url=$URL
+    DRAPED=$BATS_TEST_TMPDIR/alone/draped start_daemon "$BATS_TEST_TMPDIR/daemon" --workers 1
+    send model/step "$PARTS/box.step"
+    expect_problem 415 unsupported-media-type
+    jq -e '.detail | test("apt install draped-import")' "$body"
+    stop_daemon
+    DAEMON=$shared URL=$url
+}
