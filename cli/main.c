@@ -41,6 +41,9 @@ static const char help_tail[] =
     "                     when it is complete, or not at all\n"
     "  --fields LIST      only these columns: nodes.x,cells.shear_deg; of a map: k1,k2\n"
     "  --precision P      round numbers to P significant digits, 1..17\n"
+    "  --allowance L      svg, dxf: a second line L outside the cut, in the length unit\n"
+    "  --part NAME        svg, dxf: for the title\n"
+    "  --ply NAME         svg, dxf: for the title\n"
     "  --table TABLE      for csv: nodes (default) or cells\n"
     "  --max-nodes N      refuse larger nets; default 4000000\n"
     "  --threads N        threads to solve with; default 1\n"
@@ -153,6 +156,9 @@ static const struct option option_table[] = {
     {"lcmsim-version", required_argument, NULL, 0},
     {"at-most-fiber-volume-fraction", required_argument, NULL, 0},
     {"fields", required_argument, NULL, 0},
+    {"allowance", required_argument, NULL, 0},
+    {"part", required_argument, NULL, 0},
+    {"ply", required_argument, NULL, 0},
     {"precision", required_argument, NULL, 0},
     {"table", required_argument, NULL, 0},
     {"threads", required_argument, NULL, 0},

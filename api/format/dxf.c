@@ -55,7 +55,7 @@ static void layer(struct api_text *text, const char *name, int colour) {
 }
 
 static void tables(struct api_text *text) {
-    enum { WHITE = 7, RED = 1, GREEN = 3, BLUE = 5 };
+    enum { WHITE = 7, RED = 1, GREEN = 3, BLUE = 5, MAGENTA = 6 };
     section(text, "TABLES");
     table(text, "LTYPE", 1);
     group(text, 0, "LTYPE");
@@ -66,10 +66,11 @@ static void tables(struct api_text *text) {
     group_integer(text, 73, 0);
     group_number(text, 40, 0);
     group(text, 0, "ENDTAB");
-    table(text, "LAYER", 5);
-    layer(text, "OUTLINE", WHITE);
+    table(text, "LAYER", 6);
+    layer(text, "CUT", WHITE);
+    layer(text, "ALLOWANCE", BLUE);
+    layer(text, "NOTCH", MAGENTA);
     layer(text, "START", GREEN);
-    layer(text, "GRAIN", BLUE);
     layer(text, "LOCKED", RED);
     layer(text, "TITLE", WHITE);
     group(text, 0, "ENDTAB");
@@ -109,25 +110,34 @@ static void head(struct api_text *text, const struct pattern_sheet *sheet,
     section(text, "ENTITIES");
 }
 
-static void begin_polygon(struct api_text *text) {
-    entity(text, "POLYLINE", "OUTLINE");
+static const char *const shape_layers[] = {
+    [PATTERN_ALLOWANCE] = "ALLOWANCE", [PATTERN_CUT] = "CUT"};
+
+static void begin_polygon(struct api_text *text, enum pattern_shape shape) {
+    entity(text, "POLYLINE", shape_layers[shape]);
     group_integer(text, 66, 1); /* vertices follow */
     group_integer(text, 70, 1); /* closed */
     group_point(text, 10, 0, 0);
     group_number(text, 30, 0);
 }
 
-static void corner(struct api_text *text, double x, double y) {
-    entity(text, "VERTEX", "OUTLINE");
+static void corner(struct api_text *text, enum pattern_shape shape, double x, double y) {
+    entity(text, "VERTEX", shape_layers[shape]);
     group_point(text, 10, x, y);
     group_number(text, 30, 0);
 }
 
-static void end_polygon(struct api_text *text) {
-    entity(text, "SEQEND", "OUTLINE");
+static void end_polygon(struct api_text *text, enum pattern_shape shape) {
+    entity(text, "SEQEND", shape_layers[shape]);
 }
 
-static void end_outline(struct api_text *text) {
+/* Layers need no brackets. */
+static void no_shape(struct api_text *text, enum pattern_shape shape) {
+    (void)text;
+    (void)shape;
+}
+
+static void no_group(struct api_text *text) {
     (void)text;
 }
 
@@ -146,6 +156,10 @@ static void locked(struct api_text *text, const struct pattern_sheet *sheet, int
              (j + 1) * sheet->step[1]);
 }
 
+static void notch(struct api_text *text, double x, double y, double to_x, double to_y) {
+    line(text, "NOTCH", x, y, to_x, to_y);
+}
+
 static void letters(struct api_text *text, const char *layer_name, double x, double y,
                     double height, const char *string) {
     entity(text, "TEXT", layer_name);
@@ -161,17 +175,21 @@ static void foot(struct api_text *text, const struct pattern_sheet *sheet) {
     group_number(text, 40, h / 2);
     line(text, "START", -h, 0, h, 0);
     line(text, "START", 0, -h, 0, h);
-    line(text, "GRAIN", 0, 0, 8 * h, 0);
-    line(text, "GRAIN", 7 * h, h / 2, 8 * h, 0);
-    line(text, "GRAIN", 7 * h, -h / 2, 8 * h, 0);
-    line(text, "GRAIN", 0, 0, 0, 8 * h);
-    line(text, "GRAIN", h / 2, 7 * h, 0, 8 * h);
-    line(text, "GRAIN", -h / 2, 7 * h, 0, 8 * h);
-    letters(text, "GRAIN", 8.5 * h, 0, h, "warp");
-    letters(text, "GRAIN", h, 8 * h, h, "weft");
+    line(text, "START", 0, 0, 8 * h, 0);
+    line(text, "START", 7 * h, h / 2, 8 * h, 0);
+    line(text, "START", 7 * h, -h / 2, 8 * h, 0);
+    line(text, "START", 0, 0, 0, 8 * h);
+    line(text, "START", h / 2, 7 * h, 0, 8 * h);
+    line(text, "START", -h / 2, 7 * h, 0, 8 * h);
+    letters(text, "START", 8.5 * h, 0, h, "warp");
+    letters(text, "START", h, 8 * h, h, "weft");
     letters(text, "TITLE", left, bottom - 2.5 * h, 1.4 * h, sheet->title);
     letters(text, "TITLE", left, bottom - 4.5 * h, h, sheet->subtitle);
-    line(text, "TITLE", left, bottom - 6.5 * h, left + sheet->bar, bottom - 6.5 * h);
+    line(text, "TITLE", left, bottom - 7 * h, left + sheet->bar, bottom - 7 * h);
+    for (int k = 0; k <= 10; k++) {
+        double x = left + k * sheet->bar / 10;
+        line(text, "TITLE", x, bottom - 7 * h, x, bottom - (k % 5 ? 6.5 : 6) * h);
+    }
     letters(text, "TITLE", left + sheet->bar + h, bottom - 7 * h, h, sheet->bar_label);
     group(text, 0, "ENDSEC");
     group(text, 0, "EOF");
@@ -183,8 +201,12 @@ static const struct pattern_pen pen = {.metres = 0,
                                        .begin_polygon = begin_polygon,
                                        .corner = corner,
                                        .end_polygon = end_polygon,
-                                       .end_outline = end_outline,
+                                       .begin_shape = no_shape,
+                                       .end_shape = no_shape,
+                                       .begin_locked = no_group,
                                        .locked = locked,
+                                       .begin_notches = no_group,
+                                       .notch = notch,
                                        .foot = foot};
 
 const struct format format_dxf = {.name = "dxf",

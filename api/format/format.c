@@ -99,6 +99,37 @@ static bool set_fraction(struct format_options *options, const char *value,
     return false;
 }
 
+static bool set_allowance(struct format_options *options, const char *value,
+                          struct api_problem *problem) {
+    double allowance;
+    size_t length = strlen(value);
+    if (length > 0 && api_number_read(value, length, &allowance) == length && allowance >= 0 &&
+        allowance <= 1e12) {
+        options->allowance = allowance;
+        return true;
+    }
+    api_problem_set(problem, API_INVALID_REQUEST,
+                    "allowance must be a number from 0 on, in the drape's length unit");
+    return false;
+}
+
+/* Names are printed: of ASCII what needs no escaping anywhere. */
+static bool set_name(char name[FORMAT_NAME_SIZE], const char *option, const char *value,
+                     struct api_problem *problem) {
+    size_t length = strlen(value);
+    for (size_t k = 0; k < length; k++)
+        if (value[k] < ' ' || value[k] > '~' || strchr("<>&\"'%", value[k]))
+            length = FORMAT_NAME_SIZE;
+    if (length < FORMAT_NAME_SIZE) {
+        strcpy(name, value);
+        return true;
+    }
+    api_problem_set(problem, API_INVALID_REQUEST,
+                    "%s must have at most %d characters of ASCII, none of <>&\"'%%", option,
+                    FORMAT_NAME_SIZE - 1);
+    return false;
+}
+
 bool format_option(struct format_options *options, const char *name, const char *value,
                    struct api_problem *problem) {
     if (strcmp(name, "precision") == 0)
@@ -109,6 +140,10 @@ bool format_option(struct format_options *options, const char *name, const char 
         return set_lcmsim_version(options, value, problem);
     if (strcmp(name, "at_most_fiber_volume_fraction") == 0)
         return set_fraction(options, value, problem);
+    if (strcmp(name, "allowance") == 0)
+        return set_allowance(options, value, problem);
+    if (strcmp(name, "part") == 0 || strcmp(name, "ply") == 0)
+        return set_name(name[1] == 'a' ? options->part : options->ply, name, value, problem);
     if (strcmp(name, "fields") != 0)
         return false;
     options->fields = value;

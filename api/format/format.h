@@ -52,6 +52,8 @@ const struct format *format_named(enum format_use use, const char *name);
 const struct format *format_for_media_type(enum format_use use, const char *media_type);
 
 /* How the caller wants the document. Zero-initialised: the defaults. */
+enum { FORMAT_NAME_SIZE = 64 };
+
 struct format_options {
     int precision;        /* significant digits, 1..17; 0: the shortest that reads back the same */
     const char *fields;   /* "nodes.x,cells.k1": only these columns; of a map also "k1"; NULL or
@@ -60,12 +62,15 @@ struct format_options {
     /* of lcmsim */
     int lcmsim_version;           /* 2 or 3; 0: 3 */
     double fiber_volume_fraction; /* what denser elements are taken to have; 0: they are left out */
+    /* of patterns */
+    double allowance;                                   /* in the drape's unit; 0: none */
+    char part[FORMAT_NAME_SIZE], ply[FORMAT_NAME_SIZE]; /* for the title; "": not given */
 };
 
 /* Sets the option that a query parameter or command-line flag `name` (precision, fields, table,
- * lcmsim_version, at_most_fiber_volume_fraction) stands for; `fields` is kept as a pointer to
- * `value`. False with `problem` set (invalid-request, naming the option) when `value` is not in its
- * range; false with `problem` unset when there is no option of that name. */
+ * lcmsim_version, at_most_fiber_volume_fraction, allowance, part, ply) stands for; `fields` is kept
+ * as a pointer to `value`. False with `problem` set (invalid-request, naming the option) when
+ * `value` is not in its range; false with `problem` unset when there is no option of that name. */
 bool format_option(struct format_options *options, const char *name, const char *value,
                    struct api_problem *problem);
 

@@ -11,6 +11,13 @@ enum {
     DIGITS = 12
 };
 
+/* Points of the rim are left out as long as the cut stays within this share of a spacing; the rim
+ * itself is right to 1e-3. */
+static const double tolerance = 5e-4;
+
+/* An allowance is a margin: more than this share of the pattern is taken for a mistake. */
+static const double largest_allowance = 0.25;
+
 void pattern_number(struct api_text *text, double value) {
     char number[API_NUMBER_SIZE];
     api_text_bytes(text, number, api_number_rounded(number, value + 0.0, DIGITS));
@@ -24,54 +31,75 @@ static double round_length(double length) {
     return (part >= 5 ? 5 : part >= 2 ? 2 : 1) * power;
 }
 
+static double unit_scale(const struct encoder *encoder, const struct pattern_pen *pen) {
+    return pen->metres > 0 ? encoder->columns.unit->metres / pen->metres : 1;
+}
+
 static void write_titles(const struct encoder *encoder, struct pattern_sheet *sheet) {
     const struct api_columns *columns = &encoder->columns;
+    const struct format_options *options = &encoder->options;
     const double *spacing = columns->grid.spacing;
-    snprintf(sheet->title, sizeof sheet->title, "Flat pattern of drape %s", encoder->id);
-    snprintf(sheet->subtitle, sizeof sheet->subtitle,
-             "scale 1:1, drawn in %s; %zu cells of %g x %g %s, %.0f beyond the locking angle",
-             sheet->unit, columns->summary.cells, spacing[0], spacing[1], columns->unit->name,
-             fmax(columns->summary.locked_cells, 0));
+    const char *between = options->part[0] && options->ply[0] ? ", ply " : "";
+    if (options->part[0] || options->ply[0])
+        snprintf(sheet->title, sizeof sheet->title, "%s%s%s", options->part, between, options->ply);
+    else
+        snprintf(sheet->title, sizeof sheet->title, "Flat pattern of drape %s", encoder->id);
+    int length =
+        snprintf(sheet->subtitle, sizeof sheet->subtitle,
+                 "scale 1:1, drawn in %s; %zu cells of %g x %g %s, %.0f beyond the locking angle",
+                 sheet->unit, columns->summary.cells, spacing[0], spacing[1], columns->unit->name,
+                 fmax(columns->summary.locked_cells, 0));
+    if (options->allowance > 0)
+        snprintf(sheet->subtitle + length, sizeof sheet->subtitle - (size_t)length,
+                 "; allowance %g %s", options->allowance, columns->unit->name);
     snprintf(sheet->bar_label, sizeof sheet->bar_label, "%g %s", sheet->bar, sheet->unit);
 }
 
-static void make_sheet(const struct encoder *encoder, const struct pattern_pen *pen,
-                       struct pattern_state *state) {
+static void make_sheet(const struct encoder *encoder, struct pattern_state *state) {
     struct pattern_sheet *sheet = &state->sheet;
-    const struct api_columns *columns = &encoder->columns;
-    double scale = pen->metres > 0 ? columns->unit->metres / pen->metres : 1, size = 0;
+    double size = 0;
+    polygons_bounds(state->allowed.count ? &state->allowed : &state->cut.polygons, sheet->low,
+                    sheet->high);
     for (int k = 0; k < 2; k++) {
-        sheet->step[k] = columns->grid.spacing[k] * scale;
-        sheet->low[k] = fmin(state->outline.low[k], 0) * sheet->step[k];
-        sheet->high[k] = fmax(state->outline.high[k], 0) * sheet->step[k];
+        sheet->low[k] = fmin(sheet->low[k], 0);
+        sheet->high[k] = fmax(sheet->high[k], 0);
         size = fmax(size, sheet->high[k] - sheet->low[k]);
     }
     size = fmax(size, sheet->step[0]);
     sheet->letter = size / 60;
-    sheet->bar = round_length(size / 4);
-    sheet->unit = pen->unit ? pen->unit : columns->unit->name;
+    sheet->bar = round_length(size / 2);
     write_titles(encoder, sheet);
 }
 
 /* ---- stages ---- */
 
-static void draw_outline(struct encoder *encoder, const struct pattern_pen *pen) {
+static void draw_shape(struct encoder *encoder, const struct pattern_pen *pen) {
     struct pattern_state *state = encoder->state;
-    size_t left = state->outline.count - state->corner, count = left < CORNERS ? left : CORNERS;
-    for (size_t k = 0; k < count; k++) {
-        const struct outline_point *point = &state->outline.points[state->corner++];
+    struct api_text *text = &encoder->piece;
+    enum pattern_shape shape = state->shape;
+    const struct polygons *polygons = shape == PATTERN_CUT ? &state->cut.polygons : &state->allowed;
+    if (!state->begun)
+        pen->begin_shape(text, shape);
+    state->begun = true;
+    for (int k = 0; k < CORNERS && state->corner < polygons->count; k++) {
+        const struct polygons_point *point = &polygons->points[state->corner++];
         if (!state->open)
-            pen->begin_polygon(&encoder->piece);
-        pen->corner(&encoder->piece, point->i * state->sheet.step[0],
-                    point->j * state->sheet.step[1]);
+            pen->begin_polygon(text, shape);
+        pen->corner(text, shape, point->x, point->y);
         state->open = !point->last;
         if (point->last)
-            pen->end_polygon(&encoder->piece);
+            pen->end_polygon(text, shape);
     }
-    if (state->corner == state->outline.count) {
-        pen->end_outline(&encoder->piece);
-        state->stage = PATTERN_LOCKED;
+    if (state->corner < polygons->count)
+        return;
+    pen->end_shape(text, shape);
+    state->begun = false;
+    state->corner = 0;
+    if (shape == PATTERN_CUT) {
+        state->stage = PATTERN_AT_LOCKED;
+        pen->begin_locked(text);
     }
+    state->shape = PATTERN_CUT;
 }
 
 /* Side by side cells of a row are drawn as one. */
@@ -106,40 +134,98 @@ static void draw_locked(struct encoder *encoder, const struct pattern_pen *pen) 
     if (column && !encoder->failed)
         draw_runs(encoder, pen, count);
     encoder->row += count;
-    if (encoder->row >= rows)
-        state->stage = PATTERN_FOOT;
+    if (encoder->row < rows)
+        return;
+    state->stage = PATTERN_AT_NOTCHES;
+    pen->begin_notches(&encoder->piece);
+}
+
+/* A letter long, inwards along the generator. */
+static void draw_notches(struct encoder *encoder, const struct pattern_pen *pen) {
+    struct pattern_state *state = encoder->state;
+    const struct pattern_sheet *sheet = &state->sheet;
+    for (int k = 0; k < CELLS && state->notch < state->cut.notch_count; k++) {
+        const struct cut_notch *notch = &state->cut.notches[state->notch++];
+        double x = notch->p * sheet->step[0], y = notch->q * sheet->step[1];
+        double in = -notch->way * sheet->letter;
+        pen->notch(&encoder->piece, x, y, notch->family ? x : x + in, notch->family ? y + in : y);
+    }
+    if (state->notch == state->cut.notch_count)
+        state->stage = PATTERN_AT_FOOT;
 }
 
 void pattern_next(struct encoder *encoder) {
     struct pattern_state *state = encoder->state;
     const struct pattern_pen *pen = encoder->format->own;
     switch (state->stage) {
-    case PATTERN_HEAD:
+    case PATTERN_AT_HEAD:
         pen->head(&encoder->piece, &state->sheet, encoder->columns.unit);
-        state->stage = PATTERN_OUTLINE;
+        state->stage = PATTERN_AT_SHAPES;
+        state->shape = state->allowed.count ? PATTERN_ALLOWANCE : PATTERN_CUT;
         break;
-    case PATTERN_OUTLINE:
-        draw_outline(encoder, pen);
+    case PATTERN_AT_SHAPES:
+        draw_shape(encoder, pen);
         break;
-    case PATTERN_LOCKED:
+    case PATTERN_AT_LOCKED:
         draw_locked(encoder, pen);
         break;
-    case PATTERN_FOOT:
+    case PATTERN_AT_NOTCHES:
+        draw_notches(encoder, pen);
+        break;
+    case PATTERN_AT_FOOT:
         pen->foot(&encoder->piece, &state->sheet);
         encoder->ended = true;
         break;
     }
 }
 
+/* The line an allowance outside the cut. */
+static bool add_allowance(struct encoder *encoder, struct pattern_state *state, double scale,
+                          struct api_problem *problem) {
+    double allowance = encoder->options.allowance, low[2], high[2];
+    const char *unit = encoder->columns.unit->name;
+    if (!(allowance > 0) || state->cut.polygons.count == 0)
+        return true;
+    polygons_bounds(&state->cut.polygons, low, high);
+    double most = largest_allowance * fmax(high[0] - low[0], high[1] - low[1]) / scale;
+    if (allowance > most) {
+        api_problem_set(problem, API_INVALID_REQUEST,
+                        "allowance must be between 0 and %.3g %s, a quarter of the pattern", most,
+                        unit);
+        return false;
+    }
+    if (!polygons_widen(&state->cut.polygons, allowance * scale, &state->allowed)) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the allowance");
+        return false;
+    }
+    return true;
+}
+
 bool pattern_begin(struct encoder *encoder, struct api_problem *problem) {
     struct pattern_state *state = encoder->state;
-    if (outline_make(&state->outline, encoder->reader, &encoder->columns, problem) != API_OK)
+    const struct pattern_pen *pen = encoder->format->own;
+    struct pattern_sheet *sheet = &state->sheet;
+    struct outline outline = {0};
+    double scale = unit_scale(encoder, pen);
+    if (outline_make(&outline, encoder->reader, &encoder->columns, problem) == API_OK)
+        (void)!cut_make(&state->cut, encoder->reader, &encoder->columns, &outline, tolerance,
+                        problem);
+    outline_free(&outline);
+    for (int k = 0; k < 2; k++)
+        sheet->step[k] = encoder->columns.grid.spacing[k] * scale;
+    for (size_t k = 0; k < state->cut.polygons.count; k++) {
+        state->cut.polygons.points[k].x *= sheet->step[0];
+        state->cut.polygons.points[k].y *= sheet->step[1];
+    }
+    sheet->unit = pen->unit ? pen->unit : encoder->columns.unit->name;
+    if (problem->id != API_OK || !add_allowance(encoder, state, scale, problem))
         return false;
-    make_sheet(encoder, encoder->format->own, state);
+    make_sheet(encoder, state);
     return true;
 }
 
 void pattern_end(struct encoder *encoder) {
     struct pattern_state *state = encoder->state;
-    outline_free(&state->outline);
+    cut_free(&state->cut);
+    polygons_free(&state->allowed);
 }

@@ -1,26 +1,29 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The flat cut pattern: the net before it was sheared, node (i, j) at (i a, j b) for the spacings a
- * and b. It shows the outline of the cells, the start with the directions of warp and weft, the
- * cells beyond the locking angle hatched, a bar of a round length and a title. Columns and
- * precision do not apply.
+ * and b. It shows where to cut, along the part's edge, and if asked for a second line an allowance
+ * outside it; notches where the generators cross the edge, the start with the directions of warp
+ * and weft, the cells beyond the locking angle hatched, a ruler to check prints by, and a title.
+ * Columns and precision do not apply.
  *
- * What draws it in one format is a pen. Places are given in steps (i, j); a pen scales them.
+ * What draws it in one format is a pen.
  */
 #ifndef API_FORMAT_PATTERN_H
 #define API_FORMAT_PATTERN_H
 
-#include "api/result/outline.h"
+#include "api/result/cut.h"
 #include "encoder.h"
 
 struct pattern_sheet {
     double step[2];         /* of i and j in the pen's unit */
     double low[2], high[2]; /* of the drawing in that unit, the start within; high >= low */
     double letter;          /* height of the letters in that unit, a measure for all marks */
-    double bar;             /* length of the bar */
+    double bar;             /* length of the ruler, of ten parts */
     const char *unit;       /* the pen's */
-    char title[160], subtitle[160], bar_label[40];
+    char title[200], subtitle[200], bar_label[60];
 };
+
+enum pattern_shape { PATTERN_ALLOWANCE, PATTERN_CUT };
 
 struct pattern_pen {
     /* Metres of the pen's unit; 0 for the drape's own. */
@@ -28,24 +31,37 @@ struct pattern_pen {
     const char *unit; /* NULL for the drape's own */
     void (*head)(struct api_text *text, const struct pattern_sheet *sheet,
                  const struct api_unit *unit);
-    void (*begin_polygon)(struct api_text *text);
-    void (*corner)(struct api_text *text, double x, double y);
-    void (*end_polygon)(struct api_text *text);
-    void (*end_outline)(struct api_text *text);
+    void (*begin_shape)(struct api_text *text, enum pattern_shape shape);
+    void (*begin_polygon)(struct api_text *text, enum pattern_shape shape);
+    void (*corner)(struct api_text *text, enum pattern_shape shape, double x, double y);
+    void (*end_polygon)(struct api_text *text, enum pattern_shape shape);
+    void (*end_shape)(struct api_text *text, enum pattern_shape shape);
+    void (*begin_locked)(struct api_text *text);
     /* `count` cells of a row from (i, j) on. */
     void (*locked)(struct api_text *text, const struct pattern_sheet *sheet, int i, int j,
                    int count);
+    void (*begin_notches)(struct api_text *text);
+    /* Inwards from (x, y). */
+    void (*notch)(struct api_text *text, double x, double y, double to_x, double to_y);
     void (*foot)(struct api_text *text, const struct pattern_sheet *sheet);
 };
 
-enum pattern_stage { PATTERN_HEAD, PATTERN_OUTLINE, PATTERN_LOCKED, PATTERN_FOOT };
+enum pattern_stage {
+    PATTERN_AT_HEAD,
+    PATTERN_AT_SHAPES,
+    PATTERN_AT_LOCKED,
+    PATTERN_AT_NOTCHES,
+    PATTERN_AT_FOOT
+};
 
 struct pattern_state {
-    struct outline outline;
+    struct cut cut;          /* its polygons in the pen's unit */
+    struct polygons allowed; /* the same with the allowance; empty without one */
     struct pattern_sheet sheet;
     enum pattern_stage stage;
-    size_t corner;
-    bool open; /* a polygon is begun */
+    enum pattern_shape shape;
+    size_t corner, notch;
+    bool begun, open; /* the shape is, a polygon is */
 };
 
 /* What a format of patterns consists of beside its pen, which is its `own`. */

@@ -52,25 +52,39 @@ static void head(struct api_text *text, const struct pattern_sheet *sheet,
     api_text_raw(text, "/></pattern></defs>\n<g transform=\"scale(1 -1)\" fill=\"none\""
                        " stroke=\"#000\"");
     attribute(text, "stroke-width", h / 12);
-    api_text_raw(text, ">\n<path id=\"outline\" fill=\"#eee\" fill-rule=\"evenodd\" d=\"");
+    api_text_raw(text, ">\n");
 }
 
-static void begin_polygon(struct api_text *text) {
+static void begin_shape(struct api_text *text, enum pattern_shape shape) {
+    api_text_raw(text, shape == PATTERN_CUT
+                           ? "<path id=\"cut\" fill=\"#eee\" fill-rule=\"evenodd\" d=\""
+                           : "<path id=\"allowance\" stroke=\"#06c\" d=\"");
+}
+
+static void begin_polygon(struct api_text *text, enum pattern_shape shape) {
+    (void)shape;
     api_text_raw(text, "M");
 }
 
 /* After the first corner of a path's part the letter L may be left out. */
-static void corner(struct api_text *text, double x, double y) {
+static void corner(struct api_text *text, enum pattern_shape shape, double x, double y) {
+    (void)shape;
     numbers(text, "", x, y);
     api_text_raw(text, " ");
 }
 
-static void end_polygon(struct api_text *text) {
+static void end_polygon(struct api_text *text, enum pattern_shape shape) {
+    (void)shape;
     api_text_raw(text, "Z\n");
 }
 
-static void end_outline(struct api_text *text) {
-    api_text_raw(text, "\"/>\n<g id=\"locked\" fill=\"url(#hatch)\" stroke=\"none\">\n");
+static void end_shape(struct api_text *text, enum pattern_shape shape) {
+    (void)shape;
+    api_text_raw(text, "\"/>\n");
+}
+
+static void begin_locked(struct api_text *text) {
+    api_text_raw(text, "<g id=\"locked\" fill=\"url(#hatch)\" stroke=\"none\">\n");
 }
 
 static void locked(struct api_text *text, const struct pattern_sheet *sheet, int i, int j,
@@ -98,6 +112,24 @@ static void line(struct api_text *text, double x, double y, double to_x, double 
     numbers(text, "L", to_x, to_y);
 }
 
+static void begin_notches(struct api_text *text) {
+    api_text_raw(text, "</g>\n<path id=\"notches\" d=\"");
+}
+
+static void notch(struct api_text *text, double x, double y, double to_x, double to_y) {
+    line(text, x, y, to_x, to_y);
+}
+
+/* Ten parts. */
+static void ruler(struct api_text *text, const struct pattern_sheet *sheet, double y) {
+    double h = sheet->letter, left = sheet->low[0];
+    line(text, left, y, left + sheet->bar, y);
+    for (int k = 0; k <= 10; k++) {
+        double x = left + k * sheet->bar / 10;
+        line(text, x, y, x, y + (k % 5 ? h / 2 : h));
+    }
+}
+
 /* An arrow from the start to (x, y), which lies on an axis. */
 static void arrow(struct api_text *text, double x, double y, double h) {
     double along[2] = {x > 0 ? h : 0, x > 0 ? 0 : h}, across[2] = {along[1] / 2, along[0] / 2};
@@ -108,15 +140,13 @@ static void arrow(struct api_text *text, double x, double y, double h) {
 
 static void foot(struct api_text *text, const struct pattern_sheet *sheet) {
     double h = sheet->letter, left = sheet->low[0], bottom = sheet->low[1];
-    api_text_raw(text, "</g>\n<circle id=\"start\" cx=\"0\" cy=\"0\"");
+    api_text_raw(text, "\"/>\n<circle id=\"start\" cx=\"0\" cy=\"0\"");
     attribute(text, "r", h / 2);
     api_text_raw(text, "/>\n<path id=\"grain\" d=\"");
     arrow(text, 8 * h, 0, h);
     arrow(text, 0, 8 * h, h);
     api_text_raw(text, "\"/>\n<path id=\"bar\" d=\"");
-    line(text, left, bottom - 7 * h, left, bottom - 6 * h);
-    line(text, left, bottom - 6.5 * h, left + sheet->bar, bottom - 6.5 * h);
-    line(text, left + sheet->bar, bottom - 7 * h, left + sheet->bar, bottom - 6 * h);
+    ruler(text, sheet, bottom - 7 * h);
     api_text_raw(text, "\"/>\n</g>\n<g font-family=\"sans-serif\">\n");
     letters(text, 8.5 * h, h / 4, h, "warp");
     letters(text, h / 2, 8 * h, h, "weft");
@@ -132,8 +162,12 @@ static const struct pattern_pen pen = {.metres = 1e-3,
                                        .begin_polygon = begin_polygon,
                                        .corner = corner,
                                        .end_polygon = end_polygon,
-                                       .end_outline = end_outline,
+                                       .begin_shape = begin_shape,
+                                       .end_shape = end_shape,
+                                       .begin_locked = begin_locked,
                                        .locked = locked,
+                                       .begin_notches = begin_notches,
+                                       .notch = notch,
                                        .foot = foot};
 
 const struct format format_svg = {.name = "svg",

@@ -38,6 +38,14 @@ END
     call GET "/v1/drapes/$id/pattern" -H 'Accept: image/vnd.dxf'
     expect 200
     grep -q AC1009 "$body"
+    call GET "/v1/drapes/$id/pattern?format=dxf&allowance=0.02&part=Wing&ply=3"
+    expect 200
+    grep -q ALLOWANCE "$body"
+    grep -q "Wing, ply 3" "$body"
+    for allowance in -1 1e3 wide; do
+        call GET "/v1/drapes/$id/pattern?allowance=$allowance"
+        expect_problem 422 invalid-request
+    done
     call GET "/v1/drapes/$id/pattern?format=json"
     expect_problem 406 not-acceptable
     call GET "/v1/drapes/$id/pattern?fields=nodes.x"

@@ -111,7 +111,7 @@ def read_npz(path, result):
                 assert array.dtype == numpy.float64 and array.ndim == 1
                 found = [reasons[int(k)] for k in array] if name == "reason" else array
                 same(found, values, f"{table}.{name}")
-        assert len(arrays.files) == sum(len(result[t]) for t in ("nodes", "cells", "front"))
+        assert len(arrays.files) == sum(len(result[t]) for t in ("nodes", "cells", "front", "rim"))
 
 
 def read_csv(path, result):
@@ -152,8 +152,7 @@ def read_glb(path, result):
 
 
 def pattern_area(result):
-    a, b = result["grid"]["spacing"]
-    return len(result["cells"]["i"]) * a * b
+    return result["summary"]["flat_area"]
 
 
 def shoelace(points):
@@ -167,11 +166,11 @@ def read_dxf(path, result):
     assert not document.audit().errors
     assert document.dxfversion == "AC1009"
     model = document.modelspace()
-    outline = model.query("POLYLINE[layer=='OUTLINE']")
-    assert outline and all(line.is_closed for line in outline)
-    area = sum(shoelace([tuple(v.dxf.location)[:2] for v in line.vertices]) for line in outline)
+    cut = model.query("POLYLINE[layer=='CUT']")
+    assert cut and all(line.is_closed for line in cut)
+    area = sum(shoelace([tuple(v.dxf.location)[:2] for v in line.vertices]) for line in cut)
     expected = pattern_area(result)
-    assert abs(area - expected) < 1e-9 * expected, f"area {area}, not {expected}"
+    assert abs(area - expected) < 1e-3 * expected, f"area {area}, not {expected}"
     locked = sum(result["cells"].get("locked", []))
     assert len(model.query("LINE[layer=='LOCKED']")) == locked
     assert len(model.query("CIRCLE[layer=='START']")) == 1
@@ -184,13 +183,13 @@ def read_svg(path, result, metres):
     assert root.attrib["width"].endswith("mm")
     box = [float(n) for n in root.attrib["viewBox"].split()]
     assert box[2] == float(root.attrib["width"][:-2]), "not at true scale"
-    outline = root.find(".//s:path[@id='outline']", space).attrib["d"]
+    cut = root.find(".//s:path[@id='cut']", space).attrib["d"]
     area = 0.0
-    for polygon in outline.split("Z"):
+    for polygon in cut.split("Z"):
         numbers = [float(n) for n in polygon.replace("M", " ").split()]
         area += shoelace(list(zip(numbers[::2], numbers[1::2])))
     expected = pattern_area(result) * (metres * 1e3) ** 2
-    assert abs(area - expected) < 1e-9 * expected, f"area {area}, not {expected}"
+    assert abs(area - expected) < 1e-3 * expected, f"area {area}, not {expected}"
     cells = root.findall(".//s:g[@id='locked']/s:rect", space)
     locked = sum(float(c.attrib["width"]) for c in cells) / (
         result["grid"]["spacing"][0] * metres * 1e3)

@@ -1,0 +1,185 @@
+/* SPDX-License-Identifier: MIT */
+#include "cut.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- the rim ---- */
+
+enum { LOOP, P, Q, COVERED, COLUMNS };
+
+struct points {
+    double *column[COLUMNS]; /* of `count` */
+    size_t count;
+};
+
+static bool read_rim(struct points *points, const struct api_reader *reader,
+                     const struct api_columns *columns) {
+    static const char *const names[COLUMNS] = {"loop", "p", "q", "covered"};
+    points->count = api_columns_rows(columns, API_TABLE_RIM);
+    for (int k = 0; k < COLUMNS; k++) {
+        const struct api_column *column = api_columns_find(columns, API_TABLE_RIM, names[k]);
+        points->column[k] = malloc((points->count + 1) * sizeof *points->column[k]);
+        if (!column || !points->column[k] ||
+            !api_columns_read(reader, column, 0, points->count, points->column[k]))
+            return false;
+    }
+    return true;
+}
+
+static void points_free(struct points *points) {
+    for (int k = 0; k < COLUMNS; k++)
+        free(points->column[k]);
+}
+
+/* ---- where no cloth reaches the rim ---- */
+
+/* The corner of the outline nearest to a place; `distance` in steps. */
+static size_t nearest_corner(const struct outline *outline, double p, double q, double *distance) {
+    size_t best = 0;
+    *distance = HUGE_VAL;
+    for (size_t k = 0; k < outline->count; k++) {
+        double dp = outline->points[k].i - p, dq = outline->points[k].j - q;
+        double own = sqrt(dp * dp + dq * dq);
+        best = own < *distance ? k : best;
+        *distance = fmin(*distance, own);
+    }
+    return best;
+}
+
+static size_t corner_after(const struct outline *outline, size_t k) {
+    if (!outline->points[k].last)
+        return k + 1;
+    while (k > 0 && !outline->points[k - 1].last)
+        k--;
+    return k;
+}
+
+/* Goes along the outline, as it turns, from the corner nearest to one place of the rim to that
+ * nearest to another; if no way leads there, straight. */
+static bool follow_outline(struct polygons *polygons, const struct outline *outline,
+                           const double from[2], const double to[2]) {
+    static const double reach = 3;
+    double gap[2];
+    size_t at = nearest_corner(outline, from[0], from[1], &gap[0]);
+    size_t end = nearest_corner(outline, to[0], to[1], &gap[1]), walk = at;
+    if (outline->count == 0 || gap[0] > reach || gap[1] > reach)
+        return true;
+    for (size_t steps = 0; walk != end; steps++) {
+        walk = corner_after(outline, walk);
+        if (steps > outline->count)
+            return true;
+    }
+    for (;; at = corner_after(outline, at)) {
+        if (!polygons_add(polygons, outline->points[at].i, outline->points[at].j))
+            return false;
+        if (at == end)
+            return true;
+    }
+}
+
+/* ---- loops ---- */
+
+/* The points first .. end - 1 of the rim, from one that is covered on. */
+static bool add_loop(struct polygons *polygons, const struct points *points, size_t first,
+                     size_t end, const struct outline *outline) {
+    const double *p = points->column[P], *q = points->column[Q];
+    const double *covered = points->column[COVERED];
+    size_t length = end - first, begin = 0;
+    while (begin < length && covered[first + begin] == 0)
+        begin++;
+    if (begin == length)
+        return true;
+    for (size_t k = 0; k < length; k++) {
+        size_t at = first + (begin + k) % length, next = k + 1;
+        if (!polygons_add(polygons, p[at], q[at]))
+            return false;
+        while (next < length && covered[first + (begin + next) % length] == 0)
+            next++;
+        if (next == k + 1)
+            continue;
+        size_t to = first + (begin + next % length) % length;
+        if (!follow_outline(polygons, outline, (const double[2]){p[at], q[at]},
+                            (const double[2]){p[to], q[to]}))
+            return false;
+        k = next - 1;
+    }
+    polygons_close(polygons);
+    return true;
+}
+
+static bool add_rim(struct polygons *polygons, const struct points *points,
+                    const struct outline *outline) {
+    const double *loop = points->column[LOOP];
+    for (size_t first = 0, k = 0; k < points->count; k++) {
+        if (k + 1 < points->count && loop[k + 1] == loop[k])
+            continue;
+        if (!add_loop(polygons, points, first, k + 1, outline))
+            return false;
+        first = k + 1;
+    }
+    return true;
+}
+
+static bool add_outline(struct polygons *polygons, const struct outline *outline) {
+    for (size_t k = 0; k < outline->count; k++) {
+        if (!polygons_add(polygons, outline->points[k].i, outline->points[k].j))
+            return false;
+        if (outline->points[k].last)
+            polygons_close(polygons);
+    }
+    return true;
+}
+
+/* ---- notches ---- */
+
+/* The crossings of the polygons with the line x = 0 or y = 0: outwards is the way to their right.
+ */
+static bool find_notches(struct cut *cut) {
+    const struct polygons_point *at = cut->polygons.points;
+    cut->notches = calloc(2 * cut->polygons.count + 1, sizeof *cut->notches);
+    if (!cut->notches)
+        return false;
+    for (size_t k = 0, first = 0; k < cut->polygons.count; k++) {
+        const struct polygons_point *a = &at[k], *b = &at[a->last ? first : k + 1];
+        first = a->last ? k + 1 : first;
+        const double across[2][2] = {{a->y, b->y}, {a->x, b->x}};
+        for (int family = 0; family < 2; family++) {
+            double from = across[family][0], to = across[family][1];
+            if ((from < 0) == (to < 0))
+                continue;
+            double share = from / (from - to);
+            int way = (family == 0) == (to > from) ? 1 : -1;
+            cut->notches[cut->notch_count++] =
+                (struct cut_notch){family ? 0 : a->x + share * (b->x - a->x),
+                                   family ? a->y + share * (b->y - a->y) : 0, family, way};
+        }
+    }
+    return true;
+}
+
+enum api_problem_id cut_make(struct cut *cut, const struct api_reader *reader,
+                             const struct api_columns *columns, const struct outline *outline,
+                             double tolerance, struct api_problem *problem) {
+    struct points points = {.count = 0};
+    bool rim = api_columns_rows(columns, API_TABLE_RIM) > 0, good = true;
+    if (rim && !read_rim(&points, reader, columns))
+        api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
+    else if (rim)
+        good = add_rim(&cut->polygons, &points, outline);
+    points_free(&points);
+    if (problem->id == API_OK && good && cut->polygons.count == 0)
+        good = add_outline(&cut->polygons, outline);
+    else
+        polygons_simplify(&cut->polygons, tolerance);
+    if (!good || (problem->id == API_OK && !find_notches(cut)))
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the pattern");
+    return problem->id;
+}
+
+void cut_free(struct cut *cut) {
+    polygons_free(&cut->polygons);
+    free(cut->notches);
+    *cut = (struct cut){0};
+}

@@ -1,0 +1,518 @@
+/* SPDX-License-Identifier: MIT */
+#include "polygons.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+bool polygons_add(struct polygons *polygons, double x, double y) {
+    if (polygons->count == polygons->capacity) {
+        size_t wanted = polygons->capacity ? 2 * polygons->capacity : 256;
+        void *larger = realloc(polygons->points, wanted * sizeof *polygons->points);
+        if (!larger)
+            return false;
+        polygons->points = larger;
+        polygons->capacity = wanted;
+    }
+    polygons->points[polygons->count++] = (struct polygons_point){x, y, false};
+    return true;
+}
+
+/* The first point of the polygon that ends before point `end`. */
+static size_t first_before(const struct polygons *polygons, size_t end) {
+    while (end > 0 && !polygons->points[end - 1].last)
+        end--;
+    return end;
+}
+
+void polygons_close(struct polygons *polygons) {
+    size_t first = first_before(polygons, polygons->count);
+    if (polygons->count - first < 3)
+        polygons->count = first;
+    else
+        polygons->points[polygons->count - 1].last = true;
+}
+
+void polygons_free(struct polygons *polygons) {
+    free(polygons->points);
+    *polygons = (struct polygons){0};
+}
+
+void polygons_bounds(const struct polygons *polygons, double low[2], double high[2]) {
+    for (int k = 0; k < 2; k++)
+        low[k] = high[k] = 0;
+    for (size_t k = 0; k < polygons->count; k++) {
+        const double at[2] = {polygons->points[k].x, polygons->points[k].y};
+        for (int m = 0; m < 2; m++) {
+            low[m] = k == 0 || at[m] < low[m] ? at[m] : low[m];
+            high[m] = k == 0 || at[m] > high[m] ? at[m] : high[m];
+        }
+    }
+}
+
+/* The square of the distance of (x, y) from the segment a b. */
+static double distance2(const struct polygons_point *a, const struct polygons_point *b, double x,
+                        double y) {
+    double dx = b->x - a->x, dy = b->y - a->y, length2 = dx * dx + dy * dy;
+    double share = length2 > 0 ? ((x - a->x) * dx + (y - a->y) * dy) / length2 : 0;
+    share = share < 0 ? 0 : share > 1 ? 1 : share;
+    dx = x - a->x - share * dx;
+    dy = y - a->y - share * dy;
+    return dx * dx + dy * dy;
+}
+
+/* ---- fewer points ---- */
+
+enum { LONGEST_RUN = 256 };
+
+/* Whether the points between two are within the tolerance of the line between these. */
+static bool is_straight(const struct polygons_point *p, size_t from, size_t to, double tolerance) {
+    for (size_t k = from + 1; k < to; k++)
+        if (distance2(&p[from], &p[to], p[k].x, p[k].y) > tolerance * tolerance)
+            return false;
+    return true;
+}
+
+void polygons_simplify(struct polygons *polygons, double tolerance) {
+    struct polygons_point *p = polygons->points;
+    size_t kept = 0;
+    for (size_t first = 0, end; first < polygons->count; first = end) {
+        size_t begin = kept;
+        for (end = first + 1; !p[end - 1].last;)
+            end++;
+        for (size_t at = first; at < end;) {
+            size_t next = at + 1;
+            while (next + 1 < end && next - at < LONGEST_RUN &&
+                   is_straight(p, at, next + 1, tolerance))
+                next++;
+            p[kept++] = (struct polygons_point){p[at].x, p[at].y, false};
+            at = next;
+        }
+        if (kept - begin < 3)
+            kept = begin;
+        else
+            p[kept - 1].last = true;
+    }
+    polygons->count = kept;
+}
+
+/* ---- a grid of segments ---- */
+
+enum { GRID_MOST = 256 };
+
+/* Segments by the squares of a grid that their boxes meet. */
+struct grid {
+    const struct polygons *of;
+    double low[2], side;
+    int size[2];
+    size_t *first; /* of each square, and one more */
+    size_t *entries;
+};
+
+static int square_of(const struct grid *grid, int k, double x) {
+    double at = floor((x - grid->low[k]) / grid->side);
+    return at < 0 ? 0 : at >= grid->size[k] ? grid->size[k] - 1 : (int)at;
+}
+
+/* The squares that a box meets: from[k] to to[k]. */
+static void squares_of(const struct grid *grid, const double low[2], const double high[2],
+                       int from[2], int to[2]) {
+    for (int k = 0; k < 2; k++) {
+        from[k] = square_of(grid, k, low[k]);
+        to[k] = square_of(grid, k, high[k]);
+    }
+}
+
+static void segment_squares(const struct grid *grid, size_t a, size_t b, int from[2], int to[2]) {
+    const struct polygons_point *p = &grid->of->points[a], *q = &grid->of->points[b];
+    const double low[2] = {fmin(p->x, q->x), fmin(p->y, q->y)};
+    const double high[2] = {fmax(p->x, q->x), fmax(p->y, q->y)};
+    squares_of(grid, low, high, from, to);
+}
+
+/* Segments numbered by their first points; `ends` has the second ones. */
+static bool grid_make(struct grid *grid, const struct polygons *of, const size_t *ends,
+                      double least_side) {
+    double high[2];
+    *grid = (struct grid){.of = of};
+    polygons_bounds(of, grid->low, high);
+    grid->side = fmax(least_side, fmax(high[0] - grid->low[0], high[1] - grid->low[1]) / GRID_MOST);
+    for (int k = 0; k < 2; k++)
+        grid->size[k] = (int)((high[k] - grid->low[k]) / grid->side) + 1;
+    size_t squares = (size_t)grid->size[0] * (size_t)grid->size[1], total = 0;
+    grid->first = calloc(squares + 2, sizeof *grid->first);
+    for (int pass = 0; pass < 2 && grid->first; pass++) {
+        for (size_t k = 0; k < of->count; k++) {
+            int from[2], to[2];
+            segment_squares(grid, k, ends[k], from, to);
+            for (int y = from[1]; y <= to[1]; y++)
+                for (int x = from[0]; x <= to[0]; x++) {
+                    size_t square = (size_t)y * (size_t)grid->size[0] + (size_t)x;
+                    if (pass == 0)
+                        grid->first[square + 2]++;
+                    else
+                        grid->entries[grid->first[square + 1]++] = k;
+                }
+        }
+        for (size_t s = 0; s < squares && pass == 0; s++)
+            total = grid->first[s + 2] += grid->first[s + 1];
+        if (pass == 0)
+            grid->entries = malloc((total + 1) * sizeof *grid->entries);
+        if (!grid->entries)
+            return false;
+    }
+    return grid->first != NULL;
+}
+
+static void grid_free(struct grid *grid) {
+    free(grid->first);
+    free(grid->entries);
+}
+
+static size_t *segment_ends(const struct polygons *polygons) {
+    size_t *ends = malloc((polygons->count + 1) * sizeof *ends);
+    for (size_t k = 0, first = 0; ends && k < polygons->count; k++) {
+        ends[k] = polygons->points[k].last ? first : k + 1;
+        first = polygons->points[k].last ? k + 1 : first;
+    }
+    return ends;
+}
+
+/* ---- the parallel ---- */
+
+/* Arcs are cut into chords of this angle, the sine of 3.6 degrees or so: off by 2e-3 / 4 of their
+ * radius; and what is nearer than the distance by more is none of the parallel. */
+static const double arc_step = 0.0625, near_share = 1e-3;
+
+/* Adds an arc round (x, y) from the direction a to b, unit vectors, counter-clockwise. */
+static bool add_arc(struct polygons *to, double x, double y, double radius, const double a[2],
+                    const double b[2]) {
+    double angle = atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1]);
+    int steps = (int)ceil(fabs(angle) / arc_step);
+    bool good = polygons_add(to, x + radius * a[0], y + radius * a[1]);
+    for (int k = 1; k < steps && good; k++) {
+        double turn = angle * k / steps, c = cos(turn), s = sin(turn);
+        good = polygons_add(to, x + radius * (c * a[0] - s * a[1]),
+                            y + radius * (s * a[0] + c * a[1]));
+    }
+    return good && polygons_add(to, x + radius * b[0], y + radius * b[1]);
+}
+
+/* The moved segments before and after a corner that turns right, `left` of which they have: the
+ * point where they meet, or, where one is too short for that, the ends of both. */
+static bool add_inner(struct polygons *to, const struct polygons_point *at, double distance,
+                      const double a[2], const double b[2], double shorter) {
+    double cosine = a[0] * b[0] + a[1] * b[1], sine = fabs(a[0] * b[1] - a[1] * b[0]);
+    double miter = distance / (1 + cosine);
+    if (1 + cosine > 1e-9 && miter * sine < shorter)
+        return polygons_add(to, at->x + miter * (a[0] + b[0]), at->y + miter * (a[1] + b[1]));
+    return polygons_add(to, at->x + distance * a[0], at->y + distance * a[1]) &&
+           polygons_add(to, at->x, at->y) &&
+           polygons_add(to, at->x + distance * b[0], at->y + distance * b[1]);
+}
+
+/* The direction to the right of the segment from a to b; false when it has no length. */
+static bool right_of(const struct polygons_point *a, const struct polygons_point *b,
+                     double right[2]) {
+    double dx = b->x - a->x, dy = b->y - a->y, length = sqrt(dx * dx + dy * dy);
+    right[0] = dy / length;
+    right[1] = -dx / length;
+    return length > 0;
+}
+
+/* Each segment moved to its right, with arcs round the corners that turn left. Where they turn
+ * right by too much it goes by way of the corner, and crosses itself. */
+static bool make_raw(const struct polygons *of, double distance, struct polygons *raw) {
+    for (size_t first = 0, end; first < of->count; first = end) {
+        const struct polygons_point *p = of->points;
+        double before[2], after[2];
+        for (end = first + 1; !p[end - 1].last;)
+            end++;
+        size_t last = end - 1;
+        while (last > first && !right_of(&p[last], &p[first], before))
+            last--;
+        double length = hypot(p[first].x - p[last].x, p[first].y - p[last].y);
+        for (size_t k = first; k <= last; k++) {
+            const struct polygons_point *own = &p[k], *next = &p[k == last ? first : k + 1];
+            if (!right_of(own, next, after))
+                continue;
+            bool left = before[0] * after[1] - before[1] * after[0] > 0;
+            double own_length = hypot(next->x - own->x, next->y - own->y);
+            double shorter = fmin(length, own_length) / 2;
+            bool good = left ? add_arc(raw, own->x, own->y, distance, before, after)
+                             : add_inner(raw, own, distance, before, after, shorter);
+            if (!good)
+                return false;
+            length = own_length;
+            memcpy(before, after, sizeof before);
+        }
+        polygons_close(raw);
+    }
+    return true;
+}
+
+/* Where two segments cross: at which share of the one that begins at `segment`. */
+struct cut {
+    size_t segment, node;
+    double share;
+};
+
+struct cuts {
+    struct cut *all;
+    size_t count, capacity, nodes;
+};
+
+static bool add_cut(struct cuts *cuts, size_t segment, double share) {
+    if (cuts->count == cuts->capacity) {
+        size_t wanted = cuts->capacity ? 2 * cuts->capacity : 256;
+        void *larger = realloc(cuts->all, wanted * sizeof *cuts->all);
+        if (!larger)
+            return false;
+        cuts->all = larger;
+        cuts->capacity = wanted;
+    }
+    cuts->all[cuts->count++] = (struct cut){segment, cuts->nodes, share};
+    return true;
+}
+
+/* Whether the segments cross within both, and at which shares. */
+static bool cross(const struct polygons_point *a, const struct polygons_point *b,
+                  const struct polygons_point *c, const struct polygons_point *d, double share[2]) {
+    double ux = b->x - a->x, uy = b->y - a->y, vx = d->x - c->x, vy = d->y - c->y;
+    double determinant = ux * vy - uy * vx, wx = c->x - a->x, wy = c->y - a->y;
+    if (determinant == 0)
+        return false;
+    share[0] = (wx * vy - wy * vx) / determinant;
+    share[1] = (wx * uy - wy * ux) / determinant;
+    return share[0] > 0 && share[0] < 1 && share[1] > 0 && share[1] < 1;
+}
+
+/* All crossings, each found in the square that it lies in. */
+static bool find_cuts(const struct grid *grid, const size_t *ends, struct cuts *cuts) {
+    const struct polygons_point *p = grid->of->points;
+    for (int y = 0; y < grid->size[1]; y++)
+        for (int x = 0; x < grid->size[0]; x++) {
+            size_t square = (size_t)y * (size_t)grid->size[0] + (size_t)x;
+            for (size_t m = grid->first[square]; m < grid->first[square + 1]; m++)
+                for (size_t n = m + 1; n < grid->first[square + 1]; n++) {
+                    size_t a = grid->entries[m], c = grid->entries[n];
+                    double share[2];
+                    if (!cross(&p[a], &p[ends[a]], &p[c], &p[ends[c]], share))
+                        continue;
+                    double at[2] = {p[a].x + share[0] * (p[ends[a]].x - p[a].x),
+                                    p[a].y + share[0] * (p[ends[a]].y - p[a].y)};
+                    if (square_of(grid, 0, at[0]) != x || square_of(grid, 1, at[1]) != y)
+                        continue;
+                    if (!add_cut(cuts, a, share[0]) || !add_cut(cuts, c, share[1]))
+                        return false;
+                    cuts->nodes++;
+                }
+        }
+    return true;
+}
+
+static int compare_cuts(const void *a, const void *b) {
+    const struct cut *x = a, *y = b;
+    if (x->segment != y->segment)
+        return x->segment < y->segment ? -1 : 1;
+    return (x->share > y->share) - (x->share < y->share);
+}
+
+/* A part of the raw parallel from one crossing to another, or all of a polygon. */
+struct chain {
+    size_t first, count; /* of the points gathered */
+    size_t begin, end;   /* nodes; NO_NODE: it is closed */
+    bool used;
+};
+
+static const size_t NO_NODE = (size_t)-1;
+
+struct chains {
+    struct polygons points; /* of all chains, one after the other */
+    struct chain *all;
+    size_t count, capacity;
+    bool failed;
+};
+
+static struct chain *open_chain(struct chains *chains, size_t begin) {
+    if (chains->count == chains->capacity) {
+        size_t wanted = chains->capacity ? 2 * chains->capacity : 256;
+        void *larger = realloc(chains->all, wanted * sizeof *chains->all);
+        if (!larger) {
+            chains->failed = true;
+            return NULL;
+        }
+        chains->all = larger;
+        chains->capacity = wanted;
+    }
+    chains->all[chains->count] =
+        (struct chain){.first = chains->points.count, .begin = begin, .end = NO_NODE};
+    return &chains->all[chains->count++];
+}
+
+static void chain_point(struct chains *chains, double x, double y) {
+    chains->failed = chains->failed || !polygons_add(&chains->points, x, y);
+    if (chains->count && !chains->failed)
+        chains->all[chains->count - 1].count++;
+}
+
+/* The points first .. end - 1 of the raw parallel, a polygon. */
+struct loop {
+    const struct polygons_point *points;
+    size_t length;
+};
+
+static void add_crossing(struct chains *chains, const struct loop *loop, size_t first,
+                         const struct cut *cut) {
+    size_t segment = cut->segment - first;
+    const struct polygons_point *a = &loop->points[segment];
+    const struct polygons_point *b = &loop->points[(segment + 1) % loop->length];
+    chain_point(chains, a->x + cut->share * (b->x - a->x), a->y + cut->share * (b->y - a->y));
+}
+
+/* Cuts a polygon of the raw parallel into chains, from each of its cuts to the next; one without
+ * any is a chain by itself. */
+static void cut_polygon(struct chains *chains, const struct loop *loop, size_t first,
+                        const struct cut *cuts, size_t count) {
+    if (count == 0 && open_chain(chains, NO_NODE))
+        for (size_t k = 0; k < loop->length; k++)
+            chain_point(chains, loop->points[k].x, loop->points[k].y);
+    for (size_t c = 0; c < count && !chains->failed; c++) {
+        const struct cut *from = &cuts[c], *to = &cuts[(c + 1) % count];
+        size_t steps = (to->segment + loop->length - from->segment) % loop->length;
+        steps = steps == 0 && c + 1 == count ? loop->length : steps;
+        struct chain *chain = open_chain(chains, from->node);
+        if (!chain)
+            return;
+        chain->end = to->node;
+        add_crossing(chains, loop, first, from);
+        for (size_t k = 1; k <= steps; k++) {
+            const struct polygons_point *p =
+                &loop->points[(from->segment - first + k) % loop->length];
+            chain_point(chains, p->x, p->y);
+        }
+        add_crossing(chains, loop, first, to);
+    }
+}
+
+/* Whether (x, y) is nearer to the source than the distance. */
+static bool is_near(const struct grid *source, const size_t *ends, double x, double y,
+                    double distance) {
+    const double low[2] = {x - distance, y - distance}, high[2] = {x + distance, y + distance};
+    int from[2], to[2];
+    squares_of(source, low, high, from, to);
+    for (int sy = from[1]; sy <= to[1]; sy++)
+        for (int sx = from[0]; sx <= to[0]; sx++) {
+            size_t square = (size_t)sy * (size_t)source->size[0] + (size_t)sx;
+            for (size_t m = source->first[square]; m < source->first[square + 1]; m++) {
+                size_t a = source->entries[m];
+                const struct polygons_point *p = source->of->points;
+                if (distance2(&p[a], &p[ends[a]], x, y) < distance * distance)
+                    return true;
+            }
+        }
+    return false;
+}
+
+/* Judges a chain by the middle of its longest piece. */
+static bool is_parallel(const struct chains *chains, const struct chain *chain,
+                        const struct grid *source, const size_t *ends, double distance) {
+    const struct polygons_point *p = chains->points.points + chain->first;
+    size_t at = 0, pieces = chain->begin == NO_NODE ? chain->count : chain->count - 1;
+    double most = -1;
+    for (size_t k = 0; k < pieces; k++) {
+        const struct polygons_point *q = &p[(k + 1) % chain->count];
+        double dx = q->x - p[k].x, dy = q->y - p[k].y, length = dx * dx + dy * dy;
+        at = length > most ? k : at;
+        most = fmax(most, length);
+    }
+    if (pieces == 0)
+        return false;
+    const struct polygons_point *q = &p[(at + 1) % chain->count];
+    return !is_near(source, ends, (p[at].x + q->x) / 2, (p[at].y + q->y) / 2,
+                    (1 - near_share) * distance);
+}
+
+/* The chain, not used, that goes on from a node. */
+static struct chain *chain_from(struct chains *chains, size_t node) {
+    for (size_t k = 0; k < chains->count; k++)
+        if (!chains->all[k].used && chains->all[k].begin == node)
+            return &chains->all[k];
+    return NULL;
+}
+
+/* Closes the polygon from point `first` on, unless its area is what rounding leaves. */
+static void drop_sliver(struct polygons *polygons, size_t first, double sliver) {
+    const struct polygons_point *p = polygons->points;
+    double area = 0;
+    for (size_t k = first; k < polygons->count; k++) {
+        const struct polygons_point *next = &p[k + 1 == polygons->count ? first : k + 1];
+        area += (p[k].x * next->y - next->x * p[k].y) / 2;
+    }
+    if (fabs(area) < sliver)
+        polygons->count = first;
+    else
+        polygons_close(polygons);
+}
+
+/* Joins the chains that are left to polygons. */
+static bool join_chains(struct chains *chains, struct polygons *wider, double sliver) {
+    for (size_t k = 0; k < chains->count; k++) {
+        struct chain *chain = &chains->all[k];
+        size_t begin = chain->begin, first = wider->count;
+        while (chain && !chain->used) {
+            const struct polygons_point *p = chains->points.points + chain->first;
+            size_t count = chain->begin == NO_NODE ? chain->count : chain->count - 1;
+            chain->used = true;
+            for (size_t m = 0; m < count; m++)
+                if (!polygons_add(wider, p[m].x, p[m].y))
+                    return false;
+            bool ends = chain->end == NO_NODE || chain->end == begin;
+            struct chain *next = ends ? NULL : chain_from(chains, chain->end);
+            if (!ends && !next)
+                wider->count = first; /* a sliver that rounding left open */
+            chain = next;
+        }
+        drop_sliver(wider, first, sliver);
+    }
+    return true;
+}
+
+static bool cut_all(const struct polygons *raw, const struct cuts *cuts, struct chains *chains) {
+    for (size_t first = 0, end, at = 0; first < raw->count; first = end) {
+        size_t from = at;
+        for (end = first + 1; !raw->points[end - 1].last;)
+            end++;
+        while (at < cuts->count && cuts->all[at].segment < end)
+            at++;
+        struct loop loop = {raw->points + first, end - first};
+        cut_polygon(chains, &loop, first, cuts->all ? cuts->all + from : NULL, at - from);
+    }
+    return !chains->failed;
+}
+
+bool polygons_widen(const struct polygons *polygons, double distance, struct polygons *wider) {
+    struct polygons raw = {0};
+    struct grid source = {0}, grid = {0};
+    struct cuts cuts = {0};
+    struct chains chains = {0};
+    size_t *ends = segment_ends(polygons), *raw_ends = NULL;
+    bool good = ends && make_raw(polygons, distance, &raw) && (raw_ends = segment_ends(&raw)) &&
+                grid_make(&source, polygons, ends, distance) &&
+                grid_make(&grid, &raw, raw_ends, 0) && find_cuts(&grid, raw_ends, &cuts);
+    if (good && cuts.count)
+        qsort(cuts.all, cuts.count, sizeof *cuts.all, compare_cuts);
+    good = good && cut_all(&raw, &cuts, &chains);
+    for (size_t k = 0; good && k < chains.count; k++)
+        chains.all[k].used = !is_parallel(&chains, &chains.all[k], &source, ends, distance);
+    good = good && join_chains(&chains, wider, near_share * distance * distance);
+    polygons_free(&raw);
+    polygons_free(&chains.points);
+    free(chains.all);
+    free(cuts.all);
+    grid_free(&source);
+    grid_free(&grid);
+    free(ends);
+    free(raw_ends);
+    return good;
+}

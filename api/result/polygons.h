@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: MIT */
+/* Closed polygons of the plane, what they enclose on their left, so that holes turn the other way;
+ * and how they are made wider. */
+#ifndef API_RESULT_POLYGONS_H
+#define API_RESULT_POLYGONS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+struct polygons_point {
+    double x, y;
+    bool last; /* the polygon ends here, and is closed to its first point */
+};
+
+struct polygons {
+    struct polygons_point *points; /* malloc'ed */
+    size_t count, capacity;
+};
+
+/* Adds a point to the polygon that is open; false without memory. */
+bool polygons_add(struct polygons *polygons, double x, double y);
+
+/* Closes it; one of fewer than three points is dropped. */
+void polygons_close(struct polygons *polygons);
+
+void polygons_free(struct polygons *polygons);
+
+/* Drops points as long as the polygons stay within `tolerance` of all of them. */
+void polygons_simplify(struct polygons *polygons, double tolerance);
+
+/* The box round them; all 0 when there are none. */
+void polygons_bounds(const struct polygons *polygons, double low[2], double high[2]);
+
+/*
+ * What is no further than `distance` > 0 from what the polygons enclose: `wider` (zero-initialised)
+ * gets its boundary, which runs parallel to them, round their corners in arcs of chords that are
+ * right to 2e-3 of the distance. Holes become smaller, and close. Polygons that enclose
+ * nothing twice are expected. False without memory; the caller frees `wider` in any case.
+ */
+bool polygons_widen(const struct polygons *polygons, double distance, struct polygons *wider);
+
+#endif
