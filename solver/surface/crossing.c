@@ -306,6 +306,9 @@ bool crossing_on_way(const struct surface *surface, const double from[2], const 
     turn_of(surface, from, turn);
     for (int k = 0; k < 2; k++)
         p[k] = from[k] - turn[k];
+    const double end[2] = {p[0] + e[0], p[1] + e[1]};
+    if (face_holds_way(face, p, end))
+        return false;
     for (int k = 0; k < 2; k++)
         by[k] = 1 / (surface_axis_upper(&axis[k]) - surface_axis_lower(&axis[k]));
     for (uint32_t s = 0; s < face->segment_count; s++) {

@@ -62,6 +62,81 @@ double curve_nearest(const struct shell *shell, const struct face_curve *curve, 
     return distance;
 }
 
+/* The column or row of the grid that x lies in, one of direction k. */
+static int grid_index(const struct face *face, int k, double x) {
+    const struct surface_axis *axis = &face->surface.axis[k];
+    double low = surface_axis_lower(axis), high = surface_axis_upper(axis);
+    double at = (x - low) / (high - low) * FACE_GRID;
+    return at > 0 ? (int)fmin(at, FACE_GRID - 1) : 0;
+}
+
+static int cell_at(const struct face *face, const double uv[2]) {
+    return face->cells[grid_index(face, 0, uv[0]) * FACE_GRID + grid_index(face, 1, uv[1])];
+}
+
+/* Marks the cells within a hundredth of one round a segment, by steps of half a cell. */
+static void mark_segment(struct face *face, const struct face_segment *segment, uint8_t *marks) {
+    double size[2], steps = 1;
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &face->surface.axis[k];
+        size[k] = (surface_axis_upper(axis) - surface_axis_lower(axis)) / FACE_GRID;
+        steps = fmax(steps, ceil(2 * fabs(segment->b[k] - segment->a[k]) / size[k]));
+    }
+    for (int n = 0; n < (int)steps; n++) {
+        int first[2], last[2];
+        for (int k = 0; k < 2; k++) {
+            double way = (segment->b[k] - segment->a[k]) / steps, a = segment->a[k] + n * way;
+            double slack = 0.01 * size[k];
+            first[k] = grid_index(face, k, fmin(a, a + way) - slack);
+            last[k] = grid_index(face, k, fmax(a, a + way) + slack);
+        }
+        for (int i = first[0]; i <= last[0]; i++)
+            for (int j = first[1]; j <= last[1]; j++)
+                marks[i * FACE_GRID + j] = 1;
+    }
+}
+
+enum status face_make_grid(struct face *face, struct arena *arena) {
+    uint8_t *marks = arena_alloc(arena, FACE_GRID * FACE_GRID, 1);
+    if (!marks)
+        return STATUS_OUT_OF_MEMORY;
+    for (uint32_t s = 0; s < face->segment_count; s++)
+        mark_segment(face, &face->segments[s], marks);
+    for (int n = 0; n < FACE_GRID * FACE_GRID; n++) {
+        const int at[2] = {n / FACE_GRID, n % FACE_GRID};
+        double uv[2];
+        for (int k = 0; k < 2; k++) {
+            const struct surface_axis *axis = &face->surface.axis[k];
+            double low = surface_axis_lower(axis), high = surface_axis_upper(axis);
+            uv[k] = low + (high - low) * (at[k] + 0.5) / FACE_GRID;
+        }
+        marks[n] = marks[n]                  ? FACE_CELL_MIXED
+                   : face_contains(face, uv) ? FACE_CELL_INSIDE
+                                             : FACE_CELL_OUTSIDE;
+    }
+    face->cells = marks;
+    return STATUS_OK;
+}
+
+bool face_holds_way(const struct face *face, const double from[2], const double to[2]) {
+    int first[2], last[2];
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &face->surface.axis[k];
+        double low = fmin(from[k], to[k]), high = fmax(from[k], to[k]);
+        if (!(low > surface_axis_lower(axis) && high < surface_axis_upper(axis)))
+            return false;
+        first[k] = grid_index(face, k, low);
+        last[k] = grid_index(face, k, high);
+    }
+    if ((last[0] - first[0] + 1) * (last[1] - first[1] + 1) > FACE_GRID)
+        return false;
+    for (int i = first[0]; i <= last[0]; i++)
+        for (int j = first[1]; j <= last[1]; j++)
+            if (face->cells[i * FACE_GRID + j] != FACE_CELL_INSIDE)
+                return false;
+    return true;
+}
+
 bool face_contains(const struct face *face, const double uv[2]) {
     double at[2], outer[2];
     for (int k = 0; k < 2; k++) {
@@ -76,6 +151,9 @@ bool face_contains(const struct face *face, const double uv[2]) {
     }
     if (!face->trim)
         return true;
+    int cell = face->cells ? cell_at(face, at) : FACE_CELL_MIXED;
+    if (cell != FACE_CELL_MIXED)
+        return cell == FACE_CELL_INSIDE;
     surface_outer(&face->surface, at, outer);
     return trim_contains(face->trim, outer);
 }

@@ -14,7 +14,10 @@
 #include "shell.h"
 #include "spans.h"
 
-enum { EDGE_FREE = -1 };
+enum { EDGE_FREE = -1, FACE_GRID = 32 };
+
+/* What a cell of the grid over a face's domain is. */
+enum face_cell { FACE_CELL_MIXED, FACE_CELL_INSIDE, FACE_CELL_OUTSIDE };
 
 /* A trim curve, or the straight line between two places of the domain. */
 struct face_curve {
@@ -55,6 +58,7 @@ struct face {
     int8_t side; /* by which it has to be turned to face like the first of its component: 1 or -1 */
     struct face_segment *segments;
     uint32_t segment_count;
+    uint8_t *cells; /* FACE_GRID x FACE_GRID of the domain: enum face_cell */
 };
 
 struct shell {
@@ -84,6 +88,13 @@ void curve_at(const struct shell *shell, const struct face_curve *curve, double 
  * its distance. */
 double curve_nearest(const struct shell *shell, const struct face_curve *curve, struct vec3 point,
                      double from, const double range[2], struct curve_place *place);
+
+/* Fills the grid, from the segments. Errors: STATUS_OUT_OF_MEMORY. */
+enum status face_make_grid(struct face *face, struct arena *arena) STATUS_MUST_USE;
+
+/* Whether the straight way between two places of the domain lies well inside the face, as far as
+ * the grid tells. */
+bool face_holds_way(const struct face *face, const double from[2], const double to[2]);
 
 /* Whether inner parameters are in the face: its domain, to 1e-9 of it, and its region. */
 bool face_contains(const struct face *face, const double uv[2]);

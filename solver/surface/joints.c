@@ -648,5 +648,9 @@ enum status faces_join(struct shell *shell, const struct shell_part *parts, stru
     status = join.failed ? STATUS_OUT_OF_MEMORY : make_edges(&join);
     if (status == STATUS_OK)
         status = join_edges(&join, fault);
-    return status == STATUS_OK ? gather_segments(&join, arena) : status;
+    if (status == STATUS_OK)
+        status = gather_segments(&join, arena);
+    for (size_t k = 0; k < shell->face_count && status == STATUS_OK; k++)
+        status = face_make_grid(&shell->faces[k], arena);
+    return status;
 }
