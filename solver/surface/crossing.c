@@ -296,6 +296,11 @@ static double leaves_through(const double p[2], const double e[2], const double 
     return hits ? fmax(share, 0) : HUGE_VAL;
 }
 
+bool crossing_none_within(const struct surface *surface, const double low[2],
+                          const double high[2]) {
+    return face_holds_way(face_of(surface), low, high);
+}
+
 bool crossing_on_way(const struct surface *surface, const double from[2], const double to[2],
                      double *share, struct crossing *crossing) {
     const struct face *face = face_of(surface);

@@ -60,6 +60,10 @@ bool crossing_settle(struct surface_cursor *cursor, struct station *station);
 /* Whether a place is in the region of its face of a shell. */
 bool crossing_within(const struct surface *surface, const double uv[2]);
 
+/* Whether a rectangle of parameters lies well inside the face's region, as far as can be told at a
+ * glance. */
+bool crossing_none_within(const struct surface *surface, const double low[2], const double high[2]);
+
 /* The joint over which the way from one place of a face to another first leaves its region: the
  * share of the way, 0..1, that lies before it. False when it meets none from inside. */
 bool crossing_on_way(const struct surface *surface, const double from[2], const double to[2],

@@ -655,15 +655,21 @@ static void cubic_at(const struct path *from, const struct path *to, double h, d
 /* The first joint that a step of h from `from` to `to` crosses, and about how far on that is. */
 static bool find_joint(const struct path *from, const struct path *to, double h,
                        struct crossing *joint, double *length) {
-    double last[2] = {from->uv[0], from->uv[1]}, next[2], share;
-    for (int k = 1; k <= JOINT_PIECES; k++) {
-        cubic_at(from, to, h, (double)k / JOINT_PIECES, next);
-        if (crossing_on_way(from->surface, last, next, &share, joint)) {
-            *length = h * (k - 1 + share) / JOINT_PIECES;
+    double at[JOINT_PIECES + 1][2], low[2], high[2], share;
+    for (int k = 0; k <= JOINT_PIECES; k++) {
+        cubic_at(from, to, h, (double)k / JOINT_PIECES, at[k]);
+        for (int x = 0; x < 2; x++) {
+            low[x] = k == 0 || at[k][x] < low[x] ? at[k][x] : low[x];
+            high[x] = k == 0 || at[k][x] > high[x] ? at[k][x] : high[x];
+        }
+    }
+    if (crossing_none_within(from->surface, low, high))
+        return false;
+    for (int k = 0; k < JOINT_PIECES; k++)
+        if (crossing_on_way(from->surface, at[k], at[k + 1], &share, joint)) {
+            *length = h * (k + share) / JOINT_PIECES;
             return true;
         }
-        memcpy(last, next, sizeof last);
-    }
     return false;
 }
 
@@ -804,7 +810,7 @@ bool path_advance(struct path *path, double length) {
 
 /* Whether nothing but a step in a span can be next. */
 static bool steps_in_span(const struct path *g) {
-    return g->ahead == 0 && !g->surface->shell && !g->surface->has_poles && !far_outside(g);
+    return g->ahead == 0 && !g->surface->has_poles && !far_outside(g);
 }
 
 bool path_advance_both(struct path path[2], const double length[2]) {
@@ -820,11 +826,20 @@ bool path_advance_both(struct path path[2], const double length[2]) {
     dormand_two_steps(slope_at, task);
     for (int k = 0; k < 2; k++) {
         struct effort effort = {.whole = length[k]};
-        double gone = 0;
+        double gone = 0, way;
+        struct path before = path[k];
+        struct crossing joint;
         a[k].y = with_given_velocity(&path[k], a[k].y);
         a[k].error = error_of_step(&path[k], &a[k].at, a[k].h, &error[k]);
-        if (!take_step(&path[k], &a[k], &effort, &gone) ||
-            !go_on(&path[k], length[k] - gone, &effort, 1))
+        bool taken = take_step(&path[k], &a[k], &effort, &gone);
+        if (before.surface->shell &&
+            (!taken || find_joint(&before, &path[k], gone, &joint, &way))) {
+            path[k] = before;
+            if (!path_advance(&path[k], length[k]))
+                return false;
+            continue;
+        }
+        if (!taken || !go_on(&path[k], length[k] - gone, &effort, 1))
             return false;
     }
     return true;
