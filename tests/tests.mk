@@ -64,9 +64,10 @@ golden: all $(GOLDEN) ## when results change and should: writes anew what they a
 	@git --no-pager diff --stat -- tests docs
 
 # The tests that hurt, at full length: 200 kills, a thousand slow clients for 30 s, ...
-soak: ## after a change in server/: 200 kills under load, a thousand slow clients, the gate
+soak: $(B)/tests/exact/test_exact_estimates ## 200 kills under load, a thousand slow clients, the gate, all estimates
 	@deploy/setup.sh test
 	@$(MAKE) --no-print-directory -s all
+	@LONG=1 $(B)/tests/exact/test_exact_estimates
 	@for test in tests/faults/test_*.py; do LONG=1 BUILD=$(B) python3 $$test || exit 1; done
 	@STRICT=1 tests/load/gate.sh $(B)
 
@@ -90,7 +91,7 @@ mutants: ## before a release: small mistakes in the source that tests have to no
 	@deploy/setup.sh test
 	@tests/mutants/mutants.py run '$(ONLY)'
 
-figures: $(B)/drape ## redraws docs/figures from the program's own results
+figures: $(B)/drape $(B)/tests/exact/test_exact_estimates ## redraws docs/figures from the program's own results
 	@tests/figures/figures.sh $(B)
 
 BENCHES := $(addprefix $(B)/tests/bench/bench_,solver surfaces shell store)

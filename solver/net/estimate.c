@@ -9,7 +9,11 @@
 /* What a step straight on is wrong by, across the yarn, of what the yarn beside it turns sideways;
  * as a share of its length where there is no telling, and where the yarn sets off across another.
  */
-static const double straight_share = 3, straight_unknown = 0.04, across_share = 0.3;
+static const double straight_share = 2, straight_unknown = 0.03, across_share = 0.3;
+
+/* How well a generator is followed over an edge: this share of it, times the fourth power of the
+ * angle by which it turns there. */
+static const double generator_share = 1e-3;
 
 /* Yarns that cross under less than this sine are taken as crossing so. */
 static const double least_sine = 0.02;
@@ -174,6 +178,7 @@ static bool is_awaited(const struct estimate *e, int32_t i, int32_t j) {
 /* The nodes of an arm, which lie on the generator: only how far along it is not exact. */
 static void estimate_arm(struct estimate *e, int di, int dj) {
     struct link link;
+    struct vec3 last = vec3_make(0, 0, 0);
     double known = 0, unsure = 0;
     for (int32_t i = di, j = dj;; i += di, j += dj) {
         move_views(e, i, j);
@@ -181,7 +186,9 @@ static void estimate_arm(struct estimate *e, int di, int dj) {
             !find_link(e, i, j, di, dj, &link))
             return;
         known += link.edge.known;
-        unsure += link.edge.unsure;
+        double turn2 = vec3_norm2(last) > 0 ? vec3_norm2(vec3_sub(link.chord, last)) : 0;
+        unsure += link.edge.unsure + generator_share * turn2 * turn2 * e->net.spacing[dj != 0];
+        last = link.chord;
         struct error error = {{vec3_scale(known, link.chord), vec3_scale(unsure, link.chord),
                                vec3_scale(dj ? -unsure : unsure, link.chord)}};
         keep_error(e, i, j, &error);

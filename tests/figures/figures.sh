@@ -4,7 +4,7 @@
 # computed here by awk, apart from the program. Usage: tests/figures/figures.sh BUILD
 set -eu
 cd "$(dirname "$0")/../.."
-drape=$1/drape here=tests/figures data=$1/figures out=docs/figures
+build=$1 drape=$1/drape here=tests/figures data=$1/figures out=docs/figures
 methods=${METHODS:-basic mosaic geodesic gib gib4}
 rm -rf "$data"
 mkdir -p "$data" "$out"
@@ -115,6 +115,21 @@ figure_small_radii() {
     echo "small_radii.svg: largest shear, degrees:$line"
 }
 
+# What the test of estimates measures on all its surfaces, one node in 1,200.
+figure_containment() {
+    local nodes=$data/estimates.dat held
+    LONG=1 DRAPED_ESTIMATES=$nodes "$build/tests/exact/test_exact_estimates" >"$data/estimates.log"
+    for kind in random awkward grown; do
+        awk -v kind=$kind -F '"' '
+            { split($3, at, " "); is = at[3] + 0 ? "grown" : $2 == "random" ? "random" : "awkward" }
+            is == kind && at[1] > 1e-9 && ++n % (kind == "grown" ? 100 : 1200) == 0 { print at[1], at[2] }' \
+            "$nodes" >"$data/containment-$kind.dat"
+    done
+    held=$(awk '{ n++; held += $(NF - 2) <= $(NF - 1) + 1e-9 } END { printf "%.4f of %d", held / n, n }' "$nodes")
+    plot containment
+    echo "containment.svg: errors contained at $held nodes"
+}
+
 # The shortest of five runs, which go round all methods in turn, so that a busy spell of the machine
 # meets them alike; a method that has once taken longer than `patience` goes no finer.
 figure_time() {
@@ -197,7 +212,7 @@ figure_freeform() {
         "$data/freeform-cells.dat"
 }
 
-for figure in ${FIGURES:-sphere saddle error time freeform small_radii}; do figure_$figure; done
+for figure in ${FIGURES:-sphere saddle error time freeform small_radii containment}; do figure_$figure; done
 
 # They are read in a browser beside the README, and every change of them stays in the history.
 find "$out" -name '*.svg' -size +60000c | sed 's/$/ is larger than 60 kB/' | { ! grep .; }
