@@ -2,6 +2,8 @@
 #include "defect.h"
 
 #include "correction.h"
+#include "fishnet.h"
+#include "rough.h"
 #include "yarn.h"
 
 /* Coefficients of defect.h. */
@@ -121,15 +123,35 @@ bool defect_turn(struct defect_net *net, int32_t i, int32_t j, int di, int dj, d
     return *turn >= 0;
 }
 
+/* By how much an edge is longer than the geodesic between its ends has to be; false where only that
+ * geodesic itself tells. */
+static bool excess_of(struct defect_net *net, const struct net_node *from,
+                      const struct net_node *to, double d, double *excess) {
+    struct station p, q;
+    struct vec3 edge = vec3_sub(to->r, from->r);
+    if (!station_at(march_surface(net->march, from), &net->cursor, from->uv, &p) ||
+        !station_at(march_surface(net->march, to), &net->cursor, to->uv, &q))
+        return false;
+    double curvature = station_normal_curvature(&p, edge), chord = fishnet_arc_chord(d, curvature);
+    if (rough_edge(&p, &q, curvature, d, &chord) == ROUGH_EDGE)
+        return false;
+    *excess = vec3_norm(edge) - chord;
+    return true;
+}
+
 /* By the angle by which the yarn turns sideways at its ends. */
 static struct defect by_turn(struct defect_net *net, int32_t i, int32_t j, int di, int dj, double d,
                              bool rough) {
-    double turn;
+    double turn, excess = 0, least = d * unknown_turn * unknown_turn / 24;
+    const struct net_node *from = net_view_place(&net->net, i, j);
+    const struct net_node *to = net_view_place(&net->net, i + di, j + dj);
+    bool measured = excess_of(net, from, to, d, &excess);
     if (!defect_turn(net, i, j, di, dj, &turn))
-        return (struct defect){0, d * unknown_turn * unknown_turn / 24};
-    double error = d * turn * turn / 24, least = d * unknown_turn * unknown_turn / 24;
-    return rough ? (struct defect){error, of_terms * error + rounding * d}
-                 : (struct defect){0, fmax(error, least)};
+        return (struct defect){excess, least};
+    double sideways = d * turn * turn / 24;
+    double unsure =
+        of_known * fabs(excess + sideways) + (of_known + turn) * sideways + rounding * d;
+    return (struct defect){excess + sideways, rough || measured ? unsure : fmax(unsure, least)};
 }
 
 struct defect defect_of(struct defect_net *net, int32_t i, int32_t j, int di, int dj) {

@@ -9,7 +9,7 @@
 /* What a step straight on is wrong by, across the yarn, of what the yarn beside it turns sideways;
  * as a share of its length where there is no telling, and where the yarn sets off across another.
  */
-static const double straight_share = 2, straight_unknown = 0.03, across_share = 0.3;
+static const double straight_share = 3, straight_unknown = 0.03, across_share = 0.3;
 
 /* How well a generator is followed over an edge: this share of it, times the fourth power of the
  * angle by which it turns there. */
