@@ -45,6 +45,13 @@ static double turn(struct vec3 p, struct vec3 q, struct vec3 r, struct vec3 norm
     return vec3_dot(vec3_cross(vec3_sub(q, p), vec3_sub(r, p)), normal);
 }
 
+/* Whether all corners turn one way in space. */
+static bool is_convex(struct vec3 a, struct vec3 b, struct vec3 c, struct vec3 d) {
+    struct vec3 normal = vec3_cross(vec3_sub(d, a), vec3_sub(b, c));
+    return turn(a, c, d, normal) > 0 && turn(d, b, a, normal) > 0 && turn(c, d, b, normal) > 0 &&
+           turn(b, a, c, normal) > 0;
+}
+
 bool fishnet_right_root(const struct fishnet_cell *cell, const struct station *d) {
     struct vec3 a = cell->a->jet.r, b = cell->b->jet.r, c = cell->c->jet.r;
     int sign = cell->orientation;
@@ -53,7 +60,7 @@ bool fishnet_right_root(const struct fishnet_cell *cell, const struct station *d
         return false;
     return at_d > FISHNET_OPEN_SINE * cell->bd * cell->cd ||
            (sign * turn(a, c, d->jet.r, d->normal) > 0 &&
-            sign * turn(d->jet.r, b, a, d->normal) > 0);
+            sign * turn(d->jet.r, b, a, d->normal) > 0 && is_convex(a, b, c, d->jet.r));
 }
 
 /* Solves J step = f with the rows of J being 2 w . (r_u, r_v). */

@@ -11,6 +11,9 @@
 /* The bits of a row of a window that are the tile's own. */
 static const uint32_t own_bits = ((1u << NET_TILE) - 1) << 1;
 
+/* Where the normals at a cell's corners differ by more than this, the surface is folded there. */
+static const double folded_cosine = 0.5;
+
 /* A known place of the net: (i, j), which is (x, y) of the window. */
 struct spot {
     int32_t i, j;
@@ -63,27 +66,66 @@ static bool is_convex(const struct net_window *window, int x, int y) {
     return true;
 }
 
+static bool station_of(struct part *part, const struct net_node *node, struct station *station) {
+    if (node && part->march->mesh) {
+        struct mesh_place place = {.triangle = (int32_t)node->uv[0], .r = node->r};
+        *station = march_mesh_station(part->march, &place);
+        return true;
+    }
+    return node && station_at(march_surface(part->march, node), &part->cursor, node->uv, station);
+}
+
+static struct yarn_net yarn_net(struct part *part) {
+    return (struct yarn_net){part->march->net, part->march->surface, &part->cursor};
+}
+
+/* The stations of the corners of the cell from (x, y) on. */
+static bool corner_stations(struct part *part, const struct net_window *window, int x, int y,
+                            struct station corner[4]) {
+    static const int8_t at[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    for (int k = 0; k < 4; k++)
+        if (!station_of(part, net_window_find(window, x + at[k][0], y + at[k][1]), &corner[k]))
+            return false;
+    return true;
+}
+
+/* Whether a cell whose corners do not turn one way in space is cloth all the same: one that is bent
+ * over a fold, and open in the surface. */
+static bool is_bent(struct part *part, const struct net_window *window, int x, int y) {
+    struct station corner[4];
+    double least = 1;
+    if (!yarn_cell_is_rough(window, x, y) || !corner_stations(part, window, x, y, corner))
+        return false;
+    for (int k = 1; k < 4; k++)
+        least = fmin(least, vec3_dot(corner[0].normal, corner[k].normal));
+    struct yarn_net net = yarn_net(part);
+    return least < folded_cosine && yarn_cell_is_open(&net, window, x, y, corner);
+}
+
 /* Those of the cells that are no cloth: yarns along free edges may close cells that are not convex,
- * which the march never makes. */
-static uint32_t no_cells(const struct net_window *window, int y, uint32_t cells) {
-    uint32_t row = net_window_bits(window, NET_BIT_GROWN, y);
-    uint32_t up = net_window_bits(window, NET_BIT_GROWN, y + 1), none = 0;
+ * and so may rough ones where the net all but collapses. The march never makes others. */
+static uint32_t no_cells(struct part *part, const struct net_window *window, int y,
+                         uint32_t cells) {
+    uint32_t row = net_window_bits(window, NET_BIT_GROWN, y), none = 0;
+    uint32_t up = net_window_bits(window, NET_BIT_GROWN, y + 1);
+    row |= net_window_bits(window, NET_BIT_ROUGH, y);
+    up |= net_window_bits(window, NET_BIT_ROUGH, y + 1);
     for (uint32_t left = cells & (row | row >> 1 | up | up >> 1); left; left &= left - 1) {
         int bit = __builtin_ctz(left);
-        if (!yarn_cell_is_rough(window, bit - 1, y) && !is_convex(window, bit - 1, y))
+        if (!is_convex(window, bit - 1, y) && !is_bent(part, window, bit - 1, y))
             none |= 1u << bit;
     }
     return none;
 }
 
-static struct row_bits row_bits(const struct net_window *window, int y) {
+static struct row_bits row_bits(struct part *part, const struct net_window *window, int y) {
     uint32_t row = net_window_bits(window, NET_BIT_INSIDE, y);
     uint32_t up = net_window_bits(window, NET_BIT_INSIDE, y + 1), both = row & up;
     uint32_t down = net_window_bits(window, NET_BIT_INSIDE, y - 1);
     uint32_t all = up & down & row << 1 & row >> 1, any = up | down | row << 1 | row >> 1;
     uint32_t cells = both & both >> 1 & own_bits;
     return (struct row_bits){.inside = row & own_bits,
-                             .cells = cells & ~no_cells(window, y, cells),
+                             .cells = cells & ~no_cells(part, window, y, cells),
                              .rim = ((row & ~all) | (~row & any)) & own_bits};
 }
 
@@ -119,7 +161,7 @@ static bool ends_at(const struct spot *spot, enum drape_reason *reason) {
 
 static void count_tile(struct part *part, size_t t) {
     for (int y = 0; y < NET_TILE; y++) {
-        struct row_bits bits = row_bits(&part->windows[t], y);
+        struct row_bits bits = row_bits(part, &part->windows[t], y);
         part->holds.nodes += (size_t)__builtin_popcount(bits.inside);
         part->holds.cells += (size_t)__builtin_popcount(bits.cells);
         for (uint32_t rim = bits.rim; rim; rim &= rim - 1) {
@@ -272,19 +314,6 @@ static void add_cells(struct part *part, const struct net_window *window, int y,
     }
 }
 
-static bool station_of(struct part *part, const struct net_node *node, struct station *station) {
-    if (node && part->march->mesh) {
-        struct mesh_place place = {.triangle = (int32_t)node->uv[0], .r = node->r};
-        *station = march_mesh_station(part->march, &place);
-        return true;
-    }
-    return node && station_at(march_surface(part->march, node), &part->cursor, node->uv, station);
-}
-
-static struct yarn_net yarn_net(struct part *part) {
-    return (struct yarn_net){part->march->net, part->march->surface, &part->cursor};
-}
-
 /* The shear angle at a node near rough edges, number `at`, between the directions of its yarns. */
 static void measure_node(struct part *part, const struct spot *spot, size_t at) {
     struct station station;
@@ -296,18 +325,11 @@ static void measure_node(struct part *part, const struct spot *spot, size_t at) 
 
 /* The same of a cell, and its area, that of the fabric. */
 static void measure_cell(struct part *part, const struct spot *spot, size_t at) {
-    static const int8_t side[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     struct drape_cells *cells = &part->result->cells;
     struct station corner[4];
     const double *d = part->march->settings->spacing;
     double sine, cosine;
-    bool regular = true;
-    for (int k = 0; k < 4; k++)
-        regular =
-            station_of(part,
-                       net_window_find(spot->window, spot->x + side[k][0], spot->y + side[k][1]),
-                       &corner[k]) &&
-            regular;
+    bool regular = corner_stations(part, spot->window, spot->x, spot->y, corner);
     struct yarn_net net = yarn_net(part);
     double w = regular ? yarn_cell_angle(&net, spot->window, spot->x, spot->y, corner)
                        : 90 - cells->shear_deg[at];
@@ -363,7 +385,7 @@ static uint32_t rough_cells(const struct net_window *window, int y) {
 }
 
 static void add_row(struct part *part, size_t t, int y) {
-    struct row_bits bits = row_bits(&part->windows[t], y);
+    struct row_bits bits = row_bits(part, &part->windows[t], y);
     bool measured = net_has_rough(part->march->net);
     uint32_t rough = measured ? rough_cells(&part->windows[t], y) : 0;
     struct tally first = part->next;

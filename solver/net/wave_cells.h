@@ -300,6 +300,12 @@ INLINE lanes turn(struct lanes3 p, struct lanes3 q, struct lanes3 r, struct lane
     return lanes3_dot(lanes3_cross(lanes3_sub(q, p), lanes3_sub(r, p)), normal);
 }
 
+INLINE lanes_mask is_convex(struct lanes3 a, struct lanes3 b, struct lanes3 c, struct lanes3 d) {
+    struct lanes3 normal = lanes3_cross(lanes3_sub(d, a), lanes3_sub(b, c));
+    return (turn(a, c, d, normal) > 0) & (turn(d, b, a, normal) > 0) & (turn(c, d, b, normal) > 0) &
+           (turn(b, a, c, normal) > 0);
+}
+
 /* As fishnet_right_root. */
 INLINE lanes_mask right_root(const struct wave *wave, const struct lanes_cell *cell,
                              struct lanes3 normal_b, struct lanes3 normal_d) {
@@ -310,7 +316,8 @@ INLINE lanes_mask right_root(const struct wave *wave, const struct lanes_cell *c
     lanes_mask open = at_d > FISHNET_OPEN_SINE * cell->bd * cell->cd;
     if (lanes_bits(open) != LANES_ALL)
         open |= (sign * turn(cell->a, cell->c, d, normal_d) > 0) &
-                (sign * turn(d, cell->b, cell->a, normal_d) > 0);
+                (sign * turn(d, cell->b, cell->a, normal_d) > 0) &
+                is_convex(cell->a, cell->b, cell->c, d);
     return away & open;
 }
 

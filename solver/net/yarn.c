@@ -68,15 +68,31 @@ bool yarn_cell_is_rough(const struct net_window *window, int x, int y) {
            (d->rough & (NET_EDGE_BIT(0, 1) | NET_EDGE_BIT(1, 0)));
 }
 
-double yarn_cell_angle(const struct yarn_net *yarns, const struct net_window *window, int x, int y,
-                       const struct station corner[4]) {
+/* The angles from warp to weft at the corners, in degrees. */
+static void corner_angles(const struct yarn_net *yarns, const struct net_window *window, int x,
+                          int y, const struct station corner[4], double angle[4]) {
     static const int8_t at[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-    double sum = 0;
     for (int k = 0; k < 4; k++) {
         int cx = x + at[k][0], cy = y + at[k][1];
         struct vec3 warp = onward(yarns, window, cx, cy, 0, 1 - at[k][0], &corner[k]);
         struct vec3 weft = onward(yarns, window, cx, cy, 1, 1 - at[k][1], &corner[k]);
-        sum += angle_between(warp, weft, corner[k].normal);
+        angle[k] = angle_between(warp, weft, corner[k].normal);
     }
-    return sum / 4;
+}
+
+double yarn_cell_angle(const struct yarn_net *yarns, const struct net_window *window, int x, int y,
+                       const struct station corner[4]) {
+    double angle[4];
+    corner_angles(yarns, window, x, y, corner, angle);
+    return (angle[0] + angle[1] + angle[2] + angle[3]) / 4;
+}
+
+bool yarn_cell_is_open(const struct yarn_net *yarns, const struct net_window *window, int x, int y,
+                       const struct station corner[4]) {
+    double angle[4];
+    corner_angles(yarns, window, x, y, corner, angle);
+    for (int k = 0; k < 4; k++)
+        if (!(angle[k] * angle[0] > 0))
+            return false;
+    return true;
 }

@@ -45,4 +45,9 @@ bool yarn_cell_is_rough(const struct net_window *window, int x, int y);
 double yarn_cell_angle(const struct yarn_net *yarns, const struct net_window *window, int x, int y,
                        const struct station corner[4]);
 
+/* Whether its warp and weft, as they leave the four corners, turn one way: a cell of cloth, which
+ * may be bent over a crease. */
+bool yarn_cell_is_open(const struct yarn_net *yarns, const struct net_window *window, int x, int y,
+                       const struct station corner[4]);
+
 #endif

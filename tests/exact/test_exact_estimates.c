@@ -62,7 +62,7 @@ static void add_node(struct tally *tally, const char *name, double error, double
     }
 }
 
-/* The cells of a net are convex; over a rough edge, where they are bent, at least open. */
+/* All cells of a net are convex: no surface here has a fold of more than 60 degrees. */
 static void check_convex(const struct drape_run *run) {
     const struct drape_nodes *nodes = &run->result.nodes;
     const struct drape_cells *cells = &run->result.cells;
