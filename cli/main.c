@@ -10,6 +10,7 @@
 #include "api/request/digest.h"
 #include "api/run.h"
 #include "files.h"
+#include "part.h"
 #include <errno.h>
 #include <getopt.h>
 #include <stdio.h>
@@ -24,7 +25,9 @@ enum { EXIT_USAGE = 2 };
 static const char help_head[] =
     "Usage: drape [OPTION]... [REQUEST.json|-]\n"
     "Drapes a fabric over a surface: reads a drape request (by default from standard\n"
-    "input) and writes the result, or the result's fields on a mesh.\n"
+    "input) and writes the result, or the result's fields on a mesh. Its surface may\n"
+    "be a file, {\"surface\": {\"file\": \"PART.step\"}}: STEP and IGES by drape-import,\n"
+    "STL, OBJ, Nastran; faces are chosen as of a stored surface.\n"
     "\n"
     "  --format FORMAT    default: json; the formats of\n";
 static const char help_tail[] =
@@ -244,9 +247,13 @@ static bool identify(const struct api_input *input, const struct api_limits *lim
     return ok;
 }
 
-static bool solve(const struct files_bytes *request, const struct api_limits *limits,
-                  FILE *container, char id[API_ID_SIZE], struct api_problem *problem) {
-    const struct api_input input = {.request = request->data, .request_length = request->length};
+static bool solve(const struct files_bytes *request, const struct files_bytes *surface,
+                  const struct api_limits *limits, FILE *container, char id[API_ID_SIZE],
+                  struct api_problem *problem) {
+    const struct api_input input = {.request = request->data,
+                                    .request_length = request->length,
+                                    .surface = surface->data,
+                                    .surface_length = surface->length};
     const struct api_sink sink = {write_container, container};
     const struct drape_monitor monitor = {show_progress, NULL};
     bool terminal = isatty(STDERR_FILENO);
@@ -335,11 +342,14 @@ static void print_warnings(const struct api_reader *reader, struct api_problem *
         files_complain("warning", columns.summary.warnings.list[k].detail);
 }
 
-static bool drape(struct arguments *arguments, const struct files_bytes *request, FILE *container,
+static bool drape(struct arguments *arguments, struct files_bytes *request, FILE *container,
                   const struct files_output *output) {
     const struct api_reader reader = {read_container, container};
     struct api_problem problem = {0};
-    bool ok = solve(request, &arguments->limits, container, arguments->id, &problem);
+    struct files_bytes surface = {0};
+    bool ok = part_resolve(request, &arguments->limits, &surface, &problem) &&
+              solve(request, &surface, &arguments->limits, container, arguments->id, &problem);
+    free(surface.data);
     if (ok)
         print_warnings(&reader, &problem);
     if (ok && arguments->map)

@@ -8,7 +8,7 @@ setup_file() {
     "${BUILD:-build}/tests/import/make_parts" "$PARTS" >/dev/null
     start_shared_daemon --workers 1
 }
-teardown_file() { stop_daemon; }
+teardown_file() { end_file; }
 
 # send TYPE FILE [QUERY]
 send() { call POST "/v1/surfaces$3" -H "Content-Type: $1" --data-binary @"$2"; }
@@ -141,4 +141,25 @@ send() { call POST "/v1/surfaces$3" -H "Content-Type: $1" --data-binary @"$2"; }
     jq -e '.detail | test("apt install draped-import")' "$body"
     stop_daemon
     DAEMON=$shared URL=$url
+}
+
+@test "cli: the surface of a request may be a file, and the result is the service's" {
+    send model/step "$PARTS/rounded.step"
+    id=$(field .id)
+    cat >"$BATS_TEST_TMPDIR/request" <<-END
+	{"fabric": {"spacing": 2}, "surface": {"id": "$id", "grow_from": 3, "up_to_deg": 5},
+	 "start": {"face": 3, "uv": [1, 20]}, "method": "gib4"}
+	END
+    sed "s|\"id\": \"$id\"|\"file\": \"$PARTS/rounded.step\"|" "$BATS_TEST_TMPDIR/request" |
+        "$DRAPE" --fields nodes.face,nodes.x,nodes.y 2>/dev/null >"$BATS_TEST_TMPDIR/mine"
+    call POST '/v1/drapes?fields=nodes.face,nodes.x,nodes.y' -H "$JSON" -H 'Prefer: wait=20' \
+        --data-binary @"$BATS_TEST_TMPDIR/request"
+    expect 200
+    diff <(jq -c .nodes "$BATS_TEST_TMPDIR/mine") <(jq -c .nodes "$body")
+    run "$DRAPE" <<<'{"surface": {"file": "'"$PARTS"'/wires.step"}, "fabric": {"spacing": 1}}'
+    [ "$status" -eq 1 ]
+    [[ $output == *"3 edges and no face"* ]]
+    run "$DRAPE" <<<'{"surface": {"file": "part.doc"}, "fabric": {"spacing": 1}}'
+    [ "$status" -eq 1 ]
+    [[ $output == *"/surface/file: must end in .step"* ]]
 }

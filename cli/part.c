@@ -1,0 +1,214 @@
+/* SPDX-License-Identifier: MIT */
+#include "part.h"
+
+#include "api/files/files.h"
+#include "api/json/place.h"
+#include "api/json/text.h"
+#include "api/request/decode.h"
+#include "api/request/digest.h"
+#include <errno.h>
+#include <spawn.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#define IMPORTER "drape-import"
+
+/* ---- the surface in the request's text, which is known to be JSON ---- */
+
+struct range {
+    const char *from, *to;
+};
+
+static const char *skip_space(const char *at) {
+    return at + strspn(at, " \t\r\n");
+}
+
+static const char *skip_string(const char *at) {
+    for (at++; *at && *at != '"'; at++)
+        at += *at == '\\' && at[1];
+    return *at ? at + 1 : at;
+}
+
+static const char *skip_value(const char *at) {
+    int depth = 0;
+    do {
+        if (*at == '"') {
+            at = skip_string(at);
+            continue;
+        }
+        depth += *at == '{' || *at == '[';
+        depth -= *at == '}' || *at == ']';
+        at++;
+    } while (*at && (depth > 0 || !strchr(",]} \t\r\n", *at)));
+    return at;
+}
+
+/* The next member of an object, from behind its brace or the member before; false at the end. */
+static bool next_member(const char **at, struct range *key, struct range *value) {
+    *at = skip_space(*at);
+    if (**at == ',')
+        *at = skip_space(*at + 1);
+    if (**at != '"')
+        return false;
+    key->from = *at + 1;
+    *at = skip_string(*at);
+    key->to = *at - 1;
+    value->from = skip_space(skip_space(*at) + 1);
+    *at = value->to = skip_value(value->from);
+    return true;
+}
+
+static bool is_key(const struct range *key, const char *name) {
+    return (size_t)(key->to - key->from) == strlen(name) &&
+           memcmp(key->from, name, strlen(name)) == 0;
+}
+
+/* The request with the surface's id in the place of its file and unit. */
+static bool name_surface(struct files_bytes *request, const char *id) {
+    char *text = realloc(request->data, request->length + 1);
+    if (!text)
+        return false;
+    text[request->length] = '\0';
+    request->data = text;
+    const char *at = skip_space(text) + 1, *end = text + request->length;
+    struct range key, value, surface = {0};
+    while (next_member(&at, &key, &value))
+        if (is_key(&key, "surface"))
+            surface = value;
+    struct files_bytes named = {.data = malloc(request->length + API_ID_SIZE + 16)};
+    if (!named.data)
+        return false;
+    char *to = mempcpy(named.data, request->data, (size_t)(surface.from - request->data));
+    to = stpcpy(stpcpy(stpcpy(to, "{\"id\":\""), id), "\"");
+    for (at = surface.from + 1; next_member(&at, &key, &value);)
+        if (!is_key(&key, "file") && !is_key(&key, "unit")) {
+            *to++ = ',';
+            to = mempcpy(to, key.from - 1, (size_t)(value.to - key.from + 1));
+        }
+    *to++ = '}';
+    to = mempcpy(to, surface.to, (size_t)(end - surface.to));
+    *to = '\0';
+    named.length = (size_t)(to - named.data);
+    free(request->data);
+    *request = named;
+    return true;
+}
+
+/* ---- reading the file ---- */
+
+/* The importer beside this program, or the one that the shell would find. */
+static void find_importer(char path[4096]) {
+    ssize_t length = readlink("/proc/self/exe", path, 4000);
+    char *slash = length > 0 ? memrchr(path, '/', (size_t)length) : NULL;
+    strcpy(slash ? slash + 1 : path, IMPORTER);
+    if (access(path, X_OK) != 0)
+        strcpy(path, IMPORTER);
+}
+
+static bool run_importer(const char *file, const char *unit, struct files_bytes *surface) {
+    char importer[4096];
+    char *const words[] = {(char[]){IMPORTER},
+                           strdupa(*unit ? "--unit" : "--time"),
+                           strdupa(*unit ? unit : "300"),
+                           (char[]){"--"},
+                           strdupa(file),
+                           NULL};
+    posix_spawn_file_actions_t actions;
+    int ends[2], status = 0;
+    pid_t child;
+    find_importer(importer);
+    if (pipe(ends) != 0 || posix_spawn_file_actions_init(&actions) != 0) {
+        files_complain("cannot start", strerror(errno));
+        return false;
+    }
+    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
+    posix_spawn_file_actions_addclose(&actions, ends[0]);
+    int code = posix_spawnp(&child, importer, &actions, NULL, words, environ);
+    posix_spawn_file_actions_destroy(&actions);
+    close(ends[1]);
+    FILE *stream = code == 0 ? fdopen(ends[0], "rb") : NULL;
+    bool good = stream && files_drain(stream, surface);
+    if (stream)
+        fclose(stream);
+    if (code != 0) {
+        close(ends[0]);
+        files_complain(IMPORTER, code == ENOENT ? "is needed for STEP and IGES files: apt install "
+                                                  "draped-import"
+                                                : strerror(code));
+        return false;
+    }
+    while (waitpid(child, &status, 0) < 0 && errno == EINTR)
+        continue;
+    return good && status == 0;
+}
+
+static bool read_mesh(const struct file_format *format, const char *file, const char *unit,
+                      struct arena *arena, struct files_bytes *surface,
+                      struct api_problem *problem) {
+    struct files_bytes bytes = {0};
+    const char *text;
+    bool good = files_read(file, &bytes) &&
+                file_read_mesh(format, bytes.data ? bytes.data : "", bytes.length, unit, arena,
+                               &text, &surface->length, problem) == API_OK;
+    if (good)
+        surface->data = strdup(text);
+    free(bytes.data);
+    return good && surface->data;
+}
+
+static bool read_file(const char *file, const char *unit, const struct api_limits *limits,
+                      struct arena *arena, struct files_bytes *surface, char id[API_ID_SIZE],
+                      struct api_problem *problem) {
+    const struct file_format *format = file_format_of(file);
+    struct api_surface read;
+    if (!format) {
+        api_problem_add(problem, "/surface/file",
+                        "must end in .step, .stp, .iges, .igs, .stl, .obj, .bdf or .nas");
+        return false;
+    }
+    if (!(format->cad ? run_importer(file, unit, surface)
+                      : read_mesh(format, file, unit, arena, surface, problem)))
+        return false;
+    return api_decode_surface(surface->data, surface->length, limits, arena, &read, problem) ==
+               API_OK &&
+           api_digest_surface(&read, arena, id);
+}
+
+/* ---- both ---- */
+
+static bool resolve(const struct json_place *place, struct files_bytes *request,
+                    const struct api_limits *limits, struct arena *arena,
+                    struct files_bytes *surface, struct api_problem *problem) {
+    struct json_place file = place_member(place, "file"), unit = place_member(place, "unit");
+    const char *path, *of = "";
+    char id[API_ID_SIZE];
+    if (!place_given(&file))
+        return true;
+    if (!place_string(&file, &path) || (place_given(&unit) && !place_string(&unit, &of)))
+        return false;
+    if (*of && !file_unit_known(of)) {
+        place_fault(&unit, "must be one of m, mm, cm, um, in, ft");
+        return false;
+    }
+    return read_file(path, of, limits, arena, surface, id, problem) && name_surface(request, id);
+}
+
+bool part_resolve(struct files_bytes *request, const struct api_limits *limits,
+                  struct files_bytes *surface, struct api_problem *problem) {
+    struct json_tree tree;
+    struct arena *arena = arena_new(limits->max_memory);
+    bool good = true;
+    /* What is wrong with the text is found again, and said, when it is decoded. */
+    struct api_problem malformed = {0};
+    if (arena && json_tree_parse(&tree, request->data ? request->data : "", request->length, limits,
+                                 arena, &malformed) == API_OK) {
+        struct json_place root = place_root(&tree), place = place_member(&root, "surface");
+        tree.problem = problem;
+        good = resolve(&place, request, limits, arena, surface, problem);
+        json_tree_free(&tree);
+    }
+    arena_free(arena);
+    return good;
+}
