@@ -142,8 +142,17 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
 /* The same for a station that is known to be inside, at column x and row y of a tile. */
 static inline enum status march_place_inside(struct march *march, struct net_tile *tile, int x,
                                              int y, const struct vec3 *r, double u, double v) {
-    struct net_node node = {.r = *r, .uv = {u, v}, .state = NET_INSIDE};
-    net_tile_put(tile, x, y, &node);
+    /* Member by member: a copy would have to wait for the stores that made it. */
+    struct net_node *node = &tile->node[y][x];
+    node->r = *r;
+    node->uv[0] = u;
+    node->uv[1] = v;
+    node->state = NET_INSIDE;
+    node->reason = node->grown = 0;
+    node->rough = 0;
+    node->face = 0;
+    node->yarns = 0;
+    net_set_bits(tile, x, y, node);
     return ++march->inside > march->settings->max_nodes ? STATUS_TOO_MANY_NODES : STATUS_OK;
 }
 

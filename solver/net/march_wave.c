@@ -188,7 +188,7 @@ static enum status grow_inside(struct quadrant *q, int32_t j, int k) {
         tile = q->tile[k] = net_touch(march->net, i, at);
     if (!tile)
         return STATUS_OUT_OF_MEMORY;
-    struct vec3 r = {d[2][k + 1], d[3][k + 1], d[4][k + 1]};
+    const struct vec3 r = {d[2][k + 1], d[3][k + 1], d[4][k + 1]};
     row->last = row->count++;
     q->kept++;
     march->solved++;

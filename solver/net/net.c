@@ -92,9 +92,12 @@ struct net_tile *net_touch(struct net *net, int32_t i, int32_t j) {
 
 enum status net_put(struct net *net, int32_t i, int32_t j, const struct net_node *node) {
     struct net_tile *tile = net_touch(net, i, j);
-    if (tile)
-        net_tile_put(tile, i & (NET_TILE - 1), j & (NET_TILE - 1), node);
-    return tile ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    int x = i & (NET_TILE - 1), y = j & (NET_TILE - 1);
+    if (!tile)
+        return STATUS_OUT_OF_MEMORY;
+    tile->node[y][x] = *node;
+    net_set_bits(tile, x, y, node);
+    return STATUS_OK;
 }
 
 void net_mark_grown(struct net *net, int32_t i, int32_t j) {

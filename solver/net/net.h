@@ -101,9 +101,8 @@ static inline void net_set_bit(struct net_tile *tile, enum net_bit which, int x,
     tile->bits[which][y] = (uint16_t)(on ? bits | bit : bits & ~bit);
 }
 
-/* Puts a node at column x and row y of a tile, in place of what was there. */
-static inline void net_tile_put(struct net_tile *tile, int x, int y, const struct net_node *node) {
-    tile->node[y][x] = *node;
+/* All bits of the place at column x and row y of a tile, for the node there. */
+static inline void net_set_bits(struct net_tile *tile, int x, int y, const struct net_node *node) {
     net_set_bit(tile, NET_BIT_INSIDE, x, y, node->state == NET_INSIDE);
     net_set_bit(tile, NET_BIT_KNOWN, x, y, node->state != NET_UNKNOWN);
     net_set_bit(tile, NET_BIT_ROUGH, x, y, node->rough != 0);

@@ -19,12 +19,10 @@
 #define NUMBER(member) (offsetof(struct wave_station, member) / sizeof(double))
 enum {
     AT_U = NUMBER(uv),
-    AT_JET = NUMBER(jet),
     AT_R = NUMBER(jet.r),
     AT_NORMAL = NUMBER(normal),
     AT_FIRST = NUMBER(first),
-    AT_SECOND = NUMBER(second),
-    JET_NUMBERS = sizeof(struct surface_jet) / sizeof(double)
+    AT_SECOND = NUMBER(second)
 };
 /* Two are usual; cells that need more than these are left alone. */
 enum { WAVE_ROUNDS = 6 };
@@ -332,35 +330,43 @@ INLINE lanes_mask smooth_edge(const struct wave *wave, int k, struct lanes3 chor
     return (misfit < ROUGH_MISFIT_SMOOTH) & (lanes_abs(curvature) * d < ROUGH_TURN_SMOOTH);
 }
 
+INLINE void put_vector(struct wave_places *places, size_t n, struct lanes3 a) {
+    lanes_store(a.x, &places->of[n][1]);
+    lanes_store(a.y, &places->of[n + 1][1]);
+    lanes_store(a.z, &places->of[n + 2][1]);
+}
+
 INLINE void put_station(struct wave_places *places, const struct lanes_cell *cell,
                         const struct lanes_forms *forms) {
     lanes_store(cell->u, &places->of[AT_U][1]);
     lanes_store(cell->v, &places->of[AT_U + 1][1]);
-    lanes jet[JET_NUMBERS], normal[3] = {forms->normal.x, forms->normal.y, forms->normal.z};
-    memcpy(jet, &cell->jet, sizeof jet);
-    for (int n = 0; n < JET_NUMBERS; n++)
-        lanes_store(jet[n], &places->of[AT_JET + n][1]);
+    put_vector(places, NUMBER(jet.r), cell->jet.r);
+    put_vector(places, NUMBER(jet.u), cell->jet.u);
+    put_vector(places, NUMBER(jet.v), cell->jet.v);
+    put_vector(places, NUMBER(jet.uu), cell->jet.uu);
+    put_vector(places, NUMBER(jet.uv), cell->jet.uv);
+    put_vector(places, NUMBER(jet.vv), cell->jet.vv);
+    put_vector(places, AT_NORMAL, forms->normal);
     for (int n = 0; n < 3; n++) {
-        lanes_store(normal[n], &places->of[AT_NORMAL + n][1]);
         lanes_store(forms->first[n], &places->of[AT_FIRST + n][1]);
         lanes_store(forms->second[n], &places->of[AT_SECOND + n][1]);
     }
 }
 
-INLINE struct lanes_cell take_cell(struct wave *wave) {
+/* Member by member: copies of the whole take as long as a step of Newton's. */
+INLINE void take_cell(struct wave *wave, struct lanes_cell *cell) {
     const struct wave_places *a = wave_at(wave, 2), *b = wave_at(wave, 1);
-    struct lanes_cell cell = {.a = vector(a, 0, AT_R),
-                              .b = vector(b, 1, AT_R),
-                              .c = vector(b, 0, AT_R),
-                              .bd = lanes_load(wave->chord[0]),
-                              .cd = lanes_load(wave->chord[1]),
-                              .u = lanes_load(wave->expected[0]),
-                              .v = lanes_load(wave->expected[1])};
-    cell.bd2 = cell.bd * cell.bd;
-    cell.cd2 = cell.cd * cell.cd;
-    cell.inverse[0] = 1 / cell.bd2;
-    cell.inverse[1] = 1 / cell.cd2;
-    return cell;
+    cell->a = vector(a, 0, AT_R);
+    cell->b = vector(b, 1, AT_R);
+    cell->c = vector(b, 0, AT_R);
+    cell->bd = lanes_load(wave->chord[0]);
+    cell->cd = lanes_load(wave->chord[1]);
+    cell->u = lanes_load(wave->expected[0]);
+    cell->v = lanes_load(wave->expected[1]);
+    cell->bd2 = cell->bd * cell->bd;
+    cell->cd2 = cell->cd * cell->cd;
+    cell->inverse[0] = 1 / cell->bd2;
+    cell->inverse[1] = 1 / cell->cd2;
 }
 
 /* As correction_agrees, for D and the edges to it; all where an edge is not corrected. */
@@ -377,8 +383,9 @@ INLINE lanes_mask agrees(const struct wave *wave, int k, const struct wave_place
 }
 
 static void solve(struct wave *wave) {
-    struct lanes_cell cell = take_cell(wave);
+    struct lanes_cell cell;
     struct lanes_forms forms;
+    take_cell(wave, &cell);
     const struct wave_places *b = wave_at(wave, 1);
     struct lanes3 normal_b = vector(b, 1, AT_NORMAL), normal_c = vector(b, 0, AT_NORMAL);
     double sign = wave->orientation;

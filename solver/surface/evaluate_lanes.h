@@ -219,17 +219,16 @@ static __attribute__((noinline)) void lanes_jets_apart(const struct surface *sur
     for (unsigned left = LANES_ALL; left;) {
         int first = __builtin_ctz(left);
         lanes_mask here = (u == span[0][first]) & (v == span[1][first]);
-        lanes numbers[sizeof *jet / sizeof(lanes)], others[sizeof *jet / sizeof(lanes)];
+        const lanes wrapped[2] = {lanes_load(at[0]), lanes_load(at[1])};
         struct lanes_jet some;
         cursor->span_u = (int)span[0][first];
         cursor->span_v = (int)span[1][first];
-        const lanes wrapped[2] = {lanes_load(at[0]), lanes_load(at[1])};
-        lanes_jets_together(surface, cursor, wrapped, &some);
-        memcpy(numbers, &some, sizeof some);
-        memcpy(others, left == LANES_ALL ? &some : jet, sizeof *jet);
-        for (size_t n = 0; n < sizeof numbers / sizeof *numbers; n++)
-            numbers[n] = lanes_select(here, numbers[n], others[n]);
-        memcpy(jet, numbers, sizeof *jet);
+        lanes_jets_together(surface, cursor, wrapped, left == LANES_ALL ? jet : &some);
+        if (left != LANES_ALL)
+            *jet = (struct lanes_jet){
+                lanes3_select(here, some.r, jet->r),   lanes3_select(here, some.u, jet->u),
+                lanes3_select(here, some.v, jet->v),   lanes3_select(here, some.uu, jet->uu),
+                lanes3_select(here, some.uv, jet->uv), lanes3_select(here, some.vv, jet->vv)};
         left &= ~lanes_bits(here);
     }
 }
