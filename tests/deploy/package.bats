@@ -34,6 +34,35 @@ teardown() {
         { echo 'deploy/debian/control lacks:'; comm -23 "$BATS_TEST_TMPDIR/setup" "$BATS_TEST_TMPDIR/control"; false; }
 }
 
+@test "deploy: the pages of the package lead to files that are in it, and each block of the guide is run" {
+    dpkg-deb -x "$DEB" "$BATS_TEST_TMPDIR/root"
+    cd "$BATS_TEST_TMPDIR/root/usr/share/doc/draped"
+    for page in *.md; do
+        grep -oE '\]\([^)# ]+' "$page" | sed 's/](//' | grep -v '^http' | while read -r target; do
+            [ -e "$target" ] || { echo "$page: $target is not there"; false; }
+        done
+    done
+    # Of the guide's blocks those of a shell have names, and the tests below run them.
+    [ "$(sed -n 's/^```//p' operations.md | grep . | sort | tr '\n' ' ')" = \
+        'nginx sh back-up sh back-up-postgresql sh install sh kubernetes-secret sh restore sh restore-postgresql sh status ' ]
+}
+
+@test "deploy: the block for Kubernetes makes the files that it names (kubectl is a stand-in)" {
+    dpkg-deb -x "$DEB" "$BATS_TEST_TMPDIR/root"
+    block kubernetes-secret "$BATS_TEST_TMPDIR/root/$GUIDE"
+    kubectl() { echo "$*" >>asked; }
+    PATH=$BATS_TEST_TMPDIR/root/usr/bin:$PATH
+    export -f kubectl
+    (cd "$BATS_TEST_TMPDIR" && bash -eu -o pipefail commands)
+    grep -q -- '--from-file=tokens --from-file=metrics-token$' "$BATS_TEST_TMPDIR/asked"
+    # The token is one of the role that /metrics takes, from other machines too.
+    start_daemon "$BATS_TEST_TMPDIR/daemon" --tokens "$BATS_TEST_TMPDIR/tokens" --trusted-proxy 127.0.0.1
+    call GET /metrics -H 'X-Forwarded-For: 10.1.1.1'
+    expect 401
+    call GET /metrics -H 'X-Forwarded-For: 10.1.1.1' -H "Authorization: Bearer $(cat "$BATS_TEST_TMPDIR/metrics-token")"
+    expect 200
+}
+
 @test "deploy: the programs of the package drape, with the bits of this build" {
     dpkg-deb -x "$DEB" "$BATS_TEST_TMPDIR/root"
     DRAPED=$BATS_TEST_TMPDIR/root/usr/bin/draped
@@ -124,11 +153,19 @@ drape_inside() {
     inside systemctl stop draped
 }
 
-# documented NAME: the commands of that block of operations.md, run inside as they stand.
-documented() {
-    sed -n "/^\`\`\`sh $1\$/,/^\`\`\`\$/p" docs/operations.md | sed '1d;$d' >"$BATS_TEST_TMPDIR/commands"
+GUIDE=usr/share/doc/draped/operations.md # as it is in the package
+
+# block NAME FILE: the commands of that block of a page.
+block() {
+    sed -n "/^\`\`\`sh $1\$/,/^\`\`\`\$/p" "$2" | sed '1d;$d' >"$BATS_TEST_TMPDIR/commands"
     [ -s "$BATS_TEST_TMPDIR/commands" ]
-    inside bash -eu <"$BATS_TEST_TMPDIR/commands"
+}
+
+# documented NAME: that block of the installed guide, run inside as it stands.
+documented() {
+    inside cat "/$GUIDE" >"$BATS_TEST_TMPDIR/guide"
+    block "$1" "$BATS_TEST_TMPDIR/guide"
+    (echo 'cd /root' && cat "$BATS_TEST_TMPDIR/commands") | inside bash -eu -o pipefail
 }
 
 result_inside() { inside curl -sS --fail --max-time 50 "http://127.0.0.1:8080/v1/drapes/$1/result?format=csv"; }
@@ -139,6 +176,7 @@ result_inside() { inside curl -sS --fail --max-time 50 "http://127.0.0.1:8080/v1
     drape_inside $EXAMPLES/freeform.json >"$BATS_TEST_TMPDIR/result"
     kept=$(jq -r .id "$BATS_TEST_TMPDIR/result")
     result_inside "$kept" >"$BATS_TEST_TMPDIR/before"
+    documented status | grep -x 'verdict  well'
     documented back-up
     drape_inside $EXAMPLES/sphere.json >"$BATS_TEST_TMPDIR/result"
     later=$(jq -r .id "$BATS_TEST_TMPDIR/result")
@@ -158,6 +196,42 @@ result_inside() { inside curl -sS --fail --max-time 50 "http://127.0.0.1:8080/v1
     not result_inside "$later"
     drape_inside $EXAMPLES/sphere.json >"$BATS_TEST_TMPDIR/result"
     inside journalctl --no-pager -o cat -u draped | not grep '"event":"store_error"'
+}
+
+@test "deploy: installed, and backed up and restored with PostgreSQL, as documented" {
+    start_machine
+    # The guide is that of the package which it installs.
+    dpkg-deb -x "$DEB" "$BATS_TEST_TMPDIR/root"
+    block install "$BATS_TEST_TMPDIR/root/$GUIDE"
+    inside sh -c "cat >/root/$(basename "$DEB")" <"$DEB"
+    (echo 'cd /root' && cat "$BATS_TEST_TMPDIR/commands") | inside bash -eu >"$BATS_TEST_TMPDIR/install" 2>&1 ||
+        { cat "$BATS_TEST_TMPDIR/install"; false; }
+    inside bash -eu -s <<'END' >"$BATS_TEST_TMPDIR/server" 2>&1 || { cat "$BATS_TEST_TMPDIR/server"; false; }
+programs=$(ls -d /usr/lib/postgresql/*/bin | tail -1)
+install -d -o postgres -g postgres /root/../srv/pg /run/pg
+cd /srv/pg
+as() { setpriv --reuid=postgres --regid=postgres --clear-groups "$@"; }
+as "$programs/initdb" -D /srv/pg/data -U draped -A trust -E UTF8
+as "$programs/pg_ctl" -D /srv/pg/data -w -l /srv/pg/log -o '-k /run/pg -c listen_addresses=127.0.0.1' start
+as "$programs/createdb" -h 127.0.0.1 -U draped draped
+install -m 600 /dev/null /etc/draped.env
+echo DRAPED_STORE=postgresql://draped@127.0.0.1/draped >>/etc/draped.env
+cat /etc/draped.env >>/etc/default/draped
+systemctl restart draped
+END
+    wait_until 30 answers
+    drape_inside $EXAMPLES/saddle.json >"$BATS_TEST_TMPDIR/result"
+    kept=$(jq -r .id "$BATS_TEST_TMPDIR/result")
+    result_inside "$kept" >"$BATS_TEST_TMPDIR/before"
+    documented back-up-postgresql | grep -q '^backed up to .* 1 drapes, 1 results'
+    drape_inside $EXAMPLES/sphere.json >"$BATS_TEST_TMPDIR/result"
+    later=$(jq -r .id "$BATS_TEST_TMPDIR/result")
+    inside systemctl stop draped
+    documented restore-postgresql | grep -q '^what was there is kept: schema draped_before_'
+    inside systemctl start draped
+    wait_until 30 answers
+    result_inside "$kept" | cmp - "$BATS_TEST_TMPDIR/before"
+    not result_inside "$later"
 }
 
 @test "deploy: installed under systemd its socket starts it; it is upgraded and removed" {

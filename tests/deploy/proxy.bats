@@ -134,6 +134,23 @@ expect_cap() {
     done
 }
 
+@test "deploy: nginx serves draped under a path by the block of the guide" {
+    start_nginx
+    kill "$PROXY" && wait "$PROXY" || true
+    sed -n '/^```nginx$/,/^```$/p' docs/operations.md | sed '1d;$d' >"$PREFIX/block"
+    [ -s "$PREFIX/block" ]
+    # In place of the server's own locations.
+    sed -i -e "/location \/ {/,/^    }/d" -e "/server_name localhost;/r $PREFIX/block" "$PREFIX/nginx.conf"
+    sed -i "s|127.0.0.1:8080|127.0.0.1:$BACKEND|" "$PREFIX/nginx.conf"
+    build/tools/nginx -p "$PREFIX" -e "$PREFIX/error.log" -c "$PREFIX/nginx.conf" 3>&- &
+    PROXY=$!
+    below() { call GET /draped/; [ "$status" = 200 ]; }
+    wait_until 20 below
+    grep -q '<html' "$body"
+    post /draped/v1/drapes $EXAMPLES/saddle.json -H 'Prefer: wait=30'
+    expect 200
+}
+
 @test "deploy: nginx does not hold events back" {
     start_nginx
     expect_events

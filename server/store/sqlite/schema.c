@@ -197,10 +197,10 @@ static const char schema_4[] =
     " DELETE FROM owners WHERE owner = new.owner; END;";
 
 /* Schema 5: who shares the store, by their signs of life; which HTTP request a job came by; how
- * many have ended, which never becomes less. The last of `ended` are the failed ones that crashed.
+ * many have ended, which never becomes less; `probe` stays for hosts of an older version. The last
+ * of `ended` are the failed ones that crashed.
  */
 static const char schema_5[] =
-    "DROP TABLE probe;"
     "CREATE TABLE hosts ("
     " name TEXT PRIMARY KEY,"
     " host TEXT NOT NULL,"
