@@ -54,6 +54,8 @@ struct face {
     double area;
     struct vec3 centroid;
     struct box box;
+    bool duplicate; /* of another face: it is left out */
+    int32_t twin;   /* which */
     int32_t component;
     int8_t side; /* by which it has to be turned to face like the first of its component: 1 or -1 */
     struct face_segment *segments;

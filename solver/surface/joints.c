@@ -22,6 +22,9 @@ static const double corner_sine = 0.01;
  * edges by a quarter of the first. */
 static const double beside[] = {4e-6, 2e-5, 1e-4, 1e-3};
 
+/* Two faces at an edge are folded on each other when the cosine of their angle is more. */
+static const double turned_back = 0.9999;
+
 struct point {
     double t, uv[2];
     struct vec3 r;
@@ -535,6 +538,93 @@ static int32_t face_of(const struct shell *shell, int32_t edge) {
     return shell->curves[shell->edges[edge].curve].face;
 }
 
+/* Whether each edge of a face, but those that are no boundary, coincides with one of another. */
+static bool has_edges_of(struct join *join, int32_t face, int32_t other) {
+    bool any = false;
+    for (size_t e = 0; e < join->shell->edge_count; e++) {
+        struct mates mates;
+        const struct face_edge *edge = &join->shell->edges[e];
+        bool found = false;
+        if (face_of(join->shell, (int32_t)e) != face || edge->bare)
+            continue;
+        find_mates(join, edge, &mates);
+        for (int k = 0; k < mates.count; k++)
+            found = found || face_of(join->shell, mates.found[k]) == other;
+        if (!found)
+            return false;
+        any = true;
+    }
+    return any;
+}
+
+/* Whether a place well inside a face lies on another. */
+static bool lies_on(const struct shell *shell, int32_t face, int32_t other) {
+    const struct face *f = &shell->faces[face];
+    struct surface_cursor cursor = {0, 0};
+    struct surface_jet jet;
+    double uv[2], distance;
+    for (int k = 0; k < 2; k++)
+        uv[k] =
+            (surface_axis_lower(&f->surface.axis[k]) + surface_axis_upper(&f->surface.axis[k])) / 2;
+    if (f->trim) {
+        trim_middle(f->trim, uv);
+        surface_inner(&f->surface, uv, uv);
+    }
+    surface_jet_at(&f->surface, &cursor, uv[0], uv[1], &jet);
+    surface_nearest_at(&shell->faces[other].surface, jet.r, uv, &distance);
+    return distance <= 2 * shell->tolerance;
+}
+
+/* Makes an edge no boundary any more. */
+static void take_out(struct shell *shell, struct face_edge *edge) {
+    if (edge->mate != EDGE_FREE) {
+        shell->edges[edge->mate].mate = EDGE_FREE;
+        shell->found.joined--;
+    }
+    edge->mate = EDGE_FREE;
+    edge->bare = true;
+}
+
+/* The unit vector at the middle of an edge that lies in its face and points into it. */
+static struct vec3 inward_at(const struct shell *shell, const struct face_edge *edge) {
+    struct curve_place place;
+    curve_at(shell, &shell->curves[edge->curve], (edge->t[0] + edge->t[1]) / 2, &place);
+    struct vec3 normal = vec3_cross(place.jet.u, place.jet.v);
+    return vec3_unit(vec3_scale(edge->inside, vec3_cross(normal, place.tangent)));
+}
+
+/* Of two faces at an edge of three that are one and the same, leaves the later out: its edges are
+ * no boundary any more. Whether there were such. */
+static bool leave_duplicate_out(struct join *join, int32_t edge, const struct mates *mates) {
+    struct shell *shell = join->shell;
+    int32_t face[MATES_MAX + 1] = {face_of(shell, edge)};
+    for (int k = 0; k < mates->count; k++)
+        face[k + 1] = face_of(shell, mates->found[k]);
+    for (int a = 0; a <= mates->count; a++)
+        for (int b = 0; b <= mates->count; b++) {
+            if (face[a] <= face[b] || !has_edges_of(join, face[a], face[b]) ||
+                !has_edges_of(join, face[b], face[a]) || !lies_on(shell, face[a], face[b]))
+                continue;
+            shell->faces[face[a]].duplicate = true;
+            shell->faces[face[a]].twin = face[b];
+            shell->found.duplicates++;
+            for (size_t e = 0; e < shell->edge_count; e++)
+                if (face_of(shell, (int32_t)e) == face[a])
+                    take_out(shell, &shell->edges[e]);
+            return true;
+        }
+    return false;
+}
+
+/* Whether more than two faces meet at an edge, or two that turn back on each other there. */
+static bool lie_on_each_other(const struct shell *shell, const struct face_edge *edge,
+                              const struct mates *mates) {
+    if (mates->count != 1)
+        return mates->count > 1;
+    return vec3_dot(inward_at(shell, edge), inward_at(shell, &shell->edges[mates->found[0]])) >
+           turned_back;
+}
+
 static enum status three_faces(const struct shell *shell, int32_t edge, const struct mates *mates,
                                struct shell_fault *fault) {
     int32_t face[3] = {face_of(shell, edge), face_of(shell, mates->found[0]),
@@ -573,6 +663,11 @@ static enum status join_edges(struct join *join, struct shell_fault *fault) {
         if (edge->bare || edge->mate != EDGE_FREE)
             continue;
         find_mates(join, edge, &mates);
+        while (lie_on_each_other(shell, edge, &mates) && !edge->bare &&
+               leave_duplicate_out(join, (int32_t)e, &mates))
+            find_mates(join, edge, &mates);
+        if (edge->bare)
+            continue;
         if (mates.count > 1)
             return three_faces(shell, (int32_t)e, &mates, fault);
         if (mates.count == 0)

@@ -111,7 +111,7 @@ static enum status find_components(struct shell *shell, struct arena *arena,
     for (size_t k = 0; k < shell->face_count; k++)
         shell->faces[k].component = -1;
     for (size_t k = 0; k < shell->face_count; k++) {
-        if (shell->faces[k].component >= 0)
+        if (shell->faces[k].component >= 0 || shell->faces[k].duplicate)
             continue;
         size_t head = 0, length = 0;
         queue[length++] = (int32_t)k;
@@ -137,6 +137,9 @@ static enum status find_components(struct shell *shell, struct arena *arena,
         }
         shell->component_count++;
     }
+    for (size_t k = 0; k < shell->face_count; k++)
+        if (shell->faces[k].duplicate)
+            shell->faces[k].component = shell->faces[shell->faces[k].twin].component;
     return STATUS_OK;
 }
 
@@ -285,6 +288,10 @@ static void nearest_of_face(const struct shell *shell, const struct face *face, 
     }
 }
 
+static bool is_of(const struct face *face, int32_t component) {
+    return !face->duplicate && (component == SHELL_ANY || face->component == component);
+}
+
 void shell_nearest(const struct shell *shell, struct vec3 point, int32_t component,
                    struct shell_place *place, double *distance) {
     int32_t first = -1;
@@ -293,7 +300,7 @@ void shell_nearest(const struct shell *shell, struct vec3 point, int32_t compone
     for (size_t k = 0; k < shell->face_count; k++) {
         const struct face *face = &shell->faces[k];
         double away = box_distance2(&face->box, point);
-        if ((component == SHELL_ANY || face->component == component) && away < least) {
+        if (is_of(face, component) && away < least) {
             least = away;
             first = (int32_t)k;
         }
@@ -303,7 +310,7 @@ void shell_nearest(const struct shell *shell, struct vec3 point, int32_t compone
     nearest_of_face(shell, &shell->faces[first], point, place, distance);
     for (size_t k = 0; k < shell->face_count; k++) {
         const struct face *face = &shell->faces[k];
-        if ((int32_t)k != first && (component == SHELL_ANY || face->component == component) &&
+        if ((int32_t)k != first && is_of(face, component) &&
             box_distance2(&face->box, point) < *distance * *distance)
             nearest_of_face(shell, face, point, place, distance);
     }
@@ -389,7 +396,7 @@ double shell_area(const struct shell *shell, int32_t component, struct vec3 *cen
     struct vec3 moment = {0, 0, 0};
     for (size_t k = 0; k < shell->face_count; k++) {
         const struct face *face = &shell->faces[k];
-        if (face->component != component)
+        if (face->component != component || face->duplicate)
             continue;
         area += face->area;
         moment = vec3_axpy(face->area, face->centroid, moment);
