@@ -4,6 +4,7 @@
  * v = const, each piece parametrised anew at random, turned round and in any order. DRAPED_SEED
  * sets the seed and DRAPED_ROUNDS how often all are cut; what fails says its seed.
  */
+#include "api/threads.h"
 #include "disguise.h"
 #include "measure.h"
 #include "scenes.h"
@@ -410,6 +411,39 @@ static void test_exact_shell_with_an_island_is_the_whole(void **state) {
     check_cutting(CUT_ISLAND, false);
 }
 
+static void check_bits(const struct drape_nodes *a, const struct drape_nodes *b) {
+    const double *columns[][2] = {{a->u, b->u}, {a->v, b->v}, {a->x, b->x},
+                                  {a->y, b->y}, {a->z, b->z}, {a->shear_deg, b->shear_deg}};
+    assert_int_equal(a->count, b->count);
+    for (size_t k = 0; k < sizeof columns / sizeof *columns; k++)
+        assert_memory_equal(columns[k][0], columns[k][1], a->count * sizeof(double));
+    assert_memory_equal(a->face, b->face, a->count * sizeof *a->face);
+}
+
+/* The same bits with several threads. */
+static void test_exact_shell_has_same_bits_with_threads(void **state) {
+    static const enum drape_method every[] = {DRAPE_GIB, DRAPE_GIB4, DRAPE_GEODESIC};
+    (void)state;
+    for (int m = 0; m < 3; m++) {
+        struct arena *arena = arena_new((size_t)1 << 30);
+        static struct shape whole;
+        struct drape_result one, four;
+        struct api_threads team;
+        uint64_t seed = SEED + (uint64_t)m;
+        shape_freeform(&whole);
+        int count = cut_by(m == 0 ? CUT_QUADS : CUT_STRIPS, &whole, &seed);
+        struct shell *shell = make_shell(count, arena);
+        double d = shell_size(shell) / 60;
+        struct drape_settings settings = {
+            .method = every[m], .spacing = {d, d}, .direction_deg = 17, .max_nodes = 100000};
+        assert_int_equal(drape_solve_shell(shell, &settings, NULL, arena, &one), STATUS_OK);
+        settings.team = api_threads_make(&team, 4);
+        assert_int_equal(drape_solve_shell(shell, &settings, NULL, arena, &four), STATUS_OK);
+        check_bits(&one.nodes, &four.nodes);
+        arena_free(arena);
+    }
+}
+
 static void test_exact_shell_with_gaps_is_nearly_the_whole(void **state) {
     (void)state;
     check_cutting(CUT_ISOLINES, true);
@@ -422,6 +456,7 @@ int main(void) {
         cmocka_unit_test(test_exact_shell_cut_into_strips_is_the_whole),
         cmocka_unit_test(test_exact_shell_cut_into_quads_is_the_whole),
         cmocka_unit_test(test_exact_shell_with_an_island_is_the_whole),
+        cmocka_unit_test(test_exact_shell_has_same_bits_with_threads),
         cmocka_unit_test(test_exact_shell_with_gaps_is_nearly_the_whole),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
