@@ -50,7 +50,7 @@ LIBS := $(B)/libdrapeserver.a $(B)/libdrapeapi.a $(B)/libdrape.a
 API_LIBS := -ljansson -lsodium -lz -lstdc++ -lpthread -lm
 SERVER_LIBS := -lmicrohttpd -lseccomp -lsqlite3 -lpq -lzstd $(API_LIBS)
 
-.PHONY: all help demo check test lint format install deb sbom clean
+.PHONY: all help demo check test lint format install install-import deb sbom clean
 all: $(B)/draped $(B)/drape $(B)/drape-import ## build/draped, build/drape and build/drape-import
 
 # Installs what the build needs, once; `make test` asks for more.
@@ -122,7 +122,7 @@ $(B)/drape-import: $(IMPORT_OBJ) $(LIBS)
 include tests/tests.mk
 
 help: ## this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "%-10s%s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "%-16s%s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 demo: all ## builds, starts a daemon, drapes the examples and compares them with exact answers
 	@deploy/demo.sh $(B)
@@ -166,6 +166,11 @@ install: all sbom $(B)/draped.1 $(B)/drape.1 ## below $(PREFIX) (/usr/local) and
 	    sed 's|](\.\./deploy/|](|g' docs/$$page.md | \
 	        install -m 644 /dev/stdin $(DESTDIR)$(PREFIX)/share/doc/draped/$$page.md; done
 
+# The importer of CAD files is a package of its own, for it brings Open CASCADE.
+install-import: $(B)/drape-import $(B)/drape-import.1 ## drape-import, which reads STEP and IGES, likewise
+	install -D -t $(DESTDIR)$(PREFIX)/bin $(B)/drape-import
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man1 $(B)/drape-import.1
+
 # Manual pages, their flags from --help.
 $(B)/%.1: deploy/man/%.1.in deploy/man/options.awk $(B)/%
 	awk -f deploy/man/options.awk <($(B)/$* --help) $< >$@
@@ -174,7 +179,7 @@ sbom: $(B)/draped.cdx.json ## the bill of materials, in build
 $(B)/draped.cdx.json: deploy/sbom.py $(B)/draped $(B)/drape
 	python3 $< $(VERSION) $(B)/draped $(B)/drape >$@.new && mv $@.new $@
 
-deb: ## the Debian package, in build/deb
+deb: ## the Debian packages, in build/deb
 	@deploy/setup.sh package
 	@deploy/deb.sh $(B) $(VERSION)
 

@@ -1,6 +1,6 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# Makes the Debian package of this tree in BUILD/deb, and says where it is. It is compiled with
+# Makes the Debian packages of this tree in BUILD/deb, and says where they are. They are compiled with
 # Debian's hardening in a folder of its own, which a second run finds again.
 # Usage: deploy/deb.sh BUILD VERSION
 set -eu
@@ -16,4 +16,4 @@ done
 mv "$tree/deploy/debian" "$tree/debian"
 (cd "$tree" && OBJECTS=$out/obj dpkg-buildpackage --build=binary --no-pre-clean -us -uc) \
     >"$out/log" 2>&1 || { cat "$out/log" >&2; exit 1; }
-ls "$out"/draped_"$2"_*.deb
+ls "$out"/draped_"$2"_*.deb "$out"/draped-import_"$2"_*.deb

@@ -39,7 +39,7 @@ $(B)/tests/import/make_parts: tests/import/make_parts.cc | $(B)/.setup
 
 # Both builds in one make. What both would fetch or install is there already.
 SANITIZED := OPT=-O1 SANITIZE="-fsanitize=address,undefined -fno-sanitize-recover=all"
-.plain: all tests sbom $(B)/draped.1 $(B)/drape.1
+.plain: all tests sbom $(B)/draped.1 $(B)/drape.1 $(B)/drape-import.1
 .sanitized:
 	@$(MAKE) --no-print-directory B=$(B)/sanitized $(SANITIZED) all tests
 # What the tests need beside the build; the installation in a make of its own, because what is to be

@@ -17,7 +17,7 @@ case $(uname -m) in
 x86_64) flags="$flags -fcf-protection" ;;
 aarch64) flags="$flags -mbranch-protection=standard" ;;
 esac
-for program in "$1/draped" "$1/drape"; do
+for program in "$1/draped" "$1/drape" "$1/drape-import"; do
     headers=$(readelf -hldW "$program")
     must "$program" 'is not position independent' 'Type: +DYN' "$headers"
     must "$program" 'has no read-only relocations' 'GNU_RELRO' "$headers"

@@ -22,6 +22,26 @@ teardown() {
     [ "$status" = 0 ]
 }
 
+@test "deploy: the importer is a package of its own, which alone has Open CASCADE" {
+    import=$(realpath "${BUILD:-build}"/deb/draped-import_*.deb)
+    run lintian --fail-on error,warning "$import"
+    echo "$output"
+    [ "$status" = 0 ]
+    dpkg-deb -f "$import" Depends | grep -q libocct
+    not grep -q libocct <(dpkg-deb -f "$DEB" Depends)
+    # Beside the daemon it is found; without it STEP is refused.
+    dpkg-deb -x "$DEB" "$BATS_TEST_TMPDIR/root"
+    mkdir "$BATS_TEST_TMPDIR/parts"
+    "${BUILD:-build}/tests/import/make_parts" "$BATS_TEST_TMPDIR/parts" >/dev/null
+    DRAPED=$BATS_TEST_TMPDIR/root/usr/bin/draped
+    start_daemon "$BATS_TEST_TMPDIR/daemon"
+    call POST /v1/surfaces -H 'Content-Type: model/step' --data-binary @"$BATS_TEST_TMPDIR/parts/box.step"
+    expect_problem 415 unsupported-media-type
+    dpkg-deb -x "$import" "$BATS_TEST_TMPDIR/root"
+    call POST /v1/surfaces -H 'Content-Type: model/step' --data-binary @"$BATS_TEST_TMPDIR/parts/box.step"
+    expect 201
+}
+
 @test "deploy: the package is of this version, and builds from what setup.sh installs" {
     [ "$(dpkg-deb -f "$DEB" Version)" = "$("$DRAPED" --version | sed 's/draped //')" ]
     # What `make` needs is a build dependency, but for compilers and what the demo calls.
