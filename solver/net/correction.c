@@ -3,9 +3,6 @@
 
 #include <math.h>
 
-/* Of q^3 in the chord of `correction.h`. */
-static const double circle_third = 0.0204200;
-
 enum difference { DIFFERENCE_MADE, DIFFERENCE_SHORT, DIFFERENCE_ROUGH };
 
 /* sum_k weight[k] r(i + k di, j + k dj), k = first .. first + count - 1. */
@@ -71,7 +68,7 @@ bool correction_chord(const struct correction *correction, double *chord) {
     double d = correction->d;
     struct vec3 sum = vec3_add(correction->bend[0], correction->bend[1]);
     double q = vec3_norm2(sum) / (4 * d * d);
-    double share = 1 - q * (1.0 / 12 + q * (23.0 / 720 + q * circle_third));
+    double share = correction_share(q);
     *chord = d * sqrt(share);
     return share > 0.5; /* more is no yarn of this spacing but a crease */
 }

@@ -34,6 +34,11 @@ struct correction {
 bool correction_find(const struct net_view *before, int32_t i, int32_t j, int di, int dj, double d,
                      struct correction *correction);
 
+/* The square of the chord above over that of d. */
+static inline double correction_share(double q) {
+    return 1 - q * (1.0 / 12 + q * (23.0 / 720 + q * 0.0204200));
+}
+
 /* The chord by a correction that is whole. False where that is no yarn of this length. */
 bool correction_chord(const struct correction *correction, double *chord);
 

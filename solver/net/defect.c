@@ -167,3 +167,81 @@ struct defect defect_of(struct defect_net *net, int32_t i, int32_t j, int di, in
         return by_turn(net, i, j, di, dj, net->spacing[family], rough);
     return defect;
 }
+
+enum { MARGIN = 3, SPAN = NET_TILE + 2 * MARGIN };
+
+/* Positions by their coordinates, from MARGIN places before a tile to as many beyond. */
+struct patch {
+    double r[3][SPAN][SPAN];
+};
+
+/* Whether places of a tile, in columns `x` as bits and rows from `first` on, are all inside, and
+ * neither rough nor grown. */
+static bool is_plain(const struct net_tile *tile, unsigned x, int first, int count) {
+    if (!tile)
+        return false;
+    unsigned inside = x, other = 0;
+    for (int y = first; y < first + count; y++) {
+        inside &= tile->bits[NET_BIT_INSIDE][y];
+        other |= tile->bits[NET_BIT_ROUGH][y] | tile->bits[NET_BIT_GROWN][y];
+    }
+    return inside == x && !(other & x);
+}
+
+static void load(const struct net_window *window, struct patch *patch) {
+    for (int y = 0; y < SPAN; y++) {
+        bool own = y >= MARGIN && y < NET_TILE + MARGIN;
+        for (int x = own ? 0 : MARGIN; x < (own ? SPAN : NET_TILE + MARGIN); x++) {
+            struct vec3 r = net_window_find(window, x - MARGIN, y - MARGIN)->r;
+            patch->r[0][y][x] = r.x;
+            patch->r[1][y][x] = r.y;
+            patch->r[2][y][x] = r.z;
+        }
+    }
+}
+
+/* As by_differences, of the edges of a row; P is `step` on from Q. */
+static void along_row(const struct patch *patch, int y, int step, double d,
+                      struct defect defect[NET_TILE]) {
+    for (int x = 0; x < NET_TILE; x++) {
+        double m2 = 0, m4 = 0, third2 = 0, edge2 = 0;
+        for (int c = 0; c < 3; c++) {
+            const double *p = &patch->r[c][y + MARGIN][x + MARGIN];
+            double r0 = p[-3 * step], r1 = p[-2 * step], q = p[-step], r4 = p[step];
+            double b0 = r0 - 2 * r1 + q, b1 = r1 - 2 * q + p[0], b2 = q - 2 * p[0] + r4;
+            double b3 = p[0] - 2 * r4 + p[2 * step];
+            double mean = (b1 + b2) / 2, d3 = b2 - b1, d4 = ((b3 - b2) - (b1 - b0)) / 2;
+            m2 += mean * mean;
+            m4 += mean * d4;
+            third2 += d3 * d3;
+            edge2 += (p[0] - q) * (p[0] - q);
+        }
+        double q = m2 / (d * d), fourth = by_fourth * (m4 + q * m2);
+        double third = by_third * (third2 - q * q * edge2);
+        double known = (edge2 - d * d * correction_share(q) - fourth + third) / (2 * d);
+        double terms = fabs(fourth) + fabs(third);
+        defect[x].known = known;
+        defect[x].unsure =
+            of_known * fabs(known) + (of_terms + of_turned * q) * terms / (2 * d) + rounding * d;
+    }
+}
+
+bool defect_of_tile(const struct defect_net *net, const struct net_window *window,
+                    struct defect_tile *tile) {
+    const struct net_tile *own = window->tile[1][1];
+    const unsigned all = (1u << NET_TILE) - 1, low = (1u << MARGIN) - 1;
+    struct patch patch;
+    if (!is_plain(own, all, 0, NET_TILE) ||
+        !is_plain(window->tile[1][0], low << (NET_TILE - MARGIN), 0, NET_TILE) ||
+        !is_plain(window->tile[1][2], low, 0, NET_TILE) ||
+        !is_plain(window->tile[0][1], all, NET_TILE - MARGIN, MARGIN) ||
+        !is_plain(window->tile[2][1], all, 0, MARGIN))
+        return false;
+    load(window, &patch);
+    int warp = own->ti < 0 ? -1 : 1, weft = own->tj < 0 ? -SPAN : SPAN;
+    for (int y = 0; y < NET_TILE; y++) {
+        along_row(&patch, y, warp, net->spacing[0], tile->of[0][y]);
+        along_row(&patch, y, weft, net->spacing[1], tile->of[1][y]);
+    }
+    return true;
+}

@@ -33,6 +33,16 @@ struct defect {
  * is 0, the other 1 or -1. The view must have been moved to one of its ends or next to it. */
 struct defect defect_of(struct defect_net *net, int32_t i, int32_t j, int di, int dj);
 
+/* Those of all edges that end in the nodes of a tile and come from the side of the start, `of[k]`
+ * of family k at [y][x]; false where the tile or one next to it has places without nodes inside,
+ * rough edges or grown nodes within reach of the differences, for which defect_of is. */
+struct defect_tile {
+    struct defect of[2][NET_TILE][NET_TILE];
+};
+
+bool defect_of_tile(const struct defect_net *net, const struct net_window *window,
+                    struct defect_tile *tile);
+
 /* The angle by which the yarn turns sideways, in the surface, at one end of the edge from (i, j) to
  * (i + di, j + dj), in radians, >= 0; false where there is no telling. */
 bool defect_turn(struct defect_net *net, int32_t i, int32_t j, int di, int dj, double *turn);

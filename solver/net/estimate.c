@@ -76,33 +76,34 @@ static void keep_error(const struct estimate *e, int32_t i, int32_t j, const str
     node->rough = 0;
 }
 
-/* One end of an edge that a node hangs on: the chord from there, the error there, and of the edge.
- */
+/* One end of an edge that a node hangs on: the chord from there, the error there, and the defect of
+ * the edge, which may be known (else NULL). */
 struct link {
     struct vec3 chord;
     struct error from;
     struct defect edge;
 };
 
-static bool find_link(struct estimate *e, int32_t i, int32_t j, int di, int dj, struct link *link) {
+static bool find_link(struct estimate *e, int32_t i, int32_t j, int di, int dj,
+                      const struct defect *edge, struct link *link) {
     const struct net_node *from = net_view_place(&e->net.net, i - di, j - dj);
     const struct net_node *to = net_view_place(&e->net.net, i, j);
     if (!from || !error_at(e, i - di, j - dj, &link->from))
         return false;
     link->chord = vec3_unit(vec3_sub(to->r, from->r));
-    link->edge = defect_of(&e->net, i - di, j - dj, di, dj);
+    link->edge = edge ? *edge : defect_of(&e->net, i - di, j - dj, di, dj);
     return true;
 }
 
 /* Of the fourth corner of a cell in the direction (si, sj) of its A: along BD it is that of B and
  * of the edge, along CD that of C and of the edge. */
 static bool cell_error(struct estimate *e, int32_t i, int32_t j, int si, int sj,
-                       struct error *error) {
+                       const struct defect *const edge[2], struct error *error) {
     struct link b, c;
-    if (!find_link(e, i, j, si, 0, &b) || !find_link(e, i, j, 0, sj, &c))
+    if (!find_link(e, i, j, si, 0, edge[0], &b) || !find_link(e, i, j, 0, sj, edge[1], &c))
         return false;
-    double cosine = vec3_dot(b.chord, c.chord);
-    double inverse = 1 / fmax(1 - cosine * cosine, least_sine * least_sine);
+    double cosine = vec3_dot(b.chord, c.chord), sine2 = 1 - cosine * cosine;
+    double inverse = 1 / (sine2 > least_sine * least_sine ? sine2 : least_sine * least_sine);
     const double by_b[ERRORS] = {b.edge.known, b.edge.unsure, b.edge.unsure};
     const double by_c[ERRORS] = {c.edge.known, c.edge.unsure, -c.edge.unsure};
     for (int k = 0; k < ERRORS; k++) {
@@ -183,7 +184,7 @@ static void estimate_arm(struct estimate *e, int di, int dj) {
     for (int32_t i = di, j = dj;; i += di, j += dj) {
         move_views(e, i, j);
         if (!net_view_place(&e->net.net, i, j) || is_awaited(e, i, j) ||
-            !find_link(e, i, j, di, dj, &link))
+            !find_link(e, i, j, di, dj, NULL, &link))
             return;
         known += link.edge.known;
         double turn2 = vec3_norm2(last) > 0 ? vec3_norm2(vec3_sub(link.chord, last)) : 0;
@@ -197,7 +198,10 @@ static void estimate_arm(struct estimate *e, int di, int dj) {
 
 static void estimate_tile(struct estimate *e, const struct net_tile *tile) {
     int si = tile->ti < 0 ? -1 : 1, sj = tile->tj < 0 ? -1 : 1;
+    struct defect_tile defects;
+    const struct defect *edge[2] = {NULL, NULL};
     move_views(e, tile->ti * NET_TILE, tile->tj * NET_TILE);
+    bool plain = defect_of_tile(&e->net, &e->net.net.window, &defects);
     for (int k = 0; k < NET_TILE * NET_TILE; k++) {
         int x = k % NET_TILE, y = k / NET_TILE;
         int32_t i = tile->ti * NET_TILE + (si < 0 ? NET_TILE - 1 - x : x);
@@ -205,7 +209,11 @@ static void estimate_tile(struct estimate *e, const struct net_tile *tile) {
         struct error error;
         if (i == 0 || j == 0 || !net_view_place(&e->net.net, i, j) || is_awaited(e, i, j))
             continue;
-        if (!cell_error(e, i, j, si, sj, &error))
+        if (plain) {
+            edge[0] = &defects.of[0][j & (NET_TILE - 1)][i & (NET_TILE - 1)];
+            edge[1] = &defects.of[1][j & (NET_TILE - 1)][i & (NET_TILE - 1)];
+        }
+        if (!cell_error(e, i, j, si, sj, edge, &error))
             loose_error(e, i, j, si, sj, &error);
         keep_error(e, i, j, &error);
     }
@@ -245,13 +253,14 @@ static void mark_steps(struct estimate *e, const struct march_steps *steps) {
 }
 
 static void estimate_steps(struct estimate *e, const struct march_steps *steps) {
+    static const struct defect *const unknown[2] = {NULL, NULL};
     for (size_t k = 0; k < steps->count; k++) {
         const struct march_step *s = &steps->step[k];
         struct error error;
         move_views(e, s->i, s->j);
         if (s->way != MARCH_CELL)
             step_error(e, s, &error);
-        else if (!cell_error(e, s->i, s->j, s->di, s->dj, &error))
+        else if (!cell_error(e, s->i, s->j, s->di, s->dj, unknown, &error))
             loose_error(e, s->i, s->j, s->di, s->dj, &error);
         keep_error(e, s->i, s->j, &error);
     }
