@@ -15,12 +15,17 @@ struct spread {
 
 static const double bin_width = 90.0 / (BINS - 1);
 
+static int bin_of(double shear_deg) {
+    double in_range = shear_deg < 0 ? 0 : shear_deg > 90 ? 90 : shear_deg;
+    return (int)(in_range / bin_width);
+}
+
 /* Area whose shear lies evenly between two values, `mean` in the mean. */
 static void spread_area(struct spread *s, double area, double low, double high, double mean) {
-    int from = (int)(fmin(fmax(low, 0), 90) / bin_width);
-    int to = (int)(fmin(fmax(high, 0), 90) / bin_width) + 1;
-    s->change[from] += area / (to - from);
-    s->change[to] -= area / (to - from);
+    int from = bin_of(low), to = bin_of(high) + 1;
+    double each = area / (to - from);
+    s->change[from] += each;
+    s->change[to] -= each;
     s->area += area;
     s->moment += area * mean;
 }
@@ -74,7 +79,8 @@ struct gathering {
 static double sine_between(const struct drape_cells *c, size_t k) {
     double cosine =
         c->warp_x[k] * c->weft_x[k] + c->warp_y[k] * c->weft_y[k] + c->warp_z[k] * c->weft_z[k];
-    return sqrt(fmax(1 - cosine * cosine, 0));
+    double square = 1 - cosine * cosine;
+    return sqrt(square > 0 ? square : 0);
 }
 
 static void add_whole(struct gathering *g, size_t k, double share) {
@@ -87,8 +93,8 @@ static void add_whole(struct gathering *g, size_t k, double share) {
     const size_t corner[4] = {g->low, g->low + 1, g->high, g->high + 1};
     for (int m = 0; m < 4; m++) {
         double shear = fabs(n->shear_deg[corner[m]]);
-        low = fmin(low, shear);
-        high = fmax(high, shear);
+        low = shear < low ? shear : low;
+        high = shear > high ? shear : high;
     }
     spread_area(g->spread, share * sine_between(c, k), low, high, own);
     g->flat += share;
