@@ -301,15 +301,38 @@ static bool predict_on_shell(struct surface_cursor *cursor, const struct fishnet
     return true;
 }
 
+/* A continuation over a hole comes to the other side of it: this near to a face, as a share of the
+ * shorter edge, it has. */
+static const double landing = 0.05;
+
+/* Whether a place beyond a free edge lies over a face on the other side of a hole, and where on it.
+ */
+static bool lands(const struct fishnet_cell *cell, const struct station *place,
+                  struct begin *begin) {
+    const struct shell *shell = place->surface->shell;
+    struct shell_place over;
+    double distance = landing * fmin(cell->bd, cell->cd);
+    if (!shell_may_close(shell, place->surface->face) ||
+        !shell_over(shell, place->jet.r, place->surface->face, distance, &over))
+        return false;
+    *begin = (struct begin){shell_surface(shell, over.face), {over.inner[0], over.inner[1]}};
+    return true;
+}
+
 /* Newton on a face; where it ends outside its region beyond a joint, on the next one. */
 static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell,
                             struct begin *begin, struct fishnet_node *node) {
     const struct surface *last = NULL;
+    bool landed = false;
     for (int hop = 0; hop < HOPS_MAX; hop++) {
         struct crossing crossing;
         if (!newton(begin->surface, cursor, cell, begin->uv, node))
             return false;
         crossing_find(&node->station, &crossing);
+        if (crossing.kind == CROSSING_FREE && !landed && lands(cell, &node->station, begin)) {
+            landed = true;
+            continue;
+        }
         if (crossing.kind != CROSSING_JOINT || crossing.beyond == last)
             return true;
         last = begin->surface;

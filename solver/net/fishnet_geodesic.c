@@ -313,7 +313,7 @@ static enum fishnet_end meet(const struct surface *surface, struct surface_curso
     node->station = start;
     end = meet_by(surface, cursor, cell, accuracy, strictly, chords, m, node);
     double jump = jump_at_joints(surface) / fmin(m->ray[0].length, m->ray[1].length);
-    if (end != FISHNET_NO_CONVERGENCE || !(jump > 0))
+    if (end != FISHNET_NO_CONVERGENCE || !(node->residual <= accuracy + jump))
         return end;
     *m = begun;
     node->station = start;

@@ -419,3 +419,23 @@ bool shell_is_closed(const struct shell *shell, int32_t face) {
 bool shell_may_close(const struct shell *shell, int32_t face) {
     return shell->boundaries[shell->faces[face].component] != 1;
 }
+
+bool shell_over(const struct shell *shell, struct vec3 point, int32_t face, double reach,
+                struct shell_place *place) {
+    double least = reach;
+    bool found = false;
+    for (size_t k = 0; k < shell->face_count; k++) {
+        const struct face *other = &shell->faces[k];
+        double uv[2], distance;
+        if ((int32_t)k == face || !is_of(other, shell->faces[face].component) ||
+            box_distance2(&other->box, point) > least * least)
+            continue;
+        surface_nearest_at(&other->surface, point, uv, &distance);
+        if (!(distance < least) || !face_contains(other, uv))
+            continue;
+        least = distance;
+        *place = place_of(other, uv);
+        found = true;
+    }
+    return found;
+}

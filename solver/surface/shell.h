@@ -128,6 +128,11 @@ enum { SHELL_ANY = -1 };
 void shell_nearest(const struct shell *shell, struct vec3 point, int32_t component,
                    struct shell_place *place, double *distance);
 
+/* The place of another face of the component of `face` that is nearest to `point`, if it is within
+ * `reach` and inside that face's region. False where there is none. */
+bool shell_over(const struct shell *shell, struct vec3 point, int32_t face, double reach,
+                struct shell_place *place);
+
 /* A shell of the same faces of which `face` has its normal along r_u x r_v, and the others of its
  * component like it: a shallow copy in `arena`. Errors: STATUS_OUT_OF_MEMORY. */
 enum status shell_orient(const struct shell *shell, int32_t face, struct arena *arena,
