@@ -173,8 +173,8 @@ enum status drape_solve_shell(const struct shell *shell, const struct drape_sett
 
 /* The methods that a mesh of the caller's can be draped with. */
 static bool suits_mesh(const struct drape_settings *s) {
-    bool smooth = s->method == DRAPE_GIB || s->method == DRAPE_BASIC;
-    return !s->trim && (s->method == DRAPE_MOSAIC || (smooth && s->yarn_path == DRAPE_PATH_CHORD));
+    bool smooth = s->method != DRAPE_GIB4 && s->yarn_path == DRAPE_PATH_CHORD;
+    return !s->trim && (s->method == DRAPE_MOSAIC || smooth);
 }
 
 enum status drape_solve_mesh(const struct mesh *mesh, const struct drape_settings *settings,

@@ -242,8 +242,10 @@ static void decode_method(const struct json_place *root, struct api_request *req
     if (settings->yarn_path == DRAPE_PATH_RELAXATION && settings->method != DRAPE_GIB)
         place_fault(&path, "relaxation is for the method \"gib\"");
     bool on_mesh = request->surface.kind == API_SURFACE_MESH;
-    if (on_mesh && (settings->method == DRAPE_GEODESIC || settings->method == DRAPE_GIB4))
-        place_fault(&method, "must be \"gib\", \"basic\" or \"mosaic\" on a triangle mesh");
+    if (on_mesh && settings->method == DRAPE_GIB4)
+        place_fault(&method,
+                    "must not be \"gib4\" on a triangle mesh, whose curvature is not known "
+                    "to fourth order");
     if (settings->method == DRAPE_MOSAIC && request->surface.kind == API_SURFACE_SHELL &&
         request->surface.face_count > 1)
         place_fault(&method, "must not be \"mosaic\" on several faces");

@@ -76,7 +76,8 @@ static enum mesh_corner_end solve_smooth(struct march *march, const struct march
                  vec3_dot(at->c->normal, to.normal) > gentle_cosine;
         rough = folded || is_rough(at->b, &to, d[0]) || is_rough(at->c, &to, d[1]);
     }
-    if (!rough)
+    bool geodesic = march->settings->method == DRAPE_GEODESIC;
+    if (!rough && !geodesic)
         return end;
     struct mesh_corner other = {.steps = corner->steps};
     struct mesh_yarns yarns;
@@ -84,9 +85,11 @@ static enum mesh_corner_end solve_smooth(struct march *march, const struct march
         mesh_smooth_geodesics(march->smooth, &by_geodesics, &other, &yarns);
     if (other_end == MESH_CORNER_FOUND) {
         *corner = other;
-        march_note_edges(march, at, yarns.start, yarns.end);
+        if (rough)
+            march_note_edges(march, at, yarns.start, yarns.end);
     }
-    return other_end == MESH_CORNER_FOUND || (folded && !gentle) ? other_end : end;
+    bool settled = other_end == MESH_CORNER_FOUND || geodesic || (folded && !gentle);
+    return settled ? other_end : end;
 }
 
 bool march_mesh_corner(struct march *march, const struct march_cell *at, struct vec3 guess,
