@@ -191,6 +191,9 @@ def test_full():
         disk.start()
         for _ in range(5):
             expect(disk.drape(0.1 + next(disk.spacing) * 1e-6) is None, "refused with room left")
+        keyed = disk.submit(saddle(0.31), Idempotency_Key="once")
+        expect(keyed[0] == 202, "refused with room left")
+        disk.acknowledged.append(json.loads(keyed[2])["id"])
         before = disk.results()
         expect(disk.drape(LARGE) is None, "refused with room left")
         wait_for_attempts(disk, disk.acknowledged[-1], 4)
@@ -200,6 +203,9 @@ def test_full():
         expect("the store is out of disk space" in causes, "the cause is not named")
         disk.expect_alive(False, "disk space")
         disk.expect_results(before)
+        again = disk.submit(saddle(0.31), Idempotency_Key="once")
+        expect(again[0] == 202 and json.loads(again[2])["id"] == json.loads(keyed[2])["id"],
+               f"a repeat is {again[0]}: {again[2][:200]}")
         os.unlink(ballast)
         os.unlink(rest)
         disk.wait_ready()

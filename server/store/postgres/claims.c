@@ -177,12 +177,22 @@ enum store_answer postgres_requeue(struct store *store, const struct store_claim
 
 /* ------------------------------------------------------------------ claims that ended */
 
+/* A lease that ends so much later than a new one would is of before the clock was set back. Live
+ * holders have renewed theirs when the clock has been right for a lease's time: what is left is
+ * nobody's. (A factor, because the `--lease` of other hosts may be longer.) */
+static int64_t far_ahead(const struct store *store) {
+    bool renewed = steady_for(&store->steady) > store->options.lease_us;
+    return renewed ? 10 * store->options.lease_us : INT64_MAX / 2;
+}
+
 enum store_answer postgres_find_ended(struct store *store, struct store_ended *ended, size_t most,
                                       size_t *count) {
     struct pg_query query = postgres_query_now(
         store, "SELECT sequence, token, id FROM draped.jobs WHERE status = " SQL_RUNNING
-               " AND lease < " POSTGRES_NOW " ORDER BY lease LIMIT $2");
+               " AND (lease < " POSTGRES_NOW " OR lease > " POSTGRES_NOW " + $3)"
+               " ORDER BY lease LIMIT $2");
     pg_bind_int(&query, (int64_t)most);
+    pg_bind_int(&query, far_ahead(store));
     *count = pg_run(&query);
     for (size_t row = 0; row < *count; row++) {
         ended[row].claim.sequence = pg_int(&query, row, 0);
@@ -198,9 +208,11 @@ enum store_answer postgres_take_over(struct store *store, const struct store_end
     struct pg_query query =
         held_query(store,
                    "UPDATE draped.jobs SET token = token + 1, lease = " POSTGRES_NOW " + $4"
-                   " WHERE" HELD " AND lease < " POSTGRES_NOW " RETURNING token, " POSTGRES_LAZY,
+                   " WHERE" HELD " AND (lease < " POSTGRES_NOW " OR lease > " POSTGRES_NOW " + $5)"
+                   " RETURNING token, " POSTGRES_LAZY,
                    &ended->claim);
     pg_bind_int(&query, store->options.lease_us);
+    pg_bind_int(&query, far_ahead(store));
     size_t rows = pg_run(&query);
     *token = rows ? pg_int(&query, 0, 0) : 0;
     return postgres_end(&query, rows, STORE_CONFLICT);

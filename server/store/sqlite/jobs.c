@@ -152,6 +152,14 @@ static enum store_answer submit_operation(struct sqlite_store *store, struct db 
     return submit_new(store, db, submit);
 }
 
+/* What is there already needs no room: only a new submission is answered `otherwise`. */
+static enum store_answer repeat(struct store *store, struct submit *submit,
+                                enum store_answer otherwise) {
+    struct db *db = sqlite_take_reader(store);
+    enum store_answer known = sqlite_give_reader(store, db, find_key(db, submit));
+    return known == STORE_EMPTY ? otherwise : known;
+}
+
 enum store_answer sqlite_submit(struct store *store, const struct store_submission *submission,
                                 struct store_receipt *receipt) {
     const char *surface = submission->surface;
@@ -166,7 +174,9 @@ enum store_answer sqlite_submit(struct store *store, const struct store_submissi
         crypto_generichash(submit.key_digest, sizeof submit.key_digest, submission->request,
                            submission->request_length, NULL, 0);
     enum store_answer room = sqlite_room_for(store, submission->request_length);
-    return room == STORE_OK ? sqlite_write(store, submit_operation, &submit) : room;
+    if (room == STORE_OK)
+        return sqlite_write(store, submit_operation, &submit);
+    return submission->key ? repeat(store, &submit, room) : room;
 }
 
 /* ------------------------------------------------------------------ looking */
