@@ -387,6 +387,12 @@ static void begin(struct checkers *pool, struct check *check) {
     append(&pool->running, check);
 }
 
+/* A place, or bytes of the budget, have become free: most of the time nobody waits for them. */
+static void wake_for_waiting(struct checkers *pool) {
+    if (pool->waiting)
+        pthread_cond_broadcast(&pool->changed);
+}
+
 /* Gives back the place and its share of the budget. */
 static void leave(struct checkers *pool, struct check *check) {
     withdraw(&pool->running, check);
@@ -395,7 +401,7 @@ static void leave(struct checkers *pool, struct check *check) {
     check->place = NULL;
     pool->stats.under_way[check->lane]--;
     pool->stats.reserved -= check->reserve;
-    pthread_cond_broadcast(&pool->changed);
+    wake_for_waiting(pool);
 }
 
 /* ------------------------------------------------------------------ one check */
@@ -447,7 +453,7 @@ static enum outcome move_to_slow(struct checkers *pool, struct check *check) {
         pool->stats.under_way[LANE_EXPRESS]--;
         pool->stats.under_way[LANE_SLOW]++;
         check->lane = LANE_SLOW;
-        pthread_cond_broadcast(&pool->changed);
+        wake_for_waiting(pool);
     }
     pthread_mutex_unlock(&pool->lock);
     return room ? OUTCOME_LATER : full ? OUTCOME_QUOTA : OUTCOME_AGAIN;
@@ -789,12 +795,12 @@ static void run_at_once(struct check *check) {
     pthread_mutex_lock(&pool->lock);
     if (sent) {
         check->state = STATE_ADOPTED;
-        pthread_cond_signal(&pool->changed);
     } else {
         leave(pool, check);
         check->state = STATE_WAITING;
         append(&pool->waiting, check);
     }
+    pthread_cond_signal(&pool->changed);
     pthread_mutex_unlock(&pool->lock);
 }
 
