@@ -8,6 +8,7 @@
 #define SERVER_STORE_BACKEND_H
 
 #include "cache.h"
+#include "cursor.h"
 #include "steady.h"
 #include "store.h"
 #include <pthread.h>
@@ -121,6 +122,8 @@ struct store_ops {
     enum store_answer (*surface_list)(struct store *store, const char *owner, int64_t cursor,
                                       int limit, struct store_surfaces *page);
     enum store_answer (*surface_delete)(struct store *store, const char *owner, const char *id);
+    /* The key of the store's cursors. */
+    enum store_answer (*secret)(struct store *store, unsigned char secret[CURSOR_SECRET_BYTES]);
 };
 
 /* Rows of hosts that were silent for longer do not count, and then are removed. */
@@ -135,7 +138,7 @@ struct store_health {
     int64_t at_ms; /* by `clock_ms`; 0: none yet */
 };
 
-/* The head of every backend's own struct. A backend sets all but the cache. */
+/* The head of every backend's own struct. A backend sets the first three. */
 struct store {
     const struct store_ops *ops;
     struct store_options options;
@@ -143,6 +146,7 @@ struct store {
     struct hub *hub;
     struct store_cache *cache;
     struct store_health health;
+    unsigned char secret[CURSOR_SECRET_BYTES];
 };
 
 /* Microseconds of the monotonic clock of this machine, the same for all its processes. */

@@ -44,9 +44,11 @@ struct store *store_open(const char *url, const struct store_options *options, s
     pthread_mutex_init(&store->health.lock, NULL);
     id_make(store->health.host.name);
     store->cache = store_cache_new();
-    if (store->cache)
+    bool keyed = store->ops->secret(store, store->secret) == STORE_OK;
+    if (store->cache && keyed)
         return store;
-    snprintf(why, STORE_WHY_SIZE, "no memory for the store");
+    snprintf(why, STORE_WHY_SIZE, "%s",
+             keyed ? "no memory for the store" : "the key of cursors cannot be read (see the log)");
     store_close(store);
     return NULL;
 }

@@ -63,8 +63,8 @@ enum store_answer store_submit(struct store *store, const struct store_submissio
                                struct store_receipt *receipt) {
     memset(receipt, 0, sizeof *receipt);
     enum store_answer health = store_health(store);
-    if (store_failed(health))
-        return health;
+    if (store_failed(health) && !(health == STORE_NO_SPACE && submission->key))
+        return health; /* what a key repeats needs no room */
     enum store_answer answer = store_note(store, store->ops->submit(store, submission, receipt));
     if (answer == STORE_OK && !receipt->existing && receipt->status == STORE_QUEUED)
         store_tell(store, hub_queue);
@@ -91,8 +91,12 @@ enum store_answer store_request(struct store *store, const char *id, char **byte
 
 enum store_answer store_list(struct store *store, const struct store_filter *filter,
                              struct store_page *page) {
+    struct store_filter position = *filter;
     memset(page, 0, sizeof *page);
-    return store->ops->list(store, filter, page);
+    position.cursor = cursor_open(store->secret, filter->owner, filter->cursor);
+    enum store_answer answer = store->ops->list(store, &position, page);
+    page->next = cursor_seal(store->secret, filter->owner, page->next);
+    return answer;
 }
 
 void store_page_clear(struct store_page *page) {
@@ -348,7 +352,10 @@ enum store_answer store_surface_get(struct store *store, const char *owner, cons
 enum store_answer store_surface_list(struct store *store, const char *owner, int64_t cursor,
                                      int limit, struct store_surfaces *page) {
     memset(page, 0, sizeof *page);
-    return store->ops->surface_list(store, owner, cursor, limit, page);
+    cursor = cursor_open(store->secret, owner, cursor);
+    enum store_answer answer = store->ops->surface_list(store, owner, cursor, limit, page);
+    page->next = cursor_seal(store->secret, owner, page->next);
+    return answer;
 }
 
 void store_surfaces_clear(struct store_surfaces *page) {

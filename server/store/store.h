@@ -215,7 +215,7 @@ struct store_filter {
     bool has_status;
     enum store_status status;
     const char *owner; /* NULL: of all owners */
-    int64_t cursor;    /* 0: from the newest; else `next` of the page before */
+    int64_t cursor;    /* 0: from the newest; else `next` of the page before (`cursor.h`) */
     int limit;         /* 1..1000 */
 };
 

@@ -19,6 +19,7 @@ from daemon import BUILD, Daemon, Tap, expect, expect_problem, expect_sound_log,
 DISK_BYTES = 64 << 20
 BALLAST_BYTES = 56 << 20  # what is left is less than the result of LARGE
 LARGE = 0.02
+SMALL_BYTES = 100000  # less than the result of a drape of spacing 0.21
 LOCK_SECONDS = 10  # twice what the store waits for a lock
 PATIENCE_SECONDS = 60
 PROBE_SECONDS = 8  # what the manifests in deploy/ give a probe of /healthz
@@ -136,6 +137,14 @@ def fill(path, most=None):
         return
 
 
+def wait_for_log(disk, least):
+    """Until what was written is in the database as well: the log on its own would fill the disk."""
+    begun = time.monotonic()
+    while os.path.getsize(disk.database) < least:
+        expect(time.monotonic() < begun + PATIENCE_SECONDS, "the log is not taken")
+        time.sleep(0.05)
+
+
 def wait_for_attempts(disk, job, wanted):
     """Tried again and again while its result finds no room, but not without a pause."""
     begun, state = time.monotonic(), {"attempts": 0}
@@ -189,12 +198,13 @@ def test_full():
         ballast, rest = os.path.join(disk.data, "ballast"), os.path.join(disk.data, "rest")
         fill(ballast, BALLAST_BYTES)
         disk.start()
-        for _ in range(5):
-            expect(disk.drape(0.1 + next(disk.spacing) * 1e-6) is None, "refused with room left")
-        keyed = disk.submit(saddle(0.31), Idempotency_Key="once")
+        for _ in range(4):
+            expect(disk.drape(0.2 + next(disk.spacing) * 1e-6) is None, "refused with room left")
+        keyed = disk.submit(saddle(0.21), Idempotency_Key="once")
         expect(keyed[0] == 202, "refused with room left")
         disk.acknowledged.append(json.loads(keyed[2])["id"])
         before = disk.results()
+        wait_for_log(disk, 5 * SMALL_BYTES)
         expect(disk.drape(LARGE) is None, "refused with room left")
         wait_for_attempts(disk, disk.acknowledged[-1], 4)
         fill(rest)
@@ -203,8 +213,8 @@ def test_full():
         expect("the store is out of disk space" in causes, "the cause is not named")
         disk.expect_alive(False, "disk space")
         disk.expect_results(before)
-        again = disk.submit(saddle(0.31), Idempotency_Key="once")
-        expect(again[0] == 202 and json.loads(again[2])["id"] == json.loads(keyed[2])["id"],
+        again = disk.submit(saddle(0.21), Idempotency_Key="once")
+        expect(again[0] == 202 and json.loads(again[2])["id"] == disk.acknowledged[4],
                f"a repeat is {again[0]}: {again[2][:200]}")
         os.unlink(ballast)
         os.unlink(rest)

@@ -326,6 +326,43 @@ static void test_store_list_is_not_shifted_by_new_jobs(void **state) {
     store_page_clear(&page);
 }
 
+/* The cursor of the second page of the owner, who has three jobs. */
+static int64_t second_page(struct scratch *scratch, const char *owner, int64_t *position) {
+    struct store_page page;
+    const struct store_filter filter = {.limit = 1, .owner = owner};
+    assert_int_equal(store_list(scratch->store, &filter, &page), STORE_OK);
+    assert_int_equal(page.count, 1);
+    int64_t next = page.next;
+    *position = page.jobs[0].sequence;
+    store_page_clear(&page);
+    return next;
+}
+
+/* From a cursor nobody can tell where in the list of all it is, nor by two of them how many came
+ * between; it means the same after a restart. */
+static void test_store_list_cursors_tell_nothing(void **state) {
+    struct scratch *scratch = *state;
+    struct store_receipt receipt;
+    struct store_page page;
+    int64_t at[2], position;
+    for (int k = 0; k < 6; k++)
+        assert_int_equal(
+            submit_key(scratch, k % 2 ? "eve" : "anna", NULL, k % 2 ? "e" : "a", &receipt),
+            STORE_OK);
+    int64_t anna = second_page(scratch, "anna", &at[0]), eve = second_page(scratch, "eve", &at[1]);
+    assert_int_equal(at[1], at[0] + 1);
+    assert_true(llabs(anna - eve) > 1000000 && anna > 1000000 && eve > 1000000);
+    assert_true(second_page(scratch, NULL, &position) != eve);
+    assert_int_equal(second_page(scratch, "anna", &position), anna);
+    scratch_stop(scratch);
+    scratch_start(scratch);
+    const struct store_filter filter = {.limit = 5, .owner = "anna", .cursor = anna};
+    assert_int_equal(store_list(scratch->store, &filter, &page), STORE_OK);
+    assert_int_equal(page.count, 2);
+    assert_true(page.jobs[0].sequence == at[0] - 2);
+    store_page_clear(&page);
+}
+
 static void test_store_counts_follow_every_change(void **state) {
     struct scratch *scratch = *state;
     struct store_counts counts;
@@ -558,6 +595,7 @@ int main(void) {
         WITH_STORE(test_store_delete_removes_in_every_state),
         WITH_STORE(test_store_list_pages_newest_first),
         WITH_STORE(test_store_list_is_not_shifted_by_new_jobs),
+        WITH_STORE(test_store_list_cursors_tell_nothing),
         WITH_STORE(test_store_counts_follow_every_change),
         WITH_STORE(test_store_surface_is_stored_once),
         WITH_STORE(test_store_surface_list_pages),

@@ -4,6 +4,7 @@
 #include "pool.h"
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 struct postgres_store {
     struct store base;
@@ -71,6 +72,18 @@ static void postgres_announce(struct store *store, const char *subject) {
     notify_announce(postgres_of(store)->notify, subject);
 }
 
+static enum store_answer postgres_secret(struct store *store,
+                                         unsigned char secret[CURSOR_SECRET_BYTES]) {
+    size_t length = 0;
+    struct pg_query query = postgres_query(store, "SELECT bytes FROM draped.secret");
+    const void *bytes = pg_run(&query) ? pg_bytes(&query, 0, 0, &length) : NULL;
+    bool good = bytes && length == CURSOR_SECRET_BYTES;
+    if (good)
+        memcpy(secret, bytes, length);
+    enum store_answer answer = pg_end(&query);
+    return answer == STORE_OK && !good ? STORE_DAMAGED : answer;
+}
+
 static const struct store_ops postgres_ops = {
     .wall_leases = true,
     .fails_late = true,
@@ -107,6 +120,7 @@ static const struct store_ops postgres_ops = {
     .surface_get = postgres_surface_get,
     .surface_list = postgres_surface_list,
     .surface_delete = postgres_surface_delete,
+    .secret = postgres_secret,
 };
 
 /* What must be so for answers to mean what they say. */

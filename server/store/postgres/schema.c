@@ -290,12 +290,18 @@ static const char schema_5[] =
     " RETURN NULL; "
     "END $$;";
 
+/* Schema 6: the key of cursors. */
+static const char schema_6[] =
+    "CREATE TABLE draped.secret (bytes bytea NOT NULL);"
+    "INSERT INTO draped.secret VALUES"
+    " (sha256((gen_random_uuid()::text || gen_random_uuid()::text)::bytea));";
+
 /* Migrations in order, each of a script or two: the n-th leads to version n, which is the same in
  * SQLite's backend. */
 static const struct {
     const char *first, *second;
-} migrations[] = {
-    {schema_1, ""}, {schema_2, ""}, {schema_3, ""}, {schema_4, schema_4_functions}, {schema_5, ""}};
+} migrations[] = {{schema_1, ""}, {schema_2, ""}, {schema_3, ""}, {schema_4, schema_4_functions},
+                  {schema_5, ""}, {schema_6, ""}};
 
 enum { CURRENT = sizeof migrations / sizeof migrations[0] };
 

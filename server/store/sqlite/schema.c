@@ -220,8 +220,13 @@ static const char schema_5[] =
     " UPDATE ended SET n = n + 1 WHERE status = 5 AND new.status = 3"
     "  AND new.error LIKE '%\"/problems/solver-crashed\"%'; END;";
 
+/* Schema 6: the key of cursors. */
+static const char schema_6[] = "CREATE TABLE secret (bytes BLOB NOT NULL);"
+                               "INSERT INTO secret VALUES (randomblob(32));";
+
 /* Migrations in order: the n-th leads to version n. */
-static const char *const migrations[] = {schema_1, schema_2, schema_3, schema_4, schema_5};
+static const char *const migrations[] = {schema_1, schema_2, schema_3,
+                                         schema_4, schema_5, schema_6};
 
 enum { CURRENT = sizeof migrations / sizeof migrations[0] };
 

@@ -344,6 +344,19 @@ static enum store_answer sqlite_ping(struct store *store) {
     return answer == STORE_OK ? sqlite_room_for(store, 0) : answer;
 }
 
+static enum store_answer sqlite_secret(struct store *store,
+                                       unsigned char secret[CURSOR_SECRET_BYTES]) {
+    size_t length = 0;
+    struct db *db = sqlite_take_reader(store);
+    struct query query = db_query(db, "SELECT bytes FROM secret");
+    const void *bytes = query_row(&query) ? query_bytes(&query, 0, &length) : NULL;
+    bool good = bytes && length == CURSOR_SECRET_BYTES;
+    if (good)
+        memcpy(secret, bytes, length);
+    enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
+    return answer == STORE_OK && !good ? STORE_DAMAGED : answer;
+}
+
 bool sqlite_broken(struct sqlite_store *store) {
     return atomic_load(&store->broken);
 }
@@ -382,6 +395,7 @@ static const struct store_ops sqlite_ops = {
     .surface_get = sqlite_surface_get,
     .surface_list = sqlite_surface_list,
     .surface_delete = sqlite_surface_delete,
+    .secret = sqlite_secret,
 };
 
 static struct sqlite_store *sqlite_new(const char *path, const struct store_options *options,
