@@ -2,6 +2,7 @@
 #include "check.h"
 #include "api/request/decode.h"
 #include "api/request/digest.h"
+#include "api/request/preview.h"
 #include "api/request/shape.h"
 #include "api/request/shape_mesh.h"
 #include "api/request/shape_shell.h"
@@ -92,6 +93,21 @@ enum api_problem_id api_check_surface(const struct api_input *input,
         no_memory(problem, "the surface");
     arena_free(arena);
     return problem->id;
+}
+
+enum api_problem_id api_check_preview(const struct api_input *input,
+                                      const struct api_limits *limits, const struct api_sink *sink,
+                                      struct api_problem *problem) {
+    struct arena *arena = arena_new(limits->max_memory);
+    struct api_surface surface;
+    enum api_problem_id id = API_OK;
+    if (!arena)
+        id = no_memory(problem, "the preview");
+    else if (api_decode_surface(input->request, input->request_length, limits, arena, &surface,
+                                problem) == API_OK)
+        id = api_preview(&surface, sink, arena, problem);
+    arena_free(arena);
+    return id != API_OK ? id : problem->id;
 }
 
 enum api_problem_id api_check_normalise(const struct api_input *input,

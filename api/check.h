@@ -38,6 +38,11 @@ enum api_problem_id api_check_surface(const struct api_input *input,
                                       struct api_check *check,
                                       struct api_problem *problem) STATUS_MUST_USE;
 
+/* Writes a stored surface, `input->request`, as binary glTF: `request/preview.h`. */
+enum api_problem_id api_check_preview(const struct api_input *input,
+                                      const struct api_limits *limits, const struct api_sink *sink,
+                                      struct api_problem *problem) STATUS_MUST_USE;
+
 /* Writes the request as it was understood, with what the solve chose for a start when `start` is
  * not NULL. */
 enum api_problem_id api_check_normalise(const struct api_input *input,

@@ -15,7 +15,7 @@ call_handler results_get, results_pattern;
 /* maps.c */
 call_handler maps_create;
 /* surfaces.c */
-call_handler surfaces_create, surfaces_list, surfaces_get, surfaces_delete;
+call_handler surfaces_create, surfaces_list, surfaces_get, surfaces_preview, surfaces_delete;
 /* Whether the body of `POST /v1/surfaces` is said to be a file of CAD or mesh, by `?format=` or its
  * type; the reply then says why it is not taken, if so. */
 bool surfaces_screen_file(struct call *call);

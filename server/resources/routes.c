@@ -50,6 +50,7 @@ static const struct route routes[] = {
      {"format", "unit"}},
     {"GET", "/v1/surfaces", surfaces_list, 0, {"limit", "cursor"}},
     {"GET", "/v1/surfaces/{id}", surfaces_get, 0, {0}},
+    {"GET", "/v1/surfaces/{id}/preview", surfaces_preview, 0, {"format"}},
     {"DELETE", "/v1/surfaces/{id}", surfaces_delete, 0, {0}},
     {"GET", "/v1/openapi.json", meta_openapi, ROUTE_OPEN, {0}},
     {"GET", "/v1/limits", meta_limits, ROUTE_OPEN, {0}},

@@ -152,6 +152,49 @@ enum http_next surfaces_get(struct call *call) {
     return HTTP_DONE;
 }
 
+/* Begins to make the preview of the stored surface. False: the reply says why not. */
+static bool begin_preview(struct call *call) {
+    const char *id = call->request->parameter, *format = request_query(call->request, "format");
+    struct store_surface surface = {0};
+    enum store_answer answer = STORE_EMPTY;
+    if (format && strcmp(format, "glb")) {
+        reply_refuse(call->reply, API_NOT_ACCEPTABLE, "a preview is available as glb");
+        return false;
+    }
+    if (id_valid(id))
+        answer = store_surface_get(call->services->store, call_owner(call), id, &surface);
+    if (answer == STORE_EMPTY) {
+        call_not_found(call, "surface");
+    } else if (answer != STORE_OK) {
+        call_store_failed(call, answer);
+    } else {
+        struct checkers_order order = checking_order(call, CHECKER_PREVIEW);
+        order.document[CHECKER_BODY] = surface.definition;
+        order.length[CHECKER_BODY] = surface.definition_length;
+        order.body_file = -1;
+        call->request->state = checking_begin(call, &order);
+        call->request->state_free = checking_free;
+    }
+    store_surface_clear(&surface);
+    return call->request->state != NULL;
+}
+
+enum http_next surfaces_preview(struct call *call) {
+    if (!call->request->state && !begin_preview(call))
+        return HTTP_DONE;
+    struct check *check = call->request->state;
+    enum checking_state state = checking_look(call, check);
+    if (state == CHECKING_PASSED) {
+        size_t length = (size_t)check_answer(check)->output_length;
+        char *bytes = checking_text(check, 0, length);
+        if (bytes)
+            reply_bytes(call->reply, 200, "model/gltf-binary", bytes, length);
+        else
+            reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
+    }
+    return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
+}
+
 enum http_next surfaces_delete(struct call *call) {
     const char *id = call->request->parameter;
     enum store_answer answer = STORE_EMPTY;

@@ -205,6 +205,9 @@ static void carry_out(struct task *task, const struct checker_abilities *abiliti
     case CHECKER_SURFACE:
         id = check_surface(task, abilities, &input, &sink);
         break;
+    case CHECKER_PREVIEW:
+        id = api_check_preview(&input, &order->limits, &sink, &answer->problem);
+        break;
     case CHECKER_NORMALISE:
         id = api_check_normalise(&input, &order->limits, start, &sink, &answer->problem);
         break;

@@ -31,6 +31,7 @@ enum checker_kind {
     CHECKER_DRAPE,     /* `api_check_drape` of the body, with the surface */
     CHECKER_SURFACE,   /* `api_check_surface` of the body */
     CHECKER_NORMALISE, /* `api_check_normalise` of the body */
+    CHECKER_PREVIEW,   /* `api_check_preview` of the body */
     CHECKER_MAP,       /* the fields of the columns on the mesh of the body: `api/map/map.h` */
     CHECKER_KINDS
 };

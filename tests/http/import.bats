@@ -163,3 +163,49 @@ send() { call POST "/v1/surfaces$3" -H "Content-Type: $1" --data-binary @"$2"; }
     [ "$status" -eq 1 ]
     [[ $output == *"/surface/file: must end in .step"* ]]
 }
+
+@test "http: a preview has one primitive a face, cut along its trims" {
+    for part in rounded cuts; do
+        send model/step "$PARTS/$part.step"
+        id=$(field .id)
+        area=$(field .area)
+        faces=$(field '.faces | length')
+        call GET "/v1/surfaces/$id/preview?format=glb"
+        expect 200
+        [ "$(header Content-Type)" = model/gltf-binary ]
+        python3 - "$body" "$faces" "$area" <<'END'
+import json, struct, sys
+
+glb = open(sys.argv[1], "rb").read()
+magic, version, length, json_length = struct.unpack_from("<4I", glb)
+assert (magic, version, length) == (0x46546C67, 2, len(glb))
+gltf = json.loads(glb[20 : 20 + json_length])
+data = glb[28 + json_length :]
+assert gltf["buffers"] == [{"byteLength": len(data)}]
+primitives = gltf["meshes"][0]["primitives"]
+assert [p["extras"]["face"] for p in primitives] == list(range(int(sys.argv[2])))
+
+
+def values(accessor, kind):
+    a = gltf["accessors"][accessor]
+    size = a["count"] * (3 if a["type"] == "VEC3" else 1)
+    return struct.unpack_from(f"<{size}{kind}", data, gltf["bufferViews"][a["bufferView"]]["byteOffset"])
+
+
+total = 0
+for p in primitives:
+    r, index = values(p["attributes"]["POSITION"], "f"), values(p["indices"], "I")
+    points = [r[k : k + 3] for k in range(0, len(r), 3)]
+    for k in range(0, len(index), 3):
+        a, b, c = (points[i] for i in index[k : k + 3])
+        u, v = [y - x for x, y in zip(a, b)], [y - x for x, y in zip(a, c)]
+        n = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
+        total += sum(x * x for x in n) ** 0.5 / 2
+assert abs(total / float(sys.argv[3]) - 1) < 0.01, total
+END
+    done
+    call GET "/v1/surfaces/$id/preview?format=stl"
+    expect_problem 406 not-acceptable
+    call GET "/v1/surfaces/0123456789abcdef0123456789abcdef/preview"
+    expect 404
+}

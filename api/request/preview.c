@@ -1,0 +1,366 @@
+/* SPDX-License-Identifier: MIT */
+#include "preview.h"
+
+#include "api/json/text.h"
+#include "solver/surface/surface.h"
+#include "solver/surface/trim.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+enum {
+    STEPS_LEAST = 8,    /* of the grid, in a direction that may bend */
+    STEPS_TRIMMED = 24, /* in one that is cut by trims */
+    STEPS_MOST = 48,    /* of a face */
+    HALVINGS = 16       /* towards a trim */
+};
+
+/* One face's triangles, as glTF has them. */
+struct primitive {
+    float (*positions)[3], (*normals)[3];
+    uint32_t *indices, vertex_count, index_count, vertex_room, index_room;
+    const struct api_surface *face; /* NULL: a mesh */
+    size_t number;
+};
+
+struct vertex {
+    double uv[2];
+    uint32_t index;
+    bool inside;
+};
+
+struct maker {
+    const struct surface *surface;
+    const struct trim *trim;
+    struct surface_cursor cursor;
+    struct primitive *out;
+};
+
+/* ---- one face ---- */
+
+static void add_vertex(struct maker *m, struct vertex *vertex) {
+    struct primitive *p = m->out;
+    struct surface_jet jet;
+    surface_evaluate(m->surface, &m->cursor, vertex->uv[0], vertex->uv[1], &jet);
+    struct vec3 normal = vec3_cross(jet.u, jet.v);
+    double length = vec3_norm(normal);
+    normal = length > 0 ? vec3_scale(1 / length, normal) : vec3_make(0, 0, 1);
+    const double r[3] = {jet.r.x, jet.r.y, jet.r.z}, n[3] = {normal.x, normal.y, normal.z};
+    vertex->index = p->vertex_count;
+    for (int k = 0; k < 3; k++) {
+        p->positions[p->vertex_count][k] = (float)r[k];
+        p->normals[p->vertex_count][k] = (float)n[k];
+    }
+    p->vertex_count++;
+}
+
+static void add_triangle(struct primitive *p, uint32_t a, uint32_t b, uint32_t c) {
+    if (p->index_count + 3 > p->index_room || a == b || b == c || c == a)
+        return;
+    p->indices[p->index_count++] = a;
+    p->indices[p->index_count++] = b;
+    p->indices[p->index_count++] = c;
+}
+
+/* Where the trim crosses the line from a vertex inside to one outside. */
+static struct vertex cross_trim(struct maker *m, const struct vertex *in,
+                                const struct vertex *out) {
+    double low[2] = {in->uv[0], in->uv[1]}, high[2] = {out->uv[0], out->uv[1]};
+    for (int step = 0; step < HALVINGS; step++) {
+        const double middle[2] = {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2};
+        memcpy(trim_contains(m->trim, middle) ? low : high, middle, sizeof middle);
+    }
+    struct vertex vertex = {.uv = {low[0], low[1]}, .inside = true};
+    add_vertex(m, &vertex);
+    return vertex;
+}
+
+/* The part of a triangle of the grid that is inside: none, a triangle or a quadrilateral. */
+static void add_clipped(struct maker *m, const struct vertex *const corner[3]) {
+    struct vertex kept[4];
+    int count = 0;
+    if (m->out->vertex_count + 2 > m->out->vertex_room)
+        return;
+    for (int k = 0; k < 3; k++) {
+        const struct vertex *a = corner[k], *b = corner[(k + 1) % 3];
+        if (a->inside)
+            kept[count++] = *a;
+        if (a->inside != b->inside)
+            kept[count++] = a->inside ? cross_trim(m, a, b) : cross_trim(m, b, a);
+    }
+    for (int k = 2; k < count; k++)
+        add_triangle(m->out, kept[0].index, kept[k - 1].index, kept[k].index);
+}
+
+static int steps_of(const struct nurbs_axis *axis, bool trimmed, size_t faces) {
+    int steps = axis->degree == 1 && axis->size == 2 ? 1 : STEPS_LEAST + 2 * axis->size;
+    int least = trimmed ? STEPS_TRIMMED : 1;
+    steps = steps < least ? least : steps;
+    int most = faces > 2000 ? STEPS_LEAST : STEPS_MOST;
+    return steps < most ? steps : most;
+}
+
+/* The grid of a face: (nu + 1) (nv + 1) vertices, then those on trims. */
+static bool make_grid(struct maker *m, int nu, int nv, struct arena *arena) {
+    size_t wide = (size_t)nv + 1;
+    double low[2], high[2];
+    struct vertex *grid = arena_alloc(arena, (size_t)(nu + 1) * wide, sizeof *grid);
+    if (!grid)
+        return false;
+    surface_domain(m->surface, low, high);
+    for (int i = 0; i <= nu; i++)
+        for (int j = 0; j <= nv; j++) {
+            struct vertex *vertex = &grid[(size_t)i * wide + (size_t)j];
+            vertex->uv[0] = low[0] + (high[0] - low[0]) * i / nu;
+            vertex->uv[1] = low[1] + (high[1] - low[1]) * j / nv;
+            vertex->inside = !m->trim || trim_contains(m->trim, vertex->uv);
+            add_vertex(m, vertex);
+        }
+    for (int i = 0; i < nu; i++)
+        for (int j = 0; j < nv; j++) {
+            const struct vertex *a = &grid[(size_t)i * wide + (size_t)j], *b = a + wide;
+            add_clipped(m, (const struct vertex *const[]){a, b, b + 1});
+            add_clipped(m, (const struct vertex *const[]){a, b + 1, a + 1});
+        }
+    return true;
+}
+
+static bool make_room(struct primitive *p, size_t vertices, size_t triangles, struct arena *arena) {
+    p->positions = arena_alloc(arena, vertices, sizeof *p->positions);
+    p->normals = arena_alloc(arena, vertices, sizeof *p->normals);
+    p->indices = arena_alloc(arena, 3 * triangles, sizeof *p->indices);
+    p->vertex_room = (uint32_t)vertices;
+    p->index_room = (uint32_t)(3 * triangles);
+    return p->positions && p->normals && p->indices;
+}
+
+/* A face without an area has no triangles. */
+static bool make_face(struct primitive *p, const struct api_surface *face, size_t faces,
+                      struct arena *arena) {
+    struct surface *surface;
+    struct trim *trim = NULL;
+    int nu = steps_of(&face->nurbs.u, face->trim_count > 0, faces);
+    int nv = steps_of(&face->nurbs.v, face->trim_count > 0, faces);
+    size_t cells = (size_t)nu * (size_t)nv;
+    enum status status = surface_make(&face->nurbs, arena, &surface);
+    if (status == STATUS_OK && face->trim_count)
+        status = trim_make(surface, face->trims, face->trim_count, arena, &trim);
+    if (status != STATUS_OK)
+        return status != STATUS_OUT_OF_MEMORY;
+    if (!make_room(p, (size_t)(nu + 1) * (size_t)(nv + 1) + (trim ? 4 * cells : 0) + 2, 4 * cells,
+                   arena))
+        return false;
+    struct maker maker = {.surface = surface, .trim = trim, .out = p};
+    return make_grid(&maker, nu, nv, arena);
+}
+
+static bool make_mesh(struct primitive *p, const struct api_mesh *mesh, struct arena *arena) {
+    if (!make_room(p, mesh->vertex_count, mesh->triangle_count, arena))
+        return false;
+    p->normals = NULL; /* flat */
+    p->vertex_count = (uint32_t)mesh->vertex_count;
+    for (size_t k = 0; k < mesh->vertex_count; k++) {
+        const struct vec3 *v = &mesh->vertices[k];
+        p->positions[k][0] = (float)v->x;
+        p->positions[k][1] = (float)v->y;
+        p->positions[k][2] = (float)v->z;
+    }
+    for (size_t k = 0; k < mesh->triangle_count; k++)
+        add_triangle(p, (uint32_t)mesh->triangles[k][0], (uint32_t)mesh->triangles[k][1],
+                     (uint32_t)mesh->triangles[k][2]);
+    return true;
+}
+
+/* ---- glTF ---- */
+
+enum { GLTF_FLOAT = 5126, GLTF_UINT = 5125, GLTF_ARRAY = 34962, GLTF_ELEMENTS = 34963 };
+
+/* The bytes of a primitive: positions, normals, indices. */
+static size_t parts_of(const struct primitive *p, const void *part[3], size_t length[3]) {
+    size_t count = 0;
+    part[count] = p->positions;
+    length[count++] = p->vertex_count * sizeof *p->positions;
+    if (p->normals) {
+        part[count] = p->normals;
+        length[count++] = p->vertex_count * sizeof *p->normals;
+    }
+    part[count] = p->indices;
+    length[count++] = p->index_count * sizeof *p->indices;
+    return count;
+}
+
+static void write_extreme(struct api_text *text, const struct primitive *p, const char *key,
+                          double sign) {
+    double extreme[3];
+    for (int k = 0; k < 3; k++) {
+        extreme[k] = (double)p->positions[0][k];
+        for (uint32_t i = 1; i < p->vertex_count; i++)
+            if (sign * (double)p->positions[i][k] > sign * extreme[k])
+                extreme[k] = (double)p->positions[i][k];
+    }
+    api_text_key(text, key);
+    api_text_numbers(text, extreme, 3);
+}
+
+static void write_primitive(struct api_text *text, const struct primitive *p, size_t accessor,
+                            size_t material) {
+    api_text_raw(text, "{");
+    api_text_key(text, "attributes");
+    api_text_raw(text, "{");
+    api_text_key_integer(text, "POSITION", (int64_t)accessor);
+    if (p->normals)
+        api_text_key_integer(text, "NORMAL", (int64_t)accessor + 1);
+    api_text_raw(text, "}");
+    api_text_key_integer(text, "indices", (int64_t)accessor + (p->normals ? 2 : 1));
+    api_text_key_integer(text, "material", (int64_t)material);
+    api_text_key(text, "extras");
+    api_text_raw(text, "{");
+    api_text_key_integer(text, "face", (int64_t)p->number);
+    if (p->face && p->face->face_name)
+        api_text_key_string(text, "name", p->face->face_name);
+    api_text_key_string(text, "kind",
+                        !p->face             ? "mesh"
+                        : p->face->face_kind ? p->face->face_kind
+                                             : "nurbs");
+    api_text_raw(text, "}}");
+}
+
+/* #rrggbb in linear light, as glTF wants it; a light grey where none is given. */
+static void write_material(struct api_text *text, const struct primitive *p) {
+    const char *colour = p->face ? p->face->face_colour : NULL;
+    unsigned rgb[3] = {0xc8, 0xcc, 0xd0};
+    double linear[4] = {0, 0, 0, 1};
+    if (colour &&
+        (strlen(colour) != 7 || sscanf(colour, "#%2x%2x%2x", &rgb[0], &rgb[1], &rgb[2]) != 3))
+        rgb[0] = rgb[1] = rgb[2] = 0xcc;
+    for (int k = 0; k < 3; k++) {
+        double value = rgb[k] / 255.0;
+        linear[k] = value * value * (0.3 + 0.7 * value); /* within 1 % of the sRGB curve */
+    }
+    api_text_raw(text, "{\"doubleSided\":true");
+    api_text_key(text, "pbrMetallicRoughness");
+    api_text_raw(text, "{\"metallicFactor\":0,\"roughnessFactor\":0.8");
+    api_text_key(text, "baseColorFactor");
+    api_text_numbers(text, linear, 4);
+    api_text_raw(text, "}}");
+}
+
+static void write_accessors(struct api_text *text, const struct primitive *p, size_t *view) {
+    const void *part[3];
+    size_t length[3], count = parts_of(p, part, length);
+    for (size_t k = 0; k < count; k++) {
+        bool last = k + 1 == count;
+        api_text_raw(text, *view ? ",{" : "{");
+        api_text_key_integer(text, "bufferView", (int64_t)(*view)++);
+        api_text_key_integer(text, "componentType", last ? GLTF_UINT : GLTF_FLOAT);
+        api_text_key_integer(text, "count", last ? p->index_count : p->vertex_count);
+        api_text_key_string(text, "type", last ? "SCALAR" : "VEC3");
+        if (k == 0) {
+            write_extreme(text, p, "min", -1);
+            write_extreme(text, p, "max", 1);
+        }
+        api_text_raw(text, "}");
+    }
+}
+
+static void write_views(struct api_text *text, const struct primitive *p, size_t *view,
+                        size_t *offset) {
+    const void *part[3];
+    size_t length[3], count = parts_of(p, part, length);
+    for (size_t k = 0; k < count; k++) {
+        api_text_raw(text, (*view)++ ? ",{\"buffer\":0" : "{\"buffer\":0");
+        api_text_key_integer(text, "byteOffset", (int64_t)*offset);
+        api_text_key_integer(text, "byteLength", (int64_t)length[k]);
+        api_text_key_integer(text, "target", k + 1 == count ? GLTF_ELEMENTS : GLTF_ARRAY);
+        api_text_raw(text, "}");
+        *offset += length[k];
+    }
+}
+
+static const char *write_gltf(const struct primitive *all, size_t count, struct arena *arena,
+                              size_t *bytes) {
+    struct api_text text = api_text_growing(arena);
+    size_t view = 0, accessor = 0;
+    api_text_raw(&text, "{\"asset\":{\"version\":\"2.0\",\"generator\":\"draped\"},\"scene\":0,"
+                        "\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],"
+                        "\"meshes\":[{\"primitives\":[");
+    for (size_t k = 0; k < count; k++) {
+        api_text_raw(&text, k ? "," : "");
+        write_primitive(&text, &all[k], accessor, k);
+        accessor += all[k].normals ? 3 : 2;
+    }
+    api_text_raw(&text, "]}],\"materials\":[");
+    for (size_t k = 0; k < count; k++) {
+        api_text_raw(&text, k ? "," : "");
+        write_material(&text, &all[k]);
+    }
+    api_text_raw(&text, "],\"accessors\":[");
+    for (size_t k = 0; k < count; k++)
+        write_accessors(&text, &all[k], &view);
+    api_text_raw(&text, "],\"bufferViews\":[");
+    *bytes = view = 0;
+    for (size_t k = 0; k < count; k++)
+        write_views(&text, &all[k], &view, bytes);
+    api_text_raw(&text, "],\"buffers\":[{");
+    api_text_key_integer(&text, "byteLength", (int64_t)*bytes);
+    api_text_raw(&text, "}]}");
+    return api_text_finish(&text);
+}
+
+static bool put(const struct api_sink *sink, const void *bytes, size_t length) {
+    return length == 0 || sink->write(sink->context, bytes, length);
+}
+
+/* The header, the chunk of JSON, padded with spaces, and that of the buffer. */
+static bool write_glb(const struct api_sink *sink, const struct primitive *all, size_t count,
+                      const char *gltf, size_t bytes) {
+    size_t length = strlen(gltf), padding = (4 - length % 4) % 4;
+    const uint32_t head[5] = {0x46546c67, 2, (uint32_t)(28 + length + padding + bytes),
+                              (uint32_t)(length + padding), 0x4e4f534a};
+    const uint32_t chunk[2] = {(uint32_t)bytes, 0x004e4942};
+    bool good = put(sink, head, sizeof head) && put(sink, gltf, length) &&
+                put(sink, "   ", padding) && put(sink, chunk, sizeof chunk);
+    for (size_t k = 0; good && k < count; k++) {
+        const void *part[3];
+        size_t lengths[3], parts = parts_of(&all[k], part, lengths);
+        for (size_t i = 0; good && i < parts; i++)
+            good = put(sink, part[i], lengths[i]);
+    }
+    return good;
+}
+
+/* The primitives that have triangles; -1 without memory. */
+static long make_all(const struct api_surface *surface, struct primitive *all, size_t count,
+                     struct arena *arena) {
+    long kept = 0;
+    for (size_t k = 0; k < count; k++) {
+        struct primitive one = {.number = k};
+        bool made;
+        if (surface->kind == API_SURFACE_MESH) {
+            made = make_mesh(&one, &surface->mesh, arena);
+        } else {
+            one.face = surface->kind == API_SURFACE_SHELL ? &surface->faces[k] : surface;
+            made = make_face(&one, one.face, count, arena);
+        }
+        if (!made)
+            return -1;
+        if (one.index_count > 0)
+            all[kept++] = one;
+    }
+    return kept;
+}
+
+enum api_problem_id api_preview(const struct api_surface *surface, const struct api_sink *sink,
+                                struct arena *arena, struct api_problem *problem) {
+    size_t count = surface->kind == API_SURFACE_SHELL ? surface->face_count : 1, bytes = 0;
+    struct primitive *all = arena_alloc(arena, count, sizeof *all);
+    long kept = all ? make_all(surface, all, count, arena) : -1;
+    const char *gltf = kept > 0 ? write_gltf(all, (size_t)kept, arena, &bytes) : NULL;
+    if (kept == 0)
+        api_problem_set(problem, API_DEGENERATE_SURFACE, "no face has an area");
+    else if (!gltf)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the preview");
+    else if (!write_glb(sink, all, (size_t)kept, gltf, bytes))
+        api_problem_set(problem, API_UNAVAILABLE, "there is no room for the preview now");
+    return problem->id;
+}
