@@ -521,6 +521,40 @@ static void test_exact_shell_has_same_bits_with_threads(void **state) {
     }
 }
 
+/* Whichever allocation fails, making and draping a shell end as out of memory. */
+static void test_exact_shell_survives_failing_allocations(void **state) {
+    static struct shape whole;
+    uint64_t seed = SEED;
+    enum status status = STATUS_OUT_OF_MEMORY;
+    size_t n = 1;
+    (void)state;
+    shape_freeform(&whole);
+    int count = cut_grid(&whole, 2, 2, &seed);
+    for (; status != STATUS_OK; n++) {
+        struct arena *arena = arena_new((size_t)1 << 28);
+        struct shell_part parts[4] = {{0}};
+        struct shell *shell;
+        struct drape_result result;
+        for (int k = 0; k < count; k++) {
+            struct nurbs nurbs = shape_nurbs(&pieces[k]);
+            struct surface *surface;
+            assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+            parts[k].surface = surface;
+            trim_piece(k, &parts[k], arena);
+        }
+        arena_fail_at(arena, n);
+        status = shell_make(parts, (size_t)count, 0, arena, &shell, NULL);
+        struct drape_settings settings = {
+            .method = DRAPE_GIB, .spacing = {0.1, 0.1}, .max_nodes = 10000};
+        if (status == STATUS_OK)
+            status = drape_solve_shell(shell, &settings, NULL, arena, &result);
+        if (status != STATUS_OK)
+            assert_int_equal(status, STATUS_OUT_OF_MEMORY);
+        arena_free(arena);
+    }
+    check_above(n, 20);
+}
+
 static void test_exact_shell_with_gaps_is_nearly_the_whole(void **state) {
     (void)state;
     check_cutting(CUT_ISOLINES, true);
@@ -535,6 +569,7 @@ int main(void) {
         cmocka_unit_test(test_exact_shell_with_an_island_is_the_whole),
         cmocka_unit_test(test_exact_shell_runs_over_a_hole),
         cmocka_unit_test(test_exact_shell_has_same_bits_with_threads),
+        cmocka_unit_test(test_exact_shell_survives_failing_allocations),
         cmocka_unit_test(test_exact_shell_with_gaps_is_nearly_the_whole),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
