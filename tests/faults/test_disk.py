@@ -77,6 +77,8 @@ class Disk(Daemon):
         expect(self.call("GET", "/healthz")[0] == 200, "/healthz")
         status, headers, body = self.call("GET", "/readyz")
         expect(status == (200 if ready else 503), f"/readyz is {status}: {body[:200]}")
+        metrics = self.call("GET", "/metrics")[2].decode()
+        expect(f"\ndraped_store_up {int(ready)}\n" in metrics, "draped_store_up is not that of /readyz")
         if not ready:
             expect_problem(status, headers, body, "unavailable")
             expect(cause in json.loads(body)["detail"], f"/readyz does not say {cause!r}: {body}")
