@@ -209,9 +209,9 @@ enum status drape_solve_shell(const struct shell *shell, const struct drape_sett
 
 /*
  * The same on a mesh: the component with the start is draped, for the method mosaic its flat
- * triangles, for gib (with yarn_path chord) and basic the smooth surface that they stand for
- * (`mesh/smooth.h`). u and v of the nodes are then (triangle, 0). Errors as above; STATUS_INVALID
- * also for other methods, a start by parameters and generators that are curves.
+ * triangles, for gib (with yarn_path chord), basic and geodesic the smooth surface that they stand
+ * for (`mesh/smooth.h`). u and v of the nodes are then (triangle, 0). Errors as above;
+ * STATUS_INVALID also for gib4, a start by parameters and generators that are curves.
  */
 enum status drape_solve_mesh(const struct mesh *mesh, const struct drape_settings *settings,
                              const struct drape_monitor *monitor, struct arena *arena,
