@@ -9,6 +9,10 @@ static const double first_step = 1.2, short_step = 0.3, least_step = 1.0 / 64;
  * a sixteenth of that. */
 static const double cubic_miss = 4 * RIM_TOLERANCE;
 
+/* By how much the straight line may miss it near rough edges, where a parabola through all three
+ * takes its place. */
+static const double parabola_miss = 20 * RIM_TOLERANCE;
+
 /* Points that a step is divided into, at the most. */
 enum { DIVISIONS = 64 };
 
@@ -219,10 +223,29 @@ static void emit(struct tracer *t, const struct stop *a, const struct stop *b) {
     }
 }
 
+/* The points of a step but its last, on the parabola through the place in its middle. */
+static void emit_parabola(struct tracer *t, const struct stop *a, const struct stop *b,
+                          const struct stop *c) {
+    double bend = 0;
+    for (int k = 0; k < 2; k++)
+        bend = fmax(bend, fabs(a->pq[k] - 2 * b->pq[k] + c->pq[k]) / 2);
+    int count = bend < RIM_TOLERANCE / 2 ? 2 : bend < 8 * RIM_TOLERANCE ? 4 : 8;
+    for (int n = 0; n < count; n++) {
+        double share = (double)n / count, pq[2];
+        struct rim_spot spot = a->spot;
+        if (n > 0)
+            spot_at(t, a->t + share * (c->t - a->t), &spot);
+        for (int k = 0; k < 2; k++)
+            pq[k] = a->pq[k] + share * (c->pq[k] - a->pq[k]) +
+                    4 * share * (1 - share) * (b->pq[k] - (a->pq[k] + c->pq[k]) / 2);
+        add_point(t, &spot, pq, true);
+    }
+}
+
 /* Whether the cubic from a to c passes the place in the middle. */
 static bool confirms(const struct stop *a, const struct stop *b, const struct stop *c) {
     double pq[2];
-    double miss = a->smooth && b->smooth && c->smooth ? cubic_miss : RIM_TOLERANCE;
+    double miss = a->smooth && b->smooth && c->smooth ? cubic_miss : parabola_miss;
     cubic(a, c, 0.5, pq);
     return fabs(pq[0] - b->pq[0]) < miss && fabs(pq[1] - b->pq[1]) < miss;
 }
@@ -241,6 +264,10 @@ static void refine(struct tracer *t, const struct stop *a, const struct stop *c)
     find_stop(t, both ? expected : a->covered ? a->pq : c->pq, a->covered || c->covered, &middle);
     double halves = vec3_distance(a->spot.r, middle.spot.r) / t->spacing;
     bool settled = both ? middle.covered && confirms(a, &middle, c) : none && !middle.covered;
+    if (settled && both && !(a->smooth && middle.smooth && c->smooth)) {
+        emit_parabola(t, a, &middle, c);
+        return;
+    }
     if (settled || fmax(length, halves) < least_step || c->t - a->t < 1e-9) {
         emit(t, a, &middle);
         emit(t, &middle, c);

@@ -5,6 +5,9 @@
  * (`rim_cloth.h`), and between two of them p and q are cubics along the edge, by their values and
  * derivatives at both ends, where the place in the middle confirms it. Points are as dense as
  * straight lines between them need to be right.
+ *
+ * Near rough edges a place costs a geodesic. There steps are parabolas through three places as long
+ * as they bend by less than 0.02 spacings, which leaves some 2e-3 where the flat edge is curved.
  */
 #ifndef SOLVER_NET_RIM_H
 #define SOLVER_NET_RIM_H

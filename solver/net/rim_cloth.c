@@ -2,6 +2,7 @@
 #include "rim_cloth.h"
 
 #include "fishnet_geodesic.h"
+#include "rough.h"
 
 /* How far beyond the net, in spacings, corners are extrapolated at the most. */
 enum { LAYERS = 3 };
@@ -133,6 +134,26 @@ static void lower_degree(struct vec3 *r, ptrdiff_t far, bool first, bool second)
     }
 }
 
+/* Third differences of nodes by which a cubic may still be told from the surface, in spacings: an
+ * arc that turns by a third of a radian from node to node has 0.04, and the cubic is off by 3e-4.
+ */
+static const double bent = 0.04;
+
+/* Whether the nodes turn evenly, though edges among them are called rough. */
+static bool is_even(const struct rim_cloth *cloth, const struct rim_patch *patch) {
+    const double *d = cloth->march->settings->spacing;
+    double most = bent * fmin(d[0], d[1]);
+    for (int k = 0; k < 4; k++) {
+        const struct vec3 *row = patch->r[k];
+        struct vec3 along = vec3_axpy(3, vec3_sub(row[1], row[2]), vec3_sub(row[3], row[0]));
+        struct vec3 across = vec3_axpy(3, vec3_sub(patch->r[1][k], patch->r[2][k]),
+                                       vec3_sub(patch->r[3][k], patch->r[0][k]));
+        if (!(vec3_norm(along) < most && vec3_norm(across) < most))
+            return false;
+    }
+    return true;
+}
+
 /* The neighbours of the cell's corners: where the net has none, the degree is lower. */
 static void load_neighbours(struct rim_cloth *cloth, struct rim_patch *patch, bool *rough) {
     bool known[4][4];
@@ -147,6 +168,10 @@ static void load_neighbours(struct rim_cloth *cloth, struct rim_patch *patch, bo
                 *rough = *rough || node->rough;
             }
         }
+    bool all = true;
+    for (int k = 0; k < 16; k++)
+        all = all && known[k / 4][k % 4];
+    *rough = *rough && !(all && is_even(cloth, patch));
     for (int k = 1; k <= 2; k++) {
         lower_degree(&patch->r[k][0], 1, known[k][0] && !*rough, known[k][3] && !*rough);
         lower_degree(&patch->r[0][k], 4, known[0][k] && !*rough, known[3][k] && !*rough);
@@ -269,6 +294,28 @@ static bool find_corner(struct march *march, int32_t i, int32_t j, int a, int b,
     return true;
 }
 
+/* What a geodesic may turn by in all, change its curvature by and miss the arc of the mean of it by
+ * to be taken for one: its length and direction are then right to some 1e-3 of it. */
+static const double arc_turn = 0.6, arc_change = 0.15, arc_misfit = 0.02;
+
+/* The geodesic from one station to another as an arc, where it is one: its logarithm. */
+static bool arc_between(struct rim_cloth *cloth, const struct station *from,
+                        const struct station *to, struct vec3 *logarithm) {
+    struct vec3 chord = vec3_sub(to->jet.r, from->jet.r);
+    double length = vec3_norm(chord), k = station_normal_curvature(from, chord);
+    double change = (station_normal_curvature(to, chord) - k) * length;
+    double turn = k * length + change / 2, rise = turn / 2 * length;
+    double misfit =
+        fabs(vec3_dot(chord, from->normal) - rise) + fabs(vec3_dot(chord, to->normal) + rise);
+    if (!(fabs(turn) < arc_turn && fabs(change) < arc_change && misfit < arc_misfit * length) ||
+        from->surface != to->surface)
+        return false;
+    struct vec3 direction =
+        rough_leave(from->surface, &cloth->march->cursor, from, to->uv, to->jet.r);
+    *logarithm = vec3_scale(length * (1 + turn * turn / 24), direction);
+    return true;
+}
+
 /* p and q of the place `to` by its geodesic from the corner. */
 static bool see_from(struct rim_cloth *cloth, const struct corner *corner, const struct station *to,
                      double pq[2]) {
@@ -283,28 +330,37 @@ static bool see_from(struct rim_cloth *cloth, const struct corner *corner, const
     pq[1] = corner->j;
     if (vec3_distance(to->jet.r, corner->station.jet.r) < last_step * fmin(d[0], d[1]))
         return true;
-    if (!fishnet_geodesic_between(cloth->march->surface, &cloth->march->cursor, &corner->station,
-                                  to, &length, &start, &end) ||
-        !components(&frame, vec3_scale(length, start), ab))
+    struct vec3 logarithm;
+    if (!arc_between(cloth, &corner->station, to, &logarithm)) {
+        if (!fishnet_geodesic_between(cloth->march->surface, &cloth->march->cursor,
+                                      &corner->station, to, &length, &start, &end))
+            return false;
+        logarithm = vec3_scale(length, start);
+    }
+    if (!components(&frame, logarithm, ab))
         return false;
     pq[0] += ab[0];
     pq[1] += ab[1];
     return true;
 }
 
-/* p and q of a place in the patch, from its corners. */
+/* A place so little off what was expected, in spacings, has the weights that it was found by. */
+static const double weight_change = 0.05;
+
+/* p and q of a place in the patch, from those of its corners whose bilinear weight is more than
+ * `least_weight`, by which it is the less. */
 static bool see_from_corners(struct rim_cloth *cloth, const struct rim_patch *patch,
-                             const struct station *to, struct rim_place *place) {
-    static const double least_weight = 1e-3;
+                             const struct station *to, double least_weight,
+                             struct rim_place *place) {
     const double *d = cloth->march->settings->spacing;
     double x = fmin(fmax(place->p - patch->i, 0), 1), y = fmin(fmax(place->q - patch->j, 0), 1);
     double sum[2] = {0, 0}, weights = 0, most = 0;
     for (int k = 0; k < 4; k++) {
         int a = k & 1, b = k / 2;
-        double weight = (a ? x : 1 - x) * (b ? y : 1 - y), pq[2] = {place->p, place->q};
+        double weight = (a ? x : 1 - x) * (b ? y : 1 - y) - least_weight;
+        double pq[2] = {place->p, place->q};
         struct corner corner;
-        if (weight < least_weight ||
-            !find_corner(cloth->march, patch->i, patch->j, a, b, &corner) ||
+        if (weight <= 0 || !find_corner(cloth->march, patch->i, patch->j, a, b, &corner) ||
             !see_from(cloth, &corner, to, pq))
             continue;
         weights += weight;
@@ -323,7 +379,16 @@ static bool see_from_corners(struct rim_cloth *cloth, const struct rim_patch *pa
     return true;
 }
 
-/* Twice, because the weights follow from the place. */
+/* Geodesics cost: mostly one is enough, from the nearest corner; from the others where that cannot
+ * be had. */
+static bool see(struct rim_cloth *cloth, const struct rim_patch *patch, const struct station *to,
+                struct rim_place *place) {
+    static const double near = 0.24, any = 1e-3;
+    return see_from_corners(cloth, patch, to, near, place) ||
+           see_from_corners(cloth, patch, to, any, place);
+}
+
+/* Once more where the place was not the one expected, because the weights follow from it. */
 static bool descend_rough(struct rim_cloth *cloth, const struct rim_patch *patch,
                           const struct surface *surface, const double uv[2],
                           struct rim_place *place) {
@@ -331,7 +396,11 @@ static bool descend_rough(struct rim_cloth *cloth, const struct rim_patch *patch
     struct station to;
     if (march->mesh || !station_at(surface, &march->cursor, uv, &to))
         return false;
-    return see_from_corners(cloth, patch, &to, place) && see_from_corners(cloth, patch, &to, place);
+    double p = place->p, q = place->q;
+    if (!see(cloth, patch, &to, place))
+        return false;
+    bool expected = fabs(place->p - p) < weight_change && fabs(place->q - q) < weight_change;
+    return expected || see(cloth, patch, &to, place);
 }
 
 bool rim_cloth_find(struct rim_cloth *cloth, struct vec3 r, const struct surface *surface,
