@@ -418,7 +418,8 @@ static void add_edge(struct shell *shell, int32_t number, const struct cut *from
 /* The edges of all curves, between cuts further apart than the tolerance. */
 static enum status make_edges(struct join *join) {
     struct shell *shell = join->shell;
-    qsort(join->cuts, join->cut_count, sizeof *join->cuts, compare_cuts);
+    if (join->cut_count)
+        qsort(join->cuts, join->cut_count, sizeof *join->cuts, compare_cuts);
     shell->edges =
         arena_alloc(join->arena, shell->curve_count + join->cut_count, sizeof *shell->edges);
     if (!shell->edges)
