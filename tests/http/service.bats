@@ -157,7 +157,8 @@ openapi() {
     done | sort >"$BATS_TEST_TMPDIR/answered"
     diff "$BATS_TEST_TMPDIR/described" "$BATS_TEST_TMPDIR/answered"
     # And no route of the daemon's table is missing.
-    sed -n 's/^    {"\([A-Z]*\)", "\([^"]*\)", .*/\1 \2/p' server/resources/routes.c | sort |
+    tr '\n' ' ' <server/resources/routes.c | grep -oE '\{"[A-Z]+", +"/[^"]*"' |
+        sed -E 's/\{"([A-Z]+)", +"([^"]*)"/\1 \2/' | sort |
         diff - "$BATS_TEST_TMPDIR/described"
 }
 
