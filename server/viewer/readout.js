@@ -8,8 +8,10 @@ const SUMMARY = [
   ['outcome', 'Outcome'],
   ['nodes', 'Nodes'],
   ['cells', 'Cells'],
-  ['coverage', 'Covered area', (value) => `${format(100 * value)} %`],
+  ['cloth_coverage', 'Covered area', (value) => `${format(100 * value)} %`],
+  ['coverage', 'In whole cells', (value) => `${format(100 * value)} %`],
   ['max_shear_deg', 'Greatest shear', (value) => `${format(value)}°`],
+  ['p95_shear_deg', '95 % of area below', (value) => `${format(value)}°`],
   ['mean_shear_deg', 'Mean shear', (value) => `${format(value)}°`],
   ['locked_cells', 'Locked cells'],
   ['residual_max', 'Greatest edge error', (value) => format(value, 2)],
@@ -31,9 +33,22 @@ const ALWAYS = [
   'Shear at the node',
 ];
 
-function valueOf([, text, data]) {
+/** A line that opens to sentences. */
+function folded(text, sentences) {
+  const details = document.createElement('details');
+  details.append(
+    Object.assign(document.createElement('summary'), { textContent: text }),
+    ...sentences.map((sentence) =>
+      Object.assign(document.createElement('p'), { textContent: sentence }),
+    ),
+  );
+  return details;
+}
+
+function valueOf([, text, data, sentences]) {
   const value = document.createElement('dd');
-  if (data === undefined) value.textContent = text;
+  if (sentences?.length) value.append(folded(text, sentences));
+  else if (data === undefined) value.textContent = text;
   else
     value.append(
       Object.assign(document.createElement('data'), { value: String(data), textContent: text }),
@@ -200,6 +215,9 @@ function summaryRows(summary, unit) {
       .map(([name, count]) => `${count.toLocaleString('en')} ${name.replace('_', ' ')}`)
       .join(', ') || 'none',
   ]);
+  const warnings = Array.isArray(summary.warnings) ? summary.warnings : [];
+  const codes = warnings.map(({ code }) => code.replace('_', ' ')).join(', ');
+  rows.push(['Warnings', codes || 'none', undefined, warnings.map(({ detail }) => detail)]);
   const { queue, solve } = summary.timing_ms;
   rows.push(['Queue, solve', `${format(queue, 3)}, ${format(solve, 3)} ms`]);
   return rows;
@@ -209,7 +227,7 @@ function summaryRows(summary, unit) {
 export function showSummary(list, summary, unit, other = null) {
   if (!summary) {
     const names = SUMMARY.slice(1, -1).map(([, name]) => name);
-    const rows = [...names, 'Front', 'Queue, solve'].map((name) => [name, '–']);
+    const rows = [...names, 'Front', 'Warnings', 'Queue, solve'].map((name) => [name, '–']);
     fill(list, [['Outcome', 'nothing is draped yet'], ...rows]);
     return;
   }
