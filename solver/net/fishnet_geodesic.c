@@ -14,6 +14,10 @@ static const double tolerance = 1e-11;
  * other anyway; and of the next, against how far the last ended apart. */
 static const double ray_share = 0.1, first_accuracy = 1e-7, next_share = 1e-4;
 static const double finest_accuracy = 1e-12;
+
+/* A last step that is wrong by less than this share of what ends may be apart is taken without
+ * rays. */
+static const double settled_share = 0.5;
 static const double rounding = 4e-15;
 
 /* A geodesic of fixed length from a corner of the cell. */
@@ -235,6 +239,41 @@ static bool crosses_rightly(const struct fishnet_cell *cell, const struct meetin
     return cell->orientation * vec3_dot(cross, m->ray[0].end.normal) > 0;
 }
 
+/* What a Newton step is wrong by, as a share of it: by the step itself, and by what the Jacobi
+ * field leaves out, where curvature changes and where there is much of it. */
+static double step_error(const struct ray *ray, double step) {
+    double d2 = ray->length * ray->length, k = gaussian_curvature(ray->from) * d2;
+    double end = gaussian_curvature(&ray->end) * d2, mean = (k + end) / 2;
+    return 4 * step + fabs(end - k) / 20 + mean * mean / 60;
+}
+
+/* Moves the end of the first ray by the angles' share of the gap, and turns both, where that is
+ * exact enough and in one span: in place of two more rays. */
+static bool settle(struct surface_cursor *cursor, struct meeting *m, double x, double y, double gap,
+                   double enough) {
+    double uv[2], step = fmax(fabs(x), fabs(y));
+    struct ray *ray = m->ray;
+    double wrong = fmax(step_error(&ray[0], step), step_error(&ray[1], step));
+    if (!(fmax(step, gap) * wrong < settled_share * enough) || ray[0].end.surface->has_poles ||
+        !station_pull(ray[0].end.surface, cursor, &ray[0].end, vec3_scale(x, m->by[0]), uv))
+        return false;
+    struct station end;
+    if (!station_at(ray[0].end.surface, cursor, uv, &end))
+        return false;
+    struct side from = side_of_station(&ray[0].end), to = side_of_station(&end);
+    if (from.span[0] != to.span[0] || from.span[1] != to.span[1])
+        return false;
+    struct vec3 normal = end.normal, *tangent[2] = {&ray[0].end_tangent, &m->end_tangent};
+    const double angle[2] = {x, y};
+    for (int k = 0; k < 2; k++) {
+        turn(&ray[k], angle[k]);
+        *tangent[k] = station_tangent(
+            &end, vec3_axpy(angle[k], vec3_cross(normal, *tangent[k]), *tangent[k]));
+    }
+    ray[0].end = end;
+    return true;
+}
+
 /* Where the yarns are nearly parallel, D is nearly a double root: it is lost when the cell
  * collapses, and close to that Newton may go to its twin on the side of A. A step that does not
  * reduce the gap or leaves the right side is therefore halved. `chords` tells whether the sides of
@@ -254,7 +293,7 @@ static enum fishnet_end meet_by(const struct surface *surface, struct surface_cu
         struct meeting next = *m;
         node->residual = gap;
         node->iterations++;
-        if (gap <= enough && !(m->ray[0].error + m->ray[1].error <= 2 * ray_share * accuracy) &&
+        if (gap <= enough && !(m->ray[0].error + m->ray[1].error <= 2 * rays[1]) &&
             m->ray[0].accuracy > rays[1]) {
             aim(m->ray, rays[1]);
             if (!shoot_both(cursor, m))
@@ -268,6 +307,14 @@ static enum fishnet_end meet_by(const struct surface *surface, struct surface_cu
         }
         if (halvings == 0 && !solve_angles(m->by[0], m->by[1], m->gap, &x, &y))
             break;
+        if (halvings == 0 && m->ray[0].error + m->ray[1].error <= 2 * rays[1] &&
+            settle(cursor, m, x, y, gap, enough)) {
+            node->residual = settled_share * enough;
+            node->station = m->ray[0].end;
+            bool right =
+                chords ? fishnet_right_root(cell, &node->station) : crosses_rightly(cell, m);
+            return right ? FISHNET_FOUND : FISHNET_COLLAPSED;
+        }
         double closer = HUGE_VAL;
         aim(next.ray, fmax(rays[1], fmin(rays[0], next_share * gap)));
         turn(&next.ray[0], x);
@@ -300,11 +347,11 @@ static double jump_at_joints(const struct surface *surface) {
 
 /* Roughly at first and, should that fail, once more with rays that are right from the start. */
 static enum fishnet_end meet(const struct surface *surface, struct surface_cursor *cursor,
-                             const struct fishnet_cell *cell, double accuracy, bool chords,
-                             struct meeting *m, struct fishnet_node *node) {
+                             const struct fishnet_cell *cell, double accuracy, double last,
+                             bool chords, struct meeting *m, struct fishnet_node *node) {
     struct meeting begun = *m;
     struct station start = node->station;
-    const double roughly[2] = {first_accuracy, ray_share * accuracy};
+    const double roughly[2] = {fmax(first_accuracy, last), last};
     const double strictly[2] = {finest_accuracy, finest_accuracy};
     enum fishnet_end end = meet_by(surface, cursor, cell, accuracy, roughly, chords, m, node);
     if (end != FISHNET_NO_CONVERGENCE)
@@ -328,17 +375,17 @@ enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
     for (int k = 0; k < 2; k++)
         m.ray[k].direction =
             station_tangent(m.ray[k].from, vec3_sub(node->station.jet.r, m.ray[k].from->jet.r));
-    return meet(surface, cursor, cell, tolerance, true, &m, node);
+    return meet(surface, cursor, cell, tolerance, ray_share * tolerance, true, &m, node);
 }
 
 enum fishnet_end fishnet_geodesic_meet(const struct surface *surface, struct surface_cursor *cursor,
                                        const struct fishnet_cell *cell, double bd, double cd,
-                                       double accuracy, struct fishnet_yarns *yarns,
+                                       const double accuracy[2], struct fishnet_yarns *yarns,
                                        struct fishnet_node *node) {
     struct meeting m = {.ray = {{.from = cell->b, .length = bd, .direction = yarns->start[0]},
                                 {.from = cell->c, .length = cd, .direction = yarns->start[1]}}};
     node->iterations = 0;
-    enum fishnet_end end = meet(surface, cursor, cell, accuracy, false, &m, node);
+    enum fishnet_end end = meet(surface, cursor, cell, accuracy[0], accuracy[1], false, &m, node);
     for (int k = 0; k < 2 && end == FISHNET_FOUND; k++) {
         yarns->start[k] = m.ray[k].direction;
         yarns->end[k] = k ? m.end_tangent : m.ray[0].end_tangent;
@@ -347,12 +394,12 @@ enum fishnet_end fishnet_geodesic_meet(const struct surface *surface, struct sur
 }
 
 bool fishnet_geodesic_between(const struct surface *surface, struct surface_cursor *cursor,
-                              const struct station *p, const struct station *q, double *length,
-                              struct vec3 *start, struct vec3 *end) {
+                              const struct station *p, const struct station *q, double accuracy,
+                              double *length, struct vec3 *start, struct vec3 *end) {
     struct ray ray = {
-        .from = p, .length = *length, .accuracy = ray_share * tolerance, .direction = *start};
+        .from = p, .length = *length, .accuracy = ray_share * accuracy, .direction = *start};
     struct side to = side_of_station(q);
-    double enough = tolerance * *length + rounding * surface->magnitude, last = HUGE_VAL;
+    double enough = accuracy * *length + rounding * surface->magnitude, last = HUGE_VAL;
     for (int round = 0; round < ROUNDS; round++) {
         if (!shoot(cursor, &ray))
             return false;
@@ -360,7 +407,18 @@ bool fishnet_geodesic_between(const struct surface *surface, struct surface_curs
         struct unfolding unfolding = unfold(&from, &to);
         struct vec3 gap = gap_between(&from, &to, &unfolding);
         double miss = vec3_norm(gap);
-        if (miss <= enough || (!(miss < last) && miss <= enough + jump_at_joints(surface))) {
+        struct vec3 field = jacobi_field(&ray);
+        double angle = vec3_dot(gap, field) / vec3_norm2(field);
+        bool found = miss <= enough;
+        if (!found && miss * step_error(&ray, miss / ray.length) < settled_share * enough) {
+            struct vec3 normal = ray.end.normal;
+            found = true;
+            ray.length += vec3_dot(gap, ray.end_tangent);
+            turn(&ray, angle);
+            ray.end_tangent =
+                vec3_axpy(angle, vec3_cross(normal, ray.end_tangent), ray.end_tangent);
+        }
+        if (found || (!(miss < last) && miss <= enough + jump_at_joints(surface))) {
             *length = ray.length;
             *start = ray.direction;
             struct unfolding back = unfold(&to, &from);
@@ -369,8 +427,7 @@ bool fishnet_geodesic_between(const struct surface *surface, struct surface_curs
         }
         if (!(miss < last))
             return false;
-        struct vec3 field = jacobi_field(&ray);
-        turn(&ray, vec3_dot(gap, field) / vec3_norm2(field));
+        turn(&ray, angle);
         ray.length += vec3_dot(gap, ray.end_tangent);
         last = miss;
     }

@@ -31,18 +31,20 @@ enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
                                         struct fishnet_node *node);
 
 /* The same from the directions yarns->start, wherever that is: nothing is asked of chords, so that
- * folds of any angle may lie in the cell; to `accuracy`. Sets node and all of `yarns`. */
+ * folds of any angle may lie in the cell. Ends meet to accuracy[0] of their length, and geodesics
+ * are followed to accuracy[1] a step. Sets node and all of `yarns`. */
 enum fishnet_end fishnet_geodesic_meet(const struct surface *surface, struct surface_cursor *cursor,
                                        const struct fishnet_cell *cell, double bd, double cd,
-                                       double accuracy, struct fishnet_yarns *yarns,
+                                       const double accuracy[2], struct fishnet_yarns *yarns,
                                        struct fishnet_node *node);
 
-/* The geodesic from p to q (its logarithm): its unit tangents at both ends, in the tangent planes
- * there, and its length, from about `length` and the direction *start, which is in the tangent
- * plane at p. False, with the outputs unset, when Newton's method does not find it. */
+/* The geodesic from p to q (its logarithm), to `accuracy` of its length: its unit tangents at both
+ * ends, in the tangent planes there, and its length, from about `length` and the direction *start,
+ * which is in the tangent plane at p. False, with the outputs unset, when Newton's method does not
+ * find it. */
 bool fishnet_geodesic_between(const struct surface *surface, struct surface_cursor *cursor,
-                              const struct station *p, const struct station *q, double *length,
-                              struct vec3 *start, struct vec3 *end);
+                              const struct station *p, const struct station *q, double accuracy,
+                              double *length, struct vec3 *start, struct vec3 *end);
 
 /* The unit tangent `tangent` of a path where it is now, which is at `station`, in the tangent plane
  * there: a path that has come up to a crease may still be on the side it came from. */

@@ -210,9 +210,9 @@ static void note_told(struct march *march, const struct march_cell *at, const st
     }
 }
 
-/* How far the ends of the geodesics of a rough cell may be apart, by their length: where edges are
- * arcs elsewhere, this is nothing. */
-static const double geodesic_accuracy = 1e-11, rough_accuracy = 9e-10;
+/* How far the ends of the geodesics of a rough cell may be apart, by their length, and how accurate
+ * their steps are: where edges are arcs elsewhere, that is next to nothing. */
+static const double geodesic_accuracy[] = {1e-11, 1e-12}, rough_accuracy[] = {9e-10, 9e-11};
 
 /* A cell with a rough edge: both yarns to D are geodesics of the spacing's length. */
 static enum fishnet_end solve_rough(struct march *march, const struct march_cell *at,

@@ -17,6 +17,9 @@
 /* The sine of 10 degrees: beyond 80 degrees of shear. */
 static const double flat_sine = 0.17365;
 
+/* How far the end of a yarn that goes straight on is known, as a share of the spacing. */
+static const double geodesic_accuracy = 1e-11, arc_accuracy = 1e-9;
+
 struct place {
     int32_t i, j;
 };
@@ -292,8 +295,10 @@ static bool yarn_between(struct march *march, int32_t i, int32_t j, int di, int 
         return false;
     *arrive = vec3_scale(-1, back);
     if (march->settings->method != DRAPE_BASIC)
-        (void)fishnet_geodesic_between(march->surface, &march->cursor, from, to, &length, leave,
-                                       arrive);
+        (void)fishnet_geodesic_between(march->surface, &march->cursor, from, to,
+                                       march->settings->method == DRAPE_GEODESIC ? geodesic_accuracy
+                                                                                 : arc_accuracy,
+                                       &length, leave, arrive);
     return true;
 }
 

@@ -16,6 +16,10 @@ static const double parabola_miss = 20 * RIM_TOLERANCE;
 /* Points that a step is divided into, at the most. */
 enum { DIVISIONS = 64 };
 
+/* Over a step too short to be halved coordinates that differ by more than this, and this times the
+ * way, are of places that do not hang together: a wild end of the net. */
+static const double jump = 0.15, jump_steepness = 15;
+
 /* A node may be this far from the place that it is to lead to, in spacings. */
 static const double seed_reach = 2;
 
@@ -250,12 +254,19 @@ static bool confirms(const struct stop *a, const struct stop *b, const struct st
     return fabs(pq[0] - b->pq[0]) < miss && fabs(pq[1] - b->pq[1]) < miss;
 }
 
+/* Whether the net's coordinates jump from a to b: the cloth is not known between them. */
+static bool jumps(const struct tracer *t, const struct stop *a, const struct stop *b) {
+    double way = vec3_distance(a->spot.r, b->spot.r) / t->spacing;
+    double p = b->pq[0] - a->pq[0], q = b->pq[1] - a->pq[1];
+    return sqrt(p * p + q * q) > jump + jump_steepness * way;
+}
+
 /* The points of a step but its last, halved until its cubics hold. */
 static void refine(struct tracer *t, const struct stop *a, const struct stop *c) {
     struct stop middle = {.t = (a->t + c->t) / 2};
     double length = vec3_distance(a->spot.r, c->spot.r) / t->spacing, expected[2];
     bool both = a->covered && c->covered, none = !a->covered && !c->covered;
-    if (both && a->smooth && c->smooth && length < short_step) {
+    if (both && a->smooth && c->smooth && length < short_step && !jumps(t, a, c)) {
         emit(t, a, c);
         return;
     }
@@ -269,6 +280,9 @@ static void refine(struct tracer *t, const struct stop *a, const struct stop *c)
         return;
     }
     if (settled || fmax(length, halves) < least_step || c->t - a->t < 1e-9) {
+        if (!settled &&
+            ((a->covered && jumps(t, a, &middle)) || (c->covered && jumps(t, &middle, c))))
+            middle.covered = false;
         emit(t, a, &middle);
         emit(t, &middle, c);
         return;

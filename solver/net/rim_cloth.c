@@ -272,6 +272,9 @@ static bool is_near(const struct rim_cloth *cloth, const struct rim_place *place
 
 /* ---- places near rough edges ---- */
 
+/* How well a place is known from a corner that is far, by the length between them. */
+static const double seen_accuracy = 1e-9;
+
 /* A corner of a cell that a place is seen from. */
 struct corner {
     int32_t i, j;
@@ -333,7 +336,7 @@ static bool see_from(struct rim_cloth *cloth, const struct corner *corner, const
     struct vec3 logarithm;
     if (!arc_between(cloth, &corner->station, to, &logarithm)) {
         if (!fishnet_geodesic_between(cloth->march->surface, &cloth->march->cursor,
-                                      &corner->station, to, &length, &start, &end))
+                                      &corner->station, to, seen_accuracy, &length, &start, &end))
             return false;
         logarithm = vec3_scale(length, start);
     }

@@ -157,6 +157,11 @@ static double chord_share(const struct turn *turn) {
            turn->sideways * turn->sideways;
 }
 
+/* What the chord may be wrong by, by its length. */
+static double error_of(const struct turn *turn) {
+    return missed * (turn->of[2] * turn->of[2] + turn->of[3] * turn->of[3]);
+}
+
 /* |K| d^2, the larger of both ends. */
 static double turn_of_net(const struct station *p, const struct station *q, double d) {
     const struct station *end[2] = {p, q};
@@ -179,7 +184,7 @@ enum rough_kind rough_edge(const struct station *p, const struct station *q, dou
     }
     struct turn turn = turn_between(p, q, d);
     const double *c = turn.of;
-    double error = missed * (c[2] * c[2] + c[3] * c[3]), net = turn_of_net(p, q, d);
+    double error = error_of(&turn), net = turn_of_net(p, q, d);
     double own = own_share * net, most = arc_error + own;
     double right = d * chord_share(&turn);
     bool gentle = 2 * fabs(c[0]) < arc_turn;

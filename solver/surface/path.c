@@ -32,8 +32,9 @@ static const double rounding = 4e-15;
  * open boundary, where the continuation may be anything, it is given up sooner. */
 static const double shortest = 1e-10, shortest_outside = 1e-3;
 
-/* The first step of a path, as a share of the length over which its velocity changes. */
-static const double first_pace = 0.35;
+/* The first step of a path, as a share of the length over which its velocity changes, by the eighth
+ * root of its accuracy. */
+static const double first_pace = 11;
 
 /* A step that only corrects the end of another is this short against it at the most: then the
  * classical rule of fourth order is as exact. */
@@ -137,7 +138,10 @@ struct footing {
 
 static struct footing footing_of(const struct path *g) {
     struct footing at = {.state = {state_of(g)}};
-    jet_here(g, g->uv, &at.jet);
+    if (g->has_jet)
+        at.jet = g->jet;
+    else
+        jet_here(g, g->uv, &at.jet);
     at.state[1] = slope_of(g, &at.jet, at.state[0]);
     return at;
 }
@@ -151,6 +155,10 @@ static double length_of_change(const struct footing *at) {
     vec4 slope = at->state[1];
     struct vec3 change = vec3_axpy(slope[3], at->jet.v, vec3_scale(slope[2], at->jet.u));
     return 1 / vec3_norm(change);
+}
+
+static double first_pace_of(const struct path *g, const struct footing *at) {
+    return first_pace * sqrt(sqrt(sqrt(g->accuracy))) * length_of_change(at);
 }
 
 /* The error of a step of h by what is allowed: the step will do when that is less than 1; NaN where
@@ -215,6 +223,7 @@ static bool cross_edge(struct path *g, int k, double edge) {
     const struct surface_axis *axis = &g->surface->axis[k];
     struct surface_jet from, to;
     g->uv[k] = edge;
+    g->has_jet = false;
     jet_here(g, g->uv, &from);
     bool up = edge > (axis->breaks[g->span[k]] + axis->breaks[g->span[k] + 1]) / 2 + g->turn[k];
     double period = surface_axis_upper(axis) - surface_axis_lower(axis);
@@ -238,10 +247,13 @@ static bool cross_edge(struct path *g, int k, double edge) {
     struct vec3 t = vec3_axpy(g->velocity[1], from.v, vec3_scale(g->velocity[0], from.u));
     struct vec3 turned =
         vec3_axpy(vec3_dot(t, side_from), side_to, vec3_scale(vec3_dot(t, along), along));
+    g->jet = to;
+    g->has_jet = true;
     return set_velocity(&to, turned, g->velocity);
 }
 
 static void accept(struct path *g, vec4 y) {
+    g->has_jet = false;
     g->uv[0] = y[0];
     g->uv[1] = y[1];
     g->velocity[0] = y[2];
@@ -379,24 +391,42 @@ static struct vec3 point_of(const struct path *g, struct vec3 *tangent) {
     return jet.r;
 }
 
+/* Whether the place where a path is, is taken by the surface as in the path's own span. */
+static bool is_in_own_span(const struct path *g) {
+    bool own = true;
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &g->surface->axis[k];
+        double at = surface_axis_wrap(axis, g->uv[k]);
+        own = own && at == g->uv[k] - g->turn[k] &&
+              surface_axis_span(axis, g->span[k], at) == g->span[k];
+    }
+    return own;
+}
+
 bool path_station(const struct path *path, struct surface_cursor *cursor, struct station *station,
                   struct vec3 *tangent) {
-    struct vec3 t;
-    double uv[2];
-    (void)point_of(path, &t);
+    struct surface_jet jet;
+    double uv[2] = {path->uv[0], path->uv[1]};
+    jet_here(path, uv, &jet);
+    struct vec3 t =
+        vec3_unit(vec3_axpy(path->velocity[1], jet.v, vec3_scale(path->velocity[0], jet.u)));
     if (tangent)
         *tangent = t;
-    if (!station_at(path->surface, cursor, path->uv, station))
-        return false;
-    if (!(path->ahead > 0))
-        return true;
+    bool regular;
+    if (is_in_own_span(path)) {
+        *station = (struct station){.uv = {uv[0], uv[1]}, .jet = jet};
+        regular = station_complete(path->surface, station);
+    } else {
+        regular = station_at(path->surface, cursor, uv, station);
+    }
+    if (!regular || !(path->ahead > 0))
+        return regular;
     return station_pull(path->surface, cursor, station, vec3_scale(-path->ahead, t), uv) &&
            station_at(path->surface, cursor, uv, station);
 }
 
 /* Puts the path at uv, in the span there, heading along the projection of `direction`. */
 static bool place(struct path *g, const double uv[2], struct vec3 direction) {
-    struct surface_jet jet;
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &g->surface->axis[k];
         double wrapped = surface_axis_wrap(axis, uv[k]);
@@ -404,8 +434,9 @@ static bool place(struct path *g, const double uv[2], struct vec3 direction) {
         g->turn[k] = uv[k] - wrapped;
         g->span[k] = surface_axis_span(axis, 0, wrapped);
     }
-    jet_here(g, g->uv, &jet);
-    return set_velocity(&jet, direction, g->velocity);
+    jet_here(g, g->uv, &g->jet);
+    g->has_jet = true;
+    return set_velocity(&g->jet, direction, g->velocity);
 }
 
 /* Leaps straight on by `length`, which is next to nothing, through a pole. */
@@ -605,7 +636,7 @@ struct attempt {
 /* One of at most h that ends in this span or on its edge. */
 static struct attempt plan_step(const struct path *g, double h) {
     struct attempt a = {.at = footing_of(g)};
-    h = fmin(h, g->pace > 0 ? g->pace : first_pace * length_of_change(&a.at));
+    h = fmin(h, g->pace > 0 ? g->pace : first_pace_of(g, &a.at));
     double edge = length_to_edge(g, &a.at, &a.edge);
     a.at_edge = edge <= h;
     a.h = a.at_edge ? edge : h;

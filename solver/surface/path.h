@@ -30,10 +30,12 @@ struct path {
     double uv[2];       /* continuous: a closed direction is not wrapped */
     double velocity[2]; /* (p, q): r_u p + r_v q is the unit tangent */
     int span[2];
-    double turn[2];    /* what to take off uv to be in the domain of the span */
-    double accuracy;   /* local error allowed, as a share of the step: 1e-12 unless set */
-    double pace;       /* the step that the last one suggests; 0: none */
-    double error;      /* the sum of the steps' estimated local errors, a length */
+    double turn[2];         /* what to take off uv to be in the domain of the span */
+    double accuracy;        /* local error allowed, as a share of the step: 1e-12 unless set */
+    double pace;            /* the step that the last one suggests; 0: none */
+    double error;           /* the sum of the steps' estimated local errors, a length */
+    struct surface_jet jet; /* of where it is, as its span has it, if `has_jet` */
+    bool has_jet;
     double ahead;      /* length already gone of the next advance: a pole is left with a leap */
     struct vec3 plane; /* PATH_SECTION: the normal, signed as the path goes */
     const double (
