@@ -6,7 +6,7 @@ curves and of the surface; an independent reader of what the importer writes."""
 import numpy
 
 NODES, WEIGHTS = numpy.polynomial.legendre.leggauss(12)
-HALVINGS = 30  # of a span of a trim curve, towards where it crosses a knot of its surface
+HALVINGS = 12  # of a span of a trim curve, towards where it crosses a knot of its surface
 
 
 def basis(knots, degree, span, t):
