@@ -64,11 +64,12 @@ golden: all $(GOLDEN) ## when results change and should: writes anew what they a
 	@git --no-pager diff --stat -- tests docs
 
 # The tests that hurt, at full length: 200 kills, a thousand slow clients for 30 s, ...
-soak: $(B)/tests/exact/test_exact_estimates ## 200 kills under load, a thousand slow clients, the gate, all estimates
+soak: $(B)/tests/exact/test_exact_estimates $(B)/tests/import/make_parts ## 200 kills under load, a thousand slow clients, damaged files, the gate, all estimates
 	@deploy/setup.sh test
 	@$(MAKE) --no-print-directory -s all
 	@LONG=1 $(B)/tests/exact/test_exact_estimates
 	@for test in tests/faults/test_*.py; do LONG=1 BUILD=$(B) python3 $$test || exit 1; done
+	@LONG=1 BUILD=$(B) /usr/bin/python3 tests/import/test_import.py
 	@STRICT=1 tests/load/gate.sh $(B)
 
 # Looks for inputs that break a promise, and for connections that other parsers of HTTP read in another
