@@ -114,7 +114,7 @@ export class Form {
     element('angle').value = vector ? '' : show(kept.direction?.angle_deg ?? 0);
     element('angle').placeholder = vector ? 'vector' : '';
     element('cavity').value = show(kept.cavity?.height);
-    this.setStart(kept.start?.uv || kept.start?.point);
+    this.setStart(kept.start?.uv || kept.start?.point, 17); // rounded it may lie beyond an edge
     this.#loadPermeability(kept.permeability);
     this.#moveSlider();
     element('start-kind').textContent = shape?.kind === 'mesh' ? 'x, y, z' : 'u, v';
@@ -156,9 +156,9 @@ export class Form {
       : '';
   }
 
-  setStart(numbers) {
+  setStart(numbers, digits = 6) {
     element('start').value = numbers
-      ? numbers.map((value) => Number(Number(value).toPrecision(6))).join(', ')
+      ? numbers.map((value) => Number(Number(value).toPrecision(digits))).join(', ')
       : '';
   }
 
@@ -217,7 +217,7 @@ export class Form {
       start: text('start')
         ? Array.isArray(place) && place.length === 3
           ? { point: place }
-          : { uv: place }
+          : { uv: place, face: this.kept.start?.face }
         : undefined,
       direction: text('angle') ? { angle_deg: parse(text('angle')) } : this.kept.direction,
       method: element('method').value,

@@ -95,7 +95,7 @@ const form = new Form({
 
 /** Puts a request into the form and its surface into the picture; forgets the drape that was shown. */
 function takeRequest(request) {
-  page.note = '';
+  page.note = request.faces ? `${request.faces} faces` : '';
   form.load(request);
   if (request.fault) form.surfaceError(request.fault);
   refreshAbout();
@@ -105,12 +105,10 @@ function takeRequest(request) {
   view.setShape(request.shape);
   view.cut('', 0);
   const ready = 'Press Drape. Click on the surface to choose where the net starts.';
-  hint(
-    request.shape
-      ? ready
-      : 'This surface cannot be shown. Press Drape: the service says what is wrong with it.',
-    true,
-  );
+  const faces = `A part of ${request.faces} faces. Its net is shown, its faces are not.`;
+  const unknown =
+    'This surface cannot be shown. Press Drape: the service says what is wrong with it.';
+  hint(request.shape ? ready : request.faces ? faces : unknown, true);
   refreshCurl();
 }
 

@@ -24,6 +24,10 @@ function readRequest({ text, surfaceText }) {
   const settings = whole ? rest : {};
   if (whole && surface && 'id' in surface && !isSurface(surface))
     return { settings, surfaceText: JSON.stringify(inner), named: surface.id, shape: null };
+  if (Array.isArray(surface?.faces)) {
+    const { length } = surface.faces;
+    return { settings, surfaceText: JSON.stringify(inner), shape: null, faces: length };
+  }
   if (!isSurface(surface))
     throw new Error(
       'This is JSON, but no surface: it needs degree_u, knotvector_u, control_points and so on, ' +

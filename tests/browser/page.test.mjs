@@ -503,6 +503,32 @@ test('page: colours between limits, a section and a distance, which a link keeps
   assert.deepEqual(await violations(page), []);
 });
 
+test('page: the drape of a part of several faces is opened, and draped again', async () => {
+  const post = async (path, type, body) =>
+    (
+      await fetch(new URL(path, daemon.url), {
+        method: 'POST',
+        headers: { 'Content-Type': type, Prefer: 'wait=50' },
+        body,
+      })
+    ).json();
+  const part = readFileSync(join(root, 'api/examples/dome.step'));
+  const { id: surface } = await post('v1/surfaces', 'model/step', part);
+  const request = { surface: { id: surface, grow_from: 6 }, fabric: { spacing: 8 } };
+  const { id } = await post('v1/drapes', 'application/json', JSON.stringify(request));
+  const other = await openPage(browser, `${daemon.url}#drape=${id}`);
+  await other.waitForFunction(() => /solved in/.test(document.querySelector('#state').textContent));
+  assert.match(await other.textContent('#about'), /^9 faces/);
+  await drawn(other);
+  assert.ok((await colours(other, '#pane-solid')) > 100);
+  await other.fill('#spacing', '10');
+  await other.click('#drape');
+  await other.waitForFunction((old) => !location.hash.includes(old), id);
+  assert.match(await other.textContent('#summary'), /Outcomecomplete/);
+  assert.deepEqual(other.faults, []);
+  await other.context().close();
+});
+
 test('page: a trimmed surface has its hole', async () => {
   const { surface, fabric } = JSON.parse(readFileSync(join(root, 'api/examples/saddle.json')));
   const hole = Array.from({ length: 40 }, (_, k) => [
