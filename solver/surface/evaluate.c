@@ -130,17 +130,9 @@ INLINE void evaluate_low_degrees(int p, int q, const vec4 *powers, double x, dou
 #define CASE(P, Q)                                                                                 \
     case (P) * (SURFACE_POWERS_DEGREE + 1) + (Q):                                                  \
         evaluate_powers(P, Q, powers, x, y, jet);                                                  \
-        break
+        break;
     switch (p * (SURFACE_POWERS_DEGREE + 1) + q) {
-        CASE(1, 1);
-        CASE(1, 2);
-        CASE(1, 3);
-        CASE(2, 1);
-        CASE(2, 2);
-        CASE(2, 3);
-        CASE(3, 1);
-        CASE(3, 2);
-        CASE(3, 3);
+        SURFACE_LOW_DEGREES(CASE)
     default:
         break;
     }

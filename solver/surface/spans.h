@@ -25,6 +25,10 @@ typedef double vec4 __attribute__((vector_size(32)));
 /* Up to this degree powers lose less than a decimal digit. */
 enum { SURFACE_POWERS_DEGREE = 3 };
 
+/* X(p, q) for each pair of degrees up to it: as cases of their own their loops unroll. */
+#define SURFACE_LOW_DEGREES(X)                                                                     \
+    X(1, 1) X(1, 2) X(1, 3) X(2, 1) X(2, 2) X(2, 3) X(3, 1) X(3, 2) X(3, 3)
+
 /* One parametric direction: the domain cut at its distinct knots. */
 struct surface_axis {
     int degree;

@@ -8,24 +8,12 @@
  */
 #include "solver/drape.h"
 #include "tests/exact/shapes.h"
+#include "timing.h"
 
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 
-enum { METHODS = 4, SIDE_MAX = 8, ROUNDS = 5 };
-
-static const struct {
-    enum drape_method method;
-    const char *name;
-} methods[METHODS] = {
-    {DRAPE_GIB, "gib"}, {DRAPE_BASIC, "basic"}, {DRAPE_GIB4, "gib4"}, {DRAPE_GEODESIC, "geodesic"}};
-
-static double seconds(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
+enum { SIDE_MAX = 8, ROUNDS = 5 };
 
 /* side x side pieces of the whole, with the loops of their borders if they are trimmed. */
 struct part {

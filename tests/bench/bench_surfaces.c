@@ -10,25 +10,13 @@
 #include "solver/drape.h"
 #include "solver/surface/spans.h"
 #include "surfaces.h"
+#include "timing.h"
 
 #include <malloc.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 
-enum { EVALUATIONS = 20000, METHODS = 4 };
-
-static const struct {
-    enum drape_method method;
-    const char *name;
-} methods[METHODS] = {
-    {DRAPE_GIB, "gib"}, {DRAPE_BASIC, "basic"}, {DRAPE_GIB4, "gib4"}, {DRAPE_GEODESIC, "geodesic"}};
-
-static double seconds(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
+enum { EVALUATIONS = 20000 };
 
 /* A net's figures; ns a node. */
 struct figure {

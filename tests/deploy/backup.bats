@@ -12,21 +12,7 @@ teardown() { stop_daemon; }
 
 backup() { "$DRAPED" backup --data "$DATA" "$@"; }
 restore() { "$DRAPED" restore --data "$DATA" "$@"; }
-copies() { ls "$COPIES" | grep -E '^draped-[0-9]{8}T[0-9]{6}\.[0-9]{3}Z\.backup$'; }
 last_copy() { echo "$COPIES/$(copies | tail -1)"; }
-
-# drape FACTOR: sets id, and the result in $BATS_TEST_TMPDIR/FACTOR.
-drape() {
-    quick "$1" | post /v1/drapes - -H 'Prefer: wait=40'
-    expect 200
-    id=$(field .id)
-    result "$id"
-    cp "$body" "$BATS_TEST_TMPDIR/$1"
-}
-result() {
-    call GET "/v1/drapes/$1/result?format=csv"
-    expect 200
-}
 
 # A store of some 20 MB, and the number of its drapes.
 fill() {

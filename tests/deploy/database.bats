@@ -47,20 +47,6 @@ teardown() { stop_daemon; }
 
 # ask DATABASE SQL
 ask() { psql -XqAt -h "$SERVER" -p "$SERVER_PORT" -U draped -d "$1" -c "$2"; }
-copies() { ls "$COPIES" | grep -E '^draped-[0-9]{8}T[0-9]{6}\.[0-9]{3}Z\.backup$'; }
-
-# drape FACTOR: sets id, and the result in $BATS_TEST_TMPDIR/FACTOR.
-drape() {
-    quick "$1" | post /v1/drapes - -H 'Prefer: wait=40'
-    expect 200
-    id=$(field .id)
-    result "$id"
-    cp "$body" "$BATS_TEST_TMPDIR/$1"
-}
-result() {
-    call GET "/v1/drapes/$1/result?format=csv"
-    expect 200
-}
 
 # Everything of the store, but when versions were applied.
 contents() {

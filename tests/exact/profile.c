@@ -3,6 +3,12 @@
 
 #include <string.h>
 
+const struct profile_method profile_methods[PROFILE_METHODS] = {
+    {"geodesic", DRAPE_GEODESIC, 1e-8},
+    {"gib", DRAPE_GIB, 1e-4},
+    {"gib4", DRAPE_GIB4, 1e-4},
+};
+
 /* Nodes nearer than this to the rim may be missing: rounding. */
 static const double RIM = 1e-6;
 

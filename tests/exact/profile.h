@@ -39,6 +39,16 @@ struct vec3 profile_point(const struct profile_sheet *sheet, double s, double t,
 void profile_drape(struct profile_sheet *sheet, enum drape_method method, double d,
                    const double start[2], double angle_deg, struct drape_run *run);
 
+/* The methods that get the square grid, and how closely. */
+enum { PROFILE_METHODS = 3 };
+struct profile_method {
+    const char *name;
+    enum drape_method id;
+    double position; /* largest error of a node, in spacings */
+};
+extern const struct profile_method profile_methods[PROFILE_METHODS];
+static const double PROFILE_SHEAR_DEG = 0.01; /* of nodes and cells, at most */
+
 /* Of a drape by profile_drape: the largest distance of a node from the square grid, in spacings,
  * the grid's places on the sheet that have no node, and the largest shear angles. */
 struct profile_error {

@@ -5,19 +5,7 @@
 #include "tests/check.h"
 #include <stdio.h>
 
-static const struct method {
-    const char *name;
-    enum drape_method id;
-    double position; /* largest error of a node, in spacings */
-} methods[] = {
-    {"geodesic", DRAPE_GEODESIC, 1e-8},
-    {"gib", DRAPE_GIB, 1e-4},
-    {"gib4", DRAPE_GIB4, 1e-4},
-};
-enum { METHODS = sizeof methods / sizeof *methods };
-static const double SHEAR_DEG = 0.01;
-
-static void check_sheet(struct profile_sheet *sheet, const struct method *method, double d,
+static void check_sheet(struct profile_sheet *sheet, const struct profile_method *method, double d,
                         const double start[2], double angle_deg) {
     struct drape_run run;
     profile_drape(sheet, method->id, d, start, angle_deg, &run);
@@ -28,8 +16,8 @@ static void check_sheet(struct profile_sheet *sheet, const struct method *method
     assert_int_equal(error.missing, 0);
     assert_int_equal(run.result.summary.outcome, DRAPE_COMPLETE);
     check_below(error.position, method->position);
-    check_below(error.node_shear_deg, SHEAR_DEG);
-    check_below(error.cell_shear_deg, SHEAR_DEG);
+    check_below(error.node_shear_deg, PROFILE_SHEAR_DEG);
+    check_below(error.cell_shear_deg, PROFILE_SHEAR_DEG);
     drape_end(&run);
 }
 
@@ -44,9 +32,9 @@ static void test_exact_folds_hat(void **state) {
         double d = spacings[k];
         profile_make(&sheet, hat, 5, d < 1 ? 20 : 60);
         double start[2] = {sheet.total / 2, sheet.width / 2};
-        for (int m = 0; m < METHODS; m++) {
+        for (int m = 0; m < PROFILE_METHODS; m++) {
             for (size_t a = 0; a < sizeof angles / sizeof *angles; a++) {
-                check_sheet(&sheet, &methods[m], d, start, angles[a]);
+                check_sheet(&sheet, &profile_methods[m], d, start, angles[a]);
             }
         }
     }
@@ -61,11 +49,11 @@ static void test_exact_folds_crease(void **state) {
         struct profile_part roof[] = {{0, 0, 12}, {0, fold, 12}};
         printf("  fold of %d degrees\n", fold);
         profile_make(&sheet, roof, 2, 20);
-        for (int m = 0; m < METHODS; m++) {
+        for (int m = 0; m < PROFILE_METHODS; m++) {
             for (size_t a = 0; a < sizeof angles / sizeof *angles; a++) {
                 for (int beside = 0; beside < 2; beside++) {
                     double start[2] = {12 - 0.37 * beside, 10};
-                    check_sheet(&sheet, &methods[m], 1, start, angles[a]);
+                    check_sheet(&sheet, &profile_methods[m], 1, start, angles[a]);
                 }
             }
         }
@@ -79,10 +67,10 @@ static void test_exact_folds_joggle(void **state) {
     static struct profile_sheet sheet;
     (void)state;
     profile_make(&sheet, joggle, 3, 20);
-    for (int m = 0; m < METHODS; m++) {
+    for (int m = 0; m < PROFILE_METHODS; m++) {
         for (size_t a = 0; a < sizeof angles / sizeof *angles; a++) {
             double start[2] = {7.3, 10};
-            check_sheet(&sheet, &methods[m], 2.5, start, angles[a]);
+            check_sheet(&sheet, &profile_methods[m], 2.5, start, angles[a]);
         }
     }
 }
@@ -99,10 +87,10 @@ static void test_exact_folds_square_tube(void **state) {
     (void)state;
     for (int k = 0; k < 2; k++) {
         profile_make(&sheet, k ? filleted : sharp, 5, 40);
-        for (int m = 0; m < METHODS; m++) {
+        for (int m = 0; m < PROFILE_METHODS; m++) {
             for (size_t a = 0; a < sizeof angles / sizeof *angles; a++) {
                 double start[2] = {sheet.total / 2, 20};
-                check_sheet(&sheet, &methods[m], k ? 3.7 : 1, start, angles[a]);
+                check_sheet(&sheet, &profile_methods[m], k ? 3.7 : 1, start, angles[a]);
             }
         }
     }

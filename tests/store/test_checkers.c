@@ -254,6 +254,19 @@ static void test_checkers_share_of_slow_lane(void **state) {
         check_drop(slow[k]);
 }
 
+/* One that has left the express lane, and stays for long. */
+static struct check *begin_slow(void) {
+    struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 15000");
+    struct check *slow = begin(&order);
+    struct checkers_stats stats;
+    checkers_stats(pool, &stats);
+    for (int64_t until = clock_ms() + WAIT_MS; stats.under_way[1] == 0; usleep(1000)) {
+        assert_true(clock_ms() < until);
+        checkers_stats(pool, &stats);
+    }
+    return slow;
+}
+
 /* Of those that wait the first is that of the owner with the fewest under way, however many came
  * before it. */
 static void test_checkers_next_is_of_the_owner_with_fewest(void **state) {
@@ -261,17 +274,10 @@ static void test_checkers_next_is_of_the_owner_with_fewest(void **state) {
     enum { WAITING = 20 };
     struct checkers_settings wanted = settings();
     struct check *slow, *waiting[WAITING];
-    struct checkers_stats stats;
     wanted.express = 1;
     start(&wanted);
-    struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 15000");
-    slow = begin(&order);
-    checkers_stats(pool, &stats);
-    for (int64_t until = clock_ms() + WAIT_MS; stats.under_way[1] == 0; usleep(1000)) {
-        assert_true(clock_ms() < until); /* it leaves the express lane */
-        checkers_stats(pool, &stats);
-    }
-    order = order_of(CHECKER_DRAPE, "sleep 100");
+    slow = begin_slow();
+    struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 100");
     for (int k = 0; k < WAITING; k++)
         waiting[k] = begin(&order);
     order.owner = "other";
@@ -290,14 +296,8 @@ static void test_checkers_long_ones_leave_a_place(void **state) {
     struct check *slow, *checks[ORDERS];
     struct checkers_stats stats;
     start(&wanted);
-    struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 15000");
-    slow = begin(&order);
-    checkers_stats(pool, &stats);
-    for (int64_t until = clock_ms() + WAIT_MS; stats.under_way[1] == 0; usleep(1000)) {
-        assert_true(clock_ms() < until); /* it leaves the express lane */
-        checkers_stats(pool, &stats);
-    }
-    order = order_of(CHECKER_DRAPE, "sleep 10");
+    slow = begin_slow();
+    struct checkers_order order = order_of(CHECKER_DRAPE, "sleep 10");
     for (int k = 0; k < ORDERS; k++)
         checks[k] = begin(&order);
     for (int64_t until = clock_ms() + WAIT_MS; !check_done(checks[ORDERS - 1]); usleep(500)) {
