@@ -21,6 +21,7 @@ struct api_check {
                                   "": the request has its own */
     bool needs_surface;        /* the request names one, and it was not among the input */
     size_t definition_length;  /* of a surface: the first bytes written are its definition */
+    size_t variants;           /* of a study: how many it looks at, at the most */
 };
 
 /* A drape request, with the stored surface that it names once that is known: without it

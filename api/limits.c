@@ -8,4 +8,5 @@ const struct api_limits api_limits_default = {
     .max_control_points = (size_t)512 * 512,
     .max_depth = 32,
     .threads = 1,
+    .max_variants = 1000000,
 };

@@ -13,9 +13,11 @@ struct api_limits {
     size_t max_control_points; /* of one surface */
     int max_depth;             /* JSON nesting */
     int threads;               /* threads on one drape */
+    size_t max_variants;       /* of one study */
 };
 
-/* 4e6 nodes, 4 GiB, 4e6 elements, 512 x 512 control points, depth 32, one thread. */
+/* 4e6 nodes, 4 GiB, 4e6 elements, 512 x 512 control points, depth 32, one thread, 1e6
+ * variants. */
 extern const struct api_limits api_limits_default;
 
 #endif

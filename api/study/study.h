@@ -1,0 +1,135 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Studies: many drapes of one part that differ in start, direction and pre-shear, and of each a few
+ * numbers instead of a result.
+ *
+ * A study proceeds in rounds. A round has tasks that do not depend on each other, each of about
+ * 0.1 s at the most unless one drape takes longer; a task gives numbers. What the tasks of a round
+ * are follows from the study and the numbers of all rounds before, and what a task gives follows
+ * from the study and the task alone: so the result has the same bits wherever the tasks were done,
+ * in whatever order, and however often. The end is put together from all numbers.
+ *
+ *     study = api_study_open(request)
+ *     while ((plan = api_study_plan(study, numbers)).count > 0)
+ *         numbers += api_study_chunk(study, plan.tasks[k]) for k = 0 .. plan.count - 1, in order
+ *     container = api_study_finish(study, numbers)
+ *
+ * No files, no clock, no network; nothing is kept between calls but in what they return. Problems
+ * are those of `run.h`, their pointers into the study's document.
+ */
+#ifndef API_STUDY_STUDY_H
+#define API_STUDY_STUDY_H
+
+#include "api/check.h"
+#include "api/input.h"
+#include "api/limits.h"
+#include "api/problem.h"
+#include "api/result/columns.h"
+#include "api/sink.h"
+#include "solver/arena.h"
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/*
+ * What can be said of a study before any work: that it is sound, its digest, the stored surface
+ * that its drape names, and in `check->variants` how many variants it will look at, at the most.
+ * As `api_check_drape`; API_INVALID_REQUEST also for more than `limits->max_variants`.
+ */
+enum api_problem_id api_check_study(const struct api_input *input, const struct api_limits *limits,
+                                    struct api_check *check,
+                                    struct api_problem *problem) STATUS_MUST_USE;
+
+/* Whether a document is a study rather than a drape request: it has a member `drape`. False for
+ * what is no JSON object. */
+bool api_is_study(const char *bytes, size_t length, const struct api_limits *limits);
+
+/* A study with its surface made ready. It is not changed by any call below, so that threads may
+ * share it. */
+struct api_study;
+
+/* NULL with the problem set. The caller gives it back with `api_study_close`; `input` need not
+ * outlive the call. Its memory counts against a budget of `limits->max_memory` of its own. */
+struct api_study *api_study_open(const struct api_input *input, const struct api_limits *limits,
+                                 struct api_problem *problem);
+
+/* NULL is allowed. */
+void api_study_close(struct api_study *study);
+
+/* One piece of work, to be stored and sent as these numbers (as many bytes, little-endian float64,
+ * everywhere). What they mean is the engine's own affair. */
+enum { API_STUDY_TASK = 32 };
+struct api_study_task {
+    double value[API_STUDY_TASK];
+};
+
+/* How many variants a task looks at, at the most. */
+size_t api_study_task_variants(const struct api_study_task *task);
+
+/* Notes that variant `k` of the task (as its monitor counts them) crashed the process: when the
+ * task is done again it is marked and not tried. After API_STUDY_CRASHES of them nothing of the
+ * task from the last on is tried. */
+enum { API_STUDY_CRASHES = 4 };
+void api_study_task_blame(struct api_study_task *task, size_t k);
+
+/* What tasks have given so far: all of their numbers, in the order of the rounds and in each of its
+ * tasks. */
+struct api_study_numbers {
+    const double *values;
+    size_t count;
+};
+
+/* The next round. */
+struct api_study_plan {
+    const struct api_study_task *tasks; /* in the arena of the call */
+    size_t count;                       /* 0: there is nothing left to do but `api_study_finish` */
+    size_t done;                        /* variants looked at in the rounds before */
+    size_t variants;                    /* in the whole study, as far as can be told by now */
+};
+
+/* Plans the round after those that gave `numbers`. Problems: API_OUT_OF_MEMORY, API_INTERNAL for
+ * numbers that no round can have given. */
+enum api_problem_id api_study_plan(const struct api_study *study,
+                                   const struct api_study_numbers *numbers, struct arena *arena,
+                                   struct api_study_plan *plan,
+                                   struct api_problem *problem) STATUS_MUST_USE;
+
+/* Watches a task: called before each of its variants, counted from 0, and now and then during long
+ * ones; false stops it with API_CANCELLED. */
+struct api_study_monitor {
+    bool (*progress)(void *context, size_t variant);
+    void *context;
+};
+
+/* Does one task and writes its numbers, little-endian float64, to `sink`. A variant that cannot be
+ * draped is no problem but has its reason among the numbers. `monitor` may be NULL; scratch comes
+ * from `arena` and is given back. Problems: API_CANCELLED (also when the sink refuses),
+ * API_OUT_OF_MEMORY (the arena holds not even one variant), API_INTERNAL. */
+enum api_problem_id api_study_chunk(const struct api_study *study,
+                                    const struct api_study_task *task,
+                                    const struct api_study_monitor *monitor, struct arena *arena,
+                                    const struct api_sink *sink,
+                                    struct api_problem *problem) STATUS_MUST_USE;
+
+/* Writes the container (`columns.h`) of the study: the table `variants` and a header that has the
+ * best of each objective. `solve_ms` is the time of all tasks, for the summary. Scratch comes from
+ * `arena` and is given back. */
+enum api_problem_id api_study_finish(const struct api_study *study,
+                                     const struct api_study_numbers *numbers, double solve_ms,
+                                     struct arena *arena, const struct api_sink *sink,
+                                     struct api_problem *problem) STATUS_MUST_USE;
+
+/* Writes the drape request of variant k of a finished study: with the same numbers in its summary,
+ * to the last bit. API_NOT_FOUND beyond the last. */
+enum api_problem_id api_study_variant_request(const struct api_study *study,
+                                              const struct api_reader *result, size_t k,
+                                              struct arena *arena, const struct api_sink *sink,
+                                              struct api_problem *problem) STATUS_MUST_USE;
+
+/* All of it in this process, with `limits->threads` threads: request bytes in, container out.
+ * `monitor` (may be NULL) is called with the fraction done, never at the same time. */
+enum api_problem_id api_study_run(const struct api_input *input, const struct api_limits *limits,
+                                  const struct drape_monitor *monitor, const struct api_sink *sink,
+                                  struct api_problem *problem) STATUS_MUST_USE;
+
+#endif
