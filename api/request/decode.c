@@ -337,32 +337,39 @@ static void check_points(const struct json_place *place, const struct api_surfac
                     "has %zu points, and %zu are allowed", count, limits->max_control_points);
 }
 
-enum api_problem_id api_decode(const struct api_input *input, const struct api_limits *limits,
-                               struct arena *arena, struct api_request *request,
-                               struct api_problem *problem) {
+void decode_drape(const struct json_place *place, const struct api_input *input,
+                  const struct api_limits *limits, struct api_request *request) {
     static const char *const keys[] = {"surface",   "length_unit", "fabric",       "start",
                                        "direction", "generators",  "method",       "yarn_path",
                                        "extent",    "cavity",      "permeability", NULL};
-    struct json_tree tree;
+    const struct json_tree *tree = place->tree;
+    struct json_place surface = place_member(place, "surface");
     *request = (struct api_request){
         .length_unit = &api_units[0],
         .fabric = {.locking_angle_deg = -1, .plies = 1},
         .settings = {.method = DRAPE_GIB, .max_nodes = limits->max_nodes},
         .permeability = {.model = API_PERMEABILITY_NONE},
     };
+    if (!place_object(place, keys))
+        return;
+    if (decode_surface(&surface, &request->surface))
+        decode_stored(input, limits, tree->arena, &request->surface, tree->problem);
+    else
+        request->surface = (struct api_surface){.kind = API_SURFACE_NAMED};
+    check_points(&surface, &request->surface, limits);
+    decode_rest(place, request);
+    check_permeability(place, request);
+}
+
+enum api_problem_id api_decode(const struct api_input *input, const struct api_limits *limits,
+                               struct arena *arena, struct api_request *request,
+                               struct api_problem *problem) {
+    struct json_tree tree;
     if (json_tree_parse(&tree, input->request, input->request_length, limits, arena, problem) !=
         API_OK)
         return problem->id;
-    struct json_place root = place_root(&tree), surface = place_member(&root, "surface");
-    if (place_object(&root, keys)) {
-        if (decode_surface(&surface, &request->surface))
-            decode_stored(input, limits, arena, &request->surface, problem);
-        else
-            request->surface = (struct api_surface){.kind = API_SURFACE_NAMED};
-        check_points(&surface, &request->surface, limits);
-        decode_rest(&root, request);
-        check_permeability(&root, request);
-    }
+    struct json_place root = place_root(&tree);
+    decode_drape(&root, input, limits, request);
     json_tree_free(&tree);
     return problem->id;
 }

@@ -6,6 +6,7 @@
 #ifndef API_REQUEST_PARTS_H
 #define API_REQUEST_PARTS_H
 
+#include "api/input.h"
 #include "api/json/place.h"
 #include "request.h"
 
@@ -13,6 +14,11 @@
 static const struct place_range decode_coordinates = {-1e12, 1e12, false};
 static const struct place_range decode_lengths = {1e-12, 1e12, false};
 static const struct place_range decode_fractions = {0, 1, true};
+
+/* A drape request, alone or within another document: all of `decode.h`. What is wrong is reported
+ * to the tree's problem. */
+void decode_drape(const struct json_place *place, const struct api_input *input,
+                  const struct api_limits *limits, struct api_request *request);
 
 /* In any of the forms of the contract; one named by its id alone becomes API_SURFACE_NAMED. */
 bool decode_surface(const struct json_place *place, struct api_surface *surface);
