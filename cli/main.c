@@ -36,6 +36,8 @@ static const char help_tail[] =
     "  --inlet LIST       elements of the inlet, for lcmsim: 17,18,pid:3, by the file's\n"
     "                     ids or by property\n"
     "  --outlet LIST      those of the outlet\n"
+    "  --reference X,Y,Z  with --map: angles of plies run from this direction, projected\n"
+    "                     on each element; default: from its first edge\n"
     "  --lcmsim-version N 2 or 3; default: 3\n"
     "  --at-most-fiber-volume-fraction F\n"
     "                     lcmsim: take denser elements to have this; otherwise those\n"
@@ -47,7 +49,7 @@ static const char help_tail[] =
     "  --allowance L      svg, dxf: a second line L outside the cut, in the length unit\n"
     "  --part NAME        svg, dxf: for the title\n"
     "  --ply NAME         svg, dxf: for the title\n"
-    "  --table TABLE      for csv: nodes (default) or cells\n"
+    "  --table TABLE      for csv: nodes (default) or cells; of a map cells or plies\n"
     "  --max-nodes N      refuse larger nets; default 4000000\n"
     "  --threads N        threads to solve with; default 1\n"
     "  -h, --help         this text\n"
@@ -56,13 +58,14 @@ static const char help_tail[] =
     "Exit status: 0; 1 when the drape could not be done, with the reason on standard\n"
     "error; 2 when the command line is wrong.\n";
 
-enum { GATES = 2 };
-static const char *const gate_names[GATES] = {"inlet", "outlet"};
+/* What is said of the mesh. */
+enum { MESH_OPTIONS = 3 };
+static const char *const mesh_options[MESH_OPTIONS] = {"inlet", "outlet", "reference"};
 
 struct arguments {
-    const char *input, *output; /* NULL: standard input, standard output */
-    const char *map;            /* NULL: no mesh */
-    const char *gate[GATES];    /* lists for gate_names; NULL: none */
+    const char *input, *output;     /* NULL: standard input, standard output */
+    const char *map;                /* NULL: no mesh */
+    const char *mesh[MESH_OPTIONS]; /* values of mesh_options; NULL: not given */
     const char *format_name;
     const struct format *format;
     struct format_options options;
@@ -125,11 +128,9 @@ static bool take_format_option(struct arguments *arguments, const char *flag, co
 static bool take_option(struct arguments *arguments, const char *name, const char *value) {
     const struct {
         const char *name, **text;
-    } texts[] = {{"format", &arguments->format_name},
-                 {"map", &arguments->map},
-                 {gate_names[0], &arguments->gate[0]},
-                 {gate_names[1], &arguments->gate[1]},
-                 {"output", &arguments->output}};
+    } texts[] = {{"format", &arguments->format_name},    {"map", &arguments->map},
+                 {mesh_options[0], &arguments->mesh[0]}, {mesh_options[1], &arguments->mesh[1]},
+                 {mesh_options[2], &arguments->mesh[2]}, {"output", &arguments->output}};
     long count = 0;
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
         if (strcmp(name, texts[k].name) == 0) {
@@ -156,6 +157,7 @@ static const struct option option_table[] = {
     {"map", required_argument, NULL, 0},
     {"inlet", required_argument, NULL, 0},
     {"outlet", required_argument, NULL, 0},
+    {"reference", required_argument, NULL, 0},
     {"lcmsim-version", required_argument, NULL, 0},
     {"at-most-fiber-volume-fraction", required_argument, NULL, 0},
     {"fields", required_argument, NULL, 0},
@@ -208,9 +210,9 @@ static int parse_arguments(int argc, char **argv, struct arguments *arguments) {
         arguments->input = argv[optind];
     if (arguments->output && strcmp(arguments->output, "-") == 0)
         arguments->output = NULL;
-    for (int k = 0; k < GATES; k++) {
-        if (arguments->gate[k] && !arguments->map) {
-            files_complain(k ? "--outlet" : "--inlet", "needs --map");
+    for (int k = 0; k < MESH_OPTIONS; k++) {
+        if (arguments->mesh[k] && !arguments->map) {
+            fprintf(stderr, "drape: --%s: needs --map\n", mesh_options[k]);
             return EXIT_USAGE;
         }
     }
@@ -299,9 +301,9 @@ static bool read_mesh(const struct arguments *arguments, const struct files_byte
     bool json = length >= 5 && strcasecmp(arguments->map + length - 5, ".json") == 0;
     enum api_problem_id result = (json ? map_target_json : map_target_nastran)(
         text->data, text->length, arena, mesh, problem);
-    for (int k = 0; result == API_OK && k < GATES; k++)
-        if (arguments->gate[k] &&
-            !map_target_option(mesh, gate_names[k], arguments->gate[k], arena, problem))
+    for (int k = 0; result == API_OK && k < MESH_OPTIONS; k++)
+        if (arguments->mesh[k] &&
+            !map_target_option(mesh, mesh_options[k], arguments->mesh[k], arena, problem))
             return false;
     if (result == API_OK && !mesh->elements && arguments->format->elements)
         api_problem_set(problem, API_NOT_ACCEPTABLE, "%s is of elements, but these are points",

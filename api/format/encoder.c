@@ -54,8 +54,8 @@ bool encoder_damaged(struct api_problem *problem) {
 
 /* ---- selection ---- */
 
-/* Marks the columns that the list names: table.column; in a map, whose only table is `cells`, the
- * column alone as well. */
+/* Marks the columns that the list names: table.column; in a map those of the cells by the column
+ * alone as well. */
 static bool mark_fields(const struct encoder *encoder, const struct api_column_source *columns,
                         size_t count, const char *list, bool wanted[API_COLUMNS_MAX],
                         struct api_problem *problem) {
@@ -69,8 +69,9 @@ static bool mark_fields(const struct encoder *encoder, const struct api_column_s
         }
         for (; i < count; i++) {
             char name[16 + API_COLUMN_NAME_SIZE];
-            snprintf(name, sizeof name, "%s%s%s", map ? "" : api_table_name(columns[i].table),
-                     map ? "" : ".", columns[i].name);
+            bool alone = map && columns[i].table == API_TABLE_CELLS;
+            snprintf(name, sizeof name, "%s%s%s", alone ? "" : api_table_name(columns[i].table),
+                     alone ? "" : ".", columns[i].name);
             if (strlen(name) == length && memcmp(name, field, length) == 0)
                 break;
         }
@@ -118,7 +119,12 @@ static bool open_result(struct encoder *encoder, const char *fields, struct api_
 static bool open_map(struct encoder *encoder, const struct map_fields *source, const char *fields,
                      struct api_problem *problem) {
     encoder->fields = *source;
-    encoder->options.table = API_TABLE_CELLS;
+    if (encoder->options.table != API_TABLE_NODES && !source->plies) {
+        api_problem_set(problem, API_INVALID_REQUEST, "table: a map onto points has one table");
+        return false;
+    }
+    if (encoder->options.table != API_TABLE_PLIES)
+        encoder->options.table = API_TABLE_CELLS;
     if (source->column_count == 0 || source->column_count > API_COLUMNS_MAX) {
         api_problem_set(problem, API_INTERNAL, "the fields have no columns, or too many");
         return false;

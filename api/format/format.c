@@ -65,13 +65,15 @@ static bool set_precision(struct format_options *options, const char *value,
 
 static bool set_table(struct format_options *options, const char *value,
                       struct api_problem *problem) {
-    for (int table = API_TABLE_NODES; table <= API_TABLE_CELLS; table++) {
-        if (strcmp(value, api_table_name((enum api_table)table)) == 0) {
-            options->table = (enum api_table)table;
+    static const enum api_table tables[] = {API_TABLE_NODES, API_TABLE_CELLS, API_TABLE_PLIES};
+    for (size_t k = 0; k < sizeof tables / sizeof *tables; k++) {
+        if (strcmp(value, api_table_name(tables[k])) == 0) {
+            options->table = tables[k];
             return true;
         }
     }
-    api_problem_set(problem, API_INVALID_REQUEST, "table must be nodes or cells");
+    api_problem_set(problem, API_INVALID_REQUEST,
+                    "table must be nodes or cells, or cells or plies of a map");
     return false;
 }
 

@@ -58,7 +58,8 @@ struct format_options {
     int precision;        /* significant digits, 1..17; 0: the shortest that reads back the same */
     const char *fields;   /* "nodes.x,cells.k1": only these columns; of a map also "k1"; NULL or
                              "": all */
-    enum api_table table; /* for formats that hold one table; nodes or cells */
+    enum api_table table; /* for formats that hold one table: nodes or cells; of a map cells (what
+                             nodes means as well) or plies */
     /* of lcmsim */
     int lcmsim_version;           /* 2 or 3; 0: 3 */
     double fiber_volume_fraction; /* what denser elements are taken to have; 0: they are left out */
@@ -74,10 +75,36 @@ struct format_options {
 bool format_option(struct format_options *options, const char *name, const char *value,
                    struct api_problem *problem);
 
-enum { MAP_WARNINGS_MAX = 4 };
+enum { MAP_WARNINGS_MAX = 6 };
 
 /* Where resin comes in and goes out. */
 enum map_gate { MAP_NO_GATE, MAP_INLET, MAP_OUTLET, MAP_GATES };
+
+/* A ply at an element. */
+struct map_ply_row {
+    int32_t element;  /* from 0 */
+    int16_t ply;      /* from 0, the first on the tool */
+    bool mirrored;    /* the element's normal and the cloth's look to different sides */
+    double angle_deg; /* from the element's reference direction to the warp (`element.h`) */
+    double shear_deg; /* positive where the quadrant between warp and weft closes */
+    double thickness; /* 0: not known */
+    double fiber_volume_fraction; /* 0: not known */
+};
+
+enum { MAP_PLIES_MAX = INT16_MAX };
+
+/* The stack of plies on a mesh, which of a single drape has one ply. All arrays are the caller's.
+ */
+struct map_plies {
+    size_t ply_count;               /* 1..MAP_PLIES_MAX */
+    const char *const *names;       /* of each ply, ASCII, not empty */
+    const struct map_ply_row *rows; /* by element, then ply; none where the ply does not reach */
+    size_t row_count;
+    const size_t *first;          /* `element_count` + 1: the rows of element e are first[e] to
+                                     first[e + 1] - 1, none of a bare one */
+    bool thickness, fraction;     /* whether the rows know them; then all do */
+    const struct vec3 *reference; /* the caller's direction; NULL: each element's first edge */
+};
 
 /* Fields on a mesh or at points. All arrays are the caller's and outlive the encoder. */
 struct map_fields {
@@ -86,9 +113,13 @@ struct map_fields {
     size_t vertex_count;
     const int32_t (*elements)[4]; /* vertices from 0, in order; the fourth of a triangle is -1 */
     size_t element_count;
-    const struct api_column_source *columns; /* one row an element; named as in a result's cells */
+    const int32_t *ids, *vertex_ids; /* positive, as the caller numbers elements and vertices; NULL:
+                                        from 1 in their order */
+    const struct api_column_source *columns; /* of the table cells, one row an element, named as in
+                                                a result; and of the table plies */
     size_t column_count;
-    const uint8_t *gates; /* of each element, enum map_gate; NULL: there are none */
+    const struct map_plies *plies; /* NULL: points */
+    const uint8_t *gates;          /* of each element, enum map_gate; NULL: there are none */
     const char *warnings[MAP_WARNINGS_MAX]; /* what the caller should know about them */
     size_t warning_count;
 };

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The contract's result document, tables of columns; and the map document, whose only table is
- * `cells`. What is true or false by the contract (`extrapolated`) is written so, and the reasons of
- * the front by their names.
+ * The contract's result document, tables of columns; and the map document, whose tables are `cells`
+ * and on a mesh `plies`. What is true or false by the contract (`extrapolated`) is written so, and
+ * the reasons of the front by their names.
  */
 #include "encoder.h"
 #include <string.h>
@@ -17,12 +17,14 @@ static void open_table(struct api_text *piece, enum api_table table) {
     api_text_raw(piece, "\":{");
 }
 
-/* Closes the open table and those after it that have no columns, until `table` is open. */
+/* Closes the open table, and those after it that have no columns and belong to a result, until
+ * `table` is open. */
 static void enter_table(struct encoder *encoder, enum api_table table) {
     struct state *state = encoder->state;
     while (state->table < table) {
         api_text_raw(&encoder->piece, "}");
-        open_table(&encoder->piece, ++state->table);
+        state->table = encoder->reader ? state->table + 1 : table;
+        open_table(&encoder->piece, state->table);
     }
 }
 

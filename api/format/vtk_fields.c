@@ -33,6 +33,8 @@ bool vtk_fields_add_all(struct vtk_fields *fields, struct vtk_file *file, enum v
     for (size_t k = 0; k < count; k += (size_t)field.components) {
         const struct api_column_source *parts[COLUMN_PARTS_MAX];
         field = fieldset_first(columns + k, count - k);
+        if (columns[k].table == API_TABLE_PLIES)
+            continue;
         for (int c = 0; c < field.components; c++)
             parts[c] = &columns[k + (size_t)c];
         if (!vtk_fields_add(fields, file, part, field.name, field.components, parts))

@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* The inlet and the outlet of a target, named beside it: for a file that has no place for them. */
+/* What is said of a target beside it, for a file that has no place for it: the inlet and the
+ * outlet, and the direction that angles run from. */
 #include "target.h"
 
+#include "api/json/number.h"
 #include "ids.h"
+#include <math.h>
 #include <string.h>
 
 static const char *const gate_names[] = {
@@ -92,8 +95,30 @@ static bool begin(struct gating *gating, struct map_target *target, struct arena
     return true;
 }
 
+/* "x,y,z" */
+static bool set_reference(struct map_target *target, const char *value,
+                          struct api_problem *problem) {
+    double v[3] = {0};
+    const char *at = value;
+    for (int k = 0; k < 3; k++) {
+        size_t length = strcspn(at, ",");
+        if (length == 0 || api_number_read(at, length, &v[k]) != length ||
+            at[length] != (k < 2 ? ',' : '\0'))
+            return FAIL(problem, "reference must be a direction, three numbers parted by commas, "
+                                 "such as 1,0,0");
+        at += length + (k < 2);
+    }
+    target->reference = vec3_make(v[0], v[1], v[2]);
+    target->has_reference = true;
+    double norm2 = vec3_norm2(target->reference);
+    return (norm2 > 0 && isfinite(norm2)) ||
+           FAIL(problem, "reference must be a direction, and not of length zero");
+}
+
 bool map_target_option(struct map_target *target, const char *name, const char *value,
                        struct arena *arena, struct api_problem *problem) {
+    if (strcmp(name, "reference") == 0)
+        return set_reference(target, value, problem);
     bool inlet = strcmp(name, "inlet") == 0 || strcmp(name, "inlet_elements") == 0;
     struct gating gating = {target, NULL, inlet ? MAP_INLET : MAP_OUTLET, NULL, problem};
     if (!inlet && strcmp(name, "outlet") != 0)

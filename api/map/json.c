@@ -3,6 +3,7 @@
 #include "target.h"
 
 #include "api/json/scan.h"
+#include "ids.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -22,25 +23,28 @@ static size_t count_rows(const struct scan *scan) {
     return rows;
 }
 
-/* A row of three numbers; `*more`: another row follows it. */
-static bool read_row(struct scan *scan, const char *path, long row, double values[3], bool *more) {
+/* A row of three or four numbers; `*more`: another row follows it. */
+static bool read_row(struct scan *scan, const char *path, long row, int width, double values[4],
+                     bool *more) {
+    const char *form =
+        width == 3 ? "must be an array of three numbers" : "must be an array of four numbers";
     bool another;
-    if (!scan_open(scan, '[', path, row, "must be an array of three numbers"))
+    if (!scan_open(scan, '[', path, row, form))
         return false;
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < width; k++) {
         if (k == 0 && scan_peek(scan) == ']')
-            return scan_invalid(scan, path, row, -1, "must be an array of three numbers");
+            return scan_invalid(scan, path, row, -1, "%s", form);
         if (!scan_number(scan, path, row, k, &values[k]) || !scan_next(scan, ']', &another))
             return false;
-        if (another != (k < 2))
-            return scan_invalid(scan, path, row, -1, "must be an array of three numbers");
+        if (another != (k < width - 1))
+            return scan_invalid(scan, path, row, -1, "%s", form);
     }
     return scan_next(scan, ']', more);
 }
 
 static bool begin_rows(struct scan *scan, const char *path, size_t size, size_t *rows,
                        void **array) {
-    if (!scan_open(scan, '[', path, -1, "must be an array of arrays of three numbers"))
+    if (!scan_open(scan, '[', path, -1, "must be an array of arrays of numbers"))
         return false;
     if (scan_peek(scan) == ']')
         return scan_invalid(scan, path, -1, -1, "must not be empty");
@@ -55,14 +59,14 @@ static bool read_points(struct scan *scan, const char *path, const struct vec3 *
                         size_t *count) {
     struct vec3 *rows;
     void *array;
-    double v[3];
+    double v[4];
     bool more = true;
     size_t room, row = 0;
     if (!begin_rows(scan, path, sizeof *rows, &room, &array))
         return false;
     rows = array;
     for (; more; row++) {
-        if (!read_row(scan, path, (long)row, v, &more))
+        if (!read_row(scan, path, (long)row, 3, v, &more))
             return false;
         for (int k = 0; k < 3; k++)
             if (fabs(v[k]) > coordinate_max)
@@ -78,28 +82,32 @@ static bool is_index(double value) {
     return value >= 0 && value <= INT32_MAX && value == floor(value);
 }
 
-static bool read_triangles(struct scan *scan, const char *path, struct map_target *target) {
-    int32_t(*rows)[4];
+/* Elements of one kind. */
+struct shapes {
+    int32_t (*corners)[4];
+    size_t count;
+};
+
+static bool read_shapes(struct scan *scan, const char *path, int width, struct shapes *shapes) {
     void *array;
-    double v[3];
+    double v[4];
     bool more = true;
-    size_t room, row = 0;
-    if (!begin_rows(scan, path, sizeof *rows, &room, &array))
+    size_t room;
+    if (!begin_rows(scan, path, sizeof *shapes->corners, &room, &array))
         return false;
-    rows = array;
-    for (; more; row++) {
-        if (!read_row(scan, path, (long)row, v, &more))
+    shapes->corners = array;
+    for (; more; shapes->count++) {
+        int32_t *corners = shapes->corners[shapes->count];
+        corners[3] = -1;
+        if (!read_row(scan, path, (long)shapes->count, width, v, &more))
             return false;
-        for (int k = 0; k < 3; k++) {
+        for (int k = 0; k < width; k++) {
             if (!is_index(v[k]))
-                return scan_invalid(scan, path, (long)row, k,
+                return scan_invalid(scan, path, (long)shapes->count, k,
                                     "must be the index of a vertex, from 0");
-            rows[row][k] = (int32_t)v[k];
+            corners[k] = (int32_t)v[k];
         }
-        rows[row][3] = -1;
     }
-    target->elements = (const int32_t(*)[4])rows;
-    target->element_count = row;
     return true;
 }
 
@@ -116,9 +124,11 @@ struct indices {
     size_t count;
 };
 
-static bool read_indices(struct scan *scan, const char *path, struct indices *indices) {
+/* Whole numbers from `least` on; `what` each must be. */
+static bool read_indices(struct scan *scan, const char *path, int least, const char *what,
+                         struct indices *indices) {
     bool more = true;
-    if (!scan_open(scan, '[', path, -1, "must be an array of indices"))
+    if (!scan_open(scan, '[', path, -1, "must be an array of whole numbers"))
         return false;
     indices->values = arena_take(scan->arena, count_numbers(scan), sizeof *indices->values);
     if (!indices->values)
@@ -130,8 +140,8 @@ static bool read_indices(struct scan *scan, const char *path, struct indices *in
         double value;
         if (!scan_number(scan, path, row, -1, &value))
             return false;
-        if (!is_index(value))
-            return scan_invalid(scan, path, row, -1, "must be the index of an element, from 0");
+        if (!is_index(value) || value < least)
+            return scan_invalid(scan, path, row, -1, "%s", what);
         indices->values[indices->count++] = (int32_t)value;
         if (!scan_next(scan, ']', &more))
             return false;
@@ -141,19 +151,34 @@ static bool read_indices(struct scan *scan, const char *path, struct indices *in
 
 /* ---- the document ---- */
 
-static bool read_mesh_member(struct scan *scan, const char *key, struct map_target *target) {
+/* What a mesh is made from. */
+struct mesh_text {
+    const struct vec3 *vertices;
+    size_t vertex_count;
+    struct shapes triangles, quads;
+    struct indices ids, vertex_ids;
+};
+
+static bool read_mesh_member(struct scan *scan, const char *key, struct mesh_text *mesh) {
     char path[SCAN_KEY_SIZE + 8];
-    bool vertices = strcmp(key, "vertices") == 0;
     snprintf(path, sizeof path, "/mesh/%s", key);
-    if (!vertices && strcmp(key, "triangles") != 0)
-        return scan_invalid(scan, path, -1, -1, "is not known here");
-    if (vertices ? target->vertices != NULL : target->elements != NULL)
-        return scan_malformed(scan, "the key is there twice");
-    return vertices ? read_points(scan, path, &target->vertices, &target->vertex_count)
-                    : read_triangles(scan, path, target);
+    bool quads = strcmp(key, "quads") == 0, vertex_ids = strcmp(key, "vertex_ids") == 0;
+    struct shapes *shapes = quads ? &mesh->quads : &mesh->triangles;
+    struct indices *ids = vertex_ids ? &mesh->vertex_ids : &mesh->ids;
+    static const char twice[] = "the key is there twice";
+    if (strcmp(key, "vertices") == 0)
+        return mesh->vertices ? scan_malformed(scan, twice)
+                              : read_points(scan, path, &mesh->vertices, &mesh->vertex_count);
+    if (quads || strcmp(key, "triangles") == 0)
+        return shapes->corners ? scan_malformed(scan, twice)
+                               : read_shapes(scan, path, quads ? 4 : 3, shapes);
+    if (vertex_ids || strcmp(key, "ids") == 0)
+        return ids->values ? scan_malformed(scan, twice)
+                           : read_indices(scan, path, 1, "must be a whole number from 1", ids);
+    return scan_invalid(scan, path, -1, -1, "is not known here");
 }
 
-static bool read_mesh(struct scan *scan, struct map_target *target) {
+static bool read_mesh(struct scan *scan, struct mesh_text *mesh) {
     char key[SCAN_KEY_SIZE];
     bool more = true;
     if (!scan_open(scan, '{', "/mesh", -1, "must be an object"))
@@ -161,45 +186,51 @@ static bool read_mesh(struct scan *scan, struct map_target *target) {
     if (scan_take(scan, '}'))
         return true;
     while (more)
-        if (!scan_key(scan, key) || !read_mesh_member(scan, key, target) ||
+        if (!scan_key(scan, key) || !read_mesh_member(scan, key, mesh) ||
             !scan_next(scan, '}', &more))
             return false;
     return true;
 }
 
-/* One member of the document. */
-static bool read_member(struct scan *scan, const char *key, struct map_target *target,
-                        bool has_mesh, struct indices *inlet) {
+/* The document, before it is known to make sense. */
+struct document {
+    const struct vec3 *points;
+    size_t point_count;
+    bool has_mesh;
+    struct mesh_text mesh;
+    struct indices inlet;
+};
+
+static bool read_member(struct scan *scan, const char *key, struct document *document) {
     char path[SCAN_KEY_SIZE + 1];
     snprintf(path, sizeof path, "/%s", key);
-    bool points = strcmp(key, "points") == 0;
-    if ((points || strcmp(key, "mesh") == 0) && (target->vertices || has_mesh))
+    bool points = strcmp(key, "points") == 0, mesh = strcmp(key, "mesh") == 0;
+    if ((points || mesh) && (document->points || document->has_mesh))
         return scan_invalid(scan, path, -1, -1, "must be the only one of \"points\" and \"mesh\"");
+    document->has_mesh = document->has_mesh || mesh;
     if (points)
-        return read_points(scan, path, &target->vertices, &target->vertex_count);
-    if (strcmp(key, "mesh") == 0)
-        return read_mesh(scan, target);
+        return read_points(scan, path, &document->points, &document->point_count);
+    if (mesh)
+        return read_mesh(scan, &document->mesh);
     if (strcmp(key, "inlet_elements") == 0)
-        return inlet->values ? scan_malformed(scan, "the key is there twice")
-                             : read_indices(scan, path, inlet);
+        return document->inlet.values
+                   ? scan_malformed(scan, "the key is there twice")
+                   : read_indices(scan, path, 0, "must be the index of an element, from 0",
+                                  &document->inlet);
     return scan_invalid(scan, path, -1, -1, "is not known here");
 }
 
-static bool read_document(struct scan *scan, struct map_target *target, bool *has_mesh,
-                          struct indices *inlet) {
+static bool read_document(struct scan *scan, struct document *document) {
     char key[SCAN_KEY_SIZE];
     bool more = true;
     if (!scan_open(scan, '{', "", -1, "must be an object"))
         return false;
     if (scan_take(scan, '}'))
         more = false;
-    while (more) {
-        if (!scan_key(scan, key) || !read_member(scan, key, target, *has_mesh, inlet))
+    while (more)
+        if (!scan_key(scan, key) || !read_member(scan, key, document) ||
+            !scan_next(scan, '}', &more))
             return false;
-        *has_mesh = *has_mesh || strcmp(key, "mesh") == 0;
-        if (!scan_next(scan, '}', &more))
-            return false;
-    }
     return scan_peek(scan) == '\0' && scan->at == scan->end
                ? true
                : scan_malformed(scan, "there is something behind the document");
@@ -207,14 +238,50 @@ static bool read_document(struct scan *scan, struct map_target *target, bool *ha
 
 /* ---- sense ---- */
 
-static bool check_elements(struct scan *scan, const struct map_target *target) {
-    for (size_t row = 0; row < target->element_count; row++)
-        for (int k = 0; k < 3; k++)
-            if ((size_t)target->elements[row][k] >= target->vertex_count)
-                return scan_invalid(scan, "/mesh/triangles", (long)row, k,
-                                    "must be the index of a vertex, less than %zu",
-                                    target->vertex_count);
+static bool check_shapes(struct scan *scan, const struct shapes *shapes, const char *path,
+                         size_t vertices) {
+    for (size_t row = 0; row < shapes->count; row++)
+        for (int k = 0; k < 4 && shapes->corners[row][k] >= 0; k++)
+            if ((size_t)shapes->corners[row][k] >= vertices)
+                return scan_invalid(scan, path, (long)row, k,
+                                    "must be the index of a vertex, less than %zu", vertices);
     return true;
+}
+
+/* The elements of both kinds, one after the other. */
+static bool join_shapes(struct scan *scan, const struct mesh_text *mesh,
+                        struct map_target *target) {
+    const struct shapes *triangles = &mesh->triangles, *quads = &mesh->quads;
+    int32_t(*rows)[4] = triangles->corners ? triangles->corners : quads->corners;
+    target->element_count = triangles->count + quads->count;
+    if (triangles->corners && quads->corners) {
+        rows = arena_take(scan->arena, target->element_count, sizeof *rows);
+        if (!rows)
+            return scan_no_memory(scan);
+        memcpy(rows, triangles->corners, triangles->count * sizeof *rows);
+        memcpy(rows + triangles->count, quads->corners, quads->count * sizeof *rows);
+    }
+    target->elements = (const int32_t(*)[4])rows;
+    return true;
+}
+
+/* Numbers that the mesh gives: one each, all different. */
+static bool take_ids(struct scan *scan, const struct indices *ids, const char *path, size_t count,
+                     const int32_t **target) {
+    if (!ids->values)
+        return true;
+    if (ids->count != count)
+        return scan_invalid(scan, path, -1, -1, "must have %zu numbers, not %zu", count,
+                            ids->count);
+    struct arena_mark mark = arena_mark(scan->arena);
+    const struct map_id *sorted = map_ids_sort(ids->values, count, scan->arena);
+    long repeated = sorted ? map_ids_repeated(sorted, count) : -1;
+    arena_rewind(scan->arena, mark);
+    if (!sorted)
+        return scan_no_memory(scan);
+    *target = ids->values;
+    return repeated < 0 ||
+           scan_invalid(scan, path, repeated, -1, "is there twice: %d", ids->values[repeated]);
 }
 
 static bool mark_inlet(struct scan *scan, const struct indices *inlet, struct map_target *target) {
@@ -233,31 +300,45 @@ static bool mark_inlet(struct scan *scan, const struct indices *inlet, struct ma
     return true;
 }
 
-static bool check(struct scan *scan, bool has_mesh, const struct indices *inlet,
-                  struct map_target *target) {
-    if (!has_mesh && !target->vertices)
-        return scan_invalid(scan, "", -1, -1, "must have either \"points\" or \"mesh\"");
-    if (!target->vertices)
+static bool take_mesh(struct scan *scan, const struct document *document,
+                      struct map_target *target) {
+    const struct mesh_text *mesh = &document->mesh;
+    if (!mesh->vertices)
         return scan_invalid(scan, "/mesh/vertices", -1, -1, "is required");
-    if (has_mesh && !target->elements)
-        return scan_invalid(scan, "/mesh/triangles", -1, -1, "is required");
-    if (!has_mesh)
-        target->element_count = target->vertex_count;
-    if (inlet->values && !has_mesh)
+    if (!mesh->triangles.corners && !mesh->quads.corners)
+        return scan_invalid(scan, "/mesh/triangles", -1, -1, "is required, or \"quads\"");
+    target->vertices = mesh->vertices;
+    target->vertex_count = mesh->vertex_count;
+    return check_shapes(scan, &mesh->triangles, "/mesh/triangles", mesh->vertex_count) &&
+           check_shapes(scan, &mesh->quads, "/mesh/quads", mesh->vertex_count) &&
+           join_shapes(scan, mesh, target) &&
+           take_ids(scan, &mesh->ids, "/mesh/ids", target->element_count, &target->ids) &&
+           take_ids(scan, &mesh->vertex_ids, "/mesh/vertex_ids", mesh->vertex_count,
+                    &target->vertex_ids) &&
+           (!document->inlet.values || mark_inlet(scan, &document->inlet, target));
+}
+
+static bool take_document(struct scan *scan, const struct document *document,
+                          struct map_target *target) {
+    if (document->has_mesh)
+        return take_mesh(scan, document, target);
+    if (!document->points)
+        return scan_invalid(scan, "", -1, -1, "must have either \"points\" or \"mesh\"");
+    if (document->inlet.values)
         return scan_invalid(scan, "/inlet_elements", -1, -1, "needs a mesh");
-    return (!has_mesh || check_elements(scan, target)) &&
-           (!inlet->values || mark_inlet(scan, inlet, target));
+    target->vertices = document->points;
+    target->vertex_count = target->element_count = document->point_count;
+    return true;
 }
 
 enum api_problem_id map_target_json(const char *bytes, size_t length, struct arena *arena,
                                     struct map_target *target, struct api_problem *problem) {
     struct scan scan = {bytes, bytes, bytes + length, arena, problem};
-    struct indices inlet = {0};
-    bool has_mesh = false;
+    struct document document = {0};
     *target = (struct map_target){0};
     if (length == 0)
         scan_malformed(&scan, "the document is empty");
-    else if (read_document(&scan, target, &has_mesh, &inlet))
-        (void)check(&scan, has_mesh, &inlet, target);
+    else if (read_document(&scan, &document))
+        (void)take_document(&scan, &document, target);
     return problem->id;
 }

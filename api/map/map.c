@@ -9,8 +9,8 @@
 
 enum { ASK_EVERY = 1024 }; /* places between two questions to the monitor */
 
-/* Beside those of the cells: id, pid, the tensor, distance and extrapolated. */
-enum { OWN_COLUMNS = 10, TENSOR_PARTS = 6 };
+/* Beside those of the cells: id, pid, the tensor, distance and extrapolated; and the plies'. */
+enum { OWN_COLUMNS = 10 + MAP_PLY_COLUMNS, TENSOR_PARTS = 6 };
 
 /* One run: the columns that are filled, by name. */
 struct mapping {
@@ -20,8 +20,9 @@ struct mapping {
     double *column[API_COLUMNS_MAX]; /* those of the cells, in their order */
     double *tensor[TENSOR_PARTS];    /* NULL without a permeability */
     double *distance, *extrapolated;
-    int thickness; /* its place in a row, or -1 */
-    size_t far;    /* places that are too far away */
+    int shear, thickness, fraction; /* their places in a row, or -1 */
+    struct map_stack *stack;        /* NULL: onto points */
+    size_t far;                     /* places that are too far away */
     double farthest;
 };
 
@@ -65,6 +66,11 @@ static double *new_own(struct api_map *map, enum column_id id, int part, struct 
     return new_column(map, spec->part[part], column_kind_is_integer(spec->kind), arena);
 }
 
+static void find_place(const struct map_group *group, enum column_id id, int *place) {
+    if (group->spec == &column_specs[id])
+        *place = (int)group->place;
+}
+
 static bool make_columns(struct mapping *mapping, struct arena *arena, struct api_map *map) {
     const struct map_net *net = &mapping->net;
     bool tensor = false, good = net->column_count + OWN_COLUMNS <= API_COLUMNS_MAX;
@@ -75,8 +81,9 @@ static bool make_columns(struct mapping *mapping, struct arena *arena, struct ap
     for (size_t k = 0; good && k < net->group_count; k++) {
         const struct map_group *group = &net->group[k];
         tensor = tensor || group->kind == MAP_TENSOR;
-        if (group->spec == &column_specs[COLUMN_CELLS_thickness])
-            mapping->thickness = (int)group->place;
+        find_place(group, COLUMN_CELLS_shear_deg, &mapping->shear);
+        find_place(group, COLUMN_CELLS_thickness, &mapping->thickness);
+        find_place(group, COLUMN_CELLS_fiber_volume_fraction, &mapping->fraction);
         for (size_t c = 0; good && c < group->columns; c++, column++) {
             const struct api_column *own = &group->column[c];
             mapping->column[column] = new_column(map, own->name, own->integer, arena);
@@ -95,13 +102,8 @@ static bool make_columns(struct mapping *mapping, struct arena *arena, struct ap
 /* ---- one place ---- */
 
 static struct vec3 place_of(const struct map_target *target, size_t row) {
-    if (!target->elements)
-        return target->vertices[row];
-    struct vec3 sum = {0, 0, 0};
-    int count = target->elements[row][3] < 0 ? 3 : 4;
-    for (int k = 0; k < count; k++)
-        sum = vec3_add(sum, target->vertices[target->elements[row][k]]);
-    return vec3_scale(1.0 / count, sum);
+    return target->elements ? element_middle(target->vertices, target->elements[row])
+                            : target->vertices[row];
 }
 
 /* The tensor of a row's components by k1, k2, k3 and the direction of k1, and in global axes. */
@@ -148,6 +150,21 @@ static void put_row(const struct mapping *mapping, const struct facets_place *pl
     }
 }
 
+/* The drape as the one ply at an element, unless that lies beyond the cloth. */
+static bool lay(const struct mapping *mapping, const struct facets_place *place,
+                const double *values, size_t row, struct api_problem *problem) {
+    struct map_ply ply = {.shear_deg = mapping->shear < 0 ? 0 : values[mapping->shear],
+                          .thickness = mapping->thickness < 0 ? 0 : values[mapping->thickness],
+                          .fiber_volume_fraction =
+                              mapping->fraction < 0 ? 0 : values[mapping->fraction]};
+    if (!map_stack_next(mapping->stack, row, problem))
+        return false;
+    map_net_yarns(&mapping->net, place, values, &ply.warp, &ply.weft);
+    if (!place->outside)
+        map_stack_lay(mapping->stack, 0, &ply);
+    return true;
+}
+
 /* ---- all of them ---- */
 
 static bool map_places(struct mapping *mapping, struct api_problem *problem) {
@@ -164,6 +181,8 @@ static bool map_places(struct mapping *mapping, struct api_problem *problem) {
         facets_nearest(net->facets, place_of(mapping->target, row), place.cell, &place);
         map_net_interpolate(net, &place, values);
         put_row(mapping, &place, values, row);
+        if (mapping->stack && !lay(mapping, &place, values, row, problem))
+            return false;
         mapping->distance[row] = place.distance;
         mapping->extrapolated[row] = place.outside;
         double thickness = mapping->thickness < 0 ? 0 : values[mapping->thickness];
@@ -173,17 +192,54 @@ static bool map_places(struct mapping *mapping, struct api_problem *problem) {
     return true;
 }
 
+static void warn_of_bare(const struct mapping *mapping, struct api_map *map) {
+    size_t bare = mapping->stack ? map_stack_bare(mapping->stack) : 0;
+    if (bare == 0)
+        return;
+    snprintf(map->bare, sizeof map->bare,
+             "%zu of %zu elements have no ply: the middle of %zu lies beyond the cloth, and %zu "
+             "have no area",
+             bare, mapping->target->element_count, bare - mapping->stack->flat,
+             mapping->stack->flat);
+    map->fields.warnings[map->fields.warning_count++] = map->bare;
+}
+
+/* Where most lies elsewhere, that it has no ply is no news. */
 static void warn(const struct mapping *mapping, struct api_map *map) {
     size_t count = mapping->target->element_count;
     if (mapping->target->warning)
         map->fields.warnings[map->fields.warning_count++] = mapping->target->warning;
-    if (mapping->far <= count / 2)
+    if (mapping->far <= count / 2) {
+        warn_of_bare(mapping, map);
         return;
+    }
     snprintf(map->too_far, sizeof map->too_far,
              "%zu of %zu places lie further from the cloth than its spacing and thickness, up to "
              "%.3g %s: are they in the drape's length unit and position?",
              mapping->far, count, mapping->farthest, map->fields.unit->name);
     map->fields.warnings[map->fields.warning_count++] = map->too_far;
+}
+
+/* Onto a mesh the drape is a stack of one ply. */
+static bool begin_stack(struct mapping *mapping, struct arena *arena, struct api_map *map) {
+    static const char *const names[] = {"ply_1"};
+    const struct map_plies plies = {.ply_count = 1,
+                                    .names = names,
+                                    .thickness = mapping->thickness >= 0,
+                                    .fraction = mapping->fraction >= 0};
+    if (!mapping->target->elements)
+        return true;
+    mapping->stack = &map->stack;
+    return map_stack_begin(&map->stack, mapping->target, &plies, mapping->target->element_count,
+                           arena);
+}
+
+static void end_stack(const struct mapping *mapping, struct api_map *map) {
+    if (!mapping->stack)
+        return;
+    map->fields.plies = &map->stack.plies;
+    map->fields.column_count +=
+        map_stack_end(mapping->stack, map->columns + map->fields.column_count);
 }
 
 static enum api_problem_id run(struct mapping *mapping, const struct api_reader *reader,
@@ -192,14 +248,16 @@ static enum api_problem_id run(struct mapping *mapping, const struct api_reader 
     if (map_net_open(reader, &mapping->net, problem) != API_OK)
         return problem->id;
     map->fields.unit = mapping->net.columns.unit;
-    if (!make_columns(mapping, arena, map)) {
+    if (!make_columns(mapping, arena, map) || !begin_stack(mapping, arena, map)) {
         api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
         return problem->id;
     }
     struct arena_mark mark = arena_mark(arena);
     if (map_net_load(reader, mapping->monitor, arena, &mapping->net, problem) == API_OK &&
-        map_places(mapping, problem))
+        map_places(mapping, problem)) {
+        end_stack(mapping, map);
         warn(mapping, map);
+    }
     arena_rewind(arena, mark);
     return problem->id;
 }
@@ -217,10 +275,12 @@ enum api_problem_id api_map_make(const struct api_reader *reader, const struct m
                                       .vertex_count = target->vertex_count,
                                       .elements = target->elements,
                                       .element_count = target->element_count,
+                                      .ids = target->ids,
+                                      .vertex_ids = target->vertex_ids,
                                       .columns = map->columns,
                                       .gates = target->gates};
     mapping->target = target;
     mapping->monitor = monitor;
-    mapping->thickness = -1;
+    mapping->shear = mapping->thickness = mapping->fraction = -1;
     return run(mapping, reader, arena, map, problem);
 }

@@ -20,6 +20,7 @@
 #include "api/format/format.h"
 #include "api/problem.h"
 #include "api/result/columns.h"
+#include "plies.h"
 #include "solver/drape.h"
 #include "target.h"
 
@@ -28,18 +29,22 @@ enum { API_MAP_WARNING_SIZE = 256 };
 /* Its columns lie in the arena of the call. Not to be moved. */
 struct api_map {
     struct map_fields fields; /* its columns: id, pid, those of the cells, kxx kyy kzz kxy kyz kxz
-                                      where there is a permeability, distance, extrapolated */
+                                      where there is a permeability, distance, extrapolated;
+                                      on a mesh those of the plies */
+    struct map_stack stack;   /* on a mesh: the drape as a stack of one ply */
     struct api_column_source columns[API_COLUMNS_MAX];
-    char too_far[API_MAP_WARNING_SIZE]; /* the text of a warning */
+    char too_far[API_MAP_WARNING_SIZE], bare[API_MAP_WARNING_SIZE]; /* texts of warnings */
 };
 
 /*
  * Maps the result that `reader` holds onto `mesh`, which must outlive `map`.
  * More than the columns (8 bytes a place and column) is taken from the arena only for the time of
  * the call. There is a warning when more than half of the places lie further from the cloth than
- * both its larger spacing and its thickness there. `monitor` (may be NULL) is asked now and then
- * whether to go on. Returns API_OK, API_INVALID_REQUEST when the net has no cells, API_INTERNAL for
- * a damaged container, API_CANCELLED or API_OUT_OF_MEMORY.
+ * both its larger spacing and its thickness there, else one of elements without a ply: those whose
+ * middle lies beyond the cloth, and those that have no area. `monitor` (may be NULL) is asked now
+ * and then whether to go on. Returns API_OK, API_INVALID_REQUEST when the net has no cells or the
+ * caller's direction is normal to an element, API_INTERNAL for a damaged container, API_CANCELLED
+ * or API_OUT_OF_MEMORY.
  */
 enum api_problem_id api_map_make(const struct api_reader *reader, const struct map_target *target,
                                  const struct drape_monitor *monitor, struct arena *arena,

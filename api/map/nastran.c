@@ -301,6 +301,7 @@ enum api_problem_id map_target_nastran(const char *bytes, size_t length, struct 
                                   .elements = (const int32_t(*)[4])file.elements.nodes,
                                   .element_count = file.elements.count,
                                   .ids = file.elements.id,
+                                  .vertex_ids = file.grids.id,
                                   .pids = file.elements.pid};
     if (!room || !warn_of_passed(&file.passed, arena, target))
         api_problem_set(problem, API_OUT_OF_MEMORY, "the mesh needs more memory than allowed");

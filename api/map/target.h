@@ -26,17 +26,22 @@ struct map_target {
                                      vertices themselves are the points */
     size_t element_count;         /* 1..INT32_MAX; without elements that of the points */
     const int32_t *ids;           /* of each element, as the file has them; NULL: from 0 */
+    const int32_t *vertex_ids;    /* of each vertex, likewise */
     const int32_t *pids;          /* of each element, its property; NULL: there are none */
     const char *warning;          /* what the reader passed over; NULL: nothing */
     uint8_t *gates;               /* of each element, enum map_gate; NULL: there are none */
     bool has_gate[MAP_GATES];     /* which of them have been given */
+    struct vec3 reference;        /* the direction that angles of plies run from, not zero, ... */
+    bool has_reference;           /* ... or each element's first edge */
 };
 
 /*
  * Reads {"points": [[x, y, z]...]} or {"mesh": {"vertices": [[x, y, z]...], "triangles":
- * [[a, b, c]...]}}, the latter also with "inlet_elements": [index...]. Returns API_OK,
- * API_MALFORMED_JSON with line and column, API_INVALID_REQUEST with the place, or
- * API_OUT_OF_MEMORY; the first error is the only one.
+ * [[a, b, c]...], "quads": [[a, b, c, d]...], "ids": [number...], "vertex_ids": [number...]}}:
+ * triangles or quads or both, which are then the elements in this order; the numbers of elements
+ * and vertices are positive and all different, and may be left out. With a mesh also
+ * "inlet_elements": [index...]. Returns API_OK, API_MALFORMED_JSON with line and column,
+ * API_INVALID_REQUEST with the place, or API_OUT_OF_MEMORY; the first error is the only one.
  */
 enum api_problem_id map_target_json(const char *bytes, size_t length, struct arena *arena,
                                     struct map_target *target,
@@ -60,9 +65,9 @@ enum api_problem_id map_target_nastran(const char *bytes, size_t length, struct 
 /*
  * Sets what a query parameter or command-line flag `name` says of the target: inlet (also as
  * inlet_elements) and outlet, each a list "17,18,pid:3" of elements by the file's ids, else by
- * index, and of properties. False with `problem` set: API_INVALID_REQUEST (it names no such
- * elements, points, or it is given twice) or API_OUT_OF_MEMORY; false with `problem` unset when
- * there is no option of that name.
+ * index, and of properties; reference, "x,y,z". False with `problem` set: API_INVALID_REQUEST (it
+ * names no such elements, points, no direction, or a gate is given twice) or API_OUT_OF_MEMORY;
+ * false with `problem` unset when there is no option of that name.
  */
 bool map_target_option(struct map_target *target, const char *name, const char *value,
                        struct arena *arena, struct api_problem *problem);

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-const char *const column_tables[API_TABLE_COUNT] = {"nodes", "cells", "front", "rim"};
+const char *const column_tables[API_TABLE_COUNT] = {"nodes", "cells", "front", "rim", "plies"};
 
 const char *const column_kind_names[COLUMN_KINDS] = {"scalar", "vector", "tensor", "integer",
                                                      "flag",   "truth",  "reason"};

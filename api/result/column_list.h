@@ -65,7 +65,14 @@
     X(RIM, face, face, INTEGER, "", FACES, "number of the face that u and v are parameters of")    \
     X(RIM, p, p, SCALAR, "", ALWAYS, "place along the warp: i as a real number")                   \
     X(RIM, q, q, SCALAR, "", ALWAYS, "place along the weft: j as a real number")                   \
-    X(RIM, covered, covered, FLAG, "", ALWAYS, "0 where no cloth reaches the edge")
+    X(RIM, covered, covered, FLAG, "", ALWAYS, "0 where no cloth reaches the edge")                \
+    X(PLIES, element, element, INTEGER, "", MAP, "number of the element, as `id` of the cells")    \
+    X(PLIES, ply, ply, INTEGER, "", MAP, "number of the ply from 1, the first on the tool")        \
+    X(PLIES, angle_deg, angle_deg, SCALAR, "deg", MAP,                                             \
+      "from the element's reference direction to the warp")                                        \
+    X(PLIES, shear_deg, shear_deg, SCALAR, "deg", MAP, "shear angle γ")                            \
+    X(PLIES, thickness, thickness, SCALAR, "length", THICKNESS, "of the ply")                      \
+    X(PLIES, fiber_volume_fraction, fiber_volume_fraction, SCALAR, "", FRACTION, "of the ply")
 /* clang-format on */
 
 enum api_table {
@@ -73,10 +80,11 @@ enum api_table {
     API_TABLE_CELLS,
     API_TABLE_FRONT,
     API_TABLE_RIM,
+    API_TABLE_PLIES, /* of maps onto meshes alone */
     API_TABLE_COUNT
 };
 
-/* "nodes", "cells", "front", "rim". */
+/* "nodes", "cells", "front", "rim", "plies". */
 extern const char *const column_tables[API_TABLE_COUNT];
 static inline const char *api_table_name(enum api_table table) {
     return column_tables[table];

@@ -95,7 +95,7 @@ static void read_column(const struct json_place *place, struct api_column *colum
     int index = 0;
     double rows = 0;
     const char *text = "";
-    place_choice(&table, column_tables, API_TABLE_COUNT, &index);
+    place_choice(&table, column_tables, API_TABLE_PLIES, &index);
     column->table = (enum api_table)index;
     if (place_string(&name, &text)) {
         if (!is_name(text))

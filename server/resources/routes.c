@@ -24,13 +24,13 @@ struct route {
     const char *method, *pattern;
     call_handler *handler;
     unsigned flags;
-    const char *query[10]; /* the query parameters it knows, up to a NULL */
+    const char *query[16]; /* the query parameters it knows, up to a NULL */
 };
 
 #define RESULT_QUERY "format", "table", "fields", "precision"
 #define MAP_QUERY                                                                                  \
-    "format", "fields", "precision", "inlet", "inlet_elements", "outlet", "lcmsim_version",        \
-        "at_most_fiber_volume_fraction"
+    "format", "table", "fields", "precision", "reference", "inlet", "inlet_elements", "outlet",    \
+        "lcmsim_version", "at_most_fiber_volume_fraction"
 
 static const struct route routes[] = {
     {"POST", "/v1/drapes", drapes_create, ROUTE_BODY | ROUTE_WORK, {RESULT_QUERY}},

@@ -167,6 +167,28 @@ END
     done
 }
 
+@test "map: on a mesh there are plies, their angles from a direction of the caller's" {
+    map_bulk '?fields=id,plies.element,plies.ply,plies.angle_deg&reference=0,1,0'
+    expect 200
+    jq -e '.cells.id == [17, 5] and .plies.element == [17, 5] and .plies.ply == [1, 1] and
+        (.plies.angle_deg | all(. > -91 and . < -85))' "$body"
+    map_bulk '?format=csv&table=plies&precision=6'
+    expect 200
+    [ "$(head -1 "$body")" = element,ply,angle_deg,shear_deg,thickness,fiber_volume_fraction ]
+    [ "$(wc -l <"$body")" -eq 3 ]
+    map_bulk '?reference=0,0,1'
+    expect_problem 422 invalid-request
+    [[ $(field .detail) == 'reference is normal to element 17'* ]]
+    for wrong in 1,0 0,0,0 1,0,x 1,0,0,0; do
+        map_bulk "?reference=$wrong"
+        expect_problem 422 invalid-request
+    done
+    map '{"mesh": {"vertices": [[0,0,0],[1,0,0],[1,1,0],[0,1,0]], "quads": [[0,1,2,3]],
+          "ids": [40]}}' '?fields=plies.element,plies.angle_deg'
+    expect 200
+    jq -e '.plies.element == [40]' "$body"
+}
+
 @test "map: zstd and gzip carry the same document" {
     for format in json csv vtu lcmsim; do
         map_bulk "?format=$format"

@@ -409,6 +409,48 @@ static void test_map_of_all_turned_is_the_map_turned(void **state) {
     cloth_free(&cloth);
 }
 
+/* ---- plies ---- */
+
+/* Two elements on a cloth sheared by 30 degrees, the second flipped, and one beyond it. */
+static void test_map_lays_the_drape_as_one_ply(void **state) {
+    (void)state;
+    struct cloth cloth = cloth_make(4, 4, sheared, NULL);
+    for (size_t k = 0; k < cloth.cell_count; k++) {
+        cloth.fields[k][CLOTH_SHEAR] = 30;
+        cloth.fields[k][CLOTH_THICKNESS] = 0.002;
+    }
+    static const struct vec3 vertices[] = {{2, 1, 0}, {2, 2, 0}, {3, 1, 0}, {12, 1, 0}};
+    static const int32_t elements[][4] = {{0, 2, 1, -1}, {0, 1, 2, -1}, {2, 3, 1, -1}};
+    static const int32_t ids[] = {17, 4, 9};
+    struct mapped *mapped = map_mesh_onto(&cloth, (struct map_target){.vertices = vertices,
+                                                                      .vertex_count = 4,
+                                                                      .elements = elements,
+                                                                      .element_count = 3,
+                                                                      .ids = ids});
+    const struct map_plies *plies = mapped->map.fields.plies;
+    static const double angle[] = {0, 90}, weft[] = {60, 30};
+    assert_int_equal(plies->row_count, 2);
+    assert_true(plies->first[0] == 0 && plies->first[2] == 2 && plies->first[3] == 2);
+    for (size_t k = 0; k < 2; k++) {
+        const struct map_ply_row *row = &plies->rows[k];
+        assert_int_equal(row->element, k);
+        assert_int_equal(row->mirrored, k == 1);
+        assert_near(row->angle_deg, angle[k], 1e-12);
+        assert_near(element_weft_deg(row), weft[k], 1e-12);
+        assert_near(row->thickness, 0.002, 1e-15);
+    }
+    assert_non_null(strstr(mapped->map.bare, "1 of 3 elements have no ply"));
+    const struct api_column_source *last = &mapped->map.fields.columns[0];
+    double id = 0;
+    while (last->table != API_TABLE_PLIES)
+        last++;
+    assert_string_equal(last->name, "element");
+    last->fill(last->context, 1, 1, &id);
+    assert_true(id == 4);
+    mapped_free(mapped);
+    cloth_free(&cloth);
+}
+
 /* ---- places ---- */
 
 static void test_map_tells_distance_and_what_is_extrapolated(void **state) {
@@ -619,6 +661,7 @@ int main(void) {
         cmocka_unit_test(test_map_tensor_is_positive_and_that_of_its_columns),
         cmocka_unit_test(test_map_tensor_turns_with_the_cloth),
         cmocka_unit_test(test_map_of_all_turned_is_the_map_turned),
+        cmocka_unit_test(test_map_lays_the_drape_as_one_ply),
         cmocka_unit_test(test_map_tells_distance_and_what_is_extrapolated),
         cmocka_unit_test(test_map_warns_when_more_than_half_is_far),
         cmocka_unit_test(test_map_takes_the_middles_of_elements_and_their_ids),

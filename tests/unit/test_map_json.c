@@ -49,6 +49,23 @@ static void test_map_json_reads_a_mesh_in_any_order(void **state) {
     assert_non_null(read_good("{\"mesh\":{" SQUARE "," HALVES "},\"inlet_elements\":[]}").gates);
 }
 
+/* Triangles come first, whatever the order of the keys; numbers are of all elements. */
+static void test_map_json_reads_quadrilaterals_and_numbers(void **state) {
+    (void)state;
+    struct map_target mesh = read_good("{\"mesh\":{\"ids\":[5,9,7],\"quads\":[[0,1,2,3]]," HALVES
+                                       ",\"vertex_ids\":[40,30,20,10]," SQUARE "}}");
+    static const int32_t expected[3][4] = {{0, 1, 2, -1}, {0, 2, 3, -1}, {0, 1, 2, 3}};
+    static const int32_t ids[] = {5, 9, 7}, vertex_ids[] = {40, 30, 20, 10};
+    assert_int_equal(mesh.element_count, 3);
+    assert_memory_equal(mesh.elements, expected, sizeof expected);
+    assert_memory_equal(mesh.ids, ids, sizeof ids);
+    assert_memory_equal(mesh.vertex_ids, vertex_ids, sizeof vertex_ids);
+    mesh = read_good("{\"mesh\":{" SQUARE ",\"quads\":[[0,1,2,3]]}}");
+    assert_int_equal(mesh.element_count, 1);
+    assert_memory_equal(mesh.elements, expected[2], sizeof expected[2]);
+    assert_null(mesh.ids);
+}
+
 struct wrong {
     const char *text;
     enum api_problem_id id;
@@ -109,7 +126,15 @@ static const struct wrong wrongs[] = {
     {MESH(SQUARE ",\"triangles\":[[0,1,-1]]"), INVALID, "/mesh/triangles/0/2", "index"},
     {MESH(SQUARE ",\"triangles\":[[0,1,1.5]]"), INVALID, "/mesh/triangles/0/2", "index"},
     {MESH(SQUARE ",\"triangles\":[[0,1,2,3]]"), INVALID, "/mesh/triangles/0", "three"},
-    {MESH(SQUARE ",\"quads\":[[0,1,2,3]]"), INVALID, "/mesh/quads", "not known"},
+    {MESH(SQUARE ",\"quads\":[[0,1,2]]"), INVALID, "/mesh/quads/0", "four"},
+    {MESH(SQUARE ",\"quads\":[[0,1,2,4]]"), INVALID, "/mesh/quads/0/3", "less than 4"},
+    {MESH(SQUARE ",\"quads\":[[0,1,2,3]],\"quads\":[]"), MALFORMED, "twice"},
+    {MESH(SQUARE ",\"hexas\":[[0,1,2,3]]"), INVALID, "/mesh/hexas", "not known"},
+    {MESH(SQUARE "," HALVES ",\"ids\":[7]"), INVALID, "/mesh/ids", "2 numbers, not 1"},
+    {MESH(SQUARE "," HALVES ",\"ids\":[7,0]"), INVALID, "/mesh/ids/1", "from 1"},
+    {MESH(SQUARE "," HALVES ",\"ids\":[7,7]"), INVALID, "/mesh/ids/1", "there twice: 7"},
+    {MESH(SQUARE "," HALVES ",\"ids\":[7,8],\"ids\":[7,8]"), MALFORMED, "twice"},
+    {MESH(SQUARE "," HALVES ",\"vertex_ids\":[4,3,2,4]"), INVALID, "/mesh/vertex_ids/3", "twice"},
     {MESH(SQUARE "," SQUARE), MALFORMED, "twice"},
     {"{\"mesh\":{" SQUARE "," HALVES "},\"inlet_elements\":[2]}", INVALID, "/inlet_elements/0",
      "less than 2"},
@@ -179,6 +204,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_map_json_reads_points),
         cmocka_unit_test(test_map_json_reads_a_mesh_in_any_order),
+        cmocka_unit_test(test_map_json_reads_quadrilaterals_and_numbers),
         cmocka_unit_test(test_map_json_says_what_is_wrong_and_where),
         cmocka_unit_test(test_map_json_takes_any_bytes),
         cmocka_unit_test(test_map_json_without_memory_is_a_problem),
