@@ -23,6 +23,8 @@ static void reply_status(struct call *call, int status, const struct store_job *
 struct waiting {
     char id[ID_SIZE];             /* of the drape; "": it is not stored yet */
     int64_t begun, deadline;      /* `clock_ms`; equal: it does not wait */
+    bool unpromised;              /* stored, but not yet so as to survive a power cut... */
+    bool queued;                  /* ...which its end makes it, when it had to be queued */
     struct check *check;          /* of a posted drape, until it is stored */
     struct store_surface surface; /* the stored one that it names */
 };
@@ -139,20 +141,24 @@ static bool submit(struct call *call, const struct api_check *check) {
     struct reply *reply = call->reply;
     struct api_problem problem = {0};
     struct store_receipt receipt;
+    const char *key = request_header(request, "Idempotency-Key");
+    waiting->unpromised = waiting->deadline > waiting->begun && !key;
     const struct store_submission submission = {
         .request = request->body,
         .request_length = request->body_length,
         .digest = check->digest,
         .surface = waiting->surface.definition ? check->surface : NULL,
         .owner = request->owner,
-        .key = request_header(request, "Idempotency-Key"),
+        .key = key,
         .origin = request->id,
         .quota = {.queued = config->owner_queue, .bytes = config->owner_bytes},
+        .unpromised = waiting->unpromised,
     };
     enum store_answer answer = store_submit(call->services->store, &submission, &receipt);
     switch (answer) {
     case STORE_OK:
         memcpy(waiting->id, receipt.id, sizeof waiting->id);
+        waiting->queued = receipt.status == STORE_QUEUED;
         memcpy(call->request->drape, receipt.id, sizeof receipt.id);
         break;
     case STORE_CONFLICT:
@@ -187,10 +193,17 @@ static enum checking_state accept_drape(struct call *call) {
     }
 }
 
-/* 202 and the status, or, when it ended while the caller waited, what it ended with. */
+/* 202 and the status, or, when it ended while the caller waited, what it ended with. Only here the
+ * drape is promised: where its end has not made it durable, the disk is waited for now. */
 static void reply_created(struct call *call, const struct store_job *job,
                           const struct call_choice *choice) {
     const struct waiting *waiting = call->request->state;
+    bool open = waiting->unpromised && !(waiting->queued && store_status_ended(job->status));
+    enum store_answer answer = open ? store_settle(call->services->store) : STORE_OK;
+    if (answer != STORE_OK) {
+        call_store_failed(call, answer);
+        return;
+    }
     if (waiting->begun == waiting->deadline || !store_status_ended(job->status)) {
         reply_status(call, 202, job);
     } else {

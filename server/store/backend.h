@@ -66,6 +66,8 @@ struct store_ops {
     void (*leave)(struct store *store, const char *name);
     enum store_answer (*submit)(struct store *store, const struct store_submission *submission,
                                 struct store_receipt *receipt);
+    /* NULL: what is submitted is durable in any case. */
+    enum store_answer (*settle)(struct store *store);
     enum store_answer (*get)(struct store *store, const char *id, struct store_job *job);
     enum store_answer (*request)(struct store *store, const char *id, char **bytes, size_t *length);
     enum store_answer (*list)(struct store *store, const struct store_filter *filter,

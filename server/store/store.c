@@ -71,6 +71,10 @@ enum store_answer store_submit(struct store *store, const struct store_submissio
     return answer;
 }
 
+enum store_answer store_settle(struct store *store) {
+    return store->ops->settle ? store->ops->settle(store) : STORE_OK;
+}
+
 enum store_answer store_get(struct store *store, const char *id, struct store_job *job) {
     memset(job, 0, sizeof *job);
     return store->ops->get(store, id, job);

@@ -3,13 +3,14 @@
  * What must survive: jobs, their requests, results and surfaces. One interface; the backend is
  * chosen by the URL: SQLite in a file for one machine, PostgreSQL for any number of them.
  *
- * What is answered STORE_OK is durable: it survives a power cut. (Claims, renewals, returns to the
- * queue and chunks of unfinished results survive the death of every process, but a power cut where
- * the database is may take those of the last second; a holder that still works under such a claim
- * is refused as if it were old.) What is answered otherwise has changed nothing. (A change answered
- * STORE_DOWN because a connection to another machine broke may have happened all the same. It can
- * be repeated: a submission by its idempotency key; an end is refused the second time.) Output
- * arguments mean something only with STORE_OK, unless a function says more.
+ * What is answered STORE_OK is durable: it survives a power cut. (Submissions of which nothing is
+ * promised yet, claims, renewals, returns to the queue and chunks of unfinished results survive the
+ * death of every process, but a power cut where the database is may take those of the last second;
+ * a holder that still works under such a claim is refused as if it were old.) What is answered
+ * otherwise has changed nothing. (A change answered STORE_DOWN because a connection to another
+ * machine broke may have happened all the same. It can be repeated: a submission by its idempotency
+ * key; an end is refused the second time.) Output arguments mean something only with STORE_OK,
+ * unless a function says more.
  *
  * Claims are leases with a fencing token. `store_claim` counts the attempt and hands out the job
  * for a lease; the holder renews it; a holder of an older token than the job's is answered
@@ -185,6 +186,9 @@ struct store_submission {
     const char *origin;       /* id of the HTTP request, for the log; NULL without */
     int priority;             /* each step is worth a minute of waiting in the queue; 0 is usual */
     struct store_quota quota; /* of this owner */
+    bool
+        unpromised; /* nothing is promised of it before its end, or before `store_settle`: it need
+                       not be durable until then. Not with a key, by which others are promised it */
 };
 
 struct store_receipt {
@@ -201,6 +205,10 @@ struct store_receipt {
  * no queue. Concurrent calls share a wait for the disk. */
 enum store_answer store_submit(struct store *store, const struct store_submission *submission,
                                struct store_receipt *receipt) STORE_MUST_USE;
+
+/* Makes durable what was submitted `unpromised` and has not ended since: the end of a job that had
+ * to be queued is durable, and everything before it. */
+enum store_answer store_settle(struct store *store) STORE_MUST_USE;
 
 /* The job, to be cleared by the caller also when the answer is not STORE_OK. STORE_EMPTY. */
 enum store_answer store_get(struct store *store, const char *id,

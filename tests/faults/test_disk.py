@@ -7,6 +7,7 @@ import itertools
 import json
 import os
 import shutil
+import signal
 import sqlite3
 import subprocess
 import sys
@@ -14,7 +15,8 @@ import threading
 import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from daemon import BUILD, Daemon, Tap, expect, expect_problem, expect_sound_log, saddle  # noqa: E402
+from daemon import (  # noqa: E402
+    BUILD, Daemon, Tap, argument_of, expect, expect_problem, expect_sound_log, saddle)
 
 DISK_BYTES = 64 << 20
 BALLAST_BYTES = 56 << 20  # what is left is less than the result of LARGE
@@ -386,6 +388,45 @@ def test_removed():
         disk.remove()
 
 
+def workers_of(disk):
+    return [pid for pid in disk.children() if argument_of(pid) == "worker"]
+
+
+def test_waited_in_vain():
+    """A caller waits for a drape that does not end in time. It is promised the drape only then: not
+    when the data folder has gone meanwhile."""
+    disk, answers, stopped = Disk(mounted=False), [], []
+    away = disk.data + ".away"
+    try:
+        disk.start()
+        expect(disk.drape() is None, "refused")
+        before = disk.results()
+        stopped = workers_of(disk)
+        expect(stopped, "there is no worker")
+        for pid in stopped:
+            os.kill(pid, signal.SIGSTOP)
+        caller = threading.Thread(
+            target=lambda: answers.append(disk.submit(saddle(0.3), Prefer="wait=3")))
+        caller.start()
+        end = time.monotonic() + PATIENCE_SECONDS
+        while len(disk.get_json("/v1/drapes")["drapes"]) < 2:
+            expect(time.monotonic() < end, "it is not submitted")
+            time.sleep(0.02)
+        os.rename(disk.data, away)
+        caller.join()
+        expect_problem(*answers[0], "unavailable")
+        os.rename(away, disk.data)
+        for pid in stopped:
+            os.kill(pid, signal.SIGCONT)
+        disk.wait_ready()
+        disk.expect_kept(before)
+    finally:
+        for pid in stopped:
+            if argument_of(pid):
+                os.kill(pid, signal.SIGCONT)
+        disk.remove()
+
+
 def overwrite(path, offset, length):
     with open(path, "r+b") as file:
         file.seek(offset)
@@ -431,6 +472,8 @@ def main():
     tap.run("disk: no start on a read-only one", test_read_only_start)
     tap.run("disk: one that fails under the daemon is told, and reads go on", test_broken_disk)
     tap.run("disk: a locked database is told, and then it goes on", test_locked)
+    tap.run("disk: a call that has waited in vain is not promised a drape that went with the disk",
+            test_waited_in_vain)
     tap.run("disk: a data folder that is moved away is missed at once, and serves when it is back",
             test_moved)
     tap.run("disk: nothing is acknowledged into a folder that was removed", test_removed)

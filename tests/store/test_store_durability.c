@@ -77,6 +77,26 @@ static void test_store_waits_for_the_disk_where_it_must(void **state) {
     assert_int_equal(atomic_exchange(&syncs, 0), 1);
 }
 
+/* One of which nothing is promised yet waits for the disk when something is, or with its end. */
+static void test_store_waits_for_the_disk_when_a_submission_is_promised(void **state) {
+    struct scratch *scratch = *state;
+    struct store_receipt receipt;
+    struct store_claim claim;
+    struct store_submission submission = {
+        .request = "a", .request_length = 1, .digest = "a", .unpromised = true};
+    assert_int_equal(store_settle(scratch->store), STORE_OK); /* the first has the folder, too */
+    atomic_store(&syncs, 0);
+    assert_int_equal(store_submit(scratch->store, &submission, &receipt), STORE_OK);
+    assert_int_equal(atomic_load(&syncs), 0);
+    assert_int_equal(store_settle(scratch->store), STORE_OK);
+    assert_int_equal(atomic_exchange(&syncs, 0), 1);
+    assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+    assert_int_equal(scratch_commit(scratch, &claim, "result", 6), STORE_OK);
+    assert_int_equal(atomic_exchange(&syncs, 0), 1);
+    atomic_store(&sync_fails, true);
+    assert_int_equal(store_settle(scratch->store), STORE_DOWN);
+}
+
 /* A claim that ends a job, because its result is there already, is as good as a completion. */
 static void test_store_waits_for_the_disk_when_a_claim_ends_a_job(void **state) {
     struct scratch *scratch = *state;
@@ -418,6 +438,7 @@ static void test_store_disk_that_cannot_sync_is_down(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         WITH_STORE(test_store_waits_for_the_disk_where_it_must),
+        WITH_STORE(test_store_waits_for_the_disk_when_a_submission_is_promised),
         WITH_STORE(test_store_waits_for_the_disk_when_a_claim_ends_a_job),
         WITH_STORE(test_store_threads_share_a_commit),
         WITH_STORE(test_store_waits_for_the_disk_for_one_of_a_batch),

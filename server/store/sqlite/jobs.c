@@ -174,9 +174,10 @@ enum store_answer sqlite_submit(struct store *store, const struct store_submissi
         crypto_generichash(submit.key_digest, sizeof submit.key_digest, submission->request,
                            submission->request_length, NULL, 0);
     enum store_answer room = sqlite_room_for(store, submission->request_length);
-    if (room == STORE_OK)
-        return sqlite_write(store, submit_operation, &submit);
-    return submission->key ? repeat(store, &submit, room) : room;
+    if (room != STORE_OK)
+        return submission->key ? repeat(store, &submit, room) : room;
+    return (submission->unpromised ? sqlite_write_lazy : sqlite_write)(store, submit_operation,
+                                                                       &submit);
 }
 
 /* ------------------------------------------------------------------ looking */

@@ -252,16 +252,21 @@ enum store_answer sqlite_take_log(struct store *base) {
     return answer;
 }
 
+enum store_answer sqlite_settle(struct store *base) {
+    struct sqlite_store *store = sqlite_of(base);
+    pthread_mutex_lock(&store->keeper_lock);
+    enum store_answer answer = db_sync_log(store->keeper);
+    pthread_mutex_unlock(&store->keeper_lock);
+    return answer == STORE_OK ? check_presence(store) : answer;
+}
+
 enum store_answer sqlite_pace(struct store *base, int64_t bytes) {
     struct sqlite_store *store = sqlite_of(base);
     if (atomic_fetch_add(&store->unpaced, (int_fast64_t)bytes) + bytes > TAKE_LOG_BYTES) {
         atomic_store(&store->unpaced, 0);
         return sqlite_take_log(base);
     }
-    pthread_mutex_lock(&store->keeper_lock);
-    enum store_answer answer = db_sync_log(store->keeper);
-    pthread_mutex_unlock(&store->keeper_lock);
-    return answer;
+    return sqlite_settle(base);
 }
 
 /* ------------------------------------------------------------------ open and close */
@@ -367,6 +372,7 @@ static const struct store_ops sqlite_ops = {
     .beat = sqlite_beat,
     .leave = sqlite_leave,
     .submit = sqlite_submit,
+    .settle = sqlite_settle,
     .get = sqlite_get,
     .request = sqlite_request,
     .list = sqlite_list,
