@@ -164,6 +164,13 @@ static bool joint_at(const struct surface *surface, int32_t number, double t,
            (t == on_edge || go_beyond_end(surface, t - on_edge, crossing));
 }
 
+/* Whether a place of a joint is an end of it that lies on the boundary of the shell. */
+static bool at_open_end(const struct shell *shell, const struct hit *hit) {
+    const struct face_edge *edge = &shell->edges[hit->segment->edge];
+    return (edge->open[0] && hit->share == 0 && hit->segment->t[0] == edge->t[0]) ||
+           (edge->open[1] && hit->share == 1 && hit->segment->t[1] == edge->t[1]);
+}
+
 void crossing_find(const struct station *station, struct crossing *crossing) {
     const struct surface *surface = station->surface;
     struct hit joint, free;
@@ -177,7 +184,8 @@ void crossing_find(const struct station *station, struct crossing *crossing) {
     const struct hit *hit = over ? &joint : &free;
     crossing->kind = CROSSING_FREE;
     crossing->distance = sqrt(hit->distance2);
-    crossing->at_corner = over && !(free.distance2 > joint.distance2 * (1 + as_near));
+    crossing->at_corner = over && (!(free.distance2 > joint.distance2 * (1 + as_near)) ||
+                                   at_open_end(surface->shell, hit));
     turn_of(surface, station->uv, turn);
     if (over) {
         const struct face_segment *segment = hit->segment;

@@ -26,7 +26,8 @@ struct crossing_frame {
 
 struct crossing {
     enum crossing_kind kind;
-    bool at_corner; /* CROSSING_JOINT: a free edge is as near, the place lies beyond their corner */
+    bool at_corner;  /* CROSSING_JOINT: the place lies beyond its end on the shell's boundary, or a
+                        free edge is as near */
     double distance; /* of the place from the edge, to first order */
     double edge[2];  /* where on the face that is left: inner parameters, in the place's turn */
     const struct surface *beyond; /* CROSSING_JOINT: the next face, and where on it */
