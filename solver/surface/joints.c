@@ -671,8 +671,8 @@ static enum status join_edges(struct join *join, struct shell_fault *fault) {
             continue;
         if (mates.count > 1)
             return three_faces(shell, (int32_t)e, &mates, fault);
-        if (mates.count == 0)
-            continue;
+        if (mates.count == 0 || lie_on_each_other(shell, edge, &mates))
+            continue; /* cloth does not turn back upon itself */
         struct face_edge *mate = &shell->edges[mates.found[0]];
         edge->mate = mates.found[0];
         mate->mate = (int32_t)e;

@@ -13,11 +13,12 @@
 #define KNOTS "\"knotvector_u\":[0,0,1,1],\"knotvector_v\":[0,0,1,1],"
 #define FACE(more, points) "{" more NET KNOTS "\"control_points\":[" points "]}"
 /* Squares of side 1 from x = 0: flat, flat beside it, folded up by 45 degrees, a fin on the first
- * joint. */
+ * joint, a flap that lies on the first one. */
 #define FLAT FACE("\"name\":\"left\",", "[0,0,0],[0,1,0],[1,0,0],[1,1,0]")
 #define BESIDE FACE("", "[1,0,0],[1,1,0],[2,0,0],[2,1,0]")
 #define FOLDED FACE("\"kind\":\"plane\",", "[2,0,0],[2,1,0],[3,0,1],[3,1,1]")
 #define FIN FACE("\"name\":\"fin\",", "[1,0,0],[1,1,0],[1,0,1],[1,1,1]")
+#define FLAP FACE("", "[1,0,0],[1,1,0],[0.4,0,0],[0.4,1,0]")
 #define FABRIC "\"fabric\":{\"spacing\":0.1}"
 #define ID "0123456789abcdef0123456789abcdef"
 
@@ -155,6 +156,17 @@ static void test_faces_are_described(void **state) {
     json_decref(shell);
 }
 
+/* Cloth does not turn back upon itself: neither at the flap's edge nor where sides lie on sides. */
+static void test_faces_that_lie_on_each_other_are_not_joined(void **state) {
+    (void)state;
+    struct api_problem problem;
+    json_t *shell = describe("{\"faces\":[" FLAT "," FLAP "]}", &problem);
+    assert_non_null(shell);
+    assert_true(number_at(json_object_get(shell, "edges"), "shared") == 0);
+    assert_true(number_at(shell, "components") == 2);
+    json_decref(shell);
+}
+
 /* What an importer noted is kept, and a file's fault is one more note: some faces can be chosen. */
 static void test_faces_of_a_file_are_stored_with_their_fault(void **state) {
     (void)state;
@@ -190,6 +202,7 @@ int main(void) {
         cmocka_unit_test(test_faces_selected_by_number),
         cmocka_unit_test(test_faces_grown_from_one),
         cmocka_unit_test(test_faces_are_described),
+        cmocka_unit_test(test_faces_that_lie_on_each_other_are_not_joined),
         cmocka_unit_test(test_faces_of_a_file_are_stored_with_their_fault),
         cmocka_unit_test(test_faces_of_geomdl_are_one_surface),
     };
