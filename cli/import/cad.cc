@@ -38,6 +38,7 @@
 #include <TopTools_IndexedMapOfShape.hxx>
 #include <TopTools_ListOfShape.hxx>
 #include <TopoDS.hxx>
+#include <TopoDS_Edge.hxx>
 #include <TransferBRep.hxx>
 #include <Transfer_TransientProcess.hxx>
 #include <XCAFDoc_ColorTool.hxx>
@@ -57,7 +58,9 @@ namespace drape {
 namespace {
 
 enum { GAP_SAMPLES = 9 };
-constexpr double TOLERANCE = 1e-5; /* the service's default, as a share of the diagonal */
+constexpr double TOLERANCE = 1e-5;      /* the service's default, as a share of the diagonal */
+constexpr double WIDE_TOLERANCE = 1e-4; /* of files whose faces are not within that, likewise */
+constexpr double LONGER = 1e-3;         /* by which edges joined in those have to be, likewise */
 
 /* A face of the file in its place, before it is converted. */
 struct found_face {
@@ -146,6 +149,7 @@ class reading {
     std::string colour_of(const TopoDS_Shape &face, const TDF_Label &label);
     void note(const std::string &text) { result.notes.push_back(text); }
     void sew();
+    double sew_within(BRepBuilderAPI_Sewing &sewing, double tolerance);
     void check_size(double diagonal);
     void count_edges(const std::vector<int> &numbers);
     double gap_of(const TopoDS_Edge &edge, const TopTools_ListOfShape &faces);
@@ -375,9 +379,10 @@ void reading::collect() {
 
 /* ---- edges ---- */
 
-/* Sews the faces that are in no solid, in place: the numbers stay. */
+/* Sews the faces that are in no solid, in place: the numbers stay. Files of some systems leave gaps
+ * or overlaps wider than what is one place elsewhere: such are sewn when that joins longer edges.
+ */
 void reading::sew() {
-    BRepBuilderAPI_Sewing sewing(1e-6, true, true, true, true);
     Bnd_Box box;
     int loose = 0;
     TopTools_IndexedDataMapOfShapeListOfShape by_edge;
@@ -390,13 +395,16 @@ void reading::sew() {
     if (loose < 2)
         return;
     for (const found_face &face : found)
-        if (!face.solid) {
-            sewing.Add(face.shape);
+        if (!face.solid)
             BRepBndLib::Add(face.shape, box, false);
-        }
-    sewing.SetTolerance(std::max(1e-7, TOLERANCE * std::sqrt(box.SquareExtent())));
-    sewing.Perform();
-    if (sewing.NbContigousEdges() == 0)
+    BRepBuilderAPI_Sewing close(1e-6, true, true, true, true);
+    BRepBuilderAPI_Sewing wide(1e-6, true, true, true, true);
+    double diagonal = std::sqrt(box.SquareExtent());
+    double length = sew_within(close, std::max(1e-7, TOLERANCE * diagonal));
+    bool gaps = sew_within(wide, WIDE_TOLERANCE * diagonal) > length + LONGER * diagonal;
+    BRepBuilderAPI_Sewing &sewing = gaps ? wide : close;
+    int joined = sewing.NbContigousEdges();
+    if (joined == 0)
         return;
     for (found_face &face : found)
         if (!face.solid && sewing.IsModified(face.shape)) {
@@ -405,8 +413,25 @@ void reading::sew() {
             if (first.More())
                 face.shape = TopoDS::Face(first.Current());
         }
-    note("sewn: " + std::to_string(sewing.NbContigousEdges()) +
-         " edges of faces that the file leaves apart");
+    note("sewn: " + std::to_string(joined) + " edges of faces that the file leaves apart" +
+         (gaps ? ", with gaps or overlaps of more than the usual tolerance" : ""));
+}
+
+/* Joins the edges of all faces that are in no solid; how long they are in all. */
+double reading::sew_within(BRepBuilderAPI_Sewing &sewing, double tolerance) {
+    for (const found_face &face : found)
+        if (!face.solid)
+            sewing.Add(face.shape);
+    sewing.SetTolerance(tolerance);
+    sewing.Perform();
+    double length = 0;
+    for (int i = 1; i <= sewing.NbContigousEdges(); i++) {
+        GProp_GProps properties;
+        const TopoDS_Shape edge = sewing.ContigousEdge(i);
+        BRepGProp::LinearProperties(edge, properties);
+        length += properties.Mass();
+    }
+    return length;
 }
 
 /* A curve on a surface, as a curve in space. */

@@ -15,6 +15,7 @@ from area import area  # noqa: E402
 from daemon import BUILD, LONG, Tap, expect, seed  # noqa: E402
 
 IMPORT = f"{BUILD}/drape-import"
+DRAPE = f"{BUILD}/drape"
 INCH = 25.4
 DAMAGED = 1000 if LONG else 16  # files
 DAMAGED_SECONDS = 3  # of processor time, for one: some make the reader run on and on
@@ -138,6 +139,19 @@ def test_limits(parts):
     expect(json.load(open(os.path.join(parts.folder, "many.json")))["faces"], "no faces")
 
 
+def test_drape(parts, name, least, faces=None):
+    """The net covers the part as far as cloth can, not less."""
+    surface = {"file": parts.path(name)} | ({"faces": faces} if faces else {})
+    low, high = zip(*[row["bounding_box"] for row in parts.read(name, "--list")["faces"]])
+    size = sum((max(b) - min(a))**2 for a, b in zip(zip(*low), zip(*high)))**0.5
+    request = {"surface": surface, "fabric": {"spacing": size / 60}}
+    done = subprocess.run([DRAPE], input=json.dumps(request), capture_output=True, text=True,
+                          timeout=300)
+    expect(done.returncode == 0, done.stderr)
+    summary = json.loads(done.stdout)["summary"]
+    expect(summary["cloth_coverage"] >= least, summary)
+
+
 def damage(bytes_, chance):
     """A file cut short, or with bytes, numbers or lines changed, left out or repeated."""
     kind = chance.randrange(5)
@@ -214,6 +228,7 @@ def main():
         tap.run("import: normals", test_normals, parts)
         for name, *counts in (("box", 12, 0, 0), ("loose", 2, 8, 0), ("fin", 1, 11, 1)):
             tap.run(f"import: edges of {name}", test_edges, parts, name, *counts)
+        tap.run("import: drape of wing", test_drape, parts, "wing", 0.999)
         tap.run("import: instances of an assembly", test_instances, parts)
         tap.run("import: chosen faces", test_selection, parts)
         tap.run("import: notes", test_notes, parts)
