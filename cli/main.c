@@ -8,6 +8,7 @@
 #include "api/map/map.h"
 #include "api/request/decode.h"
 #include "api/request/digest.h"
+#include "api/request/normalise.h"
 #include "api/run.h"
 #include "files.h"
 #include "part.h"
@@ -17,6 +18,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <time.h>
 #include <unistd.h>
 
 enum { EXIT_USAGE = 2 };
@@ -46,9 +48,11 @@ static const char help_tail[] =
     "                     when it is complete, or not at all\n"
     "  --fields LIST      only these columns: nodes.x,cells.shear_deg; of a map: k1,k2\n"
     "  --precision P      round numbers to P significant digits, 1..17\n"
-    "  --allowance L      svg, dxf: a second line L outside the cut, in the length unit\n"
-    "  --part NAME        svg, dxf: for the title\n"
-    "  --ply NAME         svg, dxf: for the title\n"
+    "  --report           the same as --format html\n"
+    "  --allowance L      svg, dxf, html: a second line L outside the cut, in the length\n"
+    "                     unit\n"
+    "  --part NAME        svg, dxf, html: for the title\n"
+    "  --ply NAME         svg, dxf, html: for the title\n"
     "  --table TABLE      for csv: nodes (default) or cells; of a map cells or plies\n"
     "  --max-nodes N      refuse larger nets; default 4000000\n"
     "  --threads N        threads to solve with; default 1\n"
@@ -101,6 +105,7 @@ static int print_help(void) {
     fputs(help_head, stdout);
     print_formats("a result:", FORMAT_RESULT);
     print_formats("its flat cut pattern:", FORMAT_PATTERN);
+    print_formats("a report to print:", FORMAT_REPORT);
     print_formats("with --map, on a mesh:", FORMAT_MAP);
     fputs(help_tail, stdout);
     return fflush(stdout) == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
@@ -138,6 +143,10 @@ static bool take_option(struct arguments *arguments, const char *name, const cha
             return true;
         }
     }
+    if (strcmp(name, "report") == 0) {
+        arguments->format_name = "html";
+        return true;
+    }
     if (strcmp(name, "threads") == 0) {
         bool ok = parse_count(value, 1024, &count);
         arguments->limits.threads = (int)count;
@@ -162,6 +171,7 @@ static const struct option option_table[] = {
     {"at-most-fiber-volume-fraction", required_argument, NULL, 0},
     {"fields", required_argument, NULL, 0},
     {"allowance", required_argument, NULL, 0},
+    {"report", no_argument, NULL, 0},
     {"part", required_argument, NULL, 0},
     {"ply", required_argument, NULL, 0},
     {"precision", required_argument, NULL, 0},
@@ -175,10 +185,12 @@ static const struct option option_table[] = {
 
 /* The format, once it is known whether there is a mesh. */
 static bool choose_format(struct arguments *arguments) {
+    static const enum format_use uses[] = {FORMAT_RESULT, FORMAT_PATTERN, FORMAT_REPORT};
     const char *name = arguments->format_name ? arguments->format_name : "json";
-    arguments->format = format_named(arguments->map ? FORMAT_MAP : FORMAT_RESULT, name);
-    if (!arguments->map && !arguments->format)
-        arguments->format = format_named(FORMAT_PATTERN, name);
+    if (arguments->map)
+        arguments->format = format_named(FORMAT_MAP, name);
+    for (size_t k = 0; !arguments->map && !arguments->format && k < sizeof uses / sizeof *uses; k++)
+        arguments->format = format_named(uses[k], name);
     if (arguments->format)
         return true;
     fprintf(stderr, "drape: --format does not take \"%s\"%s\n", name,
@@ -293,6 +305,47 @@ static bool write_document(const struct arguments *arguments, struct format_sour
     return ok;
 }
 
+/* ---- as a report ---- */
+
+/* The request as it was understood, in the arena; NULL with the problem. */
+static const char *understood(const struct files_bytes *request, const struct files_bytes *surface,
+                              const struct api_limits *limits, const struct api_reader *reader,
+                              struct arena *arena, struct api_problem *problem) {
+    static struct api_columns columns;
+    const struct api_input input = {.request = request->data,
+                                    .request_length = request->length,
+                                    .surface = surface->data,
+                                    .surface_length = surface->length};
+    struct api_request decoded;
+    const char *text = NULL;
+    if (api_columns_open(reader, &columns, problem) == API_OK &&
+        api_decode(&input, limits, arena, &decoded, problem) == API_OK)
+        text = api_normalise(&decoded, &columns.start, arena);
+    if (!text)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the request");
+    return text;
+}
+
+static bool write_report(const struct arguments *arguments, const struct files_bytes *request,
+                         const struct files_bytes *surface, const struct api_reader *reader,
+                         const struct files_output *output, struct api_problem *problem) {
+    char finished[32];
+    time_t now = time(NULL);
+    struct tm date;
+    struct arena *arena = arena_new(arguments->limits.max_memory);
+    const char *inputs =
+        arena ? understood(request, surface, &arguments->limits, reader, arena, problem) : NULL;
+    strftime(finished, sizeof finished, "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&now, &date));
+    const struct format_source source = {.reader = reader,
+                                         .record = {.inputs = inputs,
+                                                    .digest = arguments->id,
+                                                    .finished = finished,
+                                                    .program = "drape " DRAPE_SOLVER_VERSION}};
+    bool ok = inputs && write_document(arguments, source, output, problem);
+    arena_free(arena);
+    return ok;
+}
+
 /* ---- on a mesh ---- */
 
 static bool read_mesh(const struct arguments *arguments, const struct files_bytes *text,
@@ -351,13 +404,15 @@ static bool drape(struct arguments *arguments, struct files_bytes *request, FILE
     struct files_bytes surface = {0};
     bool ok = part_resolve(request, &arguments->limits, &surface, &problem) &&
               solve(request, &surface, &arguments->limits, container, arguments->id, &problem);
-    free(surface.data);
     if (ok)
         print_warnings(&reader, &problem);
     if (ok && arguments->map)
         ok = write_map(arguments, &reader, output, &problem);
+    else if (ok && arguments->format->uses & FORMAT_REPORT)
+        ok = write_report(arguments, request, &surface, &reader, output, &problem);
     else if (ok)
         ok = write_document(arguments, (struct format_source){.reader = &reader}, output, &problem);
+    free(surface.data);
     if (problem.id != API_OK)
         print_problem(&problem);
     return ok;

@@ -152,6 +152,7 @@ struct encoder *encoder_new(const struct format *format, const struct format_sou
     encoder->format = format;
     encoder->reader = source->reader;
     encoder->queue_ms = source->queue_ms;
+    encoder->record = source->record;
     encoder->options = *options;
     encoder->options.fields = NULL;
     strncpy(encoder->id, source->id ? source->id : "", API_ID_SIZE - 1);

@@ -27,6 +27,7 @@ struct encoder {
     const struct format *format;
     const struct api_reader *reader; /* NULL: of a map */
     double queue_ms;
+    struct format_record record;
     struct format_options options; /* of a map `table` is cells or plies; fields is not kept */
     char id[API_ID_SIZE];
     struct api_columns columns; /* the header of a stored result */

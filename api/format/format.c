@@ -17,7 +17,8 @@
     X(vtu)                                                                                         \
     X(lcmsim)                                                                                      \
     X(svg)                                                                                         \
-    X(dxf)
+    X(dxf)                                                                                         \
+    X(html)
 
 #define DECLARE(name) extern const struct format format_##name;
 #define LIST(name) &format_##name,

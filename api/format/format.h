@@ -23,6 +23,7 @@ enum format_use {
     FORMAT_RESULT = 1,  /* a stored result, all of it or a selection of columns */
     FORMAT_MAP = 2,     /* fields at the caller's points or elements */
     FORMAT_PATTERN = 4, /* the flat cut pattern of a stored result */
+    FORMAT_REPORT = 8,  /* a page that says all about a stored result */
 };
 
 struct format {
@@ -63,7 +64,7 @@ struct format_options {
     /* of lcmsim */
     int lcmsim_version;           /* 2 or 3; 0: 3 */
     double fiber_volume_fraction; /* what denser elements are taken to have; 0: they are left out */
-    /* of patterns */
+    /* of patterns and reports */
     double allowance;                                   /* in the drape's unit; 0: none */
     char part[FORMAT_NAME_SIZE], ply[FORMAT_NAME_SIZE]; /* for the title; "": not given */
 };
@@ -124,12 +125,21 @@ struct map_fields {
     size_t warning_count;
 };
 
+/* Where a result comes from, for a report; each may be NULL. */
+struct format_record {
+    const char *inputs;   /* the request as `api_normalise` writes it */
+    const char *digest;   /* of the request */
+    const char *finished; /* when, RFC 3339 */
+    const char *program;  /* that writes the report, and its version */
+};
+
 /* What a document is made from; all of it outlives the encoder, but for `id`. */
 struct format_source {
     const char *id;                  /* of the drape; NULL: "" */
     const struct api_reader *reader; /* of a result or pattern: the stored result */
     double queue_ms;                 /* how long it waited, for summary.timing_ms */
     const struct map_fields *fields; /* of a map */
+    struct format_record record;     /* of a report */
 };
 
 /*

@@ -25,8 +25,7 @@ void pattern_number(struct api_text *text, double value) {
 
 /* ---- the sheet ---- */
 
-/* 1, 2 or 5 times a power of ten, at most `length`. */
-static double round_length(double length) {
+double pattern_round_length(double length) {
     double power = pow(10, floor(log10(length))), part = length / power;
     return (part >= 5 ? 5 : part >= 2 ? 2 : 1) * power;
 }
@@ -58,6 +57,7 @@ static void write_titles(const struct encoder *encoder, struct pattern_sheet *sh
 static void make_sheet(const struct encoder *encoder, struct pattern_state *state) {
     struct pattern_sheet *sheet = &state->sheet;
     double size = 0;
+    polygons_bounds(&state->cut.polygons, sheet->cut_low, sheet->cut_high);
     polygons_bounds(state->allowed.count ? &state->allowed : &state->cut.polygons, sheet->low,
                     sheet->high);
     for (int k = 0; k < 2; k++) {
@@ -67,7 +67,7 @@ static void make_sheet(const struct encoder *encoder, struct pattern_state *stat
     }
     size = fmax(size, sheet->step[0]);
     sheet->letter = size / 60;
-    sheet->bar = round_length(size / 2);
+    sheet->bar = pattern_round_length(size / 2);
     write_titles(encoder, sheet);
 }
 

@@ -15,11 +15,12 @@
 #include "encoder.h"
 
 struct pattern_sheet {
-    double step[2];         /* of i and j in the pen's unit */
-    double low[2], high[2]; /* of the drawing in that unit, the start within; high >= low */
-    double letter;          /* height of the letters in that unit, a measure for all marks */
-    double bar;             /* length of the ruler, of ten parts */
-    const char *unit;       /* the pen's */
+    double step[2];                 /* of i and j in the pen's unit */
+    double low[2], high[2];         /* of the drawing in that unit, the start within; high >= low */
+    double cut_low[2], cut_high[2]; /* of the cut alone; all 0 without one */
+    double letter;    /* height of the letters in that unit, a measure for all marks */
+    double bar;       /* length of the ruler, of ten parts */
+    const char *unit; /* the pen's */
     char title[200], subtitle[200], bar_label[60];
 };
 
@@ -72,6 +73,9 @@ struct pattern_state {
 bool pattern_begin(struct encoder *encoder, struct api_problem *problem);
 void pattern_next(struct encoder *encoder);
 void pattern_end(struct encoder *encoder);
+
+/* 1, 2 or 5 times a power of ten, at most `length` > 0. */
+double pattern_round_length(double length);
 
 /* A length, rounded so that products of steps stay short. */
 void pattern_number(struct api_text *text, double value);

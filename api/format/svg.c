@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* The pattern in SVG: millimetres, weft up. The drawing is put upside down as a whole, so that its
  * numbers are those of the cloth; letters are turned back. */
-#include "pattern.h"
+#include "svg.h"
+
+#include <stdio.h>
 
 static void attribute(struct api_text *text, const char *name, double value) {
     api_text_raw(text, " ");
@@ -27,22 +29,21 @@ static void length(struct api_text *text, const char *name, double value) {
 }
 
 /* The page has a margin of three letters, and eight below for title and bar. */
-static void head(struct api_text *text, const struct pattern_sheet *sheet,
-                 const struct api_unit *unit) {
-    double h = sheet->letter, width = sheet->high[0] - sheet->low[0] + 6 * h;
-    double height = sheet->high[1] - sheet->low[1] + 11 * h;
-    (void)unit;
-    api_text_raw(text, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
-                       "<svg xmlns=\"http://www.w3.org/2000/svg\" version=\"1.1\"");
-    length(text, "width", width);
-    length(text, "height", height);
+static void paper(const struct pattern_sheet *sheet, double size[2]) {
+    size[0] = sheet->high[0] - sheet->low[0] + 6 * sheet->letter;
+    size[1] = sheet->high[1] - sheet->low[1] + 11 * sheet->letter;
+}
+
+static void view_box(struct api_text *text, const struct pattern_sheet *sheet) {
+    double h = sheet->letter, size[2];
+    paper(sheet, size);
     numbers(text, " viewBox=\"", sheet->low[0] - 3 * h, -sheet->high[1] - 3 * h);
-    numbers(text, " ", width, height);
-    api_text_raw(text, "\">\n<title>");
-    api_text_raw(text, sheet->title);
-    api_text_raw(text, "</title>\n<desc>");
-    api_text_raw(text, sheet->subtitle);
-    api_text_raw(text, "</desc>\n<defs><pattern id=\"hatch\" patternUnits=\"userSpaceOnUse\"");
+    numbers(text, " ", size[0], size[1]);
+    api_text_raw(text, "\">\n");
+}
+
+static void begin_drawing(struct api_text *text, double h) {
+    api_text_raw(text, "<defs><pattern id=\"hatch\" patternUnits=\"userSpaceOnUse\"");
     attribute(text, "width", h / 2);
     attribute(text, "height", h / 2);
     api_text_raw(text, " patternTransform=\"rotate(45)\"><path");
@@ -53,6 +54,32 @@ static void head(struct api_text *text, const struct pattern_sheet *sheet,
                        " stroke=\"#000\"");
     attribute(text, "stroke-width", h / 12);
     api_text_raw(text, ">\n");
+}
+
+static void head(struct api_text *text, const struct pattern_sheet *sheet,
+                 const struct api_unit *unit) {
+    double size[2];
+    (void)unit;
+    paper(sheet, size);
+    api_text_raw(text, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+                       "<svg xmlns=\"http://www.w3.org/2000/svg\" version=\"1.1\"");
+    length(text, "width", size[0]);
+    length(text, "height", size[1]);
+    view_box(text, sheet);
+    api_text_raw(text, "<title>");
+    api_text_raw(text, sheet->title);
+    api_text_raw(text, "</title>\n<desc>");
+    api_text_raw(text, sheet->subtitle);
+    api_text_raw(text, "</desc>\n");
+    begin_drawing(text, sheet->letter);
+}
+
+static void inset_head(struct api_text *text, const struct pattern_sheet *sheet,
+                       const struct api_unit *unit) {
+    (void)unit;
+    api_text_raw(text, "<svg role=\"img\" aria-label=\"Flat pattern with its dimensions\"");
+    view_box(text, sheet);
+    begin_drawing(text, sheet->letter);
 }
 
 static void begin_shape(struct api_text *text, enum pattern_shape shape) {
@@ -138,8 +165,9 @@ static void arrow(struct api_text *text, double x, double y, double h) {
     numbers(text, "L", x - along[0] - across[0], y - along[1] - across[1]);
 }
 
-static void foot(struct api_text *text, const struct pattern_sheet *sheet) {
-    double h = sheet->letter, left = sheet->low[0], bottom = sheet->low[1];
+/* Start, directions, bar and their names. */
+static void draw_marks(struct api_text *text, const struct pattern_sheet *sheet) {
+    double h = sheet->letter, bottom = sheet->low[1];
     api_text_raw(text, "\"/>\n<circle id=\"start\" cx=\"0\" cy=\"0\"");
     attribute(text, "r", h / 2);
     api_text_raw(text, "/>\n<path id=\"grain\" d=\"");
@@ -147,28 +175,70 @@ static void foot(struct api_text *text, const struct pattern_sheet *sheet) {
     arrow(text, 0, 8 * h, h);
     api_text_raw(text, "\"/>\n<path id=\"bar\" d=\"");
     ruler(text, sheet, bottom - 7 * h);
+}
+
+static void letter_marks(struct api_text *text, const struct pattern_sheet *sheet) {
+    double h = sheet->letter;
     api_text_raw(text, "\"/>\n</g>\n<g font-family=\"sans-serif\">\n");
     letters(text, 8.5 * h, h / 4, h, "warp");
     letters(text, h / 2, 8 * h, h, "weft");
+}
+
+static void foot(struct api_text *text, const struct pattern_sheet *sheet) {
+    double h = sheet->letter, left = sheet->low[0], bottom = sheet->low[1];
+    draw_marks(text, sheet);
+    letter_marks(text, sheet);
     letters(text, left, bottom - 2.5 * h, 1.4 * h, sheet->title);
     letters(text, left, bottom - 4.5 * h, h, sheet->subtitle);
     letters(text, left + sheet->bar + h, bottom - 7 * h, h, sheet->bar_label);
     api_text_raw(text, "</g>\n</svg>\n");
 }
 
-static const struct pattern_pen pen = {.metres = 1e-3,
-                                       .unit = "mm",
-                                       .head = head,
-                                       .begin_polygon = begin_polygon,
-                                       .corner = corner,
-                                       .end_polygon = end_polygon,
-                                       .begin_shape = begin_shape,
-                                       .end_shape = end_shape,
-                                       .begin_locked = begin_locked,
-                                       .locked = locked,
-                                       .begin_notches = begin_notches,
-                                       .notch = notch,
-                                       .foot = foot};
+/* The lines of both dimensions of the cut: below it and to its right, with their ends. */
+static void dimension_lines(struct api_text *text, const struct pattern_sheet *sheet) {
+    const double *low = sheet->cut_low, *high = sheet->cut_high, h = sheet->letter;
+    double y = sheet->low[1] - 1.5 * h, x = sheet->high[0] + 1.5 * h;
+    line(text, low[0], y, high[0], y);
+    line(text, x, low[1], x, high[1]);
+    for (int k = 0; k < 2; k++) {
+        double end_x = k ? high[0] : low[0], end_y = k ? high[1] : low[1];
+        line(text, end_x, y - h / 2, end_x, y + h / 2);
+        line(text, x - h / 2, end_y, x + h / 2, end_y);
+    }
+}
+
+/* Turned by a quarter where `upright` is false. */
+static void dimension(struct api_text *text, const struct pattern_sheet *sheet, bool upright,
+                      double x, double y) {
+    int axis = upright ? 0 : 1;
+    char label[64];
+    snprintf(label, sizeof label, "%.4g %s", sheet->cut_high[axis] - sheet->cut_low[axis],
+             sheet->unit);
+    numbers(text, "<g text-anchor=\"middle\" transform=\"translate(", x, -y);
+    api_text_raw(text, upright ? ")\">" : ")rotate(-90)\">");
+    letters(text, 0, 0, 1.2 * sheet->letter, label);
+    api_text_raw(text, "</g>\n");
+}
+
+static void inset_foot(struct api_text *text, const struct pattern_sheet *sheet) {
+    const double *low = sheet->cut_low, *high = sheet->cut_high, h = sheet->letter;
+    draw_marks(text, sheet);
+    dimension_lines(text, sheet);
+    letter_marks(text, sheet);
+    dimension(text, sheet, true, (low[0] + high[0]) / 2, sheet->low[1] - 3.4 * h);
+    dimension(text, sheet, false, sheet->high[0] + 2.8 * h, (low[1] + high[1]) / 2);
+    letters(text, sheet->low[0] + sheet->bar + h, sheet->low[1] - 7 * h, h, sheet->bar_label);
+    api_text_raw(text, "</g>\n</svg>\n");
+}
+
+/* All but head and foot. */
+#define PEN                                                                                        \
+    .metres = 1e-3, .unit = "mm", .begin_polygon = begin_polygon, .corner = corner,                \
+    .end_polygon = end_polygon, .begin_shape = begin_shape, .end_shape = end_shape,                \
+    .begin_locked = begin_locked, .locked = locked, .begin_notches = begin_notches, .notch = notch
+
+static const struct pattern_pen pen = {PEN, .head = head, .foot = foot};
+const struct pattern_pen svg_inset = {PEN, .head = inset_head, .foot = inset_foot};
 
 const struct format format_svg = {.name = "svg",
                                   .media_type = "image/svg+xml",

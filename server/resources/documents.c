@@ -36,28 +36,33 @@ static void put_digits(char *end, int count, int64_t number) {
         *--end = (char)('0' + number % 10);
 }
 
-/* "key": RFC 3339 in UTC, or null for 0. The date follows from the days since 0000-03-01, in which
- * leap days come last (H. Hinnant, chrono-compatible low-level date algorithms). */
-static void write_time(struct api_text *text, const char *key, int64_t us) {
-    char date[] = "\"0000-00-00T00:00:00.000000Z\"";
+/* The date follows from the days since 0000-03-01, in which leap days come last (H. Hinnant,
+ * chrono-compatible low-level date algorithms). */
+void documents_time(char date[DOCUMENTS_TIME_SIZE], int64_t us) {
     const int64_t seconds = us / 1000000, day = seconds / 86400 + 719468;
     const int64_t era = day / 146097, of_era = day % 146097;
     const int64_t year = (of_era - of_era / 1460 + of_era / 36524 - of_era / 146096) / 365;
     const int64_t of_year = of_era - (365 * year + year / 4 - year / 100);
     const int64_t month = (5 * of_year + 2) / 153; /* 0 is March */
+    memcpy(date, "0000-00-00T00:00:00.000000Z", DOCUMENTS_TIME_SIZE);
+    put_digits(date + 4, 4, year + 400 * era + (month > 9));
+    put_digits(date + 7, 2, month < 10 ? month + 3 : month - 9);
+    put_digits(date + 10, 2, of_year - (153 * month + 2) / 5 + 1);
+    put_digits(date + 13, 2, seconds / 3600 % 24);
+    put_digits(date + 16, 2, seconds / 60 % 60);
+    put_digits(date + 19, 2, seconds % 60);
+    put_digits(date + 26, 6, us % 1000000);
+}
+
+/* "key": the time, or null for 0. */
+static void write_time(struct api_text *text, const char *key, int64_t us) {
+    char date[DOCUMENTS_TIME_SIZE];
+    documents_time(date, us);
     api_text_key(text, key);
-    if (!us) {
-        api_text_raw(text, "null");
-        return;
-    }
-    put_digits(date + 5, 4, year + 400 * era + (month > 9));
-    put_digits(date + 8, 2, month < 10 ? month + 3 : month - 9);
-    put_digits(date + 11, 2, of_year - (153 * month + 2) / 5 + 1);
-    put_digits(date + 14, 2, seconds / 3600 % 24);
-    put_digits(date + 17, 2, seconds / 60 % 60);
-    put_digits(date + 20, 2, seconds % 60);
-    put_digits(date + 27, 6, us % 1000000);
-    api_text_bytes(text, date, sizeof date - 1);
+    api_text_raw(text, us ? "\"" : "null");
+    if (us)
+        api_text_bytes(text, date, sizeof date - 1);
+    api_text_raw(text, us ? "\"" : "");
 }
 
 /* Neither needs escaping. */

@@ -21,6 +21,10 @@ char *documents_surfaces(const struct store_surfaces *page);
 /* The problem of a failed job (`job->error`) with the request's id, and its HTTP status. */
 char *documents_job_problem(const struct store_job *job, const char *request_id, int *status);
 
+/* RFC 3339 in UTC of microseconds since 1970. */
+enum { DOCUMENTS_TIME_SIZE = 28 };
+void documents_time(char date[DOCUMENTS_TIME_SIZE], int64_t us);
+
 /* How long a job waited in the queue, in milliseconds. */
 double documents_queue_ms(const struct store_job *job);
 

@@ -343,15 +343,25 @@ static bool begin_normalising(struct call *call) {
     return call->request->state != NULL;
 }
 
-enum http_next drapes_request(struct call *call) {
+bool drapes_understood(struct call *call, char **text, enum http_next *next) {
+    *next = HTTP_DONE;
     if (!call->request->state && !begin_normalising(call))
-        return HTTP_DONE;
+        return false;
     struct check *check = call->request->state;
     enum checking_state state = checking_look(call, check);
     if (state == CHECKING_PASSED)
-        reply_text(call->reply, 200, "application/json",
-                   checking_text(check, 0, check_answer(check)->output_length));
-    return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
+        *text = checking_text(check, 0, check_answer(check)->output_length);
+    else if (state == CHECKING_WAIT)
+        *next = HTTP_WAIT;
+    return state == CHECKING_PASSED;
+}
+
+enum http_next drapes_request(struct call *call) {
+    enum http_next next;
+    char *text;
+    if (drapes_understood(call, &text, &next))
+        reply_text(call->reply, 200, "application/json", text);
+    return next;
 }
 
 /* ------------------------------------------------------------------ ending */

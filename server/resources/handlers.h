@@ -11,7 +11,7 @@ call_handler drapes_create, drapes_list, drapes_status, drapes_request, drapes_c
 /* events.c */
 call_handler events_stream;
 /* results.c */
-call_handler results_get, results_pattern;
+call_handler results_get, results_pattern, results_report;
 /* maps.c */
 call_handler maps_create;
 /* surfaces.c */
@@ -23,6 +23,11 @@ bool surfaces_screen_file(struct call *call);
 call_handler meta_openapi, meta_limits, meta_health, meta_ready, meta_version, meta_metrics;
 /* viewer.c */
 call_handler viewer_page, viewer_file;
+
+/* Begins to write down the request of the call's drape with every default filled in, unless that is
+ * under way; then looks how far it is. False: the call waits for it (`*next`), or the reply says
+ * why there is none. True: `*text`, which the caller frees; NULL without memory. */
+bool drapes_understood(struct call *call, char **text, enum http_next *next);
 
 /* Whether there is a result. False: the reply says why not, with the drape's own problem if it
  * failed. */

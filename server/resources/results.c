@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* /v1/drapes/{id}/result and /pattern: a stored result in the format asked for. */
+/* /v1/drapes/{id}/result, /pattern and /report: a stored result in the format asked for. */
 #include "api/request/digest.h"
 #include "documents.h"
 #include "encoders_digest.h"
 #include "handlers.h"
 #include "server/clock.h"
+#include "server/config.h"
 #include "server/http/negotiate.h"
 #include "server/http/stream.h"
 #include "server/work/stored_result.h"
@@ -20,9 +21,9 @@ static void make_etag(const struct store_job *job, const struct call_choice *cho
     const struct format_options *options = &choice->options;
     const char *fields = options->fields ? options->fields : "";
     api_digest_bytes(fields, strlen(fields), digest);
-    snprintf(text, sizeof text, "%s %d %d %s %.17g\n%s\n%s", choice->format->name,
-             (int)options->table, options->precision, digest, options->allowance, options->part,
-             options->ply);
+    snprintf(text, sizeof text, "%s %s %d %d %s %.17g\n%s\n%s", DRAPED_VERSION,
+             choice->format->name, (int)options->table, options->precision, digest,
+             options->allowance, options->part, options->ply);
     api_digest_bytes(text, strlen(text), digest);
     snprintf(etag, 96, "\"%s-" ENCODERS_DIGEST "-%.8s%s%s\"", job->id, digest, coding ? "-" : "",
              coding ? compress_name(coding) : "");
@@ -35,11 +36,14 @@ struct source {
     struct stored_result stored;
     struct api_reader reader;
     struct encoder *encoder;
+    char *inputs; /* of a report: the request as understood */
+    char digest[STORE_DIGEST_SIZE], finished[DOCUMENTS_TIME_SIZE];
 };
 
 static void source_free(void *context) {
     struct source *source = context;
     encoder_free(source->encoder);
+    free(source->inputs);
     free(source);
 }
 
@@ -48,18 +52,28 @@ static ssize_t source_read(void *context, char *buffer, size_t size) {
     return encoder_read(source->encoder, buffer, size);
 }
 
-/* NULL with the problem. */
+/* NULL with the problem. Takes over `inputs`. */
 static struct source *source_new(const struct stored_result *stored, const struct store_job *job,
-                                 const struct call_choice *choice, struct api_problem *problem) {
+                                 const struct call_choice *choice, char *inputs,
+                                 struct api_problem *problem) {
     struct source *source = calloc(1, sizeof *source);
     if (!source) {
+        free(inputs);
         api_problem_set(problem, API_UNAVAILABLE, "there is no memory for this now");
         return NULL;
     }
     source->stored = *stored;
     source->reader = stored_result_reader(&source->stored);
-    const struct format_source document = {
-        .id = job->id, .reader = &source->reader, .queue_ms = documents_queue_ms(job)};
+    source->inputs = inputs;
+    memcpy(source->digest, job->digest, sizeof source->digest);
+    documents_time(source->finished, job->finished);
+    const struct format_source document = {.id = job->id,
+                                           .reader = &source->reader,
+                                           .queue_ms = documents_queue_ms(job),
+                                           .record = {.inputs = source->inputs,
+                                                      .digest = source->digest,
+                                                      .finished = source->finished,
+                                                      .program = "draped " DRAPED_VERSION}};
     source->encoder = encoder_new(choice->format, &document, &choice->options, problem);
     if (source->encoder)
         return source;
@@ -69,24 +83,24 @@ static struct source *source_new(const struct stored_result *stored, const struc
 
 /* ------------------------------------------------------------------ the answer */
 
-/* 200, or 206 for a part. Of the encoder `Server-Timing` has the time to the first bytes, or to the
- * last if the answer is short. */
+/* 200, or 206 for a part. Takes over `inputs`. Of the encoder `Server-Timing` has the time to the
+ * first bytes, or to the last if the answer is short. */
 static void reply_stored(struct call *call, const struct store_job *job,
-                         const struct call_choice *choice, enum compress_coding coding,
-                         const char *etag) {
+                         const struct call_choice *choice, char *inputs,
+                         enum compress_coding coding, const char *etag) {
     struct stored_result stored = {.store = call->services->store};
     struct api_problem problem = {0};
     int64_t begun = clock_us();
     enum store_answer answer = store_result_find(stored.store, job->id, &stored.result);
-    if (answer == STORE_EMPTY) {
-        reply_refuse(call->reply, API_GONE, "the result has been removed");
-        return;
-    }
     if (answer != STORE_OK) {
-        call_store_failed(call, answer);
+        free(inputs);
+        if (answer == STORE_EMPTY)
+            reply_refuse(call->reply, API_GONE, "the result has been removed");
+        else
+            call_store_failed(call, answer);
         return;
     }
-    struct source *source = source_new(&stored, job, choice, &problem);
+    struct source *source = source_new(&stored, job, choice, inputs, &problem);
     if (!source) {
         reply_problem(call->reply, &problem);
         return;
@@ -118,24 +132,31 @@ bool results_ready(struct call *call, const struct store_job *job) {
     return reply->status == 0;
 }
 
-void results_reply(struct call *call, const struct store_job *job,
-                   const struct call_choice *choice) {
+/* As `results_reply`; takes over `inputs`. */
+static void reply_document(struct call *call, const struct store_job *job,
+                           const struct call_choice *choice, char *inputs) {
     const struct request *request = call->request;
-    char etag[96];
-    if (!results_ready(call, job))
-        return;
     enum compress_coding coding = compress_choose(request_header(request, "Accept-Encoding"));
+    char etag[96];
     make_etag(job, choice, coding, etag);
     if (!strcmp(request->method, "POST") ||
-        !negotiate_etag_matches(request_header(request, "If-None-Match"), etag))
-        reply_stored(call, job, choice, coding, etag);
-    else
+        !negotiate_etag_matches(request_header(request, "If-None-Match"), etag)) {
+        reply_stored(call, job, choice, inputs, coding, etag);
+    } else {
+        free(inputs);
         reply_empty(call->reply, 304);
+    }
     if (call->reply->status < 400) {
         reply_header(call->reply, "ETag", "%s", etag);
         reply_header(call->reply, "Vary", "Accept, Accept-Encoding");
         reply_header(call->reply, "Cache-Control", "private, no-cache");
     }
+}
+
+void results_reply(struct call *call, const struct store_job *job,
+                   const struct call_choice *choice) {
+    if (results_ready(call, job))
+        reply_document(call, job, choice, NULL);
 }
 
 /* GET of a stored result as a document of that use. */
@@ -154,4 +175,16 @@ enum http_next results_get(struct call *call) {
 
 enum http_next results_pattern(struct call *call) {
     return get(call, FORMAT_PATTERN);
+}
+
+enum http_next results_report(struct call *call) {
+    struct call_choice choice;
+    struct store_job job = {0};
+    enum http_next next = HTTP_DONE;
+    char *inputs;
+    if (call_choose(call, FORMAT_REPORT, &choice) && call_find_job(call, &job) &&
+        results_ready(call, &job) && drapes_understood(call, &inputs, &next))
+        reply_document(call, &job, &choice, inputs);
+    store_job_clear(&job);
+    return next;
 }

@@ -39,6 +39,7 @@ static const struct route routes[] = {
     {"DELETE", "/v1/drapes/{id}", drapes_delete, 0, {0}},
     {"GET", "/v1/drapes/{id}/result", results_get, 0, {RESULT_QUERY}},
     {"GET", "/v1/drapes/{id}/pattern", results_pattern, 0, {"format", "allowance", "part", "ply"}},
+    {"GET", "/v1/drapes/{id}/report", results_report, 0, {"format", "allowance", "part", "ply"}},
     {"GET", "/v1/drapes/{id}/request", drapes_request, 0, {0}},
     {"GET", "/v1/drapes/{id}/events", events_stream, 0, {0}},
     {"POST", "/v1/drapes/{id}/cancel", drapes_cancel, 0, {0}},

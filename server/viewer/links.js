@@ -12,6 +12,7 @@ const DOWNLOADS = [
   ['NPZ (NumPy)', 'result?format=npz', 'npz'],
   ['Pattern SVG', 'pattern?format=svg', 'svg'],
   ['Pattern DXF', 'pattern?format=dxf', 'dxf'],
+  ['Report to print', 'report', 'report.html'],
   ['Request', 'request', 'request.json'],
 ];
 

@@ -365,7 +365,7 @@ test('page: every download is there, and the curl command gives the same net', a
   const links = await page
     .locator('#downloads a')
     .evaluateAll((all) => all.map((link) => link.href));
-  assert.equal(links.length, 9);
+  assert.equal(links.length, 10);
   for (const link of links) {
     const answer = await fetch(link);
     assert.equal(answer.status, 200, link);

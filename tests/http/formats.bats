@@ -54,6 +54,28 @@ END
     expect_problem 404 not-found
 }
 
+@test "formats: the report is a page of its own, with names, inputs and an entity tag" {
+    call GET "/v1/drapes/$id/report?part=Wing&ply=3&allowance=0.02"
+    expect 200
+    [ "$(header Content-Type)" = text/html ]
+    grep -q '<title>Wing, ply 3</title>' "$body"
+    grep -q 'method</th><td>&quot;gib&quot;' "$body"
+    grep -q "Digest of the request</th><td>[0-9a-f]\{32\}<" "$body"
+    grep -q 'Report by</th><td>draped [0-9.]*<' "$body"
+    grep -q "Finished</th><td>20[0-9-]*T[0-9:.]*Z<" "$body"
+    call GET "/v1/drapes/$id/report" -H "Accept: text/html" -H "If-None-Match: $(header ETag)"
+    expect 200
+    grep -q "<title>Drape $id</title>" "$body"
+    call GET "/v1/drapes/$id/report" -H "If-None-Match: $(header ETag)"
+    expect 304
+    call GET "/v1/drapes/$id/report?part=%3Cscript%3E"
+    expect_problem 422 invalid-request
+    call GET "/v1/drapes/$id/report" -H 'Accept: application/json'
+    expect_problem 406 not-acceptable
+    call GET /v1/drapes/none/report
+    expect_problem 404 not-found
+}
+
 @test "formats: what is long and of known length says so, and keeps it" {
     for format in vtp glb npz; do
         call GET "/v1/drapes/$id/result?format=$format"

@@ -156,6 +156,19 @@ static void test_command_takes_the_encoders_options(void **state) {
     outcome_free(&outcome);
 }
 
+/* The request is in it as it was understood, with its defaults. */
+static void test_command_writes_a_report(void **state) {
+    (void)state;
+    struct outcome outcome = run("--report --part Wing", request_text("saddle"));
+    assert_int_equal(outcome.status, 0);
+    assert_memory_equal(outcome.out.data, "<!doctype html>", 15);
+    assert_non_null(strstr(outcome.out.data, "<h1>Wing</h1>"));
+    assert_non_null(strstr(outcome.out.data, "yarn_path</th><td>&quot;chord&quot;"));
+    assert_non_null(strstr(outcome.out.data, "</html>"));
+    outcome_free(&outcome);
+    refuse("--report --map api/examples/mould.bdf", request_text("saddle"), 2, "html", "--map");
+}
+
 static void test_command_says_what_it_is(void **state) {
     (void)state;
     struct outcome help = run("--help", ""), version = run("--version", "");
@@ -321,6 +334,7 @@ int main(void) {
         cmocka_unit_test(test_command_writes_the_result_document),
         cmocka_unit_test(test_command_reads_a_file_or_a_dash),
         cmocka_unit_test(test_command_takes_the_encoders_options),
+        cmocka_unit_test(test_command_writes_a_report),
         cmocka_unit_test(test_command_says_what_it_is),
         cmocka_unit_test(test_command_refuses_a_wrong_command_line),
         cmocka_unit_test(test_command_explains_problems),

@@ -95,6 +95,7 @@ static void test_encode_memory_of_results(void **state) {
     (void)state;
     check_formats(FORMAT_RESULT, &source);
     check_formats(FORMAT_PATTERN, &source);
+    check_formats(FORMAT_REPORT, &source);
     bytes_free(&container);
 }
 

@@ -126,7 +126,8 @@ static void test_formats_of_patterns_are_golden(void **state) {
 
 /* Names and media types are unique within a use, and what each use has. */
 static void test_formats_are_found_within_their_use_alone(void **state) {
-    static const enum format_use uses[] = {FORMAT_RESULT, FORMAT_MAP, FORMAT_PATTERN};
+    static const enum format_use uses[] = {FORMAT_RESULT, FORMAT_MAP, FORMAT_PATTERN,
+                                           FORMAT_REPORT};
     const struct format *format;
     (void)state;
     for (size_t u = 0; u < sizeof uses / sizeof *uses; u++)

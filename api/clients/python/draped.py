@@ -46,6 +46,7 @@ Mesh = Union[str, os.PathLike, Mapping[str, Any]]
 
 RESULT_FORMATS = ("json", "csv", "vtp", "glb", "npz")
 PATTERN_FORMATS = ("svg", "dxf")
+REPORT_FORMATS = ("html",)
 RETRIES = 4  # after a connection that failed, or an answer that asks to come later
 
 
@@ -233,14 +234,15 @@ class Client:
 
     def save(self, drape: str, path: Union[str, os.PathLike], format: Optional[str] = None,
              **options: Any) -> None:
-        """Saves the result (json, csv, vtp, glb, npz) or the flat cut pattern (svg, dxf) to a file;
-        the format by its name's ending unless given. `options` are the query parameters `table`,
-        `fields` and `precision`."""
+        """Saves the result (json, csv, vtp, glb, npz), the flat cut pattern (svg, dxf) or a report to
+        print (html) to a file; the format by its name's ending unless given. `options` are the
+        query parameters `table`, `fields` and `precision`, or `allowance`, `part` and `ply`."""
         name = format or os.path.splitext(os.fspath(path))[1].lstrip(".").lower()
-        if name not in RESULT_FORMATS + PATTERN_FORMATS:
-            known = ", ".join(RESULT_FORMATS + PATTERN_FORMATS)
+        documents = {"result": RESULT_FORMATS, "pattern": PATTERN_FORMATS, "report": REPORT_FORMATS}
+        what = next((key for key, names in documents.items() if name in names), None)
+        if what is None:
+            known = ", ".join(sum(documents.values(), ()))
             raise ValueError(f"{name!r} is no format; there are {known}")
-        what = "pattern" if name in PATTERN_FORMATS else "result"
         self._write(self._open("GET", f"/v1/drapes/{drape}/{what}", format=name, **options), path)
 
     # ---- the fields on a mesh ----
@@ -291,7 +293,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Drape a request and save the result.")
     parser.add_argument("request", help="a drape request, JSON; - for the standard input")
     parser.add_argument("-o", "--output", required=True,
-                        help="json, csv, vtp, glb, npz, svg or dxf, by its ending")
+                        help="json, csv, vtp, glb, npz, svg, dxf or html, by its ending")
     parser.add_argument("--url", default=os.environ.get("DRAPED_URL", "http://127.0.0.1:8080"))
     parser.add_argument("--token", default=os.environ.get("DRAPED_TOKEN"))
     arguments = parser.parse_args()

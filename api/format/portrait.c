@@ -1,0 +1,337 @@
+/* SPDX-License-Identifier: MIT */
+#include "portrait.h"
+
+#include "api/result/quads.h"
+#include "colour.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    WIDTH = 1500, /* pixels: 200 an inch on a page of A4 */
+    HEIGHT = 1000,
+    MARGIN = 30,
+    BLOCK = 512, /* rows read at a time */
+    YARNS = 24,  /* about as many along the longer side */
+    HATCH = 4    /* pixels */
+};
+
+/* The colours: paper, shades of shear, the same darker below yarns, and these. */
+enum {
+    SHADE = 1,
+    DARK = SHADE + PORTRAIT_SHADES,
+    LOCKED = DARK + PORTRAIT_SHADES,
+    RIM,
+    WARP,
+    WEFT
+};
+
+static const uint8_t marks[][3] = {
+    {0xc0, 0x00, 0x1a}, {0x1b, 0x23, 0x30}, {0xb4, 0x5f, 0x06}, {0x0b, 0x6a, 0xa2}};
+
+static const double yarn_shade = 0.72;     /* of the colour below it */
+static const double least_range_deg = 1;   /* below it the colours do not spread */
+static const double closed = 0.2;          /* share of the area that faces one way, at the most */
+static const double view[] = {0.35, -0.7}; /* along warp and weft beside 1 along the normal */
+static const double lift = 3;              /* pixels that lines lie above the cells */
+
+void portrait_colour(double share, uint8_t rgb[3]) {
+    double srgb[3];
+    colour_viridis(share, srgb);
+    for (int c = 0; c < 3; c++)
+        rgb[c] = (uint8_t)(255 * srgb[c] + 0.5);
+}
+
+static void make_palette(struct raster *raster) {
+    memset(raster->palette, 0xff, 3);
+    for (int k = 0; k < PORTRAIT_SHADES; k++) {
+        uint8_t *rgb = raster->palette[SHADE + k], *dark = raster->palette[DARK + k];
+        portrait_colour((double)k / (PORTRAIT_SHADES - 1), rgb);
+        for (int c = 0; c < 3; c++)
+            dark[c] = (uint8_t)(yarn_shade * rgb[c]);
+    }
+    memcpy(raster->palette[LOCKED], marks, sizeof marks);
+}
+
+/* ---- reading ---- */
+
+/* Points of a table by their rows, which go forward but for steps within a block. */
+struct points {
+    const struct api_column *column[4]; /* x, y, z, and of a rim the loop */
+    size_t first, held;
+    double block[4][BLOCK];
+};
+
+struct scene {
+    const struct api_reader *reader;
+    const struct api_columns *columns;
+    const struct api_column *shear, *locked; /* of the cells; `locked` may be NULL */
+    struct points low, high;                 /* corners on both sides of a row of cells */
+    struct quads quads;
+    struct vec3 origin, axis[3]; /* to the right, down, to the eye */
+    double shift[2];             /* the pixel of the origin */
+    int height;                  /* of the picture */
+    double shear_deg[BLOCK], is_locked[BLOCK];
+    int32_t corners[BLOCK][4], places[BLOCK][2];
+    struct vec3 area;  /* the cells' areas, as vectors */
+    double area_total; /* and as numbers */
+};
+
+static bool find_points(const struct scene *scene, enum api_table table, struct points *points) {
+    static const char *const names[] = {"x", "y", "z", "loop"};
+    points->held = 0;
+    for (int k = 0; k < 4; k++)
+        points->column[k] = api_columns_find(scene->columns, table, names[k]);
+    return points->column[0] && points->column[1] && points->column[2];
+}
+
+static bool read_point(const struct scene *scene, struct points *points, size_t row,
+                       struct vec3 *point) {
+    if (row < points->first || row >= points->first + points->held) {
+        size_t left = points->column[0]->rows - row;
+        points->first = row;
+        points->held = left < BLOCK ? left : BLOCK;
+        for (int k = 0; k < 4; k++)
+            if (points->column[k] && !api_columns_read(scene->reader, points->column[k], row,
+                                                       points->held, points->block[k]))
+                return false;
+    }
+    size_t at = row - points->first;
+    *point = vec3_make(points->block[0][at], points->block[1][at], points->block[2][at]);
+    return true;
+}
+
+/* A cell: its corners in turn, its place. */
+struct cell {
+    struct vec3 corner[4];
+    const int32_t *place;
+    double shear_deg;
+    bool locked;
+};
+
+typedef void visitor(struct portrait *portrait, struct scene *scene, const struct cell *cell);
+
+static bool read_block(struct scene *scene, size_t first, size_t count) {
+    memset(scene->is_locked, 0, sizeof scene->is_locked);
+    return quads_next(&scene->quads, count, scene->corners, scene->places) &&
+           api_columns_read(scene->reader, scene->shear, first, count, scene->shear_deg) &&
+           (!scene->locked ||
+            api_columns_read(scene->reader, scene->locked, first, count, scene->is_locked));
+}
+
+/* Calls for every cell. False when they cannot be read. */
+static bool visit_cells(struct portrait *portrait, struct scene *scene, visitor *visit) {
+    size_t rows = scene->shear->rows, count;
+    scene->low.held = scene->high.held = 0;
+    if (!quads_begin(&scene->quads, scene->reader, scene->columns))
+        return false;
+    for (size_t first = 0; first < rows; first += count) {
+        count = rows - first < BLOCK ? rows - first : BLOCK;
+        if (!read_block(scene, first, count))
+            return false;
+        for (size_t k = 0; k < count; k++) {
+            struct cell cell = {.place = scene->places[k],
+                                .shear_deg = scene->shear_deg[k],
+                                .locked = scene->is_locked[k] > 0};
+            for (int c = 0; c < 4; c++)
+                if (!read_point(scene, c < 2 ? &scene->low : &scene->high,
+                                (size_t)scene->corners[k][c], &cell.corner[c]))
+                    return false;
+            visit(portrait, scene, &cell);
+        }
+    }
+    return true;
+}
+
+/* ---- the view ---- */
+
+/* Half the product of the diagonals. */
+static void add_area(struct portrait *portrait, struct scene *scene, const struct cell *cell) {
+    const struct vec3 *corner = cell->corner;
+    struct vec3 area =
+        vec3_scale(0.5, vec3_cross(vec3_sub(corner[2], corner[0]), vec3_sub(corner[3], corner[1])));
+    (void)portrait;
+    scene->area = vec3_add(scene->area, area);
+    scene->area_total += vec3_norm(area);
+}
+
+static void choose_view(struct scene *scene) {
+    const struct api_start *start = &scene->columns->start;
+    struct vec3 normal = vec3_unit(vec3_cross(start->warp, start->weft));
+    if (vec3_norm(scene->area) > closed * scene->area_total)
+        normal = vec3_unit(scene->area);
+    struct vec3 along = vec3_axpy(-vec3_dot(start->warp, normal), normal, start->warp);
+    if (vec3_norm(along) < closed)
+        along = vec3_axpy(-vec3_dot(start->weft, normal), normal, start->weft);
+    along = vec3_unit(along);
+    struct vec3 across = vec3_cross(normal, along), *axis = scene->axis;
+    axis[2] = vec3_unit(vec3_axpy(view[0], along, vec3_axpy(view[1], across, normal)));
+    axis[0] = vec3_unit(vec3_cross(normal, axis[2]));
+    axis[1] = vec3_cross(axis[0], axis[2]);
+    scene->origin = start->point;
+}
+
+/* In pixels; before the scale is set in length units. */
+static void project(const struct portrait *portrait, const struct scene *scene, struct vec3 point,
+                    double pixel[3]) {
+    struct vec3 offset = vec3_sub(point, scene->origin);
+    for (int k = 0; k < 3; k++)
+        pixel[k] =
+            portrait->scale * vec3_dot(offset, scene->axis[k]) + (k < 2 ? scene->shift[k] : 0);
+}
+
+/* The box of nodes and rim, the start within, into the picture with a margin. */
+static bool fit(struct portrait *portrait, struct scene *scene) {
+    static const enum api_table tables[] = {API_TABLE_NODES, API_TABLE_RIM};
+    double low[2] = {0, 0}, high[2] = {0, 0}, pixel[3];
+    struct vec3 point;
+    portrait->scale = 1;
+    for (int t = 0; t < 2; t++) {
+        size_t rows = api_columns_rows(scene->columns, tables[t]);
+        if (rows && !find_points(scene, tables[t], &scene->low))
+            return false;
+        for (size_t row = 0; row < rows; row++) {
+            if (!read_point(scene, &scene->low, row, &point))
+                return false;
+            project(portrait, scene, point, pixel);
+            for (int k = 0; k < 2; k++) {
+                low[k] = fmin(low[k], pixel[k]);
+                high[k] = fmax(high[k], pixel[k]);
+            }
+        }
+    }
+    double size[2] = {high[0] - low[0], high[1] - low[1]};
+    double scale = fmin((WIDTH - 2 * MARGIN) / size[0], (HEIGHT - 2 * MARGIN) / size[1]);
+    portrait->scale = isfinite(scale) ? scale : 1;
+    for (int k = 0; k < 2; k++)
+        scene->shift[k] = MARGIN - portrait->scale * low[k];
+    scene->shift[0] += (WIDTH - 2 * MARGIN - portrait->scale * size[0]) / 2;
+    scene->height = (int)ceil(portrait->scale * size[1]) + 2 * MARGIN;
+    return find_points(scene, API_TABLE_NODES, &scene->low);
+}
+
+/* ---- drawing ---- */
+
+static void fill_cell(struct portrait *portrait, struct scene *scene, const struct cell *cell) {
+    double pixel[4][3];
+    double share = fmin(fabs(cell->shear_deg) / portrait->range_deg, 1);
+    uint8_t colour = (uint8_t)(SHADE + (int)(share * (PORTRAIT_SHADES - 1) + 0.5));
+    for (int c = 0; c < 4; c++)
+        project(portrait, scene, cell->corner[c], pixel[c]);
+    for (int k = 1; k < 3; k++) {
+        raster_triangle(&portrait->raster, pixel[0], pixel[k], pixel[k + 1], colour, 0);
+        if (cell->locked)
+            raster_triangle(&portrait->raster, pixel[0], pixel[k], pixel[k + 1], LOCKED, HATCH);
+    }
+}
+
+static void draw_edge(struct portrait *portrait, struct scene *scene, struct vec3 from,
+                      struct vec3 to, int width, const uint8_t *over) {
+    double a[3], b[3];
+    project(portrait, scene, from, a);
+    project(portrait, scene, to, b);
+    raster_line(&portrait->raster, a, b, width, lift, over);
+}
+
+/* What every colour becomes under a line of one colour, or under a yarn. */
+static void under_line(int colour, uint8_t over[RASTER_COLOURS]) {
+    for (int k = 0; k < RASTER_COLOURS; k++)
+        over[k] = (uint8_t)(colour ? colour : k >= SHADE && k < DARK ? k + PORTRAIT_SHADES : k);
+}
+
+/* Where the generators end, for their names. */
+static void note_end(struct portrait *portrait, const struct scene *scene, const struct cell *cell,
+                     int family) {
+    double pixel[3];
+    project(portrait, scene, cell->corner[family ? 3 : 1], pixel);
+    memcpy(portrait->end[family], pixel, sizeof portrait->end[family]);
+}
+
+/* The cell's edges on yarns that are drawn: those of the generators in their colours. */
+static void draw_yarns(struct portrait *portrait, struct scene *scene, const struct cell *cell) {
+    static const int edges[4][2] = {{0, 1}, {3, 2}, {0, 3}, {1, 2}};
+    uint8_t over[RASTER_COLOURS];
+    for (int k = 0; k < 4; k++) {
+        int family = k / 2, number = cell->place[1 - family] + k % 2;
+        if (number % portrait->yarns)
+            continue;
+        under_line(number ? 0 : family ? WEFT : WARP, over);
+        draw_edge(portrait, scene, cell->corner[edges[k][0]], cell->corner[edges[k][1]],
+                  number ? 1 : 3, over);
+        if (number == 0 && k % 2 == 0 && cell->place[family] >= 0)
+            note_end(portrait, scene, cell, family);
+    }
+}
+
+/* Each point to the one before; the last of a loop to its first. */
+static bool draw_rim(struct portrait *portrait, struct scene *scene) {
+    size_t rows = api_columns_rows(scene->columns, API_TABLE_RIM);
+    struct vec3 point, last = {0}, first = {0};
+    uint8_t over[RASTER_COLOURS];
+    double loop, before = -1;
+    under_line(RIM, over);
+    if (rows && !find_points(scene, API_TABLE_RIM, &scene->low))
+        return false;
+    for (size_t row = 0; row < rows; row++, before = loop, last = point) {
+        if (!read_point(scene, &scene->low, row, &point))
+            return false;
+        loop = scene->low.block[3][row - scene->low.first];
+        bool same = row && loop == before; /* both are whole numbers */
+        if (row)
+            draw_edge(portrait, scene, last, same ? point : first, 2, over);
+        if (!same)
+            first = point;
+    }
+    if (rows)
+        draw_edge(portrait, scene, last, first, 2, over);
+    return true;
+}
+
+static bool prepare(struct scene *scene) {
+    scene->shear = api_columns_find(scene->columns, API_TABLE_CELLS, "shear_deg");
+    scene->locked = api_columns_find(scene->columns, API_TABLE_CELLS, "locked");
+    return scene->shear && find_points(scene, API_TABLE_NODES, &scene->low) &&
+           find_points(scene, API_TABLE_NODES, &scene->high);
+}
+
+static bool draw(struct portrait *portrait, struct scene *scene, struct api_problem *problem) {
+    const struct api_grid *grid = &scene->columns->grid;
+    double start[3];
+    if (!prepare(scene) || !visit_cells(portrait, scene, add_area))
+        return false;
+    choose_view(scene);
+    if (!fit(portrait, scene))
+        return false;
+    if (!raster_begin(&portrait->raster, WIDTH, scene->height)) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the picture");
+        return true;
+    }
+    make_palette(&portrait->raster);
+    project(portrait, scene, scene->origin, start);
+    for (int k = 0; k < 2; k++)
+        portrait->start[k] = portrait->end[0][k] = portrait->end[1][k] = start[k];
+    int warp = grid->warp[1] - grid->warp[0], weft = grid->weft[1] - grid->weft[0];
+    portrait->yarns = 1 + (warp > weft ? warp : weft) / YARNS;
+    return visit_cells(portrait, scene, fill_cell) && visit_cells(portrait, scene, draw_yarns) &&
+           draw_rim(portrait, scene);
+}
+
+enum api_problem_id portrait_draw(struct portrait *portrait, const struct api_reader *reader,
+                                  const struct api_columns *columns, struct api_problem *problem) {
+    struct scene *scene = calloc(1, sizeof *scene);
+    if (!scene) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the picture");
+        return problem->id;
+    }
+    scene->reader = reader;
+    scene->columns = columns;
+    portrait->range_deg = fmax(columns->summary.max_shear_deg, least_range_deg);
+    if (!draw(portrait, scene, problem))
+        api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
+    free(scene);
+    return problem->id;
+}
+
+void portrait_free(struct portrait *portrait) {
+    raster_free(&portrait->raster);
+}

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The draped part as a picture: the cells coloured by their shear, those beyond the locking angle
+ * hatched, some yarns, the generators and the rim. It is a parallel projection, seen from the side
+ * that warp x weft points to, the warp to the right and the weft away from the eye; of a part that
+ * closes on itself the side of its start.
+ */
+#ifndef API_FORMAT_PORTRAIT_H
+#define API_FORMAT_PORTRAIT_H
+
+#include "api/result/columns.h"
+#include "raster.h"
+
+enum { PORTRAIT_SHADES = 100 };
+
+struct portrait {
+    struct raster raster;
+    double range_deg; /* the shear that has the last colour */
+    double scale;     /* pixels of a length unit, at right angles to the view */
+    double start[2];  /* its pixel, and those of the ends of the generators */
+    double end[2][2];
+    int yarns; /* every how many are drawn */
+};
+
+/* Draws what `portrait` (zero-initialised) is to hold. API_OUT_OF_MEMORY, or API_INTERNAL for a
+ * damaged result. portrait_free in any case. */
+enum api_problem_id portrait_draw(struct portrait *portrait, const struct api_reader *reader,
+                                  const struct api_columns *columns,
+                                  struct api_problem *problem) STATUS_MUST_USE;
+
+void portrait_free(struct portrait *portrait);
+
+/* The colour of a shear of 0..1 of the range, as in a palette. */
+void portrait_colour(double share, uint8_t rgb[3]);
+
+#endif

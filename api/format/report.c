@@ -1,0 +1,443 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * A report to print and to file: one HTML page without scripts, links or anything from elsewhere,
+ * for one or two sheets of A4. The part with its shear, the summary, the warnings; the flat pattern
+ * with its dimensions; what was asked for, and by which versions it was answered. The picture is a
+ * PNG within it; the pattern is drawn as for `svg`.
+ */
+#include "inputs.h"
+#include "png.h"
+#include "portrait.h"
+#include "svg.h"
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    CODED = 48 * 1024, /* bytes of the picture in one piece; a multiple of 3 */
+    VALUE_SHOWN = 200, /* bytes of an input */
+    LEGEND = 120,      /* pixels below the picture */
+    SCALE_STEPS = 50,
+    TICKS = 5
+};
+
+enum stage { AT_HEAD, AT_PICTURE, AT_SCALE, AT_PATTERN, AT_INPUTS };
+
+/* The pattern's state comes first: its functions take it for theirs. */
+struct state {
+    struct pattern_state pattern;
+    struct portrait portrait;
+    uint8_t *png;
+    size_t png_length, sent;
+    struct inputs inputs;
+    enum stage stage;
+};
+
+/* ---- text ---- */
+
+/* As text of HTML, within quotes as well. */
+static void escape(struct api_text *text, const char *string, size_t length) {
+    for (size_t k = 0; k < length; k++) {
+        char c = string[k];
+        const char *entity = c == '<'    ? "&lt;"
+                             : c == '>'  ? "&gt;"
+                             : c == '&'  ? "&amp;"
+                             : c == '"'  ? "&quot;"
+                             : c == '\'' ? "&#39;"
+                                         : NULL;
+        if (entity)
+            api_text_raw(text, entity);
+        else
+            api_text_bytes(text, &c, 1);
+    }
+}
+
+static void say(struct api_text *text, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+/* Escaped; of what is longer the beginning. */
+static void say(struct api_text *text, const char *format, ...) {
+    char string[512];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(string, sizeof string, format, arguments);
+    va_end(arguments);
+    escape(text, string, strlen(string));
+}
+
+/* A row of a table of names and values; `end_row` closes it. */
+static void begin_row(struct api_text *text, const char *name) {
+    api_text_raw(text, "<tr><th scope=\"row\">");
+    say(text, "%s", name);
+    api_text_raw(text, "</th><td>");
+}
+
+static void end_row(struct api_text *text) {
+    api_text_raw(text, "</td></tr>\n");
+}
+
+static void row(struct api_text *text, const char *name, const char *value) {
+    if (!value || !*value)
+        return;
+    begin_row(text, name);
+    say(text, "%s", value);
+    end_row(text);
+}
+
+/* ---- the head ---- */
+
+static const char style[] =
+    "@page{size:A4;margin:14mm}"
+    "body{font:10pt/1.4 'Liberation Sans',Arial,sans-serif;color:#1b2330;background:#fff;"
+    "max-width:182mm;margin:0 auto;padding:1em}"
+    "h1{font-size:17pt;margin:0}h2{font-size:11pt;margin:1.2em 0 .3em;break-after:avoid}"
+    "p{margin:.2em 0}ul{margin:.2em 0;padding-left:1.3em}"
+    "table{border-collapse:collapse;width:100%;font-size:9pt;font-variant-numeric:tabular-nums}"
+    "th{text-align:left;font-weight:400;color:#566072;padding:1px 1em 1px 0;white-space:nowrap}"
+    "td{padding:1px 0;overflow-wrap:anywhere;width:99%}"
+    "tr,li,figure{break-inside:avoid}"
+    ".columns{columns:2;column-gap:8mm}"
+    "figure{margin:.6em 0;text-align:center}"
+    "svg{max-width:100%;overflow:visible;font-family:'Liberation Sans',Arial,sans-serif}"
+    ".part svg{width:100%;max-height:105mm}.pattern svg{width:100%;max-height:135mm}"
+    ".pattern{break-before:page}figcaption{font-size:8.5pt;color:#566072;text-align:left}"
+    ".partial{color:#b3172b;font-weight:700}"
+    "@media print{body{padding:0}}";
+
+static void write_title(struct api_text *text, const struct encoder *encoder) {
+    const struct format_options *options = &encoder->options;
+    if (!options->part[0] && !options->ply[0])
+        say(text, "Drape %s", encoder->id);
+    else
+        say(text, "%s%s%s", options->part, options->part[0] && options->ply[0] ? ", ply " : "",
+            options->ply);
+}
+
+static void write_head(struct encoder *encoder) {
+    const struct api_summary *summary = &encoder->columns.summary;
+    struct api_text *text = &encoder->piece;
+    api_text_raw(text, "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+                       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src "
+                       "'none'; style-src 'unsafe-inline'; img-src data:\">\n"
+                       "<meta name=\"viewport\" content=\"width=device-width\">\n<title>");
+    write_title(text, encoder);
+    api_text_raw(text, "</title>\n<style>");
+    api_text_raw(text, style);
+    api_text_raw(text, "</style>\n</head>\n<body>\n<header>\n<h1>");
+    write_title(text, encoder);
+    api_text_raw(text, summary->outcome == DRAPE_COMPLETE ? "</h1>\n<p>"
+                                                          : "</h1>\n<p class=\"partial\">");
+    say(text, "%s: %.4g %% of the part is covered, the greatest shear is %.1f degrees.",
+        summary->outcome == DRAPE_COMPLETE ? "Complete" : "Partial", 100 * summary->cloth_coverage,
+        summary->max_shear_deg);
+    api_text_raw(text, "</p>\n</header>\n<figure class=\"part\">\n");
+}
+
+/* ---- the part ---- */
+
+/* An element of the drawing, written with its quotes. */
+static void draw(struct api_text *text, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+static void draw(struct api_text *text, const char *format, ...) {
+    char element[256];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(element, sizeof element, format, arguments);
+    va_end(arguments);
+    api_text_raw(text, element);
+}
+
+static void begin_picture(struct encoder *encoder) {
+    const struct raster *raster = &((struct state *)encoder->state)->portrait.raster;
+    struct api_text *text = &encoder->piece;
+    draw(text,
+         "<svg role=\"img\" aria-label=\"The draped part, coloured by its shear\" "
+         "viewBox=\"0 0 %d %d\">\n",
+         raster->width, raster->height + LEGEND);
+    draw(text, "<image width=\"%d\" height=\"%d\" href=\"data:image/png;base64,", raster->width,
+         raster->height);
+}
+
+/* The next bytes of the picture in Base64 (RFC 4648). */
+static void write_picture(struct encoder *encoder) {
+    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    struct state *state = encoder->state;
+    size_t end = state->png_length - state->sent > CODED ? state->sent + CODED : state->png_length;
+    for (; state->sent < end; state->sent += 3) {
+        char four[4] = "====";
+        size_t left = end - state->sent;
+        const uint8_t *bytes = state->png + state->sent;
+        uint32_t bits = (uint32_t)bytes[0] << 16 | (left > 1 ? (uint32_t)bytes[1] << 8 : 0) |
+                        (left > 2 ? bytes[2] : 0);
+        for (size_t k = 0; k < 4 && k <= left; k++)
+            four[k] = digits[bits >> (18 - 6 * k) & 63];
+        api_text_bytes(&encoder->piece, four, 4);
+    }
+    if (end == state->png_length)
+        state->stage = AT_SCALE;
+}
+
+/* The colours from 0 to the range, below the picture on its left. */
+static void draw_scale(struct api_text *text, const struct portrait *portrait) {
+    enum { LEFT = 30, LENGTH = 700, THICK = 24 };
+    int top = portrait->raster.height + 20;
+    for (int k = 0; k < SCALE_STEPS; k++) {
+        uint8_t rgb[3];
+        portrait_colour((k + 0.5) / SCALE_STEPS, rgb);
+        draw(text, "<rect x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" fill=\"#%02x%02x%02x\"/>\n",
+             LEFT + k * LENGTH / SCALE_STEPS, top, LENGTH / SCALE_STEPS + 1, THICK, rgb[0], rgb[1],
+             rgb[2]);
+    }
+    for (int k = 0; k <= TICKS; k++)
+        draw(text, "<text x=\"%d\" y=\"%d\" text-anchor=\"middle\">%.3g</text>\n",
+             LEFT + k * LENGTH / TICKS, top + THICK + 30, k * portrait->range_deg / TICKS);
+    draw(text, "<text x=\"%d\" y=\"%d\">Absolute shear of the cells, degrees</text>\n", LEFT,
+         top + THICK + 64);
+}
+
+/* A length of 1, 2 or 5 times a power of ten, below the picture on its right. */
+static void draw_bar(struct api_text *text, const struct portrait *portrait, const char *unit) {
+    enum { RIGHT = 1470, MOST = 500 };
+    double length = pattern_round_length(MOST / portrait->scale);
+    double left = RIGHT - length * portrait->scale;
+    int y = portrait->raster.height + 32;
+    draw(text,
+         "<path d=\"M%.1f %dv-12v24v-12H%dv-12v24\" fill=\"none\" stroke=\"#1b2330\" "
+         "stroke-width=\"3\"/>\n",
+         left, y, RIGHT);
+    draw(text,
+         "<text x=\"%d\" y=\"%d\" text-anchor=\"end\">%g %s at right angles to the view</text>\n",
+         RIGHT, y + 42, length, unit);
+}
+
+static void draw_names(struct api_text *text, const struct portrait *portrait) {
+    static const char *const names[] = {"warp", "weft"}, *const colours[] = {"#b45f06", "#0b6aa2"};
+    for (int k = 0; k < 2; k++)
+        draw(text,
+             "<text x=\"%.1f\" y=\"%.1f\" fill=\"%s\" stroke=\"#fff\" stroke-width=\"6\" "
+             "paint-order=\"stroke\" font-weight=\"700\">%s</text>\n",
+             portrait->end[k][0] + 8, portrait->end[k][1] - 8, colours[k], names[k]);
+    draw(text,
+         "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"9\" fill=\"#fff\" stroke=\"#1b2330\" "
+         "stroke-width=\"4\"/>\n",
+         portrait->start[0], portrait->start[1]);
+}
+
+static void end_picture(struct encoder *encoder) {
+    const struct portrait *portrait = &((struct state *)encoder->state)->portrait;
+    struct api_text *text = &encoder->piece;
+    api_text_raw(text, "\"/>\n<g font-size=\"26\" fill=\"#1b2330\">\n");
+    draw_names(text, portrait);
+    draw_scale(text, portrait);
+    draw_bar(text, portrait, encoder->columns.unit->name);
+    api_text_raw(text, "</g>\n</svg>\n<figcaption>");
+    say(text,
+        "Parallel projection onto the side that warp x weft points to. The circle is the start"
+        ", the dark line the edge of the part; whole cells are coloured. ");
+    if (portrait->yarns == 1)
+        say(text, "Every yarn is drawn.");
+    else
+        say(text, "One yarn in %d is drawn.", portrait->yarns);
+    if (encoder->columns.summary.locked_cells > 0)
+        say(text, " Cells beyond the locking angle are hatched.");
+    api_text_raw(text, "</figcaption>\n</figure>\n");
+}
+
+/* ---- the numbers ---- */
+
+/* What the report says of the summary; with a factor, a format and, of lengths, their power. */
+static const struct {
+    const char *name;
+    size_t offset;
+    double factor;
+    const char *unit;
+    int power;     /* of the length unit */
+    bool optional; /* there is none when it is negative */
+} numbers[] = {
+#define MEMBER(name) offsetof(struct api_summary, name)
+    {"Covered area", MEMBER(cloth_coverage), 100, " %", 0, false},
+    {"In whole cells", MEMBER(coverage), 100, " %", 0, false},
+    {"Greatest shear", MEMBER(max_shear_deg), 1, " degrees", 0, false},
+    {"95 % of the area below", MEMBER(p95_shear_deg), 1, " degrees", 0, false},
+    {"Mean shear", MEMBER(mean_shear_deg), 1, " degrees", 0, false},
+    {"Locked cells", MEMBER(locked_cells), 1, "", 0, true},
+    {"Cells beyond the packing limit", MEMBER(packing_exceeded_cells), 1, "", 0, true},
+    {"Area of the part", MEMBER(part_area), 1, "", 2, false},
+    {"Area of the cloth", MEMBER(cloth_area), 1, "", 2, false},
+    {"Area of the pattern", MEMBER(flat_area), 1, "", 2, false},
+    {"Volume of the fibres", MEMBER(fiber_volume), 1, "", 3, true},
+    {"Volume left for resin", MEMBER(pore_volume), 1, "", 3, true},
+    {"Greatest error estimate", MEMBER(error_estimate_max), 1, "", 1, true},
+    {"Greatest edge error, relative", MEMBER(residual_max), 1, "", 0, false},
+#undef MEMBER
+};
+
+/* A coordinate that is nothing beside the others is 0. */
+static void write_point(struct api_text *text, const double *point) {
+    double size = fmax(fmax(fabs(point[0]), fabs(point[1])), fabs(point[2]));
+    for (int k = 0; k < 3; k++)
+        say(text, "%s%.5g", k ? ", " : "", fabs(point[k]) < 1e-9 * size ? 0 : point[k]);
+}
+
+static void write_numbers(struct api_text *text, const struct api_columns *columns) {
+    static const char *const powers[] = {"", "", "²", "³"};
+    const struct api_summary *summary = &columns->summary;
+    begin_row(text, "Net");
+    say(text, "%zu nodes, %zu cells of %g x %g %s", summary->nodes, summary->cells,
+        columns->grid.spacing[0], columns->grid.spacing[1], columns->unit->name);
+    end_row(text);
+    for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++) {
+        double value;
+        memcpy(&value, (const char *)summary + numbers[k].offset, sizeof value);
+        if (numbers[k].optional && value < 0)
+            continue;
+        begin_row(text, numbers[k].name);
+        say(text, "%.*g%s", numbers[k].power ? 6 : 4, numbers[k].factor * value, numbers[k].unit);
+        if (numbers[k].power)
+            say(text, " %s%s", columns->unit->name, powers[numbers[k].power]);
+        end_row(text);
+    }
+    begin_row(text, "Greatest shear at");
+    write_point(text, summary->max_shear_at + 2);
+    say(text, " %s", columns->unit->name);
+    end_row(text);
+}
+
+static void write_warnings(struct api_text *text, const struct api_warnings *warnings) {
+    api_text_raw(text, "<h2>Warnings</h2>\n");
+    api_text_raw(text, warnings->count ? "<ul>\n" : "<p>None.</p>\n");
+    for (size_t k = 0; k < warnings->count; k++) {
+        api_text_raw(text, "<li><b>");
+        say(text, "%s", warnings->list[k].code);
+        api_text_raw(text, "</b>: ");
+        say(text, "%s", warnings->list[k].detail);
+        api_text_raw(text, "</li>\n");
+    }
+    if (warnings->count)
+        api_text_raw(text, "</ul>\n");
+}
+
+static void write_summary(struct encoder *encoder) {
+    struct api_text *text = &encoder->piece;
+    api_text_raw(text, "<h2>Summary</h2>\n<div class=\"columns\"><table>\n");
+    write_numbers(text, &encoder->columns);
+    api_text_raw(text, "</table></div>\n");
+    write_warnings(text, &encoder->columns.summary.warnings);
+    api_text_raw(text, "<figure class=\"pattern\">\n<figcaption>Flat pattern: where to cut, with "
+                       "the directions of warp and weft from the start");
+    if (encoder->options.allowance > 0)
+        say(text, ", and %g %s outside", encoder->options.allowance, encoder->columns.unit->name);
+    api_text_raw(text, ". Not to scale: to cut by it, take the SVG or DXF.</figcaption>\n");
+}
+
+/* ---- inputs and versions ---- */
+
+/* Characters are not cut in two. */
+static size_t shown_length(const struct inputs_row *input) {
+    size_t length = input->length < VALUE_SHOWN ? input->length : VALUE_SHOWN;
+    while (length > 0 && length < input->length && (input->value[length] & 0xc0) == 0x80)
+        length--;
+    return length;
+}
+
+static void write_input(struct api_text *text, const struct inputs_row *input) {
+    size_t length = shown_length(input);
+    begin_row(text, input->name);
+    if (input->count)
+        say(text, "%zu entries", input->count);
+    else
+        escape(text, input->value, length);
+    if (!input->count && length < input->length)
+        api_text_raw(text, " …");
+    end_row(text);
+}
+
+/* As many rows as surely fit into a piece. */
+static void write_inputs(struct encoder *encoder) {
+    enum { ROWS = 32 };
+    struct state *state = encoder->state;
+    struct api_text *text = &encoder->piece;
+    struct inputs_row input;
+    for (int k = 0; k < ROWS; k++) {
+        if (inputs_next(&state->inputs, &input)) {
+            write_input(text, &input);
+            continue;
+        }
+        api_text_raw(text, "</table></div>\n<h2>Versions</h2>\n"
+                           "<div class=\"columns\"><table>\n");
+        row(text, "Drape", encoder->id);
+        row(text, "Digest of the request", encoder->record.digest);
+        row(text, "Finished", encoder->record.finished);
+        row(text, "Solver", encoder->columns.summary.solver_version);
+        row(text, "Report by", encoder->record.program);
+        api_text_raw(text, "</table></div>\n</body>\n</html>\n");
+        encoder->ended = true;
+        return;
+    }
+}
+
+/* ---- the whole ---- */
+
+static void next(struct encoder *encoder) {
+    struct state *state = encoder->state;
+    switch (state->stage) {
+    case AT_HEAD:
+        write_head(encoder);
+        begin_picture(encoder);
+        state->stage = AT_PICTURE;
+        break;
+    case AT_PICTURE:
+        write_picture(encoder);
+        break;
+    case AT_SCALE:
+        end_picture(encoder);
+        write_summary(encoder);
+        state->stage = AT_PATTERN;
+        break;
+    case AT_PATTERN:
+        pattern_next(encoder);
+        if (!encoder->ended)
+            break;
+        encoder->ended = false;
+        state->stage = AT_INPUTS;
+        api_text_raw(&encoder->piece, "</figure>\n<h2>Inputs</h2>\n"
+                                      "<div class=\"columns\"><table>\n");
+        break;
+    case AT_INPUTS:
+        write_inputs(encoder);
+        break;
+    }
+}
+
+static bool begin(struct encoder *encoder, struct api_problem *problem) {
+    struct state *state = encoder->state;
+    struct portrait *portrait = &state->portrait;
+    state->inputs = inputs_of(encoder->record.inputs ? encoder->record.inputs : "");
+    if (portrait_draw(portrait, encoder->reader, &encoder->columns, problem) != API_OK ||
+        !pattern_begin(encoder, problem))
+        return false;
+    state->png = png_encode(&portrait->raster, &state->png_length);
+    if (!state->png)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the picture");
+    return state->png != NULL;
+}
+
+static void end(struct encoder *encoder) {
+    struct state *state = encoder->state;
+    pattern_end(encoder);
+    portrait_free(&state->portrait);
+    free(state->png);
+}
+
+const struct format format_html = {.name = "html",
+                                   .uses = FORMAT_REPORT,
+                                   .media_type = "text/html",
+                                   .about = "a page to print and file: part, pattern, summary, "
+                                            "warnings, inputs, versions",
+                                   .exact = "four to six digits",
+                                   .own = &svg_inset,
+                                   .state_size = sizeof(struct state),
+                                   .begin = begin,
+                                   .next = next,
+                                   .end = end};
