@@ -36,10 +36,13 @@ static const char help_tail[] =
     "  --map MESH         write the fields on this mesh: Nastran bulk data, or points or\n"
     "                     triangles as JSON when the name ends in .json\n"
     "  --inlet LIST       elements of the inlet, for lcmsim: 17,18,pid:3, by the file's\n"
-    "                     ids or by property\n"
+    "                     ids, by property, or by place: sphere:x:y:z:radius,\n"
+    "                     line:x:y:z:x:y:z:distance\n"
     "  --outlet LIST      those of the outlet\n"
     "  --reference X,Y,Z  with --map: angles of plies run from this direction, projected\n"
     "                     on each element; default: from its first edge\n"
+    "  --edge-channel W,K for lcmsim: elements within W of the rim of the cloth have the\n"
+    "                     permeability K, in m^2 (race-tracking)\n"
     "  --lcmsim-version N 2 or 3; default: 3\n"
     "  --at-most-fiber-volume-fraction F\n"
     "                     lcmsim: take denser elements to have this; otherwise those\n"
@@ -63,8 +66,9 @@ static const char help_tail[] =
     "error; 2 when the command line is wrong.\n";
 
 /* What is said of the mesh. */
-enum { MESH_OPTIONS = 3 };
-static const char *const mesh_options[MESH_OPTIONS] = {"inlet", "outlet", "reference"};
+enum { MESH_OPTIONS = 4 };
+static const char *const mesh_options[MESH_OPTIONS] = {"inlet", "outlet", "edge-channel",
+                                                       "reference"};
 
 struct arguments {
     const char *input, *output;     /* NULL: standard input, standard output */
@@ -120,13 +124,17 @@ static bool parse_count(const char *text, long most, long *value) {
 }
 
 /* Flags have a dash where the service's parameters have a low line. */
-static bool take_format_option(struct arguments *arguments, const char *flag, const char *value) {
-    struct api_problem problem = {0};
-    char name[64];
+static const char *parameter_of(const char *flag) {
+    static char name[64];
     size_t length = strlen(flag);
     for (size_t k = 0; k <= length && k < sizeof name; k++)
         name[k] = flag[k] == '-' ? '_' : flag[k];
-    return format_option(&arguments->options, name, value, &problem);
+    return name;
+}
+
+static bool take_format_option(struct arguments *arguments, const char *flag, const char *value) {
+    struct api_problem problem = {0};
+    return format_option(&arguments->options, parameter_of(flag), value, &problem);
 }
 
 /* One option with its value; false when the value is wrong. */
@@ -135,7 +143,8 @@ static bool take_option(struct arguments *arguments, const char *name, const cha
         const char *name, **text;
     } texts[] = {{"format", &arguments->format_name},    {"map", &arguments->map},
                  {mesh_options[0], &arguments->mesh[0]}, {mesh_options[1], &arguments->mesh[1]},
-                 {mesh_options[2], &arguments->mesh[2]}, {"output", &arguments->output}};
+                 {mesh_options[2], &arguments->mesh[2]}, {mesh_options[3], &arguments->mesh[3]},
+                 {"output", &arguments->output}};
     long count = 0;
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
         if (strcmp(name, texts[k].name) == 0) {
@@ -167,6 +176,7 @@ static const struct option option_table[] = {
     {"inlet", required_argument, NULL, 0},
     {"outlet", required_argument, NULL, 0},
     {"reference", required_argument, NULL, 0},
+    {"edge-channel", required_argument, NULL, 0},
     {"lcmsim-version", required_argument, NULL, 0},
     {"at-most-fiber-volume-fraction", required_argument, NULL, 0},
     {"fields", required_argument, NULL, 0},
@@ -355,8 +365,8 @@ static bool read_mesh(const struct arguments *arguments, const struct files_byte
     enum api_problem_id result = (json ? map_target_json : map_target_nastran)(
         text->data, text->length, arena, mesh, problem);
     for (int k = 0; result == API_OK && k < MESH_OPTIONS; k++)
-        if (arguments->mesh[k] &&
-            !map_target_option(mesh, mesh_options[k], arguments->mesh[k], arena, problem))
+        if (arguments->mesh[k] && !map_target_option(mesh, parameter_of(mesh_options[k]),
+                                                     arguments->mesh[k], arena, problem))
             return false;
     if (result == API_OK && !mesh->elements && arguments->format->elements)
         api_problem_set(problem, API_NOT_ACCEPTABLE, "%s is of elements, but these are points",

@@ -78,8 +78,9 @@ bool format_option(struct format_options *options, const char *name, const char 
 
 enum { MAP_WARNINGS_MAX = 6 };
 
-/* Where resin comes in and goes out. */
-enum map_gate { MAP_NO_GATE, MAP_INLET, MAP_OUTLET, MAP_GATES };
+/* What an element is to the flow beside fabric: where resin comes in and goes out, and the gap
+ * along the rim of the cloth in which it runs ahead (race-tracking). */
+enum map_gate { MAP_NO_GATE, MAP_INLET, MAP_OUTLET, MAP_CHANNEL, MAP_GATES };
 
 /* A ply at an element. */
 struct map_ply_row {
@@ -121,6 +122,7 @@ struct map_fields {
     size_t column_count;
     const struct map_plies *plies; /* NULL: points */
     const uint8_t *gates;          /* of each element, enum map_gate; NULL: there are none */
+    double channel_permeability;   /* m^2, of the elements that are MAP_CHANNEL */
     const char *warnings[MAP_WARNINGS_MAX]; /* what the caller should know about them */
     size_t warning_count;
 };

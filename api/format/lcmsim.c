@@ -235,11 +235,13 @@ static bool write_parts(struct api_text *text, const struct encoder *encoder) {
     api_text_raw(text, part_names_2);
     api_text_raw(text, version == 2 ? "" : part_names_3);
     api_text_raw(text, "\n");
-    if (bins->has_gate[MAP_INLET])
+    if (bins->gate_count[MAP_INLET])
         write_part(text, version, "inlet", LCMSIM_INLET_PART, &bins->gate[MAP_INLET]);
     for (size_t k = 0; k < bins->count; k++)
         write_part(text, version, "base", LCMSIM_FIRST_PART + (int)k, &bins->bin[k]);
-    if (bins->has_gate[MAP_OUTLET])
+    if (bins->gate_count[MAP_CHANNEL])
+        write_part(text, version, "patch", LCMSIM_CHANNEL_PART, &bins->gate[MAP_CHANNEL]);
+    if (bins->gate_count[MAP_OUTLET])
         write_part(text, version, "outlet", LCMSIM_OUTLET_PART, &bins->gate[MAP_OUTLET]);
     return true;
 }
@@ -331,10 +333,21 @@ static void write_density(struct api_text *text, const struct state *state) {
                       bins->left_out);
 }
 
+static void write_channel(struct api_text *text, const struct encoder *encoder) {
+    const struct state *state = encoder->state;
+    size_t count = state->bins.gate_count[MAP_CHANNEL];
+    if (count > 0)
+        put_formatted(
+            text,
+            "\nPart %d is the channel along the rim of the cloth: %zu elements, which have\n"
+            "the thickness and porosity of their fabric and a permeability of %g m^2.\n",
+            LCMSIM_CHANNEL_PART, count, encoder->fields.channel_permeability);
+}
+
 static void write_readme(struct api_text *text, const struct encoder *encoder) {
     const struct state *state = encoder->state;
     const struct lcmsim_bins *bins = &state->bins;
-    bool inlet = bins->has_gate[MAP_INLET];
+    bool inlet = bins->gate_count[MAP_INLET] > 0;
     put_formatted(text,
                   "A case for LCMsim v%d, made from drape %s. SI units.\n\n"
                   "mesh.bdf               %zu nodes, %u triangles (quadrilaterals are split)\n"
@@ -342,7 +355,7 @@ static void write_readme(struct api_text *text, const struct encoder *encoder) {
                   version_of(encoder), encoder->id, encoder->fields.vertex_count,
                   (unsigned)state->number, bins->count, LCMSIM_FIRST_PART);
     put_formatted(text, inlet ? "part %d is the inlet" : "no inlet is given", LCMSIM_INLET_PART);
-    if (bins->has_gate[MAP_OUTLET])
+    if (bins->gate_count[MAP_OUTLET])
         put_formatted(text, ",\n                       part %d the outlet", LCMSIM_OUTLET_PART);
     api_text_raw(
         text, "\n"
@@ -357,6 +370,7 @@ static void write_readme(struct api_text *text, const struct encoder *encoder) {
         "permeability is k1 along refdir, which LCMsim projects on each element; alpha is\n"
         "k2/k1; porosities over %g are written as %g.\n",
         LCMSIM_ISOTROPIC, porosity_max, porosity_max);
+    write_channel(text, encoder);
     write_density(text, state);
 }
 

@@ -19,8 +19,9 @@ enum {
     LCMSIM_INLET_PART = 1,
     LCMSIM_FIRST_PART = 2, /* of the bins */
     LCMSIM_OUTLET_PART = LCMSIM_FIRST_PART + LCMSIM_BINS_MAX,
-    LCMSIM_COLUMNS = 8,          /* that an element's inputs come from */
-    LCMSIM_NUMBER_MAX = 99999999 /* what a field of 8 digits holds */
+    LCMSIM_CHANNEL_PART = LCMSIM_OUTLET_PART - 1, /* in place of the last bin */
+    LCMSIM_COLUMNS = 8,                           /* that an element's inputs come from */
+    LCMSIM_NUMBER_MAX = 99999999                  /* what a field of 8 digits holds */
 };
 
 /* The local inputs of one element, or the area-weighted mean of a bin. */
@@ -58,10 +59,10 @@ enum lcmsim_difference {
 struct lcmsim_bins {
     size_t count;
     struct lcmsim_inputs bin[LCMSIM_BINS_MAX];
-    bool has_gate[MAP_GATES];
-    struct lcmsim_inputs gate[MAP_GATES]; /* the inlet's and the outlet's */
-    uint8_t *part;                        /* of each element, 0 when left out; malloc'ed */
-    size_t left_out, capped;              /* elements */
+    size_t gate_count[MAP_GATES]; /* elements of the inlet, the outlet, the channel */
+    struct lcmsim_inputs gate[MAP_GATES];
+    uint8_t *part;           /* of each element, 0 when left out; malloc'ed */
+    size_t left_out, capped; /* elements */
     /* How much elements differ from their bins: the largest, and the bound that holds for 95 % of
      * the area (to a thousandth of the largest, rounded up). */
     double largest[LCMSIM_DIFFERENCES], most[LCMSIM_DIFFERENCES];

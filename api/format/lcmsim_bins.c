@@ -74,6 +74,11 @@ static void make_features(const struct lcmsim_inputs *in, float feature[FEATURES
 
 /* ---- cutting ---- */
 
+/* The channel takes the part of the last bin. */
+static size_t bins_most(const struct map_fields *fields) {
+    return LCMSIM_BINS_MAX - (fields->channel_permeability > 0);
+}
+
 /* The axis along which the part spreads most. */
 static void measure(const struct builder *b, struct heap_part *part) {
     double sum[FEATURES] = {0}, squares[FEATURES] = {0}, total = 0;
@@ -125,10 +130,10 @@ static bool cut(const struct builder *b, struct heap_part *part, struct heap_par
 }
 
 static size_t cut_all(const struct builder *b, struct heap_part *parts, size_t elements) {
-    size_t count = 1;
+    size_t most = bins_most(b->source->fields), count = 1;
     parts[0] = (struct heap_part){.count = elements};
     measure(b, &parts[0]);
-    while (count < LCMSIM_BINS_MAX) {
+    while (count < most) {
         struct heap_part *widest = &parts[0];
         for (size_t k = 1; k < count; k++)
             if (parts[k].spread > widest->spread)
@@ -281,25 +286,29 @@ static void finish_part(const struct builder *b, const struct heap_part *part, s
     }
 }
 
-/* The inlet and the outlet: the last `count` of the order. */
+/* The parts of elements that are no plain fabric: the last `count` of the order, each kind moved to
+ * the front of what is left. */
 static void make_gates(const struct builder *b, size_t count) {
-    static const uint8_t parts[MAP_GATES] = {0, LCMSIM_INLET_PART, LCMSIM_OUTLET_PART};
+    static const uint8_t parts[MAP_GATES] = {0, LCMSIM_INLET_PART, LCMSIM_OUTLET_PART,
+                                             LCMSIM_CHANNEL_PART};
     const uint8_t *gates = b->source->fields->gates;
-    size_t end = b->source->fields->element_count, inlets = end - count;
-    for (size_t n = inlets; n < end; n++) {
-        uint32_t element = b->order[n];
-        b->bins->part[element] = parts[gates[element]];
-        if (gates[element] != MAP_INLET)
-            continue;
-        b->order[n] = b->order[inlets];
-        b->order[inlets++] = element;
-    }
-    const size_t first[MAP_GATES] = {0, end - count, inlets}, last[MAP_GATES] = {0, inlets, end};
+    size_t end = b->source->fields->element_count, next = end - count;
     for (int gate = MAP_INLET; gate < MAP_GATES; gate++) {
-        b->bins->has_gate[gate] = last[gate] > first[gate];
-        if (b->bins->has_gate[gate])
-            b->bins->gate[gate] = mean_of(b, first[gate], last[gate] - first[gate]);
+        size_t first = next;
+        for (size_t n = first; n < end; n++) {
+            uint32_t element = b->order[n];
+            if (gates[element] != gate)
+                continue;
+            b->bins->part[element] = parts[gate];
+            b->order[n] = b->order[next];
+            b->order[next++] = element;
+        }
+        b->bins->gate_count[gate] = next - first;
+        if (next > first)
+            b->bins->gate[gate] = mean_of(b, first, next - first);
     }
+    struct lcmsim_inputs *channel = &b->bins->gate[MAP_CHANNEL];
+    channel->k1 = channel->k2 = channel->k3 = b->source->fields->channel_permeability;
 }
 
 bool lcmsim_make_bins(struct lcmsim_bins *bins, const struct lcmsim_source *source) {

@@ -2,6 +2,7 @@
 #include "map.h"
 
 #include "api/result/fieldset.h"
+#include "channel.h"
 #include "net.h"
 #include "solver/permeability.h"
 #include <stdio.h>
@@ -101,11 +102,6 @@ static bool make_columns(struct mapping *mapping, struct arena *arena, struct ap
 
 /* ---- one place ---- */
 
-static struct vec3 place_of(const struct map_target *target, size_t row) {
-    return target->elements ? element_middle(target->vertices, target->elements[row])
-                            : target->vertices[row];
-}
-
 /* The tensor of a row's components by k1, k2, k3 and the direction of k1, and in global axes. */
 static void put_tensor(const struct mapping *mapping, const double *k, struct vec3 warp,
                        struct vec3 weft, size_t row, size_t column) {
@@ -178,7 +174,7 @@ static bool map_places(struct mapping *mapping, struct api_problem *problem) {
             api_problem_set(problem, API_CANCELLED, "the map was cancelled");
             return false;
         }
-        facets_nearest(net->facets, place_of(mapping->target, row), place.cell, &place);
+        facets_nearest(net->facets, map_target_place(mapping->target, row), place.cell, &place);
         map_net_interpolate(net, &place, values);
         put_row(mapping, &place, values, row);
         if (mapping->stack && !lay(mapping, &place, values, row, problem))
@@ -205,6 +201,21 @@ static void warn_of_bare(const struct mapping *mapping, struct api_map *map) {
 }
 
 /* Where most lies elsewhere, that it has no ply is no news. */
+/* The channel along the rim, where the target asks for one. */
+static bool mark_channel(const struct mapping *mapping, const struct api_reader *reader,
+                         struct arena *arena, struct api_map *map, struct api_problem *problem) {
+    size_t marked = 1;
+    if (mapping->target->has_gate[MAP_CHANNEL] &&
+        map_channel_mark(mapping->target, reader, &mapping->net.columns, arena, &marked, problem) !=
+            API_OK)
+        return false;
+    if (marked == 0)
+        map->fields.warnings[map->fields.warning_count++] =
+            "edge_channel: no element has its middle so near to the rim of the cloth; is the width "
+            "in the drape's length unit?";
+    return true;
+}
+
 static void warn(const struct mapping *mapping, struct api_map *map) {
     size_t count = mapping->target->element_count;
     if (mapping->target->warning)
@@ -254,7 +265,7 @@ static enum api_problem_id run(struct mapping *mapping, const struct api_reader 
     }
     struct arena_mark mark = arena_mark(arena);
     if (map_net_load(reader, mapping->monitor, arena, &mapping->net, problem) == API_OK &&
-        map_places(mapping, problem)) {
+        map_places(mapping, problem) && mark_channel(mapping, reader, arena, map, problem)) {
         end_stack(mapping, map);
         warn(mapping, map);
     }
@@ -278,7 +289,8 @@ enum api_problem_id api_map_make(const struct api_reader *reader, const struct m
                                       .ids = target->ids,
                                       .vertex_ids = target->vertex_ids,
                                       .columns = map->columns,
-                                      .gates = target->gates};
+                                      .gates = target->gates,
+                                      .channel_permeability = target->channel_permeability};
     mapping->target = target;
     mapping->monitor = monitor;
     mapping->shear = mapping->thickness = mapping->fraction = -1;

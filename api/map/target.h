@@ -33,6 +33,8 @@ struct map_target {
     bool has_gate[MAP_GATES];     /* which of them have been given */
     struct vec3 reference;        /* the direction that angles of plies run from, not zero, ... */
     bool has_reference;           /* ... or each element's first edge */
+    double channel_width;         /* with a channel: what is so near to the rim is it */
+    double channel_permeability;  /* and has this, m^2, in all directions */
 };
 
 /*
@@ -65,11 +67,16 @@ enum api_problem_id map_target_nastran(const char *bytes, size_t length, struct 
 /*
  * Sets what a query parameter or command-line flag `name` says of the target: inlet (also as
  * inlet_elements) and outlet, each a list "17,18,pid:3" of elements by the file's ids, else by
- * index, and of properties; reference, "x,y,z". False with `problem` set: API_INVALID_REQUEST (it
- * names no such elements, points, no direction, or a gate is given twice) or API_OUT_OF_MEMORY;
- * false with `problem` unset when there is no option of that name.
+ * index, of properties, and of all elements whose middle lies in a ball, "sphere:x:y:z:radius", or
+ * so near to a straight line, "line:x:y:z:x:y:z:distance", in the length unit of the drape;
+ * edge_channel, "width,permeability" in that unit and m^2; reference, "x,y,z". False with `problem`
+ * set: API_INVALID_REQUEST (it names no such elements, points, no direction, or it is given twice)
+ * or API_OUT_OF_MEMORY; false with `problem` unset when there is no option of that name.
  */
 bool map_target_option(struct map_target *target, const char *name, const char *value,
                        struct arena *arena, struct api_problem *problem);
+
+/* Where the fields of an element are wanted: the mean of its corners; or the point itself. */
+struct vec3 map_target_place(const struct map_target *target, size_t element);
 
 #endif

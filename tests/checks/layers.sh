@@ -22,7 +22,7 @@ api/request            api|api/json|solver|solver/surface|solver/mesh
 api/result             api|api/json|api/request|solver
 api/format             api|api/json|api/request|api/result|solver
 api/files              api|api/json|api/request|api/map|solver
-api/map                api|api/json|api/result|api/format|solver|solver/mesh
+api/map                api|api/json|api/result|api/format|solver|solver/mesh|solver/surface
 api/study              api|api/json|api/request|api/result|solver|solver/surface|solver/mesh
 cli                    api|api/[a-z]*
 cli/import             api|api/[a-z]*|cli|solver/surface|server/work

@@ -333,6 +333,9 @@ END
     map_bulk '?format=lcmsim&inlet=17&outlet=5'
     expect 200
     unzip -p "$body" part_description.csv | cut -d, -f1-3 | grep -qx 'outlet127,outlet,127'
+    map_bulk '?format=lcmsim&inlet=sphere:0:0:0:0.1&edge_channel=30,1e-8'
+    expect 200
+    unzip -p "$body" part_description.csv | cut -d, -f1-3,7,9 | grep -qx 'patch126,patch,126,1e-08,1.0'
     # A cavity in which the corners of the saddle are too dense, its middle is not.
     jq '.cavity = {height: 0.002} | .fabric.spacing = 0.2' "$BATS_FILE_TMPDIR/request.json" |
         post '/v1/drapes?fields=nodes.i' - -H 'Prefer: wait=40'

@@ -321,26 +321,27 @@ static struct bytes encode_case(const struct map_fields *fields, int version, do
                          &(struct format_source){.id = "small", .fields = fields}, &options);
 }
 
-/* As it is; with an inlet and an outlet for version 2; of elements that are too dense, capped. */
+/* As it is; with an inlet and an outlet for version 2; with a channel; of elements that are too
+ * dense, capped. */
 static void test_formats_lcmsim_is_golden(void **state) {
     (void)state;
     static const char *const names[] = {"mesh.bdf", "part_description.csv", "simulation_params.csv",
                                         "README.txt", "dense_elements.csv"};
-    static const uint8_t inlet[] = {MAP_NO_GATE, MAP_INLET}, both[] = {MAP_OUTLET, MAP_INLET};
+    static const uint8_t inlet[] = {MAP_NO_GATE, MAP_INLET}, both[] = {MAP_OUTLET, MAP_INLET},
+                         channel[] = {MAP_INLET, MAP_CHANNEL};
     static const struct {
         const char *folder;
         int version;
         const uint8_t *gates;
         double porosity, cap; /* the first element's */
-    } cases[] = {{"lcmsim", 0, NULL, 0.604, 0},
-                 {"lcmsim_inlet", 0, inlet, 0.604, 0},
-                 {"lcmsim_gates", 2, both, 0.604, 0},
-                 {"lcmsim_dense", 3, NULL, -0.25, 0},
-                 {"lcmsim_capped", 3, NULL, -0.25, 0.7}};
+    } cases[] = {{"lcmsim", 0, NULL, 0.604, 0},       {"lcmsim_inlet", 0, inlet, 0.604, 0},
+                 {"lcmsim_gates", 2, both, 0.604, 0}, {"lcmsim_channel", 3, channel, 0.604, 0},
+                 {"lcmsim_dense", 3, NULL, -0.25, 0}, {"lcmsim_capped", 3, NULL, -0.25, 0.7}};
     for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
         struct map_fields fields = small_mesh();
         small_mesh_set("porosity", 0, cases[c].porosity);
         fields.gates = cases[c].gates;
+        fields.channel_permeability = 1e-8;
         struct bytes zip = encode_case(&fields, cases[c].version, cases[c].cap);
         for (size_t k = 0; k < (cases[c].porosity < 0 ? 5 : 4); k++) {
             char name[64];

@@ -250,7 +250,7 @@ class Client:
     def _open_map(self, drape: str, mesh: Mesh, format: str,
                   options: Mapping[str, Any]) -> http.client.HTTPResponse:
         path, query = f"/v1/drapes/{drape}/map", dict(options)
-        for gate in ("inlet", "outlet"):
+        for gate in ("inlet", "outlet", "edge_channel"):
             if gate in query and not isinstance(query[gate], str):
                 query[gate] = ",".join(map(str, query[gate]))
         inlet = query.pop("inlet_elements", None)
@@ -270,8 +270,9 @@ class Client:
         {"points": [[x, y, z], ...]} or {"mesh": {"vertices", "triangles"}}. The answer's `cells` has
         one value a column for each element or point, arrays where NumPy is installed; `warnings`
         tells of a mesh that lies elsewhere. `options`: `fields`, `precision`, and for lcmsim `inlet`
-        and `outlet`, lists of the file's ids (of a dict's mesh of indices) and "pid:3",
-        `lcmsim_version` and `at_most_fiber_volume_fraction`."""
+        and `outlet`, lists of the file's ids (of a dict's mesh of indices), "pid:3" and
+        "sphere:x:y:z:radius", `edge_channel`, (width, permeability in m^2), `lcmsim_version` and
+        `at_most_fiber_volume_fraction`."""
         with self._open_map(drape, mesh, "json", options) as answer:
             document = json.load(answer)
         return {**document, "cells": _table(document["cells"])}

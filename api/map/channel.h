@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The gap between the rim of the cloth and the mould, in which resin runs ahead of the flow through
+ * the cloth (race-tracking): elements near the rim that are to have a permeability of their own.
+ */
+#ifndef API_MAP_CHANNEL_H
+#define API_MAP_CHANNEL_H
+
+#include "api/result/columns.h"
+#include "solver/vec.h"
+#include "target.h"
+
+/*
+ * Makes those elements MAP_CHANNEL in `target->gates` whose middle is no further from the rim of
+ * the result than `target->channel_width`, in space, but for what is a gate already; `*marked` says
+ * how many. The rim of holes and trims is a rim. Scratch comes from `arena`. Returns API_OK,
+ * API_INTERNAL for a damaged container or API_OUT_OF_MEMORY.
+ */
+enum api_problem_id map_channel_mark(const struct map_target *target,
+                                     const struct api_reader *reader,
+                                     const struct api_columns *columns, struct arena *arena,
+                                     size_t *marked, struct api_problem *problem) STATUS_MUST_USE;
+
+/* The distance of a point from the straight line between two others, which may be the same. */
+double map_segment_distance(struct vec3 a, struct vec3 b, struct vec3 point);
+
+#endif
