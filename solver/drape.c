@@ -43,11 +43,27 @@ static enum status check_settings(const struct drape_settings *s) {
  * march those of the correction beyond them. */
 enum { FRINGE = 2, FRINGE_BEFORE = 4 };
 
+/* A net on a shell with one boundary is not expected to meet itself, and on most it does not: one
+ * that does, as round a deep cup, is marched again and watched from its first node on. */
+static enum status march_on(struct march *march) {
+    const struct march begun = *march;
+    bool folded = false;
+    enum status status = march_run(march);
+    if (status != STATUS_OK || march->mesh || !march->surface->shell || march->watched)
+        return status;
+    status = march_find_fold(march, &folded);
+    if (status != STATUS_OK || !folded)
+        return status;
+    *march = begun;
+    march->watched = true;
+    return march_run(march);
+}
+
 /* The march, twice for a method that corrects its first net. */
 static enum status march_all(struct march *march) {
     bool corrected = march->settings->method == DRAPE_GIB4;
     march->fringe = corrected ? FRINGE_BEFORE : FRINGE;
-    enum status status = march_run(march);
+    enum status status = march_on(march);
     if (status != STATUS_OK || !corrected)
         return status;
     *march = (struct march){.surface = march->surface,
@@ -58,8 +74,9 @@ static enum status march_all(struct march *march) {
                             .first = march->net,
                             .before = net_view(march->net),
                             .watch = march->watch,
+                            .watched = march->watched,
                             .fringe = FRINGE};
-    status = march_run(march);
+    status = march_on(march);
     return status == STATUS_OK ? estimate_make(march) : status;
 }
 

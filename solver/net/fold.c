@@ -130,29 +130,46 @@ static bool within_cells(struct fold *fold, const struct entry *entry,
     return fabs(x) < 1 && fabs(y) < 1;
 }
 
-static bool meets_in_bucket(struct fold *fold, int32_t bucket, int32_t i, int32_t j,
-                            const struct station *station) {
+/* A node (i, j) at `point`; without its station, whether there is a part of the net near it. */
+struct visitor {
+    struct fold *fold;
+    int32_t i, j;
+    struct vec3 point;
+    const struct station *station;
+};
+
+static bool meets_in_bucket(const struct visitor *v, int32_t bucket) {
+    struct fold *fold = v->fold;
     double reach = cells_reach * fmax(fold->spacing[0], fold->spacing[1]), reach2 = reach * reach;
     for (int32_t at = bucket; at != NONE; at = fold->entries[at].next) {
         const struct entry *e = &fold->entries[at];
-        bool neighbour = e->i - i <= NEIGHBOURS && i - e->i <= NEIGHBOURS &&
-                         e->j - j <= NEIGHBOURS && j - e->j <= NEIGHBOURS;
-        if (!neighbour && vec3_norm2(vec3_sub(e->r, station->jet.r)) < reach2 &&
-            within_cells(fold, e, station))
+        bool neighbour = e->i - v->i <= NEIGHBOURS && v->i - e->i <= NEIGHBOURS &&
+                         e->j - v->j <= NEIGHBOURS && v->j - e->j <= NEIGHBOURS;
+        if (!neighbour && vec3_norm2(vec3_sub(e->r, v->point)) < reach2 &&
+            (!v->station || within_cells(fold, e, v->station)))
             return true;
     }
     return false;
 }
 
-bool fold_meets(struct fold *fold, int32_t i, int32_t j, const struct station *station) {
-    struct vec3 point = station->jet.r;
+static bool meets(const struct visitor *v) {
+    struct fold *fold = v->fold;
+    struct vec3 point = v->point;
     double reach = corner_reach * fmax(fold->spacing[0], fold->spacing[1]);
     int64_t x1 = voxel_of(fold, point.x + reach), y1 = voxel_of(fold, point.y + reach);
     int64_t z1 = voxel_of(fold, point.z + reach);
     for (int64_t x = voxel_of(fold, point.x - reach); x <= x1; x++)
         for (int64_t y = voxel_of(fold, point.y - reach); y <= y1; y++)
             for (int64_t z = voxel_of(fold, point.z - reach); z <= z1; z++)
-                if (meets_in_bucket(fold, fold->buckets[bucket_of(fold, x, y, z)], i, j, station))
+                if (meets_in_bucket(v, fold->buckets[bucket_of(fold, x, y, z)]))
                     return true;
     return false;
+}
+
+bool fold_is_near(struct fold *fold, int32_t i, int32_t j, struct vec3 r) {
+    return meets(&(struct visitor){fold, i, j, r, NULL});
+}
+
+bool fold_meets(struct fold *fold, int32_t i, int32_t j, const struct station *station) {
+    return meets(&(struct visitor){fold, i, j, station->jet.r, station});
 }

@@ -25,6 +25,9 @@ void fold_pass_cut(struct fold *fold);
 /* Adds the place (i, j) of the net, which is at r. Errors: STATUS_OUT_OF_MEMORY. */
 enum status fold_add(struct fold *fold, int32_t i, int32_t j, struct vec3 r) STATUS_MUST_USE;
 
+/* Whether some other part of the net is near enough to a node (i, j) at r for that to be asked. */
+bool fold_is_near(struct fold *fold, int32_t i, int32_t j, struct vec3 r);
+
 /* Whether a node (i, j) at the station would lie on another part of the net. */
 bool fold_meets(struct fold *fold, int32_t i, int32_t j, const struct station *station);
 

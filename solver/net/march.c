@@ -149,6 +149,28 @@ enum status march_watch_folds(struct march *march) {
     return status;
 }
 
+enum status march_find_fold(struct march *march, bool *folded) {
+    bool from_now = !march->fold;
+    enum status status = march_watch_folds(march);
+    struct net_tile **tiles = net_sorted_tiles(march->net);
+    if (status != STATUS_OK || !tiles)
+        return STATUS_OUT_OF_MEMORY;
+    *folded = false;
+    for (size_t t = 0; t < net_tile_count(march->net) && !*folded; t++)
+        for (int j = 0; j < NET_TILE; j++)
+            for (unsigned row = tiles[t]->bits[NET_BIT_INSIDE][j]; row; row &= row - 1) {
+                int x = __builtin_ctz(row);
+                int32_t i = tiles[t]->ti * NET_TILE + x, n = tiles[t]->tj * NET_TILE + j;
+                struct station station;
+                *folded = *folded || (fold_is_near(march->fold, i, n, tiles[t]->node[j][x].r) &&
+                                      march_station_at(march, &tiles[t]->node[j][x], &station) &&
+                                      fold_meets(march->fold, i, n, &station));
+            }
+    if (from_now)
+        march->fold = NULL;
+    return STATUS_OK;
+}
+
 /* Whether the net may come back to itself from any side: on a surface that closes over a pole, or
  * both ways. Others are cut open opposite the start (`station_zone`). A mesh may do so anywhere. */
 static bool closes_all_round(const struct surface *surface) {
@@ -179,7 +201,7 @@ enum status march_run(struct march *march) {
     if (!march->net)
         return STATUS_OUT_OF_MEMORY;
     enum status status = net_make(march->net, march->arena, march->settings->team != NULL);
-    if (status == STATUS_OK && (march->mesh || closes_all_round(march->surface)))
+    if (status == STATUS_OK && (march->mesh || march->watched || closes_all_round(march->surface)))
         status = march_watch_folds(march);
     if (status == STATUS_OK)
         status = march_generators(march);

@@ -85,6 +85,7 @@ struct march {
                                       the net itself is not to be asked for them; else NULL */
     struct march_edges edges;      /* of the node solved last, for march_place */
     struct fold *fold;             /* NULL as long as the net cannot meet itself */
+    bool watched;                  /* folds are watched for from the first node on */
     bool past_cut;                 /* closed directions are no longer cut open opposite the start */
     size_t inside, ghosts;         /* nodes placed */
     size_t counted;                /* of those inside, by the watch */
@@ -110,6 +111,10 @@ bool march_in_extent(const struct march *march, int32_t i, int32_t j);
 
 /* From now on the net is watched for meeting itself. */
 enum status march_watch_folds(struct march *march) STATUS_MUST_USE;
+
+/* Whether a net that was not watched from its first node on lies on itself somewhere. Errors:
+ * STATUS_OUT_OF_MEMORY. */
+enum status march_find_fold(struct march *march, bool *folded) STATUS_MUST_USE;
 
 /* The caller's parameters (u, v) of a station inside, in the domain of closed directions; on a mesh
  * without any (triangle, 0). Whether they lie in the domain. */

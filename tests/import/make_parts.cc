@@ -114,6 +114,21 @@ static TopoDS_Shape make_dome() {
     return fillet.Shape();
 }
 
+/* A cone whose top is rounded: cloth that goes down on both sides of it meets behind. */
+static TopoDS_Shape make_cup() {
+    BRepPrimAPI_MakeCone cone(40, 15, 60);
+    BRepFilletAPI_MakeFillet fillet(cone.Shape());
+    TopTools_IndexedMapOfShape edges;
+    TopExp::MapShapes(cone.Shape(), TopAbs_EDGE, edges);
+    for (int i = 1; i <= edges.Extent(); i++) {
+        TopoDS_Edge edge = TopoDS::Edge(edges(i));
+        if (BRep_Tool::Pnt(TopExp::FirstVertex(edge)).Z() > 59 &&
+            BRep_Tool::Pnt(TopExp::LastVertex(edge)).Z() > 59)
+            fillet.Add(5, edge);
+    }
+    return fillet.Shape();
+}
+
 /* Sections of a wing as one smooth curve each; the loft is cut along the span and the nose. */
 static TopoDS_Shape make_wing() {
     BRepOffsetAPI_ThruSections loft(false, false, 1e-6);
@@ -233,6 +248,7 @@ int main(int argc, char **argv) {
     write_step("sphere", BRepPrimAPI_MakeSphere(25).Shape(), "M");
     write_step("torus", moved(BRepPrimAPI_MakeTorus(40, 15).Shape(), 1, 2, 3, 1));
     write_step("dome", make_dome());
+    write_step("cup", make_cup());
     write_step("wing", make_wing());
     write_step("cuts", make_cuts());
     write_iges("cuts_iges", make_cuts(), "MM");

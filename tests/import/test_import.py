@@ -139,9 +139,9 @@ def test_limits(parts):
     expect(json.load(open(os.path.join(parts.folder, "many.json")))["faces"], "no faces")
 
 
-def test_drape(parts, name, least, faces=None):
-    """The net covers the part as far as cloth can, not less."""
-    surface = {"file": parts.path(name)} | ({"faces": faces} if faces else {})
+def test_drape(parts, name, least, choice={}):
+    """The net covers the part as far as cloth can, not less, and nothing twice."""
+    surface = {"file": parts.path(name)} | choice
     low, high = zip(*[row["bounding_box"] for row in parts.read(name, "--list")["faces"]])
     size = sum((max(b) - min(a))**2 for a, b in zip(zip(*low), zip(*high)))**0.5
     request = {"surface": surface, "fabric": {"spacing": size / 60}}
@@ -150,6 +150,7 @@ def test_drape(parts, name, least, faces=None):
     expect(done.returncode == 0, done.stderr)
     summary = json.loads(done.stdout)["summary"]
     expect(summary["cloth_coverage"] >= least, summary)
+    expect(summary["coverage"] <= summary["cloth_coverage"], summary)
 
 
 def damage(bytes_, chance):
@@ -229,6 +230,7 @@ def main():
         for name, *counts in (("box", 12, 0, 0), ("loose", 2, 8, 0), ("fin", 1, 11, 1)):
             tap.run(f"import: edges of {name}", test_edges, parts, name, *counts)
         tap.run("import: drape of wing", test_drape, parts, "wing", 0.999)
+        tap.run("import: drape of cup", test_drape, parts, "cup", 0.96, {"grow_from": 0, "up_to_deg": 25})
         tap.run("import: instances of an assembly", test_instances, parts)
         tap.run("import: chosen faces", test_selection, parts)
         tap.run("import: notes", test_notes, parts)
