@@ -45,12 +45,8 @@ void hub_free(struct hub *hub) {
     free(hub);
 }
 
-void hub_subscribe(struct hub *hub, struct hub_watch *watch, const char *subject,
-                   void (*wake)(void *context), void *context) {
+static void add(struct hub *hub, struct hub_watch *watch, const char *subject) {
     snprintf(watch->subject, sizeof watch->subject, "%s", subject);
-    watch->wake = wake;
-    watch->context = context;
-    watch->previous = NULL;
     struct bucket *bucket = bucket_of(hub, watch->subject);
     pthread_mutex_lock(&bucket->lock);
     watch->next = bucket->first;
@@ -58,6 +54,18 @@ void hub_subscribe(struct hub *hub, struct hub_watch *watch, const char *subject
         watch->next->previous = watch;
     bucket->first = watch;
     pthread_mutex_unlock(&bucket->lock);
+}
+
+void hub_subscribe(struct hub *hub, struct hub_watch *watch, const char *subject,
+                   void (*wake)(void *context), void *context) {
+    *watch = (struct hub_watch){.wake = wake, .context = context};
+    add(hub, watch, subject);
+}
+
+void hub_follow(struct hub *hub, struct hub_watch *watch, const char *subject,
+                void (*wake)(void *context), void *context) {
+    *watch = (struct hub_watch){.wake = wake, .context = context, .progress = true};
+    add(hub, watch, subject);
 }
 
 void hub_unsubscribe(struct hub *hub, struct hub_watch *watch) {
@@ -72,11 +80,19 @@ void hub_unsubscribe(struct hub *hub, struct hub_watch *watch) {
     pthread_mutex_unlock(&bucket->lock);
 }
 
-void hub_notify(struct hub *hub, const char *subject) {
+static void notify(struct hub *hub, const char *subject, bool all) {
     struct bucket *bucket = bucket_of(hub, subject);
     pthread_mutex_lock(&bucket->lock);
     for (struct hub_watch *watch = bucket->first; watch; watch = watch->next)
-        if (!strcmp(watch->subject, subject))
+        if ((all || watch->progress) && !strcmp(watch->subject, subject))
             watch->wake(watch->context);
     pthread_mutex_unlock(&bucket->lock);
+}
+
+void hub_notify(struct hub *hub, const char *subject) {
+    notify(hub, subject, true);
+}
+
+void hub_notify_progress(struct hub *hub, const char *subject) {
+    notify(hub, subject, false);
 }

@@ -12,6 +12,7 @@
 #define SERVER_HUB_H
 
 #include "id.h"
+#include <stdbool.h>
 
 struct hub;
 
@@ -27,6 +28,7 @@ struct hub_watch {
     char subject[ID_SIZE];
     void (*wake)(void *context);
     void *context;
+    bool progress; /* is told of that as well */
     struct hub_watch *next, *previous;
 };
 
@@ -42,10 +44,17 @@ void hub_free(struct hub *hub);
 void hub_subscribe(struct hub *hub, struct hub_watch *watch, const char *subject,
                    void (*wake)(void *context), void *context);
 
+/* The same, and also after progress. */
+void hub_follow(struct hub *hub, struct hub_watch *watch, const char *subject,
+                void (*wake)(void *context), void *context);
+
 /* After it returns, `wake` neither runs nor will run. Only for a subscribed watch. */
 void hub_unsubscribe(struct hub *hub, struct hub_watch *watch);
 
 /* Calls every subscriber of `subject`. Without subscribers it costs a lock. */
 void hub_notify(struct hub *hub, const char *subject);
+
+/* The same for those alone that follow: the subject is getting on, but has not ended. */
+void hub_notify_progress(struct hub *hub, const char *subject);
 
 #endif

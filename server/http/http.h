@@ -72,10 +72,11 @@ void http_stop(struct http *http);
  * 429. More than once is as once. */
 bool http_take_stream(struct request *request, struct reply *reply);
 
-/* For handlers: from now until the request is over, a change of `subject` (a job's id) makes a
- * handler or stream that waits be called again. Call it before the look at the store that decides
- * whether to wait. One subject a request: a later one takes the place of
- * the one before. */
+/* For handlers: from now until the request is over, a change of `subject` (a job's id), or with
+ * `http_follow` also its progress, makes a handler or stream that waits be called again. Call it
+ * before the look at the store that decides whether to wait. One subject a request: a later one
+ * takes the place of the one before. */
 void http_watch(struct request *request, const char *subject);
+void http_follow(struct request *request, const char *subject);
 
 #endif

@@ -31,14 +31,23 @@ static void wake(void *context) {
     pthread_mutex_unlock(&exchange->http->lock);
 }
 
-void http_watch(struct request *request, const char *subject) {
+static void watch(struct request *request, const char *subject, bool progress) {
     struct exchange *exchange = request->transport;
+    struct hub *hub = exchange->http->settings.hub;
     if (exchange->watching && !strcmp(exchange->watch.subject, subject))
         return;
     if (exchange->watching)
-        hub_unsubscribe(exchange->http->settings.hub, &exchange->watch);
+        hub_unsubscribe(hub, &exchange->watch);
     exchange->watching = true;
-    hub_subscribe(exchange->http->settings.hub, &exchange->watch, subject, wake, exchange);
+    (progress ? hub_follow : hub_subscribe)(hub, &exchange->watch, subject, wake, exchange);
+}
+
+void http_watch(struct request *request, const char *subject) {
+    watch(request, subject, false);
+}
+
+void http_follow(struct request *request, const char *subject) {
+    watch(request, subject, true);
 }
 
 bool suspension_begin(struct exchange *exchange) {

@@ -55,8 +55,8 @@ void store_tell(struct store *store, const char *subject) {
 }
 
 /* What changes often, and ends nothing, is told in this process alone; others look now and then. */
-static void tell_here(struct store *store, const char *id) {
-    hub_notify(store->hub, id);
+static void tell_progress(struct store *store, const char *id) {
+    hub_notify_progress(store->hub, id);
 }
 
 enum store_answer store_submit(struct store *store, const struct store_submission *submission,
@@ -142,7 +142,7 @@ static enum store_answer claim_some(struct store *store, bool fresh, struct stor
     if (answer == STORE_OK && claim->reused)
         store_tell(store, claim->id);
     else if (answer == STORE_OK)
-        tell_here(store, claim->id);
+        tell_progress(store, claim->id);
     return answer;
 }
 
@@ -162,7 +162,7 @@ enum store_answer store_renew(struct store *store, const struct store_claim *cla
                               double progress) {
     enum store_answer answer = store->ops->renew(store, claim, progress);
     if (answer == STORE_OK)
-        tell_here(store, claim->id);
+        tell_progress(store, claim->id);
     return answer;
 }
 

@@ -21,6 +21,10 @@ void http_watch(struct request *request, const char *subject) {
     (void)request, (void)subject;
 }
 
+void http_follow(struct request *request, const char *subject) {
+    http_watch(request, subject);
+}
+
 bool http_take_stream(struct request *request, struct reply *reply) {
     (void)request, (void)reply;
     return true;

@@ -61,6 +61,25 @@ static void test_hub_list_survives_any_order(void **state) {
     hub_free(hub);
 }
 
+/* What ends nothing is told only to those who follow. */
+static void test_hub_tells_progress_to_followers_alone(void **state) {
+    (void)state;
+    struct hub *hub = hub_new();
+    struct hub_watch watches[2];
+    atomic_int calls[2] = {0};
+    hub_subscribe(hub, &watches[0], "a", count_call, &calls[0]);
+    hub_follow(hub, &watches[1], "a", count_call, &calls[1]);
+    hub_notify_progress(hub, "a");
+    assert_int_equal(atomic_load(&calls[0]), 0);
+    assert_int_equal(atomic_load(&calls[1]), 1);
+    hub_notify(hub, "a");
+    assert_int_equal(atomic_load(&calls[0]), 1);
+    assert_int_equal(atomic_load(&calls[1]), 2);
+    for (size_t k = 0; k < 2; k++)
+        hub_unsubscribe(hub, &watches[k]);
+    hub_free(hub);
+}
+
 struct noise {
     struct hub *hub;
     atomic_bool stop;
@@ -164,6 +183,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_hub_wakes_those_who_watch_the_subject),
         cmocka_unit_test(test_hub_list_survives_any_order),
+        cmocka_unit_test(test_hub_tells_progress_to_followers_alone),
         cmocka_unit_test(test_hub_does_not_wake_after_unsubscribe),
         cmocka_unit_test(test_store_cache_keeps_the_chunks_used_last),
         cmocka_unit_test(test_store_cache_reads_within_the_chunk_only),

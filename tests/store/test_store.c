@@ -545,18 +545,20 @@ static void count_call(void *context) {
 
 static void test_store_tells_the_hub_of_every_change(void **state) {
     struct scratch *scratch = *state;
-    struct hub_watch queue, job;
-    int queued = 0, changes = 0;
+    struct hub_watch queue, job, ends;
+    int queued = 0, changes = 0, news = 0;
     char id[ID_SIZE];
     struct store_claim claim;
     hub_subscribe(scratch->hub, &queue, hub_queue, count_call, &queued);
     scratch_submit(scratch, "a", id);
     assert_int_equal(queued, 1);
-    hub_subscribe(scratch->hub, &job, id, count_call, &changes);
+    hub_follow(scratch->hub, &job, id, count_call, &changes);
+    hub_subscribe(scratch->hub, &ends, id, count_call, &news);
     assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
     assert_int_equal(changes, 1);
     assert_int_equal(store_renew(scratch->store, &claim, 0.5), STORE_OK);
     assert_int_equal(changes, 2);
+    assert_int_equal(news, 0);
     assert_int_equal(store_release(scratch->store, &claim), STORE_OK);
     assert_int_equal(changes, 3);
     assert_int_equal(queued, 2);
@@ -564,6 +566,8 @@ static void test_store_tells_the_hub_of_every_change(void **state) {
     assert_int_equal(changes, 4);
     assert_int_equal(store_cancel(scratch->store, id), STORE_CONFLICT);
     assert_int_equal(changes, 4);
+    assert_int_equal(news, 2);
+    hub_unsubscribe(scratch->hub, &ends);
     hub_unsubscribe(scratch->hub, &job);
     hub_unsubscribe(scratch->hub, &queue);
 }
