@@ -52,6 +52,15 @@ enum store_step {
 /* A step of priority is worth a minute of waiting. */
 #define STORE_PRIORITY_US (INT64_C(60) * 1000000)
 
+/* SQL_BACKGROUND */
+#define STORE_BACKGROUND (INT64_C(1) << 60)
+
+/* Where a submission is to come in the queue of its owner. */
+int64_t store_rank(const struct store_submission *submission, int64_t now);
+
+/* Completes a job as its row has it: that has begun a round when `round` is not 0. */
+void store_job_show(struct store_job *job, int64_t status, int64_t round);
+
 struct store_ops {
     bool wall_leases; /* leases are counted by the database's clock, which can be set */
     bool fails_late;  /* a full disk is seen by what needs room, not by every write */
@@ -68,6 +77,9 @@ struct store_ops {
                                 struct store_receipt *receipt);
     /* NULL: what is submitted is durable in any case. */
     enum store_answer (*settle)(struct store *store);
+    enum store_answer (*submit_family)(struct store *store, const struct store_family *family,
+                                       struct store_receipt *receipt);
+    enum store_answer (*members)(struct store *store, const char *id, struct store_page *page);
     enum store_answer (*get)(struct store *store, const char *id, struct store_job *job);
     enum store_answer (*request)(struct store *store, const char *id, char **bytes, size_t *length);
     enum store_answer (*list)(struct store *store, const struct store_filter *filter,
@@ -91,6 +103,14 @@ struct store_ops {
      * of others. STORE_CONFLICT likewise. */
     enum store_answer (*requeue)(struct store *store, const struct store_claim *claim, bool excused,
                                  int64_t later);
+    enum store_answer (*begin_round)(struct store *store, const struct store_claim *claim,
+                                     const struct store_round *round);
+    enum store_answer (*end_task)(struct store *store, const struct store_claim *claim,
+                                  const void *numbers, size_t length, int64_t spent);
+    enum store_answer (*change_task)(struct store *store, const struct store_claim *claim,
+                                     const void *task);
+    enum store_answer (*numbers)(struct store *store, const struct store_claim *claim, void **bytes,
+                                 size_t *length);
     /* Running jobs whose claims have ended, at most so many. */
     enum store_answer (*find_ended)(struct store *store, struct store_ended *ended, size_t most,
                                     size_t *count);

@@ -12,6 +12,16 @@ static const char *const status_names[] = {
 #undef X
 };
 
+static const char *const kind_names[] = {
+#define X(id, name) name,
+    STORE_KIND_LIST(X)
+#undef X
+};
+
+const char *store_kind_name(enum store_kind kind) {
+    return kind_names[kind];
+}
+
 const char *store_status_name(enum store_status status) {
     return status_names[status];
 }
@@ -59,13 +69,24 @@ static void tell_progress(struct store *store, const char *id) {
     hub_notify_progress(store->hub, id);
 }
 
+int64_t store_rank(const struct store_submission *submission, int64_t now) {
+    return now - submission->priority * STORE_PRIORITY_US +
+           (submission->kind == STORE_STUDY ? STORE_BACKGROUND : 0);
+}
+
+/* Whether something may be submitted: what a key repeats needs no room. */
+static enum store_answer ready_for(struct store *store, const struct store_submission *submission) {
+    enum store_answer health = store_health(store);
+    bool refused = store_failed(health) && !(health == STORE_NO_SPACE && submission->key);
+    return refused ? health : STORE_OK;
+}
+
 enum store_answer store_submit(struct store *store, const struct store_submission *submission,
                                struct store_receipt *receipt) {
     memset(receipt, 0, sizeof *receipt);
-    enum store_answer health = store_health(store);
-    if (store_failed(health) && !(health == STORE_NO_SPACE && submission->key))
-        return health; /* what a key repeats needs no room */
-    enum store_answer answer = store_note(store, store->ops->submit(store, submission, receipt));
+    enum store_answer answer = ready_for(store, submission);
+    if (answer == STORE_OK)
+        answer = store_note(store, store->ops->submit(store, submission, receipt));
     if (answer == STORE_OK && !receipt->existing && receipt->status == STORE_QUEUED)
         store_tell(store, hub_queue);
     return answer;
@@ -75,9 +96,35 @@ enum store_answer store_settle(struct store *store) {
     return store->ops->settle ? store->ops->settle(store) : STORE_OK;
 }
 
+enum store_answer store_submit_family(struct store *store, const struct store_family *family,
+                                      struct store_receipt *receipt) {
+    memset(receipt, 0, sizeof *receipt);
+    enum store_answer answer = ready_for(store, &family->parent);
+    if (answer == STORE_OK)
+        answer = store_note(store, store->ops->submit_family(store, family, receipt));
+    if (answer == STORE_OK && !receipt->existing)
+        store_tell(store, hub_queue);
+    return answer;
+}
+
+enum store_answer store_members(struct store *store, const char *id, struct store_page *page) {
+    memset(page, 0, sizeof *page);
+    return store->ops->members(store, id, page);
+}
+
 enum store_answer store_get(struct store *store, const char *id, struct store_job *job) {
     memset(job, 0, sizeof *job);
     return store->ops->get(store, id, job);
+}
+
+/* Between two steps a study has no attempt, though it is at its first. */
+void store_job_show(struct store_job *job, int64_t status, int64_t round) {
+    bool begun = round > 0 && status < STORE_SUCCEEDED;
+    job->status = begun ? STORE_RUNNING : (enum store_status)status;
+    if (round > 0 && job->attempts == 0)
+        job->attempts = 1;
+    if (begun)
+        job->progress = job->total > job->done ? (double)job->done / (double)job->total : 1;
 }
 
 void store_job_clear(struct store_job *job) {
@@ -136,11 +183,18 @@ enum store_answer store_usage(struct store *store, const char *owner, struct sto
 
 /* ------------------------------------------------------------------ dispatchers */
 
+/* The job has ended, and with it perhaps the one it belongs to. */
+static void tell_end(struct store *store, const struct store_claim *claim) {
+    store_tell(store, claim->id);
+    if (claim->parent[0])
+        store_tell(store, claim->parent);
+}
+
 static enum store_answer claim_some(struct store *store, bool fresh, struct store_claim *claim) {
     memset(claim, 0, sizeof *claim);
     enum store_answer answer = store->ops->claim(store, fresh, claim);
     if (answer == STORE_OK && claim->reused)
-        store_tell(store, claim->id);
+        tell_end(store, claim);
     else if (answer == STORE_OK)
         tell_progress(store, claim->id);
     return answer;
@@ -174,8 +228,43 @@ enum store_answer store_fail(struct store *store, const struct store_claim *clai
                              const char *error) {
     enum store_answer answer = store->ops->fail(store, claim, error);
     if (answer == STORE_OK)
-        store_tell(store, claim->id);
+        tell_end(store, claim);
     return answer;
+}
+
+/* The others that are idle are told by those who claim (`dispatcher.c`). */
+enum store_answer store_begin_round(struct store *store, const struct store_claim *claim,
+                                    const struct store_round *round) {
+    enum store_answer answer = store->ops->begin_round(store, claim, round);
+    if (answer == STORE_OK) {
+        store_tell(store, claim->id);
+        store_tell(store, hub_queue);
+    }
+    return answer;
+}
+
+/* The study may be in the queue again: who ends a task claims next. */
+enum store_answer store_end_task(struct store *store, const struct store_claim *claim,
+                                 const void *numbers, size_t length, int64_t spent) {
+    enum store_answer answer = store->ops->end_task(store, claim, numbers, length, spent);
+    if (answer == STORE_OK)
+        store_tell(store, claim->parent);
+    return answer;
+}
+
+enum store_answer store_change_task(struct store *store, const struct store_claim *claim,
+                                    const void *task) {
+    enum store_answer answer = store->ops->change_task(store, claim, task);
+    if (answer == STORE_OK)
+        store_tell(store, hub_queue);
+    return answer;
+}
+
+enum store_answer store_numbers(struct store *store, const struct store_claim *claim, void **bytes,
+                                size_t *length) {
+    *bytes = NULL;
+    *length = 0;
+    return store->ops->numbers(store, claim, bytes, length);
 }
 
 /* ------------------------------------------------------------------ results */
@@ -272,7 +361,7 @@ enum store_answer store_writer_commit(struct store_writer *writer, const char *s
         writer->committed = true;
         if (part.number != 0)
             keep_chunks(writer, part.number);
-        store_tell(writer->store, writer->claim.id);
+        tell_end(writer->store, &writer->claim);
     }
     return answer;
 }

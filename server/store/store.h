@@ -40,7 +40,8 @@ enum {
     STORE_KEY_SIZE = 256,    /* idempotency keys: at most 255 bytes and the final zero */
     STORE_REQUEST_SIZE = 65, /* ids of the HTTP requests that submit: at most 64 characters */
     STORE_HOST_SIZE = 65,
-    STORE_LATER_TURNS = 32 /* what the whole turn of a long job is worth, in small ones */
+    STORE_TASK_BYTES = 256, /* of what a task is, at the most */
+    STORE_LATER_TURNS = 32  /* what the whole turn of a long job is worth, in small ones */
 };
 
 /* The states of a job; the names are those of the contract. X(id, name) */
@@ -57,6 +58,22 @@ enum store_status {
 #undef X
         STORE_STATUS_COUNT
 };
+
+/* What a job is; the names are those of the log. X(id, name) */
+#define STORE_KIND_LIST(X)                                                                         \
+    X(DRAPE, "drape")                                                                              \
+    X(STUDY, "study")                                                                              \
+    X(TASK, "task") /* of a study: never among what callers see */                                 \
+    X(LAMINATE, "laminate")
+
+enum store_kind {
+#define X(id, name) STORE_##id,
+    STORE_KIND_LIST(X)
+#undef X
+        STORE_KIND_COUNT
+};
+
+const char *store_kind_name(enum store_kind kind);
 
 const char *store_status_name(enum store_status status);
 /* False for a name that is no status. */
@@ -134,11 +151,14 @@ enum store_answer store_health(struct store *store) STORE_MUST_USE;
 struct store_job {
     char id[ID_SIZE];
     int64_t sequence; /* position in the list, ascending with submission; unique */
+    enum store_kind kind;
     enum store_status status;
-    double progress; /* 0..1 */
+    double progress;     /* 0..1 */
+    int64_t done, total; /* of its variants (study) or plies (laminate) */
     int64_t created, started, finished;
     int attempts;
     int priority;
+    int64_t part; /* its place in the laminate it belongs to, from 0 */
     bool expired; /* request and result were removed by retention: answer 410 */
     char owner[STORE_OWNER_SIZE];
     char surface[STORE_DIGEST_SIZE]; /* the stored surface it names; "" when it has its own */
@@ -177,7 +197,9 @@ enum store_bound {
 
 /* A new job; everything is the caller's and is not kept. */
 struct store_submission {
-    const void *request; /* the body as posted */
+    enum store_kind kind; /* drape or study; or laminate (`store_submit_family`) */
+    int64_t total;        /* of a study: variants */
+    const void *request;  /* the body as posted */
     size_t request_length;
     const char *digest;       /* an owner's jobs of the same digest share one result */
     const char *surface;      /* id of a stored surface, or NULL or "" */
@@ -198,8 +220,8 @@ struct store_receipt {
     enum store_bound full;    /* with STORE_FULL alone: which bound */
 };
 
-/* Queues a job. STORE_OK also for a known key with the same body. STORE_CONFLICT: known key,
- * another body. STORE_EMPTY: the surface is not stored. STORE_FULL: over the
+/* Queues a job. STORE_OK also for a known key with the same kind and body. STORE_CONFLICT: known
+ * key, another body. STORE_EMPTY: the surface is not stored. STORE_FULL: over the
  * queue limit or a quota of the owner, and `receipt->full` says which (with PostgreSQL a few that
  * are submitted at the same moment may still come in). A job whose result is there already waits in
  * no queue. Concurrent calls share a wait for the disk. */
@@ -220,6 +242,7 @@ enum store_answer store_request(struct store *store, const char *id, char **byte
                                 size_t *length) STORE_MUST_USE;
 
 struct store_filter {
+    enum store_kind kind; /* of this kind alone */
     bool has_status;
     enum store_status status;
     const char *owner; /* NULL: of all owners */
@@ -240,16 +263,19 @@ enum store_answer store_list(struct store *store, const struct store_filter *fil
                              struct store_page *page) STORE_MUST_USE;
 void store_page_clear(struct store_page *page);
 
-/* Ends a queued or running job as cancelled; its worker is stopped by its dispatcher. STORE_OK: it
- * is cancelled by this call. STORE_CONFLICT: it had ended before. STORE_EMPTY: no such job. */
+/* Ends a queued or running job as cancelled, with what belongs to it; its workers are stopped by
+ * their dispatchers. STORE_OK: it is cancelled by this call. STORE_CONFLICT: it had ended before.
+ * STORE_EMPTY: no such job. */
 enum store_answer store_cancel(struct store *store, const char *id) STORE_MUST_USE;
 
-/* Removes the record, the request and, if no other job refers to it, the result; a running job is
- * stopped by its dispatcher. STORE_EMPTY: no such job. */
+/* Removes the record, the request and, if no other job refers to it, the result, with what belongs
+ * to it; a running job is stopped by its dispatcher. STORE_EMPTY: no such job. */
 enum store_answer store_delete(struct store *store, const char *id) STORE_MUST_USE;
 
 struct store_counts {
-    int64_t jobs[STORE_STATUS_COUNT];
+    int64_t jobs[STORE_STATUS_COUNT]; /* without tasks; a job that waits for its own counts as
+                                         running */
+    int64_t tasks[2];                 /* of studies: queued, running */
     int64_t oldest_queued; /* when the job that has waited longest was created; 0 without any */
     int64_t ended[STORE_STATUS_COUNT]; /* into that status, since the store was made; never less */
     int64_t crashed;                   /* of the failed ones, as `solver-crashed` */
@@ -270,7 +296,12 @@ struct store_claim {
     int64_t sequence;
     int64_t token; /* grows with every claim of the job */
     int attempts;  /* how often it was handed out, this one included */
-    bool reused;   /* the result was there already: the job has succeeded, nothing to do */
+    enum store_kind kind;
+    int64_t spent;        /* study: microseconds that its tasks have taken so far */
+    char parent[ID_SIZE]; /* of a task: its study; else "" or the laminate it belongs to */
+    size_t task_length;
+    unsigned char task[STORE_TASK_BYTES];
+    bool reused; /* the result was there already: the job has succeeded, nothing to do */
 };
 
 /* Hands out the queued job whose turn it is. STORE_EMPTY: none. Of the owners who have jobs in the
@@ -313,6 +344,70 @@ enum store_answer store_release(struct store *store,
 /* The same for a job that takes longer than others may wait for it: among owners with equally many
  * running, this one's next turn comes when others have had STORE_LATER_TURNS of them. */
 enum store_answer store_yield(struct store *store, const struct store_claim *claim) STORE_MUST_USE;
+
+/* ------------------------------------------------------------------ jobs that have jobs
+
+ * A study is a job whose steps are claimed one after the other. What is claimed as a study has all
+ * numbers of its rounds so far (`store_numbers`): its holder begins a round of tasks
+ * (`store_begin_round`), from when on the study is running but held by nobody, or ends it as any
+ * job. When the last task of a round has ended the study is in the queue again for its next step.
+ *
+ * Tasks are jobs, with leases and attempts, that only dispatchers see. They and the steps of their
+ * study come after all other jobs of their owner, in the order of the studies, and count in no
+ * limit of queued jobs. A task that fails ends its study with its own problem; a study that ends
+ * takes its tasks and numbers with it.
+ *
+ * A laminate is a job that is never claimed: it has succeeded when the last of its drapes has
+ * ended, however. These are jobs as any other. */
+
+/* A round of tasks; everything is the caller's. */
+struct store_round {
+    const void *tasks;       /* `count` times `length` bytes, at most STORE_TASK_BYTES each */
+    const int64_t *variants; /* of each task */
+    size_t length, count;
+    int64_t done, total; /* variants of the study, before this round and altogether */
+};
+
+/* Ends a step of the claimed study. At least one task. STORE_CONFLICT: the claim is lost. */
+enum store_answer store_begin_round(struct store *store, const struct store_claim *claim,
+                                    const struct store_round *round) STORE_MUST_USE;
+
+/* Ends the claimed task, which took so many microseconds, with its numbers. What a power cut takes
+ * of that is done again. STORE_CONFLICT as above. */
+enum store_answer store_end_task(struct store *store, const struct store_claim *claim,
+                                 const void *numbers, size_t length, int64_t spent) STORE_MUST_USE;
+
+/* Puts the claimed task back into the queue as another: the same length. The attempt is not held
+ * against it. STORE_CONFLICT as above. */
+enum store_answer store_change_task(struct store *store, const struct store_claim *claim,
+                                    const void *task) STORE_MUST_USE;
+
+/* The numbers of all tasks of the claimed study, by round and place within it, in a malloc'ed
+ * buffer that the caller frees. */
+enum store_answer store_numbers(struct store *store, const struct store_claim *claim, void **bytes,
+                                size_t *length) STORE_MUST_USE;
+
+/* A laminate and its drapes, to be inserted together: at least one, of different digests. Owner,
+ * surface, priority and origin are those of the laminate. */
+struct store_family {
+    struct store_submission parent;
+    size_t count;
+    struct store_member {
+        const void *request;
+        size_t request_length;
+        const char *digest;
+    } const *members;
+};
+
+/* As `store_submit`, for all of it or nothing; with regard to limits it is as many jobs as it has
+ * drapes. The receipt is the laminate's. */
+enum store_answer store_submit_family(struct store *store, const struct store_family *family,
+                                      struct store_receipt *receipt) STORE_MUST_USE;
+
+/* The drapes of a laminate that have not been removed, in their order; `part` of each says its
+ * place. The caller clears the page, whatever the answer. */
+enum store_answer store_members(struct store *store, const char *id,
+                                struct store_page *page) STORE_MUST_USE;
 
 /* What a sweep did. */
 struct store_sweep {

@@ -291,7 +291,7 @@ static void test_store_several_may_start_at_once(void **state) {
     scratch_start(&shared->scratch[0]);
     scratch_start(&shared->scratch[1]);
     assert_int_equal(
-        scratch_number(&shared->scratch[0], "SELECT count(*) FROM draped.schema_version"), 6);
+        scratch_number(&shared->scratch[0], "SELECT count(*) FROM draped.schema_version"), 7);
 }
 
 /* ------------------------------------------------------------------ shares */
@@ -421,7 +421,7 @@ static void test_store_first_schema_is_brought_up_to_date(void **state) {
     scratch_now = INT64_C(1000000000) * 1000000 + 30 * second;
     scratch_start(scratch);
     scratch_start(&shared->scratch[1]);
-    assert_int_equal(scratch_number(scratch, "SELECT max(version) FROM draped.schema_version"), 6);
+    assert_int_equal(scratch_number(scratch, "SELECT max(version) FROM draped.schema_version"), 7);
     static const enum store_status statuses[] = {STORE_QUEUED, STORE_QUEUED, STORE_RUNNING,
                                                  STORE_FAILED, STORE_SUCCEEDED};
     assert_int_equal(store_list(scratch->store, &filter, &page), STORE_OK);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "postgres.h"
 #include "server/store/sql.h"
+#include <string.h>
 
 /* ------------------------------------------------------------------ claim */
 
@@ -28,19 +29,21 @@ static const char claim_sql[] =
     "  WHERE w.owner IS NOT NULL AND ($3 = 0 OR had.running < $3) AND ($4 = 0 OR"
     "   had.turn <= pg_sequence_last_value('draped.turns') AND EXISTS"
     "   (SELECT 1 FROM draped.jobs j WHERE j.status = " SQL_QUEUED " AND j.owner = w.owner"
-    "    AND j.attempts = 0)) ORDER BY 2, 3, 4),"
+    "    AND j.rank < " SQL_BACKGROUND " AND j.attempts = 0)) ORDER BY 2, 3, 4),"
     " first AS MATERIALIZED ("
     " SELECT q.sequence FROM turns t CROSS JOIN LATERAL"
     "  (SELECT j.sequence FROM draped.jobs j WHERE j.status = " SQL_QUEUED " AND j.owner = t.owner"
-    "   AND ($4 = 0 OR j.attempts = 0)"
+    "   AND ($4 = 0 OR j.attempts = 0 AND j.rank < " SQL_BACKGROUND ")"
     "   ORDER BY j.rank, j.sequence LIMIT 1 FOR UPDATE SKIP LOCKED) q LIMIT 1)"
-    " UPDATE draped.jobs j SET status = " SQL_RUNNING ", progress = 0, started = " POSTGRES_NOW ","
+    " UPDATE draped.jobs j SET status = " SQL_RUNNING ", progress = 0,"
+    "  started = CASE WHEN j.round > 0 THEN j.started ELSE " POSTGRES_NOW " END,"
     "  attempts = j.attempts + 1, token = greatest(j.token + 1, " POSTGRES_NOW
     "), lease = " POSTGRES_NOW " + $2"
     " FROM first WHERE j.sequence = first.sequence"
     " RETURNING j.sequence, j.id, j.surface, j.token, j.attempts,"
     "  (SELECT r.number FROM draped.results r WHERE r.owner = j.owner AND r.digest = j.digest"
-    "   AND r.state = " SQL_COMPLETE "), j.owner, j.origin, " POSTGRES_LAZY;
+    "   AND r.state = " SQL_COMPLETE "), j.owner, j.origin, " POSTGRES_LAZY ","
+    "  j.kind, j.spent, j.task, (SELECT p.id FROM draped.jobs p WHERE p.sequence = j.parent)";
 
 /* The claimed job's result is there already. STORE_CONFLICT when it has gone meanwhile. */
 static enum store_answer reuse(struct store *store, const struct store_claim *claim) {
@@ -60,10 +63,11 @@ static enum store_answer reuse(struct store *store, const struct store_claim *cl
 }
 
 enum store_answer postgres_starving(struct store *store, bool fresh) {
-    struct pg_query query = postgres_query(
-        store, "SELECT 1 FROM draped.owners GROUP BY owner"
-               " HAVING sum(queued) > 0 AND sum(running) = 0"
-               " AND ($1 = 0 OR max(turn) <= pg_sequence_last_value('draped.turns')) LIMIT 1");
+    struct pg_query query =
+        postgres_query(store, "SELECT 1 FROM draped.owners GROUP BY owner"
+                              " HAVING sum(queued) > 0 AND sum(running) = 0"
+                              " AND ($1 = 0 OR sum(queued) > sum(tasks) AND"
+                              "  max(turn) <= pg_sequence_last_value('draped.turns')) LIMIT 1");
     pg_bind_int(&query, fresh);
     return postgres_end(&query, pg_run(&query), STORE_EMPTY);
 }
@@ -84,6 +88,12 @@ enum store_answer postgres_claim(struct store *store, bool fresh, struct store_c
         twin = pg_int(&query, 0, 5) != 0;
         pg_copy(&query, 0, 6, claim->owner, sizeof claim->owner);
         pg_copy(&query, 0, 7, claim->origin, sizeof claim->origin);
+        claim->kind = (enum store_kind)pg_int(&query, 0, 9);
+        claim->spent = pg_int(&query, 0, 10);
+        const void *task = pg_bytes(&query, 0, 11, &claim->task_length);
+        if (task && claim->task_length <= sizeof claim->task)
+            memcpy(claim->task, task, claim->task_length);
+        pg_copy(&query, 0, 12, claim->parent, sizeof claim->parent);
     }
     enum store_answer answer = postgres_end(&query, rows, STORE_EMPTY);
     claim->reused = answer == STORE_OK && twin && reuse(store, claim) == STORE_OK;
@@ -159,11 +169,13 @@ enum store_answer postgres_attempts(struct store *store, const struct store_clai
     return postgres_end(&query, rows, STORE_CONFLICT);
 }
 
-enum store_answer postgres_requeue(struct store *store, const struct store_claim *claim,
-                                   bool excused, int64_t later) {
+static enum store_answer requeue(struct store *store, const struct store_claim *claim, bool excused,
+                                 int64_t later, const void *task) {
     struct pg_query query = postgres_query(
         store,
-        "UPDATE draped.jobs SET status = " SQL_QUEUED ", progress = 0, started = 0, lease = NULL,"
+        "UPDATE draped.jobs SET status = " SQL_QUEUED ", progress = 0, lease = NULL,"
+        " started = CASE WHEN round > 0 THEN started ELSE 0 END, task = coalesce(nullif($5, ''), "
+        "task),"
         " excused = excused + $3::integer"
         " WHERE sequence = $1 AND token = $2 AND status = " SQL_RUNNING " RETURNING " POSTGRES_LAZY
         ", CASE WHEN $4 > 0 THEN draped.count_owner(owner, 0, 0, 0, 0,"
@@ -172,7 +184,18 @@ enum store_answer postgres_requeue(struct store *store, const struct store_claim
     pg_bind_int(&query, claim->token);
     pg_bind_int(&query, excused);
     pg_bind_int(&query, later);
+    pg_bind_bytes(&query, task, task ? claim->task_length : 0);
     return postgres_end(&query, pg_run(&query), STORE_CONFLICT);
+}
+
+enum store_answer postgres_requeue(struct store *store, const struct store_claim *claim,
+                                   bool excused, int64_t later) {
+    return requeue(store, claim, excused, later, NULL);
+}
+
+enum store_answer postgres_change_task(struct store *store, const struct store_claim *claim,
+                                       const void *task) {
+    return requeue(store, claim, true, 0, task);
 }
 
 /* ------------------------------------------------------------------ claims that ended */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Inside the PostgreSQL backend. `postgres.c` opens the database; what is written in SQL is
- * in `jobs.c`, `claims.c`, `results.c`, `surfaces.c`, `sweep.c` and `schema.c`, in the words of
- * `query.h`; `pool.c` keeps the connections, `notify.c` carries hints between processes.
+ * in `jobs.c`, `claims.c`, `rounds.c`, `results.c`, `surfaces.c`, `sweep.c` and `schema.c`, in the
+ * words of `query.h`; `pool.c` keeps the connections, `notify.c` carries hints between processes.
  *
  * SQLite's backend is sure to be the only writer and takes its time over several statements in one
  * transaction. Here others write at the same moment and every statement costs a way to another
@@ -67,15 +67,21 @@ enum store_answer postgres_grow(struct store *store);
 #define POSTGRES_USABLE                                                                            \
     "usable AS (SELECT j.sequence, j.status, j.rank, j.owner, j.digest, j.surface, j.started,"     \
     " j.finished, j.progress, j.attempts, j.excused, j.token, j.lease, j.result, j.summary,"       \
-    " j.error, j.expired, j.origin, o.owner, o.queued, o.running, o.turn, r.number, r.digest,"     \
+    " j.error, j.expired, j.origin, j.kind, j.parent, j.round, j.open, j.task, m.bytes, o.owner, " \
+    "o.queued, o.running, o.turn, r.number, r.digest,"                                             \
     " r.state, r.job, r.token, r.length, r.summary, r.owner, c.result, c.index, c.bytes, q.job,"   \
     " q.bytes, s.id, s.owner, s.definition FROM draped.jobs j, draped.owners o,"                   \
-    " draped.results r, draped.chunks c, draped.requests q, draped.surfaces s WHERE false)"
+    " draped.results r, draped.chunks c, draped.requests q, draped.surfaces s, "                   \
+    "draped.task_numbers m"                                                                        \
+    " WHERE false)"
 
 /* --- jobs.c */
 
 enum store_answer postgres_submit(struct store *store, const struct store_submission *submission,
                                   struct store_receipt *receipt);
+enum store_answer postgres_submit_family(struct store *store, const struct store_family *family,
+                                         struct store_receipt *receipt);
+enum store_answer postgres_members(struct store *store, const char *id, struct store_page *page);
 enum store_answer postgres_get(struct store *store, const char *id, struct store_job *job);
 enum store_answer postgres_request(struct store *store, const char *id, char **bytes,
                                    size_t *length);
@@ -103,10 +109,21 @@ enum store_answer postgres_attempts(struct store *store, const struct store_clai
                                     int64_t *attempts, int64_t *excused);
 enum store_answer postgres_requeue(struct store *store, const struct store_claim *claim,
                                    bool excused, int64_t later);
+enum store_answer postgres_change_task(struct store *store, const struct store_claim *claim,
+                                       const void *task);
 enum store_answer postgres_find_ended(struct store *store, struct store_ended *ended, size_t most,
                                       size_t *count);
 enum store_answer postgres_take_over(struct store *store, const struct store_ended *ended,
                                      int64_t *token);
+
+/* --- rounds.c */
+
+enum store_answer postgres_begin_round(struct store *store, const struct store_claim *claim,
+                                       const struct store_round *round);
+enum store_answer postgres_end_task(struct store *store, const struct store_claim *claim,
+                                    const void *numbers, size_t length, int64_t spent);
+enum store_answer postgres_numbers(struct store *store, const struct store_claim *claim,
+                                   void **bytes, size_t *length);
 
 /* --- results.c */
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "postgres.h"
+#include "server/store/sql.h"
 #include <stdio.h>
 #include <string.h>
 
@@ -296,12 +297,179 @@ static const char schema_6[] =
     "INSERT INTO draped.secret VALUES"
     " (sha256((gen_random_uuid()::text || gen_random_uuid()::text)::bytea));";
 
+/* Schema 7: jobs that have jobs, as in SQLite, where it is explained. The triggers of families come
+ * first by their names: whoever changes jobs locks members, then their parent, then what counts. */
+static const char schema_7[] =
+    "ALTER TABLE draped.jobs ADD COLUMN kind smallint NOT NULL DEFAULT 0,"
+    " ADD COLUMN parent bigint,"
+    " ADD COLUMN part integer NOT NULL DEFAULT 0,"
+    " ADD COLUMN round integer NOT NULL DEFAULT 0,"
+    " ADD COLUMN open integer NOT NULL DEFAULT 0,"
+    " ADD COLUMN done bigint NOT NULL DEFAULT 0,"
+    " ADD COLUMN total bigint NOT NULL DEFAULT 0,"
+    " ADD COLUMN spent bigint NOT NULL DEFAULT 0,"
+    " ADD COLUMN task bytea;"
+    "CREATE TABLE draped.task_numbers ("
+    " parent bigint NOT NULL,"
+    " round integer NOT NULL,"
+    " part integer NOT NULL,"
+    " bytes bytea NOT NULL,"
+    " PRIMARY KEY (parent, round, part));"
+    "ALTER TABLE draped.task_numbers ALTER bytes SET STORAGE EXTERNAL;"
+    "DROP INDEX draped.jobs_status;"
+    "CREATE INDEX jobs_status ON draped.jobs (kind, status, sequence);"
+    "DROP INDEX draped.jobs_owner;"
+    "CREATE INDEX jobs_owner ON draped.jobs (owner, kind, sequence);"
+    "CREATE INDEX jobs_kind ON draped.jobs (kind, sequence) WHERE kind > 0;"
+    "CREATE INDEX jobs_parent ON draped.jobs (parent, part) WHERE parent IS NOT NULL;"
+
+    /* n has tasks after the statuses, queued and running. */
+    "UPDATE draped.counts SET n = n || '{0,0}';"
+    "CREATE FUNCTION draped.slot_of(kind integer, status integer, round integer)"
+    " RETURNS integer LANGUAGE sql IMMUTABLE AS $$"
+    " SELECT CASE WHEN kind = " SQL_TASK " THEN CASE WHEN status < 2 THEN 6 + status END"
+    "  WHEN status < 1 AND round > 0 THEN 2 ELSE 1 + status END $$;"
+    "CREATE OR REPLACE FUNCTION draped.count_job() RETURNS trigger LANGUAGE plpgsql AS $$"
+    "DECLARE slot_old integer; slot_new integer; ended integer := -1;"
+    "BEGIN"
+    " IF TG_OP <> 'INSERT' THEN"
+    "  slot_old := draped.slot_of(old.kind, old.status, old.round);"
+    " END IF;"
+    " IF TG_OP <> 'DELETE' THEN"
+    "  slot_new := draped.slot_of(new.kind, new.status, new.round);"
+    "  IF new.kind <> " SQL_TASK " THEN ended := new.status; END IF;"
+    " END IF;"
+    " IF slot_old IS NOT NULL THEN"
+    "  UPDATE draped.counts SET n[slot_old] = n[slot_old] - 1"
+    "   WHERE slot = pg_backend_pid() % 32;"
+    " END IF;"
+    " IF slot_new IS NOT NULL THEN"
+    "  UPDATE draped.counts SET n[slot_new] = n[slot_new] + 1,"
+    "   succeeded = succeeded + (ended = 2)::integer,"
+    "   failed = failed + (ended = 3)::integer,"
+    "   cancelled = cancelled + (ended = 4)::integer,"
+    "   crashed = crashed + (ended = 3 AND"
+    "    coalesce(new.error, '') LIKE '%\"/problems/solver-crashed\"%')::integer"
+    "   WHERE slot = pg_backend_pid() % 32;"
+    " END IF;"
+    " RETURN NULL; "
+    "END $$;"
+
+    "ALTER TABLE draped.owners ADD COLUMN tasks bigint NOT NULL DEFAULT 0;"
+    "CREATE FUNCTION draped.count_tasks(whose text, more integer) RETURNS void LANGUAGE sql AS $$"
+    " UPDATE draped.owners SET tasks = tasks + more"
+    "  WHERE more <> 0 AND owner = whose AND slot = pg_backend_pid() % 32 $$;"
+    "CREATE FUNCTION draped.is_behind(kind integer, status integer, round integer)"
+    " RETURNS integer LANGUAGE sql IMMUTABLE AS $$"
+    " SELECT (status = 0 AND (kind = " SQL_TASK " OR round > 0))::integer $$;"
+    "CREATE OR REPLACE FUNCTION draped.count_owner_job() RETURNS trigger LANGUAGE plpgsql AS $$"
+    "BEGIN"
+    " IF TG_OP = 'INSERT' THEN"
+    "  PERFORM draped.count_owner(new.owner, (new.status = 0)::integer,"
+    "   (new.status = 1)::integer, 0, new.request_bytes, CASE WHEN EXISTS"
+    "   (SELECT 1 FROM draped.owners WHERE owner = new.owner) THEN 0"
+    "   ELSE pg_sequence_last_value('draped.turns') END);"
+    "  PERFORM draped.count_tasks(new.owner,"
+    "   draped.is_behind(new.kind, new.status, new.round));"
+    " ELSIF TG_OP = 'DELETE' THEN"
+    "  PERFORM draped.count_owner(old.owner, -(old.status = 0)::integer,"
+    "   -(old.status = 1)::integer, 0, CASE WHEN old.expired = 0 THEN -old.request_bytes"
+    "   ELSE 0 END, 0);"
+    "  PERFORM draped.count_tasks(old.owner,"
+    "   -draped.is_behind(old.kind, old.status, old.round));"
+    " ELSE"
+    "  PERFORM draped.count_owner(new.owner,"
+    "   (new.status = 0)::integer - (old.status = 0)::integer,"
+    "   (new.status = 1)::integer - (old.status = 1)::integer, 0,"
+    "   CASE WHEN new.expired > old.expired THEN -old.request_bytes ELSE 0 END,"
+    "   CASE WHEN new.status = 1 AND old.status = 0 THEN nextval('draped.turns') ELSE 0 END);"
+    "  PERFORM draped.count_tasks(new.owner,"
+    "   draped.is_behind(new.kind, new.status, new.round)"
+    "   - draped.is_behind(old.kind, old.status, old.round));"
+    " END IF;"
+    " RETURN NULL; "
+    "END $$;";
+
+static const char schema_7_families[] =
+    "CREATE FUNCTION draped.family_member_ended() RETURNS trigger LANGUAGE plpgsql AS $$"
+    "DECLARE failed boolean := new.kind = " SQL_TASK " AND new.status <> " SQL_SUCCEEDED ";"
+    "BEGIN"
+    " UPDATE draped.jobs SET open = open - 1, done = done + new.total, spent = spent + new.spent,"
+    "  status = CASE WHEN failed THEN " SQL_FAILED " WHEN open > 1 THEN " SQL_WAITING
+    "   WHEN kind = " SQL_LAMINATE " THEN " SQL_SUCCEEDED " ELSE " SQL_QUEUED " END,"
+    "  error = CASE WHEN failed THEN new.error END,"
+    "  finished = CASE WHEN failed OR open = 1 AND kind = " SQL_LAMINATE
+    "   THEN new.finished ELSE 0 END"
+    "  WHERE sequence = new.parent AND status = " SQL_WAITING ";"
+    " RETURN NULL; "
+    "END $$;"
+    "CREATE TRIGGER family_member_ended AFTER UPDATE OF status ON draped.jobs FOR EACH ROW"
+    " WHEN (new.parent IS NOT NULL AND new.status >= 2 AND old.status < 2)"
+    " EXECUTE FUNCTION draped.family_member_ended();"
+    "CREATE FUNCTION draped.family_member_removed() RETURNS trigger LANGUAGE plpgsql AS $$"
+    "BEGIN"
+    " UPDATE draped.jobs SET open = open - 1, done = done + old.total,"
+    "  status = CASE WHEN open > 1 THEN " SQL_WAITING " ELSE " SQL_SUCCEEDED " END,"
+    "  finished = CASE WHEN open > 1 THEN 0 ELSE greatest(created,"
+    "   (SELECT max(m.finished) FROM draped.jobs m WHERE m.parent = old.parent)) END"
+    "  WHERE sequence = old.parent AND status = " SQL_WAITING " AND kind = " SQL_LAMINATE ";"
+    " RETURN NULL; "
+    "END $$;"
+    "CREATE TRIGGER family_member_removed AFTER DELETE ON draped.jobs FOR EACH ROW"
+    " WHEN (old.parent IS NOT NULL AND old.status < 2)"
+    " EXECUTE FUNCTION draped.family_member_removed();"
+    "CREATE FUNCTION draped.family_ended() RETURNS trigger LANGUAGE plpgsql AS $$"
+    "BEGIN"
+    " IF new.kind = " SQL_STUDY " THEN"
+    "  DELETE FROM draped.jobs WHERE parent = new.sequence;"
+    "  DELETE FROM draped.task_numbers WHERE parent = new.sequence;"
+    " ELSIF new.status = " SQL_CANCELLED " THEN"
+    "  UPDATE draped.jobs SET status = " SQL_CANCELLED ", finished = new.finished, lease = NULL"
+    "   WHERE parent = new.sequence AND status < 2;"
+    " END IF;"
+    " RETURN NULL; "
+    "END $$;"
+    "CREATE TRIGGER family_ended AFTER UPDATE OF status ON draped.jobs FOR EACH ROW"
+    " WHEN (new.kind IN (" SQL_STUDY ", " SQL_LAMINATE ") AND new.status >= 2 AND old.status < 2)"
+    " EXECUTE FUNCTION draped.family_ended();"
+    "CREATE FUNCTION draped.family_removed() RETURNS trigger LANGUAGE plpgsql AS $$"
+    "DECLARE gone bigint[]; freed bigint[];"
+    "BEGIN"
+    " WITH those AS (DELETE FROM draped.jobs WHERE parent = old.sequence"
+    "  RETURNING sequence, result)"
+    "  SELECT array_agg(sequence), array_agg(result) INTO gone, freed FROM those;"
+    " DELETE FROM draped.requests WHERE job = ANY (gone);"
+    " PERFORM draped.forget_results(freed);"
+    " DELETE FROM draped.task_numbers WHERE parent = old.sequence;"
+    " RETURN NULL; "
+    "END $$;"
+    "CREATE TRIGGER family_removed AFTER DELETE ON draped.jobs FOR EACH ROW"
+    " WHEN (old.kind IN (" SQL_STUDY ", " SQL_LAMINATE "))"
+    " EXECUTE FUNCTION draped.family_removed();"
+
+    /* Locks what belongs to the job before the job itself: who ends a member locks the two in this
+     * order. Gives the job. */
+    "CREATE FUNCTION draped.lock_family(name text) RETURNS bigint LANGUAGE plpgsql AS $$"
+    "DECLARE found_it bigint; family smallint;"
+    "BEGIN"
+    " SELECT sequence, kind INTO found_it, family FROM draped.jobs WHERE id = name;"
+    " IF family IN (" SQL_STUDY ", " SQL_LAMINATE ") THEN"
+    "  PERFORM 1 FROM draped.jobs WHERE parent = found_it ORDER BY sequence FOR UPDATE;"
+    " END IF;"
+    " RETURN found_it; "
+    "END $$;";
+
 /* Migrations in order, each of a script or two: the n-th leads to version n, which is the same in
  * SQLite's backend. */
 static const struct {
     const char *first, *second;
-} migrations[] = {{schema_1, ""}, {schema_2, ""}, {schema_3, ""}, {schema_4, schema_4_functions},
-                  {schema_5, ""}, {schema_6, ""}};
+} migrations[] = {{schema_1, ""},
+                  {schema_2, ""},
+                  {schema_3, ""},
+                  {schema_4, schema_4_functions},
+                  {schema_5, ""},
+                  {schema_6, ""},
+                  {schema_7, schema_7_families}};
 
 enum { CURRENT = sizeof migrations / sizeof migrations[0] };
 

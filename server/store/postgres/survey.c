@@ -38,8 +38,8 @@ static bool read_hosts(struct pool *pool, struct survey *survey) {
 
 static bool read_failure(struct pool *pool, struct survey *survey) {
     struct pg_query query =
-        pg_query(pool, "SELECT id, finished, error FROM draped.jobs WHERE status = " SQL_FAILED
-                       " ORDER BY sequence DESC LIMIT 1");
+        pg_query(pool, "SELECT id, finished, error FROM draped.jobs WHERE kind <> " SQL_TASK
+                       " AND status = " SQL_FAILED " ORDER BY sequence DESC LIMIT 1");
     if (pg_run(&query)) {
         pg_copy(&query, 0, 0, survey->failed, sizeof survey->failed);
         survey->failed_at = pg_int(&query, 0, 1);

@@ -13,14 +13,17 @@ static const char pick_sql[] =
     " SELECT owner, running, turn FROM owners INDEXED BY owners_turn"
     "  WHERE queued > 0 AND running < ?1 AND (NOT ?2 OR turn <= (SELECT n FROM turns) AND EXISTS"
     "   (SELECT 1 FROM jobs j INDEXED BY jobs_queue WHERE j.status = " SQL_QUEUED
-    "   AND j.owner = owners.owner AND j.attempts = 0)) ORDER BY running, turn LIMIT 64),"
+    "   AND j.owner = owners.owner AND j.rank < " SQL_BACKGROUND
+    "   AND j.attempts = 0)) ORDER BY running, turn LIMIT 64),"
     " first (owner) AS (SELECT owner FROM next"
     "  WHERE (running, turn) = (SELECT running, turn FROM next LIMIT 1)"
     "  ORDER BY (SELECT min(j.rank) FROM jobs j INDEXED BY jobs_queue"
     "   WHERE j.status = " SQL_QUEUED " AND j.owner = next.owner) LIMIT 1)"
-    "SELECT j.sequence, j.id, j.surface, j.token, j.attempts, r.number, j.owner, j.origin"
+    "SELECT j.sequence, j.id, j.surface, j.token, j.attempts, r.number, j.owner, j.origin,"
+    " j.kind, j.spent, j.task, (SELECT id FROM jobs p WHERE p.sequence = j.parent)"
     " FROM first CROSS JOIN jobs j INDEXED BY jobs_queue"
-    "  ON j.owner = first.owner AND j.status = " SQL_QUEUED " AND (NOT ?2 OR j.attempts = 0)"
+    "  ON j.owner = first.owner AND j.status = " SQL_QUEUED
+    "  AND (NOT ?2 OR j.attempts = 0 AND j.rank < " SQL_BACKGROUND ")"
     " LEFT JOIN results r ON r.owner = j.owner AND r.digest = j.digest AND r.state = " SQL_COMPLETE
     " ORDER BY j.rank, j.sequence LIMIT 1";
 
@@ -41,6 +44,12 @@ static enum store_answer pick(struct db *db, int64_t most, bool fresh, struct st
         *result = query_int(&query, 5);
         query_copy(&query, 6, claim->owner, sizeof claim->owner);
         query_copy(&query, 7, claim->origin, sizeof claim->origin);
+        claim->kind = (enum store_kind)query_int(&query, 8);
+        claim->spent = query_int(&query, 9);
+        const void *task = query_bytes(&query, 10, &claim->task_length);
+        if (task && claim->task_length <= sizeof claim->task)
+            memcpy(claim->task, task, claim->task_length);
+        query_copy(&query, 11, claim->parent, sizeof claim->parent);
     }
     enum store_answer answer = query_end(&query);
     return answer == STORE_OK && !any ? STORE_EMPTY : answer;
@@ -61,8 +70,9 @@ static enum store_answer succeed(const struct sqlite_store *store, struct db *db
 static enum store_answer hand_out(struct sqlite_store *store, struct db *db,
                                   const struct store_claim *claim) {
     struct query query = db_query(db, "UPDATE jobs SET status = " SQL_RUNNING
-                                      ", progress = 0, started = ?, attempts = ?,"
-                                      " token = ?, lease = ?, holder = ? WHERE sequence = ?");
+                                      ", progress = 0, attempts = ?2, started ="
+                                      " CASE WHEN round > 0 THEN started ELSE ?1 END,"
+                                      " token = ?3, lease = ?4, holder = ?5 WHERE sequence = ?6");
     query_bind_int(&query, sqlite_now(store));
     query_bind_int(&query, claim->attempts);
     query_bind_int(&query, claim->token);
@@ -127,7 +137,7 @@ enum store_answer sqlite_starving(struct store *store, bool fresh) {
     struct db *db = sqlite_take_reader(store);
     struct query query =
         db_query(db, "SELECT 1 FROM owners INDEXED BY owners_turn WHERE queued > 0 AND running = 0"
-                     " AND (NOT ? OR turn <= (SELECT n FROM turns)) LIMIT 1");
+                     " AND (NOT ? OR queued > tasks AND turn <= (SELECT n FROM turns)) LIMIT 1");
     query_bind_int(&query, fresh);
     bool any = query_row(&query);
     enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
@@ -142,6 +152,7 @@ struct holding {
     const char *error;
     bool excused;
     int64_t later;
+    const void *task; /* it becomes another; NULL: the same */
 };
 
 static enum store_answer changed(struct db *db, struct query *query) {
@@ -218,10 +229,14 @@ static enum store_answer requeue_operation(struct sqlite_store *store, struct db
     (void)store;
     struct holding *holding = context;
     struct query query = db_query(
-        db, "UPDATE jobs SET status = " SQL_QUEUED ", progress = 0, started = 0, lease = NULL,"
-            " holder = NULL, excused = excused + ?"
-            " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
+        db, "UPDATE jobs SET status = " SQL_QUEUED ", progress = 0, lease = NULL, holder = NULL,"
+            " started = CASE WHEN round > 0 THEN started ELSE 0 END, excused = excused + ?,"
+            " task = coalesce(?, task) WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
     query_bind_int(&query, holding->excused);
+    if (holding->task)
+        query_bind_bytes(&query, holding->task, holding->claim->task_length);
+    else
+        query_bind_text(&query, NULL);
     query_bind_int(&query, holding->claim->sequence);
     query_bind_int(&query, holding->claim->token);
     enum store_answer answer = changed(db, &query);
@@ -238,6 +253,12 @@ static enum store_answer requeue_operation(struct sqlite_store *store, struct db
 enum store_answer sqlite_requeue(struct store *store, const struct store_claim *claim, bool excused,
                                  int64_t later) {
     struct holding holding = {.claim = claim, .excused = excused, .later = later};
+    return sqlite_write_lazy(store, requeue_operation, &holding);
+}
+
+enum store_answer sqlite_change_task(struct store *store, const struct store_claim *claim,
+                                     const void *task) {
+    struct holding holding = {.claim = claim, .excused = true, .task = task};
     return sqlite_write_lazy(store, requeue_operation, &holding);
 }
 

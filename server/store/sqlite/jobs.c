@@ -11,6 +11,7 @@ enum { KEY_DIGEST_BYTES = 32 };
 
 struct submit {
     const struct store_submission *submission;
+    const struct store_family *family; /* NULL: a job without jobs of its own */
     struct store_receipt *receipt;
     const char *owner;
     const char *surface; /* NULL without */
@@ -22,15 +23,16 @@ struct submit {
 static enum store_answer find_key(struct db *db, struct submit *submit) {
     struct store_receipt *receipt = submit->receipt;
     struct query query =
-        db_query(db, "SELECT id, status, key_digest FROM jobs WHERE owner = ? AND key = ?");
+        db_query(db, "SELECT id, status, key_digest, kind FROM jobs WHERE owner = ? AND key = ?");
     query_bind_text(&query, submit->owner);
     query_bind_text(&query, submit->submission->key);
     enum store_answer found = STORE_EMPTY;
     if (query_row(&query)) {
         size_t length = 0;
         const void *digest = query_bytes(&query, 2, &length);
-        bool same =
-            length == KEY_DIGEST_BYTES && !memcmp(digest, submit->key_digest, KEY_DIGEST_BYTES);
+        bool same = length == KEY_DIGEST_BYTES &&
+                    !memcmp(digest, submit->key_digest, KEY_DIGEST_BYTES) &&
+                    query_int(&query, 3) == (int64_t)submit->submission->kind;
         found = same ? STORE_OK : STORE_CONFLICT;
         query_copy(&query, 0, receipt->id, sizeof receipt->id);
         receipt->status = (enum store_status)query_int(&query, 1);
@@ -49,8 +51,8 @@ static enum store_answer surface_stored(struct db *db, const char *id) {
 }
 
 static enum store_answer read_usage(struct db *db, const char *owner, struct store_usage *usage) {
-    struct query query =
-        db_query(db, "SELECT queued, running, results + others FROM owners WHERE owner = ?");
+    struct query query = db_query(
+        db, "SELECT queued - tasks, running, results + others FROM owners WHERE owner = ?");
     query_bind_text(&query, owner);
     if (query_row(&query)) {
         usage->queued = query_int(&query, 0);
@@ -65,26 +67,41 @@ static enum store_answer full(struct submit *submit, enum store_bound bound) {
     return STORE_FULL;
 }
 
-/* Whether there is room for it, among all and for its owner; one that has its result already waits
- * in no queue. */
-static enum store_answer find_room(struct sqlite_store *store, struct db *db, struct submit *submit,
-                                   bool queues) {
-    const struct store_quota *quota = &submit->submission->quota;
+static int64_t bytes_of(const struct submit *submit) {
     int64_t length = (int64_t)submit->submission->request_length;
+    for (size_t k = 0; submit->family && k < submit->family->count; k++)
+        length += (int64_t)submit->family->members[k].request_length;
+    return length;
+}
+
+/* Whether there is room for it, among all and for its owner; `queues` jobs of it wait in the queue:
+ * none when it has its result already. */
+static enum store_answer find_room(struct sqlite_store *store, struct db *db, struct submit *submit,
+                                   int64_t queues) {
+    const struct store_quota *quota = &submit->submission->quota;
+    int64_t length = bytes_of(submit);
     struct store_usage usage = {0};
     enum store_answer answer = STORE_OK;
     if (quota->queued > 0 || quota->bytes > 0)
         answer = read_usage(db, submit->owner, &usage);
     if (answer != STORE_OK)
         return answer;
-    if (queues && quota->queued > 0 && usage.queued >= quota->queued)
+    if (queues && quota->queued > 0 && usage.queued + queues > quota->queued)
         return full(submit, STORE_BOUND_OWNER_QUEUED);
     if (quota->bytes > 0 && usage.bytes + length > quota->bytes)
         return full(submit, STORE_BOUND_OWNER_BYTES);
     struct query query = db_query(db, "SELECT n FROM counts WHERE status = " SQL_QUEUED);
-    bool most = query_row(&query) && query_int(&query, 0) >= sqlite_options(store)->queue_limit;
+    bool most =
+        query_row(&query) && query_int(&query, 0) + queues > sqlite_options(store)->queue_limit;
     answer = query_end(&query);
     return answer == STORE_OK && queues && most ? full(submit, STORE_BOUND_QUEUE) : answer;
+}
+
+static enum store_answer insert_request(struct db *db, const void *bytes, size_t length) {
+    struct query query = db_query(db, "INSERT INTO requests (job, bytes) VALUES (?, ?)");
+    query_bind_int(&query, db_last_row(db));
+    query_bind_bytes(&query, bytes, length);
+    return query_run(&query);
 }
 
 /* `result` 0: it is to be queued; else it has succeeded. */
@@ -92,12 +109,12 @@ static enum store_answer insert_job(struct db *db, const struct submit *submit, 
     const struct store_submission *submission = submit->submission;
     struct query query = db_query(
         db, "INSERT INTO jobs (id, status, rank, priority, owner, digest, surface, key, key_digest,"
-            " created, started, finished, progress, result, request_bytes, origin)"
-            " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, nullif(?, 0), ?, ?)");
+            " created, started, finished, progress, result, request_bytes, origin, kind, total)"
+            " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, nullif(?, 0), ?, ?, ?, ?)");
     int64_t ended = result ? submit->now : 0;
     query_bind_text(&query, submit->receipt->id);
     query_bind_int(&query, result ? STORE_SUCCEEDED : STORE_QUEUED);
-    query_bind_int(&query, submit->now - submission->priority * STORE_PRIORITY_US);
+    query_bind_int(&query, store_rank(submission, submit->now));
     query_bind_int(&query, submission->priority);
     query_bind_text(&query, submit->owner);
     query_bind_text(&query, submission->digest);
@@ -111,6 +128,8 @@ static enum store_answer insert_job(struct db *db, const struct submit *submit, 
     query_bind_int(&query, result);
     query_bind_int(&query, (int64_t)submission->request_length);
     query_bind_text(&query, submission->origin);
+    query_bind_int(&query, submission->kind);
+    query_bind_int(&query, submission->total);
     return query_run(&query);
 }
 
@@ -128,17 +147,71 @@ static enum store_answer submit_new(struct sqlite_store *store, struct db *db,
     int64_t result = query_row(&query) ? query_int(&query, 0) : 0;
     answer = query_end(&query);
     if (answer == STORE_OK)
-        answer = find_room(store, db, submit, !result);
+        answer = find_room(store, db, submit, result ? 0 : 1);
     if (answer == STORE_OK)
         answer = insert_job(db, submit, result);
     if (answer != STORE_OK)
         return answer;
     submit->receipt->status = result ? STORE_SUCCEEDED : STORE_QUEUED;
-    query = db_query(db, "INSERT INTO requests (job, bytes) VALUES (?, ?)");
-    query_bind_int(&query, db_last_row(db));
-    query_bind_bytes(&query, submission->request, submission->request_length);
+    return insert_request(db, submission->request, submission->request_length);
+}
+
+/* ------------------------------------------------------------------ a laminate with its drapes */
+
+/* The drape is put into the queue as the parent's own submission would be. */
+static enum store_answer insert_member(struct db *db, const struct submit *submit, int64_t parent,
+                                       size_t part) {
+    const struct store_member *member = &submit->family->members[part];
+    struct store_submission submission = *submit->submission;
+    struct store_receipt receipt;
+    struct submit drape = *submit;
+    submission.kind = STORE_DRAPE;
+    submission.request_length = member->request_length;
+    submission.digest = member->digest;
+    submission.key = NULL;
+    submission.total = 1;
+    drape.submission = &submission;
+    drape.receipt = &receipt;
+    id_make(receipt.id);
+    enum store_answer answer = insert_job(db, &drape, 0);
+    if (answer == STORE_OK)
+        answer = insert_request(db, member->request, member->request_length);
+    if (answer != STORE_OK)
+        return answer;
+    struct query query = db_query(db, "UPDATE jobs SET parent = ?, part = ? WHERE id = ?");
+    query_bind_int(&query, parent);
+    query_bind_int(&query, (int64_t)part);
+    query_bind_text(&query, receipt.id);
     return query_run(&query);
 }
+
+static enum store_answer submit_family(struct sqlite_store *store, struct db *db,
+                                       struct submit *submit) {
+    const struct store_submission *submission = submit->submission;
+    enum store_answer answer = submit->surface ? surface_stored(db, submit->surface) : STORE_OK;
+    if (answer == STORE_OK)
+        answer = find_room(store, db, submit, (int64_t)submit->family->count);
+    if (answer == STORE_OK)
+        answer = insert_job(db, submit, 0);
+    if (answer != STORE_OK)
+        return answer;
+    int64_t parent = db_last_row(db);
+    struct query query = db_query(db, "UPDATE jobs SET status = " SQL_WAITING
+                                      ", round = 1, started = created, open = ?, total = ?"
+                                      " WHERE sequence = ?");
+    query_bind_int(&query, (int64_t)submit->family->count);
+    query_bind_int(&query, (int64_t)submit->family->count);
+    query_bind_int(&query, parent);
+    answer = query_run(&query);
+    if (answer == STORE_OK)
+        answer = insert_request(db, submission->request, submission->request_length);
+    for (size_t k = 0; k < submit->family->count && answer == STORE_OK; k++)
+        answer = insert_member(db, submit, parent, k);
+    submit->receipt->status = STORE_RUNNING;
+    return answer;
+}
+
+/* ------------------------------------------------------------------ either */
 
 static enum store_answer submit_operation(struct sqlite_store *store, struct db *db,
                                           void *context) {
@@ -149,7 +222,7 @@ static enum store_answer submit_operation(struct sqlite_store *store, struct db 
         if (known != STORE_EMPTY)
             return known;
     }
-    return submit_new(store, db, submit);
+    return submit->family ? submit_family(store, db, submit) : submit_new(store, db, submit);
 }
 
 /* What is there already needs no room: only a new submission is answered `otherwise`. */
@@ -160,11 +233,13 @@ static enum store_answer repeat(struct store *store, struct submit *submit,
     return known == STORE_EMPTY ? otherwise : known;
 }
 
-enum store_answer sqlite_submit(struct store *store, const struct store_submission *submission,
-                                struct store_receipt *receipt) {
+static enum store_answer run_submit(struct store *store, const struct store_submission *submission,
+                                    const struct store_family *family,
+                                    struct store_receipt *receipt) {
     const char *surface = submission->surface;
     struct submit submit = {
         .submission = submission,
+        .family = family,
         .receipt = receipt,
         .owner = submission->owner ? submission->owner : "",
         .surface = surface && surface[0] ? surface : NULL,
@@ -173,11 +248,21 @@ enum store_answer sqlite_submit(struct store *store, const struct store_submissi
     if (submission->key)
         crypto_generichash(submit.key_digest, sizeof submit.key_digest, submission->request,
                            submission->request_length, NULL, 0);
-    enum store_answer room = sqlite_room_for(store, submission->request_length);
+    enum store_answer room = sqlite_room_for(store, (size_t)bytes_of(&submit));
     if (room != STORE_OK)
         return submission->key ? repeat(store, &submit, room) : room;
     return (submission->unpromised ? sqlite_write_lazy : sqlite_write)(store, submit_operation,
                                                                        &submit);
+}
+
+enum store_answer sqlite_submit(struct store *store, const struct store_submission *submission,
+                                struct store_receipt *receipt) {
+    return run_submit(store, submission, NULL, receipt);
+}
+
+enum store_answer sqlite_submit_family(struct store *store, const struct store_family *family,
+                                       struct store_receipt *receipt) {
+    return run_submit(store, &family->parent, family, receipt);
 }
 
 /* ------------------------------------------------------------------ looking */
@@ -185,13 +270,12 @@ enum store_answer sqlite_submit(struct store *store, const struct store_submissi
 #define JOB_COLUMNS                                                                                \
     "j.sequence, j.id, j.status, j.progress, j.created, j.started, j.finished, j.attempts,"        \
     " j.priority, j.expired, j.owner, j.surface, j.digest, j.error,"                               \
-    " coalesce(j.summary, r.summary)"                                                              \
+    " coalesce(j.summary, r.summary), j.kind, j.done, j.total, j.part, j.round"                    \
     " FROM jobs j LEFT JOIN results r ON r.number = j.result"
 
 static void read_job(struct query *query, struct store_job *job) {
     job->sequence = query_int(query, 0);
     query_copy(query, 1, job->id, sizeof job->id);
-    job->status = (enum store_status)query_int(query, 2);
     job->progress = query_real(query, 3);
     job->created = query_int(query, 4);
     job->started = query_int(query, 5);
@@ -204,6 +288,11 @@ static void read_job(struct query *query, struct store_job *job) {
     query_copy(query, 12, job->digest, sizeof job->digest);
     query_duplicate(query, 13, &job->error, NULL);
     query_duplicate(query, 14, &job->summary, NULL);
+    job->kind = (enum store_kind)query_int(query, 15);
+    job->done = query_int(query, 16);
+    job->total = query_int(query, 17);
+    job->part = query_int(query, 18);
+    store_job_show(job, query_int(query, 2), query_int(query, 19));
 }
 
 enum store_answer sqlite_get(struct store *store, const char *id, struct store_job *job) {
@@ -230,17 +319,45 @@ enum store_answer sqlite_request(struct store *store, const char *id, char **byt
     return answer == STORE_OK && !found ? STORE_EMPTY : answer;
 }
 
+enum store_answer sqlite_members(struct store *store, const char *id, struct store_page *page) {
+    struct db *db = sqlite_take_reader(store);
+    size_t room = 0;
+    struct query query = db_query(
+        db, "SELECT " JOB_COLUMNS " WHERE j.parent = (SELECT sequence FROM jobs WHERE id = ? AND"
+            " kind = " SQL_LAMINATE ") ORDER BY j.part");
+    query_bind_text(&query, id);
+    while (query_row(&query)) {
+        if (page->count == room) {
+            room = room ? 2 * room : 16;
+            struct store_job *more = realloc(page->jobs, room * sizeof *more);
+            if (!more) {
+                query_end(&query);
+                return sqlite_give_reader(store, db, STORE_DOWN);
+            }
+            page->jobs = more;
+        }
+        memset(&page->jobs[page->count], 0, sizeof *page->jobs);
+        read_job(&query, &page->jobs[page->count++]);
+    }
+    return sqlite_give_reader(store, db, query_end(&query));
+}
+
 #define LIST_OF(which)                                                                             \
     "SELECT " JOB_COLUMNS " WHERE j.sequence < ?1 AND " which " ORDER BY j.sequence DESC LIMIT ?4"
 
-/* Three statements, so that each has the index it needs. One row more than asked tells whether
+/* Four statements, so that each has the index it needs. One row more than asked tells whether
  * there is a next page. */
 static struct query list_query(struct db *db, const struct store_filter *filter) {
     int64_t before = filter->cursor > 0 ? filter->cursor : INT64_MAX;
     struct query query =
-        filter->owner ? db_query(db, LIST_OF("(?2 IS NULL OR +j.status = ?2) AND j.owner = ?3"))
-        : filter->has_status ? db_query(db, LIST_OF("j.status = ?2 AND ?3 IS NULL"))
-                             : db_query(db, LIST_OF("?2 IS NULL AND ?3 IS NULL"));
+        filter->kind != STORE_DRAPE
+            ? db_query(db, LIST_OF("j.kind > 0 AND j.kind = ?5 AND (?3 IS NULL OR +j.owner = ?3)"
+                                   " AND (?2 IS NULL OR ?2 = " SQL_SHOWN ")"))
+        : filter->owner
+            ? db_query(db,
+                       LIST_OF("(?2 IS NULL OR +j.status = ?2) AND j.owner = ?3 AND j.kind = ?5"))
+        : filter->has_status ? db_query(db, LIST_OF("j.kind = ?5 AND j.status = ?2 AND ?3 IS NULL"))
+                             : db_query(db, LIST_OF("+j.kind = ?5 AND ?2 IS NULL AND ?3 IS NULL"));
     query_bind_int(&query, before);
     if (filter->has_status)
         query_bind_int(&query, filter->status);
@@ -248,6 +365,7 @@ static struct query list_query(struct db *db, const struct store_filter *filter)
         query_bind_text(&query, NULL);
     query_bind_text(&query, filter->owner);
     query_bind_int(&query, filter->limit + 1);
+    query_bind_int(&query, filter->kind);
     return query;
 }
 
@@ -269,31 +387,35 @@ enum store_answer sqlite_list(struct store *store, const struct store_filter *fi
     return sqlite_give_reader(store, db, query_end(&query));
 }
 
-/* Numbers by status; what is beyond the statuses goes to `beyond`. */
+/* Numbers by status; what is numbered from `first` on, beyond the statuses, goes to `beyond`. */
 static enum store_answer read_statuses(struct query query, int64_t by_status[STORE_STATUS_COUNT],
-                                       int64_t *beyond) {
+                                       int64_t first, int64_t *beyond, int64_t most) {
     while (query_row(&query)) {
         int64_t status = query_int(&query, 0);
         if (status >= 0 && status < STORE_STATUS_COUNT)
             by_status[status] = query_int(&query, 1);
-        else if (beyond)
-            *beyond = query_int(&query, 1);
+        else if (status >= first && status < first + most)
+            beyond[status - first] = query_int(&query, 1);
     }
     return query_end(&query);
 }
 
 enum store_answer sqlite_read_counts(struct db *db, int64_t now, struct store_counts *counts) {
-    enum store_answer answer =
-        read_statuses(db_query(db, "SELECT status, n FROM counts"), counts->jobs, NULL);
+    enum store_answer answer = read_statuses(db_query(db, "SELECT status, n FROM counts"),
+                                             counts->jobs, 8, counts->tasks, 2);
     if (answer == STORE_OK)
-        answer = read_statuses(db_query(db, "SELECT status, n FROM ended"), counts->ended,
-                               &counts->crashed);
+        answer = read_statuses(db_query(db, "SELECT status, n FROM ended"), counts->ended, 5,
+                               &counts->crashed, 1);
     if (answer == STORE_OK)
         answer = sqlite_count_hosts(db, now, counts);
     if (answer != STORE_OK)
         return answer;
-    struct query query = db_query(db, "SELECT created FROM jobs WHERE status = " SQL_QUEUED
-                                      " ORDER BY sequence LIMIT 1");
+    struct query query = db_query(
+        db,
+        "SELECT min(created) FROM (SELECT * FROM (SELECT created FROM jobs WHERE kind = " SQL_DRAPE
+        " AND status = " SQL_QUEUED " ORDER BY sequence LIMIT 1) UNION ALL"
+        " SELECT * FROM (SELECT created FROM jobs WHERE kind = " SQL_STUDY
+        " AND status = " SQL_QUEUED " AND round = 0 ORDER BY sequence LIMIT 1))");
     counts->oldest_queued = query_row(&query) ? query_int(&query, 0) : 0;
     return query_end(&query);
 }

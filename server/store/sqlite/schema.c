@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "server/clock.h"
+#include "server/store/sql.h"
 #include "sqlite.h"
 #include <stdio.h>
 
@@ -224,9 +225,142 @@ static const char schema_5[] =
 static const char schema_6[] = "CREATE TABLE secret (bytes BLOB NOT NULL);"
                                "INSERT INTO secret VALUES (randomblob(32));";
 
-/* Migrations in order: the n-th leads to version n. */
-static const char *const migrations[] = {schema_1, schema_2, schema_3,
-                                         schema_4, schema_5, schema_6};
+/*
+ * Schema 7: jobs that have jobs. jobs.parent is the sequence of the study or laminate a job belongs
+ * to, jobs.part its place there. Of a parent jobs.round counts its rounds so far, jobs.open the
+ * jobs of the present one that have not ended, jobs.done and jobs.total variants or drapes; a task
+ * has its variants in jobs.total, itself in jobs.task and, when it has ended, its numbers in
+ * `task_numbers`. jobs.spent is the time of tasks, in microseconds. A parent that waits has the
+ * status -1.
+ *
+ * counts has tasks as 8 and 9. owners.tasks are those of owners.queued that no limit counts: tasks,
+ * and studies between two rounds. What becomes of a family when one of it ends is here alone, so
+ * that it is right however that came.
+ */
+#define BEHIND_NEW "(new.status = 0 AND (new.kind = " SQL_TASK " OR new.round > 0))"
+#define BEHIND_OLD "(old.status = 0 AND (old.kind = " SQL_TASK " OR old.round > 0))"
+#define COUNTED_NEW                                                                                \
+    "CASE WHEN new.kind = " SQL_TASK " THEN 8 + new.status"                                        \
+    " WHEN new.status < 1 AND new.round > 0 THEN 1 ELSE new.status END"
+#define COUNTED_OLD                                                                                \
+    "CASE WHEN old.kind = " SQL_TASK " THEN 8 + old.status"                                        \
+    " WHEN old.status < 1 AND old.round > 0 THEN 1 ELSE old.status END"
+
+static const char schema_7_columns[] =
+    "ALTER TABLE jobs ADD COLUMN kind INTEGER NOT NULL DEFAULT 0;"
+    "ALTER TABLE jobs ADD COLUMN parent INTEGER;"
+    "ALTER TABLE jobs ADD COLUMN part INTEGER NOT NULL DEFAULT 0;"
+    "ALTER TABLE jobs ADD COLUMN round INTEGER NOT NULL DEFAULT 0;"
+    "ALTER TABLE jobs ADD COLUMN open INTEGER NOT NULL DEFAULT 0;"
+    "ALTER TABLE jobs ADD COLUMN done INTEGER NOT NULL DEFAULT 0;"
+    "ALTER TABLE jobs ADD COLUMN total INTEGER NOT NULL DEFAULT 0;"
+    "ALTER TABLE jobs ADD COLUMN spent INTEGER NOT NULL DEFAULT 0;"
+    "ALTER TABLE jobs ADD COLUMN task BLOB;"
+    "CREATE TABLE task_numbers ("
+    " parent INTEGER NOT NULL,"
+    " round INTEGER NOT NULL,"
+    " part INTEGER NOT NULL,"
+    " bytes BLOB NOT NULL,"
+    " PRIMARY KEY (parent, round, part));"
+    "DROP INDEX jobs_status;"
+    "CREATE INDEX jobs_status ON jobs (kind, status, sequence);"
+    "DROP INDEX jobs_owner;"
+    "CREATE INDEX jobs_owner ON jobs (owner, kind, sequence);"
+    "CREATE INDEX jobs_kind ON jobs (kind, sequence) WHERE kind > 0;"
+    "CREATE INDEX jobs_parent ON jobs (parent, part) WHERE parent IS NOT NULL;";
+
+static const char schema_7_counts[] =
+    "INSERT INTO counts VALUES (8, 0), (9, 0);"
+    "DROP TRIGGER jobs_inserted;"
+    "DROP TRIGGER jobs_deleted;"
+    "DROP TRIGGER jobs_moved;"
+    "CREATE TRIGGER jobs_inserted AFTER INSERT ON jobs BEGIN"
+    " UPDATE counts SET n = n + 1 WHERE status = " COUNTED_NEW "; END;"
+    "CREATE TRIGGER jobs_deleted AFTER DELETE ON jobs BEGIN"
+    " UPDATE counts SET n = n - 1 WHERE status = " COUNTED_OLD "; END;"
+    "CREATE TRIGGER jobs_moved AFTER UPDATE OF status ON jobs"
+    " WHEN new.status <> old.status BEGIN"
+    " UPDATE counts SET n = n - 1 WHERE status = " COUNTED_OLD ";"
+    " UPDATE counts SET n = n + 1 WHERE status = " COUNTED_NEW "; END;"
+    "DROP TRIGGER job_ended;"
+    "CREATE TRIGGER job_ended AFTER UPDATE OF status ON jobs"
+    " WHEN new.status >= 2 AND old.status < 2 AND new.kind <> " SQL_TASK " BEGIN"
+    " UPDATE ended SET n = n + 1 WHERE status = new.status;"
+    " UPDATE ended SET n = n + 1 WHERE status = 5 AND new.status = 3"
+    "  AND new.error LIKE '%\"/problems/solver-crashed\"%'; END;"
+
+    "ALTER TABLE owners ADD COLUMN tasks INTEGER NOT NULL DEFAULT 0;"
+    "DROP TRIGGER owner_job_inserted;"
+    "DROP TRIGGER owner_job_claimed;"
+    "DROP TRIGGER owner_job_moved;"
+    "DROP TRIGGER owner_job_deleted;"
+    "CREATE TRIGGER owner_job_inserted AFTER INSERT ON jobs BEGIN"
+    " INSERT INTO owners (owner, queued, tasks, running, others, turn) VALUES (new.owner,"
+    "  new.status = 0, " BEHIND_NEW ", new.status = 1, new.request_bytes,"
+    "  (SELECT n FROM turns))"
+    "  ON CONFLICT (owner) DO UPDATE SET queued = queued + excluded.queued,"
+    "  tasks = tasks + excluded.tasks, running = running + excluded.running,"
+    "  others = others + excluded.others; END;"
+    "CREATE TRIGGER owner_job_claimed AFTER UPDATE OF status ON jobs"
+    " WHEN new.status = 1 AND old.status = 0 BEGIN"
+    " UPDATE turns SET n = n + 1;"
+    " UPDATE owners SET queued = queued - 1, tasks = tasks - " BEHIND_OLD ","
+    "  running = running + 1, turn = (SELECT n FROM turns) WHERE owner = new.owner; END;"
+    "CREATE TRIGGER owner_job_moved AFTER UPDATE OF status ON jobs"
+    " WHEN new.status <> old.status AND (new.status <> 1 OR old.status <> 0) BEGIN"
+    " UPDATE owners SET queued = queued + (new.status = 0) - (old.status = 0),"
+    "  tasks = tasks + " BEHIND_NEW " - " BEHIND_OLD ","
+    "  running = running + (new.status = 1) - (old.status = 1) WHERE owner = new.owner; END;"
+    "CREATE TRIGGER owner_job_deleted AFTER DELETE ON jobs BEGIN"
+    " UPDATE owners SET queued = queued - (old.status = 0), tasks = tasks - " BEHIND_OLD ","
+    "  running = running - (old.status = 1),"
+    "  others = others - (old.expired = 0) * old.request_bytes WHERE owner = old.owner; END;";
+
+static const char schema_7_families[] =
+    "CREATE TRIGGER family_member_ended AFTER UPDATE OF status ON jobs"
+    " WHEN new.parent IS NOT NULL AND new.status >= 2 AND old.status < 2 BEGIN"
+    " UPDATE jobs SET open = open - 1, done = done + new.total, spent = spent + new.spent,"
+    "  status = CASE WHEN new.kind = " SQL_TASK " AND new.status <> " SQL_SUCCEEDED
+    "    THEN " SQL_FAILED " WHEN open > 1 THEN " SQL_WAITING "   WHEN kind = " SQL_LAMINATE
+    " THEN " SQL_SUCCEEDED " ELSE " SQL_QUEUED " END,"
+    "  error = CASE WHEN new.kind = " SQL_TASK " THEN new.error END,"
+    "  finished = CASE WHEN open = 1 AND kind = " SQL_LAMINATE " OR new.kind = " SQL_TASK
+    "   AND new.status <> " SQL_SUCCEEDED " THEN new.finished ELSE 0 END"
+    "  WHERE sequence = new.parent AND status = " SQL_WAITING "; END;"
+    "CREATE TRIGGER family_member_removed AFTER DELETE ON jobs"
+    " WHEN old.parent IS NOT NULL AND old.status < 2 BEGIN"
+    " UPDATE jobs SET open = open - 1, done = done + old.total,"
+    "  status = CASE WHEN open > 1 THEN " SQL_WAITING " ELSE " SQL_SUCCEEDED " END,"
+    "  finished = CASE WHEN open > 1 THEN 0 ELSE max(created, coalesce("
+    "   (SELECT max(m.finished) FROM jobs m WHERE m.parent = old.parent), 0)) END"
+    "  WHERE sequence = old.parent AND status = " SQL_WAITING " AND kind = " SQL_LAMINATE "; END;"
+    "CREATE TRIGGER study_ended AFTER UPDATE OF status ON jobs"
+    " WHEN new.kind = " SQL_STUDY " AND new.status >= 2 AND old.status < 2 BEGIN"
+    " DELETE FROM jobs WHERE parent = new.sequence;"
+    " DELETE FROM task_numbers WHERE parent = new.sequence; END;"
+    "CREATE TRIGGER laminate_cancelled AFTER UPDATE OF status ON jobs"
+    " WHEN new.kind = " SQL_LAMINATE " AND new.status = " SQL_CANCELLED " BEGIN"
+    " UPDATE jobs SET status = " SQL_CANCELLED ", finished = new.finished, lease = NULL,"
+    "  holder = NULL WHERE parent = new.sequence AND status < 2; END;"
+    "CREATE TRIGGER family_removed AFTER DELETE ON jobs WHEN old.kind IN (" SQL_STUDY
+    ", " SQL_LAMINATE ") BEGIN"
+    " UPDATE results SET state = " SQL_DOOMED " WHERE state = " SQL_COMPLETE " AND number IN"
+    "  (SELECT result FROM jobs WHERE parent = old.sequence) AND NOT EXISTS (SELECT 1 FROM jobs j"
+    "  WHERE j.result = results.number AND j.parent IS NOT old.sequence);"
+    " DELETE FROM requests WHERE job IN (SELECT sequence FROM jobs WHERE parent = old.sequence);"
+    " DELETE FROM jobs WHERE parent = old.sequence;"
+    " DELETE FROM task_numbers WHERE parent = old.sequence; END;";
+
+/* Migrations in order, of a few scripts each: the n-th leads to version n. */
+enum { SCRIPTS = 3 };
+static const char *const migrations[][SCRIPTS] = {
+    {schema_1},
+    {schema_2},
+    {schema_3},
+    {schema_4},
+    {schema_5},
+    {schema_6},
+    {schema_7_columns, schema_7_counts, schema_7_families}};
 
 enum { CURRENT = sizeof migrations / sizeof migrations[0] };
 
@@ -254,8 +388,10 @@ static bool read_version(struct db *db, int64_t *version) {
 }
 
 static bool apply(struct db *db, int64_t version) {
-    if (db_script(db, migrations[version - 1]) != STORE_OK)
-        return false;
+    const char *const *scripts = migrations[version - 1];
+    for (int k = 0; k < SCRIPTS && scripts[k]; k++)
+        if (db_script(db, scripts[k]) != STORE_OK)
+            return false;
     struct query query = db_query(db, "INSERT INTO schema_version VALUES (?, ?)");
     query_bind_int(&query, version);
     query_bind_int(&query, clock_utc_us());

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Inside the SQLite backend. `sqlite.c` opens the database and runs transactions. What is
- * written in SQL is in `jobs.c`, `claims.c`, `results.c`, `surfaces.c`, `sweep.c` and `schema.c`,
- * in the words of `db.h`.
+ * written in SQL is in `jobs.c`, `claims.c`, `rounds.c`, `results.c`, `surfaces.c`, `sweep.c` and
+ * `schema.c`, in the words of `db.h`.
  *
  * Writing is a matter of one connection. An operation is a function that runs inside a transaction;
  * those that queue up while a commit is under way run together in the next one, so that many
@@ -85,6 +85,9 @@ int64_t sqlite_schema(void);
 
 enum store_answer sqlite_submit(struct store *store, const struct store_submission *submission,
                                 struct store_receipt *receipt);
+enum store_answer sqlite_submit_family(struct store *store, const struct store_family *family,
+                                       struct store_receipt *receipt);
+enum store_answer sqlite_members(struct store *store, const char *id, struct store_page *page);
 enum store_answer sqlite_get(struct store *store, const char *id, struct store_job *job);
 enum store_answer sqlite_request(struct store *store, const char *id, char **bytes, size_t *length);
 enum store_answer sqlite_list(struct store *store, const struct store_filter *filter,
@@ -111,10 +114,21 @@ enum store_answer sqlite_attempts(struct store *store, const struct store_claim 
                                   int64_t *attempts, int64_t *excused);
 enum store_answer sqlite_requeue(struct store *store, const struct store_claim *claim, bool excused,
                                  int64_t later);
+enum store_answer sqlite_change_task(struct store *store, const struct store_claim *claim,
+                                     const void *task);
 enum store_answer sqlite_find_ended(struct store *store, struct store_ended *ended, size_t most,
                                     size_t *count);
 enum store_answer sqlite_take_over(struct store *store, const struct store_ended *ended,
                                    int64_t *token);
+
+/* --- rounds.c */
+
+enum store_answer sqlite_begin_round(struct store *store, const struct store_claim *claim,
+                                     const struct store_round *round);
+enum store_answer sqlite_end_task(struct store *store, const struct store_claim *claim,
+                                  const void *numbers, size_t length, int64_t spent);
+enum store_answer sqlite_numbers(struct store *store, const struct store_claim *claim, void **bytes,
+                                 size_t *length);
 
 /* --- results.c */
 

@@ -28,9 +28,9 @@ static enum store_answer read_hosts(struct db *db, struct survey *survey) {
 }
 
 static enum store_answer read_failure(struct db *db, struct survey *survey) {
-    struct query query =
-        db_query(db, "SELECT id, finished, error FROM jobs WHERE status = " SQL_FAILED
-                     " ORDER BY sequence DESC LIMIT 1");
+    struct query query = db_query(
+        db, "SELECT id, finished, error FROM jobs WHERE kind IN (" SQL_DRAPE ", " SQL_STUDY
+            ", " SQL_LAMINATE ") AND status = " SQL_FAILED " ORDER BY sequence DESC LIMIT 1");
     if (query_row(&query)) {
         query_copy(&query, 0, survey->failed, sizeof survey->failed);
         survey->failed_at = query_int(&query, 1);

@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: MIT */
+/* The rounds of a study: its tasks, and the numbers they give. */
+#include "postgres.h"
+#include "server/store/sql.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define HELD " sequence = $2 AND token = $3 AND status = " SQL_RUNNING
+
+/* ------------------------------------------------------------------ begin */
+
+/* $4 tasks, of as many bytes each in $5; $6 and $7, lists with commas, have their ids and variants.
+ */
+static const char begin_sql[] =
+    "WITH waits AS (UPDATE draped.jobs SET status = " SQL_WAITING ", round = round + 1,"
+    "  open = $4::integer, done = $8, total = $9, attempts = 0, excused = 0, lease = NULL"
+    "  WHERE $1::bigint IS DISTINCT FROM 0 AND" HELD
+    "  RETURNING sequence, rank, priority, owner, origin, created, round),"
+    " lists AS MATERIALIZED (SELECT string_to_array($6, ',') AS ids,"
+    "  ('{' || $7 || '}')::bigint[] AS variants, (octet_length($5) / $4)::integer AS size),"
+    " made AS (INSERT INTO draped.jobs (id, status, rank, priority, owner, digest, origin, created,"
+    "   kind, parent, round, part, total, task)"
+    "  SELECT ids[k], " SQL_QUEUED ", rank, priority, owner, '', origin, created, " SQL_TASK ","
+    "   sequence, round, k - 1, variants[k], substring($5 FROM (k - 1) * size + 1 FOR size)"
+    "  FROM waits, lists, generate_series(1, $4::integer) k)"
+    " SELECT 1, " POSTGRES_LAZY " FROM waits";
+
+enum store_answer postgres_begin_round(struct store *store, const struct store_claim *claim,
+                                       const struct store_round *round) {
+    enum { NUMBER_SIZE = 21 };
+    char *ids = malloc(round->count * ID_SIZE), *variants = malloc(round->count * NUMBER_SIZE);
+    char *next = variants;
+    for (size_t k = 0; ids && variants && k < round->count; k++) {
+        const char *comma = k + 1 < round->count ? "," : "";
+        id_make(ids + k * ID_SIZE);
+        ids[k * ID_SIZE + ID_SIZE - 1] = *comma;
+        next += snprintf(next, NUMBER_SIZE, "%lld%s", (long long)round->variants[k], comma);
+    }
+    struct pg_query query = postgres_query_now(store, begin_sql);
+    pg_bind_int(&query, claim->sequence);
+    pg_bind_int(&query, claim->token);
+    pg_bind_int(&query, (int64_t)round->count);
+    pg_bind_bytes(&query, round->tasks, round->count * round->length);
+    pg_bind_text(&query, ids);
+    pg_bind_text(&query, variants);
+    pg_bind_int(&query, round->done);
+    pg_bind_int(&query, round->total);
+    enum store_answer answer =
+        ids && variants ? postgres_end(&query, pg_run(&query), STORE_CONFLICT) : STORE_DOWN;
+    free(ids);
+    free(variants);
+    return answer;
+}
+
+/* ------------------------------------------------------------------ end */
+
+enum store_answer postgres_end_task(struct store *store, const struct store_claim *claim,
+                                    const void *numbers, size_t length, int64_t spent) {
+    struct pg_query query = postgres_query_now(
+        store, "WITH ended AS (UPDATE draped.jobs SET status = " SQL_SUCCEEDED ", finished ="
+               " " POSTGRES_NOW ", spent = $5, lease = NULL, task = NULL WHERE" HELD
+               " RETURNING parent, round, part),"
+               " kept AS (INSERT INTO draped.task_numbers (parent, round, part, bytes)"
+               "  SELECT parent, round, part, $4 FROM ended)"
+               " SELECT 1, " POSTGRES_LAZY " FROM ended");
+    pg_bind_int(&query, claim->sequence);
+    pg_bind_int(&query, claim->token);
+    pg_bind_bytes(&query, numbers, length);
+    pg_bind_int(&query, spent);
+    return postgres_end(&query, pg_run(&query), STORE_CONFLICT);
+}
+
+/* ------------------------------------------------------------------ read */
+
+enum store_answer postgres_numbers(struct store *store, const struct store_claim *claim,
+                                   void **bytes, size_t *length) {
+    struct pg_query query = postgres_query(
+        store,
+        "SELECT coalesce(string_agg(bytes, '' ORDER BY round, part), '') FROM draped.task_numbers"
+        " WHERE parent = $1");
+    char *all = NULL;
+    pg_bind_int(&query, claim->sequence);
+    if (pg_run(&query))
+        pg_duplicate(&query, 0, 0, &all, length);
+    *bytes = all;
+    return pg_end(&query);
+}

@@ -1,0 +1,133 @@
+/* SPDX-License-Identifier: MIT */
+/* The rounds of a study: its tasks, and the numbers they give. */
+#include "server/store/sql.h"
+#include "sqlite.h"
+#include <stdlib.h>
+#include <string.h>
+
+/* A change under a claim. */
+struct step {
+    const struct store_claim *claim;
+    const struct store_round *round;
+    const void *numbers;
+    size_t length;
+    int64_t spent;
+};
+
+static enum store_answer changed(struct db *db, struct query *query) {
+    enum store_answer answer = query_run(query);
+    return answer == STORE_OK && db_changes(db) == 0 ? STORE_CONFLICT : answer;
+}
+
+/* ------------------------------------------------------------------ begin */
+
+static enum store_answer wait_for_round(struct db *db, const struct step *step) {
+    struct query query =
+        db_query(db, "UPDATE jobs SET status = " SQL_WAITING ", round = round + 1, open = ?,"
+                     " done = ?, total = ?, attempts = 0, excused = 0, lease = NULL, holder = NULL"
+                     " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
+    query_bind_int(&query, (int64_t)step->round->count);
+    query_bind_int(&query, step->round->done);
+    query_bind_int(&query, step->round->total);
+    query_bind_int(&query, step->claim->sequence);
+    query_bind_int(&query, step->claim->token);
+    return changed(db, &query);
+}
+
+/* Its rank is the study's: after the tasks of the studies before. */
+static enum store_answer insert_task(struct db *db, const struct step *step, size_t part) {
+    const struct store_round *round = step->round;
+    char id[ID_SIZE];
+    id_make(id);
+    struct query query = db_query(
+        db,
+        "INSERT INTO jobs (id, status, rank, priority, owner, digest, origin, created, kind,"
+        " parent, round, part, total, task) SELECT ?, " SQL_QUEUED ", rank, priority, owner, '',"
+        " origin, created, " SQL_TASK ", sequence, round, ?, ?, ? FROM jobs WHERE sequence = ?");
+    query_bind_text(&query, id);
+    query_bind_int(&query, (int64_t)part);
+    query_bind_int(&query, round->variants[part]);
+    query_bind_bytes(&query, (const char *)round->tasks + part * round->length, round->length);
+    query_bind_int(&query, step->claim->sequence);
+    return query_run(&query);
+}
+
+static enum store_answer begin_operation(struct sqlite_store *store, struct db *db, void *context) {
+    (void)store;
+    const struct step *step = context;
+    enum store_answer answer = wait_for_round(db, step);
+    for (size_t k = 0; k < step->round->count && answer == STORE_OK; k++)
+        answer = insert_task(db, step, k);
+    return answer;
+}
+
+/* Not worth waiting for the disk: without it the step is done again. */
+enum store_answer sqlite_begin_round(struct store *store, const struct store_claim *claim,
+                                     const struct store_round *round) {
+    struct step step = {.claim = claim, .round = round};
+    enum store_answer room = sqlite_room_for(store, round->count * round->length);
+    return room == STORE_OK ? sqlite_write_lazy(store, begin_operation, &step) : room;
+}
+
+/* ------------------------------------------------------------------ end */
+
+static enum store_answer end_operation(struct sqlite_store *store, struct db *db, void *context) {
+    const struct step *step = context;
+    struct query query =
+        db_query(db, "INSERT INTO task_numbers (parent, round, part, bytes) SELECT parent, round, "
+                     "part, ? FROM jobs"
+                     " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
+    query_bind_bytes(&query, step->numbers, step->length);
+    query_bind_int(&query, step->claim->sequence);
+    query_bind_int(&query, step->claim->token);
+    enum store_answer answer = changed(db, &query);
+    if (answer != STORE_OK)
+        return answer;
+    query = db_query(db, "UPDATE jobs SET status = " SQL_SUCCEEDED ", finished = ?, spent = ?,"
+                         " lease = NULL, holder = NULL, task = NULL WHERE sequence = ?");
+    query_bind_int(&query, sqlite_now(store));
+    query_bind_int(&query, step->spent);
+    query_bind_int(&query, step->claim->sequence);
+    return query_run(&query);
+}
+
+enum store_answer sqlite_end_task(struct store *store, const struct store_claim *claim,
+                                  const void *numbers, size_t length, int64_t spent) {
+    struct step step = {.claim = claim, .numbers = numbers, .length = length, .spent = spent};
+    enum store_answer room = sqlite_room_for(store, length);
+    return room == STORE_OK ? sqlite_write_lazy(store, end_operation, &step) : room;
+}
+
+/* ------------------------------------------------------------------ read */
+
+/* Appends; false without memory. */
+static bool add(void **bytes, size_t *length, size_t *room, const void *more, size_t count) {
+    if (*length + count > *room || !*bytes) {
+        *room = 2 * (*length + count) + 1;
+        void *grown = realloc(*bytes, *room);
+        if (!grown)
+            return false;
+        *bytes = grown;
+    }
+    if (count > 0)
+        memcpy((char *)*bytes + *length, more, count);
+    *length += count;
+    return true;
+}
+
+enum store_answer sqlite_numbers(struct store *store, const struct store_claim *claim, void **bytes,
+                                 size_t *length) {
+    size_t room = 0;
+    struct db *db = sqlite_take_reader(store);
+    struct query query =
+        db_query(db, "SELECT bytes FROM task_numbers WHERE parent = ? ORDER BY round, part");
+    query_bind_int(&query, claim->sequence);
+    bool good = add(bytes, length, &room, NULL, 0);
+    while (good && query_row(&query)) {
+        size_t count = 0;
+        const void *more = query_bytes(&query, 0, &count);
+        good = add(bytes, length, &room, more, count);
+    }
+    enum store_answer answer = query_end(&query);
+    return sqlite_give_reader(store, db, good ? answer : STORE_DOWN);
+}
