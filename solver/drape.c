@@ -6,6 +6,7 @@
 #include "solver/net/march.h"
 #include "solver/net/report.h"
 #include "solver/net/start.h"
+#include "solver/surface/offset.h"
 #include <float.h>
 
 const char *drape_reason_name(enum drape_reason reason) {
@@ -126,6 +127,7 @@ static int32_t largest_component(const struct shell *shell) {
 static enum status find_face(const struct shell *shell, const struct drape_settings *settings,
                              struct shell_place *place) {
     double distance, reach = fmax(settings->spacing[0], settings->spacing[1]);
+    reach += fabs(surface_offset_height(shell_surface(shell, 0)));
     struct vec3 target = settings->start_point;
     int32_t component = SHELL_ANY;
     if (settings->start_kind == DRAPE_START_UV) {

@@ -228,6 +228,12 @@ static void decode_cavity(const struct json_place *place, struct api_cavity *cav
         place_number(&height, decode_lengths, &cavity->height);
 }
 
+static void decode_offset(const struct json_place *place, struct api_request *request) {
+    if (place_number(place, decode_coordinates, &request->offset) &&
+        request->surface.kind == API_SURFACE_MESH && request->offset != 0)
+        place_fault(place, "needs a surface with a curvature, not a triangle mesh");
+}
+
 static void decode_method(const struct json_place *root, struct api_request *request) {
     struct drape_settings *settings = &request->settings;
     struct json_place method = place_member(root, "method"), path = place_member(root, "yarn_path");
@@ -292,6 +298,7 @@ static void decode_rest(const struct json_place *root, struct api_request *reque
     struct json_place generators = place_member(root, "generators");
     struct json_place extent = place_member(root, "extent");
     struct json_place permeability = place_member(root, "permeability");
+    struct json_place offset = place_member(root, "offset");
     decode_unit(&unit, &request->surface, &request->length_unit);
     request->unit_of_surface = request->surface.kind == API_SURFACE_NAMED && !place_given(&unit);
     decode_fabric(&fabric, request);
@@ -308,6 +315,8 @@ static void decode_rest(const struct json_place *root, struct api_request *reque
         decode_cavity(&cavity, &request->cavity);
     if (place_given(&permeability))
         decode_permeability(&permeability, &request->permeability);
+    if (place_given(&offset))
+        decode_offset(&offset, request);
 }
 
 /* Permeability models that scale with the fibre volume fraction need one, which in a rigid cavity
@@ -339,9 +348,9 @@ static void check_points(const struct json_place *place, const struct api_surfac
 
 void decode_drape(const struct json_place *place, const struct api_input *input,
                   const struct api_limits *limits, struct api_request *request) {
-    static const char *const keys[] = {"surface",   "length_unit", "fabric",       "start",
-                                       "direction", "generators",  "method",       "yarn_path",
-                                       "extent",    "cavity",      "permeability", NULL};
+    static const char *const keys[] = {"surface",   "length_unit",  "offset", "fabric",    "start",
+                                       "direction", "generators",   "method", "yarn_path", "extent",
+                                       "cavity",    "permeability", NULL};
     const struct json_tree *tree = place->tree;
     struct json_place surface = place_member(place, "surface");
     *request = (struct api_request){

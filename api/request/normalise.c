@@ -304,6 +304,8 @@ const char *api_normalise(const struct api_request *request, const struct api_st
         api_text_key_string(&text, "length_unit", request->length_unit->name);
     else if (chosen)
         api_text_key_string(&text, "length_unit", api_units[chosen->unit].name);
+    if (request->offset != 0)
+        api_text_key_number(&text, "offset", request->offset);
     write_fabric(&text, request);
     write_start(&text, request, chosen);
     write_direction(&text, settings);

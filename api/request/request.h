@@ -117,7 +117,9 @@ struct api_request {
     bool unit_of_surface; /* it is what the stored surface says, which was not among the input */
     struct api_fabric fabric;
     struct drape_settings settings; /* max_nodes comes from the limits */
-    bool start_on_face;             /* the start's u and v are those of face settings.start_face */
+    double offset; /* the surface is moved by so much along its normal (`solver/surface/offset.h`);
+                      that of a shell along its first face's */
+    bool start_on_face; /* the start's u and v are those of face settings.start_face */
     struct api_cavity cavity;
     struct api_permeability permeability;
 };

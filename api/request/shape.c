@@ -7,6 +7,7 @@
 #include "shape_shell.h"
 #include "solver/surface/bounds.h"
 #include "solver/surface/measure.h"
+#include "solver/surface/offset.h"
 
 static enum api_problem_id check_made(enum status status, const char *pointer,
                                       struct api_problem *problem) {
@@ -68,13 +69,51 @@ static double usable_area(const struct trim *trim, const struct surface *surface
     return trim ? trim_area(trim, &centroid) : surface_area(surface, NULL);
 }
 
+enum api_problem_id api_shape_fault(struct api_problem *problem, double offset, const char *what,
+                                    struct vec3 at, double radius, double fold_deg) {
+    if (radius > 0)
+        api_problem_add(problem, "/offset",
+                        "moves %s by %.6g near (%.6g, %.6g, %.6g), where its radius of curvature "
+                        "on that side is %.6g: there is no surface so far away",
+                        what, fabs(offset), at.x, at.y, at.z, radius);
+    else
+        api_problem_add(problem, "/offset",
+                        "moves %s near (%.6g, %.6g, %.6g), where they fold by %.4g degrees: give "
+                        "the fold a radius, or leave the surface where it is",
+                        what, at.x, at.y, at.z, fold_deg);
+    return problem->id;
+}
+
+/* The surface that the request wants draped: moved, if it says so. */
+static enum api_problem_id move(const struct api_request *request, struct arena *arena,
+                                struct surface **surface, struct api_problem *problem) {
+    if (request->offset == 0)
+        return API_OK;
+    return check_made(surface_offset(*surface, request->offset, arena, surface), "/offset",
+                      problem);
+}
+
+/* What the tolerance of a shell would be, for creases. */
+static bool holds(const struct surface *surface, const struct trim *trim,
+                  struct surface_offset_fault *fault) {
+    struct vec3 lower, upper;
+    surface_bounds(surface, &lower, &upper);
+    double gap = SHELL_TOLERANCE * vec3_distance(lower, upper);
+    return surface_offset_height(surface) == 0 || surface_offset_holds(surface, trim, gap, fault);
+}
+
 enum api_problem_id api_shape_make(struct api_request *request, const struct api_limits *limits,
                                    struct arena *arena, struct surface **surface,
                                    struct api_problem *problem) {
+    struct surface_offset_fault fault;
     struct trim *trim;
     if (make(&request->surface, "/surface", arena, surface, problem) != API_OK ||
+        move(request, arena, surface, problem) != API_OK ||
         make_trim(&request->surface, "/surface/trims", *surface, arena, &trim, problem) != API_OK)
         return problem->id;
+    if (!holds(*surface, trim, &fault))
+        return api_shape_fault(problem, request->offset, "the surface", fault.at, fault.radius,
+                               fault.fold_deg);
     if (trim)
         request->settings.trim = trim;
     double nodes = least_nodes(&request->settings, usable_area(trim, *surface));

@@ -19,11 +19,17 @@
  * covering the area, or the extent where that is less, would take more than `limits->max_nodes`
  * (not asked when only one direction has an extent); cheap enough to be asked before a job is
  * queued.
- * Problems: API_DEGENERATE_SURFACE (no area), API_INVALID_REQUEST (spacing), API_OUT_OF_MEMORY.
+ * Problems: API_DEGENERATE_SURFACE (no area), API_INVALID_REQUEST (spacing, offset),
+ * API_OUT_OF_MEMORY.
  */
 enum api_problem_id api_shape_make(struct api_request *request, const struct api_limits *limits,
                                    struct arena *arena, struct surface **surface,
                                    struct api_problem *problem) STATUS_MUST_USE;
+
+/* Adds that `what` cannot be moved by `offset` near `at`, for its radius of curvature or, with a
+ * radius of 0, a fold. */
+enum api_problem_id api_shape_fault(struct api_problem *problem, double offset, const char *what,
+                                    struct vec3 at, double radius, double fold_deg);
 
 /*
  * The document of a stored surface: id, degree_u, degree_v, size_u, size_v, rational, closed_u,

@@ -2,6 +2,7 @@
 #include "shape_shell.h"
 
 #include "api/json/text.h"
+#include "shape.h"
 #include "solver/surface/bounds.h"
 #include "solver/surface/contour.h"
 #include "solver/surface/measure.h"
@@ -33,9 +34,10 @@ static void write_list(const struct api_surface *surface, const struct shell_fau
     }
 }
 
-/* `base` leads to the surface in the caller's document. */
+/* `base` leads to the surface in the caller's document, `offset` is what it is to be moved by. */
 static void explain(const struct api_surface *surface, const struct shell_fault *fault,
-                    const int32_t *numbers, const char *base, struct api_problem *problem) {
+                    const int32_t *numbers, const char *base, double offset,
+                    struct api_problem *problem) {
     char list[LIST_SIZE], pointer[API_POINTER_MAX];
     struct vec3 at = fault->at;
     write_list(surface, fault, numbers, list);
@@ -60,6 +62,10 @@ static void explain(const struct api_surface *surface, const struct shell_fault 
     case SHELL_NOTHING_LEFT:
         api_problem_set_at(problem, API_DEGENERATE_SURFACE, pointer,
                            "the trims leave nothing of %s", list);
+        break;
+    case SHELL_TOO_CURVED:
+    case SHELL_FOLDS:
+        (void)api_shape_fault(problem, offset, list, at, fault->radius, fault->fold_deg);
         break;
     default:
         api_problem_add(problem, pointer, "must be between 1 and %d faces", SHELL_FACES_MAX);
@@ -99,10 +105,11 @@ static enum api_problem_id make_part(const struct api_surface *surface, int32_t 
     return API_OK;
 }
 
-/* The shell of the faces of these numbers. */
+/* The shell of the faces of these numbers, moved by `offset`. */
 static enum api_problem_id make_shell(const struct api_surface *surface, const int32_t *numbers,
-                                      size_t count, const char *base, struct arena *arena,
-                                      struct shell **shell, struct api_problem *problem) {
+                                      size_t count, const char *base, double offset,
+                                      struct arena *arena, struct shell **shell,
+                                      struct api_problem *problem) {
     struct shell_fault fault = {0};
     struct shell_part *parts = arena_alloc(arena, count, sizeof *parts);
     if (!parts)
@@ -111,10 +118,12 @@ static enum api_problem_id make_shell(const struct api_surface *surface, const i
         if (make_part(surface, numbers[k], base, arena, &parts[k], problem) != API_OK)
             return problem->id;
     enum status status = shell_make(parts, count, surface->tolerance, arena, shell, &fault);
+    if (status == STATUS_OK && offset != 0)
+        status = shell_offset(*shell, parts, offset, arena, shell, &fault);
     if (status == STATUS_OUT_OF_MEMORY)
         return no_memory(problem);
     if (status != STATUS_OK)
-        explain(surface, &fault, numbers, base, problem);
+        explain(surface, &fault, numbers, base, offset, problem);
     return problem->id;
 }
 
@@ -148,7 +157,7 @@ static bool choose_grown(const struct api_surface *surface, struct arena *arena,
                         surface->face_count);
         return false;
     }
-    if (make_shell(surface, shell->numbers, shell->count, "/surface", arena, &shell->shell,
+    if (make_shell(surface, shell->numbers, shell->count, "/surface", 0, arena, &shell->shell,
                    problem) != API_OK)
         return false;
     uint8_t *reached = arena_alloc(arena, shell->count, 1);
@@ -215,8 +224,8 @@ enum api_problem_id api_shape_shell(const struct api_request *request,
                                     struct api_shell *shell, struct api_problem *problem) {
     const struct drape_settings *settings = &request->settings;
     if (!choose(&request->surface, arena, shell, problem) || !find_start(request, shell, problem) ||
-        make_shell(&request->surface, shell->numbers, shell->count, "/surface", arena,
-                   &shell->shell, problem) != API_OK)
+        make_shell(&request->surface, shell->numbers, shell->count, "/surface", request->offset,
+                   arena, &shell->shell, problem) != API_OK)
         return problem->id;
     double nodes = largest_area(shell->shell) / (settings->spacing[0] * settings->spacing[1]);
     if (nodes > (double)limits->max_nodes && !settings->has_extent[0] && !settings->has_extent[1])
@@ -310,7 +319,7 @@ static enum api_problem_id describe_edges(const struct api_surface *surface, str
     struct shell_edges edges = {0};
     if (!choose(surface, arena, &all, problem))
         return problem->id;
-    if (make_shell(surface, all.numbers, all.count, "", arena, &all.shell, &fault) == API_OK)
+    if (make_shell(surface, all.numbers, all.count, "", 0, arena, &all.shell, &fault) == API_OK)
         edges = shell_edges(all.shell);
     if (fault.id == API_OUT_OF_MEMORY || (fault.id != API_OK && !surface->notes)) {
         *problem = fault;

@@ -23,6 +23,7 @@ static const double nearly_parallel = 0.0175;
 static enum status find_point(const struct surface *surface, const struct drape_settings *settings,
                               double uv[2]) {
     double distance, reach = fmax(settings->spacing[0], settings->spacing[1]);
+    reach += fabs(surface->height); /* the point may lie on the surface before it is moved */
     surface_nearest_at(surface, settings->start_point, uv, &distance);
     return distance <= reach ? STATUS_OK : STATUS_START_OFF_SURFACE;
 }

@@ -196,6 +196,7 @@ void bounds_tight(const struct surface *surface, struct vec3 *lower, struct vec3
         find_extreme(surface, lane, -1, &extreme, &search);
         high[lane] = -extreme.best;
     }
-    *lower = vec3_make(low[0], low[1], low[2]);
-    *upper = vec3_make(high[0], high[1], high[2]);
+    double away = fabs(surface->height);
+    *lower = vec3_make(low[0] - away, low[1] - away, low[2] - away);
+    *upper = vec3_make(high[0] + away, high[1] + away, high[2] + away);
 }

@@ -70,7 +70,8 @@ int bounds_bend(const struct bounds_cell *cell, double level);
 bool bounds_convex(const struct bounds_cell *cell, double level);
 
 /* The box of the surface itself, to 1e-10 of the diagonal of `surface_bounds`: each coordinate is
- * one of a point of the surface, never beyond it. */
+ * one of a point of the surface, never beyond it. Of a moved surface: a box that contains it, wider
+ * than that of the surface itself by the height. */
 void bounds_tight(const struct surface *surface, struct vec3 *lower, struct vec3 *upper);
 
 #endif

@@ -146,7 +146,9 @@ void surface_evaluate_span(const struct surface *surface, int span_u, int span_v
     size_t span = (size_t)span_u * (size_t)av->span_count + (size_t)span_v;
     size_t first = span * surface->points_per_span;
     int p = au->degree, q = av->degree;
-    if (surface->powers && surface->in_powers[span]) {
+    if (surface->height != 0) {
+        surface_evaluate_moved(surface, span_u, span_v, u, v, jet);
+    } else if (surface->powers && surface->in_powers[span]) {
         double x = u - au->middles[span_u], y = v - av->middles[span_v];
         evaluate_low_degrees(p, q, surface->powers + first, x, y, jet);
     } else {

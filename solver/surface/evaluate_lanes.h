@@ -101,6 +101,37 @@ INLINE void lanes_low_degrees(int p, int q, const vec4 *powers, lanes x, lanes y
 #undef CASE
 }
 
+#define OFFSET_NUMBER lanes
+#define OFFSET_VECTOR struct lanes3
+#define OFFSET_JET struct lanes_jet
+#define OFFSET_NAME(f) f##_lanes
+#define OFFSET_OF(f) lanes3_##f
+#define OFFSET_SQRT(x) lanes_sqrt(x)
+#include "offset_jet.h"
+
+/* As surface_evaluate_moved; NaN where that has ways of its own. */
+static __attribute__((noinline)) void lanes_moved(const struct surface *surface,
+                                                  const struct surface_cursor *at,
+                                                  const lanes uv[2], struct lanes_jet *jet) {
+    const int span[2] = {at->span_u, at->span_v};
+    struct third_lanes third;
+    struct lanes_jet n;
+    lanes area2;
+    offset_base_lanes(surface, span[0], span[1], uv[0], uv[1], &third);
+    offset_normal_lanes(&third, &n, &area2);
+    offset_add_lanes(&third, lanes_of(surface->height), &n, jet);
+    lanes_mask own = ~(area2 > 0);
+    for (int k = 0; k < 2; k++)
+        for (int end = 0; end < 2; end++) {
+            const struct surface_axis *axis = &surface->axis[k];
+            if (!axis->pinched[end] || span[k] != (end ? axis->span_count - 1 : 0))
+                continue;
+            lanes x = end ? surface_axis_upper(axis) - uv[k] : uv[k] - surface_axis_lower(axis);
+            own |= x * axis->rates[span[k]] <= SURFACE_PINCH;
+        }
+    jet->r.x = lanes_select(own, lanes_of(NAN), jet->r.x);
+}
+
 enum { LANES_ORDER = NURBS_DEGREE_MAX + 1 };
 
 struct lanes_basis {
@@ -180,7 +211,9 @@ INLINE void lanes_jets_together(const struct surface *surface, const struct surf
     const struct surface_axis *au = &surface->axis[0], *av = &surface->axis[1];
     size_t span = (size_t)span_u * (size_t)av->span_count + (size_t)span_v;
     size_t first = span * surface->points_per_span;
-    if (surface->powers && surface->in_powers[span]) {
+    if (surface->height != 0) {
+        lanes_moved(surface, at, uv, jet);
+    } else if (surface->powers && surface->in_powers[span]) {
         lanes x = u - au->middles[span_u], y = v - av->middles[span_v];
         lanes_low_degrees(au->degree, av->degree, surface->powers + first, x, y, jet);
     } else {

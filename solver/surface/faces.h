@@ -91,6 +91,11 @@ void curve_at(const struct shell *shell, const struct face_curve *curve, double 
 double curve_nearest(const struct shell *shell, const struct face_curve *curve, struct vec3 point,
                      double from, const double range[2], struct curve_place *place);
 
+/* The unit normals of the faces on both sides of a joined edge, on the shell's side, at `share` of
+ * it; and where that is. */
+void edge_normals(const struct shell *shell, const struct face_edge *edge, double share,
+                  struct vec3 normal[2], struct vec3 *at);
+
 /* Fills the grid, from the segments. Errors: STATUS_OUT_OF_MEMORY. */
 enum status face_make_grid(struct face *face, struct arena *arena) STATUS_MUST_USE;
 

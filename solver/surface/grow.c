@@ -11,22 +11,31 @@ static const double ROUNDING_DEG = 1e-6;
 static struct vec3 normal_at(const struct shell *shell, const struct face_curve *curve,
                              const struct curve_place *place) {
     const struct face *face = &shell->faces[curve->face];
-    return vec3_scale(face->side, vec3_cross(place->jet.u, place->jet.v));
+    return vec3_scale(face->side, vec3_unit(vec3_cross(place->jet.u, place->jet.v)));
+}
+
+void edge_normals(const struct shell *shell, const struct face_edge *edge, double share,
+                  struct vec3 normal[2], struct vec3 *at) {
+    const struct face_edge *mate = &shell->edges[edge->mate];
+    const struct face_curve *curve = &shell->curves[edge->curve];
+    const struct face_curve *other = &shell->curves[mate->curve];
+    struct curve_place here, there;
+    double across = edge->reversed ? 1 - share : share;
+    curve_at(shell, curve, edge->t[0] + share * (edge->t[1] - edge->t[0]), &here);
+    curve_nearest(shell, other, here.r, mate->t[0] + across * (mate->t[1] - mate->t[0]), mate->t,
+                  &there);
+    normal[0] = normal_at(shell, curve, &here);
+    normal[1] = normal_at(shell, other, &there);
+    *at = here.r;
 }
 
 /* Whether the faces fold along an edge and its mate by no more than `up_to_deg` anywhere. */
 static bool is_smooth(const struct shell *shell, const struct face_edge *edge, double up_to_deg) {
-    const struct face_edge *mate = &shell->edges[edge->mate];
-    const struct face_curve *curve = &shell->curves[edge->curve];
-    const struct face_curve *other = &shell->curves[mate->curve];
     for (int k = 0; k < LOOKS; k++) {
-        struct curve_place here, there;
-        double share = (k + 0.5) / LOOKS, across = edge->reversed ? 1 - share : share;
-        curve_at(shell, curve, edge->t[0] + share * (edge->t[1] - edge->t[0]), &here);
-        curve_nearest(shell, other, here.r, mate->t[0] + across * (mate->t[1] - mate->t[0]),
-                      mate->t, &there);
-        struct vec3 a = normal_at(shell, curve, &here), b = normal_at(shell, other, &there);
-        if (angle_atan2_deg(vec3_norm(vec3_cross(a, b)), vec3_dot(a, b)) > up_to_deg + ROUNDING_DEG)
+        struct vec3 n[2], at;
+        edge_normals(shell, edge, (k + 0.5) / LOOKS, n, &at);
+        double fold = angle_atan2_deg(vec3_norm(vec3_cross(n[0], n[1])), vec3_dot(n[0], n[1]));
+        if (fold > up_to_deg + ROUNDING_DEG)
             return false;
     }
     return true;

@@ -638,8 +638,10 @@ static enum status three_faces(const struct shell *shell, int32_t edge, const st
                 face[b + 1] = swap;
             }
     if (fault)
-        *fault = (struct shell_fault){
-            SHELL_THREE_FACES, 3, {face[0], face[1], face[2]}, mates->sample[SAMPLES / 2]};
+        *fault = (struct shell_fault){.kind = SHELL_THREE_FACES,
+                                      .face_count = 3,
+                                      .face = {face[0], face[1], face[2]},
+                                      .at = mates->sample[SAMPLES / 2]};
     return STATUS_INVALID;
 }
 

@@ -450,8 +450,22 @@ double surface_nearest_from(const struct surface *surface, struct vec3 point, do
     return search.best.distance;
 }
 
+/* The distance to a moved surface is least where that to the surface itself is, or on an edge: the
+ * foot of the normal through the point is the same. */
+static void nearest_on_moved(const struct surface *surface, struct vec3 point, double uv[2],
+                             double *distance) {
+    struct surface base = *surface;
+    base.height = 0;
+    surface_nearest_at(&base, point, uv, distance);
+    *distance = surface_nearest_from(surface, point, uv);
+}
+
 void surface_nearest_at(const struct surface *surface, struct vec3 point, double uv[2],
                         double *distance) {
+    if (surface->height != 0) {
+        nearest_on_moved(surface, point, uv, distance);
+        return;
+    }
     struct bounds_search bounds;
     struct search search = {.surface = surface, .target = point, .bounds = &bounds};
     bounds.degree[0] = 2 * surface->axis[0].degree;

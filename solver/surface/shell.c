@@ -95,7 +95,10 @@ static enum status one_sided(const struct shell *shell, const struct face_edge *
     struct curve_place place;
     curve_at(shell, &shell->curves[edge->curve], (edge->t[0] + edge->t[1]) / 2, &place);
     if (fault)
-        *fault = (struct shell_fault){SHELL_ONE_SIDED, 2, {a < b ? a : b, a < b ? b : a}, place.r};
+        *fault = (struct shell_fault){.kind = SHELL_ONE_SIDED,
+                                      .face_count = 2,
+                                      .face = {a < b ? a : b, a < b ? b : a},
+                                      .at = place.r};
     return STATUS_INVALID;
 }
 

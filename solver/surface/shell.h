@@ -41,8 +41,10 @@ enum shell_fault_kind {
     SHELL_TOLERANCE_BAD, /* not positive, or as large as the shell */
     SHELL_NOTHING_LEFT,  /* the loops of a face leave nothing of it */
     SHELL_THREE_FACES,   /* three faces or more meet at an edge */
-    SHELL_ONE_SIDED      /* faces that cannot be oriented alike: each edge of a pair of faces wants
+    SHELL_ONE_SIDED,     /* faces that cannot be oriented alike: each edge of a pair of faces wants
                             them the other way round */
+    SHELL_TOO_CURVED,    /* a face whose radius of curvature is less than it is to be moved by */
+    SHELL_FOLDS          /* two faces, or one, that fold where they are to be moved */
 };
 
 /* What is wrong with the faces of STATUS_INVALID and STATUS_DEGENERATE_SURFACE. */
@@ -51,6 +53,8 @@ struct shell_fault {
     int face_count;  /* of those to blame */
     int32_t face[3]; /* by their place in the caller's array, in rising order */
     struct vec3 at;  /* where, of faults that have a place */
+    double radius;   /* of SHELL_TOO_CURVED */
+    double fold_deg; /* of SHELL_FOLDS */
 };
 
 /* What was found. */
@@ -137,6 +141,16 @@ bool shell_over(const struct shell *shell, struct vec3 point, int32_t face, doub
  * component like it: a shallow copy in `arena`. Errors: STATUS_OUT_OF_MEMORY. */
 enum status shell_orient(const struct shell *shell, int32_t face, struct arena *arena,
                          struct shell **oriented) STATUS_MUST_USE;
+
+/*
+ * The shell of the same faces, each moved along its normal by `height` (`offset.h`), to the side to
+ * which the first face of its component has r_u x r_v. `parts` are those that the shell was made
+ * of. Faces that fold by up to a degree or what the tolerance hides are joined all the same, over
+ * the gap. Errors: as `shell_make`; STATUS_INVALID with SHELL_TOO_CURVED or SHELL_FOLDS.
+ */
+enum status shell_offset(const struct shell *shell, const struct shell_part *parts, double height,
+                         struct arena *arena, struct shell **moved,
+                         struct shell_fault *fault) STATUS_MUST_USE;
 
 /* The faces reached from `face` across joints that fold by no more than `up_to_deg` degrees:
  * `reached`, as long as there are faces, gets 1 for each of them and 0 for the others. Errors:

@@ -42,6 +42,7 @@ struct surface_axis {
     bool closed;
     bool pole[2]; /* at the lower and upper end: the other direction's tangent vanishes there */
     struct vec3 pole_point[2]; /* that end's first point; with `pole`, all of it */
+    bool pinched[2];           /* of a moved surface: that end of the surface before is a pole */
 };
 
 struct surface {
@@ -60,7 +61,9 @@ struct surface {
     bool has_poles;
     const struct shell *shell; /* that it is a face of, and which; NULL: of none */
     int32_t face;
-    double side; /* 1; -1 where normals are against r_u x r_v */
+    double side;   /* 1; -1 where normals are against r_u x r_v */
+    double height; /* by which it is moved along r_u x r_v (`offset.h`): points and powers are those
+                      of the surface before, all else is its own; 0: it is not */
 };
 
 static inline double surface_axis_lower(const struct surface_axis *axis) {
@@ -109,6 +112,17 @@ void surface_nearest_at(const struct surface *surface, struct vec3 point, double
 /* The place inside the domain to which a descent of the distance to `point` leads from `uv`, which
  * becomes that place, in inner parameters; and that distance. */
 double surface_nearest_from(const struct surface *surface, struct vec3 point, double uv[2]);
+
+/* Of surfaces being made: sets the box and what follows from it; then, with the edges known, what
+ * has vanished, area and centroid. STATUS_DEGENERATE_SURFACE when there is no area. */
+void surface_set_bounds(struct surface *surface, struct vec3 lower, struct vec3 upper);
+enum status surface_finish(struct surface *surface) STATUS_MUST_USE;
+
+/* `surface_evaluate_span` of a surface that is moved; up to this share of a span from what was a
+ * pole, in a way that loses no digits there. */
+#define SURFACE_PINCH (1.0 / 64)
+void surface_evaluate_moved(const struct surface *surface, int span_u, int span_v, double u,
+                            double v, struct surface_jet *jet);
 
 /* Evaluates the polynomials of one span, anywhere, in inner parameters. */
 void surface_evaluate_span(const struct surface *surface, int span_u, int span_v, double u,

@@ -186,6 +186,10 @@ static void find_bounds(const struct nurbs *nurbs, struct surface *surface) {
         low = vec3_make(fmin(low.x, p.x), fmin(low.y, p.y), fmin(low.z, p.z));
         high = vec3_make(fmax(high.x, p.x), fmax(high.y, p.y), fmax(high.z, p.z));
     }
+    surface_set_bounds(surface, low, high);
+}
+
+void surface_set_bounds(struct surface *surface, struct vec3 low, struct vec3 high) {
     surface->lower = low;
     surface->upper = high;
     surface->size = vec3_distance(low, high);
@@ -343,6 +347,7 @@ static void integrate_span(const struct surface *surface, const struct quadratur
 static enum status find_area(struct surface *surface) {
     struct quadrature rule = quadrature_make(quadrature_order(surface));
     struct vec3 moment = {0, 0, 0};
+    surface->area = 0;
     for (int su = 0; su < surface->axis[0].span_count; su++)
         for (int sv = 0; sv < surface->axis[1].span_count; sv++)
             integrate_span(surface, &rule, su, sv, &surface->area, &moment);
@@ -351,6 +356,11 @@ static enum status find_area(struct surface *surface) {
         return STATUS_DEGENERATE_SURFACE;
     surface->centroid = vec3_scale(1 / surface->area, moment);
     return STATUS_OK;
+}
+
+enum status surface_finish(struct surface *surface) {
+    find_limits(surface);
+    return find_area(surface);
 }
 
 enum status surface_make(const struct nurbs *nurbs, struct arena *arena, struct surface **surface) {
@@ -379,10 +389,9 @@ enum status surface_make(const struct nurbs *nurbs, struct arena *arena, struct 
     find_bounds(nurbs, made);
     find_topology(made, 0);
     find_topology(made, 1);
-    find_limits(made);
     *surface = made;
     status = make_powers(arena, made);
-    return status == STATUS_OK ? find_area(made) : status;
+    return status == STATUS_OK ? surface_finish(made) : status;
 }
 
 void surface_domain(const struct surface *surface, double lower[2], double upper[2]) {
