@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # Test programs and what is run now and then; included by Makefile.
 
-.PHONY: tests golden soak fuzz fuzzers mutants hosts load tsan valgrind coverage bench figures \
+.PHONY: tests golden soak fuzz fuzzers mutants hosts load tsan valgrind coverage bench figures filling \
     .test-tools .plain .sanitized
 JOBS ?= $(shell nproc)
 
@@ -94,6 +94,10 @@ mutants: ## before a release: small mistakes in the source that tests have to no
 
 figures: $(B)/drape $(B)/tests/exact/test_exact_estimates ## redraws docs/figures from the program's own results
 	@tests/figures/figures.sh $(B)
+
+filling: all ## fills a mould with DOLFINx, with draped and with flat fields: docs/filling.md
+	@deploy/setup.sh filling
+	@tests/figures/filling.sh $(B)
 
 BENCHES := $(addprefix $(B)/tests/bench/bench_,solver surfaces shell store)
 bench: $(BENCHES) $(B)/draped ## after a change in solver/ or the store: ratios within one run
