@@ -55,13 +55,14 @@ $(TEST_MODULES) $(PARSERS)/node_modules: %/node_modules: %/package-lock.json
 	@npm ci --silent --no-audit --no-fund --ignore-scripts --omit=optional --prefix $* && touch $@
 
 # What tests compare with: the bytes of results and of small documents, the tables of docs/fields.md,
-# docs/formats.md and docs/settings.md.
+# docs/formats.md and docs/settings.md, and what deploy/render.py writes.
 GOLDEN := $(addprefix $(B)/tests/unit/test_,formats lists)
 golden: all $(GOLDEN) ## when results change and should: writes anew what they are compared with
 	@python3 tests/results/compare.py $(B) --write
 	@for test in $(GOLDEN); do DRAPE_GOLDEN=write $$test >/dev/null 2>&1; done # their other tests may fail
 	@$(B)/draped --help | awk -f docs/settings.awk >docs/settings.md
-	@git --no-pager diff --stat -- tests docs
+	@deploy/render.py $(B)/draped
+	@git --no-pager diff --stat -- tests docs deploy
 
 # The tests that hurt, at full length: 200 kills, a thousand slow clients for 30 s, ...
 soak: $(B)/tests/exact/test_exact_estimates $(B)/tests/import/make_parts ## 200 kills under load, a thousand slow clients, damaged files, the gate, all estimates

@@ -32,6 +32,34 @@ limits_of_check_config() {
     field '.max_control_points == 512 * 512' # the most that any surface has
 }
 
+@test "limits: every call caps bodies where its description says so" {
+    DRAPED_PORT=$PORT python3 - <<'END'
+import http.client, json, os
+limits, calls = {}, 0
+def get(path):
+    link = http.client.HTTPConnection("127.0.0.1", int(os.environ["DRAPED_PORT"]), timeout=20)
+    link.request("GET", path)
+    return json.load(link.getresponse())
+limits = get("/v1/limits")
+for path, item in get("/v1/openapi.json")["paths"].items():
+    for method in {"post", "put"} & item.keys():
+        if "requestBody" not in item[method]:
+            continue
+        name = item[method].get("x-body-limit", "max_body")
+        link = http.client.HTTPConnection("127.0.0.1", int(os.environ["DRAPED_PORT"]), timeout=20)
+        link.putrequest(method.upper(), path.replace("{id}", "0" * 32))
+        link.putheader("Content-Type", "application/json")
+        link.putheader("Expect", "100-continue")
+        link.putheader("Content-Length", str(limits[name] + 1))
+        link.endheaders()
+        answer = link.getresponse()
+        detail = json.load(answer)["detail"]
+        assert answer.status == 413 and f"(--{name.replace('_', '-')})" in detail, (path, detail)
+        calls += 1
+assert calls >= 3, calls
+END
+}
+
 gone_by_now() { call GET "/v1/drapes/$1/result"; [ "$status" = 410 ]; }
 
 @test "limits: beyond --retention-bytes the oldest results are 410" {
