@@ -328,7 +328,7 @@ static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_
         struct crossing crossing;
         if (!newton(begin->surface, cursor, cell, begin->uv, node))
             return false;
-        crossing_find(&node->station, &crossing);
+        crossing_find(&node->station, last, &crossing);
         if (crossing.kind == CROSSING_FREE && !landed && lands(cell, &node->station, begin)) {
             landed = true;
             continue;

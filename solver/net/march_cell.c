@@ -112,7 +112,7 @@ static bool expected_off_shell(struct march *march, const struct fishnet_cell *c
         !station_at(cell->c->surface, &march->cursor, uv, &place) ||
         !crossing_settle(&march->cursor, &place))
         return false;
-    crossing_find(&place, &crossing);
+    crossing_find(&place, NULL, &crossing);
     return crossing.kind == CROSSING_FREE;
 }
 

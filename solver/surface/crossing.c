@@ -2,11 +2,15 @@
 #include "crossing.h"
 
 #include "faces.h"
+#include <string.h>
 
 enum { HOPS_MAX = 16, END_ROUNDS = 3 };
 
 /* A joint is preferred to a free edge that is no nearer than this. */
 static const double as_near = 1e-9;
+
+/* At a vertex the joints that meet there are equally near, but for this share of the distance. */
+static const double at_vertex = 1e-6;
 
 /* A way that misses the end of a segment by this share of the domain goes through it. */
 static const double touch = 1e-9;
@@ -34,6 +38,13 @@ static double way(const struct surface_axis *axis, double from, double to) {
     return difference - period * floor(difference / period + 0.5);
 }
 
+/* Puts parameters into the turn of a near place. */
+static void put_near(const struct surface *surface, const double near[2], double uv[2]) {
+    for (int k = 0; k < 2; k++)
+        if (surface->axis[k].closed)
+            uv[k] = near[k] + way(&surface->axis[k], near[k], uv[k]);
+}
+
 /* A place on a segment. */
 struct hit {
     const struct face_segment *segment;
@@ -59,13 +70,14 @@ static const struct surface *beyond_edge(const struct shell *shell, int32_t edge
     return &shell->faces[shell->curves[shell->edges[edge].curve].face].surface;
 }
 
-/* The nearest places on joints, to the face `beyond` unless that is NULL, and on free edges of the
- * station's face. */
+/* The nearest places on joints and on free edges of the station's face; on joints to the face
+ * `beyond` alone unless that is NULL, and preferably to others than `before`. */
 static void nearest_edges(const struct station *station, const struct surface *beyond,
-                          struct hit *joint, struct hit *free) {
+                          const struct surface *before, struct hit *joint, struct hit *free) {
     const struct surface *surface = station->surface;
     const struct face *face = face_of(surface);
     const struct surface_axis *axis = surface->axis;
+    struct hit back = {.distance2 = HUGE_VAL};
     double at[2];
     joint->distance2 = free->distance2 = HUGE_VAL;
     joint->segment = free->segment = NULL;
@@ -79,9 +91,15 @@ static void nearest_edges(const struct station *station, const struct surface *b
             q[k] = p[k] + segment->b[k] - segment->a[k];
         }
         int32_t mate = surface->shell->edges[segment->edge].mate;
-        if (mate == EDGE_FREE || !beyond || beyond_edge(surface->shell, mate) == beyond)
-            try_segment(station->first, p, q, segment, mate == EDGE_FREE ? free : joint);
+        const struct surface *to = mate == EDGE_FREE ? NULL : beyond_edge(surface->shell, mate);
+        if (!to || !beyond || to == beyond)
+            try_segment(station->first, p, q, segment,
+                        !to                      ? free
+                        : before && to == before ? &back
+                                                 : joint);
     }
+    if (back.distance2 < joint->distance2 * (1 - at_vertex))
+        *joint = back;
 }
 
 static bool frame_at(const struct shell *shell, const struct face_edge *edge, double t,
@@ -171,49 +189,43 @@ static bool at_open_end(const struct shell *shell, const struct hit *hit) {
            (edge->open[1] && hit->share == 1 && hit->segment->t[1] == edge->t[1]);
 }
 
-void crossing_find(const struct station *station, struct crossing *crossing) {
+void crossing_find(const struct station *station, const struct surface *before,
+                   struct crossing *crossing) {
     const struct surface *surface = station->surface;
     struct hit joint, free;
-    double turn[2];
     crossing->kind = CROSSING_NONE;
     crossing->distance = 0;
     if (crossing_within(surface, station->uv))
         return;
-    nearest_edges(station, NULL, &joint, &free);
+    nearest_edges(station, NULL, before, &joint, &free);
     bool over = joint.segment && !(free.distance2 < joint.distance2 * (1 - as_near));
     const struct hit *hit = over ? &joint : &free;
     crossing->kind = CROSSING_FREE;
     crossing->distance = sqrt(hit->distance2);
     crossing->at_corner = over && (!(free.distance2 > joint.distance2 * (1 + as_near)) ||
                                    at_open_end(surface->shell, hit));
-    turn_of(surface, station->uv, turn);
+    const double near[2] = {station->uv[0] + (hit->segment ? hit->offset[0] : 0),
+                            station->uv[1] + (hit->segment ? hit->offset[1] : 0)};
     if (over) {
         const struct face_segment *segment = hit->segment;
         double t = segment->t[0] + hit->share * (segment->t[1] - segment->t[0]);
         if (joint_at(surface, segment->edge, t, crossing)) {
-            crossing->edge[0] += turn[0];
-            crossing->edge[1] += turn[1];
+            put_near(surface, near, crossing->edge);
             return;
         }
         crossing->kind = CROSSING_FREE;
     }
-    for (int k = 0; k < 2; k++)
-        crossing->edge[k] = station->uv[k] + (hit->segment ? hit->offset[k] : 0);
+    memcpy(crossing->edge, near, sizeof near);
 }
 
 bool crossing_move(const struct surface *surface, double t, struct crossing *crossing) {
     const struct face_edge *edge = &surface->shell->edges[crossing->number];
-    double before[2], turn[2];
-    for (int k = 0; k < 2; k++)
-        before[k] = crossing->edge[k];
+    const double before[2] = {crossing->edge[0], crossing->edge[1]};
     t = edge->open[0] ? t : fmax(t, edge->t[0]);
     t = edge->open[1] ? t : fmin(t, edge->t[1]);
     if (!joint_at(surface, crossing->number, t, crossing))
         return false;
-    for (int k = 0; k < 2; k++) {
-        turn[k] = before[k] - way(&surface->axis[k], crossing->edge[k], before[k]);
-        crossing->edge[k] = turn[k];
-    }
+    put_near(surface, before, crossing->edge);
     return true;
 }
 
@@ -224,7 +236,7 @@ void crossing_rate(const struct surface *surface, const struct crossing *crossin
 bool crossing_between(const struct station *station, const struct surface *beyond,
                       struct crossing *crossing) {
     struct hit joint, free;
-    nearest_edges(station, beyond, &joint, &free);
+    nearest_edges(station, beyond, NULL, &joint, &free);
     if (!joint.segment)
         return false;
     const struct face_segment *segment = joint.segment;
@@ -273,7 +285,7 @@ bool crossing_settle(struct surface_cursor *cursor, struct station *station) {
     for (int hop = 0; hop < HOPS_MAX; hop++) {
         struct crossing crossing;
         double uv[2];
-        crossing_find(station, &crossing);
+        crossing_find(station, last, &crossing);
         if (crossing.kind != CROSSING_JOINT || crossing.beyond == last)
             return true;
         last = station->surface;
@@ -355,7 +367,7 @@ bool crossing_on_way(const struct surface *surface, const double from[2], const 
     if (!joint_at(surface, first->edge, t, crossing))
         return false;
     crossing->distance = 0;
-    crossing->edge[0] += turn[0];
-    crossing->edge[1] += turn[1];
+    const double near[2] = {from[0] + least * e[0], from[1] + least * e[1]};
+    put_near(surface, near, crossing->edge);
     return true;
 }

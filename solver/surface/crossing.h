@@ -37,8 +37,10 @@ struct crossing {
     double t;
 };
 
-/* Looks from a station of a shell's face over the edge that is nearest to it. */
-void crossing_find(const struct station *station, struct crossing *crossing);
+/* Looks from a station of a shell's face over the edge that is nearest to it. At a vertex that is
+ * not the joint to the face `before`, which it was carried from; NULL: it was not. */
+void crossing_find(const struct station *station, const struct surface *before,
+                   struct crossing *crossing);
 
 /* The joint to the face `beyond` that is nearest to a station, on either side of it. False where
  * the station's face has none. */

@@ -783,7 +783,7 @@ static bool settle(struct path *g) {
     (void)point_of(g, &t);
     if (!station_at(g->surface, &cursor, g->uv, &here))
         return true;
-    crossing_find(&here, &joint);
+    crossing_find(&here, NULL, &joint);
     if (joint.kind != CROSSING_JOINT ||
         !crossing_carry(&joint, &cursor, &here, SETTLE_ROUNDS, uv) ||
         !crossing_within(joint.beyond, uv))

@@ -250,7 +250,7 @@ static enum station_zone zone_on_face(struct surface_cursor *cursor,
     struct crossing crossing;
     double edge[2] = {station->uv[0], station->uv[1]};
     bool outside = false;
-    crossing_find(station, &crossing);
+    crossing_find(station, NULL, &crossing);
     if (crossing.kind == CROSSING_NONE ||
         (crossing.kind == CROSSING_JOINT && !crossing.at_corner) ||
         crossing.distance <= boundary_width * shell_size(surface->shell) +

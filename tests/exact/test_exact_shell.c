@@ -384,21 +384,25 @@ static bool same_as_whole(struct scene *scene, enum cutting cutting, enum drape_
     return same;
 }
 
+static bool scene_is_same(int id, enum cutting cutting, bool disturbed, uint64_t seed) {
+    static const enum drape_method every[] = {DRAPE_GIB, DRAPE_GIB4, DRAPE_BASIC, DRAPE_GEODESIC};
+    struct scene scene;
+    scene_make(&scene, (enum scene_id)id);
+    bool same = same_as_whole(&scene, cutting, every[seed % 4], disturbed, seed);
+    scene_free(&scene);
+    return same;
+}
+
 /* All scenes, cut one way. */
 static void check_cutting(enum cutting cutting, bool disturbed) {
     const char *seed_text = getenv("DRAPED_SEED"), *rounds_text = getenv("DRAPED_ROUNDS");
-    static const enum drape_method every[] = {DRAPE_GIB, DRAPE_GIB4, DRAPE_BASIC, DRAPE_GEODESIC};
     uint64_t first = seed_text ? strtoull(seed_text, NULL, 10) : SEED;
     int rounds = rounds_text ? atoi(rounds_text) : ROUNDS, bad = 0;
     printf("  seed %llu\n", (unsigned long long)first);
     for (int round = 0; round < rounds; round++)
-        for (int id = 0; id < SCENE_COUNT; id++) {
-            struct scene scene;
-            uint64_t seed = first + (uint64_t)(round * SCENE_COUNT + id);
-            scene_make(&scene, (enum scene_id)id);
-            bad += !same_as_whole(&scene, cutting, every[seed % 4], disturbed, seed);
-            scene_free(&scene);
-        }
+        for (int id = 0; id < SCENE_COUNT; id++)
+            bad += !scene_is_same(id, cutting, disturbed,
+                                  first + (uint64_t)(round * SCENE_COUNT + id));
     assert_int_equal(bad, 0);
 }
 
@@ -420,6 +424,15 @@ static void test_exact_shell_cut_into_quads_is_the_whole(void **state) {
 static void test_exact_shell_with_an_island_is_the_whole(void **state) {
     (void)state;
     check_cutting(CUT_ISLAND, false);
+}
+
+/* Places next to a vertex of four faces, which any two of them took for the other's; a yarn over
+ * the seam of a face and then over its joint. */
+static void test_exact_shell_at_vertices_and_seams(void **state) {
+    (void)state;
+    assert_true(scene_is_same(SCENE_SPHERE, CUT_QUADS, false, 1570958));
+    assert_true(scene_is_same(SCENE_SPHERE_EDGE, CUT_QUADS, false, 1675668));
+    assert_true(scene_is_same(SCENE_SPHERE_FULL, CUT_ISOLINES, false, 1466231));
 }
 
 /* Whether (u, v) lies in the quadrilateral of an outline; all of its corners turn one way. */
@@ -567,6 +580,7 @@ int main(void) {
         cmocka_unit_test(test_exact_shell_cut_into_strips_is_the_whole),
         cmocka_unit_test(test_exact_shell_cut_into_quads_is_the_whole),
         cmocka_unit_test(test_exact_shell_with_an_island_is_the_whole),
+        cmocka_unit_test(test_exact_shell_at_vertices_and_seams),
         cmocka_unit_test(test_exact_shell_runs_over_a_hole),
         cmocka_unit_test(test_exact_shell_has_same_bits_with_threads),
         cmocka_unit_test(test_exact_shell_survives_failing_allocations),
