@@ -294,8 +294,9 @@ struct store_claim {
     char owner[STORE_OWNER_SIZE];
     char origin[STORE_REQUEST_SIZE]; /* the HTTP request that submitted it; "" */
     int64_t sequence;
-    int64_t token; /* grows with every claim of the job */
-    int attempts;  /* how often it was handed out, this one included */
+    int64_t token;     /* grows with every claim of the job */
+    int64_t waited_us; /* since the submission */
+    int attempts;      /* how often it was handed out, this one included */
     enum store_kind kind;
     int64_t spent;        /* study: microseconds that its tasks have taken so far */
     char parent[ID_SIZE]; /* of a task: its study; else "" or the laminate it belongs to */

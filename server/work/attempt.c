@@ -365,22 +365,12 @@ static bool load(struct attempt *attempt, struct api_input *input, char **reques
     return answer == STORE_OK;
 }
 
-/* How long it waited, counted at its first attempt. */
-static void count_wait(struct attempt *attempt) {
-    struct store_job job;
-    if (attempt->claim->attempts > 1)
-        return;
-    enum store_answer answer = store_get(attempt->shared->store, attempt->claim->id, &job);
-    if (answer == STORE_OK && job.started >= job.created)
-        metrics_time(METRICS_QUEUE, job.started - job.created);
-    store_job_clear(&job);
-}
-
 static void work(struct attempt *attempt) {
     struct api_input input = {0};
     struct store_surface surface = {0};
     char *request = NULL;
-    count_wait(attempt);
+    if (attempt->claim->attempts == 1 && attempt->claim->waited_us >= 0)
+        metrics_time(METRICS_QUEUE, attempt->claim->waited_us);
     if (load(attempt, &input, &request, &surface)) {
         int64_t begun = clock_us();
         send_job(attempt, &input);

@@ -41,8 +41,10 @@ static void test_store_claim_takes_the_oldest_first(void **state) {
     for (int k = 0; k < 3; k++)
         scratch_submit(scratch, bodies[k], ids[k]);
     for (int k = 0; k < 3; k++) {
+        scratch_now += 5 * second;
         assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
         assert_string_equal(claim.id, ids[k]);
+        assert_in_range(claim.waited_us, 5 * (k + 1) * second, (5 * (k + 1) + 4) * second);
         assert_int_equal(claim.attempts, 1);
         assert_false(claim.reused);
         assert_int_equal(scratch_status(scratch, ids[k]), STORE_RUNNING);

@@ -43,7 +43,8 @@ static const char claim_sql[] =
     " RETURNING j.sequence, j.id, j.surface, j.token, j.attempts,"
     "  (SELECT r.number FROM draped.results r WHERE r.owner = j.owner AND r.digest = j.digest"
     "   AND r.state = " SQL_COMPLETE "), j.owner, j.origin, " POSTGRES_LAZY ","
-    "  j.kind, j.spent, j.task, (SELECT p.id FROM draped.jobs p WHERE p.sequence = j.parent)";
+    "  j.kind, j.spent, j.task, (SELECT p.id FROM draped.jobs p WHERE p.sequence = j.parent),"
+    "  j.started - j.created";
 
 /* The claimed job's result is there already. STORE_CONFLICT when it has gone meanwhile. */
 static enum store_answer reuse(struct store *store, const struct store_claim *claim) {
@@ -94,6 +95,7 @@ enum store_answer postgres_claim(struct store *store, bool fresh, struct store_c
         if (task && claim->task_length <= sizeof claim->task)
             memcpy(claim->task, task, claim->task_length);
         pg_copy(&query, 0, 12, claim->parent, sizeof claim->parent);
+        claim->waited_us = pg_int(&query, 0, 13);
     }
     enum store_answer answer = postgres_end(&query, rows, STORE_EMPTY);
     claim->reused = answer == STORE_OK && twin && reuse(store, claim) == STORE_OK;

@@ -20,7 +20,7 @@ static const char pick_sql[] =
     "  ORDER BY (SELECT min(j.rank) FROM jobs j INDEXED BY jobs_queue"
     "   WHERE j.status = " SQL_QUEUED " AND j.owner = next.owner) LIMIT 1)"
     "SELECT j.sequence, j.id, j.surface, j.token, j.attempts, r.number, j.owner, j.origin,"
-    " j.kind, j.spent, j.task, (SELECT id FROM jobs p WHERE p.sequence = j.parent)"
+    " j.kind, j.spent, j.task, (SELECT id FROM jobs p WHERE p.sequence = j.parent), ?3 - j.created"
     " FROM first CROSS JOIN jobs j INDEXED BY jobs_queue"
     "  ON j.owner = first.owner AND j.status = " SQL_QUEUED
     "  AND (NOT ?2 OR j.attempts = 0 AND j.rank < " SQL_BACKGROUND ")"
@@ -29,11 +29,12 @@ static const char pick_sql[] =
 
 /* The first of the queue among owners with fewer running ones than `most`, with the complete result
  * of its digest (0: none). */
-static enum store_answer pick(struct db *db, int64_t most, bool fresh, struct store_claim *claim,
-                              int64_t *result) {
+static enum store_answer pick(const struct sqlite_store *store, struct db *db, int64_t most,
+                              bool fresh, struct store_claim *claim, int64_t *result) {
     struct query query = db_query(db, pick_sql);
     query_bind_int(&query, most);
     query_bind_int(&query, fresh);
+    query_bind_int(&query, sqlite_now(store));
     bool any = query_row(&query);
     if (any) {
         claim->sequence = query_int(&query, 0);
@@ -50,6 +51,7 @@ static enum store_answer pick(struct db *db, int64_t most, bool fresh, struct st
         if (task && claim->task_length <= sizeof claim->task)
             memcpy(claim->task, task, claim->task_length);
         query_copy(&query, 11, claim->parent, sizeof claim->parent);
+        claim->waited_us = query_int(&query, 12);
     }
     enum store_answer answer = query_end(&query);
     return answer == STORE_OK && !any ? STORE_EMPTY : answer;
@@ -93,7 +95,7 @@ static enum store_answer claim_operation(struct sqlite_store *store, struct db *
     struct store_claim *claim = claiming->claim;
     int64_t result = 0;
     int64_t most = sqlite_options(store)->owner_running;
-    enum store_answer answer = pick(db,
+    enum store_answer answer = pick(store, db,
                                     claiming->fresh ? 1
                                     : most > 0      ? most
                                                     : INT64_MAX,
@@ -129,7 +131,7 @@ enum store_answer sqlite_claim(struct store *store, bool fresh, struct store_cla
 enum store_answer sqlite_try_claim(struct sqlite_store *store, struct db *db) {
     struct store_claim claim = {.sequence = -1};
     int64_t result = 0;
-    enum store_answer answer = pick(db, 0, false, &claim, &result);
+    enum store_answer answer = pick(store, db, 0, false, &claim, &result);
     return answer == STORE_EMPTY ? hand_out(store, db, &claim) : answer;
 }
 
