@@ -43,6 +43,8 @@ static const char help_tail[] =
     "                     on each element; default: from its first edge\n"
     "  --edge-channel W,K for lcmsim: elements within W of the rim of the cloth have the\n"
     "                     permeability K, in m^2 (race-tracking)\n"
+    "  --within D         nastran, abaqus: one group of stacks that differ by D degrees\n"
+    "                     and D %% of thickness at most; default: 0, no more than digits\n"
     "  --lcmsim-version N 2 or 3; default: 3\n"
     "  --at-most-fiber-volume-fraction F\n"
     "                     lcmsim: take denser elements to have this; otherwise those\n"
@@ -176,6 +178,7 @@ static const struct option option_table[] = {
     {"inlet", required_argument, NULL, 0},
     {"outlet", required_argument, NULL, 0},
     {"reference", required_argument, NULL, 0},
+    {"within", required_argument, NULL, 0},
     {"edge-channel", required_argument, NULL, 0},
     {"lcmsim-version", required_argument, NULL, 0},
     {"at-most-fiber-volume-fraction", required_argument, NULL, 0},

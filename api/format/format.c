@@ -3,6 +3,7 @@
 
 #include "api/json/number.h"
 
+#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -16,6 +17,12 @@
     X(npz)                                                                                         \
     X(vtu)                                                                                         \
     X(lcmsim)                                                                                      \
+    X(nastran)                                                                                     \
+    X(optistruct)                                                                                  \
+    X(radioss)                                                                                     \
+    X(lsdyna)                                                                                      \
+    X(abaqus)                                                                                      \
+    X(calculix)                                                                                    \
     X(svg)                                                                                         \
     X(dxf)                                                                                         \
     X(html)
@@ -88,32 +95,37 @@ static bool set_lcmsim_version(struct format_options *options, const char *value
     return false;
 }
 
-static bool set_fraction(struct format_options *options, const char *value,
-                         struct api_problem *problem) {
-    double fraction;
+/* A number from `least` to `most`, both included; `what` it must be. */
+static bool set_number(double *option, const char *value, double least, double most,
+                       const char *what, struct api_problem *problem) {
+    double number;
     size_t length = strlen(value);
-    if (length > 0 && api_number_read(value, length, &fraction) == length && fraction > 0 &&
-        fraction < 1) {
-        options->fiber_volume_fraction = fraction;
+    if (length > 0 && api_number_read(value, length, &number) == length && number >= least &&
+        number <= most) {
+        *option = number;
         return true;
     }
-    api_problem_set(problem, API_INVALID_REQUEST,
-                    "at_most_fiber_volume_fraction must be a number between 0 and 1");
+    api_problem_set(problem, API_INVALID_REQUEST, "%s", what);
     return false;
+}
+
+static bool set_fraction(struct format_options *options, const char *value,
+                         struct api_problem *problem) {
+    return set_number(&options->fiber_volume_fraction, value, DBL_MIN, 1 - DBL_EPSILON / 2,
+                      "at_most_fiber_volume_fraction must be a number between 0 and 1", problem);
 }
 
 static bool set_allowance(struct format_options *options, const char *value,
                           struct api_problem *problem) {
-    double allowance;
-    size_t length = strlen(value);
-    if (length > 0 && api_number_read(value, length, &allowance) == length && allowance >= 0 &&
-        allowance <= 1e12) {
-        options->allowance = allowance;
-        return true;
-    }
-    api_problem_set(problem, API_INVALID_REQUEST,
-                    "allowance must be a number from 0 on, in the drape's length unit");
-    return false;
+    return set_number(&options->allowance, value, 0, 1e12,
+                      "allowance must be a number from 0 on, in the drape's length unit", problem);
+}
+
+static bool set_within(struct format_options *options, const char *value,
+                       struct api_problem *problem) {
+    return set_number(&options->within, value, 0, 10,
+                      "within must be a number from 0 to 10, in degrees and percent of thickness",
+                      problem);
 }
 
 /* Names are printed: of ASCII what needs no escaping anywhere. */
@@ -143,6 +155,8 @@ bool format_option(struct format_options *options, const char *name, const char 
         return set_lcmsim_version(options, value, problem);
     if (strcmp(name, "at_most_fiber_volume_fraction") == 0)
         return set_fraction(options, value, problem);
+    if (strcmp(name, "within") == 0)
+        return set_within(options, value, problem);
     if (strcmp(name, "allowance") == 0)
         return set_allowance(options, value, problem);
     if (strcmp(name, "part") == 0 || strcmp(name, "ply") == 0)

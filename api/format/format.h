@@ -61,6 +61,8 @@ struct format_options {
                              "": all */
     enum api_table table; /* for formats that hold one table: nodes or cells; of a map cells (what
                              nodes means as well) or plies */
+    double within; /* of formats that group stacks: how far those of a group differ at most, in
+                      degrees and in percent of thickness; 0: not at all */
     /* of lcmsim */
     int lcmsim_version;           /* 2 or 3; 0: 3 */
     double fiber_volume_fraction; /* what denser elements are taken to have; 0: they are left out */
@@ -70,9 +72,10 @@ struct format_options {
 };
 
 /* Sets the option that a query parameter or command-line flag `name` (precision, fields, table,
- * lcmsim_version, at_most_fiber_volume_fraction, allowance, part, ply) stands for; `fields` is kept
- * as a pointer to `value`. False with `problem` set (invalid-request, naming the option) when
- * `value` is not in its range; false with `problem` unset when there is no option of that name. */
+ * within, lcmsim_version, at_most_fiber_volume_fraction, allowance, part, ply) stands for; `fields`
+ * is kept as a pointer to `value`. False with `problem` set (invalid-request, naming the option)
+ * when `value` is not in its range; false with `problem` unset when there is no option of that
+ * name. */
 bool format_option(struct format_options *options, const char *name, const char *value,
                    struct api_problem *problem);
 
@@ -98,8 +101,9 @@ enum { MAP_PLIES_MAX = INT16_MAX };
 /* The stack of plies on a mesh, which of a single drape has one ply. All arrays are the caller's.
  */
 struct map_plies {
-    size_t ply_count;               /* 1..MAP_PLIES_MAX */
-    const char *const *names;       /* of each ply, ASCII, not empty */
+    size_t ply_count;         /* 1..MAP_PLIES_MAX */
+    int side;                 /* they follow each other along warp x weft, 1, or against, -1 */
+    const char *const *names; /* of each ply, ASCII, not empty */
     const struct map_ply_row *rows; /* by element, then ply; none where the ply does not reach */
     size_t row_count;
     const size_t *first;          /* `element_count` + 1: the rows of element e are first[e] to

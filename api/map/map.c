@@ -235,6 +235,7 @@ static void warn(const struct mapping *mapping, struct api_map *map) {
 static bool begin_stack(struct mapping *mapping, struct arena *arena, struct api_map *map) {
     static const char *const names[] = {"ply_1"};
     const struct map_plies plies = {.ply_count = 1,
+                                    .side = 1,
                                     .names = names,
                                     .thickness = mapping->thickness >= 0,
                                     .fraction = mapping->fraction >= 0};

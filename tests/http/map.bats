@@ -122,13 +122,18 @@ json application/json
 csv text/csv
 vtu application/vnd.vtk
 lcmsim application/zip
+nastran text/x-nastran
+optistruct text/x-optistruct
+lsdyna text/x-lsdyna
+abaqus text/x-abaqus
+calculix text/x-calculix
 END
     map_bulk '?format=glb'
     expect_problem 406 not-acceptable
-    [[ $(field .detail) == *'json, csv, vtu, lcmsim' ]]
+    [[ $(field .detail) == *'json, csv, vtu, lcmsim, nastran, optistruct, radioss, lsdyna, abaqus, calculix' ]]
     map_bulk '' -H 'Accept: image/png'
     expect_problem 406 not-acceptable
-    for format in vtu lcmsim; do
+    for format in vtu lcmsim nastran calculix; do
         map "$POINTS" "?format=$format"
         expect_problem 406 not-acceptable
         [[ $(field .detail) == *'json, csv' ]]
@@ -187,6 +192,22 @@ END
           "ids": [40]}}' '?fields=plies.element,plies.angle_deg'
     expect 200
     jq -e '.plies.element == [40]' "$body"
+}
+
+@test "map: decks say what they need" {
+    map_bulk '?format=radioss'
+    expect_problem 422 invalid-request
+    [[ $(field .detail) == *'reference=x,y,z'* ]]
+    map_bulk '?format=radioss&reference=1,0,0'
+    expect 200
+    [ "$(header Content-Type)" = text/x-radioss ]
+    map_bulk '?format=nastran&within=0.5'
+    expect 200
+    grep -qE '^\$ [12] groups; of one, angles differ by at most 0.5 degrees' "$body"
+    for wrong in within=-1 within=11 within=a; do
+        map_bulk "?format=nastran&$wrong"
+        expect_problem 422 invalid-request
+    done
 }
 
 @test "map: zstd and gzip carry the same document" {

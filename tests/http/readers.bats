@@ -89,6 +89,52 @@ compare() { $READ "$2" "$file" "$BATS_FILE_TMPDIR/$1.json" ${3:-}; }
     $READ lcmsim tests/unit/golden/lcmsim_capped
 }
 
+# stack UNIT LENGTH: a saddle in that unit with a thickness, and a mesh of all kinds of elements on
+# it, with its map as JSON.
+stack() {
+    folder=$BATS_TEST_TMPDIR/$1
+    mkdir "$folder"
+    jq -c --arg unit "$1" --argjson l "$2" '.length_unit = $unit | .fabric.spacing *= $l |
+        .fabric += {thickness: (0.003 * $l), fiber_volume_fraction: 0.4} |
+        .surface.control_points.points |= map(map(. * $l))' "$EXAMPLES/saddle.json" \
+        >"$folder/request.json"
+    $PYTHON tests/readers/mixed_mesh.py "$2" 10 >"$folder/mesh.json"
+    write_map json "$folder/map.json"
+}
+
+# write_map FORMAT FILE [FLAG...]
+write_map() {
+    "$DRAPE" "$folder/request.json" --map "$folder/mesh.json" --format "$1" -o "$2" "${@:3}" \
+        2>"$BATS_TEST_TMPDIR/warnings"
+}
+
+@test "readers: decks hold every ply's fibre within 1e-6 degrees, in m and in mm" {
+    for unit in 'm 1' 'mm 1000'; do
+        stack $unit
+        for format in nastran optistruct lsdyna abaqus calculix; do
+            write_map $format "$folder/deck"
+            $PYTHON tests/readers/cards.py $format "$folder/mesh.json" "$folder/map.json" "$folder/deck"
+        done
+        write_map json "$folder/map.json" --reference 1,0.2,0
+        for format in nastran optistruct radioss lsdyna abaqus calculix; do
+            write_map $format "$folder/deck" --reference 1,0.2,0
+            $PYTHON tests/readers/cards.py $format "$folder/mesh.json" "$folder/map.json" \
+                "$folder/deck" 1,0.2,0
+        done
+    done
+}
+
+@test "readers: CalculiX runs its deck, with the stresses that the angles give and the volumes" {
+    folder=$BATS_TEST_TMPDIR
+    jq -c '.surface.control_points.points |= map([.[0], .[1], 0]) | .direction = {angle_deg: 30} |
+        .fabric.thickness = 0.003' "$EXAMPLES/saddle.json" >"$folder/request.json"
+    $PYTHON tests/readers/mixed_mesh.py 1 6 0 >"$folder/mesh.json"
+    write_map json "$folder/map.json"
+    write_map calculix "$folder/flat.inp"
+    mkdir "$folder/run"
+    $PYTHON tests/readers/patch.py "$folder/map.json" "$folder/flat.inp" "$folder/run"
+}
+
 # A square of triangles over the saddle's middle, as a bulk-data file.
 write_mesh() {
     awk 'BEGIN {

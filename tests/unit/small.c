@@ -202,6 +202,30 @@ struct map_fields small_mesh(void) {
     return fields;
 }
 
+struct map_fields small_stack(void) {
+    static const char *const names[] = {"outer", "inner"};
+    static const struct map_ply_row rows[] = {{0, 0, false, 30.25, 12.5, 0.5, 0.4},
+                                              {0, 1, false, -59.75, -3, 0.25, 0.45},
+                                              {1, 1, true, 170.125, 0, 0.75, 0.45}};
+    static const size_t first[] = {0, 2, 3};
+    static const int32_t ids[] = {17, 4}, vertex_ids[] = {11, 12, 13, 14, 1000000};
+    static const struct vec3 reference = {1, 0.5, 0};
+    static const struct map_plies plies = {.ply_count = 2,
+                                           .side = -1,
+                                           .names = names,
+                                           .rows = rows,
+                                           .row_count = 3,
+                                           .first = first,
+                                           .thickness = true,
+                                           .fraction = true,
+                                           .reference = &reference};
+    struct map_fields fields = small_mesh();
+    fields.plies = &plies;
+    fields.ids = ids;
+    fields.vertex_ids = vertex_ids;
+    return fields;
+}
+
 /* All that a strip needs, in one block. */
 struct strip {
     struct mesh_rule rules[MESH_NAMES];

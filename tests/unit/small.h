@@ -16,6 +16,10 @@ struct bytes small_result(void);
 /* The mesh; what it points to lives for good. */
 struct map_fields small_mesh(void);
 
+/* The mesh with a stack of two plies against warp x weft, of which the triangle, which looks to the
+ * other side, has the second alone; the quadrilateral shares its numbers with the file. */
+struct map_fields small_stack(void);
+
 /* Sets a value of the last mesh; the next one has its own again. */
 void small_mesh_set(const char *column, size_t element, double value);
 

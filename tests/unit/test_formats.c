@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* The binary formats, the pattern and the meshes byte by byte against files in golden/, which the
  * readers of tests/readers open as well. DRAPE_GOLDEN=write writes them anew. */
+#include "api/format/cards.h"
 #include "api/format/colour.h"
 #include "api/format/format.h"
 #include "api/format/lcmsim.h"
+#include "api/format/stacks.h"
 #include "api/result/fieldset.h"
 #include "api/result/outline.h"
 
@@ -312,6 +314,124 @@ static void test_formats_vtu_is_golden(void **state) {
     bytes_free(&text);
 }
 
+/* ---- decks ---- */
+
+static const char *const decks[] = {"nastran", "optistruct", "radioss",
+                                    "lsdyna",  "abaqus",     "calculix"};
+enum { DECKS = sizeof decks / sizeof *decks };
+
+/* Those of one sequence for all elements are of elements that look to one side. */
+static void test_formats_of_decks_are_golden(void **state) {
+    (void)state;
+    for (size_t k = 0; k < DECKS; k++) {
+        struct map_fields fields = small_stack();
+        struct map_plies plies = *fields.plies;
+        struct map_ply_row rows[3];
+        char name[32];
+        if (k == 1 || k == 2) {
+            memcpy(rows, plies.rows, sizeof rows);
+            rows[2].mirrored = false;
+            plies.rows = rows;
+            fields.plies = &plies;
+        }
+        struct bytes text = encode_mesh(decks[k], &fields);
+        snprintf(name, sizeof name, "small.%s", decks[k]);
+        compare_golden(name, text.data, text.length);
+        bytes_free(&text);
+    }
+}
+
+static void check_refused(const char *name, const struct map_fields *fields, enum api_problem_id id,
+                          const char *detail) {
+    struct api_problem problem = {0};
+    const struct format_source source = {.id = "small", .fields = fields};
+    assert_null(encoder_new(format_named(FORMAT_MAP, name), &source, &(struct format_options){0},
+                            &problem));
+    assert_int_equal(problem.id, id);
+    if (!strstr(problem.place[0].detail, detail))
+        fail_msg("%s: %s", name, problem.place[0].detail);
+}
+
+static void test_formats_of_decks_say_what_they_cannot_hold(void **state) {
+    (void)state;
+    struct map_fields fields = small_stack();
+    struct map_plies plies = *fields.plies;
+    static const int32_t large[] = {17, 100000000};
+    check_refused("optistruct", &fields, API_INVALID_REQUEST,
+                  "1 of them look to one side and 1, such");
+    check_refused("radioss", &fields, API_INVALID_REQUEST,
+                  "1 of them look to one side and 1, such");
+    fields.ids = large;
+    check_refused("lsdyna", &fields, API_TOO_LARGE, "100000000");
+    fields.plies = &plies;
+    plies.reference = NULL;
+    plies.ply_count = 1;
+    check_refused("radioss", &fields, API_INVALID_REQUEST, "reference=x,y,z");
+    plies.ply_count = 201;
+    check_refused("calculix", &fields, API_TOO_LARGE, "at most 200");
+    plies.thickness = false;
+    for (size_t k = 0; k < DECKS; k++)
+        check_refused(decks[k], &fields, API_INVALID_REQUEST, "fabric.thickness");
+    plies.row_count = 0;
+    for (size_t k = 0; k < DECKS; k++)
+        check_refused(decks[k], &fields, API_INVALID_REQUEST, "none of the 2 elements");
+}
+
+/* From an element's bottom along its normal: on the quadrilateral the plies go against it, on the
+ * flipped triangle along it. */
+static void test_cards_layers_follow_the_normal_of_the_element(void **state) {
+    (void)state;
+    struct map_fields fields = small_stack();
+    struct map_plies plies = *fields.plies;
+    for (int side = -1; side <= 1; side += 2)
+        for (int mirrored = 0; mirrored < 2; mirrored++) {
+            struct map_ply_row rows[3];
+            memcpy(rows, small_stack().plies->rows, sizeof rows);
+            rows[0].mirrored = rows[1].mirrored = mirrored;
+            plies.rows = rows;
+            plies.side = side;
+            fields.plies = &plies;
+            bool along = (side > 0) != mirrored;
+            assert_int_equal(cards_layers(&fields, 0), 2);
+            assert_int_equal(cards_layer(&fields, 0, 0)->ply, along ? 0 : 1);
+            assert_int_equal(cards_layer(&fields, 0, 1)->ply, along ? 1 : 0);
+        }
+}
+
+/* Like stacks are one group; angles count from the bottom ply, as fibres. */
+static void test_stacks_are_grouped_within_what_is_asked(void **state) {
+    (void)state;
+    enum { COUNT = 100 };
+    static struct map_ply_row rows[2 * COUNT];
+    static size_t first[COUNT + 1];
+    struct map_plies plies = *small_stack().plies;
+    struct map_fields fields = {.element_count = COUNT, .plies = &plies};
+    for (int32_t e = 0; e < COUNT; e++) {
+        rows[2 * e] = (struct map_ply_row){e, 0, true, 7 * e, 0, 0.5 * (1 + 1e-4 * (e % 10)), 0};
+        rows[2 * e + 1] =
+            (struct map_ply_row){e, 1, true, 7 * e + 90 + 0.01 * (e / 50), 0, 0.25, 0};
+        first[e + 1] = 2 * (size_t)e + 2;
+    }
+    plies.rows = rows;
+    plies.first = first;
+    static const struct {
+        bool angles;
+        double within;
+        size_t count;
+    } cases[] = {{true, 0, 20}, {false, 0, 10}, {true, 10, 1}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        struct stacks stacks;
+        size_t seen = 0;
+        assert_true(stacks_make(&stacks, &fields, cases[k].angles, cases[k].within));
+        assert_int_equal(stacks.count, cases[k].count);
+        for (size_t g = 0; g < stacks.count; g++)
+            for (size_t m = stacks.start[g]; m < stacks.start[g + 1]; m++, seen++)
+                assert_int_equal(stacks.group[stacks.member[m]], g);
+        assert_int_equal(seen, COUNT);
+        stacks_free(&stacks);
+    }
+}
+
 /* The mesh as a case. */
 static struct bytes encode_case(const struct map_fields *fields, int version, double cap) {
     struct format_options options = {0};
@@ -532,6 +652,10 @@ int main(void) {
         cmocka_unit_test(test_fieldset_tensor_has_the_given_principal_values),
         cmocka_unit_test(test_colour_grows_lighter_evenly),
         cmocka_unit_test(test_formats_vtu_is_golden),
+        cmocka_unit_test(test_formats_of_decks_are_golden),
+        cmocka_unit_test(test_formats_of_decks_say_what_they_cannot_hold),
+        cmocka_unit_test(test_cards_layers_follow_the_normal_of_the_element),
+        cmocka_unit_test(test_stacks_are_grouped_within_what_is_asked),
         cmocka_unit_test(test_formats_lcmsim_is_golden),
         cmocka_unit_test(test_formats_lcmsim_says_what_it_lacks),
         cmocka_unit_test(test_lcmsim_fields_are_the_closest_of_eight_characters),

@@ -160,6 +160,21 @@ static void test_formats_are_all_in_the_description_of_the_interface(void **stat
     bytes_free(&page);
 }
 
+/* What is of elements goes to another program: docs/handover.md says what it holds and loses. */
+static void test_formats_of_elements_have_a_section_in_the_handover(void **state) {
+    struct bytes page = file_read("docs/handover.md");
+    const struct format *format;
+    (void)state;
+    bytes_add(&page, "", 1);
+    for (size_t k = 0; (format = format_at(FORMAT_MAP, k)); k++) {
+        char heading[64];
+        snprintf(heading, sizeof heading, "\n## `%s`", format->name);
+        if (format->elements && !strstr(page.data, heading))
+            fail_msg("docs/handover.md has no section \"## `%s`\"", format->name);
+    }
+    bytes_free(&page);
+}
+
 /* The text of a summary as it is stored, with another time in the queue. */
 static void check_stored(const char *stored, const char *expected) {
     char buffer[512];
@@ -186,6 +201,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_lists_are_what_the_docs_say),
         cmocka_unit_test(test_column_list_names_fit_and_are_found),
+        cmocka_unit_test(test_formats_of_elements_have_a_section_in_the_handover),
         cmocka_unit_test(test_formats_are_all_in_the_description_of_the_interface),
         cmocka_unit_test(test_summary_takes_the_queue_time_of_a_job),
     };

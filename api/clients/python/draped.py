@@ -269,7 +269,8 @@ class Client:
         """The drape's fields on a mesh: the name of a Nastran bulk-data file, or a dict
         {"points": [[x, y, z], ...]} or {"mesh": {"vertices", "triangles"}}. The answer's `cells` has
         one value a column for each element or point, arrays where NumPy is installed; `warnings`
-        tells of a mesh that lies elsewhere. `options`: `fields`, `precision`, and for lcmsim `inlet`
+        tells of a mesh that lies elsewhere. `options`: `fields`, `precision`, `reference` (the
+        direction that angles of plies run from, (x, y, z)), `within`, and for lcmsim `inlet`
         and `outlet`, lists of the file's ids (of a dict's mesh of indices), "pid:3" and
         "sphere:x:y:z:radius", `edge_channel`, (width, permeability in m^2), `lcmsim_version` and
         `at_most_fiber_volume_fraction`."""
@@ -279,7 +280,8 @@ class Client:
 
     def save_map(self, drape: str, mesh: Mesh, path: Union[str, os.PathLike],
                  format: Optional[str] = None, **options: Any) -> Optional[str]:
-        """Saves them to a file: json, csv, vtu, or lcmsim (a zip); the format by its name's ending
+        """Saves them to a file: json, csv, vtu, lcmsim (a zip), or a solver's deck (nastran,
+        optistruct, radioss, lsdyna, abaqus, calculix); the format by its name's ending
         unless given, the options as above. For lcmsim: what the binning costs, as the service tells
         it in the header Draped-Binning."""
         name = format or os.path.splitext(os.fspath(path))[1].lstrip(".").lower()

@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Nastran bulk data: the mesh with the angle of each element's bottom ply as THETA, and a PCOMPG
+ * for each group of like stacks, whose angles run from that ply. So the angles of a single ply are
+ * its own on every element.
+ *
+ * Large fields, of 16 characters: a real number has 12 digits at least. THETA is a real number
+ * with a point, from side G1-G2; an integer there would be a coordinate system.
+ * Source: MSC Nastran Quick Reference Guide (2022.4), entries CQUAD4, CTRIA3, GRID, PCOMPG.
+ */
+#include "cards.h"
+#include "stacks.h"
+
+enum { WIDTH = 16 };
+
+static const char mark[] = "$";
+
+static bool begin(struct encoder *encoder, struct api_problem *problem) {
+    if (!cards_check(encoder, INT32_MAX, problem))
+        return false;
+    if (!stacks_make(encoder->state, &encoder->fields, true, encoder->options.within))
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to group the elements");
+    return problem->id == API_OK;
+}
+
+static void end(struct encoder *encoder) {
+    stacks_free(encoder->state);
+}
+
+static size_t groups(const struct encoder *encoder) {
+    return ((const struct stacks *)encoder->state)->count;
+}
+
+static void write_head(struct encoder *encoder, size_t item) {
+    static const char *const about[] = {
+        "The mesh with THETA of the bottom ply, from side G1-G2, and a PCOMPG for each group of "
+        "like "
+        "stacks, in place of the mesh's own GRID and shell elements. Plies are of the warp; the "
+        "shear between warp and weft is not here.",
+        NULL};
+    (void)item;
+    cards_head(encoder, mark, about);
+    cards_line(encoder,
+               "%s %zu groups; of one, angles differ by at most %g degrees and thicknesses "
+               "by %g %%\n",
+               mark, groups(encoder), encoder->options.within, encoder->options.within);
+}
+
+static void write_vertex(struct encoder *encoder, size_t item) {
+    struct vec3 v = encoder->fields.vertices[item];
+    cards_line(encoder, "GRID*   %16d%16s", cards_vertex_id(&encoder->fields, item), "");
+    cards_real(encoder, v.x, WIDTH);
+    cards_real(encoder, v.y, WIDTH);
+    cards_line(encoder, "\n*       ");
+    cards_real(encoder, v.z, WIDTH);
+    cards_line(encoder, "\n");
+}
+
+/* The warp of the bottom ply from the first edge, whatever the angles run from. */
+static double theta(const struct map_fields *fields, size_t element) {
+    struct element_frame frame = cards_frame(fields, element);
+    return cards_fold_deg(frame.edge_deg + cards_layer(fields, element, 0)->angle_deg);
+}
+
+static void write_element(struct encoder *encoder, size_t item) {
+    const struct map_fields *fields = &encoder->fields;
+    const struct stacks *stacks = encoder->state;
+    const int32_t *corners = fields->elements[item];
+    if (stacks->group[item] < 0)
+        return;
+    cards_line(encoder, "%s%16d%16d", corners[3] < 0 ? "CTRIA3* " : "CQUAD4* ",
+               cards_element_id(fields, item), stacks->group[item] + 1);
+    for (int k = 0; k < 4 && corners[k] >= 0; k++)
+        cards_line(encoder, "%s%16d", k == 2 ? "\n*       " : "",
+                   cards_vertex_id(fields, (size_t)corners[k]));
+    cards_real(encoder, theta(fields, item), WIDTH);
+    cards_line(encoder, "\n");
+}
+
+/* GPLYID, MID, T, THETA on one line of large fields, SOUT on the next. */
+static void write_group(struct encoder *encoder, size_t item) {
+    const struct map_fields *fields = &encoder->fields;
+    const struct stacks *stacks = encoder->state;
+    size_t element = (size_t)stacks->member[stacks->start[item]];
+    double bottom = cards_layer(fields, element, 0)->angle_deg;
+    cards_line(encoder, "PCOMPG* %16zu\n*\n", item + 1);
+    for (size_t k = 0; k < cards_layers(fields, element); k++) {
+        const struct map_ply_row *row = cards_layer(fields, element, k);
+        cards_line(encoder, "*       %16d%16d", row->ply + 1, row->ply + 1);
+        cards_real(encoder, row->thickness, WIDTH);
+        cards_real(encoder, cards_fold_deg(row->angle_deg - bottom), WIDTH);
+        cards_line(encoder, "\n*       %-16s\n", "YES");
+    }
+}
+
+static const struct cards_part parts[] = {{NULL, write_head},
+                                          {cards_vertices, write_vertex},
+                                          {cards_elements, write_element},
+                                          {groups, write_group},
+                                          {0}};
+
+const struct format format_nastran = {
+    .name = "nastran",
+    .media_type = "text/x-nastran",
+    .about = "Nastran bulk data: the mesh with THETA, and PCOMPG by groups of like stacks",
+    .exact = "12 digits; `within` groups coarser",
+    .uses = FORMAT_MAP,
+    .elements = true,
+    .own = parts,
+    .state_size = sizeof(struct stacks),
+    .begin = begin,
+    .next = cards_next,
+    .end = end};
