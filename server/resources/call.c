@@ -56,14 +56,15 @@ bool call_find_job(struct call *call, struct store_job *job) {
     enum store_answer answer = STORE_EMPTY;
     if (id_valid(request->parameter))
         answer = store_get(call->services->store, request->parameter, job);
-    if (answer == STORE_OK && !request->sees_all && strcmp(job->owner, request->owner) != 0) {
+    bool another = !request->sees_all && strcmp(job->owner, request->owner) != 0;
+    if (answer == STORE_OK && (another || job->kind != call->kind)) {
         store_job_clear(job);
         answer = STORE_EMPTY;
     }
     if (answer == STORE_OK)
         memcpy(request->drape, job->id, sizeof request->drape);
     else if (answer == STORE_EMPTY)
-        call_not_found(call, "drape");
+        call_not_found(call, store_kind_name(call->kind));
     else
         call_store_failed(call, answer);
     return answer == STORE_OK;

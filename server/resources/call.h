@@ -33,6 +33,7 @@ struct call {
     const struct services *services;
     struct request *request;
     struct reply *reply;
+    enum store_kind kind; /* of the jobs that the path is about */
 };
 
 typedef enum http_next call_handler(struct call *call);
@@ -58,11 +59,11 @@ enum http_next call_draining(struct call *call);
 /* 429 for an owner that has stored as much as it may. HTTP_DONE. */
 enum http_next call_bytes_full(struct call *call);
 
-/* 404 for the path's id. HTTP_DONE. */
+/* 404 for the path's id: there is no such `what`. HTTP_DONE. */
 enum http_next call_not_found(struct call *call, const char *what);
 
-/* Reads the job of the path, which for others than its owner is not there. False: the reply says
- * why not. Otherwise the caller clears it. */
+/* Reads the job of the path, which for others than its owner, and under the path of another kind,
+ * is not there. False: the reply says why not. Otherwise the caller clears it. */
 bool call_find_job(struct call *call, struct store_job *job);
 
 /* A list's `limit` and `cursor` of the query. False: the reply says what is wrong. */

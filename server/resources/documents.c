@@ -65,22 +65,41 @@ static void write_time(struct api_text *text, const char *key, int64_t us) {
     api_text_raw(text, us ? "\"" : "");
 }
 
-/* Neither needs escaping. */
-static void write_link(struct api_text *text, const char *key, const char *id, const char *tail) {
+const char *documents_collection(enum store_kind kind) {
+    static const char *const names[STORE_KIND_COUNT] = {"drapes", "studies", "tasks", "laminates"};
+    return names[kind];
+}
+
+/* Nothing of it needs escaping. */
+static void write_link(struct api_text *text, const char *key, const struct store_job *job,
+                       const char *tail) {
     api_text_key(text, key);
-    api_text_raw(text, "\"/v1/drapes/");
-    api_text_raw(text, id);
+    api_text_raw(text, "\"/v1/");
+    api_text_raw(text, documents_collection(job->kind));
+    api_text_raw(text, "/");
+    api_text_raw(text, job->id);
     api_text_raw(text, tail);
     api_text_raw(text, "\"");
 }
 
-static void write_links(struct api_text *text, const char *id) {
+static void write_links(struct api_text *text, const struct store_job *job) {
     api_text_key(text, "links");
     api_text_raw(text, "{");
-    write_link(text, "self", id, "");
-    write_link(text, "result", id, "/result");
-    write_link(text, "request", id, "/request");
-    write_link(text, "events", id, "/events");
+    write_link(text, "self", job, "");
+    if (job->kind != STORE_LAMINATE)
+        write_link(text, "result", job, "/result");
+    write_link(text, "request", job, "/request");
+    write_link(text, "events", job, "/events");
+    api_text_raw(text, "}");
+}
+
+/* Of a study: how many of its variants have been looked at. */
+static void write_variants(struct api_text *text, const struct store_job *job) {
+    bool all = job->status == STORE_SUCCEEDED;
+    api_text_key(text, "variants");
+    api_text_raw(text, "{");
+    api_text_key_integer(text, "done", all ? job->total : job->done);
+    api_text_key_integer(text, "total", job->total);
     api_text_raw(text, "}");
 }
 
@@ -98,6 +117,8 @@ static void write_status(struct api_text *text, const struct store_job *job) {
         api_text_key_string(text, "owner", job->owner);
     api_text_key_string(text, "status", store_status_name(job->status));
     api_text_key_number(text, "progress", job->progress);
+    if (job->kind == STORE_STUDY)
+        write_variants(text, job);
     write_time(text, "created", job->created);
     write_time(text, "started", job->started);
     write_time(text, "finished", job->finished);
@@ -108,7 +129,7 @@ static void write_status(struct api_text *text, const struct store_job *job) {
         api_text_key(text, "error");
         api_text_raw(text, job->error);
     }
-    write_links(text, job->id);
+    write_links(text, job);
     api_text_raw(text, "}");
 }
 
@@ -126,9 +147,11 @@ static void write_next(struct api_text *text, int64_t next) {
     api_text_raw(text, next ? cursor : "null");
 }
 
-char *documents_list(const struct store_page *page) {
+char *documents_list(enum store_kind kind, const struct store_page *page) {
     struct document document = document_new();
-    api_text_raw(&document.text, "{\"drapes\":[");
+    api_text_raw(&document.text, "{");
+    api_text_key(&document.text, documents_collection(kind));
+    api_text_raw(&document.text, "[");
     for (size_t k = 0; k < page->count; k++) {
         api_text_raw(&document.text, k ? "," : "");
         write_status(&document.text, &page->jobs[k]);

@@ -12,8 +12,11 @@
 /* The status document, in one line. */
 char *documents_status(const struct store_job *job);
 
-/* {"drapes": [...], "next": cursor or null}. */
-char *documents_list(const struct store_page *page);
+/* What jobs of a kind are together, in paths and lists: "drapes", "studies", "laminates". */
+const char *documents_collection(enum store_kind kind);
+
+/* {"drapes": [...], "next": cursor or null}; or of another kind. */
+char *documents_list(enum store_kind kind, const struct store_page *page);
 
 /* {"surfaces": [...], "next": cursor or null}. */
 char *documents_surfaces(const struct store_surfaces *page);

@@ -5,9 +5,8 @@
 
 #include "call.h"
 
-/* drapes.c */
-call_handler drapes_create, drapes_list, drapes_status, drapes_request, drapes_cancel,
-    drapes_delete;
+/* jobs.c */
+call_handler jobs_create, jobs_list, jobs_status, jobs_request, jobs_cancel, jobs_delete;
 /* events.c */
 call_handler events_stream;
 /* results.c */
@@ -24,10 +23,10 @@ call_handler meta_openapi, meta_limits, meta_health, meta_ready, meta_version, m
 /* viewer.c */
 call_handler viewer_page, viewer_file;
 
-/* Begins to write down the request of the call's drape with every default filled in, unless that is
+/* Begins to write down the request of the call's job with every default filled in, unless that is
  * under way; then looks how far it is. False: the call waits for it (`*next`), or the reply says
  * why there is none. True: `*text`, which the caller frees; NULL without memory. */
-bool drapes_understood(struct call *call, char **text, enum http_next *next);
+bool jobs_understood(struct call *call, char **text, enum http_next *next);
 
 /* Whether there is a result. False: the reply says why not, with the drape's own problem if it
  * failed. */

@@ -183,7 +183,7 @@ enum http_next results_report(struct call *call) {
     enum http_next next = HTTP_DONE;
     char *inputs;
     if (call_choose(call, FORMAT_REPORT, &choice) && call_find_job(call, &job) &&
-        results_ready(call, &job) && drapes_understood(call, &inputs, &next))
+        results_ready(call, &job) && jobs_understood(call, &inputs, &next))
         reply_document(call, &job, &choice, inputs);
     store_job_clear(&job);
     return next;

@@ -10,14 +10,16 @@
 #include <string.h>
 
 enum {
-    ROUTE_BODY = 1,   /* takes a JSON document */
-    ROUTE_WORK = 2,   /* new work: not while draining */
-    ROUTE_QUIET = 4,  /* probes and scrapes: not worth a line of the log each */
-    ROUTE_LOOSE = 8,  /* takes any query */
-    ROUTE_MESH = 16,  /* takes a mesh, JSON or Nastran */
-    ROUTE_OPEN = 32,  /* for everybody, without a token */
-    ROUTE_FILE = 128, /* takes a file of CAD or mesh as well */
-    ROUTE_ADMIN = 64  /* speaks of all owners: for administrators, or on this machine */
+    ROUTE_BODY = 1,       /* takes a JSON document */
+    ROUTE_WORK = 2,       /* new work: not while draining */
+    ROUTE_QUIET = 4,      /* probes and scrapes: not worth a line of the log each */
+    ROUTE_LOOSE = 8,      /* takes any query */
+    ROUTE_MESH = 16,      /* takes a mesh, JSON or Nastran */
+    ROUTE_OPEN = 32,      /* for everybody, without a token */
+    ROUTE_FILE = 128,     /* takes a file of CAD or mesh as well */
+    ROUTE_STUDY = 256,    /* about studies and not drapes */
+    ROUTE_LAMINATE = 512, /* about laminates */
+    ROUTE_ADMIN = 64      /* speaks of all owners: for administrators, or on this machine */
 };
 
 struct route {
@@ -33,16 +35,16 @@ struct route {
         "outlet", "edge_channel", "lcmsim_version", "at_most_fiber_volume_fraction"
 
 static const struct route routes[] = {
-    {"POST", "/v1/drapes", drapes_create, ROUTE_BODY | ROUTE_WORK, {RESULT_QUERY}},
-    {"GET", "/v1/drapes", drapes_list, 0, {"status", "limit", "cursor"}},
-    {"GET", "/v1/drapes/{id}", drapes_status, 0, {"wait"}},
-    {"DELETE", "/v1/drapes/{id}", drapes_delete, 0, {0}},
+    {"POST", "/v1/drapes", jobs_create, ROUTE_BODY | ROUTE_WORK, {RESULT_QUERY}},
+    {"GET", "/v1/drapes", jobs_list, 0, {"status", "limit", "cursor"}},
+    {"GET", "/v1/drapes/{id}", jobs_status, 0, {"wait"}},
+    {"DELETE", "/v1/drapes/{id}", jobs_delete, 0, {0}},
     {"GET", "/v1/drapes/{id}/result", results_get, 0, {RESULT_QUERY}},
     {"GET", "/v1/drapes/{id}/pattern", results_pattern, 0, {"format", "allowance", "part", "ply"}},
     {"GET", "/v1/drapes/{id}/report", results_report, 0, {"format", "allowance", "part", "ply"}},
-    {"GET", "/v1/drapes/{id}/request", drapes_request, 0, {0}},
+    {"GET", "/v1/drapes/{id}/request", jobs_request, 0, {0}},
     {"GET", "/v1/drapes/{id}/events", events_stream, 0, {0}},
-    {"POST", "/v1/drapes/{id}/cancel", drapes_cancel, 0, {0}},
+    {"POST", "/v1/drapes/{id}/cancel", jobs_cancel, 0, {0}},
     {"POST", "/v1/drapes/{id}/map", maps_create, ROUTE_MESH | ROUTE_WORK, {MAP_QUERY}},
     {"POST",
      "/v1/surfaces",
@@ -69,8 +71,8 @@ _Static_assert((int)ROUTE_COUNT < (int)METRICS_ROUTES_MAX, "every route and `non
 
 /* ------------------------------------------------------------------ matching */
 
-/* Whether the segments are those of the pattern; `*parameter` is what stands for {id},
- * for the last one if there are several. */
+/* Whether the segments are those of the pattern; `*parameter` is what stands for {id}, for the
+ * first one if there are several. */
 static bool match(const char *pattern, const struct request *request, const char **parameter) {
     size_t k = 0;
     *parameter = NULL;
@@ -82,7 +84,7 @@ static bool match(const char *pattern, const struct request *request, const char
             return false;
         const char *segment = request->segments[k];
         if (*part == '{')
-            *parameter = segment;
+            *parameter = *parameter ? *parameter : segment;
         else if (strlen(segment) != length || strncmp(segment, part, length) != 0)
             return false;
         part += length;
@@ -118,6 +120,13 @@ static void find_route(const struct config *config, struct request *request, cha
     }
     if (used)
         snprintf(allow + used, size - used, "OPTIONS");
+}
+
+/* Of the jobs that it is about. */
+static enum store_kind kind_of(const struct route *route) {
+    return route->flags & ROUTE_STUDY      ? STORE_STUDY
+           : route->flags & ROUTE_LAMINATE ? STORE_LAMINATE
+                                           : STORE_DRAPE;
 }
 
 /* ------------------------------------------------------------------ screening */
@@ -196,7 +205,7 @@ static void mark_private(struct call *call) {
 }
 
 static bool screen(void *context, struct request *request, struct reply *reply) {
-    struct call call = {context, request, reply};
+    struct call call = {.services = context, .request = request, .reply = reply};
     const struct config *config = call.services->config;
     char allow[64];
     find_route(config, request, allow, sizeof allow);
@@ -224,7 +233,7 @@ static bool screen(void *context, struct request *request, struct reply *reply) 
 }
 
 static enum http_next handle(void *context, struct request *request, struct reply *reply) {
-    struct call call = {context, request, reply};
+    struct call call = {context, request, reply, kind_of(request->route)};
     enum http_next next = request->route->handler(&call);
     if (next == HTTP_DONE)
         mark_private(&call);

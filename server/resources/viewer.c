@@ -66,7 +66,7 @@ enum http_next viewer_page(struct call *call) {
 
 /* The address has the digest of all files in it: what is there never changes. */
 enum http_next viewer_file(struct call *call) {
-    const struct viewer_file *file = find_file(call->request->parameter);
+    const struct viewer_file *file = find_file(call->request->segments[2]);
 
     if (file && !strcmp(call->request->segments[1], VIEWER_DIGEST))
         reply_file(call->request, file, "public, max-age=31536000, immutable", call->reply);

@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* /v1/drapes: submit, list, status, request as understood, cancel, delete. */
+/*
+ * Jobs of any kind: submit, list, status, request as understood, cancel, delete. `call->kind` is
+ * the kind that the path is about.
+ */
 #include "checking.h"
 #include "documents.h"
 #include "handlers.h"
@@ -19,13 +22,13 @@ static void reply_status(struct call *call, int status, const struct store_job *
 
 /* ------------------------------------------------------------------ waiting for the end */
 
-/* `request->state` of a call that may wait for the end of a drape. */
+/* `request->state` of a call that may wait for the end of a job. */
 struct waiting {
-    char id[ID_SIZE];             /* of the drape; "": it is not stored yet */
+    char id[ID_SIZE];             /* of the job; "": it is not stored yet */
     int64_t begun, deadline;      /* `clock_ms`; equal: it does not wait */
     bool unpromised;              /* stored, but not yet so as to survive a power cut... */
     bool queued;                  /* ...which its end makes it, when it had to be queued */
-    struct check *check;          /* of a posted drape, until it is stored */
+    struct check *check;          /* of a posted job, until it is stored */
     struct store_surface surface; /* the stored one that it names */
 };
 
@@ -64,7 +67,7 @@ static bool must_wait(struct request *request, const struct store_job *job) {
     return true;
 }
 
-/* ------------------------------------------------------------------ POST /v1/drapes */
+/* ------------------------------------------------------------------ POST */
 
 /* Keys of other bytes need be no text, which PostgreSQL does not take. */
 static bool check_key(struct call *call) {
@@ -83,7 +86,8 @@ static bool check_key(struct call *call) {
  * says why there is none. */
 static bool begin_check(struct call *call) {
     struct waiting *waiting = call->request->state;
-    struct checkers_order order = checking_order(call, CHECKER_DRAPE);
+    static const enum checker_kind checks[STORE_KIND_COUNT] = {[STORE_DRAPE] = CHECKER_DRAPE};
+    struct checkers_order order = checking_order(call, checks[call->kind]);
     order.document[CHECKER_SECOND] = waiting->surface.definition;
     order.length[CHECKER_SECOND] = waiting->surface.definition_length;
     check_drop(waiting->check);
@@ -91,8 +95,8 @@ static bool begin_check(struct call *call) {
     return waiting->check != NULL;
 }
 
-/* The first call. False: the reply says why the drape is not even looked at. */
-static bool begin_drape(struct call *call) {
+/* The first call. False: the reply says why the body is not even looked at. */
+static bool begin(struct call *call) {
     int64_t wait = negotiate_wait(request_header(call->request, "Prefer"), CALL_WAIT_MAX);
     queue_rate_sample(call->services->store);
     return check_key(call) && (!wait || http_take_stream(call->request, call->reply)) &&
@@ -133,7 +137,7 @@ static void refuse_full(struct call *call, enum store_bound bound) {
         reply_refuse(reply, API_QUEUE_FULL, "the queue is at its limit (--queue-limit)");
 }
 
-/* Queues the checked drape; `waiting->id` is its id then. False: the reply says why not. */
+/* Queues the checked job; `waiting->id` is its id then. False: the reply says why not. */
 static bool submit(struct call *call, const struct api_check *check) {
     const struct request *request = call->request;
     const struct config *config = call->services->config;
@@ -144,6 +148,8 @@ static bool submit(struct call *call, const struct api_check *check) {
     const char *key = request_header(request, "Idempotency-Key");
     waiting->unpromised = waiting->deadline > waiting->begun && !key;
     const struct store_submission submission = {
+        .kind = call->kind,
+        .total = (int64_t)check->variants,
         .request = request->body,
         .request_length = request->body_length,
         .digest = check->digest,
@@ -179,7 +185,7 @@ static bool submit(struct call *call, const struct api_check *check) {
 }
 
 /* Goes on with the check, as far as that has come, up to the submission. */
-static enum checking_state accept_drape(struct call *call) {
+static enum checking_state accept_body(struct call *call) {
     struct waiting *waiting = call->request->state;
     for (;;) {
         enum checking_state state = checking_look(call, waiting->check);
@@ -194,7 +200,7 @@ static enum checking_state accept_drape(struct call *call) {
 }
 
 /* 202 and the status, or, when it ended while the caller waited, what it ended with. Only here the
- * drape is promised: where its end has not made it durable, the disk is waited for now. */
+ * job is promised: where its end has not made it durable, the disk is waited for now. */
 static void reply_created(struct call *call, const struct store_job *job,
                           const struct call_choice *choice) {
     const struct waiting *waiting = call->request->state;
@@ -210,26 +216,28 @@ static void reply_created(struct call *call, const struct store_job *job,
         results_reply(call, job, choice);
         reply_header(call->reply, "Preference-Applied", "wait");
         if (call->reply->status == 200)
-            reply_header(call->reply, "Content-Location", "/v1/drapes/%s/result", job->id);
+            reply_header(call->reply, "Content-Location", "/v1/%s/%s/result",
+                         documents_collection(job->kind), job->id);
     }
-    reply_header(call->reply, "Location", "/v1/drapes/%s", job->id);
+    reply_header(call->reply, "Location", "/v1/%s/%s", documents_collection(job->kind), job->id);
 }
 
-enum http_next drapes_create(struct call *call) {
+enum http_next jobs_create(struct call *call) {
     struct call_choice choice;
     struct store_job job = {0};
     enum http_next next = HTTP_DONE;
-    if (!call_choose(call, FORMAT_RESULT, &choice) || (!call->request->state && !begin_drape(call)))
+    if (!call_choose(call, FORMAT_RESULT, &choice) || (!call->request->state && !begin(call)))
         return HTTP_DONE;
     const struct waiting *waiting = call->request->state;
-    enum checking_state state = waiting->id[0] ? CHECKING_PASSED : accept_drape(call);
+    enum checking_state state = waiting->id[0] ? CHECKING_PASSED : accept_body(call);
     if (state != CHECKING_PASSED)
         return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
     if (waiting->deadline > waiting->begun)
         http_watch(call->request, waiting->id);
     enum store_answer answer = store_get(call->services->store, waiting->id, &job);
     if (answer == STORE_EMPTY)
-        call_not_found(call, "drape (it has been deleted)");
+        reply_refuse(call->reply, API_NOT_FOUND, "the %s has been deleted",
+                     store_kind_name(call->kind));
     else if (answer != STORE_OK)
         call_store_failed(call, answer);
     else if (must_wait(call->request, &job))
@@ -242,8 +250,8 @@ enum http_next drapes_create(struct call *call) {
 
 /* ------------------------------------------------------------------ reading */
 
-enum http_next drapes_list(struct call *call) {
-    struct store_filter filter = {.owner = call_owner(call)};
+enum http_next jobs_list(struct call *call) {
+    struct store_filter filter = {.kind = call->kind, .owner = call_owner(call)};
     struct store_page page;
     const char *status = request_query(call->request, "status");
     filter.has_status = status != NULL;
@@ -257,7 +265,7 @@ enum http_next drapes_list(struct call *call) {
         return HTTP_DONE;
     enum store_answer answer = store_list(call->services->store, &filter, &page);
     if (answer == STORE_OK)
-        reply_text(call->reply, 200, "application/json", documents_list(&page));
+        reply_text(call->reply, 200, "application/json", documents_list(call->kind, &page));
     else
         call_store_failed(call, answer);
     reply_header(call->reply, "Cache-Control", "no-store");
@@ -280,7 +288,7 @@ static bool read_wait(struct call *call) {
     return false;
 }
 
-enum http_next drapes_status(struct call *call) {
+enum http_next jobs_status(struct call *call) {
     struct store_job job = {0};
     enum http_next next = HTTP_DONE;
     if (!read_wait(call))
@@ -343,7 +351,7 @@ static bool begin_normalising(struct call *call) {
     return call->request->state != NULL;
 }
 
-bool drapes_understood(struct call *call, char **text, enum http_next *next) {
+bool jobs_understood(struct call *call, char **text, enum http_next *next) {
     *next = HTTP_DONE;
     if (!call->request->state && !begin_normalising(call))
         return false;
@@ -356,17 +364,17 @@ bool drapes_understood(struct call *call, char **text, enum http_next *next) {
     return state == CHECKING_PASSED;
 }
 
-enum http_next drapes_request(struct call *call) {
+enum http_next jobs_request(struct call *call) {
     enum http_next next;
     char *text;
-    if (drapes_understood(call, &text, &next))
+    if (jobs_understood(call, &text, &next))
         reply_text(call->reply, 200, "application/json", text);
     return next;
 }
 
 /* ------------------------------------------------------------------ ending */
 
-enum http_next drapes_cancel(struct call *call) {
+enum http_next jobs_cancel(struct call *call) {
     struct store_job job = {0};
     bool found = call_find_job(call, &job);
     store_job_clear(&job);
@@ -374,7 +382,7 @@ enum http_next drapes_cancel(struct call *call) {
         return HTTP_DONE;
     enum store_answer answer = store_cancel(call->services->store, call->request->parameter);
     if (answer == STORE_EMPTY)
-        return call_not_found(call, "drape");
+        return call_not_found(call, store_kind_name(call->kind));
     if (answer != STORE_OK && answer != STORE_CONFLICT)
         return call_store_failed(call, answer);
     if (call_find_job(call, &job))
@@ -383,7 +391,7 @@ enum http_next drapes_cancel(struct call *call) {
     return HTTP_DONE;
 }
 
-enum http_next drapes_delete(struct call *call) {
+enum http_next jobs_delete(struct call *call) {
     struct store_job job = {0};
     bool found = call_find_job(call, &job);
     store_job_clear(&job);
@@ -391,7 +399,7 @@ enum http_next drapes_delete(struct call *call) {
         return HTTP_DONE;
     enum store_answer answer = store_delete(call->services->store, call->request->parameter);
     if (answer == STORE_EMPTY)
-        return call_not_found(call, "drape");
+        return call_not_found(call, store_kind_name(call->kind));
     if (answer != STORE_OK)
         return call_store_failed(call, answer);
     reply_empty(call->reply, 204);
