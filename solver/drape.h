@@ -65,6 +65,19 @@ struct drape_team {
     void *context;
 };
 
+/* Numbers of the cloth up to its rim beyond those of the summary, for those who compare many
+ * drapes. Like these they do not jump when the start moves a little. */
+enum { DRAPE_SHEAR_BINS = 8192 };
+#define DRAPE_SHEAR_BIN (90.0 / (DRAPE_SHEAR_BINS - 1)) /* degrees */
+struct drape_gauge {
+    struct vec3 wanted; /* asked for: where the warp should run, of any length; zero: not asked */
+    double wanted_deg;  /* mean angle by area, 0..90, between warp and `wanted` projected on the
+                           surface; of places where it has no projection 45 */
+    double area[DRAPE_SHEAR_BINS]; /* whose absolute shear is DRAPE_SHEAR_BIN times b .. b + 1 */
+    double lower[2], upper[2];     /* the box round the unsheared cloth: least and greatest p and q,
+                                      of the rim if there is one, else of the nodes */
+};
+
 /* What to drape. Zero-initialised fields are the defaults, but spacing and max_nodes are required.
  * Index 0 of a pair is warp, 1 is weft. */
 struct drape_settings {
@@ -84,6 +97,7 @@ struct drape_settings {
     int extent[2][2];   /* lowest index <= 0 and highest index >= 0 */
     const struct trim *trim;       /* the usable region; NULL: the whole surface */
     size_t max_nodes;              /* STATUS_TOO_MANY_NODES beyond */
+    struct drape_gauge *gauge;     /* NULL, or the caller's, to be filled */
     const struct drape_team *team; /* NULL: the calling thread alone */
     int lanes; /* nodes to be found at once at the most, 0: as many as the processor can; the result
                   has the same bits with any */

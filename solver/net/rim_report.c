@@ -5,7 +5,7 @@
 #include "solver/angle.h"
 
 /* Bins of the absolute shear: a hundredth of a degree or so. */
-enum { BINS = 8192 };
+enum { BINS = DRAPE_SHEAR_BINS };
 
 /* Areas by their shear: `change[b]` is by how much the density changes at bin b. */
 struct spread {
@@ -13,7 +13,7 @@ struct spread {
     double area, moment; /* in all, and times the shear */
 };
 
-static const double bin_width = 90.0 / (BINS - 1);
+static const double bin_width = DRAPE_SHEAR_BIN;
 
 static int bin_of(double shear_deg) {
     double in_range = shear_deg < 0 ? 0 : shear_deg > 90 ? 90 : shear_deg;
@@ -73,7 +73,22 @@ struct gathering {
     struct most most;
     size_t low, high; /* nodes of the row of cells and the one above */
     double flat;      /* area of the unsheared cloth */
+    const struct drape_gauge *gauge;
+    double turned; /* area times its angle between warp and the direction wanted */
 };
+
+/* The angle of a warp from the direction wanted, in the plane of warp and weft; 0..90. */
+static double angle_from(struct vec3 wanted, struct vec3 warp, struct vec3 weft) {
+    struct vec3 normal = vec3_unit(vec3_cross(warp, weft));
+    struct vec3 along = vec3_axpy(-vec3_dot(wanted, normal), normal, wanted);
+    double sine = vec3_norm(vec3_cross(along, warp)), cosine = fabs(vec3_dot(along, warp));
+    return sine + cosine > 0 ? angle_atan2_deg(sine, cosine) : 45;
+}
+
+static void add_turned(struct gathering *g, double area, struct vec3 warp, struct vec3 weft) {
+    if (g->gauge && vec3_norm2(g->gauge->wanted) > 0)
+        g->turned += area * angle_from(g->gauge->wanted, warp, weft);
+}
 
 /* sin w of a cell from its unit directions */
 static double sine_between(const struct drape_cells *c, size_t k) {
@@ -96,7 +111,10 @@ static void add_whole(struct gathering *g, size_t k, double share) {
         low = shear < low ? shear : low;
         high = shear > high ? shear : high;
     }
-    spread_area(g->spread, share * sine_between(c, k), low, high, own);
+    double area = share * sine_between(c, k);
+    spread_area(g->spread, area, low, high, own);
+    add_turned(g, area, vec3_make(c->warp_x[k], c->warp_y[k], c->warp_z[k]),
+               vec3_make(c->weft_x[k], c->weft_y[k], c->weft_z[k]));
     g->flat += share;
     if (own > g->most.shear_deg) {
         struct vec3 sum = {0, 0, 0};
@@ -127,30 +145,31 @@ static double mean_of_corners(const struct drape_nodes *n, const struct rim_cell
     return count ? sum / count : 0;
 }
 
-static double shear_at(const struct rim_patch *patch, double p, double q) {
-    struct rim_place place;
-    rim_patch_place(patch, p, q, &place);
-    return fabs(2 * angle_atan_deg(rim_place_half_tangent(&place)));
+static double shear_at(const struct rim_place *place) {
+    return fabs(2 * angle_atan_deg(rim_place_half_tangent(place)));
 }
 
 /* A cell that is not whole, by the share that the rim leaves of it: its shear goes from that at
  * the rim to that as far on the other side of its middle. */
 static void add_cut(struct gathering *g, const struct rim_cell *cell) {
     const struct rim_patch *patch = rim_cloth_patch(&g->rim->cloth, cell->i, cell->j);
-    double sine, cosine, half = 0, shear;
+    double sine, cosine, half = 0, shear, share = cell->share, rest = 1 - share;
+    struct rim_place middle, rim;
     if (cell->loose || !patch->known)
         return;
+    rim_patch_place(patch, share * (cell->i + 0.5) + rest * cell->p,
+                    share * (cell->j + 0.5) + rest * cell->q, &middle);
     if (patch->smooth) {
-        double rest = 1 - cell->share, share = cell->share;
-        shear = shear_at(patch, share * (cell->i + 0.5) + rest * cell->p,
-                         share * (cell->j + 0.5) + rest * cell->q);
-        half = fabs(shear - shear_at(patch, cell->p, cell->q));
+        rim_patch_place(patch, cell->p, cell->q, &rim);
+        shear = shear_at(&middle);
+        half = fabs(shear - shear_at(&rim));
     } else {
         shear = mean_of_corners(&g->result->nodes, cell);
     }
     angle_sincos_deg(90 - shear, &sine, &cosine);
-    spread_area(g->spread, cell->share * sine, shear - half, shear + half, shear);
-    g->flat += cell->share;
+    spread_area(g->spread, share * sine, shear - half, shear + half, shear);
+    add_turned(g, share * sine, vec3_unit(middle.along[0]), vec3_unit(middle.along[1]));
+    g->flat += share;
 }
 
 static bool comes_before(const struct rim_cell *cell, int32_t i, int32_t j) {
@@ -221,10 +240,40 @@ static double cloth_coverage(const struct gathering *g) {
     return fmin(g->spread->area * cell, most);
 }
 
+/* The box round the pattern. A surface without a rim is cut where the net meets itself. */
+static void find_box(const struct rim *rim, const struct drape_result *result,
+                     struct drape_gauge *gauge) {
+    const int32_t *range[2] = {result->warp_range, result->weft_range};
+    for (int k = 0; k < 2; k++) {
+        gauge->lower[k] = range[k][0];
+        gauge->upper[k] = range[k][1];
+    }
+    for (size_t i = 0; i < rim->count; i++) {
+        const double at[2] = {rim->points[i].p, rim->points[i].q};
+        for (int k = 0; k < 2; k++) {
+            gauge->lower[k] = i == 0 || at[k] < gauge->lower[k] ? at[k] : gauge->lower[k];
+            gauge->upper[k] = i == 0 || at[k] > gauge->upper[k] ? at[k] : gauge->upper[k];
+        }
+    }
+}
+
+static void fill_gauge(const struct gathering *g, struct drape_gauge *gauge) {
+    const double *d = g->march->settings->spacing;
+    double density = 0;
+    for (int bin = 0; bin < BINS; bin++) {
+        density += g->spread->change[bin];
+        gauge->area[bin] = density > 0 ? density * d[0] * d[1] : 0;
+    }
+    gauge->wanted_deg = g->spread->area > 0 ? g->turned / g->spread->area : 0;
+    find_box(g->rim, g->result, gauge);
+}
+
 static void measure(struct march *march, struct rim *rim, const struct rim_cells *cells,
                     struct drape_result *result) {
     struct spread spread = {.area = 0};
-    struct gathering g = {.march = march, .rim = rim, .result = result, .spread = &spread};
+    struct drape_gauge *gauge = march->settings->gauge;
+    struct gathering g = {
+        .march = march, .rim = rim, .result = result, .spread = &spread, .gauge = gauge};
     struct drape_summary *s = &result->summary;
     const double *d = march->settings->spacing;
     g.most.r = march->start.station.jet.r;
@@ -244,6 +293,8 @@ static void measure(struct march *march, struct rim *rim, const struct rim_cells
     s->outcome = s->cloth_coverage >= DRAPE_COMPLETE_COVERAGE && result->cells.count
                      ? DRAPE_COMPLETE
                      : DRAPE_PARTIAL;
+    if (gauge)
+        fill_gauge(&g, gauge);
 }
 
 /* ---- columns ---- */

@@ -1,0 +1,327 @@
+/* SPDX-License-Identifier: MIT */
+#include "spread.h"
+
+#include "solver/surface/spans.h"
+
+/* Candidates for each place, and at the least; patches of a surface at the least, by which area is
+ * shared out; moves of all places. */
+enum { CANDIDATES = 20, CANDIDATES_LEAST = 4096, PATCHES_LEAST = 4096, CUTS_MOST = 16, MOVES = 20 };
+
+/* A piece of the part, small enough to be taken for flat: of a face a rectangle of its inner
+ * parameters, of a mesh a triangle. */
+struct patch {
+    int32_t face;
+    double low[2], high[2];
+    double area;
+};
+
+struct patches {
+    struct patch *list;
+    size_t count;
+    double area;
+};
+
+/* ---- pieces ---- */
+
+static double patch_area(const struct surface *surface, const struct patch *patch) {
+    struct surface_cursor cursor = {0};
+    struct surface_jet jet;
+    surface_jet_at(surface, &cursor, 0.5 * (patch->low[0] + patch->high[0]),
+                   0.5 * (patch->low[1] + patch->high[1]), &jet);
+    return vec3_norm(vec3_cross(jet.u, jet.v)) * (patch->high[0] - patch->low[0]) *
+           (patch->high[1] - patch->low[1]);
+}
+
+static size_t span_count(const struct surface *surface) {
+    return (size_t)surface->axis[0].span_count * (size_t)surface->axis[1].span_count;
+}
+
+/* The spans of a face, each cut into cuts x cuts. */
+static void add_face(struct patches *patches, const struct surface *surface, int32_t face,
+                     int cuts) {
+    for (int a = 0; a < surface->axis[0].span_count * cuts; a++) {
+        for (int b = 0; b < surface->axis[1].span_count * cuts; b++) {
+            const int at[2] = {a, b};
+            struct patch *patch = &patches->list[patches->count++];
+            patch->face = face;
+            for (int k = 0; k < 2; k++) {
+                const double *breaks = &surface->axis[k].breaks[at[k] / cuts];
+                double step = (breaks[1] - breaks[0]) / cuts;
+                patch->low[k] = breaks[0] + step * (at[k] % cuts);
+                patch->high[k] = patch->low[k] + step;
+            }
+            patch->area = patch_area(surface, patch);
+            patches->area += patch->area;
+        }
+    }
+}
+
+static size_t face_count(const struct spread_part *part) {
+    return part->shell ? shell_face_count(part->shell) : 1;
+}
+
+/* The surface of a face that belongs to the part, else NULL. */
+static const struct surface *face_of(const struct spread_part *part, size_t face) {
+    if (!part->shell)
+        return part->surface;
+    bool own = shell_component(part->shell, (int32_t)face) == part->component;
+    return own ? shell_surface(part->shell, (int32_t)face) : NULL;
+}
+
+static enum status cut_faces(const struct spread_part *part, struct arena *arena,
+                             struct patches *patches) {
+    size_t spans = 0, cuts = 1;
+    for (size_t k = 0; k < face_count(part); k++)
+        spans += face_of(part, k) ? span_count(face_of(part, k)) : 0;
+    while (cuts < CUTS_MOST && spans * cuts * cuts < PATCHES_LEAST)
+        cuts++;
+    patches->list = arena_take(arena, spans * cuts * cuts, sizeof *patches->list);
+    for (size_t k = 0; patches->list && k < face_count(part); k++)
+        if (face_of(part, k))
+            add_face(patches, face_of(part, k), (int32_t)k, (int)cuts);
+    return patches->list ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+}
+
+static enum status take_triangles(const struct spread_part *part, struct arena *arena,
+                                  struct patches *patches) {
+    const struct mesh *mesh = part->mesh;
+    patches->list = arena_alloc(arena, mesh->triangle_count, sizeof *patches->list);
+    for (size_t t = 0; patches->list && t < mesh->triangle_count; t++) {
+        struct vec3 p[3];
+        if (mesh->component[t] != part->component)
+            continue;
+        struct patch *patch = &patches->list[patches->count++];
+        mesh_corner_points(mesh, (int32_t)t, p);
+        patch->face = (int32_t)t;
+        patch->area = 0.5 * vec3_norm(vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0])));
+        patches->area += patch->area;
+    }
+    return patches->list ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+}
+
+/* ---- candidates ---- */
+
+/* The place at the shares (a, b) of a patch; false outside the usable region. */
+static bool place_in(const struct spread_part *part, const struct patch *patch, double a, double b,
+                     struct spread_place *place) {
+    struct surface_cursor cursor = {0};
+    struct surface_jet jet;
+    *place = (struct spread_place){.face = patch->face};
+    if (part->mesh) {
+        struct vec3 p[3];
+        bool beyond = a + b > 1;
+        double s = beyond ? 1 - a : a, t = beyond ? 1 - b : b;
+        mesh_corner_points(part->mesh, patch->face, p);
+        place->r = vec3_axpy(s, vec3_sub(p[1], p[0]), vec3_axpy(t, vec3_sub(p[2], p[0]), p[0]));
+        place->uv[0] = patch->face;
+        return true;
+    }
+    const struct surface *surface = face_of(part, (size_t)patch->face);
+    const struct trim *trim = part->shell ? shell_trim(part->shell, patch->face) : part->trim;
+    double inner[2] = {patch->low[0] + a * (patch->high[0] - patch->low[0]),
+                       patch->low[1] + b * (patch->high[1] - patch->low[1])};
+    surface_outer(surface, inner, place->uv);
+    surface_jet_at(surface, &cursor, inner[0], inner[1], &jet);
+    place->r = jet.r;
+    return !trim || trim_contains(trim, place->uv);
+}
+
+/* What Martin Roberts' R2 sequence adds each time: 1 / g and 1 / g^2 with g^3 = g + 1. */
+static const double r2[2] = {0.7548776662466927, 0.5698402909980532};
+
+static double fraction(double x) {
+    return x - (double)(uint64_t)x;
+}
+
+/* `count` places, one for each share of the area in order, less those outside the region. */
+static size_t set_out(const struct spread_part *part, const struct patches *patches, size_t count,
+                      struct spread_place *places) {
+    size_t at = 0, made = 0;
+    double before = 0, share = patches->area / (double)count;
+    for (size_t k = 0; k < count; k++) {
+        double wanted = ((double)k + 0.5) * share;
+        while (at + 1 < patches->count && before + patches->list[at].area < wanted)
+            before += patches->list[at++].area;
+        made += place_in(part, &patches->list[at], fraction((double)(k + 1) * r2[0]),
+                         fraction((double)(k + 1) * r2[1]), &places[made]);
+    }
+    return made;
+}
+
+/* Candidates, of a region that is a small part of its surface as many as of a whole one. */
+static enum status make_candidates(const struct spread_part *part, const struct patches *patches,
+                                   size_t count, struct arena *arena, struct spread_place **list,
+                                   size_t *made) {
+    enum { TRIES = 4, MORE_MOST = 64 };
+    size_t wanted = count * CANDIDATES, more = 1;
+    wanted = wanted < CANDIDATES_LEAST ? CANDIDATES_LEAST : wanted;
+    for (int k = 0;; k++) {
+        struct arena_mark mark = arena_mark(arena);
+        *list = arena_take(arena, wanted * more, sizeof **list);
+        if (!*list)
+            return STATUS_OUT_OF_MEMORY;
+        *made = set_out(part, patches, wanted * more, *list);
+        if (k == TRIES || 2 * *made >= wanted || more >= MORE_MOST)
+            return STATUS_OK;
+        arena_rewind(arena, mark);
+        more = *made ? 1 + wanted * more / *made : 8 * more;
+        more = more > MORE_MOST ? MORE_MOST : more;
+    }
+}
+
+/* ---- moves ---- */
+
+/* Seeds by cubes of space, hashed into chains. */
+struct buckets {
+    double side;
+    size_t mask;
+    int32_t *first, *next; /* of a bucket, of a seed; -1 ends a chain */
+    const struct vec3 *seeds;
+    size_t count;
+};
+
+static size_t bucket_of(const struct buckets *b, int64_t x, int64_t y, int64_t z) {
+    uint64_t hash = (uint64_t)x * 0x9E3779B97F4A7C15u ^ (uint64_t)y * 0xC2B2AE3D27D4EB4Fu ^
+                    (uint64_t)z * 0x165667B19E3779F9u;
+    return (size_t)(hash >> 32) & b->mask;
+}
+
+static int64_t cube(const struct buckets *b, double x) {
+    return (int64_t)floor(x / b->side);
+}
+
+static void fill_buckets(struct buckets *b) {
+    for (size_t k = 0; k <= b->mask; k++)
+        b->first[k] = -1;
+    for (size_t k = b->count; k-- > 0;) {
+        const struct vec3 *s = &b->seeds[k];
+        size_t at = bucket_of(b, cube(b, s->x), cube(b, s->y), cube(b, s->z));
+        b->next[k] = b->first[at];
+        b->first[at] = (int32_t)k;
+    }
+}
+
+static void take_nearer(const struct buckets *b, int32_t k, struct vec3 r, int32_t *nearest,
+                        double *least) {
+    double d2 = vec3_norm2(vec3_sub(b->seeds[k], r));
+    if (*nearest < 0 || d2 < *least || (!(d2 > *least) && k < *nearest)) {
+        *nearest = k;
+        *least = d2;
+    }
+}
+
+/* The nearest seed: that within one side if there is any, else of all. */
+static int32_t nearest_seed(const struct buckets *b, struct vec3 r) {
+    int64_t x = cube(b, r.x), y = cube(b, r.y), z = cube(b, r.z);
+    int32_t nearest = -1;
+    double least = 0;
+    for (int k = 0; k < 27; k++)
+        for (int32_t s = b->first[bucket_of(b, x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1)];
+             s >= 0; s = b->next[s])
+            take_nearer(b, s, r, &nearest, &least);
+    if (nearest >= 0 && least <= b->side * b->side)
+        return nearest;
+    for (size_t s = 0; s < b->count; s++)
+        take_nearer(b, (int32_t)s, r, &nearest, &least);
+    return nearest;
+}
+
+/* The work of the moves, by candidate and by seed. */
+struct moves {
+    const struct spread_place *candidates;
+    size_t candidate_count, count;
+    int32_t *owner;  /* of a candidate: its seed */
+    size_t *choice;  /* of a seed: its candidate */
+    struct vec3 *at; /* and the place of that */
+    struct vec3 *sum;
+    double *members, *least;
+};
+
+/* Each seed to the middle of those candidates that it is the nearest of. */
+static void move_once(struct moves *m, struct buckets *b) {
+    fill_buckets(b);
+    for (size_t s = 0; s < m->count; s++) {
+        m->sum[s] = vec3_make(0, 0, 0);
+        m->members[s] = 0;
+    }
+    for (size_t c = 0; c < m->candidate_count; c++) {
+        int32_t s = nearest_seed(b, m->candidates[c].r);
+        m->owner[c] = s;
+        m->sum[s] = vec3_add(m->sum[s], m->candidates[c].r);
+        m->members[s] += 1;
+    }
+    for (size_t s = 0; s < m->count; s++)
+        if (m->members[s] > 0)
+            m->at[s] = vec3_scale(1 / m->members[s], m->sum[s]);
+}
+
+/* Each seed to the nearest of its candidates, for its middle may lie off the part. */
+static void choose(struct moves *m) {
+    for (size_t s = 0; s < m->count; s++)
+        m->least[s] = HUGE_VAL;
+    for (size_t c = 0; c < m->candidate_count; c++) {
+        int32_t s = m->owner[c];
+        double d2 = vec3_norm2(vec3_sub(m->at[s], m->candidates[c].r));
+        if (d2 < m->least[s]) {
+            m->least[s] = d2;
+            m->choice[s] = c;
+        }
+    }
+}
+
+static bool prepare_moves(struct moves *m, struct buckets *b, double area, struct arena *arena) {
+    size_t buckets = 1;
+    while (buckets < 2 * m->count)
+        buckets *= 2;
+    m->owner = arena_take(arena, m->candidate_count, sizeof *m->owner);
+    m->choice = arena_take(arena, m->count, sizeof *m->choice);
+    m->at = arena_take(arena, m->count, sizeof *m->at);
+    m->sum = arena_take(arena, m->count, sizeof *m->sum);
+    m->members = arena_take(arena, m->count, sizeof *m->members);
+    m->least = arena_take(arena, m->count, sizeof *m->least);
+    *b = (struct buckets){.side = 1.5 * sqrt(area / (double)m->count),
+                          .mask = buckets - 1,
+                          .first = arena_take(arena, buckets, sizeof *b->first),
+                          .next = arena_take(arena, m->count, sizeof *b->next),
+                          .seeds = m->at,
+                          .count = m->count};
+    if (!m->owner || !m->choice || !m->at || !m->sum || !m->members || !m->least || !b->first ||
+        !b->next)
+        return false;
+    for (size_t s = 0; s < m->count; s++) {
+        m->choice[s] = (2 * s + 1) * m->candidate_count / (2 * m->count);
+        m->at[s] = m->candidates[m->choice[s]].r;
+    }
+    return true;
+}
+
+enum status spread_over(const struct spread_part *part, size_t count, struct arena *arena,
+                        struct spread_place **places, size_t *found) {
+    struct patches patches = {0};
+    struct spread_place *candidates;
+    struct moves moves = {.count = count};
+    struct buckets buckets;
+    *found = 0;
+    *places = arena_take(arena, count, sizeof **places);
+    struct arena_mark mark = arena_mark(arena);
+    enum status status =
+        part->mesh ? take_triangles(part, arena, &patches) : cut_faces(part, arena, &patches);
+    if (status == STATUS_OK && *places && patches.area > 0)
+        status = make_candidates(part, &patches, count, arena, &candidates, &moves.candidate_count);
+    if (status != STATUS_OK || !*places)
+        return STATUS_OUT_OF_MEMORY;
+    moves.candidates = candidates;
+    moves.count = count < moves.candidate_count ? count : moves.candidate_count;
+    if (moves.count > 0) {
+        if (!prepare_moves(&moves, &buckets, patches.area, arena))
+            return STATUS_OUT_OF_MEMORY;
+        for (int k = 0; k < MOVES; k++)
+            move_once(&moves, &buckets);
+        choose(&moves);
+    }
+    for (size_t s = 0; s < moves.count; s++)
+        (*places)[s] = candidates[moves.choice[s]];
+    *found = moves.count;
+    arena_rewind(arena, mark);
+    return STATUS_OK;
+}

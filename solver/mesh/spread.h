@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Places spread evenly over the area of a part, whatever its parameters or triangles: the middles
+ * of as many cells of about the same size and shape. Candidates are set out by area, about twenty
+ * for each place; then each place moves to the middle of those that it is the nearest of, again and
+ * again (Lloyd), and in the end onto the next of them. The same part and count give the same
+ * places.
+ */
+#ifndef SOLVER_MESH_SPREAD_H
+#define SOLVER_MESH_SPREAD_H
+
+#include "mesh.h"
+#include "solver/surface/shell.h"
+#include "solver/surface/surface.h"
+#include "solver/surface/trim.h"
+
+/* What places are spread over: one of the three. */
+struct spread_part {
+    const struct surface *surface;
+    const struct trim *trim; /* of `surface`: its usable region; NULL: all */
+    const struct shell *shell;
+    const struct mesh *mesh;
+    int32_t component; /* of a shell or mesh */
+};
+
+struct spread_place {
+    int32_t face; /* of a shell, else 0; on a mesh the triangle */
+    double uv[2]; /* the caller's parameters; on a mesh (triangle, 0) */
+    struct vec3 r;
+};
+
+/* `count` places, 1 or more, in `arena`. A part without area gives fewer, `*found` of them. Errors:
+ * STATUS_OUT_OF_MEMORY. */
+enum status spread_over(const struct spread_part *part, size_t count, struct arena *arena,
+                        struct spread_place **places, size_t *found) STATUS_MUST_USE;
+
+#endif
