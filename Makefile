@@ -151,7 +151,7 @@ UNITS ?= $(PREFIX)/lib/systemd/system
 VERSION := $(shell sed -n 's/^\#define DRAPED_VERSION "\(.*\)"/\1/p' server/config.h)
 OPERATORS := $(addprefix deploy/,nginx.conf Caddyfile prometheus grafana systemd kubernetes container \
              compose.yaml)
-PAGES := fields formats mathematics operations runbook scaling settings threat-model
+PAGES := fields formats mathematics operations runbook scaling settings studies threat-model
 install: all sbom $(B)/draped.1 $(B)/drape.1 ## below $(PREFIX) (/usr/local) and DESTDIR
 	install -D -t $(DESTDIR)$(PREFIX)/bin $(B)/draped $(B)/drape
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man1 $(B)/draped.1 $(B)/drape.1

@@ -6,7 +6,6 @@
 #include "api/request/shape.h"
 #include "api/request/shape_mesh.h"
 #include "api/request/shape_shell.h"
-#include "solver/surface/measure.h"
 #include <string.h>
 
 static enum api_problem_id no_memory(struct api_problem *problem, const char *what) {
@@ -21,14 +20,12 @@ static enum api_problem_id check_shape(struct api_request *request, const struct
     struct surface *surface;
     struct mesh *mesh;
     struct api_shell shell;
+    if (api_shape_is_large(&request->surface))
+        return API_OK;
     if (request->surface.kind == API_SURFACE_MESH)
         return api_shape_mesh(request, limits, arena, &mesh, problem);
     if (request->surface.kind == API_SURFACE_SHELL)
-        return api_shape_shell_bytes(&request->surface) > API_SHAPE_SPANS_MAX
-                   ? API_OK
-                   : api_shape_shell(request, limits, arena, &shell, problem);
-    if (surface_span_bytes(&request->surface.nurbs) > API_SHAPE_SPANS_MAX)
-        return API_OK;
+        return api_shape_shell(request, limits, arena, &shell, problem);
     return api_shape_make(request, limits, arena, &surface, problem);
 }
 

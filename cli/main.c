@@ -12,6 +12,7 @@
 #include "api/run.h"
 #include "files.h"
 #include "part.h"
+#include "study.h"
 #include <errno.h>
 #include <getopt.h>
 #include <stdio.h>
@@ -30,6 +31,10 @@ static const char help_head[] =
     "input) and writes the result, or the result's fields on a mesh. Its surface may\n"
     "be a file, {\"surface\": {\"file\": \"PART.step\"}}: STEP and IGES by drape-import,\n"
     "STL, OBJ, Nastran; faces are chosen as of a stored surface.\n"
+    "\n"
+    "Of a study, which has a drape and what to vary of it, all variants are written\n"
+    "(json, csv, npz) and the best of them shown as a table: on standard error when\n"
+    "the document goes to standard output, else there.\n"
     "\n"
     "  --format FORMAT    default: json; the formats of\n";
 static const char help_tail[] =
@@ -60,6 +65,9 @@ static const char help_tail[] =
     "  --ply NAME         svg, dxf, html: for the title\n"
     "  --table TABLE      for csv: nodes (default) or cells; of a map cells or plies\n"
     "  --max-nodes N      refuse larger nets; default 4000000\n"
+    "  --max-variants N   refuse larger studies; default 1000000\n"
+    "  --variant K        of a study: write the drape request of variant K instead,\n"
+    "                     or with \"best\" of the best of its first objective\n"
     "  --threads N        threads to solve with; default 1\n"
     "  -h, --help         this text\n"
     "  --version          the solver's version\n"
@@ -76,6 +84,8 @@ struct arguments {
     const char *input, *output;     /* NULL: standard input, standard output */
     const char *map;                /* NULL: no mesh */
     const char *mesh[MESH_OPTIONS]; /* values of mesh_options; NULL: not given */
+    const char *variant;            /* of a study: whose request is wanted; NULL: its result is */
+    bool study;                     /* the request is one */
     const char *format_name;
     const struct format *format;
     struct format_options options;
@@ -146,7 +156,7 @@ static bool take_option(struct arguments *arguments, const char *name, const cha
     } texts[] = {{"format", &arguments->format_name},    {"map", &arguments->map},
                  {mesh_options[0], &arguments->mesh[0]}, {mesh_options[1], &arguments->mesh[1]},
                  {mesh_options[2], &arguments->mesh[2]}, {mesh_options[3], &arguments->mesh[3]},
-                 {"output", &arguments->output}};
+                 {"variant", &arguments->variant},       {"output", &arguments->output}};
     long count = 0;
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
         if (strcmp(name, texts[k].name) == 0) {
@@ -166,6 +176,11 @@ static bool take_option(struct arguments *arguments, const char *name, const cha
     if (strcmp(name, "max-nodes") == 0) {
         bool ok = parse_count(value, 1000000000, &count);
         arguments->limits.max_nodes = (size_t)count;
+        return ok;
+    }
+    if (strcmp(name, "max-variants") == 0) {
+        bool ok = parse_count(value, 1000000000, &count);
+        arguments->limits.max_variants = (size_t)count;
         return ok;
     }
     return take_format_option(arguments, name, value);
@@ -191,6 +206,8 @@ static const struct option option_table[] = {
     {"table", required_argument, NULL, 0},
     {"threads", required_argument, NULL, 0},
     {"max-nodes", required_argument, NULL, 0},
+    {"max-variants", required_argument, NULL, 0},
+    {"variant", required_argument, NULL, 0},
     {"help", no_argument, NULL, 'h'},
     {"version", no_argument, NULL, 'v'},
     {0},
@@ -274,20 +291,16 @@ static bool identify(const struct api_input *input, const struct api_limits *lim
     return ok;
 }
 
-static bool solve(const struct files_bytes *request, const struct files_bytes *surface,
-                  const struct api_limits *limits, FILE *container, char id[API_ID_SIZE],
-                  struct api_problem *problem) {
-    const struct api_input input = {.request = request->data,
-                                    .request_length = request->length,
-                                    .surface = surface->data,
-                                    .surface_length = surface->length};
+static bool solve(const struct arguments *arguments, const struct api_input *input, FILE *container,
+                  char id[API_ID_SIZE], struct api_problem *problem) {
+    const struct api_limits *limits = &arguments->limits;
     const struct api_sink sink = {write_container, container};
-    const struct drape_monitor monitor = {show_progress, NULL};
+    const struct drape_monitor monitor = {arguments->study ? study_progress : show_progress, NULL};
     bool terminal = isatty(STDERR_FILENO);
-    if (!identify(&input, limits, id, problem))
+    if (!(arguments->study ? study_identify : identify)(input, limits, id, problem))
         return false;
-    enum api_problem_id result =
-        api_run(&input, limits, terminal ? &monitor : NULL, &sink, problem);
+    enum api_problem_id result = (arguments->study ? api_study_run : api_run)(
+        input, limits, terminal ? &monitor : NULL, &sink, problem);
     if (terminal)
         fputs("\r\033[K", stderr);
     return result == API_OK;
@@ -321,33 +334,29 @@ static bool write_document(const struct arguments *arguments, struct format_sour
 /* ---- as a report ---- */
 
 /* The request as it was understood, in the arena; NULL with the problem. */
-static const char *understood(const struct files_bytes *request, const struct files_bytes *surface,
-                              const struct api_limits *limits, const struct api_reader *reader,
-                              struct arena *arena, struct api_problem *problem) {
+static const char *understood(const struct api_input *input, const struct api_limits *limits,
+                              const struct api_reader *reader, struct arena *arena,
+                              struct api_problem *problem) {
     static struct api_columns columns;
-    const struct api_input input = {.request = request->data,
-                                    .request_length = request->length,
-                                    .surface = surface->data,
-                                    .surface_length = surface->length};
     struct api_request decoded;
     const char *text = NULL;
     if (api_columns_open(reader, &columns, problem) == API_OK &&
-        api_decode(&input, limits, arena, &decoded, problem) == API_OK)
+        api_decode(input, limits, arena, &decoded, problem) == API_OK)
         text = api_normalise(&decoded, &columns.start, arena);
     if (!text)
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the request");
     return text;
 }
 
-static bool write_report(const struct arguments *arguments, const struct files_bytes *request,
-                         const struct files_bytes *surface, const struct api_reader *reader,
-                         const struct files_output *output, struct api_problem *problem) {
+static bool write_report(const struct arguments *arguments, const struct api_input *input,
+                         const struct api_reader *reader, const struct files_output *output,
+                         struct api_problem *problem) {
     char finished[32];
     time_t now = time(NULL);
     struct tm date;
     struct arena *arena = arena_new(arguments->limits.max_memory);
     const char *inputs =
-        arena ? understood(request, surface, &arguments->limits, reader, arena, problem) : NULL;
+        arena ? understood(input, &arguments->limits, reader, arena, problem) : NULL;
     strftime(finished, sizeof finished, "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&now, &date));
     const struct format_source source = {.reader = reader,
                                          .record = {.inputs = inputs,
@@ -410,21 +419,48 @@ static void print_warnings(const struct api_reader *reader, struct api_problem *
         files_complain("warning", columns.summary.warnings.list[k].detail);
 }
 
+/* What a study cannot do, said before it is done. */
+static bool check_study(const struct arguments *arguments, struct api_problem *problem) {
+    if (arguments->study && arguments->map)
+        api_problem_set(problem, API_NOT_ACCEPTABLE,
+                        "--map is for drapes: write one with --variant and drape it");
+    else if (arguments->study && !arguments->format->tables)
+        api_problem_set(problem, API_NOT_ACCEPTABLE, "a study has no %s; drape one of its variants",
+                        arguments->format->name);
+    else if (!arguments->study && arguments->variant)
+        api_problem_set(problem, API_NOT_ACCEPTABLE, "--variant is for studies");
+    return problem->id == API_OK;
+}
+
+/* The document that is wanted of what was solved. */
+static bool write_wanted(const struct arguments *arguments, const struct api_input *input,
+                         const struct api_reader *reader, const struct files_output *output,
+                         struct api_problem *problem) {
+    if (arguments->study)
+        study_print(reader, arguments->output && !arguments->variant ? stdout : stderr, problem);
+    else
+        print_warnings(reader, problem);
+    if (arguments->variant)
+        return study_write_variant(input, &arguments->limits, reader, arguments->variant,
+                                   output->stream, problem);
+    if (arguments->map)
+        return write_map(arguments, reader, output, problem);
+    if (arguments->format->uses & FORMAT_REPORT)
+        return write_report(arguments, input, reader, output, problem);
+    return write_document(arguments, (struct format_source){.reader = reader}, output, problem);
+}
+
 static bool drape(struct arguments *arguments, struct files_bytes *request, FILE *container,
                   const struct files_output *output) {
     const struct api_reader reader = {read_container, container};
     struct api_problem problem = {0};
     struct files_bytes surface = {0};
-    bool ok = part_resolve(request, &arguments->limits, &surface, &problem) &&
-              solve(request, &surface, &arguments->limits, container, arguments->id, &problem);
-    if (ok)
-        print_warnings(&reader, &problem);
-    if (ok && arguments->map)
-        ok = write_map(arguments, &reader, output, &problem);
-    else if (ok && arguments->format->uses & FORMAT_REPORT)
-        ok = write_report(arguments, request, &surface, &reader, output, &problem);
-    else if (ok)
-        ok = write_document(arguments, (struct format_source){.reader = &reader}, output, &problem);
+    bool ok = part_resolve(request, &arguments->limits, &surface, &problem);
+    const struct api_input input = {request->data, request->length, surface.data, surface.length};
+    arguments->study = ok && api_is_study(input.request, input.request_length, &arguments->limits);
+    ok = ok && check_study(arguments, &problem) &&
+         solve(arguments, &input, container, arguments->id, &problem) &&
+         write_wanted(arguments, &input, &reader, output, &problem);
     free(surface.data);
     if (problem.id != API_OK)
         print_problem(&problem);

@@ -65,18 +65,24 @@ static bool is_key(const struct range *key, const char *name) {
            memcmp(key->from, name, strlen(name)) == 0;
 }
 
-/* The request with the surface's id in the place of its file and unit. */
+/* The member of the object at `at`; at its brace, as long as nothing, where there is none. */
+static struct range find_member(const char *at, const char *name) {
+    struct range key, value, found = {at, at};
+    for (at = skip_space(at) + 1; next_member(&at, &key, &value);)
+        if (is_key(&key, name))
+            found = value;
+    return found;
+}
+
+/* The request, or the drape of a study, with the surface's id in the place of its file and unit. */
 static bool name_surface(struct files_bytes *request, const char *id) {
     char *text = realloc(request->data, request->length + 1);
     if (!text)
         return false;
     text[request->length] = '\0';
     request->data = text;
-    const char *at = skip_space(text) + 1, *end = text + request->length;
-    struct range key, value, surface = {0};
-    while (next_member(&at, &key, &value))
-        if (is_key(&key, "surface"))
-            surface = value;
+    const char *at, *end = text + request->length;
+    struct range key, value, surface = find_member(find_member(text, "drape").from, "surface");
     struct files_bytes named = {.data = malloc(request->length + API_ID_SIZE + 16)};
     if (!named.data)
         return false;
@@ -204,7 +210,8 @@ bool part_resolve(struct files_bytes *request, const struct api_limits *limits,
     struct api_problem malformed = {0};
     if (arena && json_tree_parse(&tree, request->data ? request->data : "", request->length, limits,
                                  arena, &malformed) == API_OK) {
-        struct json_place root = place_root(&tree), place = place_member(&root, "surface");
+        struct json_place root = place_root(&tree), drape = place_member(&root, "drape");
+        struct json_place place = place_member(place_given(&drape) ? &drape : &root, "surface");
         tree.problem = problem;
         good = resolve(&place, request, limits, arena, surface, problem);
         json_tree_free(&tree);

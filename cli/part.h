@@ -2,7 +2,8 @@
 /*
  * A request whose surface is a file: {"surface": {"file": "PART.step", "unit": "mm", ...}}. The
  * file is read as the service would, CAD files by the importer beside this program, and the request
- * gets the surface's id in its place, with whatever selects faces of it.
+ * gets the surface's id in its place, with whatever selects faces of it. Of a study the same with
+ * the surface of its drape.
  */
 #ifndef CLI_PART_H
 #define CLI_PART_H

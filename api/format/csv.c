@@ -2,6 +2,7 @@
 /* One table, nodes or cells of a result or the rows of a map, as lines of comma-separated values
  * under a line of names. */
 #include "encoder.h"
+#include <string.h>
 
 static void write_names(struct encoder *encoder) {
     for (size_t i = 0; i < encoder->count; i++) {
@@ -11,13 +12,21 @@ static void write_names(struct encoder *encoder) {
     api_text_raw(&encoder->piece, "\n");
 }
 
+/* A number, nothing where there is none, or the name that a number stands for. */
+static size_t write_value(const struct encoder *encoder, const struct api_column_source *column,
+                          double value, char *at) {
+    bool failure = column->table == API_TABLE_VARIANTS && strcmp(column->name, "failure") == 0;
+    if (!failure || !(value >= 0 && value < FAILURE_COUNT))
+        return encoder_value(encoder, column, value, at);
+    return (size_t)(stpcpy(at, failure_names[(int)value]) - at);
+}
+
 /* The columns of `count` rows lie side by side in `values`. */
 static void write_rows(struct encoder *encoder, size_t count) {
     char *at = encoder->piece.bytes + encoder->piece.length;
     for (size_t row = 0; row < count; row++) {
         for (size_t i = 0; i < encoder->count; i++) {
-            at +=
-                encoder_value(encoder, &encoder->selected[i], encoder->values[i * count + row], at);
+            at += write_value(encoder, &encoder->selected[i], encoder->values[i * count + row], at);
             *at++ = i + 1 < encoder->count ? ',' : '\n';
         }
     }
@@ -44,5 +53,6 @@ const struct format format_csv = {.name = "csv",
                                   .about = "one table: a row for each node, cell or place",
                                   .exact = "every bit; `precision` rounds",
                                   .uses = FORMAT_RESULT | FORMAT_MAP,
+                                  .tables = true,
                                   .one_table = true,
                                   .next = next};

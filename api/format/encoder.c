@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "encoder.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -31,15 +32,27 @@ const struct api_column_source *encoder_find(const struct api_column_source *col
     return NULL;
 }
 
+/* What a variant has no number for becomes NaN. */
+static void blank(const struct api_column_source *column, size_t count, double *values) {
+    const struct column_spec *spec = column_spec_find(column->table, column->name);
+    for (size_t k = 0; spec && spec->kind == COLUMN_POSITIVE && k < count; k++)
+        if (values[k] < 0)
+            values[k] = (double)NAN;
+}
+
 bool encoder_fill(struct encoder *encoder, const struct api_column_source *column, size_t first,
                   size_t count, double *values) {
     if (!column->fill(column->context, first, count, values))
         encoder->failed = true;
+    if (encoder->columns.document == API_DOCUMENT_STUDY && !encoder->failed)
+        blank(column, count, values);
     return !encoder->failed;
 }
 
 size_t encoder_value(const struct encoder *encoder, const struct api_column_source *column,
                      double value, char *text) {
+    if (isnan(value))
+        return 0;
     if (column->integer)
         return api_number_integer(text, (int64_t)value);
     if (encoder->options.precision)
@@ -113,6 +126,14 @@ static bool open_result(struct encoder *encoder, const char *fields, struct api_
         return false;
     for (size_t k = 0; k < encoder->columns.count; k++)
         columns[k] = encoder_source(encoder, &encoder->columns.column[k]);
+    if (encoder->columns.document == API_DOCUMENT_STUDY) {
+        if (!encoder->format->tables) {
+            api_problem_set(problem, API_NOT_ACCEPTABLE,
+                            "a study has no %s; drape one of its variants", encoder->format->name);
+            return false;
+        }
+        encoder->options.table = API_TABLE_VARIANTS;
+    }
     return select_columns(encoder, columns, encoder->columns.count, fields, problem);
 }
 

@@ -50,13 +50,13 @@ struct encoder {
     char buffer[ENCODER_PIECE];
 };
 
-/* `count` rows of a column from `first` on; false, and the encoder has failed, when they cannot be
- * read. */
+/* `count` rows of a column from `first` on, NaN where there is no number; false, and the encoder
+ * has failed, when they cannot be read. */
 bool encoder_fill(struct encoder *encoder, const struct api_column_source *column, size_t first,
                   size_t count, double *values);
 
 /* Writes one value of a column as the options want it to `text` (ENCODER_VALUE_ROOM bytes); returns
- * its length. */
+ * its length, 0 where there is no number. */
 size_t encoder_value(const struct encoder *encoder, const struct api_column_source *column,
                      double value, char *text);
 

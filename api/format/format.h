@@ -34,6 +34,7 @@ struct format {
     unsigned uses;          /* enum format_use, or-ed */
     bool one_table;         /* of a result: holds the table of the options alone */
     bool elements;          /* of a map: needs elements, so cannot show points */
+    bool tables;            /* of a result: shows any tables there are, those of a study too */
     const void *own;        /* data that formats sharing their functions differ by */
     size_t state_size;      /* bytes of `encoder->state`; 0: it keeps none */
     /* Prepares the state, which is zero, once the columns are selected; NULL when there is nothing

@@ -2,7 +2,8 @@
 /*
  * The contract's result document, tables of columns; and the map document, whose tables are `cells`
  * and on a mesh `plies`. What is true or false by the contract (`extrapolated`) is written so, and
- * the reasons of the front by their names.
+ * the reasons of the front by their names. A study has the one table
+ * `variants`.
  */
 #include "encoder.h"
 #include <string.h>
@@ -40,6 +41,20 @@ static void write_result_preamble(struct encoder *encoder) {
     open_table(piece, API_TABLE_NODES);
 }
 
+static void write_study_preamble(struct encoder *encoder) {
+    struct api_text *piece = &encoder->piece;
+    struct state *state = encoder->state;
+    api_text_raw(piece, "{");
+    api_text_key_string(piece, "id", encoder->id);
+    api_text_key_string(piece, "status", "succeeded");
+    api_text_key(piece, "summary");
+    study_summary_write(piece, &encoder->columns.study, encoder->queue_ms);
+    api_text_key(piece, "best");
+    study_summary_write_best(piece, &encoder->columns.study);
+    state->table = API_TABLE_VARIANTS;
+    open_table(piece, state->table);
+}
+
 static void write_map_preamble(struct encoder *encoder) {
     struct api_text *piece = &encoder->piece;
     struct state *state = encoder->state;
@@ -56,15 +71,19 @@ static void write_map_preamble(struct encoder *encoder) {
     open_table(piece, state->table);
 }
 
-static void write_reasons(struct encoder *encoder, size_t count) {
+/* Names in place of the numbers that stand for them. */
+static void write_names(struct encoder *encoder, enum column_kind kind, size_t count) {
+    int names = kind == COLUMN_REASON ? DRAPE_REASON_COUNT : FAILURE_COUNT;
     for (size_t i = 0; i < count; i++) {
-        double reason = encoder->values[i];
+        double value = encoder->values[i];
         if (encoder->row + i > 0)
             api_text_raw(&encoder->piece, ",");
-        if (reason >= 0 && reason < DRAPE_REASON_COUNT)
-            api_text_string(&encoder->piece, drape_reason_name((enum drape_reason)(int)reason));
-        else
+        if (!(value >= 0 && value < names))
             encoder->failed = true;
+        else if (kind == COLUMN_REASON)
+            api_text_string(&encoder->piece, drape_reason_name((enum drape_reason)(int)value));
+        else
+            api_text_string(&encoder->piece, failure_names[(int)value]);
     }
 }
 
@@ -90,6 +109,8 @@ static void write_numbers(struct encoder *encoder, const struct api_column_sourc
             *at++ = ',';
         if (i == 0 || memcmp(&values[i], &values[i - 1], sizeof *values) != 0) {
             length = encoder_value(encoder, column, values[i], at);
+            if (length == 0)
+                length = (size_t)(stpcpy(at, "null") - at);
             if (i + 1 < count && memcmp(&values[i], &values[i + 1], sizeof *values) == 0)
                 memcpy(last, at, length);
         } else {
@@ -118,8 +139,8 @@ static void write_rows(struct encoder *encoder) {
     if (!encoder_fill(encoder, column, encoder->row, count, encoder->values))
         return;
     const struct column_spec *spec = column_spec_find(column->table, column->name);
-    if (spec && spec->kind == COLUMN_REASON)
-        write_reasons(encoder, count);
+    if (spec && (spec->kind == COLUMN_REASON || spec->kind == COLUMN_FAILURE))
+        write_names(encoder, spec->kind, count);
     else if (spec && spec->kind == COLUMN_TRUTH)
         write_truths(encoder, count);
     else
@@ -135,11 +156,13 @@ static void write_rows(struct encoder *encoder) {
 static void next(struct encoder *encoder) {
     if (!encoder->begun) {
         encoder->begun = true;
-        (encoder->reader ? write_result_preamble : write_map_preamble)(encoder);
+        (!encoder->reader                                  ? write_map_preamble
+         : encoder->columns.document == API_DOCUMENT_STUDY ? write_study_preamble
+                                                           : write_result_preamble)(encoder);
     } else if (encoder->column < encoder->count) {
         write_rows(encoder);
     } else {
-        if (encoder->reader)
+        if (encoder->reader && encoder->columns.document == API_DOCUMENT_DRAPE)
             enter_table(encoder, API_TABLE_RIM);
         api_text_raw(&encoder->piece, "}}\n");
         encoder->ended = true;
@@ -151,5 +174,6 @@ const struct format format_json = {.name = "json",
                                    .about = "the document of the API: tables of columns",
                                    .exact = "every bit; `precision` rounds",
                                    .uses = FORMAT_RESULT | FORMAT_MAP,
+                                   .tables = true,
                                    .state_size = sizeof(struct state),
                                    .next = next};

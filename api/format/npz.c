@@ -125,6 +125,7 @@ static bool begin(struct encoder *encoder, struct api_problem *problem) {
 
 const struct format format_npz = {.name = "npz",
                                   .uses = FORMAT_RESULT,
+                                  .tables = true,
                                   .media_type = "application/x-npz",
                                   .about = "NumPy archive: an array for each column",
                                   .exact = "every bit",

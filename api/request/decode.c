@@ -123,7 +123,7 @@ static const struct api_surface *decode_start_face(const struct json_place *plac
     return NULL;
 }
 
-static void decode_start(const struct json_place *place, struct api_request *request) {
+void decode_start(const struct json_place *place, struct api_request *request) {
     static const char *const keys[] = {"uv", "point", "face", NULL};
     struct drape_settings *settings = &request->settings;
     struct json_place uv = place_member(place, "uv"), point = place_member(place, "point");

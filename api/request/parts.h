@@ -20,6 +20,9 @@ static const struct place_range decode_fractions = {0, 1, true};
 void decode_drape(const struct json_place *place, const struct api_input *input,
                   const struct api_limits *limits, struct api_request *request);
 
+/* A start on the request's surface, into its settings. */
+void decode_start(const struct json_place *place, struct api_request *request);
+
 /* In any of the forms of the contract; one named by its id alone becomes API_SURFACE_NAMED. */
 bool decode_surface(const struct json_place *place, struct api_surface *surface);
 

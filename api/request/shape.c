@@ -9,6 +9,13 @@
 #include "solver/surface/measure.h"
 #include "solver/surface/offset.h"
 
+bool api_shape_is_large(const struct api_surface *surface) {
+    return surface->kind == API_SURFACE_SHELL
+               ? api_shape_shell_bytes(surface) > API_SHAPE_SPANS_MAX
+               : surface->kind == API_SURFACE_NURBS &&
+                     surface_span_bytes(&surface->nurbs) > API_SHAPE_SPANS_MAX;
+}
+
 static enum api_problem_id check_made(enum status status, const char *pointer,
                                       struct api_problem *problem) {
     if (status == STATUS_OUT_OF_MEMORY)

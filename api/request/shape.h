@@ -14,6 +14,9 @@
  */
 #define API_SHAPE_SPANS_MAX (INT64_C(64) << 20)
 
+/* Whether a surface of one face or a shell is. */
+bool api_shape_is_large(const struct api_surface *surface);
+
 /*
  * Makes the surface of a decoded request in `arena` and refuses at once a spacing so small that
  * covering the area, or the extent where that is less, would take more than `limits->max_nodes`

@@ -3,10 +3,11 @@
 
 #include <string.h>
 
-const char *const column_tables[API_TABLE_COUNT] = {"nodes", "cells", "front", "rim", "plies"};
+const char *const column_tables[API_TABLE_COUNT] = {"nodes", "cells", "front",
+                                                    "rim",   "plies", "variants"};
 
-const char *const column_kind_names[COLUMN_KINDS] = {"scalar", "vector", "tensor", "integer",
-                                                     "flag",   "truth",  "reason"};
+const char *const column_kind_names[COLUMN_KINDS] = {
+    "scalar", "vector", "tensor", "integer", "flag", "truth", "reason", "positive", "failure"};
 
 const char *const column_need_names[COLUMN_NEEDS] = {
     [COLUMN_ALWAYS] = "",
@@ -17,6 +18,7 @@ const char *const column_need_names[COLUMN_NEEDS] = {
     [COLUMN_LOCKING] = "`fabric.locking_angle_deg`",
     [COLUMN_PERMEABILITY] = "`permeability`",
     [COLUMN_TABLE] = "`permeability` by `table`",
+    [COLUMN_JUDGED] = "an objective or a limit",
     [COLUMN_MAP] = "a map",
     [COLUMN_MAP_PERMEABILITY] = "a map, `permeability`",
     [COLUMN_MAP_PROPERTY] = "a map, Nastran",
@@ -30,6 +32,8 @@ const char *const column_need_names[COLUMN_NEEDS] = {
 #define PARTS_FLAG PARTS_SCALAR
 #define PARTS_TRUTH PARTS_SCALAR
 #define PARTS_REASON PARTS_SCALAR
+#define PARTS_POSITIVE PARTS_SCALAR
+#define PARTS_FAILURE PARTS_SCALAR
 
 #define SPEC(TABLE, field, stem, KIND, units, NEED, text)                                          \
     {.table = API_TABLE_##TABLE,                                                                   \
@@ -62,5 +66,5 @@ size_t column_part_names(const enum column_id *ids, size_t count, const char **n
 
 bool column_kind_is_integer(enum column_kind kind) {
     return kind == COLUMN_INTEGER || kind == COLUMN_FLAG || kind == COLUMN_TRUTH ||
-           kind == COLUMN_REASON;
+           kind == COLUMN_REASON || kind == COLUMN_FAILURE;
 }

@@ -72,7 +72,29 @@
       "from the element's reference direction to the warp")                                        \
     X(PLIES, shear_deg, shear_deg, SCALAR, "deg", MAP, "shear angle γ")                            \
     X(PLIES, thickness, thickness, SCALAR, "length", THICKNESS, "of the ply")                      \
-    X(PLIES, fiber_volume_fraction, fiber_volume_fraction, SCALAR, "", FRACTION, "of the ply")
+    X(PLIES, fiber_volume_fraction, fiber_volume_fraction, SCALAR, "", FRACTION, "of the ply") \
+    X(VARIANTS, start_u, start_u, SCALAR, "", ALWAYS, "parameter u of the start; on a mesh the triangle") \
+    X(VARIANTS, start_v, start_v, SCALAR, "", ALWAYS, "parameter v of the start; on a mesh 0")     \
+    X(VARIANTS, face, face, INTEGER, "", FACES, "number of the face that these are parameters of") \
+    X(VARIANTS, x, x, SCALAR, "length", ALWAYS, "position of the start")                           \
+    X(VARIANTS, y, y, SCALAR, "length", ALWAYS, "position of the start")                           \
+    X(VARIANTS, z, z, SCALAR, "length", ALWAYS, "position of the start")                           \
+    X(VARIANTS, angle_deg, angle_deg, SCALAR, "deg", ALWAYS, "direction of the warp at the start") \
+    X(VARIANTS, pre_shear_deg, pre_shear_deg, SCALAR, "deg", ALWAYS, "shear at the start")         \
+    X(VARIANTS, coarseness, coarseness, SCALAR, "", ALWAYS, "spacing of its net over that of the drape") \
+    X(VARIANTS, max_shear_deg, max_shear_deg, POSITIVE, "deg", JUDGED, "greatest \\|γ\\|")         \
+    X(VARIANTS, p95_shear_deg, p95_shear_deg, POSITIVE, "deg", JUDGED, "\\|γ\\| that 95 % of the area has less than") \
+    X(VARIANTS, locked_area, locked_area, POSITIVE, "length²", JUDGED, "area beyond the locking angle") \
+    X(VARIANTS, uncovered_area, uncovered_area, POSITIVE, "length²", JUDGED, "area of the part without cloth") \
+    X(VARIANTS, waste_area, waste_area, POSITIVE, "length²", JUDGED, "rectangle round the flat pattern, less the pattern") \
+    X(VARIANTS, angle_deviation_deg, angle_deviation_deg, POSITIVE, "deg", JUDGED, "mean angle between warp and `wanted_direction`") \
+    X(VARIANTS, fiber_volume_fraction_range, fiber_volume_fraction_range, POSITIVE, "", JUDGED, "greatest less least Vf") \
+    X(VARIANTS, k1_ratio_p95, k1_ratio_p95, POSITIVE, "", JUDGED, "factor between k1 and that of the unsheared fabric: 95 % of the area has less") \
+    X(VARIANTS, cloth_coverage, cloth_coverage, POSITIVE, "", ALWAYS, "share of the part under cloth") \
+    X(VARIANTS, mean_shear_deg, mean_shear_deg, POSITIVE, "deg", JUDGED, "mean \\|γ\\| by area")   \
+    X(VARIANTS, feasible, feasible, FLAG, "", ALWAYS, "1 where it keeps all limits")               \
+    X(VARIANTS, pareto, pareto, FLAG, "", ALWAYS, "1 where no other variant is better in one objective and as good in all") \
+    X(VARIANTS, failure, failure, FAILURE, "", ALWAYS, "why it has no numbers, or `none`")
 /* clang-format on */
 
 enum api_table {
@@ -80,11 +102,12 @@ enum api_table {
     API_TABLE_CELLS,
     API_TABLE_FRONT,
     API_TABLE_RIM,
-    API_TABLE_PLIES, /* of maps onto meshes alone */
+    API_TABLE_PLIES,    /* of maps onto meshes alone */
+    API_TABLE_VARIANTS, /* of studies alone */
     API_TABLE_COUNT
 };
 
-/* "nodes", "cells", "front", "rim", "plies". */
+/* "nodes", "cells", "front", "rim", "plies", "variants". */
 extern const char *const column_tables[API_TABLE_COUNT];
 static inline const char *api_table_name(enum api_table table) {
     return column_tables[table];
@@ -92,12 +115,14 @@ static inline const char *api_table_name(enum api_table table) {
 
 enum column_kind {
     COLUMN_SCALAR,
-    COLUMN_VECTOR,  /* STEM_x, STEM_y, STEM_z */
-    COLUMN_TENSOR,  /* symmetric: STEMxx, STEMyy, STEMzz, STEMxy, STEMyz, STEMxz, VTK's order */
-    COLUMN_INTEGER, /* whole numbers within 2^53 */
-    COLUMN_FLAG,    /* 0 or 1 */
-    COLUMN_TRUTH,   /* 0 or 1; false or true in JSON */
-    COLUMN_REASON,  /* enum drape_reason; its name in JSON */
+    COLUMN_VECTOR,   /* STEM_x, STEM_y, STEM_z */
+    COLUMN_TENSOR,   /* symmetric: STEMxx, STEMyy, STEMzz, STEMxy, STEMyz, STEMxz, VTK's order */
+    COLUMN_INTEGER,  /* whole numbers within 2^53 */
+    COLUMN_FLAG,     /* 0 or 1 */
+    COLUMN_TRUTH,    /* 0 or 1; false or true in JSON */
+    COLUMN_REASON,   /* enum drape_reason; its name in JSON */
+    COLUMN_POSITIVE, /* a number from 0 on, or -1 for none: null in JSON */
+    COLUMN_FAILURE,  /* enum failure; its name in JSON */
     COLUMN_KINDS
 };
 
@@ -111,7 +136,8 @@ enum column_need {
     COLUMN_LOCKING,
     COLUMN_PERMEABILITY,
     COLUMN_TABLE,
-    COLUMN_MAP, /* a map has it, a result has not */
+    COLUMN_JUDGED, /* an objective of the study, or a limit */
+    COLUMN_MAP,    /* a map has it, a result has not */
     COLUMN_MAP_PERMEABILITY,
     COLUMN_MAP_PROPERTY, /* a map onto a mesh whose file has properties */
     COLUMN_NEEDS

@@ -62,6 +62,8 @@ static bool all_whole(const double *values, size_t count) {
 /* The numbers of a header that a solve computed. */
 static bool header_finite(const struct api_columns *header) {
     const struct api_start *start = &header->start;
+    if (header->document == API_DOCUMENT_STUDY)
+        return isfinite(header->study.solve_ms);
     const double numbers[] = {start->uv[0],   start->uv[1],  start->point.x, start->point.y,
                               start->point.z, start->warp.x, start->warp.y,  start->warp.z,
                               start->weft.x,  start->weft.y, start->weft.z};

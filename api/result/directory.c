@@ -34,12 +34,17 @@ static void write_start(struct api_text *text, const struct api_start *start) {
 }
 
 void directory_write(struct api_text *text, const struct api_columns *header) {
-    api_text_raw(text, "{\"summary\":");
-    summary_write(text, &header->summary, -1);
-    api_text_key(text, "grid");
-    directory_write_grid(text, &header->grid);
-    api_text_key(text, "start");
-    write_start(text, &header->start);
+    if (header->document == API_DOCUMENT_STUDY) {
+        api_text_raw(text, "{\"study\":");
+        study_summary_store(text, &header->study);
+    } else {
+        api_text_raw(text, "{\"summary\":");
+        summary_write(text, &header->summary, -1);
+        api_text_key(text, "grid");
+        directory_write_grid(text, &header->grid);
+        api_text_key(text, "start");
+        write_start(text, &header->start);
+    }
     api_text_key_string(text, "length_unit", header->unit ? header->unit->name : api_units[0].name);
     api_text_key(text, "columns");
     api_text_raw(text, "[");
@@ -95,7 +100,7 @@ static void read_column(const struct json_place *place, struct api_column *colum
     int index = 0;
     double rows = 0;
     const char *text = "";
-    place_choice(&table, column_tables, API_TABLE_PLIES, &index);
+    place_choice(&table, column_tables, API_TABLE_COUNT, &index);
     column->table = (enum api_table)index;
     if (place_string(&name, &text)) {
         if (!is_name(text))
@@ -107,14 +112,11 @@ static void read_column(const struct json_place *place, struct api_column *colum
     column->rows = (size_t)rows;
 }
 
-void directory_read(const struct json_tree *tree, struct api_columns *columns) {
-    struct json_place root = place_root(tree);
-    struct json_place summary = place_member(&root, "summary"), grid = place_member(&root, "grid");
-    struct json_place start = place_member(&root, "start"), list = place_member(&root, "columns");
+/* What only the result of a drape has. */
+static void read_drape(const struct json_place *root, struct api_columns *columns) {
+    struct json_place summary = place_member(root, "summary"), grid = place_member(root, "grid");
+    struct json_place start = place_member(root, "start");
     struct json_place spacing = place_member(&grid, "spacing"), uv = place_member(&start, "uv");
-    struct json_place unit = place_member(&root, "length_unit");
-    columns->unit = read_unit(&unit);
-    columns->start.unit = (int)(columns->unit - api_units);
     summary_read(&summary, &columns->summary);
     read_pair(&grid, "warp", columns->grid.warp);
     read_pair(&grid, "weft", columns->grid.weft);
@@ -127,6 +129,20 @@ void directory_read(const struct json_tree *tree, struct api_columns *columns) {
     columns->start.point = read_point(&start, "point");
     columns->start.warp = read_point(&start, "warp");
     columns->start.weft = read_point(&start, "weft");
+}
+
+void directory_read(const struct json_tree *tree, struct api_columns *columns) {
+    struct json_place root = place_root(tree), list = place_member(&root, "columns");
+    struct json_place unit = place_member(&root, "length_unit");
+    struct json_place study = place_member(&root, "study");
+    columns->unit = read_unit(&unit);
+    columns->start.unit = (int)(columns->unit - api_units);
+    if (place_given(&study)) {
+        columns->document = API_DOCUMENT_STUDY;
+        study_summary_read(&study, &columns->study);
+    } else {
+        read_drape(&root, columns);
+    }
     columns->count = place_length(&list);
     if (columns->count > API_COLUMNS_MAX) {
         place_fault(&list, "must have at most %d elements", API_COLUMNS_MAX);

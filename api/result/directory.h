@@ -8,6 +8,7 @@
 
 #include "api/request/normalise.h"
 #include "column_list.h"
+#include "study_summary.h"
 #include "summary.h"
 #include <stdbool.h>
 #include <stddef.h>
@@ -16,7 +17,7 @@
 struct api_text;
 struct json_tree;
 
-enum { API_COLUMNS_MAX = 64, API_COLUMN_NAME_SIZE = 32 };
+enum { API_COLUMNS_MAX = 160, API_COLUMN_NAME_SIZE = 32 };
 
 /* A column of the stored result. Numbers stand for names in one place: front.reason holds
  * `enum drape_reason`. */
@@ -33,8 +34,13 @@ struct api_grid {
     double spacing[2];
 };
 
+/* What a container is the result of. */
+enum api_document { API_DOCUMENT_DRAPE, API_DOCUMENT_STUDY };
+
 /* The header of a result. */
 struct api_columns {
+    enum api_document document;
+    struct api_study_summary study; /* of a study, which has no summary, grid and start */
     struct api_summary summary;
     struct api_grid grid;
     struct api_start start;

@@ -21,7 +21,7 @@ static double thickness(const struct api_request *request, double shear_deg) {
 
 /* Vf = Vf0 between flexible faces, else Vf0 (n t0 / h) / cos gamma: mass conservation. It may
  * exceed what is possible: `packing_exceeded`. */
-static double fiber_volume_fraction(const struct api_request *request, double shear_deg) {
+double api_fields_fiber_volume_fraction(const struct api_request *request, double shear_deg) {
     const struct api_cavity *cavity = &request->cavity;
     double unsheared = request->fabric.fiber_volume_fraction;
     if (!cavity->rigid)
@@ -32,11 +32,12 @@ static double fiber_volume_fraction(const struct api_request *request, double sh
 
 /* phi = 1 - Vf */
 static double porosity(const struct api_request *request, double shear_deg) {
-    return 1 - fiber_volume_fraction(request, shear_deg);
+    return 1 - api_fields_fiber_volume_fraction(request, shear_deg);
 }
 
 static double packing_exceeded(const struct api_request *request, double shear_deg) {
-    return fiber_volume_fraction(request, shear_deg) > api_packing_limit(&request->permeability);
+    return api_fields_fiber_volume_fraction(request, shear_deg) >
+           api_packing_limit(&request->permeability);
 }
 
 static double locked(const struct api_request *request, double shear_deg) {
@@ -47,7 +48,7 @@ static double locked(const struct api_request *request, double shear_deg) {
 static double (*const derived[COLUMN_COUNT])(const struct api_request *request,
                                              double shear_deg) = {
     [COLUMN_CELLS_thickness] = thickness,
-    [COLUMN_CELLS_fiber_volume_fraction] = fiber_volume_fraction,
+    [COLUMN_CELLS_fiber_volume_fraction] = api_fields_fiber_volume_fraction,
     [COLUMN_CELLS_porosity] = porosity,
     [COLUMN_CELLS_locked] = locked,
     [COLUMN_CELLS_packing_exceeded] = packing_exceeded,
@@ -212,8 +213,8 @@ static void add(struct api_fields *fields, enum column_id id) {
 enum status api_fields_list(struct api_fields *fields, const struct api_request *request,
                             const struct drape_result *result, struct arena *arena) {
     *fields = (struct api_fields){.request = request, .result = result};
-    enum status status = api_permeability_columns(request, &result->cells, fiber_volume_fraction,
-                                                  arena, &fields->permeability);
+    enum status status = api_permeability_columns(
+        request, &result->cells, api_fields_fiber_volume_fraction, arena, &fields->permeability);
     if (status != STATUS_OK)
         return status;
     for (int id = 0; id < COLUMN_COUNT; id++)

@@ -37,6 +37,9 @@ struct api_fields {
 enum status api_fields_list(struct api_fields *fields, const struct api_request *request,
                             const struct drape_result *result, struct arena *arena) STATUS_MUST_USE;
 
+/* The fibre volume fraction of cloth of this shear. */
+double api_fields_fiber_volume_fraction(const struct api_request *request, double shear_deg);
+
 /* How many cells are beyond the locking angle, and beyond the packing limit; -1 where the request
  * does not say. */
 double api_fields_locked(const struct api_request *request, const struct drape_cells *cells);

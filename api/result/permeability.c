@@ -33,6 +33,12 @@ static struct permeability evaluate(const struct api_permeability *model, double
     }
 }
 
+double api_permeability_k1(const struct api_permeability *permeability, double vf,
+                           double shear_deg) {
+    bool outside;
+    return evaluate(permeability, vf, shear_deg, &outside).k1;
+}
+
 static bool allocate(struct api_permeability_columns *columns, bool table, size_t count,
                      struct arena *arena) {
     double **const column[] = {&columns->k1,          &columns->k2,   &columns->k3,

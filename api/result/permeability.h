@@ -17,6 +17,10 @@ struct api_permeability_columns {
 /* The packing beyond which the request's model, or without one any fabric, has no meaning. */
 double api_packing_limit(const struct api_permeability *permeability);
 
+/* k1 alone, of cloth with this fibre volume fraction and shear. */
+double api_permeability_k1(const struct api_permeability *permeability, double vf,
+                           double shear_deg);
+
 /* Computes the columns in `arena`; `vf` is the fibre volume fraction of a cell by its shear in
  * degrees. STATUS_OUT_OF_MEMORY. */
 enum status

@@ -56,7 +56,7 @@ static void write_place(struct api_text *text, const double *place) {
     api_text_raw(text, "}");
 }
 
-static void write_warnings(struct api_text *text, const struct api_warnings *warnings) {
+void summary_write_warnings(struct api_text *text, const struct api_warnings *warnings) {
     api_text_raw(text, "[");
     for (size_t k = 0; k < warnings->count; k++) {
         const struct api_warning *warning = &warnings->list[k];
@@ -70,7 +70,7 @@ static void write_warnings(struct api_text *text, const struct api_warnings *war
     api_text_raw(text, "]");
 }
 
-static void write_timing(struct api_text *text, double solve_ms, double queue_ms) {
+void summary_write_timing(struct api_text *text, double solve_ms, double queue_ms) {
     api_text_raw(text, "{");
     if (queue_ms >= 0)
         api_text_key_number(text, "queue", queue_ms);
@@ -101,10 +101,10 @@ static void write_member(struct api_text *text, enum summary_kind kind, const vo
         write_reasons(text, value);
         break;
     case SUMMARY_WARNINGS:
-        write_warnings(text, value);
+        summary_write_warnings(text, value);
         break;
     case SUMMARY_TIMING:
-        write_timing(text, *number, queue_ms);
+        summary_write_timing(text, *number, queue_ms);
         break;
     case SUMMARY_VERSION:
         api_text_string(text, value);
@@ -161,7 +161,7 @@ static void read_text(const struct json_place *object, const char *key, char *to
         snprintf(to, size, "%s", text);
 }
 
-static void read_warnings(const struct json_place *place, struct api_warnings *warnings) {
+void summary_read_warnings(const struct json_place *place, struct api_warnings *warnings) {
     size_t count = place_length(place);
     warnings->count = count < API_WARNINGS_MAX ? count : API_WARNINGS_MAX;
     for (size_t k = 0; k < warnings->count; k++) {
@@ -203,7 +203,7 @@ static void read_member(const struct json_place *place, enum summary_kind kind, 
         }
         break;
     case SUMMARY_WARNINGS:
-        read_warnings(place, value);
+        summary_read_warnings(place, value);
         break;
     case SUMMARY_TIMING:
         read_number(&solve, value);

@@ -105,6 +105,11 @@ void summary_write(struct api_text *text, const struct api_summary *summary, dou
 /* Reads it; what is wrong is reported to the place's problem. */
 void summary_read(const struct json_place *place, struct api_summary *summary);
 
+/* Members that other summaries share. */
+void summary_write_warnings(struct api_text *text, const struct api_warnings *warnings);
+void summary_read_warnings(const struct json_place *place, struct api_warnings *warnings);
+void summary_write_timing(struct api_text *text, double solve_ms, double queue_ms);
+
 /* The contract's object as a malloc'ed string that the caller frees; NULL without memory. */
 char *api_summary_json(const struct api_summary *summary, double queue_ms);
 

@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: MIT */
+#include "study_summary.h"
+
+#include "api/json/place.h"
+#include "api/json/text.h"
+#include <limits.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STUDY_SUMMARY_TEXT_MAX = 8192 };
+
+static const struct {
+    const char *key;
+    size_t offset;
+} counts[] = {{"variants", offsetof(struct api_study_summary, variants)},
+              {"coarse", offsetof(struct api_study_summary, coarse)},
+              {"failed", offsetof(struct api_study_summary, failed)},
+              {"feasible", offsetof(struct api_study_summary, feasible)},
+              {"pareto", offsetof(struct api_study_summary, pareto)}};
+enum { COUNTS = sizeof counts / sizeof *counts };
+
+void study_summary_write(struct api_text *text, const struct api_study_summary *summary,
+                         double queue_ms) {
+    api_text_raw(text, "{");
+    for (int k = 0; k < COUNTS; k++)
+        api_text_key_integer(
+            text, counts[k].key,
+            (int64_t) * (const size_t *)(const void *)((const char *)summary + counts[k].offset));
+    api_text_key(text, "hardest_limit");
+    if (summary->hardest >= 0)
+        api_text_string(text, quantities[summary->hardest].name);
+    else
+        api_text_raw(text, "null");
+    api_text_key(text, "warnings");
+    summary_write_warnings(text, &summary->warnings);
+    api_text_key(text, "timing_ms");
+    summary_write_timing(text, summary->solve_ms, queue_ms);
+    api_text_key_string(text, "solver_version", summary->solver_version);
+    api_text_raw(text, "}");
+}
+
+void study_summary_write_best(struct api_text *text, const struct api_study_summary *summary) {
+    api_text_raw(text, "{");
+    for (int k = 0; k < QUANTITY_COUNT; k++) {
+        if (!summary->objective[k])
+            continue;
+        api_text_key_number(text, quantities[k].name,
+                            summary->best[k] >= 0 ? summary->best[k] : (double)NAN);
+    }
+    api_text_raw(text, "}");
+}
+
+void study_summary_store(struct api_text *text, const struct api_study_summary *summary) {
+    api_text_raw(text, "{\"summary\":");
+    study_summary_write(text, summary, -1);
+    api_text_key(text, "best");
+    study_summary_write_best(text, summary);
+    api_text_raw(text, "}");
+}
+
+void study_summary_read(const struct json_place *place, struct api_study_summary *study) {
+    static const struct place_range whole = {0, 0x1p53, false}, times = {0, 1e300, false};
+    struct json_place summary = place_member(place, "summary"), best = place_member(place, "best");
+    struct json_place hardest = place_member(&summary, "hardest_limit");
+    struct json_place warnings = place_member(&summary, "warnings");
+    struct json_place timing = place_member(&summary, "timing_ms");
+    struct json_place solve = place_member(&timing, "solve");
+    struct json_place version = place_member(&summary, "solver_version");
+    const char *names[QUANTITY_COUNT], *text;
+    for (int k = 0; k < COUNTS; k++) {
+        struct json_place own = place_member(&summary, counts[k].key);
+        double value = 0;
+        place_number(&own, whole, &value);
+        *(size_t *)(void *)((char *)study + counts[k].offset) = (size_t)value;
+    }
+    for (int k = 0; k < QUANTITY_COUNT; k++) {
+        struct json_place own = place_member(&best, quantities[k].name);
+        names[k] = quantities[k].name;
+        study->objective[k] = place_given(&own);
+        study->best[k] = -1;
+        if (place_type(&own) == PLACE_NUMBER)
+            place_integer(&own, 0, INT_MAX, &study->best[k]);
+    }
+    study->hardest = -1;
+    if (place_type(&hardest) == PLACE_STRING)
+        place_choice(&hardest, names, QUANTITY_COUNT, &study->hardest);
+    summary_read_warnings(&warnings, &study->warnings);
+    place_number(&solve, times, &study->solve_ms);
+    if (place_string(&version, &text))
+        strncpy(study->solver_version, text, API_VERSION_SIZE - 1);
+}
+
+char *api_study_summary_json(const struct api_study_summary *summary, double queue_ms) {
+    char *buffer = malloc(STUDY_SUMMARY_TEXT_MAX);
+    if (!buffer)
+        return NULL;
+    struct api_text text = api_text_over(buffer, STUDY_SUMMARY_TEXT_MAX);
+    study_summary_write(&text, summary, queue_ms > 0 ? queue_ms : 0);
+    if (api_text_finish(&text))
+        return buffer;
+    free(buffer);
+    return NULL;
+}

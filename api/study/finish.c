@@ -1,0 +1,371 @@
+/* SPDX-License-Identifier: MIT */
+/* What all variants of a study say together: which keep its limits, which are the best, which no
+ * other beats in everything; and its result as columns. */
+#include "engine.h"
+
+#include "api/request/normalise.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static enum api_problem_id no_memory(struct api_problem *problem) {
+    api_problem_set(problem, API_OUT_OF_MEMORY, "the study needs more memory than allowed");
+    return problem->id;
+}
+
+/* A study's rows while they are judged. */
+struct verdict {
+    const struct api_study *study;
+    const struct study_row *rows;
+    size_t count;
+    double *violation; /* of each row */
+    uint8_t *pareto;
+    struct api_study_summary summary;
+};
+
+/* Whether a row may be the best: it was draped with the drape's own spacing. */
+static bool is_eligible(const struct study_row *row) {
+    return row->failure == FAILURE_NONE && !(row->variant.coarseness > 1);
+}
+
+/* ---- the best ---- */
+
+/* Of two rows that may be the best that which misses the limits by less, then that with less of the
+ * objective; the first of equals. */
+static bool is_better(const struct verdict *v, size_t a, size_t b, enum quantity_id id) {
+    if (v->violation[a] != v->violation[b])
+        return v->violation[a] < v->violation[b];
+    return v->rows[a].quantity[id] < v->rows[b].quantity[id];
+}
+
+static void find_best(struct verdict *v) {
+    for (int id = 0; id < QUANTITY_COUNT; id++) {
+        int *best = &v->summary.best[id];
+        *best = -1;
+        v->summary.objective[id] = v->study->request.objective[id];
+        for (size_t k = 0; v->summary.objective[id] && k < v->count; k++)
+            if (is_eligible(&v->rows[k]) &&
+                (*best < 0 || is_better(v, k, (size_t)*best, (enum quantity_id)id)))
+                *best = (int)k;
+    }
+}
+
+/* The limit that the fewest variants keep; of equals that which is missed by the most at the least.
+ */
+static void find_hardest(struct verdict *v) {
+    size_t fewest = SIZE_MAX;
+    double hardest = -1;
+    v->summary.hardest = -1;
+    for (int id = 0; id < QUANTITY_COUNT && v->summary.feasible == 0; id++) {
+        const struct study_limit *limit = &v->study->request.limit[id];
+        double least = HUGE_VAL;
+        size_t keep = 0;
+        for (size_t k = 0; k < v->count; k++) {
+            if (!is_eligible(&v->rows[k]))
+                continue;
+            double missed = study_limit_violation(v->study, &v->rows[k], (enum quantity_id)id);
+            keep += missed <= 0;
+            least = fmin(least, missed);
+        }
+        if (!(limit->has_min || limit->has_max) || isinf(least))
+            continue;
+        if (keep < fewest || (keep == fewest && least > hardest)) {
+            fewest = keep;
+            hardest = least;
+            v->summary.hardest = id;
+        }
+    }
+}
+
+/* ---- the front ---- */
+
+/* The objectives of a row, for sorting. */
+struct point {
+    double value[QUANTITY_COUNT];
+    size_t row;
+};
+
+static int compare_points(const void *a, const void *b) {
+    const struct point *x = a, *y = b;
+    for (int k = 0; k < QUANTITY_COUNT; k++)
+        if (x->value[k] != y->value[k])
+            return x->value[k] < y->value[k] ? -1 : 1;
+    return (x->row > y->row) - (x->row < y->row);
+}
+
+/* Whether a is as good as b in all objectives and better in one. */
+static bool dominates(const struct point *a, const struct point *b) {
+    bool better = false;
+    for (int k = 0; k < QUANTITY_COUNT; k++) {
+        if (a->value[k] > b->value[k])
+            return false;
+        better = better || a->value[k] < b->value[k];
+    }
+    return better;
+}
+
+/* In the order of the first objective, then the next, a point is dominated only by one before it,
+ * and then by one of the front so far. */
+static bool find_front(struct verdict *v, struct arena *arena) {
+    struct point *points = arena_take(arena, v->count, sizeof *points);
+    size_t count = 0, front = 0;
+    if (!points)
+        return false;
+    for (size_t k = 0; k < v->count; k++) {
+        if (!is_eligible(&v->rows[k]) || v->violation[k] > 0)
+            continue;
+        struct point *point = &points[count++];
+        point->row = k;
+        for (int id = 0; id < QUANTITY_COUNT; id++)
+            point->value[id] = v->study->request.objective[id] ? v->rows[k].quantity[id] : 0;
+    }
+    qsort(points, count, sizeof *points, compare_points);
+    for (size_t k = 0; k < count; k++) {
+        bool beaten = false;
+        for (size_t f = 0; f < front && !beaten; f++)
+            beaten = dominates(&points[f], &points[k]);
+        if (beaten)
+            continue;
+        v->pareto[points[k].row] = 1;
+        points[front++] = points[k];
+    }
+    v->summary.pareto = front;
+    return true;
+}
+
+/* ---- the summary ---- */
+
+static void warn(struct api_warnings *warnings, const char *code, const char *pointer,
+                 const char *detail) {
+    struct api_warning *warning = &warnings->list[warnings->count++];
+    (void)snprintf(warning->code, sizeof warning->code, "%s", code);
+    (void)snprintf(warning->pointer, sizeof warning->pointer, "%s", pointer);
+    (void)snprintf(warning->detail, sizeof warning->detail, "%s", detail);
+}
+
+static void warn_infeasible(struct verdict *v) {
+    const struct quantity *hardest = &quantities[v->summary.hardest];
+    const struct study_limit *limit = &v->study->request.limit[v->summary.hardest];
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    char detail[sizeof v->summary.warnings.list[0].detail], pointer[40];
+    for (size_t k = 0; k < v->count; k++) {
+        if (!is_eligible(&v->rows[k]))
+            continue;
+        low = fmin(low, v->rows[k].quantity[v->summary.hardest]);
+        high = fmax(high, v->rows[k].quantity[v->summary.hardest]);
+    }
+    (void)snprintf(pointer, sizeof pointer, "/limits/%s", hardest->name);
+    (void)snprintf(detail, sizeof detail,
+                   "no variant keeps all limits; the hardest is that of %s: the variants have %.6g "
+                   "to %.6g, and the limit is %s%.6g",
+                   hardest->name, low, high, limit->has_max ? "at most " : "at least ",
+                   limit->has_max ? limit->max : limit->min);
+    warn(&v->summary.warnings, "infeasible", pointer, detail);
+}
+
+static void summarise(struct verdict *v, double solve_ms) {
+    struct api_study_summary *s = &v->summary;
+    char detail[sizeof s->warnings.list[0].detail];
+    s->variants = v->count;
+    s->solve_ms = solve_ms;
+    strncpy(s->solver_version, DRAPE_SOLVER_VERSION, sizeof s->solver_version - 1);
+    for (size_t k = 0; k < v->count; k++) {
+        s->failed += v->rows[k].failure != FAILURE_NONE;
+        s->coarse += v->rows[k].variant.coarseness > 1;
+        s->feasible += is_eligible(&v->rows[k]) && !(v->violation[k] > 0);
+    }
+    find_best(v);
+    find_hardest(v);
+    if (s->hardest >= 0)
+        warn_infeasible(v);
+    if (s->failed > 0) {
+        (void)snprintf(detail, sizeof detail, "%zu of %zu variants could not be draped", s->failed,
+                       s->variants);
+        warn(&s->warnings, "failed", "", detail);
+    }
+}
+
+/* ---- columns ---- */
+
+static double value_of(const struct verdict *v, enum column_id id, size_t k) {
+    const struct study_row *row = &v->rows[k];
+    const struct study_variant *variant = &row->variant;
+    const struct spread_place *start = &variant->start;
+    const int32_t *numbers = v->study->shape.shell.numbers;
+    switch (id) {
+    case COLUMN_VARIANTS_start_u:
+        return start->uv[0];
+    case COLUMN_VARIANTS_start_v:
+        return start->uv[1];
+    case COLUMN_VARIANTS_face:
+        return numbers ? numbers[start->face] : 0;
+    case COLUMN_VARIANTS_x:
+        return start->r.x;
+    case COLUMN_VARIANTS_y:
+        return start->r.y;
+    case COLUMN_VARIANTS_z:
+        return start->r.z;
+    case COLUMN_VARIANTS_angle_deg:
+        return variant->angle_deg;
+    case COLUMN_VARIANTS_pre_shear_deg:
+        return variant->pre_shear_deg;
+    case COLUMN_VARIANTS_coarseness:
+        return variant->coarseness;
+    case COLUMN_VARIANTS_feasible:
+        return row->failure == FAILURE_NONE && !(v->violation[k] > 0);
+    case COLUMN_VARIANTS_pareto:
+        return v->pareto[k];
+    case COLUMN_VARIANTS_failure:
+        return row->failure;
+    default:
+        return row->quantity[id - COLUMN_VARIANTS_max_shear_deg];
+    }
+}
+
+struct column {
+    const struct verdict *verdict;
+    enum column_id id;
+};
+
+static bool fill(const void *context, size_t first, size_t count, double *values) {
+    const struct column *column = context;
+    for (size_t k = 0; k < count; k++)
+        values[k] = value_of(column->verdict, column->id, first + k);
+    return true;
+}
+
+static bool is_there(const struct api_study *study, enum column_id id) {
+    switch (column_specs[id].need) {
+    case COLUMN_FACES:
+        return study->shape.shell.shell != NULL;
+    case COLUMN_JUDGED:
+        return study_judges(&study->request,
+                            (enum quantity_id)(id - COLUMN_VARIANTS_max_shear_deg));
+    default:
+        return true;
+    }
+}
+
+static enum api_problem_id write(const struct verdict *v, struct arena *arena,
+                                 const struct api_sink *sink, struct api_problem *problem) {
+    enum { FIRST = COLUMN_VARIANTS_start_u, LAST = COLUMN_VARIANTS_failure };
+    struct column columns[LAST - FIRST + 1];
+    struct api_column_source sources[LAST - FIRST + 1];
+    struct api_columns header = {.document = API_DOCUMENT_STUDY,
+                                 .study = v->summary,
+                                 .unit = v->study->request.drape.length_unit};
+    size_t count = 0;
+    for (int id = FIRST; id <= LAST; id++) {
+        const struct column_spec *spec = &column_specs[id];
+        if (!is_there(v->study, (enum column_id)id))
+            continue;
+        columns[count] = (struct column){v, (enum column_id)id};
+        sources[count] = (struct api_column_source){.table = spec->table,
+                                                    .name = spec->name,
+                                                    .integer = column_kind_is_integer(spec->kind),
+                                                    .rows = v->count,
+                                                    .fill = fill,
+                                                    .context = &columns[count]};
+        count++;
+    }
+    return api_columns_write(&header, sources, count, sink, arena, problem);
+}
+
+static enum api_problem_id finish(const struct api_study *study,
+                                  const struct api_study_numbers *numbers, double solve_ms,
+                                  struct arena *arena, const struct api_sink *sink,
+                                  struct api_problem *problem) {
+    struct verdict v = {.study = study};
+    v.rows = study_rows(numbers, arena, &v.count, problem);
+    if (!v.rows)
+        return problem->id;
+    v.violation = arena_take(arena, v.count, sizeof *v.violation);
+    v.pareto = arena_alloc(arena, v.count, sizeof *v.pareto);
+    if (!v.violation || !v.pareto)
+        return no_memory(problem);
+    for (size_t k = 0; k < v.count; k++)
+        v.violation[k] = study_violation(study, &v.rows[k]);
+    if (!find_front(&v, arena))
+        return no_memory(problem);
+    summarise(&v, solve_ms);
+    return write(&v, arena, sink, problem);
+}
+
+enum api_problem_id api_study_finish(const struct api_study *study,
+                                     const struct api_study_numbers *numbers, double solve_ms,
+                                     struct arena *arena, const struct api_sink *sink,
+                                     struct api_problem *problem) {
+    struct arena_mark mark = arena_mark(arena);
+    enum api_problem_id id = finish(study, numbers, solve_ms, arena, sink, problem);
+    arena_rewind(arena, mark);
+    return id;
+}
+
+/* ---- the request of one variant ---- */
+
+static bool read_value(const struct api_reader *result, const struct api_columns *columns,
+                       enum column_id id, size_t k, double *value) {
+    const struct api_column *column =
+        api_columns_find(columns, API_TABLE_VARIANTS, column_specs[id].name);
+    *value = 0;
+    return !column || api_columns_read(result, column, k, 1, value);
+}
+
+/* The variant that row k of a result stands for, its face by the number in the part. */
+static bool read_variant(const struct api_reader *result, const struct api_columns *columns,
+                         size_t k, struct study_variant *variant) {
+    struct spread_place *start = &variant->start;
+    double face;
+    const struct {
+        enum column_id id;
+        double *value;
+    } members[] = {{COLUMN_VARIANTS_start_u, &start->uv[0]},
+                   {COLUMN_VARIANTS_start_v, &start->uv[1]},
+                   {COLUMN_VARIANTS_face, &face},
+                   {COLUMN_VARIANTS_x, &start->r.x},
+                   {COLUMN_VARIANTS_y, &start->r.y},
+                   {COLUMN_VARIANTS_z, &start->r.z},
+                   {COLUMN_VARIANTS_angle_deg, &variant->angle_deg},
+                   {COLUMN_VARIANTS_pre_shear_deg, &variant->pre_shear_deg},
+                   {COLUMN_VARIANTS_coarseness, &variant->coarseness}};
+    for (size_t i = 0; i < sizeof members / sizeof *members; i++)
+        if (!read_value(result, columns, members[i].id, k, members[i].value))
+            return false;
+    start->face = (int32_t)face;
+    return true;
+}
+
+enum api_problem_id api_study_variant_request(const struct api_study *study,
+                                              const struct api_reader *result, size_t k,
+                                              struct arena *arena, const struct api_sink *sink,
+                                              struct api_problem *problem) {
+    struct api_columns columns;
+    struct study_variant variant = {.coarseness = 1};
+    struct api_request request = study->request.drape;
+    if (api_columns_open(result, &columns, problem) != API_OK)
+        return problem->id;
+    size_t count = api_columns_rows(&columns, API_TABLE_VARIANTS);
+    if (k >= count) {
+        api_problem_set(problem, API_NOT_FOUND, "the study has %zu variants, counted from 0",
+                        count);
+        return problem->id;
+    }
+    if (!read_variant(result, &columns, k, &variant)) {
+        api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
+        return problem->id;
+    }
+    request.settings = study_variant_settings(&study->bench, &variant);
+    if (study->request.starts != STUDY_STARTS_KEPT)
+        request.start_on_face = study->shape.shell.shell != NULL;
+    else if (request.start_on_face)
+        request.settings.start_face = study->shape.shell.numbers[request.settings.start_face];
+    struct arena_mark mark = arena_mark(arena);
+    const char *text = api_normalise(&request, NULL, arena);
+    if (!text)
+        (void)no_memory(problem);
+    else if (!sink->write(sink->context, text, strlen(text)))
+        api_problem_set(problem, API_CANCELLED, "the request was not wanted any more");
+    arena_rewind(arena, mark);
+    return problem->id;
+}

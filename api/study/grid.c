@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: MIT */
+/* The search that looks at all: every start with every angle and every pre-shear, in this order. */
+#include "engine.h"
+
+#include <math.h>
+
+/* Nodes of a task: enough that handing it out costs little, few enough that all workers have some,
+ * and not so many that it takes 0.2 s. */
+static const double nodes_least = 3e4, nodes_most = 1.2e5;
+enum { SHARES = 64, VARIANTS_MOST = 512 };
+
+static size_t at_least_one(size_t count) {
+    return count ? count : 1;
+}
+
+static size_t variant_count(const struct api_study *study) {
+    return study->start_count * at_least_one(study->request.angle.count) *
+           at_least_one(study->request.pre_shear.count);
+}
+
+static struct study_variant variant_at(const struct api_study *study, size_t k) {
+    const struct study_request *r = &study->request;
+    size_t shears = at_least_one(r->pre_shear.count), angles = at_least_one(r->angle.count);
+    struct study_variant variant = {.coarseness = 1};
+    if (r->pre_shear.count)
+        variant.pre_shear_deg = study_angle(&r->pre_shear, k % shears);
+    if (r->angle.count)
+        variant.angle_deg = study_angle(&r->angle, k / shears % angles);
+    if (study->starts) {
+        variant.start = study->starts[k / (shears * angles)].place;
+        variant.hopeless = study->starts[k / (shears * angles)].hopeless;
+    }
+    return variant;
+}
+
+static size_t variants_of_a_task(const struct api_study *study, size_t variants) {
+    double nodes = study_nodes(study, 1);
+    double share = fmin(fmax(nodes * (double)variants / SHARES, nodes_least), nodes_most);
+    return (size_t)fmin(fmax(share / nodes, 1), VARIANTS_MOST);
+}
+
+enum api_problem_id grid_plan(const struct api_study *study, const struct study_row *rows,
+                              size_t count, struct arena *arena, struct api_study_plan *plan,
+                              struct api_problem *problem) {
+    size_t variants = variant_count(study), each = variants_of_a_task(study, variants);
+    size_t tasks = (variants + each - 1) / each;
+    (void)rows;
+    plan->variants = variants;
+    if (count > 0)
+        return API_OK;
+    struct api_study_task *list = arena_alloc(arena, tasks, sizeof *list);
+    if (!list) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the study needs more memory than allowed");
+        return problem->id;
+    }
+    for (size_t k = 0; k < tasks; k++) {
+        size_t left = variants - k * each;
+        list[k].STUDY_TASK_WORK = STUDY_WORK_GRID;
+        list[k].STUDY_TASK_VARIANTS = (double)(left < each ? left : each);
+        list[k].value[STUDY_OWN_AT] = (double)(k * each);
+    }
+    plan->tasks = list;
+    plan->count = tasks;
+    return API_OK;
+}
+
+bool grid_chunk(struct study_chunk *chunk) {
+    size_t first = (size_t)chunk->task->value[STUDY_OWN_AT];
+    size_t count = api_study_task_variants(chunk->task);
+    struct study_row row;
+    for (size_t k = 0; k < count && first + k < variant_count(chunk->study); k++) {
+        struct study_variant variant = variant_at(chunk->study, first + k);
+        if (!study_chunk_drape(chunk, &variant, &row))
+            return false;
+    }
+    return true;
+}

@@ -1,0 +1,426 @@
+/* SPDX-License-Identifier: MIT */
+#include "request.h"
+
+#include "api/json/text.h"
+#include "api/request/digest.h"
+#include "api/request/parts.h"
+#include <math.h>
+#include <string.h>
+
+const char *const study_search_names[STUDY_SEARCH_COUNT] = {"grid", "optimise"};
+
+enum { STARTS_MAX = 1000000000, BUDGET = 500, BUDGET_MIN = 20, BUDGET_MAX = 1000000 };
+static const struct place_range angles = {-1e6, 1e6, false};
+static const struct place_range pre_shears = {-80, 80, false};
+static const struct place_range steps = {1e-9, 1e6, false};
+static const struct place_range deviations = {1e-9, 90, false};
+
+/* A step that ends within this share of itself of the last value reaches it. */
+static const double last_step = 1e-9;
+
+double study_angle(const struct study_angles *a, size_t k) {
+    return a->values ? a->values[k] : a->from + (double)k * a->step;
+}
+
+bool study_judges(const struct study_request *request, enum quantity_id id) {
+    const struct study_limit *limit = &request->limit[id];
+    return request->objective[id] || limit->has_min || limit->has_max;
+}
+
+/* ---- what is varied ---- */
+
+static size_t at_least_one(size_t count) {
+    return count ? count : 1;
+}
+
+static bool is_drawn(const struct study_request *r) {
+    return r->starts == STUDY_STARTS_DISC || r->angle.deviation > 0 || r->pre_shear.deviation > 0;
+}
+
+static double count_variants(const struct study_request *r) {
+    double starts = r->starts == STUDY_STARTS_KEPT ? 1 : (double)r->start_count;
+    return r->search == STUDY_SEARCH_OPTIMISE ? (double)r->budget
+           : r->sample > 0                    ? (double)r->sample
+                                              : starts * (double)at_least_one(r->angle.count) *
+                                 (double)at_least_one(r->pre_shear.count);
+}
+
+size_t study_variants(const struct study_request *request) {
+    return (size_t)count_variants(request);
+}
+
+/* {"from", "to", "step"}, a list, or {"normal": s}. */
+static void decode_angles(const struct json_place *place, struct place_range range,
+                          struct study_angles *a) {
+    static const char *const keys[] = {"from", "to", "step", "normal", NULL};
+    struct json_place from = place_member(place, "from"), to = place_member(place, "to");
+    struct json_place step = place_member(place, "step"), normal = place_member(place, "normal");
+    if (place_type(place) == PLACE_ARRAY) {
+        if (!place_numbers(place, range, 1, &a->values, &a->count))
+            return;
+        a->from = a->to = a->values[0];
+        for (size_t k = 1; k < a->count; k++) {
+            a->from = fmin(a->from, a->values[k]);
+            a->to = fmax(a->to, a->values[k]);
+        }
+        return;
+    }
+    if (!place_object(place, keys))
+        return;
+    if (place_given(&normal)) {
+        if (place_given(&from) || place_given(&to) || place_given(&step))
+            place_fault(place, "must have either \"normal\" or \"from\", \"to\" and \"step\"");
+        place_number(&normal, deviations, &a->deviation);
+        return;
+    }
+    if (!place_number(&from, range, &a->from) || !place_number(&to, range, &a->to) ||
+        !place_number(&step, steps, &a->step))
+        return;
+    if (a->to < a->from)
+        place_fault(&to, "must not be less than \"from\"");
+    else
+        a->count = (size_t)floor((a->to - a->from) / a->step + last_step) + 1;
+}
+
+/* A start as in a drape request, or a point alone. */
+static bool decode_point(const struct json_place *place, const struct api_request *drape,
+                         struct study_point *point) {
+    struct api_request with = *drape;
+    const struct drape_settings *s = &with.settings;
+    double at[3];
+    if (place_type(place) == PLACE_ARRAY) {
+        bool ok = place_vector(place, decode_coordinates, 3, at);
+        *point = (struct study_point){.kind = DRAPE_START_POINT};
+        point->point = ok ? vec3_make(at[0], at[1], at[2]) : point->point;
+        return ok;
+    }
+    decode_start(place, &with);
+    *point = (struct study_point){
+        s->start_kind, s->start_face, {s->start_uv[0], s->start_uv[1]}, s->start_point};
+    return place->tree->problem->id == API_OK;
+}
+
+static void decode_points(const struct json_place *place, struct study_request *r) {
+    if (!place_array(place, 1))
+        return;
+    size_t count = place_length(place);
+    struct study_point *points = json_tree_alloc(place->tree, count, sizeof *points);
+    r->starts = STUDY_STARTS_POINTS;
+    r->start_count = count;
+    r->points = points;
+    for (size_t k = 0; points && k < count; k++) {
+        struct json_place point = place_element(place, k);
+        if (!decode_point(&point, &r->drape, &points[k]))
+            return;
+    }
+}
+
+/* {"grid": n}, {"points": [...]} or {"radius": r, "count": n}. */
+static void decode_starts(const struct json_place *place, struct study_request *r) {
+    static const char *const keys[] = {"grid", "points", "radius", "count", NULL};
+    struct json_place grid = place_member(place, "grid"), points = place_member(place, "points");
+    struct json_place radius = place_member(place, "radius"), count = place_member(place, "count");
+    int number = 0;
+    if (!place_object(place, keys))
+        return;
+    if (place_given(&grid) + place_given(&points) + place_given(&radius) != 1) {
+        place_fault(place, "must have one of \"grid\", \"points\" and \"radius\"");
+    } else if (place_given(&grid)) {
+        r->starts = STUDY_STARTS_GRID;
+        if (place_integer(&grid, 1, STARTS_MAX, &number))
+            r->start_count = (size_t)number;
+    } else if (place_given(&points)) {
+        decode_points(&points, r);
+    } else {
+        r->starts = STUDY_STARTS_DISC;
+        place_number(&radius, decode_lengths, &r->radius);
+    }
+    if (place_given(&count) && !place_given(&radius))
+        place_fault(&count, "goes with \"radius\"");
+    else if (place_given(&count) && place_integer(&count, 1, STARTS_MAX, &number))
+        r->start_count = (size_t)number;
+}
+
+/* Generators that fix what is to be varied. */
+static void check_generators(const struct json_place *root, const struct study_request *r) {
+    static const char *const names[] = {"warp", "weft"};
+    struct json_place drape = place_member(root, "drape");
+    struct json_place generators = place_member(&drape, "generators");
+    bool turned = r->angle.count > 0 || r->angle.deviation > 0;
+    bool sheared = r->pre_shear.count > 0 || r->pre_shear.deviation > 0;
+    for (int k = 0; k < 2; k++) {
+        enum drape_generator_kind kind = r->drape.settings.generator[k].kind;
+        struct json_place place = place_member(&generators, names[k]);
+        bool fixed = kind != DRAPE_GENERATOR_GEODESIC;
+        if (kind == DRAPE_GENERATOR_CURVE && r->starts != STUDY_STARTS_KEPT)
+            place_fault(&place, "must not be a curve, which passes one start, when starts vary");
+        else if (fixed && (k == 0 ? turned : sheared))
+            place_fault(&place,
+                        "must be \"geodesic\" when %s varies: it fixes the yarn's direction",
+                        k == 0 ? "angle_deg" : "pre_shear_deg");
+    }
+}
+
+static void decode_vary(const struct json_place *root, struct study_request *r) {
+    static const char *const keys[] = {"start", "angle_deg", "pre_shear_deg", NULL};
+    struct json_place vary = place_member(root, "vary");
+    struct json_place start = place_member(&vary, "start");
+    struct json_place angle = place_member(&vary, "angle_deg");
+    struct json_place pre_shear = place_member(&vary, "pre_shear_deg");
+    if (!place_object(&vary, keys))
+        return;
+    if (!place_given(&start) && !place_given(&angle) && !place_given(&pre_shear))
+        place_fault(&vary, "has nothing to vary: give start, angle_deg or pre_shear_deg");
+    if (place_given(&start))
+        decode_starts(&start, r);
+    if (place_given(&angle))
+        decode_angles(&angle, angles, &r->angle);
+    if (place_given(&pre_shear))
+        decode_angles(&pre_shear, pre_shears, &r->pre_shear);
+    check_generators(root, r);
+}
+
+/* ---- what is wanted ---- */
+
+static void decode_objectives(const struct json_place *root, struct study_request *r) {
+    struct json_place list = place_member(root, "objectives");
+    const char *names[QUANTITY_COUNT];
+    size_t count = 0;
+    int index;
+    for (int k = 0; k < QUANTITY_COUNT; k++)
+        if (quantities[k].role == QUANTITY_OBJECTIVE)
+            names[count++] = quantities[k].name;
+    if (!place_array(&list, 1))
+        return;
+    for (size_t k = 0; k < place_length(&list); k++) {
+        struct json_place name = place_element(&list, k);
+        if (!place_choice(&name, names, count, &index))
+            continue;
+        if (r->objective[index])
+            place_fault(&name, "is there twice");
+        r->objective[index] = true;
+    }
+}
+
+static void decode_limit(const struct json_place *place, const struct quantity *quantity,
+                         struct study_limit *limit) {
+    static const char *const keys[] = {"min", "max", NULL};
+    const struct place_range range = {quantity->least, quantity->most, false};
+    struct json_place min = place_member(place, "min"), max = place_member(place, "max");
+    if (!place_object(place, keys))
+        return;
+    if (!place_given(&min) && !place_given(&max))
+        place_fault(place, "must have \"min\" or \"max\"");
+    limit->has_min = place_given(&min) && place_number(&min, range, &limit->min);
+    limit->has_max = place_given(&max) && place_number(&max, range, &limit->max);
+    if (limit->has_min && limit->has_max && limit->min > limit->max)
+        place_fault(&min, "must not be greater than \"max\": no variant could keep both");
+}
+
+static void decode_limits(const struct json_place *root, struct study_request *r) {
+    const char *keys[QUANTITY_COUNT + 1] = {NULL};
+    struct json_place limits = place_member(root, "limits");
+    for (int k = 0; k < QUANTITY_COUNT; k++)
+        keys[k] = quantities[k].name;
+    if (!place_given(&limits) || !place_object(&limits, keys))
+        return;
+    for (int k = 0; k < QUANTITY_COUNT; k++) {
+        struct json_place own = place_member(&limits, keys[k]);
+        if (place_given(&own))
+            decode_limit(&own, &quantities[k], &r->limit[k]);
+    }
+}
+
+/* What a quantity asks of the drape, at the place where it is missing. */
+static void check_needs(const struct json_place *root, const struct study_request *r) {
+    struct json_place drape = place_member(root, "drape"), fabric = place_member(&drape, "fabric");
+    struct json_place locking = place_member(&fabric, "locking_angle_deg");
+    struct json_place fraction = place_member(&fabric, "fiber_volume_fraction");
+    struct json_place thickness = place_member(&fabric, "thickness");
+    struct json_place cavity = place_member(&drape, "cavity");
+    struct json_place permeability = place_member(&drape, "permeability");
+    struct json_place wanted = place_member(root, "wanted_direction");
+    bool range = study_judges(r, QUANTITY_FRACTION_RANGE);
+    const struct {
+        bool missing;
+        const struct json_place *place;
+        enum quantity_id id;
+    } needs[] = {
+        {study_judges(r, QUANTITY_LOCKED_AREA) && r->drape.fabric.locking_angle_deg < 0, &locking,
+         QUANTITY_LOCKED_AREA},
+        {study_judges(r, QUANTITY_ANGLE_DEVIATION) && !place_given(&wanted), &wanted,
+         QUANTITY_ANGLE_DEVIATION},
+        {range && !(r->drape.fabric.fiber_volume_fraction > 0), &fraction, QUANTITY_FRACTION_RANGE},
+        {range && !(r->drape.fabric.thickness > 0), &thickness, QUANTITY_FRACTION_RANGE},
+        {study_judges(r, QUANTITY_K1_RATIO) && r->drape.permeability.model == API_PERMEABILITY_NONE,
+         &permeability, QUANTITY_K1_RATIO}};
+    for (size_t k = 0; k < sizeof needs / sizeof *needs; k++)
+        if (needs[k].missing)
+            place_fault(needs[k].place, "is required for %s", quantities[needs[k].id].name);
+    if (range && !r->drape.cavity.rigid)
+        place_fault(&cavity,
+                    "must have a \"height\" for %s: in a flexible cavity the fraction is the same "
+                    "everywhere",
+                    quantities[QUANTITY_FRACTION_RANGE].name);
+}
+
+static void decode_wanted(const struct json_place *root, struct study_request *r) {
+    struct json_place place = place_member(root, "wanted_direction");
+    double v[3];
+    if (!place_given(&place) || !place_vector(&place, decode_coordinates, 3, v))
+        return;
+    r->wanted = vec3_make(v[0], v[1], v[2]);
+    if (vec3_norm(r->wanted) < decode_lengths.low)
+        place_fault(&place, "must be longer than %g", decode_lengths.low);
+    r->wanted = vec3_unit(r->wanted);
+}
+
+/* ---- how ---- */
+
+static void decode_sample(const struct json_place *root, struct study_request *r) {
+    struct json_place sample = place_member(root, "sample"), seed = place_member(root, "seed");
+    struct json_place vary = place_member(root, "vary"), search = place_member(root, "search");
+    int number = 0;
+    bool listed = r->angle.count > 0 || r->pre_shear.count > 0 || r->starts == STUDY_STARTS_GRID ||
+                  r->starts == STUDY_STARTS_POINTS;
+    if (place_given(&seed) && !place_given(&sample))
+        place_fault(&seed, "goes with \"sample\"");
+    if (place_given(&seed) && place_integer(&seed, 0, STARTS_MAX, &number))
+        r->seed = (uint32_t)number;
+    if (place_given(&sample) && place_integer(&sample, 2, STARTS_MAX, &number))
+        r->sample = (size_t)number;
+    if (is_drawn(r) && !place_given(&sample))
+        place_fault(&sample, "is required where \"radius\" or \"normal\" vary: how many to draw");
+    if (is_drawn(r) ? listed : place_given(&sample) && place_given(&vary))
+        place_fault(&vary, "must have \"radius\" and \"normal\" alone with \"sample\"");
+    if (r->sample > 0 && r->search == STUDY_SEARCH_OPTIMISE)
+        place_fault(&search, "must not be \"optimise\" with \"sample\"");
+}
+
+static void decode_search(const struct json_place *root, struct study_request *r) {
+    struct json_place search = place_member(root, "search"), budget = place_member(root, "budget");
+    int index = 0, number = BUDGET;
+    if (place_given(&search))
+        place_choice(&search, study_search_names, STUDY_SEARCH_COUNT, &index);
+    if (place_given(&budget))
+        place_integer(&budget, BUDGET_MIN, BUDGET_MAX, &number);
+    r->search = (enum study_search)index;
+    r->budget = (size_t)number;
+}
+
+/* Before any memory is taken for them. */
+static void check_count(const struct json_place *root, const struct api_limits *limits,
+                        const struct study_request *r) {
+    double variants = count_variants(r);
+    bool optimise = r->search == STUDY_SEARCH_OPTIMISE;
+    struct json_place place = place_member(root, optimise        ? "budget"
+                                                 : r->sample > 0 ? "sample"
+                                                                 : "vary");
+    if (variants > (double)limits->max_variants)
+        place_fault(&place, "makes %.6g variants, and %zu are allowed%s", variants,
+                    limits->max_variants,
+                    optimise || r->sample ? "" : ": take fewer starts or longer steps");
+}
+
+static void decode_study(const struct json_place *root, const struct api_input *input,
+                         const struct api_limits *limits, struct study_request *r) {
+    static const char *const keys[] = {"drape",  "vary",   "objectives",       "limits", "search",
+                                       "budget", "sample", "wanted_direction", "seed",   NULL};
+    struct json_place drape = place_member(root, "drape"), sample = place_member(root, "sample");
+    struct json_place objectives = place_member(root, "objectives");
+    if (!place_object(root, keys))
+        return;
+    decode_drape(&drape, input, limits, &r->drape);
+    if (place_given(&sample) && !place_given(&objectives))
+        r->objective[QUANTITY_MAX_SHEAR] = true;
+    else
+        decode_objectives(root, r);
+    decode_limits(root, r);
+    decode_wanted(root, r);
+    check_needs(root, r);
+    decode_search(root, r);
+    decode_vary(root, r);
+    decode_sample(root, r);
+    check_count(root, limits, r);
+    struct json_place search = place_member(root, "search");
+    if (r->search == STUDY_SEARCH_OPTIMISE)
+        place_fault(&search, "must be \"grid\": there is no other search yet");
+    if (r->sample > 0)
+        place_fault(&sample, "is not there yet");
+}
+
+enum api_problem_id study_decode(const struct api_input *input, const struct api_limits *limits,
+                                 struct arena *arena, struct study_request *request,
+                                 struct api_problem *problem) {
+    struct json_tree tree;
+    *request = (struct study_request){.search = STUDY_SEARCH_GRID};
+    if (json_tree_parse(&tree, input->request, input->request_length, limits, arena, problem) !=
+        API_OK)
+        return problem->id;
+    struct json_place root = place_root(&tree);
+    decode_study(&root, input, limits, request);
+    json_tree_free(&tree);
+    return problem->id;
+}
+
+/* ---- its id ---- */
+
+static void write_angles(struct api_text *text, const char *key, const struct study_angles *a) {
+    api_text_key(text, key);
+    api_text_raw(text, "[");
+    for (size_t k = 0; k < a->count && a->values; k++) {
+        api_text_raw(text, k ? "," : "");
+        api_text_number(text, a->values[k]);
+    }
+    api_text_raw(text, "]");
+    api_text_numbers(text, (const double[]){a->from, a->to, a->step, a->deviation}, 4);
+}
+
+static void write_starts(struct api_text *text, const struct study_request *r) {
+    api_text_key_integer(text, "starts", r->starts);
+    api_text_key_integer(text, "count", (int64_t)r->start_count);
+    api_text_key_number(text, "radius", r->radius);
+    for (size_t k = 0; r->starts == STUDY_STARTS_POINTS && k < r->start_count; k++) {
+        const struct study_point *p = &r->points[k];
+        api_text_numbers(text,
+                         (const double[]){p->kind, p->face, p->uv[0], p->uv[1], p->point.x,
+                                          p->point.y, p->point.z},
+                         7);
+    }
+}
+
+/* Not quite JSON, but the same for the same study alone. */
+static const char *canonical(const struct study_request *r, const char *drape,
+                             struct arena *arena) {
+    struct api_text text = api_text_growing(arena);
+    api_text_raw(&text, "{");
+    api_text_key_string(&text, "drape", drape);
+    write_starts(&text, r);
+    write_angles(&text, "angle", &r->angle);
+    write_angles(&text, "pre_shear", &r->pre_shear);
+    for (int k = 0; k < QUANTITY_COUNT; k++) {
+        const struct study_limit *l = &r->limit[k];
+        api_text_numbers(
+            &text, (const double[]){r->objective[k], l->has_min, l->min, l->has_max, l->max}, 5);
+    }
+    api_text_numbers(&text, (const double[]){r->wanted.x, r->wanted.y, r->wanted.z}, 3);
+    api_text_key_integer(&text, "search", r->search);
+    api_text_key_integer(&text, "budget",
+                         r->search == STUDY_SEARCH_OPTIMISE ? (int64_t)r->budget : 0);
+    api_text_key_integer(&text, "sample", (int64_t)r->sample);
+    api_text_key_integer(&text, "seed", r->seed);
+    api_text_raw(&text, "}");
+    return api_text_finish(&text);
+}
+
+bool study_digest(const struct study_request *request, struct arena *arena, char id[API_ID_SIZE]) {
+    char drape[API_ID_SIZE];
+    struct arena_mark mark = arena_mark(arena);
+    const char *text = NULL;
+    if (api_digest_request(&request->drape, arena, drape))
+        text = canonical(request, drape, arena);
+    if (text)
+        api_digest_bytes(text, strlen(text), id);
+    arena_rewind(arena, mark);
+    return text != NULL;
+}

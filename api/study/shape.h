@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: MIT */
+/* The part of a study, ready to be draped many times. */
+#ifndef API_STUDY_SHAPE_H
+#define API_STUDY_SHAPE_H
+
+#include "api/request/shape_shell.h"
+#include "request.h"
+#include "solver/mesh/mesh.h"
+#include "solver/mesh/spread.h"
+
+struct study_shape {
+    struct surface *surface; /* one of the three */
+    struct mesh *mesh;
+    struct api_shell shell;
+    double area; /* of the component that is draped */
+    int32_t component;
+};
+
+/* Makes it in `arena`, and the settings of the study's drape what the solver takes. Problems as of
+ * a drape, their pointers below `/drape`. */
+enum api_problem_id study_shape_make(struct study_request *request, const struct api_limits *limits,
+                                     struct arena *arena, struct study_shape *shape,
+                                     struct api_problem *problem) STATUS_MUST_USE;
+
+/* What starts are spread over. */
+struct spread_part study_shape_part(const struct study_request *request,
+                                    const struct study_shape *shape);
+
+/* The place of the part that is nearest to a point, and how far that is. */
+void study_shape_nearest(const struct study_shape *shape, struct vec3 point,
+                         struct spread_place *place, double *distance);
+
+/* The unit normal there, and the unit direction from which angles of the warp are measured. False
+ * at poles and where the surface has no tangent plane. */
+bool study_shape_axes(const struct study_shape *shape, const struct spread_place *place,
+                      struct vec3 *normal, struct vec3 *along);
+
+#endif

@@ -1,0 +1,290 @@
+/* SPDX-License-Identifier: MIT */
+#include "engine.h"
+
+#include "api/json/place.h"
+#include "api/request/shape.h"
+#include <endian.h>
+#include <math.h>
+#include <string.h>
+
+static enum api_problem_id no_memory(struct api_problem *problem) {
+    api_problem_set(problem, API_OUT_OF_MEMORY, "the study needs more memory than allowed");
+    return problem->id;
+}
+
+bool api_is_study(const char *bytes, size_t length, const struct api_limits *limits) {
+    struct api_problem problem = {0};
+    struct json_tree tree;
+    bool found = false;
+    struct arena *arena = arena_new(limits->max_memory);
+    if (arena && json_tree_parse(&tree, bytes, length, limits, arena, &problem) == API_OK) {
+        struct json_place root = place_root(&tree), drape = place_member(&root, "drape");
+        found = place_given(&drape);
+        json_tree_free(&tree);
+    }
+    arena_free(arena);
+    return found;
+}
+
+/* ---- opening ---- */
+
+/* A start of the caller's list as a place of the part. */
+static struct study_start find_start(const struct api_study *study,
+                                     const struct study_point *point) {
+    const struct study_shape *shape = &study->shape;
+    const struct drape_settings *s = &study->request.drape.settings;
+    struct study_start start = {.place = {.r = point->point}};
+    double distance;
+    if (point->kind == DRAPE_START_POINT) {
+        study_shape_nearest(shape, point->point, &start.place, &distance);
+        if (!(distance <= fmax(s->spacing[0], s->spacing[1])))
+            start.hopeless = FAILURE_START_OFF_SURFACE;
+        return start;
+    }
+    memcpy(start.place.uv, point->uv, sizeof point->uv);
+    if (shape->surface)
+        return start;
+    start.hopeless = FAILURE_START_OFF_SURFACE;
+    for (size_t k = 0; k < shape->shell.count; k++) {
+        if (shape->shell.numbers[k] == point->face) {
+            start.place.face = (int32_t)k;
+            start.hopeless = FAILURE_NONE;
+        }
+    }
+    return start;
+}
+
+static enum status find_starts(struct api_study *study) {
+    const struct study_request *r = &study->request;
+    const struct spread_part part = study_shape_part(r, &study->shape);
+    struct spread_place *places;
+    enum status status = STATUS_OK;
+    study->start_count = 1;
+    if (r->starts != STUDY_STARTS_GRID && r->starts != STUDY_STARTS_POINTS)
+        return STATUS_OK;
+    study->start_count = r->start_count;
+    if (r->starts == STUDY_STARTS_GRID)
+        status = spread_over(&part, r->start_count, study->arena, &places, &study->start_count);
+    study->starts = arena_alloc(study->arena, study->start_count, sizeof *study->starts);
+    if (status != STATUS_OK || !study->starts)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < study->start_count; k++)
+        study->starts[k] = r->starts == STUDY_STARTS_GRID ? (struct study_start){.place = places[k]}
+                                                          : find_start(study, &r->points[k]);
+    return STATUS_OK;
+}
+
+static enum api_problem_id open_in(struct api_study *study, const struct api_input *input,
+                                   const struct api_limits *limits, struct api_problem *problem) {
+    if (study_decode(input, limits, study->arena, &study->request, problem) != API_OK)
+        return problem->id;
+    if (study->request.drape.surface.kind == API_SURFACE_NAMED) {
+        api_problem_add(problem, "/drape/surface/id", "no surface is stored under this id");
+        return problem->id;
+    }
+    if (study_shape_make(&study->request, limits, study->arena, &study->shape, problem) != API_OK)
+        return problem->id;
+    if (study_bench_make(&study->request, &study->shape, study->arena, &study->bench) !=
+            STATUS_OK ||
+        find_starts(study) != STATUS_OK)
+        return no_memory(problem);
+    return API_OK;
+}
+
+struct api_study *api_study_open(const struct api_input *input, const struct api_limits *limits,
+                                 struct api_problem *problem) {
+    struct arena *arena = arena_new(limits->max_memory);
+    struct api_study *study = arena ? arena_alloc(arena, 1, sizeof *study) : NULL;
+    if (study) {
+        study->arena = arena;
+        if (open_in(study, input, limits, problem) == API_OK)
+            return study;
+    } else {
+        no_memory(problem);
+    }
+    arena_free(arena);
+    return NULL;
+}
+
+void api_study_close(struct api_study *study) {
+    if (study)
+        arena_free(study->arena);
+}
+
+/* Everything that `api_study_open` does but the starts, of which there may be many. */
+static void check(const struct api_input *input, const struct api_limits *limits,
+                  struct arena *arena, struct api_check *check, struct api_problem *problem) {
+    struct study_request request;
+    struct study_shape shape;
+    if (study_decode(input, limits, arena, &request, problem) != API_OK)
+        return;
+    const struct api_surface *surface = &request.drape.surface;
+    memcpy(check->surface, surface->id, sizeof check->surface);
+    check->needs_surface = surface->kind == API_SURFACE_NAMED;
+    check->variants = study_variants(&request);
+    if (check->needs_surface ||
+        (!api_shape_is_large(surface) &&
+         study_shape_make(&request, limits, arena, &shape, problem) != API_OK))
+        return;
+    if (!study_digest(&request, arena, check->digest))
+        no_memory(problem);
+}
+
+enum api_problem_id api_check_study(const struct api_input *input, const struct api_limits *limits,
+                                    struct api_check *result, struct api_problem *problem) {
+    struct arena *arena = arena_new(limits->max_memory);
+    *result = (struct api_check){0};
+    if (arena)
+        check(input, limits, arena, result, problem);
+    else
+        no_memory(problem);
+    arena_free(arena);
+    return problem->id;
+}
+
+/* ---- tasks ---- */
+
+size_t api_study_task_variants(const struct api_study_task *task) {
+    return (size_t)task->STUDY_TASK_VARIANTS;
+}
+
+void api_study_task_blame(struct api_study_task *task, size_t k) {
+    int crashed = (int)task->STUDY_TASK_CRASHED;
+    if (crashed >= API_STUDY_CRASHES)
+        return;
+    task->value[STUDY_CRASHES_AT + crashed] = (double)k;
+    task->STUDY_TASK_CRASHED = crashed + 1;
+}
+
+/* Whether variant k is not to be tried again. */
+static bool is_blamed(const struct api_study_task *task, size_t k) {
+    int crashed = (int)task->STUDY_TASK_CRASHED;
+    bool blamed = false;
+    for (int i = 0; i < crashed; i++)
+        blamed = blamed || task->value[STUDY_CRASHES_AT + i] == (double)k;
+    return blamed || (crashed == API_STUDY_CRASHES &&
+                      (double)k > task->value[STUDY_CRASHES_AT + API_STUDY_CRASHES - 1]);
+}
+
+double study_nodes(const struct api_study *study, double coarseness) {
+    const double *d = study->request.drape.settings.spacing;
+    return 1 + study->shape.area / (d[0] * d[1] * coarseness * coarseness);
+}
+
+static bool keep_going(void *context, double fraction) {
+    const struct study_chunk *chunk = context;
+    (void)fraction;
+    return chunk->monitor->progress(chunk->monitor->context, chunk->k);
+}
+
+static bool send_row(const struct study_chunk *chunk, const struct study_row *row) {
+    double numbers[STUDY_ROW_NUMBERS];
+    uint64_t bits[STUDY_ROW_NUMBERS];
+    study_row_store(row, numbers);
+    memcpy(bits, numbers, sizeof bits);
+    for (int k = 0; k < STUDY_ROW_NUMBERS; k++)
+        bits[k] = htole64(bits[k]);
+    return chunk->sink->write(chunk->sink->context, bits, sizeof bits);
+}
+
+bool study_chunk_drape(struct study_chunk *chunk, const struct study_variant *variant,
+                       struct study_row *row) {
+    const struct drape_monitor monitor = {keep_going, chunk};
+    struct study_variant tried = *variant;
+    bool wanted = !chunk->monitor || keep_going(chunk, 0);
+    if (is_blamed(chunk->task, chunk->k))
+        tried.hopeless = FAILURE_CRASHED;
+    if (wanted)
+        wanted = study_variant_drape(&chunk->study->bench, &tried, chunk->monitor ? &monitor : NULL,
+                                     chunk->arena, row) == STATUS_OK;
+    row->round = (int)chunk->task->STUDY_TASK_ROUND;
+    chunk->k++;
+    if (!wanted || !send_row(chunk, row))
+        api_problem_set(chunk->problem, API_CANCELLED, "the study was cancelled");
+    return chunk->problem->id == API_OK;
+}
+
+enum api_problem_id api_study_chunk(const struct api_study *study,
+                                    const struct api_study_task *task,
+                                    const struct api_study_monitor *monitor, struct arena *arena,
+                                    const struct api_sink *sink, struct api_problem *problem) {
+    static bool (*const works[STUDY_WORK_KINDS])(struct study_chunk *) = {[STUDY_WORK_GRID] =
+                                                                              grid_chunk};
+    struct study_chunk chunk = {study, task, monitor, arena, sink, problem, 0};
+    struct arena_mark mark = arena_mark(arena);
+    double work = task->STUDY_TASK_WORK;
+    if (!(work >= 0 && work < STUDY_WORK_KINDS) || work != floor(work))
+        api_problem_set(problem, API_INTERNAL, "the task is none of a study's");
+    else if (!works[(int)work](&chunk) && problem->id == API_OK)
+        no_memory(problem);
+    arena_rewind(arena, mark);
+    return problem->id;
+}
+
+/* ---- rounds ---- */
+
+struct study_row *study_rows(const struct api_study_numbers *numbers, struct arena *arena,
+                             size_t *count, struct api_problem *problem) {
+    *count = numbers->count / STUDY_ROW_NUMBERS;
+    struct study_row *rows = arena_take(arena, *count, sizeof *rows);
+    if (!rows) {
+        no_memory(problem);
+        return NULL;
+    }
+    bool good = *count * STUDY_ROW_NUMBERS == numbers->count;
+    for (size_t k = 0; good && k < *count; k++)
+        good = study_row_load(numbers->values + k * STUDY_ROW_NUMBERS, &rows[k]);
+    if (good)
+        return rows;
+    api_problem_set(problem, API_INTERNAL, "the numbers are none of a study's");
+    return NULL;
+}
+
+enum api_problem_id api_study_plan(const struct api_study *study,
+                                   const struct api_study_numbers *numbers, struct arena *arena,
+                                   struct api_study_plan *plan, struct api_problem *problem) {
+    size_t count;
+    *plan = (struct api_study_plan){0};
+    const struct study_row *rows = study_rows(numbers, arena, &count, problem);
+    if (!rows)
+        return problem->id;
+    plan->done = count;
+    return grid_plan(study, rows, count, arena, plan, problem);
+}
+
+/* ---- limits ---- */
+
+/* What the quantity ranges over on this part, by which misses of limits are compared. */
+static double range_of(const struct api_study *study, enum quantity_id id, double limit) {
+    switch (id) {
+    case QUANTITY_LOCKED_AREA:
+    case QUANTITY_UNCOVERED_AREA:
+    case QUANTITY_WASTE_AREA:
+        return study->shape.area;
+    case QUANTITY_FRACTION_RANGE:
+    case QUANTITY_K1_RATIO:
+        return fmax(fabs(limit), 1);
+    default:
+        return quantities[id].most - quantities[id].least;
+    }
+}
+
+double study_limit_violation(const struct api_study *study, const struct study_row *row,
+                             enum quantity_id id) {
+    const struct study_limit *limit = &study->request.limit[id];
+    double value = row->quantity[id], missed = 0;
+    if (limit->has_min)
+        missed = fmax(missed, (limit->min - value) / range_of(study, id, limit->min));
+    if (limit->has_max)
+        missed = fmax(missed, (value - limit->max) / range_of(study, id, limit->max));
+    return missed;
+}
+
+double study_violation(const struct api_study *study, const struct study_row *row) {
+    double most = 0;
+    if (row->failure != FAILURE_NONE)
+        return HUGE_VAL;
+    for (int k = 0; k < QUANTITY_COUNT; k++)
+        most = fmax(most, study_limit_violation(study, row, (enum quantity_id)k));
+    return most;
+}

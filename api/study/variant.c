@@ -1,0 +1,242 @@
+/* SPDX-License-Identifier: MIT */
+#include "variant.h"
+
+#include "api/result/fields.h"
+#include "solver/angle.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- rows ---- */
+
+void study_row_store(const struct study_row *row, double numbers[STUDY_ROW_NUMBERS]) {
+    const struct study_variant *v = &row->variant;
+    const double own[] = {row->round,       v->start.face, v->start.uv[0], v->start.uv[1],
+                          v->start.r.x,     v->start.r.y,  v->start.r.z,   v->angle_deg,
+                          v->pre_shear_deg, v->coarseness, row->failure};
+    memcpy(numbers, own, sizeof own);
+    memcpy(numbers + sizeof own / sizeof *own, row->quantity, sizeof row->quantity);
+}
+
+/* A whole number from 0 to below `most`. */
+static bool is_index(double x, double most) {
+    return x >= 0 && x < most && x == floor(x);
+}
+
+bool study_row_load(const double n[STUDY_ROW_NUMBERS], struct study_row *row) {
+    for (int k = 0; k < STUDY_ROW_NUMBERS; k++)
+        if (!isfinite(n[k]))
+            return false;
+    if (!is_index(n[0], 100) || !is_index(n[1], INT32_MAX) || !is_index(n[10], FAILURE_COUNT))
+        return false;
+    *row = (struct study_row){
+        .variant = {.start = {(int32_t)n[1], {n[2], n[3]}, vec3_make(n[4], n[5], n[6])},
+                    .angle_deg = n[7],
+                    .pre_shear_deg = n[8],
+                    .coarseness = n[9]},
+        .round = (int)n[0],
+        .failure = (enum failure)n[10]};
+    memcpy(row->quantity, n + STUDY_ROW_NUMBERS - QUANTITY_COUNT, sizeof row->quantity);
+    return true;
+}
+
+/* ---- k1 by shear ---- */
+
+static int compare_k1(const void *a, const void *b) {
+    const struct study_k1 *x = a, *y = b;
+    return x->ratio != y->ratio ? (x->ratio > y->ratio) - (x->ratio < y->ratio)
+                                : (x->bin > y->bin) - (x->bin < y->bin);
+}
+
+static double k1_of(const struct api_request *request, double shear_deg) {
+    double vf = api_fields_fiber_volume_fraction(request, shear_deg);
+    return api_permeability_k1(&request->permeability, vf, shear_deg);
+}
+
+enum status study_bench_make(const struct study_request *request, const struct study_shape *shape,
+                             struct arena *arena, struct study_bench *bench) {
+    const struct api_request *drape = &request->drape;
+    *bench = (struct study_bench){.request = request, .shape = shape};
+    if (!study_judges(request, QUANTITY_K1_RATIO))
+        return STATUS_OK;
+    bench->k1 = arena_take(arena, DRAPE_SHEAR_BINS, sizeof *bench->k1);
+    if (!bench->k1)
+        return STATUS_OUT_OF_MEMORY;
+    double unsheared = k1_of(drape, 0);
+    for (int bin = 0; bin < DRAPE_SHEAR_BINS; bin++) {
+        double ratio = k1_of(drape, fmin((bin + 0.5) * DRAPE_SHEAR_BIN, 90)) / unsheared;
+        double factor = ratio < 1 ? 1 / ratio : ratio;
+        bench->k1[bin].ratio = factor < quantities[QUANTITY_K1_RATIO].most
+                                   ? factor
+                                   : quantities[QUANTITY_K1_RATIO].most;
+        bench->k1[bin].bin = bin;
+    }
+    qsort(bench->k1, DRAPE_SHEAR_BINS, sizeof *bench->k1, compare_k1);
+    return STATUS_OK;
+}
+
+/* ---- from a drape to numbers ---- */
+
+/* The ratio of k1 that 95 % of the area has less than, straight between the bins. */
+static double k1_quantile(const struct study_k1 *k1, const struct drape_gauge *gauge) {
+    double all = 0, sum = 0;
+    for (int bin = 0; bin < DRAPE_SHEAR_BINS; bin++)
+        all += gauge->area[bin];
+    for (int k = 0; k < DRAPE_SHEAR_BINS; k++) {
+        double own = gauge->area[k1[k].bin], wanted = 0.95 * all - sum;
+        if (own > 0 && own >= wanted) {
+            double next = k1[k + 1 < DRAPE_SHEAR_BINS ? k + 1 : k].ratio;
+            return k1[k].ratio + fmax(wanted / own, 0) * (next - k1[k].ratio);
+        }
+        sum += own;
+    }
+    return 1;
+}
+
+/* The area beyond a shear, its bin shared out evenly. */
+static double area_beyond(const struct drape_gauge *gauge, double shear_deg) {
+    double at = shear_deg / DRAPE_SHEAR_BIN, sum = 0;
+    int first = (int)at;
+    if (first >= DRAPE_SHEAR_BINS)
+        return 0;
+    for (int bin = DRAPE_SHEAR_BINS - 1; bin > first; bin--)
+        sum += gauge->area[bin];
+    return sum + gauge->area[first] * (first + 1 - at);
+}
+
+static double least_shear(const struct drape_gauge *gauge) {
+    int bin = 0;
+    while (bin < DRAPE_SHEAR_BINS - 1 && !(gauge->area[bin] > 0))
+        bin++;
+    return bin * DRAPE_SHEAR_BIN;
+}
+
+/* Rectangle round the flat pattern, along the yarns, less the pattern. */
+static double waste(const struct drape_gauge *gauge, const double spacing[2], double flat_area) {
+    double width = (gauge->upper[0] - gauge->lower[0]) * spacing[0];
+    return fmax(width * (gauge->upper[1] - gauge->lower[1]) * spacing[1] - flat_area, 0);
+}
+
+/* Vf of the greatest less that of the least shear: in a rigid cavity it grows with the shear. */
+static double fraction_range(const struct api_request *request, const struct drape_gauge *gauge,
+                             double most) {
+    double least = fmin(least_shear(gauge), most);
+    double range = api_fields_fiber_volume_fraction(request, most) -
+                   api_fields_fiber_volume_fraction(request, least);
+    return fmin(fmax(range, 0), quantities[QUANTITY_FRACTION_RANGE].most);
+}
+
+static void judge(const struct study_bench *bench, const struct drape_settings *settings,
+                  const struct drape_result *result, struct study_row *row) {
+    const struct api_request *request = &bench->request->drape;
+    const struct drape_summary *s = &result->summary;
+    const struct drape_gauge *gauge = settings->gauge;
+    double *q = row->quantity;
+    q[QUANTITY_MAX_SHEAR] = s->max_shear_deg;
+    q[QUANTITY_P95_SHEAR] = s->p95_shear_deg;
+    q[QUANTITY_MEAN_SHEAR] = s->mean_shear_deg;
+    q[QUANTITY_CLOTH_COVERAGE] = s->cloth_coverage;
+    q[QUANTITY_UNCOVERED_AREA] = fmax(s->part_area * (1 - s->cloth_coverage), 0);
+    q[QUANTITY_WASTE_AREA] = waste(gauge, settings->spacing, s->flat_area);
+    if (study_judges(bench->request, QUANTITY_LOCKED_AREA))
+        q[QUANTITY_LOCKED_AREA] = area_beyond(gauge, request->fabric.locking_angle_deg);
+    if (study_judges(bench->request, QUANTITY_ANGLE_DEVIATION))
+        q[QUANTITY_ANGLE_DEVIATION] = gauge->wanted_deg;
+    if (study_judges(bench->request, QUANTITY_FRACTION_RANGE))
+        q[QUANTITY_FRACTION_RANGE] = fraction_range(request, gauge, s->max_shear_deg);
+    if (bench->k1)
+        q[QUANTITY_K1_RATIO] = k1_quantile(bench->k1, gauge);
+}
+
+/* ---- one drape ---- */
+
+static const enum failure failures[] = {
+    [STATUS_OK] = FAILURE_NONE,
+    [STATUS_OUT_OF_MEMORY] = FAILURE_OUT_OF_MEMORY,
+    [STATUS_CANCELLED] = FAILURE_CRASHED,
+    [STATUS_INVALID] = FAILURE_DIRECTION,
+    [STATUS_TOO_MANY_NODES] = FAILURE_TOO_MANY_NODES,
+    [STATUS_START_OFF_SURFACE] = FAILURE_START_OFF_SURFACE,
+    [STATUS_START_STUCK] = FAILURE_START_STUCK,
+    [STATUS_DEGENERATE_SURFACE] = FAILURE_DEGENERATE_SURFACE,
+    [STATUS_GENERATOR_OFF_START] = FAILURE_GENERATOR,
+    [STATUS_GENERATOR_PARALLEL] = FAILURE_GENERATOR,
+    [STATUS_NO_CONVERGENCE] = FAILURE_DEGENERATE_SURFACE,
+};
+
+struct drape_settings study_variant_settings(const struct study_bench *bench,
+                                             const struct study_variant *variant) {
+    const struct study_request *r = bench->request;
+    struct drape_settings s = r->drape.settings;
+    for (int k = 0; k < 2; k++)
+        s.spacing[k] *= variant->coarseness;
+    if (r->starts != STUDY_STARTS_KEPT) {
+        s.start_kind = bench->shape->mesh ? DRAPE_START_POINT : DRAPE_START_UV;
+        s.start_face = bench->shape->mesh ? 0 : variant->start.face;
+        memcpy(s.start_uv, variant->start.uv, sizeof s.start_uv);
+        s.start_point = variant->start.r;
+    }
+    if (r->angle.count > 0 || r->angle.deviation > 0) {
+        s.direction_kind = DRAPE_DIRECTION_ANGLE;
+        s.direction_deg = variant->angle_deg;
+    }
+    if (r->pre_shear.count > 0 || r->pre_shear.deviation > 0)
+        s.pre_shear_deg = variant->pre_shear_deg;
+    return s;
+}
+
+static enum status solve(const struct study_shape *shape, const struct drape_settings *settings,
+                         const struct drape_monitor *monitor, struct arena *arena,
+                         struct drape_result *result) {
+    return shape->mesh ? drape_solve_mesh(shape->mesh, settings, monitor, arena, result)
+           : shape->shell.shell
+               ? drape_solve_shell(shape->shell.shell, settings, monitor, arena, result)
+               : drape_solve(shape->surface, settings, monitor, arena, result);
+}
+
+/* What the drape started from, where the study kept the drape's own. */
+static void note_start(const struct study_bench *bench, const struct drape_settings *settings,
+                       const struct drape_result *result, struct study_variant *variant) {
+    const struct study_request *r = bench->request;
+    struct vec3 normal, along;
+    if (r->starts == STUDY_STARTS_KEPT)
+        variant->start = (struct spread_place){
+            result->start_face, {result->start_uv[0], result->start_uv[1]}, result->start_point};
+    variant->pre_shear_deg = settings->pre_shear_deg;
+    if (settings->direction_kind == DRAPE_DIRECTION_ANGLE)
+        variant->angle_deg = settings->direction_deg;
+    else if (study_shape_axes(bench->shape, &variant->start, &normal, &along))
+        variant->angle_deg =
+            angle_atan2_deg(vec3_dot(vec3_cross(along, result->start_warp), normal),
+                            vec3_dot(along, result->start_warp));
+}
+
+static void clear_row(const struct study_variant *variant, enum failure failure,
+                      struct study_row *row) {
+    *row = (struct study_row){.variant = *variant, .failure = failure};
+    for (int k = 0; k < QUANTITY_COUNT; k++)
+        row->quantity[k] = -1;
+}
+
+enum status study_variant_drape(const struct study_bench *bench,
+                                const struct study_variant *variant,
+                                const struct drape_monitor *monitor, struct arena *arena,
+                                struct study_row *row) {
+    struct drape_gauge gauge = {.wanted = bench->request->wanted};
+    struct drape_settings settings = study_variant_settings(bench, variant);
+    struct drape_result result = {0};
+    clear_row(variant, variant->hopeless, row);
+    if (variant->hopeless != FAILURE_NONE)
+        return STATUS_OK;
+    struct arena_mark mark = arena_mark(arena);
+    settings.gauge = &gauge;
+    enum status status = solve(bench->shape, &settings, monitor, arena, &result);
+    bool bare = status == STATUS_OK && result.cells.count == 0;
+    row->failure = bare ? FAILURE_NO_CLOTH : failures[status];
+    if (status == STATUS_OK)
+        note_start(bench, &settings, &result, &row->variant);
+    if (row->failure == FAILURE_NONE)
+        judge(bench, &settings, &result, row);
+    arena_rewind(arena, mark);
+    return status == STATUS_CANCELLED ? status : STATUS_OK;
+}

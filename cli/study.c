@@ -1,0 +1,206 @@
+/* SPDX-License-Identifier: MIT */
+#include "study.h"
+
+#include "files.h"
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { BAR_WIDTH = 40, ROWS_SHOWN = 10, COLUMN_WIDTH = 13 };
+
+bool study_progress(void *context, double fraction) {
+    char bar[BAR_WIDTH + 1] = {0};
+    (void)context;
+    for (int k = 0; k < BAR_WIDTH; k++)
+        bar[k] = k < fraction * BAR_WIDTH ? '#' : '.';
+    fprintf(stderr, "\rdraping variants [%s] %3.0f %%", bar, 100 * fraction);
+    return true;
+}
+
+bool study_identify(const struct api_input *input, const struct api_limits *limits,
+                    char id[API_ID_SIZE], struct api_problem *problem) {
+    struct api_check check;
+    if (api_check_study(input, limits, &check, problem) != API_OK)
+        return false;
+    memcpy(id, check.digest, API_ID_SIZE);
+    return true;
+}
+
+/* ---- the table ---- */
+
+/* The columns of `variants`, one after the other. */
+struct table {
+    struct api_columns columns;
+    const struct api_reader *reader;
+    double *values; /* [column][row] */
+    size_t rows;
+};
+
+static const double *column_of(const struct table *table, const char *name) {
+    const struct api_column *column = api_columns_find(&table->columns, API_TABLE_VARIANTS, name);
+    return column ? table->values + (size_t)(column - table->columns.column) * table->rows : NULL;
+}
+
+static bool read_table(const struct api_reader *reader, struct table *table,
+                       struct api_problem *problem) {
+    if (api_columns_open(reader, &table->columns, problem) != API_OK)
+        return false;
+    table->rows = api_columns_rows(&table->columns, API_TABLE_VARIANTS);
+    table->values = calloc(table->columns.count * table->rows + 1, sizeof *table->values);
+    if (!table->values) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the table");
+        return false;
+    }
+    for (size_t k = 0; k < table->columns.count; k++)
+        if (!api_columns_read(reader, &table->columns.column[k], 0, table->rows,
+                              table->values + k * table->rows)) {
+            api_problem_set(problem, API_INTERNAL, "the study could not be read back");
+            return false;
+        }
+    return true;
+}
+
+/* The first objective that has a best one. */
+static int first_objective(const struct api_study_summary *study) {
+    for (int k = 0; k < QUANTITY_COUNT; k++)
+        if (study->objective[k] && study->best[k] >= 0)
+            return k;
+    return -1;
+}
+
+/* Rows in the order of a study's best: the best first, then the front, then by the objective; what
+ * failed, was coarse or breaks a limit at the end. */
+struct rank {
+    double group, value;
+    size_t row;
+};
+
+static int compare_ranks(const void *a, const void *b) {
+    const struct rank *x = a, *y = b;
+    if (x->group != y->group)
+        return x->group < y->group ? -1 : 1;
+    if (x->value != y->value)
+        return x->value < y->value ? -1 : 1;
+    return (x->row > y->row) - (x->row < y->row);
+}
+
+static struct rank *rank_rows(const struct table *table, int objective) {
+    const double *value = column_of(table, quantities[objective].name);
+    const double *feasible = column_of(table, "feasible"), *pareto = column_of(table, "pareto");
+    const double *failure = column_of(table, "failure");
+    const double *coarse = column_of(table, "coarseness");
+    struct rank *ranks = calloc(table->rows + 1, sizeof *ranks);
+    for (size_t k = 0; ranks && k < table->rows; k++) {
+        bool best = k == (size_t)table->columns.study.best[objective];
+        ranks[k] = (struct rank){best              ? 0
+                                 : pareto[k] > 0   ? 1
+                                 : failure[k] > 0  ? 5
+                                 : coarse[k] > 1   ? 4
+                                 : feasible[k] > 0 ? 2
+                                                   : 3,
+                                 value[k], k};
+    }
+    if (ranks)
+        qsort(ranks, table->rows, sizeof *ranks, compare_ranks);
+    return ranks;
+}
+
+/* Whether a column is worth its place: of what never differs from row to row little is learnt. */
+static bool is_shown(const struct table *table, const struct api_column *column) {
+    static const char *const hidden[] = {"x",        "y",      "z",      "coarseness",
+                                         "feasible", "pareto", "failure"};
+    const double *values = column_of(table, column->name);
+    for (size_t k = 0; k < sizeof hidden / sizeof *hidden; k++)
+        if (strcmp(column->name, hidden[k]) == 0)
+            return false;
+    for (size_t k = 1; k < table->rows; k++)
+        if (values[k] != values[0])
+            return true;
+    return table->rows == 1;
+}
+
+static void print_rows(const struct table *table, const struct rank *ranks, FILE *stream) {
+    const double *feasible = column_of(table, "feasible"), *pareto = column_of(table, "pareto");
+    fprintf(stream, "%8s", "variant");
+    for (size_t c = 0; c < table->columns.count; c++)
+        if (is_shown(table, &table->columns.column[c]))
+            fprintf(stream, " %*s", COLUMN_WIDTH, table->columns.column[c].name);
+    fputc('\n', stream);
+    for (size_t k = 0; k < table->rows && k < ROWS_SHOWN && ranks[k].group < 4; k++) {
+        size_t row = ranks[k].row;
+        fprintf(stream, "%8zu", row);
+        for (size_t c = 0; c < table->columns.count; c++) {
+            const struct api_column *column = &table->columns.column[c];
+            int width = (int)strlen(column->name);
+            if (is_shown(table, column))
+                fprintf(stream, " %*.6g", width > COLUMN_WIDTH ? width : COLUMN_WIDTH,
+                        table->values[c * table->rows + row]);
+        }
+        fprintf(stream, "%s\n",
+                !(feasible[row] > 0) ? "  breaks a limit"
+                : pareto[row] > 0    ? "  on the front"
+                                     : "");
+    }
+}
+
+void study_print(const struct api_reader *result, FILE *stream, struct api_problem *problem) {
+    struct table table = {.reader = result};
+    bool ok = read_table(result, &table, problem);
+    const struct api_study_summary *study = &table.columns.study;
+    int objective = ok ? first_objective(study) : -1;
+    struct rank *ranks = objective >= 0 ? rank_rows(&table, objective) : NULL;
+    for (size_t k = 0; ok && k < study->warnings.count; k++)
+        files_complain("warning", study->warnings.list[k].detail);
+    if (ok)
+        fprintf(stream, "%zu variants in %.3g s; %zu keep the limits, %zu are on the front\n",
+                study->variants, study->solve_ms / 1e3, study->feasible, study->pareto);
+    if (ranks)
+        print_rows(&table, ranks, stream);
+    free(ranks);
+    free(table.values);
+}
+
+/* ---- one variant ---- */
+
+static bool write_text(void *context, const void *bytes, size_t length) {
+    return fwrite(bytes, 1, length, context) == length;
+}
+
+static bool find_variant(const struct api_reader *result, const char *variant, size_t *k,
+                         struct api_problem *problem) {
+    struct api_columns columns;
+    char *end;
+    if (api_columns_open(result, &columns, problem) != API_OK)
+        return false;
+    int objective = first_objective(&columns.study);
+    bool best = strcmp(variant, "best") == 0;
+    if (best && objective >= 0) {
+        *k = (size_t)columns.study.best[objective];
+        return true;
+    }
+    errno = 0;
+    *k = strtoul(variant, &end, 10);
+    if (!best && *variant >= '0' && *variant <= '9' && *end == '\0' && errno == 0)
+        return true;
+    api_problem_set(problem, API_NOT_FOUND,
+                    best ? "the study has no best variant: none could be draped"
+                         : "--variant takes a number, or \"best\"");
+    return false;
+}
+
+bool study_write_variant(const struct api_input *input, const struct api_limits *limits,
+                         const struct api_reader *result, const char *variant, FILE *stream,
+                         struct api_problem *problem) {
+    const struct api_sink sink = {write_text, stream};
+    size_t k;
+    if (!find_variant(result, variant, &k, problem))
+        return false;
+    struct api_study *study = api_study_open(input, limits, problem);
+    struct arena *arena = study ? arena_new(limits->max_memory) : NULL;
+    if (study && !arena)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the request");
+    bool ok = arena && api_study_variant_request(study, result, k, arena, &sink, problem) == API_OK;
+    arena_free(arena);
+    api_study_close(study);
+    return ok && fputc('\n', stream) != EOF;
+}

@@ -1,0 +1,556 @@
+/* SPDX-License-Identifier: MIT */
+#include "api/study/study.h"
+
+#include "api/format/format.h"
+#include "support.h"
+#include "tests/check.h"
+#include <jansson.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- studies as text ---- */
+
+/* A study of a drape, with `rest` behind it. */
+static struct bytes study_of(const char *drape, const char *rest) {
+    struct bytes text = {0};
+    bytes_format(&text, "{\"drape\":");
+    bytes_add(&text, drape, strlen(drape));
+    bytes_format(&text, ",%s}", rest);
+    return text;
+}
+
+static struct api_input input_of(const struct bytes *text) {
+    return (struct api_input){.request = text->data, .request_length = text->length};
+}
+
+static enum api_problem_id run_study(const struct bytes *text, int threads, struct bytes *container,
+                                     struct api_problem *problem) {
+    const struct api_input input = input_of(text);
+    const struct api_sink sink = sink_into(container);
+    struct api_limits limits = api_limits_default;
+    prepare();
+    *problem = (struct api_problem){0};
+    limits.threads = threads;
+    return api_study_run(&input, &limits, NULL, &sink, problem);
+}
+
+/* A finished study, read back. */
+struct finished {
+    struct bytes text, container;
+    struct api_columns columns;
+    size_t rows;
+};
+
+static struct finished finish_study(const char *drape, const char *rest) {
+    struct finished f = {.text = study_of(drape, rest)};
+    struct api_problem problem;
+    if (run_study(&f.text, 2, &f.container, &problem) != API_OK)
+        fail_msg("%s: %s", problem.place[0].pointer, problem.place[0].detail);
+    struct api_reader reader = reader_over(&f.container);
+    assert_int_equal(api_columns_open(&reader, &f.columns, &problem), API_OK);
+    assert_int_equal(f.columns.document, API_DOCUMENT_STUDY);
+    f.rows = api_columns_rows(&f.columns, API_TABLE_VARIANTS);
+    assert_int_equal(f.rows, f.columns.study.variants);
+    return f;
+}
+
+static void free_finished(struct finished *f) {
+    bytes_free(&f->text);
+    bytes_free(&f->container);
+}
+
+static double value_at(struct finished *f, const char *name, size_t row) {
+    struct api_reader reader = reader_over(&f->container);
+    const struct api_column *column = api_columns_find(&f->columns, API_TABLE_VARIANTS, name);
+    double value;
+    if (!column)
+        fail_msg("no column %s", name);
+    assert_true(api_columns_read(&reader, column, row, 1, &value));
+    return value;
+}
+
+/* The drape request of a variant. */
+static struct bytes request_of(struct finished *f, size_t row) {
+    struct bytes request = {0};
+    struct api_problem problem = {0};
+    const struct api_input input = input_of(&f->text);
+    const struct api_sink sink = sink_into(&request);
+    struct api_reader reader = reader_over(&f->container);
+    struct api_study *study = api_study_open(&input, &api_limits_default, &problem);
+    struct arena *arena = arena_new((size_t)1 << 30);
+    assert_non_null(study);
+    assert_int_equal(api_study_variant_request(study, &reader, row, arena, &sink, &problem),
+                     API_OK);
+    bytes_add(&request, "", 1);
+    arena_free(arena);
+    api_study_close(study);
+    return request;
+}
+
+static struct api_summary summary_of(const char *request) {
+    struct bytes container = {0};
+    struct api_problem problem;
+    struct api_columns columns;
+    assert_int_equal(run_text(request, &container, &problem), API_OK);
+    struct api_reader reader = reader_over(&container);
+    assert_int_equal(api_columns_open(&reader, &columns, &problem), API_OK);
+    bytes_free(&container);
+    return columns.summary;
+}
+
+/* ---- parts ---- */
+
+static const char saddle_with[] =
+    "\"fabric\":{\"spacing\":0.25,\"thickness\":0.01,\"fiber_volume_fraction\":0.5,"
+    "\"locking_angle_deg\":20},\"cavity\":{\"height\":0.012},"
+    "\"permeability\":{\"model\":\"gebart\",\"fiber_radius\":1e-5,\"packing\":\"hexagonal\"}";
+
+/* z = (x^2 - y^2) / 2 over [-2, 2]^2. */
+static struct bytes saddle(void) {
+    struct bytes text = {0};
+    bytes_format(&text, "{\"surface\":%s,%s}", request_text("saddle_surface"), saddle_with);
+    return text;
+}
+
+/* A roof of two plane faces that meet along x = 0, the second with its normal turned. */
+static const char roof[] =
+    "{\"surface\":{\"faces\":["
+    "{\"degree_u\":1,\"degree_v\":1,\"knotvector_u\":[0,0,1,1],\"knotvector_v\":[0,0,1,1],"
+    "\"size_u\":2,\"size_v\":2,\"control_points\":[[-1,0,0],[-1,2,0],[0,0,1],[0,2,1]]},"
+    "{\"degree_u\":1,\"degree_v\":1,\"knotvector_u\":[0,0,1,1],\"knotvector_v\":[0,0,1,1],"
+    "\"size_u\":2,\"size_v\":2,\"control_points\":[[1,0,0],[1,2,0],[0,0,1],[0,2,1]]}]},"
+    "\"fabric\":{\"spacing\":0.2}}";
+
+/* z = x y over [0, 1]^2 as triangles. */
+static struct bytes mesh_part(void) {
+    enum { N = 12 };
+    struct bytes text = {0};
+    bytes_format(&text, "{\"surface\":{\"vertices\":[");
+    for (int k = 0; k < (N + 1) * (N + 1); k++) {
+        double x = (double)(k % (N + 1)) / N, y = k / (N + 1) / (double)N;
+        bytes_format(&text, "%s[%.17g,%.17g,%.17g]", k ? "," : "", x, y, x * y);
+    }
+    bytes_format(&text, "],\"triangles\":[");
+    for (int k = 0; k < N * N; k++) {
+        int a = k / N * (N + 1) + k % N;
+        bytes_format(&text, "%s[%d,%d,%d],[%d,%d,%d]", k ? "," : "", a, a + 1, a + N + 2, a,
+                     a + N + 2, a + N + 1);
+    }
+    bytes_format(&text, "]},\"fabric\":{\"spacing\":0.1}}");
+    return text;
+}
+
+/* ---- tests ---- */
+
+static void check_bits(struct finished *f, size_t row) {
+    struct bytes request = request_of(f, row);
+    struct api_summary s = summary_of(request.data);
+    assert_true(value_at(f, "failure", row) == 0);
+    assert_true(value_at(f, "max_shear_deg", row) == s.max_shear_deg);
+    assert_true(value_at(f, "p95_shear_deg", row) == s.p95_shear_deg);
+    assert_true(value_at(f, "cloth_coverage", row) == s.cloth_coverage);
+    bytes_free(&request);
+}
+
+static void test_study_variants_have_the_numbers_of_their_drapes(void **state) {
+    static const char rest[] = "\"vary\":{\"start\":{\"grid\":7},\"angle_deg\":[0,31,77]},"
+                               "\"objectives\":[\"max_shear_deg\",\"p95_shear_deg\"]";
+    struct bytes parts[] = {saddle(), {0}, mesh_part()};
+    (void)state;
+    bytes_format(&parts[1], "%s", roof);
+    for (size_t k = 0; k < sizeof parts / sizeof *parts; k++) {
+        struct finished f = finish_study(parts[k].data, rest);
+        assert_int_equal(f.rows, 21);
+        for (size_t row = 0; row < f.rows; row++)
+            check_bits(&f, row);
+        free_finished(&f);
+        bytes_free(&parts[k]);
+    }
+}
+
+/* What is not varied stays: a start that the solver chooses, a direction that is a vector. */
+static void test_study_keeps_what_it_does_not_vary(void **state) {
+    struct bytes part =
+        text_replace(roof, "\"fabric\"", "\"start\":{\"face\":1,\"uv\":[0.3,0.4]},\"fabric\"");
+    struct finished f =
+        finish_study(part.data, "\"vary\":{\"pre_shear_deg\":{\"from\":-20,\"to\":20,\"step\":20}},"
+                                "\"objectives\":[\"max_shear_deg\",\"p95_shear_deg\"]");
+    (void)state;
+    assert_int_equal(f.rows, 3);
+    for (size_t row = 0; row < f.rows; row++) {
+        check_bits(&f, row);
+        assert_true(value_at(&f, "face", row) == 1 && value_at(&f, "start_u", row) == 0.3);
+        check_at_most(fabs(value_at(&f, "max_shear_deg", row) - (row == 1 ? 0 : 20)), 0.02);
+    }
+    assert_int_equal(f.columns.study.best[QUANTITY_MAX_SHEAR], 1);
+    free_finished(&f);
+    bytes_free(&part);
+}
+
+static void test_study_has_the_same_bits_on_any_threads(void **state) {
+    struct bytes part = saddle(), container[2] = {{0}, {0}};
+    struct bytes text =
+        study_of(part.data, "\"vary\":{\"start\":{\"grid\":40},\"angle_deg\":[0,20,40,60]},"
+                            "\"objectives\":[\"max_shear_deg\",\"waste_area\"]");
+    size_t first[2];
+    (void)state;
+    for (int k = 0; k < 2; k++) {
+        struct api_problem problem;
+        struct api_columns columns;
+        assert_int_equal(run_study(&text, k ? 5 : 1, &container[k], &problem), API_OK);
+        struct api_reader reader = reader_over(&container[k]);
+        assert_int_equal(api_columns_open(&reader, &columns, &problem), API_OK);
+        first[k] = (size_t)columns.column[0].offset;
+    }
+    assert_int_equal(container[0].length - first[0], container[1].length - first[1]);
+    assert_memory_equal(container[0].data + first[0], container[1].data + first[1],
+                        container[0].length - first[0]);
+    bytes_free(&container[0]);
+    bytes_free(&container[1]);
+    bytes_free(&text);
+    bytes_free(&part);
+}
+
+/* Developable: no shear anywhere, and the flat pattern is the part. */
+static void test_study_objectives_of_a_roof_are_exact(void **state) {
+    struct bytes part = text_replace(roof, "\"spacing\":0.2",
+                                     "\"spacing\":0.2,\"locking_angle_deg\":5,\"thickness\":1,"
+                                     "\"fiber_volume_fraction\":0.5");
+    struct bytes rigid = text_replace(part.data, "{\"surface\"",
+                                      "{\"cavity\":{\"height\":1},"
+                                      "\"surface\"");
+    const double width = 2 * sqrt(2.0), length = 2, area = width * length;
+    struct finished f = finish_study(
+        rigid.data,
+        "\"vary\":{\"start\":{\"points\":[[-0.5,1,0.5],{\"point\":[0.25,0.5,0.75]}]},"
+        "\"angle_deg\":[0,30]},\"wanted_direction\":[0,3,0],\"objectives\":[\"max_shear_deg\","
+        "\"locked_area\",\"uncovered_area\",\"waste_area\",\"angle_deviation_deg\","
+        "\"fiber_volume_fraction_range\"]");
+    (void)state;
+    for (size_t row = 0; row < f.rows; row++) {
+        bool turned = row % 2 == 1;
+        double c = cos(acos(-1) / 6), s = 0.5;
+        double box = (width * c + length * s) * (width * s + length * c);
+        check_at_most(fabs(value_at(&f, "max_shear_deg", row)), 1e-9);
+        check_at_most(value_at(&f, "locked_area", row), 0);
+        check_at_most(value_at(&f, "uncovered_area", row), 1e-12);
+        check_at_most(fabs(value_at(&f, "waste_area", row) - (turned ? box - area : 0)),
+                      1e-3 * area);
+        /* u runs up both faces, across the wanted direction; in cells over the ridge it is bent */
+        check_at_most(fabs(value_at(&f, "angle_deviation_deg", row) - (turned ? 60 : 90)), 0.1);
+        check_at_most(value_at(&f, "fiber_volume_fraction_range", row), 1e-3);
+    }
+    free_finished(&f);
+    bytes_free(&rigid);
+    bytes_free(&part);
+}
+
+/* On the saddle draped from its apex |sin gamma| = |x y| / sqrt((1 + x^2)(1 + y^2)); area and
+ * shares of it by sums over (x, y). */
+static void test_study_objectives_of_a_saddle_are_those_of_the_exact_net(void **state) {
+    enum { N = 1500 };
+    struct bytes coarse = saddle(), part = text_replace(coarse.data, "0.25", "0.05");
+    struct finished f =
+        finish_study(part.data, "\"vary\":{\"start\":{\"points\":[[0,0,0]]},\"angle_deg\":[0]},"
+                                "\"wanted_direction\":[1,0,0],"
+                                "\"objectives\":[\"locked_area\",\"angle_deviation_deg\","
+                                "\"fiber_volume_fraction_range\",\"p95_shear_deg\"]");
+    double locked = 0, all = 0, turned = 0, degree = acos(-1) / 180;
+    (void)state;
+    for (int k = 0; k < N * N; k++) {
+        double x = 2 * (k % N + 0.5) / N, y = 2 * (k / N + 0.5) / N;
+        double own = sqrt(1 + x * x + y * y), sine = x * y / sqrt((1 + x * x) * (1 + y * y));
+        locked += asin(sine) > 20 * degree ? own : 0;
+        all += own;
+        turned += own * acos(own / sqrt((1 + x * x) * (1 + y * y))) / degree;
+    }
+    double cell = 4.0 * 4.0 / (N * (double)N);
+    check_at_most(fabs(value_at(&f, "locked_area", 0) - locked * cell), 1e-3 * all * cell);
+    check_at_most(fabs(value_at(&f, "angle_deviation_deg", 0) - turned / all), 0.01);
+    double most = 0.5 * 0.01 / 0.012 / cos(asin(0.8)), least = 0.5 * 0.01 / 0.012;
+    check_at_most(fabs(value_at(&f, "fiber_volume_fraction_range", 0) - (most - least)), 2e-3);
+    free_finished(&f);
+    bytes_free(&part);
+    bytes_free(&coarse);
+}
+
+/* The front by definition, and the best. */
+static void test_study_front_is_what_nothing_dominates(void **state) {
+    struct bytes part = saddle();
+    struct finished f =
+        finish_study(part.data, "\"vary\":{\"start\":{\"grid\":30},\"angle_deg\":[0,15,30,45,60]},"
+                                "\"limits\":{\"mean_shear_deg\":{\"max\":20}},"
+                                "\"wanted_direction\":[1,2,0],"
+                                "\"objectives\":[\"p95_shear_deg\",\"angle_deviation_deg\"]");
+    static const char *const names[] = {"p95_shear_deg", "angle_deviation_deg"};
+    size_t front = 0, feasible = 0;
+    (void)state;
+    for (size_t a = 0; a < f.rows; a++) {
+        bool keeps = value_at(&f, "mean_shear_deg", a) <= 20, beaten = false;
+        for (size_t b = 0; b < f.rows && keeps; b++) {
+            double d[2];
+            for (int k = 0; k < 2; k++)
+                d[k] = value_at(&f, names[k], b) - value_at(&f, names[k], a);
+            bool other = value_at(&f, "mean_shear_deg", b) <= 20;
+            beaten = beaten || (other && d[0] <= 0 && d[1] <= 0 && (d[0] < 0 || d[1] < 0));
+        }
+        assert_int_equal(value_at(&f, "feasible", a), keeps);
+        assert_int_equal(value_at(&f, "pareto", a), keeps && !beaten);
+        front += keeps && !beaten;
+        feasible += keeps;
+    }
+    check_above(front, 1);
+    check_below(feasible, f.rows);
+    assert_int_equal(f.columns.study.pareto, front);
+    assert_int_equal(f.columns.study.feasible, feasible);
+    assert_int_equal(f.columns.study.hardest, -1);
+    free_finished(&f);
+    bytes_free(&part);
+}
+
+static void test_study_says_which_limit_is_hardest(void **state) {
+    struct bytes part = saddle();
+    struct finished f = finish_study(
+        part.data, "\"vary\":{\"start\":{\"grid\":9}},\"objectives\":[\"waste_area\"],"
+                   "\"limits\":{\"cloth_coverage\":{\"min\":0.5},\"max_shear_deg\":{\"max\":1},"
+                   "\"p95_shear_deg\":{\"max\":80}}");
+    (void)state;
+    assert_int_equal(f.columns.study.feasible, 0);
+    assert_int_equal(f.columns.study.pareto, 0);
+    assert_int_equal(f.columns.study.hardest, QUANTITY_MAX_SHEAR);
+    assert_string_equal(f.columns.study.warnings.list[0].code, "infeasible");
+    assert_string_equal(f.columns.study.warnings.list[0].pointer, "/limits/max_shear_deg");
+    size_t best = (size_t)f.columns.study.best[QUANTITY_WASTE_AREA];
+    for (size_t row = 0; row < f.rows; row++)
+        check_at_least(value_at(&f, "max_shear_deg", row), value_at(&f, "max_shear_deg", best));
+    free_finished(&f);
+    bytes_free(&part);
+}
+
+static void test_study_goes_on_after_a_variant_that_cannot_be_draped(void **state) {
+    struct bytes part = saddle(), document = {0};
+    struct finished f =
+        finish_study(part.data, "\"vary\":{\"start\":{\"points\":[[0,0,0],[9,9,9],[1,1,0]]}},"
+                                "\"objectives\":[\"max_shear_deg\"]");
+    struct api_problem problem = {0};
+    struct api_reader reader = reader_over(&f.container);
+    char buffer[4096];
+    ssize_t length;
+    (void)state;
+    assert_int_equal(f.columns.study.failed, 1);
+    assert_int_equal(value_at(&f, "failure", 1), FAILURE_START_OFF_SURFACE);
+    assert_int_equal(value_at(&f, "feasible", 1), 0);
+    struct encoder *encoder =
+        encoder_new(format_named(FORMAT_RESULT, "json"), &(struct format_source){.reader = &reader},
+                    &(struct format_options){0}, &problem);
+    assert_non_null(encoder);
+    while ((length = encoder_read(encoder, buffer, sizeof buffer)) > 0)
+        bytes_add(&document, buffer, (size_t)length);
+    encoder_free(encoder);
+    json_t *root = json_loadb(document.data, document.length, 0, NULL);
+    json_t *variants = json_object_get(root, "variants");
+    assert_non_null(variants);
+    assert_true(json_is_null(json_array_get(json_object_get(variants, "max_shear_deg"), 1)));
+    assert_string_equal(json_string_value(json_array_get(json_object_get(variants, "failure"), 1)),
+                        "start-off-surface");
+    json_decref(root);
+    bytes_free(&document);
+    free_finished(&f);
+    bytes_free(&part);
+}
+
+/* A task whose variant crashed its process: it is marked, and the others are as they were. */
+static void test_study_marks_variants_that_crash(void **state) {
+    struct bytes part = saddle(), given[2] = {{0}, {0}};
+    struct bytes text = study_of(part.data, "\"vary\":{\"angle_deg\":[0,10,20,30]},"
+                                            "\"objectives\":[\"max_shear_deg\"]");
+    const struct api_input input = input_of(&text);
+    struct api_problem problem = {0};
+    struct api_study_plan plan;
+    (void)state;
+    prepare();
+    struct api_study *study = api_study_open(&input, &api_limits_default, &problem);
+    struct arena *arena = arena_new((size_t)1 << 30);
+    assert_non_null(study);
+    assert_int_equal(api_study_plan(study, &(struct api_study_numbers){0}, arena, &plan, &problem),
+                     API_OK);
+    assert_int_equal(plan.count, 1);
+    assert_int_equal(api_study_task_variants(&plan.tasks[0]), 4);
+    for (int k = 0; k < 2; k++) {
+        struct api_study_task task = plan.tasks[0];
+        const struct api_sink sink = sink_into(&given[k]);
+        if (k)
+            api_study_task_blame(&task, 2);
+        assert_int_equal(api_study_chunk(study, &task, NULL, arena, &sink, &problem), API_OK);
+    }
+    size_t row = given[0].length / 4;
+    assert_int_equal(given[1].length, given[0].length);
+    for (size_t k = 0; k < 4; k++)
+        assert_int_equal(memcmp(given[0].data + k * row, given[1].data + k * row, row) != 0,
+                         k == 2);
+    const struct api_study_numbers numbers = {(const double *)(const void *)given[1].data,
+                                              given[1].length / sizeof(double)};
+    struct finished f = {.rows = 4};
+    const struct api_sink sink = sink_into(&f.container);
+    assert_int_equal(api_study_finish(study, &numbers, 0, arena, &sink, &problem), API_OK);
+    struct api_reader reader = reader_over(&f.container);
+    assert_int_equal(api_columns_open(&reader, &f.columns, &problem), API_OK);
+    assert_int_equal(value_at(&f, "failure", 2), FAILURE_CRASHED);
+    assert_int_equal(f.columns.study.failed, 1);
+    arena_free(arena);
+    api_study_close(study);
+    free_finished(&f);
+    bytes_free(&given[0]);
+    bytes_free(&given[1]);
+    bytes_free(&text);
+    bytes_free(&part);
+}
+
+/* ---- what is refused ---- */
+
+static void check_refused(const char *rest, const char *pointer) {
+    struct bytes part = saddle(), text = study_of(part.data, rest);
+    const struct api_input input = input_of(&text);
+    struct api_problem problem = {0};
+    struct api_check check;
+    prepare();
+    assert_int_equal(api_check_study(&input, &api_limits_default, &check, &problem),
+                     API_INVALID_REQUEST);
+    for (size_t k = 0; k < problem.count; k++)
+        if (strcmp(problem.place[k].pointer, pointer) == 0) {
+            bytes_free(&text);
+            bytes_free(&part);
+            return;
+        }
+    fail_msg("%s: the problem is at %s: %s", rest, problem.place[0].pointer,
+             problem.place[0].detail);
+}
+
+#define MAX "\"objectives\":[\"max_shear_deg\"]"
+
+static void test_study_refuses_by_pointer(void **state) {
+    static const char *const cases[][2] = {
+        {"\"vary\":{}," MAX, "/vary"},
+        {MAX, "/vary"},
+        {"\"vary\":{\"start\":{\"grid\":10000000}}," MAX, "/vary"},
+        {"\"vary\":{\"start\":{\"grid\":0}}," MAX, "/vary/start/grid"},
+        {"\"vary\":{\"start\":{\"grid\":3,\"points\":[[0,0,0]]}}," MAX, "/vary/start"},
+        {"\"vary\":{\"start\":{\"points\":[{\"uv\":[2,0]}]}}," MAX, "/vary/start/points/0/uv"},
+        {"\"vary\":{\"angle_deg\":{\"from\":9,\"to\":0,\"step\":1}}," MAX, "/vary/angle_deg/to"},
+        {"\"vary\":{\"angle_deg\":{\"from\":0,\"to\":9,\"step\":0}}," MAX, "/vary/angle_deg/step"},
+        {"\"vary\":{\"angle_deg\":{\"from\":0,\"to\":180,\"step\":1e-6}}," MAX, "/vary"},
+        {"\"vary\":{\"angle_deg\":[]}," MAX, "/vary/angle_deg"},
+        {"\"vary\":{\"pre_shear_deg\":[85]}," MAX, "/vary/pre_shear_deg/0"},
+        {"\"vary\":{\"angle_deg\":[0]},\"objectives\":[]", "/objectives"},
+        {"\"vary\":{\"angle_deg\":[0]},\"objectives\":[\"beauty\"]", "/objectives/0"},
+        {"\"vary\":{\"angle_deg\":[0]},\"objectives\":[\"waste_area\",\"waste_area\"]",
+         "/objectives/1"},
+        {"\"vary\":{\"angle_deg\":[0]},\"objectives\":[\"angle_deviation_deg\"]",
+         "/wanted_direction"},
+        {"\"vary\":{\"angle_deg\":[0]}," MAX
+         ",\"limits\":{\"max_shear_deg\":{\"min\":9,\"max\":3}}",
+         "/limits/max_shear_deg/min"},
+        {"\"vary\":{\"angle_deg\":[0]}," MAX ",\"limits\":{\"cloth_coverage\":{\"min\":1.5}}",
+         "/limits/cloth_coverage/min"},
+        {"\"vary\":{\"angle_deg\":[0]}," MAX ",\"limits\":{\"beauty\":{\"min\":1}}",
+         "/limits/beauty"},
+        {"\"vary\":{\"angle_deg\":[0]}," MAX ",\"search\":\"guess\"", "/search"},
+        {"\"vary\":{\"start\":{\"radius\":1}}," MAX, "/sample"},
+        {"\"vary\":{\"angle_deg\":[0]}," MAX ",\"sample\":9", "/vary"},
+        {"\"vary\":{\"angle_deg\":[0]}," MAX ",\"colour\":9", "/colour"},
+    };
+    (void)state;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++)
+        check_refused(cases[k][0], cases[k][1]);
+}
+
+static void check_drape_refused(const char *drape, const char *rest, const char *pointer) {
+    struct bytes text = study_of(drape, rest);
+    const struct api_input input = input_of(&text);
+    struct api_problem problem = {0};
+    struct api_check check;
+    prepare();
+    assert_int_not_equal(api_check_study(&input, &api_limits_default, &check, &problem), API_OK);
+    assert_string_equal(problem.place[0].pointer, pointer);
+    bytes_free(&text);
+}
+
+static void test_study_refuses_what_its_drape_lacks(void **state) {
+    static const char vary[] = "\"vary\":{\"angle_deg\":[0]},\"objectives\":[\"";
+    static const char *const cases[][2] = {
+        {"locked_area", "/drape/fabric/locking_angle_deg"},
+        {"k1_ratio_p95", "/drape/permeability"},
+        {"fiber_volume_fraction_range", "/drape/fabric/fiber_volume_fraction"}};
+    (void)state;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char rest[200];
+        snprintf(rest, sizeof rest, "%s%s\"]", vary, cases[k][0]);
+        check_drape_refused(roof, rest, cases[k][1]);
+    }
+    struct bytes fine = text_replace(roof, "0.2", "1e-7");
+    check_drape_refused(fine.data, "\"vary\":{\"angle_deg\":[0]}," MAX, "/drape/fabric/spacing");
+    bytes_free(&fine);
+    struct bytes plane = text_replace(roof, "\"fabric\"",
+                                      "\"generators\":{\"warp\":{\"plane\":[1,0,0]}},\"fabric\"");
+    check_drape_refused(plane.data, "\"vary\":{\"angle_deg\":[0]}," MAX, "/drape/generators/warp");
+    bytes_free(&plane);
+}
+
+static void test_study_is_known_by_its_drape(void **state) {
+    struct bytes part = saddle(), text = study_of(part.data, MAX);
+    (void)state;
+    prepare();
+    assert_true(api_is_study(text.data, text.length, &api_limits_default));
+    assert_false(api_is_study(part.data, part.length, &api_limits_default));
+    assert_false(api_is_study("[", 1, &api_limits_default));
+    bytes_free(&text);
+    bytes_free(&part);
+}
+
+/* Equal studies have equal ids, however they are spelled; others have others. */
+static void test_study_digest_is_of_the_content(void **state) {
+    static const char *const rests[] = {
+        "\"vary\":{\"angle_deg\":[0,10]}," MAX,
+        MAX ",\"search\":\"grid\",\"vary\":{\"angle_deg\":[0.0,1e1]}",
+        "\"vary\":{\"angle_deg\":[0,11]}," MAX,
+        "\"vary\":{\"angle_deg\":[0,10]},\"objectives\":[\"p95_shear_deg\"]",
+        "\"vary\":{\"angle_deg\":[0,10]}," MAX ",\"limits\":{\"max_shear_deg\":{\"max\":30}}",
+        "\"vary\":{\"angle_deg\":[0,10]}," MAX ",\"limits\":{\"max_shear_deg\":{\"max\":31}}"};
+    enum { COUNT = sizeof rests / sizeof *rests };
+    struct bytes part = saddle();
+    struct api_check check[COUNT];
+    (void)state;
+    prepare();
+    for (int k = 0; k < COUNT; k++) {
+        struct bytes text = study_of(part.data, rests[k]);
+        const struct api_input input = input_of(&text);
+        struct api_problem problem = {0};
+        assert_int_equal(api_check_study(&input, &api_limits_default, &check[k], &problem), API_OK);
+        for (int other = 0; other < k; other++)
+            assert_int_equal(strcmp(check[k].digest, check[other].digest) == 0,
+                             k == 1 && other == 0);
+        bytes_free(&text);
+    }
+    assert_int_equal(check[0].variants, 2);
+    bytes_free(&part);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_study_variants_have_the_numbers_of_their_drapes),
+        cmocka_unit_test(test_study_keeps_what_it_does_not_vary),
+        cmocka_unit_test(test_study_has_the_same_bits_on_any_threads),
+        cmocka_unit_test(test_study_objectives_of_a_roof_are_exact),
+        cmocka_unit_test(test_study_objectives_of_a_saddle_are_those_of_the_exact_net),
+        cmocka_unit_test(test_study_front_is_what_nothing_dominates),
+        cmocka_unit_test(test_study_says_which_limit_is_hardest),
+        cmocka_unit_test(test_study_goes_on_after_a_variant_that_cannot_be_draped),
+        cmocka_unit_test(test_study_marks_variants_that_crash),
+        cmocka_unit_test(test_study_refuses_by_pointer),
+        cmocka_unit_test(test_study_refuses_what_its_drape_lacks),
+        cmocka_unit_test(test_study_is_known_by_its_drape),
+        cmocka_unit_test(test_study_digest_is_of_the_content),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
