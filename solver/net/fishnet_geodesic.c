@@ -352,7 +352,7 @@ static enum fishnet_end meet(const struct surface *surface, struct surface_curso
     struct meeting begun = *m;
     struct station start = node->station;
     const double roughly[2] = {fmax(first_accuracy, last), last};
-    const double strictly[2] = {finest_accuracy, finest_accuracy};
+    const double finest = fmax(finest_accuracy, last / 100), strictly[2] = {finest, finest};
     enum fishnet_end end = meet_by(surface, cursor, cell, accuracy, roughly, chords, m, node);
     if (end != FISHNET_NO_CONVERGENCE)
         return end;

@@ -4,6 +4,7 @@
 
 #include "correction.h"
 #include "fishnet_geodesic.h"
+#include "fishnet_length.h"
 #include "rough.h"
 #include "solver/surface/crossing.h"
 #include "yarn.h"
@@ -212,13 +213,36 @@ static void note_told(struct march *march, const struct march_cell *at, const st
 
 /* How far the ends of the geodesics of a rough cell may be apart, by their length, and how accurate
  * their steps are: where edges are arcs elsewhere, that is next to nothing. */
+static const double length_accuracy = 2e-7;
 static const double geodesic_accuracy[] = {1e-11, 1e-12}, rough_accuracy[] = {9e-10, 9e-11};
 
-/* A cell with a rough edge: both yarns to D are geodesics of the spacing's length. */
+/* The surface turns by more than this cosine over a cell that lies across a crease. */
+static const double creased = 0.9;
+
+/* Whether D lies beyond the boundary, where a continuation that bends so unevenly without a crease
+ * is not worth following. */
+static bool is_wild(const struct march *march, const struct fishnet_cell *cell,
+                    const struct station *d) {
+    bool outside = !march->surface->shell && is_outside(march->surface, d->uv);
+    return outside && vec3_dot(cell->b->normal, d->normal) > creased &&
+           vec3_dot(cell->c->normal, d->normal) > creased;
+}
+
+/* A cell with a rough edge: both yarns to D are geodesics of the spacing's length. Where chords led
+ * to a D, `found`, it may be enough to measure them. */
 static enum fishnet_end solve_rough(struct march *march, const struct march_cell *at,
-                                    const struct fishnet_cell *cell, struct fishnet_node *node) {
+                                    const struct fishnet_cell *cell, bool found,
+                                    struct fishnet_node *node) {
     const double *d = march->settings->spacing;
     struct fishnet_yarns yarns;
+    if (found && march->settings->method != DRAPE_GEODESIC) {
+        if (fishnet_length_meet(&march->cursor, cell, d[0], d[1], length_accuracy, &yarns, node)) {
+            march_note_edges(march, at, yarns.start, yarns.end);
+            return FISHNET_FOUND;
+        }
+        if (is_wild(march, cell, &node->station))
+            return FISHNET_NO_CONVERGENCE;
+    }
     if (!turn_as_at_a(march, at, &yarns))
         return FISHNET_NO_CONVERGENCE;
     enum fishnet_end end = fishnet_geodesic_meet(
@@ -230,9 +254,6 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
     return end;
 }
 
-/* The surface turns by more than this cosine over a cell that lies across a crease. */
-static const double creased = 0.9;
-
 /* How the edge from p to q is laid, its chord aside. */
 static bool is_rough_edge(const struct station *p, const struct station *q, double d) {
     double chord = d, curvature = station_normal_curvature(p, vec3_sub(q->jet.r, p->jet.r));
@@ -242,13 +263,16 @@ static bool is_rough_edge(const struct station *p, const struct station *q, doub
 
 /* Whether a cell that found no D by chords may do so by geodesics: one that hangs on a rough edge,
  * or whose A, B and C do not lie on one side of a crease. */
-static bool hangs_on_rough(const struct march *march, const struct fishnet_cell *cell,
+static bool hangs_on_rough(struct march *march, const struct fishnet_cell *cell,
                            enum fishnet_end end) {
     const double *d = march->settings->spacing;
     const struct station *a = cell->a, *b = cell->b, *c = cell->c;
-    return end == FISHNET_NO_CONVERGENCE || vec3_dot(a->normal, b->normal) < creased ||
-           vec3_dot(a->normal, c->normal) < creased || is_rough_edge(a, b, d[1]) ||
-           is_rough_edge(a, c, d[0]);
+    if (vec3_dot(a->normal, b->normal) < creased || vec3_dot(a->normal, c->normal) < creased)
+        return true;
+    if (end == FISHNET_NO_CONVERGENCE)
+        return march->settings->method == DRAPE_GEODESIC || march->surface->shell ||
+               !expected_outside(march, cell);
+    return is_rough_edge(a, b, d[1]) || is_rough_edge(a, c, d[0]);
 }
 
 /* Looks at the edges of a cell that has its D: whether one is rough. Those that are bent get their
@@ -287,7 +311,7 @@ static enum fishnet_end solve_uneven(struct march *march, const struct march_cel
                                       : hangs_on_rough(march, cell, end);
     *laid = rough;
     if (rough)
-        return solve_rough(march, at, cell, node);
+        return solve_rough(march, at, cell, end == FISHNET_FOUND, node);
     double uv[2] = {node->station.uv[0], node->station.uv[1]};
     cell->guess_uv = uv;
     if (bent)

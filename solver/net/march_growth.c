@@ -10,6 +10,7 @@
 #include "march.h"
 
 #include "fishnet_geodesic.h"
+#include "logarithm.h"
 #include "solver/angle.h"
 #include <stdlib.h>
 #include <string.h>
@@ -18,7 +19,7 @@
 static const double flat_sine = 0.17365;
 
 /* How far the end of a yarn that goes straight on is known, as a share of the spacing. */
-static const double geodesic_accuracy = 1e-11, arc_accuracy = 1e-9;
+static const double geodesic_accuracy = 1e-11, arc_accuracy = 1e-7;
 
 struct place {
     int32_t i, j;
@@ -294,7 +295,12 @@ static bool yarn_between(struct march *march, int32_t i, int32_t j, int di, int 
         !march_yarn(march, i + di, j + dj, -di, -dj, to, &back))
         return false;
     *arrive = vec3_scale(-1, back);
-    if (march->settings->method != DRAPE_BASIC)
+    struct logarithm l;
+    if (march->settings->method != DRAPE_BASIC && march->settings->method != DRAPE_GEODESIC &&
+        logarithm_find(&march->cursor, from, to, arc_accuracy, &l)) {
+        *leave = l.leave;
+        *arrive = l.arrive;
+    } else if (march->settings->method != DRAPE_BASIC)
         (void)fishnet_geodesic_between(march->surface, &march->cursor, from, to,
                                        march->settings->method == DRAPE_GEODESIC ? geodesic_accuracy
                                                                                  : arc_accuracy,

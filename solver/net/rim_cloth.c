@@ -2,7 +2,7 @@
 #include "rim_cloth.h"
 
 #include "fishnet_geodesic.h"
-#include "rough.h"
+#include "logarithm.h"
 
 /* How far beyond the net, in spacings, corners are extrapolated at the most. */
 enum { LAYERS = 3 };
@@ -273,7 +273,7 @@ static bool is_near(const struct rim_cloth *cloth, const struct rim_place *place
 /* ---- places near rough edges ---- */
 
 /* How well a place is known from a corner that is far, by the length between them. */
-static const double seen_accuracy = 1e-9;
+static const double seen_accuracy = 1e-5;
 
 /* A corner of a cell that a place is seen from. */
 struct corner {
@@ -297,28 +297,6 @@ static bool find_corner(struct march *march, int32_t i, int32_t j, int a, int b,
     return true;
 }
 
-/* What a geodesic may turn by in all, change its curvature by and miss the arc of the mean of it by
- * to be taken for one: its length and direction are then right to some 1e-3 of it. */
-static const double arc_turn = 0.6, arc_change = 0.15, arc_misfit = 0.02;
-
-/* The geodesic from one station to another as an arc, where it is one: its logarithm. */
-static bool arc_between(struct rim_cloth *cloth, const struct station *from,
-                        const struct station *to, struct vec3 *logarithm) {
-    struct vec3 chord = vec3_sub(to->jet.r, from->jet.r);
-    double length = vec3_norm(chord), k = station_normal_curvature(from, chord);
-    double change = (station_normal_curvature(to, chord) - k) * length;
-    double turn = k * length + change / 2, rise = turn / 2 * length;
-    double misfit =
-        fabs(vec3_dot(chord, from->normal) - rise) + fabs(vec3_dot(chord, to->normal) + rise);
-    if (!(fabs(turn) < arc_turn && fabs(change) < arc_change && misfit < arc_misfit * length) ||
-        from->surface != to->surface)
-        return false;
-    struct vec3 direction =
-        rough_leave(from->surface, &cloth->march->cursor, from, to->uv, to->jet.r);
-    *logarithm = vec3_scale(length * (1 + turn * turn / 24), direction);
-    return true;
-}
-
 /* p and q of the place `to` by its geodesic from the corner. */
 static bool see_from(struct rim_cloth *cloth, const struct corner *corner, const struct station *to,
                      double pq[2]) {
@@ -333,14 +311,16 @@ static bool see_from(struct rim_cloth *cloth, const struct corner *corner, const
     pq[1] = corner->j;
     if (vec3_distance(to->jet.r, corner->station.jet.r) < last_step * fmin(d[0], d[1]))
         return true;
-    struct vec3 logarithm;
-    if (!arc_between(cloth, &corner->station, to, &logarithm)) {
-        if (!fishnet_geodesic_between(cloth->march->surface, &cloth->march->cursor,
-                                      &corner->station, to, seen_accuracy, &length, &start, &end))
-            return false;
-        logarithm = vec3_scale(length, start);
+    struct logarithm l;
+    if (logarithm_find(&cloth->march->cursor, &corner->station, to, seen_accuracy, &l)) {
+        length = l.length;
+        start = l.leave;
+    } else if (!fishnet_geodesic_between(cloth->march->surface, &cloth->march->cursor,
+                                         &corner->station, to, seen_accuracy, &length, &start,
+                                         &end)) {
+        return false;
     }
-    if (!components(&frame, logarithm, ab))
+    if (!components(&frame, vec3_scale(length, start), ab))
         return false;
     pq[0] += ab[0];
     pq[1] += ab[1];

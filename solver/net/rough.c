@@ -94,27 +94,57 @@ static double joint_angle(const double near[2], const double far[2], double c2, 
                  far[0] * beyond * beyond * (near[1] * s / 2 + far[1] * beyond / 6));
 }
 
-struct vec3 rough_leave(const struct surface *surface, struct surface_cursor *cursor,
-                        const struct station *p, const double to_uv[2], struct vec3 to) {
-    double near[2], far[2]; /* curvature, torsion */
-    struct station q;
-    struct vec3 chord = vec3_sub(to, p->jet.r), t = station_tangent(p, chord);
-    struct vec3 beside = vec3_cross(p->normal, t);
-    double c2 = vec3_norm2(chord), rise = vec3_dot(chord, p->normal);
-    bend_along(p, t, &near[0], &near[1]);
-    double arc = near[0] * c2 / 2;
-    if (!surface || !(fabs(rise - arc) > other_side * fabs(arc) + least_rise * sqrt(c2)) ||
-        !station_at(surface, cursor, to_uv, &q))
-        return vec3_unit(vec3_axpy(helix_angle(p, beside, near[0], near[1], c2), beside, t));
-    struct vec3 along = station_tangent(&q, chord);
-    bend_along(&q, along, &far[0], &far[1]);
-    double angle = joint_angle(near, far, c2, rise);
-    double bend = fmax(fabs(near[0]), fabs(far[0])) * sqrt(c2);
-    if (vec3_norm(vec3_sub(q.normal, p->normal)) > 2 * bend + least_fold) {
-        t = station_tangent(p, unfolded(along, q.normal, p->normal));
-        angle = far[0] * far[1] * c2 / 6;
+/* An edge as it sets off from p: its chord, that in the tangent plane, curvature and torsion there,
+ * and whether its rise tells of a joint on the way. */
+struct departure {
+    struct vec3 chord, along;
+    double c2, rise, near[2];
+    bool over_joint;
+};
+
+static struct departure departure(const struct station *p, struct vec3 to) {
+    struct departure d = {.chord = vec3_sub(to, p->jet.r)};
+    d.along = station_tangent(p, d.chord);
+    d.c2 = vec3_norm2(d.chord);
+    d.rise = vec3_dot(d.chord, p->normal);
+    bend_along(p, d.along, &d.near[0], &d.near[1]);
+    double arc = d.near[0] * d.c2 / 2;
+    d.over_joint = fabs(d.rise - arc) > other_side * fabs(arc) + least_rise * sqrt(d.c2);
+    return d;
+}
+
+static struct vec3 leave_as_helix(const struct station *p, const struct departure *d) {
+    struct vec3 beside = vec3_cross(p->normal, d->along);
+    double angle = helix_angle(p, beside, d->near[0], d->near[1], d->c2);
+    return vec3_unit(vec3_axpy(angle, beside, d->along));
+}
+
+static struct vec3 leave_over_joint(const struct station *p, const struct departure *d,
+                                    const struct station *q) {
+    double far[2];
+    struct vec3 t = d->along, along = station_tangent(q, d->chord);
+    bend_along(q, along, &far[0], &far[1]);
+    double angle = joint_angle(d->near, far, d->c2, d->rise);
+    double bend = fmax(fabs(d->near[0]), fabs(far[0])) * sqrt(d->c2);
+    if (vec3_norm(vec3_sub(q->normal, p->normal)) > 2 * bend + least_fold) {
+        t = station_tangent(p, unfolded(along, q->normal, p->normal));
+        angle = far[0] * far[1] * d->c2 / 6;
     }
     return vec3_unit(vec3_axpy(angle, vec3_cross(p->normal, t), t));
+}
+
+struct vec3 rough_leave(const struct surface *surface, struct surface_cursor *cursor,
+                        const struct station *p, const double to_uv[2], struct vec3 to) {
+    struct station q;
+    struct departure d = departure(p, to);
+    if (!surface || !d.over_joint || !station_at(surface, cursor, to_uv, &q))
+        return leave_as_helix(p, &d);
+    return leave_over_joint(p, &d, &q);
+}
+
+struct vec3 rough_leave_to(const struct station *p, const struct station *q) {
+    struct departure d = departure(p, q->jet.r);
+    return d.over_joint ? leave_over_joint(p, &d, q) : leave_as_helix(p, &d);
 }
 
 /* The turn of an edge in its normal plane, as it goes from one end to the other, in Legendre's
@@ -122,6 +152,8 @@ struct vec3 rough_leave(const struct surface *surface, struct surface_cursor *cu
 struct turn {
     double of[4];    /* of order 1 to 4 */
     double sideways; /* by torsion: of order 2, to the side */
+    double wound;    /* what torsion may leave wrong of the length, as a share of it */
+    double unsure;   /* and of the angle at which it leaves */
 };
 
 static double arcsine(double x) {
@@ -131,9 +163,17 @@ static double arcsine(double x) {
     return angle_atan2_deg(x, sqrt(fmax(1 - x2, 0))) * (ANGLE_PI / 180);
 }
 
+/* What is left out of a helix, from curvatures and torsions times the length: of the length, and of
+ * its angle where they change, and where there is much of them. */
+static void find_unsure(double k0, double k1, double t0, double t1, struct turn *turn) {
+    double bend = (k0 * k0 + k1 * k1 + t0 * t0 + t1 * t1) / 2;
+    turn->wound = turn->sideways * turn->sideways * bend / 4;
+    turn->unsure = fabs(k1 * t1 - k0 * t0) / 12 + fabs(k1 * t1 + k0 * t0) * bend * bend / 64;
+}
+
 /* The turn that has the curvatures at both ends, the angle between the normals there and, as its
- * mean, the direction of the chord: what the curvatures of p and q say of the edge between them to
- * fourth order. */
+ * mean, the direction of the chord: what the curvatures of p and q say of the edge between them,
+ * d long, or as an arc would be where d is 0, to fourth order. */
 static struct turn turn_between(const struct station *p, const struct station *q, double d) {
     struct vec3 chord = vec3_sub(q->jet.r, p->jet.r), along = vec3_unit(chord);
     double c2 = vec3_norm2(chord), curvature[2], torsion[2];
@@ -141,13 +181,17 @@ static struct turn turn_between(const struct station *p, const struct station *q
     bend_along(q, station_tangent(q, along), &curvature[1], &torsion[1]);
     double rise_p = vec3_dot(along, p->normal), rise_q = -vec3_dot(along, q->normal);
     double mean = arcsine(rise_p), half = (mean + arcsine(rise_q)) / 2;
+    if (!(d > 0))
+        d = sqrt(c2) / angle_sinc(half);
     /* the geodesic leaves beside the chord, by rough_leave's angle */
     double a = curvature[0] * (1 + torsion[0] * torsion[0] * c2 / 3) * d;
     double b = curvature[1] * (1 + torsion[1] * torsion[1] * c2 / 3) * d;
     double third = ((a + b) / 4 - half) / 5;
     double fourth = ((b - a) / 4 - 3 * (half - mean)) / 7;
-    return (struct turn){{half - third, half - mean - fourth, third, fourth},
-                         fabs((a + b) * (torsion[0] + torsion[1])) * d / 48};
+    struct turn turn = {.of = {half - third, half - mean - fourth, third, fourth},
+                        .sideways = fabs((a + b) * (torsion[0] + torsion[1])) * d / 48};
+    find_unsure(a, b, torsion[0] * d, torsion[1] * d, &turn);
+    return turn;
 }
 
 /* The chord by its length: the mean cosine of the turn. */
@@ -160,6 +204,16 @@ static double chord_share(const struct turn *turn) {
 /* What the chord may be wrong by, by its length. */
 static double error_of(const struct turn *turn) {
     return missed * (turn->of[2] * turn->of[2] + turn->of[3] * turn->of[3]);
+}
+
+bool rough_length(const struct station *p, const struct station *q, double *length, double *error,
+                  double *angle) {
+    struct turn turn = turn_between(p, q, 0);
+    double share = chord_share(&turn);
+    *length = vec3_distance(p->jet.r, q->jet.r) / share;
+    *error = error_of(&turn) + turn.wound;
+    *angle = turn.unsure;
+    return fabs(turn.of[0]) < turn_most && share > 0.5 && isfinite(*error);
 }
 
 /* |K| d^2, the larger of both ends. */

@@ -14,7 +14,9 @@ enum {
     JOINT_ROUNDS = 8,  /* steps, each half of the last, to a joint */
     JOINT_PIECES = 4,  /* straight ones, in which joints are sought along a step */
     FAILURES_MAX = 40, /* steps of one advance that were too long */
-    FAILURES_OUTSIDE = 8
+    FAILURES_OUTSIDE = 8,
+    STEPS_MAX = 40,    /* steps of one advance in one span, */
+    STEPS_OUTSIDE = 12 /* and beyond an open boundary */
 };
 
 /* Local error allowed, as a share of the step, unless the owner of the path says more. */
@@ -606,9 +608,9 @@ static bool touch_edge(struct path *g, const struct event *event, vec4 y, double
     return false;
 }
 
-/* Steps that were too long in one advance, and the length of it. */
+/* Of one advance: steps that were too long, steps since the last edge of a span, and the length. */
 struct effort {
-    int failures;
+    int failures, steps;
     double whole;
 };
 
@@ -809,11 +811,19 @@ void path_follow_net(struct path *path, double d) {
     path->accuracy = fmin(fmax(share_of_net * bend * bend, net_accuracy[0]), net_accuracy[1]);
 }
 
+/* Whether an advance makes so many steps that it leads nowhere. Towards a pole many are needed. */
+static bool is_endless(const struct path *g, struct effort *effort) {
+    int most = is_outside(g) ? STEPS_OUTSIDE : STEPS_MAX;
+    return effort->steps++ >= most && !g->surface->has_poles;
+}
+
 /* Steps, the first with the number `round`, until `remaining` is gone. */
 static bool go_on(struct path *path, double remaining, struct effort *effort, int round) {
     for (; round < rounds_max && remaining > 0; round++) {
-        if (far_outside(path))
+        if (far_outside(path) || is_endless(path, effort))
             return false;
+        const struct surface *surface = path->surface;
+        const int span[2] = {path->span[0], path->span[1]};
         struct vec3 pole;
         bool at_pole;
         double gone = 0, h = cap_step(path, remaining, &pole, &at_pole);
@@ -826,6 +836,8 @@ static bool go_on(struct path *path, double remaining, struct effort *effort, in
             return false;
         path->ahead = 0;
         remaining -= gone;
+        if (path->surface != surface || path->span[0] != span[0] || path->span[1] != span[1])
+            effort->steps = 0;
     }
     if (remaining < 0)
         path->ahead = -remaining;

@@ -36,6 +36,7 @@ struct surface_axis {
     double *breaks;  /* span_count + 1 increasing parameters */
     double *rates;   /* 1 / length of each span */
     double *middles; /* of each span */
+    bool *joints;    /* of each of the breaks, whether curvature may jump there */
     double origin;   /* the caller's parameter of inner parameter 0, and of both ends */
     double outer[2];
     double factor; /* c above; 1: none */

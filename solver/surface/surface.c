@@ -53,6 +53,14 @@ static void extract_span(const struct nurbs_axis *axis, int l, struct extraction
     }
 }
 
+/* Of the knot that is the last one at its place. */
+static int multiplicity(const struct nurbs_axis *from, int last) {
+    int first = last;
+    while (first > 0 && from->knots[first - 1] == from->knots[last])
+        first--;
+    return last - first + 1;
+}
+
 /* Finds the spans of one direction; `extractions` gets one entry each. */
 static enum status cut_axis(const struct nurbs_axis *from, struct arena *arena,
                             struct surface_axis *axis, struct extraction **extractions) {
@@ -61,8 +69,9 @@ static enum status cut_axis(const struct nurbs_axis *from, struct arena *arena,
     axis->breaks = arena_alloc(arena, (size_t)(n - p + 1), sizeof *axis->breaks);
     axis->rates = arena_alloc(arena, (size_t)(n - p), sizeof *axis->rates);
     axis->middles = arena_alloc(arena, (size_t)(n - p), sizeof *axis->middles);
+    axis->joints = arena_alloc(arena, (size_t)(n - p + 1), sizeof *axis->joints);
     *extractions = arena_alloc(arena, (size_t)(n - p), sizeof **extractions);
-    if (!axis->breaks || !axis->rates || !axis->middles || !*extractions)
+    if (!axis->breaks || !axis->rates || !axis->middles || !axis->joints || !*extractions)
         return STATUS_OUT_OF_MEMORY;
     axis->factor = 1;
     axis->outer[0] = from->knots[p];
@@ -72,9 +81,11 @@ static enum status cut_axis(const struct nurbs_axis *from, struct arena *arena,
         if (!(from->knots[l + 1] > from->knots[l]))
             continue;
         axis->breaks[count] = from->knots[l] - axis->origin;
+        axis->joints[count] = count == 0 || p - multiplicity(from, l) < 2;
         extract_span(from, l, &(*extractions)[count++]);
     }
     axis->breaks[count] = from->knots[n] - axis->origin;
+    axis->joints[count] = true;
     axis->span_count = count;
     return STATUS_OK;
 }

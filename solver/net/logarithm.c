@@ -1,0 +1,314 @@
+/* SPDX-License-Identifier: MIT */
+#include "logarithm.h"
+
+#include "rough.h"
+#include "solver/surface/spans.h"
+
+enum { PIECES = 16, JOINTS = 6, SWEEPS = 6, PULLS = 6, ALONG = -1 };
+
+/* Over pieces whose normals differ by more than this, as a cosine, nothing is told. */
+static const double least_cosine = 0.3;
+
+/* A place that is put on the path is this near to where it was to be, as a share of the piece. */
+static const double pull_share = 0.02;
+
+/* Pieces that meet at less than this angle, by the root of the accuracy, need not be moved for
+ * good; and directions are as exact as this by the same. */
+static const double last_angle = 3, angle_share = 0.3;
+
+/* Knot lines nearer to an end than this, as a share of the way, do not lie between the ends. */
+static const double joint_slack = 1e-9;
+
+/* The least sine between the path and a knot line that it crosses. */
+static const double least_crossing = 0.2;
+
+/* The sine of the angle by which normals on both sides of a knot line differ at a crease. */
+static const double creased = 1e-6;
+
+/* The places from p to q and the pieces between them. A place within is a station, or one for
+ * either side of a knot line of direction `axis`. */
+struct chain {
+    struct surface_cursor *cursor;
+    double accuracy, whole;
+    int pieces, used;
+    struct station *from[PIECES], *to[PIECES];
+    int axis[PIECES + 1]; /* of the place at the beginning of each piece; ALONG: none */
+    double length[PIECES];
+    bool told[PIECES];
+    struct station stations[2 * PIECES];
+};
+
+static void measure(struct chain *c, int k) {
+    double error, angle;
+    c->told[k] = vec3_dot(c->from[k]->normal, c->to[k]->normal) > least_cosine &&
+                 rough_length(c->from[k], c->to[k], &c->length[k], &error, &angle) &&
+                 error * c->length[k] < c->accuracy * c->whole &&
+                 angle < angle_share * sqrt(c->accuracy);
+}
+
+/* ---- knot lines ---- */
+
+struct joint {
+    int axis;
+    double at, share; /* the parameter of the axis, and the share of the way */
+};
+
+/* The knot lines of direction k between p and q at which curvature may jump. False when there are
+ * too many. */
+static bool find_joints(const struct station *p, const struct station *q, int k,
+                        struct joint joint[], int *count) {
+    const struct surface_axis *axis = &p->surface->axis[k];
+    double from = p->uv[k], way = q->uv[k] - from, wrapped = surface_axis_wrap(axis, from);
+    double period = surface_axis_upper(axis) - surface_axis_lower(axis), turn = from - wrapped;
+    int up = way > 0, last = axis->span_count, b = surface_axis_span(axis, 0, wrapped) + up;
+    if (!(fabs(way) > 0))
+        return true;
+    for (;; b += up ? 1 : -1) {
+        if (axis->closed && (up ? b > last : b < 0)) {
+            turn += up ? period : -period;
+            b = up ? 1 : last - 1;
+        }
+        bool end = b <= 0 || b >= last;
+        if (b < 0 || b > last || (end && !axis->closed))
+            return true;
+        double at = axis->breaks[b] + turn, share = (at - from) / way;
+        if (!(share < 1 - joint_slack))
+            return true;
+        if (share <= joint_slack || !axis->joints[b])
+            continue;
+        if (*count == JOINTS)
+            return false;
+        int n = (*count)++;
+        for (; n > 0 && joint[n - 1].share > share; n--)
+            joint[n] = joint[n - 1];
+        joint[n] = (struct joint){k, at, share};
+    }
+}
+
+/* The station at uv as the span has it in which `towards` lies. */
+static bool station_beside(const struct surface *surface, const double uv[2],
+                           const double towards[2], struct station *station) {
+    int span[2];
+    double at[2];
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &surface->axis[k];
+        double wrapped = surface_axis_wrap(axis, towards[k]);
+        span[k] = surface_axis_span(axis, 0, wrapped);
+        at[k] = uv[k] - (towards[k] - wrapped);
+        station->uv[k] = uv[k];
+    }
+    surface_evaluate_span(surface, span[0], span[1], at[0], at[1], &station->jet);
+    return station_complete(surface, station);
+}
+
+/* Evaluates both ends of piece k in the span that it runs through. */
+static bool place_ends(const struct surface *surface, struct chain *c, int k) {
+    double middle[2];
+    for (int n = 0; n < 2; n++)
+        middle[n] = (c->from[k]->uv[n] + c->to[k]->uv[n]) / 2;
+    return station_beside(surface, c->from[k]->uv, middle, c->from[k]) &&
+           station_beside(surface, c->to[k]->uv, middle, c->to[k]);
+}
+
+/* Cuts the way from p to q at the knot lines. */
+static bool cut(struct chain *c, const struct station *p, const struct station *q) {
+    struct joint joint[JOINTS];
+    int count = 0;
+    if (!find_joints(p, q, 0, joint, &count) || !find_joints(p, q, 1, joint, &count))
+        return false;
+    c->pieces = count + 1;
+    c->used = 2 * c->pieces;
+    for (int k = 0; k < c->pieces; k++) {
+        c->from[k] = &c->stations[2 * k];
+        c->to[k] = &c->stations[2 * k + 1];
+        c->axis[k] = k > 0 ? joint[k - 1].axis : ALONG;
+    }
+    *c->from[0] = *p;
+    *c->to[count] = *q;
+    for (int k = 0; k < count; k++) {
+        for (int n = 0; n < 2; n++)
+            c->to[k]->uv[n] = p->uv[n] + joint[k].share * (q->uv[n] - p->uv[n]);
+        c->to[k]->uv[joint[k].axis] = joint[k].at;
+        *c->from[k + 1] = *c->to[k];
+    }
+    for (int k = 0; k < c->pieces; k++)
+        if (count > 0 && !place_ends(p->surface, c, k))
+            return false;
+    return vec3_norm(vec3_cross(c->from[0]->normal, p->normal)) < creased &&
+           vec3_norm(vec3_cross(c->to[count]->normal, q->normal)) < creased;
+}
+
+/* ---- places within spans ---- */
+
+/* The station next to the point `target`, of which `from` is the place to begin at. */
+static bool pull_to(struct chain *c, const struct station *from, struct vec3 target, double enough,
+                    struct station *to) {
+    struct station begin = *from;
+    for (int pull = 0; pull < PULLS; pull++) {
+        double uv[2];
+        struct vec3 step = vec3_sub(target, begin.jet.r);
+        if (!station_pull(begin.surface, c->cursor, &begin, step, uv) ||
+            !station_at(begin.surface, c->cursor, uv, to))
+            return false;
+        struct vec3 left = station_projection(to, vec3_sub(target, to->jet.r));
+        if (vec3_norm2(left) < enough * enough)
+            return true;
+        begin = *to;
+    }
+    return false;
+}
+
+/* Puts a place in the middle of piece k, on the cubic that leaves its ends as the yarn does. */
+static bool split(struct chain *c, int k) {
+    struct station *p = c->from[k], *q = c->to[k];
+    double length = vec3_distance(p->jet.r, q->jet.r);
+    if (c->pieces == PIECES)
+        return false;
+    struct vec3 bulge = vec3_add(rough_leave_to(p, q), rough_leave_to(q, p));
+    struct vec3 middle = vec3_scale(0.5, vec3_add(p->jet.r, q->jet.r));
+    struct vec3 target = vec3_axpy(length / 8, bulge, middle);
+    struct station *to = &c->stations[c->used++];
+    if ((!pull_to(c, p, target, pull_share * length, to) &&
+         !pull_to(c, q, target, pull_share * length, to)) ||
+        !(vec3_norm2(vec3_sub(to->jet.r, middle)) < length * length / 9))
+        return false;
+    for (int n = c->pieces++; n > k; n--) {
+        c->from[n] = c->from[n - 1];
+        c->to[n] = c->to[n - 1];
+        c->axis[n] = c->axis[n - 1];
+        c->length[n] = c->length[n - 1];
+        c->told[n] = c->told[n - 1];
+    }
+    c->to[k] = c->from[k + 1] = to;
+    c->axis[k + 1] = ALONG;
+    return true;
+}
+
+/* ---- a straight line of pieces ---- */
+
+static struct vec3 knot_line(const struct station *at, int axis) {
+    return vec3_unit(axis == 0 ? at->jet.v : at->jet.u);
+}
+
+/* The sine of the angle to the left by which piece k goes on from the one before; measured against
+ * the knot line that they meet on, on both sides of it. False where they turn back. */
+static bool turn_at(const struct chain *c, int k, double *sine) {
+    const struct station *before = c->to[k - 1], *after = c->from[k];
+    struct vec3 back = rough_leave_to(before, c->from[k - 1]);
+    struct vec3 onward = rough_leave_to(after, c->to[k]);
+    if (c->axis[k] == ALONG) {
+        *sine = vec3_dot(vec3_cross(onward, back), after->normal);
+        return vec3_dot(onward, back) < 0;
+    }
+    struct vec3 line[2] = {knot_line(before, c->axis[k]), knot_line(after, c->axis[k])};
+    double c0 = -vec3_dot(line[0], back), c1 = vec3_dot(line[1], onward);
+    double s0 = -vec3_dot(vec3_cross(line[0], back), before->normal);
+    double s1 = vec3_dot(vec3_cross(line[1], onward), after->normal);
+    *sine = s1 * c0 - c1 * s0;
+    return c0 * c1 + s0 * s1 > 0 && fabs(s0) > least_crossing;
+}
+
+/* The angles a_k at the places within, and the moves x_k that take them away. The largest angle;
+ * infinite where there is no straight line. */
+static double straighten(const struct chain *c, double angle[], double move[]) {
+    double most = 0, upper[PIECES], inverse[PIECES];
+    for (int k = 0; k < c->pieces; k++)
+        inverse[k] = 1 / c->length[k];
+    for (int k = 1; k < c->pieces; k++) {
+        if (!turn_at(c, k, &angle[k]))
+            return HUGE_VAL;
+        most = fmax(most, fabs(angle[k]));
+        double own = inverse[k - 1] + inverse[k], right = angle[k];
+        if (k > 1) {
+            own -= inverse[k - 1] * upper[k - 1];
+            right += inverse[k - 1] * move[k - 1];
+        }
+        upper[k] = inverse[k] / own;
+        move[k] = right / own;
+    }
+    for (int k = c->pieces - 2; k >= 1; k--)
+        move[k] += upper[k] * move[k + 1];
+    return most;
+}
+
+/* Moves place k to the left of the path by x, on a knot line along that. */
+static bool move_place(struct chain *c, int k, double x) {
+    struct station *here = c->from[k];
+    struct vec3 along = station_tangent(here, vec3_sub(c->to[k]->jet.r, here->jet.r));
+    struct vec3 left = vec3_cross(here->normal, along);
+    if (c->axis[k] == ALONG) {
+        struct station begin = *here;
+        return pull_to(c, &begin, vec3_axpy(x, left, here->jet.r), pull_share * c->length[k], here);
+    }
+    int n = 1 - c->axis[k];
+    struct vec3 by = n == 0 ? here->jet.u : here->jet.v;
+    double rate = vec3_dot(by, left);
+    if (!(fabs(rate) > least_crossing * vec3_norm(by)))
+        return false;
+    here->uv[n] += x / rate;
+    c->to[k - 1]->uv[n] = here->uv[n];
+    return true;
+}
+
+static bool move_places(struct chain *c, const double move[]) {
+    const struct surface *surface = c->from[0]->surface;
+    for (int k = 1; k < c->pieces; k++)
+        if (!move_place(c, k, move[k]))
+            return false;
+    for (int k = 0; k < c->pieces; k++) {
+        if ((c->axis[k] != ALONG || (k + 1 < c->pieces && c->axis[k + 1] != ALONG)) &&
+            !place_ends(surface, c, k))
+            return false;
+    }
+    for (int k = 0; k < c->pieces; k++)
+        measure(c, k);
+    return true;
+}
+
+/* The logarithm of a chain, its first and last pieces turned by the moves that are left. */
+static void conclude(const struct chain *c, const double angle[], const double move[],
+                     struct logarithm *l) {
+    int last = c->pieces - 1;
+    struct vec3 leave = rough_leave_to(c->from[0], c->to[0]);
+    struct vec3 arrive = vec3_scale(-1, rough_leave_to(c->to[last], c->from[last]));
+    double first = last > 0 ? move[1] / c->length[0] : 0;
+    double end = last > 0 ? -move[last] / c->length[last] : 0;
+    l->length = c->length[0];
+    for (int k = 1; k < c->pieces; k++)
+        l->length += c->length[k] - angle[k] * move[k] / 2;
+    l->leave = vec3_unit(vec3_axpy(first, vec3_cross(c->from[0]->normal, leave), leave));
+    l->arrive = vec3_unit(vec3_axpy(end, vec3_cross(c->to[last]->normal, arrive), arrive));
+}
+
+bool logarithm_find(struct surface_cursor *cursor, const struct station *p, const struct station *q,
+                    double accuracy, struct logarithm *logarithm) {
+    struct chain c;
+    double angle[PIECES], move[PIECES + 1], enough = last_angle * sqrt(accuracy);
+    c.cursor = cursor;
+    c.accuracy = accuracy;
+    c.whole = vec3_distance(p->jet.r, q->jet.r);
+    if (p->surface != q->surface || !station_is_regular(p) || !station_is_regular(q) ||
+        !(c.whole > 0) || !cut(&c, p, q))
+        return false;
+    for (int k = 0; k < c.pieces; k++)
+        measure(&c, k);
+    for (int k = 0; k < c.pieces;) {
+        if (c.told[k]) {
+            k++;
+            continue;
+        }
+        if (!split(&c, k))
+            return false;
+        measure(&c, k);
+        measure(&c, k + 1);
+    }
+    for (int sweep = 0; c.pieces > 1; sweep++) {
+        double most = straighten(&c, angle, move);
+        if (most <= enough)
+            break;
+        if (!(most < 1) || sweep == SWEEPS || !move_places(&c, move))
+            return false;
+    }
+    conclude(&c, angle, move, logarithm);
+    return isfinite(logarithm->length);
+}
