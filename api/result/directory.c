@@ -156,6 +156,11 @@ void directory_read(const struct json_tree *tree, struct api_columns *columns) {
     }
 }
 
+char *api_columns_summary_json(const struct api_columns *columns) {
+    return columns->document == API_DOCUMENT_STUDY ? api_study_summary_json(&columns->study, 0)
+                                                   : api_summary_json(&columns->summary, 0);
+}
+
 const struct api_column *api_columns_find(const struct api_columns *columns, enum api_table table,
                                           const char *name) {
     for (size_t i = 0; i < columns->count; i++)

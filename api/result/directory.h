@@ -57,6 +57,10 @@ const struct api_column *api_columns_find(const struct api_columns *columns, enu
 /* The rows that every column of the table has. */
 size_t api_columns_rows(const struct api_columns *columns, enum api_table table);
 
+/* The summary of a drape or study as a malloc'ed string that the caller frees, with no time of
+ * waiting; NULL without memory. */
+char *api_columns_summary_json(const struct api_columns *columns);
+
 /* The contract's `grid`. */
 void directory_write_grid(struct api_text *text, const struct api_grid *grid);
 

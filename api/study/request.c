@@ -3,6 +3,7 @@
 
 #include "api/json/text.h"
 #include "api/request/digest.h"
+#include "api/request/normalise.h"
 #include "api/request/parts.h"
 #include <math.h>
 #include <string.h>
@@ -95,8 +96,11 @@ static bool decode_point(const struct json_place *place, const struct api_reques
         return ok;
     }
     decode_start(place, &with);
-    *point = (struct study_point){
-        s->start_kind, s->start_face, {s->start_uv[0], s->start_uv[1]}, s->start_point};
+    *point = (struct study_point){.kind = s->start_kind,
+                                  .on_face = with.start_on_face,
+                                  .face = s->start_face,
+                                  .uv = {s->start_uv[0], s->start_uv[1]},
+                                  .point = s->start_point};
     return place->tree->problem->id == API_OK;
 }
 
@@ -272,7 +276,6 @@ static void decode_wanted(const struct json_place *root, struct study_request *r
     r->wanted = vec3_make(v[0], v[1], v[2]);
     if (vec3_norm(r->wanted) < decode_lengths.low)
         place_fault(&place, "must be longer than %g", decode_lengths.low);
-    r->wanted = vec3_unit(r->wanted);
 }
 
 /* ---- how ---- */
@@ -363,62 +366,134 @@ enum api_problem_id study_decode(const struct api_input *input, const struct api
     return problem->id;
 }
 
-/* ---- its id ---- */
+/* ---- as it was understood ---- */
 
 static void write_angles(struct api_text *text, const char *key, const struct study_angles *a) {
+    if (a->count == 0 && !(a->deviation > 0))
+        return;
     api_text_key(text, key);
-    api_text_raw(text, "[");
-    for (size_t k = 0; k < a->count && a->values; k++) {
-        api_text_raw(text, k ? "," : "");
-        api_text_number(text, a->values[k]);
+    if (a->values) {
+        api_text_numbers(text, a->values, a->count);
+        return;
     }
-    api_text_raw(text, "]");
-    api_text_numbers(text, (const double[]){a->from, a->to, a->step, a->deviation}, 4);
+    api_text_raw(text, "{");
+    if (a->deviation > 0) {
+        api_text_key_number(text, "normal", a->deviation);
+    } else {
+        api_text_key_number(text, "from", a->from);
+        api_text_key_number(text, "to", a->to);
+        api_text_key_number(text, "step", a->step);
+    }
+    api_text_raw(text, "}");
+}
+
+static void write_point(struct api_text *text, const struct study_point *p) {
+    api_text_raw(text, "{");
+    if (p->kind == DRAPE_START_POINT) {
+        api_text_key(text, "point");
+        api_text_numbers(text, (const double[]){p->point.x, p->point.y, p->point.z}, 3);
+    } else {
+        if (p->on_face)
+            api_text_key_integer(text, "face", p->face);
+        api_text_key(text, "uv");
+        api_text_numbers(text, p->uv, 2);
+    }
+    api_text_raw(text, "}");
 }
 
 static void write_starts(struct api_text *text, const struct study_request *r) {
-    api_text_key_integer(text, "starts", r->starts);
-    api_text_key_integer(text, "count", (int64_t)r->start_count);
-    api_text_key_number(text, "radius", r->radius);
-    for (size_t k = 0; r->starts == STUDY_STARTS_POINTS && k < r->start_count; k++) {
-        const struct study_point *p = &r->points[k];
-        api_text_numbers(text,
-                         (const double[]){p->kind, p->face, p->uv[0], p->uv[1], p->point.x,
-                                          p->point.y, p->point.z},
-                         7);
+    if (r->starts == STUDY_STARTS_KEPT)
+        return;
+    api_text_key(text, "start");
+    api_text_raw(text, "{");
+    if (r->starts == STUDY_STARTS_GRID) {
+        api_text_key_integer(text, "grid", (int64_t)r->start_count);
+    } else if (r->starts == STUDY_STARTS_DISC) {
+        api_text_key_number(text, "radius", r->radius);
+        if (r->start_count)
+            api_text_key_integer(text, "count", (int64_t)r->start_count);
+    } else {
+        api_text_key(text, "points");
+        api_text_raw(text, "[");
+        for (size_t k = 0; k < r->start_count; k++) {
+            api_text_raw(text, k ? "," : "");
+            write_point(text, &r->points[k]);
+        }
+        api_text_raw(text, "]");
+    }
+    api_text_raw(text, "}");
+}
+
+static void write_wishes(struct api_text *text, const struct study_request *r) {
+    bool first = true;
+    api_text_key(text, "objectives");
+    api_text_raw(text, "[");
+    for (int k = 0; k < QUANTITY_COUNT; k++) {
+        if (!r->objective[k])
+            continue;
+        api_text_raw(text, first ? "" : ",");
+        api_text_string(text, quantities[k].name);
+        first = false;
+    }
+    api_text_raw(text, "]");
+    api_text_key(text, "limits");
+    api_text_raw(text, "{");
+    for (int k = 0; k < QUANTITY_COUNT; k++) {
+        const struct study_limit *limit = &r->limit[k];
+        if (!limit->has_min && !limit->has_max)
+            continue;
+        api_text_key(text, quantities[k].name);
+        api_text_raw(text, "{");
+        if (limit->has_min)
+            api_text_key_number(text, "min", limit->min);
+        if (limit->has_max)
+            api_text_key_number(text, "max", limit->max);
+        api_text_raw(text, "}");
+    }
+    api_text_raw(text, "}");
+    if (vec3_norm2(r->wanted) > 0) {
+        api_text_key(text, "wanted_direction");
+        api_text_numbers(text, (const double[]){r->wanted.x, r->wanted.y, r->wanted.z}, 3);
     }
 }
 
-/* Not quite JSON, but the same for the same study alone. */
-static const char *canonical(const struct study_request *r, const char *drape,
-                             struct arena *arena) {
+/* The study with `drape`, a JSON value, for its drape. */
+static const char *write_study(const struct study_request *r, const char *drape,
+                               struct arena *arena) {
     struct api_text text = api_text_growing(arena);
+    api_text_raw(&text, "{\"drape\":");
+    api_text_raw(&text, drape);
+    api_text_key(&text, "vary");
     api_text_raw(&text, "{");
-    api_text_key_string(&text, "drape", drape);
     write_starts(&text, r);
-    write_angles(&text, "angle", &r->angle);
-    write_angles(&text, "pre_shear", &r->pre_shear);
-    for (int k = 0; k < QUANTITY_COUNT; k++) {
-        const struct study_limit *l = &r->limit[k];
-        api_text_numbers(
-            &text, (const double[]){r->objective[k], l->has_min, l->min, l->has_max, l->max}, 5);
+    write_angles(&text, "angle_deg", &r->angle);
+    write_angles(&text, "pre_shear_deg", &r->pre_shear);
+    api_text_raw(&text, "}");
+    write_wishes(&text, r);
+    if (r->sample > 0) {
+        api_text_key_integer(&text, "sample", (int64_t)r->sample);
+        api_text_key_integer(&text, "seed", r->seed);
+    } else {
+        api_text_key_string(&text, "search", study_search_names[r->search]);
     }
-    api_text_numbers(&text, (const double[]){r->wanted.x, r->wanted.y, r->wanted.z}, 3);
-    api_text_key_integer(&text, "search", r->search);
-    api_text_key_integer(&text, "budget",
-                         r->search == STUDY_SEARCH_OPTIMISE ? (int64_t)r->budget : 0);
-    api_text_key_integer(&text, "sample", (int64_t)r->sample);
-    api_text_key_integer(&text, "seed", r->seed);
+    if (r->search == STUDY_SEARCH_OPTIMISE)
+        api_text_key_integer(&text, "budget", (int64_t)r->budget);
     api_text_raw(&text, "}");
     return api_text_finish(&text);
 }
 
+const char *study_normalise(const struct study_request *request, struct arena *arena) {
+    const char *drape = api_normalise(&request->drape, NULL, arena);
+    return drape ? write_study(request, drape, arena) : NULL;
+}
+
+/* That of the study whose drape is its own id, which has the solver's version in it. */
 bool study_digest(const struct study_request *request, struct arena *arena, char id[API_ID_SIZE]) {
-    char drape[API_ID_SIZE];
+    char drape[API_ID_SIZE + 2] = "\"";
     struct arena_mark mark = arena_mark(arena);
     const char *text = NULL;
-    if (api_digest_request(&request->drape, arena, drape))
-        text = canonical(request, drape, arena);
+    if (api_digest_request(&request->drape, arena, drape + 1))
+        text = write_study(request, strcat(drape, "\""), arena);
     if (text)
         api_digest_bytes(text, strlen(text), id);
     arena_rewind(arena, mark);

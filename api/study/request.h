@@ -26,7 +26,8 @@ enum study_starts {
 /* A start as a drape request gives it. */
 struct study_point {
     enum drape_start_kind kind; /* by parameters or by a point */
-    int face;                   /* of parameters on several faces */
+    bool on_face;               /* of parameters on several faces: of this one */
+    int face;
     double uv[2];
     struct vec3 point;
 };
@@ -77,6 +78,9 @@ size_t study_variants(const struct study_request *request);
 enum api_problem_id study_decode(const struct api_input *input, const struct api_limits *limits,
                                  struct arena *arena, struct study_request *request,
                                  struct api_problem *problem) STATUS_MUST_USE;
+
+/* The study as it was understood, with every default filled in, in `arena`; NULL without memory. */
+const char *study_normalise(const struct study_request *request, struct arena *arena);
 
 /* The id of what a study asks for; as `api_digest_request`. */
 bool study_digest(const struct study_request *request, struct arena *arena,

@@ -142,6 +142,20 @@ enum api_problem_id api_check_study(const struct api_input *input, const struct 
     return problem->id;
 }
 
+enum api_problem_id api_study_normalise(const struct api_input *input,
+                                        const struct api_limits *limits,
+                                        const struct api_sink *sink, struct api_problem *problem) {
+    struct study_request request;
+    struct arena *arena = arena_new(limits->max_memory);
+    const char *text = NULL;
+    if (arena && study_decode(input, limits, arena, &request, problem) == API_OK)
+        text = study_normalise(&request, arena);
+    if (problem->id == API_OK && (!text || !sink->write(sink->context, text, strlen(text))))
+        no_memory(problem);
+    arena_free(arena);
+    return problem->id;
+}
+
 /* ---- tasks ---- */
 
 size_t api_study_task_variants(const struct api_study_task *task) {

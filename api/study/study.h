@@ -40,6 +40,12 @@ enum api_problem_id api_check_study(const struct api_input *input, const struct 
                                     struct api_check *check,
                                     struct api_problem *problem) STATUS_MUST_USE;
 
+/* Writes the study as it was understood, with every default filled in. */
+enum api_problem_id api_study_normalise(const struct api_input *input,
+                                        const struct api_limits *limits,
+                                        const struct api_sink *sink,
+                                        struct api_problem *problem) STATUS_MUST_USE;
+
 /* Whether a document is a study rather than a drape request: it has a member `drape`. False for
  * what is no JSON object. */
 bool api_is_study(const char *bytes, size_t length, const struct api_limits *limits);

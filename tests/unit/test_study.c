@@ -536,6 +536,37 @@ static void test_study_digest_is_of_the_content(void **state) {
     bytes_free(&part);
 }
 
+/* What was understood is understood as the same. */
+static void test_study_as_understood_is_the_same_study(void **state) {
+    static const char *const rests[] = {
+        "\"vary\":{\"angle_deg\":[0,10],\"start\":{\"grid\":9}}," MAX,
+        "\"vary\":{\"start\":{\"points\":[[0,0,0],{\"uv\":[0.5,0.25]}]}}," MAX
+        ",\"limits\":{\"waste_area\":{\"min\":0,\"max\":3}}",
+        "\"vary\":{\"pre_shear_deg\":{\"from\":-5,\"to\":5,\"step\":0.1}},\"wanted_direction\":[1,"
+        "2,3],"
+        "\"objectives\":[\"angle_deviation_deg\",\"locked_area\"]"};
+    struct bytes part = saddle();
+    (void)state;
+    prepare();
+    for (size_t k = 0; k < sizeof rests / sizeof *rests; k++) {
+        struct bytes text[2] = {study_of(part.data, rests[k]), {0}};
+        struct api_check check[2];
+        struct api_problem problem = {0};
+        struct api_input input = input_of(&text[0]);
+        const struct api_sink sink = sink_into(&text[1]);
+        assert_int_equal(api_study_normalise(&input, &api_limits_default, &sink, &problem), API_OK);
+        for (int i = 0; i < 2; i++) {
+            input = input_of(&text[i]);
+            assert_int_equal(api_check_study(&input, &api_limits_default, &check[i], &problem),
+                             API_OK);
+        }
+        assert_string_equal(check[0].digest, check[1].digest);
+        bytes_free(&text[0]);
+        bytes_free(&text[1]);
+    }
+    bytes_free(&part);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_study_variants_have_the_numbers_of_their_drapes),
@@ -551,6 +582,7 @@ int main(void) {
         cmocka_unit_test(test_study_refuses_what_its_drape_lacks),
         cmocka_unit_test(test_study_is_known_by_its_drape),
         cmocka_unit_test(test_study_digest_is_of_the_content),
+        cmocka_unit_test(test_study_as_understood_is_the_same_study),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
