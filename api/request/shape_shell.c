@@ -310,6 +310,23 @@ void api_shape_notes(struct api_text *text, const struct api_surface *surface, c
     api_text_raw(text, "]");
 }
 
+/* [face, face, fold in degrees] of every joint. */
+static void write_joints(struct api_text *text, const struct shell *shell) {
+    size_t count = shell_edge_count(shell);
+    const char *before = "[";
+    api_text_key(text, "joints");
+    for (size_t k = 0; k < count; k++) {
+        int32_t face[2];
+        double fold;
+        if (!shell_joint(shell, k, face, &fold))
+            continue;
+        api_text_raw(text, before);
+        api_text_numbers(text, (const double[]){face[0], face[1], fold}, 3);
+        before = ",";
+    }
+    api_text_raw(text, *before == '[' ? "[]" : "]");
+}
+
 /* Faces that cannot be one surface may be stored by an importer, for some of them can be chosen:
  * then the fault is a note. */
 static enum api_problem_id describe_edges(const struct api_surface *surface, struct api_text *text,
@@ -334,6 +351,7 @@ static enum api_problem_id describe_edges(const struct api_surface *surface, str
     api_text_raw(text, "}");
     if (fault.id == API_OK) {
         api_text_key_number(text, "tolerance", shell_tolerance(all.shell));
+        write_joints(text, all.shell);
         api_text_key_integer(text, "components", (int64_t)shell_component_count(all.shell));
     }
     api_shape_notes(text, surface, fault.id != API_OK ? fault.place[0].detail : "");

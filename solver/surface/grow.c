@@ -29,15 +29,25 @@ void edge_normals(const struct shell *shell, const struct face_edge *edge, doubl
     *at = here.r;
 }
 
-/* Whether the faces fold along an edge and its mate by no more than `up_to_deg` anywhere. */
-static bool is_smooth(const struct shell *shell, const struct face_edge *edge, double up_to_deg) {
+/* The largest angle by which the faces fold along an edge and its mate. */
+static double fold_deg(const struct shell *shell, const struct face_edge *edge) {
+    double largest = 0;
     for (int k = 0; k < LOOKS; k++) {
         struct vec3 n[2], at;
         edge_normals(shell, edge, (k + 0.5) / LOOKS, n, &at);
         double fold = angle_atan2_deg(vec3_norm(vec3_cross(n[0], n[1])), vec3_dot(n[0], n[1]));
-        if (fold > up_to_deg + ROUNDING_DEG)
-            return false;
+        largest = fmax(largest, fold);
     }
+    return largest;
+}
+
+bool shell_joint(const struct shell *shell, size_t number, int32_t face[2], double *fold) {
+    const struct face_edge *edge = &shell->edges[number];
+    if (edge->mate < (int64_t)number) /* free, or told already */
+        return false;
+    face[0] = shell->curves[edge->curve].face;
+    face[1] = shell->curves[shell->edges[edge->mate].curve].face;
+    *fold = fold_deg(shell, edge);
     return true;
 }
 
@@ -48,7 +58,8 @@ enum status shell_grow(const struct shell *shell, int32_t face, double up_to_deg
     if (!smooth)
         return STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < shell->edge_count; k++)
-        smooth[k] = shell->edges[k].mate >= 0 && is_smooth(shell, &shell->edges[k], up_to_deg);
+        smooth[k] = shell->edges[k].mate >= 0 &&
+                    fold_deg(shell, &shell->edges[k]) <= up_to_deg + ROUNDING_DEG;
     for (size_t k = 0; k < shell->face_count; k++)
         reached[k] = k == (size_t)face;
     for (bool grew = true; grew;) {

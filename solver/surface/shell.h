@@ -152,6 +152,10 @@ enum status shell_offset(const struct shell *shell, const struct shell_part *par
                          struct arena *arena, struct shell **moved,
                          struct shell_fault *fault) STATUS_MUST_USE;
 
+/* The joint that edge `number` is the first side of: its faces, and the largest angle in degrees
+ * by which they fold there. False for other edges. */
+bool shell_joint(const struct shell *shell, size_t number, int32_t face[2], double *fold);
+
 /* The faces reached from `face` across joints that fold by no more than `up_to_deg` degrees:
  * `reached`, as long as there are faces, gets 1 for each of them and 0 for the others. Errors:
  * STATUS_OUT_OF_MEMORY. */

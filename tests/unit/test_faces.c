@@ -153,6 +153,13 @@ static void test_faces_are_described(void **state) {
                         "left");
     assert_string_equal(json_string_value(json_object_get(shell, "length_unit")), "mm");
     assert_true(number_at(edges, "shared") == 2 && number_at(edges, "faulty") == 0);
+    static const double joints[2][3] = {{0, 1, 0}, {1, 2, 45}}; /* face, face, fold */
+    const json_t *rows = json_object_get(shell, "joints");
+    assert_int_equal(json_array_size(rows), 2);
+    for (size_t k = 0; k < 6; k++)
+        check_below(fabs(json_number_value(json_array_get(json_array_get(rows, k / 3), k % 3)) -
+                         joints[k / 3][k % 3]),
+                    1e-9);
     json_decref(shell);
 }
 
