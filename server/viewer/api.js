@@ -74,6 +74,13 @@ function post(path, body, headers, signal) {
   return call(path, { method: 'POST', body, headers: json, signal });
 }
 
+/** Stores a surface; what the service says of it. `type`: of the body; `query` as after '?'. */
+export async function storeSurface(body, type, query = '') {
+  return (await post(`v1/surfaces${query}`, body, { 'Content-Type': type })).json();
+}
+
+export const preview = (id) => read(`v1/surfaces/${id}/preview?format=glb`, 'arrayBuffer');
+
 /** Submits a drape request (JSON text); its status document. */
 export async function submit(body, signal) {
   return (await post('v1/drapes', body, {}, signal)).json();

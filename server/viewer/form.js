@@ -117,8 +117,18 @@ export class Form {
     this.setStart(kept.start?.uv || kept.start?.point, 17); // rounded it may lie beyond an edge
     this.#loadPermeability(kept.permeability);
     this.#moveSlider();
-    element('start-kind').textContent = shape?.kind === 'mesh' ? 'x, y, z' : 'u, v';
+    element('start-kind').textContent = shape && shape.kind !== 'nurbs' ? 'x, y, z' : 'u, v';
     this.#showKept();
+  }
+
+  /** Another surface with the same settings; a spacing that was suggested is suggested anew. */
+  setSurface(surfaceText, shape) {
+    const suggested = this.shape && String(suggestSpacing(this.shape.radius));
+    this.surfaceText = surfaceText;
+    this.shape = shape;
+    if (element('spacing').value === suggested)
+      element('spacing').value = suggestSpacing(shape.radius);
+    this.onUnit();
   }
 
   #setUnit(unit) {

@@ -32,8 +32,11 @@ import {
   showSummary,
 } from './readout.js';
 import { drawBar, Measure } from './measure.js';
+import { Mapped } from './mapped.js';
 import { Runner } from './run.js';
 import { startTheme } from './theme.js';
+import { Chooser } from './chooser.js';
+import { chosenOf, formatOf, shapeOf, storeDefinition, storePart, surfaceOf } from './part.js';
 import { askToken, startToken } from './token.js';
 import { View } from './view.js';
 import { readRequest } from './work.js';
@@ -50,6 +53,9 @@ const EXAMPLES = [
 const NO_CELL =
   'The net has no cell here: choose a smaller spacing, or another start, and press Drape.';
 const RETRY = 'Check the address, or drape again.';
+const MESHES = ['nastran', 'stl', 'obj']; // files that are mapped when they are dropped on a drape
+const CHOOSE = 'Click on a face of the tool side; then on "All smooth from here".';
+const CHOOSING_MS = 150; // after the last choice, before the faces are put under the net
 const IN_METRES = 20; // a part of a larger size without a unit is in millimetres
 const NARROW = '(max-width: 720px)'; // as in style.css
 
@@ -94,8 +100,9 @@ const form = new Form({
 });
 
 /** Puts a request into the form and its surface into the picture; forgets the drape that was shown. */
-function takeRequest(request) {
-  page.note = request.faces ? `${request.faces} faces` : '';
+async function takeRequest(request) {
+  page.note = '';
+  chooser.open(null);
   form.load(request);
   if (request.fault) form.surfaceError(request.fault);
   refreshAbout();
@@ -105,11 +112,53 @@ function takeRequest(request) {
   view.setShape(request.shape);
   view.cut('', 0);
   const ready = 'Press Drape. Click on the surface to choose where the net starts.';
-  const faces = `A part of ${request.faces} faces. Its net is shown, its faces are not.`;
   const unknown =
     'This surface cannot be shown. Press Drape: the service says what is wrong with it.';
-  hint(request.shape ? ready : request.faces ? faces : unknown, true);
+  hint(request.shape ? ready : request.faces ? 'Fetching the faces …' : unknown, true);
   refreshCurl();
+  if (!request.faces) return;
+  const part = await storeDefinition(request.definition);
+  if (form.surfaceText === request.surfaceText)
+    await showPart(part, chosenOf(part, request.selection));
+}
+
+/** Shows a part's faces to choose from and what is made of those that are chosen. */
+async function showPart(part, chosen) {
+  chooser.open(part, chosen);
+  await showChosen(part, chosen);
+  hint(chosen.size || part.mesh ? 'Press Drape.' : CHOOSE, true);
+}
+
+/** Puts the faces that are chosen under the net. */
+async function showChosen(part, chosen) {
+  const { surfaceText } = form;
+  const shape = await shapeOf(part, chosen);
+  if (form.surfaceText !== surfaceText) return; // others are chosen meanwhile
+  form.setSurface(surfaceText, shape);
+  view.setShape(shape, !page.one);
+  refreshAbout();
+}
+
+/** The faces that are chosen have changed. */
+function chooseFaces(part, chosen) {
+  form.setSurface(surfaceOf(part, chosen), form.shape);
+  hint(chosen.size ? '' : CHOOSE, true);
+  refreshStale();
+  refreshCurl();
+  clearTimeout(page.choosing);
+  page.choosing = setTimeout(() => showChosen(part, chosen).catch(report), CHOOSING_MS);
+}
+
+/** A file of CAD or mesh: the service reads it. */
+async function takePart(file, format) {
+  const part = await storePart(file, format);
+  const chosen = new Set(part.first);
+  const shape = await shapeOf(part, chosen);
+  const settings = { fabric: {}, length_unit: part.unit, method: part.mesh ? 'mosaic' : undefined };
+  const assumed = assumeUnit({ settings, shape: part.body });
+  await takeRequest({ settings, surfaceText: surfaceOf(part, chosen), shape });
+  page.note = `${file.name}: ${assumed}`;
+  await showPart(part, chosen);
 }
 
 /** What the surface is and how large, in the unit that is chosen. */
@@ -131,6 +180,7 @@ function refreshStale() {
 
 function clear() {
   page.one = page.pinned = page.hovered = null;
+  mapped.setDrape(null);
   runner.forget();
   comparison.end();
   view.arrange(page.layout);
@@ -154,7 +204,7 @@ async function takeExample(name) {
   const request = await readRequest(await response.text());
   if (element('example').value !== name) return; // another one was chosen meanwhile
   page.example = page.part = name;
-  takeRequest(request);
+  await takeRequest(request);
   save();
 }
 
@@ -178,14 +228,13 @@ async function takeFile(file) {
     return;
   }
   say(`Reading ${file.name} …`);
+  const format = formatOf(file.name);
   try {
-    const request = await readRequest(await file.text());
-    const assumed = assumeUnit(request);
-    takeRequest(request);
+    if (format) await takePart(file, format);
+    else await takeJson(file);
     page.example = '';
-    page.part = file.name.replace(/\.json$/i, '');
+    page.part = file.name.replace(/\.\w+$/i, '');
     element('example').value = '';
-    page.note = `${file.name}: ${assumed}`;
     refreshAbout();
     say('');
     save();
@@ -193,6 +242,13 @@ async function takeFile(file) {
     say('');
     form.surfaceError(`${file.name}: ${error.message}`);
   }
+}
+
+async function takeJson(file) {
+  const request = await readRequest(await file.text());
+  const assumed = assumeUnit(request);
+  await takeRequest(request);
+  page.note = `${file.name}: ${assumed}`;
 }
 
 function refreshCurl() {
@@ -228,6 +284,8 @@ function showDrape(drape, passing = false) {
   refresh(passing);
   refreshStale();
   if (passing) return view.passing();
+  chooser.show(false);
+  mapped.setDrape(page.one, form.unit);
   const { cells, timing_ms: time } = drape.summary;
   say(`${cells.toLocaleString('en')} cells, solved in ${format(time.solve, 3)} ms`);
   refreshCurl();
@@ -299,6 +357,7 @@ function refreshColours() {
     isShear(field) && locking !== null ? (field.signed ? [-locking, locking] : [locking]) : [];
   page.scale = { range: scale, map, unit: field.unit(form.unit), label: field.label, marks };
   drawScale(element('scale'), page.scale);
+  mapped.colour(field, page.scale);
 }
 
 function refreshNumbers() {
@@ -433,7 +492,7 @@ function save() {
 
 async function openDrape(id) {
   const request = await fetchRequest(id);
-  takeRequest(request);
+  await takeRequest(request);
   hint('Fetching the net …', true);
   const { settings } = request;
   const told = { spacing: spacingOf(settings), label: labelOf(settings), body: form.body() };
@@ -526,6 +585,8 @@ const view = new View({
 });
 
 const measure = new Measure();
+const chooser = new Chooser(view, { onChange: chooseFaces });
+const mapped = new Mapped(view, { onShow: refreshColours, onError: reportQuietly });
 
 function pickMeasured(node) {
   measure.pick(page.one, node, form.unit);
@@ -607,7 +668,11 @@ function listenDrop() {
     event.preventDefault();
     over(false);
     const [file] = event.dataTransfer.files;
-    if (file) takeFile(file).catch(report);
+    if (!file) return;
+    const onDrape = page.one?.id && event.target.closest('#stage');
+    const wanted = event.target.closest('#mesh-drop');
+    if (wanted || (onDrape && MESHES.includes(formatOf(file.name)))) mapped.open(file);
+    else takeFile(file).catch(report);
   });
 }
 

@@ -2,7 +2,7 @@
 // A draped net on the graphics card: cells coloured by a field, yarns, outlines of locked cells and
 // the marked cell, all in one mesh and one shader; the same buffers laid flat give the pattern.
 import * as THREE from './three.module.min.js';
-import { maps } from './colour.js';
+import { textures } from './textures.js';
 import * as section from './section.js';
 
 const NOWHERE = 1e9;
@@ -100,13 +100,6 @@ const pickShader = /* glsl */ `
     int id = vertex + 1;
     colour = vec4(id & 255, (id >> 8) & 255, (id >> 16) & 255, (id >> 24) & 255) / 255.0;
   }`;
-
-function textureOf(bytes) {
-  const texture = new THREE.DataTexture(bytes, bytes.length / 4, 1);
-  texture.needsUpdate = true;
-  return texture;
-}
-const textures = { sequential: textureOf(maps.sequential), diverging: textureOf(maps.diverging) };
 
 function makeGeometry(lattice) {
   const geometry = new THREE.BufferGeometry();

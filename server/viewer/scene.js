@@ -332,13 +332,15 @@ export class Stage {
   }
 
   /** The vertex that owns what `mesh` shows at a place of the window, -1 for nothing: the mesh is
-   *  drawn once more, into one pixel, with numbers for colours. */
-  pick(pane, mesh, clientX, clientY) {
+   *  drawn once more, into one pixel, with numbers for colours. `within`: the group it is in. */
+  pick(pane, mesh, clientX, clientY, within = mesh) {
     const { renderer, target } = this;
     if (this.drawsCoarse) this.onCoarse((this.drawsCoarse = false));
     const box = pane.element.getBoundingClientRect();
     const material = mesh.material;
-    const others = pane.scene.children.filter((object) => object !== mesh && object.visible);
+    const others = [...pane.scene.children, ...within.children].filter(
+      (object) => object !== mesh && object !== within && object.visible,
+    );
     for (const object of others) object.visible = false;
     mesh.material = mesh.userData.picking;
     pane.fit(box.width, box.height);

@@ -3,6 +3,7 @@
 // Without WebGL there are no pictures, and all else works.
 import { element } from './dom.js';
 import { Net } from './net.js';
+import { Patches } from './patches.js';
 import {
   disposeTree,
   fillFrontKey,
@@ -23,6 +24,13 @@ const NO_WEBGL =
   'settings, or use another browser. Draping, numbers, charts and downloads work here all the same.';
 
 const styleOf = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
+
+/** The same as three numbers of 0 to 1. */
+const tintOf = (name) =>
+  themed(name)
+    .match(/[\d.]+/g)
+    .slice(0, 3)
+    .map((part) => Number(part) / 255);
 
 /** The colour of a custom property as rgb(), whatever the theme. */
 function themed(name) {
@@ -84,14 +92,14 @@ export class View {
 
   /* ---- what is shown ---- */
 
-  /** The surface under the nets; the camera goes to where all of it is seen. */
-  setShape(shape) {
+  /** The surface under the nets; the camera goes to where all of it is seen, if it `frames`. */
+  setShape(shape, frames = true) {
     this.shape = shape;
     if (!this.stage) return;
     this.origin = shape ? shape.origin : [0, 0, 0];
     this.#drawSurface();
-    if (shape) this.#frame(shape);
-    this.stage.redraw();
+    if (shape?.index.length && frames) this.#frame(shape);
+    this.show(this.shown);
   }
 
   #frame(body) {
@@ -125,6 +133,45 @@ export class View {
       const surface = this.panes[name].scene.getObjectByName('surface');
       if (surface) sinkSurface(surface, this.#depth());
     }
+  }
+
+  /** Shows the patches of a body in 3D, in place of net and surface; null: these again. Its `onPick`
+   *  and `onHover` get a patch, -1 for none; `onGone()` when others take their place; `frames`: the camera goes to where all is seen. While
+   *  `sweeps()`, dragging picks instead of turning. */
+  setPatches(body, { onPick, onHover, onGone, sweeps = () => false, frames = false } = {}) {
+    if (!this.stage) return;
+    const before = this.patches;
+    this.patches = null;
+    before?.dispose();
+    before?.onGone();
+    element('chip').hidden = true;
+    this.panes.solid.controls.enabled = true;
+    if (body) {
+      const tints = {
+        ground: tintOf('--surface'),
+        accent: tintOf('--chosen'),
+        line: tintOf('--edge'),
+      };
+      this.patches = Object.assign(new Patches(body, tints), { onPick, onHover, onGone, sweeps });
+      if (frames) {
+        this.origin = body.origin;
+        this.#frame(body);
+      }
+      const { group } = this.patches;
+      group.position.set(...body.origin.map((value, axis) => value - this.origin[axis]));
+      this.panes.solid.scene.add(group);
+    }
+    this.show(this.shown);
+  }
+
+  #patchAt({ clientX, clientY }) {
+    return this.stage.pick(
+      this.panes.solid,
+      this.patches.mesh,
+      clientX,
+      clientY,
+      this.patches.group,
+    );
   }
 
   /** After a change of light and dark. */
@@ -212,9 +259,18 @@ export class View {
     element('front-key').hidden = !shown.front || !this.slots.one;
     for (const name of ['solid', 'other', 'difference']) {
       const surface = this.panes[name].scene.getObjectByName('surface');
-      if (surface) surface.visible = shown.surface;
+      if (surface) surface.visible = shown.surface && !(name === 'solid' && this.patches);
     }
+    this.#cover();
     this.stage.redraw();
+  }
+
+  /** Patches are shown in place of the net and of what lies over it. */
+  #cover() {
+    const { net, marks } = this.slots.one || {};
+    if (!net) return;
+    net.solid.visible = !this.patches;
+    for (const mark of Object.values(marks)) if (mark && this.patches) mark.visible = false;
   }
 
   /** 'solid', 'both', 'flat' or 'compare'. */
@@ -280,24 +336,34 @@ export class View {
 
   #listen(pane, slot) {
     let pressed = null;
+    const patched = () => pane === this.panes.solid && this.patches;
     pane.element.addEventListener('pointermove', (event) => {
       if (!event.buttons) this.#hover(pane, slot, event);
+      else if (patched()?.sweeps()) this.patches.onPick(this.#patchAt(event), true);
     });
-    pane.element.addEventListener('pointerleave', () => this.onHover(null));
+    pane.element.addEventListener('pointerleave', () =>
+      patched() ? this.patches.onHover(-1) : this.onHover(null),
+    );
     pane.element.addEventListener(
       'pointerdown',
-      (event) => (pressed = [event.clientX, event.clientY]),
+      (event) => {
+        pressed = [event.clientX, event.clientY];
+        pane.controls.enabled = !patched()?.sweeps();
+      },
+      true,
     );
     pane.element.addEventListener('pointerup', (event) => {
       const still =
         pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < CLICK;
       pressed = null;
       if (!still || event.button !== 0) return;
-      if (pane === this.panes.solid && (this.placing || !this.slots.one)) this.#place(event, true);
+      if (patched()) this.patches.onPick(this.#patchAt(event), false);
+      else if (pane === this.panes.solid && (this.placing || !this.slots.one))
+        this.#place(event, true);
       else this.onPick(this.hit(pane, slot, event));
     });
     pane.element.addEventListener('dblclick', (event) => {
-      if (pane === this.panes.solid) this.#place(event, true);
+      if (pane === this.panes.solid && !this.patches) this.#place(event, true);
     });
   }
 
@@ -306,7 +372,8 @@ export class View {
     const look = () => {
       this.hovering = null;
       const { pane, slot, ...event } = this.lastMove;
-      this.onHover(this.hit(pane, slot, event));
+      if (pane === this.panes.solid && this.patches) this.patches.onHover(this.#patchAt(event));
+      else this.onHover(this.hit(pane, slot, event));
       delete element('panes').dataset.looking;
     };
     element('panes').dataset.looking = '';
@@ -377,8 +444,8 @@ export class View {
 
   #moveHandle() {
     const handle = element('handle');
-    handle.hidden = !this.handlePoint;
-    if (!this.handlePoint) return;
+    handle.hidden = !this.handlePoint || Boolean(this.patches);
+    if (handle.hidden) return;
     const { x, y } = this.panes.solid.project(this.handlePoint);
     handle.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
   }

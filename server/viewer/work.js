@@ -52,3 +52,11 @@ export async function readNet(buffer) {
 
 /** What `makeDifference` takes; the values of this minus those of the other. */
 export const readDifference = (input) => ask('difference', input);
+
+/** The faces of a preview, and the elements of a VTU with their columns, as `facets.js` makes them;
+ *  they take the buffers over. */
+export const readFaces = (buffer) => ask('faces', { buffer }, [buffer]);
+export const readElements = (buffer) => ask('elements', { buffer }, [buffer]);
+
+/** Some faces as a shape to drape on. */
+export const readShape = (body, chosen, about) => ask('some', { body, chosen, about });

@@ -3,6 +3,7 @@
 import { readNpz } from './npz.js';
 import { buffersOf, makeLattice } from './lattice.js';
 import { makeDifference } from './difference.js';
+import { buffersOf as buffersOfBody, elementsOf, facesOf, shapeOf } from './facets.js';
 import { isSurface, makeShape, unwrap } from './shape.js';
 
 function parse(text) {
@@ -26,7 +27,14 @@ function readRequest({ text, surfaceText }) {
     return { settings, surfaceText: JSON.stringify(inner), named: surface.id, shape: null };
   if (Array.isArray(surface?.faces)) {
     const { length } = surface.faces;
-    return { settings, surfaceText: JSON.stringify(inner), shape: null, faces: length };
+    return {
+      settings,
+      surfaceText: JSON.stringify(inner),
+      shape: null,
+      faces: length,
+      definition: surfaceText || JSON.stringify(surface),
+      selection: inner.id ? inner : {},
+    };
   }
   if (!isSurface(surface))
     throw new Error(
@@ -57,6 +65,18 @@ const tasks = {
   net({ buffer }) {
     const lattice = makeLattice(readNpz(buffer));
     return [lattice, buffersOf(lattice)];
+  },
+  faces({ buffer }) {
+    const body = facesOf(buffer);
+    return [body, buffersOfBody(body)];
+  },
+  elements({ buffer }) {
+    const body = elementsOf(buffer);
+    return [body, buffersOfBody(body)];
+  },
+  some({ body, chosen, about }) {
+    const shape = shapeOf(body, chosen, about);
+    return [shape, shapeBuffers(shape)];
   },
   difference(input) {
     const values = makeDifference(input);

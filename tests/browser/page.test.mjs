@@ -518,7 +518,7 @@ test('page: the drape of a part of several faces is opened, and draped again', a
   const { id } = await post('v1/drapes', 'application/json', JSON.stringify(request));
   const other = await openPage(browser, `${daemon.url}#drape=${id}`);
   await other.waitForFunction(() => /solved in/.test(document.querySelector('#state').textContent));
-  assert.match(await other.textContent('#about'), /^9 faces/);
+  assert.match(await other.textContent('#about'), /^3 of 9 faces/);
   await drawn(other);
   assert.ok((await colours(other, '#pane-solid')) > 100);
   await other.fill('#spacing', '10');

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+// Choosing the faces of a part: by clicks and sweeps in the picture, by a list for the keyboard, and
+// all that is smooth from one.
+import { element } from './dom.js';
+import { format } from './fields.js';
+import { grow } from './part.js';
+
+export class Chooser {
+  /** `onChange(part, chosen)` after each choice that is complete. */
+  constructor(view, { onChange }) {
+    Object.assign(this, { view, onChange });
+    this.part = null;
+    this.chosen = new Set();
+    this.last = -1; // the face that was clicked
+    element('faces-open').addEventListener('click', () => this.show(!this.on));
+    element('faces-all').addEventListener('click', () => this.#take(this.#all()));
+    element('faces-none').addEventListener('click', () => this.#take(new Set()));
+    element('faces-smooth').addEventListener('click', () => this.#takeSmooth());
+    element('faces-list').addEventListener('change', ({ target }) =>
+      this.#pick(Number(target.value), target.checked),
+    );
+  }
+
+  /** Begins with a part, of which `chosen` faces are chosen; null: there is none. */
+  open(part, chosen = part?.first) {
+    if (this.on) this.show(false);
+    this.part = part?.faces.length > 1 ? part : null;
+    element('faces').hidden = !this.part;
+    if (!this.part) return;
+    this.chosen = new Set(chosen);
+    this.last = -1;
+    this.#fillList();
+    this.show(this.chosen.size === 0, true);
+  }
+
+  #all() {
+    return new Set(this.part.faces.map(({ index }) => index));
+  }
+
+  #fillList() {
+    const rows = this.part.faces.map(({ index, kind, area, name }) => {
+      const label = document.createElement('label');
+      const box = Object.assign(document.createElement('input'), {
+        type: 'checkbox',
+        value: index,
+      });
+      const unit = this.part.unit ? ` ${this.part.unit}²` : '';
+      label.append(box, ` ${index}: ${kind}, ${format(area, 3)}${unit}${name ? `, ${name}` : ''}`);
+      const item = document.createElement('li');
+      item.append(label);
+      return item;
+    });
+    element('faces-list').replaceChildren(...rows);
+  }
+
+  /** Shows the faces to choose from in the picture, or the part that is made of those chosen. */
+  show(on, first = false) {
+    if (!on && !this.on) return this.#mark();
+    const handlers = {
+      onPick: (face, swept) => this.#pick(face, swept || !this.chosen.has(face)),
+      onHover: (face) => this.#hover(face),
+      onGone: () => this.#setOn(false),
+      sweeps: () => element('faces-sweep').checked,
+      frames: first,
+    };
+    this.view.setPatches(on && this.part ? this.part.body : null, handlers);
+    this.#setOn(on && Boolean(this.part));
+    return this.#mark();
+  }
+
+  #setOn(on) {
+    this.on = on;
+    element('faces-open').setAttribute('aria-pressed', String(on));
+  }
+
+  #hover(face) {
+    if (this.view.patches.hover(face)) this.view.stage.redraw();
+    const chip = element('chip');
+    chip.hidden = face < 0;
+    const known = this.part.faces.find(({ index }) => index === face);
+    if (known)
+      chip.textContent = `face ${face}: ${known.kind}${known.name ? `, ${known.name}` : ''}`;
+  }
+
+  #pick(face, wanted) {
+    if (face < 0 || wanted === this.chosen.has(face)) return;
+    this.last = wanted ? face : -1;
+    const chosen = new Set(this.chosen);
+    if (wanted) chosen.add(face);
+    else chosen.delete(face);
+    this.#take(chosen);
+  }
+
+  #takeSmooth() {
+    const angle = Number(element('faces-angle').value);
+    if (this.last < 0) [this.last = -1] = this.chosen;
+    if (this.last < 0 || !(angle >= 0)) return;
+    this.#take(new Set([...this.chosen, ...grow(this.part.joints, this.last, angle + 1e-6)]));
+  }
+
+  #take(chosen) {
+    this.chosen = chosen;
+    this.#mark();
+    this.onChange(this.part, chosen);
+  }
+
+  #mark() {
+    if (!this.part) return;
+    if (this.on && this.view.patches) this.view.patches.choose(this.chosen);
+    this.view.stage?.redraw();
+    for (const box of element('faces-list').querySelectorAll('input'))
+      box.checked = this.chosen.has(Number(box.value));
+    const { faces, notes } = this.part;
+    element('faces-count').textContent = this.chosen.size
+      ? `${this.chosen.size} of ${faces.length} faces are chosen.`
+      : `None of ${faces.length} faces is chosen yet: click on one of the tool side.`;
+    element('faces-notes').replaceChildren(
+      ...notes.map((text) => Object.assign(document.createElement('li'), { textContent: text })),
+    );
+  }
+}

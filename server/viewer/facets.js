@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: MIT
+// Triangles that belong to patches, as the graphics card takes them: the faces of a part from its
+// preview, the elements of a mesh from its VTU. Each corner has its own vertex. Runs in the worker.
+import { readGlb } from './glb.js';
+import { readVtu } from './vtu.js';
+
+const EDGES_MOST = 4e5; // of the elements of a mesh that are drawn
+
+function boundsOf(arrays) {
+  const low = [Infinity, Infinity, Infinity];
+  const high = [-Infinity, -Infinity, -Infinity];
+  for (const values of arrays)
+    for (let k = 0; k < values.length; k++) {
+      if (values[k] < low[k % 3]) low[k % 3] = values[k];
+      if (values[k] > high[k % 3]) high[k % 3] = values[k];
+    }
+  const size = high.map((value, axis) => value - low[axis]);
+  const origin = low.map((value, axis) => (value + high[axis]) / 2);
+  return { origin, size, radius: Math.hypot(...size) / 2 || 1 };
+}
+
+/** The number of the first vertex at the same place as each one. */
+function weld(position) {
+  const bits = new Uint32Array(position.buffer, position.byteOffset, position.length);
+  const count = position.length / 3;
+  let size = 16;
+  while (size < 2 * count) size *= 2;
+  const table = new Int32Array(size).fill(-1);
+  const first = new Uint32Array(count);
+  for (let k = 0; k < count; k++) {
+    const [x, y, z] = [bits[3 * k], bits[3 * k + 1], bits[3 * k + 2]];
+    let at = (Math.imul(x, 73856093) ^ Math.imul(y, 19349663) ^ Math.imul(z, 83492791)) >>> 0;
+    at = (at ^ (at >>> 15)) & (size - 1);
+    for (; table[at] >= 0; at = (at + 1) & (size - 1)) {
+      const other = 3 * table[at];
+      if (bits[other] === x && bits[other + 1] === y && bits[other + 2] === z) break;
+    }
+    if (table[at] < 0) table[at] = k;
+    first[k] = table[at];
+  }
+  return first;
+}
+
+/** The edges that one triangle alone has: pairs of vertices. */
+function borderOf(position, index) {
+  const first = weld(position);
+  const count = position.length / 3;
+  const seen = new Map();
+  for (let at = 0; at < index.length; at++) {
+    const a = first[index[at]];
+    const b = first[index[at % 3 === 2 ? at - 2 : at + 1]];
+    if (a === b) continue;
+    const key = Math.min(a, b) * count + Math.max(a, b);
+    seen.set(key, (seen.get(key) || 0) + 1);
+  }
+  const border = [];
+  for (const [key, times] of seen)
+    if (times === 1) border.push(Math.floor(key / count), key % count);
+  return border;
+}
+
+/** An empty body of that many triangles and ends of edges. */
+function room(triangles, ends) {
+  return {
+    position: new Float32Array(9 * triangles),
+    normal: new Float32Array(9 * triangles),
+    patch: new Float32Array(3 * triangles),
+    edges: new Float32Array(3 * ends),
+    edgePatch: new Float32Array(ends),
+  };
+}
+
+/** The faces of a part; patch numbers are those of its faces. */
+export function facesOf(buffer) {
+  const primitives = readGlb(buffer);
+  const bounds = boundsOf(primitives.map(({ position }) => position));
+  const borders = primitives.map(({ position, index }) => borderOf(position, index));
+  const sum = (lists) => lists.reduce((total, { length }) => total + length, 0);
+  const body = room(sum(primitives.map(({ index }) => index)) / 3, sum(borders));
+  let at = 0;
+  let end = 0;
+  primitives.forEach(({ face, position, normal, index }, k) => {
+    for (const vertex of index) {
+      body.patch[at] = face;
+      for (let axis = 0; axis < 3; axis++) {
+        body.position[3 * at + axis] = position[3 * vertex + axis] - bounds.origin[axis];
+        if (normal) body.normal[3 * at + axis] = normal[3 * vertex + axis];
+      }
+      at++;
+    }
+    for (const vertex of borders[k]) {
+      body.edgePatch[end] = face;
+      for (let axis = 0; axis < 3; axis++)
+        body.edges[3 * end + axis] = position[3 * vertex + axis] - bounds.origin[axis];
+      end++;
+    }
+  });
+  if (primitives.some(({ normal }) => !normal)) flatNormals(body);
+  return { ...body, ...bounds, count: Math.max(...primitives.map(({ face }) => face)) + 1 };
+}
+
+/** The corners of each element in turn. */
+function cornersOf({ connectivity, offsets }) {
+  return Array.from(offsets, (last, k) => connectivity.subarray(k ? offsets[k - 1] : 0, last));
+}
+
+/** A mesh with its columns; patch numbers are the rows of these. */
+export function elementsOf(buffer) {
+  const { columns, points, ...cells } = readVtu(buffer);
+  const bounds = boundsOf([points]);
+  const elements = cornersOf(cells);
+  const triangles = elements.reduce((sum, { length }) => sum + Math.max(length - 2, 0), 0);
+  const ends = elements.reduce((sum, { length }) => sum + 2 * length, 0);
+  const body = room(triangles, ends <= 2 * EDGES_MOST ? ends : 0);
+  const put = (array, at, vertex) => {
+    for (let axis = 0; axis < 3; axis++)
+      array[3 * at + axis] = points[3 * vertex + axis] - bounds.origin[axis];
+  };
+  let at = 0;
+  let end = 0;
+  elements.forEach((corners, patch) => {
+    for (let k = 2; k < corners.length; k++)
+      for (const vertex of [corners[0], corners[k - 1], corners[k]]) {
+        body.patch[at] = patch;
+        put(body.position, at++, vertex);
+      }
+    for (let k = 0; k < corners.length && body.edges.length; k++)
+      for (const vertex of [corners[k], corners[(k + 1) % corners.length]]) {
+        body.edgePatch[end] = patch;
+        put(body.edges, end++, vertex);
+      }
+  });
+  flatNormals(body);
+  return { ...body, ...bounds, count: elements.length, columns };
+}
+
+/** Of each triangle its own. */
+function flatNormals({ position: p, normal }) {
+  for (let t = 0; t < p.length; t += 9) {
+    const a = [p[t + 3] - p[t], p[t + 4] - p[t + 1], p[t + 5] - p[t + 2]];
+    const b = [p[t + 6] - p[t], p[t + 7] - p[t + 1], p[t + 8] - p[t + 2]];
+    const n = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    for (let k = 0; k < 9; k++) normal[t + k] = n[k % 3];
+  }
+}
+
+export const buffersOf = ({ position, normal, patch, edges, edgePatch, columns = {} }) =>
+  [position, normal, patch, edges, edgePatch, ...Object.values(columns)].map(
+    ({ buffer }) => buffer,
+  );
+
+/** Some of the patches as a shape to drape on: what `makeSurface` draws. */
+export function shapeOf(body, chosen, about) {
+  const some = (values, of, width) => {
+    const kept = [];
+    for (let k = 0; k < of.length; k++)
+      if (chosen.has(of[k]))
+        for (let axis = 0; axis < width; axis++) kept.push(values[width * k + axis]);
+    return kept;
+  };
+  const corners = some(body.position, body.patch, 3);
+  const ends = some(body.edges, body.edgePatch, 3);
+  const position = Float32Array.from([...corners, ...ends]);
+  const normal = new Float32Array(position.length);
+  normal.set(some(body.normal, body.patch, 3));
+  const { size } = corners.length ? boundsOf([position]) : body;
+  const counted = (first, count) => Uint32Array.from({ length: count }, (_, k) => first + k);
+  return {
+    kind: 'shell',
+    about,
+    domain: null,
+    uv: null,
+    mask: null,
+    position,
+    normal,
+    index: counted(0, corners.length / 3),
+    edges: counted(corners.length / 3, ends.length / 3),
+    origin: body.origin, // whatever is chosen, so that the picture stays where it is
+    size,
+    radius: body.radius,
+  };
+}

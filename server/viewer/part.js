@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+// A part of several faces, or a file of CAD or mesh: stored with the service, which says what its
+// faces are and where they join, and shows it as triangles.
+import { Problem, preview, storeSurface } from './api.js';
+import { readFaces, readShape } from './work.js';
+
+const FORMATS = {
+  step: ['step', 'stp', 'p21'],
+  iges: ['iges', 'igs'],
+  stl: ['stl'],
+  obj: ['obj'],
+  nastran: ['bdf', 'nas', 'dat'],
+};
+const UNSUPPORTED = 415;
+
+/** The service's name of the format that a file's name ends in; undefined for others. */
+export function formatOf(name) {
+  const ending = name.toLowerCase().split('.').pop();
+  return Object.keys(FORMATS).find((format) => FORMATS[format].includes(ending));
+}
+
+/** The faces reached from one across joints that fold by no more than an angle. */
+export function grow(joints, from, upToDeg) {
+  const reached = new Set([from]);
+  for (let before = 0; before < reached.size; ) {
+    before = reached.size;
+    for (const [a, b, fold] of joints)
+      if (fold <= upToDeg && reached.has(a) !== reached.has(b)) reached.add(a).add(b);
+  }
+  return reached;
+}
+
+async function describe(answer) {
+  const body = await readFaces(await preview(answer.id));
+  const { faces = [], edges, components, joints = [], notes = [] } = answer;
+  const solid = faces.length > 1 && edges.free === 0;
+  return {
+    id: answer.id,
+    unit: answer.length_unit,
+    mesh: answer.triangles !== undefined,
+    faces,
+    joints,
+    notes,
+    body,
+    /** Nothing of a solid, which has both skins, or of several parts: somebody has to choose. */
+    first: solid || components > 1 || edges?.faulty ? [] : faces.map(({ index }) => index),
+  };
+}
+
+/** A file's content as a part; `unit` for a file that says none. Throws what is wrong with it. */
+export async function storePart(file, format, unit) {
+  const query = `?format=${format}${unit ? `&unit=${unit}` : ''}`;
+  try {
+    return await describe(await storeSurface(file, 'application/octet-stream', query));
+  } catch (error) {
+    if (error instanceof Problem && error.status === UNSUPPORTED)
+      throw new Error(`${file.name}: ${error.message}`);
+    throw error;
+  }
+}
+
+/** The same of a definition as JSON text. */
+export const storeDefinition = async (text) =>
+  describe(await storeSurface(text, 'application/json'));
+
+/** The faces that the surface of a request chooses. */
+export function chosenOf(part, { faces, grow_from: from, up_to_deg: upTo = 20 }) {
+  if (faces) return new Set(faces);
+  if (from !== undefined) return grow(part.joints, from, upTo);
+  return new Set(part.faces.map(({ index }) => index));
+}
+
+/** Some faces, or all of a mesh, as a shape to drape on. */
+export async function shapeOf(part, chosen) {
+  const about = part.mesh
+    ? `mesh, ${(part.body.patch.length / 3).toLocaleString('en')} triangles`
+    : `${chosen.size} of ${part.faces.length} faces`;
+  const shape = await readShape(part.body, part.mesh ? new Set(part.body.patch) : chosen, about);
+  return part.mesh ? { ...shape, kind: 'mesh' } : shape;
+}
+
+/** What a drape request has for its surface. */
+export function surfaceOf(part, chosen) {
+  const all = part.mesh || chosen.size === part.faces.length;
+  const faces = [...chosen].sort((a, b) => a - b);
+  return JSON.stringify(all ? { id: part.id } : { id: part.id, faces });
+}

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: MIT
+// A part of many faces on the page: a CAD file, the faces of its tool side, the drape of these.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+import { drawn, openPage, picture, root, startBrowser, startDaemon } from './helper.mjs';
+
+const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
+let daemon, browser, page;
+
+before(async () => {
+  daemon = await startDaemon();
+  browser = await startBrowser();
+  page = await openPage(browser, daemon.url);
+});
+after(async () => {
+  await browser?.close();
+  await daemon?.stop();
+});
+
+const count = () => page.textContent('#faces-count');
+const settled = () =>
+  page.waitForFunction(() => /solved in/.test(document.querySelector('#state').textContent));
+
+/** A place of the picture in 3D, as shares of its width and height. */
+async function placeAt(x, y) {
+  const box = await page.locator('#pane-solid').boundingBox();
+  return [box.x + x * box.width, box.y + y * box.height];
+}
+
+test('part: a STEP file shows its faces, and that it is a solid', async () => {
+  await page.setInputFiles('#file', join(root, 'api/examples/dome.step'));
+  await page.waitForSelector('#faces:not([hidden])');
+  await drawn(page);
+  assert.match(await count(), /^None of 9 faces is chosen yet: click/);
+  assert.match(await page.textContent('#about'), /^dome\.step: 0 of 9 faces; 200 × 200 × 120 mm$/);
+  assert.match(await page.textContent('#faces-notes'), /a solid: its faces are both skins/);
+  assert.equal(await page.inputValue('#unit'), 'mm');
+  assert.equal(await page.inputValue('#spacing'), '10');
+});
+
+test('part: a click chooses a face, a button all that is smooth from there', async () => {
+  const [x, y] = await placeAt(0.5, 0.35);
+  await page.mouse.move(x, y);
+  await drawn(page);
+  assert.match(await page.textContent('#chip'), /^face 6: sphere/);
+  await page.mouse.click(x, y);
+  assert.equal(await count(), '1 of 9 faces are chosen.');
+  await page.click('#faces-smooth');
+  assert.equal(await count(), '3 of 9 faces are chosen.');
+  await page.waitForFunction(() => /3 of 9/.test(document.querySelector('#about').textContent));
+  await drawn(page);
+  await picture(page, 'faces');
+  await page.evaluate(axe);
+  const { violations } = await page.evaluate(() => globalThis.axe.run());
+  assert.deepEqual(
+    violations.map(({ id }) => id),
+    [],
+  );
+});
+
+test('part: what is chosen is draped, and its link shows it again', async () => {
+  await page.click('#drape');
+  await settled();
+  await drawn(page);
+  await picture(page, 'part');
+  assert.match(await page.textContent('#summary'), /Outcomecomplete/);
+  const id = /drape=(\w+)/.exec(page.url())[1];
+  const sent = await (await fetch(new URL(`v1/drapes/${id}/request`, daemon.url))).json();
+  assert.deepEqual(sent.surface.faces, [0, 1, 6]);
+  const link = await openPage(browser, page.url());
+  await link.waitForFunction(() => /solved in/.test(document.querySelector('#state').textContent));
+  assert.equal(await link.textContent('#faces-count'), '3 of 9 faces are chosen.');
+  assert.equal(await link.getAttribute('#faces-open', 'aria-pressed'), 'false');
+  assert.deepEqual(link.faults, []);
+  await link.context().close();
+});
+
+test('part: another choice marks the drape as stale, and a click on the part moves its start', async () => {
+  await page.click('details:has(#faces-list) summary');
+  await page.uncheck('#faces-list input[value="0"]');
+  assert.ok(await page.isVisible('#stale'));
+  await page.check('#faces-list input[value="0"]');
+  assert.ok(await page.isHidden('#stale'));
+  await page.click('#place');
+  await page.mouse.click(...(await placeAt(0.35, 0.55)));
+  await page.waitForFunction(() => document.querySelector('#start').value.split(',').length === 3);
+  await page.waitForFunction(() =>
+    /cells in \d+ ms/.test(document.querySelector('#state').textContent),
+  );
+  assert.equal(await page.textContent('#fault-general'), '');
+});
+
+test('part: sweeping over the picture chooses, without turning it', async () => {
+  await page.click('#faces-open');
+  await page.click('#faces-none');
+  await page.check('#faces-sweep');
+  const eye = new URL(page.url()).hash;
+  await page.mouse.move(...(await placeAt(0.5, 0.35)));
+  await page.mouse.down();
+  for (let k = 0; k <= 30; k++) await page.mouse.move(...(await placeAt(0.5, 0.35 + 0.015 * k)));
+  await page.mouse.up();
+  assert.match(await count(), /^[3-9] of 9 faces are chosen/);
+  await page.uncheck('#faces-sweep');
+  assert.equal(new URL(page.url()).hash.includes('eye='), eye.includes('eye='));
+  await page.click('#faces-all');
+  assert.equal(await count(), '9 of 9 faces are chosen.');
+});
+
+test('part: three hundred faces stay quick', async (context) => {
+  const faces = [];
+  const height = (x, y) => (x * x - y * y) / 100;
+  for (let a = 0; a < 20; a++)
+    for (let b = 0; b < 15; b++) {
+      const points = [
+        [a, b],
+        [a, b + 1],
+        [a + 1, b],
+        [a + 1, b + 1],
+      ].map(([x, y]) => [x, y, height(x, y)]);
+      faces.push({
+        degree_u: 1,
+        degree_v: 1,
+        size_u: 2,
+        size_v: 2,
+        knotvector_u: [0, 0, 1, 1],
+        knotvector_v: [0, 0, 1, 1],
+        control_points: { points },
+      });
+    }
+  const buffer = Buffer.from(JSON.stringify({ faces }));
+  const begun = Date.now();
+  await page.setInputFiles('#file', { name: 'many.json', mimeType: 'application/json', buffer });
+  await page.waitForFunction(() =>
+    /of 300 faces/.test(document.querySelector('#faces-count').textContent),
+  );
+  await drawn(page);
+  context.diagnostic(`300 faces are shown after ${Date.now() - begun} ms`);
+  await page.click('#faces-open');
+  await page.click('#faces-none');
+  const clicked = Date.now();
+  await page.mouse.click(...(await placeAt(0.5, 0.5)));
+  await page.waitForFunction(() =>
+    /^1 of 300/.test(document.querySelector('#faces-count').textContent),
+  );
+  await page.click('#faces-smooth');
+  await page.waitForFunction(() =>
+    /^300 of 300/.test(document.querySelector('#faces-count').textContent),
+  );
+  context.diagnostic(`a click and a growth take ${Date.now() - clicked} ms`);
+  await drawn(page);
+  await picture(page, 'many');
+});
+
+test('part: a mesh of triangles comes with mosaic and a likely unit', async () => {
+  const corner = (x, y) => `vertex ${x} ${y} ${(x * y) / 400}`;
+  const facets = [];
+  for (let x = 0; x < 200; x += 20)
+    for (let y = 0; y < 200; y += 20)
+      for (const [p, q, r] of [
+        [
+          [0, 0],
+          [20, 0],
+          [20, 20],
+        ],
+        [
+          [0, 0],
+          [20, 20],
+          [0, 20],
+        ],
+      ])
+        facets.push(
+          `facet normal 0 0 1\nouter loop\n${[p, q, r].map(([a, b]) => corner(x + a, y + b)).join('\n')}\nendloop\nendfacet`,
+        );
+  const buffer = Buffer.from(`solid s\n${facets.join('\n')}\nendsolid s\n`);
+  await page.setInputFiles('#file', { name: 'twist.stl', mimeType: 'model/stl', buffer });
+  await page.waitForFunction(() =>
+    document.querySelector('#about').textContent.startsWith('twist.stl'),
+  );
+  assert.match(
+    await page.textContent('#about'),
+    /names no unit; mm is assumed\. mesh, 200 triangles; 200 × 200 × 100 mm/,
+  );
+  assert.equal(await page.inputValue('#method'), 'mosaic');
+  assert.ok(await page.isHidden('#faces'));
+  await page.click('#drape');
+  await settled();
+  assert.match(await page.textContent('#summary'), /Outcomecomplete/);
+  assert.deepEqual(page.faults, []);
+});
+
+test('part: what is no STEP says so by the name of the file', async () => {
+  const buffer = Buffer.from('This is no STEP file.');
+  await page.setInputFiles('#file', { name: 'letter.step', mimeType: 'model/step', buffer });
+  await page.waitForFunction(() => document.querySelector('#fault-surface').textContent);
+  assert.match(await page.textContent('#fault-surface'), /^letter\.step: .*STEP/);
+});
+
+test('part: the picture of the README', async () => {
+  const small = await openPage(browser, daemon.url, {
+    width: 1200,
+    height: 700,
+    deviceScaleFactor: 0.65,
+  });
+  await small.setInputFiles('#file', join(root, 'api/examples/dome.step'));
+  await small.waitForSelector('#faces:not([hidden])');
+  await small.click('details:has(#faces-list) summary');
+  await small.check('#faces-list input[value="6"]');
+  await small.click('#faces-smooth');
+  await small.click('details:has(#faces-list) summary');
+  await small.fill('#spacing', '5');
+  await small.fill('#locking', '40');
+  await small.click('#drape');
+  await small.waitForFunction(() => /solved in/.test(document.querySelector('#state').textContent));
+  await drawn(small);
+  const shot = await picture(small, 'readme_part');
+  assert.ok(shot.length < 150e3, `${shot.length} bytes`);
+  await small.context().close();
+});
