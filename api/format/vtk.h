@@ -13,7 +13,7 @@
 #include <stdint.h>
 
 enum {
-    VTK_ARRAYS_MAX = 80,
+    VTK_ARRAYS_MAX = 400,
     VTK_NAME_SIZE = 64,
     VTK_BLOCK = 32768,        /* bytes of values that one piece has at most */
     VTK_PIECE = VTK_BLOCK * 2 /* room that a piece needs, the description too */
