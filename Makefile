@@ -22,7 +22,8 @@ HARDEN := -fPIE -fstack-protector-strong -fstack-clash-protection \
           $(if $(filter aarch64%,$(MACHINE)),-mbranch-protection=standard) \
           $(if $(SANITIZE),,-D_FORTIFY_SOURCE=2)
 HARDEN_LINK := -pie -Wl,-z,relro,-z,now,-z,noexecstack
-CPPFLAGS := -D_GNU_SOURCE -I. -I$(B)/gen -isystem /usr/include/postgresql
+CPPFLAGS := -D_GNU_SOURCE -I. -I$(B)/gen -isystem /usr/include/postgresql \
+            -isystem /usr/include/hdf5/serial
 CFLAGS := -std=gnu11 $(OPT) -g $(NUMERIC) $(HARDEN) $(WARN) $(SANITIZE)
 CXXFLAGS := -std=c++17 $(OPT) -g -fno-exceptions -fno-rtti -Wall -Wextra -Wpedantic -Wshadow \
             -Wconversion -Werror $(HARDEN) $(SANITIZE)
@@ -47,7 +48,9 @@ IMPORT_OBJ := $(call objects,$(wildcard cli/import/*.c) cli/files.c) \
               $(patsubst %.cc,$(B)/%.o,$(wildcard cli/import/*.cc))
 SERVER_OBJ := $(call objects,$(filter-out server/main.c server/viewer/%,$(call sources,server)))
 LIBS := $(B)/libdrapeserver.a $(B)/libdrapeapi.a $(B)/libdrape.a
-API_LIBS := -ljansson -lsodium -lz -lstdc++ -lpthread -lm
+# HDF5 from its archive: the shared library brings 30 others, HTTP clients among them.
+HDF5_LIBS := -l:libhdf5_serial.a -l:libsz.a -l:libaec.a
+API_LIBS := $(HDF5_LIBS) -ljansson -lsodium -lz -lstdc++ -lpthread -lm
 SERVER_LIBS := -lmicrohttpd -lseccomp -lsqlite3 -lpq -lzstd $(API_LIBS)
 
 .PHONY: all help demo check test lint format install install-import deb sbom clean

@@ -3,7 +3,7 @@
 """Writes the bill of materials of the two programs, CycloneDX 1.5 as JSON, on standard output.
 
 What they load comes from ldd and dpkg: the package of each shared library with its version, its
-source and the licences that its copyright file names. Packages of npm come from the lock files;
+source and the licences that its copyright file names; so do the archives that are linked in. Packages of npm come from the lock files;
 those of tests/ are excluded from what runs. Usage: deploy/sbom.py VERSION PROGRAM...
 """
 import hashlib
@@ -14,6 +14,8 @@ import subprocess
 import sys
 
 FIELDS = "${Package}\t${Version}\t${Architecture}\t${source:Package}\t${source:Version}"
+# As in the Makefile: HDF5_LIBS.
+ARCHIVES = ["libhdf5_serial.a", "libsz.a", "libaec.a"]
 HERE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 
@@ -28,6 +30,11 @@ def libraries(programs):
         for path in re.findall(r"(/\S+) \(0x", said("ldd", program)):
             found.add(os.path.realpath(path))
     return sorted(found)
+
+
+def archives():
+    """Those in the compiler's folders, their symbolic links followed."""
+    return [os.path.realpath(said("gcc", f"-print-file-name={name}").strip()) for name in ARCHIVES]
 
 
 def package_of(library):
@@ -97,7 +104,7 @@ def program_component(program):
 def main():
     version, programs = sys.argv[1], sys.argv[2:]
     files = {}
-    for library in libraries(programs):
+    for library in libraries(programs) + archives():
         files.setdefault(package_of(library), []).append(library)
     debian = [debian_component(package, files[package]) for package in sorted(files)]
     npm = {each["bom-ref"]: each for lock in lock_files() for each in npm_components(lock)}

@@ -5,7 +5,7 @@
 set -eu
 
 build='gcc g++ libmicrohttpd-dev libjansson-dev libsodium-dev libsqlite3-dev libpq-dev zlib1g-dev
-    libzstd-dev libseccomp-dev libocct-data-exchange-dev python3-yaml curl jq'
+    libzstd-dev libseccomp-dev libocct-data-exchange-dev libhdf5-dev python3-yaml curl jq'
 command -v npm >/dev/null || build="$build nodejs npm"
 package='build-essential debhelper' # for make deb
 # The last lines: readers of result formats that others wrote, a solver that runs decks, the browser.
@@ -13,7 +13,7 @@ tests='bats libcmocka-dev clang-format-14 procps wrk gcovr valgrind
     man-db systemd lintian sqlite3 openssl zstd postgresql-15 pgbouncer
     iproute2 util-linux mount e2fsprogs
     python3-vtk9 python3-numpy python3-ezdxf python3-meshio librsvg2-bin unzip
-    calculix-ccx chromium'
+    calculix-ccx python3-h5py chromium'
 
 case "${1:-}" in
 build) wanted=$build ;;

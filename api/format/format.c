@@ -17,6 +17,7 @@
     X(npz)                                                                                         \
     X(vtu)                                                                                         \
     X(lcmsim)                                                                                      \
+    X(lcmsim_h5)                                                                                   \
     X(nastran)                                                                                     \
     X(optistruct)                                                                                  \
     X(radioss)                                                                                     \

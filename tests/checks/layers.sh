@@ -71,6 +71,7 @@ only sqlite3.h 'server/store/sqlite/(db|backup)\.c' # copies need the library's 
 only libpq-fe.h 'server/store/postgres/(pool|query|notify|backup)\.c' # COPY is no statement of query.h
 only jansson.h 'api/json/(place|parse)\.c|server/resources/documents\.c'
 only zlib.h 'api/format/(npz|lcmsim|png)\.c|server/http/compress\.c'
+only hdf5.h 'api/format/hdf5\.c'
 only seccomp.h 'server/work/sandbox\.c'
 only zstd.h 'server/http/compress\.c'
 only sodium.h 'api/request/digest\.c|server/store/checksum\.c|server/store/cursor\.c|server/id\.c|server/store/sqlite/jobs\.c|server/http/tokens\.c'

@@ -122,6 +122,7 @@ json application/json
 csv text/csv
 vtu application/vnd.vtk
 lcmsim application/zip
+lcmsim-h5 application/x-lcmsim
 nastran text/x-nastran
 optistruct text/x-optistruct
 lsdyna text/x-lsdyna
@@ -130,7 +131,7 @@ calculix text/x-calculix
 END
     map_bulk '?format=glb'
     expect_problem 406 not-acceptable
-    [[ $(field .detail) == *'json, csv, vtu, lcmsim, nastran, optistruct, radioss, lsdyna, abaqus, calculix' ]]
+    [[ $(field .detail) == *'json, csv, vtu, lcmsim, lcmsim-h5, nastran, optistruct, radioss, lsdyna, abaqus, calculix' ]]
     map_bulk '' -H 'Accept: image/png'
     expect_problem 406 not-acceptable
     for format in vtu lcmsim nastran calculix; do

@@ -124,6 +124,23 @@ write_map() {
     done
 }
 
+@test "readers: vtu has the plies by ply" {
+    stack m 1
+    write_map vtu "$folder/map.vtu"
+    $READ vtu-plies "$folder/map.vtu" "$folder/map.json"
+}
+
+@test "readers: h5py finds what LCMsim reads, by name, type and shape, and each cell's own values" {
+    stack m 1
+    jq -c '.permeability = {model: "kozeny_carman", k1: 1.63e-10, k2: 5e-11, k3: 1e-12,
+        at_fiber_volume_fraction: 0.4}' "$folder/request.json" >"$folder/new.json"
+    mv "$folder/new.json" "$folder/request.json"
+    write_map json "$folder/map.json"
+    write_map lcmsim-h5 "$folder/mesh.h5" --inlet "$(jq '.mesh.ids[3]' "$folder/mesh.json")" \
+        --outlet "$(jq '.mesh.ids[9]' "$folder/mesh.json")"
+    $READ lcmsim-h5 "$folder/mesh.h5" "$folder/map.json" "$folder/mesh.json"
+}
+
 @test "readers: CalculiX runs its deck, with the stresses that the angles give and the volumes" {
     folder=$BATS_TEST_TMPDIR
     jq -c '.surface.control_points.points |= map([.[0], .[1], 0]) | .direction = {angle_deg: 30} |

@@ -257,13 +257,79 @@ def read_lcmsim(folder, _=None):
         assert max(abs(a - b) for a, b in zip(point, expected)) == 0
 
 
+def read_lcmsim_h5(path, result, mesh):
+    """What create_LcmMesh of LCMsim v2 takes, by name, type and shape as Julia has stored it; the
+    values of each cell are its element's own."""
+    import collections
+
+    import h5py
+    import numpy
+
+    shapes = mesh["mesh"].get("triangles", []) + mesh["mesh"].get("quads", [])
+    with h5py.File(path) as file:
+        cells, points = file["mesh/cells"], file["mesh/vertices"]
+        count = cells.shape[1]
+        assert cells.dtype == "<i8" and cells.shape == (3, count)
+        assert points.dtype == "<f8" and points.shape == (3, len(mesh["mesh"]["vertices"]))
+        p = {name: file["properties"][name][...] for name in file["properties"]}
+        names = dict(file["properties"].attrs)
+        cells, points = cells[...].T - 1, points[...].T
+    for name in ("part_id", "type"):
+        assert p[name].dtype == "<i8" and p[name].shape == (count,)
+    for name in ("thickness", "porosity", "permeability", "alpha", "volume", "area", "ap", "cp"):
+        assert p[name].dtype == "<f8" and p[name].shape == (count,)
+    assert p["reference_direction"].shape == (3, count)
+    assert names == {"1": b"base", "2": b"inlet", "3": b"outlet"}
+    of = {tuple(sorted(c)): e for e, s in enumerate(shapes) for c in ([s[0:3]] if len(s) == 3 else
+          [s[0:3], [s[0], s[2], s[3]]])}
+    edges = collections.Counter(tuple(e) for c in cells for e in ((c[0], c[1]), (c[1], c[2]),
+                                                                  (c[0], c[2])))
+    columns = result["cells"]
+    assert len(of) == count and numpy.array_equal(points, mesh["mesh"]["vertices"])
+    for k, cell in enumerate(cells):
+        e = of[tuple(cell)]
+        a, b, c = points[cell]
+        area = numpy.linalg.norm(numpy.cross(b - a, c - a)) / 2
+        assert p["permeability"][k] == columns["k1"][e] and p["thickness"][k] == columns["thickness"][e]
+        assert p["alpha"][k] == columns["k2"][e] / columns["k1"][e]
+        assert p["porosity"][k] == p["ap"][k] == columns["porosity"][e] and p["cp"][k] == 0
+        assert all(p["reference_direction"][i, k] == columns["k1_" + x][e] for i, x in enumerate("xyz"))
+        assert abs(p["area"][k] / area - 1) < 1e-12
+        assert abs(p["volume"][k] / area / p["thickness"][k] - 1) < 1e-12
+        wall = 1 in (edges[cell[0], cell[1]], edges[cell[1], cell[2]], edges[cell[0], cell[2]])
+        assert p["type"][k] == {1: -3 if wall else 1, 2: -1, 3: -2}[p["part_id"][k]]
+
+
+def read_vtu_plies(path, result):
+    """Arrays by ply: the rows of the table, and not a number where there is none."""
+    import numpy
+    import vtk
+
+    reader = vtk.vtkXMLUnstructuredGridReader()
+    reader.SetFileName(path)
+    reader.Update()
+    arrays = vtk_arrays(reader.GetOutput().GetCellData())
+    plies, place = result["plies"], {e: k for k, e in enumerate(result["cells"]["id"])}
+    names = {"angle_deg": "angle", "shear_deg": "shear", "thickness": "thickness",
+             "fiber_volume_fraction": "fiber_volume_fraction"}
+    for ply in range(1, max(plies["ply"]) + 1):
+        rows = [k for k, p in enumerate(plies["ply"]) if p == ply]
+        for column, name in names.items():
+            array = arrays[f"{name}_{ply}"].copy()
+            at = [place[plies["element"][k]] for k in rows]
+            assert all(array[at] == numpy.array(plies[column])[rows])
+            array[at] = 0
+            assert numpy.isnan(array).sum() == len(array) - len(rows)
+
+
 def main():
     kind, path, *rest = sys.argv[1:]
     if kind == "svg":
         read_svg(path, load(rest[0]), float(rest[1]))
         return
     readers = {"vtp": read_vtp, "vtu": read_vtu, "npz": read_npz, "csv": read_csv, "glb": read_glb,
-               "dxf": read_dxf, "lcmsim": read_lcmsim}
+               "dxf": read_dxf, "lcmsim": read_lcmsim, "lcmsim-h5": read_lcmsim_h5,
+               "vtu-plies": read_vtu_plies}
     readers[kind](path, *[load(name) for name in rest])
 
 

@@ -314,6 +314,17 @@ static void test_formats_vtu_is_golden(void **state) {
     bytes_free(&text);
 }
 
+/* The bytes are those of Debian's libhdf5 1.10. */
+static void test_formats_lcmsim_h5_is_golden(void **state) {
+    (void)state;
+    static const uint8_t gates[] = {MAP_NO_GATE, MAP_INLET};
+    struct map_fields fields = small_mesh();
+    fields.gates = gates;
+    struct bytes text = encode_mesh("lcmsim-h5", &fields);
+    compare_golden("small.lcmsim-h5", text.data, text.length);
+    bytes_free(&text);
+}
+
 /* ---- decks ---- */
 
 static const char *const decks[] = {"nastran", "optistruct", "radioss",
@@ -652,6 +663,7 @@ int main(void) {
         cmocka_unit_test(test_fieldset_tensor_has_the_given_principal_values),
         cmocka_unit_test(test_colour_grows_lighter_evenly),
         cmocka_unit_test(test_formats_vtu_is_golden),
+        cmocka_unit_test(test_formats_lcmsim_h5_is_golden),
         cmocka_unit_test(test_formats_of_decks_are_golden),
         cmocka_unit_test(test_formats_of_decks_say_what_they_cannot_hold),
         cmocka_unit_test(test_cards_layers_follow_the_normal_of_the_element),

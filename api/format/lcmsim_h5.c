@@ -1,0 +1,272 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * LCMsim's own HDF5 mesh, with the inputs of every cell: exact, where a case (`lcmsim.c`) has
+ * parts. Names, types and shapes are those that create_LcmMesh of LCMsim v2 reads and
+ * save_plottable_mesh writes (github.com/LCMsim/LCMsim_v2.jl at ccfe9b6,
+ * src/preparation/meshUtils.jl, src/ioUtils.jl). Julia has the first index run fastest: what it
+ * sees as N x 3 is 3 x N here. SI units.
+ *
+ * - Quadrilaterals are split along the first diagonal. Corners are sorted by number, as LCMsim's
+ *   readers of meshes leave them. Cells with an edge that no other cell shares are walls.
+ * - ap is the porosity and cp 0: it does not follow the pressure.
+ */
+#include "encoder.h"
+#include "hdf5.h"
+#include "lcmsim.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* LCMsim refuses more. */
+static const double porosity_max = 0.99;
+
+/* Numbers of LCMsim: of CELLTYPE, and of parts, which have names. */
+enum { TYPE_INNER = 1, TYPE_INLET = -1, TYPE_OUTLET = -2, TYPE_WALL = -3 };
+static const struct {
+    int part, type;
+    const char *id, *name;
+} gates[MAP_GATES] = {[MAP_NO_GATE] = {1, TYPE_INNER, "1", "base"},
+                      [MAP_INLET] = {2, TYPE_INLET, "2", "inlet"},
+                      [MAP_OUTLET] = {3, TYPE_OUTLET, "3", "outlet"},
+                      [MAP_CHANNEL] = {4, TYPE_INNER, "4", "channel"}};
+
+struct cell {
+    int32_t corner[3]; /* sorted */
+    int32_t element;
+    bool wall;
+};
+
+struct state {
+    struct lcmsim_source source;
+    struct cell *cell;
+    size_t cells, sent;
+    struct hdf5_file *file;
+    const char *image;
+    size_t length;
+};
+
+/* ---- cells ---- */
+
+static void add_cell(struct state *state, size_t element, int32_t a, int32_t b, int32_t c) {
+    struct cell *cell = &state->cell[state->cells++];
+    int32_t low = a < b ? a : b, high = a < b ? b : a;
+    int32_t first = low < c ? low : c, last = high > c ? high : c;
+    *cell = (struct cell){{first, a + b + c - first - last, last}, (int32_t)element, false};
+}
+
+/* What cannot be filled is not there: a wall to the flow. */
+static bool list_cells(struct state *state, const struct map_fields *fields) {
+    struct lcmsim_inputs in;
+    state->cell = malloc(2 * fields->element_count * sizeof *state->cell);
+    for (size_t e = 0; state->cell && e < fields->element_count; e++) {
+        const int32_t *corner = fields->elements[e];
+        if (lcmsim_read(&state->source, e, &in) == LCMSIM_LEFT_OUT)
+            continue;
+        add_cell(state, e, corner[0], corner[1], corner[2]);
+        if (corner[3] >= 0)
+            add_cell(state, e, corner[0], corner[2], corner[3]);
+    }
+    return state->cell != NULL;
+}
+
+struct edge {
+    int32_t a, b, cell;
+};
+
+static int compare(const void *x, const void *y) {
+    const struct edge *p = x, *q = y;
+    return p->a != q->a ? (p->a > q->a) - (p->a < q->a) : (p->b > q->b) - (p->b < q->b);
+}
+
+static bool find_walls(struct state *state) {
+    size_t count = 3 * state->cells;
+    struct edge *edges = malloc(count * sizeof *edges);
+    if (!edges)
+        return false;
+    for (size_t c = 0; c < state->cells; c++) {
+        const int32_t *v = state->cell[c].corner;
+        for (size_t k = 0; k < 3; k++)
+            edges[3 * c + k] = (struct edge){v[k == 2], v[k == 0 ? 1 : 2], (int32_t)c};
+    }
+    qsort(edges, count, sizeof *edges, compare);
+    for (size_t k = 0; k < count; k++)
+        if ((k == 0 || compare(&edges[k - 1], &edges[k]) != 0) &&
+            (k + 1 == count || compare(&edges[k], &edges[k + 1]) != 0))
+            state->cell[edges[k].cell].wall = true;
+    free(edges);
+    return true;
+}
+
+static enum map_gate gate_of(const struct map_fields *fields, const struct cell *cell) {
+    return fields->gates ? (enum map_gate)fields->gates[cell->element] : MAP_NO_GATE;
+}
+
+/* ---- inputs ---- */
+
+static double area_of(const struct map_fields *fields, const struct cell *cell) {
+    const struct vec3 *v = fields->vertices;
+    struct vec3 p = v[cell->corner[0]];
+    double metres = fields->unit->metres;
+    return 0.5 * metres * metres *
+           vec3_norm(vec3_cross(vec3_sub(v[cell->corner[1]], p), vec3_sub(v[cell->corner[2]], p)));
+}
+
+/* A cell's inputs; a channel has a permeability of its own, the same in every direction. */
+static struct lcmsim_inputs inputs_of(const struct encoder *encoder, const struct cell *cell) {
+    const struct state *state = encoder->state;
+    const struct map_fields *fields = &encoder->fields;
+    struct lcmsim_inputs in;
+    (void)lcmsim_read(&state->source, (size_t)cell->element, &in);
+    in.porosity = fmin(in.porosity, porosity_max);
+    if (gate_of(fields, cell) == MAP_CHANNEL)
+        in.k1 = in.k2 = in.k3 = fields->channel_permeability;
+    return in;
+}
+
+enum real { VOLUME, AREA, PERMEABILITY, POROSITY, THICKNESS, ALPHA, AP, CP, REALS };
+
+static const char *const real_names[REALS] = {"/properties/volume",       "/properties/area",
+                                              "/properties/permeability", "/properties/porosity",
+                                              "/properties/thickness",    "/properties/alpha",
+                                              "/properties/ap",           "/properties/cp"};
+
+static double real_of(const struct encoder *encoder, const struct cell *cell, enum real real) {
+    struct lcmsim_inputs in = inputs_of(encoder, cell);
+    switch (real) {
+    case VOLUME:
+        return area_of(&encoder->fields, cell) * in.thickness;
+    case AREA:
+        return area_of(&encoder->fields, cell);
+    case PERMEABILITY:
+        return in.k1;
+    case THICKNESS:
+        return in.thickness;
+    case ALPHA:
+        return in.k2 / in.k1;
+    case CP:
+        return 0;
+    default:
+        return in.porosity;
+    }
+}
+
+/* ---- the file ---- */
+
+/* Room for the largest dataset, used for each in turn. */
+union values {
+    double *real;
+    int64_t *integer;
+    void *room;
+};
+
+static void write_mesh(const struct encoder *encoder, union values values) {
+    const struct state *state = encoder->state;
+    const struct map_fields *fields = &encoder->fields;
+    size_t points = fields->vertex_count, cells = state->cells;
+    hdf5_group(state->file, "/mesh");
+    for (size_t k = 0; k < points; k++) {
+        struct vec3 v = vec3_scale(fields->unit->metres, fields->vertices[k]);
+        values.real[k] = v.x;
+        values.real[points + k] = v.y;
+        values.real[2 * points + k] = v.z;
+    }
+    hdf5_reals(state->file, "/mesh/vertices", 3, points, values.real);
+    for (size_t c = 0; c < cells; c++)
+        for (size_t k = 0; k < 3; k++)
+            values.integer[k * cells + c] = state->cell[c].corner[k] + 1;
+    hdf5_integers(state->file, "/mesh/cells", 3, cells, values.integer);
+}
+
+static void write_parts(const struct encoder *encoder, union values values) {
+    const struct state *state = encoder->state;
+    bool there[MAP_GATES] = {false};
+    for (size_t c = 0; c < state->cells; c++) {
+        enum map_gate gate = gate_of(&encoder->fields, &state->cell[c]);
+        values.integer[c] = gates[gate].part;
+        there[gate] = true;
+    }
+    hdf5_integers(state->file, "/properties/part_id", state->cells, 0, values.integer);
+    for (size_t c = 0; c < state->cells; c++) {
+        const struct cell *cell = &state->cell[c];
+        int type = gates[gate_of(&encoder->fields, cell)].type;
+        values.integer[c] = type == TYPE_INNER && cell->wall ? TYPE_WALL : type;
+    }
+    hdf5_integers(state->file, "/properties/type", state->cells, 0, values.integer);
+    for (int gate = 0; gate < MAP_GATES; gate++)
+        if (there[gate])
+            hdf5_string(state->file, "/properties", gates[gate].id, gates[gate].name);
+}
+
+static void write_properties(const struct encoder *encoder, union values values) {
+    const struct state *state = encoder->state;
+    size_t cells = state->cells;
+    hdf5_group(state->file, "/properties");
+    for (int real = 0; real < REALS; real++) {
+        for (size_t c = 0; c < cells; c++)
+            values.real[c] = real_of(encoder, &state->cell[c], (enum real)real);
+        hdf5_reals(state->file, real_names[real], cells, 0, values.real);
+    }
+    for (size_t c = 0; c < cells; c++) {
+        struct vec3 d = inputs_of(encoder, &state->cell[c]).direction;
+        values.real[c] = d.x;
+        values.real[cells + c] = d.y;
+        values.real[2 * cells + c] = d.z;
+    }
+    hdf5_reals(state->file, "/properties/reference_direction", 3, cells, values.real);
+    write_parts(encoder, values);
+}
+
+static void write_file(const struct encoder *encoder) {
+    struct state *state = encoder->state;
+    size_t points = encoder->fields.vertex_count;
+    size_t rows = state->cells > points ? state->cells : points;
+    union values values = {.room = malloc(3 * rows * sizeof(double))};
+    state->file = values.room ? hdf5_new() : NULL;
+    if (state->file) {
+        write_mesh(encoder, values);
+        write_properties(encoder, values);
+        state->image = hdf5_image(state->file, &state->length);
+    }
+    free(values.room);
+}
+
+/* ---- the format ---- */
+
+static bool begin(struct encoder *encoder, struct api_problem *problem) {
+    struct state *state = encoder->state;
+    if (!lcmsim_open(&state->source, &encoder->fields, encoder->options.fiber_volume_fraction,
+                     problem))
+        return false;
+    if (list_cells(state, &encoder->fields) && find_walls(state))
+        write_file(encoder);
+    if (!state->image)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to make the HDF5 file");
+    encoder->length = state->length;
+    return problem->id == API_OK;
+}
+
+static void next(struct encoder *encoder) {
+    struct state *state = encoder->state;
+    size_t left = state->length - state->sent;
+    size_t part = left < encoder->piece.capacity ? left : encoder->piece.capacity;
+    api_text_bytes(&encoder->piece, state->image + state->sent, part);
+    state->sent += part;
+    encoder->ended = state->sent == state->length;
+}
+
+static void end(struct encoder *encoder) {
+    struct state *state = encoder->state;
+    hdf5_free(state->file);
+    free(state->cell);
+}
+
+const struct format format_lcmsim_h5 = {.name = "lcmsim-h5",
+                                        .media_type = "application/x-lcmsim",
+                                        .about = "LCMsim's HDF5 mesh with the inputs of every cell",
+                                        .exact = "every bit",
+                                        .uses = FORMAT_MAP,
+                                        .elements = true,
+                                        .state_size = sizeof(struct state),
+                                        .begin = begin,
+                                        .next = next,
+                                        .end = end};
