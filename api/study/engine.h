@@ -21,7 +21,7 @@ struct api_study {
 };
 
 /* A task as `struct api_study_task` holds it. */
-enum study_work { STUDY_WORK_GRID, STUDY_WORK_KINDS };
+enum study_work { STUDY_WORK_GRID, STUDY_WORK_REFINE, STUDY_WORK_CHECK, STUDY_WORK_KINDS };
 enum { STUDY_CRASHES_AT = 4, STUDY_OWN_AT = STUDY_CRASHES_AT + API_STUDY_CRASHES };
 #define STUDY_TASK_WORK value[0]
 #define STUDY_TASK_VARIANTS value[1] /* at the most */
@@ -55,6 +55,11 @@ double study_nodes(const struct api_study *study, double coarseness);
  * which one is missed, 0 where all are kept; infinite for a failure. */
 double study_violation(const struct api_study *study, const struct study_row *row);
 
+/* By how much, as a share of its range, a quantity is beyond a limit's lower or upper end; negative
+ * within. */
+double study_limit_excess(const struct api_study *study, const struct study_row *row,
+                          enum quantity_id id, bool lower);
+
 /* The same of one limit. */
 double study_limit_violation(const struct api_study *study, const struct study_row *row,
                              enum quantity_id id);
@@ -65,5 +70,28 @@ enum api_problem_id grid_plan(const struct api_study *study, const struct study_
                               size_t count, struct arena *arena, struct api_study_plan *plan,
                               struct api_problem *problem) STATUS_MUST_USE;
 bool grid_chunk(struct study_chunk *chunk) STATUS_MUST_USE;
+
+/* How an optimisation shares its budget out; in `optimise.c`. */
+struct optimise_shares {
+    size_t starts; /* of the first round, which looks everywhere */
+    size_t each;   /* angles and pre-shears at each of them */
+    double period; /* of the warp's angle; 0: it is bounded by the study's range */
+    double coarseness;
+};
+struct optimise_shares optimise_shares(const struct api_study *study);
+
+/* Variant k of the first round. */
+struct study_variant optimise_variant(const struct api_study *study, size_t k);
+
+enum api_problem_id optimise_plan(const struct api_study *study, const struct study_row *rows,
+                                  size_t count, struct arena *arena, struct api_study_plan *plan,
+                                  struct api_problem *problem) STATUS_MUST_USE;
+bool refine_chunk(struct study_chunk *chunk) STATUS_MUST_USE;
+bool check_chunk(struct study_chunk *chunk) STATUS_MUST_USE;
+
+/* Lists tasks of `each` variants, numbered from 0, for the first round of a search. */
+enum api_problem_id grid_tasks(const struct api_study *study, size_t variants, double coarseness,
+                               struct arena *arena, struct api_study_plan *plan,
+                               struct api_problem *problem) STATUS_MUST_USE;
 
 #endif

@@ -33,21 +33,18 @@ static struct study_variant variant_at(const struct api_study *study, size_t k) 
     return variant;
 }
 
-static size_t variants_of_a_task(const struct api_study *study, size_t variants) {
-    double nodes = study_nodes(study, 1);
+static size_t variants_of_a_task(const struct api_study *study, size_t variants,
+                                 double coarseness) {
+    double nodes = study_nodes(study, coarseness);
     double share = fmin(fmax(nodes * (double)variants / SHARES, nodes_least), nodes_most);
     return (size_t)fmin(fmax(share / nodes, 1), VARIANTS_MOST);
 }
 
-enum api_problem_id grid_plan(const struct api_study *study, const struct study_row *rows,
-                              size_t count, struct arena *arena, struct api_study_plan *plan,
-                              struct api_problem *problem) {
-    size_t variants = variant_count(study), each = variants_of_a_task(study, variants);
+enum api_problem_id grid_tasks(const struct api_study *study, size_t variants, double coarseness,
+                               struct arena *arena, struct api_study_plan *plan,
+                               struct api_problem *problem) {
+    size_t each = variants_of_a_task(study, variants, coarseness);
     size_t tasks = (variants + each - 1) / each;
-    (void)rows;
-    plan->variants = variants;
-    if (count > 0)
-        return API_OK;
     struct api_study_task *list = arena_alloc(arena, tasks, sizeof *list);
     if (!list) {
         api_problem_set(problem, API_OUT_OF_MEMORY, "the study needs more memory than allowed");
@@ -64,12 +61,22 @@ enum api_problem_id grid_plan(const struct api_study *study, const struct study_
     return API_OK;
 }
 
+enum api_problem_id grid_plan(const struct api_study *study, const struct study_row *rows,
+                              size_t count, struct arena *arena, struct api_study_plan *plan,
+                              struct api_problem *problem) {
+    (void)rows;
+    plan->variants = variant_count(study);
+    return count > 0 ? API_OK : grid_tasks(study, plan->variants, 1, arena, plan, problem);
+}
+
 bool grid_chunk(struct study_chunk *chunk) {
+    const struct api_study *study = chunk->study;
+    bool optimise = study->request.search == STUDY_SEARCH_OPTIMISE;
     size_t first = (size_t)chunk->task->value[STUDY_OWN_AT];
     size_t count = api_study_task_variants(chunk->task);
     struct study_row row;
-    for (size_t k = 0; k < count && first + k < variant_count(chunk->study); k++) {
-        struct study_variant variant = variant_at(chunk->study, first + k);
+    for (size_t k = first; k < first + count; k++) {
+        struct study_variant variant = optimise ? optimise_variant(study, k) : variant_at(study, k);
         if (!study_chunk_drape(chunk, &variant, &row))
             return false;
     }

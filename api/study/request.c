@@ -345,9 +345,6 @@ static void decode_study(const struct json_place *root, const struct api_input *
     decode_vary(root, r);
     decode_sample(root, r);
     check_count(root, limits, r);
-    struct json_place search = place_member(root, "search");
-    if (r->search == STUDY_SEARCH_OPTIMISE)
-        place_fault(&search, "must be \"grid\": there is no other search yet");
     if (r->sample > 0)
         place_fault(&sample, "is not there yet");
 }

@@ -63,8 +63,11 @@ static enum status find_starts(struct api_study *study) {
     if (r->starts != STUDY_STARTS_GRID && r->starts != STUDY_STARTS_POINTS)
         return STATUS_OK;
     study->start_count = r->start_count;
-    if (r->starts == STUDY_STARTS_GRID)
-        status = spread_over(&part, r->start_count, study->arena, &places, &study->start_count);
+    if (r->starts == STUDY_STARTS_GRID) {
+        bool optimise = r->search == STUDY_SEARCH_OPTIMISE;
+        size_t wanted = optimise ? optimise_shares(study).starts : r->start_count;
+        status = spread_over(&part, wanted, study->arena, &places, &study->start_count);
+    }
     study->starts = arena_alloc(study->arena, study->start_count, sizeof *study->starts);
     if (status != STATUS_OK || !study->starts)
         return STATUS_OUT_OF_MEMORY;
@@ -222,8 +225,10 @@ enum api_problem_id api_study_chunk(const struct api_study *study,
                                     const struct api_study_task *task,
                                     const struct api_study_monitor *monitor, struct arena *arena,
                                     const struct api_sink *sink, struct api_problem *problem) {
-    static bool (*const works[STUDY_WORK_KINDS])(struct study_chunk *) = {[STUDY_WORK_GRID] =
-                                                                              grid_chunk};
+    static bool (*const works[STUDY_WORK_KINDS])(struct study_chunk *) = {
+        [STUDY_WORK_GRID] = grid_chunk,
+        [STUDY_WORK_REFINE] = refine_chunk,
+        [STUDY_WORK_CHECK] = check_chunk};
     struct study_chunk chunk = {study, task, monitor, arena, sink, problem, 0};
     struct arena_mark mark = arena_mark(arena);
     double work = task->STUDY_TASK_WORK;
@@ -263,7 +268,8 @@ enum api_problem_id api_study_plan(const struct api_study *study,
     if (!rows)
         return problem->id;
     plan->done = count;
-    return grid_plan(study, rows, count, arena, plan, problem);
+    bool optimise = study->request.search == STUDY_SEARCH_OPTIMISE;
+    return (optimise ? optimise_plan : grid_plan)(study, rows, count, arena, plan, problem);
 }
 
 /* ---- limits ---- */
@@ -283,15 +289,20 @@ static double range_of(const struct api_study *study, enum quantity_id id, doubl
     }
 }
 
+double study_limit_excess(const struct api_study *study, const struct study_row *row,
+                          enum quantity_id id, bool lower) {
+    const struct study_limit *limit = &study->request.limit[id];
+    double value = row->quantity[id];
+    return lower ? (limit->min - value) / range_of(study, id, limit->min)
+                 : (value - limit->max) / range_of(study, id, limit->max);
+}
+
 double study_limit_violation(const struct api_study *study, const struct study_row *row,
                              enum quantity_id id) {
     const struct study_limit *limit = &study->request.limit[id];
-    double value = row->quantity[id], missed = 0;
-    if (limit->has_min)
-        missed = fmax(missed, (limit->min - value) / range_of(study, id, limit->min));
-    if (limit->has_max)
-        missed = fmax(missed, (value - limit->max) / range_of(study, id, limit->max));
-    return missed;
+    double low = limit->has_min ? study_limit_excess(study, row, id, true) : 0;
+    double high = limit->has_max ? study_limit_excess(study, row, id, false) : 0;
+    return fmax(fmax(low, high), 0);
 }
 
 double study_violation(const struct api_study *study, const struct study_row *row) {

@@ -64,7 +64,7 @@ void api_study_close(struct api_study *study);
 
 /* One piece of work, to be stored and sent as these numbers (as many bytes, little-endian float64,
  * everywhere). What they mean is the engine's own affair. */
-enum { API_STUDY_TASK = 32 };
+enum { API_STUDY_TASK = 48 };
 struct api_study_task {
     double value[API_STUDY_TASK];
 };
