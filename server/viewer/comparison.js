@@ -23,14 +23,14 @@ export class Comparison {
     this.other = { ...drape, spacing: spacingOf(settings), label: labelOf(settings) };
     this.view.setNet('two', drape.lattice, this.other.spacing);
     element('caption-other').textContent = `The other: ${this.other.label}`;
-    element('compare-end').hidden = false;
+    for (const id of ['compare-end', 'caption-flat']) element(id).hidden = false;
     this.view.arrange('compare');
   }
 
   end() {
     this.other = this.values = null;
     for (const slot of ['two', 'difference']) this.view.setNet(slot, null);
-    element('compare-end').hidden = true;
+    for (const id of ['compare-end', 'caption-flat']) element(id).hidden = true;
     element('caption-one').textContent = '';
   }
 

@@ -695,6 +695,8 @@ function listenView() {
     view.arrange(page.layout);
     save();
   });
+  for (const button of document.querySelectorAll('[data-to]'))
+    button.addEventListener('click', () => element(button.dataset.to).scrollIntoView());
   element('home').addEventListener('click', () => {
     view.home();
     save();

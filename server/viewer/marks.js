@@ -152,6 +152,35 @@ export function makeCrosses(lattice, spacing) {
   return new THREE.LineSegments(geometryOf(ends, white), style);
 }
 
+/* ---- rim ---- */
+
+/** The edge of the cloth in the flat pattern; null for a net on the way, which comes without it. */
+export function makeRim({ columns }, spacing, tint) {
+  const loops = columns['rim.loop'];
+  if (!loops?.length) return null;
+  const place = (row) => [
+    columns['rim.p'][row] * spacing[0],
+    columns['rim.q'][row] * spacing[1],
+    0,
+  ];
+  const ends = [];
+  let first = 0;
+  for (let row = 0; row < loops.length; row++) {
+    const last = loops[row + 1] !== loops[row];
+    ends.push(...place(row), ...place(last ? first : row + 1));
+    if (last) first = row + 1;
+  }
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute('position', new THREE.Float32BufferAttribute(ends, 3));
+  const color = new THREE.Color().setRGB(...tint, THREE.SRGBColorSpace);
+  const rim = new THREE.LineSegments(
+    geometry,
+    new THREE.LineBasicMaterial({ color, depthTest: false }),
+  );
+  rim.renderOrder = 1;
+  return rim;
+}
+
 /* ---- front ---- */
 
 /** The node nearest to a place of the front, which may lie one step beyond the net. */

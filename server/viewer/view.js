@@ -10,6 +10,7 @@ import {
   frontOf,
   makeCrosses,
   makeFront,
+  makeRim,
   makeSurface,
   sinkSurface,
 } from './marks.js';
@@ -198,7 +199,8 @@ export class View {
     }
     entry.shift = lattice.origin.map((value, axis) => value - this.origin[axis]);
     this.#add(entry, net.solid);
-    if (slot === 'one') this.#setFlat(entry);
+    if (slot === 'one') this.panes.flat.scene.add(net.flat);
+    if (slot !== 'difference') this.#setFlat(entry, slot);
     this.#sinkSurface();
     this.show(this.shown);
   }
@@ -218,13 +220,28 @@ export class View {
     if (marks[name]) marks[name].visible = on;
   }
 
-  #setFlat({ net, lattice, spacing }) {
-    const { imin, imax, jmin, jmax } = lattice.grid;
-    const half = [((imax - imin) * spacing[0]) / 2 || 1, ((jmax - jmin) * spacing[1]) / 2 || 1];
-    const centre = [((imax + imin) * spacing[0]) / 2, ((jmax + jmin) * spacing[1]) / 2];
+  /** The rim of the flat pattern, over that of another drape; all of both is to be seen. */
+  #setFlat(entry, slot) {
     const { flat } = this.panes;
-    flat.scene.add(net.flat);
-    if (flat.half.join() !== half.join()) flat.frameFlat(half, centre);
+    entry.rim = makeRim(
+      entry.lattice,
+      entry.spacing,
+      tintOf(slot === 'one' ? '--text' : '--chosen'),
+    );
+    if (entry.rim) flat.scene.add(entry.rim);
+    const boxes = ['one', 'two']
+      .filter((name) => this.slots[name])
+      .map((name) => {
+        const { lattice, spacing } = this.slots[name];
+        const { imin, imax, jmin, jmax } = lattice.grid;
+        return [imin * spacing[0], jmin * spacing[1], -imax * spacing[0], -jmax * spacing[1]];
+      });
+    const [left, low, right, high] = [0, 1, 2, 3].map((k) =>
+      Math.min(...boxes.map((box) => box[k])),
+    );
+    const half = [(-right - left) / 2 || 1, (-high - low) / 2 || 1];
+    if (flat.half.join() !== half.join())
+      flat.frameFlat(half, [(left - right) / 2, (low - high) / 2]);
   }
 
   #empty(slot) {
@@ -234,6 +251,8 @@ export class View {
       mark?.removeFromParent();
       disposeTree(mark);
     }
+    entry.rim?.removeFromParent();
+    disposeTree(entry.rim);
     entry.net.empty();
     delete this.slots[slot];
     this.stage.redraw();

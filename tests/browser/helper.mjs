@@ -156,3 +156,14 @@ export async function difference(page, one, two) {
     return count / (first.length / 4);
   });
 }
+
+/** The share of pixels that have nearly this colour, [red, green, blue]. */
+export async function shareOf(page, image, colour) {
+  const handle = await pixelsOf(page, image);
+  return handle.evaluate(([data], wanted) => {
+    let count = 0;
+    for (let k = 0; k < data.length; k += 4)
+      count += wanted.every((value, c) => Math.abs(data[k + c] - value) < 12);
+    return count / (data.length / 4);
+  }, colour);
+}

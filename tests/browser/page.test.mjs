@@ -17,6 +17,7 @@ import {
   openPage,
   picture,
   root,
+  shareOf,
   startBrowser,
   startDaemon,
 } from './helper.mjs';
@@ -326,6 +327,15 @@ test('page: a mesh is draped with mosaic', async () => {
   assert.ok((await colours(page, '#panes')) > 200);
 });
 
+test('page: the flat pattern has the edge to cut along', async () => {
+  await page.uncheck('#show-yarns');
+  await drawn(page);
+  const text = [0x1b, 0x23, 0x30];
+  const share = await shareOf(page, await page.locator('#pane-flat').screenshot(), text);
+  await page.check('#show-yarns');
+  assert.ok(share > 5e-4 && share < 0.02, `${share} of the picture`);
+});
+
 test('page: two drapes side by side with their difference', async () => {
   await drapeExample(page, 'octant');
   const fine = idOf(page);
@@ -352,6 +362,7 @@ test('page: two drapes side by side with their difference', async () => {
     /this − other: −0\.0\d+ to 0\.0\d+°/,
   );
   assert.ok((await colours(page, '#pane-difference')) > 30);
+  assert.match(await page.textContent('#caption-flat'), /edge of this and the other/);
   assert.deepEqual(await violations(page), []);
   const link = await openPage(browser, page.url());
   await link.waitForSelector('#pane-difference svg');
@@ -608,6 +619,19 @@ test('page: in the dark and on a phone', async () => {
   await drawn(phone);
   await picture(phone, 'phone', { fullPage: true });
   assert.equal(await phone.evaluate(() => document.documentElement.scrollWidth), 390);
+  await phone.click('[data-to="stage"]');
+  await drawn(phone);
+  await picture(phone, 'thumb');
+  const low = await phone.evaluate(() => {
+    const seen = [...document.querySelectorAll('button, select, .chips label, summary')];
+    const heights = seen
+      .filter((one) => one.offsetParent)
+      .map((one) => [one.textContent, one.offsetHeight]);
+    return heights.filter(([, height]) => height < 36);
+  });
+  assert.deepEqual(low, [], 'everything is large enough for a thumb');
+  const box = await phone.locator('#pane-solid').boundingBox();
+  assert.ok(box.y >= 0 && box.y < 400, 'the picture is brought up by the bar below');
   assert.deepEqual(await violations(phone), []);
   await phone.context().close();
 });
