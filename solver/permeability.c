@@ -2,6 +2,7 @@
 #include "permeability.h"
 
 #include "angle.h"
+#include "power.h"
 
 /* sin and cos of a shear angle. */
 static void shear_sincos(double shear_deg, double *sine, double *cosine) {
@@ -192,5 +193,72 @@ struct permeability permeability_of_table(const struct permeability_table *table
     return from_bisector(permeability_interpolate(x, table->k1, table->rows, shear),
                          permeability_interpolate(x, table->k2, table->rows, shear),
                          permeability_interpolate(x, table->k3, table->rows, shear), degrees,
+                         shear_deg);
+}
+
+/* ---- a table over shear and fibre volume fraction ---- */
+
+bool permeability_falls(double k, double vf, double next_k, double next_vf) {
+    return power_log(k / next_k) >= (next_vf - vf) / (1 - next_vf);
+}
+
+/* The interval of increasing values that `at` lies in, the first or the last beyond them, and how
+ * far it lies in it: 0..1, beyond the values 0 or 1. */
+static size_t interval(const double *values, size_t count, double at, double *share) {
+    size_t k = 0;
+    while (k + 2 < count && at >= values[k + 1])
+        k++;
+    *share = 0;
+    if (count == 1)
+        return 0;
+    double t = (at - values[k]) / (values[k + 1] - values[k]);
+    *share = t > 0 ? (t < 1 ? t : 1) : 0;
+    return k;
+}
+
+/* Where a place lies in a grid. */
+struct grid_place {
+    size_t row, next_row, column;
+    double row_share, share;
+    double factor; /* by which k beyond the fractions follows from its end */
+};
+
+static struct grid_place find_place(const struct permeability_grid *grid, double vf, double shear) {
+    const double *fraction = grid->fiber_volume_fraction;
+    double first = fraction[0], last = fraction[grid->columns - 1];
+    struct grid_place place = {.factor = 1};
+    place.row = interval(grid->shear_deg, grid->rows, shear, &place.row_share);
+    place.next_row = place.row + (grid->rows > 1);
+    place.column = interval(fraction, grid->columns, vf, &place.share);
+    if (vf < first || vf > last)
+        place.factor = permeability_kozeny_carman_factor(vf, vf < first ? first : last);
+    return place;
+}
+
+static double k_at(const struct permeability_grid *grid, const double *k,
+                   const struct grid_place *place) {
+    const double *row = k + place->row * grid->columns + place->column;
+    const double *next = k + place->next_row * grid->columns + place->column;
+    return place->factor * power_mean(power_mean(row[0], row[1], place->share),
+                                      power_mean(next[0], next[1], place->share), place->row_share);
+}
+
+static double angle_at(const struct permeability_grid *grid, const struct grid_place *place) {
+    const double *row = grid->angle_deg + place->row * grid->columns + place->column;
+    const double *next = grid->angle_deg + place->next_row * grid->columns + place->column;
+    double t = place->share, s = place->row_share;
+    return (1 - s) * ((1 - t) * row[0] + t * row[1]) + s * ((1 - t) * next[0] + t * next[1]);
+}
+
+struct permeability permeability_of_grid(const struct permeability_grid *grid, double vf,
+                                         double shear_deg, bool *outside) {
+    double shear = fabs(shear_deg);
+    struct grid_place place = find_place(grid, vf, shear);
+    const double *fraction = grid->fiber_volume_fraction;
+    if (outside)
+        *outside = shear < grid->shear_deg[0] || shear > grid->shear_deg[grid->rows - 1] ||
+                   vf < fraction[0] || vf > fraction[grid->columns - 1];
+    return from_bisector(k_at(grid, grid->k1, &place), k_at(grid, grid->k2, &place),
+                         k_at(grid, grid->k3, &place), grid->angle_deg ? angle_at(grid, &place) : 0,
                          shear_deg);
 }

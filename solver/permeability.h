@@ -106,4 +106,29 @@ double permeability_interpolate(const double *x, const double *y, size_t count, 
 struct permeability permeability_of_table(const struct permeability_table *table, double shear_deg,
                                           bool *outside);
 
+/* ---- a table over shear and fibre volume fraction ---- */
+
+/* Rows over |gamma|, which increases, each of `columns` >= 2 values over Vf, which increases within
+ * 0..1: the value of row i and column j is [i * columns + j]. `angle_deg` as above; NULL: all 0. */
+struct permeability_grid {
+    size_t rows, columns;
+    const double *shear_deg, *fiber_volume_fraction, *k1, *k2, *k3, *angle_deg;
+};
+
+/*
+ * log k is linear in Vf within a row, and between rows linear in |gamma|: such a mean keeps an
+ * order that all rows have, which a cubic does not. Beyond the fractions of the table the value at
+ * its end is scaled by Kozeny and Carman, beyond its shear angles it is that at the end; both are
+ * `outside` (may be NULL). Angles are linear likewise and kept beyond the table.
+ *
+ * Where every row passes `permeability_falls`, k / (1 - Vf) falls with Vf everywhere, so that a
+ * denser cloth fills more slowly.
+ */
+struct permeability permeability_of_grid(const struct permeability_grid *grid, double vf,
+                                         double shear_deg, bool *outside);
+
+/* Whether k falls from one fraction to the next by enough: log k linear between them falls faster
+ * than log(1 - Vf), d log(1 - Vf) / d Vf = -1 / (1 - Vf), which is steepest at the denser end. */
+bool permeability_falls(double k, double vf, double next_k, double next_vf);
+
 #endif

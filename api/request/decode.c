@@ -326,7 +326,8 @@ static void check_permeability(const struct json_place *root, const struct api_r
     struct json_place fraction = place_member(&fabric, "fiber_volume_fraction");
     struct json_place thickness = place_member(&fabric, "thickness");
     enum api_permeability_model model = request->permeability.model;
-    if (model == API_PERMEABILITY_NONE || model == API_PERMEABILITY_TABLE)
+    if (model == API_PERMEABILITY_NONE ||
+        (model == API_PERMEABILITY_TABLE && request->permeability.fractions == 0))
         return;
     if (!place_given(&fraction))
         place_fault(&fraction, "is required by this permeability model");

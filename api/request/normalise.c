@@ -257,20 +257,37 @@ static void write_cavity(struct api_text *text, const struct api_cavity *cavity)
     api_text_raw(text, "}");
 }
 
+/* A value for each shear angle, or a row of values. */
+static void write_values(struct api_text *text, const struct api_permeability *k,
+                         const double *values) {
+    if (k->fractions == 0) {
+        api_text_numbers(text, values, k->rows);
+        return;
+    }
+    for (size_t row = 0; row < k->rows; row++) {
+        api_text_raw(text, row == 0 ? "[" : ",");
+        api_text_numbers(text, values + row * k->fractions, k->fractions);
+    }
+    api_text_raw(text, "]");
+}
+
 static void write_table(struct api_text *text, const struct api_permeability *k) {
     const struct {
         const char *key;
         const double *values;
-    } columns[] = {{"shear_deg", k->shear_deg},
-                   {"k1", k->table_k1},
-                   {"k2", k->table_k2},
-                   {"k3", k->table_k3},
-                   {"angle_deg", k->angle_deg}};
+    } columns[] = {
+        {"k1", k->table_k1}, {"k2", k->table_k2}, {"k3", k->table_k3}, {"angle_deg", k->angle_deg}};
+    api_text_key(text, "shear_deg");
+    api_text_numbers(text, k->shear_deg, k->rows);
+    if (k->fractions > 0) {
+        api_text_key(text, "fiber_volume_fraction");
+        api_text_numbers(text, k->table_fractions, k->fractions);
+    }
     for (size_t i = 0; i < sizeof columns / sizeof *columns; i++) {
         if (!columns[i].values)
             continue;
         api_text_key(text, columns[i].key);
-        api_text_numbers(text, columns[i].values, k->rows);
+        write_values(text, k, columns[i].values);
     }
 }
 

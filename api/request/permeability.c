@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
+#include "solver/permeability.h"
 #include "parts.h"
+#include <math.h>
 
 static const struct place_range permeabilities = {1e-30, 1, false}; /* m^2 */
 static const struct place_range radii = {1e-9, 1, false};           /* m */
@@ -56,20 +58,71 @@ static bool check_increasing(const struct json_place *column, const double *valu
     return true;
 }
 
+/* The same with a row for each shear angle, of a value for each fraction. */
+static bool read_rows(const struct json_place *table, const char *key, struct place_range range,
+                      const struct api_permeability *k, const double **values) {
+    struct json_place column = place_member(table, key);
+    double *rows;
+    size_t count;
+    if (!place_rows(&column, range, k->fractions, 1, &rows, &count))
+        return false;
+    *values = rows;
+    if (count == k->rows)
+        return true;
+    place_fault(&column, "must have a row for each value of shear_deg");
+    return false;
+}
+
+static bool read_values(const struct json_place *table, const char *key, struct place_range range,
+                        const struct api_permeability *k, const double **values) {
+    return k->fractions ? read_rows(table, key, range, k, values)
+                        : read_column(table, key, range, k->rows, values);
+}
+
+/* A denser fabric has to fill more slowly: k / (1 - Vf) falls along every row. */
+static bool check_falling(const struct json_place *table, const char *key,
+                          const struct api_permeability *k, const double *values) {
+    const double *vf = k->table_fractions;
+    struct json_place column = place_member(table, key);
+    for (size_t i = 0; i < k->rows; i++)
+        for (size_t j = 1; j < k->fractions; j++) {
+            const double *value = values + i * k->fractions + j;
+            if (permeability_falls(value[-1], vf[j - 1], value[0], vf[j]))
+                continue;
+            struct json_place row = place_element(&column, i), at = place_element(&row, j);
+            place_fault(&at,
+                        "must fall faster with fiber_volume_fraction, to at most %.3g after %.3g: "
+                        "else a thinner cavity would fill sooner",
+                        value[-1] * exp(-(vf[j] - vf[j - 1]) / (1 - vf[j])), value[-1]);
+            return false;
+        }
+    return true;
+}
+
 static bool decode_table(const struct json_place *place, struct api_permeability *k) {
     static const struct place_range angles = {-90, 90, false};
-    static const char *const keys[] = {"model", "shear_deg", "k1", "k2", "k3", "angle_deg", NULL};
+    static const char *const keys[] = {
+        "model", "shear_deg", "fiber_volume_fraction", "k1", "k2", "k3", "angle_deg", NULL};
     struct json_place shear = place_member(place, "shear_deg");
+    struct json_place fraction = place_member(place, "fiber_volume_fraction");
     struct json_place angle = place_member(place, "angle_deg");
     place_object(place, keys);
     if (!place_numbers(&shear, shears, 1, &k->shear_deg, &k->rows))
         return false;
     bool ok = check_increasing(&shear, k->shear_deg, k->rows);
-    ok = read_column(place, "k1", permeabilities, k->rows, &k->table_k1) && ok;
-    ok = read_column(place, "k2", permeabilities, k->rows, &k->table_k2) && ok;
-    ok = read_column(place, "k3", permeabilities, k->rows, &k->table_k3) && ok;
+    if (place_given(&fraction) &&
+        (!place_numbers(&fraction, decode_fractions, 2, &k->table_fractions, &k->fractions) ||
+         !check_increasing(&fraction, k->table_fractions, k->fractions)))
+        return false;
+    const struct {
+        const char *key;
+        const double **values;
+    } columns[] = {{"k1", &k->table_k1}, {"k2", &k->table_k2}, {"k3", &k->table_k3}};
+    for (size_t c = 0; c < sizeof columns / sizeof *columns; c++)
+        ok = read_values(place, columns[c].key, permeabilities, k, columns[c].values) &&
+             check_falling(place, columns[c].key, k, *columns[c].values) && ok;
     if (place_given(&angle))
-        ok = read_column(place, "angle_deg", angles, k->rows, &k->angle_deg) && ok;
+        ok = read_values(place, "angle_deg", angles, k, &k->angle_deg) && ok;
     return ok;
 }
 

@@ -104,9 +104,11 @@ struct api_permeability {
     /* Gebart */
     double fiber_radius; /* m */
     enum api_packing packing;
-    /* Table against the absolute shear angle: columns of `rows` values */
-    size_t rows;
-    const double *shear_deg;                      /* increasing, 0..90 */
+    /* Table against the absolute shear angle: columns of `rows` values; over the fibre volume
+     * fraction as well, of `rows` times `fractions`, the fraction running fastest */
+    size_t rows, fractions;        /* fractions: 0 without that axis, else 2 or more */
+    const double *table_fractions; /* increasing, within 0..1 */
+    const double *shear_deg;       /* increasing, 0..90 */
     const double *table_k1, *table_k2, *table_k3; /* m^2 */
     const double *angle_deg;                      /* of k1 from the acute bisector; NULL: all 0 */
 };

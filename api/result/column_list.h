@@ -49,7 +49,8 @@
     X(CELLS, locked, locked, FLAG, "", LOCKING, "1 where \\|γ\\| exceeds the locking angle")       \
     X(CELLS, packing_exceeded, packing_exceeded, FLAG, "", FRACTION,                               \
       "1 where Vf exceeds what fibres can be packed to")                                           \
-    X(CELLS, out_of_table, out_of_table, FLAG, "", TABLE, "1 where \\|γ\\| lies outside the table")\
+    X(CELLS, out_of_table, out_of_table, FLAG, "", TABLE,                                             \
+      "1 where \\|γ\\| or Vf lies outside the table")                                               \
     X(CELLS, permeability, k, TENSOR, "m²", MAP_PERMEABILITY, "the permeability in global axes")   \
     X(CELLS, distance, distance, SCALAR, "length", MAP, "from the place to the cloth")             \
     X(CELLS, extrapolated, extrapolated, TRUTH, "", MAP, "whether the place lies beyond the cloth")\

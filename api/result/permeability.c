@@ -17,19 +17,28 @@ double api_packing_limit(const struct api_permeability *permeability) {
                : vf_limit;
 }
 
-/* One cell; `vf` is not used by a table. */
+static struct permeability of_table(const struct api_permeability *model, double vf,
+                                    double shear_deg, bool *outside) {
+    const struct permeability_table table = {model->rows,     model->shear_deg, model->table_k1,
+                                             model->table_k2, model->table_k3,  model->angle_deg};
+    const struct permeability_grid grid = {
+        model->rows,     model->fractions, model->shear_deg, model->table_fractions,
+        model->table_k1, model->table_k2,  model->table_k3,  model->angle_deg};
+    return model->fractions ? permeability_of_grid(&grid, vf, shear_deg, outside)
+                            : permeability_of_table(&table, shear_deg, outside);
+}
+
+/* One cell; `vf` is not used by a table over shear alone. */
 static struct permeability evaluate(const struct api_permeability *model, double vf,
                                     double shear_deg, bool *outside) {
     const double k[3] = {model->k1, model->k2, model->k3};
-    const struct permeability_table table = {model->rows,     model->shear_deg, model->table_k1,
-                                             model->table_k2, model->table_k3,  model->angle_deg};
     switch (model->model) {
     case API_PERMEABILITY_KOZENY_CARMAN:
         return permeability_kozeny_carman(k, model->at_fiber_volume_fraction, vf, shear_deg);
     case API_PERMEABILITY_GEBART:
         return permeability_gebart(model->fiber_radius, packing_of(model), vf, shear_deg);
     default:
-        return permeability_of_table(&table, shear_deg, outside);
+        return of_table(model, vf, shear_deg, outside);
     }
 }
 

@@ -228,6 +228,97 @@ static void test_permeability_table_angle_is_from_the_bisector(void **state) {
     assert_near(k.across, -cos(10 * pi / 180), 1e-14);
 }
 
+/* ---- the table over shear and fraction ---- */
+
+static const double grid_shear[] = {0, 20, 45}, grid_vf[] = {0.4, 0.5, 0.62};
+static const double grid_k1[] = {4e-10,   2e-10, 0.6e-10, 3e-10, 1.4e-10,
+                                 0.5e-10, 1e-10, 0.5e-10, 2e-11};
+static const double grid_k2[] = {3e-10, 1e-10, 0.3e-10, 1e-10, 0.4e-10, 1e-11, 2e-11, 1e-11, 4e-12};
+static const double grid_k3[] = {3e-12, 1e-12, 0.3e-12, 3e-12, 1e-12, 0.3e-12, 3e-12, 1e-12, 3e-13};
+static const double grid_angle[] = {0, 10, 20, 10, 20, 30, 0, 0, 0};
+static const struct permeability_grid grid = {3,       3,       grid_shear, grid_vf,
+                                              grid_k1, grid_k2, grid_k3,    grid_angle};
+
+static void test_permeability_grid_goes_through_its_values(void **state) {
+    (void)state;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            bool outside = true;
+            struct permeability k =
+                permeability_of_grid(&grid, grid_vf[j], -grid_shear[i], &outside);
+            double degrees = (90 - grid_shear[i]) / 2 + grid_angle[3 * i + j];
+            assert_false(outside);
+            assert_near(k.k1, grid_k1[3 * i + j], 1e-14);
+            assert_near(k.k2, grid_k2[3 * i + j], 1e-14);
+            assert_near(k.k3, grid_k3[3 * i + j], 1e-14);
+            assert_near(k.along, cos(degrees * pi / 180), 1e-13);
+        }
+}
+
+/* Half-way the geometric mean, in either direction; angles in the middle. */
+static void test_permeability_grid_is_log_linear_between(void **state) {
+    (void)state;
+    struct permeability k = permeability_of_grid(&grid, 0.45, 0, NULL);
+    assert_near(k.k1, sqrt(grid_k1[0] * grid_k1[1]), 1e-13);
+    assert_near(k.along, cos(50 * pi / 180), 1e-13);
+    k = permeability_of_grid(&grid, 0.5, 10, NULL);
+    assert_near(k.k2, sqrt(grid_k2[1] * grid_k2[4]), 1e-13);
+    k = permeability_of_grid(&grid, 0.56, 32.5, NULL);
+    assert_near(k.k1, pow(grid_k1[4] * grid_k1[5] * grid_k1[7] * grid_k1[8], 0.25), 1e-13);
+}
+
+static void test_permeability_grid_beyond_its_fractions_is_scaled_and_flagged(void **state) {
+    (void)state;
+    bool outside = false;
+    struct permeability k = permeability_of_grid(&grid, 0.7, 20, &outside);
+    assert_true(outside);
+    assert_near(k.k1, grid_k1[5] * pow(0.3 / 0.38, 3) * pow(0.62 / 0.7, 2), 1e-13);
+    outside = false;
+    k = permeability_of_grid(&grid, 0.3, 20, &outside);
+    assert_true(outside);
+    assert_near(k.k3, grid_k3[3] * pow(0.7 / 0.6, 3) * pow(0.4 / 0.3, 2), 1e-13);
+    outside = false;
+    k = permeability_of_grid(&grid, 0.5, 60, &outside);
+    assert_true(outside);
+    assert_near(k.k1, grid_k1[7], 1e-14);
+    assert_true(permeability_of_grid(&grid, 1.1, 20, NULL).k1 == 0);
+}
+
+/* Of random tables that pass, k / (1 - Vf), by which a mould fills, falls everywhere. */
+static void test_permeability_grid_of_denser_cloth_always_fills_slower(void **state) {
+    (void)state;
+    struct random random = random_begin("denser");
+    enum { ROWS = 4, COLUMNS = 4 };
+    for (int trial = 0; trial < 60; trial++) {
+        double shear[ROWS], vf[COLUMNS], k[3][ROWS * COLUMNS];
+        for (int i = 0; i < ROWS; i++)
+            shear[i] = (i ? shear[i - 1] : 0) + random_between(&random, 1, 20);
+        for (int j = 0; j < COLUMNS; j++)
+            vf[j] = (j ? vf[j - 1] : 0.2) + random_between(&random, 0.02, 0.15);
+        for (int n = 0; n < 3 * ROWS * COLUMNS; n++) {
+            int j = n % COLUMNS;
+            double *value = &k[n / (ROWS * COLUMNS)][n % (ROWS * COLUMNS)];
+            double fall = j ? exp(-(vf[j] - vf[j - 1]) / (1 - vf[j])) : 1;
+            *value = j ? value[-1] * fall *
+                             (random_index(&random, 3) ? random_between(&random, 0.1, 1) : 1 - 1e-9)
+                       : random_between(&random, 1e-12, 1e-9);
+            assert_true(!j || permeability_falls(value[-1], vf[j - 1], *value, vf[j]));
+        }
+        const struct permeability_grid any = {ROWS, COLUMNS, shear, vf, k[0], k[1], k[2], NULL};
+        for (int place = 0; place < 5; place++) {
+            double gamma = random_between(&random, 0, 80), last[3] = {INFINITY, INFINITY, INFINITY};
+            for (double f = 0.1; f < 0.95; f += 0.01) {
+                struct permeability at = permeability_of_grid(&any, f, gamma, NULL);
+                const double own[3] = {at.k1 / (1 - f), at.k2 / (1 - f), at.k3 / (1 - f)};
+                for (int n = 0; n < 3; n++) {
+                    check_at_most(own[n] / last[n], 1);
+                    last[n] = own[n];
+                }
+            }
+        }
+    }
+}
+
 /* ---- invariants ---- */
 
 static void test_permeability_unsheared_gives_the_input_back(void **state) {
@@ -356,6 +447,10 @@ int main(void) {
         cmocka_unit_test(test_permeability_table_ends_are_kept_and_flagged),
         cmocka_unit_test(test_permeability_interpolation_keeps_monotony),
         cmocka_unit_test(test_permeability_table_angle_is_from_the_bisector),
+        cmocka_unit_test(test_permeability_grid_goes_through_its_values),
+        cmocka_unit_test(test_permeability_grid_is_log_linear_between),
+        cmocka_unit_test(test_permeability_grid_beyond_its_fractions_is_scaled_and_flagged),
+        cmocka_unit_test(test_permeability_grid_of_denser_cloth_always_fills_slower),
         cmocka_unit_test(test_permeability_unsheared_gives_the_input_back),
         cmocka_unit_test(test_permeability_is_positive_and_ordered),
         cmocka_unit_test(test_permeability_is_finite_at_ninety_degrees),
