@@ -157,6 +157,19 @@ workers() {
         [ "$(tr '\0' ' ' 2>/dev/null </proc/"$pid"/cmdline)" != "draped worker " ] || echo "$pid"
     done
 }
+# Whether so many connections to the daemon are open.
+connected() { [ "$(grep -ci " 0100007F:$(printf %04X "$PORT") [0-9A-F:]* 01 " /proc/net/tcp)" -ge "$1" ]; }
+# Whether so many of its checkers are at work.
+checking() {
+    local pid busy=0
+    for pid in $(cat /proc/"$DAEMON"/task/*/children); do
+        if [ "$(tr '\0' ' ' 2>/dev/null </proc/"$pid"/cmdline)" = "draped checker " ] &&
+            grep -q ') R ' "/proc/$pid/stat"; then
+            busy=$((busy + 1))
+        fi
+    done
+    [ "$busy" -ge "$1" ]
+}
 a_worker() { [ -n "$(workers)" ]; }
 stop_workers() {
     wait_until 10 a_worker

@@ -210,7 +210,7 @@ start() { start_daemon "$BATS_TEST_TMPDIR/daemon" "$@"; }
     for k in {1..40}; do
         curl -sS --max-time 40 -o "$BATS_TEST_TMPDIR/$k" "$URL/v1/drapes/$id?wait=30" 3>&- &
     done
-    sleep 1
+    wait_until 30 connected 40
     # Those who wait hold up nobody.
     call GET /version
     expect 200
@@ -326,7 +326,7 @@ END
     reader=$!
     wait_until 10 grep -q progress "$BATS_TEST_TMPDIR/events"
     kill -TERM "$DAEMON"
-    sleep 0.5
+    wait_until 10 grep -q '"event":"stopping"' "$HOME_DIR/log"
     kill -CONT $(workers)
     wait $waiter
     wait $reader

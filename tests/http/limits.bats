@@ -111,6 +111,7 @@ gone_by_now() { call GET "/v1/drapes/$1/result"; [ "$status" = 410 ]; }
     for how in 'Expect: 100-continue' 'Expect:' 'Transfer-Encoding: chunked'; do
         post /v1/drapes "$BATS_TEST_TMPDIR/large" -H "$how"
         expect_problem 503 unavailable
+        not grep -q '^HTTP/1.1 100' "$headers" # who asks is not told to send it first
         [ "$(header Retry-After)" = 1 ]
     done
     exec 8>&-
@@ -210,9 +211,9 @@ gone_by_now() { call GET "/v1/drapes/$1/result"; [ "$status" = 410 ]; }
     quick 1 | submit
     wait_until 10 has_status "$id" running
     quick 1.01 | submit
-    sleep 0.1
     [ "$(metric draped_queue_depth)" = 1 ]
-    [ "$(metric draped_queue_age_seconds | tr -d .)" -ge 100 ]
+    older() { [ "$(metric draped_queue_age_seconds | tr -d .)" -ge 100 ]; }
+    wait_until 10 older
     kill -CONT $(workers)
     stop_daemon
 }

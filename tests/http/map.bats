@@ -414,7 +414,7 @@ END
     long_map
     long_map
     long_map
-    sleep 0.5
+    wait_until 30 checking 1
     for _ in 1 2 3 4 5 6 7 8; do
         call GET "/v1/drapes/$id/result?format=npz" --max-time 10
         expect 200
@@ -459,7 +459,7 @@ END
         --data-binary "@$BATS_FILE_TMPDIR/long.json" "$URL/v1/drapes/$sphere/map" \
         >"$BATS_TEST_TMPDIR/code" 3>&- &
     pids=$!
-    sleep 1
+    wait_until 30 checking 1
     stop_daemon
     wait "$pids"
     pids=

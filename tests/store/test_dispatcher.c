@@ -351,6 +351,8 @@ static void test_worker_has_nothing_but_its_socket(void **state) {
 
 static void expect_stopped(struct bench *bench, bool delete) {
     char id[ID_SIZE];
+    bench->settings.renew_ms = 600000; /* by which it would learn of it, too */
+    start(bench);
     submit(bench, "hang", id);
     wait_for(bench, id, STORE_RUNNING);
     pid_t worker = child_of(getpid());
@@ -367,14 +369,12 @@ static void expect_stopped(struct bench *bench, bool delete) {
 
 static void test_dispatcher_stops_a_cancelled_job(void **state) {
     struct bench *bench = *state;
-    start(bench);
     expect_stopped(bench, false);
     assert_int_equal(final_stats(bench).stopped, 1);
 }
 
 static void test_dispatcher_stops_a_deleted_job(void **state) {
     struct bench *bench = *state;
-    start(bench);
     expect_stopped(bench, true);
 }
 
@@ -385,13 +385,15 @@ static void test_dispatcher_sees_what_another_process_cancels(void **state) {
     scratch_stop(&bench->scratch);
     bench->scratch.options.shared = true;
     scratch_start(&bench->scratch);
-    bench->settings.renew_ms = 600000; /* by which it would learn of it, too */
+    bench->settings.renew_ms = 600000;
     start(bench);
     submit(bench, "hang", id);
     wait_for(bench, id, STORE_RUNNING);
+    pid_t worker = child_of(getpid());
     struct scratch other = bench->scratch;
     scratch_start(&other);
     assert_int_equal(store_cancel(other.store, id), STORE_OK);
+    wait_for_death(worker);
     scratch_submit(&other, "echo other", id);
     expect_echo(bench, id, "echo other");
     scratch_stop(&other);
@@ -532,10 +534,10 @@ static void test_dispatcher_restart_takes_up_what_a_killed_daemon_left(void **st
     scratch_stop(&bench->scratch);
     pid_t daemon = start_daemon(bench);
     int64_t until = clock_ms() + PATIENCE_MS;
-    pid_t worker = 0;
-    while (!worker && clock_ms() < until)
-        worker = child_of(daemon);
-    scratch_sleep(500); /* by now it sleeps, too */
+    while (scratch_number(&bench->scratch, "SELECT count(*) FROM jobs WHERE status = 1") == 0 &&
+           clock_ms() < until)
+        scratch_sleep(5);
+    pid_t worker = child_of(daemon);
     kill(daemon, SIGKILL);
     waitpid(daemon, NULL, 0);
     wait_for_death(worker);
