@@ -32,6 +32,44 @@ BATS_TEST_TMPDIR=${BATS_TEST_TMPDIR:-$BATS_FILE_TMPDIR}
     done
 }
 
+# Debian's Prometheus is built without discovery in Kubernetes: that part is compared with what is there
+# to be found, promtool takes the rest.
+@test "deploy: promtool takes the configuration for Kubernetes, which finds our pods" {
+    cp deploy/prometheus/draped.rules.yml "$BATS_TEST_TMPDIR"
+    touch "$BATS_TEST_TMPDIR/token"
+    python3 - "$BATS_TEST_TMPDIR" <<'END'
+import glob, sys, yaml
+with open("deploy/prometheus/kubernetes.yml") as file:
+    config = yaml.safe_load(file)
+with open("deploy/kubernetes/kustomization.yaml") as file:
+    namespace = yaml.safe_load(file)["namespace"]
+scrape = config["scrape_configs"][0]
+discovery = scrape.pop("kubernetes_sd_configs")
+assert discovery == [{"role": "pod", "namespaces": {"names": [namespace]}}], discovery
+pods = [document["spec"]["template"] for name in ("api", "worker")
+        for document in yaml.safe_load_all(open(f"deploy/kubernetes/{name}.yaml"))
+        if document["kind"] == "Deployment"]
+found = lambda pod, port: {
+    **{"__meta_kubernetes_pod_annotation_" + "".join(c if c.isalnum() else "_" for c in name): value
+       for name, value in pod["metadata"]["annotations"].items()},
+    "__meta_kubernetes_pod_container_port_name": port["name"],
+    "__meta_kubernetes_pod_name": "pod", "__meta_kubernetes_namespace": namespace}
+for pod in pods:
+    ports = pod["spec"]["containers"][0]["ports"]
+    kept = [port for port in ports if all(
+        found(pod, port)[rule["source_labels"][0]] == rule["regex"]
+        for rule in scrape["relabel_configs"] if rule.get("action") == "keep")]
+    assert [port["containerPort"] for port in kept] == [8080], pod["metadata"]
+    for rule in scrape["relabel_configs"]:
+        assert set(rule["source_labels"]) <= found(pod, ports[0]).keys(), rule
+scrape["static_configs"] = [{"targets": ["pod:8080"]}]
+scrape["authorization"]["credentials_file"] = f"{sys.argv[1]}/token"
+with open(f"{sys.argv[1]}/prometheus.yml", "w") as file:
+    yaml.safe_dump(config, file)
+END
+    build/tools/promtool check config "$BATS_TEST_TMPDIR/prometheus.yml"
+}
+
 # The expressions of rules and panels, one a line.
 expressions() {
     python3 - <<'END'

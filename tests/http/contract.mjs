@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Holds the answers that `call` of helper.bash has kept to api/openapi.yaml: the operation, the
-// status, the type of content, the headers it promises and the body by its schema, compressed or not.
+// Holds the answers that `keep_answer` of helper.bash has kept to api/openapi.yaml: the operation, the
+// status, the type of content, the headers it promises and the body by its schema, compressed or not;
+// of event streams each event. Of what came raw from a socket every answer, one after the other.
 // Says what is wrong, and exits with 1 then. Usage: contract.mjs FOLDER
 import { execFileSync } from 'node:child_process';
 import { existsSync, readdirSync, readFileSync } from 'node:fs';
@@ -84,10 +85,25 @@ function parseHead(text) {
   return { status: head[0].split(' ')[1], headers };
 }
 
-function checkBody(what, media, type, file, headers, fault) {
+// Events as `x-events` of the content names them, with the schema of their data. The last one may be
+// cut off: the caller has gone.
+function checkEvents(names, text, fault) {
+  for (const event of text.split('\n\n').slice(0, -1)) {
+    const field = (name) => new RegExp(`^${name}: (.*)$`, 'm').exec(event)?.[1];
+    if (/^:/.test(event)) continue;
+    const schema = names[field('event')];
+    if (!schema || !field('id')) fault(`the event is ${event.slice(0, 80)}`);
+    else if (!validator(schema)(JSON.parse(field('data'))))
+      fault(`${field('event')}: ${ajv.errorsText(validator(schema).errors)}`);
+  }
+}
+
+function checkBody(what, media, type, bytes, headers, fault) {
   if (!media) return fault(`${type} is not among its contents`);
-  if (!/json$/.test(type) || !media.schema || !existsSync(file)) return;
-  const text = decode(readFileSync(file), headers.get('content-encoding')).toString();
+  if (!bytes) return;
+  if (media['x-events']) return checkEvents(media['x-events'], bytes.toString(), fault);
+  if (!/json$/.test(type) || !media.schema) return;
+  const text = decode(bytes, headers.get('content-encoding')).toString();
   const validate = validator(media.schema);
   let body;
   try {
@@ -98,12 +114,49 @@ function checkBody(what, media, type, file, headers, fault) {
   if (!validate(body)) fault(ajv.errorsText(validate.errors));
 }
 
+// The body that begins there as it came from a socket, and where it ends.
+function takeBody(bytes, headers) {
+  const length = Number(headers.get('content-length') ?? bytes.length);
+  if (headers.get('transfer-encoding') !== 'chunked')
+    return { body: bytes.subarray(0, length), end: Math.min(length, bytes.length) };
+  const parts = [];
+  for (let at = 0; ; ) {
+    const line = bytes.indexOf('\r\n', at);
+    const size = line < 0 ? 0 : parseInt(bytes.toString('latin1', at, line), 16);
+    if (!size) return { body: Buffer.concat(parts), end: line < 0 ? bytes.length : line + 4 };
+    parts.push(bytes.subarray(line + 2, line + 2 + size));
+    at = line + 4 + size;
+  }
+}
+
+// Of the answers on one connection the first is that of the request; what the others belong to is not
+// known. The rest of one that was cut off is no answer.
+function checkRaw(method, target, bytes) {
+  while (bytes.length > 0) {
+    const end = bytes.indexOf('\r\n\r\n');
+    if (end < 0 || bytes.toString('latin1', 0, 5) !== 'HTTP/') return;
+    const { status, headers } = parseHead(bytes.toString('latin1', 0, end));
+    const rest = bytes.subarray(end + 4);
+    const taken = status === '100' ? { end: 0 } : takeBody(rest, headers);
+    if (status !== '100') checkAnswer(method, target, status, headers, taken.body);
+    if (status !== '100') [method, target] = ['?', '?'];
+    bytes = rest.subarray(taken.end);
+  }
+}
+
 function check(name) {
-  const [method, target] = readFileSync(`${folder}/${name}`, 'utf8').trim().split(' ');
+  const [method, target, raw] = readFileSync(`${folder}/${name}`, 'utf8').trim().split(' ');
   const head = readFileSync(`${folder}/${name}.headers`, 'utf8');
   if (!head.trim()) return; // no answer: the caller gave up
+  const file = `${folder}/${name}.body`;
+  const bytes = existsSync(file) ? readFileSync(file) : undefined;
+  if (raw) return checkRaw(method, target, Buffer.concat([Buffer.from(head, 'latin1'), bytes]));
   const { status, headers } = parseHead(head);
   if (status === '100') return; // cut off between "go on" and the answer
+  checkAnswer(method, target, status, headers, bytes);
+}
+
+function checkAnswer(method, target, status, headers, bytes) {
   const type = (headers.get('content-type') ?? '').split(';')[0];
   const path = target.split('?')[0];
   const template = templates.find(({ pattern }) => pattern.test(path))?.path;
@@ -116,10 +169,8 @@ function check(name) {
   if (!operation) {
     // There is no such path or method; or it was refused before that was looked at.
     if (method === 'OPTIONS' && status === '204') return;
-    if (!/^[45]/.test(status)) return fault('there is no such operation');
-    return (
-      method === 'HEAD' || checkBody(what, problem, type, `${folder}/${name}.body`, headers, fault)
-    );
+    if (!/^[45]/.test(status)) return method === '?' || fault('there is no such operation');
+    return method === 'HEAD' || checkBody(what, problem, type, bytes, headers, fault);
   }
   const response = resolve(operation.responses[status]);
   if (!response) return fault('the status is not documented');
@@ -138,7 +189,7 @@ function check(name) {
     if (type && !['204', '206', '304'].includes(status)) fault('it has a body');
     return;
   }
-  checkBody(what, response.content[type], type, `${folder}/${name}.body`, headers, fault);
+  checkBody(what, response.content[type], type, bytes, headers, fault);
 }
 
 const names = readdirSync(folder).filter((name) => !name.includes('.'));

@@ -15,7 +15,12 @@ POST='POST /v1/drapes HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/j
 # raw FORMAT: printf's format as it goes to the socket; the answer, until the connection closes,
 # becomes headers, body and status.
 raw() {
-    body=$BATS_TEST_TMPDIR/body headers=$BATS_TEST_TMPDIR/headers
+    local line method path
+    # shellcheck disable=SC2059
+    line=$(printf "$1" | tr -d '\0' | head -1)
+    read -r method path _ <<<"$line"
+    [[ "$line" =~ ^[A-Z]+\ /[^\ ]*\ HTTP ]] || method='?' path='?'
+    keep_answer "$method" "$path raw"
     exec 5<>"/dev/tcp/127.0.0.1/$PORT"
     # shellcheck disable=SC2059
     printf "$1" >&5
