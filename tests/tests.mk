@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # Test programs and what is run now and then; included by Makefile.
 
-.PHONY: tests golden soak fuzz fuzzers mutants hosts load tsan valgrind coverage bench figures filling \
+.PHONY: tests golden soak fuzz fuzzers mutants hosts load image tsan valgrind coverage bench figures filling \
     .test-tools .plain .sanitized
 JOBS ?= $(shell nproc)
 
@@ -140,6 +140,11 @@ load: all ## after a change in server/: rates, latency and memory, beside libmic
 	@tests/load/gate.sh $(B)
 $(B)/tests/load/bare: $(B)/tests/load/bare.o
 	$(call say,LINK,$@)$(LINK) -o $@ $^ -lmicrohttpd
+
+# As root, with a mirror of Debian; FULL=1 has the image compile everything itself.
+image: all $(B)/tests/import/make_parts ## before a release: the container image, built by buildah without a registry, and run
+	@deploy/setup.sh image
+	@tests/deploy/image.sh $(B)
 
 tsan: ## after a change of threads in server/: its tests under ThreadSanitizer
 	@deploy/setup.sh test
