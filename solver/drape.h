@@ -157,6 +157,15 @@ struct drape_rim {
     uint8_t *covered; /* 0 where no cloth reaches the edge: p and q then are a place nearby */
 };
 
+/* The cells that the edge of what is to be covered cuts, with corners beyond it on the continued
+ * cloth: what is known of the cloth up to its rim. None where cloth does not reach the edge. Sorted
+ * as cells; each column of `corner` is x, y, z of the corners (i,j), (i+1,j), (i+1,j+1), (i,j+1).
+ */
+struct drape_cut {
+    struct drape_cells cells;
+    double *corner[12];
+};
+
 /* A drape is complete when it covers this share of the surface. */
 #define DRAPE_COMPLETE_COVERAGE 0.999
 
@@ -195,6 +204,7 @@ struct drape_result {
     struct drape_cells cells;
     struct drape_front front;
     struct drape_rim rim;
+    struct drape_cut cut;
     struct drape_summary summary;
 };
 

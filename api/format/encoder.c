@@ -124,8 +124,10 @@ static bool open_result(struct encoder *encoder, const char *fields, struct api_
     struct api_column_source columns[API_COLUMNS_MAX];
     if (api_columns_open(encoder->reader, &encoder->columns, problem) != API_OK)
         return false;
+    size_t count = 0;
     for (size_t k = 0; k < encoder->columns.count; k++)
-        columns[k] = encoder_source(encoder, &encoder->columns.column[k]);
+        if (encoder->columns.column[k].table != API_TABLE_CUT)
+            columns[count++] = encoder_source(encoder, &encoder->columns.column[k]);
     if (encoder->columns.document == API_DOCUMENT_STUDY) {
         if (!encoder->format->tables) {
             api_problem_set(problem, API_NOT_ACCEPTABLE,
@@ -134,7 +136,7 @@ static bool open_result(struct encoder *encoder, const char *fields, struct api_
         }
         encoder->options.table = API_TABLE_VARIANTS;
     }
-    return select_columns(encoder, columns, encoder->columns.count, fields, problem);
+    return select_columns(encoder, columns, count, fields, problem);
 }
 
 static bool open_map(struct encoder *encoder, const struct map_fields *source, const char *fields,

@@ -156,7 +156,7 @@ static bool lay(const struct mapping *mapping, const struct facets_place *place,
     if (!map_stack_next(mapping->stack, row, problem))
         return false;
     map_net_yarns(&mapping->net, place, values, &ply.warp, &ply.weft);
-    if (!place->outside)
+    if (!map_net_is_beyond(&mapping->net, place))
         map_stack_lay(mapping->stack, 0, &ply);
     return true;
 }
@@ -180,7 +180,7 @@ static bool map_places(struct mapping *mapping, struct api_problem *problem) {
         if (mapping->stack && !lay(mapping, &place, values, row, problem))
             return false;
         mapping->distance[row] = place.distance;
-        mapping->extrapolated[row] = place.outside;
+        mapping->extrapolated[row] = map_net_is_beyond(net, &place);
         double thickness = mapping->thickness < 0 ? 0 : values[mapping->thickness];
         mapping->far += place.distance > net->spacing && place.distance > thickness;
         mapping->farthest = place.distance > mapping->farthest ? place.distance : mapping->farthest;

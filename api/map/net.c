@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "net.h"
 
+#include "api/result/fields.h"
 #include "api/result/quads.h"
 #include "solver/permeability.h"
+#include <stdlib.h>
 #include <string.h>
 
 enum { BLOCK = 2048 }; /* rows that are read at a time */
@@ -83,7 +85,9 @@ enum api_problem_id map_net_open(const struct api_reader *reader, struct map_net
     if (!find_vector(net, COLUMN_CELLS_warp, &net->warp) ||
         !find_vector(net, COLUMN_CELLS_weft, &net->weft))
         return damaged(problem);
-    if (api_columns_rows(columns, API_TABLE_CELLS) == 0)
+    net->whole = api_columns_rows(columns, API_TABLE_CELLS);
+    net->cut = api_columns_rows(columns, API_TABLE_CUT);
+    if (net->whole == 0)
         api_problem_set(problem, API_INVALID_REQUEST,
                         "the net has no cells, so there is nothing to map");
     return problem->id;
@@ -91,42 +95,124 @@ enum api_problem_id map_net_open(const struct api_reader *reader, struct map_net
 
 /* ---- the cloth ---- */
 
-/* One coordinate of all nodes, into every third double from `out` on. */
-static bool read_coordinate(const struct api_reader *reader, const struct api_columns *columns,
-                            const char *name, double *out) {
-    const struct api_column *column = api_columns_find(columns, API_TABLE_NODES, name);
+/* A column of all rows, into every `stride`-th double from `out` on. */
+static bool read_column(const struct api_reader *reader, const struct api_columns *columns,
+                        enum api_table table, const char *name, size_t stride, double *out) {
+    const struct api_column *column = api_columns_find(columns, table, name);
     double block[BLOCK];
     for (size_t first = 0; column && first < column->rows; first += BLOCK) {
         size_t left = column->rows - first, count = left < BLOCK ? left : BLOCK;
         if (!api_columns_read(reader, column, first, count, block))
             return false;
         for (size_t k = 0; k < count; k++)
-            out[3 * (first + k)] = block[k];
+            out[stride * (first + k)] = block[k];
     }
     return column != NULL;
+}
+
+/* The cloth while it is gathered. */
+struct gathering {
+    double (*points)[3]; /* the nodes, then corners beyond them of cells that are cut */
+    int32_t (*corners)[4];
+    int32_t (*places)[2];
+    double (*node)[2]; /* i and j of the nodes */
+    double (*cut)[14]; /* i, j and the corners of the cells that are cut */
+    struct corner {
+        int32_t i, j;
+        int32_t *index; /* where its number is wanted */
+        const double *r;
+    } * beyond;
+    size_t nodes, count;
+};
+
+static int compare_corners(const void *a, const void *b) {
+    const struct corner *p = a, *q = b;
+    return p->j != q->j ? (p->j > q->j) - (p->j < q->j) : (p->i > q->i) - (p->i < q->i);
+}
+
+/* The number of the node (i, j), or FACETS_NONE. */
+static int32_t node_at(const struct gathering *g, int32_t i, int32_t j) {
+    size_t low = 0, high = g->nodes;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        const double *at = g->node[middle];
+        bool before = at[1] < j || (at[1] == j && at[0] < i);
+        low = before ? middle + 1 : low;
+        high = before ? high : middle;
+    }
+    return low < g->nodes && g->node[low][0] == i && g->node[low][1] == j ? (int32_t)low
+                                                                          : FACETS_NONE;
+}
+
+/* Gives the corners of a cell that is cut their numbers, or notes them. */
+static void find_corners(struct gathering *g, const double cut[14], int32_t corners[4]) {
+    for (int k = 0; k < 4; k++) {
+        int32_t i = (int32_t)cut[0] + (k == 1 || k == 2), j = (int32_t)cut[1] + k / 2;
+        corners[k] = node_at(g, i, j);
+        if (corners[k] == FACETS_NONE)
+            g->beyond[g->count++] = (struct corner){i, j, &corners[k], cut + 2 + 3 * k};
+    }
+}
+
+/* Numbers the corners that are no nodes after these, each once. */
+static size_t number_corners(struct gathering *g) {
+    size_t count = g->nodes;
+    if (g->count)
+        qsort(g->beyond, g->count, sizeof *g->beyond, compare_corners);
+    for (size_t k = 0; k < g->count; k++) {
+        if (k == 0 || compare_corners(&g->beyond[k - 1], &g->beyond[k]) != 0)
+            memcpy(g->points[count++], g->beyond[k].r, sizeof *g->points);
+        *g->beyond[k].index = (int32_t)(count - 1);
+    }
+    return count;
+}
+
+static bool read_cloth(const struct api_reader *reader, const struct map_net *net,
+                       struct gathering *g) {
+    static const char *const places[] = {"i", "j"}, *const points[] = {"x", "y", "z"};
+    const struct api_columns *columns = &net->columns;
+    bool good = true;
+    for (int k = 0; k < 3; k++)
+        good =
+            good && read_column(reader, columns, API_TABLE_NODES, points[k], 3, &g->points[0][k]);
+    for (int k = 0; net->cut && k < 2; k++)
+        good = good &&
+               read_column(reader, columns, API_TABLE_NODES, places[k], 2, &g->node[0][k]) &&
+               read_column(reader, columns, API_TABLE_CUT, places[k], 14, &g->cut[0][k]);
+    for (int k = 0; net->cut && k < 12; k++)
+        good = good && read_column(reader, columns, API_TABLE_CUT, api_fields_corners[k], 14,
+                                   &g->cut[0][2 + k]);
+    return good;
 }
 
 static enum api_problem_id load_cloth(const struct api_reader *reader, struct arena *arena,
                                       struct map_net *net, struct api_problem *problem) {
     const struct api_columns *columns = &net->columns;
-    size_t nodes = api_columns_rows(columns, API_TABLE_NODES);
-    size_t cells = api_columns_rows(columns, API_TABLE_CELLS);
-    double(*points)[3] = arena_take(arena, nodes, sizeof *points);
-    int32_t(*corners)[4] = arena_take(arena, cells, sizeof *corners);
-    int32_t(*places)[2] = arena_take(arena, cells, sizeof *places);
+    size_t nodes = api_columns_rows(columns, API_TABLE_NODES), cells = net->whole + net->cut;
+    struct gathering g = {.nodes = nodes};
     struct quads *quads = arena_take(arena, 1, sizeof *quads);
-    if (!points || !corners || !places || !quads)
+    g.points = arena_take(arena, nodes + 4 * net->cut, sizeof *g.points);
+    g.corners = arena_take(arena, cells, sizeof *g.corners);
+    g.places = arena_take(arena, cells, sizeof *g.places);
+    g.node = arena_take(arena, net->cut ? nodes : 0, sizeof *g.node);
+    g.cut = arena_take(arena, net->cut, sizeof *g.cut);
+    g.beyond = arena_take(arena, 4 * net->cut, sizeof *g.beyond);
+    if (!g.points || !g.corners || !g.places || !g.node || !g.cut || !g.beyond || !quads)
         return no_memory(problem);
-    if (!read_coordinate(reader, columns, "x", &points[0][0]) ||
-        !read_coordinate(reader, columns, "y", &points[0][1]) ||
-        !read_coordinate(reader, columns, "z", &points[0][2]) ||
-        !quads_begin(quads, reader, columns) || !quads_next(quads, cells, corners, places))
+    if (nodes + 4 * net->cut > INT32_MAX || !read_cloth(reader, net, &g) ||
+        !quads_begin(quads, reader, columns) || !quads_next(quads, net->whole, g.corners, g.places))
         return damaged(problem);
+    for (size_t k = 0; k < net->cut; k++) {
+        size_t cell = net->whole + k;
+        for (int side = 0; side < 2; side++)
+            g.places[cell][side] = (int32_t)g.cut[k][side];
+        find_corners(&g, g.cut[k], g.corners[cell]);
+    }
     _Static_assert(sizeof(struct vec3) == 3 * sizeof(double), "a point is its coordinates");
-    const struct facets_source source = {.nodes = (const struct vec3 *)(const void *)points,
-                                         .node_count = nodes,
-                                         .corners = (const int32_t(*)[4])corners,
-                                         .places = (const int32_t(*)[2])places,
+    const struct facets_source source = {.node_count = number_corners(&g),
+                                         .nodes = (const struct vec3 *)(const void *)g.points,
+                                         .corners = (const int32_t(*)[4])g.corners,
+                                         .places = (const int32_t(*)[2])g.places,
                                          .cell_count = cells};
     return facets_make(&source, arena, &net->facets) == STATUS_OK ? API_OK : no_memory(problem);
 }
@@ -134,7 +220,9 @@ static enum api_problem_id load_cloth(const struct api_reader *reader, struct ar
 /* ---- the rows ---- */
 
 struct block {
+    enum api_table table;
     size_t first, count;
+    size_t row; /* of the first */
     double values[MAP_TENSOR_COLUMNS][BLOCK];
 };
 
@@ -146,7 +234,7 @@ static struct vec3 vector_at(const double *values) {
 static void put_tensors(const struct map_net *net, size_t place, const struct block *block) {
     const double(*v)[BLOCK] = block->values;
     for (size_t k = 0; k < block->count; k++) {
-        double *row = net->rows + (block->first + k) * net->width;
+        double *row = net->rows + (block->row + k) * net->width;
         struct vec3 warp = vector_at(row + net->warp), weft = vector_at(row + net->weft);
         struct vec3 d = vec3_make(v[3][k], v[4][k], v[5][k]);
         double a = vec3_dot(d, warp), b = vec3_dot(d, permeability_across(warp, weft));
@@ -164,31 +252,33 @@ static bool fill_rows(const struct api_reader *reader, const struct map_net *net
         const struct map_group *group = &net->group[k];
         if ((group->kind == MAP_TENSOR) != tensors)
             continue;
-        for (size_t column = 0; column < group->columns; column++)
-            if (!api_columns_read(reader, &group->column[column], block->first, block->count,
-                                  block->values[column]))
+        for (size_t c = 0; c < group->columns; c++) {
+            const struct api_column *column =
+                api_columns_find(&net->columns, block->table, group->column[c].name);
+            if (!column ||
+                !api_columns_read(reader, column, block->first, block->count, block->values[c]))
                 return false;
+        }
         if (tensors)
             put_tensors(net, group->place, block);
         for (size_t row = 0; row < block->count && !tensors; row++)
             for (size_t column = 0; column < group->columns; column++)
-                net->rows[(block->first + row) * net->width + group->place + column] =
+                net->rows[(block->row + row) * net->width + group->place + column] =
                     block->values[column][row];
     }
     return true;
 }
 
-static enum api_problem_id load_rows(const struct api_reader *reader,
-                                     const struct drape_monitor *monitor, struct arena *arena,
-                                     struct map_net *net, struct api_problem *problem) {
-    size_t cells = api_columns_rows(&net->columns, API_TABLE_CELLS);
-    struct block *block = arena_take(arena, 1, sizeof *block);
-    net->rows = arena_take(arena, cells, net->width * sizeof *net->rows);
-    if (!block || !net->rows)
-        return no_memory(problem);
+/* The rows of the cells, whole or cut. */
+static enum api_problem_id load_table(const struct api_reader *reader,
+                                      const struct drape_monitor *monitor, struct map_net *net,
+                                      struct block *block, struct api_problem *problem) {
+    bool cut = block->table == API_TABLE_CUT;
+    size_t cells = cut ? net->cut : net->whole;
     for (block->first = 0; block->first < cells; block->first += BLOCK) {
         size_t left = cells - block->first;
         block->count = left < BLOCK ? left : BLOCK;
+        block->row = block->first + (cut ? net->whole : 0);
         if (!fill_rows(reader, net, false, block) || !fill_rows(reader, net, true, block))
             return damaged(problem);
         if (monitor && !monitor->progress(monitor->context, 0)) {
@@ -199,14 +289,44 @@ static enum api_problem_id load_rows(const struct api_reader *reader,
     return API_OK;
 }
 
+static enum api_problem_id load_rows(const struct api_reader *reader,
+                                     const struct drape_monitor *monitor, struct arena *arena,
+                                     struct map_net *net, struct api_problem *problem) {
+    static const enum api_table tables[] = {API_TABLE_CELLS, API_TABLE_CUT};
+    struct block *block = arena_take(arena, 1, sizeof *block);
+    net->rows = arena_take(arena, net->whole + net->cut, net->width * sizeof *net->rows);
+    if (!block || !net->rows)
+        return no_memory(problem);
+    for (int k = 0; k < 2; k++) {
+        block->table = tables[k];
+        if (load_table(reader, monitor, net, block, problem) != API_OK)
+            return problem->id;
+    }
+    return API_OK;
+}
+
 enum api_problem_id map_net_load(const struct api_reader *reader,
                                  const struct drape_monitor *monitor, struct arena *arena,
                                  struct map_net *net, struct api_problem *problem) {
     enum api_problem_id result = load_rows(reader, monitor, arena, net, problem);
-    return result == API_OK ? load_cloth(reader, arena, net, problem) : result;
+    if (result == API_OK)
+        result = load_cloth(reader, arena, net, problem);
+    return result == API_OK ? edge_make(reader, &net->columns, arena, &net->edge, problem) : result;
 }
 
 /* ---- places ---- */
+
+bool map_net_is_beyond(const struct map_net *net, const struct facets_place *place) {
+    static const int8_t corner[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    const int32_t *at = net->facets->source.places[place->cell];
+    const int8_t *a = corner[place->side], *b = corner[(place->side + 1) & 3];
+    double pq[2];
+    for (int k = 0; k < 2; k++)
+        pq[k] = at[k] + place->weight[0] / 2 + place->weight[1] * a[k] + place->weight[2] * b[k];
+    /* On facets, which lie off the surface, a place is right to less than their distance. */
+    return place->outside ||
+           edge_is_beyond(net->edge, pq[0], pq[1], place->distance / net->spacing);
+}
 
 /* Adds the mean of the cells around a corner, `weight` times. */
 static void add_corner(const struct map_net *net, const int32_t around[4], double weight,

@@ -7,6 +7,7 @@
 #define API_MAP_NET_H
 
 #include "api/result/columns.h"
+#include "edge.h"
 #include "solver/mesh/facets.h"
 
 /* How a column of the cells is mapped. */
@@ -39,7 +40,9 @@ struct map_net {
     size_t warp, weft;   /* their places in a row */
     double spacing;      /* the larger one */
     struct facets *facets;
-    double *rows; /* one a cell */
+    size_t whole, cut; /* cells: whole ones, then those that the rim cuts */
+    double *rows;      /* one a cell */
+    struct edge *edge;
 };
 
 /* Reads the header and lists the groups, in the order of their columns. API_INVALID_REQUEST when
@@ -52,6 +55,9 @@ enum api_problem_id map_net_open(const struct api_reader *reader, struct map_net
 enum api_problem_id map_net_load(const struct api_reader *reader,
                                  const struct drape_monitor *monitor, struct arena *arena,
                                  struct map_net *net, struct api_problem *problem) STATUS_MUST_USE;
+
+/* Whether a place lies beyond the cloth: off the cells, or beyond the rim in one that it cuts. */
+bool map_net_is_beyond(const struct map_net *net, const struct facets_place *place);
 
 /* The row at a place of the cloth, `width` values: linear on each facet between the cell's own at
  * its middle and the mean of the cells around it at a corner; those of MAP_CELL are the cell's. */

@@ -103,12 +103,13 @@ enum api_table {
     API_TABLE_CELLS,
     API_TABLE_FRONT,
     API_TABLE_RIM,
+    API_TABLE_CUT,      /* of stored results, for maps: the cells that the rim cuts */
     API_TABLE_PLIES,    /* of maps onto meshes alone */
     API_TABLE_VARIANTS, /* of studies alone */
     API_TABLE_COUNT
 };
 
-/* "nodes", "cells", "front", "rim", "plies", "variants". */
+/* "nodes", "cells", "front", "rim", "cut", "plies", "variants". */
 extern const char *const column_tables[API_TABLE_COUNT];
 static inline const char *api_table_name(enum api_table table) {
     return column_tables[table];

@@ -70,14 +70,20 @@ static bool is_given(const struct api_request *request, enum column_id id) {
     }
 }
 
+/* The cells, or those that the rim cuts. */
+static const struct drape_cells *cells_of(const struct api_fields *fields, bool cut) {
+    return cut ? &fields->result->cut.cells : &fields->result->cells;
+}
+
 /* The values of a component of a column that is not derived: int32_t of an integer, uint8_t of a
  * reason and of flags that the solver sets, double of others. NULL when the column is not there. */
-static const void *values_of(const struct api_fields *fields, enum column_id id, int part) {
+static const void *values_of(const struct api_fields *fields, enum column_id id, int part,
+                             bool cut) {
     const struct drape_nodes *nodes = &fields->result->nodes;
-    const struct drape_cells *cells = &fields->result->cells;
+    const struct drape_cells *cells = cells_of(fields, cut);
     const struct drape_front *front = &fields->result->front;
     const struct drape_rim *rim = &fields->result->rim;
-    const struct api_permeability_columns *k = &fields->permeability;
+    const struct api_permeability_columns *k = &fields->permeability[cut];
     switch (id) {
     case COLUMN_NODES_i:
         return nodes->i;
@@ -174,7 +180,7 @@ static bool fill_byte(const void *context, size_t first, size_t count, double *v
 static bool fill_derived(const void *context, size_t first, size_t count, double *values) {
     const struct api_derived_column *column = context;
     const struct api_fields *fields = column->fields;
-    const double *shear = fields->result->cells.shear_deg + first;
+    const double *shear = column->cells->shear_deg + first;
     for (size_t i = 0; i < count; i++)
         values[i] = derived[column->id](fields->request, shear[i]);
     return true;
@@ -184,23 +190,27 @@ static size_t rows_of(const struct drape_result *result, enum api_table table) {
     return table == API_TABLE_NODES   ? result->nodes.count
            : table == API_TABLE_CELLS ? result->cells.count
            : table == API_TABLE_FRONT ? result->front.count
+           : table == API_TABLE_CUT   ? result->cut.cells.count
                                       : result->rim.count;
 }
 
-/* Adds the columns that `id` is stored as, if it is there. */
-static void add(struct api_fields *fields, enum column_id id) {
+/* Adds the columns that `id` is stored as, if it is there; `cut`: of the cells that the rim cuts.
+ */
+static void add(struct api_fields *fields, enum column_id id, bool cut) {
     const struct column_spec *spec = &column_specs[id];
+    enum api_table table = cut ? API_TABLE_CUT : spec->table;
     for (int part = 0; part < spec->parts; part++) {
-        struct api_column_source source = {.table = spec->table,
+        struct api_column_source source = {.table = table,
                                            .name = spec->part[part],
                                            .integer = column_kind_is_integer(spec->kind),
-                                           .rows = rows_of(fields->result, spec->table)};
+                                           .rows = rows_of(fields->result, table)};
         if (derived[id] && is_given(fields->request, id)) {
-            fields->derived[id] = (struct api_derived_column){fields, id};
+            struct api_derived_column *own = &fields->derived[cut][id];
+            *own = (struct api_derived_column){fields, cells_of(fields, cut), id};
             source.fill = fill_derived;
-            source.context = &fields->derived[id];
+            source.context = own;
         } else {
-            source.context = values_of(fields, id, part);
+            source.context = values_of(fields, id, part, cut);
             bool bytes =
                 spec->kind == COLUMN_REASON || id == COLUMN_NODES_grown || id == COLUMN_RIM_covered;
             source.fill = spec->kind == COLUMN_INTEGER ? fill_index : bytes ? fill_byte : fill_real;
@@ -210,15 +220,39 @@ static void add(struct api_fields *fields, enum column_id id) {
     }
 }
 
+const char *const api_fields_corners[12] = {"x0", "y0", "z0", "x1", "y1", "z1",
+                                            "x2", "y2", "z2", "x3", "y3", "z3"};
+
+/* The cells that the rim cuts, which maps alone take from a stored result: their corners, and what
+ * whole cells have. */
+static void add_cut(struct api_fields *fields) {
+    const struct drape_cut *cut = &fields->result->cut;
+    if (cut->cells.count == 0)
+        return;
+    for (int id = 0; id < COLUMN_COUNT; id++)
+        if (column_specs[id].table == API_TABLE_CELLS)
+            add(fields, (enum column_id)id, true);
+    for (int k = 0; k < 12; k++)
+        fields->source[fields->count++] = (struct api_column_source){.table = API_TABLE_CUT,
+                                                                     .name = api_fields_corners[k],
+                                                                     .rows = cut->cells.count,
+                                                                     .fill = fill_real,
+                                                                     .context = cut->corner[k]};
+}
+
 enum status api_fields_list(struct api_fields *fields, const struct api_request *request,
                             const struct drape_result *result, struct arena *arena) {
     *fields = (struct api_fields){.request = request, .result = result};
-    enum status status = api_permeability_columns(
-        request, &result->cells, api_fields_fiber_volume_fraction, arena, &fields->permeability);
+    enum status status = STATUS_OK;
+    for (int cut = 0; cut < 2 && status == STATUS_OK; cut++)
+        status = api_permeability_columns(request, cells_of(fields, cut),
+                                          api_fields_fiber_volume_fraction, arena,
+                                          &fields->permeability[cut]);
     if (status != STATUS_OK)
         return status;
     for (int id = 0; id < COLUMN_COUNT; id++)
-        add(fields, (enum column_id)id);
+        add(fields, (enum column_id)id, false);
+    add_cut(fields);
     return STATUS_OK;
 }
 

@@ -23,11 +23,12 @@
 struct api_fields {
     const struct api_request *request;
     const struct drape_result *result;
-    struct api_permeability_columns permeability;
+    struct api_permeability_columns permeability[2]; /* of the cells, and of those that are cut */
     struct api_derived_column {
         const struct api_fields *fields;
+        const struct drape_cells *cells;
         enum column_id id;
-    } derived[COLUMN_COUNT];
+    } derived[2][COLUMN_COUNT];
     size_t count;
     struct api_column_source source[API_COLUMNS_MAX];
 };
@@ -39,6 +40,9 @@ enum status api_fields_list(struct api_fields *fields, const struct api_request 
 
 /* The fibre volume fraction of cloth of this shear. */
 double api_fields_fiber_volume_fraction(const struct api_request *request, double shear_deg);
+
+/* The columns of the table `cut` with the corners of its cells, as in `struct drape_cut`. */
+extern const char *const api_fields_corners[12];
 
 /* How many cells are beyond the locking angle, and beyond the packing limit; -1 where the request
  * does not say. */

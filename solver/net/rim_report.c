@@ -124,6 +124,60 @@ static void add_whole(struct gathering *g, size_t k, double share) {
     }
 }
 
+/* ---- the cells that are cut ---- */
+
+static enum status make_cut(struct arena *arena, size_t room, struct drape_cut *cut) {
+    struct drape_cells *c = &cut->cells;
+    double **columns[] = {&c->shear_deg, &c->warp_x, &c->warp_y, &c->warp_z,
+                          &c->weft_x,    &c->weft_y, &c->weft_z};
+    *cut = (struct drape_cut){.cells = {.i = arena_take(arena, room, sizeof *c->i),
+                                        .j = arena_take(arena, room, sizeof *c->j)}};
+    bool all = c->i && c->j;
+    for (size_t k = 0; k < sizeof columns / sizeof *columns; k++)
+        all = all && (*columns[k] = arena_take(arena, room, sizeof(double)));
+    for (int k = 0; k < 12; k++)
+        all = all && (cut->corner[k] = arena_take(arena, room, sizeof(double)));
+    return all ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+}
+
+/* Adds a cell with its mean directions, as those of whole cells. Where differences in space say
+ * little they are turned about their bisector, to the shear that is known. */
+static void list_cut(struct drape_cut *cut, const struct rim_patch *patch, double shear_deg) {
+    const struct vec3 corner[4] = {patch->r[1][1], patch->r[1][2], patch->r[2][2], patch->r[2][1]};
+    struct vec3 diagonal = vec3_sub(corner[2], corner[0]), other = vec3_sub(corner[1], corner[3]);
+    struct vec3 warp = vec3_unit(vec3_add(diagonal, other));
+    struct vec3 weft = vec3_unit(vec3_sub(diagonal, other));
+    struct drape_cells *c = &cut->cells;
+    size_t at = c->count;
+    if (patch->smooth) {
+        shear_deg = 90 - angle_atan2_deg(vec3_norm(vec3_cross(warp, weft)), vec3_dot(warp, weft));
+    } else {
+        double sine, cosine;
+        struct vec3 along = vec3_unit(vec3_add(warp, weft)), across = vec3_sub(warp, weft);
+        across = vec3_unit(vec3_axpy(-vec3_dot(across, along), along, across));
+        angle_sincos_deg((90 - shear_deg) / 2, &sine, &cosine);
+        warp = vec3_axpy(sine, across, vec3_scale(cosine, along));
+        weft = vec3_axpy(-sine, across, vec3_scale(cosine, along));
+    }
+    if (vec3_norm2(warp) == 0 || vec3_norm2(weft) == 0)
+        return;
+    c->i[at] = patch->i;
+    c->j[at] = patch->j;
+    c->shear_deg[at] = shear_deg;
+    c->warp_x[at] = warp.x;
+    c->warp_y[at] = warp.y;
+    c->warp_z[at] = warp.z;
+    c->weft_x[at] = weft.x;
+    c->weft_y[at] = weft.y;
+    c->weft_z[at] = weft.z;
+    for (int k = 0; k < 4; k++) {
+        cut->corner[3 * k][at] = corner[k].x;
+        cut->corner[3 * k + 1][at] = corner[k].y;
+        cut->corner[3 * k + 2][at] = corner[k].z;
+    }
+    c->count++;
+}
+
 /* The mean shear of those of the cell's corners that are nodes; 0 without any. */
 static double mean_of_corners(const struct drape_nodes *n, const struct rim_cell *cell) {
     double sum = 0;
@@ -138,7 +192,7 @@ static double mean_of_corners(const struct drape_nodes *n, const struct rim_cell
             high = before ? high : middle;
         }
         if (low < n->count && n->i[low] == i && n->j[low] == j) {
-            sum += fabs(n->shear_deg[low]);
+            sum += n->shear_deg[low];
             count++;
         }
     }
@@ -153,7 +207,7 @@ static double shear_at(const struct rim_place *place) {
  * the rim to that as far on the other side of its middle. */
 static void add_cut(struct gathering *g, const struct rim_cell *cell) {
     const struct rim_patch *patch = rim_cloth_patch(&g->rim->cloth, cell->i, cell->j);
-    double sine, cosine, half = 0, shear, share = cell->share, rest = 1 - share;
+    double sine, cosine, half = 0, shear = 0, share = cell->share, rest = 1 - share;
     struct rim_place middle, rim;
     if (cell->loose || !patch->known)
         return;
@@ -166,6 +220,8 @@ static void add_cut(struct gathering *g, const struct rim_cell *cell) {
     } else {
         shear = mean_of_corners(&g->result->nodes, cell);
     }
+    list_cut(&g->result->cut, patch, shear);
+    shear = fabs(shear);
     angle_sincos_deg(90 - shear, &sine, &cosine);
     spread_area(g->spread, share * sine, shear - half, shear + half, shear);
     add_turned(g, share * sine, vec3_unit(middle.along[0]), vec3_unit(middle.along[1]));
@@ -348,6 +404,8 @@ enum status rim_report(struct march *march, struct drape_result *result) {
     enum status status = rim_make(march, &rim);
     if (status == STATUS_OK)
         status = rim_cells_make(march, &rim, &cells);
+    if (status == STATUS_OK)
+        status = make_cut(march->arena, cells.count, &result->cut);
     if (status != STATUS_OK)
         return status;
     measure(march, &rim, &cells, result);

@@ -141,6 +141,8 @@ static void test_encode_json_gives_back_every_bit(void **state) {
     json_t *json = encode_json_tree((struct format_options){0});
     for (size_t c = 0; c < columns.count; c++) {
         const struct api_column *column = &columns.column[c];
+        if (column->table == API_TABLE_CUT) /* is not shown */
+            continue;
         json_t *array =
             json_object_get(json_object_get(json, api_table_name(column->table)), column->name);
         double *values = read_column(column);

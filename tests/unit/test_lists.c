@@ -121,6 +121,8 @@ static void check_documented(const char *path, const char *name, struct bytes *t
 static void test_lists_are_what_the_docs_say(void **state) {
     (void)state;
     for (int table = 0; table < API_TABLE_COUNT; table++) {
+        if (table == API_TABLE_CUT) /* is not shown */
+            continue;
         struct bytes text = columns_table((enum api_table)table);
         check_documented("docs/fields.md", api_table_name((enum api_table)table), &text);
     }
