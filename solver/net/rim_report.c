@@ -178,10 +178,13 @@ static void list_cut(struct drape_cut *cut, const struct rim_patch *patch, doubl
     c->count++;
 }
 
-/* The mean shear of those of the cell's corners that are nodes; 0 without any. */
-static double mean_of_corners(const struct drape_nodes *n, const struct rim_cell *cell) {
+/* The mean shear of those of the cell's corners that are nodes, and of its amount; 0 without any.
+ */
+static double mean_of_corners(const struct drape_nodes *n, const struct rim_cell *cell,
+                              double *amount) {
     double sum = 0;
     int count = 0;
+    *amount = 0;
     for (int m = 0; m < 4; m++) {
         int32_t i = cell->i + (m & 1), j = cell->j + m / 2;
         size_t low = 0, high = n->count;
@@ -193,9 +196,11 @@ static double mean_of_corners(const struct drape_nodes *n, const struct rim_cell
         }
         if (low < n->count && n->i[low] == i && n->j[low] == j) {
             sum += n->shear_deg[low];
+            *amount += fabs(n->shear_deg[low]);
             count++;
         }
     }
+    *amount /= count ? count : 1;
     return count ? sum / count : 0;
 }
 
@@ -207,7 +212,7 @@ static double shear_at(const struct rim_place *place) {
  * the rim to that as far on the other side of its middle. */
 static void add_cut(struct gathering *g, const struct rim_cell *cell) {
     const struct rim_patch *patch = rim_cloth_patch(&g->rim->cloth, cell->i, cell->j);
-    double sine, cosine, half = 0, shear = 0, share = cell->share, rest = 1 - share;
+    double sine, cosine, half = 0, shear, with_sign = 0, share = cell->share, rest = 1 - share;
     struct rim_place middle, rim;
     if (cell->loose || !patch->known)
         return;
@@ -218,10 +223,9 @@ static void add_cut(struct gathering *g, const struct rim_cell *cell) {
         shear = shear_at(&middle);
         half = fabs(shear - shear_at(&rim));
     } else {
-        shear = mean_of_corners(&g->result->nodes, cell);
+        with_sign = mean_of_corners(&g->result->nodes, cell, &shear);
     }
-    list_cut(&g->result->cut, patch, shear);
-    shear = fabs(shear);
+    list_cut(&g->result->cut, patch, with_sign);
     angle_sincos_deg(90 - shear, &sine, &cosine);
     spread_area(g->spread, share * sine, shear - half, shear + half, shear);
     add_turned(g, share * sine, vec3_unit(middle.along[0]), vec3_unit(middle.along[1]));
