@@ -11,6 +11,7 @@
 #include "api/request/normalise.h"
 #include "api/run.h"
 #include "files.h"
+#include "hold_out.h"
 #include "part.h"
 #include "study.h"
 #include <errno.h>
@@ -64,6 +65,9 @@ static const char help_tail[] =
     "  --part NAME        svg, dxf, html: for the title\n"
     "  --ply NAME         svg, dxf, html: for the title\n"
     "  --table TABLE      for csv: nodes (default) or cells; of a map cells or plies\n"
+    "  --hold-one-out TABLE\n"
+    "                     no drape: how well a table of permeabilities, alone or in a\n"
+    "                     request, foretells each row and column from the others\n"
     "  --max-nodes N      refuse larger nets; default 4000000\n"
     "  --max-variants N   refuse larger studies; default 1000000\n"
     "  --variant K        of a study: write the drape request of variant K instead,\n"
@@ -86,6 +90,7 @@ struct arguments {
     const char *mesh[MESH_OPTIONS]; /* values of mesh_options; NULL: not given */
     const char *variant;            /* of a study: whose request is wanted; NULL: its result is */
     bool study;                     /* the request is one */
+    const char *table;              /* to hold values out of; NULL: a drape */
     const char *format_name;
     const struct format *format;
     struct format_options options;
@@ -156,7 +161,8 @@ static bool take_option(struct arguments *arguments, const char *name, const cha
     } texts[] = {{"format", &arguments->format_name},    {"map", &arguments->map},
                  {mesh_options[0], &arguments->mesh[0]}, {mesh_options[1], &arguments->mesh[1]},
                  {mesh_options[2], &arguments->mesh[2]}, {mesh_options[3], &arguments->mesh[3]},
-                 {"variant", &arguments->variant},       {"output", &arguments->output}};
+                 {"variant", &arguments->variant},       {"output", &arguments->output},
+                 {"hold-one-out", &arguments->table}};
     long count = 0;
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++) {
         if (strcmp(name, texts[k].name) == 0) {
@@ -190,6 +196,7 @@ static const struct option option_table[] = {
     {"format", required_argument, NULL, 0},
     {"output", required_argument, NULL, 'o'},
     {"map", required_argument, NULL, 0},
+    {"hold-one-out", required_argument, NULL, 0},
     {"inlet", required_argument, NULL, 0},
     {"outlet", required_argument, NULL, 0},
     {"reference", required_argument, NULL, 0},
@@ -484,11 +491,25 @@ static bool work(struct arguments *arguments) {
     return ok;
 }
 
+/* What a table foretells, on standard output. */
+static bool judge_table(const struct arguments *arguments) {
+    struct api_problem problem = {0};
+    struct files_bytes text = {0};
+    bool ok = api_prepare() && files_read(arguments->table, &text) &&
+              hold_out_print(text.data, text.length, &arguments->limits, stdout, &problem);
+    if (problem.id != API_OK)
+        print_problem(&problem);
+    free(text.data);
+    return fflush(stdout) == 0 && ok;
+}
+
 int main(int argc, char **argv) {
     struct arguments arguments = {.limits = api_limits_default};
     int status = parse_arguments(argc, argv, &arguments);
     if (status >= 0)
         return status;
+    if (arguments.table)
+        return judge_table(&arguments) ? EXIT_SUCCESS : EXIT_FAILURE;
     files_watch_signals();
     return work(&arguments) ? EXIT_SUCCESS : EXIT_FAILURE;
 }

@@ -384,6 +384,20 @@ enum api_problem_id api_decode(const struct api_input *input, const struct api_l
     return problem->id;
 }
 
+enum api_problem_id api_decode_permeability(const char *bytes, size_t length,
+                                            const struct api_limits *limits, struct arena *arena,
+                                            struct api_permeability *permeability,
+                                            struct api_problem *problem) {
+    struct json_tree tree;
+    *permeability = (struct api_permeability){.model = API_PERMEABILITY_NONE};
+    if (json_tree_parse(&tree, bytes, length, limits, arena, problem) != API_OK)
+        return problem->id;
+    struct json_place root = place_root(&tree), member = place_member(&root, "permeability");
+    decode_permeability(place_given(&member) ? &member : &root, permeability);
+    json_tree_free(&tree);
+    return problem->id;
+}
+
 enum api_problem_id api_decode_surface(const char *bytes, size_t length,
                                        const struct api_limits *limits, struct arena *arena,
                                        struct api_surface *surface, struct api_problem *problem) {

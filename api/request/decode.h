@@ -35,4 +35,10 @@ enum api_problem_id api_decode_surface(const char *bytes, size_t length,
                                        struct api_surface *surface,
                                        struct api_problem *problem) STATUS_MUST_USE;
 
+/* A permeability, alone or as that member of a document: of the rest nothing is looked at. */
+enum api_problem_id api_decode_permeability(const char *bytes, size_t length,
+                                            const struct api_limits *limits, struct arena *arena,
+                                            struct api_permeability *permeability,
+                                            struct api_problem *problem) STATUS_MUST_USE;
+
 #endif

@@ -42,10 +42,15 @@ static struct permeability evaluate(const struct api_permeability *model, double
     }
 }
 
+struct permeability api_permeability_at(const struct api_permeability *permeability, double vf,
+                                        double shear_deg) {
+    bool outside;
+    return evaluate(permeability, vf, shear_deg, &outside);
+}
+
 double api_permeability_k1(const struct api_permeability *permeability, double vf,
                            double shear_deg) {
-    bool outside;
-    return evaluate(permeability, vf, shear_deg, &outside).k1;
+    return api_permeability_at(permeability, vf, shear_deg).k1;
 }
 
 static bool allocate(struct api_permeability_columns *columns, bool table, size_t count,

@@ -6,6 +6,7 @@
 #include "api/request/request.h"
 #include "solver/arena.h"
 #include "solver/drape.h"
+#include "solver/permeability.h"
 
 /* Columns with a row for each cell; all NULL when the request asks for no permeability. */
 struct api_permeability_columns {
@@ -17,7 +18,11 @@ struct api_permeability_columns {
 /* The packing beyond which the request's model, or without one any fabric, has no meaning. */
 double api_packing_limit(const struct api_permeability *permeability);
 
-/* k1 alone, of cloth with this fibre volume fraction and shear. */
+/* That of cloth with this fibre volume fraction and shear. */
+struct permeability api_permeability_at(const struct api_permeability *permeability, double vf,
+                                        double shear_deg);
+
+/* Its k1 alone. */
 double api_permeability_k1(const struct api_permeability *permeability, double vf,
                            double shear_deg);
 

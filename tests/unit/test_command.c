@@ -156,6 +156,31 @@ static void test_command_takes_the_encoders_options(void **state) {
     outcome_free(&outcome);
 }
 
+/* Half-way between 1e-10 and 4e-10 the others say 2e-10, twice what is there; and k3 is as they
+ * say. */
+static void test_command_holds_out_the_rows_of_a_table(void **state) {
+    (void)state;
+    static const char table[] =
+        "{\"permeability\":{\"model\":\"table\",\"shear_deg\":[0,20,40],"
+        "\"fiber_volume_fraction\":[0.4,0.5],\"k1\":[[1e-10,5e-11],[1e-10,5e-11],[4e-10,2e-10]],"
+        "\"k2\":[[1e-10,5e-11],[2.5e-11,1.25e-11],[1e-10,5e-11]],"
+        "\"k3\":[[1e-12,5e-13],[1e-12,5e-13],[1e-12,5e-13]]}}";
+    static const char expected[] = "without the shear_deg of each line, percent:\n"
+                                   "shear_deg       Vf        k1        k2        k3\n"
+                                   "       20      0.4   +100.00   +300.00     +0.00\n"
+                                   "       20      0.5   +100.00   +300.00     +0.00\n"
+                                   "           largest    100.00    300.00      0.00\n"
+                                   "               rms    100.00    300.00      0.00\n";
+    struct outcome outcome = run("--hold-one-out /dev/stdin", table);
+    assert_int_equal(outcome.status, 0);
+    assert_int_equal(outcome.out.length, sizeof expected - 1);
+    assert_memory_equal(outcome.out.data, expected, sizeof expected - 1);
+    outcome_free(&outcome);
+    refuse("--hold-one-out /dev/stdin",
+           "{\"model\":\"table\",\"shear_deg\":[0],\"k1\":[1e-10],\"k2\":[1e-10],\"k3\":[1e-12]}",
+           1, "invalid-request", "to leave out");
+}
+
 /* The request is in it as it was understood, with its defaults. */
 static void test_command_writes_a_report(void **state) {
     (void)state;
@@ -334,6 +359,7 @@ int main(void) {
         cmocka_unit_test(test_command_writes_the_result_document),
         cmocka_unit_test(test_command_reads_a_file_or_a_dash),
         cmocka_unit_test(test_command_takes_the_encoders_options),
+        cmocka_unit_test(test_command_holds_out_the_rows_of_a_table),
         cmocka_unit_test(test_command_writes_a_report),
         cmocka_unit_test(test_command_says_what_it_is),
         cmocka_unit_test(test_command_refuses_a_wrong_command_line),

@@ -1,0 +1,127 @@
+/* SPDX-License-Identifier: MIT */
+#include "hold_out.h"
+
+#include "api/request/decode.h"
+#include "api/result/permeability.h"
+#include <math.h>
+#include <string.h>
+
+enum { PARTS = 3 }; /* k1, k2, k3 */
+
+/* Errors of one kind. */
+struct errors {
+    size_t count;
+    double largest[PARTS], squares[PARTS];
+};
+
+static size_t columns_of(const struct api_permeability *table) {
+    return table->fractions ? table->fractions : 1;
+}
+
+/* The values without a row or a column (the other one is past the end). */
+static const double *without(const double *values, const struct api_permeability *table, size_t row,
+                             size_t column, struct arena *arena) {
+    size_t columns = columns_of(table), count = 0;
+    double *rest = values ? arena_take(arena, table->rows * columns, sizeof *rest) : NULL;
+    for (size_t i = 0; rest && i < table->rows; i++)
+        for (size_t j = 0; j < columns; j++)
+            if (i != row && j != column)
+                rest[count++] = values[i * columns + j];
+    return rest;
+}
+
+static const double *shorter(const double *axis, size_t count, size_t left_out,
+                             struct arena *arena) {
+    double *rest = arena_take(arena, count, sizeof *rest);
+    for (size_t k = 0, kept = 0; rest && k < count; k++)
+        if (k != left_out)
+            rest[kept++] = axis[k];
+    return rest;
+}
+
+/* The table without a row, or without a column; false without memory. */
+static bool reduce(const struct api_permeability *table, size_t row, size_t column,
+                   struct arena *arena, struct api_permeability *rest) {
+    *rest = *table;
+    rest->table_k1 = without(table->table_k1, table, row, column, arena);
+    rest->table_k2 = without(table->table_k2, table, row, column, arena);
+    rest->table_k3 = without(table->table_k3, table, row, column, arena);
+    rest->angle_deg = without(table->angle_deg, table, row, column, arena);
+    rest->shear_deg = shorter(table->shear_deg, table->rows, row, arena);
+    rest->rows -= row < table->rows;
+    if (table->fractions) {
+        rest->table_fractions = shorter(table->table_fractions, table->fractions, column, arena);
+        rest->fractions -= column < table->fractions;
+    }
+    return rest->table_k1 && rest->table_k2 && rest->table_k3 && rest->shear_deg &&
+           (rest->angle_deg || !table->angle_deg) && (rest->table_fractions || !table->fractions);
+}
+
+static void compare(const struct api_permeability *table, const struct api_permeability *rest,
+                    size_t row, size_t column, struct errors *errors, FILE *out) {
+    double shear = table->shear_deg[row];
+    double vf = table->fractions ? table->table_fractions[column] : 0.5; /* which is not used */
+    struct permeability k = api_permeability_at(table, vf, shear);
+    struct permeability told = api_permeability_at(rest, vf, shear);
+    const double ratio[PARTS] = {told.k1 / k.k1, told.k2 / k.k2, told.k3 / k.k3};
+    fprintf(out, "%9g", shear);
+    if (table->fractions)
+        fprintf(out, "%9g", vf);
+    for (int part = 0; part < PARTS; part++) {
+        double percent = 100 * (ratio[part] - 1);
+        fprintf(out, "%+10.2f", percent);
+        errors->squares[part] += percent * percent;
+        errors->largest[part] = fmax(errors->largest[part], fabs(percent));
+    }
+    fprintf(out, "\n");
+    errors->count++;
+}
+
+static void print_errors(const struct errors *errors, bool fractions, FILE *out) {
+    fprintf(out, "%*s", fractions ? 18 : 9, "largest");
+    for (int part = 0; part < PARTS; part++)
+        fprintf(out, "%10.2f", errors->largest[part]);
+    fprintf(out, "\n%*s", fractions ? 18 : 9, "rms");
+    for (int part = 0; part < PARTS; part++)
+        fprintf(out, "%10.2f", sqrt(errors->squares[part] / (double)errors->count));
+    fprintf(out, "\n");
+}
+
+/* Leaves out each inner row, or each inner column. */
+static bool leave_out(const struct api_permeability *table, bool rows, struct arena *arena,
+                      FILE *out) {
+    size_t columns = columns_of(table), none = table->rows + columns;
+    size_t count = rows ? table->rows : columns;
+    struct errors errors = {0};
+    if (count < 3)
+        return true;
+    fprintf(out, "without the %s of each line, percent:\n%9s%s%10s%10s%10s\n",
+            rows ? "shear_deg" : "fiber_volume_fraction", "shear_deg",
+            table->fractions ? "       Vf" : "", "k1", "k2", "k3");
+    for (size_t k = 1; k + 1 < count; k++) {
+        struct api_permeability rest;
+        if (!reduce(table, rows ? k : none, rows ? none : k, arena, &rest))
+            return false;
+        for (size_t other = 0; other < (rows ? columns : table->rows); other++)
+            compare(table, &rest, rows ? k : other, rows ? other : k, &errors, out);
+    }
+    print_errors(&errors, table->fractions > 0, out);
+    return true;
+}
+
+bool hold_out_print(const char *bytes, size_t length, const struct api_limits *limits, FILE *out,
+                    struct api_problem *problem) {
+    struct api_permeability table;
+    struct arena *arena = arena_new(limits->max_memory);
+    if (arena && api_decode_permeability(bytes, length, limits, arena, &table, problem) == API_OK &&
+        (table.model != API_PERMEABILITY_TABLE || (table.rows < 3 && table.fractions < 3)))
+        api_problem_set(
+            problem, API_INVALID_REQUEST,
+            "only a table of three shear angles or three fractions and more has a value "
+            "to leave out");
+    if (!arena || (problem->id == API_OK &&
+                   (!leave_out(&table, true, arena, out) || !leave_out(&table, false, arena, out))))
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the table");
+    arena_free(arena);
+    return problem->id == API_OK;
+}
