@@ -39,6 +39,7 @@ struct config {
     const char *public_name;    /* names of the service, split by commas; "*": any */
     const char *cors_origin;    /* origins of web pages, split by commas; empty: none; "*": all */
     int64_t max_nodes;          /* nodes of one drape */
+    int64_t max_variants;       /* of one study */
     int64_t max_control_points; /* of one surface */
     int64_t max_elements;       /* JSON values of one body */
     int64_t threads_per_job;    /* threads of one drape */

@@ -17,6 +17,7 @@ struct api_limits call_limits(const struct call *call) {
         .max_control_points = (size_t)config->max_control_points,
         .max_depth = (int)config->max_depth,
         .threads = 1,
+        .max_variants = (size_t)config->max_variants,
     };
 }
 

@@ -10,6 +10,10 @@
 /* The order to check the call's body; the caller may add to it. */
 struct checkers_order checking_order(const struct call *call, enum checker_kind kind);
 
+/* Has the order take the result of the call's job along, which then belongs to the check; without a
+ * check its `columns.context` has to be freed. False: the reply says why there is none. (maps.c) */
+bool maps_take_columns(struct call *call, struct checkers_order *order);
+
 /* Begins the check and watches for its end. NULL: the reply says why not. */
 struct check *checking_begin(struct call *call, const struct checkers_order *order);
 

@@ -11,6 +11,8 @@ call_handler jobs_create, jobs_list, jobs_status, jobs_request, jobs_cancel, job
 call_handler events_stream;
 /* results.c */
 call_handler results_get, results_pattern, results_report;
+/* studies.c */
+call_handler studies_variant;
 /* maps.c */
 call_handler maps_create;
 /* surfaces.c */
@@ -27,6 +29,9 @@ call_handler viewer_page, viewer_file;
  * under way; then looks how far it is. False: the call waits for it (`*next`), or the reply says
  * why there is none. True: `*text`, which the caller frees; NULL without memory. */
 bool jobs_understood(struct call *call, char **text, enum http_next *next);
+
+/* 410 or 503: why a stored request cannot be read. */
+void jobs_request_failed(struct call *call, enum store_answer answer);
 
 /* Whether there is a result. False: the reply says why not, with the drape's own problem if it
  * failed. */

@@ -86,7 +86,8 @@ static bool check_key(struct call *call) {
  * says why there is none. */
 static bool begin_check(struct call *call) {
     struct waiting *waiting = call->request->state;
-    static const enum checker_kind checks[STORE_KIND_COUNT] = {[STORE_DRAPE] = CHECKER_DRAPE};
+    static const enum checker_kind checks[STORE_KIND_COUNT] = {
+        [STORE_DRAPE] = CHECKER_DRAPE, [STORE_STUDY] = CHECKER_STUDY};
     struct checkers_order order = checking_order(call, checks[call->kind]);
     order.document[CHECKER_SECOND] = waiting->surface.definition;
     order.length[CHECKER_SECOND] = waiting->surface.definition_length;
@@ -103,14 +104,20 @@ static bool begin(struct call *call) {
            start_waiting(call, "", wait) && begin_check(call);
 }
 
+/* Where a body names a stored surface. */
+static const char *surface_pointer(const struct call *call) {
+    return call->kind == STORE_STUDY ? "/drape/surface/id" : "/surface/id";
+}
+
 /* Fetches the stored surface that the request names. False: the reply says why not. */
 static bool fetch_surface(struct call *call, const char *id) {
     struct waiting *waiting = call->request->state;
     struct api_problem problem = {0};
+    const char *pointer = surface_pointer(call);
     enum store_answer answer =
         store_surface_get(call->services->store, call_owner(call), id, &waiting->surface);
     if (answer == STORE_EMPTY)
-        api_problem_add(&problem, "/surface/id", "there is no stored surface '%s'", id);
+        api_problem_add(&problem, pointer, "there is no stored surface '%s'", id);
     else if (answer != STORE_OK)
         api_problem_set(&problem, API_UNAVAILABLE, "the store is %s", store_answer_name(answer));
     if (problem.id != API_OK)
@@ -175,7 +182,8 @@ static bool submit(struct call *call, const struct api_check *check) {
         refuse_full(call, receipt.full);
         break;
     case STORE_EMPTY: /* deleted since it was read */
-        api_problem_add(&problem, "/surface/id", "there is no stored surface '%s'", check->surface);
+        api_problem_add(&problem, surface_pointer(call), "there is no stored surface '%s'",
+                        check->surface);
         reply_problem(reply, &problem);
         break;
     default:
@@ -322,6 +330,14 @@ static bool read_start(struct call *call, const char *id, struct api_start *star
     return found;
 }
 
+void jobs_request_failed(struct call *call, enum store_answer answer) {
+    if (answer == STORE_EMPTY)
+        reply_refuse(call->reply, API_GONE,
+                     "the request has been removed (--retention, --retention-bytes)");
+    else
+        call_store_failed(call, answer);
+}
+
 /* Begins to write down the stored request with every default filled in. False: the reply says why
  * not. */
 static bool begin_normalising(struct call *call) {
@@ -333,18 +349,17 @@ static bool begin_normalising(struct call *call) {
         return false;
     enum store_answer answer = store_request(call->services->store, job.id, &bytes, &length);
     if (answer == STORE_OK) {
-        struct checkers_order order = checking_order(call, CHECKER_NORMALISE);
+        bool drape = call->kind == STORE_DRAPE;
+        struct checkers_order order =
+            checking_order(call, drape ? CHECKER_NORMALISE : CHECKER_UNDERSTOOD);
         order.document[CHECKER_BODY] = bytes;
         order.length[CHECKER_BODY] = length;
         order.body_file = -1;
-        order.start = read_start(call, job.id, &start) ? &start : NULL;
+        order.start = drape && read_start(call, job.id, &start) ? &start : NULL;
         call->request->state = checking_begin(call, &order);
         call->request->state_free = checking_free;
-    } else if (answer == STORE_EMPTY) {
-        reply_refuse(call->reply, API_GONE,
-                     "the request has been removed (--retention, --retention-bytes)");
     } else {
-        call_store_failed(call, answer);
+        jobs_request_failed(call, answer);
     }
     free(bytes);
     store_job_clear(&job);

@@ -72,7 +72,7 @@ static bool write_columns(void *context, int file) {
     return good;
 }
 
-/* The drape's result, malloc'ed. NULL: the reply says why there is none. */
+/* The job's result, malloc'ed. NULL: the reply says why there is none. */
 static struct stored_result *find_result(struct call *call) {
     struct store_job job = {0};
     struct stored_result *stored = NULL;
@@ -98,6 +98,14 @@ static struct stored_result *find_result(struct call *call) {
     return stored;
 }
 
+bool maps_take_columns(struct call *call, struct checkers_order *order) {
+    struct stored_result *stored = find_result(call);
+    if (stored)
+        order->columns =
+            (struct checkers_columns){write_columns, free, stored, (size_t)stored->result.length};
+    return stored != NULL;
+}
+
 /* ------------------------------------------------------------------ the call */
 
 /* The query as the checker takes it, malloc'ed: of each parameter its name and its value, both
@@ -116,17 +124,14 @@ static char *copy_options(const struct request *request, size_t *length) {
 static bool begin_map(struct call *call, const struct call_choice *choice) {
     struct request *request = call->request;
     const char *type = request_header(request, "Content-Type");
-    struct stored_result *stored = find_result(call);
-    if (!stored)
-        return false;
     struct checkers_order order = checking_order(call, CHECKER_MAP);
+    if (!maps_take_columns(call, &order))
+        return false;
     order.nastran = type && negotiate_is_type(type, "text/x-nastran");
     order.id = request->parameter;
     order.format = choice->format->name;
     char *options = copy_options(request, &order.length[CHECKER_OPTIONS]);
     order.document[CHECKER_OPTIONS] = options;
-    order.columns =
-        (struct checkers_columns){write_columns, free, stored, (size_t)stored->result.length};
     if (options)
         request->state = checking_begin(call, &order);
     else
@@ -134,7 +139,7 @@ static bool begin_map(struct call *call, const struct call_choice *choice) {
     request->state_free = checking_free;
     free(options);
     if (!request->state)
-        free(stored);
+        free(order.columns.context);
     return request->state != NULL;
 }
 

@@ -145,13 +145,18 @@ static void write_jobs(FILE *out, const struct store_counts *counts) {
     write_counter(out, "draped_store_crashed_total",
                   "Of the failed ones, those whose workers died at every attempt.",
                   counts->crashed);
+    head(out, "draped_store_tasks", "gauge", "Tasks of studies by status.");
+    for (int k = STORE_QUEUED; k <= STORE_RUNNING; k++)
+        fprintf(out, "draped_store_tasks{status=\"%s\"} %lld\n",
+                store_status_name((enum store_status)k), (long long)counts->tasks[k]);
     write_gauge(out, "draped_store_hosts", "Daemons of the store that showed life in 30 s.",
                 counts->hosts);
     write_gauge(out, "draped_store_workers", "Worker processes of all of them.", counts->workers);
     write_gauge(out, "draped_store_workers_busy", "Of these, those that are solving.",
                 counts->busy);
-    head(out, "draped_queue_depth", "gauge", "Drapes that wait for a worker.");
-    fprintf(out, "draped_queue_depth %lld\n", (long long)counts->jobs[STORE_QUEUED]);
+    head(out, "draped_queue_depth", "gauge", "Drapes, studies and tasks that wait for a worker.");
+    fprintf(out, "draped_queue_depth %lld\n",
+            (long long)(counts->jobs[STORE_QUEUED] + counts->tasks[STORE_QUEUED]));
     head(out, "draped_queue_age_seconds", "gauge", "Since when the oldest of them waits.");
     fprintf(out, "draped_queue_age_seconds %.3f\n", age_of(counts->oldest_queued));
 }

@@ -237,7 +237,7 @@ enum store_answer store_begin_round(struct store *store, const struct store_clai
                                     const struct store_round *round) {
     enum store_answer answer = store->ops->begin_round(store, claim, round);
     if (answer == STORE_OK) {
-        store_tell(store, claim->id);
+        hub_notify_progress(store->hub, claim->id);
         store_tell(store, hub_queue);
     }
     return answer;
@@ -248,7 +248,7 @@ enum store_answer store_end_task(struct store *store, const struct store_claim *
                                  const void *numbers, size_t length, int64_t spent) {
     enum store_answer answer = store->ops->end_task(store, claim, numbers, length, spent);
     if (answer == STORE_OK)
-        store_tell(store, claim->parent);
+        hub_notify_progress(store->hub, claim->parent);
     return answer;
 }
 

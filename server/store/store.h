@@ -40,7 +40,7 @@ enum {
     STORE_KEY_SIZE = 256,    /* idempotency keys: at most 255 bytes and the final zero */
     STORE_REQUEST_SIZE = 65, /* ids of the HTTP requests that submit: at most 64 characters */
     STORE_HOST_SIZE = 65,
-    STORE_TASK_BYTES = 256, /* of what a task is, at the most */
+    STORE_TASK_BYTES = 512, /* of what a task is, at the most */
     STORE_LATER_TURNS = 32  /* what the whole turn of a long job is worth, in small ones */
 };
 

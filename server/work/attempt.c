@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "attempt.h"
+#include "api/study/study.h"
+#include "frame.h"
 #include "sandbox.h"
 #include "server/clock.h"
 #include "server/log.h"
@@ -12,13 +14,20 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-enum { CPU_MARGIN_SECONDS = 30 };
+enum {
+    CPU_MARGIN_SECONDS = 30,
+    TASK_ATTEMPTS = 16, /* of a task, of which any number are not held against it */
+    KEPT_MOST = 64 << 20
+};
 #define MEMORY_BESIDE_BYTES (UINT64_C(1) << 30)
+
+_Static_assert((int)FRAME_TASK_BYTES <= (int)STORE_TASK_BYTES, "a task fits");
 
 /* How a job on a worker ended. */
 enum outcome {
     OUTCOME_NONE,    /* not yet */
     OUTCOME_DONE,    /* the result is whole, `text` is its summary */
+    OUTCOME_ROUND,   /* a step of a study began a round: its tasks are in `kept` */
     OUTCOME_PROBLEM, /* `text` is the problem document */
     OUTCOME_CRASHED, /* the worker died */
     OUTCOME_BROKEN,  /* the worker said what it must not */
@@ -44,6 +53,12 @@ struct attempt {
     int64_t processor_us;     /* of the worker, when it began */
     int64_t yield_at_ms;      /* from when it gives way */
     int64_t starved_since_ms; /* as far as this attempt has seen; 0: nobody waits with nothing */
+    /* of studies */
+    unsigned char *kept; /* malloc'ed: the tasks of a round, or the numbers of a task */
+    size_t kept_length;
+    struct frame_round round;
+    double variant;    /* of a task, that was under way last; -1: not known */
+    int64_t solved_us; /* how long the worker took */
 };
 
 bool attempt_out_of_time(struct attempt_shared *shared) {
@@ -60,6 +75,12 @@ void attempt_wake(int wake) {
 /* Called by the hub. */
 static void wake_up(void *context) {
     attempt_wake(*(const int *)context);
+}
+
+/* The job whose request it is, and whose end would end it: of a task its study. */
+static const char *subject(const struct attempt *attempt) {
+    const struct store_claim *claim = attempt->claim;
+    return claim->kind == STORE_TASK ? claim->parent : claim->id;
 }
 
 /* ------------------------------------------------------------------ under way */
@@ -155,11 +176,39 @@ static void take_progress(struct attempt *attempt) {
         return;
     }
     memcpy(&fraction, attempt->child->inbox.bytes, sizeof fraction);
+    if (attempt->claim->kind == STORE_TASK) {
+        attempt->variant = fraction;
+        return;
+    }
     if (fraction > attempt->progress && fraction <= 1.0)
         attempt->progress = fraction;
     int64_t now = clock_ms();
     if (now >= attempt->progress_at_ms)
         renew(attempt, now);
+}
+
+/* Keeps what goes to the store at the end alone. */
+static void keep(struct attempt *attempt) {
+    size_t length = attempt->child->inbox.head.length;
+    unsigned char *kept = NULL;
+    if (attempt->kept_length + length <= KEPT_MOST)
+        kept = realloc(attempt->kept, attempt->kept_length + length + 1);
+    if (!kept) {
+        conclude(attempt, OUTCOME_TOO_LARGE);
+        return;
+    }
+    memcpy(kept + attempt->kept_length, attempt->child->inbox.bytes, length);
+    attempt->kept = kept;
+    attempt->kept_length += length;
+}
+
+static void take_round(struct attempt *attempt) {
+    bool good = attempt->claim->kind == STORE_STUDY && attempt->kept_length > 0 &&
+                attempt->kept_length % sizeof(struct frame_task) == 0 &&
+                attempt->child->inbox.head.length == sizeof attempt->round;
+    if (good)
+        memcpy(&attempt->round, attempt->child->inbox.bytes, sizeof attempt->round);
+    conclude(attempt, good ? OUTCOME_ROUND : OUTCOME_BROKEN);
 }
 
 static void take_result(struct attempt *attempt) {
@@ -189,7 +238,16 @@ static void take_frame(struct attempt *attempt) {
         take_progress(attempt);
         break;
     case FRAME_RESULT:
-        take_result(attempt);
+        (attempt->claim->kind == STORE_TASK ? keep : take_result)(attempt);
+        break;
+    case FRAME_TASKS:
+        if (attempt->claim->kind == STORE_STUDY)
+            keep(attempt);
+        else
+            conclude(attempt, OUTCOME_BROKEN);
+        break;
+    case FRAME_ROUND:
+        take_round(attempt);
         break;
     case FRAME_DONE:
         take_text(attempt, OUTCOME_DONE);
@@ -207,8 +265,10 @@ static void take_frame(struct attempt *attempt) {
  */
 static bool bound_worker(const struct attempt *attempt, const struct api_input *input) {
     const struct dispatcher_settings *settings = &attempt->shared->settings;
-    uint64_t memory = (uint64_t)settings->limits.max_memory + MEMORY_BESIDE_BYTES +
-                      input->request_length + input->surface_length;
+    uint64_t budgets =
+        attempt->claim->kind == STORE_DRAPE ? 1 : 2; /* a study is kept beside its task */
+    uint64_t memory = budgets * (uint64_t)settings->limits.max_memory + MEMORY_BESIDE_BYTES +
+                      budgets * (input->request_length + input->surface_length);
     uint64_t threads = settings->limits.threads > 1 ? (uint64_t)settings->limits.threads : 1;
     uint64_t seconds = (uint64_t)(settings->job_timeout_ms / 1000 + CPU_MARGIN_SECONDS) * threads;
     if (sandbox_bound(attempt->child->pid, RLIMIT_AS, memory) &&
@@ -219,9 +279,10 @@ static bool bound_worker(const struct attempt *attempt, const struct api_input *
 }
 
 /* Sends the job; a worker that dies while it is sent is noticed by receiving. */
-static void send_job(struct attempt *attempt, const struct api_input *input) {
+static void send_job(struct attempt *attempt, const struct frame_work *order,
+                     const struct api_input *input) {
     struct frame_outbox outbox;
-    frame_outbox_fill(&outbox, input, &attempt->shared->settings.limits);
+    frame_outbox_fill(&outbox, order, input, &attempt->shared->settings.limits);
     if (!bound_worker(attempt, input))
         conclude(attempt, OUTCOME_RELEASED);
     while (attempt->outcome == OUTCOME_NONE &&
@@ -270,7 +331,8 @@ static void set_problem(struct attempt *attempt, enum api_problem_id id, const c
 static void settle_worker(struct attempt *attempt, char why[CHILD_WHY_SIZE]) {
     struct attempt_shared *shared = attempt->shared;
     const struct dispatcher_settings *settings = &shared->settings;
-    if (attempt->outcome == OUTCOME_DONE || attempt->outcome == OUTCOME_PROBLEM)
+    if (attempt->outcome == OUTCOME_DONE || attempt->outcome == OUTCOME_ROUND ||
+        attempt->outcome == OUTCOME_PROBLEM)
         return;
     if (attempt->outcome == OUTCOME_CRASHED)
         child_reap(attempt->child, why);
@@ -282,6 +344,11 @@ static void settle_worker(struct attempt *attempt, char why[CHILD_WHY_SIZE]) {
         attempt->outcome = OUTCOME_CRASHED;
     } else if (attempt->outcome == OUTCOME_TIMEOUT) {
         atomic_fetch_add(&shared->counters.timeouts, 1);
+        if (attempt->claim->kind == STORE_TASK) { /* one of its drapes is to blame */
+            snprintf(why, CHILD_WHY_SIZE, "it took longer than a job may");
+            attempt->outcome = OUTCOME_CRASHED;
+            return;
+        }
         set_problem(attempt, API_JOB_TIMEOUT, "The longest a drape may take, in seconds:",
                     (long long)settings->job_timeout_ms / 1000);
     } else if (attempt->outcome == OUTCOME_TOO_LARGE) {
@@ -290,15 +357,58 @@ static void settle_worker(struct attempt *attempt, char why[CHILD_WHY_SIZE]) {
     }
 }
 
+static enum store_answer begin_round(struct attempt *attempt) {
+    const struct frame_task *tasks = (const void *)attempt->kept; /* malloc'ed */
+    size_t count = attempt->kept_length / sizeof *tasks;
+    size_t length = tasks->length < STORE_TASK_BYTES ? tasks->length : STORE_TASK_BYTES;
+    unsigned char *bytes = calloc(count, STORE_TASK_BYTES);
+    int64_t *variants = calloc(count, sizeof *variants);
+    struct store_round round = {.tasks = bytes,
+                                .variants = variants,
+                                .length = length,
+                                .count = count,
+                                .done = (int64_t)attempt->round.done,
+                                .total = (int64_t)attempt->round.total};
+    for (size_t k = 0; bytes && variants && k < count; k++) {
+        memcpy(bytes + k * length, tasks[k].bytes, length);
+        variants[k] = (int64_t)tasks[k].variants;
+    }
+    enum store_answer answer =
+        bytes && variants ? store_begin_round(attempt->shared->store, attempt->claim, &round)
+                          : store_release(attempt->shared->store, attempt->claim);
+    free(bytes);
+    free(variants);
+    return answer;
+}
+
+/* A task whose worker died before, and again now, while it looked at a variant that is known: that
+ * one is to blame and marked, and costs the task no attempt. There is an end to that (study.h). */
+static enum store_answer tell_crash(struct attempt *attempt, const char *why) {
+    const struct store_claim *claim = attempt->claim;
+    struct api_study_task task;
+    bool known = claim->kind == STORE_TASK && claim->attempts > 1 && attempt->variant >= 0 &&
+                 claim->attempts < TASK_ATTEMPTS && claim->task_length == sizeof task;
+    if (!known)
+        return store_crashed(attempt->shared->store, claim, why);
+    memcpy(&task, claim->task, sizeof task);
+    api_study_task_blame(&task, (size_t)attempt->variant);
+    return store_change_task(attempt->shared->store, claim, &task);
+}
+
 static enum store_answer tell_store(struct attempt *attempt, const char *why) {
     struct store *store = attempt->shared->store;
     switch (attempt->outcome) {
     case OUTCOME_DONE:
-        return store_writer_commit(attempt->writer, attempt->text);
+        return attempt->claim->kind == STORE_TASK
+                   ? store_end_task(store, attempt->claim, attempt->kept, attempt->kept_length,
+                                    attempt->solved_us)
+                   : store_writer_commit(attempt->writer, attempt->text);
+    case OUTCOME_ROUND:
+        return begin_round(attempt);
     case OUTCOME_PROBLEM:
         return store_fail(store, attempt->claim, attempt->text);
     case OUTCOME_CRASHED:
-        return store_crashed(store, attempt->claim, why);
+        return tell_crash(attempt, why);
     case OUTCOME_RELEASED:
         return store_release(store, attempt->claim);
     case OUTCOME_YIELDED:
@@ -310,7 +420,9 @@ static enum store_answer tell_store(struct attempt *attempt, const char *why) {
 
 static void count_outcome(struct attempt *attempt, enum store_answer answer) {
     struct work_counters *counters = &attempt->shared->counters;
-    if (answer == STORE_CONFLICT)
+    if (attempt->claim->kind == STORE_TASK)
+        atomic_fetch_add(&counters->tasks, answer == STORE_OK && attempt->outcome == OUTCOME_DONE);
+    else if (answer == STORE_CONFLICT)
         atomic_fetch_add(&counters->stopped, 1);
     else if (attempt->outcome == OUTCOME_DONE)
         atomic_fetch_add(&counters->succeeded, 1);
@@ -321,8 +433,9 @@ static void count_outcome(struct attempt *attempt, enum store_answer answer) {
 /* Reports to the store, again and again while it is down: the work is done and must not be lost.
  * When the daemon stops meanwhile, the lease will end by itself. */
 static void settle(struct attempt *attempt) {
-    static const char *const names[] = {"none",    "done",      "problem", "crashed",  "broken",
-                                        "timeout", "too large", "lost",    "released", "yielded"};
+    static const char *const names[] = {"none",    "done",     "round",   "problem",
+                                        "crashed", "broken",   "timeout", "too large",
+                                        "lost",    "released", "yielded"};
     char why[CHILD_WHY_SIZE] = "";
     enum outcome seen = attempt->outcome;
     settle_worker(attempt, why);
@@ -336,8 +449,12 @@ static void settle(struct attempt *attempt) {
     }
     count_outcome(attempt, answer);
     bool harmed = seen == OUTCOME_CRASHED || seen == OUTCOME_BROKEN || seen == OUTCOME_TIMEOUT;
+    if (attempt->claim->kind == STORE_TASK && !harmed && !store_failed(answer))
+        return; /* there are many */
     log_write(harmed || store_failed(answer) ? LOG_LEVEL_WARNING : LOG_LEVEL_INFO,
-              LOG_FIELDS(log_event("job_left_worker"), log_text("drape", attempt->claim->id),
+              LOG_FIELDS(log_event("job_left_worker"),
+                         log_text(attempt->claim->kind == STORE_DRAPE ? "drape" : "study",
+                                  subject(attempt)),
                          log_word("request_id", attempt->claim->origin),
                          log_text("outcome", names[seen]), log_text("worker", why),
                          log_int("attempt", attempt->claim->attempts),
@@ -346,12 +463,15 @@ static void settle(struct attempt *attempt) {
 
 /* ------------------------------------------------------------------ from claim to end */
 
-/* The documents of the job; false when it cannot be worked on, with the outcome set. */
+/* The documents of the job, and the `numbers` of a study; false when it cannot be worked on, with
+ * the outcome set. */
 static bool load(struct attempt *attempt, struct api_input *input, char **request,
-                 struct store_surface *surface) {
+                 struct store_surface *surface, void **numbers, size_t *length) {
     struct store *store = attempt->shared->store;
     enum store_answer answer =
-        store_request(store, attempt->claim->id, request, &input->request_length);
+        store_request(store, subject(attempt), request, &input->request_length);
+    if (answer == STORE_OK && attempt->claim->kind == STORE_STUDY)
+        answer = store_numbers(store, attempt->claim, numbers, length);
     if (answer == STORE_OK && attempt->claim->surface[0])
         answer = store_surface_get(store, NULL, attempt->claim->surface, surface);
     input->request = *request;
@@ -369,15 +489,29 @@ static void work(struct attempt *attempt) {
     struct api_input input = {0};
     struct store_surface surface = {0};
     char *request = NULL;
-    if (attempt->claim->attempts == 1 && attempt->claim->waited_us >= 0)
-        metrics_time(METRICS_QUEUE, attempt->claim->waited_us);
-    if (load(attempt, &input, &request, &surface)) {
+    void *numbers = NULL;
+    size_t length = 0;
+    const struct store_claim *claim = attempt->claim;
+    bool drape = claim->kind == STORE_DRAPE;
+    if (drape && claim->attempts == 1 && claim->waited_us >= 0)
+        metrics_time(METRICS_QUEUE, claim->waited_us);
+    if (load(attempt, &input, &request, &surface, &numbers, &length)) {
+        bool task = claim->kind == STORE_TASK;
+        const struct frame_work order = {.kind = drape  ? FRAME_DRAPE
+                                                 : task ? FRAME_TASK
+                                                        : FRAME_STEP,
+                                         .careful = task && claim->attempts > 1,
+                                         .spent_ms = (double)claim->spent / 1000,
+                                         .bytes = task ? claim->task : numbers,
+                                         .length = task ? claim->task_length : length};
         int64_t begun = clock_us();
-        send_job(attempt, &input);
+        send_job(attempt, &order, &input);
         receive_result(attempt);
-        if (attempt->outcome == OUTCOME_DONE)
-            metrics_time(METRICS_SOLVE, clock_us() - begun);
+        attempt->solved_us = clock_us() - begun;
+        if (drape && attempt->outcome == OUTCOME_DONE)
+            metrics_time(METRICS_SOLVE, attempt->solved_us);
     }
+    free(numbers);
     free(request);
     store_surface_clear(&surface);
 }
@@ -398,12 +532,13 @@ bool attempt_run(struct attempt_shared *shared, const struct store_claim *claim,
         .progress_at_ms = now + shared->settings.progress_ms,
         .look_at_ms = now + (express ? ATTEMPT_EXPRESS_MS : WORK_POLL_MS),
         .express = express,
+        .variant = -1,
         .processor_us = sandbox_processor_us(child->pid),
         .yield_at_ms =
             now + (express ? ATTEMPT_EXPRESS_MOST_MS : (int64_t)ATTEMPT_TURN_MS << doublings),
     };
     atomic_fetch_add(&shared->counters.busy, 1);
-    hub_subscribe(shared->hub, &watch, claim->id, wake_up, &attempt.wake);
+    hub_subscribe(shared->hub, &watch, subject(&attempt), wake_up, &attempt.wake);
     if (attempt.writer)
         work(&attempt);
     else
@@ -412,6 +547,7 @@ bool attempt_run(struct attempt_shared *shared, const struct store_claim *claim,
     settle(&attempt);
     store_writer_free(attempt.writer);
     free(attempt.text);
+    free(attempt.kept);
     atomic_fetch_sub(&shared->counters.busy, 1);
     return attempt.outcome != OUTCOME_RELEASED;
 }

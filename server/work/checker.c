@@ -4,6 +4,7 @@
 #include "api/format/format.h"
 #include "api/map/map.h"
 #include "api/run.h"
+#include "api/study/study.h"
 #include "sandbox.h"
 #include "server/clock.h"
 #include "server/spool.h"
@@ -133,6 +134,24 @@ static void make_map(struct task *task, struct api_problem *problem) {
     arena_free(arena);
 }
 
+/* ------------------------------------------------------------------ a variant of a study */
+
+static void write_variant(struct task *task, const struct api_input *input,
+                          const struct api_sink *sink, struct api_problem *problem) {
+    const struct checker_order *order = &task->order;
+    struct api_memory columns = {task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS]};
+    const struct api_reader reader = api_reader_of(&columns);
+    struct arena *arena = arena_new(order->limits.max_memory);
+    struct api_study *study = arena ? api_study_open(input, &order->limits, problem) : NULL;
+    if (!arena)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the variant");
+    if (study)
+        (void)!api_study_variant_request(study, &reader, (size_t)order->variant, arena, sink,
+                                         problem);
+    api_study_close(study);
+    arena_free(arena);
+}
+
 /* ------------------------------------------------------------------ an order */
 
 static int64_t processor_us(void) {
@@ -202,11 +221,21 @@ static void carry_out(struct task *task, const struct checker_abilities *abiliti
     case CHECKER_DRAPE:
         id = api_check_drape(&input, &order->limits, &answer->check, &answer->problem);
         break;
+    case CHECKER_STUDY:
+        id = api_check_study(&input, &order->limits, &answer->check, &answer->problem);
+        break;
+    case CHECKER_VARIANT:
+        write_variant(task, &input, &sink, &answer->problem);
+        id = answer->problem.id;
+        break;
     case CHECKER_SURFACE:
         id = check_surface(task, abilities, &input, &sink);
         break;
     case CHECKER_PREVIEW:
         id = api_check_preview(&input, &order->limits, &sink, &answer->problem);
+        break;
+    case CHECKER_UNDERSTOOD:
+        id = api_study_normalise(&input, &order->limits, &sink, &answer->problem);
         break;
     case CHECKER_NORMALISE:
         id = api_check_normalise(&input, &order->limits, start, &sink, &answer->problem);

@@ -28,11 +28,15 @@ enum {
 
 /* What is to be done with the documents. */
 enum checker_kind {
-    CHECKER_DRAPE,     /* `api_check_drape` of the body, with the surface */
-    CHECKER_SURFACE,   /* `api_check_surface` of the body */
-    CHECKER_NORMALISE, /* `api_check_normalise` of the body */
-    CHECKER_PREVIEW,   /* `api_check_preview` of the body */
-    CHECKER_MAP,       /* the fields of the columns on the mesh of the body: `api/map/map.h` */
+    CHECKER_DRAPE,      /* `api_check_drape` of the body, with the surface */
+    CHECKER_STUDY,      /* `api_check_study` likewise */
+    CHECKER_VARIANT,    /* the request of a variant of a study: the body, with its surface and its
+                           result as columns */
+    CHECKER_SURFACE,    /* `api_check_surface` of the body */
+    CHECKER_NORMALISE,  /* `api_check_normalise` of the body */
+    CHECKER_UNDERSTOOD, /* `api_study_normalise` of the body */
+    CHECKER_PREVIEW,    /* `api_check_preview` of the body */
+    CHECKER_MAP,        /* the fields of the columns on the mesh of the body: `api/map/map.h` */
     CHECKER_KINDS
 };
 
@@ -40,7 +44,7 @@ enum checker_kind {
 enum checker_document {
     CHECKER_BODY,
     CHECKER_SECOND,  /* the stored surface */
-    CHECKER_COLUMNS, /* of a map: the container of the drape's result, always a file */
+    CHECKER_COLUMNS, /* the container of the job's result, always a file */
     CHECKER_OPTIONS, /* of a map: of each option its name and its value, zero-terminated */
     CHECKER_DOCUMENTS
 };
@@ -57,6 +61,7 @@ struct checker_order {
     struct api_start start;
     /* of CHECKER_SURFACE: what file the body is, "" for JSON, and the unit of one that says none */
     char source[CHECKER_OPTION_SIZE], unit[CHECKER_OPTION_SIZE];
+    uint64_t variant; /* of CHECKER_VARIANT */
     /* of CHECKER_MAP */
     bool nastran;
     char id[API_ID_SIZE];

@@ -155,6 +155,8 @@ static int64_t reserve_of(const struct checkers_order *order, int64_t most) {
     if (order->kind == CHECKER_MAP)
         bytes = MAP_BYTES + MAP_BYTES_PER_COLUMN_BYTE * columns +
                 (order->nastran ? MAP_BYTES_PER_BULK_BYTE : MAP_BYTES_PER_JSON_BYTE) * body;
+    if (order->kind == CHECKER_VARIANT)
+        bytes += MAP_BYTES_PER_COLUMN_BYTE * columns;
     return bytes < most ? bytes : most;
 }
 
@@ -195,6 +197,7 @@ static void fill_packet(struct check *check, const struct checkers_order *order)
     if ((int64_t)packet->limits.max_memory > check->reserve)
         packet->limits.max_memory = (size_t)check->reserve;
     packet->nastran = order->nastran;
+    packet->variant = order->variant;
     packet->has_start = order->start != NULL;
     if (order->start)
         packet->start = *order->start;
@@ -216,9 +219,10 @@ static bool make_files(struct check *check) {
         if (*columns < 0 || !check->columns.write(check->columns.context, *columns))
             return false;
     }
-    if (check->packet.kind != CHECKER_DRAPE && *output < 0)
+    bool writes = check->packet.kind != CHECKER_DRAPE && check->packet.kind != CHECKER_STUDY;
+    if (writes && *output < 0)
         *output = spool_new(check->packet.length[CHECKER_BODY], folder);
-    return check->packet.kind == CHECKER_DRAPE || *output >= 0;
+    return !writes || *output >= 0;
 }
 
 /* False when the process is gone, or its socket does not take the packet. */

@@ -50,7 +50,7 @@ struct checkers_settings {
     const char *memory_flag; /* the one that sets `memory`, for messages */
 };
 
-/* The columns of a map: the container of the drape's result, written to a file by a thread of the
+/* The container of a job's result, written to a file by a thread of the
  * pool. The context belongs to the check as soon as that is begun. */
 struct checkers_columns {
     bool (*write)(void *context, int file); /* NULL: none are needed */
@@ -66,14 +66,15 @@ struct checkers_order {
     struct api_limits limits;
     const char *document[CHECKER_DOCUMENTS]; /* NULL: none */
     size_t length[CHECKER_DOCUMENTS];
-    int body_file;                 /* the sealed memory file with the body; -1: none */
-    const struct api_start *start; /* or NULL */
-    const char *source, *unit;     /* of a surface that is a file: its format, and the unit of one
-                                      that says none; NULL: neither */
+    int body_file;                   /* the sealed memory file with the body; -1: none */
+    const struct api_start *start;   /* or NULL */
+    const char *source, *unit;       /* of a surface that is a file: its format, and the unit of one
+                                        that says none; NULL: neither */
+    struct checkers_columns columns; /* of a map or a variant */
+    size_t variant;
     /* of a map */
     bool nastran;
     const char *id, *format;
-    struct checkers_columns columns;
 };
 
 /* For /metrics. */

@@ -20,6 +20,7 @@
 #define WORK_EVENTS(X)                                                                             \
     X(crashes, "Workers that died on their own.")                                                  \
     X(timeouts, "Workers killed for taking too long.")                                             \
+    X(tasks, "Tasks of studies that were done.")                                                   \
     X(restarts, "Workers started in place of another.")
 
 /* Since the start; `busy`: workers that are solving now. */

@@ -127,9 +127,12 @@ static void count_busy(struct lane *lane, int more) {
     pthread_mutex_unlock(&dispatcher->lock);
 }
 
-/* Works on the claimed job: how long to wait then. */
+/* Works on the claimed job: how long to wait then. Where there is one task there are more: whoever
+ * claims one has the next lane look. */
 static int64_t work(struct lane *lane, const struct store_claim *claim) {
     struct attempt_shared *shared = &lane->dispatcher->shared;
+    if (claim->kind == STORE_TASK)
+        hint(lane->dispatcher);
     if (claim->reused) {
         atomic_fetch_add(&shared->counters.reused, 1);
         return 0;

@@ -104,22 +104,27 @@ enum frame_state frame_poll(int fd, struct frame_inbox *inbox) {
     return FRAME_READY;
 }
 
-void frame_outbox_fill(struct frame_outbox *outbox, const struct api_input *input,
-                       const struct api_limits *limits) {
+void frame_outbox_fill(struct frame_outbox *outbox, const struct frame_work *work,
+                       const struct api_input *input, const struct api_limits *limits) {
     memset(outbox, 0, sizeof *outbox);
     outbox->head = (struct frame_head){.type = FRAME_JOB, .length = sizeof outbox->job};
     outbox->job.limits = *limits;
+    outbox->job.kind = work->kind;
+    outbox->job.careful = work->careful;
+    outbox->job.spent_ms = work->spent_ms;
+    outbox->job.length = work->length;
     outbox->job.request_length = input->request_length;
     outbox->job.surface_length = input->surface_length;
     outbox->parts[0] = part_of(&outbox->head, sizeof outbox->head);
     outbox->parts[1] = part_of(&outbox->job, sizeof outbox->job);
-    outbox->parts[2] = part_of(input->request, input->request_length);
-    outbox->parts[3] = part_of(input->surface, input->surface_length);
+    outbox->parts[2] = part_of(work->bytes, work->length);
+    outbox->parts[3] = part_of(input->request, input->request_length);
+    outbox->parts[4] = part_of(input->surface, input->surface_length);
 }
 
 enum frame_state frame_push(int fd, struct frame_outbox *outbox) {
-    while (!all_sent(outbox->parts, 4)) {
-        if (send_parts(fd, outbox->parts, 4, MSG_DONTWAIT) >= 0)
+    while (!all_sent(outbox->parts, 5)) {
+        if (send_parts(fd, outbox->parts, 5, MSG_DONTWAIT) >= 0)
             continue;
         return errno == EAGAIN || errno == EWOULDBLOCK ? FRAME_LATER : FRAME_CLOSED;
     }

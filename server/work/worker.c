@@ -4,6 +4,7 @@
 #include "frame.h"
 #include "sandbox.h"
 #include "server/clock.h"
+#include "study.h"
 #include <malloc.h>
 #include <signal.h>
 #include <stdio.h>
@@ -19,7 +20,8 @@ enum {
 
 /* One job under way. */
 struct task {
-    bool gone; /* the dispatcher is */
+    bool gone;    /* the dispatcher is */
+    bool careful; /* every progress is told */
     int64_t last_progress_ms;
     size_t head_length; /* of the container's beginning, kept for the summary */
     size_t used;
@@ -61,7 +63,7 @@ static bool take_result(void *context, const void *bytes, size_t length) {
 static bool take_progress(void *context, double fraction) {
     struct task *task = context;
     int64_t now = clock_ms();
-    if (now - task->last_progress_ms < PROGRESS_MS)
+    if (!task->careful && now - task->last_progress_ms < PROGRESS_MS)
         return !task->gone;
     task->last_progress_ms = now;
     task->gone = !frame_send(WORKER_FD, FRAME_PROGRESS, &fraction, sizeof fraction);
@@ -94,18 +96,53 @@ static bool send_summary(const struct worker_engine *engine, struct task *task) 
 
 /* ------------------------------------------------------------------ a job */
 
+static bool flush_tasks(struct task *task) {
+    if (task->used > 0 && !task->gone)
+        task->gone = !frame_send(WORKER_FD, FRAME_TASKS, task->buffer, task->used);
+    task->used = 0;
+    return !task->gone;
+}
+
+static bool take_task(void *context, const void *bytes, size_t length, size_t variants) {
+    struct task *task = context;
+    struct frame_task packed = {.variants = variants, .length = length};
+    if (length > sizeof packed.bytes)
+        return false;
+    memcpy(packed.bytes, bytes, length);
+    memcpy(task->buffer + task->used, &packed, sizeof packed);
+    task->used += sizeof packed;
+    return task->used + sizeof packed <= sizeof task->buffer || flush_tasks(task);
+}
+
+static bool send_round(struct task *task, const struct worker_round *round) {
+    struct frame_round end = {.done = round->done, .total = round->total};
+    return flush_tasks(task) && frame_send(WORKER_FD, FRAME_ROUND, &end, sizeof end);
+}
+
+/* Carries the job out and says how it ended; false when the dispatcher is gone. */
 static bool run_job(const struct worker_engine *engine, struct task *task,
-                    const struct api_input *input, const struct api_limits *limits) {
+                    const struct frame_job *job, const struct worker_order *order) {
     struct api_problem problem = {0};
     struct drape_monitor monitor = {.progress = take_progress, .context = task};
     struct api_sink sink = {.write = take_result, .context = task};
+    struct worker_round round = {.add = take_task, .context = task};
     task->gone = false;
+    task->careful = job->careful;
     task->last_progress_ms = clock_ms();
     task->head_length = task->used = task->total = 0;
-    enum api_problem_id id = engine->run(input, limits, &monitor, &sink, &problem);
+    enum api_problem_id id =
+        job->kind == FRAME_STEP ? engine->step(order, &round, &sink, &problem)
+        : job->kind == FRAME_TASK
+            ? engine->task(order, &monitor, &sink, &problem)
+            : engine->run(order->input, order->limits, &monitor, &sink, &problem);
     if (task->gone)
         return false;
-    return id == API_OK ? send_summary(engine, task) : send_problem(&problem);
+    if (id != API_OK)
+        return send_problem(&problem);
+    if (round.count > 0)
+        return send_round(task, &round);
+    return job->kind == FRAME_TASK ? flush(task) && frame_send(WORKER_FD, FRAME_DONE, "{}", 2)
+                                   : send_summary(engine, task);
 }
 
 /* Reads away what cannot be kept, so that the next frame starts where it should. */
@@ -122,19 +159,23 @@ static bool skip(struct task *task, uint64_t length) {
 /* False when the dispatcher is gone. */
 static bool handle(const struct worker_engine *engine, struct task *task,
                    const struct frame_job *job) {
-    uint64_t length = job->request_length + job->surface_length;
+    uint64_t length = job->length + job->request_length + job->surface_length;
     char *bytes = malloc(length + 1);
     if (!bytes) {
         struct api_problem problem = {0};
         api_problem_set(&problem, API_OUT_OF_MEMORY, "The request does not fit into memory.");
         return skip(task, length) && send_problem(&problem);
     }
-    struct api_input input = {.request = bytes,
+    struct api_input input = {.request = bytes + job->length,
                               .request_length = job->request_length,
-                              .surface = bytes + job->request_length,
+                              .surface = bytes + job->length + job->request_length,
                               .surface_length = job->surface_length};
-    bool good =
-        frame_receive(WORKER_FD, bytes, length) && run_job(engine, task, &input, &job->limits);
+    struct worker_order order = {.input = &input,
+                                 .limits = &job->limits,
+                                 .bytes = bytes,
+                                 .length = job->length,
+                                 .spent_ms = job->spent_ms};
+    bool good = frame_receive(WORKER_FD, bytes, length) && run_job(engine, task, job, &order);
     free(bytes);
     if (length + task->total > KEPT_BYTES)
         malloc_trim(0);
@@ -179,10 +220,11 @@ static char *summary_of(const void *bytes, size_t length) {
     const struct api_reader reader = api_reader_of(&head);
     if (api_columns_open(&reader, &columns, &problem) != API_OK)
         return NULL;
-    return api_summary_json(&columns.summary, 0.0);
+    return api_columns_summary_json(&columns);
 }
 
 int worker_main(void) {
-    static const struct worker_engine engine = {.run = api_run, .summary = summary_of};
+    static const struct worker_engine engine = {
+        .run = api_run, .summary = summary_of, .step = study_step, .task = study_task};
     return api_prepare() ? worker_serve(&engine) : 1;
 }

@@ -13,7 +13,25 @@
 enum { WORKER_FD = 3 };
 #define WORKER_ARGUMENT "worker"
 
-/* What a worker does with a job. The daemon's is `api_run`; tests have their own. */
+/* A step or a task of a study. */
+struct worker_order {
+    const struct api_input *input;
+    const struct api_limits *limits;
+    const void *bytes; /* of a step: the numbers of all rounds so far; aligned as doubles */
+    size_t length;
+    double spent_ms; /* of a step: the time of all tasks */
+};
+
+/* What a step gives when the study goes on. */
+struct worker_round {
+    /* Takes the next task, of at most FRAME_TASK_BYTES; false: give up. */
+    bool (*add)(void *context, const void *task, size_t length, size_t variants);
+    void *context;
+    size_t count;       /* tasks; 0: the container was written instead */
+    size_t done, total; /* variants, in the rounds before and altogether */
+};
+
+/* What a worker does with a job. The daemon's is `api_run` and `study.h`; tests have their own. */
 struct worker_engine {
     enum api_problem_id (*run)(const struct api_input *input, const struct api_limits *limits,
                                const struct drape_monitor *monitor, const struct api_sink *sink,
@@ -21,6 +39,13 @@ struct worker_engine {
     /* The summary object of a result from its first bytes (at most WORKER_HEAD_BYTES): a malloc'ed
      * string, NULL when it cannot be read. */
     char *(*summary)(const void *head, size_t length);
+    /* Begins the next round of a study, or writes its container. */
+    enum api_problem_id (*step)(const struct worker_order *order, struct worker_round *round,
+                                const struct api_sink *sink, struct api_problem *problem);
+    /* Writes the numbers of a task; the monitor is told which variant comes next. */
+    enum api_problem_id (*task)(const struct worker_order *order,
+                                const struct drape_monitor *monitor, const struct api_sink *sink,
+                                struct api_problem *problem);
 };
 
 enum { WORKER_HEAD_BYTES = 64 * 1024 };
@@ -28,7 +53,7 @@ enum { WORKER_HEAD_BYTES = 64 * 1024 };
 /* Serves WORKER_FD with the engine until it closes. Returns the process's exit code. */
 int worker_serve(const struct worker_engine *engine);
 
-/* Serves with `api_run`: what `draped worker` does. Readies `api_run` itself. */
+/* Serves as the daemon's worker: what `draped worker` does. Readies `api_run` itself. */
 int worker_main(void);
 
 #endif

@@ -141,7 +141,7 @@ openapi() {
     # Every {id} of a path is one of its parameters.
     jq -e '.components.parameters as $all | .paths | to_entries | map(select(.key | contains("{id}")))
            | length > 5 and all(.value.parameters[]."$ref" | split("/")[-1] | $all[.] |
-                                .in == "path" and .name == "id" and .required)' "$body"
+                                .in == "path" and (.name == "id" or .name == "k") and .required)' "$body"
 }
 
 @test "http: what is described is there, and what is there is described" {

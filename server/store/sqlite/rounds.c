@@ -39,11 +39,12 @@ static enum store_answer insert_task(struct db *db, const struct step *step, siz
     const struct store_round *round = step->round;
     char id[ID_SIZE];
     id_make(id);
-    struct query query = db_query(
-        db,
-        "INSERT INTO jobs (id, status, rank, priority, owner, digest, origin, created, kind,"
-        " parent, round, part, total, task) SELECT ?, " SQL_QUEUED ", rank, priority, owner, '',"
-        " origin, created, " SQL_TASK ", sequence, round, ?, ?, ? FROM jobs WHERE sequence = ?");
+    struct query query = db_query(db, "INSERT INTO jobs (id, status, rank, priority, owner, "
+                                      "digest, surface, origin, created, kind,"
+                                      " parent, round, part, total, task) SELECT ?, " SQL_QUEUED
+                                      ", rank, priority, owner, '', surface,"
+                                      " origin, created, " SQL_TASK
+                                      ", sequence, round, ?, ?, ? FROM jobs WHERE sequence = ?");
     query_bind_text(&query, id);
     query_bind_int(&query, (int64_t)part);
     query_bind_int(&query, round->variants[part]);

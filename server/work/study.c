@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: MIT */
+#include "study.h"
+#include "api/study/study.h"
+#include "frame.h"
+#include <stdlib.h>
+#include <string.h>
+
+_Static_assert(sizeof(struct api_study_task) <= FRAME_TASK_BYTES, "a task fits");
+
+/* ------------------------------------------------------------------ the study that is ready */
+
+/* Of a process: the study, and the documents and limits that it was made from. */
+static struct {
+    struct api_study *study;
+    char *documents; /* the request, then the surface */
+    size_t request_length, length;
+    struct api_limits limits;
+} ready;
+
+static bool is_ready(const struct worker_order *order) {
+    const struct api_input *input = order->input;
+    return ready.study && ready.request_length == input->request_length &&
+           ready.length == input->request_length + input->surface_length &&
+           !memcmp(&ready.limits, order->limits, sizeof ready.limits) &&
+           !memcmp(ready.documents, input->request, input->request_length) &&
+           !memcmp(ready.documents + ready.request_length, input->surface, input->surface_length);
+}
+
+static void forget(void) {
+    api_study_close(ready.study);
+    free(ready.documents);
+    memset(&ready, 0, sizeof ready);
+}
+
+/* NULL with the problem. Without memory to know it by, it is made again for the next order. */
+static const struct api_study *get_ready(const struct worker_order *order,
+                                         struct api_problem *problem) {
+    const struct api_input *input = order->input;
+    if (is_ready(order))
+        return ready.study;
+    forget();
+    ready.study = api_study_open(input, order->limits, problem);
+    ready.documents = malloc(input->request_length + input->surface_length + 1);
+    if (ready.documents) {
+        memcpy(ready.documents, input->request, input->request_length);
+        memcpy(ready.documents + input->request_length, input->surface, input->surface_length);
+        ready.request_length = input->request_length;
+        ready.length = input->request_length + input->surface_length;
+        memcpy(&ready.limits, order->limits, sizeof ready.limits);
+    }
+    return ready.study;
+}
+
+static struct arena *make_arena(const struct worker_order *order, struct api_problem *problem) {
+    struct arena *arena = arena_new(order->limits->max_memory);
+    if (!arena)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "there is no memory for the study");
+    return arena;
+}
+
+/* ------------------------------------------------------------------ orders */
+
+static enum api_problem_id give_tasks(const struct api_study_plan *plan,
+                                      struct worker_round *round) {
+    round->done = plan->done;
+    round->total = plan->variants;
+    for (size_t k = 0; k < plan->count; k++) {
+        const struct api_study_task *task = &plan->tasks[k];
+        if (!round->add(round->context, task, sizeof *task, api_study_task_variants(task)))
+            return API_CANCELLED;
+    }
+    round->count = plan->count;
+    return API_OK;
+}
+
+static enum api_problem_id step_in(struct arena *arena, const struct worker_order *order,
+                                   struct worker_round *round, const struct api_sink *sink,
+                                   struct api_problem *problem) {
+    const struct api_study *study = get_ready(order, problem);
+    const struct api_study_numbers numbers = {order->bytes, order->length / sizeof(double)};
+    struct api_study_plan plan = {0};
+    if (!study || api_study_plan(study, &numbers, arena, &plan, problem) != API_OK)
+        return problem->id;
+    return plan.count > 0
+               ? give_tasks(&plan, round)
+               : api_study_finish(study, &numbers, order->spent_ms, arena, sink, problem);
+}
+
+enum api_problem_id study_step(const struct worker_order *order, struct worker_round *round,
+                               const struct api_sink *sink, struct api_problem *problem) {
+    struct arena *arena = make_arena(order, problem);
+    enum api_problem_id id = arena ? step_in(arena, order, round, sink, problem) : problem->id;
+    arena_free(arena);
+    return id;
+}
+
+static bool tell_variant(void *context, size_t variant) {
+    const struct drape_monitor *monitor = context;
+    return monitor->progress(monitor->context, (double)variant);
+}
+
+enum api_problem_id study_task(const struct worker_order *order,
+                               const struct drape_monitor *monitor, const struct api_sink *sink,
+                               struct api_problem *problem) {
+    struct drape_monitor told = *monitor;
+    const struct api_study_monitor variants = {tell_variant, &told};
+    struct api_study_task task;
+    struct arena *arena = make_arena(order, problem);
+    const struct api_study *study = arena ? get_ready(order, problem) : NULL;
+    if (study && order->length == sizeof task) {
+        memcpy(&task, order->bytes, sizeof task);
+        (void)!api_study_chunk(study, &task, &variants, arena, sink, problem);
+    } else if (study) {
+        api_problem_set(problem, API_INTERNAL, "a task of another size");
+    }
+    arena_free(arena);
+    return problem->id;
+}

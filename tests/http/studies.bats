@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: MIT
+# Studies: many variants of a drape as tasks, their result, their end, and what is lost on the way.
+load helper
+
+teardown_file() { keep_contract; }
+
+teardown() {
+    [ -z "${DAEMON:-}" ] || kill -CONT $(workers) 2>/dev/null || true
+    stop_daemon
+}
+
+start() { start_daemon "$BATS_TEST_TMPDIR/daemon" "$@"; }
+
+# study SPACING STARTS: on the saddle, at each start four directions.
+study() {
+    jq -c --argjson spacing "$1" --argjson starts "$2" '{drape: (.fabric.spacing = $spacing),
+        vary: {start: {grid: $starts}, angle_deg: [0, 20, 40, 60]},
+        objectives: ["max_shear_deg", "uncovered_area"]}' $EXAMPLES/saddle.json
+}
+
+submit_study() {
+    post /v1/studies - "$@"
+    expect 202
+    id=$(field .id)
+}
+
+wait_study() {
+    call GET "/v1/studies/$1?wait=40"
+    expect 200
+    [ "$(field .status)" = "$2" ] || { cat "$body"; return 1; }
+}
+
+begun() {
+    call GET "/v1/studies/$1"
+    [ "$(field .variants.done)" -ge "$2" ]
+}
+
+tasks() { echo $(($(metric 'draped_store_tasks{status="queued"}') + $(metric 'draped_store_tasks{status="running"}'))); }
+has_tasks() { [ "$(metric 'draped_store_tasks{status="running"}')" -gt 0 ]; }
+no_tasks() { [ "$(tasks)" = 0 ]; }
+idle() { [ "$(metric draped_workers_busy)" = 0 ]; }
+
+# columns ID: all numbers of a study, without its id and times.
+columns() {
+    curl -sS "$URL/v1/studies/$1/result" | jq -cS '[.best, .variants]' | sha256sum
+}
+
+@test "http: a study gives the numbers of the drapes it stands for" {
+    start --workers 2
+    study 0.4 6 | submit_study
+    [ "$(field .variants.total)" = 24 ]
+    [ "$(header Location)" = "/v1/studies/$id" ]
+    wait_study "$id" succeeded
+    [ "$(field '[.progress, .variants.done, .summary.variants, .attempts] | join(" ")')" = "1 24 24 1" ]
+    call GET "/v1/studies/$id/result"
+    expect 200
+    best=$(field .best.max_shear_deg)
+    shear=$(field ".variants.max_shear_deg[$best]")
+    [ "$shear" = "$(field '.variants.max_shear_deg | min')" ]
+    etag=$(header ETag)
+    call GET "/v1/studies/$id/result" -H "If-None-Match: $etag"
+    expect 304
+    call GET "/v1/studies/$id/variants/$best/request"
+    expect 200
+    post /v1/drapes "$body" -H 'Prefer: wait=20'
+    expect 200
+    [ "$(field .summary.max_shear_deg)" = "$shear" ]
+    no_tasks
+}
+
+@test "http: the result of a study is json, csv and npz, in ranges and compressed" {
+    start --workers 2
+    study 0.4 3 | post /v1/studies - -H 'Prefer: wait=30'
+    expect 200
+    [ "$(header Preference-Applied)" = wait ]
+    id=$(header Location)
+    id=${id##*/}
+    [ "$(header Content-Location)" = "/v1/studies/$id/result" ]
+    call GET "/v1/studies/$id/result?format=csv"
+    expect 200
+    [ "$(wc -l <"$body")" = 13 ]
+    head -1 "$body" | grep -q '^start_u,start_v,x,y,z,angle_deg,pre_shear_deg,'
+    call GET "/v1/studies/$id/result?fields=variants.x,variants.max_shear_deg" -H 'Accept: application/x-npz'
+    expect 200
+    python3 -c 'import sys, zipfile; assert sorted(zipfile.ZipFile(sys.argv[1]).namelist()) == ["variants.max_shear_deg.npy", "variants.x.npy"]' "$body"
+    call GET "/v1/studies/$id/result?format=npz" -H 'Range: bytes=0-3'
+    expect 206
+    [ "$(stat -c %s "$body")" = 4 ]
+    curl -sS -H 'Accept-Encoding: zstd' "$URL/v1/studies/$id/result" | zstd -dq | jq -e '.variants.x | length == 12'
+    call GET "/v1/studies/$id/result?format=vtp"
+    expect_problem 406 not-acceptable
+    call GET "/v1/studies/$id/request"
+    expect 200
+    field '.drape.method' >/dev/null
+    post /v1/studies "$body"
+    expect 202
+    [ "$(field .status)" = succeeded ]
+}
+
+@test "http: what is wrong with a study is said before any work" {
+    start --workers 1 --max-variants 20
+    study 0.4 6 | post /v1/studies -
+    expect_problem 422 invalid-request
+    [ "$(field .errors[0].pointer)" = /vary ]
+    call GET /v1/limits
+    [ "$(field .max_variants)" = 20 ]
+    study 0.4 2 | jq -c '.vary = {}' | post /v1/studies -
+    expect_problem 422 invalid-request
+    study 0.4 2 | jq -c '.drape.surface = {id: "00000000000000000000000000000000"}' | post /v1/studies -
+    expect_problem 422 invalid-request
+    [ "$(field .errors[0].pointer)" = /drape/surface/id ]
+    study 0.4 2 | jq -c '.drape.fabric.spacing = -1' | post /v1/studies -
+    expect_problem 422 invalid-request
+    [ "$(field .errors[0].pointer)" = /drape/fabric/spacing ]
+}
+
+@test "http: studies and drapes are not found under each other's paths" {
+    start --workers 1
+    study 0.4 1 | submit_study -H 'Idempotency-Key: one'
+    study 0.4 1 | submit_study -H 'Idempotency-Key: one'
+    study=$id
+    study 0.4 1 | post /v1/drapes - -H 'Idempotency-Key: one'
+    expect 422
+    quick 1 | submit
+    wait_study "$study" succeeded
+    for path in "/drapes/$study" "/drapes/$study/result" "/studies/$id" "/studies/$id/events" \
+        "/studies/$id/result" "/studies/$id/variants/0/request" "/studies/$study/variants/4/request"; do
+        call GET "/v1$path"
+        expect_problem 404 not-found
+    done
+    call POST "/v1/drapes/$study/cancel"
+    expect_problem 404 not-found
+    call DELETE "/v1/studies/$id"
+    expect_problem 404 not-found
+    call GET /v1/drapes
+    [ "$(field '.drapes | length')" = 1 ]
+    call GET '/v1/studies?status=succeeded'
+    [ "$(field '.studies | map(.id) | join(" ")')" = "$study" ]
+    call GET '/v1/studies?status=running'
+    [ "$(field '.studies | length')" = 0 ]
+    call DELETE "/v1/studies/$study"
+    expect 204
+    call GET "/v1/studies/$study"
+    expect_problem 404 not-found
+}
+
+@test "http: the events of a study tell how many variants are done" {
+    start --workers 1
+    study 0.02 40 | submit_study
+    curl -sSN --max-time 45 "$URL/v1/studies/$id/events" >"$BATS_TEST_TMPDIR/events"
+    grep -c '^event: progress' "$BATS_TEST_TMPDIR/events"
+    [ "$(grep -c '^event: progress' "$BATS_TEST_TMPDIR/events")" -ge 3 ]
+    grep '^data: ' "$BATS_TEST_TMPDIR/events" | cut -c7- | jq -es '[.[].variants.done] as $done
+        | ($done | sort) == $done and $done[-1] == 160 and .[-1].status == "succeeded"'
+}
+
+@test "http: a study that is cancelled or deleted stops within a second" {
+    start --workers 2
+    for way in cancel delete; do
+        study 0.004 "$([ $way = cancel ] && echo 50 || echo 51)" | submit_study
+        wait_until 20 has_tasks
+        if [ $way = cancel ]; then
+            call POST "/v1/studies/$id/cancel"
+            expect 202
+            [ "$(field .status)" = cancelled ]
+        else
+            call DELETE "/v1/studies/$id"
+            expect 204
+        fi
+        no_tasks
+        wait_until 2 idle
+    done
+    call GET /v1/studies
+    [ "$(field '.studies | map(.status) | join(" ")')" = cancelled ]
+    call POST "/v1/studies/$(field '.studies[0].id')/cancel"
+    expect 200
+}
+
+@test "http: a study has the same bits with one worker and with three, killed workers and daemons" {
+    start --workers 1
+    study 0.02 30 | submit_study
+    wait_study "$id" succeeded
+    undisturbed=$(columns "$id")
+    stop_daemon
+    rm -r "$BATS_TEST_TMPDIR/daemon/data"
+    start --workers 3
+    study 0.02 30 | submit_study
+    wait_until 20 begun "$id" 1
+    kill -KILL $(workers)
+    done=$(field .variants.done)
+    wait_until 20 begun "$id" $((done + 1))
+    kill_daemon
+    start --workers 3
+    wait_study "$id" succeeded
+    [ "$(columns "$id")" = "$undisturbed" ]
+    [ "$(field .summary.failed)" = 0 ]
+    no_tasks
+}
+
+@test "http: a drape beside studies waits for no more than a task" {
+    start --workers 1
+    for k in {1..30}; do
+        study "0.0$((10 + k))" 50 | submit_study
+    done
+    wait_until 20 begun "$id" 0
+    quick 1.5 | post /v1/drapes - -H 'Prefer: wait=40'
+    expect 200
+    call GET '/v1/studies?status=succeeded'
+    [ "$(field '.studies | length')" -lt 5 ]
+    quick 1.6 | post /v1/drapes - -H 'Prefer: wait=40'
+    expect 200
+}
