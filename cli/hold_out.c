@@ -69,7 +69,7 @@ static void compare(const struct api_permeability *table, const struct api_perme
         fprintf(out, "%9g", vf);
     for (int part = 0; part < PARTS; part++) {
         double percent = 100 * (ratio[part] - 1);
-        fprintf(out, "%+10.2f", percent);
+        fprintf(out, "%+10.2f", fabs(percent) < 0.005 ? 0 : percent); /* no -0.00 */
         errors->squares[part] += percent * percent;
         errors->largest[part] = fmax(errors->largest[part], fabs(percent));
     }
