@@ -20,6 +20,7 @@ enum {
     KEPT_MOST = 64 << 20
 };
 #define MEMORY_BESIDE_BYTES (UINT64_C(1) << 30)
+#define DOCUMENTS_BYTES (UINT64_C(4) << 30) /* more than any request and surface together */
 
 _Static_assert((int)FRAME_TASK_BYTES <= (int)STORE_TASK_BYTES, "a task fits");
 
@@ -258,6 +259,14 @@ static void take_frame(struct attempt *attempt) {
     default:
         conclude(attempt, OUTCOME_BROKEN);
     }
+}
+
+bool attempt_bound(const struct attempt_shared *shared, const struct child *child) {
+    uint64_t memory = (uint64_t)shared->settings.limits.max_memory + MEMORY_BESIDE_BYTES;
+    if (sandbox_bound_for_good(child->pid, RLIMIT_AS, memory + DOCUMENTS_BYTES))
+        return true;
+    log_error(log_event("worker_not_bounded"), log_text("detail", strerror(errno)));
+    return false;
 }
 
 /* Of memory, the job's own budget, and beside it the program itself, the documents, and the JSON

@@ -45,6 +45,10 @@ enum {
 /* Whether running jobs have had their time after the daemon was asked to stop. */
 bool attempt_out_of_time(struct attempt_shared *shared);
 
+/* Bounds the memory of a worker that has just been started, for all its jobs. False: it must not
+ * get any. */
+bool attempt_bound(const struct attempt_shared *shared, const struct child *child);
+
 /* Works on the claimed job until it is off the worker and the store knows. `child` is running; when
  * it is not afterwards, it had to be killed or died. `wake` is an eventfd, non-blocking: what is
  * written to it makes the attempt look at once at its claim and at the time. False: the job went

@@ -94,6 +94,10 @@ static bool ready_worker(struct lane *lane) {
         return true;
     if (!child_start(&lane->child, NULL, WORKER_ARGUMENT, SOCK_STREAM))
         return false;
+    if (!attempt_bound(&lane->dispatcher->shared, &lane->child)) {
+        child_kill(&lane->child);
+        return false;
+    }
     if (!lane->express)
         setpriority(PRIO_PROCESS, (id_t)lane->child.pid, NICENESS);
     if (lane->used)

@@ -27,6 +27,12 @@ bool sandbox_bound(pid_t pid, int resource, uint64_t value) {
     return prlimit(pid, (__rlimit_resource_t)resource, &both, NULL) == 0;
 }
 
+bool sandbox_bound_for_good(pid_t pid, int resource, uint64_t value) {
+    const struct rlimit both = {value, value};
+    return (SANDBOX_SANITIZED && resource != RLIMIT_CPU) ||
+           prlimit(pid, (__rlimit_resource_t)resource, &both, NULL) == 0;
+}
+
 int64_t sandbox_processor_us(pid_t pid) {
     clockid_t clock;
     struct timespec used;

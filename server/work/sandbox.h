@@ -29,9 +29,13 @@ enum { SANDBOX_SANITIZED = 0 };
 bool sandbox_enter(int socket, int files) __attribute__((warn_unused_result));
 
 /* Bounds a resource (RLIMIT_AS, ...) of such a process, from outside: it has no system call to
- * raise the bound again. The hard limit is left alone, because to raise one takes a right that the
+ * raise the bound again. The hard limit is left alone, because to raise that takes a right that the
  * daemon does not have. False, with errno, when the system refuses. */
 bool sandbox_bound(pid_t pid, int resource, uint64_t value) __attribute__((warn_unused_result));
+
+/* Sets the hard limit, up to which `sandbox_bound` may go; it is never raised again. */
+bool sandbox_bound_for_good(pid_t pid, int resource, uint64_t value)
+    __attribute__((warn_unused_result));
 
 /* What a process has used of processors so far, in microseconds; -1 when it has gone. */
 int64_t sandbox_processor_us(pid_t pid);

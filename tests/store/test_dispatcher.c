@@ -425,8 +425,10 @@ static void test_dispatcher_bounds_its_worker(void **state) {
     assert_int_equal(prlimit(worker, RLIMIT_AS, NULL, &memory), 0);
     assert_int_equal(prlimit(worker, RLIMIT_CPU, NULL, &processor), 0);
     assert_true(processor.rlim_cur >= 7 && processor.rlim_cur < 60);
-    if (!SANDBOX_SANITIZED)
+    if (!SANDBOX_SANITIZED) {
         assert_int_equal(memory.rlim_cur, (123U << 20) + (1U << 30) + strlen("sleep 300"));
+        assert_int_equal(memory.rlim_max, (123U << 20) + (UINT64_C(5) << 30));
+    }
     expect_echo(bench, id, "sleep 300");
 }
 
@@ -458,8 +460,9 @@ static void test_dispatcher_replaces_a_worker_killed_at_rest(void **state) {
     start(bench);
     expect_work(bench);
     pid_t worker = child_of(getpid());
+    siginfo_t ended;
     assert_int_equal(kill(worker, SIGKILL), 0);
-    scratch_sleep(20);
+    assert_int_equal(waitid(P_PID, (id_t)worker, &ended, WEXITED | WNOWAIT), 0);
     expect_work(bench);
     assert_int_equal(final_stats(bench).crashes, 0); /* it cost no job an attempt */
 }
