@@ -13,10 +13,8 @@ static enum api_problem_id no_memory(struct api_problem *problem, const char *wh
     return problem->id;
 }
 
-/* Whether the solver could take the surface and the spacing. Of a surface with very many spans that
- * is left for the solver to say. */
-static enum api_problem_id check_shape(struct api_request *request, const struct api_limits *limits,
-                                       struct arena *arena, struct api_problem *problem) {
+enum api_problem_id api_check_shape(struct api_request *request, const struct api_limits *limits,
+                                    struct arena *arena, struct api_problem *problem) {
     struct surface *surface;
     struct mesh *mesh;
     struct api_shell shell;
@@ -37,7 +35,7 @@ static enum api_problem_id check_drape(const struct api_input *input,
         return problem->id;
     memcpy(check->surface, request.surface.id, sizeof check->surface);
     check->needs_surface = request.surface.kind == API_SURFACE_NAMED;
-    if (check->needs_surface || check_shape(&request, limits, arena, problem) != API_OK)
+    if (check->needs_surface || api_check_shape(&request, limits, arena, problem) != API_OK)
         return problem->id;
     if (!api_digest_request(&request, arena, check->digest))
         return no_memory(problem, "the request");

@@ -61,8 +61,8 @@ static void compare(const struct api_permeability *table, const struct api_perme
                     size_t row, size_t column, struct errors *errors, FILE *out) {
     double shear = table->shear_deg[row];
     double vf = table->fractions ? table->table_fractions[column] : 0.5; /* which is not used */
-    struct permeability k = api_permeability_at(table, vf, shear);
-    struct permeability told = api_permeability_at(rest, vf, shear);
+    struct permeability k = api_permeability_at(table, vf, shear, NULL);
+    struct permeability told = api_permeability_at(rest, vf, shear, NULL);
     const double ratio[PARTS] = {told.k1 / k.k1, told.k2 / k.k2, told.k3 / k.k3};
     fprintf(out, "%9g", shear);
     if (table->fractions)

@@ -5,6 +5,7 @@
  * when the drape could not be done (why is on stderr), 2 when the command line is wrong.
  */
 #include "api/format/format.h"
+#include "api/laminate/map.h"
 #include "api/map/map.h"
 #include "api/request/decode.h"
 #include "api/request/digest.h"
@@ -12,6 +13,7 @@
 #include "api/run.h"
 #include "files.h"
 #include "hold_out.h"
+#include "laminate.h"
 #include "part.h"
 #include "study.h"
 #include <errno.h>
@@ -32,6 +34,9 @@ static const char help_head[] =
     "input) and writes the result, or the result's fields on a mesh. Its surface may\n"
     "be a file, {\"surface\": {\"file\": \"PART.step\"}}: STEP and IGES by drape-import,\n"
     "STL, OBJ, Nastran; faces are chosen as of a stored surface.\n"
+    "\n"
+    "Of a laminate, which has plies, each is draped; with --map the stack is written,\n"
+    "else what became of every ply.\n"
     "\n"
     "Of a study, which has a drape and what to vary of it, all variants are written\n"
     "(json, csv, npz) and the best of them shown as a table: on standard error when\n"
@@ -393,8 +398,10 @@ static bool read_mesh(const struct arguments *arguments, const struct files_byte
     return problem->id == API_OK;
 }
 
+/* Of a drape that `reader` has, or of a laminate. */
 static bool write_map(const struct arguments *arguments, const struct api_reader *reader,
-                      const struct files_output *output, struct api_problem *problem) {
+                      const struct laminate_job *stack, const struct files_output *output,
+                      struct api_problem *problem) {
     static struct api_map map;
     struct files_bytes text = {0};
     struct map_target mesh;
@@ -405,7 +412,8 @@ static bool write_map(const struct arguments *arguments, const struct api_reader
     else
         ok = files_read(arguments->map, &text) &&
              read_mesh(arguments, &text, arena, &mesh, problem) &&
-             api_map_make(reader, &mesh, NULL, arena, &map, problem) == API_OK &&
+             (stack ? laminate_map(&stack->laminate, stack->nets, &mesh, NULL, arena, &map, problem)
+                    : api_map_make(reader, &mesh, NULL, arena, &map, problem)) == API_OK &&
              write_document(arguments, (struct format_source){.fields = &map.fields}, output,
                             problem);
     for (size_t k = 0; ok && k < map.fields.warning_count; k++)
@@ -424,6 +432,23 @@ static void print_warnings(const struct api_reader *reader, struct api_problem *
         return;
     for (size_t k = 0; k < columns.summary.warnings.count; k++)
         files_complain("warning", columns.summary.warnings.list[k].detail);
+}
+
+/* A stack of plies: on a mesh, or what became of each. */
+static bool laminate(const struct arguments *arguments, const struct api_input *input,
+                     const struct files_output *output, struct api_problem *problem) {
+    struct laminate_job job;
+    bool ok = laminate_job_run(&job, input, &arguments->limits, problem);
+    if (ok && arguments->map)
+        ok = write_map(arguments, NULL, &job, output, problem);
+    else if (ok && strcmp(arguments->format->name, "json") == 0)
+        ok = laminate_job_report(&job, output, problem);
+    else if (ok)
+        api_problem_set(problem, API_NOT_ACCEPTABLE,
+                        "a laminate has no %s of its own: take --map, or drape one of its plies",
+                        arguments->format->name);
+    laminate_job_close(&job);
+    return ok && problem->id == API_OK;
 }
 
 /* What a study cannot do, said before it is done. */
@@ -451,7 +476,7 @@ static bool write_wanted(const struct arguments *arguments, const struct api_inp
         return study_write_variant(input, &arguments->limits, reader, arguments->variant,
                                    output->stream, problem);
     if (arguments->map)
-        return write_map(arguments, reader, output, problem);
+        return write_map(arguments, reader, NULL, output, problem);
     if (arguments->format->uses & FORMAT_REPORT)
         return write_report(arguments, input, reader, output, problem);
     return write_document(arguments, (struct format_source){.reader = reader}, output, problem);
@@ -464,10 +489,15 @@ static bool drape(struct arguments *arguments, struct files_bytes *request, FILE
     struct files_bytes surface = {0};
     bool ok = part_resolve(request, &arguments->limits, &surface, &problem);
     const struct api_input input = {request->data, request->length, surface.data, surface.length};
-    arguments->study = ok && api_is_study(input.request, input.request_length, &arguments->limits);
-    ok = ok && check_study(arguments, &problem) &&
-         solve(arguments, &input, container, arguments->id, &problem) &&
-         write_wanted(arguments, &input, &reader, output, &problem);
+    bool stack = ok && laminate_is(input.request, input.request_length, &arguments->limits);
+    arguments->study =
+        ok && !stack && api_is_study(input.request, input.request_length, &arguments->limits);
+    if (stack)
+        ok = laminate(arguments, &input, output, &problem);
+    else
+        ok = ok && check_study(arguments, &problem) &&
+             solve(arguments, &input, container, arguments->id, &problem) &&
+             write_wanted(arguments, &input, &reader, output, &problem);
     free(surface.data);
     if (problem.id != API_OK)
         print_problem(&problem);

@@ -22,6 +22,10 @@ double power_log(double x) {
 
 /* e^x = 2^k e^r, |r| <= ln 2 / 2, by Taylor's series. */
 double power_exp(double x) {
+    if (!(x > -746))
+        return x < 0 ? 0 : x;
+    if (x > 710)
+        return HUGE_VAL;
     double k = nearbyint(x / (ln2_high + ln2_low));
     double r = (x - k * ln2_high) - k * ln2_low, sum = 1;
     for (int n = 15; n >= 1; n--)

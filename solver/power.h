@@ -9,7 +9,7 @@
 /* ln x for x > 0, normal and finite. */
 double power_log(double x);
 
-/* e^x for -700 <= x <= 700. */
+/* e^x; 0 below -745, infinite above 709. */
 double power_exp(double x);
 
 /* a^(1 - t) b^t for 0 <= t <= 1, the weighted geometric mean of a, b >= 0; 0 where one of them that

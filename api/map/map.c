@@ -274,6 +274,19 @@ static enum api_problem_id run(struct mapping *mapping, const struct api_reader 
     return problem->id;
 }
 
+struct map_fields map_target_fields(const struct map_target *target,
+                                    const struct api_column_source *columns) {
+    return (struct map_fields){.vertices = target->vertices,
+                               .vertex_count = target->vertex_count,
+                               .elements = target->elements,
+                               .element_count = target->element_count,
+                               .ids = target->ids,
+                               .vertex_ids = target->vertex_ids,
+                               .columns = columns,
+                               .gates = target->gates,
+                               .channel_permeability = target->channel_permeability};
+}
+
 enum api_problem_id api_map_make(const struct api_reader *reader, const struct map_target *target,
                                  const struct drape_monitor *monitor, struct arena *arena,
                                  struct api_map *map, struct api_problem *problem) {
@@ -283,15 +296,7 @@ enum api_problem_id api_map_make(const struct api_reader *reader, const struct m
         api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
         return problem->id;
     }
-    map->fields = (struct map_fields){.vertices = target->vertices,
-                                      .vertex_count = target->vertex_count,
-                                      .elements = target->elements,
-                                      .element_count = target->element_count,
-                                      .ids = target->ids,
-                                      .vertex_ids = target->vertex_ids,
-                                      .columns = map->columns,
-                                      .gates = target->gates,
-                                      .channel_permeability = target->channel_permeability};
+    map->fields = map_target_fields(target, map->columns);
     mapping->target = target;
     mapping->monitor = monitor;
     mapping->shear = mapping->thickness = mapping->fraction = -1;

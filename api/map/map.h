@@ -34,7 +34,12 @@ struct api_map {
     struct map_stack stack;   /* on a mesh: the drape as a stack of one ply */
     struct api_column_source columns[API_COLUMNS_MAX];
     char too_far[API_MAP_WARNING_SIZE], bare[API_MAP_WARNING_SIZE]; /* texts of warnings */
+    char packed[API_MAP_WARNING_SIZE], loose[API_MAP_WARNING_SIZE], failed[API_MAP_WARNING_SIZE];
 };
+
+/* Fields on a target, none yet, that are to have these columns. */
+struct map_fields map_target_fields(const struct map_target *target,
+                                    const struct api_column_source *columns);
 
 /*
  * Maps the result that `reader` holds onto `mesh`, which must outlive `map`.

@@ -93,6 +93,28 @@ enum api_problem_id map_net_open(const struct api_reader *reader, struct map_net
     return problem->id;
 }
 
+void map_net_keep(struct map_net *net, const enum column_id *ids, size_t count) {
+    size_t kept = 0;
+    net->column_count = net->width = 0;
+    for (size_t k = 0; k < net->group_count; k++) {
+        struct map_group group = net->group[k];
+        bool wanted = false;
+        for (size_t n = 0; n < count; n++)
+            wanted = wanted || group.spec == &column_specs[ids[n]];
+        if (!wanted)
+            continue;
+        group.place = net->width;
+        net->width += group.kind == MAP_VECTOR   ? 3
+                      : group.kind == MAP_TENSOR ? MAP_TENSOR_VALUES
+                                                 : 1;
+        net->column_count += group.columns;
+        net->group[kept++] = group;
+    }
+    net->group_count = kept;
+    (void)find_vector(net, COLUMN_CELLS_warp, &net->warp);
+    (void)find_vector(net, COLUMN_CELLS_weft, &net->weft);
+}
+
 /* ---- the cloth ---- */
 
 /* A column of all rows, into every `stride`-th double from `out` on. */

@@ -50,6 +50,9 @@ struct map_net {
 enum api_problem_id map_net_open(const struct api_reader *reader, struct map_net *net,
                                  struct api_problem *problem) STATUS_MUST_USE;
 
+/* Before it is loaded: leaves out all groups but these, which have to have warp and weft. */
+void map_net_keep(struct map_net *net, const enum column_id *ids, size_t count);
+
 /* Then reads the net into `arena`. `monitor` (may be NULL) is asked whether to go on. API_INTERNAL,
  * API_CANCELLED, API_OUT_OF_MEMORY. */
 enum api_problem_id map_net_load(const struct api_reader *reader,

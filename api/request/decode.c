@@ -289,18 +289,40 @@ static void decode_stored(const struct api_input *input, const struct api_limits
     }
 }
 
-/* Everything but the surface, whose kind and domain it needs. */
-static void decode_rest(const struct json_place *root, struct api_request *request) {
-    struct json_place unit = place_member(root, "length_unit"),
-                      fabric = place_member(root, "fabric");
-    struct json_place start = place_member(root, "start"), cavity = place_member(root, "cavity");
+static void check_points(const struct json_place *place, const struct api_surface *surface,
+                         const struct api_limits *limits) {
+    struct json_place points = place_member(place, "control_points");
+    struct json_place faces = place_member(place, "faces");
+    size_t count = surface->nurbs.point_count;
+    for (size_t k = 0; k < surface->face_count; k++)
+        count += surface->faces[k].nurbs.point_count;
+    if (surface->kind != API_SURFACE_MESH && count > limits->max_control_points)
+        place_fault(surface->kind == API_SURFACE_SHELL ? &faces : &points,
+                    "has %zu points, and %zu are allowed", count, limits->max_control_points);
+}
+
+/* Where the drape is, and in which unit. */
+static void decode_ground(const struct json_place *root, const struct api_input *input,
+                          const struct api_limits *limits, struct api_request *request) {
+    const struct json_tree *tree = root->tree;
+    struct json_place surface = place_member(root, "surface");
+    struct json_place unit = place_member(root, "length_unit");
+    if (decode_surface(&surface, &request->surface))
+        decode_stored(input, limits, tree->arena, &request->surface, tree->problem);
+    else
+        request->surface = (struct api_surface){.kind = API_SURFACE_NAMED};
+    check_points(&surface, &request->surface, limits);
+    decode_unit(&unit, &request->surface, &request->length_unit);
+    request->unit_of_surface = request->surface.kind == API_SURFACE_NAMED && !place_given(&unit);
+}
+
+/* What concerns the cloth alone; needs the surface's kind and domain. */
+static void decode_cloth(const struct json_place *root, struct api_request *request) {
+    struct json_place fabric = place_member(root, "fabric"), start = place_member(root, "start");
     struct json_place direction = place_member(root, "direction");
     struct json_place generators = place_member(root, "generators");
     struct json_place extent = place_member(root, "extent");
     struct json_place permeability = place_member(root, "permeability");
-    struct json_place offset = place_member(root, "offset");
-    decode_unit(&unit, &request->surface, &request->length_unit);
-    request->unit_of_surface = request->surface.kind == API_SURFACE_NAMED && !place_given(&unit);
     decode_fabric(&fabric, request);
     if (place_given(&start))
         decode_start(&start, request);
@@ -311,12 +333,8 @@ static void decode_rest(const struct json_place *root, struct api_request *reque
     decode_method(root, request);
     if (place_given(&extent))
         decode_extent(&extent, &request->settings);
-    if (place_given(&cavity))
-        decode_cavity(&cavity, &request->cavity);
     if (place_given(&permeability))
         decode_permeability(&permeability, &request->permeability);
-    if (place_given(&offset))
-        decode_offset(&offset, request);
 }
 
 /* Permeability models that scale with the fibre volume fraction need one, which in a rigid cavity
@@ -335,16 +353,13 @@ static void check_permeability(const struct json_place *root, const struct api_r
         place_fault(&thickness, "is required by this permeability model in a rigid cavity");
 }
 
-static void check_points(const struct json_place *place, const struct api_surface *surface,
-                         const struct api_limits *limits) {
-    struct json_place points = place_member(place, "control_points");
-    struct json_place faces = place_member(place, "faces");
-    size_t count = surface->nurbs.point_count;
-    for (size_t k = 0; k < surface->face_count; k++)
-        count += surface->faces[k].nurbs.point_count;
-    if (surface->kind != API_SURFACE_MESH && count > limits->max_control_points)
-        place_fault(surface->kind == API_SURFACE_SHELL ? &faces : &points,
-                    "has %zu points, and %zu are allowed", count, limits->max_control_points);
+static struct api_request default_request(const struct api_limits *limits) {
+    return (struct api_request){
+        .length_unit = &api_units[0],
+        .fabric = {.locking_angle_deg = -1, .plies = 1},
+        .settings = {.method = DRAPE_GIB, .max_nodes = limits->max_nodes},
+        .permeability = {.model = API_PERMEABILITY_NONE},
+    };
 }
 
 void decode_drape(const struct json_place *place, const struct api_input *input,
@@ -352,22 +367,28 @@ void decode_drape(const struct json_place *place, const struct api_input *input,
     static const char *const keys[] = {"surface",   "length_unit",  "offset", "fabric",    "start",
                                        "direction", "generators",   "method", "yarn_path", "extent",
                                        "cavity",    "permeability", NULL};
-    const struct json_tree *tree = place->tree;
-    struct json_place surface = place_member(place, "surface");
-    *request = (struct api_request){
-        .length_unit = &api_units[0],
-        .fabric = {.locking_angle_deg = -1, .plies = 1},
-        .settings = {.method = DRAPE_GIB, .max_nodes = limits->max_nodes},
-        .permeability = {.model = API_PERMEABILITY_NONE},
-    };
+    struct json_place cavity = place_member(place, "cavity"),
+                      offset = place_member(place, "offset");
+    *request = default_request(limits);
     if (!place_object(place, keys))
         return;
-    if (decode_surface(&surface, &request->surface))
-        decode_stored(input, limits, tree->arena, &request->surface, tree->problem);
-    else
-        request->surface = (struct api_surface){.kind = API_SURFACE_NAMED};
-    check_points(&surface, &request->surface, limits);
-    decode_rest(place, request);
+    decode_ground(place, input, limits, request);
+    if (place_given(&offset))
+        decode_offset(&offset, request);
+    decode_cloth(place, request);
+    if (place_given(&cavity))
+        decode_cavity(&cavity, &request->cavity);
+    check_permeability(place, request);
+}
+
+void decode_common(const struct json_place *place, const struct api_input *input,
+                   const struct api_limits *limits, struct api_request *request) {
+    *request = default_request(limits);
+    decode_ground(place, input, limits, request);
+}
+
+void decode_ply(const struct json_place *place, struct api_request *request) {
+    decode_cloth(place, request);
     check_permeability(place, request);
 }
 

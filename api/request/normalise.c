@@ -56,6 +56,17 @@ static void write_trim(struct api_text *text, const struct trim_loop *trim) {
     api_text_raw(text, trim->reversed ? "],\"reversed\":true}" : "],\"reversed\":false}");
 }
 
+void api_normalise_trims(struct api_text *text, const struct trim_loop *trims, size_t count) {
+    api_text_key(text, "trims");
+    api_text_raw(text, "[");
+    for (size_t i = 0; i < count; i++) {
+        if (i)
+            api_text_raw(text, ",");
+        write_trim(text, &trims[i]);
+    }
+    api_text_raw(text, "]");
+}
+
 static void write_mark(struct api_text *text, const char *key, const char *value) {
     if (value)
         api_text_key_string(text, key, value);
@@ -76,16 +87,8 @@ static void write_nurbs(struct api_text *text, const struct api_surface *surface
     api_text_key_integer(text, "size_u", nurbs->u.size);
     api_text_key_integer(text, "size_v", nurbs->v.size);
     write_control(text, &nurbs->points[0].x, 3, nurbs->weights, nurbs->point_count);
-    if (surface->trim_count) {
-        api_text_key(text, "trims");
-        api_text_raw(text, "[");
-        for (size_t i = 0; i < surface->trim_count; i++) {
-            if (i)
-                api_text_raw(text, ",");
-            write_trim(text, &surface->trims[i]);
-        }
-        api_text_raw(text, "]");
-    }
+    if (surface->trim_count)
+        api_normalise_trims(text, surface->trims, surface->trim_count);
     api_text_raw(text, "}");
 }
 
@@ -291,7 +294,7 @@ static void write_table(struct api_text *text, const struct api_permeability *k)
     }
 }
 
-static void write_permeability(struct api_text *text, const struct api_permeability *k) {
+void api_normalise_permeability(struct api_text *text, const struct api_permeability *k) {
     if (k->model == API_PERMEABILITY_NONE)
         return;
     api_text_key(text, "permeability");
@@ -311,31 +314,42 @@ static void write_permeability(struct api_text *text, const struct api_permeabil
     api_text_raw(text, "}");
 }
 
+void api_normalise_ground(struct api_text *text, const struct api_surface *surface,
+                          const struct api_unit *unit) {
+    write_surface(text, surface);
+    if (unit)
+        api_text_key_string(text, "length_unit", unit->name);
+}
+
+void api_normalise_cloth(struct api_text *text, const struct api_request *request,
+                         const struct api_start *chosen) {
+    const struct drape_settings *settings = &request->settings;
+    write_fabric(text, request);
+    write_start(text, request, chosen);
+    write_direction(text, settings);
+    api_text_key(text, "generators");
+    api_text_raw(text, "{");
+    write_generator(text, "warp", &settings->generator[0]);
+    write_generator(text, "weft", &settings->generator[1]);
+    api_text_raw(text, "}");
+    api_text_key_string(text, "method", api_method_names[settings->method]);
+    api_text_key_string(text, "yarn_path", api_yarn_path_names[settings->yarn_path]);
+    write_extent(text, settings);
+}
+
 const char *api_normalise(const struct api_request *request, const struct api_start *chosen,
                           struct arena *arena) {
-    const struct drape_settings *settings = &request->settings;
     struct api_text text = api_text_growing(arena);
+    const struct api_unit *unit = request->length_unit;
+    if (request->unit_of_surface)
+        unit = chosen ? &api_units[chosen->unit] : NULL;
     api_text_raw(&text, "{");
-    write_surface(&text, &request->surface);
-    if (!request->unit_of_surface)
-        api_text_key_string(&text, "length_unit", request->length_unit->name);
-    else if (chosen)
-        api_text_key_string(&text, "length_unit", api_units[chosen->unit].name);
+    api_normalise_ground(&text, &request->surface, unit);
     if (request->offset != 0)
         api_text_key_number(&text, "offset", request->offset);
-    write_fabric(&text, request);
-    write_start(&text, request, chosen);
-    write_direction(&text, settings);
-    api_text_key(&text, "generators");
-    api_text_raw(&text, "{");
-    write_generator(&text, "warp", &settings->generator[0]);
-    write_generator(&text, "weft", &settings->generator[1]);
-    api_text_raw(&text, "}");
-    api_text_key_string(&text, "method", api_method_names[settings->method]);
-    api_text_key_string(&text, "yarn_path", api_yarn_path_names[settings->yarn_path]);
-    write_extent(&text, settings);
+    api_normalise_cloth(&text, request, chosen);
     write_cavity(&text, &request->cavity);
-    write_permeability(&text, &request->permeability);
+    api_normalise_permeability(&text, &request->permeability);
     api_text_raw(&text, "}");
     return api_text_finish(&text);
 }

@@ -7,6 +7,7 @@
 #ifndef API_REQUEST_NORMALISE_H
 #define API_REQUEST_NORMALISE_H
 
+#include "api/json/text.h"
 #include "request.h"
 #include "solver/arena.h"
 
@@ -23,6 +24,15 @@ struct api_start {
  * as the start of a request that left the start to the solver. */
 const char *api_normalise(const struct api_request *request, const struct api_start *chosen,
                           struct arena *arena);
+
+/* Members of it, for documents that have them elsewhere: the surface and the unit (NULL: none);
+ * fabric to extent; the permeability; and loops as `trims`. */
+void api_normalise_ground(struct api_text *text, const struct api_surface *surface,
+                          const struct api_unit *unit);
+void api_normalise_cloth(struct api_text *text, const struct api_request *request,
+                         const struct api_start *chosen);
+void api_normalise_permeability(struct api_text *text, const struct api_permeability *k);
+void api_normalise_trims(struct api_text *text, const struct trim_loop *trims, size_t count);
 
 /* The definition of a surface (not API_SURFACE_NAMED). */
 const char *api_normalise_surface(const struct api_surface *surface, struct arena *arena);

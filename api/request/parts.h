@@ -23,6 +23,13 @@ void decode_drape(const struct json_place *place, const struct api_input *input,
 /* A start on the request's surface, into its settings. */
 void decode_start(const struct json_place *place, struct api_request *request);
 
+/* What the plies of a laminate have in common: `surface` and `length_unit` of an object, and the
+ * defaults of all else; then, of a copy of that, what the object of one ply says of its cloth. Keys
+ * are not checked. */
+void decode_common(const struct json_place *place, const struct api_input *input,
+                   const struct api_limits *limits, struct api_request *request);
+void decode_ply(const struct json_place *place, struct api_request *request);
+
 /* In any of the forms of the contract; one named by its id alone becomes API_SURFACE_NAMED. */
 bool decode_surface(const struct json_place *place, struct api_surface *surface);
 

@@ -32,6 +32,7 @@
       "1 where the node rests on a yarn that goes straight on from a free edge")                   \
     X(CELLS, id, id, INTEGER, "", MAP, "number of the element in the mesh, or of the point")       \
     X(CELLS, pid, pid, INTEGER, "", MAP_PROPERTY, "property of the element in the mesh")           \
+    X(CELLS, ply_count, ply_count, INTEGER, "", LAMINATE, "how many plies there are")              \
     X(CELLS, i, i, INTEGER, "", ALWAYS, "the cell's first corner, in steps from the start")        \
     X(CELLS, j, j, INTEGER, "", ALWAYS, "the cell's first corner, in steps from the start")        \
     X(CELLS, shear_deg, shear_deg, SCALAR, "deg", ALWAYS, "shear angle γ")                         \
@@ -40,6 +41,8 @@
     X(CELLS, fiber_volume_fraction, fiber_volume_fraction, SCALAR, "", FRACTION,                   \
       "Vf₀; in a rigid cavity Vf₀ (n t₀ / h) / cos γ")                                             \
     X(CELLS, porosity, porosity, SCALAR, "", FRACTION, "1 - Vf")                                   \
+    X(CELLS, pressure, pressure, SCALAR, "Pa", COMPACTION,                                         \
+      "that the plies with a compaction law are under")                                            \
     X(CELLS, warp, warp, VECTOR, "", ALWAYS, "unit direction of the warp at the middle")           \
     X(CELLS, weft, weft, VECTOR, "", ALWAYS, "unit direction of the weft at the middle")           \
     X(CELLS, k1, k1, SCALAR, "m²", PERMEABILITY, "larger principal permeability in the surface")   \
@@ -142,6 +145,8 @@ enum column_need {
     COLUMN_MAP,    /* a map has it, a result has not */
     COLUMN_MAP_PERMEABILITY,
     COLUMN_MAP_PROPERTY, /* a map onto a mesh whose file has properties */
+    COLUMN_LAMINATE,     /* a map of a laminate */
+    COLUMN_COMPACTION,   /* one whose plies are pressed by their laws */
     COLUMN_NEEDS
 };
 

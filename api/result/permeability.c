@@ -28,9 +28,8 @@ static struct permeability of_table(const struct api_permeability *model, double
                             : permeability_of_table(&table, shear_deg, outside);
 }
 
-/* One cell; `vf` is not used by a table over shear alone. */
-static struct permeability evaluate(const struct api_permeability *model, double vf,
-                                    double shear_deg, bool *outside) {
+struct permeability api_permeability_at(const struct api_permeability *model, double vf,
+                                        double shear_deg, bool *outside) {
     const double k[3] = {model->k1, model->k2, model->k3};
     switch (model->model) {
     case API_PERMEABILITY_KOZENY_CARMAN:
@@ -40,17 +39,6 @@ static struct permeability evaluate(const struct api_permeability *model, double
     default:
         return of_table(model, vf, shear_deg, outside);
     }
-}
-
-struct permeability api_permeability_at(const struct api_permeability *permeability, double vf,
-                                        double shear_deg) {
-    bool outside;
-    return evaluate(permeability, vf, shear_deg, &outside);
-}
-
-double api_permeability_k1(const struct api_permeability *permeability, double vf,
-                           double shear_deg) {
-    return api_permeability_at(permeability, vf, shear_deg).k1;
 }
 
 static bool allocate(struct api_permeability_columns *columns, bool table, size_t count,
@@ -82,7 +70,7 @@ api_permeability_columns(const struct api_request *request, const struct drape_c
         struct vec3 warp = vec3_make(cells->warp_x[i], cells->warp_y[i], cells->warp_z[i]);
         struct vec3 weft = vec3_make(cells->weft_x[i], cells->weft_y[i], cells->weft_z[i]);
         bool outside = false;
-        struct permeability k = evaluate(model, vf(request, shear), shear, &outside);
+        struct permeability k = api_permeability_at(model, vf(request, shear), shear, &outside);
         struct vec3 direction = permeability_direction(&k, warp, weft);
         columns->k1[i] = k.k1;
         columns->k2[i] = k.k2;

@@ -50,7 +50,7 @@ static int compare_k1(const void *a, const void *b) {
 
 static double k1_of(const struct api_request *request, double shear_deg) {
     double vf = api_fields_fiber_volume_fraction(request, shear_deg);
-    return api_permeability_k1(&request->permeability, vf, shear_deg);
+    return api_permeability_at(&request->permeability, vf, shear_deg, NULL).k1;
 }
 
 enum status study_bench_make(const struct study_request *request, const struct study_shape *shape,

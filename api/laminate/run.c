@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: MIT */
+#include "run.h"
+
+#include "api/request/normalise.h"
+#include "api/run.h"
+#include <string.h>
+
+const char *laminate_request(const struct laminate *laminate, size_t n, struct arena *arena) {
+    return api_normalise(&laminate->plies[laminate->net_ply[n]].drape, NULL, arena);
+}
+
+enum api_problem_id laminate_run(const struct laminate *laminate, size_t n,
+                                 const struct api_input *input, const struct api_limits *limits,
+                                 const struct drape_monitor *monitor, const struct api_sink *sink,
+                                 struct api_problem *problem) {
+    struct api_problem own = {.id = API_OK};
+    struct arena *arena = arena_new(limits->max_memory);
+    const char *request = arena ? laminate_request(laminate, n, arena) : NULL;
+    if (request) {
+        const struct api_input one = {.request = request,
+                                      .request_length = strlen(request),
+                                      .surface = input->surface,
+                                      .surface_length = input->surface_length};
+        if (api_run_in(arena, &one, limits, monitor, sink, &own) != API_OK)
+            laminate_blame(laminate, laminate->net_ply[n], &own, problem);
+    } else {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the laminate");
+    }
+    arena_free(arena);
+    return problem->id;
+}
