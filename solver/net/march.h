@@ -86,10 +86,12 @@ struct march {
     struct march_edges edges;      /* of the node solved last, for march_place */
     struct fold *fold;             /* NULL as long as the net cannot meet itself */
     bool watched;                  /* folds are watched for from the first node on */
-    bool past_cut;                 /* closed directions are no longer cut open opposite the start */
-    size_t inside, ghosts;         /* nodes placed */
-    size_t counted;                /* of those inside, by the watch */
-    size_t solved;                 /* of them by fishnet_solve, in this many steps: */
+    bool turned_back; /* the last yarn that went straight on came to a fold of the surface on itself
+                       */
+    bool past_cut;    /* closed directions are no longer cut open opposite the start */
+    size_t inside, ghosts; /* nodes placed */
+    size_t counted;        /* of those inside, by the watch */
+    size_t solved;         /* of them by fishnet_solve, in this many steps: */
     size_t iterations;
     double residual_max;
     struct march_watch *watch; /* shared by all parts of the march */

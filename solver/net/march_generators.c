@@ -47,8 +47,10 @@ bool march_straight_on(struct march *march, const struct station *from, struct v
     if (!path_geodesic(&start, from->surface, from, direction))
         return false;
     path = start;
-    if (!advance(march, &path, &march->cursor, d) ||
-        !path_station(&path, &march->cursor, station, NULL))
+    bool gone = advance(march, &path, &march->cursor, d) &&
+                path_station(&path, &march->cursor, station, NULL);
+    march->turned_back = path.ended;
+    if (!gone)
         return false;
     note_edge(march, &start, &path, di, dj, station);
     return true;
@@ -158,8 +160,10 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
         return march_fail(march, i, j, DRAPE_REASON_EXTENT);
     bool lost = false;
     struct path before = arm->path;
-    if (!arm->started || !advance_arm(march, arm, k, d, &station, &lost))
+    if (!arm->started || !advance_arm(march, arm, k, d, &station, &lost)) {
+        lost = lost || arm->path.ended;
         return march_fail(march, i, j, lost ? DRAPE_REASON_NO_CONVERGENCE : DRAPE_REASON_BOUNDARY);
+    }
     if (!march->mesh)
         note_edge(march, &before, &arm->path, arm->di, arm->dj, &station);
     enum status status = march_place(march, i, j, &station, &zone);

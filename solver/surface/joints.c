@@ -23,7 +23,7 @@ static const double corner_sine = 0.01;
 static const double beside[] = {4e-6, 2e-5, 1e-4, 1e-3};
 
 /* Two faces at an edge are folded on each other when the cosine of their angle is more. */
-static const double turned_back = 0.9999;
+static const double turned_back = 0.9994;
 
 struct point {
     double t, uv[2];

@@ -219,6 +219,10 @@ static double beyond_span(const struct path *g, int k, double x, double *edge) {
     return x > high + slack && !open_high ? x - high : 0;
 }
 
+/* A surface that folds by more than 178 degrees, the cosine of which this is, lies on itself: cloth
+ * does not turn back there. */
+static const double turned_back = -0.9994;
+
 /* Moves into the next span of direction k. The tangent keeps its components along the common edge
  * and across it: the two tangent planes are unfolded about the edge. */
 static bool cross_edge(struct path *g, int k, double edge) {
@@ -246,6 +250,10 @@ static bool cross_edge(struct path *g, int k, double edge) {
     struct vec3 side_from = k == 0 ? from.u : from.v, side_to = k == 0 ? to.u : to.v;
     side_from = vec3_unit(vec3_axpy(-vec3_dot(side_from, along), along, side_from));
     side_to = vec3_unit(vec3_axpy(-vec3_dot(side_to, along), along, side_to));
+    if (vec3_dot(side_from, side_to) < turned_back) {
+        g->ended = true;
+        return false;
+    }
     struct vec3 t = vec3_axpy(g->velocity[1], from.v, vec3_scale(g->velocity[0], from.u));
     struct vec3 turned =
         vec3_axpy(vec3_dot(t, side_from), side_to, vec3_scale(vec3_dot(t, along), along));
@@ -819,7 +827,7 @@ static bool is_endless(const struct path *g, struct effort *effort) {
 
 /* Steps, the first with the number `round`, until `remaining` is gone. */
 static bool go_on(struct path *path, double remaining, struct effort *effort, int round) {
-    for (; round < rounds_max && remaining > 0; round++) {
+    for (; round < rounds_max && remaining > 0 && !path->ended; round++) {
         if (far_outside(path) || is_endless(path, effort))
             return false;
         const struct surface *surface = path->surface;
@@ -841,7 +849,8 @@ static bool go_on(struct path *path, double remaining, struct effort *effort, in
     }
     if (remaining < 0)
         path->ahead = -remaining;
-    return remaining <= 0 && (!path->surface->shell || path->ahead > 0 || settle(path));
+    return remaining <= 0 && !path->ended &&
+           (!path->surface->shell || path->ahead > 0 || settle(path));
 }
 
 bool path_advance(struct path *path, double length) {

@@ -60,6 +60,32 @@ static void test_exact_folds_crease(void **state) {
     }
 }
 
+/* Where a sheet lies back on itself cloth ends: no node beyond, and none that is wrong before. */
+static void test_exact_folds_back_on_itself(void **state) {
+    static const double folds[] = {-179.9, -179, 179, 179.9, 180}, angles[] = {0, 20, 45, 70};
+    static struct profile_sheet sheet;
+    (void)state;
+    for (size_t f = 0; f < sizeof folds / sizeof *folds; f++) {
+        struct profile_part roof[] = {{0, 0, 12}, {0, folds[f], 12}};
+        profile_make(&sheet, roof, 2, 20);
+        for (int m = 0; m < PROFILE_METHODS; m++)
+            for (size_t a = 0; a < sizeof angles / sizeof *angles; a++) {
+                const double start[2] = {6.3, 10};
+                struct drape_run run;
+                profile_drape(&sheet, profile_methods[m].id, 1, start, angles[a], &run);
+                struct profile_error error = profile_measure(&sheet, 1, start, angles[a], &run);
+                assert_int_equal(run.result.summary.outcome, DRAPE_PARTIAL);
+                check_above(run.result.nodes.count, 180);
+                for (size_t k = 0; k < run.result.nodes.count; k++)
+                    check_at_most(run.result.nodes.u[k], 12 + 1e-6);
+                check_below(error.position, profile_methods[m].position);
+                check_below(error.node_shear_deg, PROFILE_SHEAR_DEG);
+                check_below(error.cell_shear_deg, PROFILE_SHEAR_DEG);
+                drape_end(&run);
+            }
+    }
+}
+
 /* Several folds under one edge: a joggle lower than a spacing. */
 static void test_exact_folds_joggle(void **state) {
     static const struct profile_part joggle[] = {{0, 0, 15}, {0.5, 60, 0.4}, {0.5, -60, 15}};
@@ -100,6 +126,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_folds_hat),
         cmocka_unit_test(test_exact_folds_crease),
+        cmocka_unit_test(test_exact_folds_back_on_itself),
         cmocka_unit_test(test_exact_folds_joggle),
         cmocka_unit_test(test_exact_folds_square_tube),
     };
