@@ -46,6 +46,8 @@ static bool read_table(const struct api_reader *reader, struct table *table,
     if (api_columns_open(reader, &table->columns, problem) != API_OK)
         return false;
     table->rows = api_columns_rows(&table->columns, API_TABLE_VARIANTS);
+    while (table->columns.column[table->columns.count - 1].table != API_TABLE_VARIANTS)
+        table->columns.count--; /* those of the bands come behind */
     table->values = calloc(table->columns.count * table->rows + 1, sizeof *table->values);
     if (!table->values) {
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the table");

@@ -134,7 +134,8 @@ static bool open_result(struct encoder *encoder, const char *fields, struct api_
                             "a study has no %s; drape one of its variants", encoder->format->name);
             return false;
         }
-        encoder->options.table = API_TABLE_VARIANTS;
+        if (encoder->options.table != API_TABLE_BANDS)
+            encoder->options.table = API_TABLE_VARIANTS;
     }
     return select_columns(encoder, columns, count, fields, problem);
 }

@@ -75,7 +75,7 @@ static bool set_precision(struct format_options *options, const char *value,
 static bool set_table(struct format_options *options, const char *value,
                       struct api_problem *problem) {
     static const enum api_table tables[] = {API_TABLE_NODES, API_TABLE_CELLS, API_TABLE_PLIES,
-                                            API_TABLE_VARIANTS};
+                                            API_TABLE_VARIANTS, API_TABLE_BANDS};
     for (size_t k = 0; k < sizeof tables / sizeof *tables; k++) {
         if (strcmp(value, api_table_name(tables[k])) == 0) {
             options->table = tables[k];

@@ -98,7 +98,12 @@
     X(VARIANTS, mean_shear_deg, mean_shear_deg, POSITIVE, "deg", JUDGED, "mean \\|γ\\| by area")   \
     X(VARIANTS, feasible, feasible, FLAG, "", ALWAYS, "1 where it keeps all limits")               \
     X(VARIANTS, pareto, pareto, FLAG, "", ALWAYS, "1 where no other variant is better in one objective and as good in all") \
-    X(VARIANTS, failure, failure, FAILURE, "", ALWAYS, "why it has no numbers, or `none`")
+    X(VARIANTS, failure, failure, FAILURE, "", ALWAYS, "why it has no numbers, or `none`")        \
+    X(BANDS, i, i, INTEGER, "", ALWAYS, "the nominal cell, in steps from its start")               \
+    X(BANDS, j, j, INTEGER, "", ALWAYS, "the nominal cell, in steps from its start")               \
+    X(BANDS, x, x, SCALAR, "length", ALWAYS, "middle of the cell")                                 \
+    X(BANDS, y, y, SCALAR, "length", ALWAYS, "middle of the cell")                                 \
+    X(BANDS, z, z, SCALAR, "length", ALWAYS, "middle of the cell")
 /* clang-format on */
 
 enum api_table {
@@ -109,10 +114,11 @@ enum api_table {
     API_TABLE_CUT,      /* of stored results, for maps: the cells that the rim cuts */
     API_TABLE_PLIES,    /* of maps onto meshes alone */
     API_TABLE_VARIANTS, /* of studies alone */
+    API_TABLE_BANDS,    /* of studies that draw samples alone */
     API_TABLE_COUNT
 };
 
-/* "nodes", "cells", "front", "rim", "cut", "plies", "variants". */
+/* "nodes", "cells", "front", "rim", "cut", "plies", "variants", "bands". */
 extern const char *const column_tables[API_TABLE_COUNT];
 static inline const char *api_table_name(enum api_table table) {
     return column_tables[table];

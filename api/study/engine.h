@@ -15,13 +15,20 @@ struct api_study {
     struct study_bench bench;
     struct study_start {
         struct spread_place place;
-        enum failure hopeless; /* why it cannot be draped from; FAILURE_NONE: it can */
-    } * starts;                /* those of a grid, or of a list */
-    size_t start_count;        /* 1 where the drape's own is kept, which is not in `starts` */
+        enum failure hopeless;      /* why it cannot be draped from; FAILURE_NONE: it can */
+    } * starts;                     /* those of a grid, or of a list */
+    size_t start_count;             /* 1 where the drape's own is kept, which is not in `starts` */
+    struct sample_nominal *nominal; /* of a study that draws samples, else NULL */
 };
 
 /* A task as `struct api_study_task` holds it. */
-enum study_work { STUDY_WORK_GRID, STUDY_WORK_REFINE, STUDY_WORK_CHECK, STUDY_WORK_KINDS };
+enum study_work {
+    STUDY_WORK_GRID,
+    STUDY_WORK_REFINE,
+    STUDY_WORK_CHECK,
+    STUDY_WORK_SAMPLE,
+    STUDY_WORK_KINDS
+};
 enum { STUDY_CRASHES_AT = 4, STUDY_OWN_AT = STUDY_CRASHES_AT + API_STUDY_CRASHES };
 #define STUDY_TASK_WORK value[0]
 #define STUDY_TASK_VARIANTS value[1] /* at the most */
@@ -45,8 +52,8 @@ bool study_chunk_drape(struct study_chunk *chunk, const struct study_variant *va
                        struct study_row *row) STATUS_MUST_USE;
 
 /* All rows of a study's numbers, in `arena`; NULL with the problem set. */
-struct study_row *study_rows(const struct api_study_numbers *numbers, struct arena *arena,
-                             size_t *count, struct api_problem *problem);
+struct study_row *study_rows(const struct api_study *study, const struct api_study_numbers *numbers,
+                             struct arena *arena, size_t *count, struct api_problem *problem);
 
 /* Nodes that a variant's net will have, about. */
 double study_nodes(const struct api_study *study, double coarseness);
@@ -63,6 +70,9 @@ double study_limit_excess(const struct api_study *study, const struct study_row 
 /* The same of one limit. */
 double study_limit_violation(const struct api_study *study, const struct study_row *row,
                              enum quantity_id id);
+
+/* Sends numbers of a task. */
+bool study_chunk_send(const struct study_chunk *chunk, const double *numbers, size_t count);
 
 /* ---- searches: the next round's tasks, and one of them ---- */
 
@@ -89,8 +99,9 @@ enum api_problem_id optimise_plan(const struct api_study *study, const struct st
 bool refine_chunk(struct study_chunk *chunk) STATUS_MUST_USE;
 bool check_chunk(struct study_chunk *chunk) STATUS_MUST_USE;
 
-/* Lists tasks of `each` variants, numbered from 0, for the first round of a search. */
-enum api_problem_id grid_tasks(const struct api_study *study, size_t variants, double coarseness,
+/* Lists tasks of one kind for variants that are numbered from 0, each of which takes as long as a
+ * drape of `nodes`. */
+enum api_problem_id grid_tasks(enum study_work work, size_t variants, double nodes,
                                struct arena *arena, struct api_study_plan *plan,
                                struct api_problem *problem) STATUS_MUST_USE;
 

@@ -3,6 +3,8 @@
  * other beats in everything; and its result as columns. */
 #include "engine.h"
 
+#include "sample.h"
+
 #include "api/request/normalise.h"
 #include <math.h>
 #include <stdio.h>
@@ -247,11 +249,12 @@ static bool is_there(const struct api_study *study, enum column_id id) {
     }
 }
 
-static enum api_problem_id write(const struct verdict *v, struct arena *arena,
-                                 const struct api_sink *sink, struct api_problem *problem) {
+static enum api_problem_id write(const struct verdict *v, const struct api_study_numbers *numbers,
+                                 struct arena *arena, const struct api_sink *sink,
+                                 struct api_problem *problem) {
     enum { FIRST = COLUMN_VARIANTS_start_u, LAST = COLUMN_VARIANTS_failure };
     struct column columns[LAST - FIRST + 1];
-    struct api_column_source sources[LAST - FIRST + 1];
+    struct api_column_source sources[API_COLUMNS_MAX];
     struct api_columns header = {.document = API_DOCUMENT_STUDY,
                                  .study = v->summary,
                                  .unit = v->study->request.drape.length_unit};
@@ -269,6 +272,12 @@ static enum api_problem_id write(const struct verdict *v, struct arena *arena,
                                                     .context = &columns[count]};
         count++;
     }
+    if (v->study->nominal) {
+        size_t more = sample_bands(v->study, numbers, v->rows, v->count, arena, sources + count);
+        if (more == SIZE_MAX)
+            return no_memory(problem);
+        count += more;
+    }
     return api_columns_write(&header, sources, count, sink, arena, problem);
 }
 
@@ -277,7 +286,7 @@ static enum api_problem_id finish(const struct api_study *study,
                                   struct arena *arena, const struct api_sink *sink,
                                   struct api_problem *problem) {
     struct verdict v = {.study = study};
-    v.rows = study_rows(numbers, arena, &v.count, problem);
+    v.rows = study_rows(study, numbers, arena, &v.count, problem);
     if (!v.rows)
         return problem->id;
     v.violation = arena_take(arena, v.count, sizeof *v.violation);
@@ -289,7 +298,7 @@ static enum api_problem_id finish(const struct api_study *study,
     if (!find_front(&v, arena))
         return no_memory(problem);
     summarise(&v, solve_ms);
-    return write(&v, arena, sink, problem);
+    return write(&v, numbers, arena, sink, problem);
 }
 
 enum api_problem_id api_study_finish(const struct api_study *study,

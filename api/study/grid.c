@@ -33,17 +33,15 @@ static struct study_variant variant_at(const struct api_study *study, size_t k) 
     return variant;
 }
 
-static size_t variants_of_a_task(const struct api_study *study, size_t variants,
-                                 double coarseness) {
-    double nodes = study_nodes(study, coarseness);
+static size_t variants_of_a_task(size_t variants, double nodes) {
     double share = fmin(fmax(nodes * (double)variants / SHARES, nodes_least), nodes_most);
     return (size_t)fmin(fmax(share / nodes, 1), VARIANTS_MOST);
 }
 
-enum api_problem_id grid_tasks(const struct api_study *study, size_t variants, double coarseness,
+enum api_problem_id grid_tasks(enum study_work work, size_t variants, double nodes,
                                struct arena *arena, struct api_study_plan *plan,
                                struct api_problem *problem) {
-    size_t each = variants_of_a_task(study, variants, coarseness);
+    size_t each = variants_of_a_task(variants, nodes);
     size_t tasks = (variants + each - 1) / each;
     struct api_study_task *list = arena_alloc(arena, tasks, sizeof *list);
     if (!list) {
@@ -52,7 +50,7 @@ enum api_problem_id grid_tasks(const struct api_study *study, size_t variants, d
     }
     for (size_t k = 0; k < tasks; k++) {
         size_t left = variants - k * each;
-        list[k].STUDY_TASK_WORK = STUDY_WORK_GRID;
+        list[k].STUDY_TASK_WORK = work;
         list[k].STUDY_TASK_VARIANTS = (double)(left < each ? left : each);
         list[k].value[STUDY_OWN_AT] = (double)(k * each);
     }
@@ -66,7 +64,9 @@ enum api_problem_id grid_plan(const struct api_study *study, const struct study_
                               struct api_problem *problem) {
     (void)rows;
     plan->variants = variant_count(study);
-    return count > 0 ? API_OK : grid_tasks(study, plan->variants, 1, arena, plan, problem);
+    return count > 0 ? API_OK
+                     : grid_tasks(STUDY_WORK_GRID, plan->variants, study_nodes(study, 1), arena,
+                                  plan, problem);
 }
 
 bool grid_chunk(struct study_chunk *chunk) {

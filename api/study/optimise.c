@@ -336,7 +336,8 @@ enum api_problem_id optimise_plan(const struct api_study *study, const struct st
     int refinements = objectives_of(&study->request, ids) > 1 ? 1 : 2;
     plan->variants = study->request.budget > count ? study->request.budget : count;
     if (round == 0)
-        return grid_tasks(study, first_round(study), optimise_shares(study).coarseness, arena, plan,
+        return grid_tasks(STUDY_WORK_GRID, first_round(study),
+                          study_nodes(study, optimise_shares(study).coarseness), arena, plan,
                           problem);
     while (round <= refinements) {
         if (plan_refine(study, rows, count, round, arena, plan, problem) != API_OK || plan->count)

@@ -84,32 +84,6 @@ static double carry_angle(const struct search *search, const struct spread_place
                                        vec3_dot(along, search->axis[0]));
 }
 
-static bool usable(const struct api_study *study, const struct spread_place *place) {
-    const struct trim *trim = study->request.drape.settings.trim;
-    return !study->shape.surface || !trim || trim_contains(trim, place->uv);
-}
-
-/* The place of the part next to the start shifted in its tangent plane; where that is trimmed away,
- * as far towards it as the part goes. */
-static struct spread_place shifted(const struct search *search, double a, double b) {
-    const struct api_study *study = search->chunk->study;
-    const struct spread_place *from = &search->order.from.start;
-    struct vec3 shift = vec3_axpy(a, search->axis[0], vec3_scale(b, search->axis[1]));
-    struct spread_place place;
-    struct spread_place reached = *from;
-    double distance, low = 0, high = 1, share = 1;
-    enum { HALVINGS = 12 };
-    for (int k = 0; k < HALVINGS && low < 1; k++) {
-        study_shape_nearest(&study->shape, vec3_axpy(share, shift, from->r), &place, &distance);
-        bool there = usable(study, &place);
-        reached = there ? place : reached;
-        low = there ? share : low;
-        high = there ? high : share;
-        share = 0.5 * (low + high);
-    }
-    return reached;
-}
-
 static struct study_variant variant_at(const struct search *search, const double *x) {
     const struct study_request *r = &search->chunk->study->request;
     const struct refine_order *order = &search->order;
@@ -125,7 +99,9 @@ static struct study_variant variant_at(const struct search *search, const double
             variant.pre_shear_deg = order->from.pre_shear_deg + x[k] * order->step[2];
     }
     if (order->step[0] > 0)
-        variant.start = shifted(search, shift[0], shift[1]);
+        variant.start = study_shape_shift(
+            r, &search->chunk->study->shape, &order->from.start,
+            vec3_axpy(shift[0], search->axis[0], vec3_scale(shift[1], search->axis[1])));
     variant.angle_deg = carry_angle(search, &variant.start, order->from.angle_deg + turn);
     if (order->period > 0)
         variant.angle_deg -=

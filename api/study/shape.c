@@ -123,6 +123,29 @@ void study_shape_nearest(const struct study_shape *shape, struct vec3 point,
     place->r = jet.r;
 }
 
+static bool usable(const struct study_request *request, const struct study_shape *shape,
+                   const struct spread_place *place) {
+    const struct trim *trim = request->drape.settings.trim;
+    return !shape->surface || !trim || trim_contains(trim, place->uv);
+}
+
+struct spread_place study_shape_shift(const struct study_request *request,
+                                      const struct study_shape *shape,
+                                      const struct spread_place *from, struct vec3 shift) {
+    enum { HALVINGS = 12 };
+    struct spread_place place, reached = *from;
+    double distance, low = 0, high = 1, share = 1;
+    for (int k = 0; k < HALVINGS && low < 1; k++) {
+        study_shape_nearest(shape, vec3_axpy(share, shift, from->r), &place, &distance);
+        bool there = usable(request, shape, &place);
+        reached = there ? place : reached;
+        low = there ? share : low;
+        high = there ? high : share;
+        share = 0.5 * (low + high);
+    }
+    return reached;
+}
+
 /* As the solver measures them: on a mesh from the x axis, or y where that is along the normal. */
 static const double across_x = 0.9;
 

@@ -30,6 +30,12 @@ struct spread_part study_shape_part(const struct study_request *request,
 void study_shape_nearest(const struct study_shape *shape, struct vec3 point,
                          struct spread_place *place, double *distance);
 
+/* The place of the part next to `from` moved by `shift` in space; where that is trimmed away, as
+ * far towards it as the part goes. */
+struct spread_place study_shape_shift(const struct study_request *request,
+                                      const struct study_shape *shape,
+                                      const struct spread_place *from, struct vec3 shift);
+
 /* The unit normal there, and the unit direction from which angles of the warp are measured. False
  * at poles and where the surface has no tangent plane. */
 bool study_shape_axes(const struct study_shape *shape, const struct spread_place *place,

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "engine.h"
 
+#include "sample.h"
+
 #include "api/json/place.h"
 #include "api/request/shape.h"
 #include <endian.h>
@@ -91,7 +93,7 @@ static enum api_problem_id open_in(struct api_study *study, const struct api_inp
             STATUS_OK ||
         find_starts(study) != STATUS_OK)
         return no_memory(problem);
-    return API_OK;
+    return study->request.sample > 0 ? sample_prepare(study, problem) : API_OK;
 }
 
 struct api_study *api_study_open(const struct api_input *input, const struct api_limits *limits,
@@ -194,14 +196,24 @@ static bool keep_going(void *context, double fraction) {
     return chunk->monitor->progress(chunk->monitor->context, chunk->k);
 }
 
+bool study_chunk_send(const struct study_chunk *chunk, const double *numbers, size_t count) {
+    enum { BLOCK = 512 };
+    uint64_t bits[BLOCK];
+    for (size_t first = 0; first < count; first += BLOCK) {
+        size_t left = count - first, own = left < BLOCK ? left : BLOCK;
+        memcpy(bits, numbers + first, own * sizeof *bits);
+        for (size_t k = 0; k < own; k++)
+            bits[k] = htole64(bits[k]);
+        if (!chunk->sink->write(chunk->sink->context, bits, own * sizeof *bits))
+            return false;
+    }
+    return true;
+}
+
 static bool send_row(const struct study_chunk *chunk, const struct study_row *row) {
     double numbers[STUDY_ROW_NUMBERS];
-    uint64_t bits[STUDY_ROW_NUMBERS];
     study_row_store(row, numbers);
-    memcpy(bits, numbers, sizeof bits);
-    for (int k = 0; k < STUDY_ROW_NUMBERS; k++)
-        bits[k] = htole64(bits[k]);
-    return chunk->sink->write(chunk->sink->context, bits, sizeof bits);
+    return study_chunk_send(chunk, numbers, STUDY_ROW_NUMBERS);
 }
 
 bool study_chunk_drape(struct study_chunk *chunk, const struct study_variant *variant,
@@ -228,7 +240,8 @@ enum api_problem_id api_study_chunk(const struct api_study *study,
     static bool (*const works[STUDY_WORK_KINDS])(struct study_chunk *) = {
         [STUDY_WORK_GRID] = grid_chunk,
         [STUDY_WORK_REFINE] = refine_chunk,
-        [STUDY_WORK_CHECK] = check_chunk};
+        [STUDY_WORK_CHECK] = check_chunk,
+        [STUDY_WORK_SAMPLE] = sample_chunk};
     struct study_chunk chunk = {study, task, monitor, arena, sink, problem, 0};
     struct arena_mark mark = arena_mark(arena);
     double work = task->STUDY_TASK_WORK;
@@ -242,17 +255,18 @@ enum api_problem_id api_study_chunk(const struct api_study *study,
 
 /* ---- rounds ---- */
 
-struct study_row *study_rows(const struct api_study_numbers *numbers, struct arena *arena,
-                             size_t *count, struct api_problem *problem) {
-    *count = numbers->count / STUDY_ROW_NUMBERS;
+struct study_row *study_rows(const struct api_study *study, const struct api_study_numbers *numbers,
+                             struct arena *arena, size_t *count, struct api_problem *problem) {
+    size_t stride = STUDY_ROW_NUMBERS + sample_fields(study);
+    *count = numbers->count / stride;
     struct study_row *rows = arena_take(arena, *count, sizeof *rows);
     if (!rows) {
         no_memory(problem);
         return NULL;
     }
-    bool good = *count * STUDY_ROW_NUMBERS == numbers->count;
+    bool good = *count * stride == numbers->count;
     for (size_t k = 0; good && k < *count; k++)
-        good = study_row_load(numbers->values + k * STUDY_ROW_NUMBERS, &rows[k]);
+        good = study_row_load(numbers->values + k * stride, &rows[k]);
     if (good)
         return rows;
     api_problem_set(problem, API_INTERNAL, "the numbers are none of a study's");
@@ -264,10 +278,12 @@ enum api_problem_id api_study_plan(const struct api_study *study,
                                    struct api_study_plan *plan, struct api_problem *problem) {
     size_t count;
     *plan = (struct api_study_plan){0};
-    const struct study_row *rows = study_rows(numbers, arena, &count, problem);
+    const struct study_row *rows = study_rows(study, numbers, arena, &count, problem);
     if (!rows)
         return problem->id;
     plan->done = count;
+    if (study->nominal)
+        return sample_plan(study, count, arena, plan, problem);
     bool optimise = study->request.search == STUDY_SEARCH_OPTIMISE;
     return (optimise ? optimise_plan : grid_plan)(study, rows, count, arena, plan, problem);
 }

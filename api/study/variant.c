@@ -185,9 +185,9 @@ struct drape_settings study_variant_settings(const struct study_bench *bench,
     return s;
 }
 
-static enum status solve(const struct study_shape *shape, const struct drape_settings *settings,
-                         const struct drape_monitor *monitor, struct arena *arena,
-                         struct drape_result *result) {
+enum status study_solve(const struct study_shape *shape, const struct drape_settings *settings,
+                        const struct drape_monitor *monitor, struct arena *arena,
+                        struct drape_result *result) {
     return shape->mesh ? drape_solve_mesh(shape->mesh, settings, monitor, arena, result)
            : shape->shell.shell
                ? drape_solve_shell(shape->shell.shell, settings, monitor, arena, result)
@@ -230,7 +230,7 @@ enum status study_variant_drape(const struct study_bench *bench,
         return STATUS_OK;
     struct arena_mark mark = arena_mark(arena);
     settings.gauge = &gauge;
-    enum status status = solve(bench->shape, &settings, monitor, arena, &result);
+    enum status status = study_solve(bench->shape, &settings, monitor, arena, &result);
     bool bare = status == STATUS_OK && result.cells.count == 0;
     row->failure = bare ? FAILURE_NO_CLOTH : failures[status];
     if (status == STATUS_OK)

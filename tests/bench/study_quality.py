@@ -32,9 +32,9 @@ def run(build, drape, search, starts, angles, budget=BUDGET):
 
 
 def random_surface(number):
-    """A bicubic over [0, 1] x [0, 0.5..1] whose control points are up to 0.1 to 0.35 high."""
+    """A bicubic over [0, 1] x [0, 0.5..1] whose control points are up to 0.05 to 0.2 high."""
     rng, n = random.Random(number), 6
-    width, height = rng.uniform(0.5, 1), rng.uniform(0.1, 0.35)
+    width, height = rng.uniform(0.5, 1), rng.uniform(0.05, 0.2)
     points = [[i / (n - 1), width * j / (n - 1), height * rng.random()]
               for i in range(n) for j in range(n)]
     return {"degree_u": 3, "degree_v": 3, "size_u": n, "size_v": n,

@@ -24,7 +24,7 @@ api/format             api|api/json|api/request|api/result|solver
 api/files              api|api/json|api/request|api/map|solver
 api/map                api|api/json|api/result|api/format|solver|solver/mesh|solver/surface
 api/laminate           api|api/json|api/request|api/result|api/format|api/map|solver|solver/surface|solver/mesh
-api/study              api|api/json|api/request|api/result|solver|solver/surface|solver/mesh
+api/study              api|api/json|api/map|api/request|api/result|solver|solver/surface|solver/mesh
 cli                    api|api/[a-z]*
 cli/import             api|api/[a-z]*|cli|solver/surface|server/work
 server                 api|api/json

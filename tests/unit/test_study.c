@@ -2,6 +2,7 @@
 #include "api/study/study.h"
 
 #include "api/format/format.h"
+#include "api/map/map.h"
 #include "support.h"
 #include "tests/check.h"
 #include <jansson.h>
@@ -526,6 +527,130 @@ static void test_optimise_of_a_fine_net_ends_on_it(void **state) {
     bytes_free(&coarse);
 }
 
+/* ---- samples ---- */
+
+#define TOLERANCES                                                                                 \
+    "\"vary\":{\"start\":{\"radius\":0.2},\"angle_deg\":{\"normal\":3}},\"sample\":%d,\"seed\":%d"
+
+static struct finished draw_samples(const char *drape, int count, int seed) {
+    char rest[200];
+    snprintf(rest, sizeof rest, TOLERANCES, count, seed);
+    return finish_study(drape, rest);
+}
+
+static double band_at(struct finished *f, const char *name, size_t row) {
+    struct api_reader reader = reader_over(&f->container);
+    const struct api_column *column = api_columns_find(&f->columns, API_TABLE_BANDS, name);
+    double value;
+    if (!column)
+        fail_msg("no column %s", name);
+    assert_true(api_columns_read(&reader, column, row, 1, &value));
+    return value;
+}
+
+/* Starts within the radius, evenly: half of them within r / sqrt 2; angles normal, 68.3 % of them
+ * within one deviation. */
+static void test_samples_are_drawn_as_asked(void **state) {
+    enum { COUNT = 800 };
+    static const char flat[] =
+        "{\"surface\":{\"degree_u\":1,\"degree_v\":1,\"knotvector_u\":[0,0,1,1],"
+        "\"knotvector_v\":[0,0,1,1],\"size_u\":2,\"size_v\":2,"
+        "\"control_points\":[[-1,-1,0],[-1,1,0],[1,-1,0],[1,1,0]]},\"fabric\":{\"spacing\":0.5},"
+        "\"direction\":{\"angle_deg\":40}}";
+    struct finished f = draw_samples(flat, COUNT, 5);
+    int near = 0, within = 0, right = 0;
+    double sum = 0;
+    (void)state;
+    assert_int_equal(f.rows, COUNT);
+    for (size_t k = 0; k < f.rows; k++) {
+        double x = value_at(&f, "x", k), y = value_at(&f, "y", k);
+        double turn = value_at(&f, "angle_deg", k) - 40;
+        check_at_most(hypot(x, y), 0.2 + 1e-12);
+        near += hypot(x, y) < 0.2 / sqrt(2);
+        right += x > 0;
+        within += fabs(turn) < 3;
+        sum += turn;
+    }
+    check_at_most(fabs(near / (double)COUNT - 0.5), 0.06);
+    check_at_most(fabs(right / (double)COUNT - 0.5), 0.06);
+    check_at_most(fabs(within / (double)COUNT - 0.683), 0.06);
+    check_at_most(fabs(sum / COUNT), 3 * 3 / sqrt(COUNT));
+    for (size_t cell = 0; cell < api_columns_rows(&f.columns, API_TABLE_BANDS); cell++) {
+        check_at_most(fabs(band_at(&f, "shear_deg_p95", cell)), 1e-9);
+        check_at_most(band_at(&f, "warp_x_p05", cell), band_at(&f, "warp_x_mean", cell));
+        check_at_most(fabs(band_at(&f, "warp_x_mean", cell) - cos(40 * acos(-1) / 180)), 0.01);
+    }
+    free_finished(&f);
+}
+
+/* Bands of some samples hold nine in ten of others, over all cells. */
+static void test_bands_hold_nine_tenths_of_fresh_samples(void **state) {
+    enum { COUNT = 250 };
+    const int others = check_sized(100, 40);
+    struct bytes part = saddle();
+    struct finished bands = draw_samples(part.data, COUNT, 1);
+    struct finished fresh = draw_samples(part.data, others, 2);
+    size_t cells = api_columns_rows(&bands.columns, API_TABLE_BANDS), inside = 0, all = 0;
+    (void)state;
+    check_above(cells, 100);
+    for (size_t k = 0; k < (size_t)others; k++) {
+        struct bytes request = request_of(&fresh, k), container = {0};
+        struct api_problem problem = {0};
+        struct arena *arena = arena_new((size_t)1 << 30);
+        struct vec3 *points = arena_alloc(arena, cells, sizeof *points);
+        struct api_map *map = arena_alloc(arena, 1, sizeof *map);
+        for (size_t c = 0; c < cells; c++)
+            points[c] = vec3_make(band_at(&bands, "x", c), band_at(&bands, "y", c),
+                                  band_at(&bands, "z", c));
+        const struct map_target target = {
+            .vertices = points, .vertex_count = cells, .element_count = cells};
+        assert_int_equal(run_text(request.data, &container, &problem), API_OK);
+        struct api_reader reader = reader_over(&container);
+        assert_int_equal(api_map_make(&reader, &target, NULL, arena, map, &problem), API_OK);
+        for (size_t m = 0; m < map->fields.column_count; m++) {
+            double value;
+            if (strcmp(map->columns[m].name, "shear_deg") != 0)
+                continue;
+            for (size_t c = 0; c < cells; c++, all++) {
+                map->columns[m].fill(map->columns[m].context, c, 1, &value);
+                inside += value >= band_at(&bands, "shear_deg_p05", c) &&
+                          value <= band_at(&bands, "shear_deg_p95", c);
+            }
+        }
+        bytes_free(&request);
+        bytes_free(&container);
+        arena_free(arena);
+    }
+    check_at_most(fabs((double)inside / (double)all - 0.9), 0.02);
+    free_finished(&bands);
+    free_finished(&fresh);
+    bytes_free(&part);
+}
+
+static void test_samples_have_the_same_bits_from_any_tasks(void **state) {
+    struct bytes part = saddle(), container[2] = {{0}, {0}};
+    char rest[200];
+    size_t first[2];
+    (void)state;
+    snprintf(rest, sizeof rest, TOLERANCES, 40, 3);
+    struct bytes text = study_of(part.data, rest);
+    for (int k = 0; k < 2; k++) {
+        struct api_problem problem;
+        struct api_columns columns;
+        assert_int_equal(run_study(&text, k ? 3 : 1, &container[k], &problem), API_OK);
+        struct api_reader reader = reader_over(&container[k]);
+        assert_int_equal(api_columns_open(&reader, &columns, &problem), API_OK);
+        first[k] = (size_t)columns.column[0].offset;
+    }
+    assert_int_equal(container[0].length - first[0], container[1].length - first[1]);
+    assert_memory_equal(container[0].data + first[0], container[1].data + first[1],
+                        container[0].length - first[0]);
+    bytes_free(&container[0]);
+    bytes_free(&container[1]);
+    bytes_free(&text);
+    bytes_free(&part);
+}
+
 /* ---- what is refused ---- */
 
 static void check_refused(const char *rest, const char *pointer) {
@@ -703,6 +828,9 @@ int main(void) {
         cmocka_unit_test(test_optimise_keeps_limits),
         cmocka_unit_test(test_optimise_spreads_a_front),
         cmocka_unit_test(test_optimise_of_a_fine_net_ends_on_it),
+        cmocka_unit_test(test_samples_are_drawn_as_asked),
+        cmocka_unit_test(test_bands_hold_nine_tenths_of_fresh_samples),
+        cmocka_unit_test(test_samples_have_the_same_bits_from_any_tasks),
         cmocka_unit_test(test_study_refuses_by_pointer),
         cmocka_unit_test(test_study_refuses_what_its_drape_lacks),
         cmocka_unit_test(test_study_is_known_by_its_drape),

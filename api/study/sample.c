@@ -1,0 +1,364 @@
+/* SPDX-License-Identifier: MIT */
+#include "sample.h"
+
+#include "api/json/text.h"
+#include "api/map/map.h"
+#include "api/result/fields.h"
+#include "api/result/quads.h"
+#include "solver/angle.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static enum api_problem_id no_memory(struct api_problem *problem) {
+    api_problem_set(problem, API_OUT_OF_MEMORY, "the study needs more memory than allowed");
+    return problem->id;
+}
+
+/* ---- a drape as a stored result in memory ---- */
+
+static bool append(void *context, const void *bytes, size_t length) {
+    struct api_text *text = context;
+    api_text_bytes(text, bytes, length);
+    return !text->failed;
+}
+
+/* Both lie in the arena. */
+struct stored {
+    struct drape_result result;
+    struct api_memory memory;
+};
+
+/* Bytes of a container of these columns, at the most. */
+static size_t room_for(const struct api_fields *fields) {
+    size_t room = API_HEADER_MAX;
+    for (size_t k = 0; k < fields->count; k++)
+        room += fields->source[k].rows * sizeof(double);
+    return room;
+}
+
+/* Drapes with the settings and keeps all of the result; false, with the problem set or not. */
+static bool store(const struct api_study *study, const struct drape_settings *settings,
+                  const struct drape_monitor *monitor, struct arena *arena, struct stored *stored,
+                  struct api_problem *problem) {
+    struct drape_result *result = &stored->result;
+    struct api_fields fields;
+    *stored = (struct stored){0};
+    if (study_solve(&study->shape, settings, monitor, arena, result) != STATUS_OK ||
+        api_fields_list(&fields, &study->request.drape, result, arena) != STATUS_OK)
+        return false;
+    char *bytes = arena_take(arena, room_for(&fields), 1);
+    struct api_text text = api_text_over(bytes, bytes ? room_for(&fields) : 0);
+    const struct api_sink sink = {append, &text};
+    struct api_columns header = {.grid = {.spacing = {settings->spacing[0], settings->spacing[1]}},
+                                 .unit = study->request.drape.length_unit};
+    if (api_columns_write(&header, fields.source, fields.count, &sink, arena, problem) != API_OK)
+        return false;
+    stored->memory = (struct api_memory){text.bytes, text.length};
+    return true;
+}
+
+/* ---- the nominal drape ---- */
+
+/* A study of `sample`, of cells whose columns are kept: all but where they are. */
+static bool is_field(const struct api_column *column) {
+    return column->table == API_TABLE_CELLS && strcmp(column->name, "i") != 0 &&
+           strcmp(column->name, "j") != 0;
+}
+
+static bool list_fields(const struct api_columns *columns, struct arena *arena,
+                        struct sample_nominal *nominal) {
+    nominal->names = arena_alloc(arena, columns->count, sizeof *nominal->names);
+    for (size_t k = 0; nominal->names && k < columns->count; k++)
+        if (is_field(&columns->column[k]))
+            memcpy(nominal->names[nominal->field_count++], columns->column[k].name,
+                   API_COLUMN_NAME_SIZE);
+    return nominal->names != NULL;
+}
+
+/* The middles of the cells: the mean of their corners. */
+static bool find_middles(const struct api_reader *reader, const struct api_columns *columns,
+                         const struct drape_nodes *nodes, struct arena *arena,
+                         struct sample_nominal *nominal) {
+    size_t count = api_columns_rows(columns, API_TABLE_CELLS);
+    nominal->count = count;
+    nominal->places = arena_take(arena, count, sizeof *nominal->places);
+    nominal->middles = arena_take(arena, count, sizeof *nominal->middles);
+    int32_t(*corners)[4] = arena_take(arena, count, sizeof *corners);
+    struct quads *quads = arena_take(arena, 1, sizeof *quads);
+    if (!nominal->places || !nominal->middles || !corners || !quads ||
+        !quads_begin(quads, reader, columns) || !quads_next(quads, count, corners, nominal->places))
+        return false;
+    for (size_t k = 0; k < count; k++) {
+        struct vec3 sum = {0, 0, 0};
+        for (int c = 0; c < 4; c++) {
+            size_t node = (size_t)corners[k][c];
+            sum = vec3_add(sum, vec3_make(nodes->x[node], nodes->y[node], nodes->z[node]));
+        }
+        nominal->middles[k] = vec3_scale(0.25, sum);
+    }
+    return true;
+}
+
+static void find_start(const struct api_study *study, const struct drape_result *result,
+                       struct sample_nominal *nominal) {
+    const struct drape_settings *s = &study->request.drape.settings;
+    struct vec3 normal, along;
+    nominal->start = (struct spread_place){
+        result->start_face, {result->start_uv[0], result->start_uv[1]}, result->start_point};
+    nominal->axis[0] = result->start_warp;
+    nominal->axis[1] = vec3_unit(vec3_axpy(-vec3_dot(result->start_weft, result->start_warp),
+                                           result->start_warp, result->start_weft));
+    nominal->pre_shear_deg = s->pre_shear_deg;
+    nominal->angle_deg = s->direction_deg;
+    if (s->direction_kind == DRAPE_DIRECTION_VECTOR &&
+        study_shape_axes(&study->shape, &nominal->start, &normal, &along))
+        nominal->angle_deg =
+            angle_atan2_deg(vec3_dot(vec3_cross(along, result->start_warp), normal),
+                            vec3_dot(along, result->start_warp));
+}
+
+enum api_problem_id sample_prepare(struct api_study *study, struct api_problem *problem) {
+    struct sample_nominal *nominal = arena_alloc(study->arena, 1, sizeof *nominal);
+    struct stored *stored = nominal ? arena_alloc(study->arena, 1, sizeof *stored) : NULL;
+    struct api_columns columns;
+    if (!stored)
+        return no_memory(problem);
+    if (!store(study, &study->request.drape.settings, NULL, study->arena, stored, problem) ||
+        stored->result.cells.count == 0) {
+        api_problem_set_at(problem, API_INVALID_REQUEST, "/drape",
+                           "must be a drape that can be done and has cells: samples are drawn "
+                           "about it");
+        return problem->id;
+    }
+    const struct api_reader reader = api_reader_of(&stored->memory);
+    if (api_columns_open(&reader, &columns, problem) != API_OK)
+        return problem->id;
+    if (!list_fields(&columns, study->arena, nominal) ||
+        !find_middles(&reader, &columns, &stored->result.nodes, study->arena, nominal))
+        return no_memory(problem);
+    find_start(study, &stored->result, nominal);
+    study->nominal = nominal;
+    return API_OK;
+}
+
+size_t sample_fields(const struct api_study *study) {
+    return study->nominal ? study->nominal->count * study->nominal->field_count : 0;
+}
+
+/* ---- drawing ---- */
+
+/* Number `dimension` of draw `k`, evenly from 0 to 1: Steele, Lea and Flood's mixing of a counter.
+ */
+static double even(uint32_t seed, size_t k, unsigned dimension) {
+    uint64_t z = ((uint64_t)seed << 32) + (uint64_t)k * 64 + dimension;
+    z = (z + 0x9E3779B97F4A7C15u) * 0x9E3779B97F4A7C15u;
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+    return (double)((z ^ (z >> 31)) >> 11) * 0x1p-53;
+}
+
+static double normal_deviate(uint32_t seed, size_t k, unsigned first) {
+    enum { SUMMANDS = 12 };
+    double sum = -SUMMANDS / 2.0;
+    for (unsigned d = 0; d < SUMMANDS; d++)
+        sum += even(seed, k, first + d);
+    return sum;
+}
+
+/* Dimensions: a start has two, its place among a number of them one, each angle twelve. */
+enum { PLACE = 0, RADIUS = 1, TURN = 2, ANGLE = 8, PRE_SHEAR = 20, COMMON = 32 };
+
+static struct spread_place draw_start(const struct api_study *study, size_t k) {
+    const struct study_request *r = &study->request;
+    const struct sample_nominal *n = study->nominal;
+    unsigned more = 0;
+    double sine, cosine;
+    if (r->start_count) { /* one of so many places that all samples share */
+        k = (size_t)(even(r->seed, k, PLACE) * (double)r->start_count);
+        more = COMMON;
+    }
+    double distance = r->radius * sqrt(even(r->seed, k, more + RADIUS));
+    angle_sincos_deg(360 * even(r->seed, k, more + TURN), &sine, &cosine);
+    return study_shape_shift(
+        r, &study->shape, &n->start,
+        vec3_scale(distance, vec3_axpy(sine, n->axis[1], vec3_scale(cosine, n->axis[0]))));
+}
+
+static struct study_variant draw(const struct api_study *study, size_t k) {
+    const struct study_request *r = &study->request;
+    const struct sample_nominal *n = study->nominal;
+    struct study_variant variant = {.start = n->start,
+                                    .angle_deg = n->angle_deg,
+                                    .pre_shear_deg = n->pre_shear_deg,
+                                    .coarseness = 1};
+    if (r->starts == STUDY_STARTS_DISC)
+        variant.start = draw_start(study, k);
+    if (r->angle.deviation > 0)
+        variant.angle_deg += r->angle.deviation * normal_deviate(r->seed, k, ANGLE);
+    if (r->pre_shear.deviation > 0)
+        variant.pre_shear_deg = fmin(
+            fmax(n->pre_shear_deg + r->pre_shear.deviation * normal_deviate(r->seed, k, PRE_SHEAR),
+                 -80),
+            80);
+    return variant;
+}
+
+/* ---- tasks ---- */
+
+enum api_problem_id sample_plan(const struct api_study *study, size_t count, struct arena *arena,
+                                struct api_study_plan *plan, struct api_problem *problem) {
+    enum { DRAPES = 4 }; /* that one sample takes as long as */
+    plan->variants = study->request.sample;
+    return count ? API_OK
+                 : grid_tasks(STUDY_WORK_SAMPLE, plan->variants, DRAPES * study_nodes(study, 1),
+                              arena, plan, problem);
+}
+
+static bool stays(void *context, double fraction) {
+    const struct study_chunk *chunk = context;
+    (void)fraction;
+    return chunk->monitor->progress(chunk->monitor->context, chunk->k - 1);
+}
+
+/* The fields of a variant at the nominal places, field by field; zeros where it fails. */
+static bool send_fields(struct study_chunk *chunk, const struct study_row *row) {
+    const struct api_study *study = chunk->study;
+    const struct sample_nominal *n = study->nominal;
+    const struct drape_monitor monitor = {stays, chunk};
+    const struct map_target target = {
+        .vertices = n->middles, .vertex_count = n->count, .element_count = n->count};
+    struct arena *arena = chunk->arena;
+    double *values = arena_alloc(arena, sample_fields(study), sizeof *values);
+    struct stored *stored = arena_alloc(arena, 1, sizeof *stored);
+    struct api_map *map = arena_alloc(arena, 1, sizeof *map);
+    if (!values || !stored || !map)
+        return no_memory(chunk->problem) == API_OK;
+    if (row->failure == FAILURE_NONE) {
+        struct drape_settings settings = study_variant_settings(&study->bench, &row->variant);
+        const struct drape_monitor *watch = chunk->monitor ? &monitor : NULL;
+        bool ok = store(study, &settings, watch, arena, stored, chunk->problem);
+        const struct api_reader reader = api_reader_of(&stored->memory);
+        if (!ok || api_map_make(&reader, &target, watch, arena, map, chunk->problem) != API_OK) {
+            api_problem_set(chunk->problem, API_CANCELLED, "the study was cancelled");
+            return false;
+        }
+        for (size_t f = 0; f < n->field_count; f++)
+            for (size_t c = 0; c < map->fields.column_count; c++)
+                if (strcmp(map->columns[c].name, n->names[f]) == 0)
+                    map->columns[c].fill(map->columns[c].context, 0, n->count,
+                                         values + f * n->count);
+    }
+    if (!study_chunk_send(chunk, values, sample_fields(study)))
+        api_problem_set(chunk->problem, API_CANCELLED, "the study was cancelled");
+    return chunk->problem->id == API_OK;
+}
+
+bool sample_chunk(struct study_chunk *chunk) {
+    size_t first = (size_t)chunk->task->value[STUDY_OWN_AT];
+    size_t count = api_study_task_variants(chunk->task);
+    for (size_t k = first; k < first + count; k++) {
+        struct study_variant variant = draw(chunk->study, k);
+        struct study_row row;
+        struct arena_mark mark = arena_mark(chunk->arena);
+        if (!study_chunk_drape(chunk, &variant, &row) || !send_fields(chunk, &row))
+            return false;
+        arena_rewind(chunk->arena, mark);
+    }
+    return true;
+}
+
+/* ---- bands ---- */
+
+static int compare(const void *a, const void *b) {
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* What a share of sorted values is less than, straight between them. */
+static double quantile(const double *sorted, size_t count, double share) {
+    double at = share * (double)(count - 1);
+    size_t low = (size_t)at, high = low + 1 < count ? low + 1 : low;
+    return sorted[low] + (at - (double)low) * (sorted[high] - sorted[low]);
+}
+
+static bool fill_band(const void *context, size_t first, size_t count, double *values) {
+    memcpy(values, (const double *)context + first, count * sizeof *values);
+    return true;
+}
+
+static bool add_band(const struct sample_nominal *n, const char *name, const char *suffix,
+                     const double *values, struct arena *arena, struct api_column_source *source) {
+    char *own = arena_alloc(arena, API_COLUMN_NAME_SIZE, 1);
+    if (!own || !values)
+        return false;
+    (void)snprintf(own, API_COLUMN_NAME_SIZE, "%.24s%s", name, suffix);
+    *source = (struct api_column_source){.table = API_TABLE_BANDS,
+                                         .name = own,
+                                         .integer = suffix[0] == '\0' && name[1] == '\0' &&
+                                                    (name[0] == 'i' || name[0] == 'j'),
+                                         .rows = n->count,
+                                         .fill = fill_band,
+                                         .context = values};
+    return true;
+}
+
+/* Mean, 5 % and 95 % of one field at all cells. */
+static bool find_bands(const struct api_study *study, const struct api_study_numbers *numbers,
+                       const struct study_row *rows, size_t count, size_t field, double *band[3],
+                       double *samples) {
+    const struct sample_nominal *n = study->nominal;
+    size_t stride = STUDY_ROW_NUMBERS + sample_fields(study);
+    for (size_t cell = 0; cell < n->count; cell++) {
+        size_t held = 0;
+        double sum = 0;
+        for (size_t k = 0; k < count; k++)
+            if (rows[k].failure == FAILURE_NONE)
+                samples[held++] =
+                    numbers->values[k * stride + STUDY_ROW_NUMBERS + field * n->count + cell];
+        for (size_t k = 0; k < held; k++)
+            sum += samples[k];
+        qsort(samples, held, sizeof *samples, compare);
+        band[0][cell] = held ? sum / (double)held : 0;
+        band[1][cell] = held ? quantile(samples, held, 0.05) : 0;
+        band[2][cell] = held ? quantile(samples, held, 0.95) : 0;
+    }
+    return true;
+}
+
+static bool add_places(const struct sample_nominal *n, struct arena *arena,
+                       struct api_column_source *sources) {
+    static const char *const names[] = {"i", "j", "x", "y", "z"};
+    for (int c = 0; c < 5; c++) {
+        double *values = arena_take(arena, n->count, sizeof *values);
+        for (size_t k = 0; values && k < n->count; k++) {
+            const struct vec3 *m = &n->middles[k];
+            values[k] = c < 2 ? n->places[k][c] : c == 2 ? m->x : c == 3 ? m->y : m->z;
+        }
+        if (!add_band(n, names[c], "", values, arena, &sources[c]))
+            return false;
+    }
+    return true;
+}
+
+size_t sample_bands(const struct api_study *study, const struct api_study_numbers *numbers,
+                    const struct study_row *rows, size_t count, struct arena *arena,
+                    struct api_column_source *sources) {
+    static const char *const suffixes[] = {"_mean", "_p05", "_p95"};
+    const struct sample_nominal *n = study->nominal;
+    size_t made = 5;
+    double *samples = arena_take(arena, count, sizeof *samples);
+    if (!samples || !add_places(n, arena, sources))
+        return SIZE_MAX;
+    for (size_t f = 0; f < n->field_count; f++) {
+        double *band[3];
+        for (int b = 0; b < 3; b++, made++) {
+            band[b] = arena_take(arena, n->count, sizeof *band[b]);
+            if (!add_band(n, n->names[f], suffixes[b], band[b], arena, &sources[made]))
+                return SIZE_MAX;
+        }
+        find_bands(study, numbers, rows, count, f, band, samples);
+    }
+    return made;
+}

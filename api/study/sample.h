@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Uncertainty: variants that are drawn at random about the drape as it was meant, the nominal one,
+ * and of each cell field the mean and what 5 % and 95 % of the samples have less than, at the
+ * middles of the nominal cells. There each sample's fields are those of the nearest place of its
+ * cloth, as a map has them (`api/map/map.h`).
+ *
+ * Sample k is drawn from the seed and k alone. A start is even over the disc of the radius in the
+ * tangent plane, brought onto the part; an angle is nominal plus a normal deviate, the sum of
+ * twelve even ones (its tails end at six deviations).
+ */
+#ifndef API_STUDY_SAMPLE_H
+#define API_STUDY_SAMPLE_H
+
+#include "engine.h"
+
+/* The drape as it was meant. */
+struct sample_nominal {
+    struct spread_place start;
+    double angle_deg, pre_shear_deg;
+    struct vec3 axis[2];  /* of the tangent plane at the start */
+    size_t count;         /* of cells */
+    int32_t (*places)[2]; /* their i and j */
+    struct vec3 *middles;
+    size_t field_count; /* columns of cells but i and j */
+    char (*names)[API_COLUMN_NAME_SIZE];
+};
+
+/* Drapes it. Problems as of its drape. */
+enum api_problem_id sample_prepare(struct api_study *study,
+                                   struct api_problem *problem) STATUS_MUST_USE;
+
+/* Numbers that each sample has behind its row: cells times fields; 0 of other studies. */
+size_t sample_fields(const struct api_study *study);
+
+enum api_problem_id sample_plan(const struct api_study *study, size_t count, struct arena *arena,
+                                struct api_study_plan *plan,
+                                struct api_problem *problem) STATUS_MUST_USE;
+bool sample_chunk(struct study_chunk *chunk) STATUS_MUST_USE;
+
+/* The columns of the table `bands` from the numbers of all tasks, in `arena`: i, j, x, y, z, and of
+ * each field NAME_mean, NAME_p05 and NAME_p95. How many, or SIZE_MAX without memory. */
+size_t sample_bands(const struct api_study *study, const struct api_study_numbers *numbers,
+                    const struct study_row *rows, size_t count, struct arena *arena,
+                    struct api_column_source *sources);
+
+#endif
