@@ -4,7 +4,8 @@
 # with an address of its own on a bridge that nothing else is connected to. Drapes are submitted to
 # both api hosts; meanwhile one worker host dies, one is cut off from the database for longer than
 # its lease, and the database crashes and comes back. Every drape must end, once, with the bits that
-# build/drape gives on this machine.
+# build/drape gives on this machine. So must a study whose tasks are spread over all workers, one of
+# which dies with them.
 # Where namespaces are not permitted the hosts are addresses 127.0.0.x, and the one that would be
 # cut off is stopped instead. Speaks TAP. Usage: tests/hosts/hosts.sh BUILD [DRAPES]
 set -u
@@ -191,6 +192,42 @@ same_bits() {
     done
 }
 
+# study SPACING: 600 variants of the saddle, posted to the first api host; sets study.
+study() {
+    jq -c --argjson spacing "$1" '{drape: (.fabric.spacing = $spacing), vary: {start: {grid: 100},
+        angle_deg: [0, 15, 30, 45, 60, 75]}, objectives: ["max_shear_deg", "waste_area"]}' \
+        api/examples/saddle.json >"$work/study.json"
+    printf 'url = "http://%s.11:8080/v1/studies"\ndata-binary = "@%s/study.json"\n' \
+        $network "$work" >"$work/post"
+    printf 'header = "Content-Type: application/json"\nheader = "Idempotency-Key: study %s"\n' \
+        "$1" >>"$work/post"
+    printf 'output = "%s/study.receipt"\n' "$work" >>"$work/post"
+    calls "$work/post" && study=$(jq -r .id "$work/study.receipt")
+}
+
+tasks_done() { sql 'SELECT count(*) FROM draped.task_numbers'; }
+
+# Of the study; the other api host is asked.
+same_numbers() {
+    printf 'url = "http://%s.12:8080/v1/studies/%s/result?format=csv"\noutput = "%s/study.csv"\n' \
+        $network "$study" "$work" >"$work/fetch"
+    calls "$work/fetch" && "$build/drape" "$work/study.json" --format csv | cmp - "$work/study.csv"
+}
+
+# A study with one worker and one with all: how much faster that is.
+measure_studies() {
+    local begun one
+    for host in w2 w3; do end $host TERM; done
+    begun=$(now_ms)
+    study 0.0511 && wait_ended 120 || return 1
+    one=$(($(now_ms) - begun))
+    for host in w2 w3; do start $host; done
+    begun=$(now_ms)
+    study 0.0512 && wait_ended 120 || return 1
+    note "600 variants: $one ms with one worker host, $(($(now_ms) - begun)) ms with three, on" \
+        "$(nproc) cores"
+}
+
 is() { [ "$1" = "$2" ] || { note "$1, not $2"; return 1; }; }
 
 mkdir -p "$work/requests" "$work/receipts" "$work/pg"
@@ -248,7 +285,19 @@ ok is "$(sql 'SELECT count(*), count(DISTINCT job) FROM ends')" "$drapes|$drapes
 ok is "$(sql 'SELECT count(*) FROM draped.results WHERE state = 1')" "$drapes" \
     -- 'each has one result'
 ok same_bits -- 'with the same bits as on one machine'
-for host in api1 api2 w1 w3; do
+
+start w2
+ok study 0.04 -- 'a study is accepted'
+end_of_wait=$((SECONDS + 60))
+until [ "$(tasks_done)" -ge 3 ] || [ $SECONDS -ge $end_of_wait ]; do sleep 0.02; done
+end w3 KILL
+note "worker host w3 died with $(tasks_done) tasks done"
+ok wait_ended 200 -- 'the study ends'
+ok same_numbers -- 'with the same bits as on one machine'
+ok is "$(tasks_done)" 0 -- 'and leaves nothing behind'
+start w3
+ok measure_studies -- 'studies are spread over the hosts'
+for host in api1 api2 w1 w2 w3; do
     ok end $host TERM -- "$host stops"
 done
 echo "1..$tests"
