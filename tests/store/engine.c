@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "engine.h"
+#include "api/study/engine.h"
 #include "server/work/frame.h"
 #include "server/work/worker.h"
 #include <fcntl.h>
@@ -198,6 +199,67 @@ static enum api_problem_id run(const struct api_input *input, const struct api_l
     return problem->id;
 }
 
+/* ------------------------------------------------------------------ studies */
+
+enum { TASK_ROUND = STUDY_OWN_AT, TASK_NUMBER, TASK_NUMBERS = 2 + ENGINE_VARIANTS };
+
+static enum api_problem_id step(const struct worker_order *order, struct worker_round *round,
+                                const struct api_sink *sink, struct api_problem *problem) {
+    size_t given = order->length / sizeof(double) / TASK_NUMBERS;
+    (void)problem;
+    if (given == (size_t)ENGINE_ROUNDS * ENGINE_TASKS)
+        return sink->write(sink->context, order->bytes, order->length) ? API_OK : API_CANCELLED;
+    for (int k = 0; k < ENGINE_TASKS; k++) {
+        struct api_study_task task = {{0}};
+        task.value[TASK_ROUND] = (double)(given / ENGINE_TASKS);
+        task.value[TASK_NUMBER] = k;
+        if (!round->add(round->context, &task, sizeof task, ENGINE_VARIANTS))
+            return API_CANCELLED;
+    }
+    round->count = ENGINE_TASKS;
+    round->done = given * ENGINE_VARIANTS;
+    round->total = (size_t)ENGINE_ROUNDS * ENGINE_TASKS * ENGINE_VARIANTS;
+    return API_OK;
+}
+
+static bool blamed(const struct api_study_task *task, int variant) {
+    for (int k = 0; k < (int)task->STUDY_TASK_CRASHED; k++)
+        if (task->value[STUDY_CRASHES_AT + k] == variant)
+            return true;
+    return false;
+}
+
+static enum api_problem_id do_task(const struct worker_order *order,
+                                   const struct drape_monitor *monitor, const struct api_sink *sink,
+                                   struct api_problem *problem) {
+    struct api_study_task task;
+    double numbers[TASK_NUMBERS];
+    char act[32];
+    int k = 0;
+    memcpy(&task, order->bytes, sizeof task);
+    sscanf(order->input->request, "%31s %d", act, &k);
+    bool chosen = task.value[TASK_ROUND] == 1 && task.value[TASK_NUMBER] == 0;
+    if (chosen && !strcmp(act, "die-early"))
+        crash(NULL);
+    if (chosen && !strcmp(act, "fail"))
+        api_problem_set(problem, API_OUT_OF_MEMORY, "not even one variant");
+    if (!strcmp(act, "slow"))
+        pause_ms(k);
+    numbers[0] = task.value[TASK_ROUND];
+    numbers[1] = task.value[TASK_NUMBER];
+    for (int variant = 0; variant < ENGINE_VARIANTS; variant++) {
+        monitor->progress(monitor->context, variant);
+        numbers[2 + variant] = !blamed(&task, variant);
+        if (chosen && variant == k && !blamed(&task, k) && !strcmp(act, "die"))
+            crash(NULL);
+        if (chosen && variant == k && !blamed(&task, k) && !strcmp(act, "stall"))
+            hang(NULL);
+    }
+    if (problem->id != API_OK)
+        return problem->id;
+    return sink->write(sink->context, numbers, sizeof numbers) ? API_OK : API_CANCELLED;
+}
+
 static char *summarise(const void *head, size_t length) {
     char *text = NULL;
     if (length == 8 && !memcmp(head, "headless", 8))
@@ -206,7 +268,8 @@ static char *summarise(const void *head, size_t length) {
 }
 
 void engine_serve_if_worker(int argc, char **argv) {
-    static const struct worker_engine engine = {.run = run, .summary = summarise};
+    static const struct worker_engine engine = {
+        .run = run, .summary = summarise, .step = step, .task = do_task};
     if (argc == 2 && !strcmp(argv[1], WORKER_ARGUMENT))
         exit(worker_serve(&engine));
 }

@@ -19,11 +19,24 @@
  *   oversized        announces a frame beyond the limit
  *   inside           the result says what the process may do; see engine.c
  *   surface          the result is the surface's document
+ *
+ * A study is of ENGINE_ROUNDS rounds of ENGINE_TASKS tasks, of ENGINE_VARIANTS variants each. The
+ * numbers of a task are its round, its number, and of each variant 1, or 0 if it was blamed; the
+ * result are all numbers. The request says what the first task of the second round does besides:
+ *
+ *   well             nothing
+ *   die K            crashes at variant K, unless it is blamed
+ *   stall K          hangs there
+ *   die-early        crashes before any variant
+ *   fail             fails with `out-of-memory`
+ *   slow MS          each task sleeps for so long
  */
 #ifndef TESTS_ENGINE_H
 #define TESTS_ENGINE_H
 
 #include <stddef.h>
+
+enum { ENGINE_ROUNDS = 3, ENGINE_TASKS = 4, ENGINE_VARIANTS = 5 };
 
 unsigned char engine_byte(size_t k);
 

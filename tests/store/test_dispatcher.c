@@ -604,6 +604,122 @@ static void test_dispatcher_takes_over_from_a_stopped_process(void **state) {
 
 #define WITH_BENCH(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
 
+/* ------------------------------------------------------------------ studies */
+
+static void submit_study(struct bench *bench, const char *act, char id[ID_SIZE]) {
+    struct store_receipt receipt;
+    struct store_submission submission = {
+        .kind = STORE_STUDY, .request = act, .request_length = strlen(act), .digest = act};
+    assert_int_equal(store_submit(bench->scratch.store, &submission, &receipt), STORE_OK);
+    memcpy(id, receipt.id, ID_SIZE);
+}
+
+/* The numbers of all tasks, in order; `marked` is the variant of the first task of the second round
+ * that is marked, -1 for none. */
+static void expect_numbers(struct bench *bench, const char *id, int marked) {
+    double wanted[ENGINE_ROUNDS][ENGINE_TASKS][2 + ENGINE_VARIANTS];
+    wait_for(bench, id, STORE_SUCCEEDED);
+    for (int round = 0; round < ENGINE_ROUNDS; round++) {
+        for (int task = 0; task < ENGINE_TASKS; task++) {
+            double *numbers = wanted[round][task];
+            numbers[0] = round;
+            numbers[1] = task;
+            for (int k = 0; k < ENGINE_VARIANTS; k++)
+                numbers[2 + k] = round == 1 && task == 0 && k == marked ? 0 : 1;
+        }
+    }
+    scratch_expect_result(&bench->scratch, id, wanted, sizeof wanted, 100);
+}
+
+static void test_dispatcher_does_a_study_in_rounds(void **state) {
+    struct bench *bench = *state;
+    char id[ID_SIZE];
+    for (int workers = 1; workers <= 3; workers += 2) {
+        bench->settings.workers = workers;
+        start(bench);
+        submit_study(bench, workers == 1 ? "well" : "slow 20", id);
+        expect_numbers(bench, id, -1);
+        struct work_counts stats = final_stats(bench);
+        assert_int_equal(stats.tasks, ENGINE_ROUNDS * ENGINE_TASKS);
+        assert_int_equal(stats.crashes, 0);
+        assert_int_equal(stats.succeeded, 1);
+    }
+}
+
+/* The first death costs an attempt, at the second it is known which variant it was. */
+static void test_dispatcher_marks_the_variant_that_crashes(void **state) {
+    struct bench *bench = *state;
+    char id[ID_SIZE];
+    bench->settings.workers = 2;
+    start(bench);
+    submit_study(bench, "die 3", id);
+    expect_numbers(bench, id, 3);
+    expect_work(bench);
+    assert_int_equal(final_stats(bench).crashes, 2);
+}
+
+static void test_dispatcher_marks_the_variant_that_hangs(void **state) {
+    struct bench *bench = *state;
+    char id[ID_SIZE];
+    bench->settings.workers = 2;
+    bench->settings.job_timeout_ms = 500;
+    start(bench);
+    submit_study(bench, "stall 0", id);
+    expect_numbers(bench, id, 0);
+    assert_int_equal(final_stats(bench).timeouts, 2);
+}
+
+static void test_dispatcher_ends_a_study_with_the_problem_of_a_task(void **state) {
+    struct bench *bench = *state;
+    struct store_counts counts;
+    char id[ID_SIZE];
+    bench->settings.workers = 2;
+    start(bench);
+    submit_study(bench, "fail", id);
+    expect_error(bench, id, "/problems/out-of-memory", "not even one variant");
+    submit_study(bench, "die-early", id);
+    expect_error(bench, id, "/problems/solver-crashed", "died in 3 attempts");
+    assert_int_equal(store_counts(bench->scratch.store, &counts), STORE_OK);
+    assert_int_equal(counts.tasks[0] + counts.tasks[1], 0);
+    expect_work(bench);
+}
+
+/* Its workers are killed, not waited for. */
+static void test_dispatcher_stops_the_tasks_of_a_cancelled_study(void **state) {
+    struct bench *bench = *state;
+    char id[ID_SIZE];
+    struct store_counts counts = {0};
+    bench->settings.workers = 2;
+    start(bench);
+    submit_study(bench, "slow 60000", id);
+    for (int64_t until = clock_ms() + PATIENCE_MS; counts.tasks[1] < 2 && clock_ms() < until;)
+        assert_int_equal(store_counts(bench->scratch.store, &counts), STORE_OK);
+    assert_int_equal(counts.tasks[1], 2);
+    assert_int_equal(store_cancel(bench->scratch.store, id), STORE_OK);
+    expect_work(bench);
+    assert_int_equal(scratch_status(&bench->scratch, id), STORE_CANCELLED);
+}
+
+/* What has been done when the daemon stops is not done again. */
+static void test_dispatcher_goes_on_with_a_study_after_a_restart(void **state) {
+    struct bench *bench = *state;
+    struct store_job job = {0};
+    char id[ID_SIZE];
+    bench->settings.workers = 1;
+    start(bench);
+    submit_study(bench, "slow 30", id);
+    for (int64_t until = clock_ms() + PATIENCE_MS; job.done < 3 && clock_ms() < until;) {
+        assert_int_equal(store_get(bench->scratch.store, id, &job), STORE_OK);
+        store_job_clear(&job);
+    }
+    assert_int_equal(job.status, STORE_RUNNING);
+    int64_t done = final_stats(bench).tasks;
+    assert_true(done > 0);
+    start(bench);
+    expect_numbers(bench, id, -1);
+    assert_int_equal(final_stats(bench).tasks, ENGINE_ROUNDS * ENGINE_TASKS - done);
+}
+
 int main(int argc, char **argv) {
     engine_serve_if_worker(argc, argv);
     signal(SIGPIPE, SIG_IGN);
@@ -636,6 +752,12 @@ int main(int argc, char **argv) {
         WITH_BENCH(test_dispatcher_stop_returns_jobs_after_the_grace),
         WITH_BENCH(test_dispatcher_restart_takes_up_what_a_killed_daemon_left),
         WITH_BENCH(test_dispatcher_takes_over_from_a_stopped_process),
+        WITH_BENCH(test_dispatcher_does_a_study_in_rounds),
+        WITH_BENCH(test_dispatcher_marks_the_variant_that_crashes),
+        WITH_BENCH(test_dispatcher_marks_the_variant_that_hangs),
+        WITH_BENCH(test_dispatcher_ends_a_study_with_the_problem_of_a_task),
+        WITH_BENCH(test_dispatcher_stops_the_tasks_of_a_cancelled_study),
+        WITH_BENCH(test_dispatcher_goes_on_with_a_study_after_a_restart),
     };
     return cmocka_run_group_tests_name("dispatcher", tests, NULL, NULL);
 }
