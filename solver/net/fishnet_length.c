@@ -3,25 +3,41 @@
 
 #include "logarithm.h"
 
-enum { ROUNDS = 8 };
+enum { ROUNDS = 8, BENDS = 3 };
 
-/* A step whose square, by the edge's length, is less than this is the last: that is about what it
- * leaves. */
-static const double settled_square = 1e-13;
+/* The last step leaves less than this, by the edge's length. Lengths are measured roughly at first,
+ * because D is going to move. */
+static const double settled = 3e-11, first_accuracy = 1e-4;
+
+/* And it leads over no crease: the cosine of the angle between normals. */
+static const double one_side = 1 - 1e-6;
 
 /* Steps no larger than this, by the edge's length; and the least sine between the yarns. */
 static const double longest_step = 0.3, least_sine = 0.05;
 
-/* The step for which both lengths are right; false where the yarns are nearly parallel. */
+/* The step for which both lengths are right, on a surface without curvature of its own: a step
+ * beside a yarn, y, lengthens it by y^2 / (2 L). False where the yarns are nearly parallel. */
 static bool find_step(const struct logarithm l[2], const struct station *d, const double miss[2],
                       struct vec3 *step) {
     struct vec3 b = l[0].arrive, c = l[1].arrive;
-    double sine = vec3_dot(vec3_cross(b, c), d->normal);
+    double sine = vec3_dot(vec3_cross(b, c), d->normal), left[2] = {miss[0], miss[1]};
+    struct vec3 across_b = vec3_cross(d->normal, b), across_c = vec3_cross(d->normal, c);
     if (!(fabs(sine) > least_sine))
         return false;
-    struct vec3 across_b = vec3_cross(d->normal, b), across_c = vec3_cross(d->normal, c);
-    *step = vec3_axpy(miss[1] / sine, across_b, vec3_scale(-miss[0] / sine, across_c));
+    for (int bend = 0; bend < BENDS; bend++) {
+        *step = vec3_axpy(left[1] / sine, across_b, vec3_scale(-left[0] / sine, across_c));
+        double y[2] = {vec3_dot(*step, across_b), vec3_dot(*step, across_c)};
+        for (int k = 0; k < 2; k++)
+            left[k] = miss[k] - y[k] * y[k] / (2 * l[k].length);
+    }
     return true;
+}
+
+/* What the step leaves, by the edge's length: its cube, and by the curvature its square. */
+static double left_by(const struct station *d, double size, double length) {
+    double gauss = d->second[0] * d->second[2] - d->second[1] * d->second[1];
+    double k = fabs(gauss) / station_determinant(d) * length * length;
+    return size * size * (size + k);
 }
 
 /* Turns a yarn whose end moves by `step`. */
@@ -40,12 +56,12 @@ bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cel
     double least = fmin(bd, cd);
     struct logarithm l[2];
     struct vec3 step = {0, 0, 0};
-    bool settled = false;
-    for (int round = 0; round < ROUNDS && !settled; round++) {
-        double miss[2], uv[2];
+    bool last = false;
+    for (int round = 0; round < ROUNDS && !last; round++) {
+        double miss[2], uv[2], exact = round == 0 ? fmax(first_accuracy, accuracy) : accuracy;
         struct station *d = &node->station;
         for (int k = 0; k < 2; k++) {
-            if (!logarithm_find(cursor, from[k], d, accuracy, &l[k]))
+            if (!logarithm_find(cursor, from[k], d, exact, &l[k]))
                 return false;
             miss[k] = length[k] - l[k].length;
         }
@@ -53,14 +69,16 @@ bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cel
         if (!find_step(l, d, miss, &step))
             return false;
         double size = vec3_norm(step) / least;
-        settled = size * size < settled_square;
+        node->residual = left_by(d, size, least);
+        struct vec3 normal = d->normal;
         if (!(size < longest_step) || !station_pull(d->surface, cursor, d, step, uv) ||
             !station_at(d->surface, cursor, uv, d))
             return false;
-        node->residual = size * size;
+        last = exact <= accuracy && node->residual < settled &&
+               vec3_dot(normal, d->normal) > one_side;
     }
     struct vec3 cross = vec3_cross(l[0].arrive, l[1].arrive);
-    if (!settled || !(cell->orientation * vec3_dot(cross, node->station.normal) > 0))
+    if (!last || !(cell->orientation * vec3_dot(cross, node->station.normal) > 0))
         return false;
     for (int k = 0; k < 2; k++) {
         turn_yarn(from[k], &node->station, step, &l[k]);

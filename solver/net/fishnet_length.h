@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The fourth corner of a cell by the lengths of its yarns, each the `logarithm.h` of D at B and at
- * C. The length of BD grows by the component of D's step along the yarn's end, so that Newton's
- * method is two products for
+ * C. A step x in the tangent plane at D lengthens BD by its component along the yarn's end and, as
+ * the circle about B is round, by half the square of that across it over |BD|:
  *
- *     t_BD . x = d_warp - |BD|,   t_CD . x = d_weft - |CD|
+ *     t_BD . x + (n_BD . x)^2 / (2 |BD|) = d_warp - |BD|,   and so for CD
  *
- * x the step in the tangent plane at D. It converges quadratically, lengths being convex.
+ * What that leaves is of the third order and, by the surface's own curvature, of the second.
  */
 #ifndef SOLVER_NET_FISHNET_LENGTH_H
 #define SOLVER_NET_FISHNET_LENGTH_H
