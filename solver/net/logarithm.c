@@ -4,7 +4,7 @@
 #include "rough.h"
 #include "solver/surface/spans.h"
 
-enum { PIECES = 16, JOINTS = 6, SWEEPS = 6, PULLS = 6, ALONG = -1 };
+enum { PIECES = 16, JOINTS = 8, SWEEPS = 6, PULLS = 6, ALONG = -1 };
 
 /* Over pieces whose normals differ by more than this, as a cosine, nothing is told. */
 static const double least_cosine = 0.3;
@@ -14,13 +14,16 @@ static const double pull_share = 0.02;
 
 /* Pieces that meet at less than this angle, by the root of the accuracy, need not be moved for
  * good; and directions are as exact as this by the same. */
-static const double last_angle = 3, angle_share = 0.3;
+static const double last_angle = 0.5, angle_share = 0.3;
 
 /* Knot lines nearer to an end than this, as a share of the way, do not lie between the ends. */
 static const double joint_slack = 1e-9;
 
 /* The least sine between the path and a knot line that it crosses. */
 static const double least_crossing = 0.2;
+
+/* First and second derivatives that differ by less than this, as a share, are the same. */
+static const double even = 1e-9;
 
 /* The sine of the angle by which normals on both sides of a knot line differ at a crease. */
 static const double creased = 1e-6;
@@ -35,7 +38,7 @@ struct chain {
     int axis[PIECES + 1]; /* of the place at the beginning of each piece; ALONG: none */
     double length[PIECES];
     bool told[PIECES];
-    struct station stations[2 * PIECES];
+    struct station stations[2 * (PIECES + JOINTS)];
 };
 
 static void measure(struct chain *c, int k) {
@@ -110,32 +113,61 @@ static bool place_ends(const struct surface *surface, struct chain *c, int k) {
            station_beside(surface, c->to[k]->uv, middle, c->to[k]);
 }
 
-/* Cuts the way from p to q at the knot lines. */
+/* Whether the surface bends otherwise on the other side of a knot line: a knot that was inserted is
+ * no joint. */
+static bool bends_otherwise(const struct station *a, const struct station *b) {
+    double differ = 0, size = 0;
+    for (int n = 0; n < 3; n++) {
+        differ += fabs(a->first[n] - b->first[n]) + fabs(a->second[n] - b->second[n]);
+        size += fabs(a->first[n]) + fabs(a->second[n]);
+    }
+    return !(differ < even * size && vec3_dot(a->normal, b->normal) > 1 - even);
+}
+
+/* Ends the last piece at a knot line, and begins the next one there. */
+static bool cut_at(struct chain *c, const struct station *p, const struct station *q,
+                   const struct joint *joint, double next_share) {
+    struct station *to = &c->stations[c->used], *from = &c->stations[c->used + 1];
+    const struct station *last = c->from[c->pieces - 1];
+    double uv[2], before[2], after[2];
+    for (int n = 0; n < 2; n++) {
+        double way = q->uv[n] - p->uv[n];
+        uv[n] = n == joint->axis ? joint->at : p->uv[n] + joint->share * way;
+        before[n] = (last->uv[n] + uv[n]) / 2;
+        after[n] = (uv[n] + p->uv[n] + next_share * way) / 2;
+    }
+    if (!station_beside(p->surface, uv, before, to) || !station_beside(p->surface, uv, after, from))
+        return false;
+    if (!bends_otherwise(to, from))
+        return true;
+    c->to[c->pieces - 1] = to;
+    c->from[c->pieces] = from;
+    c->axis[c->pieces++] = joint->axis;
+    c->used += 2;
+    return true;
+}
+
+/* Cuts the way from p to q at the knot lines that are joints. */
 static bool cut(struct chain *c, const struct station *p, const struct station *q) {
     struct joint joint[JOINTS];
     int count = 0;
     if (!find_joints(p, q, 0, joint, &count) || !find_joints(p, q, 1, joint, &count))
         return false;
-    c->pieces = count + 1;
-    c->used = 2 * c->pieces;
-    for (int k = 0; k < c->pieces; k++) {
-        c->from[k] = &c->stations[2 * k];
-        c->to[k] = &c->stations[2 * k + 1];
-        c->axis[k] = k > 0 ? joint[k - 1].axis : ALONG;
-    }
+    c->pieces = 1;
+    c->used = 2;
+    c->from[0] = &c->stations[0];
     *c->from[0] = *p;
-    *c->to[count] = *q;
-    for (int k = 0; k < count; k++) {
-        for (int n = 0; n < 2; n++)
-            c->to[k]->uv[n] = p->uv[n] + joint[k].share * (q->uv[n] - p->uv[n]);
-        c->to[k]->uv[joint[k].axis] = joint[k].at;
-        *c->from[k + 1] = *c->to[k];
-    }
-    for (int k = 0; k < c->pieces; k++)
-        if (count > 0 && !place_ends(p->surface, c, k))
+    c->axis[0] = ALONG;
+    for (int k = 0; k < count; k++)
+        if (!cut_at(c, p, q, &joint[k], k + 1 < count ? joint[k + 1].share : 1))
             return false;
-    return vec3_norm(vec3_cross(c->from[0]->normal, p->normal)) < creased &&
-           vec3_norm(vec3_cross(c->to[count]->normal, q->normal)) < creased;
+    struct station *end = c->to[c->pieces - 1] = &c->stations[1];
+    *end = *q;
+    if (c->pieces == 1)
+        return true;
+    return place_ends(p->surface, c, 0) && place_ends(p->surface, c, c->pieces - 1) &&
+           vec3_norm(vec3_cross(c->from[0]->normal, p->normal)) < creased &&
+           vec3_norm(vec3_cross(end->normal, q->normal)) < creased;
 }
 
 /* ---- places within spans ---- */

@@ -213,7 +213,7 @@ static void note_told(struct march *march, const struct march_cell *at, const st
 
 /* How far the ends of the geodesics of a rough cell may be apart, by their length, and how accurate
  * their steps are: where edges are arcs elsewhere, that is next to nothing. */
-static const double length_accuracy = 2e-7;
+static const double length_accuracy = 3e-8;
 static const double geodesic_accuracy[] = {1e-11, 1e-12}, rough_accuracy[] = {9e-10, 9e-11};
 
 /* The surface turns by more than this cosine over a cell that lies across a crease. */

@@ -273,7 +273,7 @@ static bool is_near(const struct rim_cloth *cloth, const struct rim_place *place
 /* ---- places near rough edges ---- */
 
 /* How well a place is known from a corner that is far, by the length between them. */
-static const double seen_accuracy = 1e-5;
+static const double seen_accuracy = 1e-4;
 
 /* A corner of a cell that a place is seen from. */
 struct corner {
