@@ -405,9 +405,20 @@ static void add_row(struct part *part, size_t t, int y) {
         measure_rough(part, t, y, &bits, rough, first);
 }
 
-/* Sorted by j, then i. */
+/* All that is made at the same time once the places in the columns are known. */
+struct tasks {
+    struct rim_found *rim;
+    struct part *parts;
+};
+
+/* Sorted by j, then i; the rim, which takes longest, first. */
 static void add_part(void *data, int k) {
-    struct part *part = &((struct part *)data)[k];
+    const struct tasks *tasks = data;
+    if (k == 0) {
+        rim_report_find(tasks->rim);
+        return;
+    }
+    struct part *part = &tasks->parts[k - 1];
     for (int y = 0; y < NET_TILE; y++)
         for (size_t t = 0; t < part->count; t++)
             add_row(part, t, y);
@@ -511,13 +522,12 @@ static void gather_parts(const struct part *parts, int count, struct drape_summa
     }
 }
 
-static void run_parts(const struct march *march, int count, void (*task)(void *data, int k),
-                      struct part *parts) {
+static void run(const struct march *march, int count, void (*task)(void *data, int k), void *data) {
     const struct drape_team *team = march->settings->team;
     if (team)
-        team->run(team->context, count, task, parts);
+        team->run(team->context, count, task, data);
     for (int k = 0; !team && k < count; k++)
-        task(parts, k);
+        task(data, k);
 }
 
 enum status report_make(struct march *march, struct drape_result *result) {
@@ -529,16 +539,17 @@ enum status report_make(struct march *march, struct drape_result *result) {
     (void)march_parameters(march, &march->start.station, result->start_uv);
     result->start_face = march_face(&march->start.station);
     struct part *parts = make_parts(march, result, &count);
-    if (!parts)
+    struct tasks tasks = {rim_report_begin(march), parts};
+    if (!parts || !tasks.rim)
         return STATUS_OUT_OF_MEMORY;
-    run_parts(march, count, count_part, parts);
+    run(march, count, count_part, parts);
     place_parts(parts, count, result);
     enum status status = alloc_columns(march->arena, march->before.net,
                                        march->surface && march->surface->shell, result);
     if (status != STATUS_OK)
         return status;
-    run_parts(march, count, add_part, parts);
+    run(march, count + 1, add_part, &tasks);
     gather_parts(parts, count, &result->summary);
     summarise(march, result);
-    return rim_report(march, result);
+    return rim_report(march, tasks.rim, result);
 }

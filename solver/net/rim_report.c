@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "rim_report.h"
 
-#include "rim_cells.h"
 #include "solver/angle.h"
 
 /* Bins of the absolute shear: a hundredth of a degree or so. */
@@ -402,16 +401,30 @@ static enum status list(const struct march *march, const struct rim *rim, struct
     return all ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
-enum status rim_report(struct march *march, struct drape_result *result) {
-    struct rim rim;
-    struct rim_cells cells;
-    enum status status = rim_make(march, &rim);
+struct rim_found *rim_report_begin(struct march *march) {
+    struct rim_found *found = arena_alloc(march->arena, 1, sizeof *found);
+    struct arena *arena = march->settings->team ? arena_child(march->arena) : march->arena;
+    if (!found || !arena)
+        return NULL;
+    found->march = *march;
+    found->net = *march->net;
+    found->march.net = &found->net;
+    found->march.arena = found->net.arena = arena;
+    return found;
+}
+
+void rim_report_find(struct rim_found *found) {
+    found->status = rim_make(&found->march, &found->rim);
+    if (found->status == STATUS_OK)
+        found->status = rim_cells_make(&found->march, &found->rim, &found->cells);
+}
+
+enum status rim_report(struct march *march, struct rim_found *found, struct drape_result *result) {
+    enum status status = found->status;
     if (status == STATUS_OK)
-        status = rim_cells_make(march, &rim, &cells);
-    if (status == STATUS_OK)
-        status = make_cut(march->arena, cells.count, &result->cut);
+        status = make_cut(march->arena, found->cells.count, &result->cut);
     if (status != STATUS_OK)
         return status;
-    measure(march, &rim, &cells, result);
-    return rim.cloth.failed ? STATUS_OUT_OF_MEMORY : list(march, &rim, &result->rim);
+    measure(march, &found->rim, &found->cells, result);
+    return found->rim.cloth.failed ? STATUS_OUT_OF_MEMORY : list(march, &found->rim, &result->rim);
 }
