@@ -74,8 +74,8 @@ bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cel
         if (!(size < longest_step) || !station_pull(d->surface, cursor, d, step, uv) ||
             !station_at(d->surface, cursor, uv, d))
             return false;
-        last = exact <= accuracy && node->residual < settled &&
-               vec3_dot(normal, d->normal) > one_side;
+        last =
+            exact <= accuracy && node->residual < settled && vec3_dot(normal, d->normal) > one_side;
     }
     struct vec3 cross = vec3_cross(l[0].arrive, l[1].arrive);
     if (!last || !(cell->orientation * vec3_dot(cross, node->station.normal) > 0))

@@ -2,6 +2,7 @@
 #include "rough.h"
 
 #include "solver/angle.h"
+#include "solver/surface/spans.h"
 
 /* Arcs differ by less between their ends, and turn by less. */
 static const double arc_misfit = 2.5e-2, arc_turn = 0.5;
@@ -44,22 +45,28 @@ static const double least_fold = 1e-3;
 static const double other_side = 0.2;
 static const double least_rise = 5e-4;
 
-/* II(t, t) and II(t, n x t) of the unit tangent t: normal curvature and geodesic torsion (may be
- * NULL). */
-static void bend_along(const struct station *p, struct vec3 t, double *curvature, double *torsion) {
-    double along[2], across[2];
-    const double *ii = p->second;
-    *curvature = 0;
-    if (torsion)
-        *torsion = 0;
-    if (!station_components(p, t, along) ||
-        !station_components(p, vec3_cross(p->normal, t), across))
-        return;
-    *curvature = station_form(ii, along);
-    if (!torsion)
-        return;
-    *torsion = along[0] * across[0] * ii[0] +
-               (along[0] * across[1] + along[1] * across[0]) * ii[1] + along[1] * across[1] * ii[2];
+/* How the surface bends along a direction t and across it: II(t, t), II(t, n x t) and II(n x t, n x
+ * t), the normal curvatures and the geodesic torsion. */
+struct bend {
+    double curvature, torsion, across;
+};
+
+/* Along the unit tangent t. With t = a r_u + b r_v and D = sqrt(E G - F^2), n x t has the
+ * components
+ * -(a F + b G) / D and (a E + b F) / D, where n is along r_u x r_v. */
+static struct bend bend_along(const struct station *p, struct vec3 t) {
+    double ab[2];
+    const double *i = p->first, *ii = p->second;
+    if (!station_components(p, t, ab))
+        return (struct bend){0, 0, 0};
+    double side = p->surface ? p->surface->side : 1;
+    double scale = side / sqrt(station_determinant(p));
+    const double n[2] = {-(ab[0] * i[1] + ab[1] * i[2]) * scale,
+                         (ab[0] * i[0] + ab[1] * i[1]) * scale};
+    return (struct bend){station_form(ii, ab),
+                         ab[0] * n[0] * ii[0] + (ab[0] * n[1] + ab[1] * n[0]) * ii[1] +
+                             ab[1] * n[1] * ii[2],
+                         station_form(ii, n)};
 }
 
 /* A direction in the tangent plane at `from` in that at `to`, unfolded about the line in which they
@@ -72,14 +79,13 @@ static struct vec3 unfolded(struct vec3 direction, struct vec3 from, struct vec3
 }
 
 /* The angle between the projected chord of a geodesic, c long, and the geodesic itself, taken as a
- * helix, to fourth order; curvature and torsion are those along the chord, from which those along
- * the helix differ by that angle. */
-static double helix_angle(const struct station *p, struct vec3 beside, double curvature,
-                          double torsion, double c2) {
-    double across, angle = curvature * torsion * c2 / 6;
+ * helix, to fourth order; `bend` is that along the chord, from which that along the helix differs
+ * by that angle. */
+static double helix_angle(const struct bend *bend, double c2) {
+    double curvature = bend->curvature, torsion = bend->torsion,
+           angle = curvature * torsion * c2 / 6;
     double k2 = curvature * curvature, t2 = torsion * torsion;
-    bend_along(p, beside, &across, NULL);
-    double k = curvature + 2 * torsion * angle, t = torsion + (across - curvature) * angle;
+    double k = curvature + 2 * torsion * angle, t = torsion + (bend->across - curvature) * angle;
     double d2 = c2 * (1 + k2 * c2 / 12);
     return k * t * d2 / 6 * (1 + d2 * (k2 / 6 - (k2 + t2) / 20));
 }
@@ -87,18 +93,21 @@ static double helix_angle(const struct station *p, struct vec3 beside, double cu
 /* The same over a joint between p and q, both bends constant: where the edge rises by a share of
  * what it does with the far one more than with the near one, sqrt(share) of it lies beyond the
  * joint. */
-static double joint_angle(const double near[2], const double far[2], double c2, double rise) {
-    double share = (rise - near[0] * c2 / 2) / ((far[0] - near[0]) * c2 / 2);
+static double joint_angle(const struct bend *near, const struct bend *far, double c2, double rise) {
+    double arc = near->curvature * c2 / 2;
+    double share = (rise - arc) / ((far->curvature - near->curvature) * c2 / 2);
     double beyond = share > 0 ? sqrt(fmin(share, 1)) : 0, s = 1 - beyond;
-    return c2 * (near[0] * near[1] * s * s * (0.5 - s / 3) +
-                 far[0] * beyond * beyond * (near[1] * s / 2 + far[1] * beyond / 6));
+    return c2 *
+           (near->curvature * near->torsion * s * s * (0.5 - s / 3) +
+            far->curvature * beyond * beyond * (near->torsion * s / 2 + far->torsion * beyond / 6));
 }
 
-/* An edge as it sets off from p: its chord, that in the tangent plane, curvature and torsion there,
+/* An edge as it sets off from p: its chord, that in the tangent plane, how the surface bends there,
  * and whether its rise tells of a joint on the way. */
 struct departure {
     struct vec3 chord, along;
-    double c2, rise, near[2];
+    double c2, rise;
+    struct bend near;
     bool over_joint;
 };
 
@@ -107,28 +116,26 @@ static struct departure departure(const struct station *p, struct vec3 to) {
     d.along = station_tangent(p, d.chord);
     d.c2 = vec3_norm2(d.chord);
     d.rise = vec3_dot(d.chord, p->normal);
-    bend_along(p, d.along, &d.near[0], &d.near[1]);
-    double arc = d.near[0] * d.c2 / 2;
+    d.near = bend_along(p, d.along);
+    double arc = d.near.curvature * d.c2 / 2;
     d.over_joint = fabs(d.rise - arc) > other_side * fabs(arc) + least_rise * sqrt(d.c2);
     return d;
 }
 
 static struct vec3 leave_as_helix(const struct station *p, const struct departure *d) {
     struct vec3 beside = vec3_cross(p->normal, d->along);
-    double angle = helix_angle(p, beside, d->near[0], d->near[1], d->c2);
-    return vec3_unit(vec3_axpy(angle, beside, d->along));
+    return vec3_unit(vec3_axpy(helix_angle(&d->near, d->c2), beside, d->along));
 }
 
 static struct vec3 leave_over_joint(const struct station *p, const struct departure *d,
                                     const struct station *q) {
-    double far[2];
     struct vec3 t = d->along, along = station_tangent(q, d->chord);
-    bend_along(q, along, &far[0], &far[1]);
-    double angle = joint_angle(d->near, far, d->c2, d->rise);
-    double bend = fmax(fabs(d->near[0]), fabs(far[0])) * sqrt(d->c2);
+    struct bend far = bend_along(q, along);
+    double angle = joint_angle(&d->near, &far, d->c2, d->rise);
+    double bend = fmax(fabs(d->near.curvature), fabs(far.curvature)) * sqrt(d->c2);
     if (vec3_norm(vec3_sub(q->normal, p->normal)) > 2 * bend + least_fold) {
         t = station_tangent(p, unfolded(along, q->normal, p->normal));
-        angle = far[0] * far[1] * d->c2 / 6;
+        angle = far.curvature * far.torsion * d->c2 / 6;
     }
     return vec3_unit(vec3_axpy(angle, vec3_cross(p->normal, t), t));
 }
@@ -176,16 +183,17 @@ static void find_unsure(double k0, double k1, double t0, double t1, struct turn 
  * d long, or as an arc would be where d is 0, to fourth order. */
 static struct turn turn_between(const struct station *p, const struct station *q, double d) {
     struct vec3 chord = vec3_sub(q->jet.r, p->jet.r), along = vec3_unit(chord);
-    double c2 = vec3_norm2(chord), curvature[2], torsion[2];
-    bend_along(p, station_tangent(p, along), &curvature[0], &torsion[0]);
-    bend_along(q, station_tangent(q, along), &curvature[1], &torsion[1]);
+    double c2 = vec3_norm2(chord);
+    const struct bend bend[2] = {bend_along(p, station_tangent(p, along)),
+                                 bend_along(q, station_tangent(q, along))};
+    const double torsion[2] = {bend[0].torsion, bend[1].torsion};
     double rise_p = vec3_dot(along, p->normal), rise_q = -vec3_dot(along, q->normal);
     double mean = arcsine(rise_p), half = (mean + arcsine(rise_q)) / 2;
     if (!(d > 0))
         d = sqrt(c2) / angle_sinc(half);
     /* the geodesic leaves beside the chord, by rough_leave's angle */
-    double a = curvature[0] * (1 + torsion[0] * torsion[0] * c2 / 3) * d;
-    double b = curvature[1] * (1 + torsion[1] * torsion[1] * c2 / 3) * d;
+    double a = bend[0].curvature * (1 + torsion[0] * torsion[0] * c2 / 3) * d;
+    double b = bend[1].curvature * (1 + torsion[1] * torsion[1] * c2 / 3) * d;
     double third = ((a + b) / 4 - half) / 5;
     double fourth = ((b - a) / 4 - 3 * (half - mean)) / 7;
     struct turn turn = {.of = {half - third, half - mean - fourth, third, fourth},

@@ -15,7 +15,7 @@ enum {
     JOINT_PIECES = 4,  /* straight ones, in which joints are sought along a step */
     FAILURES_MAX = 40, /* steps of one advance that were too long */
     FAILURES_OUTSIDE = 8,
-    STEPS_MAX = 40,    /* steps of one advance in one span, */
+    STEPS_MAX = 100,   /* steps of one advance in one span, */
     STEPS_OUTSIDE = 12 /* and beyond an open boundary */
 };
 
@@ -417,7 +417,10 @@ bool path_station(const struct path *path, struct surface_cursor *cursor, struct
                   struct vec3 *tangent) {
     struct surface_jet jet;
     double uv[2] = {path->uv[0], path->uv[1]};
-    jet_here(path, uv, &jet);
+    if (path->has_jet)
+        jet = path->jet;
+    else
+        jet_here(path, uv, &jet);
     struct vec3 t =
         vec3_unit(vec3_axpy(path->velocity[1], jet.v, vec3_scale(path->velocity[0], jet.u)));
     if (tangent)
@@ -813,9 +816,10 @@ static double squared_curvature(const struct surface_jet *jet) {
 }
 
 void path_follow_net(struct path *path, double d) {
-    struct surface_jet jet;
-    jet_here(path, path->uv, &jet);
-    double bend = squared_curvature(&jet) * d * d;
+    if (!path->has_jet)
+        jet_here(path, path->uv, &path->jet);
+    path->has_jet = true;
+    double bend = squared_curvature(&path->jet) * d * d;
     path->accuracy = fmin(fmax(share_of_net * bend * bend, net_accuracy[0]), net_accuracy[1]);
 }
 
