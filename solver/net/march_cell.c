@@ -224,8 +224,9 @@ static const double creased = 0.9;
 static bool is_wild(const struct march *march, const struct fishnet_cell *cell,
                     const struct station *d) {
     bool outside = !march->surface->shell && is_outside(march->surface, d->uv);
-    return outside && vec3_dot(cell->b->normal, d->normal) > creased &&
-           vec3_dot(cell->c->normal, d->normal) > creased;
+    bool over_fold = march->surface->has_folds && (vec3_dot(cell->b->normal, d->normal) < creased ||
+                                                   vec3_dot(cell->c->normal, d->normal) < creased);
+    return outside && !over_fold;
 }
 
 /* A cell with a rough edge: both yarns to D are geodesics of the spacing's length. Where chords led

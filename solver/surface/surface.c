@@ -61,9 +61,11 @@ static int multiplicity(const struct nurbs_axis *from, int last) {
     return last - first + 1;
 }
 
-/* Finds the spans of one direction; `extractions` gets one entry each. */
+/* Finds the spans of one direction; `extractions` gets one entry each, and `folds` is set where it
+ * has a knot line at which the surface may fold. */
 static enum status cut_axis(const struct nurbs_axis *from, struct arena *arena,
-                            struct surface_axis *axis, struct extraction **extractions) {
+                            struct surface_axis *axis, struct extraction **extractions,
+                            bool *folds) {
     int p = from->degree, n = from->size, count = 0;
     axis->degree = p;
     axis->breaks = arena_alloc(arena, (size_t)(n - p + 1), sizeof *axis->breaks);
@@ -82,6 +84,7 @@ static enum status cut_axis(const struct nurbs_axis *from, struct arena *arena,
             continue;
         axis->breaks[count] = from->knots[l] - axis->origin;
         axis->joints[count] = count == 0 || p - multiplicity(from, l) < 2;
+        *folds = *folds || (count > 0 && p - multiplicity(from, l) < 1);
         extract_span(from, l, &(*extractions)[count++]);
     }
     axis->breaks[count] = from->knots[n] - axis->origin;
@@ -380,9 +383,9 @@ enum status surface_make(const struct nurbs *nurbs, struct arena *arena, struct 
     if (!made)
         return STATUS_OUT_OF_MEMORY;
     made->side = 1;
-    enum status status = cut_axis(&nurbs->u, arena, &made->axis[0], &extraction[0]);
+    enum status status = cut_axis(&nurbs->u, arena, &made->axis[0], &extraction[0], &made->has_folds);
     if (status == STATUS_OK)
-        status = cut_axis(&nurbs->v, arena, &made->axis[1], &extraction[1]);
+        status = cut_axis(&nurbs->v, arena, &made->axis[1], &extraction[1], &made->has_folds);
     if (status != STATUS_OK)
         return status;
     size_t nu = (size_t)made->axis[0].span_count, nv = (size_t)made->axis[1].span_count;
