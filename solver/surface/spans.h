@@ -60,7 +60,7 @@ struct surface {
     struct vec3 centroid;
     double least_tangent2[2]; /* tangents whose square is less have vanished */
     bool has_poles;
-    bool has_folds; /* a knot line over which not even r_u or r_v need be continuous */
+    bool has_folds;            /* a knot line over which not even r_u or r_v need be continuous */
     const struct shell *shell; /* that it is a face of, and which; NULL: of none */
     int32_t face;
     double side;   /* 1; -1 where normals are against r_u x r_v */

@@ -383,7 +383,8 @@ enum status surface_make(const struct nurbs *nurbs, struct arena *arena, struct 
     if (!made)
         return STATUS_OUT_OF_MEMORY;
     made->side = 1;
-    enum status status = cut_axis(&nurbs->u, arena, &made->axis[0], &extraction[0], &made->has_folds);
+    enum status status =
+        cut_axis(&nurbs->u, arena, &made->axis[0], &extraction[0], &made->has_folds);
     if (status == STATUS_OK)
         status = cut_axis(&nurbs->v, arena, &made->axis[1], &extraction[1], &made->has_folds);
     if (status != STATUS_OK)
