@@ -188,7 +188,8 @@ static enum api_problem_id resolve_ply(struct ground *ground, size_t k) {
     struct laminate_ply *ply = &ground->laminate->plies[k];
     struct laminate_boundary *boundary = &ply->boundary;
     bool starts = ply->drape.settings.start_kind == DRAPE_START_CENTROID;
-    if (boundary->trim_count == 0 && (boundary->count == 0 || !starts))
+    bool known = ground->laminate->surface.kind != API_SURFACE_NAMED;
+    if (boundary->trim_count == 0 && (boundary->count == 0 || !starts || !known))
         return API_OK;
     if (!make_ground(ground))
         return ground->problem->id;

@@ -110,7 +110,8 @@ static void write_summary(struct api_text *text, const struct store_job *job) {
     api_summary_write_stored(text, job->summary, documents_queue_ms(job));
 }
 
-static void write_status(struct api_text *text, const struct store_job *job) {
+/* `plies` may be NULL. */
+static void write_status(struct api_text *text, const struct store_job *job, const char *plies) {
     api_text_raw(text, "{");
     api_text_key_string(text, "id", job->id);
     if (job->owner[0] && job->owner[0] != '@') /* an address is nobody else's business */
@@ -125,6 +126,10 @@ static void write_status(struct api_text *text, const struct store_job *job) {
     api_text_key_integer(text, "attempts", job->attempts);
     if (job->summary)
         write_summary(text, job);
+    if (plies) {
+        api_text_key(text, "plies");
+        api_text_raw(text, plies);
+    }
     if (job->error) {
         api_text_key(text, "error");
         api_text_raw(text, job->error);
@@ -133,10 +138,14 @@ static void write_status(struct api_text *text, const struct store_job *job) {
     api_text_raw(text, "}");
 }
 
-char *documents_status(const struct store_job *job) {
+char *documents_status_with(const struct store_job *job, const char *plies) {
     struct document document = document_new();
-    write_status(&document.text, job);
+    write_status(&document.text, job, plies);
     return document_finish(&document);
+}
+
+char *documents_status(const struct store_job *job) {
+    return documents_status_with(job, NULL);
 }
 
 /* The cursor is a string: what it means is the store's business. */
@@ -154,7 +163,7 @@ char *documents_list(enum store_kind kind, const struct store_page *page) {
     api_text_raw(&document.text, "[");
     for (size_t k = 0; k < page->count; k++) {
         api_text_raw(&document.text, k ? "," : "");
-        write_status(&document.text, &page->jobs[k]);
+        write_status(&document.text, &page->jobs[k], NULL);
     }
     api_text_raw(&document.text, "]");
     write_next(&document.text, page->next);

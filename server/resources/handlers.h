@@ -13,6 +13,8 @@ call_handler events_stream;
 call_handler results_get, results_pattern, results_report;
 /* studies.c */
 call_handler studies_variant;
+/* laminates.c */
+call_handler laminates_request, laminates_pattern;
 /* maps.c */
 call_handler maps_create;
 /* surfaces.c */

@@ -6,6 +6,7 @@
 #include "checking.h"
 #include "documents.h"
 #include "handlers.h"
+#include "laminates.h"
 #include "queue_rate.h"
 #include "server/clock.h"
 #include "server/config.h"
@@ -16,7 +17,9 @@
 #include <string.h>
 
 static void reply_status(struct call *call, int status, const struct store_job *job) {
-    reply_text(call->reply, status, "application/json", documents_status(job));
+    reply_text(call->reply, status, "application/json",
+               job->kind == STORE_LAMINATE ? laminates_status(call->services->store, job)
+                                           : documents_status(job));
     reply_header(call->reply, "Cache-Control", "no-store");
 }
 
@@ -86,8 +89,9 @@ static bool check_key(struct call *call) {
  * says why there is none. */
 static bool begin_check(struct call *call) {
     struct waiting *waiting = call->request->state;
-    static const enum checker_kind checks[STORE_KIND_COUNT] = {
-        [STORE_DRAPE] = CHECKER_DRAPE, [STORE_STUDY] = CHECKER_STUDY};
+    static const enum checker_kind checks[STORE_KIND_COUNT] = {[STORE_DRAPE] = CHECKER_DRAPE,
+                                                               [STORE_STUDY] = CHECKER_STUDY,
+                                                               [STORE_LAMINATE] = CHECKER_LAMINATE};
     struct checkers_order order = checking_order(call, checks[call->kind]);
     order.document[CHECKER_SECOND] = waiting->surface.definition;
     order.length[CHECKER_SECOND] = waiting->surface.definition_length;
@@ -167,7 +171,9 @@ static bool submit(struct call *call, const struct api_check *check) {
         .quota = {.queued = config->owner_queue, .bytes = config->owner_bytes},
         .unpromised = waiting->unpromised,
     };
-    enum store_answer answer = store_submit(call->services->store, &submission, &receipt);
+    enum store_answer answer = call->kind == STORE_LAMINATE
+                                   ? laminates_submit(call, waiting->check, &submission, &receipt)
+                                   : store_submit(call->services->store, &submission, &receipt);
     switch (answer) {
     case STORE_OK:
         memcpy(waiting->id, receipt.id, sizeof waiting->id);
@@ -221,9 +227,12 @@ static void reply_created(struct call *call, const struct store_job *job,
     if (waiting->begun == waiting->deadline || !store_status_ended(job->status)) {
         reply_status(call, 202, job);
     } else {
-        results_reply(call, job, choice);
+        if (job->kind == STORE_LAMINATE)
+            reply_status(call, 200, job); /* it has no result of its own */
+        else
+            results_reply(call, job, choice);
         reply_header(call->reply, "Preference-Applied", "wait");
-        if (call->reply->status == 200)
+        if (call->reply->status == 200 && job->kind != STORE_LAMINATE)
             reply_header(call->reply, "Content-Location", "/v1/%s/%s/result",
                          documents_collection(job->kind), job->id);
     }

@@ -2,6 +2,7 @@
 /* POST /v1/drapes/{id}/map: the fields of a drape on the caller's points or mesh. */
 #include "checking.h"
 #include "handlers.h"
+#include "laminates.h"
 #include "server/config.h"
 #include "server/http/negotiate.h"
 #include "server/http/stream.h"
@@ -125,7 +126,9 @@ static bool begin_map(struct call *call, const struct call_choice *choice) {
     struct request *request = call->request;
     const char *type = request_header(request, "Content-Type");
     struct checkers_order order = checking_order(call, CHECKER_MAP);
-    if (!maps_take_columns(call, &order))
+    char *record = NULL;
+    bool stack = call->kind == STORE_LAMINATE;
+    if (!(stack ? laminates_take_columns(call, &order, &record) : maps_take_columns(call, &order)))
         return false;
     order.nastran = type && negotiate_is_type(type, "text/x-nastran");
     order.id = request->parameter;
@@ -138,6 +141,7 @@ static bool begin_map(struct call *call, const struct call_choice *choice) {
         reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
     request->state_free = checking_free;
     free(options);
+    free(record);
     if (!request->state)
         free(order.columns.context);
     return request->state != NULL;

@@ -2,6 +2,7 @@
 #include "checker.h"
 #include "api/files/files.h"
 #include "api/format/format.h"
+#include "api/laminate/check.h"
 #include "api/map/map.h"
 #include "api/run.h"
 #include "api/study/study.h"
@@ -115,11 +116,23 @@ static void write_map(struct task *task, const struct format *format,
     encoder_free(encoder);
 }
 
-static void make_map(struct task *task, struct api_problem *problem) {
-    static struct api_map map;
+/* Of a drape or of a laminate. */
+static enum api_problem_id fill_map(const struct task *task, const struct map_target *mesh,
+                                    const struct drape_monitor *monitor, struct arena *arena,
+                                    struct api_map *map, struct api_problem *problem) {
     const struct checker_order *order = &task->order;
     struct api_memory columns = {task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS]};
     const struct api_reader reader = api_reader_of(&columns);
+    if (order->kind == CHECKER_STACK)
+        return laminate_map_record(task->document[CHECKER_SECOND], order->length[CHECKER_SECOND],
+                                   columns.bytes, columns.length, &order->limits, mesh, monitor,
+                                   arena, map, problem);
+    return api_map_make(&reader, mesh, monitor, arena, map, problem);
+}
+
+static void make_map(struct task *task, struct api_problem *problem) {
+    static struct api_map map;
+    const struct checker_order *order = &task->order;
     const struct drape_monitor monitor = {in_time, task};
     const struct format *format = format_named(FORMAT_MAP, order->format);
     struct format_options options = {0};
@@ -129,7 +142,7 @@ static void make_map(struct task *task, struct api_problem *problem) {
         api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
     else if (read_mesh(task, format, arena, &mesh, problem) &&
              take_options(task, arena, &mesh, &options, problem) &&
-             api_map_make(&reader, &mesh, &monitor, arena, &map, problem) == API_OK)
+             fill_map(task, &mesh, &monitor, arena, &map, problem) == API_OK)
         write_map(task, format, &map.fields, &options, problem);
     arena_free(arena);
 }
@@ -223,6 +236,9 @@ static void carry_out(struct task *task, const struct checker_abilities *abiliti
         break;
     case CHECKER_STUDY:
         id = api_check_study(&input, &order->limits, &answer->check, &answer->problem);
+        break;
+    case CHECKER_LAMINATE:
+        id = laminate_check(&input, &order->limits, &sink, &answer->check, &answer->problem);
         break;
     case CHECKER_VARIANT:
         write_variant(task, &input, &sink, &answer->problem);

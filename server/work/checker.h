@@ -30,6 +30,9 @@ enum {
 enum checker_kind {
     CHECKER_DRAPE,      /* `api_check_drape` of the body, with the surface */
     CHECKER_STUDY,      /* `api_check_study` likewise */
+    CHECKER_LAMINATE,   /* `laminate_check` likewise */
+    CHECKER_STACK,      /* `laminate_map_record` on the mesh of the body: the record as the second
+                           document, the results as columns */
     CHECKER_VARIANT,    /* the request of a variant of a study: the body, with its surface and its
                            result as columns */
     CHECKER_SURFACE,    /* `api_check_surface` of the body */
@@ -61,7 +64,7 @@ struct checker_order {
     struct api_start start;
     /* of CHECKER_SURFACE: what file the body is, "" for JSON, and the unit of one that says none */
     char source[CHECKER_OPTION_SIZE], unit[CHECKER_OPTION_SIZE];
-    uint64_t variant; /* of CHECKER_VARIANT */
+    uint64_t variant; /* of CHECKER_VARIANT; of CHECKER_STACK the number of plies */
     /* of CHECKER_MAP */
     bool nastran;
     char id[API_ID_SIZE];

@@ -38,6 +38,7 @@ enum {
 #define MAP_BYTES_PER_JSON_BYTE 48
 #define MAP_BYTES_PER_BULK_BYTE 6
 #define MAP_BYTES_PER_COLUMN_BYTE 2
+#define STACK_BYTES_PER_BODY_BYTE 3 /* and ply: of an element that takes 30 bytes or more */
 
 /* An order that may take more begins in the slow lane. */
 #define EXPRESS_BYTES (INT64_C(128) << 20)
@@ -152,9 +153,12 @@ static int64_t reserve_of(const struct checkers_order *order, int64_t most) {
     int64_t bytes = of_short < of_long ? of_short : of_long;
     if (order->source)
         bytes = IMPORT_BYTES + IMPORT_BYTES_PER_BYTE * body;
-    if (order->kind == CHECKER_MAP)
+    bool stack = order->kind == CHECKER_STACK;
+    if (order->kind == CHECKER_MAP || stack)
         bytes = MAP_BYTES + MAP_BYTES_PER_COLUMN_BYTE * columns +
                 (order->nastran ? MAP_BYTES_PER_BULK_BYTE : MAP_BYTES_PER_JSON_BYTE) * body;
+    if (stack)
+        bytes += STACK_BYTES_PER_BODY_BYTE * (int64_t)order->variant * body;
     if (order->kind == CHECKER_VARIANT)
         bytes += MAP_BYTES_PER_COLUMN_BYTE * columns;
     return bytes < most ? bytes : most;
@@ -162,7 +166,8 @@ static int64_t reserve_of(const struct checkers_order *order, int64_t most) {
 
 static int64_t timeout_of(const struct check *check) {
     const struct checkers_settings *settings = &check->pool->settings;
-    bool long_work = check->packet.kind == CHECKER_MAP || check->packet.source[0];
+    bool map = check->packet.kind == CHECKER_MAP || check->packet.kind == CHECKER_STACK;
+    bool long_work = map || check->packet.source[0];
     return long_work ? settings->map_timeout_ms : settings->timeout_ms;
 }
 

@@ -67,3 +67,103 @@ drape_stack() {
     [ "$(jq -c '[.plies[].status]' <<<"$output")" = \
         '["succeeded","succeeded","succeeded","failed"]' ]
 }
+
+# create EXPRESSION [CURL OPTION...]: the laminate over HTTP, waited for.
+create() {
+    stack "$1" >"$BATS_TEST_TMPDIR/stack.json"
+    shift
+    post /v1/laminates "$BATS_TEST_TMPDIR/stack.json" -H 'Prefer: wait=40' "$@"
+}
+
+@test "a laminate is drapes with ids, equal ones once" {
+    create '.offset = "nominal" | .plies[0].name = "skin" | .plies[].start = {uv: [0.5, 0.5]}'
+    expect 200
+    [ "$(header Preference-Applied)" = wait ]
+    id=$(field .id)
+    [ "$(header Location)" = "/v1/laminates/$id" ]
+    [ "$(field .status)" = succeeded ]
+    [ "$(field '.plies | length')" -eq 4 ]
+    [ "$(field '.plies[0].name')" = skin ]
+    [ "$(field '[.plies[].id] | unique | length')" -eq 4 ]
+    ply=$(field '.plies[3].id')
+    call GET "/v1/drapes/$ply" && expect 200
+    call GET "/v1/drapes/$ply/request" && expect 200
+    [ "$(field '.offset * 1e6 | round')" -eq 7000 ]
+    cp "$body" "$BATS_TEST_TMPDIR/ply.json"
+    post /v1/drapes "$BATS_TEST_TMPDIR/ply.json" && expect 202
+    [ "$(field .status)" = succeeded ] # its result is known
+    call GET "/v1/laminates/$id/request" && expect 200
+    cp "$body" "$BATS_TEST_TMPDIR/understood.json"
+    [ "$(field '.plies | length')" -eq 4 ]
+    post /v1/laminates "$BATS_TEST_TMPDIR/understood.json" -H 'Prefer: wait=40' && expect 200
+    create .
+    [ "$(field '[.plies[].id] | unique | length')" -eq 3 ]
+    call GET '/v1/laminates?limit=2' && expect 200
+    [ "$(field '.laminates | length')" -eq 2 ]
+}
+
+@test "the map of a laminate over HTTP is that of the command" {
+    create '.cavity = {height: 0.006} | .plies[1].boundary =
+            {polygon: [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]}'
+    expect 200
+    id=$(field .id)
+    mesh=$BATS_TEST_TMPDIR/mesh.json
+    echo '{"mesh": {"vertices": [[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0], [1.5, 1.5, 0],
+           [1.9, 0.9, 2.8]], "triangles": [[0, 1, 2], [2, 3, 4]]}}' >"$mesh"
+    post "/v1/laminates/$id/map" "$mesh" && expect 200
+    [ "$(field '.cells.ply_count | tojson')" = '[4,3]' ]
+    [ "$(field '[.cells.thickness[] * 1e6 | round] | tojson')" = '[6000,6000]' ]
+    [ "$(field '.plies.ply | tojson')" = '[1,2,3,4,1,3,4]' ]
+    "$DRAPE" "$BATS_TEST_TMPDIR/stack.json" --map "$mesh" |
+        jq -S '{cells, plies}' >"$BATS_TEST_TMPDIR/command.json"
+    jq -S '{cells, plies}' "$body" | cmp - "$BATS_TEST_TMPDIR/command.json"
+    post "/v1/laminates/$id/map?format=csv&table=plies" "$mesh" && expect 200
+    [ "$(wc -l <"$body")" -eq 8 ]
+    post "/v1/laminates/$id/map?format=nastran" "$mesh" && expect 200
+    grep -q PCOMP "$body"
+}
+
+@test "a ply that fails is named while the rest stands" {
+    create '.plies[2].start = {point: [9, 9, 9]}'
+    expect 200
+    id=$(field .id)
+    [ "$(field .status)" = succeeded ]
+    [ "$(field '[.plies[].status] | tojson')" = '["succeeded","succeeded","failed","succeeded"]' ]
+    [ "$(field '.plies[2].error.type')" = /problems/start-off-surface ]
+    echo '{"points": [[0, 0, 0]]}' >"$BATS_TEST_TMPDIR/points.json"
+    post "/v1/laminates/$id/map" "$BATS_TEST_TMPDIR/points.json" && expect 200
+    [ "$(field '.cells.ply_count | tojson')" = '[3]' ]
+    [[ $(field '.warnings[0]') == *'no drape of ply 3 ("ply_3")'* ]]
+}
+
+@test "bad laminates are refused with the ply's pointer" {
+    create '.plies[1].fabric.spacing = 0'
+    expect_problem 422 invalid-request
+    [ "$(field .pointer)" = /plies/1/fabric/spacing ]
+    create '.offset = "nominal" | .plies[3].fabric.thickness = 8'
+    expect_problem 422 invalid-request
+    [ "$(field .pointer)" = /plies/3 ]
+    create '.surface = {id: "00000000000000000000000000000000"}'
+    expect_problem 422 invalid-request
+    [ "$(field .pointer)" = /surface/id ]
+}
+
+@test "patterns of plies, cancelling and deleting" {
+    create '.plies[1].boundary = {polygon: [[-1, -1, 0], [1, -1, 0], [1, 1, 0]]}'
+    id=$(field .id)
+    call GET "/v1/laminates/$id/plies/0/pattern?format=dxf" && expect 200
+    grep -q CUT "$body"
+    call GET "/v1/laminates/$id/plies/1/pattern" && expect_problem 406 not-acceptable
+    call GET "/v1/laminates/$id/plies/4/pattern" && expect_problem 404 not-found
+    call POST "/v1/laminates/$id/cancel" && expect 200
+    call DELETE "/v1/laminates/$id" && expect 204
+    call GET "/v1/laminates/$id" && expect_problem 404 not-found
+    stack '.plies[].fabric.spacing = 0.004' >"$BATS_TEST_TMPDIR/slow.json"
+    post /v1/laminates "$BATS_TEST_TMPDIR/slow.json" && expect 202
+    id=$(field .id)
+    echo '{"points": [[0, 0, 0]]}' >"$BATS_TEST_TMPDIR/points.json"
+    post "/v1/laminates/$id/map" "$BATS_TEST_TMPDIR/points.json"
+    expect_problem 404 result-not-ready
+    call POST "/v1/laminates/$id/cancel" && expect 202
+    [ "$(field .status)" = cancelled ]
+}

@@ -209,6 +209,25 @@ class Client:
         """Removes the drape and its result."""
         self._open("DELETE", f"/v1/drapes/{drape}").close()
 
+    # ---- laminates ----
+
+    def submit_laminate(self, request: Mapping[str, Any]) -> str:
+        """Queues a laminate (a dict with `surface` and `plies`); its id."""
+        headers = {"Content-Type": "application/json", "Idempotency-Key": str(uuid.uuid4())}
+        body = json.dumps(request, allow_nan=False).encode()
+        return self._json("POST", "/v1/laminates", body, headers)["id"]
+
+    def laminate(self, laminate: str, wait: int = 0) -> Json:
+        """The status document, whose `plies` have the ids of their drapes; `wait` as of a drape."""
+        return self._json("GET", f"/v1/laminates/{laminate}", wait=wait or None)
+
+    def map_laminate(self, laminate: str, mesh: Mesh, **options: Any) -> Json:
+        """The stack on a mesh, as `map` of a drape; `plies` has a row for every element and ply."""
+        with self._open_map(laminate, mesh, "json", options, "laminates") as answer:
+            document = json.load(answer)
+        tables = {table: _table(document[table]) for table in ("cells", "plies") if table in document}
+        return {**document, **tables}
+
     # ---- results ----
 
     def result(self, drape: str, fields: Optional[list[str]] = None) -> Json:
@@ -247,9 +266,9 @@ class Client:
 
     # ---- the fields on a mesh ----
 
-    def _open_map(self, drape: str, mesh: Mesh, format: str,
-                  options: Mapping[str, Any]) -> http.client.HTTPResponse:
-        path, query = f"/v1/drapes/{drape}/map", dict(options)
+    def _open_map(self, job: str, mesh: Mesh, format: str, options: Mapping[str, Any],
+                  kind: str = "drapes") -> http.client.HTTPResponse:
+        path, query = f"/v1/{kind}/{job}/map", dict(options)
         for gate in ("inlet", "outlet", "edge_channel"):
             if gate in query and not isinstance(query[gate], str):
                 query[gate] = ",".join(map(str, query[gate]))

@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: MIT */
+#include "check.h"
+
+#include "api/request/digest.h"
+#include "map.h"
+#include "run.h"
+#include <stdio.h>
+#include <string.h>
+
+enum { LINE_SIZE = LAMINATE_NAME_MAX + 64 };
+
+static enum api_problem_id no_memory(struct api_problem *problem) {
+    api_problem_set(problem, API_OUT_OF_MEMORY, "the laminate needs more memory than allowed");
+    return problem->id;
+}
+
+/* ---- checking ---- */
+
+/* Whether the solver could take every drape. */
+static bool check_nets(const struct laminate *laminate, const struct api_limits *limits,
+                       struct arena *arena, struct api_problem *problem) {
+    for (size_t n = 0; n < laminate->net_count; n++) {
+        struct api_request drape = laminate->plies[laminate->net_ply[n]].drape;
+        struct api_problem own = {.id = API_OK};
+        struct arena_mark mark = arena_mark(arena);
+        if (api_check_shape(&drape, limits, arena, &own) != API_OK)
+            laminate_blame(laminate, laminate->net_ply[n], &own, problem);
+        arena_rewind(arena, mark);
+    }
+    return problem->id == API_OK;
+}
+
+/* The id of the laminate: of what was understood, its surface by id, and the solver's version. */
+static bool digest(const struct laminate *laminate, struct arena *arena, char id[API_ID_SIZE]) {
+    struct laminate named = *laminate;
+    struct api_text text = api_text_growing(arena);
+    named.unit_of_surface = false;
+    if (!api_digest_surface(&laminate->surface, arena, named.surface.id))
+        return false;
+    const char *document = laminate_normalise(&named, arena);
+    api_text_raw(&text, document ? document : "");
+    api_text_raw(&text, DRAPE_SOLVER_VERSION);
+    const char *all = api_text_finish(&text);
+    if (document && all)
+        api_digest_bytes(all, strlen(all), id);
+    return document && all;
+}
+
+static bool put(const struct api_sink *sink, const char *text) {
+    return sink->write(sink->context, text, strlen(text));
+}
+
+static const char *make_record(const struct laminate *laminate, struct arena *arena) {
+    struct api_text text = api_text_growing(arena);
+    const char *document = laminate_normalise(laminate, arena);
+    for (size_t k = 0; k < laminate->count; k++) {
+        char line[LINE_SIZE];
+        (void)snprintf(line, sizeof line, "%zu %s\n", laminate->plies[k].net,
+                       laminate->plies[k].name);
+        api_text_raw(&text, line);
+    }
+    api_text_raw(&text, "\n");
+    api_text_raw(&text, document ? document : "");
+    return document ? api_text_finish(&text) : NULL;
+}
+
+/* The requests: first how long they are, then themselves, so that one is in memory at a time. */
+static bool put_requests(const struct laminate *laminate, bool lengths, struct arena *arena,
+                         const struct api_sink *sink) {
+    bool good = true;
+    for (size_t n = 0; good && n < laminate->net_count; n++) {
+        struct arena_mark mark = arena_mark(arena);
+        const char *request = laminate_request(laminate, n, arena);
+        char line[LINE_SIZE];
+        if (request && lengths)
+            (void)snprintf(line, sizeof line, "%s %zu\n", laminate->net_digest[n], strlen(request));
+        good = request && put(sink, lengths ? line : request);
+        arena_rewind(arena, mark);
+    }
+    return good;
+}
+
+static enum api_problem_id check_in(const struct api_input *input, const struct api_limits *limits,
+                                    const struct api_sink *sink, struct arena *arena,
+                                    struct api_check *check, struct api_problem *problem) {
+    struct laminate laminate;
+    char line[LINE_SIZE];
+    if (laminate_decode(input, limits, arena, &laminate, problem) != API_OK)
+        return problem->id;
+    memcpy(check->surface, laminate.surface.id, sizeof check->surface);
+    check->needs_surface = laminate.surface.kind == API_SURFACE_NAMED;
+    if (check->needs_surface || laminate_resolve(&laminate, limits, arena, problem) != API_OK ||
+        !check_nets(&laminate, limits, arena, problem))
+        return problem->id;
+    const char *record = make_record(&laminate, arena);
+    if (!record || !digest(&laminate, arena, check->digest))
+        return no_memory(problem);
+    (void)snprintf(line, sizeof line, "%zu %zu\n", laminate.net_count, strlen(record));
+    bool good = put(sink, line) && put_requests(&laminate, true, arena, sink) && put(sink, "\n") &&
+                put_requests(&laminate, false, arena, sink) && put(sink, record);
+    return good ? API_OK : no_memory(problem);
+}
+
+enum api_problem_id laminate_check(const struct api_input *input, const struct api_limits *limits,
+                                   const struct api_sink *sink, struct api_check *check,
+                                   struct api_problem *problem) {
+    struct arena *arena = arena_new(limits->max_memory);
+    *check = (struct api_check){0};
+    if (arena)
+        (void)!check_in(input, limits, sink, arena, check, problem);
+    else
+        no_memory(problem);
+    arena_free(arena);
+    return problem->id;
+}
+
+/* ---- mapping ---- */
+
+/* The readers of the results that there are; false when `columns` is not what it should be. */
+static bool find_nets(const char *columns, size_t length, size_t count, struct arena *arena,
+                      const struct api_reader ***nets) {
+    uint64_t lengths[1 + LAMINATE_PLIES_MAX];
+    size_t head = (1 + count) * sizeof *lengths, at = head;
+    struct api_memory *memory = arena_alloc(arena, count, sizeof *memory);
+    struct api_reader *readers = arena_alloc(arena, count, sizeof *readers);
+    *nets = arena_alloc(arena, count, sizeof **nets);
+    if (!memory || !readers || !*nets || count > LAMINATE_PLIES_MAX || length < head)
+        return false;
+    memcpy(lengths, columns, head);
+    if (lengths[0] != count)
+        return false;
+    for (size_t n = 0; n < count; n++) {
+        uint64_t own = lengths[1 + n];
+        if (own > length - at)
+            return false;
+        memory[n] = (struct api_memory){columns + at, (size_t)own};
+        readers[n] = api_reader_of(&memory[n]);
+        (*nets)[n] = own ? &readers[n] : NULL;
+        at += (size_t)own;
+    }
+    return true;
+}
+
+enum api_problem_id laminate_map_record(const char *record, size_t length, const char *columns,
+                                        size_t columns_length, const struct api_limits *limits,
+                                        const struct map_target *target,
+                                        const struct drape_monitor *monitor, struct arena *arena,
+                                        struct api_map *map, struct api_problem *problem) {
+    static const char gap[] = "\n\n";
+    const char *document = memmem(record, length, gap, strlen(gap));
+    const struct api_reader **nets;
+    struct laminate laminate;
+    if (!document) {
+        api_problem_set(problem, API_INTERNAL, "the stored laminate is damaged");
+        return problem->id;
+    }
+    document += strlen(gap);
+    const struct api_input input = {.request = document,
+                                    .request_length = length - (size_t)(document - record)};
+    if (laminate_decode(&input, limits, arena, &laminate, problem) != API_OK ||
+        laminate_resolve(&laminate, limits, arena, problem) != API_OK)
+        return problem->id;
+    if (!find_nets(columns, columns_length, laminate.net_count, arena, &nets)) {
+        api_problem_set(problem, API_INTERNAL, "the stored results of the laminate are damaged");
+        return problem->id;
+    }
+    return laminate_map(&laminate, nets, target, monitor, arena, map, problem);
+}

@@ -1,0 +1,333 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * What only laminates have: drapes that are submitted with them, the plies in their status, the map
+ * of the stack, the pattern of a ply. What is kept of a laminate is its record
+ * (`api/laminate/check.h`): the lines before the empty one say of each ply which drape it has, and
+ * its name.
+ */
+#include "laminates.h"
+#include "api/json/text.h"
+#include "documents.h"
+#include "handlers.h"
+#include "server/spool.h"
+#include "server/work/stored_result.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { COPY_BYTES = 256 * 1024, PLY_SEGMENT = 4 };
+
+/* ------------------------------------------------------------------ submission */
+
+/* The next line from `*at` on, zero-terminated in place; NULL at the end. */
+static char *next_line(char **at) {
+    char *line = *at, *end = strchr(line, '\n');
+    if (!end)
+        return NULL;
+    *end = '\0';
+    *at = end + 1;
+    return line;
+}
+
+/* The parts of what the checker wrote; false when it is not that. */
+static bool read_family(char *text, size_t length, struct store_member *members, size_t count,
+                        size_t record_length, struct store_family *family) {
+    char *at = text, *line = next_line(&at);
+    size_t total = record_length;
+    for (size_t n = 0; line && n < count; n++) {
+        line = next_line(&at);
+        char *space = line ? strchr(line, ' ') : NULL;
+        if (!space)
+            return false;
+        *space = '\0';
+        members[n].digest = line;
+        members[n].request_length = strtoull(space + 1, NULL, 10);
+        total += members[n].request_length;
+    }
+    line = line ? next_line(&at) : NULL;
+    if (!line || *line || total != length - (size_t)(at - text))
+        return false;
+    for (size_t n = 0; n < count; n++) {
+        members[n].request = at;
+        at += members[n].request_length;
+    }
+    family->parent.request = at;
+    family->parent.request_length = record_length;
+    family->count = count;
+    family->members = members;
+    return true;
+}
+
+enum store_answer laminates_submit(struct call *call, struct check *check,
+                                   const struct store_submission *submission,
+                                   struct store_receipt *receipt) {
+    size_t length = (size_t)check_answer(check)->output_length, count = 0, record_length = 0;
+    char *text = checking_text(check, 0, length);
+    struct store_family family = {.parent = *submission};
+    enum store_answer answer = STORE_BUSY;
+    bool good = text && sscanf(text, "%zu %zu", &count, &record_length) == 2 && count > 0;
+    struct store_member *members = good ? calloc(count, sizeof *members) : NULL;
+    if (members && read_family(text, length, members, count, record_length, &family)) {
+        family.parent.total = (int64_t)count;
+        answer = store_submit_family(call->services->store, &family, receipt);
+    }
+    free(members);
+    free(text);
+    return answer;
+}
+
+/* ------------------------------------------------------------------ plies */
+
+/* The drapes of a laminate and its record. */
+struct stack {
+    char *record; /* zero-terminated */
+    size_t length;
+    struct store_page members;
+};
+
+static void stack_clear(struct stack *stack) {
+    free(stack->record);
+    store_page_clear(&stack->members);
+}
+
+/* To be cleared in any case. */
+static enum store_answer stack_get(struct store *store, const char *id, struct stack *stack) {
+    char *bytes = NULL;
+    *stack = (struct stack){0};
+    enum store_answer answer = store_request(store, id, &bytes, &stack->length);
+    if (answer == STORE_OK)
+        answer = store_members(store, id, &stack->members);
+    stack->record = answer == STORE_OK ? calloc(stack->length + 1, 1) : NULL;
+    if (stack->record)
+        memcpy(stack->record, bytes, stack->length);
+    else if (answer == STORE_OK)
+        answer = STORE_BUSY;
+    free(bytes);
+    return answer;
+}
+
+static const struct store_job *member_of(const struct stack *stack, size_t part) {
+    for (size_t k = 0; k < stack->members.count; k++)
+        if (stack->members.jobs[k].part == (int64_t)part)
+            return &stack->members.jobs[k];
+    return NULL;
+}
+
+/* The drape and the name of the ply whose line begins at `*at`; false after the last. */
+static bool next_ply(char **at, size_t *part, const char **name) {
+    char *line = next_line(at), *end;
+    if (!line || !*line)
+        return false;
+    *part = strtoull(line, &end, 10);
+    *name = *end ? end + 1 : end;
+    return true;
+}
+
+static void write_ply(struct api_text *text, const char *name, const struct store_job *member) {
+    api_text_raw(text, "{");
+    api_text_key_string(text, "name", name);
+    if (member) {
+        api_text_key_string(text, "id", member->id);
+        api_text_key_string(text, "status", store_status_name(member->status));
+        if (member->error) {
+            api_text_key(text, "error");
+            api_text_raw(text, member->error);
+        }
+    }
+    api_text_raw(text, "}");
+}
+
+char *laminates_status(struct store *store, const struct store_job *job) {
+    struct stack stack;
+    struct arena *arena = arena_new((size_t)1 << 26);
+    char *document = NULL;
+    if (arena && stack_get(store, job->id, &stack) == STORE_OK) {
+        struct api_text text = api_text_growing(arena);
+        char *at = stack.record;
+        const char *name;
+        size_t part;
+        api_text_raw(&text, "[");
+        for (bool first = true; next_ply(&at, &part, &name); first = false) {
+            api_text_raw(&text, first ? "" : ",");
+            write_ply(&text, name, member_of(&stack, part));
+        }
+        api_text_raw(&text, "]");
+        const char *plies = api_text_finish(&text);
+        document = plies ? documents_status_with(job, plies) : NULL;
+    } else {
+        document = documents_status(job); /* what it consisted of has been removed */
+    }
+    if (arena)
+        stack_clear(&stack);
+    arena_free(arena);
+    return document;
+}
+
+enum http_next laminates_request(struct call *call) {
+    struct store_job job = {0};
+    char *bytes = NULL;
+    size_t length = 0;
+    if (call_find_job(call, &job)) {
+        enum store_answer answer = store_request(call->services->store, job.id, &bytes, &length);
+        const char *gap = answer == STORE_OK ? memmem(bytes, length, "\n\n", 2) : NULL;
+        if (gap)
+            reply_text(call->reply, 200, "application/json",
+                       strndup(gap + 2, length - (size_t)(gap + 2 - bytes)));
+        else
+            jobs_request_failed(call, answer == STORE_OK ? STORE_EMPTY : answer);
+    }
+    free(bytes);
+    store_job_clear(&job);
+    return HTTP_DONE;
+}
+
+/* ------------------------------------------------------------------ the map */
+
+/* The results of the drapes, in their order; length 0 where there is none. */
+struct results {
+    size_t count;
+    struct stored_result result[];
+};
+
+static bool copy_result(struct stored_result *stored, int file, char *bytes) {
+    struct api_reader reader = stored_result_reader(stored);
+    uint64_t end = (uint64_t)stored->result.length;
+    for (uint64_t at = 0; at < end; at += COPY_BYTES) {
+        size_t length = end - at < COPY_BYTES ? (size_t)(end - at) : COPY_BYTES;
+        if (!reader.read_at(reader.context, at, bytes, length) || !spool_write(file, bytes, length))
+            return false;
+    }
+    return true;
+}
+
+/* As `laminate_map_record` reads them, on a thread of the pool. */
+static bool write_results(void *context, int file) {
+    struct results *results = context;
+    char *bytes = malloc(COPY_BYTES);
+    uint64_t head = results->count;
+    bool good = bytes && spool_write(file, &head, sizeof head);
+    for (size_t n = 0; good && n < results->count; n++) {
+        head = (uint64_t)results->result[n].result.length;
+        good = spool_write(file, &head, sizeof head);
+    }
+    for (size_t n = 0; good && n < results->count; n++)
+        good = copy_result(&results->result[n], file, bytes);
+    free(bytes);
+    return good;
+}
+
+/* How many drapes the plies have, and how many plies there are. */
+static size_t count_parts(const struct stack *stack, size_t *plies) {
+    char *copy = strdup(stack->record), *at = copy;
+    const char *name;
+    size_t parts = 0, part = 0;
+    *plies = 0;
+    while (copy && next_ply(&at, &part, &name)) {
+        parts = part + 1 > parts ? part + 1 : parts;
+        ++*plies;
+    }
+    free(copy);
+    return parts;
+}
+
+/* NULL without memory or any result. */
+static struct results *find_results(struct store *store, const struct stack *stack, size_t count,
+                                    size_t *length) {
+    struct results *results = calloc(1, sizeof *results + count * sizeof results->result[0]);
+    bool any = false;
+    if (!results)
+        return NULL;
+    results->count = count;
+    *length = (1 + count) * sizeof(uint64_t);
+    for (size_t n = 0; n < count; n++) {
+        const struct store_job *member = member_of(stack, n);
+        struct stored_result *own = &results->result[n];
+        own->store = store;
+        if (!member || member->status != STORE_SUCCEEDED ||
+            store_result_find(store, member->id, &own->result) != STORE_OK)
+            own->result.length = 0;
+        any = any || own->result.length > 0;
+        *length += (size_t)own->result.length;
+    }
+    if (any)
+        return results;
+    free(results);
+    return NULL;
+}
+
+bool laminates_take_columns(struct call *call, struct checkers_order *order, char **record) {
+    struct store *store = call->services->store;
+    struct store_job job = {0};
+    struct stack stack = {0};
+    struct results *results = NULL;
+    size_t plies = 0, length = 0;
+    *record = NULL;
+    if (call_find_job(call, &job) && results_ready(call, &job)) {
+        enum store_answer answer = stack_get(store, job.id, &stack);
+        size_t parts = answer == STORE_OK ? count_parts(&stack, &plies) : 0;
+        results = parts ? find_results(store, &stack, parts, &length) : NULL;
+        if (answer != STORE_OK)
+            jobs_request_failed(call, answer);
+        else if (!results)
+            reply_refuse(call->reply, API_GONE, "no ply of the laminate has a result");
+    }
+    if (results) {
+        order->kind = CHECKER_STACK;
+        order->variant = plies;
+        order->columns = (struct checkers_columns){write_results, free, results, length};
+        order->document[CHECKER_SECOND] = *record = stack.record;
+        order->length[CHECKER_SECOND] = stack.length;
+        stack.record = NULL;
+    }
+    stack_clear(&stack);
+    store_job_clear(&job);
+    return results != NULL;
+}
+
+/* ------------------------------------------------------------------ the pattern of a ply */
+
+/* Whether the laminate as understood gives ply k (from 0) a boundary. */
+static bool is_bounded(const char *record, size_t k) {
+    const char *at = strstr(record, "\"plies\":[");
+    for (size_t n = 0; at && n <= k; n++)
+        at = strstr(at + 1, "{\"name\":");
+    const char *next = at ? strstr(at + 1, "{\"name\":") : NULL;
+    const char *boundary = at ? strstr(at, "\"boundary\":{") : NULL;
+    return boundary && (!next || boundary < next);
+}
+
+enum http_next laminates_pattern(struct call *call) {
+    struct call_choice choice;
+    struct store_job job = {0}, drape = {0};
+    struct stack stack = {0};
+    const char *name;
+    size_t part = 0;
+    int64_t wanted = 0;
+    if (!request_parse_int(call->request->segments[PLY_SEGMENT], 0, INT32_MAX, &wanted))
+        return call_not_found(call, "ply");
+    if (!call_choose(call, FORMAT_PATTERN, &choice) || !call_find_job(call, &job))
+        return HTTP_DONE;
+    enum store_answer answer = stack_get(call->services->store, job.id, &stack);
+    char *at = stack.record;
+    bool found = answer == STORE_OK, bounded = found && is_bounded(at, (size_t)wanted);
+    for (int64_t k = 0; found && k <= wanted; k++)
+        found = next_ply(&at, &part, &name);
+    const struct store_job *member = found ? member_of(&stack, part) : NULL;
+    if (answer != STORE_OK)
+        jobs_request_failed(call, answer);
+    else if (!member)
+        call_not_found(call, "ply");
+    else if (bounded)
+        reply_refuse(call->reply, API_NOT_ACCEPTABLE,
+                     "the pattern of a ply with a boundary is not drawn: cut that of its drape, "
+                     "/v1/drapes/%s/pattern, along the boundary",
+                     member->id);
+    else if (store_get(call->services->store, member->id, &drape) == STORE_OK)
+        results_reply(call, &drape, &choice);
+    else
+        call_not_found(call, "drape");
+    store_job_clear(&drape);
+    store_job_clear(&job);
+    stack_clear(&stack);
+    return HTTP_DONE;
+}
