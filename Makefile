@@ -94,6 +94,13 @@ $(B)/gen/encoders_digest.h: $(ENCODERS) api/embed_powers.py
 	@echo "#define ENCODERS_DIGEST \"$$(cat $^ | sha256sum | cut -c1-8)\"" >$@
 $(B)/server/resources/results.o: $(B)/gen/encoders_digest.h
 
+# The library of fabrics.
+MATERIALS := $(sort $(wildcard api/materials/*.json))
+$(B)/gen/materials.h: api/embed_materials.py $(MATERIALS) | $(B)/.setup
+	@mkdir -p $(@D)
+	$(call say,EMBED,api/materials)python3 $< $@ $(MATERIALS)
+$(B)/api/request/material.o: $(B)/gen/materials.h
+
 # The powers of ten that the shortest decimals take.
 $(B)/gen/powers.h: api/embed_powers.py | $(B)/.setup
 	@mkdir -p $(@D)

@@ -9,6 +9,7 @@
 #include "api/map/map.h"
 #include "api/request/decode.h"
 #include "api/request/digest.h"
+#include "api/request/material.h"
 #include "api/request/normalise.h"
 #include "api/run.h"
 #include "files.h"
@@ -78,6 +79,7 @@ static const char help_tail[] =
     "  --variant K        of a study: write the drape request of variant K instead,\n"
     "                     or with \"best\" of the best of its first objective\n"
     "  --threads N        threads to solve with; default 1\n"
+    "  --materials        the fabrics that fabric.material names\n"
     "  -h, --help         this text\n"
     "  --version          the solver's version\n"
     "\n"
@@ -134,6 +136,14 @@ static int print_help(void) {
     print_formats("a report to print:", FORMAT_REPORT);
     print_formats("with --map, on a mesh:", FORMAT_MAP);
     fputs(help_tail, stdout);
+    return fflush(stdout) == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+}
+
+/* Each with the line that says what it is. */
+static int print_materials(void) {
+    const struct api_material *material;
+    for (size_t k = 0; (material = api_material_at(k)); k++)
+        printf("%-28s%s\n", material->name, material->about);
     return fflush(stdout) == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
@@ -220,6 +230,7 @@ static const struct option option_table[] = {
     {"max-nodes", required_argument, NULL, 0},
     {"max-variants", required_argument, NULL, 0},
     {"variant", required_argument, NULL, 0},
+    {"materials", no_argument, NULL, 'm'},
     {"help", no_argument, NULL, 'h'},
     {"version", no_argument, NULL, 'v'},
     {0},
@@ -247,6 +258,8 @@ static int parse_arguments(int argc, char **argv, struct arguments *arguments) {
         const char *name = option == 'o' ? "output" : option_table[index].name;
         if (option == 'h')
             return print_help();
+        if (option == 'm')
+            return print_materials();
         if (option == 'v')
             return puts("drape " DRAPE_SOLVER_VERSION) < 0 ? EXIT_FAILURE : EXIT_SUCCESS;
         if (option == '?')

@@ -2,6 +2,7 @@
 #include "decode.h"
 
 #include "api/json/place.h"
+#include "material.h"
 #include "parts.h"
 #include "solver/surface/shell.h"
 #include <string.h>
@@ -49,17 +50,55 @@ static void decode_unit(const struct json_place *place, const struct api_surface
     *unit = surface->length_unit;
 }
 
-static void decode_fabric(const struct json_place *place, struct api_request *request) {
-    static const char *const keys[] = {
-        "spacing", "thickness", "fiber_volume_fraction", "locking_angle_deg", "pre_shear_deg",
-        "plies",   NULL};
-    struct api_fabric *fabric = &request->fabric;
-    if (!place_object(place, keys))
-        return;
-    struct json_place spacing = place_member(place, "spacing");
+/* What a fabric is, of a request or of a material; lengths are in `metres`, and become the
+ * request's. */
+static void read_fabric(const struct json_place *place, double metres,
+                        struct api_request *request) {
     struct json_place thickness = place_member(place, "thickness");
     struct json_place fraction = place_member(place, "fiber_volume_fraction");
     struct json_place locking = place_member(place, "locking_angle_deg");
+    struct api_fabric *fabric = &request->fabric;
+    if (place_given(&thickness) && place_number(&thickness, decode_lengths, &fabric->thickness) &&
+        metres != request->length_unit->metres)
+        fabric->thickness *= metres / request->length_unit->metres;
+    if (place_given(&fraction))
+        place_number(&fraction, decode_fractions, &fabric->fiber_volume_fraction);
+    if (place_given(&locking))
+        place_number(&locking, locking_angles, &fabric->locking_angle_deg);
+}
+
+/* The figures of a material, which what the request says itself replaces afterwards. */
+static void decode_material(const struct json_place *name, struct api_request *request) {
+    const struct json_tree *own = name->tree;
+    const struct api_material *material;
+    const char *text;
+    struct json_tree tree;
+    if (!place_string(name, &text))
+        return;
+    material = api_material_named(text);
+    if (!material) {
+        place_fault(name, "is no material of the library (GET /v1/materials, drape --materials)");
+        return;
+    }
+    if (json_tree_parse(&tree, material->json, material->length, &api_limits_default, own->arena,
+                        own->problem) != API_OK)
+        return;
+    struct json_place root = place_root(&tree), fabric = place_member(&root, "fabric");
+    struct json_place permeability = place_member(&root, "permeability");
+    read_fabric(&fabric, 1, request);
+    if (place_given(&permeability))
+        decode_permeability(&permeability, &request->permeability);
+    json_tree_free(&tree);
+}
+
+static void decode_fabric(const struct json_place *place, struct api_request *request) {
+    static const char *const keys[] = {
+        "material",          "spacing",       "thickness", "fiber_volume_fraction",
+        "locking_angle_deg", "pre_shear_deg", "plies",     NULL};
+    if (!place_object(place, keys))
+        return;
+    struct json_place material = place_member(place, "material");
+    struct json_place spacing = place_member(place, "spacing");
     struct json_place pre_shear = place_member(place, "pre_shear_deg");
     struct json_place plies = place_member(place, "plies");
     double *distance = request->settings.spacing;
@@ -67,16 +106,13 @@ static void decode_fabric(const struct json_place *place, struct api_request *re
         place_vector(&spacing, decode_lengths, 2, distance);
     else if (place_number(&spacing, decode_lengths, &distance[0]))
         distance[1] = distance[0];
-    if (place_given(&thickness))
-        place_number(&thickness, decode_lengths, &fabric->thickness);
-    if (place_given(&fraction))
-        place_number(&fraction, decode_fractions, &fabric->fiber_volume_fraction);
-    if (place_given(&locking))
-        place_number(&locking, locking_angles, &fabric->locking_angle_deg);
+    if (place_given(&material))
+        decode_material(&material, request);
+    read_fabric(place, request->length_unit->metres, request);
     if (place_given(&pre_shear))
         place_number(&pre_shear, pre_shears, &request->settings.pre_shear_deg);
     if (place_given(&plies))
-        place_integer(&plies, 1, PLIES_MAX, &fabric->plies);
+        place_integer(&plies, 1, PLIES_MAX, &request->fabric.plies);
 }
 
 /* A NURBS surface has a domain; whether a point in space is near the surface is found later. */
@@ -333,8 +369,10 @@ static void decode_cloth(const struct json_place *root, struct api_request *requ
     decode_method(root, request);
     if (place_given(&extent))
         decode_extent(&extent, &request->settings);
-    if (place_given(&permeability))
+    if (place_given(&permeability)) {
+        request->permeability = (struct api_permeability){.model = API_PERMEABILITY_NONE};
         decode_permeability(&permeability, &request->permeability);
+    }
 }
 
 /* Permeability models that scale with the fibre volume fraction need one, which in a rigid cavity
@@ -347,9 +385,9 @@ static void check_permeability(const struct json_place *root, const struct api_r
     if (model == API_PERMEABILITY_NONE ||
         (model == API_PERMEABILITY_TABLE && request->permeability.fractions == 0))
         return;
-    if (!place_given(&fraction))
+    if (!place_given(&fraction) && request->fabric.fiber_volume_fraction == 0)
         place_fault(&fraction, "is required by this permeability model");
-    if (request->cavity.rigid && !place_given(&thickness))
+    if (request->cavity.rigid && !place_given(&thickness) && request->fabric.thickness == 0)
         place_fault(&thickness, "is required by this permeability model in a rigid cavity");
 }
 

@@ -22,6 +22,8 @@ call_handler surfaces_create, surfaces_list, surfaces_get, surfaces_preview, sur
 /* Whether the body of `POST /v1/surfaces` is said to be a file of CAD or mesh, by `?format=` or its
  * type; the reply then says why it is not taken, if so. */
 bool surfaces_screen_file(struct call *call);
+/* materials.c */
+call_handler materials_list, materials_get;
 /* meta.c */
 call_handler meta_openapi, meta_limits, meta_health, meta_ready, meta_version, meta_metrics;
 /* viewer.c */

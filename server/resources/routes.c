@@ -85,6 +85,8 @@ static const struct route routes[] = {
     {"GET", "/v1/surfaces/{id}", surfaces_get, 0, {0}},
     {"GET", "/v1/surfaces/{id}/preview", surfaces_preview, 0, {"format"}},
     {"DELETE", "/v1/surfaces/{id}", surfaces_delete, 0, {0}},
+    {"GET", "/v1/materials", materials_list, 0, {0}},
+    {"GET", "/v1/materials/{name}", materials_get, 0, {0}},
     {"GET", "/v1/openapi.json", meta_openapi, ROUTE_OPEN, {0}},
     {"GET", "/v1/limits", meta_limits, ROUTE_OPEN, {0}},
     {"GET", "/", viewer_page, ROUTE_LOOSE | ROUTE_OPEN, {0}},

@@ -273,3 +273,23 @@ openapi() {
     expect 200
     stop_daemon
 }
+
+@test "materials: the library is listed with its sources, and a drape takes one by name" {
+    call GET /v1/materials
+    expect 200
+    jq -e '.materials | length >= 3 and all(.name and .about and .source and (.example | type ==
+        "boolean"))' "$body"
+    call GET /v1/materials/example-glass-plain-800
+    expect 200
+    jq -e '.fabric.thickness == 0.000625 and .example' "$body"
+    call GET /v1/materials/silk
+    expect_problem 404 not-found
+    jq -c '.fabric = {spacing: 0.2, material: "example-glass-plain-800"}' "$EXAMPLES/saddle.json" \
+        >"$BATS_TEST_TMPDIR/request"
+    call POST '/v1/drapes?fields=cells.thickness,cells.k1' -H "$JSON" -H 'Prefer: wait=40' \
+        --data-binary "@$BATS_TEST_TMPDIR/request"
+    expect 200
+    jq -e '(.cells.thickness | min) >= 0.000625 and (.cells.k1 | min) > 0' "$body"
+    call GET "/v1/drapes/$(field .id)/request"
+    jq -e '.fabric.thickness == 0.000625 and .permeability.k1 == 2e-10' "$body"
+}

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "api/request/decode.h"
 
+#include "api/request/material.h"
 #include "api/request/normalise.h"
 #include "support.h"
 #include "tests/check.h"
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -105,6 +107,67 @@ static void test_decode_takes_every_setting(void **state) {
     assert_true(r->settings.extent[1][0] == -3 && r->settings.extent[1][1] == 4);
     assert_true(r->cavity.rigid && r->cavity.height == 2.5);
     bytes_free(&text);
+}
+
+/* A request whose fabric names a material, and says these members beside it. */
+static void decode_material(struct decoded *decoded, const char *name, const char *beside,
+                            const char *members) {
+    struct bytes text = {0};
+    decoded->problem = (struct api_problem){0};
+    bytes_format(&text,
+                 "{\"surface\":" PATCH ",\"fabric\":{\"spacing\":0.5,\"material\":\"%s\"%s}%s}",
+                 name, beside, members);
+    decode_text(text.data, decoded->arena, &decoded->request, &decoded->problem);
+    if (decoded->problem.id != API_OK)
+        fail_msg("%s: %s: %s", name, decoded->problem.place[0].pointer,
+                 decoded->problem.place[0].detail);
+    bytes_free(&text);
+}
+
+static void test_decode_material_fills_in_what_is_not_said(void **state) {
+    struct decoded *d = *state;
+    const struct api_fabric *fabric = &d->request.fabric;
+    const struct api_permeability *k = &d->request.permeability;
+    decode_material(d, "example-glass-plain-800", "", "");
+    assert_true(fabric->thickness == 0.000625 && fabric->fiber_volume_fraction == 0.5);
+    assert_true(fabric->locking_angle_deg == 45 && k->k2 == 1.6e-10);
+    decode_material(d, "example-glass-plain-800", "", ",\"length_unit\":\"mm\"");
+    check_at_most(fabs(fabric->thickness / 0.625 - 1), 1e-15);
+    decode_material(d, "example-glass-plain-800",
+                    ",\"thickness\":0.7,\"fiber_volume_fraction\":0.6,\"locking_angle_deg\":30",
+                    ",\"length_unit\":\"mm\",\"permeability\":{\"model\":\"gebart\","
+                    "\"fiber_radius\":5e-6,\"packing\":\"quadratic\"}");
+    assert_true(fabric->thickness == 0.7 && fabric->fiber_volume_fraction == 0.6);
+    assert_true(fabric->locking_angle_deg == 30);
+    assert_true(k->model == API_PERMEABILITY_GEBART && k->k1 == 0 && k->fiber_radius == 5e-6);
+}
+
+/* Named or said, the request is the same. */
+static void test_decode_material_is_its_figures(void **state) {
+    struct decoded *d = *state;
+    decode_material(d, "lcmsim-test-case", "", "");
+    char *named = strdup(api_normalise(&d->request, NULL, d->arena));
+    decode_text("{\"surface\":" PATCH ",\"fabric\":{\"spacing\":0.5,\"thickness\":0.003,"
+                "\"fiber_volume_fraction\":0.3},\"permeability\":{\"model\":\"kozeny_carman\","
+                "\"k1\":3e-10,\"k2\":3e-10,\"k3\":3e-10,\"at_fiber_volume_fraction\":0.3}}",
+                d->arena, &d->request, &d->problem);
+    assert_int_equal(d->problem.id, API_OK);
+    assert_string_equal(named, api_normalise(&d->request, NULL, d->arena));
+    free(named);
+}
+
+/* Each can be draped with, says where its figures come from, and has the weight that they give. */
+static void test_decode_every_material_of_the_library(void **state) {
+    struct decoded *d = *state;
+    const struct api_material *material;
+    for (size_t k = 0; (material = api_material_at(k)); k++) {
+        decode_material(d, material->name, "", ",\"cavity\":{\"height\":0.01}");
+        assert_ptr_equal(api_material_named(material->name), material);
+        assert_int_equal(strlen(material->json), material->length);
+        assert_non_null(strstr(material->json, "\"source\":\""));
+        assert_non_null(strstr(api_materials_json(), material->name));
+    }
+    assert_null(api_material_named("silk"));
 }
 
 static void test_decode_start_by_point(void **state) {
@@ -417,6 +480,9 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         TEST(test_decode_fills_in_every_default),
         TEST(test_decode_takes_every_setting),
+        TEST(test_decode_material_fills_in_what_is_not_said),
+        TEST(test_decode_material_is_its_figures),
+        TEST(test_decode_every_material_of_the_library),
         TEST(test_decode_start_by_point),
         TEST(test_decode_bare_list_of_points),
         TEST(test_decode_weights_beside_the_bare_list),
