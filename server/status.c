@@ -36,6 +36,9 @@ static void print_queue(const struct survey *survey) {
     if (counts->oldest_queued)
         printf(", the first for %" PRId64 " s", seconds(survey->now - counts->oldest_queued));
     printf(", %" PRId64 " running\n", counts->jobs[STORE_RUNNING]);
+    if (counts->tasks[STORE_QUEUED] + counts->tasks[STORE_RUNNING] > 0)
+        printf("tasks    %" PRId64 " of studies waiting, %" PRId64 " running\n",
+               counts->tasks[STORE_QUEUED], counts->tasks[STORE_RUNNING]);
     printf("ended    %" PRId64 " succeeded, %" PRId64 " failed (%" PRId64 " by crashes), %" PRId64
            " cancelled\n",
            counts->ended[STORE_SUCCEEDED], counts->ended[STORE_FAILED], counts->crashed,

@@ -213,6 +213,36 @@ END
     done
 }
 
+@test "client: does a study, and drapes the best of its variants" {
+    cat >"$BATS_TEST_TMPDIR/study.py" <<'END'
+import json, sys
+sys.path.insert(0, "api/clients/python")
+import draped
+client = draped.Client(sys.argv[1])
+with open(sys.argv[2], encoding="utf-8") as file:
+    drape = json.load(file)
+drape["fabric"]["spacing"] = 0.4
+request = {"drape": drape, "vary": {"start": {"grid": 4}, "angle_deg": [0, 30]},
+           "objectives": ["max_shear_deg"]}
+seen = []
+study = client.study(request, progress=seen.append)
+assert seen[-1]["status"] == "succeeded" and seen[-1]["variants"] == {"done": 8, "total": 8}
+best = study["best"]["max_shear_deg"]
+shear = study["variants"]["max_shear_deg"]
+assert len(shear) == 8 and shear[best] == min(shear)
+again = client.submit(client.variant(study["id"], best))
+assert client.wait(again)["summary"]["max_shear_deg"] == shear[best]
+assert client.cancel_study(study["id"])["status"] == "succeeded"
+client.delete_study(study["id"])
+try:
+    client.variant(study["id"], best)
+    raise AssertionError("still there")
+except draped.DrapedError as error:
+    assert error.status == 404
+END
+    $PYTHON "$BATS_TEST_TMPDIR/study.py" "$URL" "$EXAMPLES/saddle.json"
+}
+
 @test "client: as a program it saves any format by the file's name" {
     for ending in json csv vtp glb npz svg dxf; do
         $PYTHON $CLIENTS/python/draped.py "$EXAMPLES/saddle.json" --url "$URL" \

@@ -13,6 +13,9 @@
     fields = client.map(drape, "mould.bdf")        # the fields on your own mesh
     client.save_map(drape, "mould.bdf", "case.zip", format="lcmsim")
 
+    study = client.study({"drape": ..., "vary": {"start": {"grid": 50}}, "objectives": ["max_shear_deg"]})
+    request = client.variant(study["id"], study["best"]["max_shear_deg"])  # to be submitted
+
 Every error of the service is a `DrapedError` with the service's own words. As a program:
 
     python3 draped.py request.json -o net.vtp --url http://127.0.0.1:8080
@@ -167,9 +170,12 @@ class Client:
     def submit(self, request: Mapping[str, Any]) -> str:
         """Queues a drape request (a dict as in the service's openapi.yaml); its id. A request that
         is repeated because the connection broke is not done twice."""
+        return self._submit("drapes", request)
+
+    def _submit(self, collection: str, request: Mapping[str, Any]) -> str:
         headers = {"Content-Type": "application/json", "Idempotency-Key": str(uuid.uuid4())}
         body = json.dumps(request, allow_nan=False).encode()
-        return self._json("POST", "/v1/drapes", body, headers)["id"]
+        return self._json("POST", f"/v1/{collection}", body, headers)["id"]
 
     def status(self, drape: str, wait: int = 0) -> Json:
         """The status document; with `wait` (seconds, at most 60) once the drape ends or they are
@@ -183,16 +189,20 @@ class Client:
 
         Raises DrapedError when the drape failed or was cancelled, TimeoutError after `timeout`
         seconds."""
+        return self._wait("drapes", drape, timeout, progress)
+
+    def _wait(self, collection: str, job: str, timeout: Optional[float],
+              progress: Optional[Callable[[Json], None]]) -> Json:
         until = None if timeout is None else time.monotonic() + timeout
         bar = _Bar(sys.stderr)
         try:
             while True:
-                status = self.status(drape, wait=1)
+                status = self._json("GET", f"/v1/{collection}/{job}", wait=1)
                 (progress or bar.show)(status)
                 if status["status"] not in ("queued", "running"):
                     break
                 if until is not None and time.monotonic() > until:
-                    raise TimeoutError(f"drape {drape} is still {status['status']}")
+                    raise TimeoutError(f"{collection}/{job} is still {status['status']}")
         finally:
             if progress is None:
                 bar.close()
@@ -213,9 +223,7 @@ class Client:
 
     def submit_laminate(self, request: Mapping[str, Any]) -> str:
         """Queues a laminate (a dict with `surface` and `plies`); its id."""
-        headers = {"Content-Type": "application/json", "Idempotency-Key": str(uuid.uuid4())}
-        body = json.dumps(request, allow_nan=False).encode()
-        return self._json("POST", "/v1/laminates", body, headers)["id"]
+        return self._submit("laminates", request)
 
     def laminate(self, laminate: str, wait: int = 0) -> Json:
         """The status document, whose `plies` have the ids of their drapes; `wait` as of a drape."""
@@ -227,6 +235,30 @@ class Client:
             document = json.load(answer)
         tables = {table: _table(document[table]) for table in ("cells", "plies") if table in document}
         return {**document, **tables}
+
+    # ---- studies ----
+
+    def study(self, request: Mapping[str, Any], timeout: Optional[float] = None,
+              progress: Optional[Callable[[Json], None]] = None) -> Json:
+        """Does a study, many variants of a drape (a dict as in the service's openapi.yaml), and waits
+        for it as `wait` does. Its result: `id`, `summary`, `best` (the index of the best variant for
+        each objective) and the table `variants`, columns as arrays where NumPy is installed."""
+        study = self._submit("studies", request)
+        self._wait("studies", study, timeout, progress)
+        document = self._json("GET", f"/v1/studies/{study}/result")
+        return {**document, "variants": _table(document["variants"])}
+
+    def variant(self, study: str, index: int) -> Json:
+        """The drape request of one variant of a study, to be submitted as it is."""
+        return self._json("GET", f"/v1/studies/{study}/variants/{int(index)}/request")
+
+    def cancel_study(self, study: str) -> Json:
+        """Stops it; the status document."""
+        return self._json("POST", f"/v1/studies/{study}/cancel", b"")
+
+    def delete_study(self, study: str) -> None:
+        """Removes the study and its result."""
+        self._open("DELETE", f"/v1/studies/{study}").close()
 
     # ---- results ----
 
