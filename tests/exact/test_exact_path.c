@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* Paths past the corners of spans: on a sphere, split as one likes, geodesics are great circles. */
+/* Paths past the corners of spans: on a sphere, split as one likes, geodesics are great circles.
+ * And geodesics that are measured instead: on a sphere and, as helices, on a cylinder. */
 #include "shapes.h"
+#include "solver/net/logarithm.h"
 #include "solver/surface/path.h"
 #include "tests/check.h"
 #include <stdio.h>
@@ -73,9 +75,87 @@ static void test_exact_path_passes_corners_of_spans(void **state) {
     arena_free(arena);
 }
 
+enum { PAIRS = 2000, ACCURACIES = 3 };
+static const double accuracies[ACCURACIES] = {1e-4, 1e-6, 1e-8};
+
+/* The exact logarithm of q at p: its length and unit tangent. */
+typedef void exact_logarithm(struct vec3 p, struct vec3 q, double *length, struct vec3 *leave);
+
+static void on_sphere(struct vec3 p, struct vec3 q, double *length, struct vec3 *leave) {
+    *length = vec3_angle(p, q);
+    *leave = vec3_unit(vec3_axpy(-vec3_dot(p, q), p, q));
+}
+
+static void on_cylinder(struct vec3 p, struct vec3 q, double *length, struct vec3 *leave) {
+    double turn = atan2(p.x * q.y - p.y * q.x, p.x * q.x + p.y * q.y), rise = q.z - p.z;
+    *length = sqrt(turn * turn + rise * rise);
+    *leave = vec3_scale(1 / *length, (struct vec3){-p.y * turn, p.x * turn, rise});
+}
+
+/* The largest errors of lengths, by themselves, and of directions, over pairs of places less than a
+ * radius apart; from the second on how many of them were found. */
+static size_t largest_errors(const struct surface *surface, exact_logarithm *exact, double accuracy,
+                             double errors[2]) {
+    struct surface_cursor cursor = {0, 0};
+    size_t found = 0;
+    double lower[2], upper[2];
+    surface_domain(surface, lower, upper);
+    errors[0] = errors[1] = 0;
+    for (int k = 0; k < PAIRS; k++) {
+        struct station from, to;
+        struct logarithm l;
+        struct vec3 leave;
+        double uv[2][2], length;
+        for (int n = 0; n < 2; n++) {
+            double x = fmod(0.05 + 0.6180339887 * (k + 1) * (n + 1), 1);
+            uv[0][n] = lower[n] + x * (upper[n] - lower[n]);
+            x += 0.3 * fmod(0.7548776662 * (k + 1) * (2 * n + 1), 1) - 0.15;
+            uv[1][n] = lower[n] + fmin(fmax(x, 0), 1) * (upper[n] - lower[n]);
+        }
+        assert_true(station_at(surface, &cursor, uv[0], &from));
+        assert_true(station_at(surface, &cursor, uv[1], &to));
+        exact(from.jet.r, to.jet.r, &length, &leave);
+        if (length > 1 || !logarithm_find(&cursor, &from, &to, accuracy, &l))
+            continue;
+        found++;
+        errors[0] = fmax(errors[0], fabs(l.length / length - 1));
+        errors[1] = fmax(errors[1], vec3_distance(l.leave, leave));
+    }
+    return found;
+}
+
+static void check_logarithms(const char *name, const struct surface *surface,
+                             exact_logarithm *exact) {
+    for (int k = 0; k < ACCURACIES; k++) {
+        double errors[2];
+        size_t found = largest_errors(surface, exact, accuracies[k], errors);
+        printf("  %s, to %.0e: %zu found, lengths %.1e, directions %.1e\n", name, accuracies[k],
+               found, errors[0], errors[1]);
+        check_at_least(found, PAIRS * 9 / 10);
+        check_below(errors[0], 10 * accuracies[k]);
+        check_below(errors[1], 3 * sqrt(accuracies[k]));
+    }
+}
+
+/* Both as accurate as asked for, and over the knot lines of a cylinder of quarters. */
+static void test_exact_path_logarithms(void **state) {
+    static const double whole[2] = {0, 2 * M_PI}, foot[2] = {1, 0}, top[2] = {1, 2};
+    static struct shape shape;
+    struct arena *arena = arena_new((size_t)1 << 24);
+    struct surface *surface;
+    (void)state;
+    check_logarithms("sphere", split_sphere(&shape, arena), on_sphere);
+    shape_frustum(&shape, whole, foot, top, M_PI / 2);
+    struct nurbs nurbs = shape_nurbs(&shape);
+    assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+    check_logarithms("cylinder", surface, on_cylinder);
+    arena_free(arena);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_path_passes_corners_of_spans),
+        cmocka_unit_test(test_exact_path_logarithms),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
