@@ -192,6 +192,12 @@ void find_box(const TopoDS_Face &shape, conversion &c) {
     c.original->Bounds(bound[0], bound[1], bound[2], bound[3]);
     for (int k = 0; k < 2; k++) {
         bool periodic = k == 0 ? c.original->IsUPeriodic() : c.original->IsVPeriodic();
+        /* A turn that begins next to nothing beside the seam is that from the seam on. */
+        double share = ON_EDGE * (bound[2 * k + 1] - bound[2 * k]);
+        if (periodic && std::fabs(c.low[k] - bound[2 * k]) < share)
+            c.low[k] = bound[2 * k];
+        if (periodic && std::fabs(c.high[k] - bound[2 * k + 1]) < share)
+            c.high[k] = bound[2 * k + 1];
         if (!periodic) {
             c.low[k] = std::max(c.low[k], bound[2 * k]);
             c.high[k] = std::min(c.high[k], bound[2 * k + 1]);

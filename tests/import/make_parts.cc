@@ -114,6 +114,16 @@ static TopoDS_Shape make_dome() {
     return fillet.Shape();
 }
 
+/* The upper half of a sphere that runs into a tube: booleans leave the turn of both faces a
+ * rounding beside the seam. */
+static TopoDS_Shape make_neck() {
+    TopoDS_Shape whole = BRepAlgoAPI_Fuse(BRepPrimAPI_MakeSphere(40).Shape(),
+                                          BRepPrimAPI_MakeCylinder(20, 80).Shape())
+                             .Shape();
+    TopoDS_Shape below = BRepPrimAPI_MakeBox(gp_Pnt(-100, -100, -100), gp_Pnt(100, 100, 0)).Shape();
+    return BRepAlgoAPI_Cut(whole, below).Shape();
+}
+
 /* A cone whose top is rounded: cloth that goes down on both sides of it meets behind. */
 static TopoDS_Shape make_cup() {
     BRepPrimAPI_MakeCone cone(40, 15, 60);
@@ -249,6 +259,7 @@ int main(int argc, char **argv) {
     write_step("torus", moved(BRepPrimAPI_MakeTorus(40, 15).Shape(), 1, 2, 3, 1));
     write_step("dome", make_dome());
     write_step("cup", make_cup());
+    write_step("neck", make_neck());
     write_step("wing", make_wing());
     write_step("cuts", make_cuts());
     write_iges("cuts_iges", make_cuts(), "MM");
