@@ -97,6 +97,24 @@ columns() {
     [ "$(field .status)" = succeeded ]
 }
 
+@test "http: searches and samples give the bytes that the command gives" {
+    start --workers 2
+    study 0.3 9 | jq -c '.search = "optimise" | .budget = 60' >"$BATS_TEST_TMPDIR/search.json"
+    study 0.3 1 | jq -c '.vary = {start: {radius: 0.2}, angle_deg: {normal: 2}} | .sample = 30 |
+        .seed = 7' >"$BATS_TEST_TMPDIR/sample.json"
+    for name in search sample; do
+        post /v1/studies "$BATS_TEST_TMPDIR/$name.json" -H 'Prefer: wait=40'
+        expect 200
+        id=$(field .id)
+        for table in variants bands; do
+            [ $name$table != searchbands ] || continue
+            call GET "/v1/studies/$id/result?format=csv&table=$table"
+            expect 200
+            "$DRAPE" "$BATS_TEST_TMPDIR/$name.json" --format csv --table $table 2>/dev/null | cmp - "$body"
+        done
+    done
+}
+
 @test "http: what is wrong with a study is said before any work" {
     start --workers 1 --max-variants 20
     study 0.4 6 | post /v1/studies -
