@@ -95,8 +95,14 @@ export async function drapeNow(body, seconds, names) {
   return { id, columns: response.status === 200 ? await response.arrayBuffer() : null };
 }
 
+/** Submits a study (JSON text); its status document. */
+export async function submitStudy(body, signal) {
+  return (await post('v1/studies', body, {}, signal)).json();
+}
+
+/** Of drapes, or of another kind of job. */
 export const status = (id, signal) => read(`v1/drapes/${id}`, 'json', { signal });
-export const cancel = (id) => call(`v1/drapes/${id}/cancel`, { method: 'POST' });
+export const cancel = (id, kind = 'drapes') => call(`v1/${kind}/${id}/cancel`, { method: 'POST' });
 /** `leaving`: the call outlives the page. */
 export const remove = (id, leaving = false) =>
   call(`v1/drapes/${id}`, { method: 'DELETE', keepalive: leaving });
@@ -105,8 +111,8 @@ export const list = (limit) => read(`v1/drapes?limit=${limit}`);
 const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 
 /** Reads one stream of server-sent events to its end, calls `onStatus`; the last status. */
-async function readEvents(id, onStatus, signal) {
-  const response = await call(`v1/drapes/${id}/events`, { signal });
+async function readEvents(id, kind, onStatus, signal) {
+  const response = await call(`v1/${kind}/${id}/events`, { signal });
   const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
   let text = '';
   let last = null;
@@ -126,11 +132,11 @@ async function readEvents(id, onStatus, signal) {
 
 const ended = (document) => ['succeeded', 'failed', 'cancelled'].includes(document?.status);
 
-/** Follows a drape to its end, over a service that restarts meanwhile: the last status. */
-export async function follow(id, onStatus, signal) {
+/** Follows a job to its end, over a service that restarts meanwhile: the last status. */
+export async function follow(id, onStatus, signal, kind = 'drapes') {
   for (let failures = 0; ; ) {
     try {
-      const last = await readEvents(id, onStatus, signal);
+      const last = await readEvents(id, kind, onStatus, signal);
       if (ended(last)) return last;
       if (last) failures = 0;
     } catch (error) {

@@ -9,7 +9,7 @@ const WIDTH = 288;
 const HEIGHT = 150;
 const FRAME = { left: 34, right: 8, top: 20, bottom: 30 };
 
-function svg(name, attributes = {}, ...children) {
+export function svg(name, attributes = {}, ...children) {
   const node = document.createElementNS('http://www.w3.org/2000/svg', name);
   for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
   node.append(...children);
@@ -86,7 +86,7 @@ export function drawScale(parent, { range: [low, high], map, unit, label, marks 
 }
 
 /** The frame of a chart with ticks; returns the group and the scales. */
-function frame({ xs, ys, xLabel, yLabel }) {
+export function frame({ xs, ys, xLabel, yLabel }) {
   const x = (value) =>
     FRAME.left + ((WIDTH - FRAME.left - FRAME.right) * (value - xs[0])) / (xs[1] - xs[0] || 1);
   const y = (value) =>

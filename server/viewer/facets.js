@@ -4,7 +4,7 @@
 import { readGlb } from './glb.js';
 import { readVtu } from './vtu.js';
 
-const EDGES_MOST = 4e5; // of the elements of a mesh that are drawn
+const EDGES_MOST = 6e4; // of the elements of a mesh: more would be a grey cloth, and slow
 
 function boundsOf(arrays) {
   const low = [Infinity, Infinity, Infinity];
@@ -142,6 +142,46 @@ function flatNormals({ position: p, normal }) {
     const n = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     for (let k = 0; k < 9; k++) normal[t + k] = n[k % 3];
   }
+}
+
+/** Whether a triangle's middle is left of a trimmed surface. */
+function isLeft({ mask, uv, domain }, corners) {
+  if (!mask) return true;
+  const side = Math.sqrt(mask.length);
+  const [u0, u1, v0, v1] = domain;
+  const share = (axis) => corners.reduce((sum, k) => sum + uv[2 * k + axis], 0) / 3;
+  const pixel = (value, low, high) =>
+    Math.min(side - 1, Math.floor((side * (value - low)) / (high - low)));
+  return mask[pixel(share(1), v0, v1) * side + pixel(share(0), u0, u1)] > 127;
+}
+
+/** A surface in tiles: each of its triangles is of the place (x, y, z of the part) nearest to it. */
+export function tilesOf(shape, places) {
+  const { position: p, index, normal, origin } = shape;
+  const kept = [];
+  for (let at = 0; at < index.length; at += 3)
+    if (isLeft(shape, [index[at], index[at + 1], index[at + 2]])) kept.push(at);
+  const body = room(kept.length, 0);
+  const near = places.map((place) => place.map((value, axis) => value - origin[axis]));
+  kept.forEach((at, t) => {
+    const corners = [index[at], index[at + 1], index[at + 2]];
+    const middle = [0, 1, 2].map(
+      (axis) => corners.reduce((sum, k) => sum + p[3 * k + axis], 0) / 3,
+    );
+    let [nearest, least] = [0, Infinity];
+    near.forEach((place, k) => {
+      const away = Math.hypot(place[0] - middle[0], place[1] - middle[1], place[2] - middle[2]);
+      if (away < least) [nearest, least] = [k, away];
+    });
+    corners.forEach((vertex, c) => {
+      body.patch[3 * t + c] = nearest;
+      for (let axis = 0; axis < 3; axis++) {
+        body.position[9 * t + 3 * c + axis] = p[3 * vertex + axis];
+        body.normal[9 * t + 3 * c + axis] = normal[3 * vertex + axis];
+      }
+    });
+  });
+  return { ...body, origin, size: shape.size, radius: shape.radius, count: places.length };
 }
 
 export const buffersOf = ({ position, normal, patch, edges, edgePatch, columns = {} }) =>

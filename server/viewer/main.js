@@ -18,6 +18,7 @@ import {
   withUnit,
 } from './fields.js';
 import { Form } from './form.js';
+import { Finder } from './finder.js';
 import { nodeAt } from './lattice.js';
 import { curlCommand, fileName, saveAs, showDownloads } from './links.js';
 import { Drapes } from './list.js';
@@ -181,6 +182,7 @@ function refreshStale() {
 function clear() {
   page.one = page.pinned = page.hovered = null;
   mapped.setDrape(null);
+  finder.clear();
   runner.forget();
   comparison.end();
   view.arrange(page.layout);
@@ -285,6 +287,8 @@ function showDrape(drape, passing = false) {
   refreshStale();
   if (passing) return view.passing();
   chooser.show(false);
+  finder.show(false);
+  finder.refresh();
   mapped.setDrape(page.one, form.unit);
   const { cells, timing_ms: time } = drape.summary;
   say(`${cells.toLocaleString('en')} cells, solved in ${format(time.solve, 3)} ms`);
@@ -444,6 +448,19 @@ function pinWorst() {
   pin(placeOf(lattice, shear.indexOf(rangeOf(shear)[1])));
 }
 
+/* ---- studies ---- */
+
+/** Drapes a variant of a study; the drape that is shown can be compared with it. */
+function drapeVariant({ start, angle }) {
+  page.before = page.one?.id || page.before;
+  element('find-compare').hidden = !page.before;
+  form.setStart(start, 9);
+  form.main = { angle: String(Number(angle.toPrecision(6))) };
+  refreshCurl();
+  if (page.one) runner.live(true);
+  else runner.run();
+}
+
 /* ---- comparing ---- */
 
 async function compareWith(id) {
@@ -586,6 +603,11 @@ const view = new View({
 
 const measure = new Measure();
 const chooser = new Chooser(view, { onChange: chooseFaces });
+const finder = new Finder(view, form, {
+  onDrape: drapeVariant,
+  onError: reportQuietly,
+  current: () => page.one?.summary,
+});
 const mapped = new Mapped(view, { onShow: refreshColours, onError: reportQuietly });
 
 function pickMeasured(node) {
@@ -718,6 +740,7 @@ function listenView() {
 function listenResults() {
   element('refresh').addEventListener('click', () => drapes.refresh());
   element('compare-end').addEventListener('click', endComparison);
+  element('find-compare').addEventListener('click', () => compareWith(page.before));
   element('copy').addEventListener('click', async () => {
     await navigator.clipboard
       .writeText(element('curl').textContent)

@@ -41,6 +41,7 @@ const fragmentShader = /* glsl */ `
     ${section.cut}
     float part = clamp((of.x - low) / (high - low), 0.0, 1.0);
     vec3 tone = mix(texture(map, vec2((part * 255.0 + 0.5) / 256.0, 0.5)).rgb, ground, plain);
+    if (of.x > 1e29) tone = vec3(0.5);
     float stripe = step(0.5, fract((gl_FragCoord.x + gl_FragCoord.y) / 8.0));
     tone = mix(tone, accent, of.y * mix(stripe, 0.7, plain));
     float facing = abs(dot(normalize(seenNormal), normalize(seen)));

@@ -60,3 +60,6 @@ export const readElements = (buffer) => ask('elements', { buffer }, [buffer]);
 
 /** Some faces as a shape to drape on. */
 export const readShape = (body, chosen, about) => ask('some', { body, chosen, about });
+
+/** A shape in tiles, one round each place. */
+export const readTiles = (shape, places) => ask('tiles', { shape, places });

@@ -3,7 +3,7 @@
 import { readNpz } from './npz.js';
 import { buffersOf, makeLattice } from './lattice.js';
 import { makeDifference } from './difference.js';
-import { buffersOf as buffersOfBody, elementsOf, facesOf, shapeOf } from './facets.js';
+import { buffersOf as buffersOfBody, elementsOf, facesOf, shapeOf, tilesOf } from './facets.js';
 import { isSurface, makeShape, unwrap } from './shape.js';
 
 function parse(text) {
@@ -72,6 +72,10 @@ const tasks = {
   },
   elements({ buffer }) {
     const body = elementsOf(buffer);
+    return [body, buffersOfBody(body)];
+  },
+  tiles({ shape, places }) {
+    const body = tilesOf(shape, places);
     return [body, buffersOfBody(body)];
   },
   some({ body, chosen, about }) {
