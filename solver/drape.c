@@ -196,18 +196,24 @@ static bool suits_mesh(const struct drape_settings *s) {
     return !s->trim && (s->method == DRAPE_MOSAIC || smooth);
 }
 
+enum status drape_prepare_mesh(const struct mesh *mesh, enum drape_method method,
+                               struct arena *arena, const struct mesh_smooth **smooth) {
+    struct mesh_smooth *made = NULL;
+    enum status status = method == DRAPE_MOSAIC ? STATUS_OK : mesh_smooth_make(mesh, arena, &made);
+    *smooth = made;
+    return status;
+}
+
 enum status drape_solve_mesh(const struct mesh *mesh, const struct drape_settings *settings,
                              const struct drape_monitor *monitor, struct arena *arena,
                              struct drape_result *result) {
     struct march march = {.mesh = mesh, .settings = settings, .monitor = monitor, .arena = arena};
-    struct mesh_smooth *smooth;
     enum status status = check_settings(settings);
     if (status == STATUS_OK && !suits_mesh(settings))
         status = STATUS_INVALID;
-    if (status == STATUS_OK && settings->method != DRAPE_MOSAIC) {
-        status = mesh_smooth_make(mesh, arena, &smooth);
-        march.smooth = smooth;
-    }
+    march.smooth = settings->smooth;
+    if (status == STATUS_OK && !march.smooth)
+        status = drape_prepare_mesh(mesh, settings->method, arena, &march.smooth);
     if (status == STATUS_OK)
         status = start_find_on_mesh(&march, &result->faulty_generator);
     return status == STATUS_OK ? finish(&march, result) : status;

@@ -78,6 +78,8 @@ struct drape_gauge {
                                       of the rim if there is one, else of the nodes */
 };
 
+struct mesh_smooth;
+
 /* What to drape. Zero-initialised fields are the defaults, but spacing and max_nodes are required.
  * Index 0 of a pair is warp, 1 is weft. */
 struct drape_settings {
@@ -95,10 +97,12 @@ struct drape_settings {
     struct drape_generator generator[2];
     bool has_extent[2]; /* whether extent[k] bounds the net; else until the surface is covered */
     int extent[2][2];   /* lowest index <= 0 and highest index >= 0 */
-    const struct trim *trim;       /* the usable region; NULL: the whole surface */
-    size_t max_nodes;              /* STATUS_TOO_MANY_NODES beyond */
-    struct drape_gauge *gauge;     /* NULL, or the caller's, to be filled */
-    const struct drape_team *team; /* NULL: the calling thread alone */
+    const struct trim *trim;          /* the usable region; NULL: the whole surface */
+    size_t max_nodes;                 /* STATUS_TOO_MANY_NODES beyond */
+    struct drape_gauge *gauge;        /* NULL, or the caller's, to be filled */
+    const struct mesh_smooth *smooth; /* of the mesh, made for many drapes of it by
+                                         `drape_prepare_mesh`; NULL: each makes its own */
+    const struct drape_team *team;    /* NULL: the calling thread alone */
     int lanes; /* nodes to be found at once at the most, 0: as many as the processor can; the result
                   has the same bits with any */
 };
@@ -230,6 +234,12 @@ enum status drape_solve(const struct surface *surface, const struct drape_settin
 enum status drape_solve_shell(const struct shell *shell, const struct drape_settings *settings,
                               const struct drape_monitor *monitor, struct arena *arena,
                               struct drape_result *result) STATUS_MUST_USE;
+
+/* The smooth surface of a mesh for `settings->smooth`, in `arena`; NULL for the method mosaic,
+ * which needs none. It may be used by many threads at once. Errors: STATUS_OUT_OF_MEMORY. */
+enum status drape_prepare_mesh(const struct mesh *mesh, enum drape_method method,
+                               struct arena *arena,
+                               const struct mesh_smooth **smooth) STATUS_MUST_USE;
 
 /*
  * The same on a mesh: the component with the start is draped, for the method mosaic its flat

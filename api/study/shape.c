@@ -81,7 +81,13 @@ enum api_problem_id study_shape_make(struct study_request *request, const struct
         return problem->id;
     }
     request->drape.settings.start_face = shape->shell.start_face;
-    find_component(&request->drape.settings, shape);
+    struct drape_settings *settings = &request->drape.settings;
+    if (shape->mesh &&
+        drape_prepare_mesh(shape->mesh, settings->method, arena, &settings->smooth) != STATUS_OK) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the mesh needs more memory than allowed");
+        return problem->id;
+    }
+    find_component(settings, shape);
     shape->area = find_area(request, shape);
     return API_OK;
 }
