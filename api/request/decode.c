@@ -58,9 +58,11 @@ static void read_fabric(const struct json_place *place, double metres,
     struct json_place fraction = place_member(place, "fiber_volume_fraction");
     struct json_place locking = place_member(place, "locking_angle_deg");
     struct api_fabric *fabric = &request->fabric;
-    if (place_given(&thickness) && place_number(&thickness, decode_lengths, &fabric->thickness) &&
-        metres != request->length_unit->metres)
-        fabric->thickness *= metres / request->length_unit->metres;
+    if (place_given(&thickness) && place_number(&thickness, decode_lengths, &fabric->thickness)) {
+        if (metres != request->length_unit->metres)
+            fabric->thickness *= metres / request->length_unit->metres;
+        fabric->material = NULL;
+    }
     if (place_given(&fraction))
         place_number(&fraction, decode_fractions, &fabric->fiber_volume_fraction);
     if (place_given(&locking))
@@ -86,6 +88,7 @@ static void decode_material(const struct json_place *name, struct api_request *r
     struct json_place root = place_root(&tree), fabric = place_member(&root, "fabric");
     struct json_place permeability = place_member(&root, "permeability");
     read_fabric(&fabric, 1, request);
+    request->fabric.material = material->name;
     if (place_given(&permeability))
         decode_permeability(&permeability, &request->permeability);
     json_tree_free(&tree);

@@ -173,7 +173,9 @@ static void write_fabric(struct api_text *text, const struct api_request *reques
     api_text_raw(text, "{");
     api_text_key(text, "spacing");
     api_text_numbers(text, request->settings.spacing, 2);
-    if (fabric->thickness > 0)
+    if (fabric->material && request->unit_of_surface) /* no unit to state a thickness in */
+        api_text_key_string(text, "material", fabric->material);
+    else if (fabric->thickness > 0)
         api_text_key_number(text, "thickness", fabric->thickness);
     if (fabric->fiber_volume_fraction > 0)
         api_text_key_number(text, "fiber_volume_fraction", fabric->fiber_volume_fraction);

@@ -79,6 +79,7 @@ struct api_fabric {
     double fiber_volume_fraction; /* before shear, 0..1; 0: not given */
     double locking_angle_deg;     /* 0..90; negative: not given */
     int plies;
+    const char *material; /* whose thickness it is, in the request's unit; NULL: its own */
 };
 
 struct api_cavity {

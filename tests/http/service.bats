@@ -292,4 +292,14 @@ openapi() {
     jq -e '(.cells.thickness | min) >= 0.000625 and (.cells.k1 | min) > 0' "$body"
     call GET "/v1/drapes/$(field .id)/request"
     jq -e '.fabric.thickness == 0.000625 and .permeability.k1 == 2e-10' "$body"
+    # Of a stored surface in mm the thickness is in mm.
+    jq -c '{vertices: [[0, 0, 0], [9, 0, 0], [9, 9, 0], [0, 9, 0]], triangles: [[0, 1, 2], [0, 2, 3]],
+        length_unit: "mm"}' <<<null >"$BATS_TEST_TMPDIR/surface"
+    call POST /v1/surfaces -H "$JSON" --data-binary "@$BATS_TEST_TMPDIR/surface"
+    expect 201
+    call POST '/v1/drapes?fields=cells.thickness' -H "$JSON" -H 'Prefer: wait=40' --data-binary \
+        '{"surface": {"id": "'"$(field .id)"'"}, "method": "mosaic",
+          "fabric": {"spacing": 1, "material": "example-glass-plain-800"}}'
+    expect 200
+    jq -e '(.cells.thickness | min) > 0.6249 and (.cells.thickness | max) < 0.6251' "$body"
 }

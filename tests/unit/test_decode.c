@@ -156,6 +156,24 @@ static void test_decode_material_is_its_figures(void **state) {
     free(named);
 }
 
+/* Of a stored surface whose unit is not known yet, the material's thickness waits for it. */
+static void test_decode_material_waits_for_the_unit_of_a_stored_surface(void **state) {
+    struct decoded *d = *state;
+    decode_text("{\"surface\":{\"id\":\"0123456789abcdef0123456789abcdef\"},\"fabric\":{"
+                "\"spacing\":0.5,\"material\":\"lcmsim-test-case\"}}",
+                d->arena, &d->request, &d->problem);
+    assert_int_equal(d->problem.id, API_OK);
+    const char *text = api_normalise(&d->request, NULL, d->arena);
+    assert_non_null(strstr(text, "\"material\":\"lcmsim-test-case\""));
+    assert_null(strstr(text, "\"thickness\""));
+    decode_text("{\"surface\":{\"id\":\"0123456789abcdef0123456789abcdef\"},\"fabric\":{"
+                "\"spacing\":0.5,\"material\":\"lcmsim-test-case\",\"thickness\":2}}",
+                d->arena, &d->request, &d->problem);
+    text = api_normalise(&d->request, NULL, d->arena);
+    assert_null(strstr(text, "\"material\""));
+    assert_non_null(strstr(text, "\"thickness\":2"));
+}
+
 /* Each can be draped with, says where its figures come from, and has the weight that they give. */
 static void test_decode_every_material_of_the_library(void **state) {
     struct decoded *d = *state;
@@ -482,6 +500,7 @@ int main(void) {
         TEST(test_decode_takes_every_setting),
         TEST(test_decode_material_fills_in_what_is_not_said),
         TEST(test_decode_material_is_its_figures),
+        TEST(test_decode_material_waits_for_the_unit_of_a_stored_surface),
         TEST(test_decode_every_material_of_the_library),
         TEST(test_decode_start_by_point),
         TEST(test_decode_bare_list_of_points),
