@@ -57,15 +57,15 @@ struct joint {
 };
 
 /* The knot lines of direction k between p and q at which curvature may jump. False when there are
- * too many. */
+ * too many, or more than once round a closed direction. */
 static bool find_joints(const struct station *p, const struct station *q, int k,
                         struct joint joint[], int *count) {
     const struct surface_axis *axis = &p->surface->axis[k];
     double from = p->uv[k], way = q->uv[k] - from, wrapped = surface_axis_wrap(axis, from);
     double period = surface_axis_upper(axis) - surface_axis_lower(axis), turn = from - wrapped;
     int up = way > 0, last = axis->span_count, b = surface_axis_span(axis, 0, wrapped) + up;
-    if (!(fabs(way) > 0))
-        return true;
+    if (!(fabs(way) > 0) || !(fabs(way) <= period))
+        return way == 0;
     for (;; b += up ? 1 : -1) {
         if (axis->closed && (up ? b > last : b < 0)) {
             turn += up ? period : -period;
