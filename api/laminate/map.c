@@ -17,9 +17,12 @@ struct spot {
     double angle_deg; /* of the warp in the element's base */
 };
 
-/* Two directions of the tangent plane and their normal. */
+/* Where the first net reaches an element: two directions of its tangent plane, their normal, the
+ * place, and how far that net's surface was moved. */
 struct base {
     struct vec3 first, second, normal; /* zero: no net has reached the element */
+    struct vec3 foot;
+    double height;
 };
 
 /* Columns that are filled row by row; NULL where they are left out. */
@@ -99,15 +102,43 @@ static bool make_regions(struct mapping *m, size_t net, const struct map_net *cl
     return true;
 }
 
+static double height_of(const struct mapping *m, size_t net) {
+    return m->laminate->plies[m->laminate->net_ply[net]].drape.offset;
+}
+
 /* The first net to reach a place gives it its base. */
-static struct base *base_at(struct mapping *m, size_t place, struct vec3 warp, struct vec3 weft) {
+static struct base *base_at(struct mapping *m, size_t net, size_t place,
+                            const struct facets_place *at, struct vec3 warp, struct vec3 weft) {
     struct base *base = &m->bases[place];
     if (vec3_norm2(base->normal) > 0)
         return base;
     base->first = warp;
     base->second = permeability_across(warp, weft);
     base->normal = vec3_unit(vec3_cross(base->first, base->second));
+    base->foot = at->r;
+    base->height = height_of(m, net);
     return base;
+}
+
+/* The place of a net nearest to a point. Surfaces that are moved along their normal have the foot
+ * of one normal in common: what was found on the first net is moved by what lies between, so that
+ * the search begins next to its end. `sense` is the side of that normal that heights count to: 0
+ * until it is known. Beside a rim, and where that leads beyond it, the point itself is taken. */
+static void find_place(struct mapping *m, size_t net, size_t place, const struct map_net *cloth,
+                       struct vec3 point, double *sense, struct facets_place *at) {
+    const struct base *base = &m->bases[place];
+    bool known = vec3_norm2(base->normal) > 0;
+    double between = height_of(m, net) - base->height;
+    if (known && *sense != 0) {
+        struct vec3 over = vec3_axpy(*sense * between, base->normal, base->foot);
+        facets_nearest(cloth->facets, over, at->cell, at);
+        at->distance = vec3_distance(point, at->r);
+        if (!at->outside && !map_net_is_beyond(cloth, at))
+            return;
+    }
+    facets_nearest(cloth->facets, point, at->cell, at);
+    if (known && *sense == 0)
+        *sense = between * vec3_dot(vec3_sub(at->r, base->foot), base->normal) < 0 ? -1 : 1;
 }
 
 static void note_spot(struct mapping *m, size_t net, size_t place, const struct map_net *cloth,
@@ -117,7 +148,7 @@ static void note_spot(struct mapping *m, size_t net, size_t place, const struct 
     struct vec3 warp, weft;
     map_net_interpolate(cloth, at, values);
     map_net_yarns(cloth, at, values, &warp, &weft);
-    const struct base *base = base_at(m, place, warp, weft);
+    const struct base *base = base_at(m, net, place, at, warp, weft);
     m->spots[own].shear_deg = values[shear];
     m->spots[own].angle_deg =
         angle_atan2_deg(vec3_dot(warp, base->second), vec3_dot(warp, base->first));
@@ -127,13 +158,13 @@ static void note_spot(struct mapping *m, size_t net, size_t place, const struct 
 static bool place_all(struct mapping *m, size_t net, const struct map_net *cloth, size_t shear,
                       const struct bounded *bounded, size_t bounded_count) {
     struct facets_place at = {.cell = 0};
-    double nets = (double)m->laminate->net_count;
+    double nets = (double)m->laminate->net_count, sense = 0;
     for (size_t place = 0; place < m->count; place++) {
         struct vec3 point = map_target_place(m->target, place);
         double pq[2];
         if (!go_on(m, place, ((double)net + (double)place / (double)m->count) / nets))
             return false;
-        facets_nearest(cloth->facets, point, at.cell, &at);
+        find_place(m, net, place, cloth, point, &sense, &at);
         m->distance[place] = fmin(m->distance[place], at.distance);
         m->spots[net * m->count + place].shear_deg = NAN;
         if (map_net_is_beyond(cloth, &at))

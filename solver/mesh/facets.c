@@ -8,6 +8,9 @@ enum { STACK = 64 }; /* twice the depth of a tree of 2^31 cells */
 /* How far beyond the rim is outside, as a share of the edge there: more than rounding. */
 static const double beyond = 1e-6;
 
+/* Of squares of distances. */
+static const double rounding = 1e-12;
+
 /* ---- making ---- */
 
 struct key {
@@ -177,6 +180,18 @@ static struct vec3 combine(const struct vec3 t[3], const double weight[3]) {
     return vec3_axpy(weight[2], t[2], vec3_axpy(weight[1], t[1], r));
 }
 
+/* Whether the ball about the middle of a cell through its farthest corner, in which all of it lies,
+ * is further away than what is known; rounding in its favour. */
+static bool is_far(const struct search *search, const struct vec3 corner[4], struct vec3 middle) {
+    double away2 = vec3_norm2(vec3_sub(search->point, middle)), reach2 = 0;
+    for (int k = 0; k < 4; k++) {
+        double own = vec3_norm2(vec3_sub(corner[k], middle));
+        reach2 = own > reach2 ? own : reach2;
+    }
+    double known2 = search->distance2;
+    return away2 > (1 + rounding) * (known2 + reach2 + 2 * sqrt(known2 * reach2));
+}
+
 static void search_cell(struct search *search, int32_t cell) {
     struct vec3 corner[5], middle = {0, 0, 0};
     for (int k = 0; k < 4; k++) {
@@ -184,6 +199,8 @@ static void search_cell(struct search *search, int32_t cell) {
         middle = vec3_axpy(0.25, corner[k], middle);
     }
     corner[4] = corner[0];
+    if (is_far(search, corner, middle))
+        return;
     for (int side = 0; side < 4; side++) {
         const struct vec3 triangle[3] = {middle, corner[side], corner[side + 1]};
         double weight[3];
