@@ -93,13 +93,16 @@ static void write_links(struct api_text *text, const struct store_job *job) {
     api_text_raw(text, "}");
 }
 
-/* Of a study: how many of its variants have been looked at. */
+/* Of a study: how many of its variants have been looked at. A search may end before its budget:
+ * then the summary has their number. */
 static void write_variants(struct api_text *text, const struct store_job *job) {
-    bool all = job->status == STORE_SUCCEEDED;
+    json_t *summary = json_loads(job->summary ? job->summary : "{}", 0, NULL);
+    int64_t all = json_integer_value(json_object_get(summary, "variants"));
+    json_decref(summary);
     api_text_key(text, "variants");
     api_text_raw(text, "{");
-    api_text_key_integer(text, "done", all ? job->total : job->done);
-    api_text_key_integer(text, "total", job->total);
+    api_text_key_integer(text, "done", all ? all : job->done);
+    api_text_key_integer(text, "total", all ? all : job->total);
     api_text_raw(text, "}");
 }
 

@@ -106,6 +106,9 @@ columns() {
         post /v1/studies "$BATS_TEST_TMPDIR/$name.json" -H 'Prefer: wait=40'
         expect 200
         id=$(field .id)
+        rows=$(field '.variants.x | length')
+        call GET "/v1/studies/$id"
+        [ "$(field '.variants | "\(.done) \(.total)"')" = "$rows $rows" ]
         for table in variants bands; do
             [ $name$table != searchbands ] || continue
             call GET "/v1/studies/$id/result?format=csv&table=$table"

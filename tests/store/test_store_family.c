@@ -466,6 +466,36 @@ static void test_store_reopens_in_the_midst_of_a_study(void **state) {
     scratch_remove(&scratch);
 }
 
+/* A study expires and goes as any job; one that waits does not, however old. */
+static void test_store_studies_expire(void **state) {
+    (void)state;
+    struct scratch scratch;
+    struct store_result result;
+    char id[ID_SIZE], waiting[ID_SIZE], *bytes;
+    size_t length;
+    scratch_open(&scratch);
+    start_study(&scratch, "s", 1, id);
+    struct store_claim claim = claim_next(&scratch);
+    assert_int_equal(end_task(&scratch, &claim, "n"), STORE_OK);
+    claim = claim_next(&scratch);
+    assert_int_equal(scratch_commit(&scratch, &claim, "result", 6), STORE_OK);
+    start_study(&scratch, "w", 1, waiting);
+    scratch_now += scratch.options.retention_us + second;
+    while (scratch_sweep(&scratch).more)
+        continue;
+    assert_int_equal(store_result_find(scratch.store, id, &result), STORE_EMPTY);
+    assert_int_equal(store_request(scratch.store, id, &bytes, &length), STORE_EMPTY);
+    scratch_now += scratch.options.records_us;
+    while (scratch_sweep(&scratch).more)
+        continue;
+    struct store_job job;
+    assert_int_equal(store_get(scratch.store, id, &job), STORE_EMPTY);
+    store_job_clear(&job);
+    expect_job(&scratch, waiting, STORE_RUNNING, 0, 0);
+    claim_task(&scratch, waiting, "w 0");
+    scratch_remove(&scratch);
+}
+
 /* ------------------------------------------------------------------ laminates */
 
 static void submit_laminate(struct scratch *scratch, const char *key, char id[ID_SIZE]) {
@@ -632,6 +662,7 @@ int main(void) {
         cmocka_unit_test(test_store_key_is_of_one_kind),
         cmocka_unit_test(test_store_equal_studies_share_a_result),
         cmocka_unit_test(test_store_reopens_in_the_midst_of_a_study),
+        cmocka_unit_test(test_store_studies_expire),
         cmocka_unit_test(test_store_laminate_ends_with_its_drapes),
         cmocka_unit_test(test_store_laminate_takes_its_drapes_with_it),
         cmocka_unit_test(test_store_laminate_does_not_wait_for_the_deleted),
