@@ -570,6 +570,7 @@ static const char *const *unique_names(struct mapping *m) {
 
 static bool begin_stack(struct mapping *m) {
     const struct map_plies plies = {.ply_count = m->laminate->count,
+                                    .side = m->laminate->side,
                                     .names = unique_names(m),
                                     .thickness = m->thickness,
                                     .fraction = m->fraction};

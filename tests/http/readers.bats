@@ -124,6 +124,26 @@ write_map() {
     done
 }
 
+@test "readers: decks of a laminate hold every ply's fibre, and its layers from each element's bottom" {
+    stack m 1
+    for side in 1 -1; do
+        jq -c --argjson side $side '{surface, length_unit, side: $side, plies: [
+            {name: "a", fabric: (.fabric + {thickness: 0.003}), direction: {angle_deg: 0}},
+            {name: "b", fabric: (.fabric + {thickness: 0.002}), direction: {angle_deg: 45}},
+            {name: "c", repeat: 2, fabric: (.fabric + {thickness: 0.001}), direction: {angle_deg: -30},
+             boundary: {polygon: [[-1, -1, 0], [0.2, -1, 0], [0.2, 1, 0], [-1, 1, 0]]}}]}' \
+            "$EXAMPLES/saddle.json" >"$folder/request.json"
+        write_map json "$folder/map.json"
+        for format in nastran lsdyna abaqus calculix; do
+            write_map $format "$folder/deck"
+            $PYTHON tests/readers/cards.py $format "$folder/mesh.json" "$folder/map.json" \
+                "$folder/deck" - $side
+        done
+    done
+    write_map vtu "$folder/map.vtu"
+    $READ vtu-plies "$folder/map.vtu" "$folder/map.json"
+}
+
 @test "readers: vtu has the plies by ply" {
     stack m 1
     write_map vtu "$folder/map.vtu"

@@ -4,7 +4,10 @@
 compares the fibre of every ply on every element, as a direction in space, and its thickness with
 the JSON document of the same map.
 
-usage: cards.py FORMAT MESH.json MAP.json DECK [REFERENCE]   (x,y,z)
+usage: cards.py FORMAT MESH.json MAP.json DECK [REFERENCE|- [SIDE]]
+
+REFERENCE is x,y,z. With SIDE, 1 or -1, plies follow each other along that side of z, on elements that
+are nowhere upright: their layers from the bottom are compared.
 """
 
 import collections
@@ -225,23 +228,35 @@ def read_calculix(path, corners, reference):
     return rows, layers
 
 
-def compare(name, mesh, expected, rows, layers, reference):
+def check_order(layers, corners, side):
+    """Along the element's normal: with the plies where it looks to their side, else against them."""
+    for element, found in layers.items():
+        along = (frame(corners[element])[2][2] > 0) == (side > 0)
+        assert found == sorted(found, reverse=not along), (element, found)
+    assert any(len(found) > 1 for found in layers.values())
+
+
+def compare(name, mesh, expected, rows, layers, reference, side):
     mesh = mesh["mesh"]
     shapes = mesh.get("triangles", []) + mesh.get("quads", [])
     ids = mesh.get("ids") or range(1, len(shapes) + 1)
     shown = expected["cells"]["id"]  # from 0 where the mesh has no numbers
     number = dict(zip(shown, ids))
     corners = {i: [mesh["vertices"][v] for v in s] for i, s in zip(ids, shapes)}
-    warp = {i: np.array(w) for i, w in zip(ids, zip(*(expected["cells"]["warp_" + c] for c in "xyz")))}
-    plies = expected["plies"]
+    cells, plies = expected["cells"], expected["plies"]
+    warp = {}
+    if "warp_x" in cells:  # of a drape; a stack has many
+        warp = dict(zip(ids, map(np.array, zip(cells["warp_x"], cells["warp_y"], cells["warp_z"]))))
     keys = [(number[e], p) for e, p in zip(plies["element"], plies["ply"])]
     assert set(rows) == set(keys), set(rows) ^ set(keys)
+    if side:
+        check_order(layers, corners, side)
     worst = collections.Counter()
     for key, angle, thickness in zip(keys, plies["angle_deg"], plies["thickness"]):
         is_direction, is_thickness = rows[key]
         _, _, normal = frame(corners[key[0]])
         both = [at(corners[key[0]], angle, reference)]
-        if max(plies["ply"]) == 1:
+        if warp:
             both.append(unit(warp[key[0]] - normal * (warp[key[0]] @ normal)))
         for fibre in both:
             turn = math.degrees(math.atan2(np.linalg.norm(np.cross(fibre, is_direction)),
@@ -256,10 +271,13 @@ def compare(name, mesh, expected, rows, layers, reference):
 
 if __name__ == "__main__":
     name, mesh_file, map_file, deck = sys.argv[1:5]
-    own = [float(v) for v in sys.argv[5].split(",")] if len(sys.argv) > 5 else None
+    own = None
+    if len(sys.argv) > 5 and sys.argv[5] != "-":
+        own = [float(v) for v in sys.argv[5].split(",")]
+    towards = int(sys.argv[6]) if len(sys.argv) > 6 else 0
     mesh_text, map_text = json.load(open(mesh_file)), json.load(open(map_file))
     shapes = mesh_text["mesh"].get("triangles", []) + mesh_text["mesh"].get("quads", [])
     numbers = mesh_text["mesh"].get("ids") or range(1, len(shapes) + 1)
     places = {i: [mesh_text["mesh"]["vertices"][v] for v in s] for i, s in zip(numbers, shapes)}
     found, order = globals()["read_" + name](deck, places, own)
-    compare(name, mesh_text, map_text, found, order, own)
+    compare(name, mesh_text, map_text, found, order, own, towards)
