@@ -3,8 +3,10 @@
 
 #include "api/request/digest.h"
 #include "map.h"
+#include "patterns.h"
 #include "run.h"
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { LINE_SIZE = LAMINATE_NAME_MAX + 64 };
@@ -141,15 +143,14 @@ static bool find_nets(const char *columns, size_t length, size_t count, struct a
     return true;
 }
 
-enum api_problem_id laminate_map_record(const char *record, size_t length, const char *columns,
-                                        size_t columns_length, const struct api_limits *limits,
-                                        const struct map_target *target,
-                                        const struct drape_monitor *monitor, struct arena *arena,
-                                        struct api_map *map, struct api_problem *problem) {
+/* A stored laminate and the readers of its results. */
+static enum api_problem_id open_record(const char *record, size_t length, const char *columns,
+                                       size_t columns_length, const struct api_limits *limits,
+                                       struct arena *arena, struct laminate *laminate,
+                                       const struct api_reader ***nets,
+                                       struct api_problem *problem) {
     static const char gap[] = "\n\n";
     const char *document = memmem(record, length, gap, strlen(gap));
-    const struct api_reader **nets;
-    struct laminate laminate;
     if (!document) {
         api_problem_set(problem, API_INTERNAL, "the stored laminate is damaged");
         return problem->id;
@@ -157,12 +158,58 @@ enum api_problem_id laminate_map_record(const char *record, size_t length, const
     document += strlen(gap);
     const struct api_input input = {.request = document,
                                     .request_length = length - (size_t)(document - record)};
-    if (laminate_decode(&input, limits, arena, &laminate, problem) != API_OK ||
-        laminate_resolve(&laminate, limits, arena, problem) != API_OK)
+    if (laminate_decode(&input, limits, arena, laminate, problem) != API_OK ||
+        laminate_resolve(laminate, limits, arena, problem) != API_OK)
         return problem->id;
-    if (!find_nets(columns, columns_length, laminate.net_count, arena, &nets)) {
+    if (!find_nets(columns, columns_length, laminate->net_count, arena, nets))
         api_problem_set(problem, API_INTERNAL, "the stored results of the laminate are damaged");
+    return problem->id;
+}
+
+enum api_problem_id laminate_map_record(const char *record, size_t length, const char *columns,
+                                        size_t columns_length, const struct api_limits *limits,
+                                        const struct map_target *target,
+                                        const struct drape_monitor *monitor, struct arena *arena,
+                                        struct api_map *map, struct api_problem *problem) {
+    const struct api_reader **nets;
+    struct laminate laminate;
+    if (open_record(record, length, columns, columns_length, limits, arena, &laminate, &nets,
+                    problem) != API_OK)
         return problem->id;
-    }
     return laminate_map(&laminate, nets, target, monitor, arena, map, problem);
+}
+
+/* A length of the roll: a positive number that ends the value. */
+static bool read_length(const char *name, const char *value, double *length,
+                        struct api_problem *problem) {
+    char *end;
+    *length = strtod(value, &end);
+    if (end != value && !*end && *length > 0 && *length <= 1e12)
+        return true;
+    api_problem_set(problem, API_INVALID_REQUEST,
+                    "the query parameter '%s' must be a positive length", name);
+    return false;
+}
+
+enum api_problem_id laminate_pattern_record(const char *record, size_t length, const char *columns,
+                                            size_t columns_length, const struct api_limits *limits,
+                                            int ply, const char *options, size_t options_length,
+                                            const struct api_sink *sink, struct arena *arena,
+                                            struct api_problem *problem) {
+    const struct api_reader **nets;
+    struct laminate laminate;
+    struct laminate_roll roll = {.width = 0};
+    bool dxf = false;
+    for (const char *at = options; at < options + options_length;) {
+        const char *name = at, *value = name + strlen(name) + 1;
+        at = value + strlen(value) + 1;
+        dxf = dxf || (strcmp(name, "format") == 0 && strcmp(value, "dxf") == 0);
+        if ((strcmp(name, "width") == 0 && !read_length(name, value, &roll.width, problem)) ||
+            (strcmp(name, "gap") == 0 && !read_length(name, value, &roll.gap, problem)))
+            return problem->id;
+    }
+    if (open_record(record, length, columns, columns_length, limits, arena, &laminate, &nets,
+                    problem) != API_OK)
+        return problem->id;
+    return laminate_patterns(&laminate, nets, ply, dxf, &roll, sink, arena, problem);
 }

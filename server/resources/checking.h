@@ -14,6 +14,11 @@ struct checkers_order checking_order(const struct call *call, enum checker_kind 
  * check its `columns.context` has to be freed. False: the reply says why there is none. (maps.c) */
 bool maps_take_columns(struct call *call, struct checkers_order *order);
 
+/* The query as the checker takes it, malloc'ed; NULL without memory. And the answer of a call whose
+ * check has written a document of that format. (maps.c) */
+char *maps_copy_options(const struct request *request, size_t *length);
+void maps_reply(struct call *call, const struct format *format);
+
 /* Begins the check and watches for its end. NULL: the reply says why not. */
 struct check *checking_begin(struct call *call, const struct checkers_order *order);
 

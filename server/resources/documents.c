@@ -113,6 +113,13 @@ static void write_summary(struct api_text *text, const struct store_job *job) {
     api_summary_write_stored(text, job->summary, documents_queue_ms(job));
 }
 
+/* Of a laminate the share of its drapes that have ended. */
+static double progress_of(const struct store_job *job) {
+    if (job->kind != STORE_LAMINATE || job->total <= 0)
+        return job->progress;
+    return job->status == STORE_SUCCEEDED ? 1 : (double)job->done / (double)job->total;
+}
+
 /* `plies` may be NULL. */
 static void write_status(struct api_text *text, const struct store_job *job, const char *plies) {
     api_text_raw(text, "{");
@@ -120,7 +127,7 @@ static void write_status(struct api_text *text, const struct store_job *job, con
     if (job->owner[0] && job->owner[0] != '@') /* an address is nobody else's business */
         api_text_key_string(text, "owner", job->owner);
     api_text_key_string(text, "status", store_status_name(job->status));
-    api_text_key_number(text, "progress", job->progress);
+    api_text_key_number(text, "progress", progress_of(job));
     if (job->kind == STORE_STUDY)
         write_variants(text, job);
     write_time(text, "created", job->created);

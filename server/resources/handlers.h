@@ -14,7 +14,7 @@ call_handler results_get, results_pattern, results_report;
 /* studies.c */
 call_handler studies_variant;
 /* laminates.c */
-call_handler laminates_request, laminates_pattern;
+call_handler laminates_request, laminates_pattern, laminates_patterns;
 /* maps.c */
 call_handler maps_create;
 /* surfaces.c */

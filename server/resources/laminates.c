@@ -284,50 +284,52 @@ bool laminates_take_columns(struct call *call, struct checkers_order *order, cha
     return results != NULL;
 }
 
-/* ------------------------------------------------------------------ the pattern of a ply */
+/* ------------------------------------------------------------------ patterns */
 
-/* Whether the laminate as understood gives ply k (from 0) a boundary. */
-static bool is_bounded(const char *record, size_t k) {
-    const char *at = strstr(record, "\"plies\":[");
-    for (size_t n = 0; at && n <= k; n++)
-        at = strstr(at + 1, "{\"name\":");
-    const char *next = at ? strstr(at + 1, "{\"name\":") : NULL;
-    const char *boundary = at ? strstr(at, "\"boundary\":{") : NULL;
-    return boundary && (!next || boundary < next);
+/* False: the reply says why nothing is begun. `ply` from 1, or 0 for all of them. */
+static bool begin_patterns(struct call *call, uint64_t ply) {
+    struct request *request = call->request;
+    struct checkers_order order = checking_order(call, CHECKER_PATTERNS);
+    char *record;
+    if (!laminates_take_columns(call, &order, &record))
+        return false;
+    char *options = maps_copy_options(request, &order.length[CHECKER_OPTIONS]);
+    order.kind = CHECKER_PATTERNS;
+    order.document[CHECKER_OPTIONS] = options;
+    bool there = ply <= order.variant;
+    order.variant = ply;
+    if (!there)
+        (void)call_not_found(call, "ply");
+    else if (!options)
+        reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
+    else
+        request->state = checking_begin(call, &order);
+    request->state_free = checking_free;
+    free(options);
+    free(record);
+    if (!request->state)
+        free(order.columns.context);
+    return request->state != NULL;
+}
+
+static enum http_next reply_patterns(struct call *call, uint64_t ply) {
+    struct call_choice choice;
+    if (!call_choose(call, FORMAT_PATTERN, &choice) ||
+        (!call->request->state && !begin_patterns(call, ply)))
+        return HTTP_DONE;
+    enum checking_state state = checking_look(call, call->request->state);
+    if (state == CHECKING_PASSED)
+        maps_reply(call, choice.format);
+    return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
+}
+
+enum http_next laminates_patterns(struct call *call) {
+    return reply_patterns(call, 0);
 }
 
 enum http_next laminates_pattern(struct call *call) {
-    struct call_choice choice;
-    struct store_job job = {0}, drape = {0};
-    struct stack stack = {0};
-    const char *name;
-    size_t part = 0;
-    int64_t wanted = 0;
-    if (!request_parse_int(call->request->segments[PLY_SEGMENT], 0, INT32_MAX, &wanted))
+    int64_t k = 0;
+    if (!request_parse_int(call->request->segments[PLY_SEGMENT], 0, INT32_MAX - 1, &k))
         return call_not_found(call, "ply");
-    if (!call_choose(call, FORMAT_PATTERN, &choice) || !call_find_job(call, &job))
-        return HTTP_DONE;
-    enum store_answer answer = stack_get(call->services->store, job.id, &stack);
-    char *at = stack.record;
-    bool found = answer == STORE_OK, bounded = found && is_bounded(at, (size_t)wanted);
-    for (int64_t k = 0; found && k <= wanted; k++)
-        found = next_ply(&at, &part, &name);
-    const struct store_job *member = found ? member_of(&stack, part) : NULL;
-    if (answer != STORE_OK)
-        jobs_request_failed(call, answer);
-    else if (!member)
-        call_not_found(call, "ply");
-    else if (bounded)
-        reply_refuse(call->reply, API_NOT_ACCEPTABLE,
-                     "the pattern of a ply with a boundary is not drawn: cut that of its drape, "
-                     "/v1/drapes/%s/pattern, along the boundary",
-                     member->id);
-    else if (store_get(call->services->store, member->id, &drape) == STORE_OK)
-        results_reply(call, &drape, &choice);
-    else
-        call_not_found(call, "drape");
-    store_job_clear(&drape);
-    store_job_clear(&job);
-    stack_clear(&stack);
-    return HTTP_DONE;
+    return reply_patterns(call, (uint64_t)k + 1);
 }

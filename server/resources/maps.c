@@ -36,7 +36,7 @@ static void free_output(void *context) {
 }
 
 /* Of a check that is done; the reply takes it over. */
-static void reply_map(struct call *call, const struct format *format) {
+void maps_reply(struct call *call, const struct format *format) {
     struct output *output = calloc(1, sizeof *output);
     if (!output) {
         reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
@@ -111,7 +111,7 @@ bool maps_take_columns(struct call *call, struct checkers_order *order) {
 
 /* The query as the checker takes it, malloc'ed: of each parameter its name and its value, both
  * zero-terminated. NULL without memory. */
-static char *copy_options(const struct request *request, size_t *length) {
+char *maps_copy_options(const struct request *request, size_t *length) {
     char *options = NULL;
     FILE *stream = open_memstream(&options, length);
     if (!stream)
@@ -133,7 +133,7 @@ static bool begin_map(struct call *call, const struct call_choice *choice) {
     order.nastran = type && negotiate_is_type(type, "text/x-nastran");
     order.id = request->parameter;
     order.format = choice->format->name;
-    char *options = copy_options(request, &order.length[CHECKER_OPTIONS]);
+    char *options = maps_copy_options(request, &order.length[CHECKER_OPTIONS]);
     order.document[CHECKER_OPTIONS] = options;
     if (options)
         request->state = checking_begin(call, &order);
@@ -154,6 +154,6 @@ enum http_next maps_create(struct call *call) {
         return HTTP_DONE;
     enum checking_state state = checking_look(call, call->request->state);
     if (state == CHECKING_PASSED)
-        reply_map(call, choice.format);
+        maps_reply(call, choice.format);
     return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
 }

@@ -147,6 +147,22 @@ static void make_map(struct task *task, struct api_problem *problem) {
     arena_free(arena);
 }
 
+static enum api_problem_id write_patterns(const struct task *task, const struct api_sink *sink,
+                                          struct api_problem *problem) {
+    const struct checker_order *order = &task->order;
+    struct arena *arena = arena_new(order->limits.max_memory);
+    if (!arena)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the patterns");
+    else
+        (void)!laminate_pattern_record(
+            task->document[CHECKER_SECOND], order->length[CHECKER_SECOND],
+            task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS], &order->limits,
+            (int)order->variant - 1, task->document[CHECKER_OPTIONS],
+            order->length[CHECKER_OPTIONS], sink, arena, problem);
+    arena_free(arena);
+    return problem->id;
+}
+
 /* ------------------------------------------------------------------ a variant of a study */
 
 static void write_variant(struct task *task, const struct api_input *input,
@@ -239,6 +255,9 @@ static void carry_out(struct task *task, const struct checker_abilities *abiliti
         break;
     case CHECKER_LAMINATE:
         id = laminate_check(&input, &order->limits, &sink, &answer->check, &answer->problem);
+        break;
+    case CHECKER_PATTERNS:
+        id = write_patterns(task, &sink, &answer->problem);
         break;
     case CHECKER_VARIANT:
         write_variant(task, &input, &sink, &answer->problem);

@@ -33,6 +33,7 @@ enum checker_kind {
     CHECKER_LAMINATE,   /* `laminate_check` likewise */
     CHECKER_STACK,      /* `laminate_map_record` on the mesh of the body: the record as the second
                            document, the results as columns */
+    CHECKER_PATTERNS,   /* `laminate_pattern_record` likewise, without a mesh */
     CHECKER_VARIANT,    /* the request of a variant of a study: the body, with its surface and its
                            result as columns */
     CHECKER_SURFACE,    /* `api_check_surface` of the body */
@@ -64,7 +65,8 @@ struct checker_order {
     struct api_start start;
     /* of CHECKER_SURFACE: what file the body is, "" for JSON, and the unit of one that says none */
     char source[CHECKER_OPTION_SIZE], unit[CHECKER_OPTION_SIZE];
-    uint64_t variant; /* of CHECKER_VARIANT; of CHECKER_STACK the number of plies */
+    uint64_t variant; /* of CHECKER_VARIANT; of CHECKER_STACK the number of plies, of
+                         CHECKER_PATTERNS 0 for all of them or else that of one from 1 */
     /* of CHECKER_MAP */
     bool nastran;
     char id[API_ID_SIZE];

@@ -154,7 +154,7 @@ static int64_t reserve_of(const struct checkers_order *order, int64_t most) {
     if (order->source)
         bytes = IMPORT_BYTES + IMPORT_BYTES_PER_BYTE * body;
     bool stack = order->kind == CHECKER_STACK;
-    if (order->kind == CHECKER_MAP || stack)
+    if (order->kind == CHECKER_MAP || order->kind == CHECKER_PATTERNS || stack)
         bytes = MAP_BYTES + MAP_BYTES_PER_COLUMN_BYTE * columns +
                 (order->nastran ? MAP_BYTES_PER_BULK_BYTE : MAP_BYTES_PER_JSON_BYTE) * body;
     if (stack)
@@ -166,7 +166,8 @@ static int64_t reserve_of(const struct checkers_order *order, int64_t most) {
 
 static int64_t timeout_of(const struct check *check) {
     const struct checkers_settings *settings = &check->pool->settings;
-    bool map = check->packet.kind == CHECKER_MAP || check->packet.kind == CHECKER_STACK;
+    bool map = check->packet.kind == CHECKER_MAP || check->packet.kind == CHECKER_STACK ||
+               check->packet.kind == CHECKER_PATTERNS;
     bool long_work = map || check->packet.source[0];
     return long_work ? settings->map_timeout_ms : settings->timeout_ms;
 }

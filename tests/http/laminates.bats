@@ -82,6 +82,7 @@ create() {
     id=$(field .id)
     [ "$(header Location)" = "/v1/laminates/$id" ]
     [ "$(field .status)" = succeeded ]
+    [ "$(field .progress)" -eq 1 ]
     [ "$(field '.plies | length')" -eq 4 ]
     [ "$(field '.plies[0].name')" = skin ]
     [ "$(field '[.plies[].id] | unique | length')" -eq 4 ]
@@ -153,7 +154,15 @@ create() {
     id=$(field .id)
     call GET "/v1/laminates/$id/plies/0/pattern?format=dxf" && expect 200
     grep -q CUT "$body"
-    call GET "/v1/laminates/$id/plies/1/pattern" && expect_problem 406 not-acceptable
+    # Half of a square of 2 m, on a cloth whose start is its middle: three corners and their steps.
+    call GET "/v1/laminates/$id/plies/1/pattern?format=dxf" && expect 200
+    [ "$(grep -c '^POLYLINE' "$body")" -eq 1 ]
+    grep -q '2 ply_2' "$body"
+    call GET "/v1/laminates/$id/patterns?width=20&gap=0.01" && expect 200
+    [ "$(grep -c '<path' "$body")" -eq 4 ]
+    grep -qE '4 patterns on [0-9.]+ x 20 m of roll, warp along it; cloth [0-9.]+ m2, waste [0-9.]+ %' "$body"
+    call GET "/v1/laminates/$id/patterns?width=1" && expect_problem 422 invalid-request
+    call GET "/v1/laminates/$id/patterns?width=x" && expect_problem 422 invalid-request
     call GET "/v1/laminates/$id/plies/4/pattern" && expect_problem 404 not-found
     call POST "/v1/laminates/$id/cancel" && expect 200
     call DELETE "/v1/laminates/$id" && expect 204
@@ -166,4 +175,18 @@ create() {
     expect_problem 404 result-not-ready
     call POST "/v1/laminates/$id/cancel" && expect 202
     [ "$(field .status)" = cancelled ]
+}
+
+@test "the patterns of a plane are its plies, within their boundaries" {
+    create '.surface = {degree_u: 1, degree_v: 1, size_u: 2, size_v: 2, knotvector_u: [0, 0, 1, 1],
+                        knotvector_v: [0, 0, 1, 1],
+                        control_points: [[0, 0, 0], [0, 4, 0], [4, 0, 0], [4, 4, 0]]} |
+            .plies |= .[:1] | .plies[0] |= (.repeat = 3 | .direction.angle_deg = 30 |
+                .boundary = {polygons: [[[1, 1, 0], [5, 1, 0], [5, 3, 0], [1, 3, 0]],
+                                        [[2, 1.5, 0], [3, 1.5, 0], [3, 2.5, 0], [2, 2.5, 0]]]})'
+    expect 200
+    call GET "/v1/laminates/$(field .id)/patterns?width=9" && expect 200
+    # Three layers of 3 m by 2 m less 1 m by 1 m.
+    [[ $(<"$body") =~ 3\ patterns.*cloth\ ([0-9.]+)\ m2 ]]
+    awk -v area="${BASH_REMATCH[1]}" 'BEGIN {exit !(area > 14.97 && area < 15.03)}'
 }

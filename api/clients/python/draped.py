@@ -229,6 +229,14 @@ class Client:
         """The status document, whose `plies` have the ids of their drapes; `wait` as of a drape."""
         return self._json("GET", f"/v1/laminates/{laminate}", wait=wait or None)
 
+    def save_patterns(self, laminate: str, path: Union[str, os.PathLike],
+                      width: Optional[float] = None) -> None:
+        """Saves the cut patterns of all plies on a roll of this width, svg or dxf by the name's
+        ending."""
+        name = os.path.splitext(os.fspath(path))[1].lstrip(".").lower()
+        self._write(self._open("GET", f"/v1/laminates/{laminate}/patterns", format=name,
+                               width=width), path)
+
     def map_laminate(self, laminate: str, mesh: Mesh, **options: Any) -> Json:
         """The stack on a mesh, as `map` of a drape; `plies` has a row for every element and ply."""
         with self._open_map(laminate, mesh, "json", options, "laminates") as answer:
