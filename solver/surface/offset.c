@@ -247,12 +247,18 @@ struct look {
     double height, share, uv[2];
 };
 
-/* The greatest of h k1 and h k2: of k^2 - 2 H k + K = 0. -1 where it is not to be known. */
+/* The greatest of h k1 and h k2: of k^2 - 2 H k + K = 0. -1 where it is not to be known: beside a
+ * pole the forms lose their digits, and what is known around it has to do. */
 static double share_at(struct look *look, const double uv[2]) {
+    const struct surface_axis *axis = look->base.axis;
+    const int span[2] = {surface_axis_span(&axis[0], 0, uv[0]),
+                         surface_axis_span(&axis[1], 0, uv[1])};
     struct station s;
     double outer[2];
+    int k, end;
     surface_outer(&look->base, uv, outer);
-    if ((look->trim && !trim_contains(look->trim, outer)) ||
+    if (find_pinch(&look->base, span, uv, &k, &end) ||
+        (look->trim && !trim_contains(look->trim, outer)) ||
         !station_at(&look->base, &look->cursor, uv, &s))
         return -1;
     const double *a = s.first, *b = s.second;

@@ -433,6 +433,13 @@ static void test_offset_holds_up_to_the_radius_of_curvature(void **state) {
     assert_false(holds(&shape, 0.701 * inward, &fault));
     check_below(fabs(fault.radius - 0.7), 1e-9);
     assert_true(holds(&shape, -1.29 * inward, &fault));
+    /* A sphere with its poles, where the parameters' forms mean nothing. */
+    shape_sphere(&shape, 1, WHOLE, (double[2]){-M_PI / 2, M_PI / 2}, M_PI / 2);
+    inward = -outward(&kinds[3]);
+    assert_true(holds(&shape, 0.999 * inward, &fault));
+    assert_true(holds(&shape, -2 * inward, &fault));
+    assert_false(holds(&shape, 1.001 * inward, &fault));
+    check_below(fabs(fault.radius - 1), 1e-6); /* the root of a difference of rounding */
 }
 
 static void test_offset_finds_creases(void **state) {
