@@ -15,7 +15,7 @@
 
 /* Of the budget what the first round has; angles at a start for each quarter turn, pre-shears;
  * checks on the drape's own net. */
-static const double explored = 0.3;
+static const double explored = 0.4;
 enum { ANGLES_A_QUARTER = 4, PRE_SHEARS = 3, CHECKS = 8 };
 
 /* The rounds of local searches with one objective: from how many of the best with which share of
@@ -25,7 +25,7 @@ enum { ANGLES_A_QUARTER = 4, PRE_SHEARS = 3, CHECKS = 8 };
 static const struct {
     size_t best;
     double share, step, apart;
-} searches[] = {{12, 0.35, 0.7, 1}, {4, 0.15, 0.2, 0.5}, {1, 1, 0.05, 0}};
+} searches[] = {{12, 0.35, 0.7, 1}, {4, 0.1, 0.2, 0.5}, {1, 1, 0.05, 0}};
 enum { SEARCHES = sizeof searches / sizeof *searches };
 
 /* A net of more nodes than `nodes_fine` is searched on one of `nodes_coarse`. */

@@ -212,7 +212,11 @@ figure_freeform() {
         "$data/freeform-cells.dat"
 }
 
-for figure in ${FIGURES:-sphere saddle error time freeform small_radii containment}; do figure_$figure; done
+figure_study() {
+    "$here/study.py" "$drape" "$out/best_start.svg"
+}
+
+for figure in ${FIGURES:-sphere saddle error time freeform small_radii containment study}; do figure_$figure; done
 
 # They are read in a browser beside the README, and every change of them stays in the history.
 find "$out" -name '*.svg' -size +60000c | sed 's/$/ is larger than 60 kB/' | { ! grep .; }

@@ -426,12 +426,19 @@ static double best_value(struct finished *f, enum quantity_id id) {
     return value_at(f, quantities[id].name, (size_t)f->columns.study.best[id]);
 }
 
+/* z = (x^2 + y^2) / 2 over [-1, 1]^2. */
+static const char bowl[] =
+    "{\"surface\":{\"degree_u\":2,\"degree_v\":2,\"knotvector_u\":[0,0,0,1,1,1],"
+    "\"knotvector_v\":[0,0,0,1,1,1],\"size_u\":3,\"size_v\":3,\"control_points\":["
+    "[-1,-1,1],[-1,0,0],[-1,1,1],[0,-1,0],[0,0,-1],[0,1,0],[1,-1,1],[1,0,0],[1,1,1]]},"
+    "\"fabric\":{\"spacing\":0.1}}";
+
 /* With a part of the drapes it finds what a grid finds, or better, and keeps its budget. */
 static void test_optimise_beats_a_grid(void **state) {
     static const char vary[] = "\"vary\":{\"start\":{\"grid\":60},\"angle_deg\":{\"from\":0,"
                                "\"to\":75,\"step\":15}},\"objectives\":[\"max_shear_deg\"]";
     char rest[300];
-    struct bytes parts[] = {saddle(), mesh_part()};
+    struct bytes parts[] = {text_replace(bowl, "0.1", "0.08"), mesh_part()};
     (void)state;
     for (size_t k = 0; k < sizeof parts / sizeof *parts; k++) {
         struct finished grid = finish_study(parts[k].data, vary);
@@ -451,11 +458,6 @@ static void test_optimise_beats_a_grid(void **state) {
  * translation surface: sin gamma = x y / sqrt((1 + x^2)(1 + y^2)), 30 degrees in the corners (1,
  * 1). */
 static void test_optimise_finds_the_apex_of_a_bowl(void **state) {
-    static const char bowl[] =
-        "{\"surface\":{\"degree_u\":2,\"degree_v\":2,\"knotvector_u\":[0,0,0,1,1,1],"
-        "\"knotvector_v\":[0,0,0,1,1,1],\"size_u\":3,\"size_v\":3,\"control_points\":["
-        "[-1,-1,1],[-1,0,0],[-1,1,1],[0,-1,0],[0,0,-1],[0,1,0],[1,-1,1],[1,0,0],[1,1,1]]},"
-        "\"fabric\":{\"spacing\":0.1}}";
     struct finished f =
         finish_study(bowl, "\"vary\":{\"start\":{\"grid\":9}},\"search\":\"optimise\","
                            "\"budget\":150,\"objectives\":[\"max_shear_deg\"]");
@@ -467,32 +469,37 @@ static void test_optimise_finds_the_apex_of_a_bowl(void **state) {
     free_finished(&f);
 }
 
-/* Limits hold at what comes out, though the best without them breaks them. */
+/* A limit that the best without it breaks holds at what comes out, and is all but reached. */
 static void test_optimise_keeps_limits(void **state) {
-    static const char vary[] =
-        "\"vary\":{\"start\":{\"grid\":9},\"angle_deg\":{\"from\":0,\"to\":170,\"step\":10}},"
-        "\"wanted_direction\":[1,1,0],\"search\":\"optimise\",\"budget\":240,"
-        "\"objectives\":[\"p95_shear_deg\"]";
     char rest[500];
-    struct bytes part = saddle();
-    struct finished free_of = finish_study(part.data, vary);
-    snprintf(rest, sizeof rest, "%s,\"limits\":{\"angle_deviation_deg\":{\"max\":30}}", vary);
-    struct finished kept = finish_study(part.data, rest);
+    struct bytes part = mesh_part();
+    double limit = 90, deviation = 0;
     (void)state;
-    size_t best = (size_t)kept.columns.study.best[QUANTITY_P95_SHEAR];
-    check_above(kept.columns.study.feasible, 1);
-    check_at_most(value_at(&kept, "angle_deviation_deg", best), 30);
-    assert_true(value_at(&kept, "feasible", best) == 1);
-    check_above(best_value(&kept, QUANTITY_P95_SHEAR), best_value(&free_of, QUANTITY_P95_SHEAR));
-    free_finished(&free_of);
-    free_finished(&kept);
+    for (int k = 0; k < 2; k++) {
+        snprintf(
+            rest, sizeof rest,
+            "\"vary\":{\"start\":{\"grid\":9},\"angle_deg\":{\"from\":0,\"to\":170,\"step\":10}},"
+            "\"wanted_direction\":[3,1,0],\"search\":\"optimise\",\"budget\":240,"
+            "\"objectives\":[\"max_shear_deg\"],"
+            "\"limits\":{\"angle_deviation_deg\":{\"max\":%.17g}}",
+            limit);
+        struct finished f = finish_study(part.data, rest);
+        size_t best = (size_t)f.columns.study.best[QUANTITY_MAX_SHEAR];
+        deviation = value_at(&f, "angle_deviation_deg", best);
+        assert_true(value_at(&f, "feasible", best) == 1);
+        check_at_most(deviation, limit);
+        if (k == 1)
+            check_at_least(deviation, 0.7 * limit);
+        limit = 0.5 * deviation;
+        free_finished(&f);
+    }
     bytes_free(&part);
 }
 
 /* Two objectives: the ends of the front are as good as each search alone, and there is more between
  * them than the first round found. */
 static void test_optimise_spreads_a_front(void **state) {
-    struct bytes part = saddle();
+    struct bytes part = mesh_part();
     struct finished f = finish_study(
         part.data,
         "\"vary\":{\"start\":{\"grid\":9},\"angle_deg\":{\"from\":0,\"to\":170,\"step\":10}},"
@@ -503,7 +510,7 @@ static void test_optimise_spreads_a_front(void **state) {
     for (size_t k = 150; k < f.rows; k++)
         refined += value_at(&f, "pareto", k) > 0;
     check_at_least(f.columns.study.pareto, 8);
-    check_at_least((double)refined, 0.6 * (double)f.columns.study.pareto);
+    check_at_least((double)refined, 0.4 * (double)f.columns.study.pareto);
     free_finished(&f);
     bytes_free(&part);
 }
