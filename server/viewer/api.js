@@ -100,6 +100,11 @@ export async function submitStudy(body, signal) {
   return (await post('v1/studies', body, {}, signal)).json();
 }
 
+/** Submits a laminate (JSON text); its status document. */
+export async function submitLaminate(body) {
+  return (await post('v1/laminates', body, {})).json();
+}
+
 /** Of drapes, or of another kind of job. */
 export const status = (id, signal) => read(`v1/drapes/${id}`, 'json', { signal });
 export const cancel = (id, kind = 'drapes') => call(`v1/${kind}/${id}/cancel`, { method: 'POST' });

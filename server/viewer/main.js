@@ -35,6 +35,7 @@ import {
 import { drawBar, Measure } from './measure.js';
 import { Mapped } from './mapped.js';
 import { Runner } from './run.js';
+import { Stack } from './stack.js';
 import { startTheme } from './theme.js';
 import { Chooser } from './chooser.js';
 import { chosenOf, formatOf, shapeOf, storeDefinition, storePart, surfaceOf } from './part.js';
@@ -289,6 +290,7 @@ function showDrape(drape, passing = false) {
   chooser.show(false);
   finder.show(false);
   finder.refresh();
+  stack.mark(page.one.id);
   mapped.setDrape(page.one, form.unit);
   const { cells, timing_ms: time } = drape.summary;
   say(`${cells.toLocaleString('en')} cells, solved in ${format(time.solve, 3)} ms`);
@@ -446,6 +448,19 @@ function pinWorst() {
   if (!lattice?.columns['cells.i'].length) return;
   const shear = lattice.columns['cells.shear_deg'].map(Math.abs);
   pin(placeOf(lattice, shear.indexOf(rangeOf(shear)[1])));
+}
+
+/* ---- laminates ---- */
+
+/** Shows the drape of a ply, from where one looks now. */
+async function lookAt(id, { angle, own }) {
+  if (angle !== null) form.main = { angle: String(angle) };
+  const { spacing } = own.fabric;
+  const settings = form.settings();
+  const drape = await fetchDrape(id);
+  const label = labelOf(settings);
+  showDrape({ ...drape, spacing: spacingOf({ fabric: { spacing } }), label, body: form.body() });
+  runner.follow(page.one);
 }
 
 /* ---- studies ---- */
@@ -609,6 +624,11 @@ const finder = new Finder(view, form, {
   current: () => page.one?.summary,
 });
 const mapped = new Mapped(view, { onShow: refreshColours, onError: reportQuietly });
+const stack = new Stack(form, {
+  onLook: (id, ply) => lookAt(id, ply).catch(report),
+  onStack: (id) => mapped.setStack(id),
+  onError: reportQuietly,
+});
 
 function pickMeasured(node) {
   measure.pick(page.one, node, form.unit);

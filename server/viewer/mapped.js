@@ -3,7 +3,7 @@
 // and the map in every format that the service has.
 import { call, read, storeSurface } from './api.js';
 import { element } from './dom.js';
-import { format, rangeOf, valuesOf, withUnit } from './fields.js';
+import { format, rangeOf, scaleOf, valuesOf, withUnit } from './fields.js';
 import { fileName, saveAs } from './links.js';
 import { formatOf } from './part.js';
 import { readElements } from './work.js';
@@ -46,6 +46,7 @@ export class Mapped {
     element('mesh-file').addEventListener('change', ({ target }) => this.open(target.files[0]));
     element('mesh-show').addEventListener('change', ({ target }) => this.show(target.checked));
     element('mesh-close').addEventListener('click', () => this.close());
+    element('mesh-whole').addEventListener('change', () => this.#again());
     element('mesh-inlet').addEventListener('change', ({ target }) => this.#takeInlet(target.value));
   }
 
@@ -56,6 +57,22 @@ export class Mapped {
     element('mesh-file').disabled = !drape;
     if (!drape) this.close();
     else if (this.message && !same) this.#map().catch(this.onError);
+  }
+
+  /** A laminate whose stack can be mapped instead of the drape; null: there is none. */
+  setStack(id) {
+    const before = this.#whole;
+    this.stack = id;
+    element('mesh-stack').hidden = !id;
+    if (before) this.#again();
+  }
+
+  get #whole() {
+    return Boolean(this.stack && element('mesh-whole').checked);
+  }
+
+  #again() {
+    if (this.message) this.#map().catch(this.onError);
   }
 
   /** Maps the drape onto the mesh of a file. */
@@ -87,18 +104,21 @@ export class Mapped {
   #post(query) {
     const { body, type } = this.message;
     const headers = { 'Content-Type': type };
-    return call(`v1/drapes/${this.drape.id}/map?${query}`, { method: 'POST', body, headers });
+    const of = this.#whole ? `laminates/${this.stack}` : `drapes/${this.drape.id}`;
+    return call(`v1/${of}/map?${query}`, { method: 'POST', body, headers });
   }
 
   async #map() {
-    const { drape, message } = this;
+    const { drape, message, stack } = this;
+    const whole = this.#whole;
     const [answer, words] = await Promise.all([
       this.#post('format=vtu'),
       this.#post('format=json&fields=id&precision=3'),
     ]);
     const body = await readElements(await answer.arrayBuffer());
     const { warnings } = await words.json();
-    if (this.drape !== drape || this.message !== message) return; // another one came meanwhile
+    const same = this.drape === drape && this.message === message && this.stack === stack;
+    if (!same || this.#whole !== whole) return; // another one came meanwhile
     this.body = body;
     element('mesh-tools').hidden = false;
     this.#describe(warnings);
@@ -141,7 +161,14 @@ export class Mapped {
     this.field = field;
     const columns = { [field.column]: this.body.columns[field.column.replace('cells.', '')] };
     this.values = valuesOf(columns, field);
-    this.view.patches?.setValues(this.values, range, map);
+    // A stack is thicker than its plies: it has a scale of its own.
+    const own = this.values && this.#whole ? scaleOf(field, rangeOf(this.values)) : range;
+    this.view.patches?.setValues(this.values, own, map);
+    const unit = field.unit(this.unit);
+    const ends = own.map((value) => withUnit(format(value, 3), unit)).join(' to ');
+    element('mesh-range').textContent = this.values
+      ? `${field.label}: ${ends}.`
+      : `The map has no ${field.label.toLowerCase()}.`;
     this.view.stage?.redraw();
   }
 

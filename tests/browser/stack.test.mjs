@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+// A stack of plies on the page: its table, the drapes of all, and looking through them.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+import {
+  drapeExample,
+  drawn,
+  openPage,
+  picture,
+  root,
+  startBrowser,
+  startDaemon,
+} from './helper.mjs';
+
+const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
+let daemon, browser, page;
+
+before(async () => {
+  daemon = await startDaemon();
+  browser = await startBrowser();
+  page = await openPage(browser, daemon.url);
+});
+after(async () => {
+  await browser?.close();
+  await daemon?.stop();
+});
+
+const idOf = (where) => /drape=(\w+)/.exec(where.url())[1];
+const ask = async (path) => (await fetch(new URL(path, daemon.url))).json();
+const angles = () =>
+  page.locator('#plies li input:nth-child(2)').evaluateAll((all) => all.map(({ value }) => value));
+const press = (ply, what) => page.click(`#plies li:nth-child(${ply}) [data-do="${what}"]`);
+
+test('stack: plies are added, copied, moved and mirrored', async () => {
+  await drapeExample(page, 'saddle');
+  await page.click('#ply-add');
+  await press(1, 'copy');
+  await page.fill('#plies li:nth-child(2) input:nth-child(2)', '45');
+  await page.press('#plies li:nth-child(2) input:nth-child(2)', 'Enter');
+  assert.deepEqual(await angles(), ['0', '45']);
+  await press(1, 'down');
+  assert.deepEqual(await angles(), ['45', '0']);
+  assert.equal(
+    await page.evaluate(() => document.activeElement.getAttribute('aria-label')),
+    'down ply 2',
+  );
+  await page.click('#ply-mirror');
+  assert.deepEqual(await angles(), ['45', '0', '0', '45']);
+  await press(4, 'delete');
+  assert.deepEqual(await angles(), ['45', '0', '0']);
+});
+
+test('stack: it is draped, equal plies once, and each can be looked at', async () => {
+  await page.click('#stack-drape');
+  await page.waitForFunction(() =>
+    /plies are draped/.test(document.querySelector('#stack-state').textContent),
+  );
+  assert.equal(
+    await page.textContent('#stack-state'),
+    '3 of 3 plies are draped, 2 of them different.',
+  );
+  await page.waitForSelector('#plies li:nth-child(1) [aria-pressed="true"]');
+  await drawn(page);
+  const first = idOf(page);
+  assert.equal((await ask(`v1/drapes/${first}/request`)).direction.angle_deg, 45);
+  assert.equal(await page.inputValue('#angle'), '45');
+  await press(2, 'look');
+  await page.waitForFunction((id) => !location.hash.includes(id), first);
+  assert.equal((await ask(`v1/drapes/${idOf(page)}/request`)).direction.angle_deg, 0);
+  assert.equal(await page.locator('#plies [aria-pressed="true"]').count(), 2);
+  assert.ok(await page.isHidden('#stale'));
+  await picture(page, 'stack');
+  await page.evaluate(axe);
+  const { violations } = await page.evaluate(() => globalThis.axe.run());
+  assert.deepEqual(
+    violations.map(({ id }) => id),
+    [],
+  );
+});
+
+test('stack: every ply has its pattern', async () => {
+  const links = await page.locator('#plies a').evaluateAll((all) => all.map(({ href }) => href));
+  assert.equal(links.length, 3);
+  for (const link of links) assert.match(await (await fetch(link)).text(), /AC1009/);
+});
+
+test('stack: the whole stack is mapped onto a mesh', async () => {
+  await page.setInputFiles('#mesh-file', join(root, 'api/examples/mould.bdf'));
+  await page.waitForSelector('#mesh-tools:not([hidden])');
+  await page.selectOption('#field', 'thickness');
+  const range = () => page.textContent('#mesh-range');
+  await page.waitForFunction(() =>
+    /Thickness/.test(document.querySelector('#mesh-range').textContent),
+  );
+  const one = await range();
+  await page.check('#mesh-whole');
+  await page.waitForFunction(
+    (text) => document.querySelector('#mesh-range').textContent !== text,
+    one,
+  );
+  // Three plies of 0.5 mm, each at least as thick as it was laid.
+  const [, low] = /^Thickness: ([\d.]+)(?: × 10⁻³)? m? ?to/.exec(await range());
+  assert.ok(Number(low) === 1.5 || Number(low) >= 0.0015, await range());
+  const before = await range();
+  await press(3, 'delete');
+  await page.waitForFunction(
+    (text) => document.querySelector('#mesh-range').textContent !== text,
+    before,
+  );
+  assert.ok(await page.isHidden('#mesh-stack'));
+});
+
+test('stack: what is wrong is said with its place', async () => {
+  await page.fill('#spacing', '0');
+  await page.click('#ply-add');
+  await page.click('#stack-drape');
+  await page.waitForFunction(() => document.querySelector('#fault-stack').textContent);
+  assert.match(await page.textContent('#fault-stack'), /^\/plies\/2\/fabric\/spacing: /);
+  const faults = page.faults.filter((fault) => !/status of 4\d\d/.test(fault));
+  assert.deepEqual(faults, []);
+});
