@@ -18,23 +18,6 @@ void region_coordinates(const struct facets *facets, const struct facets_place *
                 place->weight[2] * corner[(place->side + 1) & 3][k];
 }
 
-/* (p, q) of a point beyond the cells, by the sides of the nearest one, in the plane of both. */
-static void extrapolate(const struct facets *facets, const struct facets_place *place,
-                        struct vec3 point, double pq[2]) {
-    const int32_t *corner = facets->source.corners[place->cell];
-    const struct vec3 *nodes = facets->source.nodes;
-    struct vec3 a = vec3_sub(nodes[corner[1]], nodes[corner[0]]);
-    struct vec3 b = vec3_sub(nodes[corner[3]], nodes[corner[0]]);
-    struct vec3 way = vec3_sub(point, place->r);
-    double aa = vec3_norm2(a), ab = vec3_dot(a, b), bb = vec3_norm2(b);
-    double along = vec3_dot(a, way), across = vec3_dot(b, way), det = aa * bb - ab * ab;
-    double dp = (bb * along - ab * across) / det, dq = (aa * across - ab * along) / det;
-    if (!(fabs(dp) + fabs(dq) < HUGE_VAL))
-        return;
-    pq[0] += dp;
-    pq[1] += dq;
-}
-
 /* ---- following loops ---- */
 
 struct walk {
@@ -70,8 +53,6 @@ static bool follow(struct walk *walk, const struct laminate_loop *loop, struct v
             *at = vec3_axpy(share, vec3_sub(b, a), a);
             facets_nearest(walk->facets, *at, walk->place.cell, &walk->place);
             region_coordinates(walk->facets, &walk->place, pq);
-            if (walk->place.outside)
-                extrapolate(walk->facets, &walk->place, *at, pq);
             double reach = length + away + walk->place.distance;
             away = walk->place.distance;
             first_away = walk->count == begin ? away : first_away;
