@@ -108,7 +108,7 @@ bench: $(BENCHES) $(B)/draped ## after a change in solver/ or the store: ratios 
 	tests/bench/bench_formats.sh $(B)
 	tests/bench/bench_map.sh $(B)
 	tests/bench/bench_study.sh $(B)
-	tests/bench/bench_study.sh $(B)
+	tests/bench/bench_variants.sh $(B)
 	@deploy/setup.sh test
 	tests/bench/bench_store.sh $(B)
 $(B)/tests/bench/bench_solver: $(B)/tests/bench/bench_solver.o $(B)/libdrapeapi.a $(B)/libdrape.a

@@ -1,30 +1,54 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# Variants of a study for a second of processor time, on nets of about 900 nodes, against some of the
-# same drapes one by one, by the solver's clock: on a busy machine the latter are too long. Usage:
-# bench_study.sh BUILD
+# Studies over loopback, and what they cost others: how long 500 variants of about 900 nodes take from
+# the request to the last byte of the result, by the number of workers, and how long a drape takes
+# alone, beside studies of its owner and beside studies of another. The least and the median of some.
+# Usage: tests/bench/bench_study.sh BUILD [STUDIES]
 set -eu
-TIMEFORMAT=%U
-drape=$1/drape
-scratch=$(mktemp -d)
-trap 'rm -r "$scratch"' EXIT
-echo 'part        nodes  variants/s  us a variant  of a drape by itself'
-for part in freeform saddle torus octant; do
-    request="$scratch/$part.json"
-    area=$("$drape" "api/examples/$part.json" --fields nodes.i 2>/dev/null | jq .summary.part_area)
-    jq --argjson d "$(jq -n "$area / 900 | sqrt")" \
-        'del(.permeability, .extent) | .fabric = {spacing: $d}' "api/examples/$part.json" >"$request"
-    jq '{drape: ., vary: {start: {grid: 30}, angle_deg: {from: 0, to: 80, step: 10}},
-         objectives: ["max_shear_deg"]}' "$request" >"$scratch/study.json"
-    seconds=$({ time "$drape" "$scratch/study.json" >"$scratch/out.json" 2>/dev/null; } 2>&1)
-    for k in 0 40 80 120 160 200 240; do # the same drapes, by the solver's own clock
-        jq --argjson k "$k" --slurpfile out "$scratch/out.json" '$out[0].variants as $v |
-            .start = {uv: [$v.start_u[$k], $v.start_v[$k]]} | .direction = {angle_deg: $v.angle_deg[$k]}' \
-            "$request" | "$drape" - --fields nodes.i 2>/dev/null | jq .summary.timing_ms.solve
-    done >"$scratch/single"
-    jq -r --arg part "$part" --argjson seconds "$seconds" --slurpfile single "$scratch/single" '
-        ($seconds * 1e6 / .summary.variants) as $each |
-        ($single | add / length * 1000) as $alone |
-        [$part, 900, 1e6 / $each, $each, $each / $alone] | @tsv' "$scratch/out.json" |
-        awk '{printf "%-10s %6d %11.0f %13.0f %21.2f\n", $1, $2, $3, $4, $5}'
+cd "$(dirname "$0")/../.."
+build=$1 studies=${2:-1000}
+work=$(mktemp -d /tmp/draped-bench-XXXXXX)
+trap 'kill "$daemon" 2>/dev/null; wait 2>/dev/null; rm -rf "$work"' EXIT
+
+start() { # start FLAG...
+    rm -rf "$work/data"
+    "$build/draped" --listen 127.0.0.1:0 --data "$work/data" --owner-queue 1000000 \
+        --queue-limit 1000000 "$@" >"$work/out" 2>"$work/log" &
+    daemon=$!
+    until url=$(sed -n 's/^draped listening on //p' "$work/out") && [ -n "$url" ]; do
+        kill -0 $daemon
+        sleep 0.05
+    done
+}
+stop() { kill $daemon && wait $daemon || true; }
+
+# The saddle with K percent more than the spacing of 900 nodes, so that no two are equal.
+request() { jq -c --argjson k "$1" '.fabric.spacing = 0.186 * (1 + $k * 1e-6)' api/examples/saddle.json; }
+study() {
+    request "$1" | jq -c '{drape: ., vary: {start: {grid: 50}, angle_deg: {from: 0, to: 81, step: 9}},
+        objectives: ["max_shear_deg", "waste_area"]}'
+}
+
+# post PATH: the standard input; seconds to the last byte of the answer
+post() {
+    curl -sS --fail -o "$work/answer" -w '%{time_total}\n' -H 'Content-Type: application/json' \
+        -H "Prefer: wait=${2:-0}" ${3:+-H "X-Forwarded-For: $3"} --data-binary @- "$url/v1/$1"
+}
+spread() { sort -n | awk '{t[NR] = $1} END {printf "%7.1f %7.1f ms", 1e3 * t[1], 1e3 * t[int((NR + 1) / 2)]}'; }
+
+for workers in 1 2 4; do
+    start --workers $workers
+    for k in {1..7}; do study "$k" | post studies 60; done | spread >"$work/times"
+    echo "500 variants, $workers worker(s) on $(nproc) cores: $(cat "$work/times")"
+    stop
 done
+
+drapes() { for k in {1..15}; do request "$1$k" | post drapes 60 "${2:-}"; done | spread; }
+start --workers 2 --trusted-proxy 127.0.0.1
+echo "a drape alone:                         $(drapes 1)"
+for ((k = 0; k < studies; k++)); do study $((1000 + k)) | post studies 0 10.0.0.1 >/dev/null; done
+echo "a drape beside $studies studies of its owner: $(drapes 2 10.0.0.1)"
+echo "a drape beside $studies studies of another:   $(drapes 3 10.0.0.2)"
+curl -sS "$url/v1/studies?status=succeeded&limit=1000" -H 'X-Forwarded-For: 10.0.0.1' |
+    jq -r '"studies that had ended by then: \(.studies | length)"'
+stop
