@@ -22,6 +22,7 @@ DISK_BYTES = 64 << 20
 BALLAST_BYTES = 56 << 20  # what is left is less than the result of LARGE
 LARGE = 0.02
 SMALL_BYTES = 100000  # less than the result of a drape of spacing 0.21
+RESERVE_BYTES = 500 << 10  # about what the store keeps free
 LOCK_SECONDS = 10  # twice what the store waits for a lock
 PATIENCE_SECONDS = 60
 PROBE_SECONDS = 8  # what the manifests in deploy/ give a probe of /healthz
@@ -224,6 +225,29 @@ def test_full():
         os.unlink(rest)
         disk.wait_ready()
         disk.expect_kept(before)
+    finally:
+        disk.remove()
+
+
+def free_bytes(disk):
+    room = os.statvfs(disk.data)
+    return room.f_bavail * room.f_frsize
+
+
+def test_reserve():
+    """What is accepted and stored leaves its reserve for small changes, also when all of the log is in
+    the database."""
+    disk = Disk("--drain-timeout", "1")
+    try:
+        fill(os.path.join(disk.data, "ballast"), BALLAST_BYTES - (8 << 20))
+        disk.start()
+        stored = True
+        while stored and disk.drape(0.06 + next(disk.spacing) * 1e-7) is None:
+            state = disk.get_json(f"/v1/drapes/{disk.acknowledged[-1]}?wait=3")
+            stored = state["status"] == "succeeded"  # or it has found no room for its result
+        disk.end_well()  # with all of the log in the database
+        print(f"# {len(disk.acknowledged)} drapes, {free_bytes(disk)} bytes left")
+        expect(free_bytes(disk) >= RESERVE_BYTES, "the reserve is used up")
     finally:
         disk.remove()
 
@@ -468,6 +492,7 @@ def main():
         print("ok 1 - disk # SKIP no mount namespace (unshare is refused)\n1..1")
         return
     tap.run("disk: a full one costs no acknowledged drape, and it goes on by itself", test_full)
+    tap.run("disk: what it stores leaves a reserve, with the log in the database", test_reserve)
     tap.run("disk: no start on a full one", test_full_start)
     tap.run("disk: no start on a read-only one", test_read_only_start)
     tap.run("disk: one that fails under the daemon is told, and reads go on", test_broken_disk)

@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <sys/statvfs.h>
 
 enum {
@@ -17,6 +18,7 @@ enum {
     BATCH_OPERATIONS = 256,   /* most operations in one transaction */
     LOG_ROUNDS = 4,           /* tries to get the log copied whole */
     RESERVE_BYTES = 1 << 19,  /* of the disk, that requests and results leave free: 64 pages */
+    PLENTY_BYTES = 1 << 30,   /* more than the log ever has */
     TAKE_LOG_BYTES = 32 << 20 /* of results in the log, that are taken into the database at once */
 };
 
@@ -204,12 +206,27 @@ enum store_answer sqlite_write_lazy(struct store *store, sqlite_operation operat
     return write_together(sqlite_of(store), &own);
 }
 
+/* By how much the file grows when the log is taken into it. */
+static uint64_t growth(struct store *base) {
+    struct stat file;
+    struct db *db = sqlite_take_reader(base);
+    struct query query =
+        db_query(db, "SELECT page_count * page_size FROM pragma_page_count, pragma_page_size");
+    int64_t size = query_row(&query) ? query_int(&query, 0) : 0;
+    bool known = sqlite_give_reader(base, db, query_end(&query)) == STORE_OK &&
+                 stat(sqlite_of(base)->path, &file) == 0;
+    return known && size > file.st_size ? (uint64_t)(size - file.st_size) : 0;
+}
+
+/* What is written takes room twice, in the log and then in the database; where there is plenty,
+ * what is in the log already need not be counted. */
 enum store_answer sqlite_room_for(struct store *base, size_t bytes) {
     struct statvfs disk;
     if (statvfs(sqlite_of(base)->path, &disk) != 0)
         return STORE_OK; /* the write itself will say what is wrong */
     uint64_t left = (uint64_t)disk.f_bavail * disk.f_frsize;
-    if (left >= bytes + RESERVE_BYTES)
+    uint64_t wanted = 2 * (uint64_t)bytes + RESERVE_BYTES;
+    if (left >= wanted + PLENTY_BYTES || left >= wanted + growth(base))
         return STORE_OK;
     metrics_store_failed(false);
     log_error(log_event("store_error"), log_text("answer", store_answer_name(STORE_NO_SPACE)),
