@@ -97,7 +97,7 @@ static void test_exact_gib4_errors(void **state) {
     static struct scene scene;
     (void)state;
     for (int id = 0; id < SCENE_FREEFORM; id++) {
-        struct outcome last;
+        struct outcome last = {0};
         scene_make(&scene, (enum scene_id)id);
         printf("  %-23s", scene.name);
         for (int level = 0; level < check_sized(LEVELS, 2); level++) {

@@ -43,7 +43,7 @@ static enum store_answer begin(struct scratch *scratch, const struct store_claim
     assert_non_null(tasks);
     assert_non_null(variants);
     for (size_t k = 0; k < count; k++) {
-        snprintf(tasks + k * TASK_BYTES, TASK_BYTES, "%s %zu", name, k);
+        snprintf(tasks + k * TASK_BYTES, TASK_BYTES, "%.6s %hu", name, (unsigned short)k);
         variants[k] = (int64_t)k + 1;
     }
     struct store_round round = {.tasks = tasks,
