@@ -354,6 +354,52 @@ static void test_command_explains_what_is_wrong_with_a_map(void **state) {
     assert_int_equal(unlink(in_folder("points.json")), 0);
 }
 
+/* ---- studies ---- */
+
+static struct bytes study_of(const char *rest) {
+    struct bytes text = {0};
+    bytes_format(&text, "{\"drape\":%s,\"objectives\":[\"max_shear_deg\"],%s}",
+                 request_text("saddle"), rest);
+    return text;
+}
+
+/* The document of all variants, the table of the best, and the request of one, which drapes. */
+static void test_command_does_studies(void **state) {
+    (void)state;
+    struct bytes study = study_of("\"vary\":{\"start\":{\"grid\":6},\"angle_deg\":[0,45]}");
+    struct outcome all =
+        run("--format csv --fields variants.angle_deg,variants.failure", study.data);
+    assert_int_equal(all.status, 0);
+    assert_string_equal(all.out.data,
+                        "angle_deg,failure\n0,none\n45,none\n0,none\n45,none\n0,none\n"
+                        "45,none\n0,none\n45,none\n0,none\n45,none\n0,none\n45,none\n");
+    assert_non_null(strstr(all.err.data, "12 variants in "));
+    assert_non_null(strstr(all.err.data, " variant "));
+    struct outcome best = run("--variant best", study.data);
+    assert_int_equal(best.status, 0);
+    struct outcome drape = run("--fields nodes.i", best.out.data);
+    assert_int_equal(drape.status, 0);
+    assert_non_null(strstr(drape.out.data, "\"max_shear_deg\":"));
+    outcome_free(&all);
+    outcome_free(&best);
+    outcome_free(&drape);
+    bytes_free(&study);
+}
+
+static void test_command_refuses_what_studies_have_not(void **state) {
+    (void)state;
+    struct bytes study = study_of("\"vary\":{\"angle_deg\":[0,45]}");
+    struct bytes many = study_of("\"vary\":{\"start\":{\"grid\":10000000}}");
+    refuse("--format vtp", study.data, 1, "not-acceptable", "a study has no vtp");
+    refuse("--variant 2", study.data, 1, "not-found", "2 variants");
+    refuse("--variant last", study.data, 1, "not-found", "\"best\"");
+    refuse("--variant 0", request_text("saddle"), 1, "not-acceptable", "for studies");
+    refuse("--max-variants 1", study.data, 1, "/vary", "1 are allowed");
+    refuse("", many.data, 1, "/vary", "1e+07 variants");
+    bytes_free(&study);
+    bytes_free(&many);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_command_writes_the_result_document),
@@ -370,6 +416,8 @@ int main(void) {
         cmocka_unit_test(test_command_maps_onto_a_mesh),
         cmocka_unit_test(test_command_warns_of_a_mesh_far_away),
         cmocka_unit_test(test_command_explains_what_is_wrong_with_a_map),
+        cmocka_unit_test(test_command_does_studies),
+        cmocka_unit_test(test_command_refuses_what_studies_have_not),
     };
     return cmocka_run_group_tests_name("command", tests, find_program, remove_folder);
 }

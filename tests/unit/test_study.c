@@ -534,6 +534,46 @@ static void test_optimise_of_a_fine_net_ends_on_it(void **state) {
     bytes_free(&coarse);
 }
 
+/* ---- continuity ---- */
+
+/* While the start moves over half a spacing in hundredths of one, and turns, every quantity goes
+ * its way: the sum of its steps is little more than its range, and no step is much of that of one
+ * degree or of the area. */
+static void test_study_quantities_do_not_jump(void **state) {
+    enum { STEPS = 50 };
+    static const char *const names[] = {"max_shear_deg",  "p95_shear_deg", "locked_area",
+                                        "uncovered_area", "waste_area",    "angle_deviation_deg"};
+    static const double most[] = {0.15, 0.1, 0.03, 1e-3, 0.05, 0.05};
+    struct bytes rest = {0};
+    struct bytes part = text_replace(bowl, "0.1}", "0.1,\"locking_angle_deg\":15}");
+    (void)state;
+    bytes_format(&rest, "\"objectives\":[\"max_shear_deg\",\"p95_shear_deg\",\"locked_area\","
+                        "\"uncovered_area\",\"waste_area\",\"angle_deviation_deg\"],"
+                        "\"wanted_direction\":[1,0.3,0],\"vary\":{\"angle_deg\":[17],"
+                        "\"start\":{\"points\":[");
+    for (int k = 0; k <= STEPS; k++)
+        bytes_format(&rest, "%s{\"uv\":[%.17g,0.55]}", k ? "," : "", 0.55 + 0.0005 * k);
+    bytes_format(&rest, "]}}");
+    struct finished f = finish_study(part.data, rest.data);
+    for (size_t q = 0; q < sizeof names / sizeof *names; q++) {
+        double sum = 0, low = HUGE_VAL, high = -HUGE_VAL;
+        for (size_t k = 0; k < f.rows; k++) {
+            double value = value_at(&f, names[q], k);
+            double step = k ? fabs(value - value_at(&f, names[q], k - 1)) : 0;
+            if (step > most[q])
+                fail_msg("%s steps by %g at %zu", names[q], step, k);
+            sum += step;
+            low = fmin(low, value);
+            high = fmax(high, value);
+        }
+        if (sum > 3 * (high - low) + 10 * most[q])
+            fail_msg("%s goes %g to and fro within %g", names[q], sum, high - low);
+    }
+    free_finished(&f);
+    bytes_free(&rest);
+    bytes_free(&part);
+}
+
 /* ---- samples ---- */
 
 #define TOLERANCES                                                                                 \
@@ -835,6 +875,7 @@ int main(void) {
         cmocka_unit_test(test_optimise_keeps_limits),
         cmocka_unit_test(test_optimise_spreads_a_front),
         cmocka_unit_test(test_optimise_of_a_fine_net_ends_on_it),
+        cmocka_unit_test(test_study_quantities_do_not_jump),
         cmocka_unit_test(test_samples_are_drawn_as_asked),
         cmocka_unit_test(test_bands_hold_nine_tenths_of_fresh_samples),
         cmocka_unit_test(test_samples_have_the_same_bits_from_any_tasks),
