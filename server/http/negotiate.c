@@ -9,23 +9,18 @@
 
 enum { ITEM_SIZE = 256 };
 
-static void trim(char *text) {
-    size_t length = strlen(text), blanks = strspn(text, " \t");
-    while (length > blanks && strchr(" \t", text[length - 1]))
-        length--;
-    memmove(text, text + blanks, length - blanks);
-    text[length - blanks] = '\0';
-}
-
 /* Copies the next piece of a list up to one of `separators`, without blanks around it; moves
  * `*rest` on. Too long a piece is cut, which at worst makes it match nothing. False at the end. */
 static bool next_piece(const char **rest, const char *separators, char piece[ITEM_SIZE]) {
     if (!**rest)
         return false;
-    size_t length = strcspn(*rest, separators);
-    snprintf(piece, ITEM_SIZE, "%.*s", (int)(length < ITEM_SIZE ? length : ITEM_SIZE - 1), *rest);
-    *rest += length + ((*rest)[length] != '\0');
-    trim(piece);
+    const char *from = *rest, *end = from + strcspn(from, separators);
+    *rest = end + (*end != '\0');
+    while (end > from && strchr(" \t", end[-1]))
+        end--;
+    from += strspn(from, " \t");
+    size_t length = end > from ? (size_t)(end - from) : 0;
+    snprintf(piece, ITEM_SIZE, "%.*s", (int)(length < ITEM_SIZE ? length : ITEM_SIZE - 1), from);
     return true;
 }
 
