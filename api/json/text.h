@@ -19,8 +19,8 @@ struct api_text {
     bool failed;
 };
 
-static inline struct api_text api_text_growing(struct arena *arena) {
-    return (struct api_text){.arena = arena};
+static inline struct api_text api_text_growing(struct arena *memory) {
+    return (struct api_text){.arena = memory};
 }
 
 static inline struct api_text api_text_over(char *buffer, size_t capacity) {
