@@ -17,6 +17,12 @@ export class Problem extends Error {
   }
 }
 
+/** All that is wrong, each with its place. */
+export const explain = ({ errors, message }) =>
+  errors?.length
+    ? errors.map(({ pointer = '', detail }) => `${pointer}: ${detail}`).join(' ')
+    : message;
+
 /** The service cannot be reached. */
 export class Unreachable extends Error {
   constructor() {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // "Find the best start": a study of the request, its map over the part, its plots, and each of its
 // variants as a drape at a click.
-import { cancel } from './api.js';
+import { cancel, explain } from './api.js';
 import { element } from './dom.js';
 import { format, rangeOf, withUnit } from './fields.js';
 import { drawFront, drawPolar } from './plots.js';
@@ -87,8 +87,7 @@ export class Finder {
   }
 
   #fail(error) {
-    const places = error.errors?.map(({ pointer = '', detail }) => `${pointer}: ${detail}`);
-    element('fault-find').textContent = places?.length ? places.join(' ') : error.message;
+    element('fault-find').textContent = explain(error);
     if (error.status === 401) this.onError(error);
   }
 

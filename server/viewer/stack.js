@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A laminate: a table of plies, draped together, and looked through one after the other.
-import { address, follow, read, submitLaminate, token } from './api.js';
+import { address, explain, follow, read, submitLaminate, token } from './api.js';
 import { element } from './dom.js';
 import { fileName, saveAs } from './links.js';
 
@@ -153,8 +153,7 @@ export class Stack {
       if (this.plies === plies)
         this.#take(id, last.plies || (await read(`v1/laminates/${id}`)).plies);
     } catch (error) {
-      const places = error.errors?.map(({ pointer = '', detail }) => `${pointer}: ${detail}`);
-      element('fault-stack').textContent = places?.length ? places.join(' ') : error.message;
+      element('fault-stack').textContent = explain(error);
       if (error.status === 401) this.onError(error);
     }
     this.running = false;

@@ -5,11 +5,13 @@ import { once } from 'node:events';
 import { existsSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { dirname, join } from 'node:path';
+import { createRequire } from 'node:module';
 import { createInterface } from 'node:readline';
 import { fileURLToPath } from 'node:url';
 import { chromium } from 'playwright-core';
 
 export const root = join(dirname(fileURLToPath(import.meta.url)), '../..');
+const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 const build = process.env.BUILD || 'build';
 /** Where screenshots are kept. */
 export const pictures = join(root, build, 'tests/browser');
@@ -167,3 +169,13 @@ export async function shareOf(page, image, colour) {
     return count / (data.length / 4);
   }, colour);
 }
+
+/** Rules of axe-core that the page breaks. */
+export async function violations(page) {
+  await page.evaluate(axe);
+  const { violations: found } = await page.evaluate(() => globalThis.axe.run());
+  return found.map((rule) => `${rule.id}: ${rule.nodes.map((node) => node.target).join(' ')}`);
+}
+
+/** The drape that the page shows, by its address. */
+export const idOf = (page) => /drape=(\w+)/.exec(page.url())[1];

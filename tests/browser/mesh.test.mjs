@@ -2,21 +2,21 @@
 // A drape on somebody's mesh: its elements in the fields' colours, the inlet, the files of the map.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
-import { createRequire } from 'node:module';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import {
   difference,
   drapeExample,
   drawn,
+  idOf,
   openPage,
   picture,
   root,
   startBrowser,
   startDaemon,
+  violations,
 } from './helper.mjs';
 
-const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 const mould = readFileSync(join(root, 'api/examples/mould.bdf'), 'utf8');
 let daemon, browser, page;
 
@@ -30,7 +30,6 @@ after(async () => {
   await daemon?.stop();
 });
 
-const idOf = (where) => /drape=(\w+)/.exec(where.url())[1];
 const map = async (query) => {
   const headers = { 'Content-Type': 'text/x-nastran' };
   const address = new URL(`v1/drapes/${idOf(page)}/map?${query}`, daemon.url);
@@ -68,12 +67,7 @@ test('mesh: a file that is dropped on a drape is mapped and shown', async () => 
   );
   assert.ok((await difference(page, net, await page.locator('#pane-solid').screenshot())) > 0.1);
   await picture(page, 'mapped');
-  await page.evaluate(axe);
-  const { violations } = await page.evaluate(() => globalThis.axe.run());
-  assert.deepEqual(
-    violations.map(({ id }) => id),
-    [],
-  );
+  assert.deepEqual(await violations(page), []);
 });
 
 test('mesh: an element under the pointer says the number of the service', async () => {

@@ -4,7 +4,6 @@ import assert from 'node:assert/strict';
 import { execFile } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { createServer, request } from 'node:http';
-import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
@@ -14,15 +13,16 @@ import {
   difference,
   drapeExample,
   drawn,
+  idOf,
   openPage,
   picture,
   root,
   shareOf,
   startBrowser,
   startDaemon,
+  violations,
 } from './helper.mjs';
 
-const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 let daemon, browser, page;
 
 before(async () => {
@@ -36,14 +36,6 @@ after(async () => {
 });
 
 const ask = async (path) => (await fetch(new URL(path, daemon.url))).json();
-const idOf = (where) => /drape=(\w+)/.exec(where.url())[1];
-
-/** Rules of axe-core that the page breaks. */
-async function violations(where) {
-  await where.evaluate(axe);
-  const { violations: found } = await where.evaluate(() => globalThis.axe.run());
-  return found.map((rule) => `${rule.id}: ${rule.nodes.map((node) => node.target).join(' ')}`);
-}
 
 test('page: loads with no error and asks nobody else', async () => {
   assert.deepEqual(page.faults, []);
@@ -436,7 +428,7 @@ test('page: what is shown is marked as soon as the request is another one', asyn
   await page.keyboard.press('Enter');
   await page.waitForFunction(() => document.querySelector('#stale').hidden);
   assert.equal(await page.evaluate(() => document.activeElement.id), 'drape');
-  assert.match(await page.textContent('#list li:first-child .open'), /^torus: basic, 0°, 10 mm/);
+  await page.waitForSelector('#list li:first-child .open:text("torus: basic, 0°, 10 mm")');
   assert.match(
     await page.getAttribute('#downloads a', 'download'),
     /^torus-basic-0deg-10-mm\.json$/,

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: MIT
 // A part of many faces on the page: a CAD file, the faces of its tool side, the drape of these.
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
-import { createRequire } from 'node:module';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { drawn, openPage, picture, root, startBrowser, startDaemon } from './helper.mjs';
+import {
+  drawn,
+  openPage,
+  picture,
+  root,
+  startBrowser,
+  startDaemon,
+  violations,
+} from './helper.mjs';
 
-const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 let daemon, browser, page;
 
 before(async () => {
@@ -53,12 +58,7 @@ test('part: a click chooses a face, a button all that is smooth from there', asy
   await page.waitForFunction(() => /3 of 9/.test(document.querySelector('#about').textContent));
   await drawn(page);
   await picture(page, 'faces');
-  await page.evaluate(axe);
-  const { violations } = await page.evaluate(() => globalThis.axe.run());
-  assert.deepEqual(
-    violations.map(({ id }) => id),
-    [],
-  );
+  assert.deepEqual(await violations(page), []);
 });
 
 test('part: what is chosen is draped, and its link shows it again', async () => {

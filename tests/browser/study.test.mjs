@@ -1,22 +1,19 @@
 // SPDX-License-Identifier: MIT
 // "Find the best start": a study from the page, its map, its plots, and its variants as drapes.
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
-import { createRequire } from 'node:module';
-import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import {
   colours,
   drapeExample,
   drawn,
+  idOf,
   openPage,
   picture,
-  root,
   startBrowser,
   startDaemon,
+  violations,
 } from './helper.mjs';
 
-const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 let daemon, browser, page;
 
 before(async () => {
@@ -29,7 +26,6 @@ after(async () => {
   await daemon?.stop();
 });
 
-const idOf = (where) => /drape=(\w+)/.exec(where.url())[1];
 const ask = async (path) => (await fetch(new URL(path, daemon.url))).json();
 const found = () =>
   page.waitForFunction(() =>
@@ -70,12 +66,7 @@ test('study: the best of many starts is found, with a map over the part', async 
   await drawn(page);
   assert.match(await page.textContent('#chip'), /^from here at best [\d.]+°, at −?[\d.]+°$/);
   await picture(page, 'study');
-  await page.evaluate(axe);
-  const { violations } = await page.evaluate(() => globalThis.axe.run());
-  assert.deepEqual(
-    violations.map(({ id }) => id),
-    [],
-  );
+  assert.deepEqual(await violations(page), []);
 });
 
 test('study: its best is what the service says', async () => {
