@@ -283,7 +283,7 @@ static void test_store_task_is_changed_without_cost(void **state) {
     start_study(&scratch, "s", 1, id);
     struct store_claim task = claim_task(&scratch, id, "s 0");
     for (int k = 0; k < 5; k++) {
-        snprintf(changed, sizeof changed, "changed %d", k);
+        snprintf(changed, sizeof changed, "changed %c", '0' + k);
         assert_int_equal(store_change_task(scratch.store, &task, changed), STORE_OK);
         assert_int_equal(store_change_task(scratch.store, &task, changed), STORE_CONFLICT);
         task = claim_task(&scratch, id, changed);
