@@ -161,7 +161,8 @@ UNITS ?= $(PREFIX)/lib/systemd/system
 VERSION := $(shell sed -n 's/^\#define DRAPED_VERSION "\(.*\)"/\1/p' server/config.h)
 OPERATORS := $(addprefix deploy/,nginx.conf Caddyfile prometheus grafana systemd kubernetes container \
              compose.yaml)
-PAGES := fields formats mathematics operations runbook scaling settings studies threat-model
+PAGES := fields formats handover laminates mathematics operations runbook scaling settings studies \
+         threat-model
 install: all sbom $(B)/draped.1 $(B)/drape.1 ## below $(PREFIX) (/usr/local) and DESTDIR
 	install -D -t $(DESTDIR)$(PREFIX)/bin $(B)/draped $(B)/drape
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/man/man1 $(B)/draped.1 $(B)/drape.1
@@ -175,6 +176,8 @@ install: all sbom $(B)/draped.1 $(B)/drape.1 ## below $(PREFIX) (/usr/local) and
 	for page in $(PAGES); do \
 	    sed 's|](\.\./deploy/|](|g' docs/$$page.md | \
 	        install -m 644 /dev/stdin $(DESTDIR)$(PREFIX)/share/doc/draped/$$page.md; done
+	for figure in $$(grep -ohE '\]\(figures/[^)]+' $(PAGES:%=docs/%.md) | cut -c3- | sort -u); do \
+	    install -D -m 644 docs/$$figure $(DESTDIR)$(PREFIX)/share/doc/draped/$$figure; done
 
 # The importer of CAD files is a package of its own, for it brings Open CASCADE.
 install-import: $(B)/drape-import $(B)/drape-import.1 ## drape-import, which reads STEP and IGES, likewise

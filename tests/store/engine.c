@@ -234,10 +234,11 @@ static enum api_problem_id do_task(const struct worker_order *order,
                                    struct api_problem *problem) {
     struct api_study_task task;
     double numbers[TASK_NUMBERS];
-    char act[32];
+    char text[64], act[32];
     int k = 0;
     memcpy(&task, order->bytes, sizeof task);
-    sscanf(order->input->request, "%31s %d", act, &k);
+    snprintf(text, sizeof text, "%.*s", (int)order->input->request_length, order->input->request);
+    sscanf(text, "%31s %d", act, &k);
     bool chosen = task.value[TASK_ROUND] == 1 && task.value[TASK_NUMBER] == 0;
     if (chosen && !strcmp(act, "die-early"))
         crash(NULL);
