@@ -133,11 +133,10 @@ static bool set_within(struct format_options *options, const char *value,
 /* Names are printed: of ASCII what needs no escaping anywhere. */
 static bool set_name(char name[FORMAT_NAME_SIZE], const char *option, const char *value,
                      struct api_problem *problem) {
-    size_t length = strlen(value);
-    for (size_t k = 0; k < length; k++)
-        if (value[k] < ' ' || value[k] > '~' || strchr("<>&\"'%", value[k]))
-            length = FORMAT_NAME_SIZE;
-    if (length < FORMAT_NAME_SIZE) {
+    bool plain = strlen(value) < FORMAT_NAME_SIZE;
+    for (const char *at = value; *at; at++)
+        plain = plain && *at >= ' ' && *at <= '~' && !strchr("<>&\"'%", *at);
+    if (plain) {
         strcpy(name, value);
         return true;
     }
