@@ -56,7 +56,7 @@ static const char help_tail[] =
     "  --edge-channel W,K for lcmsim: elements within W of the rim of the cloth have the\n"
     "                     permeability K, in m^2 (race-tracking)\n"
     "  --within D         nastran, abaqus: one group of stacks that differ by D degrees\n"
-    "                     and D %% of thickness at most; default: 0, no more than digits\n"
+    "                     and D % of thickness at most; default: 0, no more than digits\n"
     "  --lcmsim-version N 2 or 3; default: 3\n"
     "  --at-most-fiber-volume-fraction F\n"
     "                     lcmsim: take denser elements to have this; otherwise those\n"
