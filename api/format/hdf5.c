@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { INCREMENT = 1 << 20 }; /* bytes by which a file grows */
+enum { INCREMENT = 1 << 16 }; /* bytes by which a file grows */
 
 struct hdf5_file {
     hid_t file;
@@ -30,13 +30,18 @@ struct hdf5_file *hdf5_new(void) {
     file->file = open_core();
     if (file->file >= 0)
         return file;
+    H5close();
     free(file);
     return NULL;
 }
 
+/* After a failure the library begins anew: an allocation that failed within it may have left it
+ * unable to go on. */
 void hdf5_free(struct hdf5_file *file) {
-    if (file)
-        H5Fclose(file->file);
+    if (!file)
+        return;
+    if (H5Fclose(file->file) < 0 || file->failed)
+        H5close();
     free(file);
 }
 
@@ -109,11 +114,12 @@ void hdf5_string(struct hdf5_file *file, const char *group, const char *name, co
 
 /* The core driver's handle is where its memory begins. */
 const char *hdf5_image(struct hdf5_file *file, size_t *length) {
-    hsize_t size = 0;
     void *handle = NULL;
     if (file->failed || H5Fflush(file->file, H5F_SCOPE_GLOBAL) < 0 ||
-        H5Fget_filesize(file->file, &size) < 0 ||
         H5Fget_vfd_handle(file->file, H5P_DEFAULT, &handle) < 0)
+        return NULL;
+    ssize_t size = H5Fget_file_image(file->file, NULL, 0); /* without what it may still grow by */
+    if (size <= 0)
         return NULL;
     *length = (size_t)size;
     return *(char *const *)handle;

@@ -56,10 +56,10 @@ async function give(name, content) {
 }
 
 test('trouble: a file that is not JSON', async () => {
-  await give('part.step', 'ISO-10303-21; HEADER;');
+  await give('part.txt', 'ISO-10303-21; HEADER;');
   await becomes(
     '#fault-surface',
-    /part\.step: This is not JSON.*Choose a surface or a drape request as a JSON file/,
+    /part\.txt: This is not JSON.*Choose a surface or a drape request as a JSON file/,
   );
   assert.match(await textOf('#about'), /NURBS/, 'the surface before it is still there');
 });
