@@ -211,9 +211,9 @@ END
     activate "0.0.0.0:$PORT"
     run curl -sS --max-time 10 "http://127.0.0.1:$PORT/healthz"
     [ "$status" -ne 0 ]
-    run join_daemon
+    status=0
+    join_daemon || status=$? # not by `run`, whose shell did not start it
     [ "$status" = 2 ]
-    DAEMON=
     grep -q 'tokens' "$HOME_DIR/log"
     # More than one socket, and one that is not TCP.
     run sh -c 'LISTEN_PID=$$ LISTEN_FDS=2 exec "$@" 3</dev/null' sh "$DRAPED" --check-config
