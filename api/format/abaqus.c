@@ -16,19 +16,7 @@ enum { DIGITS = 20, SET_ROW = 12 };
 static const char mark[] = "**";
 
 static bool begin(struct encoder *encoder, struct api_problem *problem) {
-    if (!cards_check(encoder, INT32_MAX, problem))
-        return false;
-    if (!stacks_make(encoder->state, &encoder->fields, false, encoder->options.within))
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to group the elements");
-    return problem->id == API_OK;
-}
-
-static void end(struct encoder *encoder) {
-    stacks_free(encoder->state);
-}
-
-static size_t groups(const struct encoder *encoder) {
-    return ((const struct stacks *)encoder->state)->count;
+    return stacks_begin(encoder, false, problem);
 }
 
 static size_t members(const struct encoder *encoder) {
@@ -45,7 +33,7 @@ static void write_head(struct encoder *encoder, size_t item) {
     (void)item;
     cards_head(encoder, mark, about);
     cards_line(encoder, "%s %zu groups; of one, thicknesses differ by at most %g %%\n*NODE\n", mark,
-               groups(encoder), encoder->options.within);
+               stacks_groups(encoder), encoder->options.within);
 }
 
 static void write_numbers(struct encoder *encoder, int32_t id, const double *values, size_t count) {
@@ -135,7 +123,7 @@ static const struct cards_part parts[] = {{NULL, write_head},
                                           {NULL, write_table},
                                           {cards_places, write_direction},
                                           {members, write_member},
-                                          {groups, write_section},
+                                          {stacks_groups, write_section},
                                           {0}};
 
 const struct format format_abaqus = {
@@ -149,4 +137,4 @@ const struct format format_abaqus = {
     .state_size = sizeof(struct stacks),
     .begin = begin,
     .next = cards_next,
-    .end = end};
+    .end = stacks_end};

@@ -16,19 +16,7 @@ enum { WIDTH = 16 };
 static const char mark[] = "$";
 
 static bool begin(struct encoder *encoder, struct api_problem *problem) {
-    if (!cards_check(encoder, INT32_MAX, problem))
-        return false;
-    if (!stacks_make(encoder->state, &encoder->fields, true, encoder->options.within))
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to group the elements");
-    return problem->id == API_OK;
-}
-
-static void end(struct encoder *encoder) {
-    stacks_free(encoder->state);
-}
-
-static size_t groups(const struct encoder *encoder) {
-    return ((const struct stacks *)encoder->state)->count;
+    return stacks_begin(encoder, true, problem);
 }
 
 static void write_head(struct encoder *encoder, size_t item) {
@@ -43,7 +31,7 @@ static void write_head(struct encoder *encoder, size_t item) {
     cards_line(encoder,
                "%s %zu groups; of one, angles differ by at most %g degrees and thicknesses "
                "by %g %%\n",
-               mark, groups(encoder), encoder->options.within, encoder->options.within);
+               mark, stacks_groups(encoder), encoder->options.within, encoder->options.within);
 }
 
 static void write_vertex(struct encoder *encoder, size_t item) {
@@ -96,7 +84,7 @@ static void write_group(struct encoder *encoder, size_t item) {
 static const struct cards_part parts[] = {{NULL, write_head},
                                           {cards_vertices, write_vertex},
                                           {cards_elements, write_element},
-                                          {groups, write_group},
+                                          {stacks_groups, write_group},
                                           {0}};
 
 const struct format format_nastran = {
@@ -110,4 +98,4 @@ const struct format format_nastran = {
     .state_size = sizeof(struct stacks),
     .begin = begin,
     .next = cards_next,
-    .end = end};
+    .end = stacks_end};

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "stacks.h"
 
-#include "cards.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -108,4 +107,22 @@ void stacks_free(struct stacks *stacks) {
     free(stacks->group);
     free(stacks->member);
     free(stacks->start);
+}
+
+/* ---- of a deck ---- */
+
+bool stacks_begin(struct encoder *encoder, bool angles, struct api_problem *problem) {
+    if (!cards_check(encoder, INT32_MAX, problem))
+        return false;
+    if (!stacks_make(encoder->state, &encoder->fields, angles, encoder->options.within))
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to group the elements");
+    return problem->id == API_OK;
+}
+
+size_t stacks_groups(const struct encoder *encoder) {
+    return ((const struct stacks *)encoder->state)->count;
+}
+
+void stacks_end(struct encoder *encoder) {
+    stacks_free(encoder->state);
 }

@@ -3,7 +3,7 @@
 #ifndef API_FORMAT_STACKS_H
 #define API_FORMAT_STACKS_H
 
-#include "format.h"
+#include "cards.h"
 
 /* All arrays are of malloc. */
 struct stacks {
@@ -24,5 +24,16 @@ bool stacks_make(struct stacks *stacks, const struct map_fields *fields, bool an
 
 /* NULL-safe within. */
 void stacks_free(struct stacks *stacks);
+
+/* ---- of a deck whose `encoder->state` is a struct stacks ---- */
+
+/* Checks the stacks of the encoder's map and groups them, as its option `within` says. False with
+ * the problem set. */
+bool stacks_begin(struct encoder *encoder, bool angles, struct api_problem *problem);
+
+/* How many groups there are, as the count of a part. */
+size_t stacks_groups(const struct encoder *encoder);
+
+void stacks_end(struct encoder *encoder);
 
 #endif
