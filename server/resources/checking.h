@@ -14,10 +14,13 @@ struct checkers_order checking_order(const struct call *call, enum checker_kind 
  * check its `columns.context` has to be freed. False: the reply says why there is none. (maps.c) */
 bool maps_take_columns(struct call *call, struct checkers_order *order);
 
-/* The query as the checker takes it, malloc'ed; NULL without memory. And the answer of a call whose
- * check has written a document of that format. (maps.c) */
-char *maps_copy_options(const struct request *request, size_t *length);
-void maps_reply(struct call *call, const struct format *format);
+/* Begins the check of an order that has its columns, with the call's query for options, and frees
+ * `record` and, without a check, the columns' context. False: the reply says why there is none.
+ * (maps.c) */
+bool maps_begin(struct call *call, struct checkers_order *order, char *record);
+
+/* The answer of such a call, whose check writes a document of that format. (maps.c) */
+enum http_next maps_answer(struct call *call, const struct format *format);
 
 /* Begins the check and watches for its end. NULL: the reply says why not. */
 struct check *checking_begin(struct call *call, const struct checkers_order *order);

@@ -288,28 +288,19 @@ bool laminates_take_columns(struct call *call, struct checkers_order *order, cha
 
 /* False: the reply says why nothing is begun. `ply` from 1, or 0 for all of them. */
 static bool begin_patterns(struct call *call, uint64_t ply) {
-    struct request *request = call->request;
     struct checkers_order order = checking_order(call, CHECKER_PATTERNS);
     char *record;
     if (!laminates_take_columns(call, &order, &record))
         return false;
-    char *options = maps_copy_options(request, &order.length[CHECKER_OPTIONS]);
-    order.kind = CHECKER_PATTERNS;
-    order.document[CHECKER_OPTIONS] = options;
-    bool there = ply <= order.variant;
-    order.variant = ply;
-    if (!there)
-        (void)call_not_found(call, "ply");
-    else if (!options)
-        reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
-    else
-        request->state = checking_begin(call, &order);
-    request->state_free = checking_free;
-    free(options);
-    free(record);
-    if (!request->state)
+    if (ply > order.variant) {
+        free(record);
         free(order.columns.context);
-    return request->state != NULL;
+        (void)call_not_found(call, "ply");
+        return false;
+    }
+    order.kind = CHECKER_PATTERNS;
+    order.variant = ply;
+    return maps_begin(call, &order, record);
 }
 
 static enum http_next reply_patterns(struct call *call, uint64_t ply) {
@@ -317,10 +308,7 @@ static enum http_next reply_patterns(struct call *call, uint64_t ply) {
     if (!call_choose(call, FORMAT_PATTERN, &choice) ||
         (!call->request->state && !begin_patterns(call, ply)))
         return HTTP_DONE;
-    enum checking_state state = checking_look(call, call->request->state);
-    if (state == CHECKING_PASSED)
-        maps_reply(call, choice.format);
-    return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
+    return maps_answer(call, choice.format);
 }
 
 enum http_next laminates_patterns(struct call *call) {

@@ -36,7 +36,7 @@ static void free_output(void *context) {
 }
 
 /* Of a check that is done; the reply takes it over. */
-void maps_reply(struct call *call, const struct format *format) {
+static void reply_map(struct call *call, const struct format *format) {
     struct output *output = calloc(1, sizeof *output);
     if (!output) {
         reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
@@ -111,7 +111,7 @@ bool maps_take_columns(struct call *call, struct checkers_order *order) {
 
 /* The query as the checker takes it, malloc'ed: of each parameter its name and its value, both
  * zero-terminated. NULL without memory. */
-char *maps_copy_options(const struct request *request, size_t *length) {
+static char *copy_options(const struct request *request, size_t *length) {
     char *options = NULL;
     FILE *stream = open_memstream(&options, length);
     if (!stream)
@@ -121,30 +121,41 @@ char *maps_copy_options(const struct request *request, size_t *length) {
     return fclose(stream) == 0 ? options : NULL;
 }
 
-/* False: the reply says why no map is begun. */
-static bool begin_map(struct call *call, const struct call_choice *choice) {
+bool maps_begin(struct call *call, struct checkers_order *order, char *record) {
     struct request *request = call->request;
-    const char *type = request_header(request, "Content-Type");
-    struct checkers_order order = checking_order(call, CHECKER_MAP);
-    char *record = NULL;
-    bool stack = call->kind == STORE_LAMINATE;
-    if (!(stack ? laminates_take_columns(call, &order, &record) : maps_take_columns(call, &order)))
-        return false;
-    order.nastran = type && negotiate_is_type(type, "text/x-nastran");
-    order.id = request->parameter;
-    order.format = choice->format->name;
-    char *options = maps_copy_options(request, &order.length[CHECKER_OPTIONS]);
-    order.document[CHECKER_OPTIONS] = options;
+    char *options = copy_options(request, &order->length[CHECKER_OPTIONS]);
+    order->document[CHECKER_OPTIONS] = options;
     if (options)
-        request->state = checking_begin(call, &order);
+        request->state = checking_begin(call, order);
     else
         reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
     request->state_free = checking_free;
     free(options);
     free(record);
     if (!request->state)
-        free(order.columns.context);
+        free(order->columns.context);
     return request->state != NULL;
+}
+
+enum http_next maps_answer(struct call *call, const struct format *format) {
+    enum checking_state state = checking_look(call, call->request->state);
+    if (state == CHECKING_PASSED)
+        reply_map(call, format);
+    return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
+}
+
+/* False: the reply says why no map is begun. */
+static bool begin_map(struct call *call, const struct call_choice *choice) {
+    const char *type = request_header(call->request, "Content-Type");
+    struct checkers_order order = checking_order(call, CHECKER_MAP);
+    char *record = NULL;
+    bool stack = call->kind == STORE_LAMINATE;
+    if (!(stack ? laminates_take_columns(call, &order, &record) : maps_take_columns(call, &order)))
+        return false;
+    order.nastran = type && negotiate_is_type(type, "text/x-nastran");
+    order.id = call->request->parameter;
+    order.format = choice->format->name;
+    return maps_begin(call, &order, record);
 }
 
 enum http_next maps_create(struct call *call) {
@@ -152,8 +163,5 @@ enum http_next maps_create(struct call *call) {
     if (!call_choose(call, FORMAT_MAP, &choice) ||
         (!call->request->state && !begin_map(call, &choice)))
         return HTTP_DONE;
-    enum checking_state state = checking_look(call, call->request->state);
-    if (state == CHECKING_PASSED)
-        maps_reply(call, choice.format);
-    return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
+    return maps_answer(call, choice.format);
 }
