@@ -7,6 +7,7 @@ import { tmpdir } from 'node:os';
 import { dirname, join } from 'node:path';
 import { createRequire } from 'node:module';
 import { createInterface } from 'node:readline';
+import { after, before } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { chromium } from 'playwright-core';
 
@@ -98,6 +99,25 @@ export async function openPage(browser, url, { width = 1440, height = 900, ...op
   await page.waitForSelector('html[data-ready]');
   return page;
 }
+
+/** What `openOnce` has started, for all tests of a file. */
+export let daemon, browser, page;
+
+/** Starts a daemon, a browser and a page before the tests of the file, and ends them after. */
+export function openOnce() {
+  before(async () => {
+    daemon = await startDaemon();
+    browser = await startBrowser();
+    page = await openPage(browser, daemon.url);
+  });
+  after(async () => {
+    await browser?.close();
+    await daemon?.stop();
+  });
+}
+
+/** What the daemon of `openOnce` answers to GET. */
+export const ask = async (path) => (await fetch(new URL(path, daemon.url))).json();
 
 export const picture = (page, name, options = {}) =>
   page.screenshot({ path: join(pictures, `${name}.png`), ...options });

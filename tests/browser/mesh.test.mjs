@@ -3,32 +3,22 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import {
+  daemon,
   difference,
   drapeExample,
   drawn,
   idOf,
-  openPage,
+  openOnce,
+  page,
   picture,
   root,
-  startBrowser,
-  startDaemon,
   violations,
 } from './helper.mjs';
 
 const mould = readFileSync(join(root, 'api/examples/mould.bdf'), 'utf8');
-let daemon, browser, page;
-
-before(async () => {
-  daemon = await startDaemon();
-  browser = await startBrowser();
-  page = await openPage(browser, daemon.url);
-});
-after(async () => {
-  await browser?.close();
-  await daemon?.stop();
-});
+openOnce();
 
 const map = async (query) => {
   const headers = { 'Content-Type': 'text/x-nastran' };

@@ -6,36 +6,27 @@ import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { createServer, request } from 'node:http';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import { promisify } from 'node:util';
 import {
+  ask,
+  browser,
   colours,
+  daemon,
   difference,
   drapeExample,
   drawn,
   idOf,
+  openOnce,
   openPage,
+  page,
   picture,
   root,
   shareOf,
-  startBrowser,
-  startDaemon,
   violations,
 } from './helper.mjs';
 
-let daemon, browser, page;
-
-before(async () => {
-  daemon = await startDaemon();
-  browser = await startBrowser();
-  page = await openPage(browser, daemon.url);
-});
-after(async () => {
-  await browser?.close();
-  await daemon?.stop();
-});
-
-const ask = async (path) => (await fetch(new URL(path, daemon.url))).json();
+openOnce();
 
 test('page: loads with no error and asks nobody else', async () => {
   assert.deepEqual(page.faults, []);

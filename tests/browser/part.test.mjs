@@ -2,28 +2,20 @@
 // A part of many faces on the page: a CAD file, the faces of its tool side, the drape of these.
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import {
+  browser,
+  daemon,
   drawn,
+  openOnce,
   openPage,
+  page,
   picture,
   root,
-  startBrowser,
-  startDaemon,
   violations,
 } from './helper.mjs';
 
-let daemon, browser, page;
-
-before(async () => {
-  daemon = await startDaemon();
-  browser = await startBrowser();
-  page = await openPage(browser, daemon.url);
-});
-after(async () => {
-  await browser?.close();
-  await daemon?.stop();
-});
+openOnce();
 
 const count = () => page.textContent('#faces-count');
 const settled = () =>

@@ -2,32 +2,21 @@
 // A stack of plies on the page: its table, the drapes of all, and looking through them.
 import assert from 'node:assert/strict';
 import { join } from 'node:path';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import {
+  ask,
   drapeExample,
   drawn,
   idOf,
-  openPage,
+  openOnce,
+  page,
   picture,
   root,
-  startBrowser,
-  startDaemon,
   violations,
 } from './helper.mjs';
 
-let daemon, browser, page;
+openOnce();
 
-before(async () => {
-  daemon = await startDaemon();
-  browser = await startBrowser();
-  page = await openPage(browser, daemon.url);
-});
-after(async () => {
-  await browser?.close();
-  await daemon?.stop();
-});
-
-const ask = async (path) => (await fetch(new URL(path, daemon.url))).json();
 const angles = () =>
   page.locator('#plies li input:nth-child(2)').evaluateAll((all) => all.map(({ value }) => value));
 const press = (ply, what) => page.click(`#plies li:nth-child(${ply}) [data-do="${what}"]`);

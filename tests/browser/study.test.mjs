@@ -1,32 +1,24 @@
 // SPDX-License-Identifier: MIT
 // "Find the best start": a study from the page, its map, its plots, and its variants as drapes.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import {
+  ask,
+  browser,
   colours,
+  daemon,
   drapeExample,
   drawn,
   idOf,
+  openOnce,
   openPage,
+  page,
   picture,
-  startBrowser,
-  startDaemon,
   violations,
 } from './helper.mjs';
 
-let daemon, browser, page;
+openOnce();
 
-before(async () => {
-  daemon = await startDaemon();
-  browser = await startBrowser();
-  page = await openPage(browser, daemon.url);
-});
-after(async () => {
-  await browser?.close();
-  await daemon?.stop();
-});
-
-const ask = async (path) => (await fetch(new URL(path, daemon.url))).json();
 const found = () =>
   page.waitForFunction(() =>
     /variants from/.test(document.querySelector('#find-state').textContent),
