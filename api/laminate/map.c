@@ -14,7 +14,7 @@ enum { ASK_EVERY = 1024, TENSOR_PARTS = 6 };
 /* What a net says at an element. */
 struct spot {
     double shear_deg; /* NaN: the net does not reach it */
-    double angle_deg; /* of the warp in the element's base */
+    double warp[2];   /* the unit warp in the element's base */
 };
 
 /* Where the first net reaches an element: two directions of its tangent plane, their normal, the
@@ -150,8 +150,10 @@ static void note_spot(struct mapping *m, size_t net, size_t place, const struct 
     map_net_yarns(cloth, at, values, &warp, &weft);
     const struct base *base = base_at(m, net, place, at, warp, weft);
     m->spots[own].shear_deg = values[shear];
-    m->spots[own].angle_deg =
-        angle_atan2_deg(vec3_dot(warp, base->second), vec3_dot(warp, base->first));
+    double x = vec3_dot(warp, base->first), y = vec3_dot(warp, base->second);
+    double size = sqrt(x * x + y * y);
+    m->spots[own].warp[0] = size > 0 ? x / size : 1;
+    m->spots[own].warp[1] = size > 0 ? y / size : 0;
     m->mirrored[own] = vec3_dot(vec3_cross(warp, weft), base->normal) < 0;
 }
 
@@ -343,12 +345,11 @@ static void gather(const struct mapping *m, size_t place, struct gathered *plies
 
 /* The warp of a ply in the base, and the direction at right angles to it towards the weft. */
 static void frame_of(const struct spot *spot, bool mirrored, double along[2], double across[2]) {
-    double sine, cosine, side = mirrored ? -1 : 1;
-    angle_sincos_deg(spot->angle_deg, &sine, &cosine);
-    along[0] = cosine;
-    along[1] = sine;
-    across[0] = -side * sine;
-    across[1] = side * cosine;
+    double side = mirrored ? -1 : 1;
+    along[0] = spot->warp[0];
+    along[1] = spot->warp[1];
+    across[0] = -side * along[1];
+    across[1] = side * along[0];
 }
 
 static struct vec3 in_space(const struct base *base, double x, double y) {

@@ -4,9 +4,9 @@
  * thick they are pressed together (`solver/stack.h`), and what they let flow. A ply lies where its
  * cloth does and, if it has a boundary, inside that.
  *
- * The nets are read one after the other; of each, two numbers an element stay: the shear and the
- * angle of the warp in the tangent plane of the first net that reaches the element. Plies with the
- * same net have the same.
+ * The nets are read one after the other; of each, three numbers an element stay: the shear and the
+ * direction of the warp in the tangent plane of the first net that reaches the element. Plies with
+ * the same net have the same.
  */
 #ifndef API_LAMINATE_MAP_H
 #define API_LAMINATE_MAP_H

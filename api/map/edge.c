@@ -140,6 +140,13 @@ enum api_problem_id edge_make(const struct api_reader *reader, const struct api_
     return points->failed ? fail(problem, false) : API_OK;
 }
 
+/* Whether (p, q) lies in the box round a line, so much wider on all sides. */
+static bool is_about(const struct line *line, double p, double q, double near) {
+    const double *a = line->from, *b = line->to;
+    return p >= fmin(a[0], b[0]) - near && p <= fmax(a[0], b[0]) + near &&
+           q >= fmin(a[1], b[1]) - near && q <= fmax(a[1], b[1]) + near;
+}
+
 /* The distance of (p, q) from a line. */
 static double distance(const struct line *line, double p, double q) {
     double x = line->to[0] - line->from[0], y = line->to[1] - line->from[1];
@@ -158,7 +165,7 @@ bool edge_is_beyond(const struct edge *edge, double p, double q, double slack) {
     for (size_t k = edge->first[row]; k < edge->first[row + 1]; k++) {
         const struct line *line = &edge->lines[k];
         const double *a = line->from, *b = line->to;
-        if (distance(line, p, q) <= near)
+        if (is_about(line, p, q, near) && distance(line, p, q) <= near)
             return false;
         if ((a[1] <= q) == (b[1] <= q))
             continue;

@@ -1,14 +1,16 @@
 /* SPDX-License-Identifier: MIT */
 #include "facets.h"
 
-#include <stdlib.h>
+#include "solver/wide.h"
+#include <math.h>
 
-enum { STACK = 64 }; /* twice the depth of a tree of 2^31 cells */
+enum { STACK = FACETS_LEVELS * FACETS_CHILDREN, JUMPS = 8, HOPS = 64 /* of a jump */ };
+enum { DIGIT_BITS = 11, DIGITS = 1 << DIGIT_BITS };
 
 /* How far beyond the rim is outside, as a share of the edge there: more than rounding. */
 static const double beyond = 1e-6;
 
-/* Of squares of distances. */
+/* Of distances and radii. */
 static const double rounding = 1e-12;
 
 /* ---- making ---- */
@@ -28,25 +30,43 @@ static uint64_t spread(uint32_t x) {
     return (b | b << 1) & 0x5555555555555555U;
 }
 
-static int compare_keys(const void *a, const void *b) {
-    const struct key *x = a, *y = b;
-    return x->morton != y->morton ? (x->morton < y->morton ? -1 : 1)
-                                  : (x->cell > y->cell) - (x->cell < y->cell);
+/* The place of a cell on Morton's curve through all places from the least i and j on. */
+static uint64_t key_of(const struct facets *facets, size_t cell) {
+    const int32_t *place = facets->source.places[cell];
+    return spread((uint32_t)place[0] - (uint32_t)facets->low[0]) |
+           spread((uint32_t)place[1] - (uint32_t)facets->low[1]) << 1;
 }
 
-/* The sign bit is turned over so that negative places come first. */
+/* Orders keys that differ by these bits from `from` to `to`. */
+static void sort_by(const struct key *from, struct key *to, size_t count, int shift) {
+    size_t begin[DIGITS + 1] = {0};
+    for (size_t k = 0; k < count; k++)
+        begin[(from[k].morton >> shift) % DIGITS + 1]++;
+    for (int digit = 0; digit < DIGITS; digit++)
+        begin[digit + 1] += begin[digit];
+    for (size_t k = 0; k < count; k++)
+        to[begin[(from[k].morton >> shift) % DIGITS]++] = from[k];
+}
+
+/* Orders the cells by their keys, digit by digit from the lowest. */
 static enum status sort_cells(struct facets *facets, struct arena *arena) {
     struct arena_mark mark = arena_mark(arena);
     size_t count = facets->source.cell_count;
     struct key *keys = arena_take(arena, count, sizeof *keys);
-    if (!keys)
+    struct key *other = arena_take(arena, count, sizeof *other);
+    uint64_t most = 0;
+    if (!keys || !other)
         return STATUS_OUT_OF_MEMORY;
     for (size_t k = 0; k < count; k++) {
-        const int32_t *place = facets->source.places[k];
-        uint32_t i = (uint32_t)place[0] ^ 0x80000000U, j = (uint32_t)place[1] ^ 0x80000000U;
-        keys[k] = (struct key){spread(i) | spread(j) << 1, (int32_t)k};
+        keys[k] = (struct key){key_of(facets, k), (int32_t)k};
+        most |= keys[k].morton;
     }
-    qsort(keys, count, sizeof *keys, compare_keys);
+    for (int shift = 0; shift < 64 && most >> shift; shift += DIGIT_BITS) {
+        struct key *last = keys;
+        sort_by(keys, other, count, shift);
+        keys = other;
+        other = last;
+    }
     for (size_t k = 0; k < count; k++)
         facets->order[k] = keys[k].cell;
     arena_rewind(arena, mark);
@@ -63,41 +83,114 @@ static void list_cells_around(struct facets *facets) {
             facets->around[facets->source.corners[cell][k]][k] = (int32_t)cell;
 }
 
-static void extend(struct facets_box *box, struct vec3 r) {
-    const double x[3] = {r.x, r.y, r.z};
+static struct vec3 corner_point(const struct facets_source *source, int32_t cell, int corner) {
+    return source->nodes[source->corners[cell][corner & 3]];
+}
+
+static struct vec3 middle_of(const struct facets_source *source, int32_t cell) {
+    struct vec3 middle = {0, 0, 0};
+    for (int k = 0; k < 4; k++)
+        middle = vec3_axpy(0.25, corner_point(source, cell, k), middle);
+    return middle;
+}
+
+/* Adds a child; rounding in its favour. */
+static void add_ball(struct facets_node *node, struct vec3 middle, double radius) {
+    int c = node->count++;
+    node->middle[0][c] = middle.x;
+    node->middle[1][c] = middle.y;
+    node->middle[2][c] = middle.z;
+    node->radius[c] = radius * (1 + rounding);
+}
+
+static struct vec3 ball_middle(const struct facets_node *node, int c) {
+    return vec3_make(node->middle[0][c], node->middle[1][c], node->middle[2][c]);
+}
+
+/* The ball about the middle of a cell, through its farthest corner. */
+static void add_cell(struct facets_node *node, const struct facets_source *source, int32_t cell) {
+    struct vec3 middle = middle_of(source, cell);
+    double most2 = 0;
+    for (int k = 0; k < 4; k++) {
+        double own2 = vec3_norm2(vec3_sub(corner_point(source, cell, k), middle));
+        most2 = own2 > most2 ? own2 : most2;
+    }
+    add_ball(node, middle, sqrt(most2));
+}
+
+/* That about the middle of the box of the middles below, round all balls there. */
+static void add_node(struct facets_node *node, const struct facets_node *below) {
+    double middle[3], radius = 0;
     for (int k = 0; k < 3; k++) {
-        box->lower[k] = x[k] < box->lower[k] ? x[k] : box->lower[k];
-        box->upper[k] = x[k] > box->upper[k] ? x[k] : box->upper[k];
+        double lower = below->middle[k][0], upper = lower;
+        for (int n = 1; n < below->count; n++) {
+            lower = below->middle[k][n] < lower ? below->middle[k][n] : lower;
+            upper = below->middle[k][n] > upper ? below->middle[k][n] : upper;
+        }
+        middle[k] = lower + (upper - lower) / 2;
     }
-}
-
-static void join(struct facets_box *box, const struct facets_box *other) {
-    extend(box, vec3_make(other->lower[0], other->lower[1], other->lower[2]));
-    extend(box, vec3_make(other->upper[0], other->upper[1], other->upper[2]));
-}
-
-static struct facets_box leaf_box(const struct facets *facets, size_t leaf) {
-    const struct facets_source *source = &facets->source;
-    size_t end = (leaf + 1) * FACETS_LEAF;
-    end = end < source->cell_count ? end : source->cell_count;
-    struct vec3 first = source->nodes[source->corners[facets->order[leaf * FACETS_LEAF]][0]];
-    struct facets_box box = {{first.x, first.y, first.z}, {first.x, first.y, first.z}};
-    for (size_t k = leaf * FACETS_LEAF; k < end; k++)
-        for (int corner = 0; corner < 4; corner++)
-            extend(&box, source->nodes[source->corners[facets->order[k]][corner]]);
-    return box;
-}
-
-static void make_boxes(struct facets *facets, size_t node, size_t leaf, size_t count) {
-    if (count == 1) {
-        facets->boxes[node] = leaf_box(facets, leaf);
-        return;
+    struct vec3 own = vec3_make(middle[0], middle[1], middle[2]);
+    for (int n = 0; n < below->count; n++) {
+        double reach = vec3_distance(own, ball_middle(below, n)) + below->radius[n];
+        radius = reach > radius ? reach : radius;
     }
-    size_t half = count / 2, right = node + 2 * half;
-    make_boxes(facets, node + 1, leaf, half);
-    make_boxes(facets, right, leaf + half, count - half);
-    facets->boxes[node] = facets->boxes[node + 1];
-    join(&facets->boxes[node], &facets->boxes[right]);
+    add_ball(node, own, radius);
+}
+
+/* The key of the node of this level that the k-th of those below belongs to. */
+static uint64_t parent_of(const struct facets *facets, int level, size_t k) {
+    uint64_t own =
+        level == 0 ? key_of(facets, (size_t)facets->order[k]) : facets->level[level - 1][k].key;
+    return own >> 3; /* FACETS_CHILDREN */
+}
+
+/* The nodes over `below` of the level below, or cells; how many there are. */
+static enum status add_level(struct facets *facets, size_t below, struct arena *arena,
+                             size_t *count) {
+    int level = facets->levels++;
+    uint64_t last = 0;
+    *count = 0;
+    for (size_t k = 0; k < below; k++) {
+        uint64_t key = parent_of(facets, level, k);
+        *count += k == 0 || key != last;
+        last = key;
+    }
+    struct facets_node *node = arena_alloc(arena, *count, sizeof *node);
+    if (!node)
+        return STATUS_OUT_OF_MEMORY;
+    facets->level[level] = node;
+    for (size_t k = 0; k < below; k++) {
+        uint64_t key = parent_of(facets, level, k);
+        if (node->count > 0 && node->key != key)
+            node++;
+        if (node->count == 0) {
+            node->key = key;
+            node->first = k;
+        }
+        if (level == 0)
+            add_cell(node, &facets->source, facets->order[k]);
+        else
+            add_node(node, &facets->level[level - 1][k]);
+    }
+    return STATUS_OK;
+}
+
+static enum status make_tree(struct facets *facets, struct arena *arena) {
+    size_t count = facets->source.cell_count;
+    enum status status = STATUS_OK;
+    do
+        status = add_level(facets, count, arena, &count);
+    while (status == STATUS_OK && count > 1);
+    return status;
+}
+
+static void find_low(struct facets *facets) {
+    facets->low[0] = facets->low[1] = INT32_MAX;
+    for (size_t k = 0; k < facets->source.cell_count; k++)
+        for (int side = 0; side < 2; side++) {
+            int32_t own = facets->source.places[k][side];
+            facets->low[side] = own < facets->low[side] ? own : facets->low[side];
+        }
 }
 
 enum status facets_make(const struct facets_source *source, struct arena *arena,
@@ -108,15 +201,14 @@ enum status facets_make(const struct facets_source *source, struct arena *arena,
     if (!facets)
         return STATUS_OUT_OF_MEMORY;
     facets->source = *source;
-    facets->leaf_count = (source->cell_count + FACETS_LEAF - 1) / FACETS_LEAF;
     facets->around = arena_take(arena, source->node_count, sizeof *facets->around);
     facets->order = arena_take(arena, source->cell_count, sizeof *facets->order);
-    facets->boxes = arena_take(arena, 2 * facets->leaf_count - 1, sizeof *facets->boxes);
-    if (!facets->around || !facets->order || !facets->boxes ||
-        sort_cells(facets, arena) != STATUS_OK)
+    if (!facets->around || !facets->order)
+        return STATUS_OUT_OF_MEMORY;
+    find_low(facets);
+    if (sort_cells(facets, arena) != STATUS_OK || make_tree(facets, arena) != STATUS_OK)
         return STATUS_OUT_OF_MEMORY;
     list_cells_around(facets);
-    make_boxes(facets, 0, 0, facets->leaf_count);
     *result = facets;
     return STATUS_OK;
 }
@@ -168,41 +260,22 @@ struct search {
     const struct facets *facets;
     struct vec3 point;
     struct facets_place *best;
-    double distance2;
+    double distance, distance2; /* of the best */
 };
-
-static struct vec3 corner_point(const struct facets_source *source, int32_t cell, int corner) {
-    return source->nodes[source->corners[cell][corner & 3]];
-}
 
 static struct vec3 combine(const struct vec3 t[3], const double weight[3]) {
     struct vec3 r = vec3_scale(weight[0], t[0]);
     return vec3_axpy(weight[2], t[2], vec3_axpy(weight[1], t[1], r));
 }
 
-/* Whether the ball about the middle of a cell through its farthest corner, in which all of it lies,
- * is further away than what is known; rounding in its favour. */
-static bool is_far(const struct search *search, const struct vec3 corner[4], struct vec3 middle) {
-    double away2 = vec3_norm2(vec3_sub(search->point, middle)), reach2 = 0;
-    for (int k = 0; k < 4; k++) {
-        double own = vec3_norm2(vec3_sub(corner[k], middle));
-        reach2 = own > reach2 ? own : reach2;
-    }
-    double known2 = search->distance2;
-    return away2 > (1 + rounding) * (known2 + reach2 + 2 * sqrt(known2 * reach2));
-}
-
 static void search_cell(struct search *search, int32_t cell) {
-    struct vec3 corner[5], middle = {0, 0, 0};
-    for (int k = 0; k < 4; k++) {
-        corner[k] = corner_point(&search->facets->source, cell, k);
-        middle = vec3_axpy(0.25, corner[k], middle);
-    }
-    corner[4] = corner[0];
-    if (is_far(search, corner, middle))
+    const struct facets_source *source = &search->facets->source;
+    struct vec3 middle = middle_of(source, cell);
+    if (cell == search->best->cell)
         return;
     for (int side = 0; side < 4; side++) {
-        const struct vec3 triangle[3] = {middle, corner[side], corner[side + 1]};
+        const struct vec3 triangle[3] = {middle, corner_point(source, cell, side),
+                                         corner_point(source, cell, side + 1)};
         double weight[3];
         project(search->point, triangle, weight);
         struct vec3 r = combine(triangle, weight);
@@ -215,49 +288,103 @@ static void search_cell(struct search *search, int32_t cell) {
         *search->best = (struct facets_place){
             .cell = cell, .side = side, .weight = {weight[0], weight[1], weight[2]}, .r = r};
     }
+    search->distance = sqrt(search->distance2);
 }
 
-static double box_distance2(const struct facets_box *box, struct vec3 p) {
-    const double x[3] = {p.x, p.y, p.z};
-    double sum = 0;
-    for (int k = 0; k < 3; k++) {
-        double under = box->lower[k] - x[k], over = x[k] - box->upper[k];
-        double gap = under > over ? under : over;
-        sum += gap > 0 ? gap * gap : 0;
+/* So many cells on from a cell along the warp (axis 0) or the weft, as far as there are some. */
+static int32_t hop(const struct facets *facets, int32_t cell, int axis, double steps) {
+    static const int8_t corner[2][2] = {{0, 0}, {1, 3}};
+    static const int8_t own[2][2] = {{1, 3}, {0, 0}}; /* the neighbour's corner at that one */
+    bool on = steps > 0;
+    for (int k = 0; k < HOPS && k + 0.5 < fabs(steps); k++) {
+        int32_t node = facets->source.corners[cell][corner[on][axis]];
+        int32_t next = facets->around[node][own[on][axis]];
+        if (next == FACETS_NONE)
+            break;
+        cell = next;
     }
-    return sum;
+    return cell;
 }
 
+/* The cell under the point if the net went on as it does at this one: the point less the cell's
+ * middle is x a + y b with its mean warp a and weft b, and something across them. */
+static int32_t jump(const struct facets *facets, struct vec3 point, int32_t cell) {
+    const struct facets_source *source = &facets->source;
+    struct vec3 d1 = vec3_sub(corner_point(source, cell, 2), corner_point(source, cell, 0));
+    struct vec3 d2 = vec3_sub(corner_point(source, cell, 1), corner_point(source, cell, 3));
+    struct vec3 a = vec3_scale(0.5, vec3_sub(d1, vec3_scale(-1, d2)));
+    struct vec3 b = vec3_scale(0.5, vec3_sub(d1, d2)),
+                gap = vec3_sub(point, middle_of(source, cell));
+    double aa = vec3_norm2(a), ab = vec3_dot(a, b), bb = vec3_norm2(b);
+    double ga = vec3_dot(gap, a), gb = vec3_dot(gap, b), area2 = aa * bb - ab * ab;
+    if (!(area2 > 0))
+        return cell;
+    cell = hop(facets, cell, 0, (ga * bb - gb * ab) / area2);
+    return hop(facets, cell, 1, (gb * aa - ga * ab) / area2);
+}
+
+/* Jumps to where the net has the point, or close to it: the tree finds the rest. */
+static int32_t approach(const struct facets *facets, struct vec3 point, int32_t cell) {
+    for (int k = 0; k < JUMPS; k++) {
+        int32_t next = jump(facets, point, cell);
+        if (next == cell)
+            break;
+        cell = next;
+    }
+    return cell;
+}
+
+/* A child in the tree: a node of this level, or with the level -1 the cell order[index]. */
 struct visit {
-    size_t node, leaf, count;
-    double distance2;
+    double least; /* its distance, or less */
+    size_t index;
+    int level;
 };
 
-/* The nearer child is looked at first; the other one waits on the stack. */
+/* By how much the squared distance from each child's middle is more than it may be: the ball of
+ * radius R about m comes as near as d when |p - m| <= R + d. */
+WIDE_CLONES
+static void measure(const struct facets_node *node, struct vec3 p, double distance,
+                    double excess[FACETS_CHILDREN]) {
+    const double *x = node->middle[0], *y = node->middle[1], *z = node->middle[2];
+    for (int c = 0; c < FACETS_CHILDREN; c++) {
+        double dx = p.x - x[c], dy = p.y - y[c], dz = p.z - z[c];
+        double reach = node->radius[c] + distance;
+        excess[c] = dx * dx + dy * dy + dz * dz - reach * reach;
+    }
+}
+
+/* Puts the children of a node that are near enough on the stack, the nearest on top. */
+static size_t push_children(const struct search *search, struct visit at, struct visit *stack,
+                            size_t height) {
+    const struct facets_node *node = &search->facets->level[at.level][at.index];
+    double excess[FACETS_CHILDREN];
+    size_t bottom = height;
+    measure(node, search->point, search->distance * (1 + rounding), excess);
+    for (int c = 0; c < node->count; c++) {
+        if (excess[c] > 0)
+            continue;
+        double least = vec3_distance(search->point, ball_middle(node, c)) - node->radius[c];
+        size_t k = height++;
+        for (; k > bottom && stack[k - 1].least < least; k--)
+            stack[k] = stack[k - 1];
+        stack[k] = (struct visit){least, node->first + (size_t)c, at.level - 1};
+    }
+    return height;
+}
+
 static void search_tree(struct search *search) {
-    const struct facets *facets = search->facets;
     struct visit stack[STACK];
     size_t height = 0;
-    stack[height++] = (struct visit){0, 0, facets->leaf_count, 0};
+    stack[height++] = (struct visit){0, 0, search->facets->levels - 1};
     while (height > 0) {
         struct visit at = stack[--height];
-        if (at.distance2 > search->distance2)
+        if (at.least > search->distance * (1 + rounding))
             continue;
-        if (at.count == 1) {
-            size_t end = (at.leaf + 1) * FACETS_LEAF;
-            end = end < facets->source.cell_count ? end : facets->source.cell_count;
-            for (size_t k = at.leaf * FACETS_LEAF; k < end; k++)
-                search_cell(search, facets->order[k]);
-            continue;
-        }
-        size_t half = at.count / 2;
-        struct visit left = {at.node + 1, at.leaf, half, 0};
-        struct visit right = {at.node + 2 * half, at.leaf + half, at.count - half, 0};
-        left.distance2 = box_distance2(&facets->boxes[left.node], search->point);
-        right.distance2 = box_distance2(&facets->boxes[right.node], search->point);
-        bool left_first = left.distance2 <= right.distance2;
-        stack[height++] = left_first ? right : left;
-        stack[height++] = left_first ? left : right;
+        if (at.level >= 0)
+            height = push_children(search, at, stack, height);
+        else
+            search_cell(search, search->facets->order[at.index]);
     }
 }
 
@@ -308,10 +435,10 @@ void facets_nearest(const struct facets *facets, struct vec3 point, int32_t hint
     bool useful = hint >= 0 && (size_t)hint < facets->source.cell_count;
     double edge;
     *place = (struct facets_place){.cell = INT32_MAX};
-    struct search search = {facets, point, place, HUGE_VAL};
-    search_cell(&search, useful ? hint : 0);
+    struct search search = {facets, point, place, HUGE_VAL, HUGE_VAL};
+    search_cell(&search, approach(facets, point, useful ? hint : 0));
     search_tree(&search);
-    place->distance = sqrt(search.distance2);
+    place->distance = search.distance;
     place->outside =
         on_rim(facets, place) && tangential(facets, place, point, &edge) > beyond * edge;
 }

@@ -6,8 +6,10 @@
  * with the mean of the surrounding middles at a corner, so that it is continuous over the whole
  * net.
  *
- * A tree of boxes over the cells, in the order of Morton's curve through their places (i, j), makes
- * the search fast: neighbours in the net are neighbours in space, because the yarns do not stretch.
+ * A tree of balls over the cells makes the search fast: neighbours in the net are neighbours in
+ * space, because the yarns do not stretch, so its nodes are squares and rectangles of places (i,
+ * j). Each has up to eight children, whose balls are compared at once. A search first hops in the
+ * net to a place close by, so that the tree has only to show that no other is nearer.
  *
  * Immutable once made; may be read by many threads at once.
  */
@@ -30,21 +32,26 @@ struct facets_source {
     size_t cell_count;           /* 1 .. INT32_MAX */
 };
 
-struct facets_box {
-    double lower[3], upper[3];
+enum { FACETS_NONE = -1, FACETS_CHILDREN = 8, FACETS_LEVELS = 22 };
+
+/* The balls of the children of a node, in which all of their cells lie. */
+struct facets_node {
+    double middle[3][FACETS_CHILDREN], radius[FACETS_CHILDREN];
+    size_t first; /* its children are those of the level below from here on, or of `order` */
+    int count;
+    uint64_t key; /* of its place among those of its level */
 };
 
 struct facets {
     struct facets_source source;
     int32_t (*around)[4]; /* of each node: the cells about it, FACETS_NONE where there is none */
-    /* The tree: leaf l has the cells order[FACETS_LEAF l ..]; a node over m leaves is followed by
-     * its left child over m / 2 of them, and 2 (m / 2) places on by its right child. */
-    struct facets_box *boxes;
+    /* The tree: the cells in the order of Morton's curve through their places; nodes over 4 x 2
+     * places, over 8 x 8, ...; the last level is the root alone. */
+    struct facets_node *level[FACETS_LEVELS];
+    int levels;
     int32_t *order;
-    size_t leaf_count;
+    int32_t low[2]; /* the least i and j */
 };
-
-enum { FACETS_NONE = -1, FACETS_LEAF = 4 };
 
 struct facets_place {
     int32_t cell;
