@@ -74,10 +74,15 @@ struct exchange {
     int64_t held;     /* bytes of body in `http->bodies` */
     int64_t received; /* bytes of body, kept or not */
     int64_t sent;     /* bytes of a stream */
-    bool known;       /* the head was looked at */
-    bool unread;      /* answered before the body was here */
-    bool complete;    /* the whole body is here */
-    bool streams;     /* it has a place in the owner's share of streams */
+    struct {          /* the next piece of a stream, when the desk has fetched it */
+        char *bytes;  /* malloc'ed; NULL: none */
+        size_t used;
+        ssize_t length; /* or what `next` gave in place of it */
+    } ahead;
+    bool known;    /* the head was looked at */
+    bool unread;   /* answered before the body was here */
+    bool complete; /* the whole body is here */
+    bool streams;  /* it has a place in the owner's share of streams */
     bool watching;
     struct hub_watch watch;
 
@@ -126,7 +131,8 @@ struct exchange *exchange_new(struct client *client, struct MHD_Connection *conn
 bool exchange_step(struct exchange *exchange, const char *method, const char *version,
                    const char *data, size_t *size);
 
-/* For `desk_start`: calls the handler until there is an answer or a reason to wait. */
+/* For `desk_start`: calls the handler, or the stream of its reply for the next piece, until there
+ * is an answer or a reason to wait. */
 void exchange_attend(struct exchange *exchange);
 
 /* Logs, counts and frees it. */
@@ -148,7 +154,7 @@ bool suspension_begin(struct exchange *exchange);
 
 /* Suspends the connection and hands the exchange over to the desk, whose thread ends that by
  * `suspension_begin` or `suspension_return`. False when the front is stopping. */
-bool suspension_hand_over(struct exchange *exchange);
+bool suspension_hand_over(struct exchange *exchange, enum desk_kind kind);
 
 /* Resumes the connection. */
 void suspension_return(struct exchange *exchange);

@@ -18,16 +18,77 @@ enum {
 
 /* ------------------------------------------------------------------ sending */
 
+static ssize_t ask_stream(struct exchange *exchange, char *buffer, size_t size) {
+    const struct reply_stream *stream = &exchange->reply.stream;
+    int64_t begun = clock_us();
+    ssize_t got = stream->next(stream->context, buffer, size);
+    desk_note(exchange->http->desk, DESK_READS, clock_us() - begun);
+    return got;
+}
+
+/* Has the desk fetch the next piece, when looking for it has become slow. True: the exchange is not
+ * this thread's any more. */
+static bool fetch_elsewhere(struct exchange *exchange, size_t size) {
+    if (!desk_needed(exchange->http->desk, DESK_READS))
+        return false;
+    exchange->ahead.bytes = malloc(size);
+    exchange->ahead.used = size;
+    if (exchange->ahead.bytes && suspension_hand_over(exchange, DESK_READS))
+        return true;
+    free(exchange->ahead.bytes);
+    exchange->ahead.bytes = NULL;
+    return false;
+}
+
+/* On a thread of the desk. */
+static void fetch(struct exchange *exchange) {
+    char *bytes = exchange->ahead.bytes;
+    size_t size = exchange->ahead.used;
+    ssize_t got = REPLY_BROKEN;
+    exchange->ahead.used = 0;
+    while (suspension_refresh(exchange) &&
+           (got = ask_stream(exchange, bytes, size)) == REPLY_WAIT) {
+        exchange->ahead.bytes = NULL;
+        if (suspension_begin(exchange)) {
+            free(bytes);
+            return;
+        }
+        exchange->ahead.bytes = bytes;
+    }
+    exchange->ahead.length = got == REPLY_WAIT ? REPLY_BROKEN : got;
+    suspension_return(exchange);
+}
+
+/* What `next` would have given, of what the desk has fetched. */
+static ssize_t take_fetched(struct exchange *exchange, char *buffer, size_t size) {
+    ssize_t left = exchange->ahead.length;
+    if (left > 0) {
+        left -= (ssize_t)exchange->ahead.used;
+        size = (size_t)left < size ? (size_t)left : size;
+        memcpy(buffer, exchange->ahead.bytes + exchange->ahead.used, size);
+        exchange->ahead.used += size;
+    }
+    if (left <= (ssize_t)size) {
+        free(exchange->ahead.bytes);
+        exchange->ahead.bytes = NULL;
+    }
+    return left > 0 ? (ssize_t)size : left;
+}
+
 /* The next bytes of a streamed reply. Zero is only returned with the connection suspended. */
 static ssize_t pull(void *context, uint64_t position, char *buffer, size_t size) {
     struct exchange *exchange = context;
     struct deadlines *deadlines = exchange->http->deadlines;
     (void)position;
     for (;;) {
-        if (!suspension_refresh(exchange))
+        bool fetched = exchange->ahead.bytes != NULL;
+        if (!fetched && !suspension_refresh(exchange))
             return MHD_CONTENT_READER_END_WITH_ERROR;
         deadlines_suspend(deadlines, &exchange->client->deadline);
-        ssize_t got = exchange->reply.stream.next(exchange->reply.stream.context, buffer, size);
+        if (!fetched && fetch_elsewhere(exchange, size))
+            return 0;
+        ssize_t got =
+            fetched ? take_fetched(exchange, buffer, size) : ask_stream(exchange, buffer, size);
         if (got > 0) {
             exchange->sent += got;
             deadlines_reply(deadlines, &exchange->client->deadline, (size_t)got);
@@ -78,8 +139,9 @@ static bool send_reply(struct exchange *exchange) {
     return queued;
 }
 
-static bool changes(const struct request *request) {
-    return strcmp(request->method, "GET") != 0 && strcmp(request->method, "HEAD") != 0;
+static enum desk_kind kind_of(const struct request *request) {
+    bool reads = !strcmp(request->method, "GET") || !strcmp(request->method, "HEAD");
+    return reads ? DESK_READS : DESK_CHANGES;
 }
 
 /* Asks the handler. True when it has to wait: the exchange is not this thread's any more. */
@@ -88,12 +150,15 @@ static bool ask(struct exchange *exchange) {
     struct request *request = exchange->request;
     int64_t begun = clock_us();
     enum http_next next = handler->handle(handler->context, request, &exchange->reply);
-    if (changes(request))
-        desk_note(exchange->http->desk, clock_us() - begun);
+    desk_note(exchange->http->desk, kind_of(request), clock_us() - begun);
     return next == HTTP_WAIT && suspension_begin(exchange);
 }
 
 void exchange_attend(struct exchange *exchange) {
+    if (exchange->reply.status) {
+        fetch(exchange);
+        return;
+    }
     while (!exchange->reply.status && suspension_refresh(exchange))
         if (ask(exchange))
             return;
@@ -101,15 +166,16 @@ void exchange_attend(struct exchange *exchange) {
 }
 
 /* With the whole request: asks the handler until there is an answer or a reason to wait, or has the
- * desk do so. */
+ * desk do so. Probes are answered here, whatever the desk has to do. */
 static bool answer(struct exchange *exchange) {
     if (!deadlines_suspend(exchange->http->deadlines, &exchange->client->deadline))
         return false;
+    enum desk_kind kind = kind_of(exchange->request);
     while (!exchange->reply.status) {
         if (!suspension_refresh(exchange))
             return false;
-        bool slow = changes(exchange->request) && desk_needed(exchange->http->desk);
-        if ((slow && suspension_hand_over(exchange)) || ask(exchange))
+        bool slow = !exchange->request->quiet && desk_needed(exchange->http->desk, kind);
+        if ((slow && suspension_hand_over(exchange, kind)) || ask(exchange))
             return true;
     }
     return send_reply(exchange);
@@ -341,6 +407,7 @@ void exchange_end(struct exchange *exchange) {
     if (exchange->watching)
         hub_unsubscribe(http->settings.hub, &exchange->watch);
     leave_shares(exchange);
+    free(exchange->ahead.bytes);
     handler->count(handler->context, exchange->request, exchange->reply.status,
                    clock_us() - exchange->begun_us);
     if (exchange->known)

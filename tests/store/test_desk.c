@@ -11,13 +11,24 @@ enum { EXCHANGES = 500, BUSY_US = 200 };
 
 static struct exchange exchanges[EXCHANGES];
 static atomic_int attended[EXCHANGES];
+static atomic_int reading, most_reading;
 
-static void attend(struct exchange *exchange) {
-    usleep(BUSY_US);
-    atomic_fetch_add(&attended[exchange - exchanges], 1);
+static bool reads(ptrdiff_t k) {
+    return k % 2;
 }
 
-/* Stopped at once after the last one: all that was handed over is attended to before it ends. */
+static void attend(struct exchange *exchange) {
+    ptrdiff_t k = exchange - exchanges;
+    int now = atomic_fetch_add(&reading, reads(k)) + reads(k);
+    if (now > atomic_load(&most_reading))
+        atomic_store(&most_reading, now);
+    usleep(BUSY_US);
+    atomic_fetch_sub(&reading, reads(k));
+    atomic_fetch_add(&attended[k], 1);
+}
+
+/* Stopped at once after the last one: all that was handed over is attended to before it ends, and
+ * those that read never take more than their share of the threads. */
 static void test_desk_attends_to_each_once(void **state) {
     (void)state;
     for (int round = 1; round <= 3; round++) {
@@ -25,30 +36,33 @@ static void test_desk_attends_to_each_once(void **state) {
         assert_non_null(desk);
         for (int k = 0; k < EXCHANGES; k++) {
             exchanges[k] = (struct exchange){0};
-            desk_hand_over(desk, &exchanges[k]);
+            desk_hand_over(desk, reads(k) ? DESK_READS : DESK_CHANGES, &exchanges[k]);
         }
         desk_stop(desk);
         desk_free(desk);
         for (int k = 0; k < EXCHANGES; k++)
             assert_int_equal(atomic_load(&attended[k]), round);
     }
+    assert_in_range(atomic_load(&most_reading), 1, DESK_READERS);
     desk_stop(NULL);
     desk_free(NULL);
 }
 
-/* One slow call is enough; some twenty quick ones end it. */
+/* One slow call is enough; some twenty quick ones end it. What changes take says nothing of reads.
+ */
 static void test_desk_is_needed_while_calls_are_slow(void **state) {
     (void)state;
     struct desk *desk = desk_start(attend);
     assert_non_null(desk);
-    assert_false(desk_needed(desk));
-    desk_note(desk, DESK_SLOW_US);
-    assert_false(desk_needed(desk));
-    desk_note(desk, 10 * DESK_SLOW_US);
-    assert_true(desk_needed(desk));
+    assert_false(desk_needed(desk, DESK_CHANGES));
+    desk_note(desk, DESK_CHANGES, DESK_SLOW_US);
+    assert_false(desk_needed(desk, DESK_CHANGES));
+    desk_note(desk, DESK_CHANGES, 10 * DESK_SLOW_US);
+    assert_true(desk_needed(desk, DESK_CHANGES));
+    assert_false(desk_needed(desk, DESK_READS));
     int quick = 0;
-    for (; quick < 100 && desk_needed(desk); quick++)
-        desk_note(desk, 100);
+    for (; quick < 100 && desk_needed(desk, DESK_CHANGES); quick++)
+        desk_note(desk, DESK_CHANGES, 100);
     assert_in_range(quick, 10, 30);
     desk_stop(desk);
     desk_free(desk);
