@@ -96,6 +96,12 @@ std::string number_text(double value) {
     return text;
 }
 
+/* Faults of faces by what they are. */
+struct fault_group {
+    std::vector<int> faces;
+    double worst = 0;
+};
+
 std::string face_title(int number, const std::string &name) {
     return "face " + std::to_string(number) + (name.empty() ? "" : " (\"" + name + "\")");
 }
@@ -121,6 +127,17 @@ struct memory_buffer : std::streambuf {
     }
 };
 
+/* A name that somebody gave; "" for one that translators make up where there is none. */
+std::string own_name(const std::string &name) {
+    for (const char *start : {"Open CASCADE STEP translator", "=>["})
+        if (name.compare(0, std::strlen(start), start) == 0)
+            return "";
+    for (const char *word : {"NONE", "COMPOUND", "SOLID", "SHELL", "FACE"})
+        if (name == word)
+            return "";
+    return name;
+}
+
 /* ---- the file's entities ---- */
 
 /* A CAD file while it is read. */
@@ -137,6 +154,7 @@ class reading {
     Handle(TDocStd_Document) document;
     std::map<const TopoDS_TShape *, std::string> entity_names; /* of faces, by their entities */
     std::map<std::string, int> healed;                         /* by what was done, how often */
+    std::map<std::string, fault_group> faults;
     std::vector<found_face> found;
     int bodies = 0, parts = 0, edges = 0;
 
@@ -148,6 +166,9 @@ class reading {
     TopoDS_Shape heal(const TopoDS_Shape &shape, Handle(ShapeBuild_ReShape) & context);
     std::string colour_of(const TopoDS_Shape &face, const TDF_Label &label);
     void note(const std::string &text) { result.notes.push_back(text); }
+    void blame(int number, const fault &found);
+    void note_faults();
+    void convert_face(int number, Bnd_Box &box);
     void sew();
     double sew_within(BRepBuilderAPI_Sewing &sewing, double tolerance);
     void check_size(double diagonal);
@@ -194,15 +215,16 @@ void reading::name_entities(const Handle(XSControl_WorkSession) & session) {
             name = face->Name();
         else if (!iges.IsNull() && iges->HasName())
             name = iges->NameValue();
-        if (name.IsNull() || name->IsEmpty() || name->String().IsEqual("NONE"))
-            continue;
-        TopoDS_Shape shape = TransferBRep::ShapeResult(process, entity);
-        if (shape.IsNull())
+        if (name.IsNull())
             continue;
         name->LeftAdjust();
         name->RightAdjust();
+        std::string own = own_name(name->ToCString());
+        TopoDS_Shape shape = TransferBRep::ShapeResult(process, entity);
+        if (shape.IsNull() || own.empty())
+            continue;
         for (TopExp_Explorer at(shape, TopAbs_FACE); at.More(); at.Next())
-            entity_names[at.Current().TShape().get()] = name->ToCString();
+            entity_names[at.Current().TShape().get()] = own;
     }
 }
 
@@ -263,7 +285,7 @@ std::string label_name(const TDF_Label &label) {
     if (!label.FindAttribute(TDataStd_Name::GetID(), attribute))
         return "";
     TCollection_AsciiString text(attribute->Get(), '?');
-    return text.ToCString();
+    return own_name(text.ToCString());
 }
 
 std::string colour_text(const Quantity_Color &colour) {
@@ -560,6 +582,57 @@ void reading::check_size(double diagonal) {
                          ", is nearly as large as its faces");
 }
 
+void reading::blame(int number, const fault &what) {
+    fault_group &group = faults[what.what];
+    if (group.faces.empty() || group.faces.back() != number)
+        group.faces.push_back(number);
+    group.worst = std::max(group.worst, what.by);
+}
+
+/* A note for each kind of fault, with the first faces that have it. */
+void reading::note_faults() {
+    enum { NAMED = 8 };
+    for (const auto &[what, group] : faults) {
+        size_t count = group.faces.size();
+        std::string text =
+            what + (group.worst > 0 ? ", by up to " + number_text(group.worst) : "") + ": ";
+        if (count == 1)
+            text += face_title(group.faces[0], found[size_t(group.faces[0])].name);
+        for (size_t k = 0; count > 1 && k < std::min<size_t>(count, NAMED); k++)
+            text += (k ? ", " : "faces ") + std::to_string(group.faces[k]);
+        if (count > NAMED)
+            text += " and " + std::to_string(count - NAMED) + " more";
+        note(text);
+    }
+}
+
+/* Appends a face to the result, or a note why not. */
+void reading::convert_face(int number, Bnd_Box &box) {
+    const found_face &from = found[size_t(number)];
+    std::vector<fault> wrong;
+    GProp_GProps properties;
+    try {
+        face made = face_make(from.shape, wrong);
+        made.name = from.name;
+        made.colour = from.colour;
+        BRepGProp::SurfaceProperties(from.shape, properties);
+        if (!(std::fabs(properties.Mass()) > 0))
+            throw unreadable("has no area");
+        if (wanted.measured)
+            measure(from, made);
+        result.faces.push_back(made);
+        result.numbers.push_back(number);
+        BRepBndLib::Add(from.shape, box, false);
+    } catch (const unreadable &why) {
+        wrong.push_back({std::string("left out, for it ") + why.what()});
+    } catch (const Standard_Failure &failure) {
+        wrong.push_back({std::string("left out, for it cannot be converted (") +
+                         failure.DynamicType()->Name() + ")"});
+    }
+    for (const fault &one : wrong)
+        blame(number, one);
+}
+
 part reading::convert() {
     std::vector<int> numbers = wanted.faces;
     int count = int(found.size());
@@ -574,30 +647,9 @@ part reading::convert() {
                          std::to_string(FACES_MAX) + " are imported at once: choose some of them");
     sew();
     Bnd_Box box;
-    for (int number : numbers) {
-        const found_face &from = found[size_t(number)];
-        std::vector<std::string> faults;
-        std::string lost;
-        try {
-            face made = face_make(from.shape, faults);
-            made.name = from.name;
-            made.colour = from.colour;
-            measure(from, made);
-            if (!(made.area > 0))
-                throw unreadable("has no area");
-            result.faces.push_back(made);
-            result.numbers.push_back(number);
-            BRepBndLib::Add(from.shape, box, false);
-        } catch (const unreadable &why) {
-            lost = why.what();
-        } catch (const Standard_Failure &failure) {
-            lost = std::string("cannot be converted: ") + failure.DynamicType()->Name();
-        }
-        for (const std::string &fault : faults)
-            note(face_title(number, from.name) + " " + fault);
-        if (!lost.empty())
-            note(face_title(number, from.name) + " " + lost + ": left out");
-    }
+    for (int number : numbers)
+        convert_face(number, box);
+    note_faults();
     if (result.faces.empty())
         throw unreadable(result.notes.empty() ? "no face could be converted" : result.notes.back());
     count_edges(result.numbers);

@@ -12,6 +12,7 @@ namespace drape {
 struct selection {
     std::string unit;               /* "" or the unit of a file that states none */
     std::vector<int> faces;         /* their numbers, rising; none: all */
+    bool measured;                  /* areas, boxes, centres and normals are asked for */
     std::vector<std::string> notes; /* that come before those of the file */
 };
 

@@ -211,7 +211,7 @@ void find_box(const TopoDS_Face &shape, conversion &c) {
 }
 
 /* The domain is the box of the face; a surface of more than IMPORT_DEGREE_MAX is approximated. */
-conversion convert(const TopoDS_Face &shape, std::vector<std::string> &faults) {
+conversion convert(const TopoDS_Face &shape, std::vector<fault> &faults) {
     conversion c;
     find_box(shape, c);
     Handle(Geom_BSplineSurface) spline = Handle(Geom_BSplineSurface)::DownCast(c.original);
@@ -226,8 +226,7 @@ conversion convert(const TopoDS_Face &shape, std::vector<std::string> &faults) {
         if (!approximation.HasResult())
             throw unreadable("has a degree above 9, and no approximation was found");
         c.nurbs = approximation.Surface();
-        faults.push_back("has a degree above 9 and was approximated to " +
-                         std::to_string(approximation.MaxError()));
+        faults.push_back({"a degree above 9 was approximated", approximation.MaxError()});
     }
     if (c.nurbs->IsUPeriodic())
         c.nurbs->SetUNotPeriodic();
@@ -512,7 +511,7 @@ bool crosses_itself(const std::vector<carried> &chain) {
 }
 
 void make_loops(const conversion &c, const TopoDS_Face &shape, double tolerance, face &out,
-                std::vector<std::string> &faults) {
+                std::vector<fault> &faults) {
     TopoDS_Face forward = TopoDS::Face(shape.Oriented(TopAbs_FORWARD));
     TopoDS_Wire outer = BRepTools::OuterWire(forward);
     bool bordered = true;
@@ -532,10 +531,9 @@ void make_loops(const conversion &c, const TopoDS_Face &shape, double tolerance,
         }
         double gap = largest_gap(c, chain);
         if (gap > tolerance)
-            faults.push_back("has a trim that is open by " + std::to_string(gap) +
-                             " and was closed by a straight line");
+            faults.push_back({"a trim is open and was closed by a straight line", gap});
         if (crosses_itself(chain))
-            faults.push_back("has a trim that crosses itself");
+            faults.push_back({"a trim crosses itself"});
         out.loops.push_back(loop);
     }
     if (wires == 0 || (wires == 1 && bordered))
@@ -586,21 +584,20 @@ void turn(face &f) {
 
 /* Where no closed form carries the parameters over, Open CASCADE's own conversion of the whole
  * face, whose trim curves are fitted to the face's tolerance. */
-conversion convert_whole(const TopoDS_Face &shape, TopoDS_Face &made,
-                         std::vector<std::string> &faults) {
+conversion convert_whole(const TopoDS_Face &shape, TopoDS_Face &made, std::vector<fault> &faults) {
     BRepBuilderAPI_NurbsConvert convert_nurbs(shape, Standard_True);
     made = TopoDS::Face(convert_nurbs.Shape());
-    std::vector<std::string> none;
+    std::vector<fault> none;
     conversion c = convert(made, none);
     if (deviation(c) > 1e-5)
         throw unreadable("has a surface without a NURBS form");
-    faults.push_back("is a surface whose trims were fitted to its tolerance");
+    faults.push_back({"the trims were fitted to the face's tolerance"});
     return c;
 }
 
 } // namespace
 
-face face_make(const TopoDS_Face &shape, std::vector<std::string> &faults) {
+face face_make(const TopoDS_Face &shape, std::vector<fault> &faults) {
     face out = {};
     TopoDS_Face used = shape;
     conversion c = convert(shape, faults);
@@ -608,7 +605,7 @@ face face_make(const TopoDS_Face &shape, std::vector<std::string> &faults) {
     out.kind = kind_name(type);
     double away = deviation(c);
     if (away > EXACT && type == GeomAbs_OffsetSurface)
-        faults.push_back("is an offset surface and was approximated");
+        faults.push_back({"an offset surface was approximated"});
     else if (away > EXACT && faults.empty())
         c = convert_whole(shape, used, faults);
     if (c.nurbs->NbUPoles() > IMPORT_SIZE_MAX || c.nurbs->NbVPoles() > IMPORT_SIZE_MAX)

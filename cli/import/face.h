@@ -9,11 +9,17 @@
 
 namespace drape {
 
+/* What is wrong with a face. */
+struct fault {
+    std::string what; /* a sentence without the face */
+    double by = 0;    /* its size, 0 where it has none */
+};
+
 /* Makes the face. Planes, cylinders, cones, spheres, tori and surfaces of revolution become
  * rational; their trim curves are carried along in closed form, to 1e-9 of the domain. `faults`
- * gets what is wrong with it, each the end of a sentence that begins with the face; throws
- * `unreadable` with such an end when nothing can be made of it. */
-face face_make(const TopoDS_Face &shape, std::vector<std::string> &faults);
+ * gets what is wrong with it; throws `unreadable` with the end of a sentence that begins with the
+ * face when nothing can be made of it. */
+face face_make(const TopoDS_Face &shape, std::vector<fault> &faults);
 
 } // namespace drape
 

@@ -15,7 +15,8 @@ static bool fail(import_answer *answer, const char *why) {
 }
 
 static bool import(const import_order *order, import_answer *answer) {
-    selection wanted = {order->unit, {order->faces, order->faces + order->face_count}, {}};
+    selection wanted = {
+        order->unit, {order->faces, order->faces + order->face_count}, order->list, {}};
     bool step = std::strcmp(order->format, "step") == 0;
     part part =
         cad_read(step ? cad_format::step : cad_format::iges, order->bytes, order->length, wanted);

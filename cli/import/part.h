@@ -41,8 +41,8 @@ struct face {
     std::vector<double> weights;               /* empty: all 1 */
     std::vector<trim_loop> loops;              /* none: the whole domain */
     std::string name, colour, kind;            /* "" without; colour as #rrggbb */
-    double area = 0;                           /* by Open CASCADE's own integration, of its faces */
-    double low[3], high[3], centre[3], normal[3];
+    /* By Open CASCADE's own integration, of its faces; where they are asked for. */
+    double area, low[3], high[3], centre[3], normal[3];
 };
 
 /* What the file says of the edges of the faces. */
