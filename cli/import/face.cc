@@ -44,6 +44,17 @@ class direction {
     double shift = 0;           /* added to the file's parameter first */
     std::vector<double> breaks; /* distinct knots, rising */
 
+    /* Takes the knots. A whole turn that begins within an arc cuts the first and the last of them
+     * short: their other ends are a whole arc away. */
+    void set_breaks(const std::vector<double> &knots) {
+        size_t last = knots.size() - 1;
+        breaks = ends = knots;
+        if (last < 3)
+            return;
+        ends[0] = knots[1] - (knots[2] - knots[1]);
+        ends[last] = knots[last - 1] + (knots[last - 1] - knots[last - 2]);
+    }
+
     /* Value and two derivatives at x, which lies in the arc of `inside`. */
     void map(double x, double inside, double out[3]) const {
         x += shift;
@@ -53,7 +64,7 @@ class direction {
         if (!angular)
             return;
         size_t k = arc(inside + shift);
-        double half = (breaks[k + 1] - breaks[k]) / 2, middle = breaks[k] + half;
+        double half = (ends[k + 1] - ends[k]) / 2, middle = ends[k] + half;
         double scale = half / std::tan(half / 2), tangent = std::tan((x - middle) / 2);
         out[0] = middle + scale * tangent;
         out[1] = scale * (1 + tangent * tangent) / 2;
@@ -66,6 +77,8 @@ class direction {
     }
 
   private:
+    std::vector<double> ends; /* of the arcs */
+
     size_t arc(double x) const {
         size_t k = 0;
         while (k + 2 < breaks.size() && x >= breaks[k + 1])
@@ -210,35 +223,70 @@ void find_box(const TopoDS_Face &shape, conversion &c) {
     }
 }
 
-/* The domain is the box of the face; a surface of more than IMPORT_DEGREE_MAX is approximated. */
+void limit_degree(conversion &c, std::vector<fault> &faults) {
+    if (c.nurbs->UDegree() <= IMPORT_DEGREE_MAX && c.nurbs->VDegree() <= IMPORT_DEGREE_MAX)
+        return;
+    GeomConvert_ApproxSurface approximation(c.nurbs, 1e-6, GeomAbs_C1, GeomAbs_C1, 8, 8, 100, 0);
+    if (!approximation.HasResult())
+        throw unreadable("has a degree above 9, and no approximation was found");
+    c.nurbs = approximation.Surface();
+    faults.push_back({"a degree above 9 was approximated", approximation.MaxError()});
+}
+
+/* Whether the face is a whole turn of an angle that begins beside the surface's seam, at `from`. */
+bool begins_elsewhere(const conversion &c, int k, double &from) {
+    double bound[4];
+    c.original->Bounds(bound[0], bound[1], bound[2], bound[3]);
+    double turn = bound[2 * k + 1] - bound[2 * k];
+    from = bound[2 * k];
+    return c.way[k].angular && c.high[k] - c.low[k] > (1 - ON_EDGE) * turn && c.low[k] != from;
+}
+
+/* Moves the seam of a whole turn to where the face begins. */
+void move_seam(conversion &c, int k) {
+    direction &way = c.way[k];
+    double low[2], high[2], turn = way.breaks.back() - way.breaks.front();
+    c.nurbs->Bounds(low[0], high[0], low[1], high[1]);
+    way.shift = -turn * std::floor((c.low[k] - low[k]) / turn);
+    low[k] = way.at(c.low[k]);
+    high[k] = low[k] + turn;
+    k == 0 ? c.nurbs->SetUPeriodic() : c.nurbs->SetVPeriodic();
+    c.nurbs->Segment(low[0], high[0], low[1], high[1]);
+    way.set_breaks(distinct_knots(c.nurbs, k));
+}
+
+/* The domain is the box of the face; a surface of more than IMPORT_DEGREE_MAX is approximated.
+ * Whole turns are converted from the surface's seam on: Open CASCADE cuts their NURBS at the value
+ * of the angle, which is another parameter. */
 conversion convert(const TopoDS_Face &shape, std::vector<fault> &faults) {
     conversion c;
     find_box(shape, c);
-    Handle(Geom_BSplineSurface) spline = Handle(Geom_BSplineSurface)::DownCast(c.original);
-    if (!spline.IsNull())
-        c.nurbs = cut_spline(spline, c.low, c.high);
-    else
-        c.nurbs = GeomConvert::SurfaceToBSplineSurface(new Geom_RectangularTrimmedSurface(
-            c.original, c.low[0], c.high[0], c.low[1], c.high[1]));
-    if (c.nurbs->UDegree() > IMPORT_DEGREE_MAX || c.nurbs->VDegree() > IMPORT_DEGREE_MAX) {
-        GeomConvert_ApproxSurface approximation(c.nurbs, 1e-6, GeomAbs_C1, GeomAbs_C1, 8, 8, 100,
-                                                0);
-        if (!approximation.HasResult())
-            throw unreadable("has a degree above 9, and no approximation was found");
-        c.nurbs = approximation.Surface();
-        faults.push_back({"a degree above 9 was approximated", approximation.MaxError()});
+    GeomAdaptor_Surface adaptor(c.original);
+    double low[2], high[2];
+    bool elsewhere[2];
+    for (int k = 0; k < 2; k++) {
+        c.way[k].angular = is_angle(adaptor, k);
+        elsewhere[k] = begins_elsewhere(c, k, low[k]);
+        low[k] = elsewhere[k] ? low[k] : c.low[k];
+        high[k] = low[k] + (c.high[k] - c.low[k]);
     }
+    Handle(Geom_BSplineSurface) spline = Handle(Geom_BSplineSurface)::DownCast(c.original);
+    c.nurbs = !spline.IsNull()
+                  ? cut_spline(spline, c.low, c.high)
+                  : GeomConvert::SurfaceToBSplineSurface(new Geom_RectangularTrimmedSurface(
+                        c.original, low[0], high[0], low[1], high[1]));
+    limit_degree(c, faults);
     if (c.nurbs->IsUPeriodic())
         c.nurbs->SetUNotPeriodic();
     if (c.nurbs->IsVPeriodic())
         c.nurbs->SetVNotPeriodic();
-    GeomAdaptor_Surface adaptor(c.original);
     for (int k = 0; k < 2; k++) {
-        c.way[k].breaks = distinct_knots(c.nurbs, k);
-        c.way[k].angular = is_angle(adaptor, k);
+        c.way[k].set_breaks(distinct_knots(c.nurbs, k));
         c.way[k].shift = c.way[k].breaks.front() - c.low[k];
         if (std::fabs(c.way[k].shift) < 1e-9 * (c.high[k] - c.low[k]))
             c.way[k].shift = 0;
+        if (elsewhere[k])
+            move_seam(c, k);
     }
     return c;
 }

@@ -26,6 +26,10 @@
 #include <GProp_GProps.hxx>
 #include <GeomAPI_PointsToBSpline.hxx>
 #include <Geom_BSplineCurve.hxx>
+#include <Geom_ConicalSurface.hxx>
+#include <Geom_CylindricalSurface.hxx>
+#include <Geom_SphericalSurface.hxx>
+#include <Geom_ToroidalSurface.hxx>
 #include <IGESControl_Writer.hxx>
 #include <Interface_Static.hxx>
 #include <Message.hxx>
@@ -135,6 +139,57 @@ static TopoDS_Shape make_cup() {
         if (BRep_Tool::Pnt(TopExp::FirstVertex(edge)).Z() > 59 &&
             BRep_Tool::Pnt(TopExp::LastVertex(edge)).Z() > 59)
             fillet.Add(5, edge);
+    }
+    return fillet.Shape();
+}
+
+/* Full turns that begin anywhere but on the seam of their surface, as other systems write them. */
+static TopoDS_Shape make_turned() {
+    TopoDS_Compound all;
+    BRep_Builder builder;
+    builder.MakeCompound(all);
+    gp_Ax3 at(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1));
+    auto add = [&](const gp_Vec &away, const Handle(Geom_Surface) & surface, double u, double to_u,
+                   double v, double to_v) {
+        surface->Translate(away);
+        builder.Add(all, BRepBuilderAPI_MakeFace(surface, u, to_u, v, to_v, 1e-7).Face());
+    };
+    add(gp_Vec(0, 0, 0), new Geom_CylindricalSurface(at, 10), M_PI, 3 * M_PI, -5, 12);
+    add(gp_Vec(50, 0, 0), new Geom_ConicalSurface(at, 0.3, 10), 1, 1 + 2 * M_PI, -5, 12);
+    add(gp_Vec(0, 50, 0), new Geom_SphericalSurface(at, 10), 2.5, 2.5 + 2 * M_PI, -1, 0.7);
+    add(gp_Vec(50, 50, 0), new Geom_ToroidalSurface(at, 15, 4), 0.1, 0.1 + 2 * M_PI, 3.2, 4.7);
+    add(gp_Vec(100, 50, 0), new Geom_ToroidalSurface(at, 15, 4), 0.1, 2, 3.2, 3.2 + 2 * M_PI);
+    return all;
+}
+
+/* A hat of changing height and width along a bent pillar, all edges along it rounded. */
+static TopoDS_Shape make_pillar() {
+    BRepOffsetAPI_ThruSections loft(true, false, 1e-6);
+    const double widths[] = {90, 60, 55, 75}, heights[] = {60, 45, 40, 50};
+    for (int s = 0; s < 4; s++) {
+        double half = widths[s] / 2, flange = half + 45, slope = 10;
+        const double profile[8][2] = {{-flange, 0},
+                                      {-half, 0},
+                                      {-half + slope, heights[s]},
+                                      {half - slope, heights[s]},
+                                      {half, 0},
+                                      {flange, 0},
+                                      {flange, -15},
+                                      {-flange, -15}};
+        BRepBuilderAPI_MakePolygon section;
+        for (const double(&p)[2] : profile)
+            section.Add(gp_Pnt(250 * s, p[0], p[1] + 8 * s * s));
+        section.Close();
+        loft.AddWire(section.Wire());
+    }
+    BRepFilletAPI_MakeFillet fillet(loft.Shape());
+    TopTools_IndexedMapOfShape edges;
+    TopExp::MapShapes(loft.Shape(), TopAbs_EDGE, edges);
+    for (int i = 1; i <= edges.Extent(); i++) {
+        gp_Pnt from = BRep_Tool::Pnt(TopExp::FirstVertex(TopoDS::Edge(edges(i))));
+        gp_Pnt to = BRep_Tool::Pnt(TopExp::LastVertex(TopoDS::Edge(edges(i))));
+        if (std::fabs(from.X() - to.X()) > 700 && std::fabs(from.Y()) < 60)
+            fillet.Add(6, TopoDS::Edge(edges(i)));
     }
     return fillet.Shape();
 }
@@ -260,6 +315,8 @@ int main(int argc, char **argv) {
     write_step("dome", make_dome());
     write_step("cup", make_cup());
     write_step("neck", make_neck());
+    write_step("turned", make_turned());
+    write_step("pillar", make_pillar());
     write_step("wing", make_wing());
     write_step("cuts", make_cuts());
     write_iges("cuts_iges", make_cuts(), "MM");

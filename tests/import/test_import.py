@@ -117,6 +117,15 @@ def test_notes(parts):
         expect(any(word in note for note in notes), f"{name}: {notes}")
 
 
+def test_exact(parts):
+    """Turns that begin beside the seam are carried over in closed form, too, and files that name
+    nothing get no names."""
+    for name in ("turned", "cuts", "pillar"):
+        surface = parts.read(name)
+        expect(not any("fitted" in note for note in surface["notes"]), surface["notes"])
+        expect(not any("name" in face for face in surface["faces"]), surface["faces"][0].get("name"))
+
+
 def test_refusals(parts):
     parts.refuse("wires", "curves alone, 3 edges and no face")
     with open(parts.path("text"), "w") as file:
@@ -151,6 +160,11 @@ def test_drape(parts, name, least, choice={}):
     summary = json.loads(done.stdout)["summary"]
     expect(summary["cloth_coverage"] >= least, summary)
     expect(summary["coverage"] <= summary["cloth_coverage"], summary)
+
+
+def highest(parts, name):
+    rows = parts.read(name, "--list")["faces"]
+    return max(rows, key=lambda row: row["centre"][2])["index"]
 
 
 def damage(bytes_, chance):
@@ -221,7 +235,7 @@ def main():
         parts = Parts(folder)
         scales = {"rounded_inch": INCH, "rounded_iges": INCH, "sphere": 1000}
         for name in ("box", "rounded", "rounded_inch", "rounded_iges", "sphere", "torus", "dome",
-                     "wing", "neck", "cuts", "loose", "assembly"):
+                     "wing", "neck", "turned", "pillar", "cuts", "loose", "assembly"):
             tap.run(f"import: areas of {name}", test_areas, parts, name, scales.get(name, 1))
         for name, unit in (("box", "mm"), ("rounded_inch", "in"), ("rounded_iges", "in"), ("sphere", "m")):
             tap.run(f"import: unit of {name}", test_unit, parts, name, unit)
@@ -231,9 +245,12 @@ def main():
             tap.run(f"import: edges of {name}", test_edges, parts, name, *counts)
         tap.run("import: drape of wing", test_drape, parts, "wing", 0.999)
         tap.run("import: drape of cup", test_drape, parts, "cup", 0.96, {"grow_from": 0, "up_to_deg": 25})
+        tap.run("import: drape of pillar", test_drape, parts, "pillar", 0.98,
+                {"grow_from": highest(parts, "pillar"), "up_to_deg": 20})
         tap.run("import: instances of an assembly", test_instances, parts)
         tap.run("import: chosen faces", test_selection, parts)
         tap.run("import: notes", test_notes, parts)
+        tap.run("import: exact turns", test_exact, parts)
         tap.run("import: refusals", test_refusals, parts)
         tap.run("import: limits", test_limits, parts)
         tap.run("import: damaged files", test_damaged, parts)
