@@ -50,7 +50,7 @@ SERVER_OBJ := $(call objects,$(filter-out server/main.c server/viewer/%,$(call s
 LIBS := $(B)/libdrapeserver.a $(B)/libdrapeapi.a $(B)/libdrape.a
 # HDF5 from its archive: the shared library brings 30 others, HTTP clients among them.
 HDF5_LIBS := -l:libhdf5_serial.a -l:libsz.a -l:libaec.a
-API_LIBS := $(HDF5_LIBS) -ljansson -lnlopt -lsodium -lz -lstdc++ -lpthread -lm
+API_LIBS := $(HDF5_LIBS) -ljansson -lsodium -lz -lstdc++ -lpthread -lm
 SERVER_LIBS := -lmicrohttpd -lseccomp -lsqlite3 -lpq -lzstd $(API_LIBS)
 
 .PHONY: all help demo check test lint format install install-import deb sbom clean

@@ -5,8 +5,7 @@
 set -eu
 
 build='gcc g++ libmicrohttpd-dev libjansson-dev libsodium-dev libsqlite3-dev libpq-dev zlib1g-dev
-    libzstd-dev libseccomp-dev libocct-data-exchange-dev libhdf5-dev libnlopt-dev python3-yaml curl
-    jq'
+    libzstd-dev libseccomp-dev libocct-data-exchange-dev libhdf5-dev python3-yaml curl jq'
 command -v npm >/dev/null || build="$build nodejs npm"
 package='build-essential debhelper' # for make deb
 # The last lines: readers of result formats that others wrote, a solver that runs decks, the browser.

@@ -22,13 +22,7 @@ struct api_study {
 };
 
 /* A task as `struct api_study_task` holds it. */
-enum study_work {
-    STUDY_WORK_GRID,
-    STUDY_WORK_REFINE,
-    STUDY_WORK_CHECK,
-    STUDY_WORK_SAMPLE,
-    STUDY_WORK_KINDS
-};
+enum study_work { STUDY_WORK_GRID, STUDY_WORK_LIST, STUDY_WORK_SAMPLE, STUDY_WORK_KINDS };
 enum { STUDY_CRASHES_AT = 4, STUDY_OWN_AT = STUDY_CRASHES_AT + API_STUDY_CRASHES };
 #define STUDY_TASK_WORK value[0]
 #define STUDY_TASK_VARIANTS value[1] /* at the most */
@@ -81,6 +75,9 @@ enum api_problem_id grid_plan(const struct api_study *study, const struct study_
                               struct api_problem *problem) STATUS_MUST_USE;
 bool grid_chunk(struct study_chunk *chunk) STATUS_MUST_USE;
 
+/* What a search is to make small, at most so many things. */
+enum { STUDY_AIMS_MOST = 16 };
+
 /* How an optimisation shares its budget out; in `optimise.c`. */
 struct optimise_shares {
     size_t starts; /* of the first round, which looks everywhere */
@@ -93,11 +90,15 @@ struct optimise_shares optimise_shares(const struct api_study *study);
 /* Variant k of the first round. */
 struct study_variant optimise_variant(const struct api_study *study, size_t k);
 
+/* Lists tasks of the variants, in `list.c`. */
+enum api_problem_id list_tasks(const struct study_variant *variants, size_t count, int round,
+                               bool mesh, struct arena *arena, struct api_study_plan *plan,
+                               struct api_problem *problem) STATUS_MUST_USE;
+
 enum api_problem_id optimise_plan(const struct api_study *study, const struct study_row *rows,
                                   size_t count, struct arena *arena, struct api_study_plan *plan,
                                   struct api_problem *problem) STATUS_MUST_USE;
-bool refine_chunk(struct study_chunk *chunk) STATUS_MUST_USE;
-bool check_chunk(struct study_chunk *chunk) STATUS_MUST_USE;
+bool list_chunk(struct study_chunk *chunk) STATUS_MUST_USE;
 
 /* Lists tasks of one kind for variants that are numbered from 0, each of which takes as long as a
  * drape of `nodes`. */

@@ -1,32 +1,21 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The search that refines. A first round looks everywhere: starts spread over the part with a few
- * angles each, which differ from start to start so that together they leave no gap. From the best
- * of what it found, apart from each other, local searches set out (`refine.c`), then once more from
- * the best of these; with several objectives one for each weight of a set that is spread over them.
- * On a fine net all this is done on a coarser one, and what came out best is draped as it is.
+ * The search that learns. A first round looks everywhere: starts spread over the part with a few
+ * angles each, which differ from start to start so that together they leave no gap. From all that
+ * is known the next rounds are proposed (`propose.c`), ever nearer to the best. On a fine net all
+ * this is done on a coarser one, and what came out best is draped as it is.
  */
 #include "engine.h"
 
-#include "refine.h"
+#include "propose.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Of the budget what the first round has; angles at a start for each quarter turn, pre-shears;
- * checks on the drape's own net. */
-static const double explored = 0.4;
-enum { ANGLES_A_QUARTER = 4, PRE_SHEARS = 3, CHECKS = 8 };
-
-/* The rounds of local searches with one objective: from how many of the best with which share of
- * the budget, by which steps to begin with and how far from each other, as shares of the distances
- * in the first round. The last has what is left. With several objectives there is the first of them
- * alone. Found by `make study-quality`. */
-static const struct {
-    size_t best;
-    double share, step, apart;
-} searches[] = {{12, 0.35, 0.7, 1}, {4, 0.1, 0.2, 0.5}, {1, 1, 0.05, 0}};
-enum { SEARCHES = sizeof searches / sizeof *searches };
+/* Of the budget what the first round has, and how many rounds follow; angles at a start for each
+ * quarter turn, pre-shears; checks on the drape's own net. Found by `make study-quality`. */
+static const double explored = 0.35;
+enum { ROUNDS = 16, ANGLES_A_QUARTER = 3, PRE_SHEARS = 3, CHECKS = 8 };
 
 /* A net of more nodes than `nodes_fine` is searched on one of `nodes_coarse`. */
 static const double nodes_fine = 1800, nodes_coarse = 900;
@@ -105,93 +94,9 @@ static size_t first_round(const struct api_study *study) {
     return starts * shares.each;
 }
 
-/* ---- choosing where to go on ---- */
-
-/* How far apart the places of the first round are. */
-struct scales {
-    double start, angle, pre_shear; /* 0: not varied */
-    double period;
-};
-
-static struct scales scales_of(const struct api_study *study) {
-    const struct study_request *r = &study->request;
-    const struct optimise_shares shares = optimise_shares(study);
-    double width = shares.period > 0 ? shares.period : r->angle.to - r->angle.from;
-    struct scales scales = {.period = shares.period};
-    if (r->starts == STUDY_STARTS_GRID)
-        scales.start = sqrt(study->shape.area / (double)shares.starts);
-    if (r->angle.count > 0)
-        scales.angle = width / fmax(fmin((double)shares.each, 8), 1);
-    if (r->pre_shear.count > 0)
-        scales.pre_shear = (r->pre_shear.to - r->pre_shear.from) / PRE_SHEARS;
-    return scales;
-}
-
-/* Whether two variants are about the same: nearer to each other than those of the first round. */
-static bool are_close(const struct scales *scales, const struct study_variant *a,
-                      const struct study_variant *b) {
-    double d[3] = {vec3_distance(a->start.r, b->start.r), fabs(a->angle_deg - b->angle_deg),
-                   fabs(a->pre_shear_deg - b->pre_shear_deg)};
-    const double by[3] = {scales->start, scales->angle, scales->pre_shear};
-    double sum = 0;
-    if (scales->period > 0) {
-        d[1] -= scales->period * floor(d[1] / scales->period);
-        d[1] = fmin(d[1], scales->period - d[1]);
-    }
-    if (!(by[0] > 0) && d[0] > 0)
-        return false;
-    for (int k = 0; k < 3; k++)
-        sum += by[k] > 0 ? (d[k] / by[k]) * (d[k] / by[k]) : 0;
-    return sum < 1;
-}
-
-/* Rows by how good they are for one aim. */
-struct choice {
-    double violation, value;
-    size_t row;
-};
-
-static int compare_choices(const void *a, const void *b) {
-    const struct choice *x = a, *y = b;
-    if (x->violation != y->violation)
-        return x->violation < y->violation ? -1 : 1;
-    if (x->value != y->value)
-        return x->value < y->value ? -1 : 1;
-    return (x->row > y->row) - (x->row < y->row);
-}
-
-/* The best rows for an aim that are not close to each other, `most` of them; how many, or SIZE_MAX
- * without memory. */
-static size_t choose(const struct api_study *study, const struct study_row *rows, size_t count,
-                     const struct refine_aim *aim, double apart, size_t most, struct arena *arena,
-                     size_t *chosen) {
-    struct scales scales = scales_of(study);
-    struct choice *choices = arena_take(arena, count, sizeof *choices);
-    size_t tried = 0, found = 0;
-    if (!choices)
-        return SIZE_MAX;
-    for (size_t k = 0; k < count; k++)
-        if (rows[k].failure == FAILURE_NONE)
-            choices[tried++] = (struct choice){study_violation(study, &rows[k]),
-                                               refine_value(aim, rows[k].quantity), k};
-    qsort(choices, tried, sizeof *choices, compare_choices);
-    scales.start *= apart;
-    scales.angle *= apart;
-    scales.pre_shear *= apart;
-    for (size_t k = 0; k < tried && found < most; k++) {
-        const struct study_variant *variant = &rows[choices[k].row].variant;
-        bool close = false;
-        for (size_t f = 0; f < found && !close; f++)
-            close = are_close(&scales, variant, &rows[chosen[f]].variant);
-        if (!close)
-            chosen[found++] = choices[k].row;
-    }
-    return found;
-}
-
 /* ---- aims ---- */
 
-enum { AIMS_MOST = 16, WEIGHTS = 4 };
+enum { WEIGHTS = 4 };
 
 static size_t objectives_of(const struct study_request *r, int *ids) {
     size_t count = 0;
@@ -226,22 +131,22 @@ static void find_ranges(const struct study_row *rows, size_t count, const int *i
 /* One objective alone, each of several alone, and all pairs of them with weights in between: the
  * greatest of w (q - least) / range is to be small. */
 static size_t set_aims(const struct study_request *r, const struct study_row *rows, size_t count,
-                       struct refine_aim aims[AIMS_MOST]) {
+                       struct study_aim aims[STUDY_AIMS_MOST]) {
     int ids[QUANTITY_COUNT];
     double least[QUANTITY_COUNT], range[QUANTITY_COUNT];
     size_t objectives = objectives_of(r, ids), made = 0;
     find_ranges(rows, count, ids, objectives, least, range);
     for (size_t a = 0; a < objectives; a++) {
-        aims[made] = (struct refine_aim){0};
+        aims[made] = (struct study_aim){0};
         aims[made++].factor[ids[a]] = 1;
     }
     for (int w = 1; w <= WEIGHTS; w++) {
         for (size_t a = 0; a < objectives; a++) {
-            for (size_t b = a + 1; b < objectives && made < AIMS_MOST; b++) {
+            for (size_t b = a + 1; b < objectives && made < STUDY_AIMS_MOST; b++) {
                 double share = w / (WEIGHTS + 1.0);
                 const double weight[2] = {share, 1 - share};
                 const size_t pair[2] = {a, b};
-                aims[made] = (struct refine_aim){0};
+                aims[made] = (struct study_aim){0};
                 for (int k = 0; k < 2; k++) {
                     double by = range[pair[k]] > 0 ? weight[k] / range[pair[k]] : weight[k];
                     aims[made].factor[ids[pair[k]]] = by;
@@ -256,111 +161,72 @@ static size_t set_aims(const struct study_request *r, const struct study_row *ro
 
 /* ---- rounds ---- */
 
-/* Steps to begin with, as shares of the first round's. */
-static struct refine_order order_of(const struct api_study *study, const struct study_row *row,
-                                    const struct refine_aim *aim, size_t variants, double step) {
-    const struct scales scales = scales_of(study);
-    return (struct refine_order){
-        .from = row->variant,
-        .aim = *aim,
-        .variants = variants,
-        .step = {step * scales.start, step * scales.angle, step * scales.pre_shear},
-        .period = scales.period};
-}
-
 static enum api_problem_id no_memory(struct api_problem *problem) {
     api_problem_set(problem, API_OUT_OF_MEMORY, "the study needs more memory than allowed");
     return problem->id;
 }
 
-/* Local searches from the best of each aim, in round 1 and those after it. */
-static enum api_problem_id plan_refine(const struct api_study *study, const struct study_row *rows,
-                                       size_t count, int round, struct arena *arena,
-                                       struct api_study_plan *plan, struct api_problem *problem) {
-    struct refine_aim aims[AIMS_MOST];
-    size_t aim_count = set_aims(&study->request, rows, count, aims);
-    size_t each = aim_count > 1 ? 1 : searches[round - 1].best;
-    size_t budget = study->request.budget, left = budget > count ? budget - count : 0;
-    size_t checks = optimise_shares(study).coarseness > 1 ? CHECKS : 0;
-    left = left > checks ? left - checks : 0;
-    if (aim_count == 1)
-        left = (size_t)fmin(searches[round - 1].share * (double)budget, (double)left);
-    struct api_study_task *list = arena_alloc(arena, each * aim_count, sizeof *list);
-    size_t *chosen = arena_take(arena, each * aim_count, sizeof *chosen), found = 0;
-    size_t *aim_of = arena_take(arena, each * aim_count, sizeof *aim_of);
-    if (!list || !chosen || !aim_of)
-        return no_memory(problem);
-    for (size_t a = 0; a < aim_count; a++) {
-        size_t more = choose(study, rows, count, &aims[a], searches[round - 1].apart, each, arena,
-                             chosen + found);
-        if (more == SIZE_MAX)
-            return no_memory(problem);
-        for (size_t k = 0; k < more; k++)
-            aim_of[found + k] = a;
-        found += more;
-    }
-    size_t own = found ? left / found : 0;
-    for (size_t k = 0; k < found && own > 2; k++) {
-        struct refine_order order =
-            order_of(study, &rows[chosen[k]], &aims[aim_of[k]], own, searches[round - 1].step);
-        refine_store(&order, &list[k]);
-        list[k].STUDY_TASK_ROUND = round;
-        plan->count = k + 1;
-    }
-    plan->tasks = list;
-    return API_OK;
+/* Of the nets that are coarser than the drape's. */
+static size_t checks_of(const struct optimise_shares *shares, size_t aims) {
+    return shares->coarseness > 1 ? aims < CHECKS ? CHECKS / aims * aims : aims : 0;
+}
+
+/* Whether two variants are the same but for what the model cannot tell apart. */
+static bool are_equal(const struct study_variant *a, const struct study_variant *b) {
+    return vec3_distance(a->start.r, b->start.r) == 0 && a->angle_deg == b->angle_deg &&
+           a->pre_shear_deg == b->pre_shear_deg;
 }
 
 /* The best of each aim on the drape's own net. */
-static enum api_problem_id plan_checks(const struct api_study *study, const struct study_row *rows,
-                                       size_t count, int round, struct arena *arena,
-                                       struct api_study_plan *plan, struct api_problem *problem) {
-    struct refine_aim aims[AIMS_MOST];
-    size_t aim_count = set_aims(&study->request, rows, count, aims);
-    size_t each = aim_count < CHECKS ? CHECKS / aim_count : 1, chosen[CHECKS];
-    struct api_study_task *list = arena_alloc(arena, each * aim_count, sizeof *list);
-    if (!list)
-        return no_memory(problem);
-    plan->tasks = list;
-    for (size_t a = 0; a < aim_count; a++) {
-        size_t found = choose(study, rows, count, &aims[a], 0.02, each, arena, chosen);
-        if (found == SIZE_MAX)
-            return no_memory(problem);
-        for (size_t k = 0; k < found; k++) {
-            struct refine_order order = order_of(study, &rows[chosen[k]], &aims[a], 1, 0);
-            order.from.coarseness = 1;
-            refine_store(&order, &list[plan->count]);
-            list[plan->count].STUDY_TASK_WORK = STUDY_WORK_CHECK;
-            list[plan->count++].STUDY_TASK_ROUND = round;
+static size_t choose_checks(const struct propose_search *search, struct arena *arena,
+                            struct study_variant *variants) {
+    size_t each = search->aim_count < CHECKS ? CHECKS / search->aim_count : 1, count = 0;
+    size_t *order = arena_take(arena, search->count, sizeof *order);
+    for (size_t a = 0; a < search->aim_count; a++) {
+        size_t rows = order ? propose_order(search, &search->aims[a], arena, order) : SIZE_MAX;
+        if (rows == SIZE_MAX)
+            return SIZE_MAX;
+        for (size_t k = 0, own = 0; k < rows && own < each; k++) {
+            struct study_variant variant = search->rows[order[k]].variant;
+            bool there = false;
+            variant.coarseness = 1;
+            for (size_t c = 0; c < count && !there; c++)
+                there = are_equal(&variant, &variants[c]);
+            if (there)
+                continue;
+            variants[count++] = variant;
+            own++;
         }
     }
-    return API_OK;
+    return count;
 }
 
 enum api_problem_id optimise_plan(const struct api_study *study, const struct study_row *rows,
                                   size_t count, struct arena *arena, struct api_study_plan *plan,
                                   struct api_problem *problem) {
-    int ids[QUANTITY_COUNT], round = count ? rows[count - 1].round + 1 : 0;
-    bool coarse = optimise_shares(study).coarseness > 1;
-    int refinements = objectives_of(&study->request, ids) > 1 ? 1 : SEARCHES;
-    plan->variants = study->request.budget > count ? study->request.budget : count;
+    const struct optimise_shares shares = optimise_shares(study);
+    struct study_aim aims[STUDY_AIMS_MOST];
+    struct propose_search search = {study, shares.period, rows, count, aims, 0, 0};
+    size_t budget = study->request.budget, left = budget > count ? budget - count : 0;
+    int round = count ? rows[count - 1].round + 1 : 0;
+    plan->variants = budget > count ? budget : count;
     if (round == 0)
         return grid_tasks(STUDY_WORK_GRID, first_round(study),
-                          study_nodes(study, optimise_shares(study).coarseness), arena, plan,
-                          problem);
-    while (round <= refinements) {
-        if (plan_refine(study, rows, count, round, arena, plan, problem) != API_OK || plan->count)
-            return problem->id;
-        round++;
-    }
-    if (coarse && rows[count - 1].variant.coarseness > 1)
-        return plan_checks(study, rows, count, round, arena, plan, problem);
-    return API_OK;
-}
-
-bool check_chunk(struct study_chunk *chunk) {
-    struct refine_order order;
-    struct study_row row;
-    refine_load(chunk->task, &order);
-    return study_chunk_drape(chunk, &order.from, &row);
+                          study_nodes(study, shares.coarseness), arena, plan, problem);
+    search.aim_count = set_aims(&study->request, rows, count, aims);
+    search.progress = (double)count / (double)budget;
+    size_t checks = checks_of(&shares, search.aim_count), wanted = 0;
+    left = left > checks ? left - checks : 0;
+    if (round <= ROUNDS)
+        wanted = (left + (size_t)(ROUNDS - round)) / (size_t)(ROUNDS - round + 1);
+    struct study_variant *variants = arena_take(arena, wanted + checks, sizeof *variants);
+    size_t found = 0;
+    if (!variants ||
+        (wanted && propose_next(&search, wanted, arena, variants, &found) != STATUS_OK))
+        return no_memory(problem);
+    if (found == 0 && checks && rows[count - 1].variant.coarseness > 1)
+        found = choose_checks(&search, arena, variants);
+    if (found == SIZE_MAX)
+        return no_memory(problem);
+    return list_tasks(variants, found, round, study->shape.mesh != NULL, arena, plan, problem);
 }

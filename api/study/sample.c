@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "sample.h"
 
+#include "draw.h"
+
 #include "api/json/text.h"
 #include "api/map/map.h"
 #include "api/result/fields.h"
@@ -149,21 +151,11 @@ size_t sample_fields(const struct api_study *study) {
 
 /* ---- drawing ---- */
 
-/* Number `dimension` of draw `k`, evenly from 0 to 1: Steele, Lea and Flood's mixing of a counter.
- */
-static double even(uint32_t seed, size_t k, unsigned dimension) {
-    uint64_t z = ((uint64_t)seed << 32) + (uint64_t)k * 64 + dimension;
-    z = (z + 0x9E3779B97F4A7C15u) * 0x9E3779B97F4A7C15u;
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-    return (double)((z ^ (z >> 31)) >> 11) * 0x1p-53;
-}
-
 static double normal_deviate(uint32_t seed, size_t k, unsigned first) {
     enum { SUMMANDS = 12 };
     double sum = -SUMMANDS / 2.0;
     for (unsigned d = 0; d < SUMMANDS; d++)
-        sum += even(seed, k, first + d);
+        sum += draw_even(seed, k, first + d);
     return sum;
 }
 
@@ -176,11 +168,11 @@ static struct spread_place draw_start(const struct api_study *study, size_t k) {
     unsigned more = 0;
     double sine, cosine;
     if (r->start_count) { /* one of so many places that all samples share */
-        k = (size_t)(even(r->seed, k, PLACE) * (double)r->start_count);
+        k = (size_t)(draw_even(r->seed, k, PLACE) * (double)r->start_count);
         more = COMMON;
     }
-    double distance = r->radius * sqrt(even(r->seed, k, more + RADIUS));
-    angle_sincos_deg(360 * even(r->seed, k, more + TURN), &sine, &cosine);
+    double distance = r->radius * sqrt(draw_even(r->seed, k, more + RADIUS));
+    angle_sincos_deg(360 * draw_even(r->seed, k, more + TURN), &sine, &cosine);
     return study_shape_shift(
         r, &study->shape, &n->start,
         vec3_scale(distance, vec3_axpy(sine, n->axis[1], vec3_scale(cosine, n->axis[0]))));

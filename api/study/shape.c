@@ -105,10 +105,16 @@ static const struct surface *plain_surface(const struct study_shape *shape, int3
     return shape->surface ? shape->surface : shell_plain_surface(shape->shell.shell, face);
 }
 
-void study_shape_nearest(const struct study_shape *shape, struct vec3 point,
-                         struct spread_place *place, double *distance) {
+struct spread_place study_shape_at(const struct study_shape *shape, int32_t face,
+                                   const double uv[2]) {
     struct surface_cursor cursor = {0};
     struct surface_jet jet;
+    surface_evaluate(plain_surface(shape, face), &cursor, uv[0], uv[1], &jet);
+    return (struct spread_place){face, {uv[0], uv[1]}, jet.r};
+}
+
+void study_shape_nearest(const struct study_shape *shape, struct vec3 point,
+                         struct spread_place *place, double *distance) {
     *place = (struct spread_place){0};
     if (shape->mesh) {
         struct mesh_place nearest = {0};
@@ -125,8 +131,7 @@ void study_shape_nearest(const struct study_shape *shape, struct vec3 point,
         place->face = nearest.face;
         memcpy(place->uv, nearest.uv, sizeof place->uv);
     }
-    surface_evaluate(plain_surface(shape, place->face), &cursor, place->uv[0], place->uv[1], &jet);
-    place->r = jet.r;
+    *place = study_shape_at(shape, place->face, place->uv);
 }
 
 static bool usable(const struct study_request *request, const struct study_shape *shape,
@@ -173,4 +178,36 @@ bool study_shape_axes(const struct study_shape *shape, const struct spread_place
     *normal = vec3_unit(vec3_cross(jet.u, jet.v));
     *along = vec3_unit(jet.u);
     return vec3_norm(vec3_cross(jet.u, jet.v)) > parallel * vec3_norm(jet.u) * vec3_norm(jet.v);
+}
+
+/* du and dv so that r_u du + r_v dv is the shift, in the tangent plane. */
+bool study_shape_nudge(const struct study_request *request, const struct study_shape *shape,
+                       const struct spread_place *from, const double shift[2],
+                       struct spread_place *to) {
+    struct surface_cursor cursor = {0};
+    struct surface_jet jet;
+    struct vec3 normal, along;
+    double lower[2], upper[2], distance;
+    if (!study_shape_axes(shape, from, &normal, &along))
+        return false;
+    struct vec3 by = vec3_axpy(shift[1], vec3_cross(normal, along), vec3_scale(shift[0], along));
+    if (shape->mesh) {
+        study_shape_nearest(shape, vec3_add(from->r, by), to, &distance);
+        return true;
+    }
+    const struct surface *surface = plain_surface(shape, from->face);
+    surface_evaluate(surface, &cursor, from->uv[0], from->uv[1], &jet);
+    surface_domain(surface, lower, upper);
+    double area = vec3_dot(normal, vec3_cross(jet.u, jet.v));
+    *to = *from;
+    to->uv[0] += vec3_dot(normal, vec3_cross(by, jet.v)) / area;
+    to->uv[1] += vec3_dot(normal, vec3_cross(jet.u, by)) / area;
+    for (int k = 0; k < 2; k++) {
+        double width = upper[k] - lower[k];
+        if (surface_closed(surface, k))
+            to->uv[k] -= width * floor((to->uv[k] - lower[k]) / width);
+        to->uv[k] = fmin(fmax(to->uv[k], lower[k]), upper[k]);
+    }
+    *to = study_shape_at(shape, to->face, to->uv);
+    return usable(request, shape, to);
 }

@@ -26,6 +26,10 @@ enum api_problem_id study_shape_make(struct study_request *request, const struct
 struct spread_part study_shape_part(const struct study_request *request,
                                     const struct study_shape *shape);
 
+/* The place of a face, of a surface or shell, at its parameters. */
+struct spread_place study_shape_at(const struct study_shape *shape, int32_t face,
+                                   const double uv[2]);
+
 /* The place of the part that is nearest to a point, and how far that is. */
 void study_shape_nearest(const struct study_shape *shape, struct vec3 point,
                          struct spread_place *place, double *distance);
@@ -35,6 +39,14 @@ void study_shape_nearest(const struct study_shape *shape, struct vec3 point,
 struct spread_place study_shape_shift(const struct study_request *request,
                                       const struct study_shape *shape,
                                       const struct spread_place *from, struct vec3 shift);
+
+/* About the same, quickly: a place moved by `shift` along the direction that angles are measured
+ * from and across it, no further than the surface's domain, and on a mesh to its nearest place.
+ * False where it is trimmed away, or where there is no tangent plane. On a shell it stays on its
+ * face, whose trims are not looked at. */
+bool study_shape_nudge(const struct study_request *request, const struct study_shape *shape,
+                       const struct spread_place *from, const double shift[2],
+                       struct spread_place *to);
 
 /* The unit normal there, and the unit direction from which angles of the warp are measured. False
  * at poles and where the surface has no tangent plane. */

@@ -239,8 +239,7 @@ enum api_problem_id api_study_chunk(const struct api_study *study,
                                     const struct api_sink *sink, struct api_problem *problem) {
     static bool (*const works[STUDY_WORK_KINDS])(struct study_chunk *) = {
         [STUDY_WORK_GRID] = grid_chunk,
-        [STUDY_WORK_REFINE] = refine_chunk,
-        [STUDY_WORK_CHECK] = check_chunk,
+        [STUDY_WORK_LIST] = list_chunk,
         [STUDY_WORK_SAMPLE] = sample_chunk};
     struct study_chunk chunk = {study, task, monitor, arena, sink, problem, 0};
     struct arena_mark mark = arena_mark(arena);

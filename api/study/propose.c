@@ -1,0 +1,413 @@
+/* SPDX-License-Identifier: MIT */
+#include "propose.h"
+
+#include "draw.h"
+#include "solver/angle.h"
+#include "surrogate.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Rows that a model is made of at the most, candidates for each variant, of what share of the rows
+ * they are drawn about the good ones. Found by `make study-quality`. */
+enum { MODELLED = 300, CANDIDATES = 128, GOOD = 4 };
+
+/* How far from there at first, as a share of the part's length (the root of its area), of a quarter
+ * turn and of the range of the pre-shears; candidates are at 1, 1/2, .. 1/16 of it, and all of that
+ * shrinks as the budget is used. */
+static const double reach = 0.1;
+enum { SCALES = 5 };
+
+/* From when on all are drawn about the best; the model's weights. */
+static const double settled = 0.8, weights[] = {0.3, 0.5, 0.8, 0.95};
+enum { WEIGHTS = sizeof weights / sizeof *weights };
+
+/* The model's lengths: the part is about 1 long, all directions are a circle of this radius, all
+ * pre-shears that long. */
+static const double circle = 0.35, shears = 0.5;
+
+double study_aim_value(const struct study_aim *aim, const double quantity[QUANTITY_COUNT]) {
+    double most = -HUGE_VAL;
+    for (int k = 0; k < QUANTITY_COUNT; k++)
+        if (aim->factor[k] > 0)
+            most = fmax(most, aim->factor[k] * quantity[k] + aim->shift[k]);
+    return most;
+}
+
+/* ---- the order of rows ---- */
+
+struct choice {
+    double violation, value;
+    size_t row;
+};
+
+static int compare_choices(const void *a, const void *b) {
+    const struct choice *x = a, *y = b;
+    if (x->violation != y->violation)
+        return x->violation < y->violation ? -1 : 1;
+    if (x->value != y->value)
+        return x->value < y->value ? -1 : 1;
+    return (x->row > y->row) - (x->row < y->row);
+}
+
+size_t propose_order(const struct propose_search *search, const struct study_aim *aim,
+                     struct arena *arena, size_t *order) {
+    struct arena_mark mark = arena_mark(arena);
+    struct choice *choices = arena_take(arena, search->count, sizeof *choices);
+    size_t count = 0;
+    if (!choices)
+        return SIZE_MAX;
+    for (size_t k = 0; k < search->count; k++)
+        if (search->rows[k].failure == FAILURE_NONE)
+            choices[count++] = (struct choice){study_violation(search->study, &search->rows[k]),
+                                               study_aim_value(aim, search->rows[k].quantity), k};
+    qsort(choices, count, sizeof *choices, compare_choices);
+    for (size_t k = 0; k < count; k++)
+        order[k] = choices[k].row;
+    arena_rewind(arena, mark);
+    return count;
+}
+
+/* ---- the space of variants ---- */
+
+/* What the model measures by. */
+struct space {
+    const struct study_request *request;
+    const struct study_shape *shape;
+    double length, period;
+    struct vec3 origin, axis; /* directions are measured from what the axis is in the tangent plane,
+                                 which is the same way everywhere */
+};
+
+/* A place of it. */
+struct spot {
+    struct spread_place place;
+    double turn; /* of the warp, in degrees: from the axis where the angle has a period, else its
+                    angle */
+    double pre_shear_deg;
+};
+
+/* The axis of x, y and z that lies the most along the part. */
+static struct space make_space(const struct propose_search *search) {
+    const struct study_shape *shape = &search->study->shape;
+    struct space space = {.request = &search->study->request,
+                          .shape = shape,
+                          .length = sqrt(shape->area),
+                          .period = search->period,
+                          .origin = search->rows[0].variant.start.r};
+    struct vec3 normal, along, across = {0, 0, 0};
+    for (size_t k = 0; k < search->count; k++)
+        if (study_shape_axes(shape, &search->rows[k].variant.start, &normal, &along))
+            across = vec3_add(
+                across, vec3_make(normal.x * normal.x, normal.y * normal.y, normal.z * normal.z));
+    space.axis = across.x <= across.y && across.x <= across.z ? vec3_make(1, 0, 0)
+                 : across.y <= across.z                       ? vec3_make(0, 1, 0)
+                                                              : vec3_make(0, 0, 1);
+    return space;
+}
+
+/* The axis' angle, measured as the warp's is. */
+static double axis_angle(const struct space *space, const struct spread_place *place) {
+    struct vec3 normal, along;
+    if (!(space->period > 0) || !study_shape_axes(space->shape, place, &normal, &along))
+        return 0;
+    return angle_atan2_deg(vec3_dot(space->axis, vec3_cross(normal, along)),
+                           vec3_dot(space->axis, along));
+}
+
+static struct spot spot_of(const struct space *space, const struct study_variant *variant) {
+    return (struct spot){variant->start, variant->angle_deg - axis_angle(space, &variant->start),
+                         variant->pre_shear_deg};
+}
+
+static struct surrogate_point point_of(const struct space *space, const struct spot *spot) {
+    const struct study_request *r = space->request;
+    struct vec3 at = vec3_scale(1 / space->length, vec3_sub(spot->place.r, space->origin));
+    struct surrogate_point point = {{0}};
+    double width = r->angle.to - r->angle.from, sheared = r->pre_shear.to - r->pre_shear.from;
+    if (r->starts != STUDY_STARTS_KEPT)
+        memcpy(point.x, (double[]){at.x, at.y, at.z}, 3 * sizeof(double));
+    if (space->period > 0) {
+        angle_sincos_deg(360 / space->period * spot->turn, &point.x[4], &point.x[3]);
+        point.x[3] *= circle;
+        point.x[4] *= circle;
+    } else if (width > 0) {
+        point.x[3] = 2 * ANGLE_PI * circle / 90 * (spot->turn - r->angle.from);
+    }
+    if (sheared > 0)
+        point.x[5] = shears * (spot->pre_shear_deg - r->pre_shear.from) / sheared;
+    return point;
+}
+
+static struct study_variant variant_of(const struct space *space, const struct spot *spot,
+                                       double coarseness) {
+    const struct study_request *r = space->request;
+    struct study_variant variant = {.start = spot->place,
+                                    .angle_deg = spot->turn + axis_angle(space, &spot->place),
+                                    .pre_shear_deg = spot->pre_shear_deg,
+                                    .coarseness = coarseness};
+    if (space->period > 0)
+        variant.angle_deg -=
+            space->period * floor((variant.angle_deg - r->angle.from) / space->period);
+    return variant;
+}
+
+/* ---- the model ---- */
+
+struct model {
+    struct surrogate surrogate;
+    enum quantity_id id[QUANTITY_COUNT]; /* of each of its functions */
+};
+
+static int compare_numbers(const void *a, const void *b) {
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* The rows of a model: all, or the best of each aim and of the others every so many. */
+static size_t choose_rows(const struct propose_search *search, size_t *const *orders,
+                          const size_t *ordered, size_t *chosen, bool *taken) {
+    size_t count = 0, each = MODELLED / 2 / search->aim_count;
+    if (search->count <= MODELLED) {
+        for (size_t k = 0; k < search->count; k++)
+            chosen[k] = k;
+        return search->count;
+    }
+    for (size_t a = 0; a < search->aim_count; a++)
+        for (size_t k = 0; k < ordered[a] && k < each; k++)
+            taken[orders[a][k]] = true;
+    for (size_t k = 0; k < search->count; k++)
+        count += taken[k];
+    size_t others = search->count - count, wanted = MODELLED - count, passed = 0;
+    count = 0;
+    for (size_t k = 0; k < search->count; k++) {
+        bool take = taken[k];
+        if (!take) {
+            take = passed * wanted / others != (passed + 1) * wanted / others;
+            passed++;
+        }
+        if (take)
+            chosen[count++] = k;
+    }
+    return count;
+}
+
+/* What a quantity is modelled up to: its median, or what a limit or an aim asks of it if that is
+ * more. What is far from good has steep walls that the model would follow for nothing. */
+static double cap_of(const struct propose_search *search, enum quantity_id id, double *scratch) {
+    const struct study_limit *limit = &search->study->request.limit[id];
+    size_t count = 0;
+    for (size_t k = 0; k < search->count; k++)
+        if (search->rows[k].failure == FAILURE_NONE)
+            scratch[count++] = search->rows[k].quantity[id];
+    if (limit->has_min || count == 0)
+        return HUGE_VAL;
+    qsort(scratch, count, sizeof *scratch, compare_numbers);
+    double cap = scratch[count / 2];
+    if (limit->has_max)
+        cap = fmax(cap, limit->max + 0.1 * (scratch[count - 1] - limit->max));
+    for (size_t a = 0; a < search->aim_count; a++) {
+        const struct study_aim *aim = &search->aims[a];
+        if (aim->shift[id] < 0) /* where the aim is 1: all of the range of a front */
+            cap = fmax(cap, (1 - aim->shift[id]) / aim->factor[id]);
+    }
+    return cap;
+}
+
+/* One quantity of the chosen rows, `value[i * values]` each. Failures have what is worst. */
+static void take_values(const struct propose_search *search, enum quantity_id id,
+                        const size_t *chosen, size_t count, size_t values, double cap,
+                        double *value) {
+    double least = HUGE_VAL, most = -HUGE_VAL;
+    for (size_t i = 0; i < count; i++) {
+        const struct study_row *row = &search->rows[chosen[i]];
+        if (row->failure != FAILURE_NONE)
+            continue;
+        value[i * values] = fmin(row->quantity[id], cap);
+        least = fmin(least, value[i * values]);
+        most = fmax(most, value[i * values]);
+    }
+    for (size_t i = 0; i < count; i++)
+        if (search->rows[chosen[i]].failure != FAILURE_NONE)
+            value[i * values] = search->study->request.limit[id].has_min ? least : most;
+}
+
+static enum status make_model(const struct propose_search *search, const struct space *space,
+                              const size_t *chosen, size_t count, struct arena *arena,
+                              struct model *model) {
+    struct surrogate_point *points = arena_take(arena, count, sizeof *points);
+    double *value = arena_take(arena, count * QUANTITY_COUNT, sizeof *value);
+    double *scratch = arena_take(arena, search->count, sizeof *scratch);
+    size_t values = 0;
+    if (!points || !value || !scratch)
+        return STATUS_OUT_OF_MEMORY;
+    for (int id = 0; id < QUANTITY_COUNT; id++)
+        if (study_judges(&search->study->request, (enum quantity_id)id))
+            model->id[values++] = (enum quantity_id)id;
+    for (size_t v = 0; v < values; v++)
+        take_values(search, model->id[v], chosen, count, values,
+                    cap_of(search, model->id[v], scratch), value + v);
+    for (size_t k = 0; k < count; k++) {
+        struct spot spot = spot_of(space, &search->rows[chosen[k]].variant);
+        points[k] = point_of(space, &spot);
+    }
+    return surrogate_make(points, value, count, values, arena, &model->surrogate);
+}
+
+/* ---- candidates ---- */
+
+struct candidate {
+    struct spot spot;
+    struct surrogate_point point;
+    double value, violation; /* as modelled */
+    double nearest;          /* distance to what is known */
+};
+
+static double within(double x, double low, double high) {
+    return fmin(fmax(x, low), high);
+}
+
+/* A spot about another one; false where the part has none. */
+static bool draw_spot(const struct space *space, const struct spot *about, double size,
+                      uint32_t seed, size_t k, struct spot *spot) {
+    const struct study_request *r = space->request;
+    double by[4];
+    for (unsigned c = 0; c < 4; c++)
+        by[c] = size * draw_about(seed, k, 3 * c + 1);
+    *spot = *about;
+    if (r->starts == STUDY_STARTS_GRID &&
+        !study_shape_nudge(r, space->shape, &about->place,
+                           (double[]){by[0] * space->length, by[1] * space->length}, &spot->place))
+        return false;
+    if (r->angle.count > 0)
+        spot->turn += 90 * by[2];
+    if (r->angle.count > 0 && !(space->period > 0))
+        spot->turn = within(spot->turn, r->angle.from, r->angle.to);
+    if (r->pre_shear.count > 0)
+        spot->pre_shear_deg =
+            within(spot->pre_shear_deg + by[3] * (r->pre_shear.to - r->pre_shear.from),
+                   r->pre_shear.from, r->pre_shear.to);
+    return true;
+}
+
+static void judge(const struct propose_search *search, const struct model *model,
+                  const struct study_aim *aim, struct candidate *candidate) {
+    double value[SURROGATE_VALUES_MOST];
+    struct study_row row = {.failure = FAILURE_NONE};
+    surrogate_at(&model->surrogate, &candidate->point, value, &candidate->nearest);
+    for (size_t v = 0; v < model->surrogate.values; v++)
+        row.quantity[model->id[v]] = value[v];
+    candidate->value = study_aim_value(aim, row.quantity);
+    candidate->violation = study_violation(search->study, &row);
+}
+
+/* The best of the candidates: as shares of their ranges the value and the nearness. Those that keep
+ * the limits come first. */
+static size_t best_of(const struct candidate *list, size_t count, double weight) {
+    double least = HUGE_VAL, most = -HUGE_VAL, near = HUGE_VAL, far = 0, best = HUGE_VAL;
+    size_t chosen = 0;
+    for (size_t k = 0; k < count; k++) {
+        least = fmin(least, list[k].value);
+        most = fmax(most, list[k].value);
+        near = fmin(near, list[k].nearest);
+        far = fmax(far, list[k].nearest);
+    }
+    for (size_t k = 0; k < count; k++) {
+        double value = most > least ? (list[k].value - least) / (most - least) : 0;
+        double nearness = far > near ? (far - list[k].nearest) / (far - near) : 0;
+        if (list[k].violation > 0)
+            value = 1 + list[k].violation;
+        value = weight * value + (1 - weight) * nearness;
+        if (value < best) {
+            best = value;
+            chosen = k;
+        }
+    }
+    return chosen;
+}
+
+/* What is being proposed. */
+struct proposal {
+    const struct propose_search *search;
+    struct space space;
+    struct model model;
+    struct candidate list[CANDIDATES], *made; /* those proposed so far */
+    size_t count;                             /* of them */
+    uint32_t seed;
+};
+
+/* Candidates of variant k: about the best row, or about a good one. */
+static size_t draw_candidates(struct proposal *p, const struct study_aim *aim, const size_t *order,
+                              size_t ordered, bool about_best) {
+    enum { PLACE = 0, SCALE = 13 };
+    const struct propose_search *search = p->search;
+    size_t good = ordered / GOOD > 5 ? ordered / GOOD : ordered < 5 ? ordered : 5, count = 0;
+    for (size_t c = 0; c < CANDIDATES; c++) {
+        size_t draw = p->count * CANDIDATES + c;
+        size_t which = about_best ? 0 : (size_t)(draw_even(p->seed, draw, PLACE) * (double)good);
+        double size = reach * (1 - search->progress) + 1e-4;
+        for (int k = (int)(draw_even(p->seed, draw, SCALE) * SCALES); k > 0; k--)
+            size *= 0.5;
+        struct spot about = spot_of(&p->space, &search->rows[order[which]].variant);
+        struct candidate *candidate = &p->list[count];
+        if (!draw_spot(&p->space, &about, size, p->seed, draw, &candidate->spot))
+            continue;
+        candidate->point = point_of(&p->space, &candidate->spot);
+        judge(search, &p->model, aim, candidate);
+        for (size_t k = 0; k < p->count; k++)
+            candidate->nearest =
+                fmin(candidate->nearest, surrogate_distance2(&candidate->point, &p->made[k].point));
+        candidate->nearest = sqrt(candidate->nearest);
+        count++;
+    }
+    return count;
+}
+
+static void propose_all(struct proposal *p, size_t *const *orders, const size_t *ordered,
+                        size_t wanted, struct study_variant *variants) {
+    const struct propose_search *search = p->search;
+    double coarseness = search->rows[0].variant.coarseness;
+    for (size_t k = 0; k < wanted; k++) {
+        size_t aim = k % search->aim_count, turn = k / search->aim_count;
+        bool about_best = turn % 2 == 0 || search->progress > settled;
+        size_t drawn =
+            draw_candidates(p, &search->aims[aim], orders[aim], ordered[aim], about_best);
+        if (drawn == 0)
+            continue;
+        size_t best = best_of(p->list, drawn, weights[turn % WEIGHTS]);
+        p->made[p->count] = p->list[best];
+        variants[p->count++] = variant_of(&p->space, &p->list[best].spot, coarseness);
+    }
+}
+
+enum status propose_next(const struct propose_search *search, size_t wanted, struct arena *arena,
+                         struct study_variant *variants, size_t *found) {
+    struct arena_mark mark = arena_mark(arena);
+    struct proposal *p = arena_alloc(arena, 1, sizeof *p);
+    size_t *orders[STUDY_AIMS_MOST], ordered[STUDY_AIMS_MOST];
+    size_t *chosen = arena_take(arena, search->count, sizeof *chosen);
+    bool *taken = arena_alloc(arena, search->count, sizeof *taken);
+    *found = 0;
+    if (!p || !chosen || !taken)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t a = 0; a < search->aim_count; a++) {
+        orders[a] = arena_take(arena, search->count, sizeof **orders);
+        ordered[a] =
+            orders[a] ? propose_order(search, &search->aims[a], arena, orders[a]) : SIZE_MAX;
+        if (ordered[a] == SIZE_MAX)
+            return STATUS_OUT_OF_MEMORY;
+        if (ordered[a] == 0)
+            return STATUS_OK;
+    }
+    p->search = search;
+    p->seed = (uint32_t)search->rows[search->count - 1].round + 1;
+    p->space = make_space(search);
+    p->made = arena_take(arena, wanted, sizeof *p->made);
+    size_t count = choose_rows(search, orders, ordered, chosen, taken);
+    if (!p->made || make_model(search, &p->space, chosen, count, arena, &p->model) != STATUS_OK)
+        return STATUS_OUT_OF_MEMORY;
+    propose_all(p, orders, ordered, wanted, variants);
+    *found = p->count;
+    arena_rewind(arena, mark);
+    return STATUS_OK;
+}
