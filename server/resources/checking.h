@@ -19,6 +19,13 @@ bool maps_take_columns(struct call *call, struct checkers_order *order);
  * (maps.c) */
 bool maps_begin(struct call *call, struct checkers_order *order, char *record);
 
+/* Likewise of an order about a variant of the call's study, which is taken along. (studies.c) */
+bool studies_begin(struct call *call, struct checkers_order *order, size_t variant);
+
+/* The number of the variant of `?sample=`. False: the reply says what is wrong with it.
+ * (studies.c) */
+bool studies_read_sample(struct call *call, size_t *sample);
+
 /* The answer of such a call, whose check writes a document of that format. (maps.c) */
 enum http_next maps_answer(struct call *call, const struct format *format);
 

@@ -12,7 +12,7 @@ call_handler events_stream;
 /* results.c */
 call_handler results_get, results_pattern, results_report;
 /* studies.c */
-call_handler studies_variant;
+call_handler studies_variant, studies_sample;
 /* laminates.c */
 call_handler laminates_request, laminates_pattern, laminates_patterns;
 /* maps.c */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* POST /v1/drapes/{id}/map: the fields of a drape on the caller's points or mesh. */
+/* POST /v1/drapes/{id}/map: the fields of a drape on the caller's points or mesh; of a study those
+ * of one of its variants, of a laminate those of its plies. */
 #include "checking.h"
 #include "handlers.h"
 #include "laminates.h"
@@ -150,11 +151,16 @@ static bool begin_map(struct call *call, const struct call_choice *choice) {
     struct checkers_order order = checking_order(call, CHECKER_MAP);
     char *record = NULL;
     bool stack = call->kind == STORE_LAMINATE;
-    if (!(stack ? laminates_take_columns(call, &order, &record) : maps_take_columns(call, &order)))
-        return false;
+    size_t sample;
     order.nastran = type && negotiate_is_type(type, "text/x-nastran");
     order.id = call->request->parameter;
     order.format = choice->format->name;
+    if (call->kind == STORE_STUDY) {
+        order.kind = CHECKER_SAMPLE_MAP;
+        return studies_read_sample(call, &sample) && studies_begin(call, &order, sample);
+    }
+    if (!(stack ? laminates_take_columns(call, &order, &record) : maps_take_columns(call, &order)))
+        return false;
     return maps_begin(call, &order, record);
 }
 

@@ -170,6 +170,8 @@ static enum http_next get(struct call *call, enum format_use use) {
 }
 
 enum http_next results_get(struct call *call) {
+    if (request_query(call->request, "sample"))
+        return studies_sample(call);
     return get(call, FORMAT_RESULT);
 }
 

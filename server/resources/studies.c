@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* /v1/studies/{id}/variants/{k}/request: the drape request of one variant of a study. */
+/* One variant of a study: its drape request, /v1/studies/{id}/variants/{k}/request, and with
+ * ?sample=k its drape in place of the study's own result, or for a map. */
 #include "checking.h"
 #include "handlers.h"
 #include <stdlib.h>
@@ -25,26 +26,20 @@ static bool fetch_documents(struct call *call, const struct store_job *job, char
     return answer == STORE_OK;
 }
 
-/* False: the reply says why nothing is begun. */
-static bool begin(struct call *call, size_t variant) {
+bool studies_begin(struct call *call, struct checkers_order *order, size_t variant) {
     struct store_job job = {0};
     struct store_surface surface = {0};
     char *request = NULL;
     size_t length = 0;
-    struct checkers_order order = checking_order(call, CHECKER_VARIANT);
     if (call_find_job(call, &job) && results_ready(call, &job) &&
         fetch_documents(call, &job, &request, &length, &surface) &&
-        maps_take_columns(call, &order)) {
-        order.variant = variant;
-        order.document[CHECKER_BODY] = request;
-        order.length[CHECKER_BODY] = length;
-        order.body_file = -1;
-        order.document[CHECKER_SECOND] = surface.definition;
-        order.length[CHECKER_SECOND] = surface.definition_length;
-        call->request->state = checking_begin(call, &order);
-        call->request->state_free = checking_free;
-        if (!call->request->state)
-            free(order.columns.context);
+        maps_take_columns(call, order)) {
+        order->variant = variant;
+        order->document[CHECKER_REQUEST] = request;
+        order->length[CHECKER_REQUEST] = length;
+        order->document[CHECKER_SECOND] = surface.definition;
+        order->length[CHECKER_SECOND] = surface.definition_length;
+        maps_begin(call, order, NULL);
     }
     free(request);
     store_surface_clear(&surface);
@@ -56,7 +51,8 @@ enum http_next studies_variant(struct call *call) {
     int64_t variant = 0;
     if (!request_parse_int(call->request->segments[VARIANT_SEGMENT], 0, INT32_MAX, &variant))
         return call_not_found(call, "variant");
-    if (!call->request->state && !begin(call, (size_t)variant))
+    struct checkers_order order = checking_order(call, CHECKER_VARIANT);
+    if (!call->request->state && !studies_begin(call, &order, (size_t)variant))
         return HTTP_DONE;
     struct check *check = call->request->state;
     enum checking_state state = checking_look(call, check);
@@ -64,4 +60,31 @@ enum http_next studies_variant(struct call *call) {
         reply_text(call->reply, 200, "application/json",
                    checking_text(check, 0, check_answer(check)->output_length));
     return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
+}
+
+bool studies_read_sample(struct call *call, size_t *sample) {
+    int64_t number = 0;
+    const char *text = request_query(call->request, "sample");
+    if (text && request_parse_int(text, 0, INT32_MAX, &number)) {
+        *sample = (size_t)number;
+        return true;
+    }
+    reply_refuse(call->reply, API_INVALID_REQUEST,
+                 text ? "the query parameter 'sample' must be the number of a variant, from 0"
+                      : "the query parameter 'sample' is required: the number of the variant whose "
+                        "drape is to be mapped");
+    return false;
+}
+
+enum http_next studies_sample(struct call *call) {
+    struct call_choice choice;
+    size_t sample;
+    if (!call_choose(call, FORMAT_RESULT, &choice) || !studies_read_sample(call, &sample))
+        return HTTP_DONE;
+    struct checkers_order order = checking_order(call, CHECKER_SAMPLE);
+    order.id = call->request->parameter;
+    order.format = choice.format->name;
+    if (!call->request->state && !studies_begin(call, &order, sample))
+        return HTTP_DONE;
+    return maps_answer(call, choice.format);
 }

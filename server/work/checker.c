@@ -2,6 +2,7 @@
 #include "checker.h"
 #include "api/files/files.h"
 #include "api/format/format.h"
+#include "api/json/text.h"
 #include "api/laminate/check.h"
 #include "api/map/map.h"
 #include "api/run.h"
@@ -99,11 +100,11 @@ static bool read_mesh(const struct task *task, const struct format *format, stru
     return problem->id == API_OK;
 }
 
-static void write_map(struct task *task, const struct format *format,
-                      const struct map_fields *fields, const struct format_options *options,
-                      struct api_problem *problem) {
-    const struct format_source source = {.id = task->order.id, .fields = fields};
-    struct encoder *encoder = encoder_new(format, &source, options, problem);
+/* Writes a document of the format. */
+static void write_document(struct task *task, const struct format *format,
+                           const struct format_source *source, const struct format_options *options,
+                           struct api_problem *problem) {
+    struct encoder *encoder = encoder_new(format, source, options, problem);
     if (!encoder)
         return;
     snprintf(task->answer.note, sizeof task->answer.note, "%s", encoder_binning(encoder));
@@ -112,21 +113,84 @@ static void write_map(struct task *task, const struct format *format,
            spool_write(task->output, task->buffer, (size_t)got))
         task->answer.output_length += (uint64_t)got;
     if (got)
-        api_problem_set(problem, API_UNAVAILABLE, "there is no room to write the map now");
+        api_problem_set(problem, API_UNAVAILABLE, "there is no room to write the answer now");
     encoder_free(encoder);
 }
 
-/* Of a drape or of a laminate. */
+/* The stored surface, NULL without one. */
+static const char *surface_of(const struct task *task) {
+    return task->order.length[CHECKER_SECOND] ? task->document[CHECKER_SECOND] : NULL;
+}
+
+/* ------------------------------------------------------------------ a variant of a study */
+
+static enum api_problem_id write_variant(const struct task *task, struct arena *arena,
+                                         const struct api_sink *sink, struct api_problem *problem) {
+    const struct checker_order *order = &task->order;
+    const struct api_input input = {.request = task->document[CHECKER_REQUEST],
+                                    .request_length = order->length[CHECKER_REQUEST],
+                                    .surface = surface_of(task),
+                                    .surface_length = order->length[CHECKER_SECOND]};
+    struct api_memory columns = {task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS]};
+    const struct api_reader reader = api_reader_of(&columns);
+    struct api_study *study = api_study_open(&input, &order->limits, problem);
+    if (study)
+        (void)!api_study_variant_request(study, &reader, (size_t)order->variant, arena, sink,
+                                         problem);
+    api_study_close(study);
+    return problem->id;
+}
+
+static enum api_problem_id give_variant(const struct task *task, const struct api_sink *sink,
+                                        struct api_problem *problem) {
+    struct arena *arena = arena_new(task->order.limits.max_memory);
+    if (arena)
+        (void)!write_variant(task, arena, sink, problem);
+    else
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the variant");
+    arena_free(arena);
+    return problem->id;
+}
+
+static bool append(void *context, const void *bytes, size_t length) {
+    api_text_bytes(context, bytes, length);
+    return !((struct api_text *)context)->failed;
+}
+
+/* Drapes the variant; its result lies in the arena. */
+static enum api_problem_id drape_variant(const struct task *task,
+                                         const struct drape_monitor *monitor, struct arena *arena,
+                                         struct api_memory *result, struct api_problem *problem) {
+    const struct checker_order *order = &task->order;
+    struct api_text request = api_text_growing(arena), container = api_text_growing(arena);
+    const struct api_sink to_request = {append, &request}, to_container = {append, &container};
+    if (write_variant(task, arena, &to_request, problem) != API_OK)
+        return problem->id;
+    const struct api_input input = {.request = request.bytes,
+                                    .request_length = request.length,
+                                    .surface = surface_of(task),
+                                    .surface_length = order->length[CHECKER_SECOND]};
+    if (api_run(&input, &order->limits, monitor, &to_container, problem) == API_OK)
+        *result = (struct api_memory){container.bytes, container.length};
+    return problem->id;
+}
+
+/* ------------------------------------------------------------------ maps and samples */
+
+/* Of a drape, of a variant or of a laminate. */
 static enum api_problem_id fill_map(const struct task *task, const struct map_target *mesh,
                                     const struct drape_monitor *monitor, struct arena *arena,
                                     struct api_map *map, struct api_problem *problem) {
     const struct checker_order *order = &task->order;
     struct api_memory columns = {task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS]};
-    const struct api_reader reader = api_reader_of(&columns);
     if (order->kind == CHECKER_STACK)
         return laminate_map_record(task->document[CHECKER_SECOND], order->length[CHECKER_SECOND],
                                    columns.bytes, columns.length, &order->limits, mesh, monitor,
                                    arena, map, problem);
+    if (order->kind == CHECKER_SAMPLE_MAP &&
+        drape_variant(task, monitor, arena, &columns, problem) != API_OK)
+        return problem->id;
+    const struct api_reader reader = api_reader_of(&columns);
     return api_map_make(&reader, mesh, monitor, arena, map, problem);
 }
 
@@ -143,7 +207,28 @@ static void make_map(struct task *task, struct api_problem *problem) {
     else if (read_mesh(task, format, arena, &mesh, problem) &&
              take_options(task, arena, &mesh, &options, problem) &&
              fill_map(task, &mesh, &monitor, arena, &map, problem) == API_OK)
-        write_map(task, format, &map.fields, &options, problem);
+        write_document(task, format,
+                       &(struct format_source){.id = order->id, .fields = &map.fields}, &options,
+                       problem);
+    arena_free(arena);
+}
+
+static void make_sample(struct task *task, struct api_problem *problem) {
+    const struct checker_order *order = &task->order;
+    const struct drape_monitor monitor = {in_time, task};
+    const struct format *format = format_named(FORMAT_RESULT, order->format);
+    struct format_options options = {0};
+    struct map_target mesh; /* no option is for it */
+    struct api_memory result;
+    struct arena *arena = arena_new(order->limits.max_memory);
+    if (!arena || !format) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the drape needs more memory than allowed");
+    } else if (take_options(task, arena, &mesh, &options, problem) &&
+               drape_variant(task, &monitor, arena, &result, problem) == API_OK) {
+        const struct api_reader reader = api_reader_of(&result);
+        write_document(task, format, &(struct format_source){.id = order->id, .reader = &reader},
+                       &options, problem);
+    }
     arena_free(arena);
 }
 
@@ -161,24 +246,6 @@ static enum api_problem_id write_patterns(const struct task *task, const struct 
             order->length[CHECKER_OPTIONS], sink, arena, problem);
     arena_free(arena);
     return problem->id;
-}
-
-/* ------------------------------------------------------------------ a variant of a study */
-
-static void write_variant(struct task *task, const struct api_input *input,
-                          const struct api_sink *sink, struct api_problem *problem) {
-    const struct checker_order *order = &task->order;
-    struct api_memory columns = {task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS]};
-    const struct api_reader reader = api_reader_of(&columns);
-    struct arena *arena = arena_new(order->limits.max_memory);
-    struct api_study *study = arena ? api_study_open(input, &order->limits, problem) : NULL;
-    if (!arena)
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the variant");
-    if (study)
-        (void)!api_study_variant_request(study, &reader, (size_t)order->variant, arena, sink,
-                                         problem);
-    api_study_close(study);
-    arena_free(arena);
 }
 
 /* ------------------------------------------------------------------ an order */
@@ -238,11 +305,10 @@ static void carry_out(struct task *task, const struct checker_abilities *abiliti
     const int64_t begun = processor_us();
     const struct checker_order *order = &task->order;
     struct checker_answer *answer = &task->answer;
-    const struct api_input input = {
-        .request = task->document[CHECKER_BODY],
-        .request_length = order->length[CHECKER_BODY],
-        .surface = order->length[CHECKER_SECOND] ? task->document[CHECKER_SECOND] : NULL,
-        .surface_length = order->length[CHECKER_SECOND]};
+    const struct api_input input = {.request = task->document[CHECKER_BODY],
+                                    .request_length = order->length[CHECKER_BODY],
+                                    .surface = surface_of(task),
+                                    .surface_length = order->length[CHECKER_SECOND]};
     const struct api_sink sink = {put, task};
     const struct api_start *start = order->has_start ? &order->start : NULL;
     enum api_problem_id id = API_OK;
@@ -260,8 +326,10 @@ static void carry_out(struct task *task, const struct checker_abilities *abiliti
         id = write_patterns(task, &sink, &answer->problem);
         break;
     case CHECKER_VARIANT:
-        write_variant(task, &input, &sink, &answer->problem);
-        id = answer->problem.id;
+        id = give_variant(task, &sink, &answer->problem);
+        break;
+    case CHECKER_SAMPLE:
+        make_sample(task, &answer->problem);
         break;
     case CHECKER_SURFACE:
         id = check_surface(task, abilities, &input, &sink);

@@ -34,8 +34,10 @@ enum checker_kind {
     CHECKER_STACK,      /* `laminate_map_record` on the mesh of the body: the record as the second
                            document, the results as columns */
     CHECKER_PATTERNS,   /* `laminate_pattern_record` likewise, without a mesh */
-    CHECKER_VARIANT,    /* the request of a variant of a study: the body, with its surface and its
-                           result as columns */
+    CHECKER_VARIANT,    /* the request of a variant of a study, with its surface and its result as
+                           columns */
+    CHECKER_SAMPLE,     /* the result of that request in the format */
+    CHECKER_SAMPLE_MAP, /* and the fields of that result on the mesh of the body */
     CHECKER_SURFACE,    /* `api_check_surface` of the body */
     CHECKER_NORMALISE,  /* `api_check_normalise` of the body */
     CHECKER_UNDERSTOOD, /* `api_study_normalise` of the body */
@@ -49,7 +51,9 @@ enum checker_document {
     CHECKER_BODY,
     CHECKER_SECOND,  /* the stored surface */
     CHECKER_COLUMNS, /* the container of the job's result, always a file */
-    CHECKER_OPTIONS, /* of a map: of each option its name and its value, zero-terminated */
+    CHECKER_OPTIONS, /* of a map or sample: of each option its name and its value, zero-terminated
+                      */
+    CHECKER_REQUEST, /* of a variant: the study */
     CHECKER_DOCUMENTS
 };
 
@@ -65,9 +69,9 @@ struct checker_order {
     struct api_start start;
     /* of CHECKER_SURFACE: what file the body is, "" for JSON, and the unit of one that says none */
     char source[CHECKER_OPTION_SIZE], unit[CHECKER_OPTION_SIZE];
-    uint64_t variant; /* of CHECKER_VARIANT; of CHECKER_STACK the number of plies, of
+    uint64_t variant; /* of a study; of CHECKER_STACK the number of plies, of
                          CHECKER_PATTERNS 0 for all of them or else that of one from 1 */
-    /* of CHECKER_MAP */
+    /* of maps and samples */
     bool nastran;
     char id[API_ID_SIZE];
     char format[CHECKER_OPTION_SIZE];

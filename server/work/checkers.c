@@ -38,7 +38,8 @@ enum {
 #define MAP_BYTES_PER_JSON_BYTE 48
 #define MAP_BYTES_PER_BULK_BYTE 6
 #define MAP_BYTES_PER_COLUMN_BYTE 2
-#define STACK_BYTES_PER_BODY_BYTE 3 /* and ply: of an element that takes 30 bytes or more */
+#define SAMPLE_BYTES (INT64_C(256) << 20) /* a drape of half a million nodes */
+#define STACK_BYTES_PER_BODY_BYTE 3       /* and ply: of an element that takes 30 bytes or more */
 
 /* An order that may take more begins in the slow lane. */
 #define EXPRESS_BYTES (INT64_C(128) << 20)
@@ -148,26 +149,32 @@ static int64_t reserve_of(const struct checkers_order *order, int64_t most) {
     int64_t body = (int64_t)order->length[CHECKER_BODY];
     int64_t second = (int64_t)order->length[CHECKER_SECOND];
     int64_t columns = (int64_t)order->columns.length;
+    bool sample = order->kind == CHECKER_SAMPLE || order->kind == CHECKER_SAMPLE_MAP;
     int64_t of_short = CHECK_BYTES + CHECK_BYTES_PER_BYTE * (body + second);
     int64_t of_long = CHECK_LONG_BYTES + CHECK_LONG_BYTES_PER_BYTE * (body + second);
     int64_t bytes = of_short < of_long ? of_short : of_long;
     if (order->source)
         bytes = IMPORT_BYTES + IMPORT_BYTES_PER_BYTE * body;
     bool stack = order->kind == CHECKER_STACK;
-    if (order->kind == CHECKER_MAP || order->kind == CHECKER_PATTERNS || stack)
+    if (order->kind == CHECKER_MAP || order->kind == CHECKER_PATTERNS ||
+        order->kind == CHECKER_SAMPLE_MAP || stack)
         bytes = MAP_BYTES + MAP_BYTES_PER_COLUMN_BYTE * columns +
                 (order->nastran ? MAP_BYTES_PER_BULK_BYTE : MAP_BYTES_PER_JSON_BYTE) * body;
     if (stack)
         bytes += STACK_BYTES_PER_BODY_BYTE * (int64_t)order->variant * body;
-    if (order->kind == CHECKER_VARIANT)
-        bytes += MAP_BYTES_PER_COLUMN_BYTE * columns;
+    if (order->kind == CHECKER_VARIANT || sample)
+        bytes += MAP_BYTES_PER_COLUMN_BYTE * columns +
+                 CHECK_LONG_BYTES_PER_BYTE * (int64_t)order->length[CHECKER_REQUEST];
+    if (sample)
+        bytes += SAMPLE_BYTES;
     return bytes < most ? bytes : most;
 }
 
 static int64_t timeout_of(const struct check *check) {
     const struct checkers_settings *settings = &check->pool->settings;
-    bool map = check->packet.kind == CHECKER_MAP || check->packet.kind == CHECKER_STACK ||
-               check->packet.kind == CHECKER_PATTERNS;
+    enum checker_kind kind = check->packet.kind;
+    bool map = kind == CHECKER_MAP || kind == CHECKER_STACK || kind == CHECKER_PATTERNS ||
+               kind == CHECKER_SAMPLE || kind == CHECKER_SAMPLE_MAP;
     bool long_work = map || check->packet.source[0];
     return long_work ? settings->map_timeout_ms : settings->timeout_ms;
 }
@@ -529,8 +536,10 @@ static void explain_import(struct check *check, enum outcome outcome) {
  * a drape. */
 static void explain(struct check *check, enum outcome outcome) {
     struct api_problem *problem = &check->answer.problem;
-    bool map = check->packet.kind == CHECKER_MAP;
-    const char *what = map ? "the map" : "reading the body";
+    bool map = check->packet.kind == CHECKER_MAP || check->packet.kind == CHECKER_SAMPLE_MAP;
+    const char *what = map                                    ? "the map"
+                       : check->packet.kind == CHECKER_SAMPLE ? "the drape"
+                                                              : "reading the body";
     enum api_problem_id id = outcome == OUTCOME_ANSWER ? problem->id : API_OK;
     if (outcome == OUTCOME_ANSWER && id != API_OUT_OF_MEMORY && id != API_CANCELLED)
         return;

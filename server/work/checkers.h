@@ -72,7 +72,7 @@ struct checkers_order {
                                         that says none; NULL: neither */
     struct checkers_columns columns; /* of a map or a variant */
     size_t variant;
-    /* of a map */
+    /* of a map or sample */
     bool nastran;
     const char *id, *format;
 };

@@ -252,6 +252,9 @@ shear = study["variants"]["max_shear_deg"]
 assert len(shear) == 8 and shear[best] == min(shear)
 again = client.submit(client.variant(study["id"], best))
 assert client.wait(again)["summary"]["max_shear_deg"] == shear[best]
+assert client.sample(study["id"], best)["summary"]["max_shear_deg"] == shear[best]
+places = {"points": [[0.1, 0.2, 0], [-1, 1, 0]]}
+assert client.map_sample(study["id"], best, places)["cells"].keys() == client.map(again, places)["cells"].keys()
 assert client.cancel_study(study["id"])["status"] == "succeeded"
 client.delete_study(study["id"])
 try:

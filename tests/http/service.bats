@@ -138,10 +138,11 @@ openapi() {
            ([.[].operationId] | length == (unique | length)) and
            all((.summary | length) > 0 and (.responses | length) > 0 and
                (.responses | keys | all(test("^[1-5][0-9][0-9]$"))))' "$body"
-    # Every {id} of a path is one of its parameters.
+    # Every {id} of a path is one of its parameters; what else all calls of a path need is required.
     jq -e '.components.parameters as $all | .paths | to_entries | map(select(.key | contains("{id}")))
-           | length > 5 and all(.value.parameters[]."$ref" | split("/")[-1] | $all[.] |
-                                .in == "path" and (.name == "id" or .name == "k") and .required)' "$body"
+           | length > 5 and all(.value.parameters | map($all[."$ref" | split("/")[-1]]) |
+                                any(.in == "path" and .name == "id") and
+                                all(.required and (.in == "query" or .name == "id" or .name == "k")))' "$body"
 }
 
 @test "http: what is described is there, and what is there is described" {

@@ -118,6 +118,46 @@ columns() {
     done
 }
 
+@test "http: the drape of a sample, and its map, are those of its own request" {
+    start --workers 1
+    study 0.5 1 | jq -c '.vary = {start: {radius: 0.2}, angle_deg: {normal: 3}} | .sample = 5' |
+        post /v1/studies - -H 'Prefer: wait=40'
+    expect 200
+    id=$(field .id)
+    jq -n '{points: [[0.1, 0.2, 0], [-1, 1, 0], [1.5, 1.9, 0]]}' >"$BATS_TEST_TMPDIR/points.json"
+    for k in 0 4; do
+        call GET "/v1/studies/$id/variants/$k/request"
+        post /v1/drapes "$body" -H 'Prefer: wait=40'
+        expect 200
+        drape=$(field .id)
+        for query in 'format=csv&table=cells' 'format=npz&fields=nodes.x,rim.p' 'format=vtp'; do
+            call GET "/v1/drapes/$drape/result?$query"
+            expect 200
+            cp "$body" "$BATS_TEST_TMPDIR/own"
+            call GET "/v1/studies/$id/result?sample=$k&$query"
+            expect 200
+            cmp "$BATS_TEST_TMPDIR/own" "$body"
+        done
+        post "/v1/drapes/$drape/map?format=csv" "$BATS_TEST_TMPDIR/points.json"
+        expect 200
+        cp "$body" "$BATS_TEST_TMPDIR/own"
+        post "/v1/studies/$id/map?format=csv&sample=$k" "$BATS_TEST_TMPDIR/points.json"
+        expect 200
+        cmp "$BATS_TEST_TMPDIR/own" "$body"
+    done
+    call GET "/v1/studies/$id/result?sample=0"
+    expect 200
+    [ "$(field '.nodes.x | length')" -gt 10 ]
+    call GET "/v1/studies/$id/result?sample=5"
+    expect_problem 404 not-found
+    call GET "/v1/studies/$id/result?sample=-1"
+    expect_problem 422 invalid-request
+    post "/v1/studies/$id/map" "$BATS_TEST_TMPDIR/points.json"
+    expect_problem 422 invalid-request
+    call GET "/v1/drapes/$drape/result?sample=0"
+    expect_problem 422 invalid-request
+}
+
 @test "http: what is wrong with a study is said before any work" {
     start --workers 1 --max-variants 20
     study 0.4 6 | post /v1/studies -

@@ -260,6 +260,18 @@ class Client:
         """The drape request of one variant of a study, to be submitted as it is."""
         return self._json("GET", f"/v1/studies/{study}/variants/{int(index)}/request")
 
+    def sample(self, study: str, index: int) -> Json:
+        """The result of the drape of one variant, as `result`; it is draped for this call."""
+        document = self._json("GET", f"/v1/studies/{study}/result", sample=int(index))
+        return {**document, **{t: _table(document.get(t, {})) for t in ("nodes", "cells", "front", "rim")}}
+
+    def map_sample(self, study: str, index: int, mesh: Mesh, **options: Any) -> Json:
+        """The fields of the drape of one variant on a mesh, as `map` of a drape."""
+        options["sample"] = int(index)
+        with self._open_map(study, mesh, "json", options, "studies") as answer:
+            document = json.load(answer)
+        return {**document, "cells": _table(document["cells"])}
+
     def cancel_study(self, study: str) -> Json:
         """Stops it; the status document."""
         return self._json("POST", f"/v1/studies/{study}/cancel", b"")
