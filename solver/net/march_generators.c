@@ -9,10 +9,10 @@
 
 static bool advance(const struct march *march, struct path *path, struct surface_cursor *cursor,
                     double d) {
-    if (march->settings->method != DRAPE_GEODESIC)
-        path_follow_net(path, d);
-    return march->settings->method == DRAPE_BASIC ? path_advance_chord(path, cursor, d)
-                                                  : path_advance(path, d);
+    enum drape_method method = march->settings->method;
+    if (method != DRAPE_GEODESIC)
+        path_follow_net(path, d, method == DRAPE_GIB4 ? 4 : 2);
+    return method == DRAPE_BASIC ? path_advance_chord(path, cursor, d) : path_advance(path, d);
 }
 
 /* Notes for march_place whether the edge to the neighbour on the side (di, dj), along which a path

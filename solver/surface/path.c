@@ -23,9 +23,10 @@ enum {
 static const double accuracy = 1e-12;
 
 /* With k the curvature of the surface and d the spacing, that of a net's own yarns: as a share of
- * (k d)^4, which the errors of all methods but the geodesic one are a multiple of; and its limits.
+ * (k d)^2 or (k d)^4, which the errors of a method of that order are a multiple of; and its limits.
  */
-static const double share_of_net = 1e-7, net_accuracy[2] = {1e-11, 1e-7};
+static const double share_of_order[2] = {1e-6, 1e-7}, finest_of_order[2] = {1e-9, 1e-11};
+static const double coarsest = 1e-7;
 
 /* Rounding in the sums of one step, as a share of the surface's coordinates. */
 static const double rounding = 4e-15;
@@ -815,12 +816,14 @@ static double squared_curvature(const struct surface_jet *jet) {
     return (a * a + 2 * b * c + d * d) / (area2 * area2 * area2);
 }
 
-void path_follow_net(struct path *path, double d) {
+void path_follow_net(struct path *path, double d, int order) {
     if (!path->has_jet)
         jet_here(path, path->uv, &path->jet);
     path->has_jet = true;
     double bend = squared_curvature(&path->jet) * d * d;
-    path->accuracy = fmin(fmax(share_of_net * bend * bend, net_accuracy[0]), net_accuracy[1]);
+    bool second = order == 2;
+    double share = share_of_order[!second] * (second ? bend : bend * bend);
+    path->accuracy = fmin(fmax(share, finest_of_order[!second]), coarsest);
 }
 
 /* Whether an advance makes so many steps that it leads nowhere. Towards a pole many are needed. */

@@ -61,9 +61,9 @@ bool path_section(struct path *path, const struct surface *surface, const struct
 bool path_curve(struct path *path, const struct surface *surface, const struct station *from,
                 const double (*curve)[2], size_t count, size_t next, int sense);
 
-/* From here on no more accurate than a net with the spacing d is itself, for any method but that
- * with geodesic edges; to be said again at every node. */
-void path_follow_net(struct path *path, double d);
+/* From here on no more accurate than a net with the spacing d is itself, by a method of the order 2
+ * or 4; to be said again at every node. */
+void path_follow_net(struct path *path, double d, int order);
 
 /* Moves on by `length` >= 0 to a relative accuracy of 1e-12 of `length`; on past open boundaries
  * over the continued surface. As a rule one step of order 8 a span, whose work is bounded: False
