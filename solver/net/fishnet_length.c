@@ -7,7 +7,7 @@ enum { ROUNDS = 8, BENDS = 3 };
 
 /* The last step leaves less than this, by the edge's length. Lengths are measured roughly at first,
  * because D is going to move. */
-static const double settled = 3e-11, first_accuracy = 1e-4;
+static const double settled = 5e-10, first_accuracy = 1e-4;
 
 /* And it leads over no crease: the cosine of the angle between normals. */
 static const double one_side = 1 - 1e-6;
@@ -15,12 +15,14 @@ static const double one_side = 1 - 1e-6;
 /* Steps no larger than this, by the edge's length; and the least sine between the yarns. */
 static const double longest_step = 0.3, least_sine = 0.05;
 
-/* The step for which both lengths are right, on a surface without curvature of its own: a step
- * beside a yarn, y, lengthens it by y^2 / (2 L). False where the yarns are nearly parallel. */
+/* The step for which both lengths are right: a step beside a yarn, y, lengthens it by
+ * y^2 (1 / L - K L / 3) / 2, K being the Gaussian curvature. False where the yarns are nearly
+ * parallel. */
 static bool find_step(const struct logarithm l[2], const struct station *d, const double miss[2],
                       struct vec3 *step) {
     struct vec3 b = l[0].arrive, c = l[1].arrive;
     double sine = vec3_dot(vec3_cross(b, c), d->normal), left[2] = {miss[0], miss[1]};
+    double gauss = station_gauss_curvature(d);
     struct vec3 across_b = vec3_cross(d->normal, b), across_c = vec3_cross(d->normal, c);
     if (!(fabs(sine) > least_sine))
         return false;
@@ -28,16 +30,16 @@ static bool find_step(const struct logarithm l[2], const struct station *d, cons
         *step = vec3_axpy(left[1] / sine, across_b, vec3_scale(-left[0] / sine, across_c));
         double y[2] = {vec3_dot(*step, across_b), vec3_dot(*step, across_c)};
         for (int k = 0; k < 2; k++)
-            left[k] = miss[k] - y[k] * y[k] / (2 * l[k].length);
+            left[k] = miss[k] - y[k] * y[k] * (1 / l[k].length - gauss * l[k].length / 3) / 2;
     }
     return true;
 }
 
-/* What the step leaves, by the edge's length: its cube, and by the curvature its square. */
+/* What the step leaves, by the edge's length: its cube and, as K is not the same all along the
+ * edge, its square by a third of K L^2. */
 static double left_by(const struct station *d, double size, double length) {
-    double gauss = d->second[0] * d->second[2] - d->second[1] * d->second[1];
-    double k = fabs(gauss) / station_determinant(d) * length * length;
-    return size * size * (size + k);
+    double k = fabs(station_gauss_curvature(d)) * length * length;
+    return size * size * (size + k / 3);
 }
 
 /* Turns a yarn whose end moves by `step`. */
@@ -58,10 +60,10 @@ bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cel
     struct vec3 step = {0, 0, 0};
     bool last = false;
     for (int round = 0; round < ROUNDS && !last; round++) {
-        double miss[2], uv[2], exact = round == 0 ? fmax(first_accuracy, accuracy) : accuracy;
+        double miss[2], uv[2], asked = round == 0 ? fmax(first_accuracy, accuracy) : accuracy;
         struct station *d = &node->station;
         for (int k = 0; k < 2; k++) {
-            if (!logarithm_find(cursor, from[k], d, exact, &l[k]))
+            if (!logarithm_find(cursor, from[k], d, asked, &l[k]))
                 return false;
             miss[k] = length[k] - l[k].length;
         }
@@ -75,7 +77,7 @@ bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cel
             !station_at(d->surface, cursor, uv, d))
             return false;
         last =
-            exact <= accuracy && node->residual < settled && vec3_dot(normal, d->normal) > one_side;
+            asked <= accuracy && node->residual < settled && vec3_dot(normal, d->normal) > one_side;
     }
     struct vec3 cross = vec3_cross(l[0].arrive, l[1].arrive);
     if (!last || !(cell->orientation * vec3_dot(cross, node->station.normal) > 0))

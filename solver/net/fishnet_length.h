@@ -2,11 +2,12 @@
 /*
  * The fourth corner of a cell by the lengths of its yarns, each the `logarithm.h` of D at B and at
  * C. A step x in the tangent plane at D lengthens BD by its component along the yarn's end and, as
- * the circle about B is round, by half the square of that across it over |BD|:
+ * the circle about B is round, by half the square of that across it times 1 / |BD| - K |BD| / 3, K
+ * being the surface's own curvature:
  *
- *     t_BD . x + (n_BD . x)^2 / (2 |BD|) = d_warp - |BD|,   and so for CD
+ *     t_BD . x + (n_BD . x)^2 (1 / |BD| - K |BD| / 3) / 2 = d_warp - |BD|,   and so for CD
  *
- * What that leaves is of the third order and, by the surface's own curvature, of the second.
+ * What that leaves is of the third order.
  */
 #ifndef SOLVER_NET_FISHNET_LENGTH_H
 #define SOLVER_NET_FISHNET_LENGTH_H

@@ -12,9 +12,10 @@ static const double least_cosine = 0.3;
 /* A place that is put on the path is this near to where it was to be, as a share of the piece. */
 static const double pull_share = 0.02;
 
-/* Pieces that meet at less than this angle, by the root of the accuracy, need not be moved for
- * good; and directions are as exact as this by the same. */
-static const double last_angle = 0.5, angle_share = 0.3;
+/* Directions are as exact as this, by the root of the accuracy. Pieces that meet at an angle a need
+ * not be moved for good where what moves leave out of it, a (a + K s^2) on a path s long, is less
+ * than that; and a^3 less than the accuracy. */
+static const double angle_share = 0.3;
 
 /* Knot lines nearer to an end than this, as a share of the way, do not lie between the ends. */
 static const double joint_slack = 1e-9;
@@ -36,17 +37,17 @@ struct chain {
     int pieces, used;
     struct station *from[PIECES], *to[PIECES];
     int axis[PIECES + 1]; /* of the place at the beginning of each piece; ALONG: none */
-    double length[PIECES];
+    struct rough_geodesic piece[PIECES];
     bool told[PIECES];
     struct station stations[2 * (PIECES + JOINTS)];
 };
 
 static void measure(struct chain *c, int k) {
-    double error, angle;
-    c->told[k] = vec3_dot(c->from[k]->normal, c->to[k]->normal) > least_cosine &&
-                 rough_length(c->from[k], c->to[k], &c->length[k], &error, &angle) &&
-                 error * c->length[k] < c->accuracy * c->whole &&
-                 angle < angle_share * sqrt(c->accuracy);
+    struct rough_geodesic *g = &c->piece[k];
+    c->told[k] = rough_tell(c->from[k], c->to[k], g) &&
+                 vec3_dot(c->from[k]->normal, c->to[k]->normal) > least_cosine &&
+                 g->error * g->length < c->accuracy * c->whole &&
+                 g->angle < angle_share * sqrt(c->accuracy);
 }
 
 /* ---- knot lines ---- */
@@ -196,7 +197,7 @@ static bool split(struct chain *c, int k) {
     double length = vec3_distance(p->jet.r, q->jet.r);
     if (c->pieces == PIECES)
         return false;
-    struct vec3 bulge = vec3_add(rough_leave_to(p, q), rough_leave_to(q, p));
+    struct vec3 bulge = vec3_sub(c->piece[k].leave, c->piece[k].arrive);
     struct vec3 middle = vec3_scale(0.5, vec3_add(p->jet.r, q->jet.r));
     struct vec3 target = vec3_axpy(length / 8, bulge, middle);
     struct station *to = &c->stations[c->used++];
@@ -208,7 +209,7 @@ static bool split(struct chain *c, int k) {
         c->from[n] = c->from[n - 1];
         c->to[n] = c->to[n - 1];
         c->axis[n] = c->axis[n - 1];
-        c->length[n] = c->length[n - 1];
+        c->piece[n] = c->piece[n - 1];
         c->told[n] = c->told[n - 1];
     }
     c->to[k] = c->from[k + 1] = to;
@@ -226,8 +227,7 @@ static struct vec3 knot_line(const struct station *at, int axis) {
  * the knot line that they meet on, on both sides of it. False where they turn back. */
 static bool turn_at(const struct chain *c, int k, double *sine) {
     const struct station *before = c->to[k - 1], *after = c->from[k];
-    struct vec3 back = rough_leave_to(before, c->from[k - 1]);
-    struct vec3 onward = rough_leave_to(after, c->to[k]);
+    struct vec3 back = vec3_scale(-1, c->piece[k - 1].arrive), onward = c->piece[k].leave;
     if (c->axis[k] == ALONG) {
         *sine = vec3_dot(vec3_cross(onward, back), after->normal);
         return vec3_dot(onward, back) < 0;
@@ -245,7 +245,7 @@ static bool turn_at(const struct chain *c, int k, double *sine) {
 static double straighten(const struct chain *c, double angle[], double move[]) {
     double most = 0, upper[PIECES], inverse[PIECES];
     for (int k = 0; k < c->pieces; k++)
-        inverse[k] = 1 / c->length[k];
+        inverse[k] = 1 / c->piece[k].length;
     for (int k = 1; k < c->pieces; k++) {
         if (!turn_at(c, k, &angle[k]))
             return HUGE_VAL;
@@ -263,6 +263,14 @@ static double straighten(const struct chain *c, double angle[], double move[]) {
     return most;
 }
 
+/* Whether the last moves need not be made, `most` being the largest angle. */
+static bool is_straight(const struct chain *c, double most) {
+    double gauss = fmax(fabs(station_gauss_curvature(c->from[0])),
+                        fabs(station_gauss_curvature(c->to[c->pieces - 1])));
+    return most * (most + gauss * c->whole * c->whole) <= angle_share * sqrt(c->accuracy) &&
+           most * most * most <= c->accuracy;
+}
+
 /* Moves place k to the left of the path by x, on a knot line along that. */
 static bool move_place(struct chain *c, int k, double x) {
     struct station *here = c->from[k];
@@ -270,7 +278,8 @@ static bool move_place(struct chain *c, int k, double x) {
     struct vec3 left = vec3_cross(here->normal, along);
     if (c->axis[k] == ALONG) {
         struct station begin = *here;
-        return pull_to(c, &begin, vec3_axpy(x, left, here->jet.r), pull_share * c->length[k], here);
+        return pull_to(c, &begin, vec3_axpy(x, left, here->jet.r), pull_share * c->piece[k].length,
+                       here);
     }
     int n = 1 - c->axis[k];
     struct vec3 by = n == 0 ? here->jet.u : here->jet.v;
@@ -301,13 +310,12 @@ static bool move_places(struct chain *c, const double move[]) {
 static void conclude(const struct chain *c, const double angle[], const double move[],
                      struct logarithm *l) {
     int last = c->pieces - 1;
-    struct vec3 leave = rough_leave_to(c->from[0], c->to[0]);
-    struct vec3 arrive = vec3_scale(-1, rough_leave_to(c->to[last], c->from[last]));
-    double first = last > 0 ? move[1] / c->length[0] : 0;
-    double end = last > 0 ? -move[last] / c->length[last] : 0;
-    l->length = c->length[0];
+    struct vec3 leave = c->piece[0].leave, arrive = c->piece[last].arrive;
+    double first = last > 0 ? move[1] / c->piece[0].length : 0;
+    double end = last > 0 ? -move[last] / c->piece[last].length : 0;
+    l->length = c->piece[0].length;
     for (int k = 1; k < c->pieces; k++)
-        l->length += c->length[k] - angle[k] * move[k] / 2;
+        l->length += c->piece[k].length - angle[k] * move[k] / 2;
     l->leave = vec3_unit(vec3_axpy(first, vec3_cross(c->from[0]->normal, leave), leave));
     l->arrive = vec3_unit(vec3_axpy(end, vec3_cross(c->to[last]->normal, arrive), arrive));
 }
@@ -315,7 +323,7 @@ static void conclude(const struct chain *c, const double angle[], const double m
 bool logarithm_find(struct surface_cursor *cursor, const struct station *p, const struct station *q,
                     double accuracy, struct logarithm *logarithm) {
     struct chain c;
-    double angle[PIECES], move[PIECES + 1], enough = last_angle * sqrt(accuracy);
+    double angle[PIECES], move[PIECES + 1];
     c.cursor = cursor;
     c.accuracy = accuracy;
     c.whole = vec3_distance(p->jet.r, q->jet.r);
@@ -336,7 +344,7 @@ bool logarithm_find(struct surface_cursor *cursor, const struct station *p, cons
     }
     for (int sweep = 0; c.pieces > 1; sweep++) {
         double most = straighten(&c, angle, move);
-        if (most <= enough)
+        if (is_straight(&c, most))
             break;
         if (!(most < 1) || sweep == SWEEPS || !move_places(&c, move))
             return false;

@@ -212,8 +212,9 @@ static void note_told(struct march *march, const struct march_cell *at, const st
 }
 
 /* How far the ends of the geodesics of a rough cell may be apart, by their length, and how accurate
- * their steps are: where edges are arcs elsewhere, that is next to nothing. */
-static const double length_accuracy = 3e-8;
+ * their steps are: where edges are arcs elsewhere, that is next to nothing. Lengths are measured to
+ * a share of |K| d^2, too, of which arcs leave a multiple wrong. */
+static const double length_accuracy = 3e-8, length_share = 1e-4;
 static const double geodesic_accuracy[] = {1e-11, 1e-12}, rough_accuracy[] = {9e-10, 9e-11};
 
 /* The surface turns by more than this cosine over a cell that lies across a crease. */
@@ -237,7 +238,9 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
     const double *d = march->settings->spacing;
     struct fishnet_yarns yarns;
     if (found && march->settings->method != DRAPE_GEODESIC) {
-        if (fishnet_length_meet(&march->cursor, cell, d[0], d[1], length_accuracy, &yarns, node)) {
+        double turn = fabs(station_gauss_curvature(&node->station)) * d[0] * d[1];
+        double accuracy = length_accuracy + length_share * fmin(turn, 1);
+        if (fishnet_length_meet(&march->cursor, cell, d[0], d[1], accuracy, &yarns, node)) {
             march_note_edges(march, at, yarns.start, yarns.end);
             return FISHNET_FOUND;
         }

@@ -127,6 +127,17 @@ static struct vec3 leave_as_helix(const struct station *p, const struct departur
     return vec3_unit(vec3_axpy(helix_angle(&d->near, d->c2), beside, d->along));
 }
 
+/* The same where curvature k and torsion t change evenly to those at the far end: with c^2 times
+ * the integral of (1 - x) k(x) times that of t, from 0 to x, of which a helix has k t / 6. */
+static struct vec3 leave_for(const struct station *p, const struct departure *d,
+                             const struct bend *far) {
+    double k = d->near.curvature, t = d->near.torsion, dk = far->curvature - k,
+           dt = far->torsion - t;
+    double angle =
+        helix_angle(&d->near, d->c2) + d->c2 * (k * dt / 24 + dk * t / 12 + dk * dt / 40);
+    return vec3_unit(vec3_axpy(angle, vec3_cross(p->normal, d->along), d->along));
+}
+
 static struct vec3 leave_over_joint(const struct station *p, const struct departure *d,
                                     const struct station *q) {
     struct vec3 t = d->along, along = station_tangent(q, d->chord);
@@ -147,11 +158,6 @@ struct vec3 rough_leave(const struct surface *surface, struct surface_cursor *cu
     if (!surface || !d.over_joint || !station_at(surface, cursor, to_uv, &q))
         return leave_as_helix(p, &d);
     return leave_over_joint(p, &d, &q);
-}
-
-struct vec3 rough_leave_to(const struct station *p, const struct station *q) {
-    struct departure d = departure(p, q->jet.r);
-    return d.over_joint ? leave_over_joint(p, &d, q) : leave_as_helix(p, &d);
 }
 
 /* The turn of an edge in its normal plane, as it goes from one end to the other, in Legendre's
@@ -180,20 +186,17 @@ static void find_unsure(double k0, double k1, double t0, double t1, struct turn 
 
 /* The turn that has the curvatures at both ends, the angle between the normals there and, as its
  * mean, the direction of the chord: what the curvatures of p and q say of the edge between them,
- * d long, or as an arc would be where d is 0, to fourth order. */
-static struct turn turn_between(const struct station *p, const struct station *q, double d) {
-    struct vec3 chord = vec3_sub(q->jet.r, p->jet.r), along = vec3_unit(chord);
-    double c2 = vec3_norm2(chord);
-    const struct bend bend[2] = {bend_along(p, station_tangent(p, along)),
-                                 bend_along(q, station_tangent(q, along))};
-    const double torsion[2] = {bend[0].torsion, bend[1].torsion};
-    double rise_p = vec3_dot(along, p->normal), rise_q = -vec3_dot(along, q->normal);
-    double mean = arcsine(rise_p), half = (mean + arcsine(rise_q)) / 2;
+ * which sets off from them like this, d long, or as an arc would be where d is 0, to fourth order.
+ */
+static struct turn turn_between(const struct departure *p, const struct departure *q, double d) {
+    double c2 = p->c2, chord = sqrt(c2);
+    const double torsion[2] = {p->near.torsion, q->near.torsion};
+    double mean = arcsine(p->rise / chord), half = (mean + arcsine(q->rise / chord)) / 2;
     if (!(d > 0))
-        d = sqrt(c2) / angle_sinc(half);
+        d = chord / angle_sinc(half);
     /* the geodesic leaves beside the chord, by rough_leave's angle */
-    double a = bend[0].curvature * (1 + torsion[0] * torsion[0] * c2 / 3) * d;
-    double b = bend[1].curvature * (1 + torsion[1] * torsion[1] * c2 / 3) * d;
+    double a = p->near.curvature * (1 + torsion[0] * torsion[0] * c2 / 3) * d;
+    double b = q->near.curvature * (1 + torsion[1] * torsion[1] * c2 / 3) * d;
     double third = ((a + b) / 4 - half) / 5;
     double fourth = ((b - a) / 4 - 3 * (half - mean)) / 7;
     struct turn turn = {.of = {half - third, half - mean - fourth, third, fourth},
@@ -214,25 +217,25 @@ static double error_of(const struct turn *turn) {
     return missed * (turn->of[2] * turn->of[2] + turn->of[3] * turn->of[3]);
 }
 
-bool rough_length(const struct station *p, const struct station *q, double *length, double *error,
-                  double *angle) {
-    struct turn turn = turn_between(p, q, 0);
+bool rough_tell(const struct station *p, const struct station *q, struct rough_geodesic *geodesic) {
+    struct departure from_p = departure(p, q->jet.r), from_q = departure(q, p->jet.r);
+    struct turn turn = turn_between(&from_p, &from_q, 0);
     double share = chord_share(&turn);
-    *length = vec3_distance(p->jet.r, q->jet.r) / share;
-    *error = error_of(&turn) + turn.wound;
-    *angle = turn.unsure;
-    return fabs(turn.of[0]) < turn_most && share > 0.5 && isfinite(*error);
+    *geodesic =
+        (struct rough_geodesic){.length = sqrt(from_p.c2) / share,
+                                .error = error_of(&turn) + turn.wound,
+                                .angle = turn.unsure,
+                                .leave = leave_for(p, &from_p, &from_q.near),
+                                .arrive = vec3_scale(-1, leave_for(q, &from_q, &from_p.near))};
+    return fabs(turn.of[0]) < turn_most && share > 0.5 && isfinite(geodesic->error);
 }
 
 /* |K| d^2, the larger of both ends. */
 static double turn_of_net(const struct station *p, const struct station *q, double d) {
     const struct station *end[2] = {p, q};
     double most = 0;
-    for (int k = 0; k < 2; k++) {
-        const double *ii = end[k]->second;
-        double gauss = (ii[0] * ii[2] - ii[1] * ii[1]) / station_determinant(end[k]);
-        most = fmax(most, fabs(gauss) * d * d);
-    }
+    for (int k = 0; k < 2; k++)
+        most = fmax(most, fabs(station_gauss_curvature(end[k])) * d * d);
     return most;
 }
 
@@ -244,7 +247,8 @@ enum rough_kind rough_edge(const struct station *p, const struct station *q, dou
         bool alike = fabs(vec3_dot(along, vec3_add(p->normal, q->normal))) < pole_misfit * d;
         return alike ? ROUGH_NOT : ROUGH_EDGE;
     }
-    struct turn turn = turn_between(p, q, d);
+    struct departure from_p = departure(p, q->jet.r), from_q = departure(q, p->jet.r);
+    struct turn turn = turn_between(&from_p, &from_q, d);
     const double *c = turn.of;
     double error = error_of(&turn), net = turn_of_net(p, q, d);
     double own = own_share * net, most = arc_error + own;

@@ -55,13 +55,15 @@ enum rough_kind rough_edge(const struct station *p, const struct station *q, dou
 struct vec3 rough_leave(const struct surface *surface, struct surface_cursor *cursor,
                         const struct station *p, const double to_uv[2], struct vec3 to);
 
-/* The same for the station q, which is at hand. */
-struct vec3 rough_leave_to(const struct station *p, const struct station *q);
+/* The geodesic between two stations as they tell it, by chord, normals and curvatures. */
+struct rough_geodesic {
+    double length;
+    double error;              /* what that may be wrong by, as a share of it, */
+    double angle;              /* and the directions, in radians */
+    struct vec3 leave, arrive; /* its unit tangents at p and, onward, at q */
+};
 
-/* The length of the geodesic from p to q as its ends tell it, by chord, normals and curvatures; and
- * what they may be wrong by: the length, as a share of it, and the angle at which it leaves, in
- * radians. False where they tell nothing. */
-bool rough_length(const struct station *p, const struct station *q, double *length, double *error,
-                  double *angle);
+/* False where p and q tell nothing of the length. */
+bool rough_tell(const struct station *p, const struct station *q, struct rough_geodesic *geodesic);
 
 #endif

@@ -126,4 +126,10 @@ static inline double station_normal_curvature(const struct station *station,
     return good ? station_form(station->second, ab) / length2 : 0;
 }
 
+/* Gaussian curvature, det II / det I. */
+static inline double station_gauss_curvature(const struct station *station) {
+    const double *second = station->second;
+    return (second[0] * second[2] - second[1] * second[1]) / station_determinant(station);
+}
+
 #endif
