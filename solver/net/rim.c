@@ -3,7 +3,7 @@
 
 /* Steps along an edge, in spacings: of first places; below which two smooth places need none in
  * the middle; and below which a place where something ends is not sought more closely. */
-static const double first_step = 1.2, short_step = 0.3, least_step = 1.0 / 64;
+static const double first_step = 2, short_step = 0.3, least_step = 1.0 / 64;
 
 /* By how much the cubic over two steps may miss the place in the middle: over one step it is off by
  * a sixteenth of that. */
@@ -28,6 +28,7 @@ struct stop {
     double t;
     struct rim_spot spot;
     double pq[2], by_t[2]; /* the net's coordinates and their derivatives */
+    double half_tangent;   /* |tan(gamma / 2)|; 0 where it is not smooth */
     bool covered, smooth;
 };
 
@@ -120,11 +121,10 @@ static bool find_seed(const struct tracer *t, const struct rim_spot *spot, doubl
 
 /* ---- places on an edge ---- */
 
-static void note_shear(struct tracer *t, const struct rim_place *place) {
+static void note_shear(struct tracer *t, double half_tangent, const double pq[2], struct vec3 r) {
     struct rim_shear *most = &t->rim->shear;
-    double own = place->smooth ? fabs(rim_place_half_tangent(place)) : 0;
-    if (own > most->half_tangent)
-        *most = (struct rim_shear){own, place->p, place->q, place->r};
+    if (half_tangent > most->half_tangent)
+        *most = (struct rim_shear){half_tangent, pq[0], pq[1], r};
 }
 
 /* Takes in a place of the cloth: with along[0] p' + along[1] q' = r', in the mean of squares. */
@@ -138,7 +138,8 @@ static void take_place(struct tracer *t, const struct rim_place *place, struct s
     stop->pq[1] = place->q;
     stop->smooth = place->smooth;
     stop->covered = true;
-    note_shear(t, place);
+    stop->half_tangent = place->smooth ? fabs(rim_place_half_tangent(place)) : 0;
+    note_shear(t, stop->half_tangent, stop->pq, place->r);
 }
 
 /* Finds the spot of `stop` on the cloth, from the coordinates expected or, where these do not
@@ -178,6 +179,21 @@ static void cubic(const struct stop *a, const struct stop *b, double share, doub
         pq[k] = r * r * (1 + 2 * s) * a->pq[k] + s * s * (1 + 2 * r) * b->pq[k] +
                 width * s * r * (r * a->by_t[k] - s * b->by_t[k]);
     }
+}
+
+/* The greatest shear over a step, where that lies between its places: the top of the parabola
+ * through them. */
+static void note_top(struct tracer *t, const struct stop *a, const struct stop *b,
+                     const struct stop *c) {
+    double slope = (c->half_tangent - a->half_tangent) / 2, pq[2];
+    double bend = a->half_tangent - 2 * b->half_tangent + c->half_tangent;
+    double at = -slope / bend, top = b->half_tangent + at * slope / 2;
+    struct rim_spot spot;
+    if (!(bend < 0) || !(fabs(at) < 1) || !(top > t->rim->shear.half_tangent))
+        return;
+    cubic(a, c, (1 + at) / 2, pq);
+    spot_at(t, a->t + (1 + at) / 2 * (c->t - a->t), &spot);
+    note_shear(t, top, pq, spot.r);
 }
 
 /* ---- points ---- */
@@ -279,6 +295,8 @@ static void refine(struct tracer *t, const struct stop *a, const struct stop *c)
         emit_parabola(t, a, &middle, c);
         return;
     }
+    if (settled && both)
+        note_top(t, a, &middle, c);
     if (settled || fmax(length, halves) < least_step || c->t - a->t < 1e-9) {
         if (!settled &&
             ((a->covered && jumps(t, a, &middle)) || (c->covered && jumps(t, &middle, c))))

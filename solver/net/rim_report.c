@@ -342,7 +342,7 @@ static void measure(struct march *march, struct rim *rim, const struct rim_cells
     s->max_shear_at[0] = g.most.p;
     s->max_shear_at[1] = g.most.q;
     s->max_shear_point = g.most.r;
-    s->mean_shear_deg = spread.area > 0 ? spread.moment / spread.area : 0;
+    s->mean_shear_deg = spread.area > 0 ? fmin(spread.moment / spread.area, s->max_shear_deg) : 0;
     s->p95_shear_deg = fmin(quantile(&spread, 0.95), s->max_shear_deg);
     s->overlaps = cells->overlaps;
     s->part_area = march_area(march);
