@@ -55,6 +55,10 @@ static const char help_tail[] =
     "                     on each element; default: from its first edge\n"
     "  --edge-channel W,K for lcmsim: elements within W of the rim of the cloth have the\n"
     "                     permeability K, in m^2 (race-tracking)\n"
+    "  --cavity-height H  of a laminate: the height of its cavity, by property as\n"
+    "                     pid:3:0.002,pid:4:0.003\n"
+    "  --punch LIST       of a laminate: pid:7, elements that are the other side of the\n"
+    "                     cavity; the rest of the mesh lies on the tool\n"
     "  --within D         nastran, abaqus: one group of stacks that differ by D degrees\n"
     "                     and D % of thickness at most; default: 0, no more than digits\n"
     "  --lcmsim-version N 2 or 3; default: 3\n"
@@ -87,9 +91,9 @@ static const char help_tail[] =
     "error; 2 when the command line is wrong.\n";
 
 /* What is said of the mesh. */
-enum { MESH_OPTIONS = 4 };
-static const char *const mesh_options[MESH_OPTIONS] = {"inlet", "outlet", "edge-channel",
-                                                       "reference"};
+enum { MESH_OPTIONS = 6 };
+static const char *const mesh_options[MESH_OPTIONS] = {"inlet",     "outlet",        "edge-channel",
+                                                       "reference", "cavity-height", "punch"};
 
 struct arguments {
     const char *input, *output;     /* NULL: standard input, standard output */
@@ -176,6 +180,7 @@ static bool take_option(struct arguments *arguments, const char *name, const cha
     } texts[] = {{"format", &arguments->format_name},    {"map", &arguments->map},
                  {mesh_options[0], &arguments->mesh[0]}, {mesh_options[1], &arguments->mesh[1]},
                  {mesh_options[2], &arguments->mesh[2]}, {mesh_options[3], &arguments->mesh[3]},
+                 {mesh_options[4], &arguments->mesh[4]}, {mesh_options[5], &arguments->mesh[5]},
                  {"variant", &arguments->variant},       {"output", &arguments->output},
                  {"hold-one-out", &arguments->table}};
     long count = 0;
@@ -217,6 +222,8 @@ static const struct option option_table[] = {
     {"reference", required_argument, NULL, 0},
     {"within", required_argument, NULL, 0},
     {"edge-channel", required_argument, NULL, 0},
+    {"cavity-height", required_argument, NULL, 0},
+    {"punch", required_argument, NULL, 0},
     {"lcmsim-version", required_argument, NULL, 0},
     {"at-most-fiber-volume-fraction", required_argument, NULL, 0},
     {"fields", required_argument, NULL, 0},

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "map.h"
 
+#include "api/map/cavity.h"
 #include "api/map/channel.h"
 #include "api/map/net.h"
 #include "api/result/permeability.h"
@@ -49,7 +50,8 @@ struct mapping {
     size_t rows;        /* plies at places, together */
     bool thickness, fraction, law, permeability, locking, table; /* what all, or any, plies have */
     struct filled out;
-    size_t packed, loose, far;
+    const struct punch *punch; /* NULL: there is none */
+    size_t packed, loose, far, open;
     bool channelled;
     double spacing, farthest;
 };
@@ -302,6 +304,10 @@ static bool add_columns(struct mapping *m) {
 
 /* ---- one place ---- */
 
+static bool has_heights(const struct mapping *m) {
+    return m->target->heights || m->target->punch_count;
+}
+
 /* Of plies that say nothing of a property, nothing can be said of the stack. */
 static void find_properties(struct mapping *m) {
     const struct laminate *laminate = m->laminate;
@@ -316,7 +322,7 @@ static void find_properties(struct mapping *m) {
         m->law = m->law || laminate->plies[k].a > 0;
     }
     m->permeability = m->permeability && m->thickness;
-    m->law = m->law && laminate->cavity.kind != STACK_FLEXIBLE;
+    m->law = m->law && (laminate->cavity.kind != STACK_FLEXIBLE || has_heights(m));
 }
 
 /* The plies at a place. */
@@ -417,14 +423,26 @@ static void add_ply(struct mapping *m, size_t place, const struct gathered *plie
         m->out.out_of_table[place] = 1;
 }
 
+/* The cavity at a place: that of the laminate where the target says nothing of it. */
+static struct stack_cavity cavity_at(struct mapping *m, size_t place) {
+    const struct stack_cavity *whole = &m->laminate->cavity;
+    double height = m->target->heights ? m->target->heights[place] : 0;
+    if (m->punch) {
+        height = punch_height(m->punch, map_target_place(m->target, place), m->bases[place].normal);
+        m->open += height > 0 ? 0 : 1;
+    }
+    return height > 0 ? (struct stack_cavity){.kind = STACK_HEIGHT, .height = height} : *whole;
+}
+
 static void put_place(struct mapping *m, size_t place, struct gathered *plies) {
-    const struct stack_cavity *cavity = &m->laminate->cavity;
     struct stack_sum sum = {.thickness = 0};
     double by_itself = 0, whole = 0, fibres = 0;
     gather(m, place, plies);
     for (size_t n = 0; n < plies->count; n++)
         by_itself += plies->pressed[n].thickness;
-    double pressure = m->thickness ? stack_press(cavity, plies->count, plies->pressed) : 0;
+    const struct stack_cavity cavity =
+        plies->count ? cavity_at(m, place) : (struct stack_cavity){.kind = STACK_FLEXIBLE};
+    double pressure = m->thickness ? stack_press(&cavity, plies->count, plies->pressed) : 0;
     for (size_t n = 0; n < plies->count; n++) {
         whole += plies->pressed[n].thickness;
         fibres += plies->pressed[n].thickness * plies->pressed[n].fraction;
@@ -446,7 +464,7 @@ static void put_place(struct mapping *m, size_t place, struct gathered *plies) {
         m->out.pressure[place] = pressure;
     if (m->permeability && plies->count)
         put_permeability(m, place, &sum);
-    m->loose += plies->count && cavity->kind == STACK_HEIGHT && cavity->height > by_itself;
+    m->loose += cavity.kind == STACK_HEIGHT && cavity.height > by_itself;
     m->far += m->distance[place] > m->spacing && m->distance[place] > whole;
     m->farthest = fmax(m->farthest, m->distance[place]);
 }
@@ -521,11 +539,29 @@ static void warn_of_pressing(struct mapping *m) {
     }
     if (m->loose) {
         (void)snprintf(m->map->loose, API_MAP_WARNING_SIZE,
-                       "at %zu of %zu places the plies by themselves are thinner than the cavity "
-                       "of %g %s: they would not fill it",
-                       m->loose, m->count, m->laminate->cavity.height, m->map->fields.unit->name);
+                       "at %zu of %zu places the plies by themselves are thinner than the cavity: "
+                       "they would not fill it",
+                       m->loose, m->count);
         warn(m->map, m->map->loose);
     }
+    if (m->open) {
+        (void)snprintf(m->map->open, API_MAP_WARNING_SIZE,
+                       "the punch is not above %zu of %zu places, within a tenth of its size: they "
+                       "have the laminate's own cavity",
+                       m->open, m->count);
+        warn(m->map, m->map->open);
+    }
+}
+
+static bool begin_cavity(struct mapping *m) {
+    if (has_heights(m) && !m->thickness) {
+        api_problem_set(m->problem, API_INVALID_REQUEST,
+                        "heights of the cavity need the fabric.thickness of every ply");
+        return false;
+    }
+    if (m->target->punch_count)
+        m->punch = punch_make(m->target, m->arena);
+    return !m->target->punch_count || m->punch || no_memory(m);
 }
 
 static bool begin(struct mapping *m) {
@@ -604,7 +640,8 @@ enum api_problem_id laminate_map(const struct laminate *laminate,
     memset(map, 0, sizeof *map);
     map->fields = map_target_fields(target, map->columns);
     find_properties(&m);
-    if (!begin(&m) || !read_nets(&m, nets) || !add_columns(&m) || !begin_stack(&m) || !put_all(&m))
+    if (!begin_cavity(&m) || !begin(&m) || !read_nets(&m, nets) || !add_columns(&m) ||
+        !begin_stack(&m) || !put_all(&m))
         return problem->id;
     end_stack(&m);
     if (target->warning)

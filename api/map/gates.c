@@ -5,6 +5,7 @@
 
 #include "api/format/element.h"
 #include "api/json/number.h"
+#include "cavity.h"
 #include "channel.h"
 #include "ids.h"
 #include <math.h>
@@ -215,6 +216,10 @@ bool map_target_option(struct map_target *target, const char *name, const char *
                        struct arena *arena, struct api_problem *problem) {
     if (strcmp(name, "reference") == 0)
         return set_reference(target, value, problem);
+    if (strcmp(name, "cavity_height") == 0)
+        return cavity_take_heights(target, value, arena, problem);
+    if (strcmp(name, "punch") == 0)
+        return cavity_take_punch(target, value, arena, problem);
     struct gating gating = {target, NULL, gate_of(name), NULL, problem};
     if (gating.gate == MAP_NO_GATE || !begin(&gating, target, arena))
         return false;

@@ -159,9 +159,10 @@ struct mesh_text {
     struct indices ids, vertex_ids;
 };
 
-static bool read_mesh_member(struct scan *scan, const char *key, struct mesh_text *mesh) {
-    char path[SCAN_KEY_SIZE + 8];
-    snprintf(path, sizeof path, "/mesh/%s", key);
+static bool read_mesh_member(struct scan *scan, const char *name, const char *key,
+                             struct mesh_text *mesh) {
+    char path[2 * SCAN_KEY_SIZE + 2];
+    snprintf(path, sizeof path, "/%s/%s", name, key);
     bool quads = strcmp(key, "quads") == 0, vertex_ids = strcmp(key, "vertex_ids") == 0;
     struct shapes *shapes = quads ? &mesh->quads : &mesh->triangles;
     struct indices *ids = vertex_ids ? &mesh->vertex_ids : &mesh->ids;
@@ -178,15 +179,17 @@ static bool read_mesh_member(struct scan *scan, const char *key, struct mesh_tex
     return scan_invalid(scan, path, -1, -1, "is not known here");
 }
 
-static bool read_mesh(struct scan *scan, struct mesh_text *mesh) {
-    char key[SCAN_KEY_SIZE];
+/* The mesh or the punch. */
+static bool read_mesh(struct scan *scan, const char *name, struct mesh_text *mesh) {
+    char key[SCAN_KEY_SIZE], path[SCAN_KEY_SIZE + 1];
     bool more = true;
-    if (!scan_open(scan, '{', "/mesh", -1, "must be an object"))
+    snprintf(path, sizeof path, "/%s", name);
+    if (!scan_open(scan, '{', path, -1, "must be an object"))
         return false;
     if (scan_take(scan, '}'))
         return true;
     while (more)
-        if (!scan_key(scan, key) || !read_mesh_member(scan, key, mesh) ||
+        if (!scan_key(scan, key) || !read_mesh_member(scan, name, key, mesh) ||
             !scan_next(scan, '}', &more))
             return false;
     return true;
@@ -196,10 +199,37 @@ static bool read_mesh(struct scan *scan, struct mesh_text *mesh) {
 struct document {
     const struct vec3 *points;
     size_t point_count;
-    bool has_mesh;
-    struct mesh_text mesh;
+    bool has_mesh, has_punch;
+    struct mesh_text mesh, punch;
     struct indices inlet;
+    struct heights {
+        double *values;
+        size_t count;
+    } heights;
 };
+
+/* Of the cavity: positive, or 0 where that of the stack holds. */
+static bool read_heights(struct scan *scan, const char *path, struct heights *heights) {
+    bool more = true;
+    if (!scan_open(scan, '[', path, -1, "must be an array of numbers"))
+        return false;
+    heights->values = arena_take(scan->arena, count_numbers(scan), sizeof *heights->values);
+    if (!heights->values)
+        return scan_no_memory(scan);
+    if (scan_take(scan, ']'))
+        return true;
+    while (more) {
+        double *own = &heights->values[heights->count];
+        long row = (long)heights->count++;
+        if (!scan_number(scan, path, row, -1, own))
+            return false;
+        if (!(*own >= 0 && *own <= coordinate_max))
+            return scan_invalid(scan, path, row, -1, "must be a height, or 0 for the stack's own");
+        if (!scan_next(scan, ']', &more))
+            return false;
+    }
+    return true;
+}
 
 static bool read_member(struct scan *scan, const char *key, struct document *document) {
     char path[SCAN_KEY_SIZE + 1];
@@ -211,7 +241,16 @@ static bool read_member(struct scan *scan, const char *key, struct document *doc
     if (points)
         return read_points(scan, path, &document->points, &document->point_count);
     if (mesh)
-        return read_mesh(scan, &document->mesh);
+        return read_mesh(scan, key, &document->mesh);
+    if (strcmp(key, "punch") == 0) {
+        bool twice = document->has_punch;
+        document->has_punch = true;
+        return twice ? scan_malformed(scan, "the key is there twice")
+                     : read_mesh(scan, key, &document->punch);
+    }
+    if (strcmp(key, "cavity_heights") == 0)
+        return document->heights.values ? scan_malformed(scan, "the key is there twice")
+                                        : read_heights(scan, path, &document->heights);
     if (strcmp(key, "inlet_elements") == 0)
         return document->inlet.values
                    ? scan_malformed(scan, "the key is there twice")
@@ -250,19 +289,35 @@ static bool check_shapes(struct scan *scan, const struct shapes *shapes, const c
 
 /* The elements of both kinds, one after the other. */
 static bool join_shapes(struct scan *scan, const struct mesh_text *mesh,
-                        struct map_target *target) {
+                        const int32_t (**elements)[4], size_t *count) {
     const struct shapes *triangles = &mesh->triangles, *quads = &mesh->quads;
     int32_t(*rows)[4] = triangles->corners ? triangles->corners : quads->corners;
-    target->element_count = triangles->count + quads->count;
+    *count = triangles->count + quads->count;
     if (triangles->corners && quads->corners) {
-        rows = arena_take(scan->arena, target->element_count, sizeof *rows);
+        rows = arena_take(scan->arena, *count, sizeof *rows);
         if (!rows)
             return scan_no_memory(scan);
         memcpy(rows, triangles->corners, triangles->count * sizeof *rows);
         memcpy(rows + triangles->count, quads->corners, quads->count * sizeof *rows);
     }
-    target->elements = (const int32_t(*)[4])rows;
+    *elements = (const int32_t(*)[4])rows;
     return true;
+}
+
+/* What a mesh or a punch has to have. */
+static bool take_elements(struct scan *scan, const char *name, const struct mesh_text *mesh,
+                          const int32_t (**elements)[4], size_t *count) {
+    char path[3][SCAN_KEY_SIZE + 16];
+    static const char *const keys[] = {"vertices", "triangles", "quads"};
+    for (int k = 0; k < 3; k++)
+        snprintf(path[k], sizeof path[k], "/%s/%s", name, keys[k]);
+    if (!mesh->vertices)
+        return scan_invalid(scan, path[0], -1, -1, "is required");
+    if (!mesh->triangles.corners && !mesh->quads.corners)
+        return scan_invalid(scan, path[1], -1, -1, "is required, or \"quads\"");
+    return check_shapes(scan, &mesh->triangles, path[1], mesh->vertex_count) &&
+           check_shapes(scan, &mesh->quads, path[2], mesh->vertex_count) &&
+           join_shapes(scan, mesh, elements, count);
 }
 
 /* Numbers that the mesh gives: one each, all different. */
@@ -303,25 +358,17 @@ static bool mark_inlet(struct scan *scan, const struct indices *inlet, struct ma
 static bool take_mesh(struct scan *scan, const struct document *document,
                       struct map_target *target) {
     const struct mesh_text *mesh = &document->mesh;
-    if (!mesh->vertices)
-        return scan_invalid(scan, "/mesh/vertices", -1, -1, "is required");
-    if (!mesh->triangles.corners && !mesh->quads.corners)
-        return scan_invalid(scan, "/mesh/triangles", -1, -1, "is required, or \"quads\"");
     target->vertices = mesh->vertices;
     target->vertex_count = mesh->vertex_count;
-    return check_shapes(scan, &mesh->triangles, "/mesh/triangles", mesh->vertex_count) &&
-           check_shapes(scan, &mesh->quads, "/mesh/quads", mesh->vertex_count) &&
-           join_shapes(scan, mesh, target) &&
+    return take_elements(scan, "mesh", mesh, &target->elements, &target->element_count) &&
            take_ids(scan, &mesh->ids, "/mesh/ids", target->element_count, &target->ids) &&
            take_ids(scan, &mesh->vertex_ids, "/mesh/vertex_ids", mesh->vertex_count,
                     &target->vertex_ids) &&
            (!document->inlet.values || mark_inlet(scan, &document->inlet, target));
 }
 
-static bool take_document(struct scan *scan, const struct document *document,
-                          struct map_target *target) {
-    if (document->has_mesh)
-        return take_mesh(scan, document, target);
+static bool take_points(struct scan *scan, const struct document *document,
+                        struct map_target *target) {
     if (!document->points)
         return scan_invalid(scan, "", -1, -1, "must have either \"points\" or \"mesh\"");
     if (document->inlet.values)
@@ -329,6 +376,26 @@ static bool take_document(struct scan *scan, const struct document *document,
     target->vertices = document->points;
     target->vertex_count = target->element_count = document->point_count;
     return true;
+}
+
+static bool take_cavity(struct scan *scan, const struct document *document,
+                        struct map_target *target) {
+    const struct heights *heights = &document->heights;
+    if (heights->values && document->has_punch)
+        return scan_invalid(scan, "/punch", -1, -1, "must not be given beside \"cavity_heights\"");
+    if (heights->values && heights->count != target->element_count)
+        return scan_invalid(scan, "/cavity_heights", -1, -1, "must have %zu numbers, not %zu",
+                            target->element_count, heights->count);
+    target->heights = heights->values;
+    target->punch_vertices = document->punch.vertices;
+    return !document->has_punch ||
+           take_elements(scan, "punch", &document->punch, &target->punch, &target->punch_count);
+}
+
+static bool take_document(struct scan *scan, const struct document *document,
+                          struct map_target *target) {
+    return (document->has_mesh ? take_mesh : take_points)(scan, document, target) &&
+           take_cavity(scan, document, target);
 }
 
 enum api_problem_id map_target_json(const char *bytes, size_t length, struct arena *arena,

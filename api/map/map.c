@@ -296,6 +296,12 @@ enum api_problem_id api_map_make(const struct api_reader *reader, const struct m
         api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
         return problem->id;
     }
+    if (target->heights || target->punch_count) {
+        api_problem_set(problem, API_INVALID_REQUEST,
+                        "heights of a cavity press a stack of plies: post the drape as a laminate "
+                        "of one ply, and map that");
+        return problem->id;
+    }
     map->fields = map_target_fields(target, map->columns);
     mapping->target = target;
     mapping->monitor = monitor;

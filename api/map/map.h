@@ -35,6 +35,7 @@ struct api_map {
     struct api_column_source columns[API_COLUMNS_MAX];
     char too_far[API_MAP_WARNING_SIZE], bare[API_MAP_WARNING_SIZE]; /* texts of warnings */
     char packed[API_MAP_WARNING_SIZE], loose[API_MAP_WARNING_SIZE], failed[API_MAP_WARNING_SIZE];
+    char open[API_MAP_WARNING_SIZE];
 };
 
 /* Fields on a target, none yet, that are to have these columns. */
@@ -47,9 +48,9 @@ struct map_fields map_target_fields(const struct map_target *target,
  * the call. There is a warning when more than half of the places lie further from the cloth than
  * both its larger spacing and its thickness there, else one of elements without a ply: those whose
  * middle lies beyond the cloth, and those that have no area. `monitor` (may be NULL) is asked now
- * and then whether to go on. Returns API_OK, API_INVALID_REQUEST when the net has no cells or the
- * caller's direction is normal to an element, API_INTERNAL for a damaged container, API_CANCELLED
- * or API_OUT_OF_MEMORY.
+ * and then whether to go on. Returns API_OK, API_INVALID_REQUEST when the net has no cells, the
+ * caller's direction is normal to an element or the target speaks of a cavity, API_INTERNAL for a
+ * damaged container, API_CANCELLED or API_OUT_OF_MEMORY.
  */
 enum api_problem_id api_map_make(const struct api_reader *reader, const struct map_target *target,
                                  const struct drape_monitor *monitor, struct arena *arena,

@@ -33,8 +33,12 @@ struct map_target {
     bool has_gate[MAP_GATES];     /* which of them have been given */
     struct vec3 reference;        /* the direction that angles of plies run from, not zero, ... */
     bool has_reference;           /* ... or each element's first edge */
-    double channel_width;         /* with a channel: what is so near to the rim is it */
-    double channel_permeability;  /* and has this, m^2, in all directions */
+    const double *heights; /* of the cavity at each element, > 0; 0 or NULL: that of the stack */
+    const int32_t (*punch)[4]; /* elements that are not mapped: the other side of the cavity, ... */
+    const struct vec3 *punch_vertices; /* ... and their vertices */
+    size_t punch_count;                /* 0: there is none */
+    double channel_width;              /* with a channel: what is so near to the rim is it */
+    double channel_permeability;       /* and has this, m^2, in all directions */
 };
 
 /*
@@ -42,8 +46,10 @@ struct map_target {
  * [[a, b, c]...], "quads": [[a, b, c, d]...], "ids": [number...], "vertex_ids": [number...]}}:
  * triangles or quads or both, which are then the elements in this order; the numbers of elements
  * and vertices are positive and all different, and may be left out. With a mesh also
- * "inlet_elements": [index...]. Returns API_OK, API_MALFORMED_JSON with line and column,
- * API_INVALID_REQUEST with the place, or API_OUT_OF_MEMORY; the first error is the only one.
+ * "inlet_elements": [index...]; with either "cavity_heights": [number...], positive or 0 for none,
+ * of each element or point, or "punch": {"vertices", "triangles", "quads"}. Returns API_OK,
+ * API_MALFORMED_JSON with line and column, API_INVALID_REQUEST with the place, or
+ * API_OUT_OF_MEMORY; the first error is the only one.
  */
 enum api_problem_id map_target_json(const char *bytes, size_t length, struct arena *arena,
                                     struct map_target *target,
@@ -69,7 +75,8 @@ enum api_problem_id map_target_nastran(const char *bytes, size_t length, struct 
  * inlet_elements) and outlet, each a list "17,18,pid:3" of elements by the file's ids, else by
  * index, of properties, and of all elements whose middle lies in a ball, "sphere:x:y:z:radius", or
  * so near to a straight line, "line:x:y:z:x:y:z:distance", in the length unit of the drape;
- * edge_channel, "width,permeability" in that unit and m^2; reference, "x,y,z". False with `problem`
+ * edge_channel, "width,permeability" in that unit and m^2; reference, "x,y,z"; cavity_height and
+ * punch (`cavity.h`). False with `problem`
  * set: API_INVALID_REQUEST (it names no such elements, points, no direction, or it is given twice)
  * or API_OUT_OF_MEMORY; false with `problem` unset when there is no option of that name.
  */

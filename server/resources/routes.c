@@ -32,7 +32,8 @@ struct route {
 #define RESULT_QUERY "format", "table", "fields", "precision"
 #define MAP_QUERY                                                                                  \
     "format", "table", "fields", "precision", "reference", "within", "inlet", "inlet_elements",    \
-        "outlet", "edge_channel", "lcmsim_version", "at_most_fiber_volume_fraction"
+        "outlet", "edge_channel", "cavity_height", "punch", "lcmsim_version",                      \
+        "at_most_fiber_volume_fraction"
 
 static const struct route routes[] = {
     {"POST", "/v1/drapes", jobs_create, ROUTE_BODY | ROUTE_WORK, {RESULT_QUERY}},

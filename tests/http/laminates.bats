@@ -124,6 +124,83 @@ create() {
     grep -q PCOMP "$body"
 }
 
+# mould: bulk data of a tool of 2 x 2 quads, property 1 and for x > 2 property 2, on a plane of 4 m by
+# 4 m and, as property 7, a punch of one quad that rises from 6 mm above it by 0.5 mm a metre.
+mould() {
+    awk 'BEGIN {
+        for (j = 0; j < 3; j++) for (i = 0; i < 3; i++) printf "GRID,%d,,%d.,%d.,0.\n", ++n, 2 * i, 2 * j
+        for (j = 0; j < 2; j++) for (i = 0; i < 2; i++) {
+            a = 1 + i + 3 * j; printf "CQUAD4,%d,%d,%d,%d,%d,%d\n", 11 + i + 2 * j, 1 + i, a, a + 1, a + 4, a + 3
+        }
+        for (j = 0; j < 2; j++) for (i = 0; i < 2; i++)
+            printf "GRID,%d,,%.1f,%.1f,%g\n", 101 + i + 2 * j, 5 * i - .5, 5 * j - .5, .006 + .0005 * (5 * i - .5)
+        print "CQUAD4,1,7,101,102,104,103"
+    }'
+}
+
+plane='.surface = {degree_u: 1, degree_v: 1, size_u: 2, size_v: 2, knotvector_u: [0, 0, 1, 1],
+                   knotvector_v: [0, 0, 1, 1],
+                   control_points: [[0, 0, 0], [0, 4, 0], [4, 0, 0], [4, 4, 0]]}'
+
+@test "the height of the cavity by element, by property and under a punch" {
+    local mesh=$BATS_TEST_TMPDIR/mould.bdf points=$BATS_TEST_TMPDIR/points.json
+    mould >"$mesh"
+    # H along the tool's normal at x = 1 and 3, exactly.
+    drape_stack "$plane" --map "$mesh" --punch pid:7
+    [ "$(jq -c '[.cells.id, .cells.pid, [.cells.thickness[] * 1e9 | round]]' <<<"$output")" = \
+        '[[11,12,13,14],[1,2,1,2],[6500000,7500000,6500000,7500000]]' ]
+    [[ $(jq -r '.warnings | length' <<<"$output") -eq 0 ]]
+
+    # A height for all is that of the laminate.
+    drape_stack "$plane | .plies[].compaction = {a: 0.2, b: 0.08} | .cavity = {height: 0.0071}" \
+        --map "$mesh" --format csv
+    [ "$status" -eq 0 ]
+    expected=$output
+    drape_stack "$plane | .plies[].compaction = {a: 0.2, b: 0.08}" \
+        --map "$mesh" --format csv --cavity-height 0.0071
+    [ "$output" = "$expected" ]
+    drape_stack "$plane" --map "$mesh" --cavity-height pid:1:0.0064,pid:2:0.0066
+    [ "$(jq -c '[.cells.thickness[] * 1e9 | round]' <<<"$output")" = \
+        '[6400000,6600000,6400000,6600000,8000000]' ]
+
+    echo '{"points": [[1, 1, 0], [3, 1, 0]], "cavity_heights": [0.0055, 0]}' >"$points"
+    drape_stack "$plane" --map "$points"
+    [ "$(jq -c '[.cells.thickness[] * 1e9 | round]' <<<"$output")" = '[5500000,8000000]' ]
+    echo '{"points": [[1, 1, 0], [3, 1, 0]], "punch": {"vertices": [[0, 0, 0.006], [2, 0, 0.006],
+           [0, 4, 0.006]], "triangles": [[0, 1, 2]]}}' >"$points"
+    drape_stack "$plane" --map "$points"
+    [ "$(jq -c '[.cells.thickness[] * 1e9 | round]' <<<"$output")" = '[6000000,8000000]' ]
+    [[ $stderr == *'the punch is not above 1 of 2 places'* ]]
+}
+
+@test "heights of a cavity that are none are refused" {
+    local mesh=$BATS_TEST_TMPDIR/mould.bdf points=$BATS_TEST_TMPDIR/points.json
+    mould >"$mesh"
+    for wrong in pid:9:1 0 -1 x pid:1 1,; do
+        drape_stack "$plane" --map "$mesh" --cavity-height "$wrong"
+        [ "$status" -eq 1 ]
+        [[ $stderr == *cavity_height* ]]
+    done
+    for wrong in 7 pid:9 pid:7, pid:1,pid:2,pid:7; do
+        drape_stack "$plane" --map "$mesh" --punch "$wrong"
+        [ "$status" -eq 1 ]
+        [[ $stderr == *punch* ]]
+    done
+    drape_stack "$plane" --map "$mesh" --punch pid:7 --cavity-height 1
+    [[ $stderr == *'not both'* ]]
+    create "$plane" && expect 200
+    id=$(field .id) ply=$(field '.plies[0].id')
+    echo '{"points": [[1, 1, 0]], "cavity_heights": [1, 2]}' >"$points"
+    post "/v1/laminates/$id/map" "$points" && expect_problem 422 invalid-request
+    [ "$(field .pointer)" = /cavity_heights ]
+    echo '{"points": [[1, 1, 0]], "punch": {"vertices": [[0, 0, 1]], "triangles": [[0, 0, 5]]}}' >"$points"
+    post "/v1/laminates/$id/map" "$points" && expect_problem 422 invalid-request
+    [ "$(field .pointer)" = /punch/triangles/0/2 ]
+    call POST "/v1/drapes/$ply/map?cavity_height=1" -H "Content-Type: text/x-nastran" --data-binary "@$mesh"
+    expect_problem 422 invalid-request
+    [[ $(field .detail) == *'laminate of one ply'* ]]
+}
+
 @test "a ply that fails is named while the rest stands" {
     create '.plies[2].start = {point: [9, 9, 9]}'
     expect 200
