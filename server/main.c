@@ -17,6 +17,7 @@
 #include "server/store/store.h"
 #include "server/work/checkers.h"
 #include "server/work/dispatcher.h"
+#include "server/work/nursery.h"
 #include "server/work/worker.h"
 #include "status.h"
 #include "systemd.h"
@@ -256,7 +257,8 @@ static bool start(struct service *service) {
     service->hub = hub_new();
     if (!service->hub)
         return refuse("memory", strerror(errno));
-    return open_store(service) && start_dispatcher(service) && start_front(service);
+    return open_store(service) && nursery_open() && start_dispatcher(service) &&
+           start_front(service);
 }
 
 /* The one line on stdout, for the process that started this one and waits for it. */
@@ -279,6 +281,7 @@ static void stop(struct service *service) {
     dispatcher_stop(service->dispatcher, service->config->drain_timeout * 1000);
     http_stop(service->http);
     checkers_stop(service->checkers);
+    nursery_close();
     tokens_free(service->tokens);
     dispatcher_free(service->dispatcher);
     store_close(service->store);
@@ -306,7 +309,11 @@ static int serve(const struct config *config) {
 }
 
 int main(int argc, char **argv) {
+    static const struct nursery_role roles[] = {{WORKER_ARGUMENT, worker_main},
+                                                {CHECKER_ARGUMENT, checker_main}};
     struct config config;
+    if (argc == 2 && !strcmp(argv[1], NURSERY_ARGUMENT))
+        return nursery_serve(argv, roles, sizeof roles / sizeof *roles);
     if (argc == 2 && !strcmp(argv[1], WORKER_ARGUMENT))
         return worker_main();
     if (argc == 2 && !strcmp(argv[1], CHECKER_ARGUMENT))

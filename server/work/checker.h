@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The checker process: reads what callers sent (requests, surfaces, meshes), so that no thread of
- * the daemon does. It is the same binary, started by `child.h` with CHECKER_ARGUMENT, locked in
+ * the daemon does. It is the same binary (`child.h`), with CHECKER_ARGUMENT, locked in
  * (`sandbox.h`), and talks to its pool (`checkers.h`) over a socket of packets: one order, one
  * answer. Short documents lie in the packet, long ones in sealed memory files that come with it;
  * what it writes goes to a file that came with the order, too. Both ends are the same binary on the

@@ -4,7 +4,9 @@
  * `frame.h` for a worker and of `checker.h` for a checker. The child
  * is the running binary itself, with a socket on WORKER_FD, nothing on its other descriptors, no
  * environment, default signals and a process group of its own (so that Ctrl-C is the daemon's to
- * handle). It dies with the thread that started it, so that thread must live as long as it.
+ * handle). It is a copy of the nursery's process (`nursery.h`) and lives as long as that is open at
+ * the most; without it, it is started as a program and dies with the thread that did, which must
+ * live as long as it.
  */
 #ifndef SERVER_WORK_CHILD_H
 #define SERVER_WORK_CHILD_H
@@ -24,7 +26,7 @@ struct child {
 /* The path of a program beside the running one. */
 void child_beside(const char *program, char path[CHILD_PATH_SIZE]);
 
-/* Starts `program`, or the running one where that is NULL, as `draped ARGUMENT`, with a socket of
+/* Starts `program`, or a child as above where that is NULL, as `draped ARGUMENT`, with a socket of
  * that type (SOCK_STREAM, SOCK_SEQPACKET); it must not be running. False with a line in the log. */
 bool child_start(struct child *child, const char *program, const char *argument, int type);
 

@@ -4,7 +4,7 @@
  * claims a job, sends it to its worker, renews the lease, passes progress and result to the store,
  * and kills the worker when the job is cancelled, deleted, lost to another or over its time. A
  * worker that dies costs the job one attempt and is replaced; so is one whose next job is another
- * owner's (two owners in turn have about half as many small drapes a second as one has). New jobs
+ * owner's. New jobs
  * are seen at once through the hub; those of other processes within WORK_POLL_MS. One further
  * thread sweeps the store.
  *

@@ -154,7 +154,7 @@ slow() { jq -c --argjson factor "$1" '.fabric.spacing = 0.004 * $factor' $EXAMPL
 workers() {
     local pid
     for pid in $(cat /proc/"$DAEMON"/task/*/children); do
-        [ "$(tr '\0' ' ' 2>/dev/null </proc/"$pid"/cmdline)" != "draped worker " ] || echo "$pid"
+        [[ "$(tr '\0' ' ' 2>/dev/null </proc/"$pid"/cmdline)" != 'draped worker '* ]] || echo "$pid"
     done
 }
 # Whether so many connections to the daemon are open.

@@ -32,9 +32,9 @@ def memory(daemon):
     for pid in daemon.children():
         try:
             with open(f"/proc/{pid}/cmdline", "rb") as line:
-                if b"checker" in line.read():
+                if line.read().split(b"\0")[1] in (b"checker", b"nursery"):
                     total += proportional_memory(pid)
-        except OSError:
+        except (OSError, IndexError):
             continue  # it has ended
     return total
 
