@@ -100,10 +100,16 @@ enum api_problem_id optimise_plan(const struct api_study *study, const struct st
                                   struct api_problem *problem) STATUS_MUST_USE;
 bool list_chunk(struct study_chunk *chunk) STATUS_MUST_USE;
 
-/* Lists tasks of one kind for variants that are numbered from 0, each of which takes as long as a
- * drape of `nodes`. */
-enum api_problem_id grid_tasks(enum study_work work, size_t variants, double nodes,
-                               struct arena *arena, struct api_study_plan *plan,
+/* Tasks of one kind for variants that are numbered, each of which takes as long as a drape of
+ * `nodes`: of those from `first` to `end - 1`. */
+struct grid_range {
+    enum study_work work;
+    size_t first, end;
+    double nodes;
+    int round;
+};
+enum api_problem_id grid_tasks(const struct grid_range *range, struct arena *arena,
+                               struct api_study_plan *plan,
                                struct api_problem *problem) STATUS_MUST_USE;
 
 #endif

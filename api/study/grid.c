@@ -38,10 +38,10 @@ static size_t variants_of_a_task(size_t variants, double nodes) {
     return (size_t)fmin(fmax(share / nodes, 1), VARIANTS_MOST);
 }
 
-enum api_problem_id grid_tasks(enum study_work work, size_t variants, double nodes,
-                               struct arena *arena, struct api_study_plan *plan,
-                               struct api_problem *problem) {
-    size_t each = variants_of_a_task(variants, nodes);
+enum api_problem_id grid_tasks(const struct grid_range *range, struct arena *arena,
+                               struct api_study_plan *plan, struct api_problem *problem) {
+    size_t variants = range->end - range->first;
+    size_t each = variants_of_a_task(variants, range->nodes);
     size_t tasks = (variants + each - 1) / each;
     struct api_study_task *list = arena_alloc(arena, tasks, sizeof *list);
     if (!list) {
@@ -50,23 +50,31 @@ enum api_problem_id grid_tasks(enum study_work work, size_t variants, double nod
     }
     for (size_t k = 0; k < tasks; k++) {
         size_t left = variants - k * each;
-        list[k].STUDY_TASK_WORK = work;
+        list[k].STUDY_TASK_WORK = range->work;
+        list[k].STUDY_TASK_ROUND = range->round;
         list[k].STUDY_TASK_VARIANTS = (double)(left < each ? left : each);
-        list[k].value[STUDY_OWN_AT] = (double)(k * each);
+        list[k].value[STUDY_OWN_AT] = (double)(range->first + k * each);
     }
     plan->tasks = list;
     plan->count = tasks;
     return API_OK;
 }
 
+/* Rounds, after each of which the best so far is told: the first of as much as a round is worth,
+ * then each as large as all before, so that there are few of them. */
 enum api_problem_id grid_plan(const struct api_study *study, const struct study_row *rows,
                               size_t count, struct arena *arena, struct api_study_plan *plan,
                               struct api_problem *problem) {
-    (void)rows;
-    plan->variants = variant_count(study);
-    return count > 0 ? API_OK
-                     : grid_tasks(STUDY_WORK_GRID, plan->variants, study_nodes(study, 1), arena,
-                                  plan, problem);
+    double nodes = study_nodes(study, 1);
+    size_t all = plan->variants = variant_count(study);
+    size_t size = (size_t)fmax(SHARES * nodes_most / nodes, SHARES);
+    size = count > size ? count : size;
+    const struct grid_range range = {.work = STUDY_WORK_GRID,
+                                     .first = count,
+                                     .end = count + size < all ? count + size : all,
+                                     .nodes = nodes,
+                                     .round = count ? rows[count - 1].round + 1 : 0};
+    return count >= all ? API_OK : grid_tasks(&range, arena, plan, problem);
 }
 
 bool grid_chunk(struct study_chunk *chunk) {

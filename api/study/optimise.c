@@ -211,8 +211,10 @@ enum api_problem_id optimise_plan(const struct api_study *study, const struct st
     int round = count ? rows[count - 1].round + 1 : 0;
     plan->variants = budget > count ? budget : count;
     if (round == 0)
-        return grid_tasks(STUDY_WORK_GRID, first_round(study),
-                          study_nodes(study, shares.coarseness), arena, plan, problem);
+        return grid_tasks(&(struct grid_range){.work = STUDY_WORK_GRID,
+                                               .end = first_round(study),
+                                               .nodes = study_nodes(study, shares.coarseness)},
+                          arena, plan, problem);
     search.aim_count = set_aims(&study->request, rows, count, aims);
     search.progress = (double)count / (double)budget;
     size_t checks = checks_of(&shares, search.aim_count), wanted = 0;

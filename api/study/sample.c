@@ -203,9 +203,9 @@ enum api_problem_id sample_plan(const struct api_study *study, size_t count, str
                                 struct api_study_plan *plan, struct api_problem *problem) {
     enum { DRAPES = 4 }; /* that one sample takes as long as */
     plan->variants = study->request.sample;
-    return count ? API_OK
-                 : grid_tasks(STUDY_WORK_SAMPLE, plan->variants, DRAPES * study_nodes(study, 1),
-                              arena, plan, problem);
+    const struct grid_range range = {
+        .work = STUDY_WORK_SAMPLE, .end = plan->variants, .nodes = DRAPES * study_nodes(study, 1)};
+    return count ? API_OK : grid_tasks(&range, arena, plan, problem);
 }
 
 static bool stays(void *context, double fraction) {

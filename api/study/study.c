@@ -272,6 +272,23 @@ struct study_row *study_rows(const struct api_study *study, const struct api_stu
     return NULL;
 }
 
+static void find_best(const struct api_study *study, const struct study_row *rows, size_t count,
+                      double best[QUANTITY_COUNT]) {
+    double least = HUGE_VAL;
+    for (int id = 0; id < QUANTITY_COUNT; id++)
+        best[id] = NAN;
+    for (size_t k = 0; k < count; k++) {
+        double missed = study_violation(study, &rows[k]);
+        if (rows[k].failure != FAILURE_NONE || missed > least)
+            continue;
+        for (int id = 0; id < QUANTITY_COUNT; id++)
+            if (study->request.objective[id] &&
+                !(missed == least && best[id] <= rows[k].quantity[id]))
+                best[id] = rows[k].quantity[id];
+        least = missed;
+    }
+}
+
 enum api_problem_id api_study_plan(const struct api_study *study,
                                    const struct api_study_numbers *numbers, struct arena *arena,
                                    struct api_study_plan *plan, struct api_problem *problem) {
@@ -281,6 +298,7 @@ enum api_problem_id api_study_plan(const struct api_study *study,
     if (!rows)
         return problem->id;
     plan->done = count;
+    find_best(study, rows, count, plan->best);
     if (study->nominal)
         return sample_plan(study, count, arena, plan, problem);
     bool optimise = study->request.search == STUDY_SEARCH_OPTIMISE;

@@ -25,6 +25,7 @@
 #include "api/limits.h"
 #include "api/problem.h"
 #include "api/result/columns.h"
+#include "api/result/quantity.h"
 #include "api/sink.h"
 #include "solver/arena.h"
 #include <stdbool.h>
@@ -91,6 +92,9 @@ struct api_study_plan {
     size_t count;                       /* 0: there is nothing left to do but `api_study_finish` */
     size_t done;                        /* variants looked at in the rounds before */
     size_t variants;                    /* in the whole study, as far as can be told by now */
+    double
+        best[QUANTITY_COUNT]; /* the least of each objective in the rounds before, of the variants
+                                 that miss the limits by the least, coarse ones too; NaN: none */
 };
 
 /* Plans the round after those that gave `numbers`. Problems: API_OUT_OF_MEMORY, API_INTERNAL for

@@ -134,8 +134,12 @@ static void write_status(struct api_text *text, const struct store_job *job, con
     write_time(text, "started", job->started);
     write_time(text, "finished", job->finished);
     api_text_key_integer(text, "attempts", job->attempts);
-    if (job->summary)
+    if (job->summary && (job->kind != STORE_STUDY || job->status == STORE_SUCCEEDED)) {
         write_summary(text, job);
+    } else if (job->summary) {
+        api_text_key(text, "best_so_far");
+        api_text_raw(text, job->summary);
+    }
     if (plies) {
         api_text_key(text, "plies");
         api_text_raw(text, plies);

@@ -164,7 +164,8 @@ struct store_job {
     char surface[STORE_DIGEST_SIZE]; /* the stored surface it names; "" when it has its own */
     char digest[STORE_DIGEST_SIZE];  /* of the request as understood, with the solver's version */
     char *error;                     /* failed: the problem document without request_id */
-    char *summary;                   /* succeeded: the result's `summary` object */
+    char *summary;                   /* succeeded: the result's `summary` object; of a study before
+                                        that the best so far, an object */
 };
 
 /* Frees what the struct owns, not the struct; twice is harmless. */
@@ -367,6 +368,7 @@ struct store_round {
     const int64_t *variants; /* of each task */
     size_t length, count;
     int64_t done, total; /* variants of the study, before this round and altogether */
+    const char *best;    /* what was found so far, a JSON object; NULL: nothing */
 };
 
 /* Ends a step of the claimed study. At least one task. STORE_CONFLICT: the claim is lost. */

@@ -95,7 +95,11 @@ export class Finder {
     if (!status) return;
     this.id = status.id;
     element('find-progress').value = status.progress;
-    element('find-state').textContent = `${status.status}, ${Math.round(100 * status.progress)} %`;
+    const key = element('find-objective').value;
+    const least = status.best_so_far?.[key];
+    const so = least === undefined ? '' : `, least so far ${this.#write(key, least)}`;
+    element('find-state').textContent =
+      `${status.status}, ${Math.round(100 * status.progress)} %${so}`;
   }
 
   async #take(result, shape, ms) {

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "attempt.h"
+#include "api/json/text.h"
 #include "api/study/study.h"
 #include "frame.h"
 #include "sandbox.h"
@@ -7,6 +8,7 @@
 #include "server/log.h"
 #include "server/metrics.h"
 #include <errno.h>
+#include <math.h>
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,7 +19,8 @@
 enum {
     CPU_MARGIN_SECONDS = 30,
     TASK_ATTEMPTS = 16, /* of a task, of which any number are not held against it */
-    KEPT_MOST = 64 << 20
+    KEPT_MOST = 64 << 20,
+    BEST_SIZE = 64 * QUANTITY_COUNT /* of each its name and a number */
 };
 #define MEMORY_BESIDE_BYTES (UINT64_C(1) << 30)
 #define DOCUMENTS_BYTES (UINT64_C(4) << 30) /* more than any request and surface together */
@@ -366,7 +369,24 @@ static void settle_worker(struct attempt *attempt, char why[CHILD_WHY_SIZE]) {
     }
 }
 
+/* What a study has found so far, as it is reported: an object of its objectives. */
+static const char *tell_best(const struct frame_round *round, struct api_text *text) {
+    for (int k = 0; k < QUANTITY_COUNT; k++) {
+        if (!isfinite(round->best[k]))
+            continue;
+        if (text->length == 0)
+            api_text_raw(text, "{");
+        api_text_key_number(text, quantities[k].name, round->best[k]);
+    }
+    if (text->length == 0)
+        return NULL;
+    api_text_raw(text, "}");
+    return api_text_finish(text);
+}
+
 static enum store_answer begin_round(struct attempt *attempt) {
+    char best[BEST_SIZE];
+    struct api_text text = api_text_over(best, sizeof best);
     const struct frame_task *tasks = (const void *)attempt->kept; /* malloc'ed */
     size_t count = attempt->kept_length / sizeof *tasks;
     size_t length = tasks->length < STORE_TASK_BYTES ? tasks->length : STORE_TASK_BYTES;
@@ -377,7 +397,8 @@ static enum store_answer begin_round(struct attempt *attempt) {
                                 .length = length,
                                 .count = count,
                                 .done = (int64_t)attempt->round.done,
-                                .total = (int64_t)attempt->round.total};
+                                .total = (int64_t)attempt->round.total,
+                                .best = tell_best(&attempt->round, &text)};
     for (size_t k = 0; bytes && variants && k < count; k++) {
         memcpy(bytes + k * length, tasks[k].bytes, length);
         variants[k] = (int64_t)tasks[k].variants;

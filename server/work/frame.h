@@ -19,6 +19,7 @@
 
 #include "api/input.h"
 #include "api/limits.h"
+#include "api/result/quantity.h"
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -74,9 +75,10 @@ struct frame_task {
 };
 
 /* That all tasks of the round have been sent; and the variants of the study, those of the rounds
- * before and altogether. */
+ * before and altogether, and the best of each objective so far, NaN for none. */
 struct frame_round {
     uint64_t done, total;
+    double best[QUANTITY_COUNT];
 };
 
 /* ------------------------------------------------------------------ blocking: the worker */

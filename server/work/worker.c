@@ -116,6 +116,7 @@ static bool take_task(void *context, const void *bytes, size_t length, size_t va
 
 static bool send_round(struct task *task, const struct worker_round *round) {
     struct frame_round end = {.done = round->done, .total = round->total};
+    memcpy(end.best, round->best, sizeof end.best);
     return flush_tasks(task) && frame_send(WORKER_FD, FRAME_ROUND, &end, sizeof end);
 }
 

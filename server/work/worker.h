@@ -8,6 +8,7 @@
 #ifndef SERVER_WORK_WORKER_H
 #define SERVER_WORK_WORKER_H
 
+#include "api/result/quantity.h"
 #include "api/run.h"
 
 enum { WORKER_FD = 3 };
@@ -27,8 +28,9 @@ struct worker_round {
     /* Takes the next task, of at most FRAME_TASK_BYTES; false: give up. */
     bool (*add)(void *context, const void *task, size_t length, size_t variants);
     void *context;
-    size_t count;       /* tasks; 0: the container was written instead */
-    size_t done, total; /* variants, in the rounds before and altogether */
+    size_t count;                /* tasks; 0: the container was written instead */
+    size_t done, total;          /* variants, in the rounds before and altogether */
+    double best[QUANTITY_COUNT]; /* of each objective so far; NaN: none */
 };
 
 /* What a worker does with a job. The daemon's is `api_run` and `study.h`; tests have their own. */

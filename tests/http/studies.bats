@@ -212,7 +212,16 @@ columns() {
     grep -c '^event: progress' "$BATS_TEST_TMPDIR/events"
     [ "$(grep -c '^event: progress' "$BATS_TEST_TMPDIR/events")" -ge 3 ]
     grep '^data: ' "$BATS_TEST_TMPDIR/events" | cut -c7- | jq -es '[.[].variants.done] as $done
-        | ($done | sort) == $done and $done[-1] == 160 and .[-1].status == "succeeded"'
+        | ($done | sort) == $done and $done[-1] == 160 and .[-1].status == "succeeded"
+        and .[-1].best_so_far == null'
+    # A search tells after each round the best so far, which never grows; the last is that of the result.
+    study 0.2 9 | jq -c '.search = "optimise" | .budget = 200' | submit_study
+    curl -sSN --max-time 110 "$URL/v1/studies/$id/events" >"$BATS_TEST_TMPDIR/events"
+    call GET "/v1/studies/$id/result"
+    least=$(field '.variants.max_shear_deg[.best.max_shear_deg]')
+    grep '^data: ' "$BATS_TEST_TMPDIR/events" | cut -c7- | jq -es --argjson least "$least" '
+        [.[].best_so_far | select(.) | .max_shear_deg] | length >= 3 and (sort | reverse) == . and
+        .[-1] >= $least and .[-1] < .[0]'
 }
 
 @test "http: a study that is cancelled or deleted stops within a second" {

@@ -51,7 +51,8 @@ static enum store_answer begin(struct scratch *scratch, const struct store_claim
                                 .length = TASK_BYTES,
                                 .count = count,
                                 .done = 0,
-                                .total = 10};
+                                .total = 10,
+                                .best = "{\"shear\":3}"};
     enum store_answer answer = store_begin_round(scratch->store, claim, &round);
     free(tasks);
     free(variants);
@@ -119,6 +120,15 @@ static void expect_job(struct scratch *scratch, const char *id, enum store_statu
     store_job_clear(&job);
 }
 
+/* What a study has found so far, then that of its result. */
+static void expect_summary(struct scratch *scratch, const char *id, const char *summary) {
+    struct store_job job;
+    assert_int_equal(store_get(scratch->store, id, &job), STORE_OK);
+    assert_non_null(job.summary);
+    assert_string_equal(job.summary, summary);
+    store_job_clear(&job);
+}
+
 /* ------------------------------------------------------------------ rounds */
 
 static void test_store_study_goes_through_its_rounds(void **state) {
@@ -128,6 +138,7 @@ static void test_store_study_goes_through_its_rounds(void **state) {
     scratch_open(&scratch);
     start_study(&scratch, "s", 2, id);
     expect_job(&scratch, id, STORE_RUNNING, 0, 0);
+    expect_summary(&scratch, id, "{\"shear\":3}");
     struct store_claim first = claim_task(&scratch, id, "s 0");
     struct store_claim other = claim_task(&scratch, id, "s 1");
     expect_nothing_to_claim(&scratch);
@@ -152,6 +163,7 @@ static void test_store_study_goes_through_its_rounds(void **state) {
     expect_numbers(&scratch, &step, "early late last");
     assert_int_equal(scratch_commit(&scratch, &step, "result", 6), STORE_OK);
     expect_job(&scratch, id, STORE_SUCCEEDED, 1, 1);
+    expect_summary(&scratch, id, "{\"nodes\":1}");
     scratch_expect_result(&scratch, id, "result", 6, 6);
     expect_no_tasks(&scratch);
     scratch_remove(&scratch);

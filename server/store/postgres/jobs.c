@@ -223,7 +223,7 @@ enum store_answer postgres_submit_family(struct store *store, const struct store
 #define JOB_COLUMNS                                                                                \
     "j.sequence, j.id, j.status, j.progress, j.created, j.started, j.finished, j.attempts,"        \
     " j.priority, j.expired, j.owner, j.surface, j.digest, j.error,"                               \
-    " coalesce(j.summary, r.summary), j.kind, j.done, j.total, j.part, j.round"                    \
+    " coalesce(r.summary, j.summary), j.kind, j.done, j.total, j.part, j.round"                    \
     " FROM draped.jobs j LEFT JOIN draped.results r ON r.number = j.result"
 
 static void read_job(struct pg_query *query, size_t row, struct store_job *job) {

@@ -10,11 +10,12 @@
 
 /* ------------------------------------------------------------------ begin */
 
-/* $4 tasks, of as many bytes each in $5; $6 and $7, lists with commas, have their ids and variants.
- */
+/* $4 tasks, of as many bytes each in $5; $6 and $7, lists with commas, have their ids and variants;
+ * $10 is what was found so far. */
 static const char begin_sql[] =
     "WITH waits AS (UPDATE draped.jobs SET status = " SQL_WAITING ", round = round + 1,"
-    "  open = $4::integer, done = $8, total = $9, attempts = 0, excused = 0, lease = NULL"
+    "  open = $4::integer, done = $8, total = $9, summary = $10, attempts = 0, excused = 0, lease "
+    "= NULL"
     "  WHERE $1::bigint IS DISTINCT FROM 0 AND" HELD
     "  RETURNING sequence, rank, priority, owner, surface, origin, created, round),"
     " lists AS MATERIALIZED (SELECT string_to_array($6, ',') AS ids,"
@@ -48,6 +49,7 @@ enum store_answer postgres_begin_round(struct store *store, const struct store_c
     pg_bind_text(&query, variants);
     pg_bind_int(&query, round->done);
     pg_bind_int(&query, round->total);
+    pg_bind_text(&query, round->best);
     enum store_answer answer =
         ids && variants ? postgres_end(&query, pg_run(&query), STORE_CONFLICT) : STORE_DOWN;
     free(ids);

@@ -270,7 +270,7 @@ enum store_answer sqlite_submit_family(struct store *store, const struct store_f
 #define JOB_COLUMNS                                                                                \
     "j.sequence, j.id, j.status, j.progress, j.created, j.started, j.finished, j.attempts,"        \
     " j.priority, j.expired, j.owner, j.surface, j.digest, j.error,"                               \
-    " coalesce(j.summary, r.summary), j.kind, j.done, j.total, j.part, j.round"                    \
+    " coalesce(r.summary, j.summary), j.kind, j.done, j.total, j.part, j.round"                    \
     " FROM jobs j LEFT JOIN results r ON r.number = j.result"
 
 static void read_job(struct query *query, struct store_job *job) {

@@ -22,13 +22,15 @@ static enum store_answer changed(struct db *db, struct query *query) {
 /* ------------------------------------------------------------------ begin */
 
 static enum store_answer wait_for_round(struct db *db, const struct step *step) {
-    struct query query =
-        db_query(db, "UPDATE jobs SET status = " SQL_WAITING ", round = round + 1, open = ?,"
-                     " done = ?, total = ?, attempts = 0, excused = 0, lease = NULL, holder = NULL"
-                     " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
+    struct query query = db_query(
+        db,
+        "UPDATE jobs SET status = " SQL_WAITING ", round = round + 1, open = ?,"
+        " done = ?, total = ?, summary = ?, attempts = 0, excused = 0, lease = NULL, holder = NULL"
+        " WHERE sequence = ? AND token = ? AND status = " SQL_RUNNING);
     query_bind_int(&query, (int64_t)step->round->count);
     query_bind_int(&query, step->round->done);
     query_bind_int(&query, step->round->total);
+    query_bind_text(&query, step->round->best);
     query_bind_int(&query, step->claim->sequence);
     query_bind_int(&query, step->claim->token);
     return changed(db, &query);
