@@ -51,17 +51,34 @@ struct hit {
     double share, distance2, offset[2]; /* from the place to it */
 };
 
-/* The place of a segment nearest to a place of which the ends are off by p and q, by the metric. */
-static void try_segment(const double metric[3], const double p[2], const double q[2],
-                        const struct face_segment *segment, struct hit *best) {
-    const double e[2] = {q[0] - p[0], q[1] - p[1]};
+/* The nearest places by what lies beyond: nothing, another face, the face one came from. */
+enum { TO_NOTHING, TO_FACE, TO_BEFORE, BEYONDS };
+
+/* A search for the edges nearest to a place of a face, by the metric there. */
+struct edge_search {
+    const struct surface *surface, *beyond, *before;
+    const double *metric;
+    double at[2],
+        least[2]; /* what a way dx or dy, to whatever, measures at least, over its square */
+    struct hit hit[BEYONDS];
+};
+
+/* Takes the place of a segment that is nearest, the first of equals. */
+static void try_segment(const struct edge_search *search, const struct face_segment *segment,
+                        struct hit *best) {
+    const double *metric = search->metric;
+    double p[2], e[2];
+    for (int k = 0; k < 2; k++) {
+        p[k] = way(&search->surface->axis[k], search->at[k], segment->a[k]);
+        e[k] = (p[k] + segment->b[k] - segment->a[k]) - p[k];
+    }
     double ee = station_form(metric, e);
     double pe =
         metric[0] * p[0] * e[0] + metric[1] * (p[0] * e[1] + p[1] * e[0]) + metric[2] * p[1] * e[1];
     double share = ee > 0 ? fmin(fmax(-pe / ee, 0), 1) : 0;
     const double offset[2] = {p[0] + share * e[0], p[1] + share * e[1]};
     double distance2 = station_form(metric, offset);
-    if (distance2 < best->distance2)
+    if (distance2 < best->distance2 || (distance2 == best->distance2 && segment < best->segment))
         *best = (struct hit){segment, share, distance2, {offset[0], offset[1]}};
 }
 
@@ -70,36 +87,84 @@ static const struct surface *beyond_edge(const struct shell *shell, int32_t edge
     return &shell->faces[shell->curves[shell->edges[edge].curve].face].surface;
 }
 
+/* What lies beyond the edge of a run; BEYONDS where that is not looked for. */
+static int beyond_run(const struct edge_search *search, const struct face_run *run) {
+    const struct shell *shell = search->surface->shell;
+    int32_t mate = shell->edges[run->edge].mate;
+    if (mate == EDGE_FREE)
+        return TO_NOTHING;
+    const struct surface *to = beyond_edge(shell, mate);
+    if (search->beyond && to != search->beyond)
+        return BEYONDS;
+    return search->before && to == search->before ? TO_BEFORE : TO_FACE;
+}
+
+/* A square of the distance that no segment of a run falls short of: with dx and dy to its
+ * rectangle, E x^2 + 2 F x y + G y^2 >= (E - F^2 / G) dx^2, and (G - F^2 / E) dy^2. */
+static double least_to_run(const struct edge_search *search, const struct face_run *run) {
+    double least = 0;
+    for (int k = 0; k < 2; k++) {
+        double off = fabs(way(&search->surface->axis[k], search->at[k], run->centre[k]));
+        off = fmax(off - run->half[k], 0);
+        least = fmax(least, search->least[k] * off * off);
+    }
+    return least;
+}
+
+static void try_run(struct edge_search *search, const struct face_run *run, int beyond) {
+    const struct face_segment *segments = face_of(search->surface)->segments + run->first;
+    for (uint32_t s = 0; s < run->count; s++)
+        try_segment(search, &segments[s], &search->hit[beyond]);
+}
+
+static void begin_search(const struct station *station, struct edge_search *search) {
+    const double *metric = search->metric = station->first;
+    double determinant = metric[0] * metric[2] - metric[1] * metric[1];
+    search->surface = station->surface;
+    for (int k = 0; k < 2; k++) {
+        search->at[k] = surface_axis_wrap(&station->surface->axis[k], station->uv[k]);
+        search->least[k] = determinant > 0 ? (1 - as_near) * determinant / metric[2 - 2 * k] : 0;
+    }
+    for (int b = 0; b < BEYONDS; b++)
+        search->hit[b] = (struct hit){.distance2 = HUGE_VAL};
+}
+
+/* Looks first into the run of each kind that may be nearest. */
+static void try_likely_runs(struct edge_search *search) {
+    const struct face *face = face_of(search->surface);
+    const struct face_run *likely[BEYONDS] = {NULL};
+    double least[BEYONDS] = {HUGE_VAL, HUGE_VAL, HUGE_VAL};
+    for (uint32_t r = 0; r < face->run_count; r++) {
+        int to = beyond_run(search, &face->runs[r]);
+        double bound = to == BEYONDS ? HUGE_VAL : least_to_run(search, &face->runs[r]);
+        if (to != BEYONDS && bound < least[to]) {
+            least[to] = bound;
+            likely[to] = &face->runs[r];
+        }
+    }
+    for (int b = 0; b < BEYONDS; b++)
+        if (likely[b])
+            try_run(search, likely[b], b);
+}
+
 /* The nearest places on joints and on free edges of the station's face; on joints to the face
  * `beyond` alone unless that is NULL, and preferably to others than `before`. */
 static void nearest_edges(const struct station *station, const struct surface *beyond,
                           const struct surface *before, struct hit *joint, struct hit *free) {
-    const struct surface *surface = station->surface;
-    const struct face *face = face_of(surface);
-    const struct surface_axis *axis = surface->axis;
-    struct hit back = {.distance2 = HUGE_VAL};
-    double at[2];
-    joint->distance2 = free->distance2 = HUGE_VAL;
-    joint->segment = free->segment = NULL;
-    for (int k = 0; k < 2; k++)
-        at[k] = surface_axis_wrap(&axis[k], station->uv[k]);
-    for (uint32_t s = 0; s < face->segment_count; s++) {
-        const struct face_segment *segment = &face->segments[s];
-        double p[2], q[2];
-        for (int k = 0; k < 2; k++) {
-            p[k] = way(&axis[k], at[k], segment->a[k]);
-            q[k] = p[k] + segment->b[k] - segment->a[k];
-        }
-        int32_t mate = surface->shell->edges[segment->edge].mate;
-        const struct surface *to = mate == EDGE_FREE ? NULL : beyond_edge(surface->shell, mate);
-        if (!to || !beyond || to == beyond)
-            try_segment(station->first, p, q, segment,
-                        !to                      ? free
-                        : before && to == before ? &back
-                                                 : joint);
+    const struct face *face = face_of(station->surface);
+    struct edge_search search = {.beyond = beyond, .before = before};
+    begin_search(station, &search);
+    try_likely_runs(&search);
+    for (uint32_t r = 0; r < face->run_count; r++) {
+        const struct face_run *run = &face->runs[r];
+        int to = beyond_run(&search, run);
+        if (to != BEYONDS && !(least_to_run(&search, run) > search.hit[to].distance2))
+            try_run(&search, run, to);
     }
-    if (back.distance2 < joint->distance2 * (1 - at_vertex))
-        *joint = back;
+    *free = search.hit[TO_NOTHING];
+    *joint = search.hit[TO_FACE];
+    if (search.hit[TO_BEFORE].distance2 < joint->distance2 * (1 - at_vertex))
+        *joint = search.hit[TO_BEFORE];
 }
 
 static bool frame_at(const struct shell *shell, const struct face_edge *edge, double t,
@@ -296,12 +361,20 @@ bool crossing_settle(struct surface_cursor *cursor, struct station *station) {
     return false;
 }
 
-/* The share of the way p p + e at which it leaves the region through a segment, whose inside lies
- * as the edge says; HUGE_VAL where it does not. `at` gets the share of the segment; `by` is one by
- * the domain's lengths. */
-static double leaves_through(const double p[2], const double e[2], const double a[2],
-                             const double b[2], const double by[2], int inside, const bool open[2],
-                             double *at) {
+/* A straight way over a face, from p by e, and the joint that it leaves the region through first.
+ */
+struct leaving {
+    const struct surface *surface;
+    double p[2], e[2], by[2]; /* `by` is one by the domain's lengths */
+    double least, place;      /* shares of the way and of the segment */
+    const struct face_segment *segment;
+};
+
+/* The share of the way at which it leaves the region through a segment from a to b, whose inside
+ * lies as the edge says; HUGE_VAL where it does not. `at` gets the share of the segment. */
+static double leaves_through(const struct leaving *way, const double a[2], const double b[2],
+                             int inside, const bool open[2], double *at) {
+    const double *p = way->p, *e = way->e, *by = way->by;
     double sx = b[0] - a[0], sy = b[1] - a[1];
     double out = (e[0] * sy - e[1] * sx) * inside; /* > 0: from left to right of the segment */
     if (!(out > 0))
@@ -316,6 +389,41 @@ static double leaves_through(const double p[2], const double e[2], const double 
     return hits ? fmax(share, 0) : HUGE_VAL;
 }
 
+static void leave_through(struct leaving *leaving, const struct face_segment *segment) {
+    const struct surface *surface = leaving->surface;
+    const struct face_edge *edge = &surface->shell->edges[segment->edge];
+    const bool open[2] = {edge->open[0] && segment->t[0] == edge->t[0],
+                          edge->open[1] && segment->t[1] == edge->t[1]};
+    double a[2], b[2], at;
+    for (int k = 0; k < 2; k++) {
+        a[k] = leaving->p[k] + way(&surface->axis[k], leaving->p[k], segment->a[k]);
+        b[k] = a[k] + segment->b[k] - segment->a[k];
+    }
+    double met = leaves_through(leaving, a, b, edge->inside, open, &at);
+    const double there[2] = {leaving->p[0] + met * leaving->e[0],
+                             leaving->p[1] + met * leaving->e[1]};
+    double off = fmax(-at, at - 1);
+    if (met < leaving->least && (off <= touch || !face_contains(face_of(surface), there))) {
+        leaving->least = met;
+        leaving->segment = segment;
+        leaving->place = at;
+    }
+}
+
+/* Whether a way has to be held against the segments of a run: they belong to a joint, and lie near
+ * it or at an open end, beyond which the joint goes on. */
+static bool may_leave_through(const struct leaving *leaving, const struct face_run *run) {
+    const struct surface *surface = leaving->surface;
+    const struct face_edge *edge = &surface->shell->edges[run->edge];
+    bool near = true;
+    for (int k = 0; k < 2; k++) {
+        double off = fabs(way(&surface->axis[k], leaving->p[k], run->centre[k])) - run->half[k];
+        double reach = fabs(leaving->e[k]);
+        near = near && !(off > reach + 2 * touch * (reach + 1 / leaving->by[k]));
+    }
+    return edge->mate != EDGE_FREE && (near || edge->open[0] || edge->open[1]);
+}
+
 bool crossing_none_within(const struct surface *surface, const double low[2],
                           const double high[2]) {
     return face_holds_way(face_of(surface), low, high);
@@ -324,42 +432,29 @@ bool crossing_none_within(const struct surface *surface, const double low[2],
 bool crossing_on_way(const struct surface *surface, const double from[2], const double to[2],
                      double *share, struct crossing *crossing) {
     const struct face *face = face_of(surface);
-    const struct surface_axis *axis = surface->axis;
-    const struct face_segment *first = NULL;
-    double p[2], turn[2], by[2], least = HUGE_VAL, place = 0;
-    const double e[2] = {to[0] - from[0], to[1] - from[1]};
+    struct leaving leaving = {.surface = surface, .least = HUGE_VAL};
+    double turn[2], end[2];
     turn_of(surface, from, turn);
-    for (int k = 0; k < 2; k++)
-        p[k] = from[k] - turn[k];
-    const double end[2] = {p[0] + e[0], p[1] + e[1]};
-    if (face_holds_way(face, p, end))
-        return false;
-    for (int k = 0; k < 2; k++)
-        by[k] = 1 / (surface_axis_upper(&axis[k]) - surface_axis_lower(&axis[k]));
-    for (uint32_t s = 0; s < face->segment_count; s++) {
-        const struct face_segment *segment = &face->segments[s];
-        const struct face_edge *edge = &surface->shell->edges[segment->edge];
-        double a[2], b[2], at;
-        if (edge->mate == EDGE_FREE)
-            continue;
-        for (int k = 0; k < 2; k++) {
-            a[k] = p[k] + way(&axis[k], p[k], segment->a[k]);
-            b[k] = a[k] + segment->b[k] - segment->a[k];
-        }
-        const bool open[2] = {edge->open[0] && segment->t[0] == edge->t[0],
-                              edge->open[1] && segment->t[1] == edge->t[1]};
-        double met = leaves_through(p, e, a, b, by, edge->inside, open, &at);
-        const double there[2] = {p[0] + met * e[0], p[1] + met * e[1]};
-        double off = fmax(-at, at - 1);
-        if (met < least && (off <= touch || !face_contains(face, there))) {
-            least = met;
-            first = segment;
-            place = at;
-        }
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &surface->axis[k];
+        leaving.p[k] = from[k] - turn[k];
+        leaving.e[k] = to[k] - from[k];
+        leaving.by[k] = 1 / (surface_axis_upper(axis) - surface_axis_lower(axis));
+        end[k] = leaving.p[k] + leaving.e[k];
     }
+    if (face_holds_way(face, leaving.p, end))
+        return false;
+    for (uint32_t r = 0; r < face->run_count; r++) {
+        const struct face_run *run = &face->runs[r];
+        bool may = may_leave_through(&leaving, run);
+        for (uint32_t s = 0; s < run->count && may; s++)
+            leave_through(&leaving, &face->segments[run->first + s]);
+    }
+    const struct face_segment *first = leaving.segment;
     if (!first)
         return false;
-    *share = least;
+    double place = leaving.place;
+    *share = leaving.least;
     const bool *open = surface->shell->edges[first->edge].open;
     place = open[0] ? place : fmax(place, 0);
     place = open[1] ? place : fmin(place, 1);
@@ -367,7 +462,7 @@ bool crossing_on_way(const struct surface *surface, const double from[2], const 
     if (!joint_at(surface, first->edge, t, crossing))
         return false;
     crossing->distance = 0;
-    const double near[2] = {from[0] + least * e[0], from[1] + least * e[1]};
+    const double near[2] = {from[0] + *share * leaving.e[0], from[1] + *share * leaving.e[1]};
     put_near(surface, near, crossing->edge);
     return true;
 }

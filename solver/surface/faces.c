@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "faces.h"
 
-enum { NEWTON_MAX = 40, HALVINGS_MAX = 20 };
+enum { NEWTON_MAX = 40, HALVINGS_MAX = 20, RUN_MAX = 32 };
 
 /* A place this close outside the domain, as a share of it, is on its border. */
 static const double border = 1e-9;
@@ -60,6 +60,44 @@ double curve_nearest(const struct shell *shell, const struct face_curve *curve, 
         distance = closer;
     }
     return distance;
+}
+
+/* The run that begins at a segment: up to RUN_MAX of the same edge. */
+static struct face_run run_from(const struct face *face, uint32_t first) {
+    const struct face_segment *segments = face->segments + first;
+    struct face_run run = {.first = first, .edge = segments->edge};
+    double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL};
+    while (run.count < RUN_MAX && first + run.count < face->segment_count &&
+           segments[run.count].edge == run.edge) {
+        const struct face_segment *segment = &segments[run.count++];
+        for (int k = 0; k < 2; k++) {
+            low[k] = fmin(low[k], fmin(segment->a[k], segment->b[k]));
+            high[k] = fmax(high[k], fmax(segment->a[k], segment->b[k]));
+        }
+    }
+    for (int k = 0; k < 2; k++) {
+        run.centre[k] = (low[k] + high[k]) / 2;
+        run.half[k] = (high[k] - low[k]) / 2;
+    }
+    return run;
+}
+
+enum status face_make_runs(struct face *face, struct arena *arena) {
+    for (int pass = 0; pass < 2; pass++) {
+        uint32_t count = 0;
+        for (uint32_t s = 0; s < face->segment_count; count++) {
+            struct face_run run = run_from(face, s);
+            if (pass)
+                face->runs[count] = run;
+            s += run.count;
+        }
+        face->run_count = count;
+        if (pass == 0)
+            face->runs = arena_alloc(arena, count, sizeof *face->runs);
+        if (!face->runs)
+            return STATUS_OUT_OF_MEMORY;
+    }
+    return STATUS_OK;
 }
 
 /* The column or row of the grid that x lies in, one of direction k. */

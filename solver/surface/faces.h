@@ -47,6 +47,14 @@ struct face_segment {
     int32_t edge;
 };
 
+/* Segments of one edge that follow each other, and the rectangle that they lie in: searches pass
+ * over most runs by it. */
+struct face_run {
+    uint32_t first, count;
+    int32_t edge;
+    double centre[2], half[2];
+};
+
 struct face {
     const struct surface *plain; /* the caller's */
     struct surface surface;      /* the same as a face of this shell */
@@ -60,6 +68,8 @@ struct face {
     int8_t side; /* by which it has to be turned to face like the first of its component: 1 or -1 */
     struct face_segment *segments;
     uint32_t segment_count;
+    struct face_run *runs;
+    uint32_t run_count;
     uint8_t *cells; /* FACE_GRID x FACE_GRID of the domain: enum face_cell */
 };
 
@@ -95,6 +105,9 @@ double curve_nearest(const struct shell *shell, const struct face_curve *curve, 
  * it; and where that is. */
 void edge_normals(const struct shell *shell, const struct face_edge *edge, double share,
                   struct vec3 normal[2], struct vec3 *at);
+
+/* Divides the segments into runs. Errors: STATUS_OUT_OF_MEMORY. */
+enum status face_make_runs(struct face *face, struct arena *arena) STATUS_MUST_USE;
 
 /* Fills the grid, from the segments. Errors: STATUS_OUT_OF_MEMORY. */
 enum status face_make_grid(struct face *face, struct arena *arena) STATUS_MUST_USE;

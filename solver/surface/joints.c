@@ -748,7 +748,10 @@ enum status faces_join(struct shell *shell, const struct shell_part *parts, stru
         status = join_edges(&join, fault);
     if (status == STATUS_OK)
         status = gather_segments(&join, arena);
-    for (size_t k = 0; k < shell->face_count && status == STATUS_OK; k++)
-        status = face_make_grid(&shell->faces[k], arena);
+    for (size_t k = 0; k < shell->face_count && status == STATUS_OK; k++) {
+        status = face_make_runs(&shell->faces[k], arena);
+        if (status == STATUS_OK)
+            status = face_make_grid(&shell->faces[k], arena);
+    }
     return status;
 }
