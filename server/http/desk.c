@@ -4,10 +4,17 @@
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* In the order of arrival. */
 struct line {
     struct exchange *first, **end;
+};
+
+/* What a thread attends to. */
+struct seat {
+    bool taken, reads;
+    char owner[sizeof((struct request *)NULL)->owner];
 };
 
 struct desk {
@@ -16,50 +23,77 @@ struct desk {
     pthread_mutex_t lock;                     /* of what is below */
     pthread_cond_t changed;
     struct line lines[DESK_KINDS];
-    int readers; /* threads with one of DESK_READS */
+    struct seat seats[DESK_THREADS];
+    int seated; /* threads that have taken their seat */
     bool stopping;
     int threads;
     pthread_t thread[DESK_THREADS];
 };
 
-/* With the lock: takes the first of the line; NULL when it is empty. */
-static struct exchange *take_first(struct line *line) {
-    struct exchange *exchange = line->first;
-    if (!exchange)
+static int readers(const struct desk *desk) {
+    int count = 0;
+    for (int k = 0; k < DESK_THREADS; k++)
+        count += desk->seats[k].taken && desk->seats[k].reads;
+    return count;
+}
+
+static int under_way(const struct desk *desk, const char *owner) {
+    int count = 0;
+    for (int k = 0; k < DESK_THREADS; k++)
+        count += desk->seats[k].taken && !strcmp(desk->seats[k].owner, owner);
+    return count;
+}
+
+/* With the lock: takes out of the line the first of the owner with the fewest under way; NULL when
+ * it is empty. */
+static struct exchange *take_next(const struct desk *desk, struct line *line) {
+    struct exchange **best = NULL;
+    int least = DESK_THREADS + 1;
+    for (struct exchange **at = &line->first; *at && least > 0; at = &(*at)->next) {
+        int count = under_way(desk, (*at)->request->owner);
+        if (count >= least)
+            continue;
+        best = at;
+        least = count;
+    }
+    if (!best)
         return NULL;
-    line->first = exchange->next;
-    if (!line->first)
-        line->end = &line->first;
+    struct exchange *exchange = *best;
+    *best = exchange->next;
+    if (!*best)
+        line->end = best;
     exchange->next = NULL;
     return exchange;
 }
 
-/* With the lock: the next one and its kind; NULL at the end. */
-static struct exchange *next(struct desk *desk, enum desk_kind *kind) {
+/* With the lock: the next one, for that seat; NULL at the end. */
+static struct exchange *next(struct desk *desk, struct seat *seat) {
     for (;;) {
-        struct exchange *exchange = take_first(&desk->lines[ *kind = DESK_CHANGES]);
-        if (!exchange && desk->readers < DESK_READERS)
-            exchange = take_first(&desk->lines[ *kind = DESK_READS]);
+        struct exchange *exchange = take_next(desk, &desk->lines[DESK_CHANGES]);
+        seat->reads = !exchange;
+        if (!exchange && readers(desk) < DESK_READERS)
+            exchange = take_next(desk, &desk->lines[DESK_READS]);
+        seat->taken = exchange != NULL;
+        if (exchange)
+            memcpy(seat->owner, exchange->request->owner, sizeof seat->owner);
         if (exchange || (desk->stopping && !desk->lines[DESK_READS].first))
             return exchange;
         pthread_cond_wait(&desk->changed, &desk->lock);
     }
 }
 
-/* One that has read may have kept another from it. */
 static void *serve(void *context) {
     struct desk *desk = context;
     struct exchange *exchange;
-    enum desk_kind kind;
     pthread_mutex_lock(&desk->lock);
-    while ((exchange = next(desk, &kind))) {
-        desk->readers += kind == DESK_READS;
+    struct seat *seat = &desk->seats[desk->seated++];
+    while ((exchange = next(desk, seat))) {
         pthread_mutex_unlock(&desk->lock);
         desk->attend(exchange);
         pthread_mutex_lock(&desk->lock);
-        desk->readers -= kind == DESK_READS;
+        seat->taken = false;
     }
-    pthread_cond_broadcast(&desk->changed);
+    pthread_cond_broadcast(&desk->changed); /* one that was the last to read kept others waiting */
     pthread_mutex_unlock(&desk->lock);
     return NULL;
 }

@@ -5,7 +5,8 @@
  * should wait; so does a look into a database on another machine that has much to do. As long as
  * such calls are quick they are made on the connection's own thread, which costs least; when those
  * of a kind have become slow they are made here, and the connection is suspended meanwhile. Changes
- * come first: streams that are all woken by one event must not keep a submission waiting.
+ * come first: streams that are all woken by one event must not keep a submission waiting. Among
+ * calls of a kind the owner with the fewest under way comes first.
  */
 #ifndef SERVER_HTTP_DESK_H
 #define SERVER_HTTP_DESK_H

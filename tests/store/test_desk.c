@@ -4,11 +4,13 @@
 #include "scratch.h"
 #include "server/http/client.h"
 #include "server/http/desk.h"
+#include <semaphore.h>
 #include <stdatomic.h>
 #include <unistd.h>
 
 enum { EXCHANGES = 500, BUSY_US = 200 };
 
+static struct request anybody;
 static struct exchange exchanges[EXCHANGES];
 static atomic_int attended[EXCHANGES];
 static atomic_int reading, most_reading;
@@ -35,7 +37,7 @@ static void test_desk_attends_to_each_once(void **state) {
         struct desk *desk = desk_start(attend);
         assert_non_null(desk);
         for (int k = 0; k < EXCHANGES; k++) {
-            exchanges[k] = (struct exchange){0};
+            exchanges[k] = (struct exchange){.request = &anybody};
             desk_hand_over(desk, reads(k) ? DESK_READS : DESK_CHANGES, &exchanges[k]);
         }
         desk_stop(desk);
@@ -46,6 +48,46 @@ static void test_desk_attends_to_each_once(void **state) {
     assert_in_range(atomic_load(&most_reading), 1, DESK_READERS);
     desk_stop(NULL);
     desk_free(NULL);
+}
+
+static struct exchange *begun[EXCHANGES];
+static atomic_int begun_count;
+static sem_t gate;
+
+static void attend_at_gate(struct exchange *exchange) {
+    begun[atomic_fetch_add(&begun_count, 1)] = exchange;
+    sem_wait(&gate);
+}
+
+static void wait_for_begun(int count) {
+    while (atomic_load(&begun_count) < count)
+        usleep(1000);
+}
+
+/* All threads and a long line are one owner's: the only call of another is the next all the same.
+ */
+static void test_desk_takes_the_owner_with_the_fewest(void **state) {
+    static struct request one = {.owner = "one"}, other = {.owner = "other"};
+    (void)state;
+    assert_int_equal(sem_init(&gate, 0, 0), 0);
+    struct desk *desk = desk_start(attend_at_gate);
+    assert_non_null(desk);
+    for (int k = 0; k < 3 * DESK_THREADS; k++) {
+        exchanges[k] = (struct exchange){.request = &one};
+        desk_hand_over(desk, DESK_CHANGES, &exchanges[k]);
+    }
+    wait_for_begun(DESK_THREADS);
+    struct exchange last = {.request = &other};
+    desk_hand_over(desk, DESK_CHANGES, &last);
+    sem_post(&gate);
+    wait_for_begun(DESK_THREADS + 1);
+    assert_ptr_equal(begun[DESK_THREADS], &last);
+    for (int k = 0; k < 3 * DESK_THREADS; k++)
+        sem_post(&gate);
+    desk_stop(desk);
+    desk_free(desk);
+    assert_int_equal(atomic_load(&begun_count), 3 * DESK_THREADS + 1);
+    sem_destroy(&gate);
 }
 
 /* One slow call is enough; some twenty quick ones end it. What changes take says nothing of reads.
@@ -71,6 +113,7 @@ static void test_desk_is_needed_while_calls_are_slow(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_desk_attends_to_each_once),
+        cmocka_unit_test(test_desk_takes_the_owner_with_the_fewest),
         cmocka_unit_test(test_desk_is_needed_while_calls_are_slow),
     };
     return cmocka_run_group_tests_name("desk", tests, NULL, NULL);
