@@ -239,6 +239,21 @@ static double turn_of_net(const struct station *p, const struct station *q, doub
     return most;
 }
 
+/* Whether an edge is an arc beyond doubt, without a look at how the surface bends at its far end.
+ * Curvature that changes evenly, by c / d over the edge, has it rise by c d / 6 more than an arc at
+ * p and by twice that at q, and its chord is wrong by c (k + c / 4) / 24; what else q rises by is
+ * five times the third term of the turn. */
+static bool rises_as_arc(const struct station *p, const struct station *q, double curvature,
+                         double d, double net) {
+    struct vec3 along = vec3_sub(q->jet.r, p->jet.r);
+    double rise = curvature * vec3_norm2(along) / 2, k = fabs(curvature) * d;
+    double at_p = (vec3_dot(along, p->normal) - rise) / d;
+    double at_q = (-vec3_dot(along, q->normal) - rise) / d;
+    double change = 2 * (fabs(at_p) + fabs(at_q)), uneven = at_q - 2 * at_p;
+    return 2 * (k + change) < arc_turn && uneven * uneven < even + own_share * net &&
+           change * (k + change / 4) < 12 * (arc_error + arc_share * net);
+}
+
 enum rough_kind rough_edge(const struct station *p, const struct station *q, double curvature,
                            double d, double *chord) {
     double misfit = rough_misfit(p, q, curvature, d);
@@ -247,10 +262,13 @@ enum rough_kind rough_edge(const struct station *p, const struct station *q, dou
         bool alike = fabs(vec3_dot(along, vec3_add(p->normal, q->normal))) < pole_misfit * d;
         return alike ? ROUGH_NOT : ROUGH_EDGE;
     }
+    double net = turn_of_net(p, q, d);
+    if (rises_as_arc(p, q, curvature, d, net))
+        return ROUGH_NOT;
     struct departure from_p = departure(p, q->jet.r), from_q = departure(q, p->jet.r);
     struct turn turn = turn_between(&from_p, &from_q, d);
     const double *c = turn.of;
-    double error = error_of(&turn), net = turn_of_net(p, q, d);
+    double error = error_of(&turn);
     double own = own_share * net, most = arc_error + own;
     double right = d * chord_share(&turn);
     bool gentle = 2 * fabs(c[0]) < arc_turn;
