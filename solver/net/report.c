@@ -14,6 +14,9 @@ static const uint32_t own_bits = ((1u << NET_TILE) - 1) << 1;
 /* Where the normals at a cell's corners differ by more than this, the surface is folded there. */
 static const double folded_cosine = 0.5;
 
+/* Nodes that are kept of each of two rows. */
+enum { SPOTS = 64 };
+
 /* A known place of the net: (i, j), which is (x, y) of the window. */
 struct spot {
     int32_t i, j;
@@ -42,6 +45,8 @@ struct part {
     size_t reasons[DRAPE_REASON_COUNT];
     struct surface_cursor cursor;
     struct net_view before;
+    struct yarn_spot *spots; /* of a net with rough edges: the nodes of two rows that have been
+                                measured last, that of (i, j) at i % SPOTS of row j % 2 */
 };
 
 /* Own places of row y that are inside, those from which a cell goes on, and those at which the net
@@ -79,12 +84,26 @@ static struct yarn_net yarn_net(struct part *part) {
     return (struct yarn_net){part->march->net, part->march->surface, &part->cursor};
 }
 
-/* The stations of the corners of the cell from (x, y) on. */
-static bool corner_stations(struct part *part, const struct net_window *window, int x, int y,
-                            struct station corner[4]) {
+/* The node at (x, y) of a window, which is kept for the cells and nodes next to it; NULL where
+ * there is no tangent plane. */
+static struct yarn_spot *spot_of(struct part *part, const struct net_window *window, int x, int y) {
+    int32_t i = window->tile[1][1]->ti * NET_TILE + x, j = window->tile[1][1]->tj * NET_TILE + y;
+    struct yarn_spot *spot = &part->spots[(j & 1) * SPOTS + (i & (SPOTS - 1))];
+    if (spot->filled && spot->i == i && spot->j == j)
+        return spot;
+    spot->filled = station_of(part, net_window_find(window, x, y), &spot->station);
+    spot->i = i;
+    spot->j = j;
+    spot->known = 0;
+    return spot->filled ? spot : NULL;
+}
+
+/* The corners of the cell from (x, y) on. */
+static bool find_corners(struct part *part, const struct net_window *window, int x, int y,
+                         struct yarn_spot *corner[4]) {
     static const int8_t at[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     for (int k = 0; k < 4; k++)
-        if (!station_of(part, net_window_find(window, x + at[k][0], y + at[k][1]), &corner[k]))
+        if (!(corner[k] = spot_of(part, window, x + at[k][0], y + at[k][1])))
             return false;
     return true;
 }
@@ -92,12 +111,12 @@ static bool corner_stations(struct part *part, const struct net_window *window, 
 /* Whether a cell whose corners do not turn one way in space is cloth all the same: one that is bent
  * over a fold, and open in the surface. */
 static bool is_bent(struct part *part, const struct net_window *window, int x, int y) {
-    struct station corner[4];
+    struct yarn_spot *corner[4];
     double least = 1;
-    if (!yarn_cell_is_rough(window, x, y) || !corner_stations(part, window, x, y, corner))
+    if (!yarn_cell_is_rough(window, x, y) || !find_corners(part, window, x, y, corner))
         return false;
     for (int k = 1; k < 4; k++)
-        least = fmin(least, vec3_dot(corner[0].normal, corner[k].normal));
+        least = fmin(least, vec3_dot(corner[0]->station.normal, corner[k]->station.normal));
     struct yarn_net net = yarn_net(part);
     return least < folded_cosine && yarn_cell_is_open(&net, window, x, y, corner);
 }
@@ -316,20 +335,20 @@ static void add_cells(struct part *part, const struct net_window *window, int y,
 
 /* The shear angle at a node near rough edges, number `at`, between the directions of its yarns. */
 static void measure_node(struct part *part, const struct spot *spot, size_t at) {
-    struct station station;
+    struct yarn_spot *own = spot_of(part, spot->window, spot->x, spot->y);
     struct yarn_net net = yarn_net(part);
-    if (station_of(part, spot->node, &station))
+    if (own)
         part->result->nodes.shear_deg[at] =
-            90 - yarn_node_angle(&net, spot->window, spot->x, spot->y, &station);
+            90 - yarn_node_angle(&net, spot->window, spot->x, spot->y, own);
 }
 
 /* The same of a cell, and its area, that of the fabric. */
 static void measure_cell(struct part *part, const struct spot *spot, size_t at) {
     struct drape_cells *cells = &part->result->cells;
-    struct station corner[4];
+    struct yarn_spot *corner[4];
     const double *d = part->march->settings->spacing;
     double sine, cosine;
-    bool regular = corner_stations(part, spot->window, spot->x, spot->y, corner);
+    bool regular = find_corners(part, spot->window, spot->x, spot->y, corner);
     struct yarn_net net = yarn_net(part);
     double w = regular ? yarn_cell_angle(&net, spot->window, spot->x, spot->y, corner)
                        : 90 - cells->shear_deg[at];
@@ -493,9 +512,13 @@ static struct part *make_parts(struct march *march, struct drape_result *result,
         }
         parts[*count - 1].count++;
     }
-    for (int k = 0; k < *count; k++)
+    size_t kept = net_has_rough(march->net) ? 2 * SPOTS : 0;
+    struct yarn_spot *spots = arena_alloc(march->arena, kept * (size_t)*count, sizeof *spots);
+    for (int k = 0; spots && k < *count; k++) {
+        parts[k].spots = spots + kept * (size_t)k;
         find_plain(march, &parts[k]);
-    return parts;
+    }
+    return spots ? parts : NULL;
 }
 
 /* Gives each part its places in the columns. */

@@ -32,14 +32,20 @@ static struct yarn_place place_at(const struct net_window *window, int x, int y)
 /* The yarn's direction towards the higher index, by its neighbour on one side; zero where there is
  * none. */
 static struct vec3 onward(const struct yarn_net *yarns, const struct net_window *window, int x,
-                          int y, int family, int side, const struct station *station) {
+                          int y, int family, int side, struct yarn_spot *spot) {
+    struct vec3 *direction = &spot->onward[family][side];
     int step = side ? 1 : -1;
+    if (spot->known & NET_EDGE_BIT(family, side))
+        return *direction;
+    spot->known |= NET_EDGE_BIT(family, side);
     struct yarn_place here = place_at(window, x, y);
     struct yarn_place there =
         place_at(window, x + (family == 0 ? step : 0), y + (family == 0 ? 0 : step));
-    if (!there.node)
-        return vec3_make(0, 0, 0);
-    return vec3_scale(step, yarn_leave(yarns, &here, &there, family, side, station));
+    *direction = vec3_make(0, 0, 0);
+    if (there.node)
+        *direction =
+            vec3_scale(step, yarn_leave(yarns, &here, &there, family, side, &spot->station));
+    return *direction;
 }
 
 /* From a to b about the normal, in degrees. */
@@ -48,13 +54,13 @@ static double angle_between(struct vec3 a, struct vec3 b, struct vec3 normal) {
 }
 
 double yarn_node_angle(const struct yarn_net *yarns, const struct net_window *window, int x, int y,
-                       const struct station *station) {
+                       struct yarn_spot *spot) {
     struct vec3 mean[2];
     for (int k = 0; k < 2; k++)
-        mean[k] = vec3_add(onward(yarns, window, x, y, k, 0, station),
-                           onward(yarns, window, x, y, k, 1, station));
+        mean[k] = vec3_add(onward(yarns, window, x, y, k, 0, spot),
+                           onward(yarns, window, x, y, k, 1, spot));
     bool both = vec3_norm2(mean[0]) > 0 && vec3_norm2(mean[1]) > 0;
-    return both ? fabs(angle_between(mean[0], mean[1], station->normal)) : 90;
+    return both ? fabs(angle_between(mean[0], mean[1], spot->station.normal)) : 90;
 }
 
 bool yarn_cell_is_rough(const struct net_window *window, int x, int y) {
@@ -70,25 +76,25 @@ bool yarn_cell_is_rough(const struct net_window *window, int x, int y) {
 
 /* The angles from warp to weft at the corners, in degrees. */
 static void corner_angles(const struct yarn_net *yarns, const struct net_window *window, int x,
-                          int y, const struct station corner[4], double angle[4]) {
+                          int y, struct yarn_spot *const corner[4], double angle[4]) {
     static const int8_t at[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     for (int k = 0; k < 4; k++) {
         int cx = x + at[k][0], cy = y + at[k][1];
-        struct vec3 warp = onward(yarns, window, cx, cy, 0, 1 - at[k][0], &corner[k]);
-        struct vec3 weft = onward(yarns, window, cx, cy, 1, 1 - at[k][1], &corner[k]);
-        angle[k] = angle_between(warp, weft, corner[k].normal);
+        struct vec3 warp = onward(yarns, window, cx, cy, 0, 1 - at[k][0], corner[k]);
+        struct vec3 weft = onward(yarns, window, cx, cy, 1, 1 - at[k][1], corner[k]);
+        angle[k] = angle_between(warp, weft, corner[k]->station.normal);
     }
 }
 
 double yarn_cell_angle(const struct yarn_net *yarns, const struct net_window *window, int x, int y,
-                       const struct station corner[4]) {
+                       struct yarn_spot *const corner[4]) {
     double angle[4];
     corner_angles(yarns, window, x, y, corner, angle);
     return (angle[0] + angle[1] + angle[2] + angle[3]) / 4;
 }
 
 bool yarn_cell_is_open(const struct yarn_net *yarns, const struct net_window *window, int x, int y,
-                       const struct station corner[4]) {
+                       struct yarn_spot *const corner[4]) {
     double angle[4];
     corner_angles(yarns, window, x, y, corner, angle);
     for (int k = 0; k < 4; k++)
