@@ -7,13 +7,12 @@
 /* Rounding, and the corners that straight lines cut, leave the shares of cells this exact. */
 static const double twice = 1e-2;
 
-/* What an edge adds to a cell that it passes. */
+/* What the rim adds to a cell while it passes it once. */
 struct crossing {
     int32_t i, j;
-    double rise; /* to q, along the edge */
-    double area; /* on the left of the edge in this cell */
-    double p, q; /* the middle */
-    double length;
+    double rise;         /* to q, along the edge */
+    double area;         /* on the left of the edge in this cell */
+    double length, p, q; /* and the sums of p and q of its pieces by their lengths */
     bool loose;
 };
 
@@ -26,22 +25,32 @@ struct crossings {
 
 /* ---- shares ---- */
 
-static void add_crossing(struct crossings *c, const double from[2], const double to[2],
-                         bool loose) {
-    double p = (from[0] + to[0]) / 2, q = (from[1] + to[1]) / 2, rise = to[1] - from[1];
-    double dp = to[0] - from[0], i = floor(p), j = floor(q);
+static struct crossing *crossing_of(struct crossings *c, int32_t i, int32_t j) {
+    struct crossing *last = c->count ? &c->all[c->count - 1] : NULL;
+    if (last && last->i == i && last->j == j)
+        return last;
     if (c->count == c->room)
         c->all = arena_enlarge(c->march->arena, c->all, c->count, sizeof *c->all, &c->room);
     c->failed = c->failed || !c->all;
-    if (!c->failed)
-        c->all[c->count++] = (struct crossing){.i = (int32_t)i,
-                                               .j = (int32_t)j,
-                                               .rise = rise,
-                                               .area = rise * (p - i),
-                                               .p = p,
-                                               .q = q,
-                                               .length = sqrt(dp * dp + rise * rise),
-                                               .loose = loose};
+    if (c->failed)
+        return NULL;
+    last = &c->all[c->count++];
+    *last = (struct crossing){.i = i, .j = j};
+    return last;
+}
+
+static void add_piece(struct crossings *c, const double from[2], const double to[2], bool loose) {
+    double p = (from[0] + to[0]) / 2, q = (from[1] + to[1]) / 2, rise = to[1] - from[1];
+    double dp = to[0] - from[0], i = floor(p), weight = sqrt(dp * dp + rise * rise) + 1e-12;
+    struct crossing *own = crossing_of(c, (int32_t)i, (int32_t)floor(q));
+    if (!own)
+        return;
+    own->rise += rise;
+    own->area += rise * (p - i);
+    own->length += weight;
+    own->p += weight * p;
+    own->q += weight * q;
+    own->loose = own->loose || loose;
 }
 
 /* The share of the way from `x` to `to`, starting at share `at`, at which the next whole number is
@@ -65,7 +74,7 @@ static void add_line(struct crossings *c, const struct rim_point *a, const struc
         double next = fmin(next_line(from[0], to[0], at), next_line(from[1], to[1], at)), here[2];
         for (int k = 0; k < 2; k++)
             here[k] = next == 1 ? to[k] : from[k] + next * (to[k] - from[k]);
-        add_crossing(c, last, here, loose);
+        add_piece(c, last, here, loose);
         memcpy(last, here, sizeof last);
         at = next;
     }
@@ -89,12 +98,11 @@ static struct rim_cell gather_cell(const struct crossings *c, size_t *k, double 
     double area = 0, length = 0;
     for (; *k < c->count && c->all[*k].i == cell.i && c->all[*k].j == cell.j; ++*k) {
         const struct crossing *own = &c->all[*k];
-        double weight = own->length + 1e-12;
         *rise += own->rise;
         area += own->area;
-        length += weight;
-        cell.p += weight * own->p;
-        cell.q += weight * own->q;
+        length += own->length;
+        cell.p += own->p;
+        cell.q += own->q;
         cell.loose = cell.loose || own->loose;
     }
     cell.p /= length;

@@ -26,7 +26,7 @@ static const double near_smooth = 0.15, near_rough = 0.6;
 static const double longest_edge = 1.6, shortest_edge = 0.4;
 
 enum status rim_cloth_make(struct march *march, struct rim_cloth *cloth) {
-    *cloth = (struct rim_cloth){.march = march};
+    *cloth = (struct rim_cloth){.march = march, .view = net_view(march->net)};
     cloth->beyond = arena_alloc(march->arena, 1, sizeof *cloth->beyond);
     return cloth->beyond ? net_make(cloth->beyond, march->arena, false) : STATUS_OUT_OF_MEMORY;
 }
@@ -110,8 +110,9 @@ static bool load_cell(struct rim_cloth *cloth, struct rim_patch *patch, bool *ro
     *rough = false;
     for (int b = 1; b <= 2; b++)
         for (int a = 1; a <= 2; a++) {
-            const struct net_node *node =
-                corner_at(cloth, patch->i + a - 1, patch->j + b - 1, LAYERS);
+            int32_t i = patch->i + a - 1, j = patch->j + b - 1;
+            const struct net_node *node = net_view_place(&cloth->view, i, j);
+            node = node ? node : corner_at(cloth, i, j, LAYERS);
             if (!node)
                 return false;
             patch->r[b][a] = node->r;
@@ -161,7 +162,7 @@ static void load_neighbours(struct rim_cloth *cloth, struct rim_patch *patch, bo
         for (int a = 0; a < 4; a++) {
             bool inner = (a == 1 || a == 2) && (b == 1 || b == 2);
             const struct net_node *node =
-                inner ? NULL : net_place(cloth->march->net, patch->i + a - 1, patch->j + b - 1);
+                inner ? NULL : net_view_place(&cloth->view, patch->i + a - 1, patch->j + b - 1);
             known[b][a] = inner || node;
             if (node) {
                 patch->r[b][a] = node->r;
@@ -188,6 +189,7 @@ const struct rim_patch *rim_cloth_patch(struct rim_cloth *cloth, int32_t i, int3
     cloth->begun = true;
     patch->i = i;
     patch->j = j;
+    net_view_move(&cloth->view, i, j);
     patch->known = load_cell(cloth, patch, &rough);
     if (patch->known)
         load_neighbours(cloth, patch, &rough);

@@ -27,7 +27,8 @@ struct rim_patch {
 
 struct rim_cloth {
     struct march *march;
-    struct net *beyond; /* corners that were extrapolated, as ghosts */
+    struct net_view view; /* of the march's net */
+    struct net *beyond;   /* corners that were extrapolated, as ghosts */
     struct rim_patch patch;
     bool begun, failed; /* no memory */
 };
