@@ -37,7 +37,8 @@ static const char help_head[] =
     "STL, OBJ, Nastran; faces are chosen as of a stored surface.\n"
     "\n"
     "Of a laminate, which has plies, each is draped; with --map the stack is written,\n"
-    "else what became of every ply.\n"
+    "as svg or dxf the patterns of all layers on a roll, as html the ply book, else\n"
+    "what became of every ply.\n"
     "\n"
     "Of a study, which has a drape and what to vary of it, all variants are written\n"
     "(json, csv, npz) and the best of them shown as a table: on standard error when\n"
@@ -463,6 +464,8 @@ static bool laminate(const struct arguments *arguments, const struct api_input *
         ok = write_map(arguments, NULL, &job, output, problem);
     else if (ok && strcmp(arguments->format->name, "json") == 0)
         ok = laminate_job_report(&job, output, problem);
+    else if (ok && arguments->format->uses & (FORMAT_PATTERN | FORMAT_REPORT))
+        ok = laminate_job_draw(&job, arguments->format->name, output, problem);
     else if (ok)
         api_problem_set(problem, API_NOT_ACCEPTABLE,
                         "a laminate has no %s of its own: take --map, or drape one of its plies",

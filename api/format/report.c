@@ -5,12 +5,12 @@
  * with its dimensions; what was asked for, and by which versions it was answered. The picture is a
  * PNG within it; the pattern is drawn as for `svg`.
  */
+#include "html.h"
 #include "inputs.h"
 #include "png.h"
 #include "portrait.h"
 #include "svg.h"
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -35,41 +35,12 @@ struct state {
     enum stage stage;
 };
 
-/* ---- text ---- */
-
-/* As text of HTML, within quotes as well. */
-static void escape(struct api_text *text, const char *string, size_t length) {
-    for (size_t k = 0; k < length; k++) {
-        char c = string[k];
-        const char *entity = c == '<'    ? "&lt;"
-                             : c == '>'  ? "&gt;"
-                             : c == '&'  ? "&amp;"
-                             : c == '"'  ? "&quot;"
-                             : c == '\'' ? "&#39;"
-                                         : NULL;
-        if (entity)
-            api_text_raw(text, entity);
-        else
-            api_text_bytes(text, &c, 1);
-    }
-}
-
-static void say(struct api_text *text, const char *format, ...)
-    __attribute__((format(printf, 2, 3)));
-/* Escaped; of what is longer the beginning. */
-static void say(struct api_text *text, const char *format, ...) {
-    char string[512];
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(string, sizeof string, format, arguments);
-    va_end(arguments);
-    escape(text, string, strlen(string));
-}
+/* ---- tables ---- */
 
 /* A row of a table of names and values; `end_row` closes it. */
 static void begin_row(struct api_text *text, const char *name) {
     api_text_raw(text, "<tr><th scope=\"row\">");
-    say(text, "%s", name);
+    html_say(text, "%s", name);
     api_text_raw(text, "</th><td>");
 }
 
@@ -81,7 +52,7 @@ static void row(struct api_text *text, const char *name, const char *value) {
     if (!value || !*value)
         return;
     begin_row(text, name);
-    say(text, "%s", value);
+    html_say(text, "%s", value);
     end_row(text);
 }
 
@@ -108,10 +79,10 @@ static const char style[] =
 static void write_title(struct api_text *text, const struct encoder *encoder) {
     const struct format_options *options = &encoder->options;
     if (!options->part[0] && !options->ply[0])
-        say(text, "Drape %s", encoder->id);
+        html_say(text, "Drape %s", encoder->id);
     else
-        say(text, "%s%s%s", options->part, options->part[0] && options->ply[0] ? ", ply " : "",
-            options->ply);
+        html_say(text, "%s%s%s", options->part, options->part[0] && options->ply[0] ? ", ply " : "",
+                 options->ply);
 }
 
 static void write_head(struct encoder *encoder) {
@@ -128,35 +99,23 @@ static void write_head(struct encoder *encoder) {
     write_title(text, encoder);
     api_text_raw(text, summary->outcome == DRAPE_COMPLETE ? "</h1>\n<p>"
                                                           : "</h1>\n<p class=\"partial\">");
-    say(text, "%s: %.4g %% of the part is covered, the greatest shear is %.1f degrees.",
-        summary->outcome == DRAPE_COMPLETE ? "Complete" : "Partial", 100 * summary->cloth_coverage,
-        summary->max_shear_deg);
+    html_say(text, "%s: %.4g %% of the part is covered, the greatest shear is %.1f degrees.",
+             summary->outcome == DRAPE_COMPLETE ? "Complete" : "Partial",
+             100 * summary->cloth_coverage, summary->max_shear_deg);
     api_text_raw(text, "</p>\n</header>\n<figure class=\"part\">\n");
 }
 
 /* ---- the part ---- */
 
-/* An element of the drawing, written with its quotes. */
-static void draw(struct api_text *text, const char *format, ...)
-    __attribute__((format(printf, 2, 3)));
-static void draw(struct api_text *text, const char *format, ...) {
-    char element[256];
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(element, sizeof element, format, arguments);
-    va_end(arguments);
-    api_text_raw(text, element);
-}
-
 static void begin_picture(struct encoder *encoder) {
     const struct raster *raster = &((struct state *)encoder->state)->portrait.raster;
     struct api_text *text = &encoder->piece;
-    draw(text,
-         "<svg role=\"img\" aria-label=\"The draped part, coloured by its shear\" "
-         "viewBox=\"0 0 %d %d\">\n",
-         raster->width, raster->height + LEGEND);
-    draw(text, "<image width=\"%d\" height=\"%d\" href=\"data:image/png;base64,", raster->width,
-         raster->height);
+    html_draw(text,
+              "<svg role=\"img\" aria-label=\"The draped part, coloured by its shear\" "
+              "viewBox=\"0 0 %d %d\">\n",
+              raster->width, raster->height + LEGEND);
+    html_draw(text, "<image width=\"%d\" height=\"%d\" href=\"data:image/png;base64,",
+              raster->width, raster->height);
 }
 
 /* The next bytes of the picture in Base64 (RFC 4648). */
@@ -185,15 +144,16 @@ static void draw_scale(struct api_text *text, const struct portrait *portrait) {
     for (int k = 0; k < SCALE_STEPS; k++) {
         uint8_t rgb[3];
         portrait_colour((k + 0.5) / SCALE_STEPS, rgb);
-        draw(text, "<rect x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" fill=\"#%02x%02x%02x\"/>\n",
-             LEFT + k * LENGTH / SCALE_STEPS, top, LENGTH / SCALE_STEPS + 1, THICK, rgb[0], rgb[1],
-             rgb[2]);
+        html_draw(text,
+                  "<rect x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" fill=\"#%02x%02x%02x\"/>\n",
+                  LEFT + k * LENGTH / SCALE_STEPS, top, LENGTH / SCALE_STEPS + 1, THICK, rgb[0],
+                  rgb[1], rgb[2]);
     }
     for (int k = 0; k <= TICKS; k++)
-        draw(text, "<text x=\"%d\" y=\"%d\" text-anchor=\"middle\">%.3g</text>\n",
-             LEFT + k * LENGTH / TICKS, top + THICK + 30, k * portrait->range_deg / TICKS);
-    draw(text, "<text x=\"%d\" y=\"%d\">Absolute shear of the cells, degrees</text>\n", LEFT,
-         top + THICK + 64);
+        html_draw(text, "<text x=\"%d\" y=\"%d\" text-anchor=\"middle\">%.3g</text>\n",
+                  LEFT + k * LENGTH / TICKS, top + THICK + 30, k * portrait->range_deg / TICKS);
+    html_draw(text, "<text x=\"%d\" y=\"%d\">Absolute shear of the cells, degrees</text>\n", LEFT,
+              top + THICK + 64);
 }
 
 /* A length of 1, 2 or 5 times a power of ten, below the picture on its right. */
@@ -202,26 +162,27 @@ static void draw_bar(struct api_text *text, const struct portrait *portrait, con
     double length = pattern_round_length(MOST / portrait->scale);
     double left = RIGHT - length * portrait->scale;
     int y = portrait->raster.height + 32;
-    draw(text,
-         "<path d=\"M%.1f %dv-12v24v-12H%dv-12v24\" fill=\"none\" stroke=\"#1b2330\" "
-         "stroke-width=\"3\"/>\n",
-         left, y, RIGHT);
-    draw(text,
-         "<text x=\"%d\" y=\"%d\" text-anchor=\"end\">%g %s at right angles to the view</text>\n",
-         RIGHT, y + 42, length, unit);
+    html_draw(text,
+              "<path d=\"M%.1f %dv-12v24v-12H%dv-12v24\" fill=\"none\" stroke=\"#1b2330\" "
+              "stroke-width=\"3\"/>\n",
+              left, y, RIGHT);
+    html_draw(
+        text,
+        "<text x=\"%d\" y=\"%d\" text-anchor=\"end\">%g %s at right angles to the view</text>\n",
+        RIGHT, y + 42, length, unit);
 }
 
 static void draw_names(struct api_text *text, const struct portrait *portrait) {
     static const char *const names[] = {"warp", "weft"}, *const colours[] = {"#b45f06", "#0b6aa2"};
     for (int k = 0; k < 2; k++)
-        draw(text,
-             "<text x=\"%.1f\" y=\"%.1f\" fill=\"%s\" stroke=\"#fff\" stroke-width=\"6\" "
-             "paint-order=\"stroke\" font-weight=\"700\">%s</text>\n",
-             portrait->end[k][0] + 8, portrait->end[k][1] - 8, colours[k], names[k]);
-    draw(text,
-         "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"9\" fill=\"#fff\" stroke=\"#1b2330\" "
-         "stroke-width=\"4\"/>\n",
-         portrait->start[0], portrait->start[1]);
+        html_draw(text,
+                  "<text x=\"%.1f\" y=\"%.1f\" fill=\"%s\" stroke=\"#fff\" stroke-width=\"6\" "
+                  "paint-order=\"stroke\" font-weight=\"700\">%s</text>\n",
+                  portrait->end[k][0] + 8, portrait->end[k][1] - 8, colours[k], names[k]);
+    html_draw(text,
+              "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"9\" fill=\"#fff\" stroke=\"#1b2330\" "
+              "stroke-width=\"4\"/>\n",
+              portrait->start[0], portrait->start[1]);
 }
 
 static void end_picture(struct encoder *encoder) {
@@ -232,15 +193,15 @@ static void end_picture(struct encoder *encoder) {
     draw_scale(text, portrait);
     draw_bar(text, portrait, encoder->columns.unit->name);
     api_text_raw(text, "</g>\n</svg>\n<figcaption>");
-    say(text,
-        "Parallel projection onto the side that warp x weft points to. The circle is the start"
-        ", the dark line the edge of the part; whole cells are coloured. ");
+    html_say(text,
+             "Parallel projection onto the side that warp x weft points to. The circle is the start"
+             ", the dark line the edge of the part; whole cells are coloured. ");
     if (portrait->yarns == 1)
-        say(text, "Every yarn is drawn.");
+        html_say(text, "Every yarn is drawn.");
     else
-        say(text, "One yarn in %d is drawn.", portrait->yarns);
+        html_say(text, "One yarn in %d is drawn.", portrait->yarns);
     if (encoder->columns.summary.locked_cells > 0)
-        say(text, " Cells beyond the locking angle are hatched.");
+        html_say(text, " Cells beyond the locking angle are hatched.");
     api_text_raw(text, "</figcaption>\n</figure>\n");
 }
 
@@ -277,15 +238,15 @@ static const struct {
 static void write_point(struct api_text *text, const double *point) {
     double size = fmax(fmax(fabs(point[0]), fabs(point[1])), fabs(point[2]));
     for (int k = 0; k < 3; k++)
-        say(text, "%s%.5g", k ? ", " : "", fabs(point[k]) < 1e-9 * size ? 0 : point[k]);
+        html_say(text, "%s%.5g", k ? ", " : "", fabs(point[k]) < 1e-9 * size ? 0 : point[k]);
 }
 
 static void write_numbers(struct api_text *text, const struct api_columns *columns) {
     static const char *const powers[] = {"", "", "²", "³"};
     const struct api_summary *summary = &columns->summary;
     begin_row(text, "Net");
-    say(text, "%zu nodes, %zu cells of %g x %g %s", summary->nodes, summary->cells,
-        columns->grid.spacing[0], columns->grid.spacing[1], columns->unit->name);
+    html_say(text, "%zu nodes, %zu cells of %g x %g %s", summary->nodes, summary->cells,
+             columns->grid.spacing[0], columns->grid.spacing[1], columns->unit->name);
     end_row(text);
     for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++) {
         double value;
@@ -293,14 +254,15 @@ static void write_numbers(struct api_text *text, const struct api_columns *colum
         if (numbers[k].optional && value < 0)
             continue;
         begin_row(text, numbers[k].name);
-        say(text, "%.*g%s", numbers[k].power ? 6 : 4, numbers[k].factor * value, numbers[k].unit);
+        html_say(text, "%.*g%s", numbers[k].power ? 6 : 4, numbers[k].factor * value,
+                 numbers[k].unit);
         if (numbers[k].power)
-            say(text, " %s%s", columns->unit->name, powers[numbers[k].power]);
+            html_say(text, " %s%s", columns->unit->name, powers[numbers[k].power]);
         end_row(text);
     }
     begin_row(text, "Greatest shear at");
     write_point(text, summary->max_shear_at + 2);
-    say(text, " %s", columns->unit->name);
+    html_say(text, " %s", columns->unit->name);
     end_row(text);
 }
 
@@ -309,9 +271,9 @@ static void write_warnings(struct api_text *text, const struct api_warnings *war
     api_text_raw(text, warnings->count ? "<ul>\n" : "<p>None.</p>\n");
     for (size_t k = 0; k < warnings->count; k++) {
         api_text_raw(text, "<li><b>");
-        say(text, "%s", warnings->list[k].code);
+        html_say(text, "%s", warnings->list[k].code);
         api_text_raw(text, "</b>: ");
-        say(text, "%s", warnings->list[k].detail);
+        html_say(text, "%s", warnings->list[k].detail);
         api_text_raw(text, "</li>\n");
     }
     if (warnings->count)
@@ -327,7 +289,8 @@ static void write_summary(struct encoder *encoder) {
     api_text_raw(text, "<figure class=\"pattern\">\n<figcaption>Flat pattern: where to cut, with "
                        "the directions of warp and weft from the start");
     if (encoder->options.allowance > 0)
-        say(text, ", and %g %s outside", encoder->options.allowance, encoder->columns.unit->name);
+        html_say(text, ", and %g %s outside", encoder->options.allowance,
+                 encoder->columns.unit->name);
     api_text_raw(text, ". Not to scale: to cut by it, take the SVG or DXF.</figcaption>\n");
 }
 
@@ -345,9 +308,9 @@ static void write_input(struct api_text *text, const struct inputs_row *input) {
     size_t length = shown_length(input);
     begin_row(text, input->name);
     if (input->count)
-        say(text, "%zu entries", input->count);
+        html_say(text, "%zu entries", input->count);
     else
-        escape(text, input->value, length);
+        html_escape(text, input->value, length);
     if (!input->count && length < input->length)
         api_text_raw(text, " …");
     end_row(text);

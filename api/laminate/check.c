@@ -193,17 +193,15 @@ static bool read_length(const char *name, const char *value, double *length,
 
 enum api_problem_id laminate_pattern_record(const char *record, size_t length, const char *columns,
                                             size_t columns_length, const struct api_limits *limits,
-                                            int ply, const char *options, size_t options_length,
-                                            const struct api_sink *sink, struct arena *arena,
-                                            struct api_problem *problem) {
+                                            int ply, const char *format, const char *options,
+                                            size_t options_length, const struct api_sink *sink,
+                                            struct arena *arena, struct api_problem *problem) {
     const struct api_reader **nets;
     struct laminate laminate;
     struct laminate_roll roll = {.width = 0};
-    bool dxf = false;
     for (const char *at = options; at < options + options_length;) {
         const char *name = at, *value = name + strlen(name) + 1;
         at = value + strlen(value) + 1;
-        dxf = dxf || (strcmp(name, "format") == 0 && strcmp(value, "dxf") == 0);
         if ((strcmp(name, "width") == 0 && !read_length(name, value, &roll.width, problem)) ||
             (strcmp(name, "gap") == 0 && !read_length(name, value, &roll.gap, problem)))
             return problem->id;
@@ -211,5 +209,5 @@ enum api_problem_id laminate_pattern_record(const char *record, size_t length, c
     if (open_record(record, length, columns, columns_length, limits, arena, &laminate, &nets,
                     problem) != API_OK)
         return problem->id;
-    return laminate_patterns(&laminate, nets, ply, dxf, &roll, sink, arena, problem);
+    return laminate_patterns(&laminate, nets, ply, format, &roll, sink, arena, problem);
 }

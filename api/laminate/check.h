@@ -31,11 +31,12 @@ enum api_problem_id laminate_map_record(const char *record, size_t length, const
                                         struct api_problem *problem) STATUS_MUST_USE;
 
 /* Writes the patterns of a stored laminate (`patterns.h`); `options` are pairs of a name and a
- * value, zero-terminated: format (dxf, else svg), width, gap. */
+ * value, zero-terminated: width, gap. */
 enum api_problem_id laminate_pattern_record(const char *record, size_t length, const char *columns,
                                             size_t columns_length, const struct api_limits *limits,
-                                            int ply, const char *options, size_t options_length,
-                                            const struct api_sink *sink, struct arena *arena,
+                                            int ply, const char *format, const char *options,
+                                            size_t options_length, const struct api_sink *sink,
+                                            struct arena *arena,
                                             struct api_problem *problem) STATUS_MUST_USE;
 
 #endif

@@ -103,17 +103,22 @@ static void decode_boundary(const struct json_place *place, const struct api_sur
 
 static void decode_one(const struct json_place *place, const struct api_request *common,
                        size_t number, struct laminate_ply *ply) {
-    static const char *const keys[] = {
-        "name",       "repeat", "compaction", "boundary", "fabric",       "start", "direction",
-        "generators", "method", "yarn_path",  "extent",   "permeability", NULL};
+    static const char *const keys[] = {"name",         "repeat",    "compaction", "boundary",
+                                       "fabric",       "start",     "direction",  "generators",
+                                       "method",       "yarn_path", "extent",     "permeability",
+                                       "areal_weight", NULL};
     struct json_place name = place_member(place, "name"), repeat = place_member(place, "repeat");
     struct json_place law = place_member(place, "compaction");
     struct json_place boundary = place_member(place, "boundary");
+    struct json_place weight = place_member(place, "areal_weight");
     *ply = (struct laminate_ply){.drape = *common, .repeat = 1};
     decode_name(&name, number, ply);
     if (!place_object(place, keys))
         return;
     decode_ply(place, &ply->drape);
+    ply->areal_weight = ply->drape.fabric.areal_weight;
+    if (place_given(&weight))
+        place_number(&weight, decode_areal_weights, &ply->areal_weight);
     if (place_given(&repeat))
         place_integer(&repeat, 1, LAMINATE_REPEAT_MAX, &ply->repeat);
     if (place_given(&law))
@@ -166,13 +171,14 @@ static void check_ply(const struct json_place *place, const struct laminate *lam
     struct json_place fabric = place_member(place, "fabric");
     struct json_place thickness = place_member(&fabric, "thickness");
     struct json_place fraction = place_member(&fabric, "fiber_volume_fraction");
-    if (laminate->nominal && !place_given(&thickness))
+    bool thick = ply->drape.fabric.thickness > 0;
+    if (laminate->nominal && !thick)
         place_fault(&thickness, "is required by the offset: plies lie on each other");
-    else if (laminate->cavity.kind == STACK_HEIGHT && !place_given(&thickness))
+    else if (laminate->cavity.kind == STACK_HEIGHT && !thick)
         place_fault(&thickness, "is required in a cavity of a given height");
-    else if (ply->a > 0 && !place_given(&thickness))
+    else if (ply->a > 0 && !thick)
         place_fault(&thickness, "is required by the compaction");
-    if (ply->a > 0 && !place_given(&fraction))
+    if (ply->a > 0 && !(ply->drape.fabric.fiber_volume_fraction > 0))
         place_fault(&fraction, "is required by the compaction");
 }
 

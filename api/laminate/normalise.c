@@ -43,6 +43,8 @@ static void write_ply(struct api_text *text, const struct laminate_ply *ply) {
         api_text_key_number(text, "b", ply->b);
         api_text_raw(text, "}");
     }
+    if (ply->areal_weight > 0)
+        api_text_key_number(text, "areal_weight", ply->areal_weight);
     write_boundary(text, &ply->boundary);
     api_normalise_cloth(text, &ply->drape, NULL);
     api_normalise_permeability(text, &ply->drape.permeability);

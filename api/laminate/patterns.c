@@ -1,12 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "patterns.h"
 
+#include "api/format/html.h"
 #include "api/json/number.h"
 #include "api/json/text.h"
-#include "api/map/net.h"
-#include "api/result/cut.h"
-#include "clip.h"
-#include "region.h"
+#include "book.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,19 +12,9 @@
 
 enum { DIGITS = 9, TEXT_MAX = 160 };
 
-/* As of the pattern of a drape: what points of the rim are left out for, in spacings. */
-static const double tolerance = 5e-4;
-
-/* One ply's shape, in the laminate's unit; its layers are alike. */
-struct shape {
-    struct polygons cut;
-    double low[2], high[2], area;
-    size_t ply;
-};
-
 /* A layer on the roll: its lower left corner. */
 struct placed {
-    const struct shape *shape;
+    const struct laminate_shape *shape;
     double x, y;
     int layer;
 };
@@ -35,8 +23,7 @@ struct patterns {
     const struct laminate *laminate;
     struct arena *arena;
     struct api_problem *problem;
-    struct shape *shapes;
-    size_t shape_count;
+    struct laminate_shapes shapes;
     struct placed *placed;
     size_t placed_count;
     double width, length, area;
@@ -45,110 +32,6 @@ struct patterns {
 static bool no_memory(struct patterns *p) {
     api_problem_set(p->problem, API_OUT_OF_MEMORY, "the patterns need more memory than allowed");
     return false;
-}
-
-/* ---- shapes ---- */
-
-static void measure(struct shape *shape) {
-    double sum = 0;
-    size_t first = 0;
-    polygons_bounds(&shape->cut, shape->low, shape->high);
-    for (size_t k = 0; k < shape->cut.count; k++) {
-        const struct polygons_point *a = &shape->cut.points[k];
-        const struct polygons_point *b = &shape->cut.points[a->last ? first : k + 1];
-        sum += (a->x * b->y - b->x * a->y) / 2;
-        first = a->last ? k + 1 : first;
-    }
-    shape->area = fabs(sum);
-}
-
-/* The loops of a boundary turned so that they enclose what is on their left, holes the other way
- * round, in (p, q). */
-static bool loops_of(const struct region *region, struct polygons *loops) {
-    for (size_t n = 0; n < region->loop_count; n++) {
-        size_t low = region->first[n], count = region->first[n + 1] - low;
-        double sum = 0;
-        for (size_t k = 0; k < count; k++) {
-            const double *a = region->points[low + k], *b = region->points[low + (k + 1) % count];
-            sum += a[0] * b[1] - b[0] * a[1];
-        }
-        int depth = 0; /* of this loop within the others */
-        for (size_t m = 0; m < region->loop_count; m++) {
-            struct polygons one = {0};
-            for (size_t k = region->first[m]; m != n && k < region->first[m + 1]; k++)
-                if (!polygons_add(&one, region->points[k][0], region->points[k][1]))
-                    return false;
-            polygons_close(&one);
-            depth += m != n && clip_contains(&one, region->points[low][0], region->points[low][1]);
-            polygons_free(&one);
-        }
-        bool back = (sum > 0) == (depth % 2 == 1);
-        for (size_t k = 0; k < count; k++) {
-            const double *at = region->points[low + (back ? count - 1 - k : k)];
-            if (!polygons_add(loops, at[0], at[1]))
-                return false;
-        }
-        polygons_close(loops);
-    }
-    return true;
-}
-
-/* What of the cut lies within the ply's boundary. */
-static bool clip(struct patterns *p, size_t k, const struct api_reader *reader,
-                 struct map_net *cloth, struct polygons *cut) {
-    static const enum column_id kept[] = {COLUMN_CELLS_warp, COLUMN_CELLS_weft};
-    const struct laminate_ply *ply = &p->laminate->plies[k];
-    struct polygons loops = {0}, both = {0};
-    struct region region;
-    struct vec3 at;
-    map_net_keep(cloth, kept, sizeof kept / sizeof *kept);
-    if (map_net_load(reader, NULL, p->arena, cloth, p->problem) != API_OK)
-        return false;
-    enum status status = region_make(&ply->boundary, cloth->facets, cloth->columns.grid.spacing,
-                                     p->arena, &region, &at);
-    if (status == STATUS_INVALID)
-        api_problem_set(p->problem, API_INVALID_REQUEST,
-                        "the boundary of ply %zu (\"%s\") cannot be followed on its cloth near "
-                        "(%.6g, %.6g, %.6g)",
-                        k + 1, ply->name, at.x, at.y, at.z);
-    bool good = status == STATUS_OK && loops_of(&region, &loops) && clip_make(&loops, cut, &both);
-    if (good) {
-        polygons_free(cut);
-        *cut = both;
-    } else {
-        polygons_free(&both);
-        no_memory(p);
-    }
-    polygons_free(&loops);
-    return good;
-}
-
-static bool make_shape(struct patterns *p, size_t k, const struct api_reader *reader) {
-    struct arena_mark mark = arena_mark(p->arena);
-    struct map_net *cloth = arena_alloc(p->arena, 1, sizeof *cloth);
-    struct shape *shape = &p->shapes[p->shape_count++];
-    struct outline outline = {0};
-    struct cut cut = {0};
-    *shape = (struct shape){.ply = k};
-    if (!cloth)
-        return no_memory(p);
-    bool good = map_net_open(reader, cloth, p->problem) == API_OK &&
-                outline_make(&outline, reader, &cloth->columns, p->problem) == API_OK &&
-                cut_make(&cut, reader, &cloth->columns, &outline, tolerance, p->problem) == API_OK;
-    if (good && p->laminate->plies[k].boundary.count)
-        good = clip(p, k, reader, cloth, &cut.polygons);
-    const double *spacing = cloth->columns.grid.spacing;
-    for (size_t n = 0; good && n < cut.polygons.count; n++) {
-        cut.polygons.points[n].x *= spacing[0];
-        cut.polygons.points[n].y *= spacing[1];
-    }
-    shape->cut = cut.polygons;
-    cut.polygons = (struct polygons){0};
-    measure(shape);
-    cut_free(&cut);
-    outline_free(&outline);
-    arena_rewind(p->arena, mark);
-    return good;
 }
 
 /* ---- shelves ---- */
@@ -271,7 +154,7 @@ static void write_dxf(const struct patterns *p, struct api_text *text) {
     group(text, 2, "ENTITIES");
     for (size_t k = 0; k < p->placed_count; k++) {
         const struct placed *own = &p->placed[k];
-        const struct shape *shape = own->shape;
+        const struct laminate_shape *shape = own->shape;
         dxf_shape(text, own);
         title_of(p, own, title);
         dxf_text(text, own->x + (shape->high[0] - shape->low[0]) / 3,
@@ -291,23 +174,13 @@ static void svg_attribute(struct api_text *text, const char *name, double value)
     api_text_raw(text, "\"");
 }
 
-/* Text of ASCII in XML. */
-static void svg_escaped(struct api_text *text, const char *title) {
-    for (const char *c = title; *c; c++) {
-        if (*c == '<' || *c == '&')
-            api_text_raw(text, *c == '<' ? "&lt;" : "&amp;");
-        else
-            api_text_bytes(text, c, 1);
-    }
-}
-
 static void svg_text(struct api_text *text, double x, double y, double size, const char *title) {
     api_text_raw(text, "<text");
     svg_attribute(text, "x", x);
     svg_attribute(text, "y", y);
     svg_attribute(text, "font-size", size);
     api_text_raw(text, ">");
-    svg_escaped(text, title);
+    html_say(text, "%s", title);
     api_text_raw(text, "</text>\n");
 }
 
@@ -339,7 +212,7 @@ static void write_svg(const struct patterns *p, struct api_text *text) {
     api_text_raw(text, "</g>\n<g fill=\"black\" font-family=\"sans-serif\">\n");
     for (size_t k = 0; k < p->placed_count; k++) {
         const struct placed *own = &p->placed[k];
-        const struct shape *shape = own->shape;
+        const struct laminate_shape *shape = own->shape;
         title_of(p, own, title);
         svg_text(text, (own->x + (shape->high[0] - shape->low[0]) / 3) * mm,
                  (p->width - own->y - (shape->high[1] - shape->low[1]) / 2) * mm, letter, title);
@@ -352,37 +225,34 @@ static void write_svg(const struct patterns *p, struct api_text *text) {
 /* ---- the whole ---- */
 
 static bool gather(struct patterns *p, const struct api_reader *const *nets, int ply) {
-    size_t count = p->laminate->count, layers = 0;
-    p->shapes = arena_alloc(p->arena, count, sizeof *p->shapes);
-    if (!p->shapes)
-        return no_memory(p);
-    for (size_t k = 0; k < count; k++) {
-        const struct laminate_ply *own = &p->laminate->plies[k];
-        if (!nets[own->net] || (ply != LAMINATE_ALL && k != (size_t)ply))
-            continue;
-        if (!make_shape(p, k, nets[own->net]))
-            return false;
-        layers += (size_t)laminate_layers(own);
-    }
+    const struct laminate_shapes *shapes = &p->shapes;
+    size_t layers = 0;
+    if (!laminate_shapes_make(p->laminate, nets, ply, p->arena, &p->shapes, p->problem))
+        return false;
+    for (size_t k = 0; k < shapes->count; k++)
+        layers += (size_t)laminate_layers(&p->laminate->plies[shapes->shapes[k].ply]);
     p->placed = arena_alloc(p->arena, layers, sizeof *p->placed);
     if (!p->placed)
         return no_memory(p);
-    for (size_t k = 0; k < p->shape_count; k++)
-        for (int n = 0; n < laminate_layers(&p->laminate->plies[p->shapes[k].ply]); n++)
-            p->placed[p->placed_count++] = (struct placed){.shape = &p->shapes[k], .layer = n};
+    for (size_t k = 0; k < shapes->count; k++)
+        for (int n = 0; n < laminate_layers(&p->laminate->plies[shapes->shapes[k].ply]); n++)
+            p->placed[p->placed_count++] = (struct placed){.shape = &shapes->shapes[k], .layer = n};
     if (p->placed_count == 0)
         api_problem_set(p->problem, API_INVALID_REQUEST, "there is no ply to draw");
     return p->placed_count > 0;
 }
 
 enum api_problem_id laminate_patterns(const struct laminate *laminate,
-                                      const struct api_reader *const *nets, int ply, bool dxf,
-                                      const struct laminate_roll *roll, const struct api_sink *sink,
-                                      struct arena *arena, struct api_problem *problem) {
+                                      const struct api_reader *const *nets, int ply,
+                                      const char *format, const struct laminate_roll *roll,
+                                      const struct api_sink *sink, struct arena *arena,
+                                      struct api_problem *problem) {
     struct patterns p = {.laminate = laminate, .arena = arena, .problem = problem};
     if (gather(&p, nets, ply) && lay(&p, roll)) {
         struct api_text text = api_text_growing(arena);
-        if (dxf)
+        if (strcmp(format, "html") == 0)
+            laminate_book_write(laminate, nets, &p.shapes, p.width, p.length, &text);
+        else if (strcmp(format, "dxf") == 0)
             write_dxf(&p, &text);
         else
             write_svg(&p, &text);
@@ -392,7 +262,6 @@ enum api_problem_id laminate_patterns(const struct laminate *laminate,
         else if (!sink->write(sink->context, document, strlen(document)))
             api_problem_set(problem, API_UNAVAILABLE, "there is no room to write the patterns now");
     }
-    for (size_t k = 0; k < p.shape_count; k++)
-        polygons_free(&p.shapes[k].cut);
+    laminate_shapes_free(&p.shapes);
     return problem->id;
 }

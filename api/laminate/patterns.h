@@ -11,8 +11,7 @@
 #include "api/result/columns.h"
 #include "api/sink.h"
 #include "laminate.h"
-
-enum { LAMINATE_ALL = -1 };
+#include "shapes.h"
 
 struct laminate_roll {
     double width; /* of the roll in the laminate's unit; 0: as wide as the widest pattern */
@@ -20,15 +19,16 @@ struct laminate_roll {
 };
 
 /*
- * Writes the patterns of a laminate that is resolved, or of one ply (from 0), as `dxf` (layers CUT
- * and NAME, in the laminate's unit) or else `svg` (millimetres). `nets` as for a map; plies without
- * a net are left out. API_OK, API_INVALID_REQUEST (a roll that is too narrow, no ply, a boundary
- * that cannot be followed), API_INTERNAL, API_OUT_OF_MEMORY or API_UNAVAILABLE (the sink refuses).
+ * Writes the patterns of a laminate that is resolved, or of one ply (from 0) or LAMINATE_ALL, as
+ * `format`: "dxf" (layers CUT and NAME, in the laminate's unit), "svg" (millimetres) or "html", the
+ * ply book (`book.h`). `nets` as for a map; plies without a net are left out. API_OK,
+ * API_INVALID_REQUEST (a roll that is too narrow, no ply, a boundary that cannot be followed),
+ * API_INTERNAL, API_OUT_OF_MEMORY or API_UNAVAILABLE (the sink refuses).
  */
 enum api_problem_id laminate_patterns(const struct laminate *laminate,
-                                      const struct api_reader *const *nets, int ply, bool dxf,
-                                      const struct laminate_roll *roll, const struct api_sink *sink,
-                                      struct arena *arena,
+                                      const struct api_reader *const *nets, int ply,
+                                      const char *format, const struct laminate_roll *roll,
+                                      const struct api_sink *sink, struct arena *arena,
                                       struct api_problem *problem) STATUS_MUST_USE;
 
 #endif

@@ -87,6 +87,9 @@ static void decode_material(const struct json_place *name, struct api_request *r
         return;
     struct json_place root = place_root(&tree), fabric = place_member(&root, "fabric");
     struct json_place permeability = place_member(&root, "permeability");
+    struct json_place weight = place_member(&root, "areal_weight");
+    if (place_given(&weight))
+        place_number(&weight, decode_areal_weights, &request->fabric.areal_weight);
     read_fabric(&fabric, 1, request);
     request->fabric.material = material->name;
     if (place_given(&permeability))

@@ -14,6 +14,7 @@
 static const struct place_range decode_coordinates = {-1e12, 1e12, false};
 static const struct place_range decode_lengths = {1e-12, 1e12, false};
 static const struct place_range decode_fractions = {0, 1, true};
+static const struct place_range decode_areal_weights = {1e-6, 1e6, false}; /* kg/m^2 */
 
 /* A drape request, alone or within another document: all of `decode.h`. What is wrong is reported
  * to the tree's problem. */

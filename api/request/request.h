@@ -79,6 +79,8 @@ struct api_fabric {
     double fiber_volume_fraction; /* before shear, 0..1; 0: not given */
     double locking_angle_deg;     /* 0..90; negative: not given */
     int plies;
+    double areal_weight;  /* of one ply, kg/m^2, as the material says; 0: not known. Nothing is
+                             solved  with it */
     const char *material; /* whose thickness it is, in the request's unit; NULL: its own */
 };
 

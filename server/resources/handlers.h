@@ -14,7 +14,7 @@ call_handler results_get, results_pattern, results_report;
 /* studies.c */
 call_handler studies_variant, studies_sample;
 /* laminates.c */
-call_handler laminates_request, laminates_pattern, laminates_patterns;
+call_handler laminates_request, laminates_pattern, laminates_patterns, laminates_report;
 /* maps.c */
 call_handler maps_create;
 /* surfaces.c */

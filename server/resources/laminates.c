@@ -287,7 +287,7 @@ bool laminates_take_columns(struct call *call, struct checkers_order *order, cha
 /* ------------------------------------------------------------------ patterns */
 
 /* False: the reply says why nothing is begun. `ply` from 1, or 0 for all of them. */
-static bool begin_patterns(struct call *call, uint64_t ply) {
+static bool begin_patterns(struct call *call, uint64_t ply, const struct format *format) {
     struct checkers_order order = checking_order(call, CHECKER_PATTERNS);
     char *record;
     if (!laminates_take_columns(call, &order, &record))
@@ -299,25 +299,30 @@ static bool begin_patterns(struct call *call, uint64_t ply) {
         return false;
     }
     order.kind = CHECKER_PATTERNS;
+    order.format = format->name;
     order.variant = ply;
     return maps_begin(call, &order, record);
 }
 
-static enum http_next reply_patterns(struct call *call, uint64_t ply) {
+static enum http_next reply_patterns(struct call *call, enum format_use use, uint64_t ply) {
     struct call_choice choice;
-    if (!call_choose(call, FORMAT_PATTERN, &choice) ||
-        (!call->request->state && !begin_patterns(call, ply)))
+    if (!call_choose(call, use, &choice) ||
+        (!call->request->state && !begin_patterns(call, ply, choice.format)))
         return HTTP_DONE;
     return maps_answer(call, choice.format);
 }
 
 enum http_next laminates_patterns(struct call *call) {
-    return reply_patterns(call, 0);
+    return reply_patterns(call, FORMAT_PATTERN, 0);
+}
+
+enum http_next laminates_report(struct call *call) {
+    return reply_patterns(call, FORMAT_REPORT, 0);
 }
 
 enum http_next laminates_pattern(struct call *call) {
     int64_t k = 0;
     if (!request_parse_int(call->request->segments[PLY_SEGMENT], 0, INT32_MAX - 1, &k))
         return call_not_found(call, "ply");
-    return reply_patterns(call, (uint64_t)k + 1);
+    return reply_patterns(call, FORMAT_PATTERN, (uint64_t)k + 1);
 }

@@ -242,7 +242,7 @@ static enum api_problem_id write_patterns(const struct task *task, const struct 
         (void)!laminate_pattern_record(
             task->document[CHECKER_SECOND], order->length[CHECKER_SECOND],
             task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS], &order->limits,
-            (int)order->variant - 1, task->document[CHECKER_OPTIONS],
+            (int)order->variant - 1, order->format, task->document[CHECKER_OPTIONS],
             order->length[CHECKER_OPTIONS], sink, arena, problem);
     arena_free(arena);
     return problem->id;

@@ -267,3 +267,35 @@ plane='.surface = {degree_u: 1, degree_v: 1, size_u: 2, size_v: 2, knotvector_u:
     [[ $(<"$body") =~ 3\ patterns.*cloth\ ([0-9.]+)\ m2 ]]
     awk -v area="${BASH_REMATCH[1]}" 'BEGIN {exit !(area > 14.97 && area < 15.03)}'
 }
+
+@test "the ply book has the sequence, the patterns and the masses" {
+    # Two layers of 3 m by 2 m of 0.5 kg/m2, and one of 4 m by 4 m of a material of 0.8 kg/m2.
+    local book="$plane | .offset = \"nominal\" | .plies |= .[:2] | .plies[0] |= (.repeat = 2 | .areal_weight = 0.5 |
+        .name = \"skin <1>\" | .boundary = {polygon: [[0.5, 1, 0], [3.5, 1, 0], [3.5, 3, 0], [0.5, 3, 0]]}) |
+        .plies[1] |= (.direction.angle_deg = 0 | .fabric = {spacing: 0.2, material: \"example-glass-plain-800\"})"
+    drape_stack "$book" --format html
+    [ "$status" -eq 0 ]
+    [[ $output == *'<td>skin &lt;1&gt;</td><td>2</td><td>0°</td>'* ]]
+    [[ $output == *'Cloth 28 m², mass 18.8 kg; '* ]]
+    [[ $output == *'>2  ply_2</h2>'* && $output == *'3 along the warp, 2 across, in m; 2 of it.'* ]]
+    [ "$(grep -c '<svg' <<<"$output")" -eq 2 ]
+    ! grep -qE '<script|http:' <<<"$output"
+    for format in svg dxf; do
+        drape_stack "$book" --format "$format"
+        [ "$status" -eq 0 ]
+        [[ $output == *'3 patterns on '*' x 4 m of roll'* ]]
+    done
+    create "$book" && expect 200
+    id=$(field .id)
+    call GET "/v1/laminates/$id/report" && expect 200
+    [[ $(header Content-Type) == text/html* ]]
+    [[ $(<"$body") == *'mass 18.8 kg; '* ]]
+    call GET "/v1/laminates/$id/patterns" -H 'Accept: image/vnd.dxf' && expect 200
+    grep -q POLYLINE "$body"
+    call GET "/v1/laminates/$id/request" && expect 200
+    [ "$(field '[.plies[].areal_weight] | tojson')" = '[0.5,0.8]' ]
+    # A height asks for a thickness, and the material has one.
+    drape_stack "$plane | .cavity = {height: 0.002} | .plies |= .[:1] |
+        .plies[0].fabric = {spacing: 0.2, material: \"example-glass-plain-800\"}"
+    [ "$status" -eq 0 ]
+}

@@ -266,6 +266,38 @@ END
     $PYTHON "$BATS_TEST_TMPDIR/study.py" "$URL" "$EXAMPLES/saddle.json"
 }
 
+@test "client: drapes a laminate, maps the stack and saves what it is made by" {
+    cat >"$BATS_TEST_TMPDIR/laminate.py" <<'END'
+import json, os, sys
+sys.path.insert(0, "api/clients/python")
+import draped
+client, folder = draped.Client(sys.argv[1]), sys.argv[3]
+with open(sys.argv[2], encoding="utf-8") as file:
+    surface = json.load(file)["surface"]
+fabric = {"spacing": 0.2, "thickness": 0.001, "fiber_volume_fraction": 0.5}
+stack = client.submit_laminate({"surface": surface, "plies": [
+    {"fabric": fabric, "direction": {"angle_deg": angle}} for angle in (0, 45, 0)]})
+while client.laminate(stack, wait=10)["status"] in ("queued", "running"):
+    pass
+plies = client.laminate(stack)["plies"]
+assert [ply["status"] for ply in plies] == 3 * ["succeeded"]
+assert plies[0]["id"] == plies[2]["id"] != plies[1]["id"]
+mesh = {"mesh": {"vertices": [[0, 0, 0], [1, 0, 0.5], [0, 1, -0.5]], "triangles": [[0, 1, 2]]}}
+answer = client.map_laminate(stack, mesh, cavity_height=0.0027)
+assert abs(answer["cells"]["thickness"][0] - 0.0027) < 1e-15
+assert [int(ply) for ply in answer["plies"]["ply"]] == [1, 2, 3]
+assert abs(sum(answer["plies"]["thickness"]) - 0.0027) < 1e-15
+for name in ("stack.svg", "stack.dxf", "stack.html"):
+    client.save_patterns(stack, os.path.join(folder, name))
+client.save_laminate_map(stack, mesh, os.path.join(folder, "deck.inp"), format="calculix")
+with open(os.path.join(folder, "deck.inp"), encoding="ascii") as file:
+    assert "*SHELL SECTION, COMPOSITE" in file.read()
+with open(os.path.join(folder, "stack.html"), encoding="utf-8") as file:
+    assert "Ply book" in file.read()
+END
+    $PYTHON "$BATS_TEST_TMPDIR/laminate.py" "$URL" "$EXAMPLES/saddle.json" "$BATS_TEST_TMPDIR"
+}
+
 @test "client: as a program it saves any format by the file's name" {
     for ending in json csv vtp glb npz svg dxf; do
         $PYTHON $CLIENTS/python/draped.py "$EXAMPLES/saddle.json" --url "$URL" \

@@ -232,9 +232,10 @@ class Client:
     def save_patterns(self, laminate: str, path: Union[str, os.PathLike],
                       width: Optional[float] = None) -> None:
         """Saves the cut patterns of all plies on a roll of this width, svg or dxf by the name's
-        ending."""
+        ending, or as html the ply book."""
         name = os.path.splitext(os.fspath(path))[1].lstrip(".").lower()
-        self._write(self._open("GET", f"/v1/laminates/{laminate}/patterns", format=name,
+        what = "report" if name in REPORT_FORMATS else "patterns"
+        self._write(self._open("GET", f"/v1/laminates/{laminate}/{what}", format=name,
                                width=width), path)
 
     def map_laminate(self, laminate: str, mesh: Mesh, **options: Any) -> Json:
@@ -243,6 +244,11 @@ class Client:
             document = json.load(answer)
         tables = {table: _table(document[table]) for table in ("cells", "plies") if table in document}
         return {**document, **tables}
+
+    def save_laminate_map(self, laminate: str, mesh: Mesh, path: Union[str, os.PathLike],
+                          format: Optional[str] = None, **options: Any) -> Optional[str]:
+        """Saves it to a file, as `save_map` that of a drape."""
+        return self._save_map(laminate, mesh, path, format, options, "laminates")
 
     # ---- studies ----
 
@@ -356,8 +362,12 @@ class Client:
         optistruct, radioss, lsdyna, abaqus, calculix); the format by its name's ending
         unless given, the options as above. For lcmsim: what the binning costs, as the service tells
         it in the header Draped-Binning."""
+        return self._save_map(drape, mesh, path, format, options, "drapes")
+
+    def _save_map(self, job: str, mesh: Mesh, path: Union[str, os.PathLike], format: Optional[str],
+                  options: Mapping[str, Any], kind: str) -> Optional[str]:
         name = format or os.path.splitext(os.fspath(path))[1].lstrip(".").lower()
-        answer = self._open_map(drape, mesh, name, options)
+        answer = self._open_map(job, mesh, name, options, kind)
         binning = answer.headers.get("Draped-Binning")
         self._write(answer, path)
         return binning

@@ -1,0 +1,257 @@
+/* SPDX-License-Identifier: MIT */
+#include "book.h"
+
+#include "api/format/html.h"
+#include <math.h>
+
+enum { FIGURE = 600 /* pixels of the longer side of a pattern */ };
+
+struct book {
+    const struct laminate *laminate;
+    const struct api_reader *const *nets;
+    const struct laminate_shapes *shapes;
+    struct api_text *text;
+    struct api_columns columns; /* of the ply that is written */
+    bool read;                  /* they could be */
+};
+
+static const char style[] =
+    "@page{size:A4 landscape;margin:12mm}"
+    "body{font:10pt/1.4 'Liberation Sans',Arial,sans-serif;color:#1b2330;background:#fff;"
+    "max-width:270mm;margin:0 auto;padding:1em}"
+    "h1{font-size:17pt;margin:0}h2{font-size:12pt;margin:0 0 .3em}"
+    "table{border-collapse:collapse;width:100%;font-size:9pt;font-variant-numeric:tabular-nums}"
+    "th{text-align:left;font-weight:400;color:#566072;border-bottom:1px solid #1b2330}"
+    "th,td{padding:2px .8em 2px 0}td{border-bottom:1px solid #d5dae3}"
+    "section{break-inside:avoid;margin-top:1.5em}ul{margin:.2em 0;padding-left:1.3em}"
+    "svg{max-width:100%;max-height:110mm;font-family:'Liberation Sans',Arial,sans-serif}"
+    ".failed{color:#b3172b;font-weight:700}"
+    "@media print{body{padding:0}section{break-before:page}}";
+
+/* ---- one ply ---- */
+
+static const struct laminate_shape *shape_of(const struct book *book, size_t k) {
+    for (size_t n = 0; n < book->shapes->count; n++)
+        if (book->shapes->shapes[n].ply == k)
+            return &book->shapes->shapes[n];
+    return NULL;
+}
+
+static void open_ply(struct book *book, size_t k) {
+    const struct api_reader *net = book->nets[book->laminate->plies[k].net];
+    struct api_problem problem = {0};
+    book->read = net && api_columns_open(net, &book->columns, &problem) == API_OK;
+}
+
+/* In square metres, without allowance. */
+static double area_of(const struct book *book, size_t k) {
+    const struct laminate_shape *shape = shape_of(book, k);
+    double metres = book->laminate->length_unit->metres;
+    return shape ? shape->area * metres * metres : 0;
+}
+
+/* Of all its layers, in kg; 0 where it is not known. */
+static double mass_of(const struct book *book, size_t k) {
+    const struct laminate_ply *ply = &book->laminate->plies[k];
+    return laminate_layers(ply) * ply->areal_weight * area_of(book, k);
+}
+
+static void write_direction(struct api_text *text, const struct drape_settings *settings) {
+    const struct vec3 *v = &settings->direction_vector;
+    if (settings->direction_kind == DRAPE_DIRECTION_VECTOR)
+        html_say(text, "along (%g, %g, %g)", v->x, v->y, v->z);
+    else
+        html_say(text, "%g°", settings->direction_deg);
+}
+
+static void write_start(const struct book *book) {
+    const struct vec3 *at = &book->columns.start.point;
+    if (book->read)
+        html_say(book->text, "%.5g, %.5g, %.5g", at->x, at->y, at->z);
+}
+
+static void next_cell(struct api_text *text) {
+    api_text_raw(text, "</td><td>");
+}
+
+static void write_row(struct book *book, size_t k) {
+    const struct laminate_ply *ply = &book->laminate->plies[k];
+    struct api_text *text = book->text;
+    open_ply(book, k);
+    api_text_raw(text, "<tr><td>");
+    html_say(text, "%zu", k + 1);
+    next_cell(text);
+    html_say(text, "%s", ply->name);
+    next_cell(text);
+    html_say(text, "%d", laminate_layers(ply));
+    next_cell(text);
+    write_direction(text, &ply->drape.settings);
+    next_cell(text);
+    write_start(book);
+    next_cell(text);
+    api_text_raw(text, ply->boundary.count ? "its own" : "the part");
+    next_cell(text);
+    if (shape_of(book, k))
+        html_say(text, "%.5g", area_of(book, k));
+    next_cell(text);
+    if (ply->areal_weight > 0)
+        html_say(text, "%g", ply->areal_weight);
+    next_cell(text);
+    if (mass_of(book, k) > 0)
+        html_say(text, "%.5g", mass_of(book, k));
+    next_cell(text);
+    if (book->read)
+        html_say(text, "%.1f°", book->columns.summary.max_shear_deg);
+    else
+        api_text_raw(text, "<span class=\"failed\">not draped</span>");
+    api_text_raw(text, "</td></tr>\n");
+}
+
+/* ---- its pattern ---- */
+
+/* y upwards, at a scale that fits the figure. */
+static void draw_cut(struct api_text *text, const struct laminate_shape *shape, double scale) {
+    const struct polygons *cut = &shape->cut;
+    api_text_raw(text, "<path fill=\"#eef2f8\" fill-rule=\"evenodd\" stroke=\"#1b2330\" "
+                       "stroke-width=\"1.5\" d=\"");
+    for (size_t n = 0; n < cut->count; n++) {
+        html_draw(text, "%s%.2f %.2f%s", n == 0 || cut->points[n - 1].last ? "M" : "L",
+                  (cut->points[n].x - shape->low[0]) * scale,
+                  (shape->high[1] - cut->points[n].y) * scale, cut->points[n].last ? "Z" : "");
+    }
+    api_text_raw(text, "\"/>\n");
+}
+
+static void draw_pattern(const struct book *book, const struct laminate_shape *shape) {
+    struct api_text *text = book->text;
+    double length = shape->high[0] - shape->low[0], width = shape->high[1] - shape->low[1];
+    double longest = fmax(length, width), scale = longest > 0 ? FIGURE / longest : 1;
+    double arrow = length * scale / 4, x = length * scale * 3 / 8, y = width * scale / 2;
+    html_draw(text, "<svg role=\"img\" aria-label=\"Flat pattern\" viewBox=\"-4 -4 %.2f %.2f\" ",
+              length * scale + 8, width * scale + 8);
+    html_draw(text, "width=\"%.0f\">\n", length * scale + 8);
+    draw_cut(text, shape, scale);
+    html_draw(text,
+              "<path d=\"M%.2f %.2fh%.2fm-10-5l10 5-10 5\" fill=\"none\" stroke=\"#b45f06\" "
+              "stroke-width=\"2\"/>\n",
+              x, y, arrow);
+    html_draw(text, "<text x=\"%.2f\" y=\"%.2f\" font-size=\"14\" fill=\"#b45f06\">warp</text>\n",
+              x, y - 8);
+    api_text_raw(text, "</svg>\n<p>");
+    html_say(text, "%.5g along the warp, %.5g across, in %s; %d of it.", length, width,
+             book->laminate->length_unit->name,
+             laminate_layers(&book->laminate->plies[shape->ply]));
+    api_text_raw(text, "</p>\n");
+}
+
+static void write_warnings(struct api_text *text, const struct api_warnings *warnings) {
+    if (warnings->count == 0)
+        return;
+    api_text_raw(text, "<ul>\n");
+    for (size_t k = 0; k < warnings->count; k++) {
+        api_text_raw(text, "<li>");
+        html_say(text, "%s: %s", warnings->list[k].code, warnings->list[k].detail);
+        api_text_raw(text, "</li>\n");
+    }
+    api_text_raw(text, "</ul>\n");
+}
+
+static void write_ply(struct book *book, size_t k) {
+    const struct laminate_ply *ply = &book->laminate->plies[k];
+    const struct laminate_shape *shape = shape_of(book, k);
+    const struct api_summary *summary = &book->columns.summary;
+    struct api_text *text = book->text;
+    open_ply(book, k);
+    api_text_raw(text, "<section>\n<h2>");
+    html_say(text, "%zu  %s", k + 1, ply->name);
+    api_text_raw(text, "</h2>\n");
+    if (!book->read) {
+        api_text_raw(text, "<p class=\"failed\">This ply could not be draped.</p>\n</section>\n");
+        return;
+    }
+    api_text_raw(text, "<p>Warp ");
+    write_direction(text, &ply->drape.settings);
+    html_say(text, " at the start, ");
+    write_start(book);
+    html_say(text, ". %.4g %% of the part is covered%s, the greatest shear is %.1f°.",
+             100 * summary->cloth_coverage, ply->boundary.count ? " before it is cut" : "",
+             summary->max_shear_deg);
+    api_text_raw(text, "</p>\n");
+    if (shape)
+        draw_pattern(book, shape);
+    write_warnings(text, &summary->warnings);
+    api_text_raw(text, "</section>\n");
+}
+
+/* ---- the whole ---- */
+
+static void write_stack(const struct book *book) {
+    const struct laminate *laminate = book->laminate;
+    const char *unit = laminate->length_unit->name;
+    struct api_text *text = book->text;
+    int layers = 0;
+    for (size_t k = 0; k < laminate->count; k++)
+        layers += laminate_layers(&laminate->plies[k]);
+    html_say(text, "%zu plies, %d layers, the first on the tool, ", laminate->count, layers);
+    html_say(text,
+             laminate->nominal ? "each on those below it by their nominal thickness, on side %d."
+                               : "all draped on the surface itself, side %d.",
+             laminate->side);
+    if (laminate->cavity.kind == STACK_HEIGHT)
+        html_say(text, " The cavity is %g %s high.", laminate->cavity.height, unit);
+    else if (laminate->cavity.kind == STACK_PRESSURE)
+        html_say(text, " Pressed with %g Pa.", laminate->cavity.pressure);
+}
+
+/* What all patterns take together. */
+static void write_sums(const struct book *book, double width, double length) {
+    const struct laminate *laminate = book->laminate;
+    const char *unit = laminate->length_unit->name;
+    struct api_text *text = book->text;
+    double area = 0, mass = 0;
+    size_t weighed = 0;
+    for (size_t k = 0; k < laminate->count; k++) {
+        area += laminate_layers(&laminate->plies[k]) * area_of(book, k);
+        mass += mass_of(book, k);
+        weighed += mass_of(book, k) > 0;
+    }
+    api_text_raw(text, "<p>");
+    html_say(text, "Cloth %.5g m²", area);
+    if (weighed)
+        html_say(text, ", mass %.5g kg%s", mass,
+                 weighed < laminate->count ? " of those plies whose "
+                                             "areal weight is known"
+                                           : "");
+    html_say(text, "; %.5g x %.5g %s of roll, the warp along it. Areas are those of one layer.",
+             length, width, unit);
+    api_text_raw(text, "</p>\n");
+}
+
+void laminate_book_write(const struct laminate *laminate, const struct api_reader *const *nets,
+                         const struct laminate_shapes *shapes, double roll_width,
+                         double roll_length, struct api_text *text) {
+    struct book *book = arena_alloc(text->arena, 1, sizeof *book);
+    if (!book) {
+        text->failed = true;
+        return;
+    }
+    *book = (struct book){.laminate = laminate, .nets = nets, .shapes = shapes, .text = text};
+    api_text_raw(text, "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+                       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src "
+                       "'none'; style-src 'unsafe-inline'\">\n"
+                       "<meta name=\"viewport\" content=\"width=device-width\">\n"
+                       "<title>Ply book</title>\n<style>");
+    api_text_raw(text, style);
+    api_text_raw(text, "</style>\n</head>\n<body>\n<h1>Ply book</h1>\n<p>");
+    write_stack(book);
+    api_text_raw(text, "</p>\n<table>\n<tr><th>No.</th><th>Ply</th><th>Layers</th><th>Warp</th>"
+                       "<th>Start</th><th>Boundary</th><th>Area, m²</th><th>kg/m²</th>"
+                       "<th>Mass, kg</th><th>Shear up to</th></tr>\n");
+    for (size_t k = 0; k < laminate->count; k++)
+        write_row(book, k);
+    api_text_raw(text, "</table>\n");
+    write_sums(book, roll_width, roll_length);
+    for (size_t k = 0; k < laminate->count; k++)
+        write_ply(book, k);
+    api_text_raw(text, "</body>\n</html>\n");
+}

@@ -1,0 +1,147 @@
+/* SPDX-License-Identifier: MIT */
+#include "shapes.h"
+
+#include "api/map/net.h"
+#include "api/result/cut.h"
+#include "clip.h"
+#include "region.h"
+#include <math.h>
+
+/* As of the pattern of a drape: what points of the rim are left out for, in spacings. */
+static const double tolerance = 5e-4;
+
+struct making {
+    const struct laminate *laminate;
+    struct arena *arena;
+    struct laminate_shapes *shapes;
+    struct api_problem *problem;
+};
+
+static bool no_memory(struct making *p) {
+    api_problem_set(p->problem, API_OUT_OF_MEMORY, "the patterns need more memory than allowed");
+    return false;
+}
+
+static void measure(struct laminate_shape *shape) {
+    double sum = 0;
+    size_t first = 0;
+    polygons_bounds(&shape->cut, shape->low, shape->high);
+    for (size_t k = 0; k < shape->cut.count; k++) {
+        const struct polygons_point *a = &shape->cut.points[k];
+        const struct polygons_point *b = &shape->cut.points[a->last ? first : k + 1];
+        sum += (a->x * b->y - b->x * a->y) / 2;
+        first = a->last ? k + 1 : first;
+    }
+    shape->area = fabs(sum);
+}
+
+/* The loops of a boundary turned so that they enclose what is on their left, holes the other way
+ * round, in (p, q). */
+static bool loops_of(const struct region *region, struct polygons *loops) {
+    for (size_t n = 0; n < region->loop_count; n++) {
+        size_t low = region->first[n], count = region->first[n + 1] - low;
+        double sum = 0;
+        for (size_t k = 0; k < count; k++) {
+            const double *a = region->points[low + k], *b = region->points[low + (k + 1) % count];
+            sum += a[0] * b[1] - b[0] * a[1];
+        }
+        int depth = 0; /* of this loop within the others */
+        for (size_t m = 0; m < region->loop_count; m++) {
+            struct polygons one = {0};
+            for (size_t k = region->first[m]; m != n && k < region->first[m + 1]; k++)
+                if (!polygons_add(&one, region->points[k][0], region->points[k][1]))
+                    return false;
+            polygons_close(&one);
+            depth += m != n && clip_contains(&one, region->points[low][0], region->points[low][1]);
+            polygons_free(&one);
+        }
+        bool back = (sum > 0) == (depth % 2 == 1);
+        for (size_t k = 0; k < count; k++) {
+            const double *at = region->points[low + (back ? count - 1 - k : k)];
+            if (!polygons_add(loops, at[0], at[1]))
+                return false;
+        }
+        polygons_close(loops);
+    }
+    return true;
+}
+
+/* What of the cut lies within the ply's boundary. */
+static bool clip(struct making *p, size_t k, const struct api_reader *reader, struct map_net *cloth,
+                 struct polygons *cut) {
+    static const enum column_id kept[] = {COLUMN_CELLS_warp, COLUMN_CELLS_weft};
+    const struct laminate_ply *ply = &p->laminate->plies[k];
+    struct polygons loops = {0}, both = {0};
+    struct region region;
+    struct vec3 at;
+    map_net_keep(cloth, kept, sizeof kept / sizeof *kept);
+    if (map_net_load(reader, NULL, p->arena, cloth, p->problem) != API_OK)
+        return false;
+    enum status status = region_make(&ply->boundary, cloth->facets, cloth->columns.grid.spacing,
+                                     p->arena, &region, &at);
+    if (status == STATUS_INVALID)
+        api_problem_set(p->problem, API_INVALID_REQUEST,
+                        "the boundary of ply %zu (\"%s\") cannot be followed on its cloth near "
+                        "(%.6g, %.6g, %.6g)",
+                        k + 1, ply->name, at.x, at.y, at.z);
+    bool good = status == STATUS_OK && loops_of(&region, &loops) && clip_make(&loops, cut, &both);
+    if (good) {
+        polygons_free(cut);
+        *cut = both;
+    } else {
+        polygons_free(&both);
+        no_memory(p);
+    }
+    polygons_free(&loops);
+    return good;
+}
+
+static bool make_shape(struct making *p, size_t k, const struct api_reader *reader) {
+    struct arena_mark mark = arena_mark(p->arena);
+    struct map_net *cloth = arena_alloc(p->arena, 1, sizeof *cloth);
+    struct laminate_shape *shape = &p->shapes->shapes[p->shapes->count++];
+    struct outline outline = {0};
+    struct cut cut = {0};
+    *shape = (struct laminate_shape){.ply = k};
+    if (!cloth)
+        return no_memory(p);
+    bool good = map_net_open(reader, cloth, p->problem) == API_OK &&
+                outline_make(&outline, reader, &cloth->columns, p->problem) == API_OK &&
+                cut_make(&cut, reader, &cloth->columns, &outline, tolerance, p->problem) == API_OK;
+    if (good && p->laminate->plies[k].boundary.count)
+        good = clip(p, k, reader, cloth, &cut.polygons);
+    const double *spacing = cloth->columns.grid.spacing;
+    for (size_t n = 0; good && n < cut.polygons.count; n++) {
+        cut.polygons.points[n].x *= spacing[0];
+        cut.polygons.points[n].y *= spacing[1];
+    }
+    shape->cut = cut.polygons;
+    cut.polygons = (struct polygons){0};
+    measure(shape);
+    cut_free(&cut);
+    outline_free(&outline);
+    arena_rewind(p->arena, mark);
+    return good;
+}
+
+bool laminate_shapes_make(const struct laminate *laminate, const struct api_reader *const *nets,
+                          int ply, struct arena *arena, struct laminate_shapes *shapes,
+                          struct api_problem *problem) {
+    struct making p = {laminate, arena, shapes, problem};
+    *shapes = (struct laminate_shapes){
+        .shapes = arena_alloc(arena, laminate->count, sizeof *shapes->shapes)};
+    if (!shapes->shapes)
+        return no_memory(&p);
+    for (size_t k = 0; k < laminate->count; k++) {
+        const struct api_reader *net = nets[laminate->plies[k].net];
+        if (net && (ply == LAMINATE_ALL || k == (size_t)ply) && !make_shape(&p, k, net))
+            return false;
+    }
+    return true;
+}
+
+void laminate_shapes_free(struct laminate_shapes *shapes) {
+    for (size_t k = 0; k < shapes->count; k++)
+        polygons_free(&shapes->shapes[k].cut);
+    shapes->count = 0;
+}
