@@ -8,6 +8,7 @@
 #include "solver/surface/bounds.h"
 #include "solver/surface/measure.h"
 #include "solver/surface/offset.h"
+#include <stdio.h>
 
 bool api_shape_is_large(const struct api_surface *surface) {
     return surface->kind == API_SURFACE_SHELL
@@ -50,16 +51,44 @@ static double least_nodes(const struct drape_settings *settings, double area) {
     return fmin(nodes, warp * weft);
 }
 
+enum api_problem_id api_shape_loop_fault(struct api_problem *problem, const char *pointer,
+                                         const char *what, const struct loop_fault *fault) {
+    if (fault->kind == LOOP_OPEN)
+        api_problem_add(problem, pointer,
+                        "trim %zu of %s is open: a curve ends at u = %.6g, v = %.6g and the next "
+                        "begins at u = %.6g, v = %.6g; join them",
+                        fault->loop, what, fault->uv[0], fault->uv[1], fault->uv[0] + fault->gap[0],
+                        fault->uv[1] + fault->gap[1]);
+    else
+        api_problem_add(problem, pointer,
+                        "trim %zu of %s crosses itself, or goes round more than once, about u = "
+                        "%.6g, v = %.6g: what it encloses is not one region",
+                        fault->loop, what, fault->uv[0], fault->uv[1]);
+    return problem->id;
+}
+
+/* `base` leads to the trims of a surface of one face. */
+static enum api_problem_id loop_problem(const char *base, const struct loop_fault *fault,
+                                        struct api_problem *problem) {
+    char pointer[API_POINTER_MAX];
+    (void)snprintf(pointer, sizeof pointer, "%s/%zu", base, fault->loop);
+    return api_shape_loop_fault(problem, pointer, "the surface", fault);
+}
+
 /* The trimmed region, NULL where the surface has no trims; `pointer` leads to them. */
 static enum api_problem_id make_trim(const struct api_surface *definition, const char *pointer,
                                      const struct surface *surface, struct arena *arena,
                                      struct trim **trim, struct api_problem *problem) {
+    struct loop_fault fault;
     *trim = NULL;
     if (definition->trim_count == 0)
         return API_OK;
-    switch (trim_make(surface, definition->trims, definition->trim_count, arena, trim)) {
+    enum status status = trim_make(surface, definition->trims, definition->trim_count, arena, trim);
+    if (status == STATUS_OK)
+        status = loops_check(definition->trims, *trim, surface, arena, &fault);
+    switch (status) {
     case STATUS_OK:
-        return API_OK;
+        return fault.kind == LOOP_SOUND ? API_OK : loop_problem(pointer, &fault, problem);
     case STATUS_OUT_OF_MEMORY:
         api_problem_set(problem, API_OUT_OF_MEMORY, "the trims need more memory than allowed");
         break;

@@ -7,7 +7,7 @@
 #include "api/problem.h"
 #include "request.h"
 #include "solver/arena.h"
-#include "solver/surface/surface.h"
+#include "solver/surface/loops.h"
 
 /* Bytes of `surface_span_bytes` beyond which a surface is not made ready only to be looked at: the
  * spans of 512 x 512 control points of degree 9 take 800 MB, which a job has and a check has not.
@@ -33,6 +33,10 @@ enum api_problem_id api_shape_make(struct api_request *request, const struct api
  * radius of 0, a fold. */
 enum api_problem_id api_shape_fault(struct api_problem *problem, double offset, const char *what,
                                     struct vec3 at, double radius, double fold_deg);
+
+/* Adds at `pointer` what is wrong with a loop of the trims of `what`. */
+enum api_problem_id api_shape_loop_fault(struct api_problem *problem, const char *pointer,
+                                         const char *what, const struct loop_fault *fault);
 
 /*
  * The document of a stored surface: id, degree_u, degree_v, size_u, size_v, rational, closed_u,

@@ -63,6 +63,11 @@ static void explain(const struct api_surface *surface, const struct shell_fault 
         api_problem_set_at(problem, API_DEGENERATE_SURFACE, pointer,
                            "the trims leave nothing of %s", list);
         break;
+    case SHELL_LOOP_BAD:
+        (void)snprintf(pointer, sizeof pointer, "%s/faces/%d/trims/%zu", base,
+                       numbers[fault->face[0]], fault->loop.loop);
+        (void)api_shape_loop_fault(problem, pointer, list, &fault->loop);
+        break;
     case SHELL_TOO_CURVED:
     case SHELL_FOLDS:
         (void)api_shape_fault(problem, offset, list, at, fault->radius, fault->fold_deg);
@@ -105,18 +110,27 @@ static enum api_problem_id make_part(const struct api_surface *surface, int32_t 
     return API_OK;
 }
 
+static struct shell_part *make_parts(const struct api_surface *surface, const int32_t *numbers,
+                                     size_t count, const char *base, struct arena *arena,
+                                     struct api_problem *problem) {
+    struct shell_part *parts = arena_alloc(arena, count, sizeof *parts);
+    if (!parts)
+        no_memory(problem);
+    for (size_t k = 0; parts && k < count; k++)
+        if (make_part(surface, numbers[k], base, arena, &parts[k], problem) != API_OK)
+            return NULL;
+    return parts;
+}
+
 /* The shell of the faces of these numbers, moved by `offset`. */
 static enum api_problem_id make_shell(const struct api_surface *surface, const int32_t *numbers,
                                       size_t count, const char *base, double offset,
                                       struct arena *arena, struct shell **shell,
                                       struct api_problem *problem) {
     struct shell_fault fault = {0};
-    struct shell_part *parts = arena_alloc(arena, count, sizeof *parts);
+    struct shell_part *parts = make_parts(surface, numbers, count, base, arena, problem);
     if (!parts)
-        return no_memory(problem);
-    for (size_t k = 0; k < count; k++)
-        if (make_part(surface, numbers[k], base, arena, &parts[k], problem) != API_OK)
-            return problem->id;
+        return problem->id;
     enum status status = shell_make(parts, count, surface->tolerance, arena, shell, &fault);
     if (status == STATUS_OK && offset != 0)
         status = shell_offset(*shell, parts, offset, arena, shell, &fault);
@@ -125,6 +139,22 @@ static enum api_problem_id make_shell(const struct api_surface *surface, const i
     if (status != STATUS_OK)
         explain(surface, &fault, numbers, base, offset, problem);
     return problem->id;
+}
+
+/* All faces, joined where they can be. */
+static enum api_problem_id make_apart(const struct api_surface *surface, const int32_t *numbers,
+                                      const char *base, struct arena *arena, struct shell **shell,
+                                      struct api_problem *problem) {
+    size_t count = surface->face_count;
+    struct shell_part *parts = make_parts(surface, numbers, count, base, arena, problem);
+    if (!parts)
+        return problem->id;
+    enum status status = shell_make_apart(parts, count, surface->tolerance, arena, shell);
+    if (status == STATUS_OUT_OF_MEMORY)
+        return no_memory(problem);
+    if (status != STATUS_OK) /* why, it says itself */
+        return make_shell(surface, numbers, count, base, 0, arena, shell, problem);
+    return API_OK;
 }
 
 /* ---- the selection ---- */
@@ -157,8 +187,7 @@ static bool choose_grown(const struct api_surface *surface, struct arena *arena,
                         surface->face_count);
         return false;
     }
-    if (make_shell(surface, shell->numbers, shell->count, "/surface", 0, arena, &shell->shell,
-                   problem) != API_OK)
+    if (make_apart(surface, shell->numbers, "/surface", arena, &shell->shell, problem) != API_OK)
         return false;
     uint8_t *reached = arena_alloc(arena, shell->count, 1);
     if (!reached || shell_grow(shell->shell, selection->grow_from, selection->up_to_deg, arena,
@@ -328,28 +357,35 @@ static void write_joints(struct api_text *text, const struct shell *shell) {
 }
 
 /* Faces that cannot be one surface may be stored by an importer, for some of them can be chosen:
- * then the fault is a note. */
+ * then the fault is a note, and they are joined where they can be. */
 static enum api_problem_id describe_edges(const struct api_surface *surface, struct api_text *text,
                                           struct arena *arena, struct api_problem *problem) {
     struct api_shell all = {0};
     struct api_problem fault = {0};
-    struct shell_edges edges = {0};
     if (!choose(surface, arena, &all, problem))
         return problem->id;
-    if (make_shell(surface, all.numbers, all.count, "", 0, arena, &all.shell, &fault) == API_OK)
-        edges = shell_edges(all.shell);
+    make_shell(surface, all.numbers, all.count, "", 0, arena, &all.shell, &fault);
     if (fault.id == API_OUT_OF_MEMORY || (fault.id != API_OK && !surface->notes)) {
         *problem = fault;
         return problem->id;
     }
+    if (fault.id != API_OK) {
+        struct api_problem again = {0};
+        if (make_apart(surface, all.numbers, "", arena, &all.shell, &again) != API_OK)
+            all.shell = NULL;
+        if (again.id == API_OUT_OF_MEMORY)
+            return no_memory(problem);
+    }
+    struct shell_edges edges = all.shell ? shell_edges(all.shell) : (struct shell_edges){0};
     api_text_key(text, "edges");
     api_text_raw(text, "{");
     api_text_key_integer(text, "shared", (int64_t)edges.joined);
     api_text_key_integer(text, "free", (int64_t)edges.free);
-    api_text_key_integer(text, "faulty", fault.id != API_OK);
+    api_text_key_integer(text, "faulty",
+                         fault.id != API_OK && edges.faulty == 0 ? 1 : (int64_t)edges.faulty);
     api_text_key_number(text, "largest_gap", edges.largest_gap);
     api_text_raw(text, "}");
-    if (fault.id == API_OK) {
+    if (all.shell) {
         api_text_key_number(text, "tolerance", shell_tolerance(all.shell));
         write_joints(text, all.shell);
         api_text_key_integer(text, "components", (int64_t)shell_component_count(all.shell));

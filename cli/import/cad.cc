@@ -595,7 +595,9 @@ void reading::note_faults() {
     for (const auto &[what, group] : faults) {
         size_t count = group.faces.size();
         std::string text =
-            what + (group.worst > 0 ? ", by up to " + number_text(group.worst) : "") + ": ";
+            what +
+            (group.worst > 0 ? ", by up to " + number_text(group.worst) + " " + result.unit : "") +
+            ": ";
         if (count == 1)
             text += face_title(group.faces[0], found[size_t(group.faces[0])].name);
         for (size_t k = 0; count > 1 && k < std::min<size_t>(count, NAMED); k++)

@@ -30,6 +30,7 @@ namespace {
 enum { FIT_DEGREE = 5, HALVINGS = 12, SAMPLES = 32 };
 constexpr double FIT = 1e-9;     /* deviation of a carried trim curve, as a share of the domain */
 constexpr double ON_EDGE = 1e-9; /* how near to the domain's border a curve lies on it, likewise */
+constexpr double CLOSE = 1e-5;   /* how near curves that follow each other meet, likewise */
 constexpr double EXACT = 1e-9; /* deviation of a surface from the file's, as a share of its size */
 
 /* ---- parameters of a surface and of its NURBS ---- */
@@ -573,9 +574,13 @@ void make_loops(const conversion &c, const TopoDS_Face &shape, double tolerance,
         if (chain.empty())
             continue;
         trim_loop loop = {bool(wire.IsSame(outer)), {}};
-        for (const carried &curve : chain) {
-            bordered = bordered && on_border(curve);
-            loop.curves.push_back(make_curve(curve));
+        for (size_t k = 0; k < chain.size(); k++) {
+            std::array<double, 2> end = chain[k].place(1);
+            std::array<double, 2> next = chain[(k + 1) % chain.size()].place(0);
+            bordered = bordered && on_border(chain[k]);
+            loop.curves.push_back(make_curve(chain[k]));
+            if (apart(c, end, next) > CLOSE)
+                loop.curves.push_back(straight(end, next));
         }
         double gap = largest_gap(c, chain);
         if (gap > tolerance)

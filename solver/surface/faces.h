@@ -77,6 +77,7 @@ struct shell {
     struct face *faces;
     size_t face_count, component_count;
     double tolerance, size;
+    bool apart; /* faults of edges and loops are no errors */
     struct vec3 lower, upper;
     struct shell_edges found;
     struct face_curve *curves;

@@ -645,6 +645,14 @@ static enum status three_faces(const struct shell *shell, int32_t edge, const st
     return STATUS_INVALID;
 }
 
+/* Whether an edge comes before all those that it meets: a place is counted once. */
+static bool is_first(const struct mates *mates, int32_t edge) {
+    for (int k = 0; k < mates->count; k++)
+        if (mates->found[k] < edge)
+            return false;
+    return true;
+}
+
 static enum status join_edges(struct join *join, struct shell_fault *fault) {
     struct shell *shell = join->shell;
     join->edge_of = arena_alloc(join->arena, shell->curve_count + 1, sizeof *join->edge_of);
@@ -671,9 +679,11 @@ static enum status join_edges(struct join *join, struct shell_fault *fault) {
             find_mates(join, edge, &mates);
         if (edge->bare)
             continue;
-        if (mates.count > 1)
+        if (mates.count > 1 && !shell->apart)
             return three_faces(shell, (int32_t)e, &mates, fault);
-        if (mates.count == 0 || lie_on_each_other(shell, edge, &mates))
+        if (mates.count > 1)
+            shell->found.faulty += is_first(&mates, (int32_t)e);
+        if (mates.count > 1 || mates.count == 0 || lie_on_each_other(shell, edge, &mates))
             continue; /* cloth does not turn back upon itself */
         struct face_edge *mate = &shell->edges[mates.found[0]];
         edge->mate = mates.found[0];

@@ -10,8 +10,8 @@ static enum status fail(struct shell_fault *fault, enum shell_fault_kind kind, i
     return kind == SHELL_NOTHING_LEFT ? STATUS_DEGENERATE_SURFACE : STATUS_INVALID;
 }
 
-static enum status make_face(const struct shell_part *part, struct arena *arena,
-                             struct face *face) {
+static enum status make_face(const struct shell_part *part, struct arena *arena, struct face *face,
+                             struct loop_fault *fault) {
     face->plain = part->surface;
     face->surface = *part->surface;
     face->side = 1;
@@ -21,9 +21,10 @@ static enum status make_face(const struct shell_part *part, struct arena *arena,
     }
     enum status status =
         trim_make(part->surface, part->loops, part->loop_count, arena, &face->trim);
-    if (status == STATUS_OK)
-        face->area = trim_area(face->trim, &face->centroid);
-    return status;
+    if (status != STATUS_OK)
+        return status;
+    face->area = trim_area(face->trim, &face->centroid);
+    return loops_check(part->loops, face->trim, part->surface, arena, fault);
 }
 
 static void find_bounds(struct shell *shell) {
@@ -54,18 +55,21 @@ static int32_t face_beyond(const struct shell *shell, const struct face_edge *ed
     return shell->curves[mate->curve].face;
 }
 
+static void part(struct shell *shell, struct face_edge *edge) {
+    shell->edges[edge->mate].mate = EDGE_FREE;
+    edge->mate = EDGE_FREE;
+    shell->found.joined--;
+    shell->found.free += 2;
+}
+
 /* A face that would have to be turned against itself is not joined there: a band with one side ends
  * at its seam. */
 static void part_moebius_seams(struct shell *shell) {
     for (size_t e = 0; e < shell->edge_count; e++) {
         bool turn = false;
         struct face_edge *edge = &shell->edges[e];
-        if (face_beyond(shell, edge, &turn) != shell->curves[edge->curve].face || !turn)
-            continue;
-        shell->edges[edge->mate].mate = EDGE_FREE;
-        edge->mate = EDGE_FREE;
-        shell->found.joined--;
-        shell->found.free += 2;
+        if (face_beyond(shell, edge, &turn) == shell->curves[edge->curve].face && turn)
+            part(shell, edge);
     }
 }
 
@@ -123,7 +127,7 @@ static enum status find_components(struct shell *shell, struct arena *arena,
             struct face *face = &shell->faces[queue[head]];
             for (size_t at = lists.first[queue[head]]; at < lists.first[queue[head] + 1]; at++) {
                 bool turn = false;
-                const struct face_edge *edge = &shell->edges[lists.list[at]];
+                struct face_edge *edge = &shell->edges[lists.list[at]];
                 int32_t number = face_beyond(shell, edge, &turn);
                 if (number < 0)
                     continue;
@@ -133,8 +137,11 @@ static enum status find_components(struct shell *shell, struct arena *arena,
                     next->component = (int32_t)shell->component_count;
                     next->side = side;
                     queue[length++] = number;
-                } else if (next->side != side) {
+                } else if (next->side != side && !shell->apart) {
                     return one_sided(shell, edge, queue[head], number, fault);
+                } else if (next->side != side) {
+                    part(shell, edge);
+                    shell->found.faulty++;
                 }
             }
         }
@@ -319,8 +326,8 @@ void shell_nearest(const struct shell *shell, struct vec3 point, int32_t compone
     }
 }
 
-enum status shell_make(const struct shell_part *parts, size_t count, double tolerance,
-                       struct arena *arena, struct shell **shell, struct shell_fault *fault) {
+static enum status make(const struct shell_part *parts, size_t count, double tolerance, bool apart,
+                        struct arena *arena, struct shell **shell, struct shell_fault *fault) {
     struct shell *made = arena_alloc(arena, 1, sizeof *made);
     if (fault)
         *fault = (struct shell_fault){.kind = SHELL_FAULTLESS};
@@ -329,12 +336,20 @@ enum status shell_make(const struct shell_part *parts, size_t count, double tole
     if (!made || !(made->faces = arena_alloc(arena, count, sizeof *made->faces)))
         return STATUS_OUT_OF_MEMORY;
     made->face_count = count;
+    made->apart = apart;
     for (size_t k = 0; k < count; k++) {
-        enum status status = make_face(&parts[k], arena, &made->faces[k]);
+        struct loop_fault loop = {.kind = LOOP_SOUND};
+        enum status status = make_face(&parts[k], arena, &made->faces[k], &loop);
         if (status == STATUS_DEGENERATE_SURFACE)
             return fail(fault, SHELL_NOTHING_LEFT, (int32_t)k);
         if (status != STATUS_OK)
             return status;
+        if (loop.kind != LOOP_SOUND && !apart) {
+            status = fail(fault, SHELL_LOOP_BAD, (int32_t)k);
+            if (fault)
+                fault->loop = loop;
+            return status;
+        }
     }
     find_bounds(made);
     made->tolerance = tolerance == 0 ? SHELL_TOLERANCE * made->size : tolerance;
@@ -351,6 +366,16 @@ enum status shell_make(const struct shell_part *parts, size_t count, double tole
         status = count_boundaries(made, arena);
     *shell = made;
     return status;
+}
+
+enum status shell_make(const struct shell_part *parts, size_t count, double tolerance,
+                       struct arena *arena, struct shell **shell, struct shell_fault *fault) {
+    return make(parts, count, tolerance, false, arena, shell, fault);
+}
+
+enum status shell_make_apart(const struct shell_part *parts, size_t count, double tolerance,
+                             struct arena *arena, struct shell **shell) {
+    return make(parts, count, tolerance, true, arena, shell, NULL);
 }
 
 size_t shell_face_count(const struct shell *shell) {

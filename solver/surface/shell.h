@@ -15,8 +15,7 @@
 #ifndef SOLVER_SURFACE_SHELL_H
 #define SOLVER_SURFACE_SHELL_H
 
-#include "surface.h"
-#include "trim.h"
+#include "loops.h"
 #include <stdint.h>
 
 /* More faces than this are STATUS_INVALID with SHELL_TOO_MANY. */
@@ -40,6 +39,7 @@ enum shell_fault_kind {
     SHELL_TOO_MANY,      /* no face, or more than SHELL_FACES_MAX */
     SHELL_TOLERANCE_BAD, /* not positive, or as large as the shell */
     SHELL_NOTHING_LEFT,  /* the loops of a face leave nothing of it */
+    SHELL_LOOP_BAD,      /* a loop of a face is open or crosses itself */
     SHELL_THREE_FACES,   /* three faces or more meet at an edge */
     SHELL_ONE_SIDED,     /* faces that cannot be oriented alike: each edge of a pair of faces wants
                             them the other way round */
@@ -50,17 +50,19 @@ enum shell_fault_kind {
 /* What is wrong with the faces of STATUS_INVALID and STATUS_DEGENERATE_SURFACE. */
 struct shell_fault {
     enum shell_fault_kind kind;
-    int face_count;  /* of those to blame */
-    int32_t face[3]; /* by their place in the caller's array, in rising order */
-    struct vec3 at;  /* where, of faults that have a place */
-    double radius;   /* of SHELL_TOO_CURVED */
-    double fold_deg; /* of SHELL_FOLDS */
+    int face_count;         /* of those to blame */
+    int32_t face[3];        /* by their place in the caller's array, in rising order */
+    struct vec3 at;         /* where, of faults that have a place */
+    double radius;          /* of SHELL_TOO_CURVED */
+    double fold_deg;        /* of SHELL_FOLDS */
+    struct loop_fault loop; /* of SHELL_LOOP_BAD */
 };
 
 /* What was found. */
 struct shell_edges {
     size_t joined;      /* pairs of edges */
     size_t free;        /* edges that are the boundary of the shell */
+    size_t faulty;      /* of `shell_make_apart`: places where faces are not joined for a fault */
     double largest_gap; /* between joined edges */
     size_t duplicates;  /* faces left out, each being another one once more */
 };
@@ -71,6 +73,13 @@ struct shell_edges {
 enum status shell_make(const struct shell_part *parts, size_t count, double tolerance,
                        struct arena *arena, struct shell **shell,
                        struct shell_fault *fault) STATUS_MUST_USE;
+
+/* The same of faces that cannot all be one surface, to look at them and to choose some: where three
+ * or more meet at an edge they are not joined there, nor are two over an edge that wants them
+ * turned otherwise than others do, and loops are not asked whether they are sound. Fails as
+ * `shell_make` does of faces without area and a bad tolerance. */
+enum status shell_make_apart(const struct shell_part *parts, size_t count, double tolerance,
+                             struct arena *arena, struct shell **shell) STATUS_MUST_USE;
 
 /* The faces as they were given. */
 size_t shell_face_count(const struct shell *shell);

@@ -98,7 +98,7 @@ def command_of(test):
     if source.endswith(".c"):
         return [f"build/{source[:-2]}"]
     if source.endswith(".py"):
-        return ["python3", source]
+        return ["/usr/bin/python3", source]
     return ["bats", "--tap", *(["-f", part] if part else []), source]
 
 

@@ -191,6 +191,76 @@ static void test_faces_of_a_file_are_stored_with_their_fault(void **state) {
     json_decref(shell);
 }
 
+/* Of three faces at an edge none is joined there; all else is, and can be chosen by growing. */
+static void test_faces_with_a_fault_are_joined_elsewhere(void **state) {
+    (void)state;
+    const char *stored = "{\"faces\":[" FLAT "," BESIDE "," FIN "," FOLDED "],\"notes\":[]}";
+    struct api_problem problem;
+    json_t *shell = describe(stored, &problem);
+    assert_non_null(shell);
+    const json_t *edges = json_object_get(shell, "edges");
+    assert_true(number_at(edges, "faulty") == 1 && number_at(edges, "shared") == 1);
+    assert_true(number_at(shell, "components") == 3);
+    json_decref(shell);
+    assert_int_equal(faces_under("{\"surface\":{\"id\":\"" ID
+                                 "\",\"grow_from\":1,\"up_to_deg\":46}," FABRIC "}",
+                                 stored),
+                     1 << 1 | 1 << 3);
+}
+
+#define TRIMMED(trims)                                                                             \
+    FACE("\"name\":\"rib\",\"trims\":[" trims "],", "[1,0,0],[1,1,0],[2,0,0],[2,1,0]")
+#define HOLE "{\"points\":[[0.1,0.1],[0.3,0.1],[0.3,0.3],[0.1,0.3]]}"
+
+/* A spline of degree 1 through four corners, and back to the first or not. */
+#define SPLINE(knots, more)                                                                        \
+    "{\"degree\":1,\"knotvector\":[0,0,1,2,3" knots "],\"control_points\":{\"points\":"            \
+    "[[0.5,0.5],[0.9,0.5],[0.9,0.9],[0.5,0.9]" more "]}}"
+
+static void test_faces_with_a_bad_loop_are_named(void **state) {
+    (void)state;
+    static const struct {
+        const char *face, *words; /* NULL: the loops are sound */
+    } cases[] = {
+        {TRIMMED(HOLE "," SPLINE(",4,4", ",[0.5,0.5]")), NULL},
+        {TRIMMED(HOLE "," SPLINE(",3", "")), "trim 1 of face 1 (\"rib\") is open: a curve ends at "
+                                             "u = 0.5, v = 0.9 and the next begins at u = 0.5, "
+                                             "v = 0.5"},
+        {TRIMMED(HOLE ",{\"points\":[[0.5,0.5],[0.9,0.9],[0.9,0.5],[0.5,0.9]]}"),
+         "trim 1 of face 1 (\"rib\") crosses itself"},
+        /* two strips of a 250th of the domain, above each other's ends */
+        {TRIMMED(HOLE ",{\"points\":[[0.5,0.5],[0.9,0.504],[0.9,0.5],[0.5,0.504]]}"),
+         "crosses itself"},
+        {TRIMMED(HOLE ",{\"points\":[[0.5,0.5],[0.9,0.5],[0.9,0.9],[0.5,0.9],"
+                      "[0.5,0.5],[0.9,0.5],[0.9,0.9],[0.5,0.9]]}"),
+         "goes round more than once"},
+        /* a square with a strip beside it, a 1000th high, whose sides cross */
+        {TRIMMED(HOLE
+                 ",{\"points\":[[0.5,0.5],[0.9,0.5],[0.9,0.701],[1,0.702],[1,0.701],[0.9,0.702],"
+                 "[0.9,0.9],[0.5,0.9]]}"),
+         "crosses itself"},
+        /* a slit goes there and back and encloses nothing */
+        {TRIMMED(HOLE ",{\"points\":[[0.5,0.5],[0.9,0.5],[0.9,0.9],[0.7,0.9],[0.7,0.6],[0.7,0.9],"
+                      "[0.5,0.9]]}"),
+         NULL},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char request[2048], alone[2048];
+        struct api_problem problem;
+        (void)snprintf(request, sizeof request, "{\"surface\":{\"faces\":[%s,%s]},%s}", FLAT,
+                       cases[k].face, FABRIC);
+        (void)snprintf(alone, sizeof alone, "{\"surface\":%s,%s}", cases[k].face, FABRIC);
+        if (!cases[k].words) {
+            assert_int_equal(check_with(request, NULL, &problem), API_OK);
+            assert_int_equal(check_with(alone, NULL, &problem), API_OK);
+            continue;
+        }
+        assert_refused(request, NULL, API_INVALID_REQUEST, "/surface/faces/1/trims/1",
+                       cases[k].words);
+        assert_refused(alone, NULL, API_INVALID_REQUEST, "/surface/trims/1", "of the surface");
+    }
+}
+
 static void test_faces_of_geomdl_are_one_surface(void **state) {
     (void)state;
     struct bytes container = {0};
@@ -211,6 +281,8 @@ int main(void) {
         cmocka_unit_test(test_faces_are_described),
         cmocka_unit_test(test_faces_that_lie_on_each_other_are_not_joined),
         cmocka_unit_test(test_faces_of_a_file_are_stored_with_their_fault),
+        cmocka_unit_test(test_faces_with_a_fault_are_joined_elsewhere),
+        cmocka_unit_test(test_faces_with_a_bad_loop_are_named),
         cmocka_unit_test(test_faces_of_geomdl_are_one_surface),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: MIT */
+#include "loops.h"
+
+#include <stdlib.h>
+
+/* How far apart ends of curves are no longer one, as a share of the domain; how narrow a part that
+ * is gone round wrongly may be, as a share of the loop's extent. */
+static const double meeting = 1e-4, narrow = 1e-3;
+
+/* Lines that a loop is looked at along, fewer for loops of very many edges. */
+enum { LINES_MOST = 256, LINES_LEAST = 16, CROSSINGS_MOST = 1 << 20 };
+
+/* ---- ends ---- */
+
+static void curve_end(const struct trim_curve *curve, int end, double uv[2]) {
+    double range[2];
+    trim_curve_range(curve, range);
+    trim_curve_at(curve, range[end], uv, NULL);
+}
+
+static bool is_closed(const struct trim_loop *loop, const struct surface *surface,
+                      struct loop_fault *fault) {
+    double low[2], high[2];
+    if (loop->count == 1 && !loop->curves[0].knots)
+        return true;
+    surface_domain(surface, low, high);
+    for (size_t k = 0; k < loop->count; k++) {
+        double next[2];
+        curve_end(&loop->curves[k], 1, fault->uv);
+        curve_end(&loop->curves[(k + 1) % loop->count], 0, next);
+        bool meets = true;
+        for (int x = 0; x < 2; x++) {
+            fault->gap[x] = next[x] - fault->uv[x];
+            meets = meets && fabs(fault->gap[x]) <= meeting * (high[x] - low[x]);
+        }
+        if (!meets)
+            return false;
+    }
+    return true;
+}
+
+/* ---- winding ---- */
+
+/* Where a line of constant y meets the loop; `turn` is 1 where that goes towards larger y, -1 where
+ * down. */
+struct crossing {
+    size_t line;
+    double x;
+    int turn;
+};
+
+static int compare_crossings(const void *a, const void *b) {
+    const struct crossing *p = a, *q = b;
+    if (p->line != q->line)
+        return p->line < q->line ? -1 : 1;
+    return (p->x > q->x) - (p->x < q->x);
+}
+
+/* A closed polyline, seen along direction `along`: x is the coordinate along, y across. */
+struct view {
+    const double (*points)[2];
+    size_t count;
+    int along;
+    double low[2], high[2]; /* x, y */
+    size_t lines;
+};
+
+static double coordinate(const struct view *view, size_t k, int axis) {
+    return view->points[k % view->count][axis == 0 ? view->along : 1 - view->along];
+}
+
+static double height(const struct view *view, size_t line) {
+    return view->low[1] +
+           ((double)line + 0.5) / (double)view->lines * (view->high[1] - view->low[1]);
+}
+
+/* The first line at y or above. */
+static size_t line_from(const struct view *view, double y) {
+    double share = (y - view->low[1]) / (view->high[1] - view->low[1]) * (double)view->lines - 0.5;
+    size_t line = share > 0 ? (size_t)ceil(share) : 0;
+    line = line < view->lines ? line : view->lines;
+    while (line > 0 && height(view, line - 1) >= y)
+        line--;
+    while (line < view->lines && height(view, line) < y)
+        line++;
+    return line;
+}
+
+/* Where the lines meet the loop, into `to` (NULL: counted alone). */
+static size_t find_crossings(const struct view *view, struct crossing *to) {
+    size_t count = 0;
+    for (size_t k = 0; k < view->count; k++) {
+        double a[2], b[2];
+        for (int axis = 0; axis < 2; axis++) {
+            a[axis] = coordinate(view, k, axis);
+            b[axis] = coordinate(view, k + 1, axis);
+        }
+        size_t from = line_from(view, fmin(a[1], b[1])), end = line_from(view, fmax(a[1], b[1]));
+        for (size_t line = from; to && line < end; line++) {
+            double share = (height(view, line) - a[1]) / (b[1] - a[1]);
+            to[count + line - from] = (struct crossing){
+                .line = line, .x = a[0] + share * (b[0] - a[0]), .turn = b[1] > a[1] ? 1 : -1};
+        }
+        count += end - from;
+    }
+    return count;
+}
+
+/* Whether the loop goes round every place of the lines once in the sense `sign`, or not at all. */
+static bool winds_once(const struct view *view, const struct crossing *crossings, size_t count,
+                       int sign, double uv[2]) {
+    int winding = 0;
+    double least = narrow * (view->high[0] - view->low[0]);
+    for (size_t k = 0; k + 1 < count; k++) {
+        const struct crossing *at = &crossings[k], *next = at + 1;
+        winding = k > 0 && at->line != at[-1].line ? at->turn : winding + at->turn;
+        if (at->line == next->line && next->x - at->x > least && winding != 0 && winding != sign) {
+            uv[view->along] = (at->x + next->x) / 2;
+            uv[1 - view->along] = height(view, at->line);
+            return false;
+        }
+    }
+    return true;
+}
+
+static void look_along(struct view *view, int along) {
+    size_t lines = CROSSINGS_MOST / view->count;
+    view->along = along;
+    view->lines = lines < LINES_LEAST ? LINES_LEAST : lines > LINES_MOST ? LINES_MOST : lines;
+    for (int axis = 0; axis < 2; axis++) {
+        view->low[axis] = view->high[axis] = coordinate(view, 0, axis);
+        for (size_t k = 1; k < view->count; k++) {
+            view->low[axis] = fmin(view->low[axis], coordinate(view, k, axis));
+            view->high[axis] = fmax(view->high[axis], coordinate(view, k, axis));
+        }
+    }
+}
+
+/* Twice the area, positive where the inside lies on the left. */
+static double signed_area(const struct view *view) {
+    double sum = 0;
+    for (size_t k = 0; k < view->count; k++)
+        sum += (coordinate(view, k, 0) - view->low[0]) * coordinate(view, k + 1, 1) -
+               (coordinate(view, k + 1, 0) - view->low[0]) * coordinate(view, k, 1);
+    return sum;
+}
+
+static enum status is_simple(const struct trim *trim, size_t loop, struct arena *arena,
+                             struct loop_fault *fault, bool *simple) {
+    struct view view;
+    *simple = true;
+    view.count = trim_loop_points(trim, loop, &view.points);
+    for (int along = 0; along < 2 && *simple && view.count > 2; along++) {
+        struct arena_mark mark = arena_mark(arena);
+        look_along(&view, along);
+        if (!(view.high[1] > view.low[1]))
+            return STATUS_OK;
+        size_t count = find_crossings(&view, NULL);
+        struct crossing *crossings = arena_take(arena, count + 1, sizeof *crossings);
+        if (!crossings)
+            return STATUS_OUT_OF_MEMORY;
+        find_crossings(&view, crossings);
+        qsort(crossings, count, sizeof *crossings, compare_crossings);
+        /* With its inside on the left it goes down first. */
+        *simple = winds_once(&view, crossings, count, signed_area(&view) > 0 ? -1 : 1, fault->uv);
+        arena_rewind(arena, mark);
+    }
+    return STATUS_OK;
+}
+
+enum status loops_check(const struct trim_loop *loops, const struct trim *trim,
+                        const struct surface *surface, struct arena *arena,
+                        struct loop_fault *fault) {
+    *fault = (struct loop_fault){.kind = LOOP_SOUND};
+    for (size_t k = 0; k < trim_loop_count(trim); k++) {
+        bool simple;
+        fault->loop = k;
+        if (!is_closed(&loops[k], surface, fault)) {
+            fault->kind = LOOP_OPEN;
+            return STATUS_OK;
+        }
+        enum status status = is_simple(trim, k, arena, fault, &simple);
+        if (status != STATUS_OK)
+            return status;
+        if (!simple) {
+            fault->kind = LOOP_CROSSES;
+            return STATUS_OK;
+        }
+    }
+    return STATUS_OK;
+}
