@@ -19,6 +19,11 @@ enum {
     BACK_OFF_MOST_MS = 5000
 };
 
+/* A thread that waits for a connection. */
+struct waiter {
+    struct waiter *next;
+};
+
 struct pool {
     char *url;
     char *password; /* NULL without; to be kept out of messages */
@@ -26,7 +31,8 @@ struct pool {
     atomic_bool nameless;
 
     pthread_mutex_t lock;
-    pthread_cond_t back; /* a connection was given back */
+    pthread_cond_t back;    /* a connection was given back, or another is the first to wait */
+    struct waiter *waiting; /* a list: who came first is first */
     struct pool_connection *idle[POOL_CONNECTIONS];
     size_t idle_count, open;
     unsigned generation; /* grows when connections turn out to be lost */
@@ -184,18 +190,34 @@ static struct pool_connection *open_connection(struct pool *pool) {
         connection->generation = generation;
     else
         pool->open--;
-    pthread_cond_signal(&pool->back);
+    pthread_cond_broadcast(&pool->back);
     return connection;
 }
 
-struct pool_connection *pool_take(struct pool *pool, enum store_answer *answer) {
+/* With the lock, given up meanwhile: waits until there is a connection, or may be, and nobody has
+ * waited for it longer; for as long as the patience lasts. */
+static void wait_for_turn(struct pool *pool) {
     struct timespec until = clock_after_ms(pool->patience_ms);
-    struct pool_connection *connection = NULL;
+    struct waiter me = {0}, **at = &pool->waiting;
     int code = 0;
+    while (*at)
+        at = &(*at)->next;
+    *at = &me;
+    while (code == 0 &&
+           (pool->waiting != &me || (pool->idle_count == 0 && pool->open == POOL_CONNECTIONS)))
+        code = pthread_cond_timedwait(&pool->back, &pool->lock, &until);
+    for (at = &pool->waiting; *at != &me;)
+        at = &(*at)->next;
+    *at = me.next;
+    if (pool->waiting)
+        pthread_cond_broadcast(&pool->back);
+}
+
+struct pool_connection *pool_take(struct pool *pool, enum store_answer *answer) {
+    struct pool_connection *connection = NULL;
     *answer = STORE_DOWN;
     pthread_mutex_lock(&pool->lock);
-    while (pool->idle_count == 0 && pool->open == POOL_CONNECTIONS && code == 0)
-        code = pthread_cond_timedwait(&pool->back, &pool->lock, &until);
+    wait_for_turn(pool);
     if (pool->idle_count > 0)
         connection = pool->idle[--pool->idle_count];
     else if (pool->open == POOL_CONNECTIONS)
