@@ -20,7 +20,7 @@
 enum {
     LOOK_MS = 50,      /* how soon a dropped check, or the end of the pool, is noticed */
     LONG_OWNERS = 32,  /* of whom it is known that their orders take long */
-    SLOW_NICENESS = 10 /* of a process in the slow lane */
+    SLOW_NICENESS = 10 /* of a process in the slow lane, above ours */
 };
 
 /* What an order may take, in bytes: a part for itself, and for each byte of its documents. The tree
@@ -455,7 +455,7 @@ static bool is_unwanted(struct check *check) {
 
 static void lower_priority(struct place *place) {
     if (!place->slow)
-        setpriority(PRIO_PROCESS, (id_t)place->child.pid, SLOW_NICENESS);
+        child_lower(&place->child, SLOW_NICENESS);
     place->slow = true;
 }
 

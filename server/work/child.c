@@ -9,6 +9,7 @@
 #include <spawn.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <time.h>
@@ -104,6 +105,10 @@ bool child_start(struct child *child, const char *program, const char *argument,
 
 bool child_running(const struct child *child) {
     return child->pid != 0;
+}
+
+void child_lower(const struct child *child, int steps) {
+    setpriority(PRIO_PROCESS, (id_t)child->pid, getpriority(PRIO_PROCESS, 0) + steps);
 }
 
 static void forget(struct child *child) {

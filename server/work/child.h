@@ -32,6 +32,10 @@ bool child_start(struct child *child, const char *program, const char *argument,
 
 bool child_running(const struct child *child);
 
+/* Lets it have a processor only after what is so much less nice, this process included: its
+ * niceness is `steps` above this one's. */
+void child_lower(const struct child *child, int steps);
+
 /* Kills it and waits for its end. Harmless when it is not running. */
 void child_kill(struct child *child);
 

@@ -12,7 +12,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/eventfd.h>
-#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -99,7 +98,7 @@ static bool ready_worker(struct lane *lane) {
         return false;
     }
     if (!lane->express)
-        setpriority(PRIO_PROCESS, (id_t)lane->child.pid, NICENESS);
+        child_lower(&lane->child, NICENESS);
     if (lane->used)
         atomic_fetch_add(&lane->dispatcher->shared.counters.restarts, 1);
     lane->used = true;
