@@ -8,9 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Rows that a model is made of at the most, candidates for each variant, of what share of the rows
- * they are drawn about the good ones. Found by `make study-quality`. */
-enum { MODELLED = 300, CANDIDATES = 128, GOOD = 4 };
+/* Rows that a model is made of at the most; candidates for each variant; the share of the rows that
+ * they are drawn about, but for one variant in so many whose are drawn about the best. Found by
+ * `make study-quality`. */
+enum { MODELLED = 300, CANDIDATES = 128, GOOD = 4, TOGETHER = 3 };
 
 /* How far from there at first, as a share of the part's length (the root of its area), of a quarter
  * turn and of the range of the pre-shears; candidates are at 1, 1/2, .. 1/16 of it, and all of that
@@ -369,9 +370,11 @@ static void propose_all(struct proposal *p, size_t *const *orders, const size_t 
     double coarseness = search->rows[0].variant.coarseness;
     for (size_t k = 0; k < wanted; k++) {
         size_t aim = k % search->aim_count, turn = k / search->aim_count;
-        bool about_best = turn % 2 == 0 || search->progress > settled;
+        bool about_best = turn % TOGETHER == 0 || search->progress > settled;
         size_t drawn =
             draw_candidates(p, &search->aims[aim], orders[aim], ordered[aim], about_best);
+        if (drawn == 0) /* the best is a pole: there is no tangent plane to draw in */
+            drawn = draw_candidates(p, &search->aims[aim], orders[aim], ordered[aim], false);
         if (drawn == 0)
             continue;
         size_t best = best_of(p->list, drawn, weights[turn % WEIGHTS]);

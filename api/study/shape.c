@@ -206,6 +206,10 @@ bool study_shape_nudge(const struct study_request *request, const struct study_s
         double width = upper[k] - lower[k];
         if (surface_closed(surface, k))
             to->uv[k] -= width * floor((to->uv[k] - lower[k]) / width);
+        if (shape->shell.shell && !(to->uv[k] >= lower[k] && to->uv[k] <= upper[k])) {
+            study_shape_nearest(shape, vec3_add(from->r, by), to, &distance);
+            return true;
+        }
         to->uv[k] = fmin(fmax(to->uv[k], lower[k]), upper[k]);
     }
     *to = study_shape_at(shape, to->face, to->uv);

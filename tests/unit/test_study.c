@@ -469,6 +469,40 @@ static void test_optimise_finds_the_apex_of_a_bowl(void **state) {
     free_finished(&f);
 }
 
+/* On a roof, whose faces have their normals to different sides, the net is that of a plane: the cut
+ * is a rectangle, without waste, where the yarns run along the edges, wherever it starts. */
+static void test_optimise_goes_over_the_faces_of_a_shell(void **state) {
+    struct finished f = finish_study(
+        roof, "\"vary\":{\"start\":{\"grid\":9},\"angle_deg\":{\"from\":0,\"to\":80,\"step\":10}},"
+              "\"search\":\"optimise\",\"budget\":120,\"objectives\":[\"waste_area\"]");
+    (void)state;
+    check_at_most(best_value(&f, QUANTITY_WASTE_AREA), 0.005);
+    free_finished(&f);
+}
+
+/* Half a sphere whose parameters end in its pole, from where the net is the most even: the search
+ * ends there, and goes on where there is no tangent plane to look about in. */
+#define W "0.70710678118654752"
+static void test_optimise_ends_in_a_pole(void **state) {
+    static const char half[] =
+        "{\"surface\":{\"degree_u\":2,\"degree_v\":2,\"size_u\":9,\"size_v\":3,"
+        "\"knotvector_u\":[0,0,0,1,1,2,2,3,3,4,4,4],\"knotvector_v\":[0,0,0,1,1,1],"
+        "\"control_points\":{\"points\":[[1,0,0],[1,0,1],[0,0,1],[1,1,0],[1,1,1],[0,0,1],[0,1,0],"
+        "[0,1,1],[0,0,1],[-1,1,0],[-1,1,1],[0,0,1],[-1,0,0],[-1,0,1],[0,0,1],[-1,-1,0],[-1,-1,1],"
+        "[0,0,1],[0,-1,0],[0,-1,1],[0,0,1],[1,-1,0],[1,-1,1],[0,0,1],[1,0,0],[1,0,1],[0,0,1]],"
+        "\"weights\":[1," W ",1," W ",0.5," W ",1," W ",1," W ",0.5," W ",1," W ",1," W ",0.5," W
+        ",1," W ",1," W ",0.5," W ",1," W ",1]}},"
+        "\"fabric\":{\"spacing\":0.12}}";
+    struct finished f = finish_study(
+        half, "\"vary\":{\"start\":{\"grid\":9},\"angle_deg\":{\"from\":0,\"to\":80,\"step\":10}},"
+              "\"search\":\"optimise\",\"budget\":120,\"objectives\":[\"max_shear_deg\"]");
+    size_t best = (size_t)f.columns.study.best[QUANTITY_MAX_SHEAR];
+    (void)state;
+    check_at_least(f.rows, 110);
+    check_at_least(value_at(&f, "z", best), 0.99);
+    free_finished(&f);
+}
+
 /* A limit that the best without it breaks holds at what comes out, and is all but reached. */
 static void test_optimise_keeps_limits(void **state) {
     char rest[500];
@@ -788,6 +822,28 @@ static void test_study_refuses_what_its_drape_lacks(void **state) {
     bytes_free(&plane);
 }
 
+/* What the last step could not hold is refused by the first. */
+static void test_samples_beyond_memory_are_refused(void **state) {
+    struct bytes part = saddle();
+    struct bytes text =
+        study_of(part.data, "\"vary\":{\"angle_deg\":{\"normal\":1}},\"sample\":5000");
+    const struct api_input input = input_of(&text);
+    struct api_limits limits = api_limits_default;
+    struct api_problem problem = {0};
+    (void)state;
+    prepare();
+    limits.max_memory = (size_t)64 << 20;
+    assert_null(api_study_open(&input, &limits, &problem));
+    assert_int_equal(problem.id, API_TOO_LARGE);
+    assert_string_equal(problem.place[0].pointer, "/sample");
+    problem = (struct api_problem){0};
+    struct api_study *study = api_study_open(&input, &api_limits_default, &problem);
+    assert_non_null(study);
+    api_study_close(study);
+    bytes_free(&text);
+    bytes_free(&part);
+}
+
 static void test_study_is_known_by_its_drape(void **state) {
     struct bytes part = saddle(), text = study_of(part.data, MAX);
     (void)state;
@@ -872,6 +928,8 @@ int main(void) {
         cmocka_unit_test(test_study_marks_variants_that_crash),
         cmocka_unit_test(test_optimise_beats_a_grid),
         cmocka_unit_test(test_optimise_finds_the_apex_of_a_bowl),
+        cmocka_unit_test(test_optimise_goes_over_the_faces_of_a_shell),
+        cmocka_unit_test(test_optimise_ends_in_a_pole),
         cmocka_unit_test(test_optimise_keeps_limits),
         cmocka_unit_test(test_optimise_spreads_a_front),
         cmocka_unit_test(test_optimise_of_a_fine_net_ends_on_it),
@@ -881,6 +939,7 @@ int main(void) {
         cmocka_unit_test(test_samples_have_the_same_bits_from_any_tasks),
         cmocka_unit_test(test_study_refuses_by_pointer),
         cmocka_unit_test(test_study_refuses_what_its_drape_lacks),
+        cmocka_unit_test(test_samples_beyond_memory_are_refused),
         cmocka_unit_test(test_study_is_known_by_its_drape),
         cmocka_unit_test(test_study_digest_is_of_the_content),
         cmocka_unit_test(test_study_as_understood_is_the_same_study),
