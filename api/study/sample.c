@@ -121,7 +121,28 @@ static void find_start(const struct api_study *study, const struct drape_result 
                             vec3_dot(along, result->start_warp));
 }
 
-enum api_problem_id sample_prepare(struct api_study *study, struct api_problem *problem) {
+size_t sample_fields(const struct api_study *study) {
+    return study->nominal ? study->nominal->count * study->nominal->field_count : 0;
+}
+
+/* The last step has all fields of all samples and the rows beside them; it is better to say before
+ * the first that it will not have the memory. */
+static enum api_problem_id check_memory(const struct api_study *study,
+                                        const struct api_limits *limits,
+                                        struct api_problem *problem) {
+    double each = (double)(sample_fields(study) + 2 * STUDY_ROW_NUMBERS) * sizeof(double);
+    double most = (double)limits->max_memory / each;
+    if ((double)study->request.sample > most)
+        api_problem_set_at(
+            problem, API_TOO_LARGE, "/sample",
+            "must be at most %.0f with the %zu cells and %zu fields of this drape in "
+            "%zu bytes of memory: draw fewer, or take a wider spacing",
+            floor(most), study->nominal->count, study->nominal->field_count, limits->max_memory);
+    return problem->id;
+}
+
+enum api_problem_id sample_prepare(struct api_study *study, const struct api_limits *limits,
+                                   struct api_problem *problem) {
     struct sample_nominal *nominal = arena_alloc(study->arena, 1, sizeof *nominal);
     struct stored *stored = nominal ? arena_alloc(study->arena, 1, sizeof *stored) : NULL;
     struct api_columns columns;
@@ -142,11 +163,7 @@ enum api_problem_id sample_prepare(struct api_study *study, struct api_problem *
         return no_memory(problem);
     find_start(study, &stored->result, nominal);
     study->nominal = nominal;
-    return API_OK;
-}
-
-size_t sample_fields(const struct api_study *study) {
-    return study->nominal ? study->nominal->count * study->nominal->field_count : 0;
+    return check_memory(study, limits, problem);
 }
 
 /* ---- drawing ---- */
@@ -263,16 +280,37 @@ bool sample_chunk(struct study_chunk *chunk) {
 
 /* ---- bands ---- */
 
-static int compare(const void *a, const void *b) {
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
+/* Brings the value number k in rising order to its place, none greater before it and none less
+ * behind (C. A. R. Hoare, Algorithm 65). */
+static void select_at(double *values, ptrdiff_t count, ptrdiff_t k) {
+    ptrdiff_t low = 0, high = count - 1;
+    while (low < high) {
+        double pivot = values[k];
+        ptrdiff_t i = low, j = high;
+        while (i <= j) {
+            while (values[i] < pivot)
+                i++;
+            while (pivot < values[j])
+                j--;
+            if (i > j)
+                break;
+            double swapped = values[i];
+            values[i++] = values[j];
+            values[j--] = swapped;
+        }
+        low = j < k ? i : low;
+        high = k < i ? j : high;
+    }
 }
 
-/* What a share of sorted values is less than, straight between them. */
-static double quantile(const double *sorted, size_t count, double share) {
-    double at = share * (double)(count - 1);
-    size_t low = (size_t)at, high = low + 1 < count ? low + 1 : low;
-    return sorted[low] + (at - (double)low) * (sorted[high] - sorted[low]);
+/* What a share of the values is less than, straight between them; changes their order. */
+static double quantile(double *values, size_t count, double share) {
+    double at = share * (double)(count - 1), next = HUGE_VAL;
+    size_t low = (size_t)at;
+    select_at(values, (ptrdiff_t)count, (ptrdiff_t)low);
+    for (size_t k = low + 1; k < count; k++)
+        next = fmin(next, values[k]);
+    return low + 1 < count ? values[low] + (at - (double)low) * (next - values[low]) : values[low];
 }
 
 static bool fill_band(const void *context, size_t first, size_t count, double *values) {
@@ -311,7 +349,6 @@ static bool find_bands(const struct api_study *study, const struct api_study_num
                     numbers->values[k * stride + STUDY_ROW_NUMBERS + field * n->count + cell];
         for (size_t k = 0; k < held; k++)
             sum += samples[k];
-        qsort(samples, held, sizeof *samples, compare);
         band[0][cell] = held ? sum / (double)held : 0;
         band[1][cell] = held ? quantile(samples, held, 0.05) : 0;
         band[2][cell] = held ? quantile(samples, held, 0.95) : 0;

@@ -26,8 +26,9 @@ struct sample_nominal {
     char (*names)[API_COLUMN_NAME_SIZE];
 };
 
-/* Drapes it. Problems as of its drape. */
-enum api_problem_id sample_prepare(struct api_study *study,
+/* Drapes it. Problems as of its drape, and API_TOO_LARGE where the numbers of all samples are more
+ * than `limits->max_memory`. */
+enum api_problem_id sample_prepare(struct api_study *study, const struct api_limits *limits,
                                    struct api_problem *problem) STATUS_MUST_USE;
 
 /* Numbers that each sample has behind its row: cells times fields; 0 of other studies. */

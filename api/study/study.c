@@ -93,7 +93,7 @@ static enum api_problem_id open_in(struct api_study *study, const struct api_inp
             STATUS_OK ||
         find_starts(study) != STATUS_OK)
         return no_memory(problem);
-    return study->request.sample > 0 ? sample_prepare(study, problem) : API_OK;
+    return study->request.sample > 0 ? sample_prepare(study, limits, problem) : API_OK;
 }
 
 struct api_study *api_study_open(const struct api_input *input, const struct api_limits *limits,
