@@ -80,7 +80,7 @@ struct format_options {
 bool format_option(struct format_options *options, const char *name, const char *value,
                    struct api_problem *problem);
 
-enum { MAP_WARNINGS_MAX = 6 };
+enum { MAP_WARNINGS_MAX = 6, MAP_RELIEFS = 2 };
 
 /* What an element is to the flow beside fabric: where resin comes in and goes out, and the gap
  * along the rim of the cloth in which it runs ahead (race-tracking). */
@@ -128,6 +128,10 @@ struct map_fields {
     const struct map_plies *plies; /* NULL: points */
     const uint8_t *gates;          /* of each element, enum map_gate; NULL: there are none */
     double channel_permeability;   /* m^2, of the elements that are MAP_CHANNEL */
+    /* Of a stack that is pressed with a pressure and gives way: its porosity at each element where
+     * the resin carries so many Pa of that; NULL: its porosity does not depend on the resin. */
+    const double *relieved[MAP_RELIEFS];
+    double relief[MAP_RELIEFS];
     const char *warnings[MAP_WARNINGS_MAX]; /* what the caller should know about them */
     size_t warning_count;
 };

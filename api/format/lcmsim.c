@@ -210,10 +210,42 @@ static void put_numbers(struct api_text *text, const double *values, size_t coun
     }
 }
 
-static void write_part(struct api_text *text, int version, const char *type, int part,
-                       const struct lcmsim_inputs *in) {
+/* How a part gives way to the pressure p of the resin. LCMsim has the parabola of its porosity e
+ * through p = 0 and two other pressures, and the permeability K e^(n + 1) / (1 - e)^n, with n = 2
+ * that of Kozeny and Carman; with n = 0 neither changes (v3, model_3.jl). */
+struct compaction {
+    double porosity[MAP_RELIEFS], pressure[MAP_RELIEFS], n, factor; /* factor: of K at p = 0 */
+};
+
+/* LCMsim refuses a part whose porosity it takes to be more than this at 1e5 Pa. */
+static double porosity_at_1e5(const struct lcmsim_inputs *in, const double pressure[MAP_RELIEFS]) {
+    const double *e = in->relieved, p1 = pressure[0], p2 = pressure[1], p = 1e5;
+    double first = (e[0] - in->porosity) / p1, second = (e[1] - e[0]) / (p2 - p1);
+    return in->porosity + first * p + (second - first) / p2 * p * (p - p1);
+}
+
+static struct compaction compaction_of(const struct map_fields *fields,
+                                       const struct lcmsim_inputs *in) {
+    double porosity = fmin(in->porosity, porosity_max);
+    struct compaction rigid = {{porosity, porosity}, {0.9e5, 1.0e5}, 0, 1}, own = rigid;
+    if (!fields->relieved[0] || !(in->relieved[0] > porosity) || !(porosity > 0) ||
+        porosity_at_1e5(in, fields->relief) > porosity_max)
+        return rigid;
+    memcpy(own.porosity, in->relieved, sizeof own.porosity);
+    memcpy(own.pressure, fields->relief, sizeof own.pressure);
+    own.n = 2;
+    own.factor = (1 - porosity) * (1 - porosity) / (porosity * porosity * porosity);
+    return own;
+}
+
+static void write_part(struct api_text *text, const struct encoder *encoder, const char *type,
+                       int part, const struct lcmsim_inputs *in) {
+    int version = version_of(encoder);
     double porosity = fmin(in->porosity, porosity_max);
     double alpha = in->k1 > 0 ? in->k2 / in->k1 : 1;
+    const struct map_fields none = {.unit = NULL};
+    const struct compaction c =
+        compaction_of(version == 2 || part == LCMSIM_CHANNEL_PART ? &none : &encoder->fields, in);
     api_text_raw(text, type);
     api_text_integer(text, part);
     api_text_raw(text, ",");
@@ -221,9 +253,10 @@ static void write_part(struct api_text *text, int version, const char *type, int
     api_text_raw(text, ",");
     api_text_integer(text, part);
     put_numbers(text,
-                (const double[]){in->thickness, porosity, 0, in->k1, 0, alpha, in->direction.x,
-                                 in->direction.y, in->direction.z, porosity, 0.9e5, porosity, 1.0e5,
-                                 0, in->k3, 0, 0.5, 9.5e-10, 1e-13},
+                (const double[]){in->thickness, porosity, 0, c.factor * in->k1, 0, alpha,
+                                 in->direction.x, in->direction.y, in->direction.z, c.porosity[0],
+                                 c.pressure[0], c.porosity[1], c.pressure[1], c.n,
+                                 c.factor * in->k3, 0, 0.5, 9.5e-10, 1e-13},
                 version == 2 ? PART_NUMBERS_2 : PART_NUMBERS);
     api_text_raw(text, "\n");
 }
@@ -236,13 +269,13 @@ static bool write_parts(struct api_text *text, const struct encoder *encoder) {
     api_text_raw(text, version == 2 ? "" : part_names_3);
     api_text_raw(text, "\n");
     if (bins->gate_count[MAP_INLET])
-        write_part(text, version, "inlet", LCMSIM_INLET_PART, &bins->gate[MAP_INLET]);
+        write_part(text, encoder, "inlet", LCMSIM_INLET_PART, &bins->gate[MAP_INLET]);
     for (size_t k = 0; k < bins->count; k++)
-        write_part(text, version, "base", LCMSIM_FIRST_PART + (int)k, &bins->bin[k]);
+        write_part(text, encoder, "base", LCMSIM_FIRST_PART + (int)k, &bins->bin[k]);
     if (bins->gate_count[MAP_CHANNEL])
-        write_part(text, version, "patch", LCMSIM_CHANNEL_PART, &bins->gate[MAP_CHANNEL]);
+        write_part(text, encoder, "patch", LCMSIM_CHANNEL_PART, &bins->gate[MAP_CHANNEL]);
     if (bins->gate_count[MAP_OUTLET])
-        write_part(text, version, "outlet", LCMSIM_OUTLET_PART, &bins->gate[MAP_OUTLET]);
+        write_part(text, encoder, "outlet", LCMSIM_OUTLET_PART, &bins->gate[MAP_OUTLET]);
     return true;
 }
 
@@ -370,6 +403,14 @@ static void write_readme(struct api_text *text, const struct encoder *encoder) {
         "permeability is k1 along refdir, which LCMsim projects on each element; alpha is\n"
         "k2/k1; porosities over %g are written as %g.\n",
         LCMSIM_ISOTROPIC, porosity_max, porosity_max);
+    if (encoder->fields.relieved[0] && version_of(encoder) == 3)
+        api_text_raw(
+            text,
+            "\nThe stack gives way to the resin: porosity is that under the whole pressure,\n"
+            "porosity_1 and porosity_2 those where the resin carries p_1 and p_2 of it. With\n"
+            "n_CK 2 LCMsim multiplies permeability and permeability_Z by e^3 / (1 - e)^2 of its\n"
+            "porosity e; what is written is so much smaller. n_CK is 0 in parts that do not\n"
+            "give way, or that would have a porosity of more than 0.99 at 1e5 Pa.\n");
     write_channel(text, encoder);
     write_density(text, state);
 }

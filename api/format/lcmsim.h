@@ -28,7 +28,8 @@ enum {
 struct lcmsim_inputs {
     double thickness, porosity;
     double k1, k2, k3;
-    struct vec3 direction; /* of k1, a unit vector; its sign means nothing */
+    struct vec3 direction;        /* of k1, a unit vector; its sign means nothing */
+    double relieved[MAP_RELIEFS]; /* the porosity under those pressures of resin */
 };
 
 /* How an element comes into the case. */

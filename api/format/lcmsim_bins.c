@@ -173,6 +173,8 @@ static struct lcmsim_inputs mean_of(const struct builder *b, size_t first, size_
         mean.k1 += area * in.k1;
         mean.k2 += area * in.k2;
         mean.k3 += area * in.k3;
+        for (int k = 0; k < MAP_RELIEFS; k++)
+            mean.relieved[k] += area * in.relieved[k];
         for (int k = 0; k < 6; k++)
             dyad[k] += area * own[k];
     }
@@ -181,6 +183,8 @@ static struct lcmsim_inputs mean_of(const struct builder *b, size_t first, size_
     mean.k1 /= total;
     mean.k2 /= total;
     mean.k3 /= total;
+    for (int k = 0; k < MAP_RELIEFS; k++)
+        mean.relieved[k] /= total;
     mean.direction = principal(dyad);
     return mean;
 }

@@ -42,8 +42,12 @@ static struct lcmsim_inputs read_own(const struct lcmsim_source *source, size_t 
     double v[LCMSIM_COLUMNS];
     for (int k = 0; k < LCMSIM_COLUMNS; k++)
         v[k] = value_at(source->column[k], element);
-    return (struct lcmsim_inputs){v[0] * source->fields->unit->metres, v[1], v[2], v[3], v[4],
-                                  vec3_make(v[5], v[6], v[7])};
+    struct lcmsim_inputs in = {v[0] * source->fields->unit->metres, v[1],        v[2], v[3], v[4],
+                               vec3_make(v[5], v[6], v[7]),         {v[1], v[1]}};
+    for (int k = 0; k < MAP_RELIEFS; k++)
+        if (source->fields->relieved[k])
+            in.relieved[k] = source->fields->relieved[k][element];
+    return in;
 }
 
 /* Without pores, or without a flow in every direction, LCMsim's equations have no solution; beyond
@@ -74,6 +78,8 @@ static void take_densest(struct lcmsim_source *source) {
     source->has_capped = densest > 0;
     double ratio = source->has_capped ? kozeny_carman(source->cap) / kozeny_carman(densest) : 1;
     source->capped.porosity = 1 - source->cap;
+    for (int k = 0; k < MAP_RELIEFS; k++)
+        source->capped.relieved[k] = source->capped.porosity;
     source->capped.k1 *= ratio;
     source->capped.k2 *= ratio;
     source->capped.k3 *= ratio;

@@ -50,7 +50,8 @@ struct mapping {
     size_t rows;        /* plies at places, together */
     bool thickness, fraction, law, permeability, locking, table; /* what all, or any, plies have */
     struct filled out;
-    const struct punch *punch; /* NULL: there is none */
+    const struct punch *punch;     /* NULL: there is none */
+    double *relieved[MAP_RELIEFS]; /* as in map_fields; NULL: nothing gives way */
     size_t packed, loose, far, open;
     bool channelled;
     double spacing, farthest;
@@ -434,9 +435,27 @@ static struct stack_cavity cavity_at(struct mapping *m, size_t place) {
     return height > 0 ? (struct stack_cavity){.kind = STACK_HEIGHT, .height = height} : *whole;
 }
 
+/* The porosity where the resin carries a part of the pressure, and the fibres the rest. */
+static void put_relieved(struct mapping *m, size_t place, struct gathered *plies) {
+    for (int k = 0; k < MAP_RELIEFS; k++) {
+        struct stack_cavity rest = m->laminate->cavity;
+        double whole = 0, fibres = 0;
+        rest.pressure -= m->map->fields.relief[k];
+        gather(m, place, plies);
+        (void)stack_press(&rest, plies->count, plies->pressed);
+        for (size_t n = 0; n < plies->count; n++) {
+            whole += plies->pressed[n].thickness;
+            fibres += plies->pressed[n].thickness * plies->pressed[n].fraction;
+        }
+        m->relieved[k][place] = plies->count ? 1 - fibres / whole : 0;
+    }
+}
+
 static void put_place(struct mapping *m, size_t place, struct gathered *plies) {
     struct stack_sum sum = {.thickness = 0};
     double by_itself = 0, whole = 0, fibres = 0;
+    if (m->relieved[0])
+        put_relieved(m, place, plies);
     gather(m, place, plies);
     for (size_t n = 0; n < plies->count; n++)
         by_itself += plies->pressed[n].thickness;
@@ -564,6 +583,21 @@ static bool begin_cavity(struct mapping *m) {
     return !m->target->punch_count || m->punch || no_memory(m);
 }
 
+/* Under a pressure plies with a law give way to the resin. */
+static bool begin_relief(struct mapping *m) {
+    static const double shares[MAP_RELIEFS] = {0.4, 0.8}; /* of the pressure */
+    const struct stack_cavity *cavity = &m->laminate->cavity;
+    bool gives = m->law && m->thickness && m->fraction && cavity->kind == STACK_PRESSURE;
+    for (int k = 0; gives && !has_heights(m) && k < MAP_RELIEFS; k++) {
+        m->relieved[k] = arena_alloc(m->arena, m->count, sizeof *m->relieved[k]);
+        if (!m->relieved[k])
+            return no_memory(m);
+        m->map->fields.relieved[k] = m->relieved[k];
+        m->map->fields.relief[k] = shares[k] * cavity->pressure;
+    }
+    return true;
+}
+
 static bool begin(struct mapping *m) {
     const struct laminate *laminate = m->laminate;
     size_t count = m->count, nets = laminate->net_count;
@@ -640,8 +674,8 @@ enum api_problem_id laminate_map(const struct laminate *laminate,
     memset(map, 0, sizeof *map);
     map->fields = map_target_fields(target, map->columns);
     find_properties(&m);
-    if (!begin_cavity(&m) || !begin(&m) || !read_nets(&m, nets) || !add_columns(&m) ||
-        !begin_stack(&m) || !put_all(&m))
+    if (!begin_cavity(&m) || !begin_relief(&m) || !begin(&m) || !read_nets(&m, nets) ||
+        !add_columns(&m) || !begin_stack(&m) || !put_all(&m))
         return problem->id;
     end_stack(&m);
     if (target->warning)

@@ -299,3 +299,38 @@ plane='.surface = {degree_u: 1, degree_v: 1, size_u: 2, size_v: 2, knotvector_u:
         .plies[0].fabric = {spacing: 0.2, material: \"example-glass-plain-800\"}"
     [ "$status" -eq 0 ]
 }
+
+@test "a stack under a pressure gives way to the resin in the tables of LCMsim v3" {
+    local mesh=$BATS_TEST_TMPDIR/mould.bdf case=$BATS_TEST_TMPDIR/case.zip
+    mould >"$mesh"
+    local soft="$plane | .cavity = {pressure: 1e5} | .plies |= .[:2] | .plies[] |= (.direction.angle_deg = 0) |
+        .plies[0].compaction = {a: 0.2, b: 0.08}"
+    drape_stack "$soft" --map "$mesh" --format lcmsim -o "$case"
+    [ "$status" -eq 0 ]
+    unzip -p "$case" part_description.csv >"$BATS_TEST_TMPDIR/parts.csv"
+    unzip -p "$case" README.txt | grep -q 'gives way to the resin'
+    drape_stack "$soft" --map "$mesh"
+    python3 - "$BATS_TEST_TMPDIR/parts.csv" <<END
+import csv, json, sys
+part = next(csv.DictReader(open(sys.argv[1])))
+value = {key: float(text) for key, text in part.items() if key not in ("name", "type")}
+cells = json.loads('''$output''')["cells"]
+def porosity(p):  # of two plies of 2 mm and 0.5: one with a law, one without
+    return 1 - 2e-3 / (1e-3 / (0.2 * (1e5 - p) ** 0.08) + 2e-3)
+def near(a, b):
+    assert abs(a - b) < 2e-5 * abs(b), (a, b)
+near(value["porosity"], porosity(0))
+near(value["porosity"], cells["porosity"][0])
+near(value["porosity_1"], porosity(value["p_1"]))
+near(value["porosity_2"], porosity(value["p_2"]))
+assert 0 < value["p_1"] < value["p_2"] < 1e5 and value["n_CK"] == 2
+e = value["porosity"]
+near(value["permeability"] * e ** 3 / (1 - e) ** 2, cells["k1"][0])
+near(value["permeability_Z"] * e ** 3 / (1 - e) ** 2, cells["k3"][0])
+END
+    # Without a law, and for v2, which has no such columns, nothing gives way.
+    drape_stack "$soft | del(.plies[].compaction)" --map "$mesh" --format lcmsim -o "$case"
+    unzip -p "$case" part_description.csv | awk -F, 'NR == 2 {exit !($13 == $5 && $15 == $5 && $17 == 0)}'
+    drape_stack "$soft" --map "$mesh" --format lcmsim --lcmsim-version 2 -o "$case"
+    unzip -p "$case" part_description.csv | awk -F, 'NR == 2 {exit !(NF == 14 && $13 == $5)}'
+}
