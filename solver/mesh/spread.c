@@ -210,16 +210,24 @@ static void take_nearer(const struct buckets *b, int32_t k, struct vec3 r, int32
     }
 }
 
-/* The nearest seed: that within one side if there is any, else of all. */
-static int32_t nearest_seed(const struct buckets *b, struct vec3 r) {
+/* The nearest seed in the cubes round a place; whether it is within one side. */
+static bool near_seed(const struct buckets *b, struct vec3 r, int32_t *nearest, double *least) {
     int64_t x = cube(b, r.x), y = cube(b, r.y), z = cube(b, r.z);
-    int32_t nearest = -1;
-    double least = 0;
     for (int k = 0; k < 27; k++)
         for (int32_t s = b->first[bucket_of(b, x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1)];
              s >= 0; s = b->next[s])
-            take_nearer(b, s, r, &nearest, &least);
-    if (nearest >= 0 && least <= b->side * b->side)
+            take_nearer(b, s, r, nearest, least);
+    return *nearest >= 0 && *least <= b->side * b->side;
+}
+
+/* So few seeds are looked at faster than 27 cubes. */
+enum { FEW = 48 };
+
+/* The nearest seed: that within one side if there is any, else of all. */
+static int32_t nearest_seed(const struct buckets *b, struct vec3 r) {
+    int32_t nearest = -1;
+    double least = 0;
+    if (b->count > FEW && near_seed(b, r, &nearest, &least))
         return nearest;
     for (size_t s = 0; s < b->count; s++)
         take_nearer(b, (int32_t)s, r, &nearest, &least);
