@@ -66,28 +66,59 @@ INLINE void divide(vec4 a, vec4 au, vec4 av, vec4 auu, vec4 auv, vec4 avv,
     jet->vv = lanes(g * (avv - 2 * wv * rv - avv[3] * r));
 }
 
-INLINE void evaluate_bernstein(int p, int q, const vec4 *points, const double t[2],
-                               const double rate[2], struct surface_jet *jet) {
-    struct basis u, v;
-    bernstein(p, t[0], rate[0], &u);
-    bernstein(q, t[1], rate[1], &v);
+/* Each degree as a case of its own, so that what it calls unrolls. */
+#define DEGREE_CASES(CASE) CASE(1) CASE(2) CASE(3) CASE(4) CASE(5) CASE(6) CASE(7) CASE(8) CASE(9)
+_Static_assert(NURBS_DEGREE_MAX == 9, "every degree has a case");
+
+INLINE void find_basis(int p, double t, double rate, struct basis *basis) {
+#define CASE(P)                                                                                    \
+    case P:                                                                                        \
+        bernstein(P, t, rate, basis);                                                              \
+        break;
+    switch (p) {
+        DEGREE_CASES(CASE)
+    default:
+        break;
+    }
+#undef CASE
+}
+
+INLINE void sum_up(int p, int q, const vec4 *points, const struct basis *u, const struct basis *v,
+                   struct surface_jet *jet) {
     vec4 a = {0}, au = {0}, av = {0}, auu = {0}, auv = {0}, avv = {0};
-    UNROLL for (int k = 0; k <= p; k++) {
+    for (int k = 0; k <= p; k++) {
         const vec4 *row = points + k * (q + 1);
         vec4 c = {0}, cv = {0}, cvv = {0};
         UNROLL for (int l = 0; l <= q; l++) {
-            c += v.value[l] * row[l];
-            cv += v.first[l] * row[l];
-            cvv += v.second[l] * row[l];
+            c += v->value[l] * row[l];
+            cv += v->first[l] * row[l];
+            cvv += v->second[l] * row[l];
         }
-        a += u.value[k] * c;
-        au += u.first[k] * c;
-        auu += u.second[k] * c;
-        av += u.value[k] * cv;
-        auv += u.first[k] * cv;
-        avv += u.value[k] * cvv;
+        a += u->value[k] * c;
+        au += u->first[k] * c;
+        auu += u->second[k] * c;
+        av += u->value[k] * cv;
+        auv += u->first[k] * cv;
+        avv += u->value[k] * cvv;
     }
     divide(a, au, av, auu, auv, avv, jet);
+}
+
+INLINE void evaluate_bernstein(int p, int q, const vec4 *points, const double t[2],
+                               const double rate[2], struct surface_jet *jet) {
+    struct basis u, v;
+    find_basis(p, t[0], rate[0], &u);
+    find_basis(q, t[1], rate[1], &v);
+#define CASE(Q)                                                                                    \
+    case Q:                                                                                        \
+        sum_up(p, Q, points, &u, &v, jet);                                                         \
+        break;
+    switch (q) {
+        DEGREE_CASES(CASE)
+    default:
+        break;
+    }
+#undef CASE
 }
 
 /* One polynomial sum_k c_k x^k and half its second derivative: Horner's scheme run on its own
