@@ -36,18 +36,19 @@ def asked(daemon, address, request):
         return ask(connection, request)
 
 
-def fill(daemon, address, share, seconds=40):
-    """Uploads of the address, as many as its share, so that it gets no more. One that comes before
-    the daemon has noticed that another connection was closed is refused; one that was not sent for
-    a moment after it was connected, on a busy machine, is an idle one."""
+def fill(daemon, address, share, upload=UPLOAD, beyond=VERSION, seconds=40):
+    """Uploads of the address, as many as its share, so that it gets no more: what is beyond is
+    refused. One that comes before the daemon has noticed that another connection was closed is
+    refused; one that was not sent for a moment after it was connected, on a busy machine, is an idle
+    one."""
     busy = []
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         if len(busy) < share:
             busy.append(connect(daemon, address))
-            busy[-1].sendall(UPLOAD)
+            busy[-1].sendall(upload)
             time.sleep(0.02)
-        elif asked(daemon, address, VERSION) == 429:
+        elif asked(daemon, address, beyond) == 429:
             return busy
         ended = select.select(busy, [], [], 0)[0]
         busy = [connection for connection in busy if connection not in ended]
@@ -104,14 +105,10 @@ def test_owners_busy_connections_leave_the_reserve(daemon):
 
 def test_owners_bodies_have_a_share(daemon):
     """Half of what bodies may hold is the most for one owner's, but for a single one."""
-    held = []
-    for _ in range(4):
-        held.append(connect(daemon, "127.0.0.2"))
-        held[-1].sendall(UPLOAD.replace(b"5000", b"300000") + b" " * 200000)
-    for connection in held:
-        connection.settimeout(10)
+    # Three fit. A fourth would be refused when they have arrived, or together with another of them.
+    upload = UPLOAD.replace(b"5000", b"300000") + b" " * 199000
     over = b"POST /v1/drapes HTTP/1.1\r\nHost: localhost\r\nContent-Length: 200000\r\n\r\n"
-    expect(settled(daemon, "127.0.0.2", over + b" " * 200000, 429), "it may have more")
+    held = fill(daemon, "127.0.0.2", 3, upload, over + b" " * 200000)
     status, _, _ = daemon.submit(saddle(0.2))
     expect(status == 202, f"another owner's body is {status}")
     expect(asked(daemon, "127.0.0.3", over + b" " * 200000) == 400, "another's large one is refused")
