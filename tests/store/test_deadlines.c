@@ -56,6 +56,20 @@ static void test_deadlines_cut_a_late_head(void **state) {
     assert_int_equal(reap_after(pair, DEADLINES_HEAD_MS + 1000), 1);
     assert_int_equal(pair->late, 1);
     expect_cut(pair);
+    assert_int_equal(send(pair->client, "?", 1, MSG_NOSIGNAL), 1); /* what it sends is still read */
+    /* Who does not go when told to is closed, without another word. */
+    assert_int_equal(reap_after(pair, 2 * DEADLINES_HEAD_MS), 0);
+    assert_int_equal(pair->late, 1);
+    assert_int_equal(send(pair->client, "?", 1, MSG_NOSIGNAL), -1);
+}
+
+static void test_deadlines_give_a_long_reply_its_time(void **state) {
+    struct pair *pair = *state;
+    size_t length = 100 * DEADLINES_BODY_RATE; /* worth as many seconds */
+    assert_true(deadlines_reply(pair->deadlines, &pair->entry, length));
+    assert_int_equal(write(pair->server, "reply", 5), 5);
+    assert_int_equal(reap_after(pair, DEADLINES_REPLY_MS + 99000), 0);
+    assert_int_equal(reap_after(pair, DEADLINES_REPLY_MS + 101000), 1);
 }
 
 static void test_deadlines_cut_a_reply_that_is_not_fetched(void **state) {
@@ -87,7 +101,7 @@ static void test_deadlines_count_only_the_time_of_the_client(void **state) {
 static void test_deadlines_cut_a_body_that_drips(void **state) {
     struct pair *pair = *state;
     assert_true(deadlines_body(pair->deadlines, &pair->entry));
-    int64_t due = pair->entry.due;
+    int64_t due = pair->entry.due -= DEADLINES_BODY_MS / 2;            /* that has gone by */
     assert_true(deadlines_received(pair->deadlines, &pair->entry, 1)); /* worth a millisecond */
     assert_true(pair->entry.due <= due + 1);
     assert_int_equal(deadlines_reap(pair->deadlines, due + 1), 1);
@@ -98,6 +112,7 @@ int main(void) {
 #define WITH_PAIR(test) cmocka_unit_test_setup_teardown(test, set_up, tear_down)
     const struct CMUnitTest tests[] = {
         WITH_PAIR(test_deadlines_cut_a_late_head),
+        WITH_PAIR(test_deadlines_give_a_long_reply_its_time),
         WITH_PAIR(test_deadlines_cut_a_reply_that_is_not_fetched),
         WITH_PAIR(test_deadlines_count_only_the_time_of_the_client),
         WITH_PAIR(test_deadlines_cut_a_body_that_drips),
