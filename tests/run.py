@@ -35,8 +35,10 @@ FIRST = ["test_store_faults", "test_exact_random", "deploy/package", "exact_geod
          "http/map", "http/roles", "http/", "faults/", "deploy/", "browser/", "store/"]
 # What runs daemons, whose answers take longer on a busy machine.
 DAEMONS = ("http/", "faults/", "store/", "deploy/", "browser/", "hosts/")
-# What mostly waits takes less than a processor.
-WAITING = {"faults/test_slow": 0.4, "http/": 0.6, "store/": 0.6, "deploy/": 0.6}
+# What mostly waits leaves the processors to others: as long as they idle another job begins beside.
+MOST = 3 * CORES  # jobs at a time
+LOOK = 1.0  # seconds over which idling is measured
+IDLE = 0.4  # of a processor, in which a further job finds room
 
 
 @dataclass
@@ -58,10 +60,6 @@ class Job:
     def again(self):
         """The same job, not yet run."""
         return Job(self.name, self.command, self.env, self.one_test, tries=self.tries + 1)
-
-    def share(self):
-        """Of a processor, that it keeps busy."""
-        return next((share for part, share in WAITING.items() if part in self.name), 1)
 
     def rank(self):
         """Its place in the order of starts."""
@@ -148,6 +146,13 @@ def everything(build, sanitized):
     return jobs + [Job("tests/hosts/hosts.sh", ["tests/hosts/hosts.sh", build, "200"])]
 
 
+def idle_seconds():
+    """Of all processors since the machine started, waiting for disks included."""
+    with open("/proc/stat") as stat:
+        idle, disks = stat.readline().split()[4:6]
+    return (int(idle) + int(disks)) / os.sysconf("SC_CLK_TCK")
+
+
 class Run:
     """The jobs that wait, run and have ended."""
 
@@ -157,7 +162,8 @@ class Run:
         self.running = {}  # by process id: job, file of output, start
         self.ended = []
         self.folder = folder
-        self.begun = self.news = time.monotonic()
+        self.begun = self.news = self.looked = time.monotonic()
+        self.idled = idle_seconds()
 
     def start(self, job):
         output = tempfile.TemporaryFile(dir=self.folder)
@@ -166,14 +172,21 @@ class Run:
                                    start_new_session=True)
         self.running[process.pid] = (job, output, time.monotonic(), process)
 
+    def has_room(self):
+        """Whether the processors idled since the last look, by the work of all that runs."""
+        now, idled = time.monotonic(), idle_seconds()
+        if now - self.looked < LOOK:
+            return False
+        idle = (idled - self.idled) / (now - self.looked)
+        self.looked, self.idled = now, idled
+        return idle > IDLE
+
     def start_what_fits(self):
-        """Keeps the processors busy; what takes less than what is left goes beside."""
-        for job in list(self.waiting):
-            busy = sum(entry[0].share() for entry in self.running.values())
-            if busy + job.share() > CORES + 0.01 and self.running:
-                continue
-            self.waiting.remove(job)
-            self.start(job)
+        """One job a processor, and another one whenever there is room."""
+        while self.waiting and len(self.running) < CORES:
+            self.start(self.waiting.pop(0))
+        if self.waiting and len(self.running) < MOST and self.has_room():
+            self.start(self.waiting.pop(0))
 
     def end(self, pid, status, usage):
         job, output, begun, process = self.running.pop(pid)
