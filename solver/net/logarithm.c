@@ -17,9 +17,6 @@ static const double pull_share = 0.02;
  * than that; and a^3 less than the accuracy. */
 static const double angle_share = 0.3;
 
-/* Knot lines nearer to an end than this, as a share of the way, do not lie between the ends. */
-static const double joint_slack = 1e-9;
-
 /* The least sine between the path and a knot line that it crosses. */
 static const double least_crossing = 0.2;
 
@@ -62,31 +59,20 @@ struct joint {
 static bool find_joints(const struct station *p, const struct station *q, int k,
                         struct joint joint[], int *count) {
     const struct surface_axis *axis = &p->surface->axis[k];
-    double from = p->uv[k], way = q->uv[k] - from, wrapped = surface_axis_wrap(axis, from);
-    double period = surface_axis_upper(axis) - surface_axis_lower(axis), turn = from - wrapped;
-    int up = way > 0, last = axis->span_count, b = surface_axis_span(axis, 0, wrapped) + up;
-    if (!(fabs(way) > 0) || !(fabs(way) <= period))
-        return way == 0;
-    for (;; b += up ? 1 : -1) {
-        if (axis->closed && (up ? b > last : b < 0)) {
-            turn += up ? period : -period;
-            b = up ? 1 : last - 1;
-        }
-        bool end = b <= 0 || b >= last;
-        if (b < 0 || b > last || (end && !axis->closed))
-            return true;
-        double at = axis->breaks[b] + turn, share = (at - from) / way;
-        if (!(share < 1 - joint_slack))
-            return true;
-        if (share <= joint_slack || !axis->joints[b])
+    struct surface_walk walk = surface_walk_begin(axis, p->uv[k], q->uv[k]);
+    if (!(fabs(walk.way) <= surface_axis_upper(axis) - surface_axis_lower(axis)))
+        return false;
+    while (surface_walk_next(&walk)) {
+        if (!axis->joints[walk.number])
             continue;
         if (*count == JOINTS)
             return false;
         int n = (*count)++;
-        for (; n > 0 && joint[n - 1].share > share; n--)
+        for (; n > 0 && joint[n - 1].share > walk.share; n--)
             joint[n] = joint[n - 1];
-        joint[n] = (struct joint){k, at, share};
+        joint[n] = (struct joint){k, walk.at, walk.share};
     }
+    return true;
 }
 
 /* The station at uv as the span has it in which `towards` lies. */

@@ -204,6 +204,42 @@ int surface_axis_span(const struct surface_axis *axis, int hint, double x) {
     return low;
 }
 
+/* Breaks nearer to an end than this, as a share of the way, do not lie between the ends. */
+static const double walk_slack = 1e-9;
+
+struct surface_walk surface_walk_begin(const struct surface_axis *axis, double from, double to) {
+    double wrapped = surface_axis_wrap(axis, from);
+    struct surface_walk walk = {
+        .axis = axis, .from = from, .way = to - from, .turn = from - wrapped};
+    walk.next = surface_axis_span(axis, 0, wrapped) + (walk.way > 0);
+    return walk;
+}
+
+bool surface_walk_next(struct surface_walk *walk) {
+    const struct surface_axis *axis = walk->axis;
+    double period = surface_axis_upper(axis) - surface_axis_lower(axis);
+    int step = walk->way > 0 ? 1 : -1, last = axis->span_count;
+    bool any = fabs(walk->way) > 0 && fabs(walk->way) <= period;
+    while (any) {
+        if (axis->closed && (walk->next > last || walk->next < 0)) {
+            walk->turn += step * period;
+            walk->next = step > 0 ? 1 : last - 1;
+        }
+        walk->number = walk->next;
+        if (walk->number < 0 || walk->number > last ||
+            (!axis->closed && (walk->number == 0 || walk->number == last)))
+            return false;
+        walk->next += step;
+        walk->at = axis->breaks[walk->number] + walk->turn;
+        walk->share = (walk->at - walk->from) / walk->way;
+        if (!(walk->share < 1 - walk_slack))
+            return false;
+        if (walk->share > walk_slack)
+            return true;
+    }
+    return false;
+}
+
 double surface_axis_wrap(const struct surface_axis *axis, double x) {
     double lower = axis->breaks[0], upper = axis->breaks[axis->span_count];
     if (!axis->closed || (x >= lower && x <= upper))

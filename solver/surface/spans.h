@@ -103,6 +103,18 @@ static inline void surface_outer(const struct surface *surface, const double inn
  * of another surface. */
 int surface_axis_span(const struct surface_axis *axis, int hint, double x);
 
+/* The breaks between the ends of a way along an axis, in order: walk with `surface_walk_next`,
+ * which is false when there are no more. A way of a period or more has none. */
+struct surface_walk {
+    const struct surface_axis *axis;
+    double from, way, turn; /* what to take off parameters to be in the domain */
+    int next;
+    int number; /* of the break at hand, its parameter, and the share of the way to it */
+    double at, share;
+};
+struct surface_walk surface_walk_begin(const struct surface_axis *axis, double from, double to);
+bool surface_walk_next(struct surface_walk *walk);
+
 /* `surface_evaluate` in inner parameters. */
 void surface_jet_at(const struct surface *surface, struct surface_cursor *cursor, double u,
                     double v, struct surface_jet *jet);
