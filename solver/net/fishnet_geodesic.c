@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "fishnet_geodesic.h"
 
+#include "fishnet_collocation.h"
 #include "solver/surface/crossing.h"
 #include "solver/surface/shell.h"
 
@@ -30,16 +31,10 @@ struct ray {
     struct vec3 end_tangent; /* in the tangent plane there */
 };
 
-static double gaussian_curvature(const struct station *station) {
-    const double *i = station->first, *ii = station->second;
-    double area2 = i[0] * i[2] - i[1] * i[1];
-    return area2 > 0 ? (ii[0] * ii[2] - ii[1] * ii[1]) / area2 : 0;
-}
-
 /* How the end moves for each radian of the direction about the normal. */
 static struct vec3 jacobi_field(const struct ray *ray) {
     double d = ray->length;
-    double k = (gaussian_curvature(ray->from) + gaussian_curvature(&ray->end)) / 2;
+    double k = (station_gauss_curvature(ray->from) + station_gauss_curvature(&ray->end)) / 2;
     double size = d * (1 - fmin(k * d * d / 6, 0.5));
     return vec3_scale(size, vec3_cross(ray->end.normal, ray->end_tangent));
 }
@@ -242,8 +237,8 @@ static bool crosses_rightly(const struct fishnet_cell *cell, const struct meetin
 /* What a Newton step is wrong by, as a share of it: by the step itself, and by what the Jacobi
  * field leaves out, where curvature changes and where there is much of it. */
 static double step_error(const struct ray *ray, double step) {
-    double d2 = ray->length * ray->length, k = gaussian_curvature(ray->from) * d2;
-    double end = gaussian_curvature(&ray->end) * d2, mean = (k + end) / 2;
+    double d2 = ray->length * ray->length, k = station_gauss_curvature(ray->from) * d2;
+    double end = station_gauss_curvature(&ray->end) * d2, mean = (k + end) / 2;
     return 4 * step + fabs(end - k) / 20 + mean * mean / 60;
 }
 
@@ -369,9 +364,13 @@ static enum fishnet_end meet(const struct surface *surface, struct surface_curso
 
 enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
                                         struct surface_cursor *cursor,
-                                        const struct fishnet_cell *cell, double bd, double cd,
-                                        struct fishnet_node *node) {
-    struct meeting m = {.ray = {{.from = cell->b, .length = bd}, {.from = cell->c, .length = cd}}};
+                                        const struct fishnet_cell *cell, const double length[2],
+                                        int lanes, struct fishnet_node *node) {
+    const struct fishnet_collocation wanted = {{length[0], length[1]}, tolerance, lanes};
+    if (fishnet_collocation_solve(cursor, cell, &wanted, NULL, node))
+        return fishnet_right_root(cell, &node->station) ? FISHNET_FOUND : FISHNET_COLLAPSED;
+    struct meeting m = {
+        .ray = {{.from = cell->b, .length = length[0]}, {.from = cell->c, .length = length[1]}}};
     for (int k = 0; k < 2; k++)
         m.ray[k].direction =
             station_tangent(m.ray[k].from, vec3_sub(node->station.jet.r, m.ray[k].from->jet.r));

@@ -8,7 +8,8 @@
  * of its angle (the Jacobi field; K is the Gaussian curvature), so that a Newton step for both
  * angles is a system of two equations; what is left out of J makes it converge by a factor of
  * (K d^2)^2 a step. Ends on two sides of a knot line are compared in one plane, unfolded about it:
- * on a developable surface, creased or not, J and the step are exact.
+ * on a developable surface, creased or not, J and the step are exact. Where there is no crease the
+ * geodesics are found by collocation (`fishnet_collocation.h`), elsewhere integrated, and shot.
  */
 #ifndef SOLVER_NET_FISHNET_GEODESIC_H
 #define SOLVER_NET_FISHNET_GEODESIC_H
@@ -23,12 +24,12 @@ struct fishnet_yarns {
 };
 
 /* Moves `node`, a place near D on the right side (`fishnet_solve` with the chords of `gib`), to
- * where the geodesics of length `bd` from B and `cd` from C meet, to 1e-11 of them, which is
- * node->residual. */
+ * where the geodesics of these lengths from B and C meet, to 1e-11 of them, which is
+ * node->residual; `lanes` as drape_settings'. */
 enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
                                         struct surface_cursor *cursor,
-                                        const struct fishnet_cell *cell, double bd, double cd,
-                                        struct fishnet_node *node);
+                                        const struct fishnet_cell *cell, const double length[2],
+                                        int lanes, struct fishnet_node *node);
 
 /* The same from the directions yarns->start, wherever that is: nothing is asked of chords, so that
  * folds of any angle may lie in the cell. Ends meet to accuracy[0] of their length, and geodesics

@@ -3,6 +3,7 @@
 #include "march.h"
 
 #include "correction.h"
+#include "fishnet_collocation.h"
 #include "fishnet_geodesic.h"
 #include "fishnet_length.h"
 #include "rough.h"
@@ -230,6 +231,12 @@ static bool is_wild(const struct march *march, const struct fishnet_cell *cell,
     return outside && !over_fold;
 }
 
+/* Whether yarns cross at D as they do at A. */
+static bool cross_rightly(const struct fishnet_cell *cell, const struct fishnet_yarns *yarns,
+                          const struct station *d) {
+    return cell->orientation * vec3_dot(vec3_cross(yarns->end[0], yarns->end[1]), d->normal) > 0;
+}
+
 /* A cell with a rough edge: both yarns to D are geodesics of the spacing's length. Where chords led
  * to a D, `found`, it may be enough to measure them. */
 static enum fishnet_end solve_rough(struct march *march, const struct march_cell *at,
@@ -237,7 +244,16 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
                                     struct fishnet_node *node) {
     const double *d = march->settings->spacing;
     struct fishnet_yarns yarns;
-    if (found && march->settings->method != DRAPE_GEODESIC) {
+    bool geodesic = march->settings->method == DRAPE_GEODESIC;
+    const struct fishnet_collocation wanted = {
+        {d[0], d[1]}, geodesic_accuracy[0], march->settings->lanes};
+    if (found && geodesic &&
+        fishnet_collocation_solve(&march->cursor, cell, &wanted, &yarns, node) &&
+        cross_rightly(cell, &yarns, &node->station)) {
+        march_note_edges(march, at, yarns.start, yarns.end);
+        return FISHNET_FOUND;
+    }
+    if (found && !geodesic) {
         double turn = fabs(station_gauss_curvature(&node->station)) * d[0] * d[1];
         double accuracy = length_accuracy + length_share * fmin(turn, 1);
         if (fishnet_length_meet(&march->cursor, cell, d[0], d[1], accuracy, &yarns, node)) {
@@ -249,10 +265,9 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
     }
     if (!turn_as_at_a(march, at, &yarns))
         return FISHNET_NO_CONVERGENCE;
-    enum fishnet_end end = fishnet_geodesic_meet(
-        march->surface, &march->cursor, cell, d[0], d[1],
-        march->settings->method == DRAPE_GEODESIC ? geodesic_accuracy : rough_accuracy, &yarns,
-        node);
+    enum fishnet_end end =
+        fishnet_geodesic_meet(march->surface, &march->cursor, cell, d[0], d[1],
+                              geodesic ? geodesic_accuracy : rough_accuracy, &yarns, node);
     if (end == FISHNET_FOUND)
         march_note_edges(march, at, yarns.start, yarns.end);
     return end;
@@ -352,8 +367,8 @@ static bool solve_on_surface(struct march *march, const struct march_cell *at,
     if (s->method != DRAPE_BASIC)
         end = solve_uneven(march, at, &cell, &corrections, end, node, &laid);
     if (end == FISHNET_FOUND && s->method == DRAPE_GEODESIC && !laid)
-        end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, s->spacing[0],
-                                     s->spacing[1], node);
+        end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, s->spacing, s->lanes,
+                                     node);
     if (end != FISHNET_FOUND)
         *reason = reason_of(march, &cell, end);
     return end == FISHNET_FOUND;

@@ -1,11 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /* Paths past the corners of spans: on a sphere, split as one likes, geodesics are great circles.
- * And geodesics that are measured instead: on a sphere and, as helices, on a cylinder. */
+ * And geodesics that are measured instead: on a sphere and, as helices, on a cylinder; and those
+ * that are found by collocation, beside the integrated ones. DRAPED_SEED sets the seed. */
 #include "shapes.h"
 #include "solver/net/logarithm.h"
+#include "solver/surface/collocation.h"
 #include "solver/surface/path.h"
 #include "tests/check.h"
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 enum { DIRECTIONS = 24 };
 static const double split[2] = {0.1, -0.13}; /* the knots inserted in u and v */
@@ -152,10 +156,118 @@ static void test_exact_path_logarithms(void **state) {
     arena_free(arena);
 }
 
+/* A geodesic of a random surface, by integration. */
+struct integrated {
+    struct station from, to;
+    struct vec3 tangent[2];
+    double length;
+};
+
+static bool integrate(const struct surface *surface, uint64_t *seed, struct integrated *g) {
+    struct surface_cursor cursor = {0, 0};
+    struct path path;
+    double lower[2], upper[2], uv[2], angle = random_between(seed, -M_PI, M_PI);
+    surface_domain(surface, lower, upper);
+    for (int k = 0; k < 2; k++)
+        uv[k] = lower[k] + random_between(seed, 0.2, 0.8) * (upper[k] - lower[k]);
+    if (!station_at(surface, &cursor, uv, &g->from))
+        return false;
+    struct vec3 u = vec3_unit(g->from.jet.u), across = vec3_cross(g->from.normal, u);
+    g->tangent[0] = vec3_axpy(sin(angle), across, vec3_scale(cos(angle), u));
+    g->length = random_between(seed, 0.02, 0.8);
+    return path_geodesic(&path, surface, &g->from, g->tangent[0]) &&
+           path_advance(&path, g->length) && path_station(&path, &cursor, &g->to, &g->tangent[1]);
+}
+
+/* The same by collocation, from a place beside its end; how far that is from it, as a share of the
+ * length. Negative where it is not to be had. */
+static double collocate(const struct integrated *g, int parts, int lanes,
+                        struct collocation *path) {
+    struct surface_cursor cursor = {0, 0};
+    struct station beside;
+    const double uv[2] = {g->to.uv[0] + 0.01 * (g->to.uv[0] - g->from.uv[0]),
+                          g->to.uv[1] - 0.01 * (g->to.uv[1] - g->from.uv[1])};
+    double moved = g->length / 2;
+    assert_true(station_at(g->from.surface, &cursor, uv, &beside));
+    if (!collocation_begin(path, &g->from, &beside, g->tangent, g->length, parts, lanes))
+        return -1;
+    for (int turn = 0; turn < 20 && moved > 1e-14 && moved < g->length; turn++) {
+        if (!collocation_lay(path))
+            return -1;
+        moved = collocation_move(path, 0);
+    }
+    if (!(moved < 1e-12 * g->length) || !collocation_is_whole(path, &g->to))
+        return -1;
+    return vec3_distance(path->to, g->to.jet.r) / g->length;
+}
+
+/* To the accuracy of integration; where a piece is too long for that, quarters of it are better by
+ * as much as an order of 16 makes them. With the same bits at any width. */
+static void test_exact_path_collocation_follows_geodesics(void **state) {
+    static struct shape shape;
+    static struct collocation path, other;
+    const char *text = getenv("DRAPED_SEED");
+    uint64_t seed = text ? strtoull(text, NULL, 10) : 20261122;
+    int tried = 0, found = 0, coarse = 0, steep = 0;
+    (void)state;
+    printf("  seed %llu\n", (unsigned long long)seed);
+    for (int round = 0; round < 400; round++) {
+        struct arena *arena = arena_new((size_t)1 << 24);
+        struct surface *surface;
+        struct integrated g;
+        struct motion taller = motion_stretch(1, 1, random_between(&seed, 1, 5));
+        shape_random(&shape, &seed);
+        shape_move(&shape, &taller);
+        struct nurbs nurbs = shape_nurbs(&shape);
+        assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+        if (integrate(surface, &seed, &g)) {
+            double error = collocate(&g, 1, 2, &path), finer = collocate(&g, 4, 2, &other);
+            tried++;
+            found += finer >= 0 && finer < 1e-10;
+            coarse += error > 1e-10 && finer >= 0;
+            steep += error > 1e-10 && finer >= 0 && finer < 1e-4 * error + 1e-11;
+            assert_true(collocate(&g, 1, 8, &other) == error);
+            assert_true(error < 0 || memcmp(&path.to, &other.to, sizeof path.to) == 0);
+            assert_true(collocate(&g, 1, 4, &other) == error);
+        }
+        arena_free(arena);
+    }
+    printf("  %d of %d to 1e-10, %d of %d far better in quarters\n", found, tried, steep, coarse);
+    check_at_least(found, tried * 9 / 10);
+    check_at_least(coarse, 3);
+    check_at_least(steep, coarse * 8 / 10);
+}
+
+/* Over corners of spans too, it ends where the great circle does. */
+static void test_exact_path_collocation_on_sphere(void **state) {
+    static struct shape shape;
+    static struct collocation path;
+    struct arena *arena = arena_new((size_t)1 << 24);
+    struct surface *surface = split_sphere(&shape, arena);
+    double worst = 0;
+    uint64_t seed = 7;
+    int found = 0;
+    (void)state;
+    for (int round = 0; round < 200; round++) {
+        struct integrated g;
+        assert_true(integrate(surface, &seed, &g));
+        found += collocate(&g, 1, 0, &path) >= 0;
+        if (path.pieces > 0)
+            worst =
+                fmax(worst, vec3_distance(path.to, circle(g.from.jet.r, g.tangent[0], g.length)));
+    }
+    printf("  %d of 200, to %.1e\n", found, worst);
+    check_at_least(found, 190);
+    check_below(worst, 1e-13);
+    arena_free(arena);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_path_passes_corners_of_spans),
         cmocka_unit_test(test_exact_path_logarithms),
+        cmocka_unit_test(test_exact_path_collocation_follows_geodesics),
+        cmocka_unit_test(test_exact_path_collocation_on_sphere),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
