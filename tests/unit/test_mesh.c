@@ -444,7 +444,7 @@ static double seconds(void) {
 }
 
 static void time_nearest(const struct mesh *mesh, double height, struct random *random) {
-    enum { QUERIES = 50000 };
+    enum { QUERIES = 3000 };
     struct mesh_place place;
     double begin = seconds(), sum = 0, distance;
     for (int k = 0; k < QUERIES; k++) {
