@@ -12,14 +12,36 @@ export const plyOf = (settings) => Object.fromEntries(OWN.map((key) => [key, set
 /** The plies of a stack and those that mirror them, the last one outside. */
 export const mirrored = (plies) => [...plies, ...[...plies].reverse().map((ply) => ({ ...ply }))];
 
-/** The request for a laminate; `surface` is JSON text. A ply is {name, angle, own}. */
-export function requestOf(surface, unit, plies) {
-  const rows = plies.map(({ name, angle, own }) => ({
+/** Numbers as one writes them: with points, between blanks, commas or semicolons. */
+const numbers = (text) =>
+  text
+    .replaceAll('−', '-')
+    .split(/[\s,;]+/)
+    .filter(Boolean)
+    .map(Number);
+
+/** What a ply has beside its cloth, as the service takes it; it says what is wrong with it. */
+export function restOf({ repeat, law, boundary }) {
+  const [a, b] = numbers(law);
+  const points = boundary.split(';').map(numbers);
+  return {
+    ...(repeat.trim() ? { repeat: Number(repeat) } : {}),
+    ...(law.trim() ? { compaction: { a, b } } : {}),
+    ...(boundary.trim() ? { boundary: { polygon: points.filter((point) => point.length) } } : {}),
+  };
+}
+
+/** The request for a laminate; `surface` is JSON text. A ply is {name, angle, own, repeat, law,
+ *  boundary}, the last three as text; `stack` has cavity, offset and side. */
+export function requestOf(surface, unit, plies, stack) {
+  const rows = plies.map(({ name, angle, own, ...rest }) => ({
     ...own,
     name,
     ...(angle === null ? {} : { direction: { angle_deg: angle } }),
+    ...restOf(rest),
   }));
-  return `{"surface":${surface},"length_unit":${JSON.stringify(unit)},"plies":${JSON.stringify(rows)}}`;
+  const members = { length_unit: unit, ...stack, plies: rows };
+  return `{"surface":${surface},${JSON.stringify(members).slice(1)}`;
 }
 
 export class Stack {
@@ -33,19 +55,39 @@ export class Stack {
     );
     element('ply-mirror').addEventListener('click', () => this.#set(mirrored(this.plies)));
     element('stack-drape').addEventListener('click', () => this.#run());
+    for (const id of ['stack-cavity', 'stack-height', 'stack-nominal', 'stack-other'])
+      element(id).addEventListener('change', () => this.#set(this.plies));
+    element('stack-width').addEventListener('change', () => this.#offer());
     this.#set([]);
   }
 
   #fromForm() {
     const own = plyOf(this.form.settings());
     const angle = own.direction?.angle_deg;
-    return { name: `ply ${this.plies.length + 1}`, angle: angle === undefined ? null : angle, own };
+    const name = `ply ${this.plies.length + 1}`;
+    const rest = { repeat: '', law: '', boundary: '' };
+    return { name, angle: angle === undefined ? null : angle, own, ...rest };
+  }
+
+  /** What is said of the stack as a whole. */
+  #whole() {
+    const kind = element('stack-cavity').value;
+    const value = Number(element('stack-height').value.replace('−', '-'));
+    return {
+      cavity: kind === 'flexible' ? kind : { [kind]: value },
+      offset: element('stack-nominal').checked ? 'nominal' : 'none',
+      side: element('stack-other').checked ? -1 : 1,
+    };
   }
 
   /** Another order or other plies: what was draped is no longer of these. */
   #set(plies) {
-    this.plies = plies.map(({ name, angle, own }) => ({ name, angle, own }));
+    const kept = ['name', 'angle', 'own', 'repeat', 'law', 'boundary', 'open'];
+    this.plies = plies.map((ply) => Object.fromEntries(kept.map((key) => [key, ply[key]])));
+    this.id = '';
+    element('stack-height').hidden = element('stack-cavity').value === 'flexible';
     this.#fill();
+    this.#offer();
     this.onStack(null);
   }
 
@@ -81,9 +123,65 @@ export class Stack {
       this.#button('↑', 'up', k, () => k > 0 && move(k - 1), k - 1),
       this.#button('↓', 'down', k, () => move(k + 1), k + 1),
       this.#button('✕', 'delete', k, drop),
+      this.#more(ply, k, field),
       ...this.#outcome(ply, k),
     );
     return item;
+  }
+
+  /** What most plies do without. */
+  #more(ply, k, field) {
+    const more = document.createElement('details');
+    const list = [
+      ['Layers', 'repeat', '1'],
+      ['Compaction a, b', 'law', 'none'],
+      ['Boundary x y z; ...', 'boundary', 'the whole part'],
+    ];
+    const rows = list.map(([text, key, placeholder]) => {
+      const label = document.createElement('label');
+      const input = field(text, ply[key], (value) => {
+        ply[key] = value;
+        this.#set(this.plies);
+        element('plies').children[k]?.querySelector(`[data-key="${key}"]`)?.focus();
+      });
+      input.dataset.key = key;
+      input.placeholder = placeholder;
+      label.append(text, input);
+      return label;
+    });
+    const summary = Object.assign(document.createElement('summary'), { textContent: 'More' });
+    more.append(summary, ...rows);
+    more.open = Boolean(ply.open);
+    more.addEventListener('toggle', () => (ply.open = more.open));
+    return more;
+  }
+
+  /** A link to save what the service writes of the stack. */
+  #link(text, path, name) {
+    const link = Object.assign(document.createElement('a'), {
+      href: address(path),
+      download: name,
+      textContent: text,
+    });
+    link.addEventListener('click', (event) => {
+      if (!token.get()) return;
+      event.preventDefault();
+      read(path, 'blob').then((blob) => saveAs(blob, name), this.onError);
+    });
+    return link;
+  }
+
+  /** Of a stack that is draped: its patterns on a roll, and its ply book. */
+  #offer() {
+    const width = Number(element('stack-width').value);
+    const roll = width > 0 ? `&width=${width}` : '';
+    const path = `v1/laminates/${this.id}`;
+    element('stack-roll').hidden = !this.id;
+    element('stack-links').replaceChildren(
+      this.#link('Patterns SVG', `${path}/patterns?format=svg${roll}`, 'patterns.svg'),
+      this.#link('Patterns DXF', `${path}/patterns?format=dxf${roll}`, 'patterns.dxf'),
+      this.#link('Ply book', `${path}/report?format=html${roll}`, 'plies.html'),
+    );
   }
 
   /** The focus goes on to what was moved. */
@@ -112,18 +210,7 @@ export class Stack {
     const look = this.#button('Look', 'look', k, () => this.onLook(ply.id, ply));
     look.setAttribute('aria-pressed', String(ply.id === this.shown));
     const path = `v1/laminates/${this.id}/plies/${k}/pattern?format=dxf`;
-    const name = `${fileName(`${k + 1} ${ply.name}`)}.dxf`;
-    const link = Object.assign(document.createElement('a'), {
-      href: address(path),
-      download: name,
-      textContent: 'Pattern DXF',
-    });
-    link.addEventListener('click', (event) => {
-      if (!token.get()) return;
-      event.preventDefault();
-      read(path, 'blob').then((blob) => saveAs(blob, name), this.onError);
-    });
-    return [look, link];
+    return [look, this.#link('Pattern DXF', path, `${fileName(`${k + 1} ${ply.name}`)}.dxf`)];
   }
 
   /** The drape that is shown. */
@@ -143,7 +230,7 @@ export class Stack {
     element('fault-stack').textContent = '';
     const { plies } = this;
     try {
-      const body = requestOf(this.form.surfaceText, this.form.unit, plies);
+      const body = requestOf(this.form.surfaceText, this.form.unit, plies, this.#whole());
       const { id } = await submitLaminate(body);
       const say = (status) =>
         status &&
@@ -171,6 +258,7 @@ export class Stack {
       `${done} of ${this.plies.length} plies are draped, ` +
       `${new Set(this.plies.map((ply) => ply.id)).size} of them different.`;
     this.#fill();
+    if (done) this.#offer();
     this.onStack(done ? id : null);
     const first = this.plies.find((ply) => ply.id);
     if (first) this.onLook(first.id, first);

@@ -69,6 +69,16 @@ test('stack: every ply has its pattern', async () => {
   for (const link of links) assert.match(await (await fetch(link)).text(), /ENTITIES[^]*EOF/);
 });
 
+test('stack: the roll and the ply book are of the stack', async () => {
+  const hrefs = () =>
+    page.locator('#stack-links a').evaluateAll((all) => all.map(({ href }) => href));
+  assert.match(await (await fetch((await hrefs())[0])).text(), /3 patterns on/);
+  await page.fill('#stack-width', '9');
+  await page.press('#stack-width', 'Enter');
+  assert.match(await (await fetch((await hrefs())[1])).text(), /x 9 m of roll/);
+  assert.match(await (await fetch((await hrefs())[2])).text(), /3 plies, 3 layers.*draped on the/);
+});
+
 test('stack: the whole stack is mapped onto a mesh', async () => {
   await page.setInputFiles('#mesh-file', join(root, 'api/examples/mould.bdf'));
   await page.waitForSelector('#mesh-tools:not([hidden])');
@@ -93,6 +103,40 @@ test('stack: the whole stack is mapped onto a mesh', async () => {
     before,
   );
   assert.ok(await page.isHidden('#mesh-stack'));
+});
+
+test('stack: layers, laws, boundaries, offset and cavity are taken', async () => {
+  const more = (ply, key) => page.locator(`#plies li:nth-child(${ply}) [data-key="${key}"]`);
+  await page.click('#plies li:nth-child(1) summary');
+  for (const [key, text] of [
+    ['repeat', '2'],
+    ['law', '0.2, 0.08'],
+    ['boundary', '-1 -1 0; 1 -1 0; 1 1 0; −1 1 0'],
+  ]) {
+    await more(1, key).fill(text);
+    await more(1, key).press('Enter');
+  }
+  await page.check('#stack-nominal');
+  await page.check('#stack-other');
+  await page.selectOption('#stack-cavity', 'height');
+  await page.fill('#stack-height', '0.0014');
+  assert.ok(await page.isHidden('#stack-roll'));
+  const [answer] = await Promise.all([
+    page.waitForResponse((response) => /v1.laminates$/.test(response.url())),
+    page.click('#stack-drape'),
+  ]);
+  await page.waitForSelector('#stack-roll:not([hidden])');
+  const asked = await ask(`v1/laminates/${(await answer.json()).id}/request`);
+  assert.deepEqual(asked.cavity, { height: 0.0014 });
+  assert.equal(asked.offset, 'nominal');
+  assert.equal(asked.side, -1);
+  assert.equal(asked.plies[0].repeat, 2);
+  assert.deepEqual(asked.plies[0].compaction, { a: 0.2, b: 0.08 });
+  assert.equal(asked.plies[0].boundary.polygons[0].length, 4);
+  assert.equal(asked.plies[1].repeat, 1);
+  await picture(page, 'stack-more');
+  assert.deepEqual(await violations(page), []);
+  await page.selectOption('#stack-cavity', 'flexible');
 });
 
 test('stack: what is wrong is said with its place', async () => {
