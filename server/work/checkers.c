@@ -71,7 +71,8 @@ struct check {
     char *inlined; /* the documents in the packet */
     size_t inlined_length;
     int files[CHECKER_DOCUMENTS + 1]; /* -1: none */
-    int64_t reserve;                  /* bytes */
+    int64_t reserve;                  /* bytes; grows to all that the slow lane has, once */
+    size_t max_memory;                /* of the order's limits */
     struct checker_answer answer;
     bool crashed; /* its last process */
 
@@ -143,6 +144,11 @@ static int64_t express_share(const struct checkers *pool) {
     return share < pool->settings.memory / 2 ? share : pool->settings.memory / 2;
 }
 
+/* The rest: the most that one order may take. */
+static int64_t slow_share(const struct checkers *pool) {
+    return pool->settings.memory - express_share(pool);
+}
+
 /* ------------------------------------------------------------------ the order as a packet */
 
 static int64_t reserve_of(const struct checkers_order *order, int64_t most) {
@@ -207,8 +213,6 @@ static void fill_packet(struct check *check, const struct checkers_order *order)
     struct checker_order *packet = &check->packet;
     packet->kind = order->kind;
     packet->limits = order->limits;
-    if ((int64_t)packet->limits.max_memory > check->reserve)
-        packet->limits.max_memory = (size_t)check->reserve;
     packet->nastran = order->nastran;
     packet->variant = order->variant;
     packet->has_start = order->start != NULL;
@@ -249,6 +253,8 @@ static bool send_order(struct check *check) {
     struct msghdr message = {.msg_iov = parts, .msg_iovlen = 2};
     size_t files = 0;
     packet->deadline_ms = check->begun_ms + timeout_of(check);
+    packet->limits.max_memory =
+        check->max_memory < (size_t)check->reserve ? check->max_memory : (size_t)check->reserve;
     packet->files = 0;
     for (int k = 0; k <= CHECKER_DOCUMENTS; k++) {
         if (check->files[k] < 0)
@@ -607,8 +613,9 @@ static void finish(struct check *check, enum outcome outcome, bool notify) {
         hub_notify(pool->hub, subject);
 }
 
-/* Stops the process; the check waits for that lane, unless nobody wants it any more. */
-static void begin_anew(struct check *check, enum lane lane) {
+/* Stops the process; the check waits for that lane and so many bytes, unless nobody wants it any
+ * more. */
+static void begin_anew(struct check *check, enum lane lane, int64_t reserve) {
     struct checkers *pool = check->pool;
     int *output = &check->files[CHECKER_DOCUMENTS];
     end_process(check->place, false);
@@ -619,10 +626,13 @@ static void begin_anew(struct check *check, enum lane lane) {
     leave(pool, check);
     pool->stats.restarts++;
     check->lane = lane;
+    check->reserve = reserve;
     check->state = STATE_WAITING;
     bool dropped = check->dropped;
-    if (!dropped)
+    if (!dropped) {
         append(&pool->waiting, check);
+        pthread_cond_signal(&pool->changed);
+    }
     pthread_mutex_unlock(&pool->lock);
     if (dropped)
         free_check(check);
@@ -646,12 +656,22 @@ static bool set_off(struct check *check) {
     return false;
 }
 
+/* What an order takes is estimated by its length (`reserve_of`). The rare one that takes more, such
+ * as a surface of very many spans with trims, is tried once more with all that there is. */
+static bool is_cramped(const struct check *check, enum outcome outcome) {
+    return outcome == OUTCOME_ANSWER && check->answer.problem.id == API_OUT_OF_MEMORY &&
+           check->reserve < slow_share(check->pool);
+}
+
 static void run(struct check *check, bool sent) {
     enum outcome outcome = sent || set_off(check) ? follow(check) : OUTCOME_NOT_BEGUN;
     bool killed = outcome == OUTCOME_CRASHED && !check->crashed && !is_cad(check);
     check->crashed = outcome == OUTCOME_CRASHED;
-    if (outcome == OUTCOME_AGAIN || killed) /* perhaps by somebody else: it may try once more */
-        begin_anew(check, outcome == OUTCOME_AGAIN ? LANE_SLOW : check->lane);
+    if (is_cramped(check, outcome))
+        begin_anew(check, LANE_SLOW, slow_share(check->pool));
+    else if (outcome == OUTCOME_AGAIN ||
+             killed) /* perhaps by somebody else: it may try once more */
+        begin_anew(check, outcome == OUTCOME_AGAIN ? LANE_SLOW : check->lane, check->reserve);
     else
         finish(check, outcome, true);
 }
@@ -768,7 +788,8 @@ static struct check *new_check(struct checkers *pool, const struct checkers_orde
         check->files[k] = -1;
     snprintf(check->subject, sizeof check->subject, "%s", subject);
     snprintf(check->owner, sizeof check->owner, "%s", order->owner);
-    check->reserve = reserve_of(order, pool->settings.memory - express_share(pool));
+    check->reserve = reserve_of(order, slow_share(pool));
+    check->max_memory = order->limits.max_memory;
     check->lane = check->reserve > EXPRESS_BYTES ? LANE_SLOW : LANE_EXPRESS;
     fill_packet(check, order);
     if (keep_documents(check, order)) {
@@ -808,7 +829,10 @@ static void run_at_once(struct check *check) {
         sent = send_order(check);
     }
     if (sent && receive(check, CHECKERS_AT_ONCE_MS) == OUTCOME_ANSWER) {
-        finish(check, OUTCOME_ANSWER, false);
+        if (is_cramped(check, OUTCOME_ANSWER))
+            begin_anew(check, LANE_SLOW, slow_share(pool));
+        else
+            finish(check, OUTCOME_ANSWER, false);
         return;
     }
     pthread_mutex_lock(&pool->lock);

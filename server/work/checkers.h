@@ -13,6 +13,9 @@
  * CHECKERS_QUICK_MS of a processor there, comes last for CHECKERS_LONG_MS, and such owners together
  * leave one of its places to all others.
  *
+ * What an order may take of the budget goes by its length. One that turns out to need more is begun
+ * anew in the slow lane with all that this may have.
+ *
  * An order that a free process answers at once is answered on the caller's own thread, within
  * CHECKERS_AT_ONCE_MS; the threads of the pool take over the others.
  */

@@ -435,6 +435,46 @@ static void test_checkers_memory(void **state) {
     assert_int_equal(end_of(begin(&order)), API_OK);
 }
 
+/* A surface of degree 9 with `size` points a side, and a trim around all but its rim. */
+static char *trimmed_surface(int size) {
+    char *body = malloc((size_t)size * (size_t)size * 16 + (size_t)size * 16 + 1000), *to = body;
+    assert_non_null(body);
+    to += sprintf(to, "{\"degree_u\":9,\"degree_v\":9,\"size_u\":%d,\"size_v\":%d", size, size);
+    for (int side = 0; side < 2; side++) {
+        to += sprintf(to, ",\"knotvector_%c\":[", side ? 'v' : 'u');
+        for (int k = 0; k < size + 10; k++)
+            to += sprintf(to, "%s%d", k ? "," : "", k < 10 ? 0 : k < size ? k - 9 : size - 9);
+        *to++ = ']';
+    }
+    to += sprintf(to, ",\"control_points\":[");
+    for (int k = 0; k < size * size; k++)
+        to += sprintf(to, "%s[%d,%d,0]", k ? "," : "", k / size, k % size);
+    sprintf(to,
+            "],\"trims\":[{\"degree\":1,\"knotvector\":[0,0,1,2,3,4,4],\"reversed\":true,"
+            "\"control_points\":[[1,1],[%d,1],[%d,%d],[1,%d],[1,1]]}]}",
+            size - 10, size - 10, size - 10, size - 10);
+    return body;
+}
+
+/* More memory than such a body usually takes: it is begun anew with all that there is. */
+static void test_checkers_more_memory_than_usual(void **state) {
+    (void)state;
+    struct checkers_settings wanted = settings();
+    struct checkers_stats stats;
+    char *body = trimmed_surface(260);
+    wanted.memory = INT64_C(640) << 20;
+    start(&wanted);
+    struct checkers_order order = order_of(CHECKER_SURFACE, body);
+    order.body_file = spool_of_bytes(body, strlen(body));
+    assert_true(order.body_file >= 0);
+    assert_int_equal(end_of(begin(&order)), API_OK);
+    checkers_stats(pool, &stats);
+    assert_int_equal(stats.restarts, 1);
+    assert_int_equal(stats.reserved, 0);
+    close(order.body_file);
+    free(body);
+}
+
 int main(int argc, char **argv) {
     if (argc == 2 && !strcmp(argv[1], CHECKER_ARGUMENT))
         return checker_serve(&(struct checker_abilities){.before = misbehave});
@@ -454,6 +494,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test_teardown(test_checkers_timeout, stop),
         cmocka_unit_test_teardown(test_checkers_drop, stop),
         cmocka_unit_test_teardown(test_checkers_memory, stop),
+        cmocka_unit_test_teardown(test_checkers_more_memory_than_usual, stop),
     };
     return api_prepare() ? cmocka_run_group_tests(tests, NULL, NULL) : 1;
 }
