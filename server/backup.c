@@ -107,9 +107,10 @@ static int is_copy(const struct dirent *entry) {
            ends_with(entry->d_name, NAME_END);
 }
 
+/* With SQLite's journal, log and index of the log beside it. */
 static int is_part(const struct dirent *entry) {
     return !strncmp(entry->d_name, NAME_START, sizeof NAME_START - 1) &&
-           (ends_with(entry->d_name, PART_END) || ends_with(entry->d_name, PART_END "-journal"));
+           strstr(entry->d_name, NAME_END PART_END) != NULL;
 }
 
 /* Removes what the filter finds, but for the last `keep` by name, which are the newest. */

@@ -114,6 +114,21 @@ killed_at_any_moment() {
     done
 }
 
+@test "deploy: what killed back-ups and restores have left beside their unfinished files is removed" {
+    drape 1.0
+    mkdir -p "$COPIES"
+    local end
+    for end in '' -journal -wal -shm; do
+        echo left >"$COPIES/draped-20010909T014640.000Z.backup.part$end"
+        echo left >"$DATA/draped.db.restoring$end"
+    done
+    backup "$COPIES"
+    [ "$(ls "$COPIES")" = "$(copies)" ]
+    stop_daemon
+    restore "$COPIES"
+    [ -z "$(ls "$DATA" | grep restoring)" ]
+}
+
 @test "deploy: a back-up that is killed at any moment leaves whole copies alone" {
     fill
     backup "$COPIES"

@@ -269,11 +269,15 @@ static bool remove_file(const char *path, char why[STORE_WHY_SIZE]) {
     return backup_fail(why, "%s cannot be removed: %s", path, strerror(errno));
 }
 
-/* What is there of a stage: nothing may be left beside a new one. */
+/* What is there of a stage: nothing may be left beside a new one. The copy of a database with a log
+ * has one too, until its mode is changed. */
 static bool remove_stage(const char *stage, char why[STORE_WHY_SIZE]) {
-    char journal[PATH_MAX];
-    return beside(stage, "-journal", journal, why) && remove_file(journal, why) &&
-           remove_file(stage, why);
+    static const char *const parts[] = {"-journal", "-wal", "-shm", ""};
+    char part[PATH_MAX];
+    for (size_t k = 0; k < sizeof parts / sizeof *parts; k++)
+        if (!beside(stage, parts[k], part, why) || !remove_file(part, why))
+            return false;
+    return true;
 }
 
 /* The old database gets a second name, with its log, before the new one takes its first: whenever
