@@ -211,8 +211,8 @@ static void correct(struct quadrant *q, int32_t j, int k) {
     double uv[2];
     a.uv[0] = back2->of[0][k];
     a.uv[1] = back2->of[1][k];
-    wave_get(wave, back1, k + 1, &b);
-    wave_get(wave, back1, k, &c);
+    wave_get_plane(wave, back1, k + 1, &b);
+    wave_get_plane(wave, back1, k, &c);
     net_view_move(&march->before, cell.i, cell.j);
     bool guessed = march_guess_from_before(march, &cell, uv);
     march_find_corrections(march, &cell, &corrections);

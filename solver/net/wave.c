@@ -2,6 +2,7 @@
 #include "wave.h"
 
 #include "solver/wide.h"
+#include <stddef.h>
 #include <string.h>
 
 _Static_assert(WAVE_NUMBERS == 29, "a station is its surface and as many numbers as a wave's");
@@ -30,6 +31,21 @@ void wave_get(const struct wave *wave, const struct wave_places *places, int slo
     memcpy(station->uv, numbers.uv, sizeof numbers.uv);
     memcpy(station->first, numbers.first, sizeof numbers.first);
     memcpy(station->second, numbers.second, sizeof numbers.second);
+}
+
+void wave_get_plane(const struct wave *wave, const struct wave_places *places, int slot,
+                    struct station *station) {
+    enum {
+        NORMAL = offsetof(struct wave_station, normal) / sizeof(double),
+        FIRST = offsetof(struct wave_station, first) / sizeof(double)
+    };
+    const double(*of)[WAVE_STRIDE] = places->of;
+    station->surface = wave->surface;
+    station->normal = vec3_make(of[NORMAL][slot], of[NORMAL + 1][slot], of[NORMAL + 2][slot]);
+    for (int n = 0; n < 3; n++)
+        station->first[n] = of[FIRST + n][slot];
+    for (int n = 0; n < 2; n++)
+        station->uv[n] = of[n][slot];
 }
 
 const struct wave_kernel *wave_kernel_for(int lanes) {

@@ -88,4 +88,8 @@ void wave_put(struct wave_places *places, int slot, const struct station *statio
 void wave_get(const struct wave *wave, const struct wave_places *places, int slot,
               struct station *station);
 
+/* The same without its derivatives but those of the first fundamental form: uv, normal, first. */
+void wave_get_plane(const struct wave *wave, const struct wave_places *places, int slot,
+                    struct station *station);
+
 #endif
