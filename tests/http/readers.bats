@@ -172,6 +172,18 @@ write_map() {
     $PYTHON tests/readers/patch.py "$folder/map.json" "$folder/flat.inp" "$folder/run"
 }
 
+@test "readers: CalculiX runs a deck of five plies, each layer with the stress of its own angle" {
+    folder=$BATS_TEST_TMPDIR
+    jq -c '{surface, length_unit, plies: [[30, 3], [-45, 1], [0, 2], [-45, 1], [30, 3] |
+            {direction: {angle_deg: .[0]}, fabric: {spacing: 0.2, thickness: (.[1] / 1000)}}]} |
+        .surface.control_points.points |= map([.[0], .[1], 0])' "$EXAMPLES/saddle.json" >"$folder/request.json"
+    $PYTHON tests/readers/mixed_mesh.py 1 4 0 >"$folder/mesh.json"
+    write_map json "$folder/map.json"
+    write_map calculix "$folder/flat.inp"
+    mkdir "$folder/run"
+    $PYTHON tests/readers/patch.py "$folder/map.json" "$folder/flat.inp" "$folder/run"
+}
+
 # A square of triangles over the saddle's middle, as a bulk-data file.
 write_mesh() {
     awk 'BEGIN {
