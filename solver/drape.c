@@ -101,6 +101,17 @@ static enum status finish(struct march *march, struct drape_result *result) {
     return status == STATUS_OK ? report_make(march, result) : status;
 }
 
+/* Whether a start that nobody asked for lies where no cloth begins, on an edge or in a corner of a
+ * part that is larger than a few cells: then one inside is better. */
+static bool begins_nowhere(enum status status, const struct march *march,
+                           const struct drape_result *result) {
+    const struct drape_settings *s = march->settings;
+    if (s->start_kind != DRAPE_START_CENTROID || s->has_extent[0] || s->has_extent[1])
+        return false;
+    return status == STATUS_START_STUCK || (status == STATUS_OK && result->cells.count == 0 &&
+                                            march_area(march) > 8 * s->spacing[0] * s->spacing[1]);
+}
+
 enum status drape_solve(const struct surface *surface, const struct drape_settings *settings,
                         const struct drape_monitor *monitor, struct arena *arena,
                         struct drape_result *result) {
@@ -112,6 +123,21 @@ enum status drape_solve(const struct surface *surface, const struct drape_settin
         status = start_find(surface, settings, &march.start, &result->faulty_generator);
     if (status == STATUS_OK && mosaic)
         status = tessellate(&march);
+    if (status == STATUS_OK)
+        status = finish(&march, result);
+    if (mosaic || !begins_nowhere(status, &march, result))
+        return status;
+    struct vec3 centroid;
+    double inner[2];
+    if (settings->trim)
+        trim_area(settings->trim, &centroid);
+    else
+        surface_area(surface, &centroid);
+    if (!(start_inside(surface, settings->trim, centroid, inner) < HUGE_VAL))
+        return status;
+    march = (struct march){
+        .surface = surface, .settings = settings, .monitor = monitor, .arena = arena};
+    status = start_find_at(surface, settings, inner, &march.start, &result->faulty_generator);
     return status == STATUS_OK ? finish(&march, result) : status;
 }
 
@@ -161,13 +187,54 @@ static enum status solve_face(const struct shell *shell, const struct drape_sett
     return result->nodes.face && result->rim.face ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
+/* The place of the largest component that is nearest to its centroid, but inside a face. */
+static bool find_inside(const struct shell *shell, struct shell_place *place) {
+    struct vec3 centroid;
+    double least = HUGE_VAL;
+    int32_t component = largest_component(shell);
+    (void)shell_area(shell, component, &centroid);
+    for (int32_t k = 0; k < (int32_t)shell_face_count(shell); k++) {
+        double inner[2], distance;
+        if (shell_component(shell, k) != component)
+            continue;
+        distance = start_inside(shell_surface(shell, k), shell_trim(shell, k), centroid, inner);
+        if (!(distance < least))
+            continue;
+        least = distance;
+        *place = (struct shell_place){.face = k, .inner = {inner[0], inner[1]}};
+    }
+    return least < HUGE_VAL;
+}
+
+/* From a place, whose inner parameters count unless the settings have others; `nowhere` as
+ * `begins_nowhere`. */
+static enum status solve_from(const struct shell *shell, const struct shell_place *place,
+                              const struct drape_settings *settings,
+                              const struct drape_monitor *monitor, struct arena *arena,
+                              struct drape_result *result, bool *nowhere) {
+    struct drape_settings on_face = *settings;
+    struct march march = {.settings = settings, .monitor = monitor, .arena = arena};
+    struct shell *oriented;
+    enum status status = shell_orient(shell, place->face, arena, &oriented);
+    if (status != STATUS_OK)
+        return status;
+    march.surface = shell_surface(oriented, place->face);
+    on_face.trim = shell_trim(shell, place->face);
+    if (settings->start_kind == DRAPE_START_UV)
+        status = start_find(march.surface, &on_face, &march.start, &result->faulty_generator);
+    else
+        status = start_find_at(march.surface, settings, place->inner, &march.start,
+                               &result->faulty_generator);
+    if (status == STATUS_OK)
+        status = finish(&march, result);
+    *nowhere = begins_nowhere(status, &march, result);
+    return status;
+}
+
 enum status drape_solve_shell(const struct shell *shell, const struct drape_settings *settings,
                               const struct drape_monitor *monitor, struct arena *arena,
                               struct drape_result *result) {
-    struct drape_settings on_face = *settings;
-    struct march march = {.settings = settings, .monitor = monitor, .arena = arena};
     struct shell_place place;
-    struct shell *oriented;
     if (settings->trim)
         return STATUS_INVALID;
     if (shell_face_count(shell) == 1)
@@ -176,18 +243,12 @@ enum status drape_solve_shell(const struct shell *shell, const struct drape_sett
         settings->method == DRAPE_MOSAIC ? STATUS_INVALID : check_settings(settings);
     if (status == STATUS_OK)
         status = find_face(shell, settings, &place);
+    bool nowhere = false;
     if (status == STATUS_OK)
-        status = shell_orient(shell, place.face, arena, &oriented);
-    if (status != STATUS_OK)
-        return status;
-    march.surface = shell_surface(oriented, place.face);
-    on_face.trim = shell_trim(shell, place.face);
-    if (settings->start_kind == DRAPE_START_UV)
-        status = start_find(march.surface, &on_face, &march.start, &result->faulty_generator);
-    else
-        status = start_find_at(march.surface, settings, place.inner, &march.start,
-                               &result->faulty_generator);
-    return status == STATUS_OK ? finish(&march, result) : status;
+        status = solve_from(shell, &place, settings, monitor, arena, result, &nowhere);
+    if (nowhere && find_inside(shell, &place))
+        status = solve_from(shell, &place, settings, monitor, arena, result, &nowhere);
+    return status;
 }
 
 /* The methods that a mesh of the caller's can be draped with. */

@@ -31,7 +31,8 @@
 #define DRAPE_SOLVER_VERSION "0.6.0"
 
 enum drape_start_kind {
-    DRAPE_START_CENTROID, /* the surface point nearest to the centroid of the area */
+    DRAPE_START_CENTROID, /* the surface point nearest to the centroid of the area; one inside where
+                              every yarn leaves that at once, or no cell begins there */
     DRAPE_START_UV,
     DRAPE_START_POINT /* the nearest surface point; an error if further than the spacing */
 };

@@ -45,6 +45,34 @@ static void find_centroid(const struct surface *surface, const struct trim *trim
     }
 }
 
+double start_inside(const struct surface *surface, const struct trim *trim, struct vec3 target,
+                    double inner[2]) {
+    enum { STEPS = 16 };
+    struct surface_cursor cursor = {0};
+    double low[2], high[2], least = HUGE_VAL;
+    surface_domain(surface, low, high);
+    for (int margin = STEPS / 4; margin >= 0 && least == HUGE_VAL; margin -= STEPS / 4)
+        for (int k = 0; k < STEPS * STEPS; k++) {
+            int at[2] = {k / STEPS, k % STEPS};
+            double outer[2];
+            struct surface_jet jet;
+            bool inside = true;
+            for (int x = 0; x < 2; x++) {
+                inside = inside && at[x] >= margin && at[x] < STEPS - margin;
+                outer[x] = low[x] + (at[x] + 0.5) / STEPS * (high[x] - low[x]);
+            }
+            if (!inside || (trim && !trim_contains(trim, outer)))
+                continue;
+            surface_evaluate(surface, &cursor, outer[0], outer[1], &jet);
+            double distance = vec3_distance(jet.r, target);
+            if (!(distance < least))
+                continue;
+            least = distance;
+            surface_inner(surface, outer, inner);
+        }
+    return least;
+}
+
 /* Whether a place beside (u, v) is in the trimmed region: it lies on an edge, or at a corner of at
  * least six degrees. */
 static bool touches(const struct trim *trim, const double uv[2], const double lower[2],

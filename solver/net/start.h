@@ -20,7 +20,14 @@ enum status start_find_at(const struct surface *surface, const struct drape_sett
                           const double inner[2], struct march_start *start,
                           int *faulty) STATUS_MUST_USE;
 
-/* The same on the march's mesh, for its start: the default is the centroid of its largest
+/* The place nearest to `target` among those of a grid of the domain that are in the region (NULL:
+ * all of it), first in the middle half of each direction, in inner parameters, and its distance;
+ * HUGE_VAL, and `inner` untouched, when there is none. For defaults that lie on the edge, where
+ * every yarn leaves. */
+double start_inside(const struct surface *surface, const struct trim *trim, struct vec3 target,
+                    double inner[2]);
+
+/* As `start_find` on the march's mesh, for its start: the default is the centroid of its largest
  * component, parameters are STATUS_INVALID. Angle 0 is the x axis projected on the tangent plane,
  * or the y axis where that lies across x. Generators may be planes, but not curves. */
 enum status start_find_on_mesh(struct march *march, int *faulty) STATUS_MUST_USE;
