@@ -157,7 +157,10 @@ bool bulk_next(struct bulk_reader *reader, struct bulk_card *card) {
     memset(card, 0, sizeof *card);
     card->line = reader->number;
     if (is_continuation(reader->line))
-        return FAIL(reader->problem, "line %zu: a continuation without its card", reader->number);
+        return FAIL(reader->problem, "line %zu: a continuation without its card%s", reader->number,
+                    reader->line[0] == '*'
+                        ? "; decks of Abaqus and CalculiX are not read, Nastran bulk data is"
+                        : "");
     if (!split(reader, card, &first, head))
         return false;
     set_name(card, head);

@@ -42,14 +42,18 @@ struct file {
 
 /* ---- cards ---- */
 
-/* A field that names a coordinate system, `*system` as it is when the field is blank. */
-static bool take_system(const struct bulk_card *card, int field, int32_t *system,
-                        struct api_problem *problem) {
+/* A field with an id, or 0 for none; `*id` as it is when the field is blank. */
+static bool take_id(const struct bulk_card *card, int field, const char *what, int32_t *id,
+                    struct api_problem *problem) {
     if (!card->field[field][0])
         return true;
-    *system = 0;
-    return strcmp(card->field[field], "0") == 0 ||
-           bulk_id(card, field, "the coordinate system", system, problem);
+    *id = 0;
+    return strcmp(card->field[field], "0") == 0 || bulk_id(card, field, what, id, problem);
+}
+
+static bool take_system(const struct bulk_card *card, int field, int32_t *system,
+                        struct api_problem *problem) {
+    return take_id(card, field, "the coordinate system", system, problem);
 }
 
 /* GRID ID CP X1 X2 X3 CD ..: CD, the system of displacements, means nothing here. */
@@ -71,8 +75,8 @@ static bool take_grid(struct file *file, const struct bulk_card *card) {
     return true;
 }
 
-/* CTRIA3 EID PID G1 G2 G3, CQUAD4 EID PID G1 G2 G3 G4; without a PID it is the EID. Nodes in the
- * middle of edges, and what follows them, mean nothing here. */
+/* CTRIA3 EID PID G1 G2 G3, CQUAD4 EID PID G1 G2 G3 G4; without a PID it is the EID. FreeCAD
+ * writes 0. Nodes in the middle of edges, and what follows them, mean nothing here. */
 static bool take_element(struct file *file, const struct bulk_card *card, int corners) {
     struct api_problem *problem = file->problem;
     struct elements *elements = &file->elements;
@@ -80,7 +84,7 @@ static bool take_element(struct file *file, const struct bulk_card *card, int co
     if (!bulk_id(card, 0, "the id", &id, problem))
         return false;
     pid = id;
-    if (card->field[1][0] && !bulk_id(card, 1, "the property", &pid, problem))
+    if (!take_id(card, 1, "the property", &pid, problem))
         return false;
     for (int k = 0; k < corners; k++)
         if (!bulk_id(card, 2 + k, "a corner", &nodes[k], problem))
@@ -155,7 +159,10 @@ static bool take_card(struct file *file, const struct bulk_card *card) {
                     "it",
                     card->line);
     if (!is_name(card->name))
-        return FAIL(file->problem, "line %zu: this is no card", card->line);
+        return FAIL(file->problem, "line %zu: this is no card%s", card->line,
+                    strcmp(card->name, "-1") == 0
+                        ? ": a universal file (UNV) is not read, Nastran bulk data is"
+                        : "");
     if (file->counting)
         pass_over(&file->passed, card->name, 1);
     return true;

@@ -190,6 +190,9 @@ static const struct wrong wrongs[] = {
     {GRIDS "CQUAD4,1,1,1,2,3\n", "line 4: a corner of CQUAD4 is ''"},
     {GRIDS "CTRIA3,1,1,1,2,3.\n", "line 4: a corner of CTRIA3 is '3.'"},
     {"+,1\n" GRIDS TRIANGLE, "line 1: a continuation without its card"},
+    {"** a comment\n*Node, NSET=Nall\n1, 0, 0, 0\n",
+     "line 1: a continuation without its card; decks"},
+    {"    -1\n    15\n", "line 1: this is no card: a universal file"},
     {"BEGIN BULK\n" GRIDS TRIANGLE, "line 5: the file ends without ENDDATA"},
     {GRIDS "\x80\x81\x82\n", "line 4: this is no card"},
     {GRIDS "GRID,4,,0.,0.,0.00000000000000000000000000000001\n",
@@ -248,6 +251,23 @@ static void test_map_nastran_reads_files_of_gmsh(void **state) {
 }
 
 /* A deck of many other cards, some of them with continuations of words and numbers. */
+/* As its mesh workbench writes them: three decimals, the property 0, no end of the last line. */
+static void test_map_nastran_reads_files_of_freecad(void **state) {
+    (void)state;
+    struct map_target mesh = read_good("GRID           1          -1.500  -1.500   0.000\n"
+                                       "GRID           2          -1.350  -1.500  -0.043\n"
+                                       "GRID           3          -1.350  -1.350   0.000\n"
+                                       "GRID           4          -1.500  -1.350   0.043\n"
+                                       "CTRIA3         1       0       1       2       3\n"
+                                       "CTRIA3         2       0       1       3       4\n"
+                                       "ENDDATA");
+    assert_int_equal(mesh.vertex_count, 4);
+    assert_int_equal(mesh.element_count, 2);
+    vertex_at(&mesh, -1.35, -1.5, -0.043);
+    assert_int_equal(mesh.pids[0], 0);
+    assert_int_equal(mesh.pids[1], 0);
+}
+
 static void test_map_nastran_passes_over_what_is_no_shell(void **state) {
     (void)state;
     struct map_target mesh = read_good(
@@ -486,6 +506,7 @@ int main(void) {
         cmocka_unit_test(test_map_nastran_reads_its_reals),
         cmocka_unit_test(test_map_nastran_says_what_is_wrong_and_in_which_line),
         cmocka_unit_test(test_map_nastran_reads_files_of_gmsh),
+        cmocka_unit_test(test_map_nastran_reads_files_of_freecad),
         cmocka_unit_test(test_map_nastran_passes_over_what_is_no_shell),
         cmocka_unit_test(test_map_nastran_reads_grids_in_systems),
         cmocka_unit_test(test_map_nastran_reads_systems_of_grids),
