@@ -3,6 +3,7 @@
 
 #include "api/map/cavity.h"
 #include "api/map/channel.h"
+#include "api/map/map_columns.h"
 #include "api/map/net.h"
 #include "api/result/permeability.h"
 #include "region.h"
@@ -244,37 +245,12 @@ static bool read_nets(struct mapping *m, const struct api_reader *const *nets) {
 
 /* ---- columns ---- */
 
-static bool fill_real(const void *context, size_t first, size_t count, double *values) {
-    memcpy(values, (const double *)context + first, count * sizeof *values);
-    return true;
-}
-
-static bool fill_ids(const void *context, size_t first, size_t count, double *values) {
-    const int32_t *ids = context;
-    for (size_t k = 0; k < count; k++)
-        values[k] = ids ? ids[first + k] : (double)(first + k);
-    return true;
-}
-
-static void add_column(struct mapping *m, enum column_id id, int part,
-                       bool (*fill)(const void *, size_t, size_t, double *), const void *context) {
-    const struct column_spec *spec = &column_specs[id];
-    m->map->columns[m->map->fields.column_count++] =
-        (struct api_column_source){.table = API_TABLE_CELLS,
-                                   .name = spec->part[part],
-                                   .integer = column_kind_is_integer(spec->kind),
-                                   .rows = m->count,
-                                   .fill = fill,
-                                   .context = context};
-}
-
 /* Adds the parts of a column if it is wanted; false without memory. */
 static bool add(struct mapping *m, bool wanted, enum column_id id, double **values) {
     for (int part = 0; wanted && part < column_specs[id].parts; part++) {
-        values[part] = arena_alloc(m->arena, m->count, sizeof **values);
+        values[part] = map_columns_new(m->map, id, part, m->arena);
         if (!values[part])
             return no_memory(m);
-        add_column(m, id, part, fill_real, values[part]);
     }
     return true;
 }
@@ -282,9 +258,7 @@ static bool add(struct mapping *m, bool wanted, enum column_id id, double **valu
 static bool add_columns(struct mapping *m) {
     struct filled *out = &m->out;
     bool both = m->thickness && m->fraction;
-    add_column(m, COLUMN_CELLS_id, 0, fill_ids, m->target->ids);
-    if (m->target->pids)
-        add_column(m, COLUMN_CELLS_pid, 0, fill_ids, m->target->pids);
+    map_columns_ids(m->map, m->target);
     return add(m, true, COLUMN_CELLS_ply_count, &out->count) &&
            add(m, true, COLUMN_CELLS_shear_deg, &out->shear) &&
            add(m, m->thickness, COLUMN_CELLS_thickness, &out->thickness) &&
@@ -506,11 +480,6 @@ static bool put_all(struct mapping *m) {
 
 /* ---- the whole ---- */
 
-static void warn(struct api_map *map, const char *text) {
-    if (map->fields.warning_count < MAP_WARNINGS_MAX)
-        map->fields.warnings[map->fields.warning_count++] = text;
-}
-
 static void warn_of_failed(struct mapping *m) {
     char *text = m->map->failed;
     size_t failed = 0, length = 0;
@@ -527,7 +496,7 @@ static void warn_of_failed(struct mapping *m) {
         (void)snprintf(text + length, API_MAP_WARNING_SIZE - length,
                        ": %zu of %zu plies are left out", failed, m->laminate->count);
     if (failed)
-        warn(m->map, text);
+        map_warn(m->map, text);
 }
 
 static void warn_of_places(struct mapping *m) {
@@ -538,13 +507,13 @@ static void warn_of_places(struct mapping *m) {
                        "thickness, up to %.3g %s: are they in the laminate's length unit and "
                        "position?",
                        m->far, m->count, m->farthest, m->map->fields.unit->name);
-        warn(m->map, m->map->too_far);
+        map_warn(m->map, m->map->too_far);
     } else if (bare) {
         (void)snprintf(m->map->bare, API_MAP_WARNING_SIZE,
                        "%zu of %zu elements have no ply: the middle of %zu lies beyond all of "
                        "them, and %zu have no area",
                        bare, m->count, bare - m->map->stack.flat, m->map->stack.flat);
-        warn(m->map, m->map->bare);
+        map_warn(m->map, m->map->bare);
     }
 }
 
@@ -554,21 +523,21 @@ static void warn_of_pressing(struct mapping *m) {
                        "packing_exceeded: at %zu of %zu places a ply has more fibres than can be "
                        "packed: the cavity is too thin, or the pressure too high",
                        m->packed, m->count);
-        warn(m->map, m->map->packed);
+        map_warn(m->map, m->map->packed);
     }
     if (m->loose) {
         (void)snprintf(m->map->loose, API_MAP_WARNING_SIZE,
                        "at %zu of %zu places the plies by themselves are thinner than the cavity: "
                        "they would not fill it",
                        m->loose, m->count);
-        warn(m->map, m->map->loose);
+        map_warn(m->map, m->map->loose);
     }
     if (m->open) {
         (void)snprintf(m->map->open, API_MAP_WARNING_SIZE,
                        "the punch is not above %zu of %zu places, within a tenth of its size: they "
                        "have the laminate's own cavity",
                        m->open, m->count);
-        warn(m->map, m->map->open);
+        map_warn(m->map, m->map->open);
     }
 }
 
@@ -679,7 +648,7 @@ enum api_problem_id laminate_map(const struct laminate *laminate,
         return problem->id;
     end_stack(&m);
     if (target->warning)
-        warn(map, target->warning);
+        map_warn(map, target->warning);
     warn_of_failed(&m);
     warn_of_places(&m);
     warn_of_pressing(&m);

@@ -3,6 +3,7 @@
 
 #include "api/result/fieldset.h"
 #include "channel.h"
+#include "map_columns.h"
 #include "net.h"
 #include "solver/permeability.h"
 #include <stdio.h>
@@ -29,44 +30,6 @@ struct mapping {
 
 /* ---- columns ---- */
 
-static bool fill_real(const void *context, size_t first, size_t count, double *values) {
-    memcpy(values, (const double *)context + first, count * sizeof *values);
-    return true;
-}
-
-/* Numbers of elements as a file has them; without one from 0. */
-static bool fill_ids(const void *context, size_t first, size_t count, double *values) {
-    const int32_t *ids = context;
-    for (size_t k = 0; k < count; k++)
-        values[k] = ids ? ids[first + k] : (double)(first + k);
-    return true;
-}
-
-static void add_column(struct api_map *map, const char *name, bool integer,
-                       bool (*fill)(const void *, size_t, size_t, double *), const void *context) {
-    map->columns[map->fields.column_count++] =
-        (struct api_column_source){.table = API_TABLE_CELLS,
-                                   .name = name,
-                                   .integer = integer,
-                                   .rows = map->fields.element_count,
-                                   .fill = fill,
-                                   .context = context};
-}
-
-/* A column with values of its own; NULL without memory. */
-static double *new_column(struct api_map *map, const char *name, bool integer,
-                          struct arena *arena) {
-    double *values = arena_take(arena, map->fields.element_count, sizeof *values);
-    add_column(map, name, integer, fill_real, values);
-    return values;
-}
-
-/* The same for a part of a column that maps alone have. */
-static double *new_own(struct api_map *map, enum column_id id, int part, struct arena *arena) {
-    const struct column_spec *spec = &column_specs[id];
-    return new_column(map, spec->part[part], column_kind_is_integer(spec->kind), arena);
-}
-
 static void find_place(const struct map_group *group, enum column_id id, int *place) {
     if (group->spec == &column_specs[id])
         *place = (int)group->place;
@@ -76,9 +39,7 @@ static bool make_columns(struct mapping *mapping, struct arena *arena, struct ap
     const struct map_net *net = &mapping->net;
     bool tensor = false, good = net->column_count + OWN_COLUMNS <= API_COLUMNS_MAX;
     size_t column = 0;
-    add_column(map, column_specs[COLUMN_CELLS_id].name, true, fill_ids, mapping->target->ids);
-    if (mapping->target->pids)
-        add_column(map, column_specs[COLUMN_CELLS_pid].name, true, fill_ids, mapping->target->pids);
+    map_columns_ids(map, mapping->target);
     for (size_t k = 0; good && k < net->group_count; k++) {
         const struct map_group *group = &net->group[k];
         tensor = tensor || group->kind == MAP_TENSOR;
@@ -87,16 +48,17 @@ static bool make_columns(struct mapping *mapping, struct arena *arena, struct ap
         find_place(group, COLUMN_CELLS_fiber_volume_fraction, &mapping->fraction);
         for (size_t c = 0; good && c < group->columns; c++, column++) {
             const struct api_column *own = &group->column[c];
-            mapping->column[column] = new_column(map, own->name, own->integer, arena);
+            double *values = arena_take(arena, map->fields.element_count, sizeof *values);
+            mapping->column[column] = map_columns_add(map, own->name, own->integer, values);
             good = mapping->column[column] != NULL;
         }
     }
     for (int k = 0; good && tensor && k < TENSOR_PARTS; k++) {
-        mapping->tensor[k] = new_own(map, COLUMN_CELLS_permeability, k, arena);
+        mapping->tensor[k] = map_columns_new(map, COLUMN_CELLS_permeability, k, arena);
         good = mapping->tensor[k] != NULL;
     }
-    mapping->distance = good ? new_own(map, COLUMN_CELLS_distance, 0, arena) : NULL;
-    mapping->extrapolated = good ? new_own(map, COLUMN_CELLS_extrapolated, 0, arena) : NULL;
+    mapping->distance = good ? map_columns_new(map, COLUMN_CELLS_distance, 0, arena) : NULL;
+    mapping->extrapolated = good ? map_columns_new(map, COLUMN_CELLS_extrapolated, 0, arena) : NULL;
     return mapping->distance && mapping->extrapolated;
 }
 
@@ -197,10 +159,9 @@ static void warn_of_bare(const struct mapping *mapping, struct api_map *map) {
              "have no area",
              bare, mapping->target->element_count, bare - mapping->stack->flat,
              mapping->stack->flat);
-    map->fields.warnings[map->fields.warning_count++] = map->bare;
+    map_warn(map, map->bare);
 }
 
-/* Where most lies elsewhere, that it has no ply is no news. */
 /* The channel along the rim, where the target asks for one. */
 static bool mark_channel(const struct mapping *mapping, const struct api_reader *reader,
                          struct arena *arena, struct api_map *map, struct api_problem *problem) {
@@ -210,16 +171,18 @@ static bool mark_channel(const struct mapping *mapping, const struct api_reader 
             API_OK)
         return false;
     if (marked == 0)
-        map->fields.warnings[map->fields.warning_count++] =
+        map_warn(
+            map,
             "edge_channel: no element has its middle so near to the rim of the cloth; is the width "
-            "in the drape's length unit?";
+            "in the drape's length unit?");
     return true;
 }
 
+/* Where most lies elsewhere, that it has no ply is no news. */
 static void warn(const struct mapping *mapping, struct api_map *map) {
     size_t count = mapping->target->element_count;
     if (mapping->target->warning)
-        map->fields.warnings[map->fields.warning_count++] = mapping->target->warning;
+        map_warn(map, mapping->target->warning);
     if (mapping->far <= count / 2) {
         warn_of_bare(mapping, map);
         return;
@@ -228,7 +191,7 @@ static void warn(const struct mapping *mapping, struct api_map *map) {
              "%zu of %zu places lie further from the cloth than its spacing and thickness, up to "
              "%.3g %s: are they in the drape's length unit and position?",
              mapping->far, count, mapping->farthest, map->fields.unit->name);
-    map->fields.warnings[map->fields.warning_count++] = map->too_far;
+    map_warn(map, map->too_far);
 }
 
 /* Onto a mesh the drape is a stack of one ply. */
