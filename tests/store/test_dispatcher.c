@@ -752,6 +752,8 @@ int main(int argc, char **argv) {
         WITH_BENCH(test_dispatcher_stop_returns_jobs_after_the_grace),
         WITH_BENCH(test_dispatcher_restart_takes_up_what_a_killed_daemon_left),
         WITH_BENCH(test_dispatcher_takes_over_from_a_stopped_process),
+    };
+    const struct CMUnitTest studies[] = {
         WITH_BENCH(test_dispatcher_does_a_study_in_rounds),
         WITH_BENCH(test_dispatcher_marks_the_variant_that_crashes),
         WITH_BENCH(test_dispatcher_marks_the_variant_that_hangs),
@@ -759,5 +761,5 @@ int main(int argc, char **argv) {
         WITH_BENCH(test_dispatcher_stops_the_tasks_of_a_cancelled_study),
         WITH_BENCH(test_dispatcher_goes_on_with_a_study_after_a_restart),
     };
-    return cmocka_run_group_tests_name("dispatcher", tests, NULL, NULL);
+    return scratch_run("dispatcher", studies, tests, sizeof tests / sizeof *tests);
 }

@@ -340,6 +340,35 @@ static void test_study_says_which_limit_is_hardest(void **state) {
     bytes_free(&part);
 }
 
+/* Of two directions that which keeps a limit is the best, though the other has less shear. */
+static void test_study_best_keeps_the_limits(void **state) {
+    struct bytes part = saddle();
+    static const char vary[] = "\"vary\":{\"angle_deg\":[0,45]},\"objectives\":[\"max_shear_deg\"]";
+    struct finished f = finish_study(part.data, vary);
+    size_t least = (size_t)f.columns.study.best[QUANTITY_MAX_SHEAR];
+    char rest[300];
+    (void)state;
+    check_above(value_at(&f, "max_shear_deg", 1 - least),
+                value_at(&f, "max_shear_deg", least) + 0.1);
+    for (int lower = 0; lower < 2; lower++) {
+        if (lower)
+            snprintf(rest, sizeof rest, "%s,\"limits\":{\"max_shear_deg\":{\"min\":%.17g}}", vary,
+                     value_at(&f, "max_shear_deg", least) + 0.1);
+        else
+            snprintf(rest, sizeof rest,
+                     "%s,\"wanted_direction\":[1,%d,0],"
+                     "\"limits\":{\"angle_deviation_deg\":{\"max\":30}}",
+                     vary, least == 0);
+        struct finished held = finish_study(part.data, rest);
+        assert_int_equal(held.columns.study.best[QUANTITY_MAX_SHEAR], 1 - least);
+        assert_int_equal(held.columns.study.feasible, 1);
+        assert_true(value_at(&held, "feasible", least) == 0);
+        free_finished(&held);
+    }
+    free_finished(&f);
+    bytes_free(&part);
+}
+
 static void test_study_goes_on_after_a_variant_that_cannot_be_draped(void **state) {
     struct bytes part = saddle(), document = {0};
     struct finished f =
@@ -373,6 +402,44 @@ static void test_study_goes_on_after_a_variant_that_cannot_be_draped(void **stat
 }
 
 /* A task whose variant crashed its process: it is marked, and the others are as they were. */
+/* A large grid has rounds, each as large as all before; together they have each variant once. */
+static void test_study_does_large_grids_in_rounds(void **state) {
+    enum { VARIANTS = 300, ROW = 11 + QUANTITY_COUNT };
+    static double numbers[VARIANTS * ROW]; /* rows of zeros are sound */
+    struct bytes coarse = saddle(), part = text_replace(coarse.data, "0.25", "0.005");
+    struct bytes text = study_of(
+        part.data, "\"vary\":{\"start\":{\"grid\":300}},\"objectives\":[\"max_shear_deg\"]");
+    const struct api_input input = input_of(&text);
+    struct api_problem problem = {0};
+    struct arena *arena = arena_new((size_t)1 << 28);
+    prepare();
+    struct api_study *study = api_study_open(&input, &api_limits_default, &problem);
+    struct api_study_plan plan = {0};
+    size_t done = 0, rounds = 0, before = 0;
+    (void)state;
+    assert_non_null(study);
+    for (;; rounds++) {
+        const struct api_study_numbers so_far = {numbers, done * ROW};
+        assert_int_equal(api_study_plan(study, &so_far, arena, &plan, &problem), API_OK);
+        assert_int_equal(plan.done, done);
+        assert_int_equal(plan.variants, VARIANTS);
+        before = done;
+        for (size_t k = 0; k < plan.count; k++)
+            done += api_study_task_variants(&plan.tasks[k]);
+        if (plan.count == 0)
+            break;
+        check_at_most(done - before, before > 100 ? before : 100);
+        assert_in_range(done, 1, VARIANTS);
+    }
+    assert_int_equal(done, VARIANTS);
+    assert_int_equal(rounds, 4);
+    api_study_close(study);
+    arena_free(arena);
+    bytes_free(&text);
+    bytes_free(&part);
+    bytes_free(&coarse);
+}
+
 static void test_study_marks_variants_that_crash(void **state) {
     struct bytes part = saddle(), given[2] = {{0}, {0}};
     struct bytes text = study_of(part.data, "\"vary\":{\"angle_deg\":[0,10,20,30]},"
@@ -503,7 +570,8 @@ static void test_optimise_ends_in_a_pole(void **state) {
     free_finished(&f);
 }
 
-/* A limit that the best without it breaks holds at what comes out, and is all but reached. */
+/* A limit that the best without it breaks holds at what comes out, and is all but reached; once the
+ * search knows the part most of what it looks at keeps it. */
 static void test_optimise_keeps_limits(void **state) {
     char rest[500];
     struct bytes part = mesh_part();
@@ -522,6 +590,10 @@ static void test_optimise_keeps_limits(void **state) {
         deviation = value_at(&f, "angle_deviation_deg", best);
         assert_true(value_at(&f, "feasible", best) == 1);
         check_at_most(deviation, limit);
+        size_t kept = 0;
+        for (size_t row = f.rows / 2; row < f.rows; row++)
+            kept += value_at(&f, "feasible", row) > 0;
+        check_at_least((double)kept, 0.7 * (double)(f.rows - f.rows / 2));
         if (k == 1)
             check_at_least(deviation, 0.7 * limit);
         limit = 0.5 * deviation;
@@ -924,7 +996,9 @@ int main(void) {
         cmocka_unit_test(test_study_objectives_of_a_saddle_are_those_of_the_exact_net),
         cmocka_unit_test(test_study_front_is_what_nothing_dominates),
         cmocka_unit_test(test_study_says_which_limit_is_hardest),
+        cmocka_unit_test(test_study_best_keeps_the_limits),
         cmocka_unit_test(test_study_goes_on_after_a_variant_that_cannot_be_draped),
+        cmocka_unit_test(test_study_does_large_grids_in_rounds),
         cmocka_unit_test(test_study_marks_variants_that_crash),
         cmocka_unit_test(test_optimise_beats_a_grid),
         cmocka_unit_test(test_optimise_finds_the_apex_of_a_bowl),
