@@ -17,6 +17,9 @@ static const double folded_cosine = 0.5;
 /* Nodes that are kept of each of two rows. */
 enum { SPOTS = 64 };
 
+/* The surface is developable, for all that matters, where |K| d^2 is less. */
+static const double developable = 1e-4;
+
 /* A known place of the net: (i, j), which is (x, y) of the window. */
 struct spot {
     int32_t i, j;
@@ -285,9 +288,10 @@ static void add_node(struct part *part, const struct spot *spot, double shear_de
         add_estimate(part, at, spot);
 }
 
-/* The nodes of row y of a tile, those that are `inside`. */
-static void add_nodes(struct part *part, const struct net_window *window, int y,
-                      const struct shear_block *block, uint32_t inside) {
+/* The nodes of row y of a tile, those that are `inside`. Returns the places, as bits, whose shear
+ * is by the stencil that most have. */
+static uint32_t add_nodes(struct part *part, const struct net_window *window, int y,
+                          const struct shear_block *block, uint32_t inside) {
     enum drape_method method = part->march->settings->method;
     bool chords = method == DRAPE_BASIC || method == DRAPE_MOSAIC;
     enum shear_order order = chords ? SHEAR_SECOND : SHEAR_FOURTH;
@@ -301,6 +305,7 @@ static void add_nodes(struct part *part, const struct net_window *window, int y,
         struct spot spot = spot_at(window, __builtin_ctz(left), y);
         add_node(part, &spot, shear_deg[spot.x]);
     }
+    return usual;
 }
 
 /* The cells from row y of a tile, of which some are rough. */
@@ -342,6 +347,14 @@ static void measure_node(struct part *part, const struct spot *spot, size_t at) 
             90 - yarn_node_angle(&net, spot->window, spot->x, spot->y, own);
 }
 
+/* Whether the surface has hardly any curvature of its own at a node, so that yarns do not turn
+ * sideways and the one direction in which one ends is its own. */
+static bool is_developable(struct part *part, const struct spot *spot) {
+    struct yarn_spot *own = spot_of(part, spot->window, spot->x, spot->y);
+    const double *d = part->march->settings->spacing;
+    return own && fabs(station_gauss_curvature(&own->station)) * d[0] * d[1] < developable;
+}
+
 /* The same of a cell, and its area, that of the fabric. */
 static void measure_cell(struct part *part, const struct spot *spot, size_t at) {
     struct drape_cells *cells = &part->result->cells;
@@ -379,14 +392,16 @@ static void add_end(struct part *part, const struct spot *spot) {
 }
 
 /* The nodes and cells of a row that rough edges are near, one after the other; the first of the row
- * are at `first`. */
+ * are at `first`. Stencils at the `ends` of yarns reach further. */
 static void measure_rough(struct part *part, size_t t, int y, const struct row_bits *bits,
-                          uint32_t cells, struct tally first) {
-    uint32_t nodes = net_window_near_rough(&part->windows[t], y, SHEAR_REACH) << 1;
+                          uint32_t ends, uint32_t cells, struct tally first) {
+    uint32_t near = net_window_near_rough(&part->windows[t], y, SHEAR_REACH) << 1;
+    uint32_t far = net_window_near_rough(&part->windows[t], y, SHEAR_REACH_AT_END) << 1;
     for (uint32_t left = bits->inside | bits->cells; left; left &= left - 1) {
         int bit = __builtin_ctz(left);
         struct spot spot = spot_at(&part->windows[t], bit - 1, y);
-        if (bits->inside & nodes & 1u << bit)
+        uint32_t here = bits->inside & 1u << bit;
+        if (here & near || (here & far & ends && is_developable(part, &spot)))
             measure_node(part, &spot, first.nodes);
         if (bits->cells & cells & 1u << bit)
             measure_cell(part, &spot, first.cells);
@@ -406,14 +421,14 @@ static uint32_t rough_cells(const struct net_window *window, int y) {
 static void add_row(struct part *part, size_t t, int y) {
     struct row_bits bits = row_bits(part, &part->windows[t], y);
     bool measured = net_has_rough(part->march->net);
-    uint32_t rough = measured ? rough_cells(&part->windows[t], y) : 0;
+    uint32_t rough = measured ? rough_cells(&part->windows[t], y) : 0, usual = 0;
     struct tally first = part->next;
     struct shear_block block;
     if (!(bits.inside | bits.rim))
         return;
     shear_load(&block, &part->windows[t], y);
     if (bits.inside)
-        add_nodes(part, &part->windows[t], y, &block, bits.inside);
+        usual = add_nodes(part, &part->windows[t], y, &block, bits.inside);
     if (bits.cells)
         add_cells(part, &part->windows[t], y, &block, bits.cells, rough);
     for (uint32_t left = bits.rim; left; left &= left - 1) {
@@ -421,7 +436,7 @@ static void add_row(struct part *part, size_t t, int y) {
         add_end(part, &spot);
     }
     if (measured)
-        measure_rough(part, t, y, &bits, rough, first);
+        measure_rough(part, t, y, &bits, ~usual << 1, rough, first);
 }
 
 /* All that is made at the same time once the places in the columns are known. */

@@ -16,8 +16,8 @@ enum shear_order { SHEAR_SECOND = 2, SHEAR_FOURTH = 4 };
 /* A row of a tile. */
 enum { SHEAR_PLACES = NET_TILE };
 
-/* The farthest place that a stencil reaches. */
-enum { SHEAR_REACH = 2, SHEAR_ROWS = 2 * SHEAR_REACH + 1 };
+/* The farthest place that a stencil reaches: that of most nodes, and one at the end of a yarn. */
+enum { SHEAR_REACH = 2, SHEAR_REACH_AT_END = 4, SHEAR_ROWS = 2 * SHEAR_REACH + 1 };
 
 /* The nodes round a row of a tile, x, y and z apart: those of row y + n - SHEAR_REACH, from
  * x = -SHEAR_REACH on. */
