@@ -18,7 +18,7 @@ static const double pull_share = 0.02;
 static const double angle_share = 0.3;
 
 /* The least sine between the path and a knot line that it crosses. */
-static const double least_crossing = 0.2;
+static const double least_crossing = 0.03;
 
 /* First and second derivatives that differ by less than this, as a share, are the same. */
 static const double even = 1e-9;
@@ -337,4 +337,18 @@ bool logarithm_find(struct surface_cursor *cursor, const struct station *p, cons
     }
     conclude(&c, angle, move, logarithm);
     return isfinite(logarithm->length);
+}
+
+/* Directions that are asked for alone are right to the square root of this. */
+static const double leave_accuracy = 1e-8;
+
+struct vec3 logarithm_leave(const struct surface *surface, struct surface_cursor *cursor,
+                            const struct station *p, const double to_uv[2], struct vec3 to) {
+    struct station q;
+    struct logarithm l;
+    if (!surface || surface != p->surface || rough_leaves_surely(p, to) ||
+        !station_at(surface, cursor, to_uv, &q) || rough_leaves_surely(&q, p->jet.r) ||
+        !logarithm_find(cursor, p, &q, leave_accuracy, &l))
+        return rough_leave(surface, cursor, p, to_uv, to);
+    return l.leave;
 }

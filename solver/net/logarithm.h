@@ -27,4 +27,9 @@ struct logarithm {
 bool logarithm_find(struct surface_cursor *cursor, const struct station *p, const struct station *q,
                     double accuracy, struct logarithm *logarithm);
 
+/* The unit tangent at p of the geodesic to the place `to` with the parameters `to_uv`, as
+ * `rough_leave`; where the ends of the edge do not tell it surely, by its logarithm. */
+struct vec3 logarithm_leave(const struct surface *surface, struct surface_cursor *cursor,
+                            const struct station *p, const double to_uv[2], struct vec3 to);
+
 #endif

@@ -6,6 +6,7 @@
 #include "fishnet_collocation.h"
 #include "fishnet_geodesic.h"
 #include "fishnet_length.h"
+#include "logarithm.h"
 #include "rough.h"
 #include "solver/surface/crossing.h"
 #include "yarn.h"
@@ -206,9 +207,10 @@ static void note_told(struct march *march, const struct march_cell *at, const st
     for (int k = 0; k < 2; k++) {
         const struct station *from = k ? at->c : at->b;
         if (told[k])
-            note_edge(march, at, k, rough_leave(d->surface, &march->cursor, from, d->uv, d->jet.r),
-                      vec3_scale(-1, rough_leave(from->surface, &march->cursor, d, from->uv,
-                                                 from->jet.r)));
+            note_edge(march, at, k,
+                      logarithm_leave(d->surface, &march->cursor, from, d->uv, d->jet.r),
+                      vec3_scale(-1, logarithm_leave(from->surface, &march->cursor, d, from->uv,
+                                                     from->jet.r)));
     }
 }
 
@@ -280,8 +282,11 @@ static bool is_rough_edge(const struct station *p, const struct station *q, doub
            rough_edge(p, q, curvature, d, &chord) == ROUGH_EDGE;
 }
 
+/* An arc of the curvature at one end that turns by more than this is no yarn's. */
+static const double bent_most = 0.5;
+
 /* Whether a cell that found no D by chords may do so by geodesics: one that hangs on a rough edge,
- * or whose A, B and C do not lie on one side of a crease. */
+ * whose A, B and C do not lie on one side of a crease, or with B or C on a small radius. */
 static bool hangs_on_rough(struct march *march, const struct fishnet_cell *cell,
                            enum fishnet_end end) {
     const double *d = march->settings->spacing;
@@ -290,7 +295,10 @@ static bool hangs_on_rough(struct march *march, const struct fishnet_cell *cell,
         return true;
     if (end == FISHNET_NO_CONVERGENCE)
         return march->settings->method == DRAPE_GEODESIC || march->surface->shell ||
+               !is_outside(march->surface, b->uv) || !is_outside(march->surface, c->uv) ||
                !expected_outside(march, cell);
+    if (fabs(cell->curvature[0]) * d[0] > bent_most || fabs(cell->curvature[1]) * d[1] > bent_most)
+        return true;
     return is_rough_edge(a, b, d[1]) || is_rough_edge(a, c, d[0]);
 }
 

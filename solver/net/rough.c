@@ -138,13 +138,18 @@ static struct vec3 leave_for(const struct station *p, const struct departure *d,
     return vec3_unit(vec3_axpy(angle, vec3_cross(p->normal, d->along), d->along));
 }
 
+/* The square of the angle by which the normal turns for each length along a direction. */
+static double normal_turn2(const struct bend *bend) {
+    return bend->curvature * bend->curvature + bend->torsion * bend->torsion;
+}
+
 static struct vec3 leave_over_joint(const struct station *p, const struct departure *d,
                                     const struct station *q) {
     struct vec3 t = d->along, along = station_tangent(q, d->chord);
     struct bend far = bend_along(q, along);
     double angle = joint_angle(&d->near, &far, d->c2, d->rise);
-    double bend = fmax(fabs(d->near.curvature), fabs(far.curvature)) * sqrt(d->c2);
-    if (vec3_norm(vec3_sub(q->normal, p->normal)) > 2 * bend + least_fold) {
+    double turn2 = fmax(normal_turn2(&d->near), normal_turn2(&far)) * d->c2;
+    if (vec3_norm(vec3_sub(q->normal, p->normal)) > 2 * sqrt(turn2) + least_fold) {
         t = station_tangent(p, unfolded(along, q->normal, p->normal));
         angle = far.curvature * far.torsion * d->c2 / 6;
     }
@@ -158,6 +163,19 @@ struct vec3 rough_leave(const struct surface *surface, struct surface_cursor *cu
     if (!surface || !d.over_joint || !station_at(surface, cursor, to_uv, &q))
         return leave_as_helix(p, &d);
     return leave_over_joint(p, &d, &q);
+}
+
+/* A rise e beyond the arc's leads aside by at most e times the angle by which the normal turns to
+ * the side: that at hand, and what there may be of it further on. With more curvature of its own
+ * than |K| d^2 the surface itself makes nets wrong by more. */
+static const double sure_aside = 1e-4, turn_aside = 0.3, own_curvature = 1e-4;
+
+bool rough_leaves_surely(const struct station *p, struct vec3 to) {
+    struct departure d = departure(p, to);
+    double length = sqrt(d.c2), excess = fabs(d.rise - d.near.curvature * d.c2 / 2) / length;
+    double gauss = d.near.curvature * d.near.across - d.near.torsion * d.near.torsion;
+    return excess * (fabs(d.near.torsion) * length + turn_aside) < sure_aside ||
+           fabs(gauss) * d.c2 > own_curvature;
 }
 
 /* The turn of an edge in its normal plane, as it goes from one end to the other, in Legendre's

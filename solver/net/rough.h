@@ -55,6 +55,10 @@ enum rough_kind rough_edge(const struct station *p, const struct station *q, dou
 struct vec3 rough_leave(const struct surface *surface, struct surface_cursor *cursor,
                         const struct station *p, const double to_uv[2], struct vec3 to);
 
+/* Whether that is the geodesic's tangent to 1e-4: the edge rises from p as an arc does, or what it
+ * rises else leads it aside by less, wherever that is along the edge. */
+bool rough_leaves_surely(const struct station *p, struct vec3 to);
+
 /* The geodesic between two stations as they tell it, by chord, normals and curvatures. */
 struct rough_geodesic {
     double length;

@@ -1,26 +1,41 @@
 /* SPDX-License-Identifier: MIT */
 #include "yarn.h"
 
+#include "logarithm.h"
 #include "rough.h"
 #include "solver/angle.h"
 #include "solver/surface/shell.h"
 
-struct vec3 yarn_leave(const struct yarn_net *yarns, const struct yarn_place *here,
-                       const struct yarn_place *there, int family, int side,
-                       const struct station *station) {
+/* The direction of a rough edge, as it was laid; false of another. */
+static bool laid_edge(const struct yarn_net *yarns, const struct yarn_place *here,
+                      const struct yarn_place *there, int family, int side, struct vec3 *leave) {
     const struct yarn_place *laid = NULL;
-    const struct surface *surface = yarns->surface;
     if (here->node->rough & NET_EDGE_BIT(family, side))
         laid = here;
     else if (there->node->rough & NET_EDGE_BIT(family, 1 - side))
         laid = there;
     if (!laid)
-        return rough_leave(
-            surface && surface->shell ? shell_surface(surface->shell, there->node->face) : surface,
-            yarns->cursor, station, there->node->uv, there->node->r);
+        return false;
     const struct net_edge *edge =
         &net_yarns(yarns->net, laid->i, laid->j, laid->node)->edge[family];
-    return side ? edge->lower : vec3_scale(-1, edge->higher);
+    *leave = side ? edge->lower : vec3_scale(-1, edge->higher);
+    return true;
+}
+
+static const struct surface *surface_of(const struct yarn_net *yarns,
+                                        const struct yarn_place *place) {
+    const struct surface *surface = yarns->surface;
+    return surface && surface->shell ? shell_surface(surface->shell, place->node->face) : surface;
+}
+
+struct vec3 yarn_leave(const struct yarn_net *yarns, const struct yarn_place *here,
+                       const struct yarn_place *there, int family, int side,
+                       const struct station *station) {
+    struct vec3 leave;
+    if (laid_edge(yarns, here, there, family, side, &leave))
+        return leave;
+    return rough_leave(surface_of(yarns, there), yarns->cursor, station, there->node->uv,
+                       there->node->r);
 }
 
 static struct yarn_place place_at(const struct net_window *window, int x, int y) {
@@ -42,9 +57,13 @@ static struct vec3 onward(const struct yarn_net *yarns, const struct net_window 
     struct yarn_place there =
         place_at(window, x + (family == 0 ? step : 0), y + (family == 0 ? 0 : step));
     *direction = vec3_make(0, 0, 0);
-    if (there.node)
-        *direction =
-            vec3_scale(step, yarn_leave(yarns, &here, &there, family, side, &spot->station));
+    if (!there.node)
+        return *direction;
+    struct vec3 leave;
+    if (!laid_edge(yarns, &here, &there, family, side, &leave))
+        leave = logarithm_leave(surface_of(yarns, &there), yarns->cursor, &spot->station,
+                                there.node->uv, there.node->r);
+    *direction = vec3_scale(step, leave);
     return *direction;
 }
 

@@ -16,11 +16,15 @@ enum {
     FAILURES_MAX = 40, /* steps of one advance that were too long */
     FAILURES_OUTSIDE = 8,
     STEPS_MAX = 100,   /* steps of one advance in one span, */
-    STEPS_OUTSIDE = 12 /* and beyond an open boundary */
+    STEPS_OUTSIDE = 16, /* and beyond an open boundary, */
+    STEPS_FINE = 24     /* where steps are fine */
 };
 
 /* Local error allowed, as a share of the step, unless the owner of the path says more. */
 static const double accuracy = 1e-12;
+
+/* Steps are fine that follow a path to this. */
+static const double fine = 5e-12;
 
 /* With k the curvature of the surface and d the spacing, that of a net's own yarns: as a share of
  * (k d)^2 or (k d)^4, which the errors of a method of that order are a multiple of; and its limits.
@@ -828,7 +832,8 @@ void path_follow_net(struct path *path, double d, int order) {
 
 /* Whether an advance makes so many steps that it leads nowhere. Towards a pole many are needed. */
 static bool is_endless(const struct path *g, struct effort *effort) {
-    int most = is_outside(g) ? STEPS_OUTSIDE : STEPS_MAX;
+    int outside = g->accuracy < fine ? STEPS_FINE : STEPS_OUTSIDE;
+    int most = is_outside(g) ? outside : STEPS_MAX;
     return effort->steps++ >= most && !g->surface->has_poles;
 }
 
