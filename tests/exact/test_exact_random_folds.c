@@ -1,0 +1,140 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Random sheets of creases, fillets of 0.01 to 30 spacings and straight pieces from 0.02 on, under
+ * random parameters: they unroll, so that the net is the square grid and has no shear. DRAPED_SEED
+ * sets the seed and DRAPED_ROUNDS the number of sheets; what fails says its seed.
+ */
+#include "disguise.h"
+#include "profile.h"
+#include "tests/check.h"
+#include <stdio.h>
+#include <stdlib.h>
+
+enum { ROUNDS = 150, PARTS_MAX = 7, SAMPLES = 200, TRIES = 100 };
+static const uint64_t SEED = 1;
+
+/* How close sheets come to themselves, and along the profile how far apart that is looked at. */
+static const double clearance = 1.3, apart = 2.2;
+
+/* Where radii are far below the spacing arcs are no helices, and the ends of an edge tell less of
+ * it than where they are above. */
+static const double position_most[PROFILE_METHODS] = {1e-7, 5e-4, 3e-3};
+static const double shear_most = 0.05, cover_least = 0.995;
+
+static void make_parts(struct profile_part *part, int count, uint64_t *seed) {
+    for (int k = 0; k < count; k++) {
+        double kind = random_unit(seed), turn = random_between(seed, -140, 140);
+        double radius = (kind > 0.85 ? 3 : 0.1) * disguise_spread(seed, 10);
+        double near = 0.2 * disguise_spread(seed, 10), far = random_between(seed, 1, 12);
+        part[k] = (struct profile_part){.radius = k == 0 || kind < 0.3 ? 0 : radius,
+                                        .turn_deg = k == 0 ? 0 : turn,
+                                        .length = random_unit(seed) < 0.3 ? near : far};
+    }
+    part[0].length += 2; /* the start lies there */
+}
+
+static bool is_clear(const struct profile_sheet *sheet) {
+    static struct vec3 at[SAMPLES + 1];
+    for (int k = 0; k <= SAMPLES; k++)
+        at[k] = profile_point(sheet, sheet->total * k / SAMPLES, 0, NULL);
+    for (int a = 0; a <= SAMPLES; a++)
+        for (int b = a + 1; b <= SAMPLES; b++)
+            if (sheet->total * (b - a) / SAMPLES > apart && vec3_distance(at[a], at[b]) < clearance)
+                return false;
+    return true;
+}
+
+/* Other parameters, and weights of up to 1e6. Returns how often that turned the normal round. */
+static int disguise(struct shape *shape, uint64_t *seed) {
+    int flips = disguise_direction(shape, 0, seed) + disguise_direction(shape, 1, seed);
+    double weight = disguise_spread(seed, 1e6);
+    if (random_unit(seed) < 0.5) {
+        shape_transpose(shape);
+        flips++;
+    }
+    for (int k = 0; k < shape->size[0] * shape->size[1]; k++)
+        for (int n = 0; n < 4; n++)
+            shape->h[k][n] *= weight;
+    return flips;
+}
+
+/* Seen from the other side weft runs the other way. */
+static void mirror(struct drape_run *run) {
+    for (size_t k = 0; k < run->result.nodes.count; k++)
+        run->result.nodes.j[k] *= -1;
+    grid_free(&run->grid);
+    grid_make(&run->grid, &run->result.nodes);
+}
+
+/* Whether a drape of the sheet, by method m, is wrong. */
+static bool is_wrong(const struct profile_sheet *sheet, const struct shape *disguised, bool turned,
+                     int m, const double start[2], double angle_deg) {
+    static struct shape shape;
+    struct drape_run run;
+    struct vec3 along;
+    double radians = angle_deg * M_PI / 180;
+    struct drape_settings settings = {.method = profile_methods[m].id,
+                                      .spacing = {1, 1},
+                                      .start_kind = DRAPE_START_POINT,
+                                      .direction_kind = DRAPE_DIRECTION_VECTOR,
+                                      .max_nodes = 100000};
+    settings.start_point = profile_point(sheet, start[0], start[1], &along);
+    settings.direction_vector = vec3_axpy(cos(radians), along, vec3_make(0, sin(radians), 0));
+    shape = *disguised;
+    assert_int_equal(drape_try(&run, &shape, &settings), STATUS_OK);
+    if (turned)
+        mirror(&run);
+    struct profile_error error = profile_measure(sheet, 1, start, angle_deg, &run);
+    double cover = run.result.summary.cloth_coverage;
+    drape_end(&run);
+    bool wrong = error.missing > 0 || !(error.position < position_most[m]) ||
+                 !(error.node_shear_deg < shear_most) || !(error.cell_shear_deg < shear_most) ||
+                 !(cover > cover_least);
+    if (wrong)
+        printf("    %s: %d missing, covered %.4f, %.1e d, shear %.4f, of cells %.4f deg\n",
+               profile_methods[m].name, error.missing, cover, error.position, error.node_shear_deg,
+               error.cell_shear_deg);
+    return wrong;
+}
+
+static int wrong_of(uint64_t name) {
+    static struct profile_sheet sheet;
+    static struct shape shape;
+    struct profile_part part[PARTS_MAX];
+    uint64_t seed = name * 7919;
+    int tries = 0, wrong = 0;
+    do {
+        int count = 2 + (int)(random_unit(&seed) * (PARTS_MAX - 1));
+        make_parts(part, count, &seed);
+        profile_make(&sheet, part, count, random_between(&seed, 5, 20));
+        assert_true(tries++ < TRIES);
+    } while (!is_clear(&sheet));
+    const double start[2] = {random_between(&seed, 0, part[0].length),
+                             random_between(&seed, 0, sheet.width)};
+    double angle_deg = random_between(&seed, 0, 180);
+    shape = sheet.shape;
+    bool turned = disguise(&shape, &seed) % 2;
+    for (int m = 0; m < PROFILE_METHODS; m++)
+        wrong += is_wrong(&sheet, &shape, turned, m, start, angle_deg);
+    if (wrong)
+        printf("  seed %llu\n", (unsigned long long)name);
+    return wrong;
+}
+
+static void test_exact_random_folds_unroll(void **state) {
+    const char *seed_text = getenv("DRAPED_SEED"), *rounds_text = getenv("DRAPED_ROUNDS");
+    uint64_t first = seed_text ? strtoull(seed_text, NULL, 10) : SEED;
+    int rounds = rounds_text ? atoi(rounds_text) : check_sized(ROUNDS, 4), wrong = 0;
+    (void)state;
+    printf("  seed %llu\n", (unsigned long long)first);
+    for (int round = 0; round < rounds; round++)
+        wrong += wrong_of(first + (uint64_t)round);
+    assert_int_equal(wrong, 0);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_exact_random_folds_unroll),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
