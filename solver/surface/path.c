@@ -15,7 +15,7 @@ enum {
     JOINT_PIECES = 4,  /* straight ones, in which joints are sought along a step */
     FAILURES_MAX = 40, /* steps of one advance that were too long */
     FAILURES_OUTSIDE = 8,
-    STEPS_MAX = 100,   /* steps of one advance in one span, */
+    STEPS_MAX = 100,    /* steps of one advance in one span, */
     STEPS_OUTSIDE = 16, /* and beyond an open boundary, */
     STEPS_FINE = 24     /* where steps are fine */
 };
