@@ -87,7 +87,8 @@ struct exchange {
     struct hub_watch watch;
 
     /* Under the lock. */
-    bool notified; /* since the handler was called last */
+    bool notified;    /* since the handler was called last */
+    int64_t woken_us; /* of `request` */
     bool suspended;
     bool away; /* suspended as well, and a thread of the desk has it */
     bool gone; /* the client is: the answer has no reader any more */

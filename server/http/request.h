@@ -76,7 +76,8 @@ struct request {
     void *state;                     /* between two calls of a handler that waits */
     void (*state_free)(void *state); /* how it is freed; NULL: `free` */
     int64_t wake_at;                 /* `clock_ms` at which to call again a handler that waits */
-    char *decoded;                   /* memory of segments and query */
+    int64_t woken_us; /* `clock_us`: what was read since then is what it is called to look at */
+    char *decoded;    /* memory of segments and query */
 };
 
 /* A new request for a target that `wire_check` passed. What is wrong with its encoding is in

@@ -7,6 +7,7 @@
 
 enum {
     TICK_MS = 10,  /* the timer looks no more often than this */
+    SEEN_MS = 100, /* what is no older is good enough for one who just looks now and then */
     REAP_MS = 1000 /* and this often for clients that are slow or gone */
 };
 
@@ -26,6 +27,7 @@ static void wake(void *context) {
     struct exchange *exchange = context;
     pthread_mutex_lock(&exchange->http->lock);
     exchange->notified = true;
+    exchange->woken_us = clock_us();
     if (exchange->suspended)
         resume(exchange);
     pthread_mutex_unlock(&exchange->http->lock);
@@ -40,6 +42,9 @@ static void watch(struct request *request, const char *subject, bool progress) {
         hub_unsubscribe(hub, &exchange->watch);
     exchange->watching = true;
     (progress ? hub_follow : hub_subscribe)(hub, &exchange->watch, subject, wake, exchange);
+    pthread_mutex_lock(&exchange->http->lock);
+    request->woken_us = exchange->woken_us = clock_us();
+    pthread_mutex_unlock(&exchange->http->lock);
 }
 
 void http_watch(struct request *request, const char *subject) {
@@ -97,10 +102,19 @@ bool suspension_refresh(struct exchange *exchange) {
     pthread_mutex_lock(&http->lock);
     exchange->notified = false;
     exchange->request->stopping = http->stopping;
+    exchange->request->woken_us = exchange->woken_us;
     bool gone = exchange->gone;
     pthread_mutex_unlock(&http->lock);
     exchange->request->draining = atomic_load(&http->draining);
     return !gone;
+}
+
+/* With the lock: nothing is known to have changed, so that what others saw just now will do. */
+static void resume_in_time(struct exchange *exchange, int64_t now) {
+    int64_t since = (now - SEEN_MS) * 1000;
+    if (exchange->woken_us < since)
+        exchange->woken_us = since;
+    resume(exchange);
 }
 
 /* With the lock: resumes those whose time has come (all of them at the end); sets when to look
@@ -111,7 +125,7 @@ static void resume_due(struct http *http, int64_t now) {
         next = exchange->next;
         int64_t due = exchange->request->wake_at;
         if (due <= now || http->stopping)
-            resume(exchange);
+            resume_in_time(exchange, now);
         else if (due < http->wake_at)
             http->wake_at = due;
     }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* GET /v1/drapes/{id}/events: server-sent events, `progress` at every change, then `end`. */
+#include "board.h"
 #include "documents.h"
 #include "handlers.h"
 #include "server/clock.h"
@@ -45,8 +46,8 @@ static void name_state(const struct store_job *job, char name[EVENTS_ID_SIZE]) {
 }
 
 /* Takes up the event for the job as it is now. */
-static void take_status(struct events *events, const struct store_job *job) {
-    char *document = documents_status(job), *text = NULL;
+static void take_status(struct events *events, const struct store_job *job, const char *document) {
+    char *text = NULL;
     char state[EVENTS_ID_SIZE];
     name_state(job, state);
     events->ended = store_status_ended(job->status);
@@ -56,7 +57,6 @@ static void take_status(struct events *events, const struct store_job *job) {
     const char *name = events->ended ? "end" : "progress";
     if (document && asprintf(&text, "event: %s\nid: %s\ndata: %s\n\n", name, state, document) < 0)
         text = NULL;
-    free(document);
     take_text(events, text);
     events->ended = events->ended || !text; /* without memory the stream ends early */
 }
@@ -87,22 +87,24 @@ static bool allowed(struct events *events) {
 /* Looks for something to send. False when there is nothing now. */
 static bool look(struct events *events) {
     struct store_job job;
+    char *document = NULL;
     int64_t now = clock_ms();
     if (!allowed(events)) {
         events->ended = true;
         return false;
     }
-    enum store_answer answer = store_get(events->store, events->id, &job);
+    enum store_answer answer =
+        board_look(events->store, events->id, events->request->woken_us, &job, &document);
     bool news = answer == STORE_OK && changed(events, &job);
     if (news) {
-        take_status(events, &job);
+        take_status(events, &job, document);
     } else if (answer == STORE_EMPTY) { /* deleted */
         events->ended = true;
     } else if (now - events->sent_at >= EVENTS_KEEP_ALIVE_MS) {
         take_text(events, strdup(": still here\n\n"));
         news = true;
     }
-    store_job_clear(&job);
+    free(document);
     events->request->wake_at = call_poll_at(events->begun, now);
     return news;
 }
