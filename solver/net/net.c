@@ -47,29 +47,16 @@ static bool grow(struct net_table *table) {
     return true;
 }
 
-static int table_of(int32_t ti, int32_t tj) {
-    return (ti < 0) + 2 * (tj < 0);
-}
-
-static struct net_tile *find_tile(struct net_table *table, int32_t ti, int32_t tj) {
-    struct net_tile *last = table->last;
-    if (last && last->ti == ti && last->tj == tj)
-        return last;
+struct net_tile *net_seek(struct net_table *table, int32_t ti, int32_t tj) {
     struct net_tile *tile = *probe(table, ti, tj);
     if (tile)
         table->last = tile;
     return tile;
 }
 
-struct net_node *net_find(struct net *net, int32_t i, int32_t j) {
-    int32_t ti = i >> NET_TILE_BITS, tj = j >> NET_TILE_BITS;
-    struct net_tile *tile = find_tile(&net->table[table_of(ti, tj)], ti, tj);
-    return tile ? &tile->node[j & (NET_TILE - 1)][i & (NET_TILE - 1)] : NULL;
-}
-
 /* The tile, made if there is none; NULL without memory. */
 static struct net_tile *touch_tile(struct net_table *table, int32_t ti, int32_t tj) {
-    struct net_tile *tile = find_tile(table, ti, tj);
+    struct net_tile *tile = net_find_tile(table, ti, tj);
     if (tile)
         return tile;
     if (table->tile_count * 2 >= table->slot_count && !grow(table))
@@ -87,7 +74,7 @@ static struct net_tile *touch_tile(struct net_table *table, int32_t ti, int32_t 
 
 struct net_tile *net_touch(struct net *net, int32_t i, int32_t j) {
     int32_t ti = i >> NET_TILE_BITS, tj = j >> NET_TILE_BITS;
-    return touch_tile(&net->table[table_of(ti, tj)], ti, tj);
+    return touch_tile(&net->table[net_table_of(ti, tj)], ti, tj);
 }
 
 enum status net_put(struct net *net, int32_t i, int32_t j, const struct net_node *node) {
@@ -103,7 +90,7 @@ enum status net_put(struct net *net, int32_t i, int32_t j, const struct net_node
 void net_mark_grown(struct net *net, int32_t i, int32_t j) {
     int32_t ti = i >> NET_TILE_BITS, tj = j >> NET_TILE_BITS;
     int x = i & (NET_TILE - 1), y = j & (NET_TILE - 1);
-    struct net_tile *tile = find_tile(&net->table[table_of(ti, tj)], ti, tj);
+    struct net_tile *tile = net_find_tile(&net->table[net_table_of(ti, tj)], ti, tj);
     if (!tile || tile->node[y][x].state == NET_UNKNOWN)
         return;
     tile->node[y][x].grown = 1;
@@ -122,7 +109,7 @@ static struct net_yarns *yarns_slot(const struct net_table *table, uint32_t at, 
 
 enum status net_put_rough(struct net *net, int32_t i, int32_t j, const struct net_node *node,
                           const struct net_yarns *yarns) {
-    struct net_table *table = &net->table[table_of(i >> NET_TILE_BITS, j >> NET_TILE_BITS)];
+    struct net_table *table = &net->table[net_table_of(i >> NET_TILE_BITS, j >> NET_TILE_BITS)];
     struct net_node rough = *node;
     int block;
     struct net_yarns *slot = yarns_slot(table, table->yarn_count, &block);
@@ -141,7 +128,8 @@ enum status net_put_rough(struct net *net, int32_t i, int32_t j, const struct ne
 const struct net_yarns *net_yarns(const struct net *net, int32_t i, int32_t j,
                                   const struct net_node *node) {
     int block;
-    const struct net_table *table = &net->table[table_of(i >> NET_TILE_BITS, j >> NET_TILE_BITS)];
+    const struct net_table *table =
+        &net->table[net_table_of(i >> NET_TILE_BITS, j >> NET_TILE_BITS)];
     return yarns_slot(table, node->yarns, &block);
 }
 
@@ -150,7 +138,7 @@ struct net_window net_window(const struct net *net, int32_t ti, int32_t tj) {
     for (int row = 0; row < 3; row++)
         for (int column = 0; column < 3; column++) {
             int32_t i = ti + column - 1, j = tj + row - 1;
-            window.tile[row][column] = *probe(&net->table[table_of(i, j)], i, j);
+            window.tile[row][column] = *probe(&net->table[net_table_of(i, j)], i, j);
         }
     return window;
 }

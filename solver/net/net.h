@@ -90,8 +90,25 @@ struct net {
  * it is `divided`. Errors: STATUS_OUT_OF_MEMORY. */
 enum status net_make(struct net *net, struct arena *arena, bool divided) STATUS_MUST_USE;
 
+/* The tile (ti, tj) of a table by its hash, which is then the one found last; NULL: none. */
+struct net_tile *net_seek(struct net_table *table, int32_t ti, int32_t tj);
+
+static inline struct net_tile *net_find_tile(struct net_table *table, int32_t ti, int32_t tj) {
+    struct net_tile *last = table->last;
+    return last && last->ti == ti && last->tj == tj ? last : net_seek(table, ti, tj);
+}
+
+/* Which of a net's tables has a tile. */
+static inline int net_table_of(int32_t ti, int32_t tj) {
+    return (ti < 0) + 2 * (tj < 0);
+}
+
 /* The node at (i, j), NULL when nothing was ever put near it. */
-struct net_node *net_find(struct net *net, int32_t i, int32_t j);
+static inline struct net_node *net_find(struct net *net, int32_t i, int32_t j) {
+    int32_t ti = i >> NET_TILE_BITS, tj = j >> NET_TILE_BITS;
+    struct net_tile *tile = net_find_tile(&net->table[net_table_of(ti, tj)], ti, tj);
+    return tile ? &tile->node[j & (NET_TILE - 1)][i & (NET_TILE - 1)] : NULL;
+}
 
 /* The tile of (i, j), made if there is none; NULL without memory. */
 struct net_tile *net_touch(struct net *net, int32_t i, int32_t j);
