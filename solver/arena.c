@@ -173,7 +173,7 @@ void *arena_enlarge(struct arena *arena, const void *from, size_t count, size_t 
                     size_t *room) {
     enum { LEAST = 256 };
     size_t wanted = count > LEAST / 2 ? 2 * count : LEAST;
-    char *to = arena_alloc(arena, wanted, size);
+    char *to = arena_take(arena, wanted, size);
     if (to && count)
         memcpy(to, from, count * size);
     *room = to ? wanted : *room;

@@ -37,8 +37,9 @@ void *arena_take(struct arena *arena, size_t count, size_t size);
 
 struct arena_mark arena_mark(const struct arena *arena);
 
-/* A copy of a full array of `count` elements with room for twice as many, at least 256; `room` gets
- * how many. The old one stays where it is until the arena is rewound. NULL as above. */
+/* A copy of a full array of `count` elements with room for twice as many, at least 256, without
+ * zeros; `room` gets how many. The old one stays where it is until the arena is rewound. NULL as
+ * above. */
 void *arena_enlarge(struct arena *arena, const void *from, size_t count, size_t size, size_t *room);
 
 /* Returns all that was taken since `mark`. */

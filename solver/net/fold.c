@@ -46,8 +46,8 @@ static size_t bucket_at(const struct fold *fold, struct vec3 r) {
 
 /* Room for so many entries: half as many buckets, filled anew. */
 static bool grow(struct fold *fold, size_t room) {
-    struct entry *entries = arena_alloc(fold->net->arena, room, sizeof *entries);
-    int32_t *buckets = arena_alloc(fold->net->arena, room / 2, sizeof *buckets);
+    struct entry *entries = arena_take(fold->net->arena, room, sizeof *entries);
+    int32_t *buckets = arena_take(fold->net->arena, room / 2, sizeof *buckets);
     if (!entries || !buckets || room > INT32_MAX)
         return false;
     struct entry *old = fold->entries;

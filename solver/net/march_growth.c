@@ -52,7 +52,7 @@ static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
 
 /* Twice the room of an array that is full; the old one stays in the arena. */
 static void *grown(struct arena *arena, const void *from, size_t length, size_t room, size_t size) {
-    char *to = arena_alloc(arena, room, size);
+    char *to = arena_take(arena, room, size);
     if (to && length)
         memcpy(to, from, length * size);
     return to;
@@ -61,7 +61,7 @@ static void *grown(struct arena *arena, const void *from, size_t length, size_t 
 static enum status push_place(struct growth *g, int32_t i, int32_t j) {
     if (g->length == g->room) {
         size_t room = g->room ? 2 * g->room : 1024;
-        struct place *to = arena_alloc(g->march->arena, room, sizeof *to);
+        struct place *to = arena_take(g->march->arena, room, sizeof *to);
         if (!to)
             return STATUS_OUT_OF_MEMORY;
         for (size_t k = 0; k < g->length; k++)

@@ -182,7 +182,7 @@ static int compare_tiles(const void *a, const void *b) {
 }
 
 struct net_tile **net_sorted_tiles(struct net *net) {
-    struct net_tile **tiles = arena_alloc(net->arena, net_tile_count(net), sizeof *tiles);
+    struct net_tile **tiles = arena_take(net->arena, net_tile_count(net), sizeof *tiles);
     size_t count = 0;
     for (int k = 0; tiles && k < NET_TABLES; k++)
         for (size_t slot = 0; slot < net->table[k].slot_count; slot++)

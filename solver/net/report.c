@@ -481,7 +481,7 @@ static void summarise(const struct march *march, struct drape_result *result) {
 /* Windows on all tiles, sorted by row, then column; NULL without memory. */
 static struct net_window *make_windows(struct net *net) {
     struct net_tile **tiles = net_sorted_tiles(net);
-    struct net_window *windows = arena_alloc(net->arena, net_tile_count(net), sizeof *windows);
+    struct net_window *windows = arena_take(net->arena, net_tile_count(net), sizeof *windows);
     for (size_t t = 0; tiles && windows && t < net_tile_count(net); t++)
         windows[t] = net_window(net, tiles[t]->ti, tiles[t]->tj);
     return tiles ? windows : NULL;

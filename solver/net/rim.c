@@ -65,7 +65,7 @@ static bool make_boxes(struct tracer *t) {
     struct net *net = t->march->net;
     struct net_tile **tiles = net_sorted_tiles(net);
     size_t count = net_tile_count(net);
-    t->boxes = arena_alloc(t->march->arena, count, sizeof *t->boxes);
+    t->boxes = arena_take(t->march->arena, count, sizeof *t->boxes);
     if (!tiles || !t->boxes)
         return false;
     for (size_t k = 0; k < count; k++) {
