@@ -75,6 +75,13 @@ static enum api_problem_id loop_problem(const char *base, const struct loop_faul
     return api_shape_loop_fault(problem, pointer, "the surface", fault);
 }
 
+/* What the tolerance of a shell of this surface alone would be. */
+static double tolerance_of(const struct surface *surface) {
+    struct vec3 lower, upper;
+    surface_bounds(surface, &lower, &upper);
+    return SHELL_TOLERANCE * vec3_distance(lower, upper);
+}
+
 /* The trimmed region, NULL where the surface has no trims; `pointer` leads to them. */
 static enum api_problem_id make_trim(const struct api_surface *definition, const char *pointer,
                                      const struct surface *surface, struct arena *arena,
@@ -85,7 +92,8 @@ static enum api_problem_id make_trim(const struct api_surface *definition, const
         return API_OK;
     enum status status = trim_make(surface, definition->trims, definition->trim_count, arena, trim);
     if (status == STATUS_OK)
-        status = loops_check(definition->trims, *trim, surface, arena, &fault);
+        status =
+            loops_check(definition->trims, *trim, surface, tolerance_of(surface), arena, &fault);
     switch (status) {
     case STATUS_OK:
         return fault.kind == LOOP_SOUND ? API_OK : loop_problem(pointer, &fault, problem);
@@ -129,13 +137,11 @@ static enum api_problem_id move(const struct api_request *request, struct arena 
                       problem);
 }
 
-/* What the tolerance of a shell would be, for creases. */
+/* Whether the moved surface has no place that is curved too much, or creased. */
 static bool holds(const struct surface *surface, const struct trim *trim,
                   struct surface_offset_fault *fault) {
-    struct vec3 lower, upper;
-    surface_bounds(surface, &lower, &upper);
-    double gap = SHELL_TOLERANCE * vec3_distance(lower, upper);
-    return surface_offset_height(surface) == 0 || surface_offset_holds(surface, trim, gap, fault);
+    return surface_offset_height(surface) == 0 ||
+           surface_offset_holds(surface, trim, tolerance_of(surface), fault);
 }
 
 enum api_problem_id api_shape_make(struct api_request *request, const struct api_limits *limits,

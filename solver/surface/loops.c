@@ -18,22 +18,35 @@ static void curve_end(const struct trim_curve *curve, int end, double uv[2]) {
     trim_curve_at(curve, range[end], uv, NULL);
 }
 
-static bool is_closed(const struct trim_loop *loop, const struct surface *surface,
+/* Whether two places are one: in the domain, or in space. */
+static bool is_one(const struct surface *surface, double tolerance, const double a[2],
+                   const double b[2]) {
+    struct surface_cursor cursor = {0};
+    struct surface_jet jet[2];
+    double low[2], high[2], place[2][2];
+    bool near = true;
+    surface_domain(surface, low, high);
+    for (int x = 0; x < 2; x++) {
+        near = near && fabs(b[x] - a[x]) <= meeting * (high[x] - low[x]);
+        place[0][x] = fmin(fmax(a[x], low[x]), high[x]);
+        place[1][x] = fmin(fmax(b[x], low[x]), high[x]);
+    }
+    for (int k = 0; k < 2 && !near; k++)
+        surface_evaluate(surface, &cursor, place[k][0], place[k][1], &jet[k]);
+    return near || vec3_distance(jet[0].r, jet[1].r) <= tolerance;
+}
+
+static bool is_closed(const struct trim_loop *loop, const struct surface *surface, double tolerance,
                       struct loop_fault *fault) {
-    double low[2], high[2];
     if (loop->count == 1 && !loop->curves[0].knots)
         return true;
-    surface_domain(surface, low, high);
     for (size_t k = 0; k < loop->count; k++) {
         double next[2];
         curve_end(&loop->curves[k], 1, fault->uv);
         curve_end(&loop->curves[(k + 1) % loop->count], 0, next);
-        bool meets = true;
-        for (int x = 0; x < 2; x++) {
+        for (int x = 0; x < 2; x++)
             fault->gap[x] = next[x] - fault->uv[x];
-            meets = meets && fabs(fault->gap[x]) <= meeting * (high[x] - low[x]);
-        }
-        if (!meets)
+        if (!is_one(surface, tolerance, fault->uv, next))
             return false;
     }
     return true;
@@ -169,13 +182,13 @@ static enum status is_simple(const struct trim *trim, size_t loop, struct arena 
 }
 
 enum status loops_check(const struct trim_loop *loops, const struct trim *trim,
-                        const struct surface *surface, struct arena *arena,
+                        const struct surface *surface, double tolerance, struct arena *arena,
                         struct loop_fault *fault) {
     *fault = (struct loop_fault){.kind = LOOP_SOUND};
     for (size_t k = 0; k < trim_loop_count(trim); k++) {
         bool simple;
         fault->loop = k;
-        if (!is_closed(&loops[k], surface, fault)) {
+        if (!is_closed(&loops[k], surface, tolerance, fault)) {
             fault->kind = LOOP_OPEN;
             return STATUS_OK;
         }

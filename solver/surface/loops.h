@@ -11,8 +11,8 @@
 
 enum loop_fault_kind {
     LOOP_SOUND,
-    LOOP_OPEN,   /* curves do not meet, by more than 1e-4 of the domain; a polyline alone is closed
-                    by its last point's joining the first */
+    LOOP_OPEN, /* curves do not meet, by more than 1e-4 of the domain and, in space, the tolerance;
+                  a polyline alone is closed by its last point's joining the first */
     LOOP_CROSSES /* the loop crosses itself, or goes round twice, over more than 1e-3 of its extent
                     in u or in v */
 };
@@ -27,7 +27,7 @@ struct loop_fault {
 /* The first fault of the loops that `trim` was made of. O(n log n) for n flattened edges. Scratch
  * comes from `arena`. Errors: STATUS_OUT_OF_MEMORY. */
 enum status loops_check(const struct trim_loop *loops, const struct trim *trim,
-                        const struct surface *surface, struct arena *arena,
+                        const struct surface *surface, double tolerance, struct arena *arena,
                         struct loop_fault *fault) STATUS_MUST_USE;
 
 #endif

@@ -10,8 +10,8 @@ static enum status fail(struct shell_fault *fault, enum shell_fault_kind kind, i
     return kind == SHELL_NOTHING_LEFT ? STATUS_DEGENERATE_SURFACE : STATUS_INVALID;
 }
 
-static enum status make_face(const struct shell_part *part, struct arena *arena, struct face *face,
-                             struct loop_fault *fault) {
+static enum status make_face(const struct shell_part *part, struct arena *arena,
+                             struct face *face) {
     face->plain = part->surface;
     face->surface = *part->surface;
     face->side = 1;
@@ -21,10 +21,28 @@ static enum status make_face(const struct shell_part *part, struct arena *arena,
     }
     enum status status =
         trim_make(part->surface, part->loops, part->loop_count, arena, &face->trim);
-    if (status != STATUS_OK)
-        return status;
-    face->area = trim_area(face->trim, &face->centroid);
-    return loops_check(part->loops, face->trim, part->surface, arena, fault);
+    if (status == STATUS_OK)
+        face->area = trim_area(face->trim, &face->centroid);
+    return status;
+}
+
+static enum status check_loops(const struct shell *shell, const struct shell_part *parts,
+                               struct arena *arena, struct shell_fault *fault) {
+    struct loop_fault loop;
+    for (size_t k = 0; k < shell->face_count; k++) {
+        if (!shell->faces[k].trim)
+            continue;
+        enum status status = loops_check(parts[k].loops, shell->faces[k].trim, parts[k].surface,
+                                         shell->tolerance, arena, &loop);
+        if (status == STATUS_OK && loop.kind != LOOP_SOUND) {
+            status = fail(fault, SHELL_LOOP_BAD, (int32_t)k);
+            if (fault)
+                fault->loop = loop;
+        }
+        if (status != STATUS_OK)
+            return status;
+    }
+    return STATUS_OK;
 }
 
 static void find_bounds(struct shell *shell) {
@@ -338,18 +356,11 @@ static enum status make(const struct shell_part *parts, size_t count, double tol
     made->face_count = count;
     made->apart = apart;
     for (size_t k = 0; k < count; k++) {
-        struct loop_fault loop = {.kind = LOOP_SOUND};
-        enum status status = make_face(&parts[k], arena, &made->faces[k], &loop);
+        enum status status = make_face(&parts[k], arena, &made->faces[k]);
         if (status == STATUS_DEGENERATE_SURFACE)
             return fail(fault, SHELL_NOTHING_LEFT, (int32_t)k);
         if (status != STATUS_OK)
             return status;
-        if (loop.kind != LOOP_SOUND && !apart) {
-            status = fail(fault, SHELL_LOOP_BAD, (int32_t)k);
-            if (fault)
-                fault->loop = loop;
-            return status;
-        }
     }
     find_bounds(made);
     made->tolerance = tolerance == 0 ? SHELL_TOLERANCE * made->size : tolerance;
@@ -359,7 +370,9 @@ static enum status make(const struct shell_part *parts, size_t count, double tol
         made->faces[k].surface.shell = made;
         made->faces[k].surface.face = (int32_t)k;
     }
-    enum status status = faces_join(made, parts, arena, fault);
+    enum status status = apart ? STATUS_OK : check_loops(made, parts, arena, fault);
+    if (status == STATUS_OK)
+        status = faces_join(made, parts, arena, fault);
     if (status == STATUS_OK)
         status = find_components(made, arena, fault);
     if (status == STATUS_OK)
