@@ -292,9 +292,11 @@ static enum status describe_face(const struct api_surface *surface, size_t numbe
     const struct api_surface *face = &surface->faces[number];
     struct contour_measure measure;
     struct surface *made;
+    struct arena_mark mark = arena_mark(arena);
     enum status status = surface_make(&face->nurbs, arena, &made);
     if (status == STATUS_OK)
         status = contour_measure(made, face->trims, face->trim_count, arena, &measure);
+    arena_rewind(arena, mark);
     if (status == STATUS_OUT_OF_MEMORY)
         return status;
     if (status != STATUS_OK) /* its number stays */
@@ -364,6 +366,7 @@ static enum api_problem_id describe_edges(const struct api_surface *surface, str
     struct api_problem fault = {0};
     if (!choose(surface, arena, &all, problem))
         return problem->id;
+    struct arena_mark mark = arena_mark(arena);
     make_shell(surface, all.numbers, all.count, "", 0, arena, &all.shell, &fault);
     if (fault.id == API_OUT_OF_MEMORY || (fault.id != API_OK && !surface->notes)) {
         *problem = fault;
@@ -371,6 +374,7 @@ static enum api_problem_id describe_edges(const struct api_surface *surface, str
     }
     if (fault.id != API_OK) {
         struct api_problem again = {0};
+        arena_rewind(arena, mark);
         if (make_apart(surface, all.numbers, "", arena, &all.shell, &again) != API_OK)
             all.shell = NULL;
         if (again.id == API_OUT_OF_MEMORY)

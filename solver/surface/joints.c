@@ -33,7 +33,8 @@ struct point {
 /* Everything while it is gathered. */
 struct join {
     struct shell *shell;
-    struct arena *arena;
+    struct arena *arena, *scratch; /* scratch: what only the joining needs, more than what stays */
+    struct arena *pool[2]; /* of the points, and of those they are copied to when they grow */
     struct point *points;
     size_t point_count, point_room;
     size_t curve_room;
@@ -51,11 +52,12 @@ struct cut {
 };
 
 /* Room for one more element; false, and `failed` set, without memory. */
-static bool make_room(struct join *join, void **array, size_t count, size_t *room, size_t size) {
+static bool make_room(struct join *join, struct arena *arena, void **array, size_t count,
+                      size_t *room, size_t size) {
     if (count < *room)
         return true;
     size_t wanted = *room ? 2 * *room : 256;
-    void *to = arena_alloc(join->arena, wanted, size);
+    void *to = arena_alloc(arena, wanted, size);
     join->failed = join->failed || !to;
     if (!to)
         return false;
@@ -68,15 +70,23 @@ static bool make_room(struct join *join, void **array, size_t count, size_t *roo
 
 static void add_point(struct join *join, const struct point *point) {
     void *points = join->points;
-    if (make_room(join, &points, join->point_count, &join->point_room, sizeof *join->points)) {
-        join->points = points;
-        join->points[join->point_count++] = *point;
+    if (!make_room(join, join->pool[1], &points, join->point_count, &join->point_room,
+                   sizeof *join->points))
+        return;
+    if (points != join->points) {
+        struct arena *left = join->pool[0];
+        arena_rewind(left, (struct arena_mark){0});
+        join->pool[0] = join->pool[1];
+        join->pool[1] = left;
     }
+    join->points = points;
+    join->points[join->point_count++] = *point;
 }
 
 static void add_cut(struct join *join, int32_t curve, double t, struct vec3 r) {
     void *cuts = join->cuts;
-    if (make_room(join, &cuts, join->cut_count, &join->cut_room, sizeof *join->cuts)) {
+    if (make_room(join, join->scratch, &cuts, join->cut_count, &join->cut_room,
+                  sizeof *join->cuts)) {
         join->cuts = cuts;
         join->cuts[join->cut_count++] = (struct cut){curve, t, r};
     }
@@ -85,7 +95,8 @@ static void add_cut(struct join *join, int32_t curve, double t, struct vec3 r) {
 static struct face_curve *add_curve(struct join *join, int32_t face) {
     struct shell *shell = join->shell;
     void *curves = shell->curves;
-    if (!make_room(join, &curves, shell->curve_count, &join->curve_room, sizeof *shell->curves))
+    if (!make_room(join, join->arena, &curves, shell->curve_count, &join->curve_room,
+                   sizeof *shell->curves))
         return NULL;
     shell->curves = curves;
     struct face_curve *curve = &shell->curves[shell->curve_count++];
@@ -263,8 +274,8 @@ static void sample_curve(struct join *join, int32_t number) {
 /* Boxes round the steps between points, within which the curve lies, and `margin` more. */
 static enum status make_boxes(struct join *join, double margin) {
     const struct shell *shell = join->shell;
-    struct box *boxes = arena_take(join->arena, join->point_count, sizeof *boxes);
-    join->curve_of = arena_take(join->arena, join->point_count, sizeof *join->curve_of);
+    struct box *boxes = arena_take(join->pool[1], join->point_count, sizeof *boxes);
+    join->curve_of = arena_take(join->scratch, join->point_count, sizeof *join->curve_of);
     if (!boxes || !join->curve_of)
         return STATUS_OUT_OF_MEMORY;
     for (size_t c = 0; c < shell->curve_count; c++) {
@@ -276,7 +287,9 @@ static enum status make_boxes(struct join *join, double margin) {
             boxes[at] = box_round(a, b, margin + sagitta * vec3_distance(a, b));
         }
     }
-    return boxes_make(boxes, join->point_count, join->arena, &join->boxes);
+    enum status status = boxes_make(boxes, join->point_count, join->scratch, &join->boxes);
+    arena_rewind(join->pool[1], (struct arena_mark){0});
+    return status;
 }
 
 /* The place of a curve nearest to `point`, sought from the step at `at`. */
@@ -655,7 +668,7 @@ static bool is_first(const struct mates *mates, int32_t edge) {
 
 static enum status join_edges(struct join *join, struct shell_fault *fault) {
     struct shell *shell = join->shell;
-    join->edge_of = arena_alloc(join->arena, shell->curve_count + 1, sizeof *join->edge_of);
+    join->edge_of = arena_alloc(join->scratch, shell->curve_count + 1, sizeof *join->edge_of);
     if (!join->edge_of)
         return STATUS_OUT_OF_MEMORY;
     for (size_t e = shell->edge_count; e > 0; e--)
@@ -743,21 +756,33 @@ static enum status gather_segments(struct join *join, struct arena *arena) {
     return STATUS_OK;
 }
 
-enum status faces_join(struct shell *shell, const struct shell_part *parts, struct arena *arena,
-                       struct shell_fault *fault) {
-    struct join join = {.shell = shell, .arena = arena};
-    add_curves(&join, parts);
-    for (size_t c = 0; c < shell->curve_count && !join.failed; c++)
-        sample_curve(&join, (int32_t)c);
-    enum status status = join.failed ? STATUS_OUT_OF_MEMORY : make_boxes(&join, shell->tolerance);
+static enum status join_faces(struct join *join, const struct shell_part *parts,
+                              struct shell_fault *fault) {
+    struct shell *shell = join->shell;
+    add_curves(join, parts);
+    for (size_t c = 0; c < shell->curve_count && !join->failed; c++)
+        sample_curve(join, (int32_t)c);
+    enum status status = join->failed ? STATUS_OUT_OF_MEMORY : make_boxes(join, shell->tolerance);
     if (status != STATUS_OK)
         return status;
-    cut_curves(&join);
-    status = join.failed ? STATUS_OUT_OF_MEMORY : make_edges(&join);
+    cut_curves(join);
+    status = join->failed ? STATUS_OUT_OF_MEMORY : make_edges(join);
     if (status == STATUS_OK)
-        status = join_edges(&join, fault);
-    if (status == STATUS_OK)
-        status = gather_segments(&join, arena);
+        status = join_edges(join, fault);
+    return status == STATUS_OK ? gather_segments(join, join->arena) : status;
+}
+
+enum status faces_join(struct shell *shell, const struct shell_part *parts, struct arena *arena,
+                       struct shell_fault *fault) {
+    struct arena *apart[3] = {arena_child(arena), arena_child(arena), arena_child(arena)};
+    struct join join = {
+        .shell = shell, .arena = arena, .scratch = apart[0], .pool = {apart[1], apart[2]}};
+    enum status status = STATUS_OUT_OF_MEMORY;
+    if (apart[0] && apart[1] && apart[2])
+        status = join_faces(&join, parts, fault);
+    for (int k = 0; k < 3; k++)
+        if (apart[k])
+            arena_rewind(apart[k], (struct arena_mark){0});
     for (size_t k = 0; k < shell->face_count && status == STATUS_OK; k++) {
         status = face_make_runs(&shell->faces[k], arena);
         if (status == STATUS_OK)

@@ -569,11 +569,35 @@ static bool flatten_all(struct trim *trim, struct collector *c) {
     return true;
 }
 
+static void *copy_of(const void *array, size_t count, size_t size, struct arena *arena) {
+    void *copy = arena_take(arena, count, size);
+    if (copy && count)
+        memcpy(copy, array, count * size);
+    return copy;
+}
+
+/* The same, apart from what is kept: growing arrays leave as much behind them as they hold. */
+static bool flatten_apart(struct trim *trim, struct collector *c, struct arena *arena) {
+    c->arena = arena_child(arena);
+    if (!c->arena)
+        return false;
+    struct arena_mark begin = arena_mark(c->arena);
+    bool good = flatten_all(trim, c);
+    if (good) {
+        trim->edge_count = c->count;
+        trim->edges = copy_of(c->edges, c->count, sizeof *c->edges, arena);
+        trim->points = copy_of(c->points, c->point_count, sizeof *c->points, arena);
+        trim->first_point[trim->loop_count] = c->point_count;
+    }
+    arena_rewind(c->arena, begin);
+    return good && trim->edges && trim->points;
+}
+
 enum status trim_make(const struct surface *surface, const struct trim_loop *loops, size_t count,
                       struct arena *arena, struct trim **trim) {
     struct trim *made = arena_alloc(arena, 1, sizeof *made);
     struct trim_loop *copy = arena_alloc(arena, count, sizeof *copy);
-    struct collector collector = {.arena = arena};
+    struct collector collector = {0};
     size_t *first_point = arena_alloc(arena, count + 1, sizeof *first_point);
     if (!made || !copy || !first_point)
         return STATUS_OUT_OF_MEMORY;
@@ -584,12 +608,8 @@ enum status trim_make(const struct surface *surface, const struct trim_loop *loo
         collector.tolerance[k] = flatness * (surface->axis[k].outer[1] - surface->axis[k].outer[0]);
     for (size_t k = 0; k < count; k++)
         made->kept_count += loops[k].reversed;
-    if (!flatten_all(made, &collector))
+    if (!flatten_apart(made, &collector, arena))
         return STATUS_OUT_OF_MEMORY;
-    made->edges = collector.edges;
-    made->edge_count = collector.count;
-    made->points = (const double(*)[2])collector.points;
-    first_point[count] = collector.point_count;
     find_box(made);
     enum status status = make_strips(made, arena);
     *trim = made;
