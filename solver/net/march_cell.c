@@ -302,6 +302,10 @@ static bool hangs_on_rough(struct march *march, const struct fishnet_cell *cell,
     return is_rough_edge(a, b, d[1]) || is_rough_edge(a, c, d[0]);
 }
 
+/* A chord that is wrong by more than this share of the spacing leads to a D that tells nothing of
+ * the edge. */
+static const double far_off = 0.05;
+
 /* Looks at the edges of a cell that has its D: whether one is rough. Those that are bent get their
  * chords: `bent` and `told` say whether there are any. */
 static bool has_rough(const struct march *march, struct fishnet_cell *cell, const struct station *d,
@@ -314,7 +318,7 @@ static bool has_rough(const struct march *march, struct fishnet_cell *cell, cons
         const struct station *from = k ? cell->c : cell->b;
         double *chord = k ? &cell->cd : &cell->bd, found = *chord;
         enum rough_kind kind = rough_edge(from, d, cell->curvature[k], spacing[k], &found);
-        if (kind == ROUGH_EDGE)
+        if (kind == ROUGH_EDGE || fabs(found - *chord) > far_off * spacing[k])
             return true;
         bool whole = c->has[k] && c->of[k].whole;
         if (kind == ROUGH_BENT && march->settings->yarn_path == DRAPE_PATH_RELAXATION)

@@ -132,9 +132,16 @@ static void test_exact_random_folds_unroll(void **state) {
     assert_int_equal(wrong, 0);
 }
 
+/* The arc of the curvature on a fillet leads to a place from which the edge looks smooth. */
+static void test_exact_random_folds_chord_leads_away(void **state) {
+    (void)state;
+    assert_int_equal(wrong_of(1732), 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_random_folds_unroll),
+        cmocka_unit_test(test_exact_random_folds_chord_leads_away),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
