@@ -50,18 +50,19 @@ static void test_desk_attends_to_each_once(void **state) {
     desk_free(NULL);
 }
 
-static struct exchange *begun[EXCHANGES];
+static _Atomic(struct exchange *) begun[EXCHANGES];
 static atomic_int begun_count;
 static sem_t gate;
 
 static void attend_at_gate(struct exchange *exchange) {
-    begun[atomic_fetch_add(&begun_count, 1)] = exchange;
+    atomic_store(&begun[atomic_fetch_add(&begun_count, 1)], exchange);
     sem_wait(&gate);
 }
 
 static void wait_for_begun(int count) {
-    while (atomic_load(&begun_count) < count)
-        usleep(1000);
+    for (int k = 0; k < count; k++)
+        while (!atomic_load(&begun[k]))
+            usleep(1000);
 }
 
 /* All threads and a long line are one owner's: the only call of another is the next all the same.
@@ -81,7 +82,7 @@ static void test_desk_takes_the_owner_with_the_fewest(void **state) {
     desk_hand_over(desk, DESK_CHANGES, &last);
     sem_post(&gate);
     wait_for_begun(DESK_THREADS + 1);
-    assert_ptr_equal(begun[DESK_THREADS], &last);
+    assert_ptr_equal(atomic_load(&begun[DESK_THREADS]), &last);
     for (int k = 0; k < 3 * DESK_THREADS; k++)
         sem_post(&gate);
     desk_stop(desk);
