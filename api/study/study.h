@@ -130,7 +130,7 @@ enum api_problem_id api_study_finish(const struct api_study *study,
                                      struct api_problem *problem) STATUS_MUST_USE;
 
 /* Writes the drape request of variant k of a finished study: with the same numbers in its summary,
- * to the last bit. API_NOT_FOUND beyond the last. */
+ * to the last bit; `arena` is for what goes on meanwhile. API_NOT_FOUND beyond the last. */
 enum api_problem_id api_study_variant_request(const struct api_study *study,
                                               const struct api_reader *result, size_t k,
                                               struct arena *arena, const struct api_sink *sink,

@@ -124,8 +124,9 @@ static const char *surface_of(const struct task *task) {
 
 /* ------------------------------------------------------------------ a variant of a study */
 
-static enum api_problem_id write_variant(const struct task *task, struct arena *arena,
-                                         const struct api_sink *sink, struct api_problem *problem) {
+/* In an arena of its own, which it goes back in while what the sink is given stays. */
+static enum api_problem_id write_variant(const struct task *task, const struct api_sink *sink,
+                                         struct api_problem *problem) {
     const struct checker_order *order = &task->order;
     const struct api_input input = {.request = task->document[CHECKER_REQUEST],
                                     .request_length = order->length[CHECKER_REQUEST],
@@ -133,21 +134,14 @@ static enum api_problem_id write_variant(const struct task *task, struct arena *
                                     .surface_length = order->length[CHECKER_SECOND]};
     struct api_memory columns = {task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS]};
     const struct api_reader reader = api_reader_of(&columns);
-    struct api_study *study = api_study_open(&input, &order->limits, problem);
-    if (study)
+    struct arena *arena = arena_new(order->limits.max_memory);
+    struct api_study *study = arena ? api_study_open(&input, &order->limits, problem) : NULL;
+    if (!arena)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the variant");
+    else if (study)
         (void)!api_study_variant_request(study, &reader, (size_t)order->variant, arena, sink,
                                          problem);
     api_study_close(study);
-    return problem->id;
-}
-
-static enum api_problem_id give_variant(const struct task *task, const struct api_sink *sink,
-                                        struct api_problem *problem) {
-    struct arena *arena = arena_new(task->order.limits.max_memory);
-    if (arena)
-        (void)!write_variant(task, arena, sink, problem);
-    else
-        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the variant");
     arena_free(arena);
     return problem->id;
 }
@@ -164,7 +158,7 @@ static enum api_problem_id drape_variant(const struct task *task,
     const struct checker_order *order = &task->order;
     struct api_text request = api_text_growing(arena), container = api_text_growing(arena);
     const struct api_sink to_request = {append, &request}, to_container = {append, &container};
-    if (write_variant(task, arena, &to_request, problem) != API_OK)
+    if (write_variant(task, &to_request, problem) != API_OK)
         return problem->id;
     const struct api_input input = {.request = request.bytes,
                                     .request_length = request.length,
@@ -326,7 +320,7 @@ static void carry_out(struct task *task, const struct checker_abilities *abiliti
         id = write_patterns(task, &sink, &answer->problem);
         break;
     case CHECKER_VARIANT:
-        id = give_variant(task, &sink, &answer->problem);
+        id = write_variant(task, &sink, &answer->problem);
         break;
     case CHECKER_SAMPLE:
         make_sample(task, &answer->problem);
