@@ -41,5 +41,5 @@ shows() {
 }
 
 @test "docs: the calls of the README give what it shows" {
-    shows README.md 3
+    shows README.md 4
 }
