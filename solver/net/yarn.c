@@ -109,7 +109,7 @@ double yarn_cell_angle(const struct yarn_net *yarns, const struct net_window *wi
                        struct yarn_spot *const corner[4]) {
     double angle[4];
     corner_angles(yarns, window, x, y, corner, angle);
-    return (angle[0] + angle[1] + angle[2] + angle[3]) / 4;
+    return fabs(angle[0] + angle[1] + angle[2] + angle[3]) / 4;
 }
 
 bool yarn_cell_is_open(const struct yarn_net *yarns, const struct net_window *window, int x, int y,
