@@ -51,8 +51,8 @@ double yarn_node_angle(const struct yarn_net *yarns, const struct net_window *wi
 /* Whether one of the four edges of the cell with the corners (x, y) and (x + 1, y + 1) is rough. */
 bool yarn_cell_is_rough(const struct net_window *window, int x, int y);
 
-/* The angle of the cell's yarns in degrees, 0 to 180: the mean of those at its four corners, (x, y),
- * (x + 1, y), (x + 1, y + 1), (x, y + 1), whichever way they turn. */
+/* The angle of the cell's yarns in degrees, 0 to 180: the mean of those at its four corners, (x,
+ * y), (x + 1, y), (x + 1, y + 1), (x, y + 1), whichever way they turn. */
 double yarn_cell_angle(const struct yarn_net *yarns, const struct net_window *window, int x, int y,
                        struct yarn_spot *const corner[4]);
 
