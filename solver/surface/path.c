@@ -15,16 +15,18 @@ enum {
     JOINT_PIECES = 4,  /* straight ones, in which joints are sought along a step */
     FAILURES_MAX = 40, /* steps of one advance that were too long */
     FAILURES_OUTSIDE = 8,
-    STEPS_MAX = 100,    /* steps of one advance in one span, */
-    STEPS_OUTSIDE = 16, /* and beyond an open boundary, */
-    STEPS_FINE = 24     /* where steps are fine */
+    STEPS_MAX = 100, /* steps of one advance in one span */
 };
 
 /* Local error allowed, as a share of the step, unless the owner of the path says more. */
 static const double accuracy = 1e-12;
 
-/* Steps are fine that follow a path to this. */
-static const double fine = 5e-12;
+/* Steps of one advance beyond an open boundary, by the accuracy that the path is followed to: those
+ * that the same way takes, for steps of order 8 go with the ninth root of it. */
+static const struct {
+    double accuracy;
+    int steps;
+} outside_most[] = {{5e-12, 24}, {5e-10, 16}, {5e-9, 12}, {HUGE_VAL, 9}};
 
 /* With k the curvature of the surface and d the spacing, that of a net's own yarns: as a share of
  * (k d)^2 or (k d)^4, which the errors of a method of that order are a multiple of; and its limits.
@@ -832,8 +834,11 @@ void path_follow_net(struct path *path, double d, int order) {
 
 /* Whether an advance makes so many steps that it leads nowhere. Towards a pole many are needed. */
 static bool is_endless(const struct path *g, struct effort *effort) {
-    int outside = g->accuracy < fine ? STEPS_FINE : STEPS_OUTSIDE;
-    int most = is_outside(g) ? outside : STEPS_MAX;
+    int most = STEPS_MAX;
+    if (is_outside(g))
+        for (size_t k = sizeof outside_most / sizeof *outside_most; k > 0; k--)
+            if (g->accuracy < outside_most[k - 1].accuracy)
+                most = outside_most[k - 1].steps;
     return effort->steps++ >= most && !g->surface->has_poles;
 }
 
