@@ -345,9 +345,9 @@ bool map_net_is_beyond(const struct map_net *net, const struct facets_place *pla
     double pq[2];
     for (int k = 0; k < 2; k++)
         pq[k] = at[k] + place->weight[0] / 2 + place->weight[1] * a[k] + place->weight[2] * b[k];
-    /* On facets, which lie off the surface, a place is right to less than their distance. */
+    /* On facets, which lie off the surface, a place is right to about their distance. */
     return place->outside ||
-           edge_is_beyond(net->edge, pq[0], pq[1], place->distance / net->spacing);
+           edge_is_beyond(net->edge, pq[0], pq[1], 2 * place->distance / net->spacing);
 }
 
 /* Adds the mean of the cells around a corner, `weight` times. */
