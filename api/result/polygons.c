@@ -322,6 +322,7 @@ static int compare_cuts(const void *a, const void *b) {
 struct chain {
     size_t first, count; /* of the points gathered */
     size_t begin, end;   /* nodes; NO_NODE: it is closed */
+    double length;
     bool used;
 };
 
@@ -433,7 +434,7 @@ static bool is_parallel(const struct chains *chains, const struct chain *chain,
                     (1 - near_share) * distance);
 }
 
-/* The chain, not used, that goes on from a node. */
+/* The longest chain, not used, that goes on from a node. */
 static struct chain *chain_from(struct chains *chains, size_t node) {
     for (size_t k = 0; k < chains->count; k++)
         if (!chains->all[k].used && chains->all[k].begin == node)
@@ -453,6 +454,30 @@ static void drop_sliver(struct polygons *polygons, size_t first, double sliver) 
         polygons->count = first;
     else
         polygons_close(polygons);
+}
+
+static double length_of(const struct chains *chains, const struct chain *chain) {
+    const struct polygons_point *p = chains->points.points + chain->first;
+    double length = 0;
+    for (size_t k = 1; k < chain->count; k++)
+        length += hypot(p[k].x - p[k - 1].x, p[k].y - p[k - 1].y);
+    return length;
+}
+
+static int compare_lengths(const void *a, const void *b) {
+    const struct chain *x = a, *y = b;
+    if (x->length != y->length)
+        return x->length > y->length ? -1 : 1;
+    return (x->first > y->first) - (x->first < y->first);
+}
+
+/* Puts the longest first. Where three pieces of the raw parallel all but meet, the sides of the
+ * triangle between them are parallels to within rounding and arcs, too, but lead nowhere. */
+static void order_chains(struct chains *chains) {
+    for (size_t k = 0; k < chains->count; k++)
+        chains->all[k].length = length_of(chains, &chains->all[k]);
+    if (chains->count)
+        qsort(chains->all, chains->count, sizeof *chains->all, compare_lengths);
 }
 
 /* Joins the chains that are left to polygons. */
@@ -505,6 +530,8 @@ bool polygons_widen(const struct polygons *polygons, double distance, struct pol
     good = good && cut_all(&raw, &cuts, &chains);
     for (size_t k = 0; good && k < chains.count; k++)
         chains.all[k].used = !is_parallel(&chains, &chains.all[k], &source, ends, distance);
+    if (good)
+        order_chains(&chains);
     good = good && join_chains(&chains, wider, near_share * distance * distance);
     polygons_free(&raw);
     polygons_free(&chains.points);
