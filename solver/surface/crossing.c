@@ -60,6 +60,7 @@ struct edge_search {
     const double *metric;
     double at[2],
         least[2]; /* what a way dx or dy, to whatever, measures at least, over its square */
+    const struct face_run *likely[BEYONDS]; /* that may be nearest; looked into first */
     struct hit hit[BEYONDS];
 };
 
@@ -132,19 +133,18 @@ static void begin_search(const struct station *station, struct edge_search *sear
 /* Looks first into the run of each kind that may be nearest. */
 static void try_likely_runs(struct edge_search *search) {
     const struct face *face = face_of(search->surface);
-    const struct face_run *likely[BEYONDS] = {NULL};
     double least[BEYONDS] = {HUGE_VAL, HUGE_VAL, HUGE_VAL};
     for (uint32_t r = 0; r < face->run_count; r++) {
         int to = beyond_run(search, &face->runs[r]);
         double bound = to == BEYONDS ? HUGE_VAL : least_to_run(search, &face->runs[r]);
         if (to != BEYONDS && bound < least[to]) {
             least[to] = bound;
-            likely[to] = &face->runs[r];
+            search->likely[to] = &face->runs[r];
         }
     }
     for (int b = 0; b < BEYONDS; b++)
-        if (likely[b])
-            try_run(search, likely[b], b);
+        if (search->likely[b])
+            try_run(search, search->likely[b], b);
 }
 
 /* The nearest places on joints and on free edges of the station's face; on joints to the face
@@ -158,7 +158,8 @@ static void nearest_edges(const struct station *station, const struct surface *b
     for (uint32_t r = 0; r < face->run_count; r++) {
         const struct face_run *run = &face->runs[r];
         int to = beyond_run(&search, run);
-        if (to != BEYONDS && !(least_to_run(&search, run) > search.hit[to].distance2))
+        if (to != BEYONDS && run != search.likely[to] &&
+            !(least_to_run(&search, run) > search.hit[to].distance2))
             try_run(&search, run, to);
     }
     *free = search.hit[TO_NOTHING];
