@@ -21,6 +21,16 @@
 #define WIDE_FILES 0
 #endif
 
+#if WIDE_FILES
+#include <stdbool.h>
+
+/* Whether the processor has registers of 4 or 8 doubles, as files compiled for them take. */
+static inline bool wide_has(int doubles) {
+    return doubles == 8 ? __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")
+                        : __builtin_cpu_supports("avx2");
+}
+#endif
+
 #define INLINE static inline __attribute__((always_inline))
 
 #endif

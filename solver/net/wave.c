@@ -51,9 +51,9 @@ void wave_get_plane(const struct wave *wave, const struct wave_places *places, i
 const struct wave_kernel *wave_kernel_for(int lanes) {
     int most = lanes ? lanes : WAVE_LANES;
 #if WIDE_FILES
-    if (most >= 8 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq"))
+    if (most >= 8 && wide_has(8))
         return &wave_kernel_8;
-    if (most >= 4 && __builtin_cpu_supports("avx2"))
+    if (most >= 4 && wide_has(4))
         return &wave_kernel_4;
 #endif
     return most >= 2 ? &wave_kernel_2 : NULL;

@@ -27,9 +27,9 @@ static const double place_of[COLLOCATION_PLACES] = {
 static const struct collocation_kernel *kernel_for(int lanes) {
     int most = lanes ? lanes : COLLOCATION_PLACES;
 #if WIDE_FILES
-    if (most >= 8 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq"))
+    if (most >= 8 && wide_has(8))
         return &collocation_kernel_8;
-    if (most >= 4 && __builtin_cpu_supports("avx2"))
+    if (most >= 4 && wide_has(4))
         return &collocation_kernel_4;
 #endif
     (void)most;
