@@ -5,25 +5,36 @@
 
 enum difference { DIFFERENCE_MADE, DIFFERENCE_SHORT, DIFFERENCE_ROUGH };
 
-/* sum_k weight[k] r(i + k di, j + k dj), k = first .. first + count - 1. */
-static enum difference combine(const struct net_view *net, int32_t i, int32_t j, int di, int dj,
-                               int first, int count, const double *weight, struct vec3 *sum) {
+/* The nodes at (i + k di, j + k dj), k = first .. first + count - 1, and whether there is a
+ * difference over them. */
+static enum difference find_nodes(const struct net_view *net, int32_t i, int32_t j, int di, int dj,
+                                  int first, int count, const struct net_node *node[]) {
     int family = di ? 0 : 1, ahead = di + dj > 0;
     unsigned rough = 0;
-    *sum = vec3_make(0, 0, 0);
     for (int k = 0; k < count; k++) {
         int at = first + k;
-        const struct net_node *node = net_view_place(net, i + at * di, j + at * dj);
-        if (!node)
+        node[k] = net_view_place(net, i + at * di, j + at * dj);
+        if (!node[k])
             return DIFFERENCE_SHORT;
-        rough |= node->grown;
+        rough |= node[k]->grown;
         if (k > 0)
-            rough |= node->rough & (unsigned)NET_EDGE_BIT(family, 1 - ahead);
+            rough |= node[k]->rough & (unsigned)NET_EDGE_BIT(family, 1 - ahead);
         if (k < count - 1)
-            rough |= node->rough & (unsigned)NET_EDGE_BIT(family, ahead);
-        *sum = vec3_axpy(weight[k], node->r, *sum);
+            rough |= node[k]->rough & (unsigned)NET_EDGE_BIT(family, ahead);
     }
     return rough ? DIFFERENCE_ROUGH : DIFFERENCE_MADE;
+}
+
+/* At the first of four places. */
+static enum difference at_first(const struct net_view *net, int32_t i, int32_t j, int di, int dj,
+                                struct vec3 *d2) {
+    static const double one_sided[] = {2, -5, 4, -1};
+    const struct net_node *node[4];
+    enum difference made = find_nodes(net, i, j, di, dj, 0, 4, node);
+    *d2 = vec3_make(0, 0, 0);
+    for (int k = 0; k < 4 && made != DIFFERENCE_SHORT; k++)
+        *d2 = vec3_axpy(one_sided[k], node[k]->r, *d2);
+    return made;
 }
 
 /* D2 at (i, j) along (di, dj), for an edge that lies ahead. The quadrants are marched each for
@@ -31,17 +42,19 @@ static enum difference combine(const struct net_view *net, int32_t i, int32_t j,
  * towards the edge. It is at the yarn's ends, too, and next to rough edges. */
 static enum difference second_difference(const struct net_view *net, int32_t i, int32_t j, int di,
                                          int dj, struct vec3 *d2) {
-    static const double centred[] = {1, -2, 1}, one_sided[] = {2, -5, 4, -1};
+    const struct net_node *node[3];
     bool on_generator = di ? i == 0 : j == 0;
     enum difference made = DIFFERENCE_SHORT;
     if (!on_generator)
-        made = combine(net, i, j, di, dj, -1, 3, centred, d2);
-    if (made == DIFFERENCE_MADE)
+        made = find_nodes(net, i, j, di, dj, -1, 3, node);
+    if (made == DIFFERENCE_MADE) {
+        *d2 = correction_bend(node[0]->r, node[1]->r, node[2]->r);
         return made;
+    }
     bool rough = made == DIFFERENCE_ROUGH;
-    made = combine(net, i, j, di, dj, 0, 4, one_sided, d2);
+    made = at_first(net, i, j, di, dj, d2);
     if (made == DIFFERENCE_SHORT && !on_generator)
-        made = combine(net, i, j, -di, -dj, 0, 4, one_sided, d2);
+        made = at_first(net, i, j, -di, -dj, d2);
     if (made != DIFFERENCE_MADE)
         *d2 = vec3_make(0, 0, 0);
     return rough ? DIFFERENCE_ROUGH : made;
@@ -70,7 +83,7 @@ bool correction_chord(const struct correction *correction, double *chord) {
     double q = vec3_norm2(sum) / (4 * d * d);
     double share = correction_share(q);
     *chord = d * sqrt(share);
-    return share > 0.5; /* more is no yarn of this spacing but a crease */
+    return share > CORRECTION_SHORTEST;
 }
 
 double correction_sideways(const struct correction *correction, const struct station *from,

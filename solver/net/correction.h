@@ -34,10 +34,15 @@ struct correction {
 bool correction_find(const struct net_view *before, int32_t i, int32_t j, int di, int dj, double d,
                      struct correction *correction);
 
-/* The square of the chord above over that of d. */
-static inline double correction_share(double q) {
-    return 1 - q * (1.0 / 12 + q * (23.0 / 720 + q * 0.0204200));
+/* D2 at q between p and r, the same from either side. */
+static inline struct vec3 correction_bend(struct vec3 p, struct vec3 q, struct vec3 r) {
+    return vec3_add(vec3_sub(p, q), vec3_sub(r, q));
 }
+
+/* The square of the chord above over that of d, also of lanes of them; below the shortest it is no
+ * yarn of this spacing but a crease. */
+#define correction_share(q) (1 - (q) * (1.0 / 12 + (q) * (23.0 / 720 + (q)*0.0204200)))
+#define CORRECTION_SHORTEST 0.5
 
 /* The chord by a correction that is whole. False where that is no yarn of this length. */
 bool correction_chord(const struct correction *correction, double *chord);

@@ -282,6 +282,7 @@ static enum status make_rows(struct march *march, struct arena *arena, struct qu
             memcpy(q->row, quadrants[0].row, sizeof q->row);
             q->wave = quadrants[0].wave;
             q->kernel = quadrants[0].kernel;
+            memcpy(q->before, quadrants[0].before, sizeof q->before);
             continue;
         }
         enum status status = longest >= worth_a_wave ? wave_make(march, arena, q) : STATUS_OK;

@@ -48,6 +48,8 @@ enum status wave_make(const struct march *march, struct arena *arena, struct qua
     memcpy(q->wave->length, s->spacing, sizeof q->wave->length);
     q->wave->arcs = s->method != DRAPE_BASIC;
     q->wave->corrected = march->before.net;
+    for (int k = 0; k <= WAVE_LANES; k++)
+        q->before[k] = march->before;
     find_bounds(march, q->wave);
     return STATUS_OK;
 }
@@ -68,6 +70,45 @@ static bool runs(const struct quadrant *q, int k) {
     return goes(q, k) && q->row[k + 1].count < q->row[k].count;
 }
 
+static bool is_even(const struct net_node *node) {
+    return node && (node->state == NET_INSIDE || node->state == NET_GHOST) && !node->grown &&
+           !node->rough;
+}
+
+/* Of a second march: takes in what the net before says of place i of row j, as that of a slot some
+ * steps back. Next to a generator D2 is not the same for both edges that end there. */
+static void recall(struct quadrant *q, unsigned back, int slot, int32_t i, int32_t j) {
+    struct wave_before *to = wave_before_at(q->wave, back);
+    struct net_view *view = &q->before[slot];
+    to->even[slot] = 0;
+    if (!q->wave->corrected || i == 0 || j == 0)
+        return;
+    net_view_move(view, i * q->si, j * q->sj);
+    int x = i * q->si - view->ti * NET_TILE, y = j * q->sj - view->tj * NET_TILE;
+    const struct net_node *at = net_window_find(&view->window, x, y);
+    const struct net_node *side[2][2] = {
+        {net_window_find(&view->window, x - 1, y), net_window_find(&view->window, x + 1, y)},
+        {net_window_find(&view->window, x, y - 1), net_window_find(&view->window, x, y + 1)}};
+    if (!is_even(at) || !is_even(side[0][0]) || !is_even(side[0][1]) || !is_even(side[1][0]) ||
+        !is_even(side[1][1]))
+        return;
+    to->even[slot] = -1;
+    for (int k = 0; k < 2; k++) {
+        struct vec3 bend = correction_bend(side[k][0]->r, at->r, side[k][1]->r);
+        to->uv[k][slot] = at->uv[k];
+        to->bend[k][0][slot] = bend.x;
+        to->bend[k][1][slot] = bend.y;
+        to->bend[k][2][slot] = bend.z;
+    }
+}
+
+/* Place i of row j, as that of a slot some steps back. */
+static void put_place(struct quadrant *q, unsigned back, int slot, const struct station *station,
+                      int32_t i, int32_t j) {
+    wave_put(wave_at(q->wave, back), slot, station);
+    recall(q, back, slot, i, j);
+}
+
 /* Begins row k of the wave, which lies on row j + k - 1: its first two places. */
 static enum status start_lane(struct quadrant *q, int32_t j, int k, bool *started) {
     struct wave *wave = q->wave;
@@ -85,10 +126,10 @@ static enum status start_lane(struct quadrant *q, int32_t j, int k, bool *starte
     *started = row->planted && runs(q, k);
     if (!*started)
         return STATUS_OK;
-    wave_put(wave_at(wave, 2), k + 1, &row->at[0]);
-    wave_put(wave_at(wave, 1), k + 1, &row->at[1]);
+    put_place(q, 2, k + 1, &row->at[0], 0, j + k);
+    put_place(q, 1, k + 1, &row->at[1], 1, j + k);
     for (unsigned i = 0; k == 0 && i < 3; i++)
-        wave_put(wave_at(wave, 3 - i), 0, &below->at[i]);
+        put_place(q, 3 - i, 0, &below->at[i], (int32_t)i, j - 1);
     for (int order = 0; order < WAVE_ORDERS; order++)
         for (int n = 0; n < 2; n++)
             wave->difference[order][n][k] =
@@ -199,7 +240,7 @@ static enum status grow_inside(struct quadrant *q, int32_t j, int k) {
                               d[1][k + 1]);
 }
 
-/* Of a second march: what the net before says of lane k's cell. */
+/* What the net before says of lane k's cell, where that is not even all round. */
 static void correct(struct quadrant *q, int32_t j, int k) {
     struct wave *wave = q->wave;
     struct march *march = q->march;
@@ -242,9 +283,12 @@ static enum status take_step(struct quadrant *q, int32_t j, struct front *front)
     for (int k = 0; k < WAVE_LANES; k++)
         wave->active[k] = k >= front->low && k < front->high ? -1 : 0;
     wave->lane = front->low;
+    for (int k = front->low; wave->corrected && k < front->high; k++)
+        recall(q, 0, k + 1, q->row[k + 1].count, j + k);
     q->kernel->prepare(wave);
     for (int k = front->low; wave->corrected && k < front->high; k++)
-        correct(q, j, k);
+        if (!(wave->settled >> k & 1))
+            correct(q, j, k);
     q->kernel->solve(wave);
     unsigned lanes = (1u << front->high) - (1u << front->low);
     unsigned usual = wave->found & wave->inside & (wave->arcs ? wave->smooth : lanes);
@@ -271,7 +315,7 @@ static enum status complete_rows(struct quadrant *q, int32_t j, struct front *fr
             row->ended = !found;
         }
         if (found) {
-            wave_put(wave_at(q->wave, 1), front->low, &below->at[i]);
+            put_place(q, 1, front->low, &below->at[i], i, j + front->low - 1);
             return STATUS_OK;
         }
         hand_over(q, front->low, front->low, front->low + 1, front->column - 1);

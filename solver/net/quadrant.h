@@ -37,7 +37,8 @@ struct quadrant {
     struct quadrant_row row[WAVE_LANES + 1]; /* those below a wave and of it */
     struct wave *wave;                       /* NULL: row by row */
     const struct wave_kernel *kernel;
-    struct net_tile *tile[WAVE_LANES]; /* in which lanes have put their last place */
+    struct net_tile *tile[WAVE_LANES];      /* in which lanes have put their last place */
+    struct net_view before[WAVE_LANES + 1]; /* of slots: views of the net before */
     size_t kept, alone; /* cells of the last wave that its kernel has solved, or not */
     int resting;        /* waves to be left out, where the last has been of no use */
 };

@@ -37,6 +37,13 @@ struct wave_places {
     _Alignas(64) double of[WAVE_NUMBERS][WAVE_STRIDE];
 };
 
+/* What the net that a second march corrects says of those places (`correction.h`). */
+struct wave_before {
+    _Alignas(64) int64_t even[WAVE_STRIDE]; /* -1: all of it is known, of smooth edges; else 0 */
+    double uv[2][WAVE_STRIDE];
+    double bend[2][3][WAVE_STRIDE]; /* D2 along warp and along weft */
+};
+
 struct wave {
     const struct surface *surface;
     struct surface_cursor *cursor;
@@ -55,8 +62,10 @@ struct wave {
     _Alignas(64) double chord[2][WAVE_LANES];                         /* BD and CD */
     _Alignas(64) double curvature[2][WAVE_LANES];                     /* of them */
     _Alignas(64) double residual[WAVE_LANES], iterations[WAVE_LANES]; /* as fishnet_node's */
-    /* Of edges that are corrected as a whole (`correction.h`): what has to agree with D. */
-    bool corrected;
+    bool corrected;                                                   /* by a net before: */
+    struct wave_before before[WAVE_STEPS];                            /* as places */
+    unsigned settled; /* bits: lanes whose chords `prepare` has corrected */
+    /* Of edges that are corrected as a whole: what has to agree with D. */
     _Alignas(64) int64_t whole[2][WAVE_LANES];  /* -1 for them, 0 for the others */
     _Alignas(64) double bend[2][3][WAVE_LANES]; /* D2 at D */
     unsigned found;                             /* bits: lanes that have a D; */
@@ -68,7 +77,7 @@ struct wave {
 struct wave_kernel {
     int lanes;
     /* Of the cells of a step: takes in the last difference, sets what is expected of D, the chords
-     * and their curvatures. */
+     * and their curvatures; corrects those that all places of the net before are even of. */
     void (*prepare)(struct wave *wave);
     /* Puts their D into the places of this step. */
     void (*solve)(struct wave *wave);
@@ -82,6 +91,10 @@ const struct wave_kernel *wave_kernel_for(int lanes);
 /* The places `back` steps before this one. */
 static inline struct wave_places *wave_at(struct wave *wave, unsigned back) {
     return &wave->places[(wave->step - back) % WAVE_STEPS];
+}
+
+static inline struct wave_before *wave_before_at(struct wave *wave, unsigned back) {
+    return &wave->before[(wave->step - back) % WAVE_STEPS];
 }
 
 void wave_put(struct wave_places *places, int slot, const struct station *station);

@@ -122,11 +122,67 @@ INLINE void find_chords(struct wave *wave, const struct wave_places *a, const st
     arc_chords(wave, 0, normal_curvature(b, 1, ac));
 }
 
+/* ---- corrections ---- */
+
+INLINE lanes_mask even(const struct wave_before *at, int slot) {
+    lanes_mask mask;
+    memcpy(&mask, &at->even[slot], sizeof mask);
+    return mask;
+}
+
+INLINE struct lanes3 bend(const struct wave_before *at, int slot, int k) {
+    return (struct lanes3){lanes_load(&at->bend[k][0][slot]), lanes_load(&at->bend[k][1][slot]),
+                           lanes_load(&at->bend[k][2][slot])};
+}
+
+/* As correction_agrees. */
+INLINE lanes_mask agrees(double d, struct lanes3 bend, struct lanes3 normal, lanes curvature) {
+    lanes expected = curvature * d * d, miss = lanes_abs(lanes3_dot(bend, normal) - expected);
+    return miss <= CORRECTION_SHARE * lanes_abs(expected) + CORRECTION_LEAST * d;
+}
+
+/* As correction_chord, of the edge k from the places `from`; the lanes whose correction holds. */
+INLINE lanes_mask correct_chord(struct wave *wave, int k, const struct wave_places *from,
+                                lanes *chord) {
+    int slot = k ? 0 : 1;
+    double d = wave->length[k];
+    struct lanes3 near = bend(wave_before_at(wave, 1), slot, k);
+    struct lanes3 far = bend(wave_before_at(wave, 0), 1, k), sum = lanes3_add(near, far);
+    lanes q = lanes3_norm2(sum) / (4 * d * d), share = correction_share(q);
+    lanes_store(far.x, wave->bend[k][0]);
+    lanes_store(far.y, wave->bend[k][1]);
+    lanes_store(far.z, wave->bend[k][2]);
+    *chord = d * lanes_sqrt(share);
+    return (share > CORRECTION_SHORTEST) &
+           agrees(d, near, vector(from, slot, AT_NORMAL), lanes_load(wave->curvature[k]));
+}
+
+/* As march_guess_from_before and march_corrected_chord. */
+INLINE void correct(struct wave *wave, const struct wave_places *a, const struct wave_places *b) {
+    const struct wave_before *a0 = wave_before_at(wave, 2), *b0 = wave_before_at(wave, 1);
+    const struct wave_before *d0 = wave_before_at(wave, 0);
+    lanes chord[2];
+    lanes_mask settled = even(d0, 1) & even(b0, 1) & even(b0, 0) & even(a0, 0);
+    settled &= correct_chord(wave, 0, b, &chord[0]) & correct_chord(wave, 1, b, &chord[1]);
+    for (int k = 0; k < 2; k++) {
+        lanes uv = lanes_load(&d0->uv[k][1]) +
+                   (number(b, 1, AT_U + k) - lanes_load(&b0->uv[k][1])) +
+                   (number(b, 0, AT_U + k) - lanes_load(&b0->uv[k][0])) -
+                   (number(a, 0, AT_U + k) - lanes_load(&a0->uv[k][0]));
+        lanes_store(lanes_select(settled, uv, lanes_load(wave->expected[k])), wave->expected[k]);
+        lanes_store(lanes_select(settled, chord[k], lanes_load(wave->chord[k])), wave->chord[k]);
+        memcpy(wave->whole[k], &settled, sizeof settled);
+    }
+    wave->settled = lanes_bits(settled);
+}
+
 static void prepare(struct wave *wave) {
     const struct wave_places *a = wave_at(wave, 2), *b = wave_at(wave, 1);
     add_edges(wave, a, b);
     expect(wave, b);
     find_chords(wave, a, b, b);
+    if (wave->corrected)
+        correct(wave, a, b);
 }
 
 /* ---- Newton's method ---- */
@@ -369,17 +425,14 @@ INLINE void take_cell(struct wave *wave, struct lanes_cell *cell) {
     cell->inverse[1] = 1 / cell->cd2;
 }
 
-/* As correction_agrees, for D and the edges to it; all where an edge is not corrected. */
-INLINE lanes_mask agrees(const struct wave *wave, int k, const struct wave_places *d,
-                         struct lanes3 normal, struct lanes3 chord) {
-    double length = wave->length[k];
+/* Whether D2 at D agrees with it; all where edge k is not corrected as a whole. */
+INLINE lanes_mask agrees_at_end(const struct wave *wave, int k, const struct wave_places *d,
+                                struct lanes3 normal, struct lanes3 chord) {
     lanes_mask whole;
     memcpy(&whole, wave->whole[k], sizeof whole);
-    struct lanes3 bend = {lanes_load(wave->bend[k][0]), lanes_load(wave->bend[k][1]),
-                          lanes_load(wave->bend[k][2])};
-    lanes expected = normal_curvature(d, 1, chord) * length * length;
-    lanes miss = lanes_abs(lanes3_dot(bend, normal) - expected);
-    return (miss <= CORRECTION_SHARE * lanes_abs(expected) + CORRECTION_LEAST * length) | ~whole;
+    struct lanes3 far = {lanes_load(wave->bend[k][0]), lanes_load(wave->bend[k][1]),
+                         lanes_load(wave->bend[k][2])};
+    return agrees(wave->length[k], far, normal, normal_curvature(d, 1, chord)) | ~whole;
 }
 
 static void solve(struct wave *wave) {
@@ -401,8 +454,8 @@ static void solve(struct wave *wave) {
     lanes_store(cell.error, wave->residual);
     put_station(wave_at(wave, 0), &cell, &forms);
     if (wave->corrected)
-        found &= agrees(wave, 0, wave_at(wave, 0), forms.normal, bd) &
-                 agrees(wave, 1, wave_at(wave, 0), forms.normal, cd);
+        found &= agrees_at_end(wave, 0, wave_at(wave, 0), forms.normal, bd) &
+                 agrees_at_end(wave, 1, wave_at(wave, 0), forms.normal, cd);
     wave->found = lanes_bits(found);
     wave->smooth = lanes_bits(smooth);
     wave->inside = lanes_bits((cell.u >= wave->lower[0]) & (cell.u <= wave->upper[0]) &
