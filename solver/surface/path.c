@@ -13,7 +13,7 @@ enum {
     SETTLE_ROUNDS = 3, /* to the place beyond a joint that was missed */
     JOINT_ROUNDS = 8,  /* steps, each half of the last, to a joint */
     JOINT_PIECES = 4,  /* straight ones, in which joints are sought along a step */
-    FAILURES_MAX = 40, /* steps of one advance that were too long */
+    FAILURES_MAX = 40, /* steps of one advance in one span that were too long */
     FAILURES_OUTSIDE = 8,
     STEPS_MAX = 100, /* steps of one advance in one span */
 };
@@ -626,7 +626,9 @@ static bool touch_edge(struct path *g, const struct event *event, vec4 y, double
     return false;
 }
 
-/* Of one advance: steps that were too long, steps since the last edge of a span, and the length. */
+/* Of one advance: steps that were too long and steps, since the last edge of a span, and the
+ * length.
+ */
 struct effort {
     int failures, steps;
     double whole;
@@ -862,7 +864,7 @@ static bool go_on(struct path *path, double remaining, struct effort *effort, in
         path->ahead = 0;
         remaining -= gone;
         if (path->surface != surface || path->span[0] != span[0] || path->span[1] != span[1])
-            effort->steps = 0;
+            effort->steps = effort->failures = 0;
     }
     if (remaining < 0)
         path->ahead = -remaining;
