@@ -257,18 +257,24 @@ static bool broken_beside(struct march *march, const struct free_end *e,
     return false;
 }
 
+static bool is_flat(struct vec3 across, struct vec3 along) {
+    double sine2 = vec3_norm2(vec3_cross(across, along));
+    return sine2 < flat_sine * flat_sine * vec3_norm2(across) * vec3_norm2(along);
+}
+
 /* Whether the yarn crosses another at its end under an angle at which cells have all but collapsed:
- * it would only wind on beside it. */
-static bool crosses_flat(struct march *march, const struct free_end *e, struct vec3 r,
-                         struct vec3 chord) {
+ * it would only wind on beside it. Over a fold chords say little: there it is asked how the other
+ * yarn leaves. */
+static bool crosses_flat(struct march *march, const struct free_end *e, const struct station *from,
+                         struct vec3 along) {
     for (int side = -1; side <= 1; side += 2) {
-        const struct net_node *node =
-            net_place(march->net, e->i + side * e->dj, e->j + side * e->di);
-        if (!node)
+        int di = side * e->dj, dj = side * e->di;
+        const struct net_node *node = net_place(march->net, e->i + di, e->j + dj);
+        struct vec3 across;
+        if (!node || !is_flat(vec3_sub(node->r, from->jet.r), along))
             continue;
-        struct vec3 across = vec3_sub(node->r, r);
-        double sine2 = vec3_norm2(vec3_cross(across, chord));
-        if (sine2 < flat_sine * flat_sine * vec3_norm2(across) * vec3_norm2(chord))
+        if (march->mesh || !march_yarn(march, e->i, e->j, di, dj, from, &across) ||
+            is_flat(across, along))
             return true;
     }
     return false;
@@ -390,7 +396,7 @@ static enum status go_straight(struct growth *g, const struct free_end *e) {
     if (!march_station(march, e->i, e->j, &from))
         return march_fail(march, i, j, DRAPE_REASON_DEGENERATE);
     struct vec3 direction = yarn_end(march, e, &from);
-    if (crosses_flat(march, e, from.jet.r, direction))
+    if (crosses_flat(march, e, &from, direction))
         return march_fail(march, i, j, DRAPE_REASON_COLLAPSED);
     if (!march_straight_on(march, &from, direction, e->di, e->dj, &to))
         return march_fail(march, i, j,
