@@ -20,6 +20,9 @@ enum { DIVISIONS = 64 };
  * way, are of places that do not hang together: a wild end of the net. */
 static const double jump = 0.15, jump_steepness = 15;
 
+/* A place of the cloth this near to the one sought, in spacings, is the right one. */
+static const double beyond_doubt = 0.15;
+
 /* A node may be this far from the place that it is to lead to, in spacings. */
 static const double seed_reach = 2;
 
@@ -152,14 +155,18 @@ static void find_stop(struct tracer *t, const double expected[2], bool known, st
     stop->pq[1] = expected[1];
     stop->by_t[0] = stop->by_t[1] = 0;
     const struct surface *surface = rim_edges_surface(t->march, stop->spot.face);
-    if (known && rim_cloth_find(&t->rim->cloth, stop->spot.r, surface, stop->spot.uv, &place)) {
-        take_place(t, &place, stop);
-        return;
+    struct vec3 r = stop->spot.r;
+    bool found = known && rim_cloth_find(&t->rim->cloth, r, surface, stop->spot.uv, &place);
+    double miss = found ? vec3_distance(place.r, r) : HUGE_VAL;
+    if (miss > beyond_doubt * t->spacing && find_seed(t, &stop->spot, seed)) {
+        struct rim_place other = {.p = seed[0], .q = seed[1]};
+        if (rim_cloth_find(&t->rim->cloth, r, surface, stop->spot.uv, &other) &&
+            vec3_distance(other.r, r) < miss) {
+            place = other;
+            found = true;
+        }
     }
-    if (!find_seed(t, &stop->spot, seed))
-        return;
-    place = (struct rim_place){.p = seed[0], .q = seed[1]};
-    if (rim_cloth_find(&t->rim->cloth, stop->spot.r, surface, stop->spot.uv, &place))
+    if (found)
         take_place(t, &place, stop);
 }
 
