@@ -262,7 +262,7 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
             march_note_edges(march, at, yarns.start, yarns.end);
             return FISHNET_FOUND;
         }
-        if (is_wild(march, cell, &node->station))
+        if (is_wild(march, cell, &node->station) && expected_outside(march, cell))
             return FISHNET_NO_CONVERGENCE;
     }
     if (!turn_as_at_a(march, at, &yarns))
@@ -295,8 +295,8 @@ static bool hangs_on_rough(struct march *march, const struct fishnet_cell *cell,
         return true;
     if (end == FISHNET_NO_CONVERGENCE)
         return march->settings->method == DRAPE_GEODESIC || march->surface->shell ||
-               !is_outside(march->surface, b->uv) || !is_outside(march->surface, c->uv) ||
-               !expected_outside(march, cell);
+               march->surface->has_folds || !is_outside(march->surface, b->uv) ||
+               !is_outside(march->surface, c->uv) || !expected_outside(march, cell);
     if (fabs(cell->curvature[0]) * d[0] > bent_most || fabs(cell->curvature[1]) * d[1] > bent_most)
         return true;
     return is_rough_edge(a, b, d[1]) || is_rough_edge(a, c, d[0]);

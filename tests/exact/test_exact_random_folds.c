@@ -138,8 +138,19 @@ static void test_exact_random_folds_chord_leads_away(void **state) {
     assert_int_equal(wrong_of(1732), 0);
 }
 
+/* Each once ended short of the part's end: nodes beyond its side that only looked as if no yarn led
+ * there (1111), fillets one after the other beyond a side (1401), a fold beyond a corner (1345),
+ * chords over a fold that look parallel (659), a rim that was sought beyond a fold (1118). */
+static void test_exact_random_folds_covered_to_the_end(void **state) {
+    const uint64_t seeds[] = {1111, 1401, 1345, 659, 1118};
+    (void)state;
+    for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++)
+        assert_int_equal(wrong_of(seeds[k]), 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_exact_random_folds_covered_to_the_end),
         cmocka_unit_test(test_exact_random_folds_unroll),
         cmocka_unit_test(test_exact_random_folds_chord_leads_away),
     };
