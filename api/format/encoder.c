@@ -124,6 +124,8 @@ static bool open_result(struct encoder *encoder, const char *fields, struct api_
     struct api_column_source columns[API_COLUMNS_MAX];
     if (api_columns_open(encoder->reader, &encoder->columns, problem) != API_OK)
         return false;
+    if (!api_columns_whole(encoder->reader, &encoder->columns))
+        return encoder_damaged(problem);
     size_t count = 0;
     for (size_t k = 0; k < encoder->columns.count; k++)
         if (encoder->columns.column[k].table != API_TABLE_CUT)

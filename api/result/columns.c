@@ -10,28 +10,113 @@
 static const char MAGIC[8] = "DRAPECOL";
 
 enum {
-    VERSION = 1,
+    VERSION = 2,
     PREFIX = 16,      /* magic, version, directory length */
-    VALUE = 8,        /* bytes of one */
+    VALUE = 8,        /* bytes of a float64; columns begin on a multiple */
+    PROBE_ROWS = 16,  /* most columns that vary do so here */
     BLOCK_ROWS = 4096 /* values written at once */
 };
+
+/* Bytes of a value in each form; of REPEATED the one that there is. */
+static const size_t width[API_FORM_COUNT] = {[API_FORM_FLOAT64] = VALUE,
+                                             [API_FORM_INT8] = 1,
+                                             [API_FORM_INT16] = 2,
+                                             [API_FORM_INT32] = 4,
+                                             [API_FORM_REPEATED] = VALUE};
+
+static uint64_t padded(uint64_t bytes) {
+    return (bytes + VALUE - 1) / VALUE * VALUE;
+}
+
+/* Values that are stored of so many rows. */
+static size_t stored_values(enum api_form form, size_t rows) {
+    return form == API_FORM_REPEATED && rows > 0 ? 1 : rows;
+}
 
 /* Gives the columns their places, one after the other from `offset`. */
 static void place_columns(struct api_columns *columns, uint64_t offset) {
     for (size_t i = 0; i < columns->count; i++) {
-        columns->column[i].offset = offset;
-        offset += (uint64_t)columns->column[i].rows * VALUE;
+        struct api_column *column = &columns->column[i];
+        column->offset = offset;
+        offset += padded((uint64_t)stored_values(column->form, column->rows) * width[column->form]);
     }
     columns->length = offset;
 }
 
+/* What the values of a column have in common so far. */
+struct likeness {
+    bool repeated, whole;
+    double first, least, most;
+};
+
+static bool same_bits(double a, double b) {
+    return memcmp(&a, &b, sizeof a) == 0;
+}
+
+/* All of them: each has the bits of the one before. */
+static bool all_same(const double *values, size_t count, double first) {
+    return same_bits(values[0], first) &&
+           memcmp(values, values + 1, (count - 1) * sizeof *values) == 0;
+}
+
+/* Whole numbers that come back with their bits, as a negative zero would not; with their range. */
+static bool all_short(const double *values, size_t count, double *least, double *most) {
+    bool whole = true;
+    for (size_t i = 0; i < count; i++) {
+        double value = values[i];
+        bool in_range = value >= -INT32_MAX && value <= INT32_MAX;
+        whole &= in_range && same_bits(value, (double)(int32_t)(in_range ? value : 0));
+        *least = value < *least ? value : *least;
+        *most = value > *most ? value : *most;
+    }
+    return whole;
+}
+
+static void compare(struct likeness *likeness, const double *values, size_t count) {
+    likeness->repeated = likeness->repeated && all_same(values, count, likeness->first);
+    likeness->whole =
+        likeness->whole && all_short(values, count, &likeness->least, &likeness->most);
+}
+
+static enum api_form form_of(const struct likeness *likeness) {
+    if (likeness->repeated)
+        return API_FORM_REPEATED;
+    if (!likeness->whole)
+        return API_FORM_FLOAT64;
+    double least = likeness->least, most = likeness->most;
+    return least >= INT8_MIN && most <= INT8_MAX     ? API_FORM_INT8
+           : least >= INT16_MIN && most <= INT16_MAX ? API_FORM_INT16
+                                                     : API_FORM_INT32;
+}
+
+/* The form that takes the fewest bytes. What cannot be read is left to sending it, which says so.
+ */
+static enum api_form choose_form(const struct api_column_source *source, double *block) {
+    struct likeness likeness = {.repeated = true, .whole = source->integer};
+    size_t count = 0;
+    for (size_t first = 0; first < source->rows; first += count) {
+        size_t left = source->rows - first, most = first > 0 ? BLOCK_ROWS : PROBE_ROWS;
+        count = left < most ? left : most;
+        if (!source->fill(source->context, first, count, block))
+            return API_FORM_FLOAT64;
+        if (first == 0)
+            likeness.first = likeness.least = likeness.most = block[0];
+        compare(&likeness, block, count);
+        if (!likeness.repeated && !likeness.whole)
+            break;
+    }
+    return source->rows > 1 ? form_of(&likeness) : API_FORM_FLOAT64;
+}
+
 static void list_columns(struct api_columns *header, const struct api_column_source *sources,
-                         size_t count) {
+                         size_t count, double *block) {
     header->count = count;
     for (size_t i = 0; i < count; i++) {
         struct api_column *column = &header->column[i];
-        *column = (struct api_column){
-            .table = sources[i].table, .integer = sources[i].integer, .rows = sources[i].rows};
+        *column = (struct api_column){.table = sources[i].table,
+                                      .integer = sources[i].integer,
+                                      .form = choose_form(&sources[i], block),
+                                      .rows = sources[i].rows};
         strncpy(column->name, sources[i].name, API_COLUMN_NAME_SIZE - 1);
     }
 }
@@ -95,6 +180,8 @@ static enum api_problem_id send_header(struct api_columns *header, const struct 
     return send(sink, buffer, text.length, problem);
 }
 
+/* ------------------------------------------------------------------ values as bytes */
+
 /* A double and its little-endian bytes. */
 static void swap_values(double *values, size_t count) {
     for (size_t i = 0; i < count; i++) {
@@ -105,21 +192,57 @@ static void swap_values(double *values, size_t count) {
     }
 }
 
-static enum api_problem_id send_column(const struct api_column_source *source, double *block,
-                                       const struct api_sink *sink, struct api_problem *problem) {
-    for (size_t first = 0; first < source->rows; first += BLOCK_ROWS) {
-        size_t left = source->rows - first, count = left < BLOCK_ROWS ? left : BLOCK_ROWS;
+/* In place: no value is longer than a double. Returns how many bytes they take. */
+static size_t pack(enum api_form form, double *values, size_t count) {
+    unsigned char *bytes = (unsigned char *)values;
+    if (width[form] == VALUE)
+        swap_values(values, count);
+    for (size_t i = 0; width[form] < VALUE && i < count; i++) {
+        uint32_t bits = htole32((uint32_t)(int32_t)values[i]);
+        memcpy(bytes + i * width[form], &bits, width[form]);
+    }
+    return count * width[form];
+}
+
+static double whole_number(enum api_form form, const unsigned char *bytes) {
+    uint32_t bits = 0;
+    memcpy(&bits, bytes, width[form]);
+    bits = le32toh(bits);
+    return form == API_FORM_INT8    ? (int8_t)bits
+           : form == API_FORM_INT16 ? (int16_t)bits
+                                    : (int32_t)bits;
+}
+
+/* The other way. The bytes are at the end of the room for `count` doubles, so that none is written
+ * over before it is read. */
+static void unpack(enum api_form form, double *values, size_t count) {
+    const unsigned char *bytes = (const unsigned char *)values + count * (VALUE - width[form]);
+    if (width[form] == VALUE)
+        swap_values(values, count);
+    for (size_t i = 0; width[form] < VALUE && i < count; i++)
+        values[i] = whole_number(form, bytes + i * width[form]);
+}
+
+/* ------------------------------------------------------------------ writing */
+
+static enum api_problem_id send_column(const struct api_column_source *source, enum api_form form,
+                                       double *block, const struct api_sink *sink,
+                                       struct api_problem *problem) {
+    static const char zeros[VALUE] = {0};
+    size_t rows = stored_values(form, source->rows), length = 0;
+    for (size_t first = 0; first < rows; first += BLOCK_ROWS) {
+        size_t left = rows - first, count = left < BLOCK_ROWS ? left : BLOCK_ROWS;
         if (!source->fill(source->context, first, count, block) || !all_finite(block, count)) {
             api_problem_set(problem, API_INTERNAL,
                             "the result has a value in %s.%s that is no number",
                             api_table_name(source->table), source->name);
             return problem->id;
         }
-        swap_values(block, count);
-        if (send(sink, block, count * VALUE, problem) != API_OK)
+        length = pack(form, block, count);
+        if (send(sink, block, length, problem) != API_OK)
             return problem->id;
     }
-    return API_OK;
+    return send(sink, zeros, (size_t)padded(length) - length, problem);
 }
 
 enum api_problem_id api_columns_write(struct api_columns *header,
@@ -136,13 +259,15 @@ enum api_problem_id api_columns_write(struct api_columns *header,
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to write the result");
         return problem->id;
     }
-    list_columns(header, sources, count);
+    list_columns(header, sources, count, block);
     enum api_problem_id id = send_header(header, sink, problem);
     for (size_t i = 0; i < count && id == API_OK; i++)
-        id = send_column(&sources[i], block, sink, problem);
+        id = send_column(&sources[i], header->column[i].form, block, sink, problem);
     arena_rewind(arena, mark);
     return id;
 }
+
+/* ------------------------------------------------------------------ reading */
 
 static bool read_memory(void *context, uint64_t offset, void *buffer, size_t length) {
     const struct api_memory *memory = context;
@@ -167,7 +292,7 @@ static size_t read_header(const struct api_reader *reader, char *buffer) {
     memcpy(&length, prefix + 12, sizeof length);
     version = le32toh(version);
     length = le32toh(length);
-    bool known = memcmp(prefix, MAGIC, sizeof MAGIC) == 0 && version == VERSION;
+    bool known = memcmp(prefix, MAGIC, sizeof MAGIC) == 0 && version >= 1 && version <= VERSION;
     if (!known || length > API_HEADER_MAX - PREFIX)
         return 0;
     return reader->read_at(reader->context, PREFIX, buffer, length) ? length : 0;
@@ -197,11 +322,24 @@ enum api_problem_id api_columns_open(const struct api_reader *reader, struct api
     return API_OK;
 }
 
+bool api_columns_whole(const struct api_reader *reader, const struct api_columns *columns) {
+    char last;
+    return reader->read_at(reader->context, columns->length - 1, &last, 1);
+}
+
 bool api_columns_read(const struct api_reader *reader, const struct api_column *column,
                       size_t first, size_t count, double *values) {
-    uint64_t offset = column->offset + (uint64_t)first * VALUE;
-    if (!reader->read_at(reader->context, offset, values, count * VALUE))
+    enum api_form form = column->form;
+    size_t stored = stored_values(form, count), bytes = stored * width[form];
+    uint64_t offset = column->offset;
+    if (form != API_FORM_REPEATED)
+        offset += (uint64_t)first * width[form];
+    if (!reader->read_at(reader->context, offset, (char *)values + stored * VALUE - bytes, bytes))
         return false;
-    swap_values(values, count);
-    return all_finite(values, count) && (!column->integer || all_whole(values, count));
+    unpack(form, values, stored);
+    if (!all_finite(values, stored) || (column->integer && !all_whole(values, stored)))
+        return false;
+    for (size_t i = stored; i < count; i++)
+        values[i] = values[0];
+    return true;
 }

@@ -1,14 +1,19 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * The result as it is stored: a header, then every column of every table as one run of
- * little-endian float64. Encoders read it piece by piece and never hold all of it.
+ * little-endian numbers. Encoders read it piece by piece and never hold all of it.
  *
  * - 8 bytes: "DRAPECOL"
  * - 4 bytes: format version, little-endian
  * - 4 bytes: length n of the directory, little-endian
  * - n bytes: the directory, a JSON object with summary, grid, start and the list of columns, padded
  *   with spaces so that the columns start on a multiple of 8
- * - the columns in the order of the directory, 8 bytes a row
+ * - the columns in the order of the directory, each in its form (`enum api_form`), padded with
+ * zeros to a multiple of 8
+ *
+ * The numbers that come back have the bits of those that were written: a whole number takes the
+ * bytes that the column's range needs, and a column of one value is that value, which leaves three
+ * fifths of what float64 alone would take. Version 1 has no other form than float64.
  */
 #ifndef API_RESULT_COLUMNS_H
 #define API_RESULT_COLUMNS_H
@@ -64,6 +69,10 @@ struct api_reader api_reader_of(struct api_memory *memory);
 /* Reads and checks the header. API_INTERNAL when the container is damaged or unreadable. */
 enum api_problem_id api_columns_open(const struct api_reader *reader, struct api_columns *columns,
                                      struct api_problem *problem) STATUS_MUST_USE;
+
+/* Whether all bytes that the header speaks of are there. Until then its counts of rows, which need
+ * no bytes where a column repeats one value, are not to be relied on. */
+bool api_columns_whole(const struct api_reader *reader, const struct api_columns *columns);
 
 /* The rows first .. first + count - 1 of a column; false when they cannot be read, or when one is
  * no number that the writer accepts. */

@@ -6,6 +6,12 @@
 #include <limits.h>
 #include <string.h>
 
+static const char *const form_names[] = {
+#define X(id, name) name,
+    API_FORM_LIST(X)
+#undef X
+};
+
 void directory_write_grid(struct api_text *text, const struct api_grid *grid) {
     api_text_raw(text, "{");
     api_text_key(text, "warp");
@@ -55,7 +61,10 @@ void directory_write(struct api_text *text, const struct api_columns *header) {
         api_text_key_string(text, "name", column->name);
         api_text_key_integer(text, "rows", (int64_t)column->rows);
         api_text_key(text, "integer");
-        api_text_raw(text, column->integer ? "true}" : "false}");
+        api_text_raw(text, column->integer ? "true" : "false");
+        if (column->form != API_FORM_FLOAT64)
+            api_text_key_string(text, "form", form_names[column->form]);
+        api_text_raw(text, "}");
     }
     api_text_raw(text, "]}");
 }
@@ -97,7 +106,8 @@ static bool is_name(const char *text) {
 static void read_column(const struct json_place *place, struct api_column *column) {
     struct json_place table = place_member(place, "table"), name = place_member(place, "name");
     struct json_place integer = place_member(place, "integer"), count = place_member(place, "rows");
-    int index = 0;
+    struct json_place form = place_member(place, "form");
+    int index = 0, stored = API_FORM_FLOAT64;
     double rows = 0;
     const char *text = "";
     place_choice(&table, column_tables, API_TABLE_COUNT, &index);
@@ -110,6 +120,9 @@ static void read_column(const struct json_place *place, struct api_column *colum
     place_boolean(&integer, &column->integer);
     place_number(&count, counts, &rows);
     column->rows = (size_t)rows;
+    if (place_given(&form))
+        place_choice(&form, form_names, API_FORM_COUNT, &stored);
+    column->form = (enum api_form)stored;
 }
 
 /* What only the result of a drape has. */

@@ -19,12 +19,27 @@ struct json_tree;
 
 enum { API_COLUMNS_MAX = 160, API_COLUMN_NAME_SIZE = 32 };
 
+/* How the values of a column are stored, little-endian. */
+#define API_FORM_LIST(X)                                                                           \
+    X(FLOAT64, "float64")                                                                          \
+    X(INT8, "int8")                                                                                \
+    X(INT16, "int16")                                                                              \
+    X(INT32, "int32")                                                                              \
+    X(REPEATED, "repeated") /* all rows have the one float64 that is stored */
+enum api_form {
+#define X(id, name) API_FORM_##id,
+    API_FORM_LIST(X)
+#undef X
+        API_FORM_COUNT
+};
+
 /* A column of the stored result. Numbers stand for names in one place: front.reason holds
  * `enum drape_reason`. */
 struct api_column {
     enum api_table table;
     char name[API_COLUMN_NAME_SIZE];
-    bool integer;    /* every value is a whole number within 2^53 */
+    bool integer; /* every value is a whole number within 2^53 */
+    enum api_form form;
     size_t rows;     /* the same for all columns of a table */
     uint64_t offset; /* of its first value, from the start of the container */
 };

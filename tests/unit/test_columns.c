@@ -137,12 +137,115 @@ static void test_columns_are_little_endian_doubles_behind_the_directory(void **s
     const unsigned char *bytes = (const unsigned char *)sample->container.data;
     size_t length = bytes[12] + 256u * bytes[13];
     static const unsigned char value[8] = {0, 0, 0, 0, 0, 0, 0x04, 0xc0};
-    assert_memory_equal(bytes, "DRAPECOL\1\0\0\0", 12);
+    assert_memory_equal(bytes, "DRAPECOL\2\0\0\0", 12);
     assert_memory_equal(bytes + 16 + length, value, 8);
     json_t *directory = json_loadb(sample->container.data + 16, length, 0, NULL);
     assert_non_null(directory);
     assert_int_equal(json_array_size(json_object_get(directory, "columns")), source_count);
     json_decref(directory);
+    sample_free(sample);
+}
+
+/* A column of the table nodes that is written, read in two runs and compared bit by bit. */
+static void check_form(const double *values, size_t rows, bool integer, enum api_form form,
+                       size_t bytes) {
+    static double back[ROWS];
+    const struct api_column_source source = {API_TABLE_NODES, "x",   integer, rows,
+                                             fill_values,     values};
+    struct api_columns header = {.summary.solver_version = "1"}, columns;
+    struct bytes container = {0};
+    struct api_reader reader = reader_over(&container);
+    struct api_sink sink = sink_into(&container);
+    struct api_problem problem = {0};
+    struct arena *arena = arena_new(1 << 20);
+    assert_int_equal(api_columns_write(&header, &source, 1, &sink, arena, &problem), API_OK);
+    assert_int_equal(api_columns_open(&reader, &columns, &problem), API_OK);
+    const struct api_column *column = &columns.column[0];
+    assert_int_equal(column->form, form);
+    assert_int_equal(columns.length - column->offset, bytes);
+    assert_int_equal(columns.length, container.length);
+    assert_true(api_columns_whole(&reader, &columns));
+    assert_true(api_columns_read(&reader, column, 0, rows / 3, back));
+    assert_true(api_columns_read(&reader, column, rows / 3, rows - rows / 3, back + rows / 3));
+    assert_memory_equal(back, values, rows * sizeof *back);
+    container.length--;
+    assert_true(rows == 0 || !api_columns_whole(&reader, &columns));
+    arena_free(arena);
+    bytes_free(&container);
+}
+
+static void test_columns_take_the_bytes_that_their_values_need(void **state) {
+    (void)state;
+    static const struct {
+        double value, last; /* of all rows but the last, and of that one */
+        bool integer;
+        enum api_form form;
+        size_t bytes; /* of 9999 rows */
+    } cases[] = {
+        {0.5, 0.5, false, API_FORM_REPEATED, 8},
+        {0.0, -0.0, false, API_FORM_FLOAT64, 8 * 9999},
+        {0.5, 0.25, false, API_FORM_FLOAT64, 8 * 9999},
+        {7, 7, true, API_FORM_REPEATED, 8},
+        {0, 1, false, API_FORM_FLOAT64, 8 * 9999},
+        {-128, 127, true, API_FORM_INT8, 10000},
+        {0, 128, true, API_FORM_INT16, 20000},
+        {-129, 0, true, API_FORM_INT16, 20000},
+        {-32768, 32767, true, API_FORM_INT16, 20000},
+        {0, 32768, true, API_FORM_INT32, 40000},
+        {-INT32_MAX, INT32_MAX, true, API_FORM_INT32, 40000},
+        {0, 0x1p31, true, API_FORM_FLOAT64, 8 * 9999},
+        {0.0, -0.0, true, API_FORM_FLOAT64, 8 * 9999},
+    };
+    static double values[9999];
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        for (size_t i = 0; i < 9999; i++)
+            values[i] = i < 9998 ? cases[k].value : cases[k].last;
+        check_form(values, 9999, cases[k].integer, cases[k].form, cases[k].bytes);
+    }
+    check_form(values, 0, true, API_FORM_FLOAT64, 0);
+    check_form(values, 1, true, API_FORM_FLOAT64, 8);
+}
+
+/* As it was before columns had forms: all that differs is the version. */
+static void test_columns_of_version_1_are_read(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    struct sample *sample = sample_new(&random);
+    struct api_problem problem;
+    struct api_columns columns;
+    double values[ROWS];
+    for (int k = 0; k < ROWS; k++)
+        sample->index[k] = k * 0x1p36;
+    sample->reason[0] = 0x1p36;
+    assert_int_equal(write_sample(sample, 1 << 20, &problem), API_OK);
+    assert_null(memmem(sample->container.data, sample->container.length, "form", 4));
+    sample->container.data[8] = 1;
+    assert_int_equal(api_columns_open(&sample->reader, &columns, &problem), API_OK);
+    assert_true(api_columns_read(&sample->reader, &columns.column[1], 0, ROWS, values));
+    assert_memory_equal(values, sample->index, sizeof values);
+    sample->container.data[8] = 3;
+    assert_int_equal(api_columns_open(&sample->reader, &columns, &problem), API_INTERNAL);
+    sample_free(sample);
+}
+
+/* A repeated value needs no bytes a row, but the rows must be there all the same. */
+static void test_columns_that_are_not_whole_are_not_encoded(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    struct sample *sample = sample_new(&random);
+    struct api_problem problem;
+    for (int k = 0; k < ROWS; k++)
+        sample->index[k] = 5;
+    assert_int_equal(write_sample(sample, 1 << 20, &problem), API_OK);
+    const struct format_source source = {.id = "0", .reader = &sample->reader};
+    const struct format_options options = {.fields = "nodes.i"};
+    struct encoder *encoder =
+        encoder_new(format_named(FORMAT_RESULT, "json"), &source, &options, &problem);
+    assert_non_null(encoder);
+    encoder_free(encoder);
+    sample->container.length = (size_t)sample->header.column[2].offset;
+    assert_null(encoder_new(format_named(FORMAT_RESULT, "json"), &source, &options, &problem));
+    assert_int_equal(problem.id, API_INTERNAL);
     sample_free(sample);
 }
 
@@ -276,13 +379,24 @@ static void test_columns_refuse_to_read_values_that_are_no_numbers(void **state)
     struct random random = random_begin(__func__);
     struct sample *sample = sample_new(&random);
     struct api_problem problem;
-    const double bad[] = {NAN, INFINITY, 1e300, 0.5, -1};
+    const double bad[] = {NAN, INFINITY, -INFINITY};
+    const char no_reason[] = {-1, DRAPE_REASON_COUNT, 127};
     assert_int_equal(write_sample(sample, 1 << 20, &problem), API_OK);
     assert_true(read_everything(&sample->container));
+    char *x = sample->container.data + sample->header.column[0].offset;
+    char *reason = sample->container.data + sample->header.column[2].offset;
+    assert_int_equal(sample->header.column[2].form, API_FORM_INT8);
     for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
-        memcpy(sample->container.data + sample->header.column[2].offset, &bad[k], sizeof bad[k]);
+        double good;
+        memcpy(&good, x, sizeof good);
+        memcpy(x, &bad[k], sizeof bad[k]);
         assert_false(read_everything(&sample->container));
+        memcpy(x, &good, sizeof good);
+        *reason = no_reason[k];
+        assert_false(read_everything(&sample->container));
+        *reason = 0;
     }
+    assert_true(read_everything(&sample->container));
     sample_free(sample);
 }
 
@@ -328,6 +442,9 @@ int main(void) {
         cmocka_unit_test(test_columns_read_back_what_was_written),
         cmocka_unit_test(test_columns_give_any_run_of_rows),
         cmocka_unit_test(test_columns_are_little_endian_doubles_behind_the_directory),
+        cmocka_unit_test(test_columns_take_the_bytes_that_their_values_need),
+        cmocka_unit_test(test_columns_of_version_1_are_read),
+        cmocka_unit_test(test_columns_that_are_not_whole_are_not_encoded),
         cmocka_unit_test(test_columns_refuse_values_that_are_no_numbers),
         cmocka_unit_test(test_columns_stop_when_the_sink_refuses),
         cmocka_unit_test(test_columns_report_missing_memory_and_too_many),
