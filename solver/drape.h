@@ -68,7 +68,7 @@ struct drape_team {
 
 /* Numbers of the cloth up to its rim beyond those of the summary, for those who compare many
  * drapes. Like these they do not jump when the start moves a little. */
-enum { DRAPE_SHEAR_BINS = 8192 };
+enum { DRAPE_SHEAR_BINS = 8192, DRAPE_DIVISIONS = 12 };
 #define DRAPE_SHEAR_BIN (90.0 / (DRAPE_SHEAR_BINS - 1)) /* degrees */
 struct drape_gauge {
     struct vec3 wanted; /* asked for: where the warp should run, of any length; zero: not asked */
@@ -77,6 +77,11 @@ struct drape_gauge {
     double area[DRAPE_SHEAR_BINS]; /* whose absolute shear is DRAPE_SHEAR_BIN times b .. b + 1 */
     double lower[2], upper[2];     /* the box round the unsheared cloth: least and greatest p and q,
                                       of the rim if there is one, else of the nodes */
+    const struct vec3 *middle;     /* asked for: of so many divisions, to each of which belongs the
+                                      cloth that its middle is the nearest of */
+    size_t divisions;              /* at most DRAPE_DIVISIONS; 0: not asked */
+    double most[DRAPE_DIVISIONS];  /* the largest absolute shear of each, degrees; 0 without cloth.
+                                      The largest of all is `max_shear_deg` of the summary */
 };
 
 struct mesh_smooth;

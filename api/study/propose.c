@@ -157,7 +157,8 @@ static struct study_variant variant_of(const struct space *space, const struct s
 
 struct model {
     struct surrogate surrogate;
-    enum quantity_id id[QUANTITY_COUNT]; /* of each of its functions */
+    enum quantity_id id[QUANTITY_COUNT]; /* of each of its first functions */
+    size_t judged;                       /* how many; behind come the divisions' largest shears */
 };
 
 static int compare_numbers(const void *a, const void *b) {
@@ -233,21 +234,42 @@ static void take_values(const struct propose_search *search, enum quantity_id id
             value[i * values] = search->study->request.limit[id].has_min ? least : most;
 }
 
+/* The largest shear of each division, likewise. */
+static void take_divisions(const struct propose_search *search, const size_t *chosen, size_t count,
+                           size_t values, double cap, double *value) {
+    size_t divisions = search->study->bench.divisions;
+    double most[DRAPE_DIVISIONS] = {0};
+    for (size_t i = 0; i < count; i++) {
+        for (size_t k = 0; k < divisions; k++) {
+            value[i * values + k] = fmin(search->rows[chosen[i]].most[k], cap);
+            most[k] = fmax(most[k], value[i * values + k]);
+        }
+    }
+    for (size_t i = 0; i < count; i++)
+        if (search->rows[chosen[i]].failure != FAILURE_NONE)
+            memcpy(value + i * values, most, divisions * sizeof *value);
+}
+
 static enum status make_model(const struct propose_search *search, const struct space *space,
                               const size_t *chosen, size_t count, struct arena *arena,
                               struct model *model) {
     struct surrogate_point *points = arena_take(arena, count, sizeof *points);
-    double *value = arena_take(arena, count * QUANTITY_COUNT, sizeof *value);
+    double *value = arena_take(arena, count * SURROGATE_VALUES_MOST, sizeof *value);
     double *scratch = arena_take(arena, search->count, sizeof *scratch);
-    size_t values = 0;
+    size_t judged = 0;
     if (!points || !value || !scratch)
         return STATUS_OUT_OF_MEMORY;
     for (int id = 0; id < QUANTITY_COUNT; id++)
         if (study_judges(&search->study->request, (enum quantity_id)id))
-            model->id[values++] = (enum quantity_id)id;
-    for (size_t v = 0; v < values; v++)
+            model->id[judged++] = (enum quantity_id)id;
+    size_t values = judged + search->study->bench.divisions;
+    for (size_t v = 0; v < judged; v++)
         take_values(search, model->id[v], chosen, count, values,
                     cap_of(search, model->id[v], scratch), value + v);
+    if (values > judged)
+        take_divisions(search, chosen, count, values, cap_of(search, QUANTITY_MAX_SHEAR, scratch),
+                       value + judged);
+    model->judged = judged;
     for (size_t k = 0; k < count; k++) {
         struct spot spot = spot_of(space, &search->rows[chosen[k]].variant);
         points[k] = point_of(space, &spot);
@@ -296,8 +318,11 @@ static void judge(const struct propose_search *search, const struct model *model
     double value[SURROGATE_VALUES_MOST];
     struct study_row row = {.failure = FAILURE_NONE};
     surrogate_at(&model->surrogate, &candidate->point, value, &candidate->nearest);
-    for (size_t v = 0; v < model->surrogate.values; v++)
+    for (size_t v = 0; v < model->judged; v++)
         row.quantity[model->id[v]] = value[v];
+    double *largest = &row.quantity[QUANTITY_MAX_SHEAR];
+    for (size_t v = model->judged; v < model->surrogate.values; v++)
+        *largest = v == model->judged ? value[v] : fmax(*largest, value[v]);
     candidate->value = study_aim_value(aim, row.quantity);
     candidate->violation = study_violation(search->study, &row);
 }

@@ -79,6 +79,23 @@ static enum status find_starts(struct api_study *study) {
     return STATUS_OK;
 }
 
+/* A search for a small largest shear has that of each of so many divisions of the part. */
+static enum status find_divisions(struct api_study *study) {
+    const struct spread_part part = study_shape_part(&study->request, &study->shape);
+    struct spread_place *places;
+    if (study->request.search != STUDY_SEARCH_OPTIMISE ||
+        !study_judges(&study->request, QUANTITY_MAX_SHEAR))
+        return STATUS_OK;
+    struct vec3 *middle = arena_take(study->arena, DRAPE_DIVISIONS, sizeof *middle);
+    if (!middle || spread_over(&part, DRAPE_DIVISIONS, study->arena, &places,
+                               &study->bench.divisions) != STATUS_OK)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < study->bench.divisions; k++)
+        middle[k] = places[k].r;
+    study->bench.middle = middle;
+    return STATUS_OK;
+}
+
 static enum api_problem_id open_in(struct api_study *study, const struct api_input *input,
                                    const struct api_limits *limits, struct api_problem *problem) {
     if (study_decode(input, limits, study->arena, &study->request, problem) != API_OK)
@@ -91,7 +108,7 @@ static enum api_problem_id open_in(struct api_study *study, const struct api_inp
         return problem->id;
     if (study_bench_make(&study->request, &study->shape, study->arena, &study->bench) !=
             STATUS_OK ||
-        find_starts(study) != STATUS_OK)
+        find_starts(study) != STATUS_OK || find_divisions(study) != STATUS_OK)
         return no_memory(problem);
     return study->request.sample > 0 ? sample_prepare(study, limits, problem) : API_OK;
 }
@@ -213,7 +230,8 @@ bool study_chunk_send(const struct study_chunk *chunk, const double *numbers, si
 static bool send_row(const struct study_chunk *chunk, const struct study_row *row) {
     double numbers[STUDY_ROW_NUMBERS];
     study_row_store(row, numbers);
-    return study_chunk_send(chunk, numbers, STUDY_ROW_NUMBERS);
+    return study_chunk_send(chunk, numbers, STUDY_ROW_NUMBERS) &&
+           study_chunk_send(chunk, row->most, chunk->study->bench.divisions);
 }
 
 bool study_chunk_drape(struct study_chunk *chunk, const struct study_variant *variant,
@@ -256,7 +274,8 @@ enum api_problem_id api_study_chunk(const struct api_study *study,
 
 struct study_row *study_rows(const struct api_study *study, const struct api_study_numbers *numbers,
                              struct arena *arena, size_t *count, struct api_problem *problem) {
-    size_t stride = STUDY_ROW_NUMBERS + sample_fields(study);
+    size_t divisions = study->bench.divisions;
+    size_t stride = STUDY_ROW_NUMBERS + divisions + sample_fields(study);
     *count = numbers->count / stride;
     struct study_row *rows = arena_take(arena, *count, sizeof *rows);
     if (!rows) {
@@ -264,8 +283,11 @@ struct study_row *study_rows(const struct api_study *study, const struct api_stu
         return NULL;
     }
     bool good = *count * stride == numbers->count;
-    for (size_t k = 0; good && k < *count; k++)
-        good = study_row_load(numbers->values + k * stride, &rows[k]);
+    for (size_t k = 0; good && k < *count; k++) {
+        const double *own = numbers->values + k * stride;
+        good = study_row_load(own, &rows[k]);
+        memcpy(rows[k].most, own + STUDY_ROW_NUMBERS, divisions * sizeof *own);
+    }
     if (good)
         return rows;
     api_problem_set(problem, API_INTERNAL, "the numbers are none of a study's");

@@ -132,6 +132,7 @@ static void judge(const struct study_bench *bench, const struct drape_settings *
     const struct drape_summary *s = &result->summary;
     const struct drape_gauge *gauge = settings->gauge;
     double *q = row->quantity;
+    memcpy(row->most, gauge->most, sizeof row->most);
     q[QUANTITY_MAX_SHEAR] = s->max_shear_deg;
     q[QUANTITY_P95_SHEAR] = s->p95_shear_deg;
     q[QUANTITY_MEAN_SHEAR] = s->mean_shear_deg;
@@ -222,7 +223,8 @@ enum status study_variant_drape(const struct study_bench *bench,
                                 const struct study_variant *variant,
                                 const struct drape_monitor *monitor, struct arena *arena,
                                 struct study_row *row) {
-    struct drape_gauge gauge = {.wanted = bench->request->wanted};
+    struct drape_gauge gauge = {
+        .wanted = bench->request->wanted, .middle = bench->middle, .divisions = bench->divisions};
     struct drape_settings settings = study_variant_settings(bench, variant);
     struct drape_result result = {0};
     clear_row(variant, variant->hopeless, row);

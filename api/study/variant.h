@@ -20,11 +20,13 @@ struct study_row {
     int round;
     enum failure failure;
     double quantity[QUANTITY_COUNT]; /* those that are judged; -1: none */
+    double most[DRAPE_DIVISIONS];    /* the largest shear of each of the bench's divisions; 0 of a
+                                        failure */
 };
 
 enum { STUDY_ROW_NUMBERS = 11 + QUANTITY_COUNT };
 void study_row_store(const struct study_row *row, double numbers[STUDY_ROW_NUMBERS]);
-/* False for numbers that no row has. */
+/* False for numbers that no row has. `most` is not among them. */
 bool study_row_load(const double numbers[STUDY_ROW_NUMBERS], struct study_row *row);
 
 /* What is the same for all variants. */
@@ -32,9 +34,11 @@ struct study_bench {
     const struct study_request *request;
     const struct study_shape *shape;
     struct study_k1 {
-        double ratio; /* between k1 of this shear and unsheared, at least 1 */
-        int bin;      /* of the shear */
-    } * k1;           /* all bins, by rising ratio; NULL: not judged */
+        double ratio;          /* between k1 of this shear and unsheared, at least 1 */
+        int bin;               /* of the shear */
+    } * k1;                    /* all bins, by rising ratio; NULL: not judged */
+    const struct vec3 *middle; /* of the divisions of the part (`struct drape_gauge`) */
+    size_t divisions;          /* 0: the rows say nothing of them */
 };
 
 /* Prepares a bench in `arena`. Errors: STATUS_OUT_OF_MEMORY. */

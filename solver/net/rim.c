@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "rim.h"
 
+#include "gauge.h"
+#include "solver/angle.h"
+
 /* Steps along an edge, in spacings: of first places; below which two smooth places need none in
  * the middle; and below which a place where something ends is not sought more closely. */
 static const double first_step = 2, short_step = 0.3, least_step = 1.0 / 64;
@@ -125,7 +128,10 @@ static bool find_seed(const struct tracer *t, const struct rim_spot *spot, doubl
 /* ---- places on an edge ---- */
 
 static void note_shear(struct tracer *t, double half_tangent, const double pq[2], struct vec3 r) {
+    struct drape_gauge *gauge = t->march->settings->gauge;
     struct rim_shear *most = &t->rim->shear;
+    if (gauge_divides(gauge))
+        gauge_note(gauge, 2 * angle_atan_deg(half_tangent), r);
     if (half_tangent > most->half_tangent)
         *most = (struct rim_shear){half_tangent, pq[0], pq[1], r};
 }
@@ -195,8 +201,9 @@ static void note_top(struct tracer *t, const struct stop *a, const struct stop *
     double slope = (c->half_tangent - a->half_tangent) / 2, pq[2];
     double bend = a->half_tangent - 2 * b->half_tangent + c->half_tangent;
     double at = -slope / bend, top = b->half_tangent + at * slope / 2;
+    bool wanted = top > t->rim->shear.half_tangent || gauge_divides(t->march->settings->gauge);
     struct rim_spot spot;
-    if (!(bend < 0) || !(fabs(at) < 1) || !(top > t->rim->shear.half_tangent))
+    if (!(bend < 0) || !(fabs(at) < 1) || !wanted)
         return;
     cubic(a, c, (1 + at) / 2, pq);
     spot_at(t, a->t + (1 + at) / 2 * (c->t - a->t), &spot);
@@ -392,6 +399,8 @@ enum status rim_make(struct march *march, struct rim *rim) {
     const double *d = march->settings->spacing;
     struct tracer t = {.march = march, .rim = rim, .spacing = fmin(d[0], d[1])};
     *rim = (struct rim){.covered = true};
+    if (march->settings->gauge)
+        gauge_begin(march->settings->gauge);
     for (int k = 0; k < 2; k++)
         t.half_turn[k] = march->surface ? station_cut_turn(march->surface, k) : HUGE_VAL;
     enum status status = rim_edges_make(march, RIM_TOLERANCE / 3 * t.spacing, &t.edges);

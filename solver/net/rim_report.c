@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "rim_report.h"
 
+#include "gauge.h"
 #include "solver/angle.h"
 
 /* Bins of the absolute shear: a hundredth of a degree or so. */
@@ -72,7 +73,7 @@ struct gathering {
     struct most most;
     size_t low, high; /* nodes of the row of cells and the one above */
     double flat;      /* area of the unsheared cloth */
-    const struct drape_gauge *gauge;
+    struct drape_gauge *gauge;
     double turned; /* area times its angle between warp and the direction wanted */
 };
 
@@ -115,11 +116,12 @@ static void add_whole(struct gathering *g, size_t k, double share) {
     add_turned(g, area, vec3_make(c->warp_x[k], c->warp_y[k], c->warp_z[k]),
                vec3_make(c->weft_x[k], c->weft_y[k], c->weft_z[k]));
     g->flat += share;
-    if (own > g->most.shear_deg) {
+    if (own > g->most.shear_deg || gauge_divides(g->gauge)) {
         struct vec3 sum = {0, 0, 0};
         for (int m = 0; m < 4; m++)
             sum = vec3_add(sum, node_point(n, corner[m]));
         raise_most(&g->most, own, i + 0.5, j + 0.5, vec3_scale(0.25, sum));
+        gauge_note(g->gauge, own, vec3_scale(0.25, sum));
     }
 }
 
@@ -256,6 +258,8 @@ static void find_most(struct gathering *g) {
     size_t at = 0;
     for (size_t k = 0; k < n->count; k++)
         at = fabs(n->shear_deg[k]) > fabs(n->shear_deg[at]) ? k : at;
+    for (size_t k = 0; k < n->count && gauge_divides(g->gauge); k++)
+        gauge_note(g->gauge, n->shear_deg[k], node_point(n, k));
     if (n->count)
         raise_most(&g->most, n->shear_deg[at], n->i[at], n->j[at], node_point(n, at));
     raise_most(&g->most, 2 * angle_atan_deg(rim->half_tangent), rim->p, rim->q, rim->r);

@@ -8,6 +8,7 @@
 #include "scenes.h"
 #include "tests/check.h"
 #include <stdio.h>
+#include <string.h>
 
 static const double DEG = M_PI / 180, QUARTER = M_PI / 2;
 
@@ -85,6 +86,57 @@ static void test_exact_rim_of_a_saddle(void **state) {
             check_below(fabs(run.result.summary.max_shear_deg - most), 0.3);
             drape_end(&run);
         }
+}
+
+/* The largest shear of the saddle's places that each middle is the nearest of, on a fine grid. */
+static void divided_shear(const struct vec3 *middle, double most[DRAPE_DIVISIONS]) {
+    enum { SIDE = 500 };
+    memset(most, 0, DRAPE_DIVISIONS * sizeof *most);
+    for (int m = 0; m <= SIDE; m++)
+        for (int n = 0; n <= SIDE; n++) {
+            double x = -0.9 + 2.0 * m / SIDE, y = -1 + 1.83 * n / SIDE, least = HUGE_VAL;
+            struct vec3 r = vec3_make(x, y, (x * x - y * y) / 2);
+            int nearest = 0;
+            for (int k = 0; k < DRAPE_DIVISIONS; k++) {
+                double own = vec3_distance(middle[k], r);
+                nearest = own < least ? k : nearest;
+                least = fmin(own, least);
+            }
+            double shear = asin(fabs(x * y) / sqrt((1 + x * x) * (1 + y * y))) / DEG;
+            most[nearest] = fmax(most[nearest], shear);
+        }
+}
+
+/* Within a spacing of a border between two divisions the largest may be counted with the other: of
+ * first order in the spacing. */
+static void test_exact_rim_divides_the_shear_of_a_saddle(void **state) {
+    static struct shape shape;
+    struct vec3 middle[DRAPE_DIVISIONS];
+    double exact[DRAPE_DIVISIONS], error[2] = {0, 0};
+    (void)state;
+    shape_quadric(&shape, 1, -1, (double[2]){-0.9, 1.1}, (double[2]){-1, 0.83});
+    for (int k = 0; k < DRAPE_DIVISIONS; k++) {
+        double x = -0.7 + 0.5 * (k % 4), y = -0.7 + 0.6 * (k / 4);
+        middle[k] = vec3_make(x, y, (x * x - y * y) / 2);
+    }
+    divided_shear(middle, exact);
+    for (int level = 0; level < 2; level++) {
+        struct drape_run run;
+        struct drape_gauge gauge = {.middle = middle, .divisions = DRAPE_DIVISIONS, .most = {90}};
+        struct drape_settings settings = settings_at(0, 0, 0, level ? 0.025 : 0.1);
+        double largest = 0;
+        settings.gauge = &gauge;
+        drape_begin(&run, &shape, &settings);
+        for (int k = 0; k < DRAPE_DIVISIONS; k++) {
+            error[level] = fmax(error[level], fabs(gauge.most[k] - exact[k]));
+            largest = fmax(largest, gauge.most[k]);
+        }
+        assert_true(largest == run.result.summary.max_shear_deg);
+        drape_end(&run);
+    }
+    printf("  d 0.1: %.2f degrees, d 0.025: %.2f\n", error[0], error[1]);
+    check_below(error[0], 5);
+    check_below(error[1], 5.0 / 3);
 }
 
 /* --- developables: the rim is the unrolled edge --- */
@@ -463,6 +515,7 @@ static void test_exact_rim_shear_is_steady(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_rim_of_a_saddle),
+        cmocka_unit_test(test_exact_rim_divides_the_shear_of_a_saddle),
         cmocka_unit_test(test_exact_rim_of_an_oblique_cylinder),
         cmocka_unit_test(test_exact_rim_of_a_closed_cylinder),
         cmocka_unit_test(test_exact_rim_over_fillets_and_folds),
