@@ -136,6 +136,16 @@ static void note_shear(struct tracer *t, double half_tangent, const double pq[2]
         *most = (struct rim_shear){half_tangent, pq[0], pq[1], r};
 }
 
+/* tan(gamma / 2) of the shear at a place of the surface. Cubics through nodes leave the surface's
+ * tangent plane by the third power of the yarns' curvature, and hardly turn within it. */
+static double half_tangent_in_surface(const struct rim_place *place, struct vec3 normal) {
+    struct rim_place flat = *place;
+    double n2 = vec3_norm2(normal);
+    for (int k = 0; k < 2 && n2 > 0; k++)
+        flat.along[k] = vec3_axpy(-vec3_dot(flat.along[k], normal) / n2, normal, flat.along[k]);
+    return rim_place_half_tangent(&flat);
+}
+
 /* Takes in a place of the cloth: with along[0] p' + along[1] q' = r', in the mean of squares. */
 static void take_place(struct tracer *t, const struct rim_place *place, struct stop *stop) {
     const struct vec3 *x = place->along;
@@ -147,7 +157,8 @@ static void take_place(struct tracer *t, const struct rim_place *place, struct s
     stop->pq[1] = place->q;
     stop->smooth = place->smooth;
     stop->covered = true;
-    stop->half_tangent = place->smooth ? fabs(rim_place_half_tangent(place)) : 0;
+    stop->half_tangent =
+        place->smooth ? fabs(half_tangent_in_surface(place, stop->spot.normal)) : 0;
     note_shear(t, stop->half_tangent, stop->pq, place->r);
 }
 

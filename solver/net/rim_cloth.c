@@ -121,17 +121,35 @@ static bool load_cell(struct rim_cloth *cloth, struct rim_patch *patch, bool *ro
     return true;
 }
 
-/* Replaces r[0] or r[3] of four in a line, `far` apart, by that of a lower degree. */
-static void lower_degree(struct vec3 *r, ptrdiff_t far, bool first, bool second) {
+/* Four places in a line of a patch, the first of which is the node (i, j): where they stand, how
+ * far apart, and which way they go in the net. */
+struct line {
+    struct vec3 *r;
+    ptrdiff_t far;
+    int32_t i, j;
+    int di, dj;
+};
+
+/* Replaces r[0] or r[3] of a line, where it is not known, by that of the cubic through the other
+ * three and the node behind them; of a lower degree where there are fewer. */
+static void extend_line(struct rim_cloth *cloth, const struct line *line, bool first, bool second) {
     for (int k = 0; k < 2; k++) {
-        ptrdiff_t end = k ? 3 : 0, step = k ? -1 : 1;
+        ptrdiff_t end = k ? 3 : 0, step = k ? -1 : 1, behind = k ? -1 : 4;
+        struct vec3 *r = line->r;
         if (k ? second : first)
             continue;
-        const struct vec3 *a = &r[(end + step) * far], *b = &r[(end + 2 * step) * far];
-        const struct vec3 *c = &r[(end + 3 * step) * far];
-        bool parabola = k ? first : second;
-        struct vec3 line = vec3_axpy(2, *a, vec3_scale(-1, *b));
-        r[end * far] = parabola ? vec3_add(vec3_scale(3, vec3_sub(*a, *b)), *c) : line;
+        const struct vec3 *a = &r[(end + step) * line->far], *b = &r[(end + 2 * step) * line->far];
+        const struct vec3 *c = &r[(end + 3 * step) * line->far];
+        struct vec3 extended = vec3_axpy(2, *a, vec3_scale(-1, *b));
+        if (k ? first : second) {
+            const struct net_node *d =
+                net_view_place(&cloth->view, line->i + (int32_t)behind * line->di,
+                               line->j + (int32_t)behind * line->dj);
+            extended = vec3_add(vec3_scale(3, vec3_sub(*a, *b)), *c);
+            if (d && !d->rough)
+                extended = vec3_add(extended, vec3_sub(vec3_axpy(3, vec3_sub(*c, *b), *a), d->r));
+        }
+        r[end * line->far] = extended;
     }
 }
 
@@ -155,6 +173,12 @@ static bool is_even(const struct rim_cloth *cloth, const struct rim_patch *patch
     return true;
 }
 
+static void extend_row(struct rim_cloth *cloth, struct rim_patch *patch, int b, bool known[4][4],
+                       bool rough) {
+    const struct line row = {patch->r[b], 1, patch->i - 1, patch->j + b - 1, 1, 0};
+    extend_line(cloth, &row, known[b][0] && !rough, known[b][3] && !rough);
+}
+
 /* The neighbours of the cell's corners: where the net has none, the degree is lower. */
 static void load_neighbours(struct rim_cloth *cloth, struct rim_patch *patch, bool *rough) {
     bool known[4][4];
@@ -174,11 +198,12 @@ static void load_neighbours(struct rim_cloth *cloth, struct rim_patch *patch, bo
         all = all && known[k / 4][k % 4];
     *rough = *rough && !(all && is_even(cloth, patch));
     for (int k = 1; k <= 2; k++) {
-        lower_degree(&patch->r[k][0], 1, known[k][0] && !*rough, known[k][3] && !*rough);
-        lower_degree(&patch->r[0][k], 4, known[0][k] && !*rough, known[3][k] && !*rough);
+        extend_row(cloth, patch, k, known, *rough);
+        const struct line up = {&patch->r[0][k], 4, patch->i + k - 1, patch->j - 1, 0, 1};
+        extend_line(cloth, &up, known[0][k] && !*rough, known[3][k] && !*rough);
     }
-    lower_degree(&patch->r[0][0], 1, known[0][0] && !*rough, known[0][3] && !*rough);
-    lower_degree(&patch->r[3][0], 1, known[3][0] && !*rough, known[3][3] && !*rough);
+    extend_row(cloth, patch, 0, known, *rough);
+    extend_row(cloth, patch, 3, known, *rough);
 }
 
 const struct rim_patch *rim_cloth_patch(struct rim_cloth *cloth, int32_t i, int32_t j) {

@@ -56,12 +56,14 @@ void rim_edges_spot(struct march *march, const struct rim_vertex *from, const st
         memcpy(spot->uv, from->uv, sizeof spot->uv);
         spot->dr = vec3_sub(to->r, from->r);
         spot->r = vec3_axpy(t, spot->dr, from->r);
+        spot->normal = vec3_make(0, 0, 0);
         return;
     }
     surface_jet_at(rim_edges_surface(march, from->face), &march->cursor, spot->uv[0], spot->uv[1],
                    &jet);
     spot->r = jet.r;
     spot->dr = vec3_axpy(duv[1], jet.v, vec3_scale(duv[0], jet.u));
+    spot->normal = vec3_cross(jet.u, jet.v);
 }
 
 /* ---- loops ---- */

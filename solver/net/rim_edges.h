@@ -43,7 +43,8 @@ struct rim_spot {
     int32_t face;
     double uv[2]; /* as of a vertex */
     struct vec3 r;
-    struct vec3 dr; /* its derivative by t */
+    struct vec3 dr;     /* its derivative by t */
+    struct vec3 normal; /* of the surface, of any length; zero on a mesh */
 };
 
 /* The surface that parameters on a face belong to; NULL on a mesh. */
