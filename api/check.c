@@ -90,6 +90,54 @@ enum api_problem_id api_check_surface(const struct api_input *input,
     return problem->id;
 }
 
+static enum api_problem_id check_material(const struct api_input *input,
+                                          const struct api_limits *limits,
+                                          const struct api_sink *sink, struct arena *arena,
+                                          struct api_check *check, struct api_problem *problem) {
+    struct api_material material;
+    const char *head;
+    if (api_material_decode(input->request, input->request_length, limits, arena, &material, &head,
+                            problem) != API_OK)
+        return problem->id;
+    strcpy(check->material, material.name);
+    check->definition_length = material.length;
+    return write_text(sink, material.json) && write_text(sink, head)
+               ? API_OK
+               : no_memory(problem, "the material");
+}
+
+enum api_problem_id api_check_material(const struct api_input *input,
+                                       const struct api_limits *limits, const struct api_sink *sink,
+                                       struct api_check *check, struct api_problem *problem) {
+    struct arena *arena = arena_new(limits->max_memory);
+    *check = (struct api_check){0};
+    if (arena)
+        (void)!check_material(input, limits, sink, arena, check, problem);
+    else
+        no_memory(problem, "the material");
+    arena_free(arena);
+    return problem->id;
+}
+
+enum api_problem_id api_check_mentions(struct api_input *input, const char *own, size_t own_length,
+                                       const struct api_sink *sink, struct arena *arena,
+                                       struct api_check *check, struct api_problem *problem) {
+    const char *wanted =
+        own ? "" : api_material_wanted(input->request, input->request_length, arena);
+    if (!wanted)
+        return no_memory(problem, "the request");
+    check->needs_materials = *wanted != '\0';
+    if (check->needs_materials)
+        return write_text(sink, wanted) ? API_OK : no_memory(problem, "the request");
+    const char *filled = api_material_fill(input->request, input->request_length, own ? own : "",
+                                           own_length, arena, &check->filled_length);
+    if (!filled)
+        return no_memory(problem, "the request");
+    input->request = filled;
+    input->request_length = check->filled_length;
+    return API_OK;
+}
+
 enum api_problem_id api_check_preview(const struct api_input *input,
                                       const struct api_limits *limits, const struct api_sink *sink,
                                       struct api_problem *problem) {

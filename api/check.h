@@ -7,6 +7,7 @@
 #ifndef API_CHECK_H
 #define API_CHECK_H
 
+#include "api/request/material.h"
 #include "api/request/normalise.h"
 #include "input.h"
 #include "limits.h"
@@ -20,8 +21,13 @@ struct api_check {
     char surface[API_ID_SIZE]; /* the stored surface that a request names, or the posted one's id;
                                   "": the request has its own */
     bool needs_surface;        /* the request names one, and it was not among the input */
-    size_t definition_length;  /* of a surface: the first bytes written are its definition */
+    bool needs_materials;      /* the names of some were written, a line each: they come first */
+    size_t filled_length;      /* the first bytes written are the request with its materials in
+                                  it; 0: it is as it came */
+    size_t definition_length;  /* of a surface or material: the first bytes written are its
+                                  definition */
     size_t variants;           /* of a study: how many it looks at, at the most */
+    char material[API_MATERIAL_NAME_SIZE]; /* the name of a posted one */
 };
 
 /* A drape request, with the stored surface that it names once that is known: without it
@@ -44,6 +50,20 @@ enum api_problem_id api_check_surface(const struct api_input *input,
                                       const struct api_limits *limits, const struct api_sink *sink,
                                       struct api_check *check,
                                       struct api_problem *problem) STATUS_MUST_USE;
+
+/* A material to be kept, likewise: its document and what lists show of it. */
+enum api_problem_id api_check_material(const struct api_input *input,
+                                       const struct api_limits *limits, const struct api_sink *sink,
+                                       struct api_check *check,
+                                       struct api_problem *problem) STATUS_MUST_USE;
+
+/* Puts the materials into the request that it names (`request/material.h`); the new text lies in
+ * the arena. `own` has the caller's that were asked for; NULL: none were yet, and when some are
+ * needed their names are written instead. API_OK or API_OUT_OF_MEMORY; `check` is to be cleared. */
+enum api_problem_id api_check_mentions(struct api_input *input, const char *own, size_t own_length,
+                                       const struct api_sink *sink, struct arena *arena,
+                                       struct api_check *check,
+                                       struct api_problem *problem) STATUS_MUST_USE;
 
 /* Writes a stored surface, `input->request`, as binary glTF: `request/preview.h`. */
 enum api_problem_id api_check_preview(const struct api_input *input,

@@ -6,7 +6,7 @@ import json
 import os
 import sys
 
-KEYS = {"name", "about", "source", "example", "areal_weight", "fabric", "permeability"}
+KEYS = {"name", "about", "source", "example", "areal_weight", "fabric", "permeability", "compaction"}
 SHOWN = ("name", "about", "source", "example")
 
 
@@ -20,21 +20,25 @@ def read(path):
     return material
 
 
-def literal(value):
-    """JSON as a C string; what is no ASCII is escaped by JSON already."""
-    text = json.dumps(value, separators=(",", ":"))
+def dump(value):
+    """JSON in ASCII."""
+    return json.dumps(value, separators=(",", ":"))
+
+
+def literal(text):
+    """ASCII as a C string."""
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
 def main(target, paths):
     materials = [read(path) for path in sorted(paths)]
-    shown = {"materials": [{key: m[key] for key in SHOWN} for m in materials]}
+    heads = ",".join(dump({key: m[key] for key in SHOWN} | {"own": False}) for m in materials)
     with open(target, "w", encoding="ascii") as file:
         file.write("/* Made by api/embed_materials.py from api/materials. */\n")
-        file.write(f"static const char materials_json[] = {literal(shown)};\n")
+        file.write(f"static const char materials_heads[] = {literal(heads)};\n")
         file.write("static const struct api_material materials[] = {\n")
         for m in materials:
-            text = literal(m)
+            text = literal(dump(m))
             file.write(f'    {{"{m["name"]}", "{m["about"]}",\n     {text},\n     sizeof {text} - 1}},\n')
         file.write("};\n")
 

@@ -15,6 +15,7 @@
 #include "files.h"
 #include "hold_out.h"
 #include "laminate.h"
+#include "material.h"
 #include "part.h"
 #include "study.h"
 #include <errno.h>
@@ -84,7 +85,9 @@ static const char help_tail[] =
     "  --variant K        of a study: write the drape request of variant K instead,\n"
     "                     or with \"best\" of the best of its first objective\n"
     "  --threads N        threads to solve with; default 1\n"
-    "  --materials        the fabrics that fabric.material names\n"
+    "  --material FILE    a fabric of your own, which the request names as those of the\n"
+    "                     library; may be given several times\n"
+    "  --materials        the fabrics of the library\n"
     "  -h, --help         this text\n"
     "  --version          the solver's version\n"
     "\n"
@@ -102,7 +105,8 @@ struct arguments {
     const char *mesh[MESH_OPTIONS]; /* values of mesh_options; NULL: not given */
     const char *variant;            /* of a study: whose request is wanted; NULL: its result is */
     bool study;                     /* the request is one */
-    const char *table;              /* to hold values out of; NULL: a drape */
+    struct material_files materials;
+    const char *table; /* to hold values out of; NULL: a drape */
     const char *format_name;
     const struct format *format;
     struct format_options options;
@@ -195,6 +199,12 @@ static bool take_option(struct arguments *arguments, const char *name, const cha
         arguments->format_name = "html";
         return true;
     }
+    if (strcmp(name, "material") == 0) {
+        struct material_files *files = &arguments->materials;
+        if (files->count < MATERIAL_FILES_MAX)
+            files->path[files->count] = value;
+        return files->count++ < MATERIAL_FILES_MAX;
+    }
     if (strcmp(name, "threads") == 0) {
         bool ok = parse_count(value, 1024, &count);
         arguments->limits.threads = (int)count;
@@ -238,6 +248,7 @@ static const struct option option_table[] = {
     {"max-nodes", required_argument, NULL, 0},
     {"max-variants", required_argument, NULL, 0},
     {"variant", required_argument, NULL, 0},
+    {"material", required_argument, NULL, 0},
     {"materials", no_argument, NULL, 'm'},
     {"help", no_argument, NULL, 'h'},
     {"version", no_argument, NULL, 'v'},
@@ -510,7 +521,8 @@ static bool drape(struct arguments *arguments, struct files_bytes *request, FILE
     const struct api_reader reader = {read_container, container};
     struct api_problem problem = {0};
     struct files_bytes surface = {0};
-    bool ok = part_resolve(request, &arguments->limits, &surface, &problem);
+    bool ok = material_resolve(request, &arguments->materials, &arguments->limits, &problem) &&
+              part_resolve(request, &arguments->limits, &surface, &problem);
     const struct api_input input = {request->data, request->length, surface.data, surface.length};
     bool stack = ok && laminate_is(input.request, input.request_length, &arguments->limits);
     arguments->study =

@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { METRICS_ROUTES_MAX = 48 };
+enum { METRICS_ROUTES_MAX = 64 };
 
 /* Times of one kind, counted by their size. */
 enum metrics_times {

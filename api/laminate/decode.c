@@ -5,9 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-static const struct place_range pressures = {1e-3, 1e12, false};   /* Pa */
-static const struct place_range law_factors = {1e-12, 1e3, false}; /* a */
-static const struct place_range law_exponents = {1e-3, 10, false}; /* b */
+static const struct place_range pressures = {1e-3, 1e12, false}; /* Pa */
 enum { POLYGON_MAX = 100000 };
 
 int laminate_layers(const struct laminate_ply *ply) {
@@ -34,15 +32,6 @@ static void decode_name(const struct json_place *place, size_t number, struct la
         memcpy(name, given, length + 1);
     else
         place_fault(place, "must have 1 to %d printable ASCII characters", LAMINATE_NAME_MAX);
-}
-
-static void decode_law(const struct json_place *place, struct laminate_ply *ply) {
-    static const char *const keys[] = {"a", "b", NULL};
-    struct json_place a = place_member(place, "a"), b = place_member(place, "b");
-    if (!place_object(place, keys))
-        return;
-    place_number(&a, law_factors, &ply->a);
-    place_number(&b, law_exponents, &ply->b);
 }
 
 static void decode_polygon(const struct json_place *place, struct laminate_loop *loop) {
@@ -117,12 +106,13 @@ static void decode_one(const struct json_place *place, const struct api_request 
         return;
     decode_ply(place, &ply->drape);
     ply->areal_weight = ply->drape.fabric.areal_weight;
+    ply->law = ply->drape.fabric.compaction;
     if (place_given(&weight))
         place_number(&weight, decode_areal_weights, &ply->areal_weight);
     if (place_given(&repeat))
         place_integer(&repeat, 1, LAMINATE_REPEAT_MAX, &ply->repeat);
     if (place_given(&law))
-        decode_law(&law, ply);
+        decode_compaction(&law, &ply->law);
     if (place_given(&boundary))
         decode_boundary(&boundary, &common->surface, &ply->boundary);
 }
@@ -176,9 +166,9 @@ static void check_ply(const struct json_place *place, const struct laminate *lam
         place_fault(&thickness, "is required by the offset: plies lie on each other");
     else if (laminate->cavity.kind == STACK_HEIGHT && !thick)
         place_fault(&thickness, "is required in a cavity of a given height");
-    else if (ply->a > 0 && !thick)
+    else if (ply->law.a > 0 && !thick)
         place_fault(&thickness, "is required by the compaction");
-    if (ply->a > 0 && !(ply->drape.fabric.fiber_volume_fraction > 0))
+    if (ply->law.a > 0 && !(ply->drape.fabric.fiber_volume_fraction > 0))
         place_fault(&fraction, "is required by the compaction");
 }
 

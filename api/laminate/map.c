@@ -79,7 +79,7 @@ static void find_properties(struct mapping *m) {
         m->permeability = m->permeability && drape->permeability.model != API_PERMEABILITY_NONE;
         m->table = m->table || drape->permeability.model == API_PERMEABILITY_TABLE;
         m->locking = m->locking || drape->fabric.locking_angle_deg >= 0;
-        m->law = m->law || laminate->plies[k].a > 0;
+        m->law = m->law || laminate->plies[k].law.a > 0;
     }
     m->permeability = m->permeability && m->thickness;
     m->law = m->law && (laminate->cavity.kind != STACK_FLEXIBLE || has_heights(m));
@@ -104,8 +104,8 @@ static void gather(const struct mapping *m, size_t place, struct gathered *plies
         plies->pressed[plies->count++] = (struct stack_ply){
             .thickness = laminate_layers(ply) * fabric->thickness * permeability_areal_ratio(shear),
             .fraction = fabric->fiber_volume_fraction,
-            .a = ply->a,
-            .b = ply->b};
+            .a = ply->law.a,
+            .b = ply->law.b};
     }
 }
 

@@ -36,13 +36,7 @@ static void write_ply(struct api_text *text, const struct laminate_ply *ply) {
     api_text_raw(text, "{");
     api_text_key_string(text, "name", ply->name);
     api_text_key_integer(text, "repeat", ply->repeat);
-    if (ply->a > 0) {
-        api_text_key(text, "compaction");
-        api_text_raw(text, "{");
-        api_text_key_number(text, "a", ply->a);
-        api_text_key_number(text, "b", ply->b);
-        api_text_raw(text, "}");
-    }
+    api_normalise_compaction(text, &ply->law);
     if (ply->areal_weight > 0)
         api_text_key_number(text, "areal_weight", ply->areal_weight);
     write_boundary(text, &ply->boundary);

@@ -2,15 +2,12 @@
 #include "decode.h"
 
 #include "api/json/place.h"
-#include "material.h"
 #include "parts.h"
 #include "solver/surface/shell.h"
 #include <string.h>
 
-static const struct place_range angles = {-1e6, 1e6, false};     /* of the warp, deg */
-static const struct place_range pre_shears = {-80, 80, false};   /* deg */
-static const struct place_range locking_angles = {0, 90, false}; /* deg */
-enum { PLIES_MAX = 10000, INDEX_MAX = 100000000 /* of an extent */ };
+static const struct place_range angles = {-1e6, 1e6, false}; /* of the warp, deg */
+enum { INDEX_MAX = 100000000 /* of an extent */ };
 
 /* Exactly one of two keys of an object is given: which (0 or 1), or -1 after reporting. */
 static int read_alternative(const struct json_place *place, const char *first, const char *second) {
@@ -48,77 +45,6 @@ static void decode_unit(const struct json_place *place, const struct api_surface
     if (place_given(place) && *unit != surface->length_unit)
         place_fault(place, "must be \"%s\", as the surface says", surface->length_unit->name);
     *unit = surface->length_unit;
-}
-
-/* What a fabric is, of a request or of a material; lengths are in `metres`, and become the
- * request's. */
-static void read_fabric(const struct json_place *place, double metres,
-                        struct api_request *request) {
-    struct json_place thickness = place_member(place, "thickness");
-    struct json_place fraction = place_member(place, "fiber_volume_fraction");
-    struct json_place locking = place_member(place, "locking_angle_deg");
-    struct api_fabric *fabric = &request->fabric;
-    if (place_given(&thickness) && place_number(&thickness, decode_lengths, &fabric->thickness)) {
-        if (metres != request->length_unit->metres)
-            fabric->thickness *= metres / request->length_unit->metres;
-        fabric->material = NULL;
-    }
-    if (place_given(&fraction))
-        place_number(&fraction, decode_fractions, &fabric->fiber_volume_fraction);
-    if (place_given(&locking))
-        place_number(&locking, locking_angles, &fabric->locking_angle_deg);
-}
-
-/* The figures of a material, which what the request says itself replaces afterwards. */
-static void decode_material(const struct json_place *name, struct api_request *request) {
-    const struct json_tree *own = name->tree;
-    const struct api_material *material;
-    const char *text;
-    struct json_tree tree;
-    if (!place_string(name, &text))
-        return;
-    material = api_material_named(text);
-    if (!material) {
-        place_fault(name, "is no material of the library (GET /v1/materials, drape --materials)");
-        return;
-    }
-    if (json_tree_parse(&tree, material->json, material->length, &api_limits_default, own->arena,
-                        own->problem) != API_OK)
-        return;
-    struct json_place root = place_root(&tree), fabric = place_member(&root, "fabric");
-    struct json_place permeability = place_member(&root, "permeability");
-    struct json_place weight = place_member(&root, "areal_weight");
-    if (place_given(&weight))
-        place_number(&weight, decode_areal_weights, &request->fabric.areal_weight);
-    read_fabric(&fabric, 1, request);
-    request->fabric.material = material->name;
-    if (place_given(&permeability))
-        decode_permeability(&permeability, &request->permeability);
-    json_tree_free(&tree);
-}
-
-static void decode_fabric(const struct json_place *place, struct api_request *request) {
-    static const char *const keys[] = {
-        "material",          "spacing",       "thickness", "fiber_volume_fraction",
-        "locking_angle_deg", "pre_shear_deg", "plies",     NULL};
-    if (!place_object(place, keys))
-        return;
-    struct json_place material = place_member(place, "material");
-    struct json_place spacing = place_member(place, "spacing");
-    struct json_place pre_shear = place_member(place, "pre_shear_deg");
-    struct json_place plies = place_member(place, "plies");
-    double *distance = request->settings.spacing;
-    if (place_type(&spacing) == PLACE_ARRAY)
-        place_vector(&spacing, decode_lengths, 2, distance);
-    else if (place_number(&spacing, decode_lengths, &distance[0]))
-        distance[1] = distance[0];
-    if (place_given(&material))
-        decode_material(&material, request);
-    read_fabric(place, request->length_unit->metres, request);
-    if (place_given(&pre_shear))
-        place_number(&pre_shear, pre_shears, &request->settings.pre_shear_deg);
-    if (place_given(&plies))
-        place_integer(&plies, 1, PLIES_MAX, &request->fabric.plies);
 }
 
 /* A NURBS surface has a domain; whether a point in space is near the surface is found later. */

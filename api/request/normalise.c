@@ -173,10 +173,12 @@ static void write_fabric(struct api_text *text, const struct api_request *reques
     api_text_raw(text, "{");
     api_text_key(text, "spacing");
     api_text_numbers(text, request->settings.spacing, 2);
-    if (fabric->material && request->unit_of_surface) /* no unit to state a thickness in */
-        api_text_key_string(text, "material", fabric->material);
-    else if (fabric->thickness > 0)
+    if (fabric->material && request->unit_of_surface) { /* no unit to state a thickness in */
+        api_text_key(text, "material");
+        api_text_raw(text, fabric->material);
+    } else if (fabric->thickness > 0) {
         api_text_key_number(text, "thickness", fabric->thickness);
+    }
     if (fabric->fiber_volume_fraction > 0)
         api_text_key_number(text, "fiber_volume_fraction", fabric->fiber_volume_fraction);
     if (fabric->locking_angle_deg >= 0)
@@ -313,6 +315,16 @@ void api_normalise_permeability(struct api_text *text, const struct api_permeabi
     } else {
         write_table(text, k);
     }
+    api_text_raw(text, "}");
+}
+
+void api_normalise_compaction(struct api_text *text, const struct api_compaction *law) {
+    if (law->a == 0)
+        return;
+    api_text_key(text, "compaction");
+    api_text_raw(text, "{");
+    api_text_key_number(text, "a", law->a);
+    api_text_key_number(text, "b", law->b);
     api_text_raw(text, "}");
 }
 

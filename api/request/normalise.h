@@ -26,12 +26,14 @@ const char *api_normalise(const struct api_request *request, const struct api_st
                           struct arena *arena);
 
 /* Members of it, for documents that have them elsewhere: the surface and the unit (NULL: none);
- * fabric to extent; the permeability; and loops as `trims`. */
+ * fabric to extent; the permeability; the law of compaction, if there is one; and loops as
+ * `trims`. */
 void api_normalise_ground(struct api_text *text, const struct api_surface *surface,
                           const struct api_unit *unit);
 void api_normalise_cloth(struct api_text *text, const struct api_request *request,
                          const struct api_start *chosen);
 void api_normalise_permeability(struct api_text *text, const struct api_permeability *k);
+void api_normalise_compaction(struct api_text *text, const struct api_compaction *law);
 void api_normalise_trims(struct api_text *text, const struct trim_loop *trims, size_t count);
 
 /* The definition of a surface (not API_SURFACE_NAMED). */

@@ -8,6 +8,7 @@
 
 #include "api/input.h"
 #include "api/json/place.h"
+#include "material.h"
 #include "request.h"
 
 /* Ranges that more than one part uses; see `decode.h`. */
@@ -53,6 +54,19 @@ bool decode_nurbs(const struct json_place *place, bool of_shell, struct api_surf
 bool decode_origin(const struct json_place *place, struct api_surface *surface);
 
 bool decode_permeability(const struct json_place *place, struct api_permeability *permeability);
+
+/* `fabric`, with the figures of the material that it names or has; the unit of lengths is known. */
+void decode_fabric(const struct json_place *place, struct api_request *request);
+
+/* The document of a material: what it says of the fabric and the permeability. */
+void decode_material(const struct json_place *place, struct api_request *request);
+
+/* The same document written down again, in one line; what lacks a name or anything else has none.
+ * False after a fault. */
+bool material_read(const struct json_place *place, struct api_material *material);
+
+/* {"a", "b"} */
+void decode_compaction(const struct json_place *place, struct api_compaction *law);
 
 /* The definition itself: `surface`, or the surface in the file that geomdl's export_json writes.
  * `file` has the way to it: not to be copied. */

@@ -74,14 +74,21 @@ struct api_surface {
 enum { API_UNIT_COUNT = 6, API_UP_TO_DEG = 20 /* the default of `up_to_deg` */ };
 extern const struct api_unit api_units[API_UNIT_COUNT]; /* the default first */
 
+/* Vf = a p^b under a pressure of p Pa; a is 0 without one. */
+struct api_compaction {
+    double a, b;
+};
+
 struct api_fabric {
     double thickness;             /* of one ply before shear; 0: not given */
     double fiber_volume_fraction; /* before shear, 0..1; 0: not given */
     double locking_angle_deg;     /* 0..90; negative: not given */
     int plies;
-    double areal_weight;  /* of one ply, kg/m^2, as the material says; 0: not known. Nothing is
-                             solved  with it */
-    const char *material; /* whose thickness it is, in the request's unit; NULL: its own */
+    double areal_weight; /* of one ply, kg/m^2, as the material says; 0: not known. Nothing is
+                            solved  with it */
+    struct api_compaction compaction; /* as the material says, for laminates */
+    const char *material; /* whose thickness it is, in the request's unit, as JSON: a name of the
+                             library in quotes, or a document; NULL: its own */
 };
 
 struct api_cavity {

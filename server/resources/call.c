@@ -47,6 +47,19 @@ enum http_next call_bytes_full(struct call *call) {
     return HTTP_DONE;
 }
 
+bool call_has_room(struct call *call, size_t bytes) {
+    struct store_usage usage = {0};
+    int64_t most = call->services->config->owner_bytes;
+    if (!most)
+        return true;
+    enum store_answer answer = store_usage(call->services->store, call->request->owner, &usage);
+    if (answer != STORE_OK)
+        call_store_failed(call, answer);
+    else if (usage.bytes + (int64_t)bytes > most)
+        call_bytes_full(call);
+    return answer == STORE_OK && usage.bytes + (int64_t)bytes <= most;
+}
+
 enum http_next call_not_found(struct call *call, const char *what) {
     reply_refuse(call->reply, API_NOT_FOUND, "there is no %s with this id", what);
     return HTTP_DONE;

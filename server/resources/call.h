@@ -59,6 +59,9 @@ enum http_next call_draining(struct call *call);
 /* 429 for an owner that has stored as much as it may. HTTP_DONE. */
 enum http_next call_bytes_full(struct call *call);
 
+/* Whether the caller may store so many bytes more. False: the reply says why not. */
+bool call_has_room(struct call *call, size_t bytes);
+
 /* 404 for the path's id: there is no such `what`. HTTP_DONE. */
 enum http_next call_not_found(struct call *call, const char *what);
 

@@ -185,12 +185,15 @@ char *documents_list(enum store_kind kind, const struct store_page *page) {
     return document_finish(&document);
 }
 
-char *documents_surfaces(const struct store_surfaces *page) {
+char *documents_items(const char *collection, const char *first, const struct store_items *page) {
     struct document document = document_new();
-    api_text_raw(&document.text, "{\"surfaces\":[");
+    api_text_raw(&document.text, "{");
+    api_text_key(&document.text, collection);
+    api_text_raw(&document.text, "[");
+    api_text_raw(&document.text, first);
     for (size_t k = 0; k < page->count; k++) {
-        const char *description = page->surfaces[k].description;
-        api_text_raw(&document.text, k ? "," : "");
+        const char *description = page->items[k].description;
+        api_text_raw(&document.text, k || *first ? "," : "");
         api_text_raw(&document.text, description ? description : "null");
     }
     api_text_raw(&document.text, "]");

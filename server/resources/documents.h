@@ -21,8 +21,9 @@ const char *documents_collection(enum store_kind kind);
 /* {"drapes": [...], "next": cursor or null}; or of another kind. */
 char *documents_list(enum store_kind kind, const struct store_page *page);
 
-/* {"surfaces": [...], "next": cursor or null}. */
-char *documents_surfaces(const struct store_surfaces *page);
+/* {"COLLECTION": [...], "next": cursor or null}; the elements of `first`, "" or more, come before
+ * those of the page. */
+char *documents_items(const char *collection, const char *first, const struct store_items *page);
 
 /* The problem of a failed job (`job->error`) with the request's id, and its HTTP status. */
 char *documents_job_problem(const struct store_job *job, const char *request_id, int *status);

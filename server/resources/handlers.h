@@ -23,7 +23,7 @@ call_handler surfaces_create, surfaces_list, surfaces_get, surfaces_preview, sur
  * type; the reply then says why it is not taken, if so. */
 bool surfaces_screen_file(struct call *call);
 /* materials.c */
-call_handler materials_list, materials_get;
+call_handler materials_create, materials_list, materials_get, materials_delete;
 /* meta.c */
 call_handler meta_openapi, meta_limits, meta_health, meta_ready, meta_version, meta_metrics;
 /* viewer.c */

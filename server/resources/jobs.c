@@ -7,6 +7,7 @@
 #include "documents.h"
 #include "handlers.h"
 #include "laminates.h"
+#include "materials.h"
 #include "queue_rate.h"
 #include "server/clock.h"
 #include "server/config.h"
@@ -27,18 +28,21 @@ static void reply_status(struct call *call, int status, const struct store_job *
 
 /* `request->state` of a call that may wait for the end of a job. */
 struct waiting {
-    char id[ID_SIZE];             /* of the job; "": it is not stored yet */
-    int64_t begun, deadline;      /* `clock_ms`; equal: it does not wait */
-    bool unpromised;              /* stored, but not yet so as to survive a power cut... */
-    bool queued;                  /* ...which its end makes it, when it had to be queued */
-    struct check *check;          /* of a posted job, until it is stored */
-    struct store_surface surface; /* the stored one that it names */
+    char id[ID_SIZE];          /* of the job; "": it is not stored yet */
+    int64_t begun, deadline;   /* `clock_ms`; equal: it does not wait */
+    bool unpromised;           /* stored, but not yet so as to survive a power cut... */
+    bool queued;               /* ...which its end makes it, when it had to be queued */
+    struct check *check;       /* of a posted job, until it is stored */
+    struct store_item surface; /* the stored one that it names */
+    char *materials;           /* the owner's that it names: CHECKER_MATERIALS */
+    size_t materials_length;
 };
 
 static void free_waiting(void *state) {
     struct waiting *waiting = state;
     check_drop(waiting->check);
-    store_surface_clear(&waiting->surface);
+    store_item_clear(&waiting->surface);
+    free(waiting->materials);
     free(waiting);
 }
 
@@ -85,8 +89,8 @@ static bool check_key(struct call *call) {
     return false;
 }
 
-/* The check of the body, with the stored surface that it names once that is known. False: the reply
- * says why there is none. */
+/* The check of the body, with the stored surface and the materials that it names once these are
+ * known. False: the reply says why there is none. */
 static bool begin_check(struct call *call) {
     struct waiting *waiting = call->request->state;
     static const enum checker_kind checks[STORE_KIND_COUNT] = {[STORE_DRAPE] = CHECKER_DRAPE,
@@ -95,6 +99,8 @@ static bool begin_check(struct call *call) {
     struct checkers_order order = checking_order(call, checks[call->kind]);
     order.document[CHECKER_SECOND] = waiting->surface.definition;
     order.length[CHECKER_SECOND] = waiting->surface.definition_length;
+    order.document[CHECKER_MATERIALS] = waiting->materials;
+    order.length[CHECKER_MATERIALS] = waiting->materials_length;
     check_drop(waiting->check);
     waiting->check = checking_begin(call, &order);
     return waiting->check != NULL;
@@ -118,8 +124,8 @@ static bool fetch_surface(struct call *call, const char *id) {
     struct waiting *waiting = call->request->state;
     struct api_problem problem = {0};
     const char *pointer = surface_pointer(call);
-    enum store_answer answer =
-        store_surface_get(call->services->store, call_owner(call), id, &waiting->surface);
+    enum store_answer answer = store_item_get(call->services->store, STORE_SURFACES,
+                                              call_owner(call), id, &waiting->surface);
     if (answer == STORE_EMPTY)
         api_problem_add(&problem, pointer, "there is no stored surface '%s'", id);
     else if (answer != STORE_OK)
@@ -127,6 +133,18 @@ static bool fetch_surface(struct call *call, const char *id) {
     if (problem.id != API_OK)
         reply_problem(call->reply, &problem);
     return answer == STORE_OK;
+}
+
+/* Fetches the caller's materials that the request names. False: the reply says why not. */
+static bool fetch_materials(struct call *call) {
+    struct waiting *waiting = call->request->state;
+    char *names = checking_text(waiting->check, 0, check_answer(waiting->check)->output_length);
+    if (names)
+        waiting->materials = materials_collect(call, names, &waiting->materials_length);
+    else
+        reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
+    free(names);
+    return waiting->materials != NULL;
 }
 
 /* 429 for the bound that the submission would have been over. */
@@ -148,21 +166,21 @@ static void refuse_full(struct call *call, enum store_bound bound) {
         reply_refuse(reply, API_QUEUE_FULL, "the queue is at its limit (--queue-limit)");
 }
 
-/* Queues the checked job; `waiting->id` is its id then. False: the reply says why not. */
-static bool submit(struct call *call, const struct api_check *check) {
+/* Submits what the check has passed: the body, with its materials in it. */
+static enum store_answer store_checked(struct call *call, const struct api_check *check,
+                                       struct store_receipt *receipt) {
     const struct request *request = call->request;
     const struct config *config = call->services->config;
     struct waiting *waiting = request->state;
-    struct reply *reply = call->reply;
-    struct api_problem problem = {0};
-    struct store_receipt receipt;
     const char *key = request_header(request, "Idempotency-Key");
+    const size_t filled = check->filled_length;
+    char *text = filled ? checking_text(waiting->check, 0, filled) : NULL;
     waiting->unpromised = waiting->deadline > waiting->begun && !key;
     const struct store_submission submission = {
         .kind = call->kind,
         .total = (int64_t)check->variants,
-        .request = request->body,
-        .request_length = request->body_length,
+        .request = filled ? text : request->body,
+        .request_length = filled ? filled : request->body_length,
         .digest = check->digest,
         .surface = waiting->surface.definition ? check->surface : NULL,
         .owner = request->owner,
@@ -171,9 +189,22 @@ static bool submit(struct call *call, const struct api_check *check) {
         .quota = {.queued = config->owner_queue, .bytes = config->owner_bytes},
         .unpromised = waiting->unpromised,
     };
-    enum store_answer answer = call->kind == STORE_LAMINATE
-                                   ? laminates_submit(call, waiting->check, &submission, &receipt)
-                                   : store_submit(call->services->store, &submission, &receipt);
+    enum store_answer answer = STORE_BUSY;
+    if (call->kind == STORE_LAMINATE)
+        answer = laminates_submit(call, waiting->check, &submission, receipt);
+    else if (!filled || text)
+        answer = store_submit(call->services->store, &submission, receipt);
+    free(text);
+    return answer;
+}
+
+/* Queues the checked job; `waiting->id` is its id then. False: the reply says why not. */
+static bool submit(struct call *call, const struct api_check *check) {
+    struct waiting *waiting = call->request->state;
+    struct reply *reply = call->reply;
+    struct api_problem problem = {0};
+    struct store_receipt receipt;
+    enum store_answer answer = store_checked(call, check, &receipt);
     switch (answer) {
     case STORE_OK:
         memcpy(waiting->id, receipt.id, sizeof waiting->id);
@@ -206,9 +237,11 @@ static enum checking_state accept_body(struct call *call) {
         if (state != CHECKING_PASSED)
             return state;
         const struct api_check *check = &check_answer(waiting->check)->check;
-        if (!check->needs_surface)
+        if (!check->needs_surface && !check->needs_materials)
             return submit(call, check) ? CHECKING_PASSED : CHECKING_REFUSED;
-        if (!fetch_surface(call, check->surface) || !begin_check(call))
+        bool fetched =
+            check->needs_materials ? fetch_materials(call) : fetch_surface(call, check->surface);
+        if (!fetched || !begin_check(call))
             return CHECKING_REFUSED;
     }
 }

@@ -11,14 +11,15 @@ enum { VARIANT_SEGMENT = 4 };
 /* The documents of the study; false: the reply says why they cannot be had. The caller frees both
  * in any case. */
 static bool fetch_documents(struct call *call, const struct store_job *job, char **request,
-                            size_t *length, struct store_surface *surface) {
+                            size_t *length, struct store_item *surface) {
     struct store *store = call->services->store;
     enum store_answer answer = store_request(store, job->id, request, length);
     if (answer != STORE_OK) {
         jobs_request_failed(call, answer);
         return false;
     }
-    answer = job->surface[0] ? store_surface_get(store, NULL, job->surface, surface) : STORE_OK;
+    answer = job->surface[0] ? store_item_get(store, STORE_SURFACES, NULL, job->surface, surface)
+                             : STORE_OK;
     if (answer == STORE_EMPTY)
         reply_refuse(call->reply, API_GONE, "the surface of the study has been deleted");
     else if (answer != STORE_OK)
@@ -28,7 +29,7 @@ static bool fetch_documents(struct call *call, const struct store_job *job, char
 
 bool studies_begin(struct call *call, struct checkers_order *order, size_t variant) {
     struct store_job job = {0};
-    struct store_surface surface = {0};
+    struct store_item surface = {0};
     char *request = NULL;
     size_t length = 0;
     if (call_find_job(call, &job) && results_ready(call, &job) &&
@@ -42,7 +43,7 @@ bool studies_begin(struct call *call, struct checkers_order *order, size_t varia
         maps_begin(call, order, NULL);
     }
     free(request);
-    store_surface_clear(&surface);
+    store_item_clear(&surface);
     store_job_clear(&job);
     return call->request->state != NULL;
 }

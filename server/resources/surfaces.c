@@ -11,24 +11,18 @@
 
 /* Puts it into the store. Callers without tokens see what any of them has stored, and get what is
  * there already rather than an entry of each address. False: the reply says why not. */
-static bool put_surface(struct call *call, const struct store_surface *stored, bool *created) {
+static bool put_surface(struct call *call, const struct store_item *stored, bool *created) {
     struct store *store = call->services->store;
-    int64_t most = call->services->config->owner_bytes;
-    struct store_surface there = {0};
-    struct store_usage usage = {0};
+    struct store_item there = {0};
     enum store_answer answer = STORE_EMPTY;
     if (!call->services->tokens)
-        answer = store_surface_get(store, NULL, stored->id, &there);
-    store_surface_clear(&there);
+        answer = store_item_get(store, STORE_SURFACES, NULL, stored->id, &there);
+    store_item_clear(&there);
     *created = false;
     if (answer == STORE_EMPTY) {
-        answer = most ? store_usage(store, stored->owner, &usage) : STORE_OK;
-        if (answer == STORE_OK && most && usage.bytes + (int64_t)stored->definition_length > most) {
-            call_bytes_full(call);
+        if (!call_has_room(call, stored->definition_length))
             return false;
-        }
-        if (answer == STORE_OK)
-            answer = store_surface_put(store, stored, created);
+        answer = store_item_put(store, STORE_SURFACES, stored, created);
     }
     if (answer != STORE_OK)
         call_store_failed(call, answer);
@@ -39,10 +33,10 @@ static bool put_surface(struct call *call, const struct store_surface *stored, b
 static void store_surface(struct call *call, struct check *check) {
     const struct checker_answer *answer = check_answer(check);
     uint64_t split = answer->check.definition_length;
-    struct store_surface stored = {.definition = checking_text(check, 0, split),
-                                   .definition_length = (size_t)split,
-                                   .description =
-                                       checking_text(check, split, answer->output_length - split)};
+    struct store_item stored = {.definition = checking_text(check, 0, split),
+                                .definition_length = (size_t)split,
+                                .description =
+                                    checking_text(check, split, answer->output_length - split)};
     bool created = false;
     snprintf(stored.owner, sizeof stored.owner, "%s", call->request->owner);
     snprintf(stored.id, sizeof stored.id, "%s", answer->check.surface);
@@ -53,7 +47,7 @@ static void store_surface(struct call *call, struct check *check) {
         stored.description = NULL; /* the reply has it */
         reply_header(call->reply, "Location", "/v1/surfaces/%s", stored.id);
     }
-    store_surface_clear(&stored);
+    store_item_clear(&stored);
 }
 
 /* What file the body is said to be; NULL: JSON. */
@@ -119,27 +113,28 @@ enum http_next surfaces_create(struct call *call) {
 }
 
 enum http_next surfaces_list(struct call *call) {
-    struct store_surfaces page = {0};
+    struct store_items page = {0};
     int limit;
     int64_t cursor;
     if (!call_read_page(call, &limit, &cursor))
         return HTTP_DONE;
-    enum store_answer answer =
-        store_surface_list(call->services->store, call_owner(call), cursor, limit, &page);
+    enum store_answer answer = store_item_list(call->services->store, STORE_SURFACES,
+                                               call_owner(call), cursor, limit, &page);
     if (answer == STORE_OK)
-        reply_text(call->reply, 200, "application/json", documents_surfaces(&page));
+        reply_text(call->reply, 200, "application/json", documents_items("surfaces", "", &page));
     else
         call_store_failed(call, answer);
-    store_surfaces_clear(&page);
+    store_items_clear(&page);
     return HTTP_DONE;
 }
 
 enum http_next surfaces_get(struct call *call) {
     const char *id = call->request->parameter;
-    struct store_surface surface = {0};
+    struct store_item surface = {0};
     enum store_answer answer = STORE_EMPTY;
     if (id_valid(id))
-        answer = store_surface_get(call->services->store, call_owner(call), id, &surface);
+        answer =
+            store_item_get(call->services->store, STORE_SURFACES, call_owner(call), id, &surface);
     if (answer == STORE_OK) {
         reply_text(call->reply, 200, "application/json", surface.definition);
         surface.definition = NULL; /* the reply has it */
@@ -148,21 +143,22 @@ enum http_next surfaces_get(struct call *call) {
     } else {
         call_store_failed(call, answer);
     }
-    store_surface_clear(&surface);
+    store_item_clear(&surface);
     return HTTP_DONE;
 }
 
 /* Begins to make the preview of the stored surface. False: the reply says why not. */
 static bool begin_preview(struct call *call) {
     const char *id = call->request->parameter, *format = request_query(call->request, "format");
-    struct store_surface surface = {0};
+    struct store_item surface = {0};
     enum store_answer answer = STORE_EMPTY;
     if (format && strcmp(format, "glb")) {
         reply_refuse(call->reply, API_NOT_ACCEPTABLE, "a preview is available as glb");
         return false;
     }
     if (id_valid(id))
-        answer = store_surface_get(call->services->store, call_owner(call), id, &surface);
+        answer =
+            store_item_get(call->services->store, STORE_SURFACES, call_owner(call), id, &surface);
     if (answer == STORE_EMPTY) {
         call_not_found(call, "surface");
     } else if (answer != STORE_OK) {
@@ -175,7 +171,7 @@ static bool begin_preview(struct call *call) {
         call->request->state = checking_begin(call, &order);
         call->request->state_free = checking_free;
     }
-    store_surface_clear(&surface);
+    store_item_clear(&surface);
     return call->request->state != NULL;
 }
 
@@ -199,7 +195,7 @@ enum http_next surfaces_delete(struct call *call) {
     const char *id = call->request->parameter;
     enum store_answer answer = STORE_EMPTY;
     if (id_valid(id))
-        answer = store_surface_delete(call->services->store, call_owner(call), id);
+        answer = store_item_delete(call->services->store, STORE_SURFACES, call_owner(call), id);
     if (answer == STORE_EMPTY)
         return call_not_found(call, "surface");
     if (answer == STORE_CONFLICT)

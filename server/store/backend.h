@@ -137,13 +137,14 @@ struct store_ops {
     /* Reads one chunk, which has that length. */
     enum store_answer (*result_read)(struct store *store, int64_t number, int64_t index,
                                      void *bytes, size_t length);
-    enum store_answer (*surface_put)(struct store *store, const struct store_surface *surface,
-                                     bool *created);
-    enum store_answer (*surface_get)(struct store *store, const char *owner, const char *id,
-                                     struct store_surface *surface);
-    enum store_answer (*surface_list)(struct store *store, const char *owner, int64_t cursor,
-                                      int limit, struct store_surfaces *page);
-    enum store_answer (*surface_delete)(struct store *store, const char *owner, const char *id);
+    enum store_answer (*item_put)(struct store *store, enum store_shelf shelf,
+                                  const struct store_item *item, bool *created);
+    enum store_answer (*item_get)(struct store *store, enum store_shelf shelf, const char *owner,
+                                  const char *id, struct store_item *item);
+    enum store_answer (*item_list)(struct store *store, enum store_shelf shelf, const char *owner,
+                                   int64_t cursor, int limit, struct store_items *page);
+    enum store_answer (*item_delete)(struct store *store, enum store_shelf shelf, const char *owner,
+                                     const char *id);
     /* The key of the store's cursors. */
     enum store_answer (*secret)(struct store *store, unsigned char secret[CURSOR_SECRET_BYTES]);
 };

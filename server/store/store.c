@@ -422,42 +422,43 @@ enum store_answer store_result_read(struct store *store, const struct store_resu
     return STORE_OK;
 }
 
-/* ------------------------------------------------------------------ surfaces */
+/* ------------------------------------------------------------------ surfaces and materials */
 
-void store_surface_clear(struct store_surface *surface) {
-    free(surface->definition);
-    free(surface->description);
-    surface->definition = NULL;
-    surface->description = NULL;
+void store_item_clear(struct store_item *item) {
+    free(item->definition);
+    free(item->description);
+    item->definition = NULL;
+    item->description = NULL;
 }
 
-enum store_answer store_surface_put(struct store *store, const struct store_surface *surface,
-                                    bool *created) {
-    return store_note(store, store->ops->surface_put(store, surface, created));
+enum store_answer store_item_put(struct store *store, enum store_shelf shelf,
+                                 const struct store_item *item, bool *created) {
+    return store_note(store, store->ops->item_put(store, shelf, item, created));
 }
 
-enum store_answer store_surface_get(struct store *store, const char *owner, const char *id,
-                                    struct store_surface *surface) {
-    memset(surface, 0, sizeof *surface);
-    return store->ops->surface_get(store, owner, id, surface);
+enum store_answer store_item_get(struct store *store, enum store_shelf shelf, const char *owner,
+                                 const char *id, struct store_item *item) {
+    memset(item, 0, sizeof *item);
+    return store->ops->item_get(store, shelf, owner, id, item);
 }
 
-enum store_answer store_surface_list(struct store *store, const char *owner, int64_t cursor,
-                                     int limit, struct store_surfaces *page) {
+enum store_answer store_item_list(struct store *store, enum store_shelf shelf, const char *owner,
+                                  int64_t cursor, int limit, struct store_items *page) {
     memset(page, 0, sizeof *page);
     cursor = cursor_open(store->secret, owner, cursor);
-    enum store_answer answer = store->ops->surface_list(store, owner, cursor, limit, page);
+    enum store_answer answer = store->ops->item_list(store, shelf, owner, cursor, limit, page);
     page->next = cursor_seal(store->secret, owner, page->next);
     return answer;
 }
 
-void store_surfaces_clear(struct store_surfaces *page) {
+void store_items_clear(struct store_items *page) {
     for (size_t k = 0; k < page->count; k++)
-        store_surface_clear(&page->surfaces[k]);
-    free(page->surfaces);
+        store_item_clear(&page->items[k]);
+    free(page->items);
     memset(page, 0, sizeof *page);
 }
 
-enum store_answer store_surface_delete(struct store *store, const char *owner, const char *id) {
-    return store->ops->surface_delete(store, owner, id);
+enum store_answer store_item_delete(struct store *store, enum store_shelf shelf, const char *owner,
+                                    const char *id) {
+    return store->ops->item_delete(store, shelf, owner, id);
 }

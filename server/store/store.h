@@ -462,49 +462,57 @@ enum store_answer store_result_find(struct store *store, const char *id,
 enum store_answer store_result_read(struct store *store, const struct store_result *result,
                                     int64_t offset, void *bytes, size_t length) STORE_MUST_USE;
 
-/* ------------------------------------------------------------------ surfaces */
+/* ------------------------------------------------------------------ surfaces and materials */
 
-/* Both texts are malloc'ed and may be NULL; cleared by `store_surface_clear`. */
-struct store_surface {
-    char id[STORE_DIGEST_SIZE];
+/* What owners keep until they delete it. */
+enum store_shelf {
+    STORE_SURFACES,  /* named by what they hold */
+    STORE_MATERIALS, /* named by who posts them */
+    STORE_SHELF_COUNT
+};
+
+/* Both texts are malloc'ed and may be NULL; cleared by `store_item_clear`. */
+struct store_item {
+    char id[STORE_DIGEST_SIZE]; /* the name */
     int64_t sequence;
     int64_t created;
     char owner[STORE_OWNER_SIZE];
-    char *definition; /* the JSON document of the surface */
+    char *definition; /* the JSON document */
     size_t definition_length;
-    char *description; /* the JSON object reported to callers */
+    char *description; /* the JSON object that lists show */
 };
 
-void store_surface_clear(struct store_surface *surface);
+void store_item_clear(struct store_item *item);
 
-/* Surfaces are named by what they hold and belong to the owner that stored them: each owner of
- * the same surface has an entry of its own, and what one does with it does not touch the others'.
- */
+/* Items belong to the owner that stored them: each owner of a name has an entry of its own, and
+ * what one does with it does not touch the others'. */
 
-/* Stores the surface under `id`, a digest of its content, for its owner. `*created` is false when
- * that owner had it already; then nothing changes. */
-enum store_answer store_surface_put(struct store *store, const struct store_surface *surface,
-                                    bool *created) STORE_MUST_USE;
+/* Stores the item under its name for its owner. `*created` is false when that owner had the name
+ * already; then nothing changes. */
+enum store_answer store_item_put(struct store *store, enum store_shelf shelf,
+                                 const struct store_item *item, bool *created) STORE_MUST_USE;
 
-/* Both texts. `owner` NULL: of any owner; all entries of an id hold the same. STORE_EMPTY. */
-enum store_answer store_surface_get(struct store *store, const char *owner, const char *id,
-                                    struct store_surface *surface) STORE_MUST_USE;
+/* Both texts. `owner` NULL: of any owner; all surfaces of an id hold the same. STORE_EMPTY. */
+enum store_answer store_item_get(struct store *store, enum store_shelf shelf, const char *owner,
+                                 const char *id, struct store_item *item) STORE_MUST_USE;
 
-/* `count` surfaces without their definitions, newest first; `next` as in store_page. */
-struct store_surfaces {
-    struct store_surface *surfaces;
+/* `count` items without their definitions, newest first; `next` as in store_page. */
+struct store_items {
+    struct store_item *items;
     size_t count;
     int64_t next;
 };
 
-/* `owner` NULL: of all owners; `cursor` 0: from the newest. Cleared by `store_surfaces_clear`. */
-enum store_answer store_surface_list(struct store *store, const char *owner, int64_t cursor,
-                                     int limit, struct store_surfaces *page) STORE_MUST_USE;
-void store_surfaces_clear(struct store_surfaces *page);
+/* `owner` NULL: of all owners; `cursor` 0: from the newest. Cleared by `store_items_clear`. */
+enum store_answer store_item_list(struct store *store, enum store_shelf shelf, const char *owner,
+                                  int64_t cursor, int limit,
+                                  struct store_items *page) STORE_MUST_USE;
+void store_items_clear(struct store_items *page);
 
-/* Takes it from its owner; `owner` NULL: from all who have it. STORE_CONFLICT while a queued or
- * running job of that owner needs it, or, when no other owner has it, of any owner; STORE_EMPTY. */
-enum store_answer store_surface_delete(struct store *store, const char *owner,
-                                       const char *id) STORE_MUST_USE;
+/* Takes it from its owner; `owner` NULL: from all who have it. STORE_EMPTY. STORE_CONFLICT of a
+ * surface while a queued or running job of that owner needs it, or, when no other owner has it, of
+ * any owner; jobs have their materials in their requests. */
+enum store_answer store_item_delete(struct store *store, enum store_shelf shelf, const char *owner,
+                                    const char *id) STORE_MUST_USE;
 
 #endif

@@ -496,14 +496,14 @@ static void settle(struct attempt *attempt) {
 /* The documents of the job, and the `numbers` of a study; false when it cannot be worked on, with
  * the outcome set. */
 static bool load(struct attempt *attempt, struct api_input *input, char **request,
-                 struct store_surface *surface, void **numbers, size_t *length) {
+                 struct store_item *surface, void **numbers, size_t *length) {
     struct store *store = attempt->shared->store;
     enum store_answer answer =
         store_request(store, subject(attempt), request, &input->request_length);
     if (answer == STORE_OK && attempt->claim->kind == STORE_STUDY)
         answer = store_numbers(store, attempt->claim, numbers, length);
     if (answer == STORE_OK && attempt->claim->surface[0])
-        answer = store_surface_get(store, NULL, attempt->claim->surface, surface);
+        answer = store_item_get(store, STORE_SURFACES, NULL, attempt->claim->surface, surface);
     input->request = *request;
     input->surface = surface->definition;
     input->surface_length = surface->definition_length;
@@ -517,7 +517,7 @@ static bool load(struct attempt *attempt, struct api_input *input, char **reques
 
 static void work(struct attempt *attempt) {
     struct api_input input = {0};
-    struct store_surface surface = {0};
+    struct store_item surface = {0};
     char *request = NULL;
     void *numbers = NULL;
     size_t length = 0;
@@ -543,7 +543,7 @@ static void work(struct attempt *attempt) {
     }
     free(numbers);
     free(request);
-    store_surface_clear(&surface);
+    store_item_clear(&surface);
 }
 
 bool attempt_run(struct attempt_shared *shared, const struct store_claim *claim,

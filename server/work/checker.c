@@ -295,6 +295,52 @@ static enum api_problem_id check_surface(struct task *task,
     return answer->problem.id;
 }
 
+/* A request to be accepted, whose materials are in `input` already. */
+static enum api_problem_id check_filled(struct task *task, const struct api_input *input,
+                                        const struct api_sink *sink) {
+    const struct checker_order *order = &task->order;
+    struct checker_answer *answer = &task->answer;
+    if (order->kind == CHECKER_LAMINATE)
+        return laminate_check(input, &order->limits, sink, &answer->check, &answer->problem);
+    return order->kind == CHECKER_STUDY
+               ? api_check_study(input, &order->limits, &answer->check, &answer->problem)
+               : api_check_drape(input, &order->limits, &answer->check, &answer->problem);
+}
+
+/* One that may name materials. What is written of a laminate has its plies' requests and record; of
+ * the others it is the request. */
+static enum api_problem_id check_mentions(struct task *task, struct api_input input,
+                                          const struct api_sink *sink) {
+    const struct checker_order *order = &task->order;
+    struct checker_answer *answer = &task->answer;
+    struct api_check found = {0};
+    struct arena *arena = arena_new(order->limits.max_memory);
+    size_t own = order->length[CHECKER_MATERIALS];
+    if (!arena)
+        api_problem_set(&answer->problem, API_OUT_OF_MEMORY, "no memory for the request");
+    else if (api_check_mentions(&input, own ? task->document[CHECKER_MATERIALS] : NULL, own, sink,
+                                arena, &found, &answer->problem) == API_OK &&
+             !found.needs_materials) {
+        if (order->kind == CHECKER_LAMINATE)
+            found.filled_length = 0;
+        else if (!sink->write(sink->context, input.request, input.request_length))
+            api_problem_set(&answer->problem, API_UNAVAILABLE, "there is no room for it now");
+        if (answer->problem.id == API_OK)
+            (void)!check_filled(task, &input, sink);
+    }
+    answer->check.needs_materials = found.needs_materials;
+    answer->check.filled_length = found.filled_length;
+    arena_free(arena);
+    return answer->problem.id;
+}
+
+static enum api_problem_id check_request(struct task *task, const struct api_input *input,
+                                         const struct api_sink *sink) {
+    return api_material_mentioned(input->request, input->request_length)
+               ? check_mentions(task, *input, sink)
+               : check_filled(task, input, sink);
+}
+
 static void carry_out(struct task *task, const struct checker_abilities *abilities) {
     const int64_t begun = processor_us();
     const struct checker_order *order = &task->order;
@@ -308,13 +354,12 @@ static void carry_out(struct task *task, const struct checker_abilities *abiliti
     enum api_problem_id id = API_OK;
     switch (order->kind) {
     case CHECKER_DRAPE:
-        id = api_check_drape(&input, &order->limits, &answer->check, &answer->problem);
-        break;
     case CHECKER_STUDY:
-        id = api_check_study(&input, &order->limits, &answer->check, &answer->problem);
-        break;
     case CHECKER_LAMINATE:
-        id = laminate_check(&input, &order->limits, &sink, &answer->check, &answer->problem);
+        id = check_request(task, &input, &sink);
+        break;
+    case CHECKER_MATERIAL:
+        id = api_check_material(&input, &order->limits, &sink, &answer->check, &answer->problem);
         break;
     case CHECKER_PATTERNS:
         id = write_patterns(task, &sink, &answer->problem);
@@ -494,6 +539,8 @@ bool checker_answer_sound(struct checker_answer *answer, size_t length) {
             return false;
     return terminated(answer->check.digest, API_ID_SIZE) &&
            terminated(answer->check.surface, API_ID_SIZE) &&
+           terminated(answer->check.material, API_MATERIAL_NAME_SIZE) &&
            terminated(answer->note, CHECKER_NOTE_SIZE) &&
+           answer->check.filled_length <= answer->output_length &&
            answer->check.definition_length <= answer->output_length;
 }

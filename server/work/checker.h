@@ -28,7 +28,7 @@ enum {
 
 /* What is to be done with the documents. */
 enum checker_kind {
-    CHECKER_DRAPE,      /* `api_check_drape` of the body, with the surface */
+    CHECKER_DRAPE,      /* `api_check_drape` of the body, with the surface and the materials */
     CHECKER_STUDY,      /* `api_check_study` likewise */
     CHECKER_LAMINATE,   /* `laminate_check` likewise */
     CHECKER_STACK,      /* `laminate_map_record` on the mesh of the body: the record as the second
@@ -39,6 +39,7 @@ enum checker_kind {
     CHECKER_SAMPLE,     /* the result of that request in the format */
     CHECKER_SAMPLE_MAP, /* and the fields of that result on the mesh of the body */
     CHECKER_SURFACE,    /* `api_check_surface` of the body */
+    CHECKER_MATERIAL,   /* `api_check_material` of the body */
     CHECKER_NORMALISE,  /* `api_check_normalise` of the body */
     CHECKER_UNDERSTOOD, /* `api_study_normalise` of the body */
     CHECKER_PREVIEW,    /* `api_check_preview` of the body */
@@ -49,11 +50,13 @@ enum checker_kind {
 /* The documents of an order, in this order in the packet or as files beside it. */
 enum checker_document {
     CHECKER_BODY,
-    CHECKER_SECOND,  /* the stored surface */
-    CHECKER_COLUMNS, /* the container of the job's result, always a file */
-    CHECKER_OPTIONS, /* of a map or sample: of each option its name and its value, zero-terminated
-                      */
-    CHECKER_REQUEST, /* of a variant: the study */
+    CHECKER_SECOND,    /* the stored surface */
+    CHECKER_COLUMNS,   /* the container of the job's result, always a file */
+    CHECKER_OPTIONS,   /* of a map or sample: of each option its name and its value, zero-terminated
+                        */
+    CHECKER_REQUEST,   /* of a variant: the study */
+    CHECKER_MATERIALS, /* the owner's that a request names, a line each; empty: the store was not
+                          asked for any yet */
     CHECKER_DOCUMENTS
 };
 

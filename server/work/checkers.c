@@ -153,7 +153,7 @@ static int64_t slow_share(const struct checkers *pool) {
 
 static int64_t reserve_of(const struct checkers_order *order, int64_t most) {
     int64_t body = (int64_t)order->length[CHECKER_BODY];
-    int64_t second = (int64_t)order->length[CHECKER_SECOND];
+    int64_t second = (int64_t)(order->length[CHECKER_SECOND] + order->length[CHECKER_MATERIALS]);
     int64_t columns = (int64_t)order->columns.length;
     bool sample = order->kind == CHECKER_SAMPLE || order->kind == CHECKER_SAMPLE_MAP;
     int64_t of_short = CHECK_BYTES + CHECK_BYTES_PER_BYTE * (body + second);
@@ -227,6 +227,13 @@ static void fill_packet(struct check *check, const struct checkers_order *order)
     packet->length[CHECKER_COLUMNS] = order->columns.length;
 }
 
+/* Of requests only those that may name materials are written. */
+static bool has_output(const struct check *check) {
+    bool request = check->packet.kind == CHECKER_DRAPE || check->packet.kind == CHECKER_STUDY;
+    return !request || !check->inlined ||
+           api_material_mentioned(check->inlined, check->packet.length[CHECKER_BODY]);
+}
+
 /* Makes what the process reads and writes besides the documents, unless it is there. */
 static bool make_files(struct check *check) {
     const char *folder = check->pool->settings.folder;
@@ -236,7 +243,7 @@ static bool make_files(struct check *check) {
         if (*columns < 0 || !check->columns.write(check->columns.context, *columns))
             return false;
     }
-    bool writes = check->packet.kind != CHECKER_DRAPE && check->packet.kind != CHECKER_STUDY;
+    bool writes = has_output(check);
     if (writes && *output < 0)
         *output = spool_new(check->packet.length[CHECKER_BODY], folder);
     return !writes || *output >= 0;

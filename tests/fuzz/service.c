@@ -60,16 +60,16 @@ static void solve(const struct store_claim *claim) {
 
 static void fill(void) {
     char definition[] = SURFACE, description[] = "{}";
-    struct store_surface surface = {.definition = definition,
-                                    .definition_length = sizeof definition - 1,
-                                    .description = description};
+    struct store_item surface = {.definition = definition,
+                                 .definition_length = sizeof definition - 1,
+                                 .description = description};
     const struct store_submission submission = {
         .request = request, .request_length = sizeof request - 1, .digest = "a"};
     struct store_receipt receipt;
     struct store_claim claim;
     bool created;
     memcpy(surface.id, service_surface, sizeof service_surface);
-    FUZZ_PROMISE(store_surface_put(services.store, &surface, &created) == STORE_OK);
+    FUZZ_PROMISE(store_item_put(services.store, STORE_SURFACES, &surface, &created) == STORE_OK);
     FUZZ_PROMISE(store_submit(services.store, &submission, &receipt) == STORE_OK);
     FUZZ_PROMISE(store_claim(services.store, &claim) == STORE_OK);
     memcpy(service_drape, receipt.id, ID_SIZE);

@@ -304,3 +304,62 @@ openapi() {
     expect 200
     jq -e '(.cells.thickness | min) > 0.6249 and (.cells.thickness | max) < 0.6251' "$body"
 }
+
+@test "materials: one of one's own is kept, and what names it has its figures for good" {
+    local own='{"name": "own", "areal_weight": 0.4, "fabric": {"thickness": 0.0004,
+        "fiber_volume_fraction": 0.5}, "compaction": {"a": 0.25, "b": 0.05}, "permeability": {"model":
+        "gebart", "fiber_radius": 4e-6, "packing": "hexagonal"}}'
+    call POST /v1/materials -H "$JSON" --data-binary "$own"
+    expect 201
+    grep -qi '^location: /v1/materials/own' "$headers"
+    call POST /v1/materials -H "$JSON" --data-binary "$own"
+    expect 200
+    call POST /v1/materials -H "$JSON" --data-binary "${own/0.25/0.24}"
+    expect_problem 409 conflict
+    call POST /v1/materials -H "$JSON" --data-binary "${own/0.0004/0.4}"
+    expect_problem 422 invalid-request
+    [ "$(field .pointer)" = /areal_weight ]
+    call POST /v1/materials -H "$JSON" --data-binary '{"name": "lcmsim-test-case", "fabric": {}}'
+    expect_problem 422 invalid-request
+    call GET /v1/materials/own
+    expect 200
+    jq -e '.fabric.thickness == 4e-4 and .compaction == {a: 0.25, b: 0.05}' "$body"
+    call GET '/v1/materials?limit=1'
+    jq -e '[.materials[] | select(.own) | .name] == ["own"] and (.materials | length) >= 4' "$body"
+
+    jq -c '.fabric = {spacing: 0.2, material: "own"}' "$EXAMPLES/saddle.json" \
+        >"$BATS_TEST_TMPDIR/drape"
+    jq -c '{drape: ., vary: {angle_deg: [0, 45]}, objectives: ["max_shear_deg"], search: "grid"}' \
+        "$BATS_TEST_TMPDIR/drape" >"$BATS_TEST_TMPDIR/study"
+    jq -c '{surface, cavity: {pressure: 1e5}, plies: [{fabric}, {fabric, direction: {angle_deg: 45}}]}' \
+        "$BATS_TEST_TMPDIR/drape" >"$BATS_TEST_TMPDIR/stack"
+    local -A place
+    local kind
+    for kind in drapes study stack; do
+        local path=${kind/study/studies}
+        call POST "/v1/${path/stack/laminates}" -H "$JSON" -H 'Prefer: wait=40' \
+            --data-binary "@$BATS_TEST_TMPDIR/${kind%s}"
+        expect 200
+        place[$kind]=$(sed -n 's/^[Ll]ocation: *\([^\r]*\).*/\1/p' "$headers")
+    done
+    call DELETE /v1/materials/own
+    expect 204
+    call DELETE /v1/materials/own
+    expect_problem 404 not-found
+    call DELETE /v1/materials/lcmsim-test-case
+    expect_problem 403 forbidden
+    call POST /v1/drapes -H "$JSON" --data-binary "@$BATS_TEST_TMPDIR/drape"
+    expect_problem 422 invalid-request
+    [ "$(field .pointer)" = /fabric/material ]
+    call GET "${place[drapes]}/request"
+    jq -e '.fabric.thickness == 4e-4 and .permeability.model == "gebart"' "$body"
+    call GET "${place[study]}/request"
+    jq -e '.drape.fabric.thickness == 4e-4' "$body"
+    call GET "${place[stack]}/request"
+    jq -e 'all(.plies[]; .areal_weight == 0.4 and .compaction.b == 0.05)' "$body"
+    call POST "${place[stack]}/map?fields=fiber_volume_fraction" -H "$JSON" \
+        --data-binary '{"points": [[0.1, 0.1, 0]]}'
+    expect 200
+    # Vf = a p^b
+    jq -e '.cells.fiber_volume_fraction[0] - 0.25 * pow(1e5; 0.05) | fabs < 1e-9' "$body"
+}

@@ -165,13 +165,14 @@ static void test_dispatcher_hands_over_the_surface(void **state) {
     static char definition[] = "{\"degree\":2}";
     bool created = false;
     struct store_receipt receipt;
-    struct store_surface surface = {.id = "s",
-                                    .definition = definition,
-                                    .definition_length = sizeof definition - 1,
-                                    .description = definition};
+    struct store_item surface = {.id = "s",
+                                 .definition = definition,
+                                 .definition_length = sizeof definition - 1,
+                                 .description = definition};
     struct store_submission submission = {
         .request = "surface", .request_length = 7, .digest = "x", .surface = "s"};
-    assert_int_equal(store_surface_put(bench->scratch.store, &surface, &created), STORE_OK);
+    assert_int_equal(store_item_put(bench->scratch.store, STORE_SURFACES, &surface, &created),
+                     STORE_OK);
     start(bench);
     assert_int_equal(store_submit(bench->scratch.store, &submission, &receipt), STORE_OK);
     expect_echo(bench, receipt.id, definition);

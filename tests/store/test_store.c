@@ -139,11 +139,11 @@ static void test_store_quota_of_bytes_counts_all_that_is_stored(void **state) {
     struct scratch *scratch = *state;
     const struct store_quota hundred = {.bytes = 100};
     static char bytes[90];
-    const struct store_surface surface = {.id = "s",
-                                          .owner = "anna",
-                                          .definition = "0123456",
-                                          .definition_length = 7,
-                                          .description = "{}"};
+    const struct store_item surface = {.id = "s",
+                                       .owner = "anna",
+                                       .definition = "0123456",
+                                       .definition_length = 7,
+                                       .description = "{}"};
     struct store_receipt receipt;
     struct store_claim claim;
     bool created = false;
@@ -151,12 +151,12 @@ static void test_store_quota_of_bytes_counts_all_that_is_stored(void **state) {
     assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
     assert_int_equal(scratch_commit(scratch, &claim, bytes, sizeof bytes), STORE_OK);
     expect_usage(scratch, "anna", 0, 0, 93);
-    assert_int_equal(store_surface_put(scratch->store, &surface, &created), STORE_OK);
+    assert_int_equal(store_item_put(scratch->store, STORE_SURFACES, &surface, &created), STORE_OK);
     expect_usage(scratch, "anna", 0, 0, 100);
     assert_int_equal(submit_within(scratch, "anna", "two", hundred, &receipt), STORE_FULL);
     assert_int_equal(receipt.full, STORE_BOUND_OWNER_BYTES);
     assert_int_equal(submit_within(scratch, "bert", "two", hundred, &receipt), STORE_OK);
-    assert_int_equal(store_surface_delete(scratch->store, "anna", "s"), STORE_OK);
+    assert_int_equal(store_item_delete(scratch->store, STORE_SURFACES, "anna", "s"), STORE_OK);
     assert_int_equal(submit_within(scratch, "anna", "two", hundred, &receipt), STORE_OK);
     assert_int_equal(store_delete(scratch->store, claim.id), STORE_OK);
     expect_usage(scratch, "anna", 1, 0, 3);
@@ -397,12 +397,12 @@ static void test_store_counts_follow_every_change(void **state) {
 static enum store_answer put_for(struct scratch *scratch, const char *owner, const char *id,
                                  char *definition, bool *created) {
     static char description[] = "{\"area\":1}";
-    struct store_surface surface = {.definition = definition,
-                                    .definition_length = strlen(definition),
-                                    .description = description};
+    struct store_item surface = {.definition = definition,
+                                 .definition_length = strlen(definition),
+                                 .description = description};
     snprintf(surface.id, sizeof surface.id, "%s", id);
     snprintf(surface.owner, sizeof surface.owner, "%s", owner);
-    return store_surface_put(scratch->store, &surface, created);
+    return store_item_put(scratch->store, STORE_SURFACES, &surface, created);
 }
 
 static enum store_answer put(struct scratch *scratch, const char *id, char *definition,
@@ -412,27 +412,28 @@ static enum store_answer put(struct scratch *scratch, const char *id, char *defi
 
 static void test_store_surface_is_stored_once(void **state) {
     struct scratch *scratch = *state;
-    struct store_surface surface;
+    struct store_item surface;
     char first[] = "{\"degree\":2}";
     char other[] = "{\"degree\":3}";
     bool created = false;
-    assert_int_equal(store_surface_get(scratch->store, NULL, "s", &surface), STORE_EMPTY);
-    store_surface_clear(&surface);
+    assert_int_equal(store_item_get(scratch->store, STORE_SURFACES, NULL, "s", &surface),
+                     STORE_EMPTY);
+    store_item_clear(&surface);
     assert_int_equal(put(scratch, "s", first, &created), STORE_OK);
     assert_true(created);
     assert_int_equal(put(scratch, "s", other, &created), STORE_OK);
     assert_false(created);
-    assert_int_equal(store_surface_get(scratch->store, NULL, "s", &surface), STORE_OK);
+    assert_int_equal(store_item_get(scratch->store, STORE_SURFACES, NULL, "s", &surface), STORE_OK);
     assert_string_equal(surface.definition, first);
     assert_int_equal(surface.definition_length, strlen(first));
     assert_string_equal(surface.description, "{\"area\":1}");
     assert_true(surface.created == scratch_now);
-    store_surface_clear(&surface);
+    store_item_clear(&surface);
 }
 
 static void test_store_surface_list_pages(void **state) {
     struct scratch *scratch = *state;
-    struct store_surfaces page;
+    struct store_items page;
     char definition[] = "{}";
     char id[16];
     bool created = false;
@@ -442,19 +443,21 @@ static void test_store_surface_list_pages(void **state) {
     }
     int64_t cursor = 0;
     for (int seen = 0; seen < 5;) {
-        assert_int_equal(store_surface_list(scratch->store, NULL, cursor, 2, &page), STORE_OK);
+        assert_int_equal(store_item_list(scratch->store, STORE_SURFACES, NULL, cursor, 2, &page),
+                         STORE_OK);
         for (size_t k = 0; k < page.count; k++, seen++) {
             snprintf(id, sizeof id, "s%d", 4 - seen);
-            assert_string_equal(page.surfaces[k].id, id);
-            assert_null(page.surfaces[k].definition);
+            assert_string_equal(page.items[k].id, id);
+            assert_null(page.items[k].definition);
         }
         cursor = page.next;
         assert_true((cursor == 0) == (seen == 5));
-        store_surfaces_clear(&page);
+        store_items_clear(&page);
     }
-    assert_int_equal(store_surface_list(scratch->store, "anna", 0, 2, &page), STORE_OK);
+    assert_int_equal(store_item_list(scratch->store, STORE_SURFACES, "anna", 0, 2, &page),
+                     STORE_OK);
     assert_int_equal(page.count, 0);
-    store_surfaces_clear(&page);
+    store_items_clear(&page);
 }
 
 static void test_store_surface_in_use_stays(void **state) {
@@ -468,51 +471,99 @@ static void test_store_surface_in_use_stays(void **state) {
     assert_int_equal(store_submit(scratch->store, &submission, &receipt), STORE_EMPTY);
     assert_int_equal(put(scratch, "s", definition, &created), STORE_OK);
     assert_int_equal(store_submit(scratch->store, &submission, &receipt), STORE_OK);
-    assert_int_equal(store_surface_delete(scratch->store, NULL, "s"), STORE_CONFLICT);
+    assert_int_equal(store_item_delete(scratch->store, STORE_SURFACES, NULL, "s"), STORE_CONFLICT);
     assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
     assert_string_equal(claim.surface, "s");
-    assert_int_equal(store_surface_delete(scratch->store, NULL, "s"), STORE_CONFLICT);
+    assert_int_equal(store_item_delete(scratch->store, STORE_SURFACES, NULL, "s"), STORE_CONFLICT);
     assert_int_equal(scratch_commit(scratch, &claim, "x", 1), STORE_OK);
-    assert_int_equal(store_surface_delete(scratch->store, NULL, "s"), STORE_OK);
-    assert_int_equal(store_surface_delete(scratch->store, NULL, "s"), STORE_EMPTY);
+    assert_int_equal(store_item_delete(scratch->store, STORE_SURFACES, NULL, "s"), STORE_OK);
+    assert_int_equal(store_item_delete(scratch->store, STORE_SURFACES, NULL, "s"), STORE_EMPTY);
 }
 
 static enum store_answer get_of(struct scratch *scratch, const char *owner) {
-    struct store_surface surface;
-    enum store_answer answer = store_surface_get(scratch->store, owner, "s", &surface);
+    struct store_item surface;
+    enum store_answer answer = store_item_get(scratch->store, STORE_SURFACES, owner, "s", &surface);
     if (answer == STORE_OK && owner)
         assert_string_equal(surface.owner, owner);
-    store_surface_clear(&surface);
+    store_item_clear(&surface);
     return answer;
 }
 
 /* Two who store the same surface have one each. */
 static void test_store_surface_of_two_owners(void **state) {
     struct scratch *scratch = *state;
-    struct store_surfaces page;
+    struct store_items page;
     char definition[] = "{}";
     bool created = false;
     assert_int_equal(put_for(scratch, "anna", "s", definition, &created), STORE_OK);
     assert_true(created);
     assert_int_equal(get_of(scratch, "bert"), STORE_EMPTY);
-    assert_int_equal(store_surface_delete(scratch->store, "bert", "s"), STORE_EMPTY);
+    assert_int_equal(store_item_delete(scratch->store, STORE_SURFACES, "bert", "s"), STORE_EMPTY);
     assert_int_equal(put_for(scratch, "bert", "s", definition, &created), STORE_OK);
     assert_true(created);
     assert_int_equal(put_for(scratch, "bert", "s", definition, &created), STORE_OK);
     assert_false(created);
-    assert_int_equal(store_surface_delete(scratch->store, "anna", "s"), STORE_OK);
+    assert_int_equal(store_item_delete(scratch->store, STORE_SURFACES, "anna", "s"), STORE_OK);
     assert_int_equal(get_of(scratch, "anna"), STORE_EMPTY);
     assert_int_equal(get_of(scratch, "bert"), STORE_OK);
     assert_int_equal(get_of(scratch, NULL), STORE_OK);
-    assert_int_equal(store_surface_list(scratch->store, "bert", 0, 9, &page), STORE_OK);
+    assert_int_equal(store_item_list(scratch->store, STORE_SURFACES, "bert", 0, 9, &page),
+                     STORE_OK);
     assert_int_equal(page.count, 1);
-    store_surfaces_clear(&page);
+    store_items_clear(&page);
     assert_int_equal(put_for(scratch, "anna", "s", definition, &created), STORE_OK);
-    assert_int_equal(store_surface_list(scratch->store, NULL, 0, 9, &page), STORE_OK);
+    assert_int_equal(store_item_list(scratch->store, STORE_SURFACES, NULL, 0, 9, &page), STORE_OK);
     assert_int_equal(page.count, 2);
-    store_surfaces_clear(&page);
-    assert_int_equal(store_surface_delete(scratch->store, NULL, "s"), STORE_OK);
+    store_items_clear(&page);
+    assert_int_equal(store_item_delete(scratch->store, STORE_SURFACES, NULL, "s"), STORE_OK);
     assert_int_equal(get_of(scratch, NULL), STORE_EMPTY);
+}
+
+/* Materials lie on a shelf of their own, are the owner's bytes, and no job keeps them. */
+static void test_store_materials_are_kept_apart(void **state) {
+    struct scratch *scratch = *state;
+    struct store_items page;
+    struct store_usage before, usage;
+    struct store_item found;
+    char surface[] = "{}", definition[] = "{\"name\":\"s\"}";
+    char description[] = "{\"about\":1}";
+    bool created = false;
+    struct store_item item = {.id = "s",
+                              .owner = "anna",
+                              .definition = definition,
+                              .definition_length = strlen(definition),
+                              .description = description};
+    assert_int_equal(put_for(scratch, "anna", "s", surface, &created), STORE_OK);
+    assert_int_equal(store_usage(scratch->store, "anna", &before), STORE_OK);
+    for (int again = 0; again < 2; again++) {
+        assert_int_equal(store_item_put(scratch->store, STORE_MATERIALS, &item, &created),
+                         STORE_OK);
+        assert_int_equal(created, !again);
+    }
+    assert_int_equal(store_usage(scratch->store, "anna", &usage), STORE_OK);
+    assert_int_equal(usage.bytes - before.bytes, strlen(definition));
+    assert_int_equal(store_item_get(scratch->store, STORE_MATERIALS, "anna", "s", &found),
+                     STORE_OK);
+    assert_string_equal(found.definition, definition);
+    assert_string_equal(found.description, description);
+    store_item_clear(&found);
+    assert_int_equal(store_item_get(scratch->store, STORE_MATERIALS, "bert", "s", &found),
+                     STORE_EMPTY);
+    assert_int_equal(store_item_list(scratch->store, STORE_MATERIALS, NULL, 0, 9, &page), STORE_OK);
+    assert_int_equal(page.count, 1);
+    assert_string_equal(page.items[0].description, description);
+    store_items_clear(&page);
+    struct store_submission submission = {
+        .request = "x", .request_length = 1, .digest = "x", .surface = "s", .owner = "anna"};
+    struct store_receipt receipt;
+    assert_int_equal(store_submit(scratch->store, &submission, &receipt), STORE_OK);
+    assert_int_equal(store_item_delete(scratch->store, STORE_MATERIALS, "bert", "s"), STORE_EMPTY);
+    assert_int_equal(store_item_delete(scratch->store, STORE_MATERIALS, "anna", "s"), STORE_OK);
+    assert_int_equal(store_item_delete(scratch->store, STORE_MATERIALS, "anna", "s"), STORE_EMPTY);
+    assert_int_equal(store_item_delete(scratch->store, STORE_SURFACES, "anna", "s"),
+                     STORE_CONFLICT);
+    assert_int_equal(store_usage(scratch->store, "anna", &usage), STORE_OK);
+    assert_int_equal(usage.bytes - before.bytes, 1);
 }
 
 /* A job keeps the surface of its owner, and the last one whoever has it. */
@@ -526,15 +577,17 @@ static void test_store_surface_that_owners_jobs_need(void **state) {
     assert_int_equal(put_for(scratch, "anna", "s", definition, &created), STORE_OK);
     assert_int_equal(put_for(scratch, "bert", "s", definition, &created), STORE_OK);
     assert_int_equal(store_submit(scratch->store, &submission, &receipt), STORE_OK);
-    assert_int_equal(store_surface_delete(scratch->store, "anna", "s"), STORE_CONFLICT);
-    assert_int_equal(store_surface_delete(scratch->store, NULL, "s"), STORE_CONFLICT);
-    assert_int_equal(store_surface_delete(scratch->store, "bert", "s"), STORE_OK);
+    assert_int_equal(store_item_delete(scratch->store, STORE_SURFACES, "anna", "s"),
+                     STORE_CONFLICT);
+    assert_int_equal(store_item_delete(scratch->store, STORE_SURFACES, NULL, "s"), STORE_CONFLICT);
+    assert_int_equal(store_item_delete(scratch->store, STORE_SURFACES, "bert", "s"), STORE_OK);
     assert_int_equal(store_delete(scratch->store, receipt.id), STORE_OK);
     submission.owner = "the administrator";
     assert_int_equal(store_submit(scratch->store, &submission, &receipt), STORE_OK);
-    assert_int_equal(store_surface_delete(scratch->store, "anna", "s"), STORE_CONFLICT);
+    assert_int_equal(store_item_delete(scratch->store, STORE_SURFACES, "anna", "s"),
+                     STORE_CONFLICT);
     assert_int_equal(store_cancel(scratch->store, receipt.id), STORE_OK);
-    assert_int_equal(store_surface_delete(scratch->store, "anna", "s"), STORE_OK);
+    assert_int_equal(store_item_delete(scratch->store, STORE_SURFACES, "anna", "s"), STORE_OK);
 }
 
 /* ------------------------------------------------------------------ the hub */
@@ -606,6 +659,7 @@ int main(void) {
         WITH_STORE(test_store_surface_in_use_stays),
         WITH_STORE(test_store_surface_of_two_owners),
         WITH_STORE(test_store_surface_that_owners_jobs_need),
+        WITH_STORE(test_store_materials_are_kept_apart),
         WITH_STORE(test_store_tells_the_hub_of_every_change),
         cmocka_unit_test(test_store_status_names_read_back),
     };

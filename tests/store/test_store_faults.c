@@ -108,14 +108,14 @@ static void live(struct life *life) {
     struct store_counts counts;
     bool created;
     char definition[] = "{}", description[] = "{\"area\":1}";
-    struct store_surface surface = {.id = "surface",
-                                    .definition = definition,
-                                    .definition_length = 2,
-                                    .description = description};
+    struct store_item surface = {.id = "surface",
+                                 .definition = definition,
+                                 .definition_length = 2,
+                                 .description = description};
     for (int k = 0; k < JOBS; k++)
         submit(life, k);
     finish(life);
-    if (good(life, store_surface_put(store, &surface, &created)))
+    if (good(life, store_item_put(store, STORE_SURFACES, &surface, &created)))
         life->surface = true;
     fail_one(life);
     (void)good(life, store_sweep(store, &sweep));
@@ -144,7 +144,7 @@ static void expect_job(struct life *life, const struct promise *promise, bool re
 /* Everything that was promised and nothing else. */
 static void expect_promises(struct life *life, bool restarted) {
     struct store_counts counts;
-    struct store_surface surface;
+    struct store_item surface;
     int64_t expected = 0, found = 0;
     assert_int_equal(store_ping(life->scratch->store), STORE_OK);
     for (int k = 0; k < life->count; k++) {
@@ -155,8 +155,9 @@ static void expect_promises(struct life *life, bool restarted) {
     for (int k = 0; k < STORE_STATUS_COUNT; k++)
         found += counts.jobs[k];
     assert_int_equal(found, expected);
-    enum store_answer answer = store_surface_get(life->scratch->store, NULL, "surface", &surface);
-    store_surface_clear(&surface);
+    enum store_answer answer =
+        store_item_get(life->scratch->store, STORE_SURFACES, NULL, "surface", &surface);
+    store_item_clear(&surface);
     assert_int_equal(answer, life->surface ? STORE_OK : STORE_EMPTY);
 }
 

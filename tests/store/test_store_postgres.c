@@ -229,10 +229,9 @@ static void test_postgres_replica_is_refused_until_it_is_promoted(void **state) 
 static void put_surface(struct scratch *scratch, const char *id) {
     static char text[] = "{}";
     bool created = false;
-    struct store_surface surface = {
-        .definition = text, .definition_length = 2, .description = text};
+    struct store_item surface = {.definition = text, .definition_length = 2, .description = text};
     snprintf(surface.id, sizeof surface.id, "%s", id);
-    assert_int_equal(store_surface_put(scratch->store, &surface, &created), STORE_OK);
+    assert_int_equal(store_item_put(scratch->store, STORE_SURFACES, &surface, &created), STORE_OK);
 }
 
 /* Claims do not wait for the disk: a server that crashes may forget the latest, but their holders,

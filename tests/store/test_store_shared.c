@@ -239,24 +239,24 @@ static void *use_or_delete_surface(void *context) {
     static char text[] = "{}";
     struct worker *worker = context;
     struct store *store = worker->scratch->store;
-    struct store_surface surface = {
+    struct store_item surface = {
         .id = "s", .definition = text, .definition_length = 2, .description = text};
     struct store_submission submission = {.request = "x", .request_length = 1, .surface = "s"};
     for (int k = 0; k < 40; k++) {
         char digest[32];
         bool created = false;
         struct store_receipt receipt;
-        struct store_surface found;
+        struct store_item found;
         snprintf(digest, sizeof digest, "%d of %d", k, worker->number);
         submission.digest = digest;
-        enum store_answer answer = store_surface_put(store, &surface, &created);
+        enum store_answer answer = store_item_put(store, STORE_SURFACES, &surface, &created);
         *worker->wrong += answer != STORE_OK;
-        answer = worker->number < WORKERS / 2 ? store_surface_delete(store, NULL, "s")
+        answer = worker->number < WORKERS / 2 ? store_item_delete(store, STORE_SURFACES, NULL, "s")
                                               : store_submit(store, &submission, &receipt);
         if (worker->number < WORKERS / 2 || answer != STORE_OK)
             continue;
-        *worker->wrong += store_surface_get(store, NULL, "s", &found) != STORE_OK;
-        store_surface_clear(&found);
+        *worker->wrong += store_item_get(store, STORE_SURFACES, NULL, "s", &found) != STORE_OK;
+        store_item_clear(&found);
         *worker->wrong += store_delete(store, receipt.id) != STORE_OK;
         ++*worker->done;
     }
@@ -291,7 +291,7 @@ static void test_store_several_may_start_at_once(void **state) {
     scratch_start(&shared->scratch[0]);
     scratch_start(&shared->scratch[1]);
     assert_int_equal(
-        scratch_number(&shared->scratch[0], "SELECT count(*) FROM draped.schema_version"), 7);
+        scratch_number(&shared->scratch[0], "SELECT count(*) FROM draped.schema_version"), 8);
 }
 
 /* ------------------------------------------------------------------ shares */
@@ -410,7 +410,7 @@ static void test_store_first_schema_is_brought_up_to_date(void **state) {
     struct scratch *scratch = shared->scratch;
     struct store_page page;
     struct store_filter filter = {.limit = 10, .owner = "anna"};
-    struct store_surface surface;
+    struct store_item surface;
     char *script = read_file(scratch->remote ? "tests/store/first_schema/postgres.sql"
                                              : "tests/store/first_schema/sqlite.sql");
     scratch_stop(&shared->scratch[1]);
@@ -421,7 +421,7 @@ static void test_store_first_schema_is_brought_up_to_date(void **state) {
     scratch_now = INT64_C(1000000000) * 1000000 + 30 * second;
     scratch_start(scratch);
     scratch_start(&shared->scratch[1]);
-    assert_int_equal(scratch_number(scratch, "SELECT max(version) FROM draped.schema_version"), 7);
+    assert_int_equal(scratch_number(scratch, "SELECT max(version) FROM draped.schema_version"), 8);
     static const enum store_status statuses[] = {STORE_QUEUED, STORE_QUEUED, STORE_RUNNING,
                                                  STORE_FAILED, STORE_SUCCEEDED};
     assert_int_equal(store_list(scratch->store, &filter, &page), STORE_OK);
@@ -430,8 +430,9 @@ static void test_store_first_schema_is_brought_up_to_date(void **state) {
         assert_int_equal(page.jobs[k].status, statuses[k]);
     scratch_expect_result(scratch, page.jobs[4].id, "result", 6, 6);
     store_page_clear(&page);
-    assert_int_equal(store_surface_get(scratch->store, NULL, "s1", &surface), STORE_OK);
-    store_surface_clear(&surface);
+    assert_int_equal(store_item_get(scratch->store, STORE_SURFACES, NULL, "s1", &surface),
+                     STORE_OK);
+    store_item_clear(&surface);
     scratch_now += 61 * second; /* whoever ran it then is gone */
     assert_int_equal(scratch_sweep(scratch).requeued, 1);
     expect_next(scratch, "urgent");

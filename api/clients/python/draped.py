@@ -286,6 +286,30 @@ class Client:
         """Removes the study and its result."""
         self._open("DELETE", f"/v1/studies/{study}").close()
 
+    # ---- materials ----
+
+    def materials(self) -> list[Json]:
+        """What a request may name as `fabric.material`: the library, then what was kept, newest first."""
+        found, query = [], ""
+        while True:
+            page = self._json("GET", "/v1/materials" + query)
+            found += page["materials"]
+            if not page["next"]:
+                return found
+            query = f"?cursor={page['next']}"
+
+    def material(self, name: str) -> Json:
+        """A material with its figures."""
+        return self._json("GET", f"/v1/materials/{urllib.parse.quote(name, safe='')}")
+
+    def keep_material(self, material: Mapping[str, Any]) -> Json:
+        """Keeps a material, for requests to name it; what became of earlier requests stays as it is."""
+        return self._json("POST", "/v1/materials", json.dumps(material).encode())
+
+    def delete_material(self, name: str) -> None:
+        """Removes it, under whose name another may be kept then."""
+        self._open("DELETE", f"/v1/materials/{urllib.parse.quote(name, safe='')}").close()
+
     # ---- results ----
 
     def result(self, drape: str, fields: Optional[list[str]] = None) -> Json:

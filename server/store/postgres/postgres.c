@@ -122,10 +122,10 @@ static const struct store_ops postgres_ops = {
     .result_drop = postgres_result_drop,
     .result_find = postgres_result_find,
     .result_read = postgres_result_read,
-    .surface_put = postgres_surface_put,
-    .surface_get = postgres_surface_get,
-    .surface_list = postgres_surface_list,
-    .surface_delete = postgres_surface_delete,
+    .item_put = postgres_item_put,
+    .item_get = postgres_item_get,
+    .item_list = postgres_item_list,
+    .item_delete = postgres_item_delete,
     .secret = postgres_secret,
 };
 

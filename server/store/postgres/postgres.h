@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Inside the PostgreSQL backend. `postgres.c` opens the database; what is written in SQL is
- * in `jobs.c`, `claims.c`, `rounds.c`, `results.c`, `surfaces.c`, `sweep.c` and `schema.c`, in the
+ * in `jobs.c`, `claims.c`, `rounds.c`, `results.c`, `items.c`, `sweep.c` and `schema.c`, in the
  * words of `query.h`; `pool.c` keeps the connections, `notify.c` carries hints between processes.
  *
  * SQLite's backend is sure to be the only writer and takes its time over several statements in one
@@ -140,14 +140,15 @@ enum store_answer postgres_result_read(struct store *store, int64_t number, int6
 enum store_answer postgres_find_due(struct store *store, bool due[STORE_STEP_COUNT], int64_t *now);
 enum store_answer postgres_step(struct store *store, enum store_step step, int64_t *done);
 
-/* --- surfaces.c */
+/* --- items.c */
 
-enum store_answer postgres_surface_put(struct store *store, const struct store_surface *surface,
-                                       bool *created);
-enum store_answer postgres_surface_get(struct store *store, const char *owner, const char *id,
-                                       struct store_surface *surface);
-enum store_answer postgres_surface_list(struct store *store, const char *owner, int64_t cursor,
-                                        int limit, struct store_surfaces *page);
-enum store_answer postgres_surface_delete(struct store *store, const char *owner, const char *id);
+enum store_answer postgres_item_put(struct store *store, enum store_shelf shelf,
+                                    const struct store_item *item, bool *created);
+enum store_answer postgres_item_get(struct store *store, enum store_shelf shelf, const char *owner,
+                                    const char *id, struct store_item *item);
+enum store_answer postgres_item_list(struct store *store, enum store_shelf shelf, const char *owner,
+                                     int64_t cursor, int limit, struct store_items *page);
+enum store_answer postgres_item_delete(struct store *store, enum store_shelf shelf,
+                                       const char *owner, const char *id);
 
 #endif

@@ -5,8 +5,9 @@
 /* A column that is gone fails the statement when it is prepared. */
 static const char usable_sql[] =
     "SELECT j.summary, j.error, j.result, j.excused, j.origin, r.digest, r.owner, r.job, r.token,"
-    " r.length, r.summary, c.id, c.bytes, q.job, q.bytes, s.id, s.owner, s.definition, t.bytes,"
-    " e.n FROM jobs j, results r, chunks c, requests q, surfaces s, stored t, ended e WHERE 0";
+    " r.length, r.summary, c.id, c.bytes, q.job, q.bytes, s.id, s.owner, s.definition, m.id,"
+    " m.owner, m.definition, t.bytes, e.n FROM jobs j, results r, chunks c, requests q, surfaces s,"
+    " materials m, stored t, ended e WHERE 0";
 
 /* Alone with the database, a process knows that all others are gone. */
 static enum store_answer clear_hosts(struct sqlite_store *store, struct db *db,

@@ -351,6 +351,24 @@ static const char schema_7_families[] =
     " DELETE FROM jobs WHERE parent = old.sequence;"
     " DELETE FROM task_numbers WHERE parent = old.sequence; END;";
 
+/* Schema 8: materials, as surfaces are kept. */
+static const char schema_8[] =
+    "CREATE TABLE materials ("
+    " sequence INTEGER PRIMARY KEY AUTOINCREMENT,"
+    " id TEXT NOT NULL,"
+    " owner TEXT NOT NULL,"
+    " created INTEGER NOT NULL,"
+    " description TEXT NOT NULL,"
+    " definition BLOB NOT NULL,"
+    " UNIQUE (id, owner));"
+    "CREATE INDEX materials_owner ON materials (owner, sequence);"
+    "CREATE TRIGGER owner_material_inserted AFTER INSERT ON materials BEGIN"
+    " INSERT INTO owners (owner, others, turn)"
+    "  VALUES (new.owner, length(new.definition), (SELECT n FROM turns))"
+    "  ON CONFLICT (owner) DO UPDATE SET others = others + excluded.others; END;"
+    "CREATE TRIGGER owner_material_deleted AFTER DELETE ON materials BEGIN"
+    " UPDATE owners SET others = others - length(old.definition) WHERE owner = old.owner; END;";
+
 /* Migrations in order, of a few scripts each: the n-th leads to version n. */
 enum { SCRIPTS = 3 };
 static const char *const migrations[][SCRIPTS] = {
@@ -360,7 +378,8 @@ static const char *const migrations[][SCRIPTS] = {
     {schema_4},
     {schema_5},
     {schema_6},
-    {schema_7_columns, schema_7_counts, schema_7_families}};
+    {schema_7_columns, schema_7_counts, schema_7_families},
+    {schema_8}};
 
 enum { CURRENT = sizeof migrations / sizeof migrations[0] };
 

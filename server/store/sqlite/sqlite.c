@@ -319,7 +319,8 @@ static bool set_up_writer(struct sqlite_store *store, char why[STORE_WHY_SIZE]) 
         (void)db_run(db, "ROLLBACK");
     return good && db_check(db, "PRAGMA quick_check('jobs')", why) &&
            db_check(db, "PRAGMA quick_check('results')", why) &&
-           db_check(db, "PRAGMA quick_check('surfaces')", why);
+           db_check(db, "PRAGMA quick_check('surfaces')", why) &&
+           db_check(db, "PRAGMA quick_check('materials')", why);
 }
 
 static bool open_others(struct sqlite_store *store, char why[STORE_WHY_SIZE]) {
@@ -420,10 +421,10 @@ static const struct store_ops sqlite_ops = {
     .result_drop = sqlite_result_drop,
     .result_find = sqlite_result_find,
     .result_read = sqlite_result_read,
-    .surface_put = sqlite_surface_put,
-    .surface_get = sqlite_surface_get,
-    .surface_list = sqlite_surface_list,
-    .surface_delete = sqlite_surface_delete,
+    .item_put = sqlite_item_put,
+    .item_get = sqlite_item_get,
+    .item_list = sqlite_item_list,
+    .item_delete = sqlite_item_delete,
     .secret = sqlite_secret,
 };
 

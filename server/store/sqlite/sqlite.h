@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Inside the SQLite backend. `sqlite.c` opens the database and runs transactions. What is
- * written in SQL is in `jobs.c`, `claims.c`, `rounds.c`, `results.c`, `surfaces.c`, `sweep.c` and
+ * written in SQL is in `jobs.c`, `claims.c`, `rounds.c`, `results.c`, `items.c`, `sweep.c` and
  * `schema.c`, in the words of `db.h`.
  *
  * Writing is a matter of one connection. An operation is a function that runs inside a transaction;
@@ -151,14 +151,15 @@ enum store_answer sqlite_result_forget(struct db *db, int64_t number);
 enum store_answer sqlite_find_due(struct store *store, bool due[STORE_STEP_COUNT], int64_t *time);
 enum store_answer sqlite_step(struct store *store, enum store_step step, int64_t *done);
 
-/* --- surfaces.c */
+/* --- items.c */
 
-enum store_answer sqlite_surface_put(struct store *store, const struct store_surface *surface,
-                                     bool *created);
-enum store_answer sqlite_surface_get(struct store *store, const char *owner, const char *id,
-                                     struct store_surface *surface);
-enum store_answer sqlite_surface_list(struct store *store, const char *owner, int64_t cursor,
-                                      int limit, struct store_surfaces *page);
-enum store_answer sqlite_surface_delete(struct store *store, const char *owner, const char *id);
+enum store_answer sqlite_item_put(struct store *store, enum store_shelf shelf,
+                                  const struct store_item *item, bool *created);
+enum store_answer sqlite_item_get(struct store *store, enum store_shelf shelf, const char *owner,
+                                  const char *id, struct store_item *item);
+enum store_answer sqlite_item_list(struct store *store, enum store_shelf shelf, const char *owner,
+                                   int64_t cursor, int limit, struct store_items *page);
+enum store_answer sqlite_item_delete(struct store *store, enum store_shelf shelf, const char *owner,
+                                     const char *id);
 
 #endif

@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: MIT */
+#include "material.h"
+#include "api/json/text.h"
+#include "api/request/material.h"
+#include <stdlib.h>
+#include <string.h>
+
+/* The document of a file, checked as the service would, as a line of its own. */
+static bool add(const char *path, const struct api_limits *limits, struct arena *arena,
+                struct api_text *lines, struct api_problem *problem) {
+    struct files_bytes file = {0};
+    struct api_material material;
+    const char *head;
+    bool good = files_read(path, &file);
+    if (good && api_material_decode(file.data, file.length, limits, arena, &material, &head,
+                                    problem) != API_OK) {
+        files_complain(path, "is no material");
+        good = false;
+    }
+    free(file.data);
+    if (good) {
+        api_text_bytes(lines, material.json, material.length);
+        api_text_raw(lines, "\n");
+    }
+    return good;
+}
+
+bool material_resolve(struct files_bytes *request, const struct material_files *files,
+                      const struct api_limits *limits, struct api_problem *problem) {
+    struct arena *arena = files->count ? arena_new(limits->max_memory) : NULL;
+    struct api_text lines = api_text_growing(arena);
+    struct files_bytes filled = {0};
+    bool good = true;
+    if (!files->count)
+        return true;
+    for (int k = 0; arena && good && k < files->count; k++)
+        good = add(files->path[k], limits, arena, &lines, problem);
+    const char *text = arena && good
+                           ? api_material_fill(request->data, request->length, lines.bytes,
+                                               lines.length, arena, &filled.length)
+                           : NULL;
+    filled.data = text ? malloc(filled.length + 1) : NULL;
+    if (filled.data) {
+        memcpy(filled.data, text, filled.length + 1);
+        free(request->data);
+        *request = filled;
+    } else if (good) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the materials");
+    }
+    arena_free(arena);
+    return filled.data != NULL;
+}

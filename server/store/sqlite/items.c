@@ -1,0 +1,135 @@
+/* SPDX-License-Identifier: MIT */
+#include "server/store/sql.h"
+#include "sqlite.h"
+#include <stdlib.h>
+#include <string.h>
+
+/* A statement for each shelf, whose tables have the same columns. */
+#define OF_SHELF(before, after)                                                                    \
+    (const char *const[]){before "surfaces" after, before "materials" after}[shelf]
+
+struct put {
+    enum store_shelf shelf;
+    const struct store_item *item;
+    bool created;
+};
+
+static enum store_answer put_operation(struct sqlite_store *store, struct db *db, void *context) {
+    struct put *put = context;
+    const enum store_shelf shelf = put->shelf;
+    const struct store_item *item = put->item;
+    struct query query = db_query(
+        db, OF_SHELF("INSERT INTO ", " (id, owner, created, description, definition)"
+                                     " VALUES (?, ?, ?, ?, ?) ON CONFLICT (id, owner) DO NOTHING"));
+    query_bind_text(&query, item->id);
+    query_bind_text(&query, item->owner);
+    query_bind_int(&query, sqlite_now(store));
+    query_bind_text(&query, item->description);
+    query_bind_bytes(&query, item->definition, item->definition_length);
+    enum store_answer answer = query_run(&query);
+    put->created = db_changes(db) > 0;
+    return answer;
+}
+
+enum store_answer sqlite_item_put(struct store *store, enum store_shelf shelf,
+                                  const struct store_item *item, bool *created) {
+    struct put put = {.shelf = shelf, .item = item};
+    enum store_answer answer = sqlite_room_for(store, item->definition_length);
+    if (answer == STORE_OK)
+        answer = sqlite_write(store, put_operation, &put);
+    *created = put.created;
+    return answer;
+}
+
+#define ITEM_COLUMNS "sequence, id, owner, created, description"
+
+static void read_item(struct query *query, struct store_item *item) {
+    item->sequence = query_int(query, 0);
+    query_copy(query, 1, item->id, sizeof item->id);
+    query_copy(query, 2, item->owner, sizeof item->owner);
+    item->created = query_int(query, 3);
+    query_duplicate(query, 4, &item->description, NULL);
+}
+
+enum store_answer sqlite_item_get(struct store *store, enum store_shelf shelf, const char *owner,
+                                  const char *id, struct store_item *item) {
+    struct db *db = sqlite_take_reader(store);
+    struct query query =
+        db_query(db, OF_SHELF("SELECT " ITEM_COLUMNS ", definition FROM ",
+                              " WHERE id = ?1 AND (?2 IS NULL OR owner = ?2) LIMIT 1"));
+    query_bind_text(&query, id);
+    query_bind_text(&query, owner);
+    bool found = query_row(&query);
+    if (found) {
+        read_item(&query, item);
+        query_duplicate(&query, 5, &item->definition, &item->definition_length);
+    }
+    enum store_answer answer = sqlite_give_reader(store, db, query_end(&query));
+    return answer == STORE_OK && !found ? STORE_EMPTY : answer;
+}
+
+enum store_answer sqlite_item_list(struct store *store, enum store_shelf shelf, const char *owner,
+                                   int64_t cursor, int limit, struct store_items *page) {
+    page->items = calloc((size_t)limit, sizeof *page->items);
+    if (!page->items)
+        return STORE_DOWN;
+    struct db *db = sqlite_take_reader(store);
+    struct query query = db_query(
+        db, owner ? OF_SHELF("SELECT " ITEM_COLUMNS " FROM ",
+                             " WHERE owner = ? AND sequence < ? ORDER BY sequence DESC LIMIT ?")
+                  : OF_SHELF("SELECT " ITEM_COLUMNS " FROM ",
+                             " WHERE ?1 IS NULL AND sequence < ?2 ORDER BY sequence DESC"
+                             " LIMIT ?3"));
+    query_bind_text(&query, owner);
+    query_bind_int(&query, cursor > 0 ? cursor : INT64_MAX);
+    query_bind_int(&query, (int64_t)limit + 1);
+    while (query_row(&query)) {
+        if (page->count == (size_t)limit) {
+            page->next = page->items[limit - 1].sequence;
+            break;
+        }
+        read_item(&query, &page->items[page->count++]);
+    }
+    return sqlite_give_reader(store, db, query_end(&query));
+}
+
+struct named {
+    enum store_shelf shelf;
+    const char *owner, *id; /* owner NULL: all */
+};
+
+/* An owner keeps the surfaces that its jobs need. What an administrator's job needs may be of any
+ * owner: the last one stays. */
+static enum store_answer in_use(struct db *db, const struct named *named) {
+    struct query query = db_query(
+        db, "SELECT 1 FROM jobs WHERE surface = ?1 AND status < " SQL_FIRST_ENDED " AND (?2 IS NULL"
+            " OR owner = ?2 OR NOT EXISTS"
+            " (SELECT 1 FROM surfaces WHERE id = ?1 AND owner <> ?2)) LIMIT 1");
+    query_bind_text(&query, named->id);
+    query_bind_text(&query, named->owner);
+    bool used = query_row(&query);
+    enum store_answer answer = query_end(&query);
+    return answer == STORE_OK && used ? STORE_CONFLICT : answer;
+}
+
+static enum store_answer delete_operation(struct sqlite_store *store, struct db *db,
+                                          void *context) {
+    (void)store;
+    const struct named *named = context;
+    const enum store_shelf shelf = named->shelf;
+    enum store_answer answer = shelf == STORE_SURFACES ? in_use(db, named) : STORE_OK;
+    if (answer != STORE_OK)
+        return answer;
+    struct query query =
+        db_query(db, OF_SHELF("DELETE FROM ", " WHERE id = ?1 AND (?2 IS NULL OR owner = ?2)"));
+    query_bind_text(&query, named->id);
+    query_bind_text(&query, named->owner);
+    answer = query_run(&query);
+    return answer == STORE_OK && db_changes(db) == 0 ? STORE_EMPTY : answer;
+}
+
+enum store_answer sqlite_item_delete(struct store *store, enum store_shelf shelf, const char *owner,
+                                     const char *id) {
+    struct named named = {.shelf = shelf, .owner = owner, .id = id};
+    return sqlite_write(store, delete_operation, &named);
+}
