@@ -5,6 +5,8 @@ import { readGlb } from './glb.js';
 import { readVtu } from './vtu.js';
 
 const EDGES_MOST = 6e4; // of the elements of a mesh: more would be a grey cloth, and slow
+const FEWER = 20000; // triangles, about, of a picture in motion
+const KEYS = 2 ** 17; // three numbers below it make one
 
 function boundsOf(arrays) {
   const low = [Infinity, Infinity, Infinity];
@@ -70,6 +72,47 @@ function room(triangles, ends) {
   };
 }
 
+/** Twice the area vector of the triangle whose corners begin at p[t]. */
+function areaVector(p, t) {
+  const a = [p[t + 3] - p[t], p[t + 4] - p[t + 1], p[t + 5] - p[t + 2]];
+  const b = [p[t + 6] - p[t], p[t + 7] - p[t + 1], p[t + 8] - p[t + 2]];
+  return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+}
+
+function areaOf(p) {
+  let area = 0;
+  for (let t = 0; t < p.length; t += 9) area += Math.hypot(...areaVector(p, t)) / 2;
+  return area;
+}
+
+/** Fewer triangles between the same vertices, for a picture in motion: all vertices in a cube become
+ *  its first one, and triangles that differ are kept. The cubes are as large as it takes to be about
+ *  FEWER; null where the body is not larger than two of that. */
+function fewerOf({ position: p }) {
+  const corners = p.length / 3;
+  if (corners < 6 * FEWER) return null;
+  const side = Math.sqrt((2 * areaOf(p)) / FEWER) || 1;
+  const cubes = new Map(); // their numbers, in the order of their first vertices
+  const first = [];
+  const cubeOf = (k) => {
+    const [x, y, z] = [0, 1, 2].map((axis) => Math.floor(p[3 * k + axis] / side));
+    const key = (x * KEYS + y) * KEYS + z;
+    let cube = cubes.get(key);
+    if (cube === undefined) cubes.set(key, (cube = first.push(k) - 1));
+    return cube;
+  };
+  const seen = new Set();
+  const index = [];
+  for (let k = 0; k < corners; k += 3) {
+    const [a, b, c] = [cubeOf(k), cubeOf(k + 1), cubeOf(k + 2)].sort((one, two) => one - two);
+    const key = (a * KEYS + b) * KEYS + c;
+    if (a === b || b === c || seen.has(key)) continue;
+    seen.add(key);
+    index.push(first[a], first[b], first[c]);
+  }
+  return Uint32Array.from(index);
+}
+
 /** The faces of a part; patch numbers are those of its faces. */
 export function facesOf(buffer) {
   const primitives = readGlb(buffer);
@@ -96,12 +139,24 @@ export function facesOf(buffer) {
     }
   });
   if (primitives.some(({ normal }) => !normal)) flatNormals(body);
-  return { ...body, ...bounds, count: Math.max(...primitives.map(({ face }) => face)) + 1 };
+  const count = Math.max(...primitives.map(({ face }) => face)) + 1;
+  return { ...body, ...bounds, fewer: fewerOf(body), count };
 }
 
 /** The corners of each element in turn. */
 function cornersOf({ connectivity, offsets }) {
   return Array.from(offsets, (last, k) => connectivity.subarray(k ? offsets[k - 1] : 0, last));
+}
+
+/** The pairs of vertices that are sides of elements, each once; none where they are too many. */
+function edgesOf(elements, count) {
+  const edges = new Map();
+  for (const corners of elements)
+    for (let k = 0; k < corners.length && edges.size <= EDGES_MOST; k++) {
+      const [a, b] = [corners[k], corners[(k + 1) % corners.length]];
+      edges.set(Math.min(a, b) * count + Math.max(a, b), [a, b]);
+    }
+  return edges.size <= EDGES_MOST ? [...edges.values()].flat() : [];
 }
 
 /** A mesh with its columns; patch numbers are the rows of these. */
@@ -110,36 +165,29 @@ export function elementsOf(buffer) {
   const bounds = boundsOf([points]);
   const elements = cornersOf(cells);
   const triangles = elements.reduce((sum, { length }) => sum + Math.max(length - 2, 0), 0);
-  const ends = elements.reduce((sum, { length }) => sum + 2 * length, 0);
-  const body = room(triangles, ends <= 2 * EDGES_MOST ? ends : 0);
+  const edges = edgesOf(elements, points.length / 3);
+  const body = room(triangles, edges.length);
   const put = (array, at, vertex) => {
     for (let axis = 0; axis < 3; axis++)
       array[3 * at + axis] = points[3 * vertex + axis] - bounds.origin[axis];
   };
   let at = 0;
-  let end = 0;
   elements.forEach((corners, patch) => {
     for (let k = 2; k < corners.length; k++)
       for (const vertex of [corners[0], corners[k - 1], corners[k]]) {
         body.patch[at] = patch;
         put(body.position, at++, vertex);
       }
-    for (let k = 0; k < corners.length && body.edges.length; k++)
-      for (const vertex of [corners[k], corners[(k + 1) % corners.length]]) {
-        body.edgePatch[end] = patch;
-        put(body.edges, end++, vertex);
-      }
   });
+  edges.forEach((vertex, end) => put(body.edges, end, vertex));
   flatNormals(body);
-  return { ...body, ...bounds, count: elements.length, columns };
+  return { ...body, ...bounds, fewer: fewerOf(body), count: elements.length, columns };
 }
 
 /** Of each triangle its own. */
 function flatNormals({ position: p, normal }) {
   for (let t = 0; t < p.length; t += 9) {
-    const a = [p[t + 3] - p[t], p[t + 4] - p[t + 1], p[t + 5] - p[t + 2]];
-    const b = [p[t + 6] - p[t], p[t + 7] - p[t + 1], p[t + 8] - p[t + 2]];
-    const n = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    const n = areaVector(p, t);
     for (let k = 0; k < 9; k++) normal[t + k] = n[k % 3];
   }
 }
@@ -184,9 +232,9 @@ export function tilesOf(shape, places) {
   return { ...body, origin, size: shape.size, radius: shape.radius, count: places.length };
 }
 
-export const buffersOf = ({ position, normal, patch, edges, edgePatch, columns = {} }) =>
-  [position, normal, patch, edges, edgePatch, ...Object.values(columns)].map(
-    ({ buffer }) => buffer,
+export const buffersOf = ({ position, normal, patch, edges, edgePatch, fewer, columns = {} }) =>
+  [position, normal, patch, edges, edgePatch, fewer || [], ...Object.values(columns)].flatMap(
+    ({ buffer }) => buffer || [],
   );
 
 /** Some of the patches as a shape to drape on: what `makeSurface` draws. */

@@ -2,6 +2,7 @@
 // A draped net on the graphics card: cells coloured by a field, yarns, outlines of locked cells and
 // the marked cell, all in one mesh and one shader; the same buffers laid flat give the pattern.
 import * as THREE from './three.module.min.js';
+import { withIndex } from './scene.js';
 import { textures } from './textures.js';
 import * as section from './section.js';
 
@@ -114,17 +115,6 @@ function makeGeometry(lattice) {
   return geometry;
 }
 
-/** The same vertices with fewer triangles, or the geometry itself. */
-function coarsen(geometry, { coarse }) {
-  if (!coarse) return geometry;
-  const fewer = new THREE.BufferGeometry();
-  fewer.setIndex(new THREE.BufferAttribute(coarse, 1));
-  for (const [name, attribute] of Object.entries(geometry.attributes))
-    fewer.setAttribute(name, attribute);
-  fewer.boundingSphere = geometry.boundingSphere;
-  return fewer;
-}
-
 export class Net {
   /** Without a lattice as yet: that comes with `fill`, any number of times. The shaders stay, because
    *  to make them again takes longer than to drape. */
@@ -151,7 +141,7 @@ export class Net {
     this.empty();
     this.lattice = lattice;
     this.geometry = makeGeometry(lattice);
-    this.fewer = coarsen(this.geometry, lattice);
+    this.fewer = lattice.coarse ? withIndex(this.geometry, lattice.coarse) : this.geometry;
     this.coarsen(false);
     this.uniforms.spacing.value.set(...spacing);
     for (const which of ['hovered', 'pinned']) this.mark(which, null);

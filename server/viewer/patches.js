@@ -4,9 +4,11 @@
 import * as THREE from './three.module.min.js';
 import * as section from './section.js';
 import { textures } from './textures.js';
+import { withIndex } from './scene.js';
 
 const NOWHERE = -1;
 const CHOSEN = 1; // added to a chosen patch's state
+const LINES = 5000; // that are drawn while something moves, on a slow graphics card
 
 const vertexShader = /* glsl */ `
   in float patchId;
@@ -92,6 +94,8 @@ export class Patches {
       polygonOffsetFactor: 1,
       polygonOffsetUnits: 1,
     };
+    this.geometry = geometry;
+    this.fewer = body.fewer ? withIndex(geometry, body.fewer) : geometry;
     this.mesh = new THREE.Mesh(geometry, new THREE.ShaderMaterial({ ...shared, fragmentShader }));
     this.mesh.frustumCulled = false;
     this.mesh.userData.picking = new THREE.ShaderMaterial({
@@ -108,6 +112,12 @@ export class Patches {
     edges.setAttribute('position', attribute(body.edges, 3));
     const colour = new THREE.Color().setRGB(...line, THREE.SRGBColorSpace);
     return new THREE.LineSegments(edges, new THREE.LineBasicMaterial({ color: colour }));
+  }
+
+  /** Draws the patches with fewer triangles and lines, or all of them. */
+  coarsen(on) {
+    this.mesh.geometry = on ? this.fewer : this.geometry;
+    this.lines.visible = !on || this.body.edgePatch.length <= 2 * LINES;
   }
 
   /** Colours by a value of each patch; null: they have no colours of their own. */
@@ -144,6 +154,7 @@ export class Patches {
       geometry.dispose();
       material.dispose();
     }
-    this.mesh.userData.picking.dispose();
+    for (const disposable of [this.geometry, this.fewer, this.mesh.userData.picking])
+      disposable.dispose();
   }
 }

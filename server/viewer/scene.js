@@ -8,6 +8,7 @@ const FIELD_OF_VIEW = 32;
 const TURN = Math.PI / 24; // an arrow key
 const SAMPLES = 4000; // points that framing looks at
 const SLOW = 25; // ms that a picture may take the graphics card
+const STUCK = 100; // ms after which one that is not done yet takes too long, whatever came before
 const COARSE = 0.5; // of the pixels a side, where it takes longer, while something moves
 const REST_MS = 250; // without a move, after which the picture is drawn in full
 const POLL_MS = 2;
@@ -28,6 +29,49 @@ const LIKED = 1.1; // so much better another one has to be
 function homeOf(area) {
   const shown = (home) => Math.abs(home.dot(area));
   return HOMES.reduce((best, home) => (shown(home) > LIKED * shown(best) ? home : best));
+}
+
+/** The same vertices with other triangles between them. */
+export function withIndex(geometry, index) {
+  const other = new THREE.BufferGeometry();
+  other.setIndex(new THREE.BufferAttribute(index, 1));
+  for (const [name, attribute] of Object.entries(geometry.attributes))
+    other.setAttribute(name, attribute);
+  other.boundingSphere = geometry.boundingSphere;
+  return other;
+}
+
+/** Whether a processor stands in for the graphics card. */
+function isEmulated() {
+  const options = { failIfMajorPerformanceCaveat: true };
+  const context = document.createElement('canvas').getContext('webgl2', options);
+  context?.getExtension('WEBGL_lose_context')?.loseContext();
+  return !context;
+}
+
+/** What draws a texture over the whole viewport. */
+function makeEnlarger() {
+  const material = new THREE.ShaderMaterial({
+    glslVersion: THREE.GLSL3,
+    uniforms: { map: { value: null } },
+    vertexShader: `
+      out vec2 at;
+      void main() {
+        at = uv;
+        gl_Position = vec4(position.xy, 0.0, 1.0);
+      }`,
+    fragmentShader: `
+      uniform sampler2D map;
+      in vec2 at;
+      layout(location = 0) out vec4 colour;
+      void main() { colour = texture(map, at); }`,
+    depthTest: false,
+    depthWrite: false,
+    blending: THREE.NoBlending,
+  });
+  const mesh = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), material);
+  mesh.frustumCulled = false;
+  return mesh;
 }
 
 class Pane {
@@ -53,7 +97,9 @@ class Pane {
     this.controls.zoomToCursor = true;
     this.turning = false; // by the pointer
     this.controls.addEventListener('start', () => (this.turning = true));
-    this.controls.addEventListener('change', () => (this.turning ? stage.move() : stage.redraw()));
+    this.controls.addEventListener('change', () =>
+      this.turning ? stage.move(this.camera) : stage.redraw(this.camera),
+    );
     this.controls.addEventListener('end', () => {
       this.turning = false;
       stage.onView();
@@ -64,6 +110,14 @@ class Pane {
     [this.direction] = HOMES;
     this.half = [1, 1];
     this.centre = [0, 0];
+    this.stale = true; // its picture is to be drawn anew
+    this.coarse = false; // so was it drawn
+    this.costs = [0, 0]; // ms of its last pictures in full
+  }
+
+  /** Two, because the first one with a shader also waits for that. */
+  get slow() {
+    return Math.min(...this.costs) > SLOW;
   }
 
   get visible() {
@@ -128,7 +182,7 @@ class Pane {
     camera.near = radius / 500;
     camera.far = radius * 60;
     controls.update();
-    this.stage.redraw();
+    this.stage.redraw(camera);
   }
 
   /** The view as numbers that do not depend on the size of the part. */
@@ -143,7 +197,7 @@ class Pane {
     camera.position.fromArray(numbers).multiplyScalar(radius);
     controls.target.fromArray(numbers, 3).multiplyScalar(radius);
     controls.update();
-    this.stage.redraw();
+    this.stage.redraw(camera);
   }
 
   #key(event) {
@@ -156,7 +210,7 @@ class Pane {
     else return;
     event.preventDefault();
     this.controls.update();
-    this.stage.move();
+    this.stage.move(this.camera);
     this.stage.onView();
   }
 
@@ -239,14 +293,19 @@ export class Stage {
   /** Throws where there is no WebGL 2. */
   constructor(canvas) {
     this.canvas = canvas;
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.renderer = new THREE.WebGLRenderer({
+      canvas,
+      alpha: true,
+      antialias: !isEmulated(),
+      preserveDrawingBuffer: true, // panes that have not changed keep their pictures
+    });
     this.renderer.setScissorTest(true);
     this.target = new THREE.WebGLRenderTarget(1, 1);
+    this.enlarger = makeEnlarger();
     this.panes = [];
     this.onView = () => {};
     this.onFrame = () => {};
     this.onCoarse = () => {};
-    this.costs = [0, 0]; // ms of the last pictures in full
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
 
@@ -256,40 +315,49 @@ export class Stage {
     return pane;
   }
 
-  /** Draws soon, once for all calls until then. */
-  redraw() {
+  /** Draws soon, once for all calls until then: the panes of a camera, or all. */
+  redraw(camera = null) {
+    for (const pane of this.panes) pane.stale ||= !camera || pane.camera === camera;
     this.pending ||= requestAnimationFrame(() => {
       this.pending = null;
       this.draw();
     });
   }
 
-  /** As `redraw`, for a picture that is soon followed by another: with fewer pixels where the
-   *  graphics card is slow. */
-  move() {
-    clearTimeout(this.rest);
+  /** As `redraw`, for a picture that is soon followed by another: with fewer pixels and triangles
+   *  where the graphics card is slow. */
+  move(camera = null) {
     this.moving = true;
+    this.redraw(camera);
+    this.#rest();
+  }
+
+  /** Draws in full what was not, when nothing has moved for a while, no pointer is still about to
+   *  turn it, and all that was asked for is drawn. */
+  #rest() {
+    clearTimeout(this.rest);
     this.rest = setTimeout(() => {
-      this.moving = false;
-      this.redraw();
+      if (this.pending || this.fence || this.panes.some(({ turning }) => turning)) this.#rest();
+      else this.#restore();
     }, REST_MS);
-    this.redraw();
   }
 
-  /** Two, because the first one with a shader also waits for that. */
+  #restore() {
+    this.moving = false;
+    for (const pane of this.panes) if (pane.coarse) this.redraw(pane.camera);
+  }
+
+  /** Whether the graphics card takes long for these pictures. */
   get slow() {
-    return Math.min(...this.costs) > SLOW;
-  }
-
-  get #coarse() {
-    return this.moving && this.slow;
+    const stuck = this.fence && performance.now() - this.begun > STUCK;
+    return stuck || this.panes.some((pane) => pane.visible && pane.slow);
   }
 
   /** Notes how long the graphics card takes for what was drawn. */
-  #clock() {
-    if (this.fence || this.#coarse) return;
+  #clock(drawn) {
+    if (this.fence) return;
     const gl = this.renderer.getContext();
-    const begun = performance.now();
+    const begun = (this.begun = performance.now());
     this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
     gl.flush();
     const look = () => {
@@ -297,7 +365,8 @@ export class Stage {
       if (!done && !gl.isContextLost()) return setTimeout(look, POLL_MS);
       gl.deleteSync(this.fence);
       this.fence = null;
-      this.costs = [this.costs[1], performance.now() - begun];
+      const cost = performance.now() - begun;
+      for (const pane of drawn) pane.costs = [pane.costs[1], cost];
     };
     setTimeout(look, POLL_MS);
   }
@@ -305,37 +374,68 @@ export class Stage {
   #resize() {
     const { clientWidth, clientHeight } = this.canvas;
     const size = this.renderer.getSize(new THREE.Vector2());
-    const ratio = Math.min(window.devicePixelRatio, 2) * (this.#coarse ? COARSE : 1);
-    if (this.renderer.getPixelRatio() !== ratio) this.renderer.setPixelRatio(ratio);
-    if (size.x !== clientWidth || size.y !== clientHeight)
-      this.renderer.setSize(clientWidth, clientHeight, false);
+    const ratio = Math.min(window.devicePixelRatio, 2);
+    const same = this.renderer.getPixelRatio() === ratio;
+    if (same && size.x === clientWidth && size.y === clientHeight) return;
+    this.renderer.setPixelRatio(ratio);
+    this.renderer.setSize(clientWidth, clientHeight, false);
+    for (const pane of this.panes) pane.stale = true;
   }
 
   draw() {
     this.#resize();
-    if (this.drawsCoarse !== this.#coarse) this.onCoarse((this.drawsCoarse = this.#coarse));
     const { renderer, canvas } = this;
     const box = canvas.getBoundingClientRect();
-    renderer.setScissor(0, 0, box.width, box.height);
-    renderer.clear();
-    for (const pane of this.panes) {
-      if (!pane.visible) continue;
+    if (this.panes.every(({ stale }) => stale)) {
+      renderer.setScissor(0, 0, box.width, box.height);
+      renderer.clear();
+    }
+    const coarse = Boolean(this.moving && this.slow);
+    const drawn = this.panes.filter((pane) => pane.stale && pane.visible);
+    for (const pane of drawn) {
       const own = pane.element.getBoundingClientRect();
       const rectangle = [own.left - box.left, box.bottom - own.bottom, own.width, own.height];
-      renderer.setViewport(...rectangle);
-      renderer.setScissor(...rectangle);
       pane.fit(own.width, own.height);
-      renderer.render(pane.scene, pane.camera);
+      pane.stale = false;
+      pane.coarse = coarse;
+      this.onCoarse(coarse);
+      if (coarse) this.#enlarge(pane, rectangle);
+      else this.#render(pane.scene, pane.camera, rectangle);
     }
-    this.#clock();
+    this.#clock(coarse ? [] : drawn);
     this.onFrame();
+  }
+
+  #render(scene, camera, rectangle) {
+    this.renderer.setViewport(...rectangle);
+    this.renderer.setScissor(...rectangle);
+    this.renderer.render(scene, camera);
+  }
+
+  /** Draws a pane with fewer pixels, and these larger. */
+  #enlarge({ scene, camera }, [x, y, width, height]) {
+    const { renderer, enlarger } = this;
+    const { map } = enlarger.material.uniforms;
+    const ratio = renderer.getPixelRatio();
+    const [wide, high] = [width, height].map((side) => Math.ceil(side * ratio * COARSE));
+    if (map.value?.image.width !== wide || map.value?.image.height !== high) {
+      map.value?.dispose();
+      map.value = new THREE.FramebufferTexture(wide, high);
+      map.value.minFilter = map.value.magFilter = THREE.LinearFilter;
+    }
+    this.#render(scene, camera, [x, y, wide / ratio, high / ratio]);
+    renderer.copyFramebufferToTexture(
+      map.value,
+      new THREE.Vector2(Math.round(x * ratio), Math.round(y * ratio)),
+    );
+    this.#render(enlarger, camera, [x, y, width, height]);
   }
 
   /** The vertex that owns what `mesh` shows at a place of the window, -1 for nothing: the mesh is
    *  drawn once more, into one pixel, with numbers for colours. `within`: the group it is in. */
   pick(pane, mesh, clientX, clientY, within = mesh) {
     const { renderer, target } = this;
-    if (this.drawsCoarse) this.onCoarse((this.drawsCoarse = false));
+    this.onCoarse(false);
     const box = pane.element.getBoundingClientRect();
     const material = mesh.material;
     const others = [...pane.scene.children, ...within.children].filter(

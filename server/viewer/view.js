@@ -76,6 +76,7 @@ export class View {
     };
     stage.onCoarse = (on) => {
       for (const { net } of Object.values(this.slots)) net.coarsen(on);
+      this.patches?.coarsen(on);
     };
     stage.onFrame = () => {
       this.#moveHandle();
@@ -189,7 +190,6 @@ export class View {
     if (!lattice) return;
     const net = (this.nets[slot] ||= new Net());
     net.fill(lattice, spacing);
-    net.coarsen(Boolean(this.stage.drawsCoarse));
     const pane = this.panes[{ one: 'solid', two: 'other', difference: 'difference' }[slot]];
     const entry = { net, lattice, spacing, pane, front: frontOf(lattice), marks: {} };
     this.slots[slot] = entry;
