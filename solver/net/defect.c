@@ -4,6 +4,7 @@
 #include "correction.h"
 #include "fishnet.h"
 #include "rough.h"
+#include "solver/wide.h"
 #include "yarn.h"
 
 /* Coefficients of defect.h. */
@@ -175,73 +176,104 @@ struct patch {
     double r[3][SPAN][SPAN];
 };
 
-/* Whether places of a tile, in columns `x` as bits and rows from `first` on, are all inside, and
- * neither rough nor grown. */
-static bool is_plain(const struct net_tile *tile, unsigned x, int first, int count) {
-    if (!tile)
-        return false;
-    unsigned inside = x, other = 0;
-    for (int y = first; y < first + count; y++) {
-        inside &= tile->bits[NET_BIT_INSIDE][y];
-        other |= tile->bits[NET_BIT_ROUGH][y] | tile->bits[NET_BIT_GROWN][y];
-    }
-    return inside == x && !(other & x);
-}
-
-static void load(const struct net_window *window, struct patch *patch) {
-    for (int y = 0; y < SPAN; y++) {
-        bool own = y >= MARGIN && y < NET_TILE + MARGIN;
-        for (int x = own ? 0 : MARGIN; x < (own ? SPAN : NET_TILE + MARGIN); x++) {
-            struct vec3 r = net_window_find(window, x - MARGIN, y - MARGIN)->r;
-            patch->r[0][y][x] = r.x;
-            patch->r[1][y][x] = r.y;
-            patch->r[2][y][x] = r.z;
+/* Places first[0] .. end[0] - 1 of rows first[1] .. end[1] - 1 of a window, all of one tile. */
+static void load(const struct net_window *window, const int first[2], const int end[2],
+                 struct patch *patch) {
+    for (int y = first[1]; y < end[1]; y++) {
+        const struct net_node *node = net_window_find(window, first[0], y);
+        for (int x = first[0]; x < end[0]; x++) {
+            struct vec3 r = node ? node++->r : vec3_make(0, 0, 0);
+            patch->r[0][y + MARGIN][x + MARGIN] = r.x;
+            patch->r[1][y + MARGIN][x + MARGIN] = r.y;
+            patch->r[2][y + MARGIN][x + MARGIN] = r.z;
         }
     }
 }
 
-/* As by_differences, of the edges of a row; P is `step` on from Q. */
-static void along_row(const struct patch *patch, int y, int step, double d,
-                      struct defect defect[NET_TILE]) {
+static void load_all(const struct net_window *window, struct patch *patch) {
+    static const int range[3][2] = {{-MARGIN, 0}, {0, NET_TILE}, {NET_TILE, NET_TILE + MARGIN}};
+    for (int k = 0; k < 3; k++) {
+        load(window, (int[]){range[k][0], 0}, (int[]){range[k][1], NET_TILE}, patch);
+        if (k != 1)
+            load(window, (int[]){0, range[k][0]}, (int[]){NET_TILE, range[k][1]}, patch);
+    }
+}
+
+/* The places that have plain nodes all the way from 3 steps back to 2 on, along rows and columns.
+ */
+static void find_even(const struct net_window *window, int warp, int weft,
+                      uint32_t even[NET_TILE]) {
+    uint64_t plain[SPAN];
+    for (int y = 0; y < SPAN; y++)
+        plain[y] = net_window_plain(window, y - MARGIN);
+    for (int y = 0; y < NET_TILE; y++) {
+        uint64_t row = plain[y + MARGIN], both = row;
+        for (int k = 1; k <= MARGIN; k++)
+            both &= (warp > 0 ? row << k : row >> k) & plain[y + MARGIN - k * weft];
+        for (int k = 1; k < MARGIN; k++)
+            both &= (warp > 0 ? row >> k : row << k) & plain[y + MARGIN + k * weft];
+        even[y] = (uint32_t)(both >> NET_TILE) & ((1u << NET_TILE) - 1);
+    }
+}
+
+/* What by_differences has of edges, for a row, added up over the coordinates: M^2, M . D4, D3^2,
+ * and the edges' squares. */
+struct sums {
+    double m2[NET_TILE], m4[NET_TILE], third2[NET_TILE], edge2[NET_TILE];
+};
+
+/* One coordinate of the edges from Q to P, which is at `p` and `step` on from Q. */
+INLINE void add_coordinate(const double *p, int step, struct sums *sums, double *edge) {
     for (int x = 0; x < NET_TILE; x++) {
-        double m2 = 0, m4 = 0, third2 = 0, edge2 = 0;
-        for (int c = 0; c < 3; c++) {
-            const double *p = &patch->r[c][y + MARGIN][x + MARGIN];
-            double r0 = p[-3 * step], r1 = p[-2 * step], q = p[-step], r4 = p[step];
-            double b0 = r0 - 2 * r1 + q, b1 = r1 - 2 * q + p[0], b2 = q - 2 * p[0] + r4;
-            double b3 = p[0] - 2 * r4 + p[2 * step];
-            double mean = (b1 + b2) / 2, d3 = b2 - b1, d4 = ((b3 - b2) - (b1 - b0)) / 2;
-            m2 += mean * mean;
-            m4 += mean * d4;
-            third2 += d3 * d3;
-            edge2 += (p[0] - q) * (p[0] - q);
-        }
-        double q = m2 / (d * d), fourth = by_fourth * (m4 + q * m2);
+        double r0 = p[x - 3 * step], r1 = p[x - 2 * step], q = p[x - step], r3 = p[x];
+        double r4 = p[x + step], r5 = p[x + 2 * step];
+        double b0 = r0 - 2 * r1 + q, b1 = r1 - 2 * q + r3, b2 = q - 2 * r3 + r4;
+        double b3 = r3 - 2 * r4 + r5;
+        double mean = (b1 + b2) / 2, d3 = b2 - b1, d4 = ((b3 - b2) - (b1 - b0)) / 2;
+        sums->m2[x] += mean * mean;
+        sums->m4[x] += mean * d4;
+        sums->third2[x] += d3 * d3;
+        sums->edge2[x] += (r3 - q) * (r3 - q);
+        edge[x] = r3 - q;
+    }
+}
+
+/* As by_differences, of the edges of family k that end in row y. */
+WIDE_CLONES
+static void along_row(const struct patch *patch, int y, int k, int step, double d,
+                      struct defect_tile *tile) {
+    struct sums sums = {{0}, {0}, {0}, {0}};
+    double(*along)[NET_TILE] = tile->along[k][y];
+    for (int c = 0; c < 3; c++)
+        add_coordinate(&patch->r[c][y + MARGIN][MARGIN], step, &sums, along[c]);
+    for (int x = 0; x < NET_TILE; x++) {
+        double m2 = sums.m2[x], third2 = sums.third2[x], edge2 = sums.edge2[x];
+        double q = m2 / (d * d), fourth = by_fourth * (sums.m4[x] + q * m2);
         double third = by_third * (third2 - q * q * edge2);
         double known = (edge2 - d * d * correction_share(q) - fourth + third) / (2 * d);
         double terms = fabs(fourth) + fabs(third);
-        defect[x].known = known;
-        defect[x].unsure =
+        tile->known[k][y][x] = known;
+        tile->unsure[k][y][x] =
             of_known * fabs(known) + (of_terms + of_turned * q) * terms / (2 * d) + rounding * d;
+    }
+    for (int x = 0; x < NET_TILE; x++) {
+        double inverse = 1 / sqrt(sums.edge2[x]);
+        for (int c = 0; c < 3; c++)
+            along[c][x] *= inverse;
     }
 }
 
-bool defect_of_tile(const struct defect_net *net, const struct net_window *window,
+void defect_of_tile(const struct defect_net *net, const struct net_window *window,
                     struct defect_tile *tile) {
     const struct net_tile *own = window->tile[1][1];
-    const unsigned all = (1u << NET_TILE) - 1, low = (1u << MARGIN) - 1;
     struct patch patch;
-    if (!is_plain(own, all, 0, NET_TILE) ||
-        !is_plain(window->tile[1][0], low << (NET_TILE - MARGIN), 0, NET_TILE) ||
-        !is_plain(window->tile[1][2], low, 0, NET_TILE) ||
-        !is_plain(window->tile[0][1], all, NET_TILE - MARGIN, MARGIN) ||
-        !is_plain(window->tile[2][1], all, 0, MARGIN))
-        return false;
-    load(window, &patch);
-    int warp = own->ti < 0 ? -1 : 1, weft = own->tj < 0 ? -SPAN : SPAN;
+    int warp = own->ti < 0 ? -1 : 1, weft = own->tj < 0 ? -1 : 1;
+    load_all(window, &patch);
+    find_even(window, warp, weft, tile->even);
     for (int y = 0; y < NET_TILE; y++) {
-        along_row(&patch, y, warp, net->spacing[0], tile->of[0][y]);
-        along_row(&patch, y, weft, net->spacing[1], tile->of[1][y]);
+        if (!tile->even[y])
+            continue;
+        along_row(&patch, y, 0, warp, net->spacing[0], tile);
+        along_row(&patch, y, 1, weft * SPAN, net->spacing[1], tile);
     }
-    return true;
 }

@@ -33,14 +33,16 @@ struct defect {
  * is 0, the other 1 or -1. The view must have been moved to one of its ends or next to it. */
 struct defect defect_of(struct defect_net *net, int32_t i, int32_t j, int di, int dj);
 
-/* Those of all edges that end in the nodes of a tile and come from the side of the start, `of[k]`
- * of family k at [y][x]; false where the tile or one next to it has places without nodes inside,
- * rough edges or grown nodes within reach of the differences, for which defect_of is. */
+/* Of the edges that end in the nodes of a tile and come from the side of the start: their defects,
+ * and the unit vectors along them. */
 struct defect_tile {
-    struct defect of[2][NET_TILE][NET_TILE];
+    uint32_t even[NET_TILE]; /* bit x of row y: the differences of both edges that end there reach
+                                nothing but plain nodes; the others are left to defect_of */
+    double known[2][NET_TILE][NET_TILE], unsure[2][NET_TILE][NET_TILE]; /* [family][y][x] */
+    double along[2][NET_TILE][3][NET_TILE]; /* [family][y][coordinate][x] */
 };
 
-bool defect_of_tile(const struct defect_net *net, const struct net_window *window,
+void defect_of_tile(const struct defect_net *net, const struct net_window *window,
                     struct defect_tile *tile);
 
 /* The angle by which the yarn turns sideways, in the surface, at one end of the edge from (i, j) to

@@ -2,6 +2,7 @@
 #include "estimate.h"
 
 #include "defect.h"
+#include "solver/wide.h"
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,9 +30,9 @@ struct error {
     struct vec3 of[ERRORS];
 };
 
-/* How it is kept, in place of the node of the net before. */
+/* How it is kept, by coordinates, in place of the node of the net before. */
 struct kept {
-    float of[ERRORS][3], estimate;
+    float of[3][ERRORS], estimate;
 };
 
 /* The mark of one that is to be estimated later, in place of what edges are rough. */
@@ -53,23 +54,27 @@ static bool error_at(const struct estimate *e, int32_t i, int32_t j, struct erro
     memcpy(&kept, node, sizeof kept);
     for (int k = 0; k < ERRORS; k++)
         error->of[k] =
-            vec3_make((double)kept.of[k][0], (double)kept.of[k][1], (double)kept.of[k][2]);
+            vec3_make((double)kept.of[0][k], (double)kept.of[1][k], (double)kept.of[2][k]);
     return true;
 }
 
 /* No node of either net is further from the start than its yarns are long. */
-static void keep_error(const struct estimate *e, int32_t i, int32_t j, const struct error *error) {
+static double most_at(const struct estimate *e, int32_t i, int32_t j) {
     const double *d = e->net.spacing;
-    double most = 2 * ((double)labs(i) * d[0] + (double)labs(j) * d[1]);
+    return 2 * ((double)labs(i) * d[0] + (double)labs(j) * d[1]);
+}
+
+static void keep_error(const struct estimate *e, int32_t i, int32_t j, const struct error *error) {
+    double most = most_at(e, i, j);
     double sum = share_of_known * vec3_norm(error->of[KNOWN]) + vec3_norm(error->of[LONGER]) +
                  vec3_norm(error->of[APART]);
     struct kept kept = {.estimate = (float)(sum < most ? sum : most)};
     if (!net_view_place(&e->before, i, j))
         return;
     for (int k = 0; k < ERRORS; k++) {
-        kept.of[k][0] = (float)error->of[k].x;
-        kept.of[k][1] = (float)error->of[k].y;
-        kept.of[k][2] = (float)error->of[k].z;
+        kept.of[0][k] = (float)error->of[k].x;
+        kept.of[1][k] = (float)error->of[k].y;
+        kept.of[2][k] = (float)error->of[k].z;
     }
     struct net_node *node = net_find(e->kept, i, j);
     memcpy(node, &kept, sizeof kept);
@@ -77,33 +82,36 @@ static void keep_error(const struct estimate *e, int32_t i, int32_t j, const str
 }
 
 /* One end of an edge that a node hangs on: the chord from there, the error there, and the defect of
- * the edge, which may be known (else NULL). */
+ * the edge. */
 struct link {
     struct vec3 chord;
     struct error from;
     struct defect edge;
 };
 
-static bool find_link(struct estimate *e, int32_t i, int32_t j, int di, int dj,
-                      const struct defect *edge, struct link *link) {
+static bool find_link(struct estimate *e, int32_t i, int32_t j, int di, int dj, struct link *link) {
     const struct net_node *from = net_view_place(&e->net.net, i - di, j - dj);
     const struct net_node *to = net_view_place(&e->net.net, i, j);
     if (!from || !error_at(e, i - di, j - dj, &link->from))
         return false;
     link->chord = vec3_unit(vec3_sub(to->r, from->r));
-    link->edge = edge ? *edge : defect_of(&e->net, i - di, j - dj, di, dj);
+    link->edge = defect_of(&e->net, i - di, j - dj, di, dj);
     return true;
+}
+
+INLINE double inverse_sine2(double cosine) {
+    double sine2 = 1 - cosine * cosine, least2 = least_sine * least_sine;
+    return 1 / (sine2 > least2 ? sine2 : least2);
 }
 
 /* Of the fourth corner of a cell in the direction (si, sj) of its A: along BD it is that of B and
  * of the edge, along CD that of C and of the edge. */
 static bool cell_error(struct estimate *e, int32_t i, int32_t j, int si, int sj,
-                       const struct defect *const edge[2], struct error *error) {
+                       struct error *error) {
     struct link b, c;
-    if (!find_link(e, i, j, si, 0, edge[0], &b) || !find_link(e, i, j, 0, sj, edge[1], &c))
+    if (!find_link(e, i, j, si, 0, &b) || !find_link(e, i, j, 0, sj, &c))
         return false;
-    double cosine = vec3_dot(b.chord, c.chord), sine2 = 1 - cosine * cosine;
-    double inverse = 1 / (sine2 > least_sine * least_sine ? sine2 : least_sine * least_sine);
+    double cosine = vec3_dot(b.chord, c.chord), inverse = inverse_sine2(cosine);
     const double by_b[ERRORS] = {b.edge.known, b.edge.unsure, b.edge.unsure};
     const double by_c[ERRORS] = {c.edge.known, c.edge.unsure, -c.edge.unsure};
     for (int k = 0; k < ERRORS; k++) {
@@ -184,7 +192,7 @@ static void estimate_arm(struct estimate *e, int di, int dj) {
     for (int32_t i = di, j = dj;; i += di, j += dj) {
         move_views(e, i, j);
         if (!net_view_place(&e->net.net, i, j) || is_awaited(e, i, j) ||
-            !find_link(e, i, j, di, dj, NULL, &link))
+            !find_link(e, i, j, di, dj, &link))
             return;
         known += link.edge.known;
         double turn2 = vec3_norm2(last) > 0 ? vec3_norm2(vec3_sub(link.chord, last)) : 0;
@@ -196,27 +204,134 @@ static void estimate_arm(struct estimate *e, int di, int dj) {
     }
 }
 
-static void estimate_tile(struct estimate *e, const struct net_tile *tile) {
-    int si = tile->ti < 0 ? -1 : 1, sj = tile->tj < 0 ? -1 : 1;
-    struct defect_tile defects;
-    const struct defect *edge[2] = {NULL, NULL};
-    move_views(e, tile->ti * NET_TILE, tile->tj * NET_TILE);
-    bool plain = defect_of_tile(&e->net, &e->net.net.window, &defects);
-    for (int k = 0; k < NET_TILE * NET_TILE; k++) {
-        int x = k % NET_TILE, y = k / NET_TILE;
-        int32_t i = tile->ti * NET_TILE + (si < 0 ? NET_TILE - 1 - x : x);
-        int32_t j = tile->tj * NET_TILE + (sj < 0 ? NET_TILE - 1 - y : y);
-        struct error error;
-        if (i == 0 || j == 0 || !net_view_place(&e->net.net, i, j) || is_awaited(e, i, j))
-            continue;
-        if (plain) {
-            edge[0] = &defects.of[0][j & (NET_TILE - 1)][i & (NET_TILE - 1)];
-            edge[1] = &defects.of[1][j & (NET_TILE - 1)][i & (NET_TILE - 1)];
-        }
-        if (!cell_error(e, i, j, si, sj, edge, &error))
-            loose_error(e, i, j, si, sj, &error);
-        keep_error(e, i, j, &error);
+/* The errors of a node side by side, by coordinates; the last lane is none. */
+typedef double lanes __attribute__((vector_size(32)));
+
+struct error_lanes {
+    lanes of[3];
+};
+
+INLINE struct error_lanes lanes_error(const struct net_node *node) {
+    struct error_lanes error;
+    struct kept kept;
+    memcpy(&kept, node, sizeof kept);
+    for (int c = 0; c < 3; c++)
+        error.of[c] = (lanes){(double)kept.of[c][KNOWN], (double)kept.of[c][LONGER],
+                              (double)kept.of[c][APART], 0};
+    return error;
+}
+
+/* As cell_error, of the node at x of row y of a tile. */
+INLINE struct error_lanes lanes_of_cell(const struct defect_tile *t, int x, int y, double cosine,
+                                        double inverse, const struct error_lanes *b,
+                                        const struct error_lanes *c) {
+    double unsure_b = t->unsure[0][y][x], unsure_c = t->unsure[1][y][x];
+    lanes p = {t->known[0][y][x], unsure_b, unsure_b, 0};
+    lanes q = {t->known[1][y][x], unsure_c, -unsure_c, 0};
+    struct error_lanes error;
+    for (int k = 0; k < 3; k++) {
+        p += t->along[0][y][k][x] * b->of[k];
+        q += t->along[1][y][k][x] * c->of[k];
     }
+    lanes by_b = (p - cosine * q) * inverse, by_c = (q - cosine * p) * inverse;
+    for (int k = 0; k < 3; k++)
+        error.of[k] = by_b * t->along[0][y][k][x] + by_c * t->along[1][y][k][x];
+    return error;
+}
+
+/* Places `first`, first + si, .. before `end` of row y of a tile, whose edges are even. B of the
+ * first is `b`, C are the places of `below`. No error is greater than `most` at x. */
+struct even_run {
+    const struct defect_tile *defects;
+    int y, first, end, si;
+    const struct net_node *b, *below;
+    struct net_node *node;
+    double most[NET_TILE];
+};
+
+WIDE_CLONES
+static void estimate_run(const struct even_run *row) {
+    const struct defect_tile *t = row->defects;
+    const double(*b)[NET_TILE] = t->along[0][row->y], (*c)[NET_TILE] = t->along[1][row->y];
+    double cosine[NET_TILE], inverse[NET_TILE], size[4 * NET_TILE] = {0};
+    for (int x = 0; x < NET_TILE; x++) {
+        cosine[x] = b[0][x] * c[0][x] + b[1][x] * c[1][x] + b[2][x] * c[2][x];
+        inverse[x] = inverse_sine2(cosine[x]);
+    }
+    struct error_lanes error = lanes_error(row->b);
+    for (int x = row->first; x != row->end; x += row->si) {
+        struct error_lanes at_c = lanes_error(&row->below[x]);
+        error = lanes_of_cell(t, x, row->y, cosine[x], inverse[x], &error, &at_c);
+        lanes size2 = {0};
+        struct kept kept;
+        for (int k = 0; k < 3; k++) {
+            size2 += error.of[k] * error.of[k];
+            for (int n = 0; n < ERRORS; n++)
+                kept.of[k][n] = (float)error.of[k][n];
+        }
+        kept.estimate = 0;
+        memcpy(&size[4 * x], &size2, sizeof size2);
+        memcpy(&row->node[x], &kept, sizeof kept);
+    }
+    for (int n = 0; n < 4 * NET_TILE; n++)
+        size[n] = sqrt(size[n]);
+    for (int x = row->first; x != row->end; x += row->si) {
+        const double *of = &size[4 * x];
+        double sum = share_of_known * of[KNOWN] + of[LONGER] + of[APART];
+        float estimate = (float)(sum < row->most[x] ? sum : row->most[x]);
+        memcpy((char *)&row->node[x] + offsetof(struct kept, estimate), &estimate, sizeof estimate);
+    }
+}
+
+/* One node by itself. */
+static void estimate_node(struct estimate *e, int32_t i, int32_t j, int si, int sj) {
+    struct error error;
+    if (i == 0 || j == 0 || !net_view_place(&e->net.net, i, j) || is_awaited(e, i, j))
+        return;
+    if (!cell_error(e, i, j, si, sj, &error))
+        loose_error(e, i, j, si, sj, &error);
+    keep_error(e, i, j, &error);
+}
+
+/* Row y of a tile: those of its places together that are `even` and hang on estimated ones. */
+static void estimate_row(struct estimate *e, const struct net_tile *tile,
+                         const struct defect_tile *defects, int y) {
+    int si = tile->ti < 0 ? -1 : 1, sj = tile->tj < 0 ? -1 : 1;
+    int32_t i = tile->ti * NET_TILE, j = tile->tj * NET_TILE + y;
+    const struct net_window *before = &e->before.window;
+    uint64_t own = net_window_plain(before, y), below = net_window_plain(before, y - sj);
+    uint64_t hung = own & below & (si > 0 ? own << 1 : own >> 1);
+    uint32_t even = defects->even[y] & (uint32_t)(hung >> NET_TILE);
+    if (j == 0)
+        return;
+    if (i == 0)
+        even &= ~1u;
+    struct even_run run = {defects, y, .si = si, .node = even ? net_find(e->kept, i, j) : NULL};
+    for (int x = 0; x < NET_TILE; x++)
+        run.most[x] = most_at(e, i + x, j);
+    run.below = net_window_find(before, 0, y - sj);
+    int end = si > 0 ? NET_TILE : -1;
+    for (int x = si > 0 ? 0 : NET_TILE - 1; x != end;) {
+        if (!(even >> x & 1)) {
+            estimate_node(e, i + x, j, si, sj);
+            x += si;
+            continue;
+        }
+        run.first = x;
+        run.b = net_window_find(before, x - si, y);
+        while (x != end && even >> x & 1)
+            x += si;
+        run.end = x;
+        estimate_run(&run);
+    }
+}
+
+static void estimate_tile(struct estimate *e, const struct net_tile *tile) {
+    struct defect_tile defects;
+    move_views(e, tile->ti * NET_TILE, tile->tj * NET_TILE);
+    defect_of_tile(&e->net, &e->net.net.window, &defects);
+    for (int y = 0; y < NET_TILE; y++)
+        estimate_row(e, tile, &defects, tile->tj < 0 ? NET_TILE - 1 - y : y);
 }
 
 /* The tiles of one quadrant, each after those between it and the generators. */
@@ -243,24 +358,26 @@ static void estimate_quadrant(void *data, int number) {
     }
 }
 
-/* Marks the nodes that the growth placed, which are to be estimated in its order. */
+/* Marks the nodes that the growth placed, which are to be estimated in its order; they are plain no
+ * longer. */
 static void mark_steps(struct estimate *e, const struct march_steps *steps) {
     for (size_t k = 0; k < steps->count; k++) {
         struct net_node *node = net_find(e->kept, steps->step[k].i, steps->step[k].j);
-        if (node)
-            node->rough = AWAITED;
+        if (!node)
+            continue;
+        node->rough = AWAITED;
+        net_mark_grown(e->kept, steps->step[k].i, steps->step[k].j);
     }
 }
 
 static void estimate_steps(struct estimate *e, const struct march_steps *steps) {
-    static const struct defect *const unknown[2] = {NULL, NULL};
     for (size_t k = 0; k < steps->count; k++) {
         const struct march_step *s = &steps->step[k];
         struct error error;
         move_views(e, s->i, s->j);
         if (s->way != MARCH_CELL)
             step_error(e, s, &error);
-        else if (!cell_error(e, s->i, s->j, s->di, s->dj, unknown, &error))
+        else if (!cell_error(e, s->i, s->j, s->di, s->dj, &error))
             loose_error(e, s->i, s->j, s->di, s->dj, &error);
         keep_error(e, s->i, s->j, &error);
     }

@@ -143,20 +143,11 @@ struct net_window net_window(const struct net *net, int32_t ti, int32_t tj) {
     return window;
 }
 
-/* The rough bits of row y, bit NET_TILE + x for x = -NET_TILE .. 2 NET_TILE - 1. */
-static uint64_t rough_bits(const struct net_window *w, int y) {
-    const struct net_tile *const *row = w->tile[(y >> NET_TILE_BITS) + 1];
-    uint64_t bits = 0;
-    for (int k = 0; k < 3; k++)
-        if (row[k])
-            bits |= (uint64_t)row[k]->bits[NET_BIT_ROUGH][y & (NET_TILE - 1)] << (k * NET_TILE);
-    return bits;
-}
-
 uint32_t net_window_near_rough(const struct net_window *w, int y, int reach) {
-    uint64_t row = rough_bits(w, y), near = row;
+    uint64_t row = net_window_row(w, NET_BIT_ROUGH, y), near = row;
     for (int k = 1; k <= reach; k++)
-        near |= row << k | row >> k | rough_bits(w, y + k) | rough_bits(w, y - k);
+        near |= row << k | row >> k | net_window_row(w, NET_BIT_ROUGH, y + k) |
+                net_window_row(w, NET_BIT_ROUGH, y - k);
     return (uint32_t)(near >> NET_TILE) & ((1u << (NET_TILE + 1)) - 1);
 }
 

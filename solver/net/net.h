@@ -55,6 +55,7 @@ enum { NET_YARN_BLOCKS = 24, NET_YARN_FIRST = 64 };
 /* What a tile keeps a bit of for each of its places. */
 enum net_bit {
     NET_BIT_INSIDE, /* the node there is NET_INSIDE */
+    NET_BIT_PLACE,  /* that or NET_GHOST */
     NET_BIT_KNOWN,  /* it is not NET_UNKNOWN */
     NET_BIT_GROWN,  /* it is grown */
     NET_BIT_ROUGH,  /* it has rough edges */
@@ -121,6 +122,7 @@ static inline void net_set_bit(struct net_tile *tile, enum net_bit which, int x,
 /* All bits of the place at column x and row y of a tile, for the node there. */
 static inline void net_set_bits(struct net_tile *tile, int x, int y, const struct net_node *node) {
     net_set_bit(tile, NET_BIT_INSIDE, x, y, node->state == NET_INSIDE);
+    net_set_bit(tile, NET_BIT_PLACE, x, y, node->state == NET_INSIDE || node->state == NET_GHOST);
     net_set_bit(tile, NET_BIT_KNOWN, x, y, node->state != NET_UNKNOWN);
     net_set_bit(tile, NET_BIT_ROUGH, x, y, node->rough != 0);
     net_set_bit(tile, NET_BIT_GROWN, x, y, node->grown);
@@ -196,14 +198,26 @@ static inline const struct net_node *net_view_place(const struct net_view *view,
     return net_window_place(&view->window, i - view->ti * NET_TILE, j - view->tj * NET_TILE);
 }
 
-/* The bits of places x = -1 .. NET_TILE of row y, as bit x + 1; y alike. */
-static inline uint32_t net_window_bits(const struct net_window *w, enum net_bit which, int y) {
+/* The bits of all places of row y of a window, that at x as bit NET_TILE + x. */
+static inline uint64_t net_window_row(const struct net_window *w, enum net_bit which, int y) {
     const struct net_tile *const *row = w->tile[(y >> NET_TILE_BITS) + 1];
     uint64_t bits = 0;
     for (int k = 0; k < 3; k++)
         if (row[k])
             bits |= (uint64_t)row[k]->bits[which][y & (NET_TILE - 1)] << (k * NET_TILE);
-    return (uint32_t)(bits >> (NET_TILE - 1)) & ((1u << (NET_TILE + 2)) - 1);
+    return bits;
+}
+
+/* Those of places x = -1 .. NET_TILE, as bit x + 1. */
+static inline uint32_t net_window_bits(const struct net_window *w, enum net_bit which, int y) {
+    return (uint32_t)(net_window_row(w, which, y) >> (NET_TILE - 1)) & ((1u << (NET_TILE + 2)) - 1);
+}
+
+/* Those that have a node, inside or ghost, neither grown nor with rough edges, as in
+ * net_window_row. */
+static inline uint64_t net_window_plain(const struct net_window *w, int y) {
+    return net_window_row(w, NET_BIT_PLACE, y) &
+           ~(net_window_row(w, NET_BIT_GROWN, y) | net_window_row(w, NET_BIT_ROUGH, y));
 }
 
 /* The places x = 0 .. NET_TILE of row y, as bits, that have a node with rough edges no more than
