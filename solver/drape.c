@@ -81,13 +81,16 @@ static enum status march_all(struct march *march) {
     return status == STATUS_OK ? estimate_make(march) : status;
 }
 
-/* The surface as triangles, for the method mosaic. */
+/* The surface, or the faces of its shell, as triangles, for the method mosaic. */
 static enum status tessellate(struct march *march) {
     struct mesh *mesh;
-    const double *d = march->settings->spacing;
+    const struct surface *surface = march->surface;
+    double size = patch_size * fmin(march->settings->spacing[0], march->settings->spacing[1]);
+    size_t most = patches_per_node * march->settings->max_nodes;
     enum status status =
-        mesh_from_surface(march->surface, patch_size * fmin(d[0], d[1]),
-                          patches_per_node * march->settings->max_nodes, march->arena, &mesh);
+        surface->shell
+            ? mesh_from_shell(surface->shell, surface->face, size, most, march->arena, &mesh)
+            : mesh_from_surface(surface, size, most, march->arena, &mesh);
     if (status != STATUS_OK)
         return status;
     march->mesh = mesh;
@@ -225,6 +228,8 @@ static enum status solve_from(const struct shell *shell, const struct shell_plac
     else
         status = start_find_at(march.surface, settings, place->inner, &march.start,
                                &result->faulty_generator);
+    if (status == STATUS_OK && settings->method == DRAPE_MOSAIC)
+        status = tessellate(&march);
     if (status == STATUS_OK)
         status = finish(&march, result);
     *nowhere = begins_nowhere(status, &march, result);
@@ -239,8 +244,7 @@ enum status drape_solve_shell(const struct shell *shell, const struct drape_sett
         return STATUS_INVALID;
     if (shell_face_count(shell) == 1)
         return solve_face(shell, settings, monitor, arena, result);
-    enum status status =
-        settings->method == DRAPE_MOSAIC ? STATUS_INVALID : check_settings(settings);
+    enum status status = check_settings(settings);
     if (status == STATUS_OK)
         status = find_face(shell, settings, &place);
     bool nowhere = false;

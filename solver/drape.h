@@ -235,7 +235,7 @@ enum status drape_solve(const struct surface *surface, const struct drape_settin
  * largest area where nothing else is asked for. The face of the start gives the side of all.
  * Generators that are curves are in the parameters of that face, and geodesics beyond it. A shell
  * of one face is draped as that face's surface with its region. Errors as above; STATUS_INVALID
- * also for settings->trim, since the regions are the shell's, and for mosaic on several faces.
+ * also for settings->trim, since the regions are the shell's.
  */
 enum status drape_solve_shell(const struct shell *shell, const struct drape_settings *settings,
                               const struct drape_monitor *monitor, struct arena *arena,

@@ -220,9 +220,6 @@ static void decode_method(const struct json_place *root, struct api_request *req
         place_fault(&method,
                     "must not be \"gib4\" on a triangle mesh, whose curvature is not known "
                     "to fourth order");
-    if (settings->method == DRAPE_MOSAIC && request->surface.kind == API_SURFACE_SHELL &&
-        request->surface.face_count > 1)
-        place_fault(&method, "must not be \"mosaic\" on several faces");
     if (on_mesh && settings->yarn_path == DRAPE_PATH_RELAXATION)
         place_fault(&path, "relaxation needs a surface with parameters, not a triangle mesh");
     for (int k = 0; k < 2 && on_mesh; k++) {

@@ -54,13 +54,17 @@ static enum status copy_source(const struct mesh_source *source, struct arena *a
     mesh->component = arena_alloc(arena, n, sizeof *mesh->component);
     if (source->parameters)
         mesh->parameters = arena_alloc(arena, m, sizeof *mesh->parameters);
+    if (source->faces)
+        mesh->faces = arena_alloc(arena, n, sizeof *mesh->faces);
     if (!mesh->vertices || !mesh->corners || !mesh->twins || !mesh->normals || !mesh->component ||
-        (source->parameters && !mesh->parameters))
+        (source->parameters && !mesh->parameters) || (source->faces && !mesh->faces))
         return STATUS_OUT_OF_MEMORY;
     memcpy(mesh->vertices, source->vertices, m * sizeof *mesh->vertices);
     memcpy(mesh->corners, source->triangles, n * sizeof *mesh->corners);
     if (source->parameters)
         memcpy(mesh->parameters, source->parameters, m * sizeof *mesh->parameters);
+    if (source->faces)
+        memcpy(mesh->faces, source->faces, n * sizeof *mesh->faces);
     return STATUS_OK;
 }
 

@@ -37,6 +37,7 @@ struct mesh_source {
     size_t triangle_count;         /* 1 .. INT32_MAX / 3 */
     double least_height; /* of a triangle, as a share of its longest edge; 0: MESH_SLIVER */
     const double (*parameters)[2]; /* (u, v) of each vertex on the surface it came from, or NULL */
+    const int32_t *faces;          /* of each triangle: the face it came from; or NULL */
 };
 
 /* What can be wrong with a mesh, in the order of the checks. X(id, reason) */
@@ -81,6 +82,7 @@ struct mesh {
     size_t vertex_count, triangle_count;
     struct vec3 *vertices;
     double (*parameters)[2]; /* of each vertex; NULL: none were given */
+    int32_t *faces;          /* of each triangle; NULL: none were given */
     int32_t (*corners)[3];   /* counter-clockwise about the normal */
     int32_t *twins;          /* of half-edge 3 t + k: that of the triangle beyond, or MESH_NONE */
     struct vec3 *normals;    /* unit */

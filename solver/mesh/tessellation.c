@@ -366,15 +366,30 @@ static void fill(struct tessellation *g) {
         join_rows(g, &g->rows[k], &g->rows[k + 1]);
 }
 
+static enum status make(struct tessellation *g) {
+    enum status status = make_rows(g);
+    if (status != STATUS_OK)
+        return status;
+    if (!alloc_points(g))
+        return STATUS_OUT_OF_MEMORY;
+    fill(g);
+    return STATUS_OK;
+}
+
+enum status tessellation_points(const struct surface *surface, double size, size_t most,
+                                struct arena *arena, struct tessellation_points *points) {
+    struct tessellation g = {.surface = surface, .arena = arena, .size = size, .most = most};
+    enum status status = make(&g);
+    *points = (struct tessellation_points){g.points, g.parameters, g.point_count};
+    return status;
+}
+
 enum status mesh_from_surface(const struct surface *surface, double size, size_t most,
                               struct arena *arena, struct mesh **mesh) {
     struct tessellation g = {.surface = surface, .arena = arena, .size = size, .most = most};
-    enum status status = make_rows(&g);
+    enum status status = make(&g);
     if (status != STATUS_OK)
         return status;
-    if (!alloc_points(&g))
-        return STATUS_OUT_OF_MEMORY;
-    fill(&g);
     for (size_t k = 0; k < g.point_count; k++)
         surface_outer(surface, g.parameters[k], g.parameters[k]);
     const struct mesh_source source = {.vertices = g.points,

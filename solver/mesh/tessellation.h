@@ -13,7 +13,7 @@
 #define SOLVER_MESH_TESSELLATION_H
 
 #include "mesh.h"
-#include "solver/surface/surface.h"
+#include "solver/surface/shell.h"
 
 /*
  * Tessellates the domain of `surface` into triangles with sides of about `size` > 0, with the
@@ -23,5 +23,24 @@
  */
 enum status mesh_from_surface(const struct surface *surface, double size, size_t most,
                               struct arena *arena, struct mesh **mesh) STATUS_MUST_USE;
+
+/* The points of such a tessellation alone: in space and in inner parameters. */
+struct tessellation_points {
+    struct vec3 *r;
+    double (*uv)[2];
+    size_t count;
+};
+enum status tessellation_points(const struct surface *surface, double size, size_t most,
+                                struct arena *arena,
+                                struct tessellation_points *points) STATUS_MUST_USE;
+
+/*
+ * Tessellates the faces of a shell that are reached from `face` (`shell_tessellation.c`): on each
+ * its lines (`shell_lines`), which neighbours share, and between them the points of its
+ * tessellation that lie in its region, triangulated so that angles in space are as even as they can
+ * be. Normals are those that the faces have. Triangles know their face. Errors as above.
+ */
+enum status mesh_from_shell(const struct shell *shell, int32_t face, double size, size_t most,
+                            struct arena *arena, struct mesh **mesh) STATUS_MUST_USE;
 
 #endif

@@ -91,7 +91,7 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
                             .uv = {station->uv[0], station->uv[1]},
                             .state = *zone == STATION_INSIDE ? NET_INSIDE : NET_GHOST,
                             .reason = reason & NET_REASON_BITS,
-                            .face = (uint16_t)march_face(station)};
+                            .face = (uint16_t)march_face(march, station)};
     node.rough = march->edges.rough;
     march->edges.rough = 0;
     enum status put = node.rough ? net_put_rough(march->net, i, j, &node, &march->edges.yarns)

@@ -123,7 +123,9 @@ enum status march_find_fold(struct march *march, bool *folded) STATUS_MUST_USE;
 bool march_parameters(const struct march *march, const struct station *station, double uv[2]);
 
 /* The face of a shell that a station is on, 0 where there is no shell. */
-static inline int32_t march_face(const struct station *station) {
+static inline int32_t march_face(const struct march *march, const struct station *station) {
+    if (march->mesh && march->mesh->faces)
+        return march->mesh->faces[(int32_t)station->uv[0]];
     return station->surface ? station->surface->face : 0;
 }
 

@@ -40,8 +40,8 @@ bool march_guess_from_before(const struct march *march, const struct march_cell 
     const struct net_node *d = net_view_place(before, at->i, at->j);
     if (a && b && c && d && march->surface->shell &&
         !(d->face == a->face && d->face == b->face && d->face == c->face &&
-          d->face == march_face(at->a) && d->face == march_face(at->b) &&
-          d->face == march_face(at->c)))
+          d->face == march_face(march, at->a) && d->face == march_face(march, at->b) &&
+          d->face == march_face(march, at->c)))
         return false;
     for (int k = 0; a && b && c && d && k < 2; k++)
         uv[k] = d->uv[k] + (at->b->uv[k] - b->uv[k]) + (at->c->uv[k] - c->uv[k]) -

@@ -575,7 +575,7 @@ enum status report_make(struct march *march, struct drape_result *result) {
                                     .start_weft = march->start.weft,
                                     .summary.error_estimate_max = -1};
     (void)march_parameters(march, &march->start.station, result->start_uv);
-    result->start_face = march_face(&march->start.station);
+    result->start_face = march_face(march, &march->start.station);
     struct part *parts = make_parts(march, result, &count);
     struct tasks tasks = {rim_report_begin(march), parts};
     if (!parts || !tasks.rim)

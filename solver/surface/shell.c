@@ -415,6 +415,10 @@ size_t shell_component_count(const struct shell *shell) {
     return shell->component_count;
 }
 
+bool shell_is_duplicate(const struct shell *shell, int32_t face) {
+    return shell->faces[face].duplicate;
+}
+
 struct shell_edges shell_edges(const struct shell *shell) {
     return shell->found;
 }

@@ -96,6 +96,9 @@ const struct surface *shell_plain_surface(const struct shell *shell, int32_t fac
 int32_t shell_component(const struct shell *shell, int32_t face);
 size_t shell_component_count(const struct shell *shell);
 
+/* Whether a face is left out as another one once more. */
+bool shell_is_duplicate(const struct shell *shell, int32_t face);
+
 struct shell_edges shell_edges(const struct shell *shell);
 
 /* The tolerance that was used. */
@@ -134,6 +137,21 @@ struct shell_edge {
 size_t shell_edge_count(const struct shell *shell);
 enum status shell_edge(const struct shell *shell, size_t number, int32_t component,
                        struct arena *arena, struct shell_edge *edge) STATUS_MUST_USE;
+
+/* An edge as points, about a length apart and closer where it bends: inner parameters of its face,
+ * and places in space. Both sides of a joint have the same places, and edges that meet end in one.
+ */
+struct shell_line {
+    int32_t face;
+    double (*uv)[2];
+    struct vec3 *r;
+    size_t count; /* 0: the edge is no boundary of a face of the component */
+};
+
+/* The lines of a component, one for each edge of the shell: those of its faces' boundaries, and
+ * those that are one point in space. Errors: STATUS_OUT_OF_MEMORY. */
+enum status shell_lines(const struct shell *shell, int32_t component, double size,
+                        struct arena *arena, struct shell_line **lines) STATUS_MUST_USE;
 
 /* The place nearest to `point` on the faces of a component, or of all with SHELL_ANY, and its
  * distance. */

@@ -13,11 +13,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ROUNDS = 1, PIECES_MAX = 64, CELLS = 16 };
+enum { ROUNDS = 1, PIECES_MAX = 64, CELLS = 16, CELLS_OF_MOSAIC = 8 };
 static const uint64_t SEED = 20261122;
 static const double SAME = 1e-9; /* of the surface's size */
 static const double GAP = 1e-6;  /* by which faces are off their place, of the size */
 static const double SAME_SHEAR_DEG = 1e-6;
+
+/* By which the mosaic of a shell is off the whole's net of chords: of a spacing, and degrees. */
+static const double SAME_MOSAIC = 0.02, SAME_MOSAIC_SHEAR_DEG = 3;
 
 /* A loop of lines and cubics in shares of the whole's domain; later in those of the piece. */
 enum { CURVES_MAX = 12 };
@@ -337,7 +340,9 @@ static bool same_rim(const struct drape_result *whole, const struct drape_result
 
 static bool same_as_whole(struct scene *scene, enum cutting cutting, enum drape_method method,
                           bool disturbed, uint64_t seed) {
-    struct drape_settings settings = scene_settings(scene, method, CELLS);
+    bool mosaic = method == DRAPE_MOSAIC;
+    struct drape_settings settings =
+        scene_settings(scene, method, mosaic ? CELLS_OF_MOSAIC : CELLS);
     struct drape_run whole;
     struct drape_result result = {0};
     struct vec3 low, high;
@@ -346,7 +351,9 @@ static bool same_as_whole(struct scene *scene, enum cutting cutting, enum drape_
     shape_evaluate(&scene->shape, scene->start_uv[0], scene->start_uv[1], &jet);
     settings.start_kind = DRAPE_START_POINT;
     settings.start_point = jet.r;
+    settings.method = mosaic ? DRAPE_BASIC : method; /* what it tends to */
     drape_begin(&whole, &scene->shape, &settings);
+    settings.method = method;
     settings.direction_kind = DRAPE_DIRECTION_VECTOR;
     settings.direction_vector = whole.result.start_warp;
     int count = cut_by(cutting, &scene->shape, &random);
@@ -368,10 +375,14 @@ static bool same_as_whole(struct scene *scene, enum cutting cutting, enum drape_
     struct shell_edges edges = shell_edges(shell);
     /* Twice the gap; faces moved along their joints are further apart than the gap tells. */
     double gap = disturbed ? 2 * sqrt(3) * GAP * size : edges.largest_gap;
-    double allowed = SAME * size + 2 * gap;
+    double allowed = SAME * size + 2 * gap, allowed_deg = SAME_SHEAR_DEG;
+    if (mosaic) {
+        allowed += SAME_MOSAIC * fmin(settings.spacing[0], settings.spacing[1]);
+        allowed_deg = SAME_MOSAIC_SHEAR_DEG;
+    }
     struct difference most = compare(&whole, &result, allowed);
     bool same = most.missing == 0 && most.extra == 0 && most.position <= allowed &&
-                (disturbed || most.shear_deg <= SAME_SHEAR_DEG) && same_rim(&whole.result, &result);
+                (disturbed || most.shear_deg <= allowed_deg) && same_rim(&whole.result, &result);
     if (!same || getenv("DRAPED_VERBOSE"))
         printf("  %s, method %d, %s, %d faces, seed %llu: %zu nodes, %d missing, %d extra, %.1e of "
                "the size, %.1e deg, first (%d, %d); %zu joined, %zu free, gap %.1e\n",
@@ -403,6 +414,22 @@ static void check_cutting(enum cutting cutting, bool disturbed) {
         for (int id = 0; id < SCENE_COUNT; id++)
             bad += !scene_is_same(id, cutting, disturbed,
                                   first + (uint64_t)(round * SCENE_COUNT + id));
+    assert_int_equal(bad, 0);
+}
+
+/* The faces as triangles; cut in one way after the other. */
+static void test_exact_shell_mosaic_is_nearly_the_whole(void **state) {
+    (void)state;
+    const char *seed_text = getenv("DRAPED_SEED");
+    uint64_t seed = seed_text ? strtoull(seed_text, NULL, 10) : SEED;
+    int bad = 0;
+    for (int id = 0; id < SCENE_COUNT; id++) {
+        struct scene scene;
+        scene_make(&scene, (enum scene_id)id);
+        uint64_t own = seed + (uint64_t)id;
+        bad += !same_as_whole(&scene, (enum cutting)(own % CUTTINGS), DRAPE_MOSAIC, false, own);
+        scene_free(&scene);
+    }
     assert_int_equal(bad, 0);
 }
 
@@ -534,15 +561,9 @@ static void test_exact_shell_has_same_bits_with_threads(void **state) {
     }
 }
 
-/* Whichever allocation fails, making and draping a shell end as out of memory. */
-static void test_exact_shell_survives_failing_allocations(void **state) {
-    static struct shape whole;
-    uint64_t seed = SEED;
+static void survive_failing_allocations(int count, enum drape_method method) {
     enum status status = STATUS_OUT_OF_MEMORY;
     size_t n = 1;
-    (void)state;
-    shape_freeform(&whole);
-    int count = cut_grid(&whole, 2, 2, &seed);
     for (; status != STATUS_OK; n++) {
         struct arena *arena = arena_new((size_t)1 << 28);
         struct shell_part parts[4] = {{0}};
@@ -558,7 +579,7 @@ static void test_exact_shell_survives_failing_allocations(void **state) {
         arena_fail_at(arena, n);
         status = shell_make(parts, (size_t)count, 0, arena, &shell, NULL);
         struct drape_settings settings = {
-            .method = DRAPE_GIB, .spacing = {0.1, 0.1}, .max_nodes = 10000};
+            .method = method, .spacing = {0.1, 0.1}, .max_nodes = 10000};
         if (status == STATUS_OK)
             status = drape_solve_shell(shell, &settings, NULL, arena, &result);
         if (status != STATUS_OK)
@@ -566,6 +587,17 @@ static void test_exact_shell_survives_failing_allocations(void **state) {
         arena_free(arena);
     }
     check_above(n, 20);
+}
+
+/* Whichever allocation fails, making and draping a shell end as out of memory. */
+static void test_exact_shell_survives_failing_allocations(void **state) {
+    static struct shape whole;
+    uint64_t seed = SEED;
+    (void)state;
+    shape_freeform(&whole);
+    int count = cut_grid(&whole, 2, 2, &seed);
+    survive_failing_allocations(count, DRAPE_GIB);
+    survive_failing_allocations(count, DRAPE_MOSAIC);
 }
 
 static void test_exact_shell_with_gaps_is_nearly_the_whole(void **state) {
@@ -576,6 +608,7 @@ static void test_exact_shell_with_gaps_is_nearly_the_whole(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_exact_shell_mosaic_is_nearly_the_whole),
         cmocka_unit_test(test_exact_shell_cut_by_isolines_is_the_whole),
         cmocka_unit_test(test_exact_shell_cut_into_strips_is_the_whole),
         cmocka_unit_test(test_exact_shell_cut_into_quads_is_the_whole),

@@ -1,0 +1,219 @@
+/* SPDX-License-Identifier: MIT */
+#include "faces.h"
+
+#include <string.h>
+
+/* Lines turn by no more than about this from piece to piece, in radians. */
+static const double turn_most = 0.4;
+
+/* Pieces of an edge that is one point in space, but not in the parameters: a pole. */
+enum { PIECES_OF_POLE = 8, SEAM_SAMPLES = 4 };
+
+/* Ends of edges this near to each other, in tolerances, are one. */
+static const double same_end = 3;
+
+/* The arc length of an edge at its segments' ends, and how much it turns. */
+struct ruler {
+    const struct face_segment *segments;
+    size_t count;
+    double *at; /* count + 1 */
+    double turn;
+};
+
+static enum status measure(const struct shell *shell, struct arena *arena, struct ruler *ruler) {
+    const struct face_edge *edge = &shell->edges[ruler->segments[0].edge];
+    const struct face_curve *curve = &shell->curves[edge->curve];
+    struct curve_place place;
+    struct vec3 before = {0, 0, 0}, last;
+    ruler->at = arena_alloc(arena, ruler->count + 1, sizeof *ruler->at);
+    if (!ruler->at)
+        return STATUS_OUT_OF_MEMORY;
+    curve_at(shell, curve, ruler->segments[0].t[0], &place);
+    last = place.r;
+    for (size_t k = 0; k < ruler->count; k++) {
+        curve_at(shell, curve, ruler->segments[k].t[1], &place);
+        struct vec3 way = vec3_sub(place.r, last);
+        ruler->at[k + 1] = ruler->at[k] + vec3_norm(way);
+        ruler->turn += k > 0 ? vec3_norm(vec3_sub(vec3_unit(before), vec3_unit(way))) : 0;
+        before = way;
+        last = place.r;
+    }
+    return STATUS_OK;
+}
+
+/* The curve's parameter at a share of the length. */
+static double parameter_at(const struct ruler *ruler, double share) {
+    double length = share * ruler->at[ruler->count];
+    size_t k = 0;
+    while (k + 1 < ruler->count && ruler->at[k + 1] < length)
+        k++;
+    double step = ruler->at[k + 1] - ruler->at[k];
+    double part = step > 0 ? fmin(fmax((length - ruler->at[k]) / step, 0), 1) : 0;
+    const double *t = ruler->segments[k].t;
+    return t[0] + part * (t[1] - t[0]);
+}
+
+/* ---- ends ---- */
+
+struct ends {
+    const struct shell *shell;
+    struct vec3 *at; /* of edge e: 2 e and 2 e + 1 */
+    struct vec3 r;
+    size_t number, found;
+};
+
+static bool find_first(void *context, int32_t number) {
+    struct ends *ends = context;
+    if ((size_t)number < ends->found &&
+        vec3_distance(ends->shell->edges[number / 2].end[number % 2], ends->r) <=
+            same_end * ends->shell->tolerance)
+        ends->found = (size_t)number;
+    return true;
+}
+
+/* Where the ends of all edges are: those that are one have the place of the first of them. */
+static enum status gather_ends(const struct shell *shell, struct arena *arena, struct ends *ends) {
+    size_t count = 2 * shell->edge_count;
+    struct boxes *boxes;
+    struct box *box = arena_take(arena, count, sizeof *box);
+    *ends = (struct ends){.shell = shell, .at = arena_take(arena, count, sizeof *ends->at)};
+    if (!box || !ends->at)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < count; k++) {
+        struct vec3 r = shell->edges[k / 2].end[k % 2];
+        box[k] = box_round(r, r, same_end * shell->tolerance);
+    }
+    enum status status = boxes_make(box, count, arena, &boxes);
+    for (size_t k = 0; k < count && status == STATUS_OK; k++) {
+        ends->r = shell->edges[k / 2].end[k % 2];
+        ends->found = k;
+        boxes_visit(boxes, &box[k], find_first, ends);
+        ends->at[k] = ends->found == k ? ends->r : ends->at[ends->found];
+    }
+    return status;
+}
+
+/* ---- lines ---- */
+
+static enum status alloc_line(struct shell_line *line, size_t pieces, struct arena *arena) {
+    line->count = pieces + 1;
+    line->uv = arena_alloc(arena, line->count, sizeof *line->uv);
+    line->r = arena_alloc(arena, line->count, sizeof *line->r);
+    return line->uv && line->r ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+}
+
+static void set_ends(const struct ends *ends, size_t number, struct shell_line *line) {
+    line->r[0] = ends->at[2 * number];
+    line->r[line->count - 1] = ends->at[2 * number + 1];
+}
+
+/* An edge that is one point. */
+static enum status make_point(const struct ends *ends, size_t number, struct arena *arena,
+                              struct shell_line *line) {
+    const struct shell *shell = ends->shell;
+    const struct face_edge *edge = &shell->edges[number];
+    enum status status = alloc_line(line, PIECES_OF_POLE, arena);
+    for (size_t k = 0; status == STATUS_OK && k < line->count; k++) {
+        struct curve_place place;
+        double share = (double)k / PIECES_OF_POLE;
+        curve_at(shell, &shell->curves[edge->curve], edge->t[0] + share * (edge->t[1] - edge->t[0]),
+                 &place);
+        memcpy(line->uv[k], place.uv, sizeof *line->uv);
+        line->r[k] = ends->at[2 * number];
+    }
+    if (status == STATUS_OK)
+        set_ends(ends, number, line);
+    return status;
+}
+
+static enum status make_line(const struct ends *ends, const struct ruler *ruler, double size,
+                             struct arena *arena, struct shell_line *line) {
+    const struct shell *shell = ends->shell;
+    size_t number = (size_t)ruler->segments[0].edge;
+    const struct face_curve *curve = &shell->curves[shell->edges[number].curve];
+    double pieces = fmax(ruler->at[ruler->count] / size * (1 - 1e-9), ruler->turn / turn_most);
+    enum status status = alloc_line(line, (size_t)fmax(ceil(pieces), 1), arena);
+    for (size_t k = 0; status == STATUS_OK && k < line->count; k++) {
+        struct curve_place place;
+        curve_at(shell, curve, parameter_at(ruler, (double)k / (double)(line->count - 1)), &place);
+        memcpy(line->uv[k], place.uv, sizeof *line->uv);
+        line->r[k] = place.r;
+    }
+    if (status == STATUS_OK)
+        set_ends(ends, number, line);
+    return status;
+}
+
+/* The other side of a joint: the points of the first, with parameters of its own. */
+static enum status make_mate(const struct ends *ends, const struct ruler *ruler,
+                             const struct shell_line *first, struct arena *arena,
+                             struct shell_line *line) {
+    const struct shell *shell = ends->shell;
+    const struct face_edge *edge = &shell->edges[ruler->segments[0].edge];
+    enum status status = alloc_line(line, first->count - 1, arena);
+    for (size_t k = 0; status == STATUS_OK && k < line->count; k++) {
+        struct curve_place place;
+        double share = (double)k / (double)(line->count - 1);
+        line->r[k] = first->r[edge->reversed ? line->count - 1 - k : k];
+        bool end = k == 0 || k + 1 == line->count;
+        double from = parameter_at(ruler, share);
+        if (end)
+            curve_at(shell, &shell->curves[edge->curve], from, &place);
+        else
+            (void)curve_nearest(shell, &shell->curves[edge->curve], line->r[k], from, edge->t,
+                                &place);
+        memcpy(line->uv[k], place.uv, sizeof *line->uv);
+    }
+    return status;
+}
+
+/* The lines of one face, in the order of its segments. */
+static enum status add_face(const struct ends *ends, const struct face *face, double size,
+                            struct arena *arena, struct shell_line *lines) {
+    enum status status = STATUS_OK;
+    for (uint32_t s = 0; s < face->segment_count && status == STATUS_OK;) {
+        struct ruler ruler = {.segments = face->segments + s};
+        int32_t number = face->segments[s].edge;
+        for (; s < face->segment_count && face->segments[s].edge == number; s++)
+            ruler.count++;
+        const struct face_edge *edge = &ends->shell->edges[number];
+        bool second = edge->mate != EDGE_FREE && lines[edge->mate].count > 0;
+        status = measure(ends->shell, arena, &ruler);
+        if (status != STATUS_OK)
+            return status;
+        status = second ? make_mate(ends, &ruler, &lines[edge->mate], arena, &lines[number])
+                        : make_line(ends, &ruler, size, arena, &lines[number]);
+    }
+    return status;
+}
+
+static bool is_point(const struct shell *shell, const struct face_edge *edge) {
+    double reach = same_end * shell->tolerance;
+    for (int k = 1; k < SEAM_SAMPLES; k++) {
+        struct curve_place place;
+        curve_at(shell, &shell->curves[edge->curve],
+                 edge->t[0] + k * (edge->t[1] - edge->t[0]) / SEAM_SAMPLES, &place);
+        if (vec3_distance(place.r, edge->end[0]) > reach)
+            return false;
+    }
+    return vec3_distance(edge->end[0], edge->end[1]) <= reach;
+}
+
+enum status shell_lines(const struct shell *shell, int32_t component, double size,
+                        struct arena *arena, struct shell_line **lines) {
+    struct ends ends;
+    struct shell_line *made = arena_alloc(arena, shell->edge_count, sizeof *made);
+    enum status status = made ? gather_ends(shell, arena, &ends) : STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < shell->face_count && status == STATUS_OK; k++)
+        if (shell->faces[k].component == component && !shell->faces[k].duplicate)
+            status = add_face(&ends, &shell->faces[k], size, arena, made);
+    for (size_t e = 0; e < shell->edge_count && status == STATUS_OK; e++) {
+        const struct face_edge *edge = &shell->edges[e];
+        const struct face *face = &shell->faces[shell->curves[edge->curve].face];
+        made[e].face = face->surface.face;
+        if (edge->bare && face->component == component && !face->duplicate && is_point(shell, edge))
+            status = make_point(&ends, e, arena, &made[e]);
+    }
+    *lines = made;
+    return status;
+}
