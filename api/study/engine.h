@@ -52,6 +52,9 @@ struct study_row *study_rows(const struct api_study *study, const struct api_stu
 /* Nodes that a variant's net will have, about. */
 double study_nodes(const struct api_study *study, double coarseness);
 
+/* What such a net costs, in nodes of the method `gib`, each of which takes 1 to 2 us. */
+double study_cost(const struct api_study *study, double coarseness);
+
 /* How far a row is from keeping the study's limits: the largest share of the quantity's range by
  * which one is missed, 0 where all are kept; infinite for a failure. */
 double study_violation(const struct api_study *study, const struct study_row *row);
@@ -100,8 +103,8 @@ enum api_problem_id optimise_plan(const struct api_study *study, const struct st
                                   struct api_problem *problem) STATUS_MUST_USE;
 bool list_chunk(struct study_chunk *chunk) STATUS_MUST_USE;
 
-/* Tasks of one kind for variants that are numbered, each of which takes as long as a drape of
- * `nodes`: of those from `first` to `end - 1`. */
+/* Tasks of one kind for variants that are numbered, each of which costs `nodes` (`study_cost`): of
+ * those from `first` to `end - 1`. */
 struct grid_range {
     enum study_work work;
     size_t first, end;

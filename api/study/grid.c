@@ -4,10 +4,13 @@
 
 #include <math.h>
 
-/* Nodes of a task: enough that handing it out costs little, few enough that all workers have some,
- * and not so many that it takes 0.2 s. */
-static const double nodes_least = 3e4, nodes_most = 1.2e5;
+/* Nodes of a task, by their cost: enough that handing it out costs little, few enough that all
+ * workers have some, and not so many that a drape which waits for it waits 0.2 s. */
+static const double nodes_least = 3e4, nodes_most = 6e4;
 enum { SHARES = 64, VARIANTS_MOST = 512 };
+
+/* Nodes of the first round. */
+static const double nodes_round = 7.68e6;
 
 static size_t at_least_one(size_t count) {
     return count ? count : 1;
@@ -65,9 +68,9 @@ enum api_problem_id grid_tasks(const struct grid_range *range, struct arena *are
 enum api_problem_id grid_plan(const struct api_study *study, const struct study_row *rows,
                               size_t count, struct arena *arena, struct api_study_plan *plan,
                               struct api_problem *problem) {
-    double nodes = study_nodes(study, 1);
+    double nodes = study_cost(study, 1);
     size_t all = plan->variants = variant_count(study);
-    size_t size = (size_t)fmax(SHARES * nodes_most / nodes, SHARES);
+    size_t size = (size_t)fmax(nodes_round / nodes, SHARES);
     size = count > size ? count : size;
     const struct grid_range range = {.work = STUDY_WORK_GRID,
                                      .first = count,

@@ -213,7 +213,7 @@ enum api_problem_id optimise_plan(const struct api_study *study, const struct st
     if (round == 0)
         return grid_tasks(&(struct grid_range){.work = STUDY_WORK_GRID,
                                                .end = first_round(study),
-                                               .nodes = study_nodes(study, shares.coarseness)},
+                                               .nodes = study_cost(study, shares.coarseness)},
                           arena, plan, problem);
     search.aim_count = set_aims(&study->request, rows, count, aims);
     search.progress = (double)count / (double)budget;

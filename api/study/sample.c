@@ -221,7 +221,7 @@ enum api_problem_id sample_plan(const struct api_study *study, size_t count, str
     enum { DRAPES = 4 }; /* that one sample takes as long as */
     plan->variants = study->request.sample;
     const struct grid_range range = {
-        .work = STUDY_WORK_SAMPLE, .end = plan->variants, .nodes = DRAPES * study_nodes(study, 1)};
+        .work = STUDY_WORK_SAMPLE, .end = plan->variants, .nodes = DRAPES * study_cost(study, 1)};
     return count ? API_OK : grid_tasks(&range, arena, plan, problem);
 }
 

@@ -207,6 +207,25 @@ double study_nodes(const struct api_study *study, double coarseness) {
     return 1 + study->shape.area / (d[0] * d[1] * coarseness * coarseness);
 }
 
+/* Against gib's: about what was measured on free-form parts. Patches of a mosaic are made anew for
+ * each net, but those of a mesh are there. */
+static double cost_of_a_node(const struct api_study *study) {
+    switch (study->request.drape.settings.method) {
+    case DRAPE_GEODESIC:
+        return 4;
+    case DRAPE_GIB4:
+        return 2.5;
+    case DRAPE_MOSAIC:
+        return study->shape.mesh ? 1 : 12;
+    default:
+        return 1;
+    }
+}
+
+double study_cost(const struct api_study *study, double coarseness) {
+    return cost_of_a_node(study) * study_nodes(study, coarseness);
+}
+
 static bool keep_going(void *context, double fraction) {
     const struct study_chunk *chunk = context;
     (void)fraction;

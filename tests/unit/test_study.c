@@ -123,6 +123,13 @@ static const char roof[] =
     "\"size_u\":2,\"size_v\":2,\"control_points\":[[1,0,0],[1,2,0],[0,0,1],[0,2,1]]}]},"
     "\"fabric\":{\"spacing\":0.2}}";
 
+/* z = (x^2 + y^2) / 2 over [-1, 1]^2. */
+static const char bowl[] =
+    "{\"surface\":{\"degree_u\":2,\"degree_v\":2,\"knotvector_u\":[0,0,0,1,1,1],"
+    "\"knotvector_v\":[0,0,0,1,1,1],\"size_u\":3,\"size_v\":3,\"control_points\":["
+    "[-1,-1,1],[-1,0,0],[-1,1,1],[0,-1,0],[0,0,-1],[0,1,0],[1,-1,1],[1,0,0],[1,1,1]]},"
+    "\"fabric\":{\"spacing\":0.1}}";
+
 /* z = x y over [0, 1]^2 as triangles. */
 static struct bytes mesh_part(void) {
     enum { N = 12 };
@@ -401,7 +408,42 @@ static void test_study_goes_on_after_a_variant_that_cannot_be_draped(void **stat
     bytes_free(&part);
 }
 
-/* A task whose variant crashed its process: it is marked, and the others are as they were. */
+/* How many variants the first task of a study of 300 starts has. */
+static size_t first_task(const char *drape) {
+    struct bytes text =
+        study_of(drape, "\"vary\":{\"start\":{\"grid\":300}},\"objectives\":[\"max_shear_deg\"]");
+    const struct api_input input = input_of(&text);
+    const struct api_study_numbers none = {NULL, 0};
+    struct api_problem problem = {0};
+    struct api_study_plan plan = {0};
+    struct arena *arena = arena_new((size_t)1 << 28);
+    prepare();
+    struct api_study *study = api_study_open(&input, &api_limits_default, &problem);
+    assert_non_null(study);
+    assert_int_equal(api_study_plan(study, &none, arena, &plan, &problem), API_OK);
+    size_t variants = api_study_task_variants(&plan.tasks[0]);
+    api_study_close(study);
+    arena_free(arena);
+    bytes_free(&text);
+    return variants;
+}
+
+/* What waits for a task waits about as long whatever its method: the slower ones have fewer
+ * variants. */
+static void test_study_gives_slow_methods_short_tasks(void **state) {
+    struct bytes part = text_replace(bowl, "0.1}", "0.1},\"method\":\"gib\"");
+    struct bytes slow = text_replace(part.data, "\"gib\"", "\"geodesic\"");
+    struct bytes slower = text_replace(part.data, "\"gib\"", "\"mosaic\"");
+    size_t variants[] = {first_task(part.data), first_task(slow.data), first_task(slower.data)};
+    (void)state;
+    check_at_least((double)variants[0], 3.5 * (double)variants[1]);
+    check_at_least((double)variants[1], 2.5 * (double)variants[2]);
+    check_at_least((double)variants[2], 1);
+    bytes_free(&part);
+    bytes_free(&slow);
+    bytes_free(&slower);
+}
+
 /* A large grid has rounds, each as large as all before; together they have each variant once. */
 static void test_study_does_large_grids_in_rounds(void **state) {
     enum { VARIANTS = 300, ROW = 11 + QUANTITY_COUNT };
@@ -440,6 +482,7 @@ static void test_study_does_large_grids_in_rounds(void **state) {
     bytes_free(&coarse);
 }
 
+/* A task whose variant crashed its process: it is marked, and the others are as they were. */
 static void test_study_marks_variants_that_crash(void **state) {
     struct bytes part = saddle(), given[2] = {{0}, {0}};
     struct bytes text = study_of(part.data, "\"vary\":{\"angle_deg\":[0,10,20,30]},"
@@ -492,13 +535,6 @@ static double best_value(struct finished *f, enum quantity_id id) {
     assert_true(f->columns.study.best[id] >= 0);
     return value_at(f, quantities[id].name, (size_t)f->columns.study.best[id]);
 }
-
-/* z = (x^2 + y^2) / 2 over [-1, 1]^2. */
-static const char bowl[] =
-    "{\"surface\":{\"degree_u\":2,\"degree_v\":2,\"knotvector_u\":[0,0,0,1,1,1],"
-    "\"knotvector_v\":[0,0,0,1,1,1],\"size_u\":3,\"size_v\":3,\"control_points\":["
-    "[-1,-1,1],[-1,0,0],[-1,1,1],[0,-1,0],[0,0,-1],[0,1,0],[1,-1,1],[1,0,0],[1,1,1]]},"
-    "\"fabric\":{\"spacing\":0.1}}";
 
 /* With a part of the drapes it finds what a grid finds, or better, and keeps its budget. */
 static void test_optimise_beats_a_grid(void **state) {
@@ -998,6 +1034,7 @@ int main(void) {
         cmocka_unit_test(test_study_says_which_limit_is_hardest),
         cmocka_unit_test(test_study_best_keeps_the_limits),
         cmocka_unit_test(test_study_goes_on_after_a_variant_that_cannot_be_draped),
+        cmocka_unit_test(test_study_gives_slow_methods_short_tasks),
         cmocka_unit_test(test_study_does_large_grids_in_rounds),
         cmocka_unit_test(test_study_marks_variants_that_crash),
         cmocka_unit_test(test_optimise_beats_a_grid),
