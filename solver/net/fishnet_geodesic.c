@@ -340,16 +340,18 @@ static double jump_at_joints(const struct surface *surface) {
     return surface->shell ? 4 * shell_edges(surface->shell).largest_gap : 0;
 }
 
-/* Roughly at first and, should that fail, once more with rays that are right from the start. */
+/* Roughly at first and, should that fail, once more with rays that are right from the start; not
+ * where even rough ones cannot be followed. */
 static enum fishnet_end meet(const struct surface *surface, struct surface_cursor *cursor,
                              const struct fishnet_cell *cell, double accuracy, double last,
                              bool chords, struct meeting *m, struct fishnet_node *node) {
     struct meeting begun = *m;
     struct station start = node->station;
+    int before = node->iterations;
     const double roughly[2] = {fmax(first_accuracy, last), last};
     const double finest = fmax(finest_accuracy, last / 100), strictly[2] = {finest, finest};
     enum fishnet_end end = meet_by(surface, cursor, cell, accuracy, roughly, chords, m, node);
-    if (end != FISHNET_NO_CONVERGENCE)
+    if (end != FISHNET_NO_CONVERGENCE || node->iterations == before)
         return end;
     *m = begun;
     node->station = start;

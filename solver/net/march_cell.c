@@ -119,20 +119,27 @@ static bool expected_off_shell(struct march *march, const struct fishnet_cell *c
     return crossing.kind == CROSSING_FREE;
 }
 
-/* Whether the place expected of D lies beyond the boundary: so its parameters, or what of the
+/* Whether the place expected of D lies beyond the boundary by its parameters, and by what of the
  * surface is nearest to it. Beyond a corner at which r_u and r_v are parallel no parameters lead.
  */
-static bool expected_outside(struct march *march, const struct fishnet_cell *cell) {
+static bool pulled_outside(struct march *march, const struct fishnet_cell *cell) {
     double uv[2];
     struct vec3 step = vec3_sub(cell->guess, cell->c->jet.r);
-    if (march->surface->shell)
-        return expected_off_shell(march, cell, step);
-    if (station_pull(march->surface, &march->cursor, cell->c, step, uv) &&
-        is_outside(march->surface, uv))
-        return true;
-    memcpy(uv, cell->c->uv, sizeof uv);
+    return station_pull(march->surface, &march->cursor, cell->c, step, uv) &&
+           is_outside(march->surface, uv);
+}
+
+static bool nearest_outside(const struct march *march, const struct fishnet_cell *cell) {
+    double uv[2] = {cell->c->uv[0], cell->c->uv[1]};
     (void)surface_nearest_from(march->surface, cell->guess, uv);
     return is_outside(march->surface, uv);
+}
+
+/* Whether either says so. */
+static bool expected_outside(struct march *march, const struct fishnet_cell *cell) {
+    if (march->surface->shell)
+        return expected_off_shell(march, cell, vec3_sub(cell->guess, cell->c->jet.r));
+    return pulled_outside(march, cell) || nearest_outside(march, cell);
 }
 
 /* Why a cell has no fourth corner. One that is expected beyond the boundary, and not to be found on
@@ -286,17 +293,22 @@ static bool is_rough_edge(const struct station *p, const struct station *q, doub
 static const double bent_most = 0.5;
 
 /* Whether a cell that found no D by chords may do so by geodesics: one that hangs on a rough edge,
- * whose A, B and C do not lie on one side of a crease, or with B or C on a small radius. */
+ * whose A, B and C do not lie on one side of a crease, or with B or C on a small radius. Not one
+ * that surely leads out of a surface without creases: its continuation is wild there. */
 static bool hangs_on_rough(struct march *march, const struct fishnet_cell *cell,
                            enum fishnet_end end) {
     const double *d = march->settings->spacing;
     const struct station *a = cell->a, *b = cell->b, *c = cell->c;
     if (vec3_dot(a->normal, b->normal) < creased || vec3_dot(a->normal, c->normal) < creased)
         return true;
-    if (end == FISHNET_NO_CONVERGENCE)
-        return march->settings->method == DRAPE_GEODESIC || march->surface->shell ||
-               march->surface->has_folds || !is_outside(march->surface, b->uv) ||
-               !is_outside(march->surface, c->uv) || !expected_outside(march, cell);
+    if (end == FISHNET_NO_CONVERGENCE) {
+        bool inside = !is_outside(march->surface, b->uv) || !is_outside(march->surface, c->uv);
+        if (march->settings->method == DRAPE_GEODESIC || march->surface->shell ||
+            march->surface->has_folds)
+            return true;
+        bool pulled = pulled_outside(march, cell), nearest = nearest_outside(march, cell);
+        return inside ? !(pulled && nearest) : !pulled && !nearest;
+    }
     if (fabs(cell->curvature[0]) * d[0] > bent_most || fabs(cell->curvature[1]) * d[1] > bent_most)
         return true;
     return is_rough_edge(a, b, d[1]) || is_rough_edge(a, c, d[0]);
