@@ -868,6 +868,9 @@ static bool go_on(struct path *path, double remaining, struct effort *effort, in
     }
     if (remaining < 0)
         path->ahead = -remaining;
+    if (!path->has_jet)
+        jet_here(path, path->uv, &path->jet);
+    path->has_jet = true;
     return remaining <= 0 && !path->ended &&
            (!path->surface->shell || path->ahead > 0 || settle(path));
 }
