@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "logarithm.h"
 
-#include "rough.h"
 #include "solver/surface/spans.h"
 
 enum { PIECES = 16, JOINTS = 8, SWEEPS = 6, PULLS = 6, ALONG = -1 };
@@ -342,13 +341,16 @@ bool logarithm_find(struct surface_cursor *cursor, const struct station *p, cons
 /* Directions that are asked for alone are right to the square root of this. */
 static const double leave_accuracy = 1e-8;
 
-struct vec3 logarithm_leave(const struct surface *surface, struct surface_cursor *cursor,
-                            const struct station *p, const double to_uv[2], struct vec3 to) {
-    struct station q;
+struct vec3 logarithm_leave(struct surface_cursor *cursor, const struct station *p,
+                            const struct rough_end *end) {
+    bool sure;
+    struct station made;
     struct logarithm l;
-    if (!surface || surface != p->surface || rough_leaves_surely(p, to) ||
-        !station_at(surface, cursor, to_uv, &q) || rough_leaves_surely(&q, p->jet.r) ||
-        !logarithm_find(cursor, p, &q, leave_accuracy, &l))
-        return rough_leave(surface, cursor, p, to_uv, to);
+    struct vec3 leave = rough_leave(cursor, p, end, &sure);
+    if (sure || !end->surface || end->surface != p->surface)
+        return leave;
+    const struct station *q = rough_end_station(cursor, end, &made);
+    if (!q || rough_leaves_surely(q, p->jet.r) || !logarithm_find(cursor, p, q, leave_accuracy, &l))
+        return leave;
     return l.leave;
 }

@@ -14,6 +14,7 @@
 #ifndef SOLVER_NET_LOGARITHM_H
 #define SOLVER_NET_LOGARITHM_H
 
+#include "rough.h"
 #include "solver/surface/station.h"
 
 struct logarithm {
@@ -27,9 +28,9 @@ struct logarithm {
 bool logarithm_find(struct surface_cursor *cursor, const struct station *p, const struct station *q,
                     double accuracy, struct logarithm *logarithm);
 
-/* The unit tangent at p of the geodesic to the place `to` with the parameters `to_uv`, as
- * `rough_leave`; where the ends of the edge do not tell it surely, by its logarithm. */
-struct vec3 logarithm_leave(const struct surface *surface, struct surface_cursor *cursor,
-                            const struct station *p, const double to_uv[2], struct vec3 to);
+/* The unit tangent at p of the geodesic to an end, as `rough_leave`; where the ends of the edge do
+ * not tell it surely, by its logarithm. */
+struct vec3 logarithm_leave(struct surface_cursor *cursor, const struct station *p,
+                            const struct rough_end *end);
 
 #endif

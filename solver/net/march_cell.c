@@ -213,11 +213,11 @@ static void note_told(struct march *march, const struct march_cell *at, const st
                       const bool told[2]) {
     for (int k = 0; k < 2; k++) {
         const struct station *from = k ? at->c : at->b;
+        const struct rough_end at_d = {d->surface, d->uv, d->jet.r, NULL};
+        const struct rough_end at_from = {from->surface, from->uv, from->jet.r, NULL};
         if (told[k])
-            note_edge(march, at, k,
-                      logarithm_leave(d->surface, &march->cursor, from, d->uv, d->jet.r),
-                      vec3_scale(-1, logarithm_leave(from->surface, &march->cursor, d, from->uv,
-                                                     from->jet.r)));
+            note_edge(march, at, k, logarithm_leave(&march->cursor, from, &at_d),
+                      vec3_scale(-1, logarithm_leave(&march->cursor, d, &at_from)));
     }
 }
 

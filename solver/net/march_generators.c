@@ -174,8 +174,7 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
     }
     if (!march->mesh)
         note_edge(march, &before, &arm->at, arm->di, arm->dj);
-    enum status status =
-        march_place(march, i, j, march->mesh ? &on_mesh : &arm->at.station, &zone);
+    enum status status = march_place(march, i, j, march->mesh ? &on_mesh : &arm->at.station, &zone);
     arm->ended = zone == STATION_BEYOND;
     return status;
 }

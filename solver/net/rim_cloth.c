@@ -214,6 +214,8 @@ const struct rim_patch *rim_cloth_patch(struct rim_cloth *cloth, int32_t i, int3
     cloth->begun = true;
     patch->i = i;
     patch->j = j;
+    for (int k = 0; k < 4; k++)
+        patch->corner[k].sought = false;
     net_view_move(&cloth->view, i, j);
     patch->known = load_cell(cloth, patch, &rough);
     if (patch->known)
@@ -302,31 +304,28 @@ static bool is_near(const struct rim_cloth *cloth, const struct rim_place *place
 /* How well a place is known from a corner that is far, by the length between them. */
 static const double seen_accuracy = 1e-4;
 
-/* A corner of a cell that a place is seen from. */
-struct corner {
-    int32_t i, j;
-    struct station station;
-    struct vec3 yarn[2]; /* towards the higher index */
-};
-
-static bool find_corner(struct march *march, int32_t i, int32_t j, int a, int b,
-                        struct corner *corner) {
-    *corner = (struct corner){.i = i + a, .j = j + b};
-    if (!march_station(march, i + a, j + b, &corner->station))
-        return false;
-    for (int k = 0; k < 2; k++) {
-        int side = (k ? b : a) ? -1 : 1;
-        if (!march_yarn(march, i + a, j + b, k ? 0 : side, k ? side : 0, &corner->station,
-                        &corner->yarn[k]))
-            return false;
+/* Finds corner number n of a patch; false when the net has none. */
+static bool find_corner(struct march *march, struct rim_patch *patch, int n) {
+    struct rim_corner *corner = &patch->corner[n];
+    int32_t i = patch->i + (n & 1), j = patch->j + n / 2;
+    if (corner->sought)
+        return corner->found;
+    corner->sought = true;
+    corner->i = i;
+    corner->j = j;
+    corner->found = march_station(march, i, j, &corner->station);
+    for (int k = 0; k < 2 && corner->found; k++) {
+        int side = (k ? n / 2 : n & 1) ? -1 : 1;
+        corner->found =
+            march_yarn(march, i, j, k ? 0 : side, k ? side : 0, &corner->station, &corner->yarn[k]);
         corner->yarn[k] = vec3_scale(side, corner->yarn[k]);
     }
-    return true;
+    return corner->found;
 }
 
 /* p and q of the place `to` by its geodesic from the corner. */
-static bool see_from(struct rim_cloth *cloth, const struct corner *corner, const struct station *to,
-                     double pq[2]) {
+static bool see_from(struct rim_cloth *cloth, const struct rim_corner *corner,
+                     const struct station *to, double pq[2]) {
     const double *d = cloth->march->settings->spacing;
     const struct vec3 *yarn = corner->yarn;
     struct vec3 guess = vec3_axpy((pq[1] - corner->j) * d[1], yarn[1],
@@ -359,7 +358,7 @@ static const double weight_change = 0.05;
 
 /* p and q of a place in the patch, from those of its corners whose bilinear weight is more than
  * `least_weight`, by which it is the less. */
-static bool see_from_corners(struct rim_cloth *cloth, const struct rim_patch *patch,
+static bool see_from_corners(struct rim_cloth *cloth, struct rim_patch *patch,
                              const struct station *to, double least_weight,
                              struct rim_place *place) {
     const double *d = cloth->march->settings->spacing;
@@ -369,15 +368,14 @@ static bool see_from_corners(struct rim_cloth *cloth, const struct rim_patch *pa
         int a = k & 1, b = k / 2;
         double weight = (a ? x : 1 - x) * (b ? y : 1 - y) - least_weight;
         double pq[2] = {place->p, place->q};
-        struct corner corner;
-        if (weight <= 0 || !find_corner(cloth->march, patch->i, patch->j, a, b, &corner) ||
-            !see_from(cloth, &corner, to, pq))
+        const struct rim_corner *corner = &patch->corner[k];
+        if (weight <= 0 || !find_corner(cloth->march, patch, k) || !see_from(cloth, corner, to, pq))
             continue;
         weights += weight;
         sum[0] += weight * pq[0];
         sum[1] += weight * pq[1];
         for (int m = 0; m < 2 && weight > most; m++)
-            place->along[m] = vec3_scale(d[m], corner.yarn[m]);
+            place->along[m] = vec3_scale(d[m], corner->yarn[m]);
         most = fmax(most, weight);
     }
     if (!(weights > 0))
@@ -391,7 +389,7 @@ static bool see_from_corners(struct rim_cloth *cloth, const struct rim_patch *pa
 
 /* Geodesics cost: mostly one is enough, from the nearest corner; from the others where that cannot
  * be had. */
-static bool see(struct rim_cloth *cloth, const struct rim_patch *patch, const struct station *to,
+static bool see(struct rim_cloth *cloth, struct rim_patch *patch, const struct station *to,
                 struct rim_place *place) {
     static const double near = 0.24, any = 1e-3;
     return see_from_corners(cloth, patch, to, near, place) ||
@@ -399,7 +397,7 @@ static bool see(struct rim_cloth *cloth, const struct rim_patch *patch, const st
 }
 
 /* Once more where the place was not the one expected, because the weights follow from it. */
-static bool descend_rough(struct rim_cloth *cloth, const struct rim_patch *patch,
+static bool descend_rough(struct rim_cloth *cloth, struct rim_patch *patch,
                           const struct surface *surface, const double uv[2],
                           struct rim_place *place) {
     struct march *march = cloth->march;
@@ -422,8 +420,8 @@ bool rim_cloth_find(struct rim_cloth *cloth, struct vec3 r, const struct surface
             return false;
         const struct rim_patch *patch =
             rim_cloth_patch(cloth, (int32_t)floor(place->p), (int32_t)floor(place->q));
-        bool rough =
-            patch->known && !patch->smooth && descend_rough(cloth, patch, surface, uv, place);
+        bool rough = patch->known && !patch->smooth &&
+                     descend_rough(cloth, &cloth->patch, surface, uv, place);
         if (!patch->known || (!rough && !descend(patch, r, place)))
             break;
         if (is_within(patch, place, hop < STRICT_HOPS ? strict : lax))

@@ -17,12 +17,22 @@
 
 #include "march.h"
 
+/* A corner of a cell that places near rough edges are seen from. */
+struct rim_corner {
+    int32_t i, j;
+    bool sought, found;
+    struct station station;
+    struct vec3 yarn[2]; /* towards the higher index */
+};
+
 /* The cell (i, j) and its neighbours. */
 struct rim_patch {
     int32_t i, j;
-    bool known;          /* it has all four corners */
-    bool smooth;         /* no rough edge is near */
-    struct vec3 r[4][4]; /* [b][a]: node (i + a - 1, j + b - 1); bilinear unless smooth */
+    bool known;                  /* it has all four corners */
+    bool smooth;                 /* no rough edge is near */
+    struct vec3 r[4][4];         /* [b][a]: node (i + a - 1, j + b - 1); bilinear unless smooth */
+    struct rim_corner corner[4]; /* (i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1) as they are asked
+                                    for */
 };
 
 struct rim_cloth {

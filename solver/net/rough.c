@@ -156,13 +156,13 @@ static struct vec3 leave_over_joint(const struct station *p, const struct depart
     return vec3_unit(vec3_axpy(angle, vec3_cross(p->normal, t), t));
 }
 
-struct vec3 rough_leave(const struct surface *surface, struct surface_cursor *cursor,
-                        const struct station *p, const double to_uv[2], struct vec3 to) {
-    struct station q;
-    struct departure d = departure(p, to);
-    if (!surface || !d.over_joint || !station_at(surface, cursor, to_uv, &q))
-        return leave_as_helix(p, &d);
-    return leave_over_joint(p, &d, &q);
+const struct station *rough_end_station(struct surface_cursor *cursor, const struct rough_end *end,
+                                        struct station *made) {
+    if (!end->surface)
+        return NULL;
+    if (end->station)
+        return end->station;
+    return station_at(end->surface, cursor, end->uv, made) ? made : NULL;
 }
 
 /* A rise e beyond the arc's leads aside by at most e times the angle by which the normal turns to
@@ -170,12 +170,26 @@ struct vec3 rough_leave(const struct surface *surface, struct surface_cursor *cu
  * than |K| d^2 the surface itself makes nets wrong by more. */
 static const double sure_aside = 1e-4, turn_aside = 0.3, own_curvature = 1e-4;
 
+static bool is_sure(const struct departure *d) {
+    double length = sqrt(d->c2), excess = fabs(d->rise - d->near.curvature * d->c2 / 2) / length;
+    double gauss = d->near.curvature * d->near.across - d->near.torsion * d->near.torsion;
+    return excess * (fabs(d->near.torsion) * length + turn_aside) < sure_aside ||
+           fabs(gauss) * d->c2 > own_curvature;
+}
+
 bool rough_leaves_surely(const struct station *p, struct vec3 to) {
     struct departure d = departure(p, to);
-    double length = sqrt(d.c2), excess = fabs(d.rise - d.near.curvature * d.c2 / 2) / length;
-    double gauss = d.near.curvature * d.near.across - d.near.torsion * d.near.torsion;
-    return excess * (fabs(d.near.torsion) * length + turn_aside) < sure_aside ||
-           fabs(gauss) * d.c2 > own_curvature;
+    return is_sure(&d);
+}
+
+struct vec3 rough_leave(struct surface_cursor *cursor, const struct station *p,
+                        const struct rough_end *end, bool *sure) {
+    struct station made;
+    struct departure d = departure(p, end->r);
+    if (sure)
+        *sure = is_sure(&d);
+    const struct station *q = d.over_joint ? rough_end_station(cursor, end, &made) : NULL;
+    return q ? leave_over_joint(p, &d, q) : leave_as_helix(p, &d);
 }
 
 /* The turn of an edge in its normal plane, as it goes from one end to the other, in Legendre's

@@ -47,17 +47,27 @@ static inline bool rough_is_arc(const struct station *p, const struct station *q
 enum rough_kind rough_edge(const struct station *p, const struct station *q, double curvature,
                            double d, double *chord);
 
-/* The unit tangent at p of the geodesic to the place `to` with the parameters `to_uv`, over a
- * smooth edge: the chord's projection, turned by d^2 k t / 6, k the normal curvature and t the
- * geodesic torsion, of p or, where p lies on a joint of `surface` (NULL on a mesh), of the other
- * end.
- */
-struct vec3 rough_leave(const struct surface *surface, struct surface_cursor *cursor,
-                        const struct station *p, const double to_uv[2], struct vec3 to);
+/* The far end of an edge. */
+struct rough_end {
+    const struct surface *surface; /* that uv are parameters of; NULL on a mesh */
+    const double *uv;
+    struct vec3 r;
+    const struct station *station; /* NULL: not known yet */
+};
 
-/* Whether that is the geodesic's tangent to 1e-4: the edge rises from p as an arc does, or what it
- * rises else leads it aside by less, wherever that is along the edge. */
+/* The unit tangent at p of the geodesic to the end of a smooth edge: the chord's projection, turned
+ * by d^2 k t / 6, k the normal curvature and t the geodesic torsion, of p or, where p lies on a
+ * joint, of the other end. `sure` (may be NULL): it is right to 1e-4, because the edge rises from p
+ * as an arc does, or what it rises else leads it aside by less, wherever that is along the edge. */
+struct vec3 rough_leave(struct surface_cursor *cursor, const struct station *p,
+                        const struct rough_end *end, bool *sure);
+
+/* Whether the edge from p to the place `to` is sure in that way. */
 bool rough_leaves_surely(const struct station *p, struct vec3 to);
+
+/* The station of an end: that which is known, or else in `made`; NULL where there is none. */
+const struct station *rough_end_station(struct surface_cursor *cursor, const struct rough_end *end,
+                                        struct station *made);
 
 /* The geodesic between two stations as they tell it, by chord, normals and curvatures. */
 struct rough_geodesic {

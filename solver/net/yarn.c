@@ -2,7 +2,6 @@
 #include "yarn.h"
 
 #include "logarithm.h"
-#include "rough.h"
 #include "solver/angle.h"
 #include "solver/surface/shell.h"
 
@@ -28,14 +27,19 @@ static const struct surface *surface_of(const struct yarn_net *yarns,
     return surface && surface->shell ? shell_surface(surface->shell, place->node->face) : surface;
 }
 
+static struct rough_end end_at(const struct yarn_net *yarns, const struct yarn_place *there,
+                               const struct station *station) {
+    return (struct rough_end){surface_of(yarns, there), there->node->uv, there->node->r, station};
+}
+
 struct vec3 yarn_leave(const struct yarn_net *yarns, const struct yarn_place *here,
                        const struct yarn_place *there, int family, int side,
                        const struct station *station) {
     struct vec3 leave;
     if (laid_edge(yarns, here, there, family, side, &leave))
         return leave;
-    return rough_leave(surface_of(yarns, there), yarns->cursor, station, there->node->uv,
-                       there->node->r);
+    const struct rough_end end = end_at(yarns, there, NULL);
+    return rough_leave(yarns->cursor, station, &end, NULL);
 }
 
 static struct yarn_place place_at(const struct net_window *window, int x, int y) {
@@ -44,10 +48,11 @@ static struct yarn_place place_at(const struct net_window *window, int x, int y)
                                net_window_place(window, x, y)};
 }
 
-/* The yarn's direction towards the higher index, by its neighbour on one side; zero where there is
- * none. */
+/* The yarn's direction towards the higher index, by its neighbour on one side, which is at `next`
+ * if that is known; zero where there is none. */
 static struct vec3 onward(const struct yarn_net *yarns, const struct net_window *window, int x,
-                          int y, int family, int side, struct yarn_spot *spot) {
+                          int y, int family, int side, const struct yarn_spot *next,
+                          struct yarn_spot *spot) {
     struct vec3 *direction = &spot->onward[family][side];
     int step = side ? 1 : -1;
     if (spot->known & NET_EDGE_BIT(family, side))
@@ -60,9 +65,10 @@ static struct vec3 onward(const struct yarn_net *yarns, const struct net_window 
     if (!there.node)
         return *direction;
     struct vec3 leave;
-    if (!laid_edge(yarns, &here, &there, family, side, &leave))
-        leave = logarithm_leave(surface_of(yarns, &there), yarns->cursor, &spot->station,
-                                there.node->uv, there.node->r);
+    if (!laid_edge(yarns, &here, &there, family, side, &leave)) {
+        const struct rough_end end = end_at(yarns, &there, next ? &next->station : NULL);
+        leave = logarithm_leave(yarns->cursor, &spot->station, &end);
+    }
     *direction = vec3_scale(step, leave);
     return *direction;
 }
@@ -76,8 +82,8 @@ double yarn_node_angle(const struct yarn_net *yarns, const struct net_window *wi
                        struct yarn_spot *spot) {
     struct vec3 mean[2];
     for (int k = 0; k < 2; k++)
-        mean[k] = vec3_add(onward(yarns, window, x, y, k, 0, spot),
-                           onward(yarns, window, x, y, k, 1, spot));
+        mean[k] = vec3_add(onward(yarns, window, x, y, k, 0, NULL, spot),
+                           onward(yarns, window, x, y, k, 1, NULL, spot));
     bool both = vec3_norm2(mean[0]) > 0 && vec3_norm2(mean[1]) > 0;
     return both ? fabs(angle_between(mean[0], mean[1], spot->station.normal)) : 90;
 }
@@ -99,8 +105,8 @@ static void corner_angles(const struct yarn_net *yarns, const struct net_window 
     static const int8_t at[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     for (int k = 0; k < 4; k++) {
         int cx = x + at[k][0], cy = y + at[k][1];
-        struct vec3 warp = onward(yarns, window, cx, cy, 0, 1 - at[k][0], corner[k]);
-        struct vec3 weft = onward(yarns, window, cx, cy, 1, 1 - at[k][1], corner[k]);
+        struct vec3 warp = onward(yarns, window, cx, cy, 0, 1 - at[k][0], corner[k ^ 1], corner[k]);
+        struct vec3 weft = onward(yarns, window, cx, cy, 1, 1 - at[k][1], corner[3 - k], corner[k]);
         angle[k] = angle_between(warp, weft, corner[k]->station.normal);
     }
 }
