@@ -304,7 +304,8 @@ class Client:
 
     def keep_material(self, material: Mapping[str, Any]) -> Json:
         """Keeps a material, for requests to name it; what became of earlier requests stays as it is."""
-        return self._json("POST", "/v1/materials", json.dumps(material).encode())
+        return self._json("POST", "/v1/materials", json.dumps(material).encode(),
+                          {"Content-Type": "application/json"})
 
     def delete_material(self, name: str) -> None:
         """Removes it, under whose name another may be kept then."""
