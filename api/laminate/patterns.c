@@ -2,6 +2,7 @@
 #include "patterns.h"
 
 #include "api/format/html.h"
+#include "api/format/r12.h"
 #include "api/json/number.h"
 #include "api/json/text.h"
 #include "book.h"
@@ -106,64 +107,36 @@ static void summary_of(const struct patterns *p, char title[TEXT_MAX]) {
                    roll > 0 ? 100 * (1 - p->area / roll) : 0);
 }
 
-static void group(struct api_text *text, int code, const char *value) {
-    api_text_integer(text, code);
-    api_text_raw(text, "\n");
-    api_text_raw(text, value);
-    api_text_raw(text, "\n");
-}
-
-static void group_number(struct api_text *text, int code, double value) {
-    api_text_integer(text, code);
-    api_text_raw(text, "\n");
-    number(text, value);
-    api_text_raw(text, "\n");
-}
-
-static void dxf_text(struct api_text *text, double x, double y, double height, const char *title) {
-    group(text, 0, "TEXT");
-    group(text, 8, "NAME");
-    group_number(text, 10, x);
-    group_number(text, 20, y);
-    group_number(text, 40, height);
-    group(text, 1, title);
-}
-
 static void dxf_shape(struct api_text *text, const struct placed *own) {
     const struct polygons *cut = &own->shape->cut;
     for (size_t k = 0; k < cut->count; k++) {
-        if (k == 0 || cut->points[k - 1].last) {
-            group(text, 0, "POLYLINE");
-            group(text, 8, "CUT");
-            group(text, 66, "1");
-            group(text, 70, "1");
-        }
-        group(text, 0, "VERTEX");
-        group(text, 8, "CUT");
-        group_number(text, 10, own->x + cut->points[k].x - own->shape->low[0]);
-        group_number(text, 20, own->y + cut->points[k].y - own->shape->low[1]);
+        if (k == 0 || cut->points[k - 1].last)
+            r12_begin_polygon(text, "CUT");
+        r12_corner(text, "CUT", own->x + cut->points[k].x - own->shape->low[0],
+                   own->y + cut->points[k].y - own->shape->low[1]);
         if (cut->points[k].last)
-            group(text, 0, "SEQEND");
+            r12_end_polygon(text, "CUT");
     }
 }
 
 static void write_dxf(const struct patterns *p, struct api_text *text) {
+    static const struct r12_layer layers[] = {{"CUT", R12_WHITE}, {"NAME", R12_GREEN}};
+    const double letter = p->width / 50;
+    const double low[2] = {0, -2 * letter}, high[2] = {p->length, p->width};
     char title[TEXT_MAX];
-    double letter = p->width / 50;
-    group(text, 0, "SECTION");
-    group(text, 2, "ENTITIES");
+    r12_head(text, p->laminate->length_unit->name, low, high, layers,
+             sizeof layers / sizeof *layers);
     for (size_t k = 0; k < p->placed_count; k++) {
         const struct placed *own = &p->placed[k];
         const struct laminate_shape *shape = own->shape;
         dxf_shape(text, own);
         title_of(p, own, title);
-        dxf_text(text, own->x + (shape->high[0] - shape->low[0]) / 3,
-                 own->y + (shape->high[1] - shape->low[1]) / 2, letter, title);
+        r12_letters(text, "NAME", own->x + (shape->high[0] - shape->low[0]) / 3,
+                    own->y + (shape->high[1] - shape->low[1]) / 2, letter, title);
     }
     summary_of(p, title);
-    dxf_text(text, 0, -2 * letter, letter, title);
-    group(text, 0, "ENDSEC");
-    group(text, 0, "EOF");
+    r12_letters(text, "NAME", 0, -2 * letter, letter, title);
+    r12_foot(text);
 }
 
 static void svg_attribute(struct api_text *text, const char *name, double value) {

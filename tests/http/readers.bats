@@ -281,6 +281,7 @@ END
 @test "client: drapes a laminate, maps the stack and saves what it is made by" {
     cat >"$BATS_TEST_TMPDIR/laminate.py" <<'END'
 import json, os, sys
+import ezdxf
 sys.path.insert(0, "api/clients/python")
 import draped
 client, folder = draped.Client(sys.argv[1]), sys.argv[3]
@@ -306,6 +307,24 @@ with open(os.path.join(folder, "deck.inp"), encoding="ascii") as file:
     assert "*SHELL SECTION, COMPOSITE" in file.read()
 with open(os.path.join(folder, "stack.html"), encoding="utf-8") as file:
     assert "Ply book" in file.read()
+
+nested = ezdxf.readfile(os.path.join(folder, "stack.dxf"))
+assert not nested.audit().errors and nested.header["$INSUNITS"] == 6
+cuts = nested.modelspace().query("POLYLINE[layer=='CUT']")
+assert len(cuts) == 3 and all(line.is_closed for line in cuts)
+assert {entity.dxf.layer for entity in nested.modelspace()} == {"CUT", "NAME"}
+corners = [v.dxf.location for line in cuts for v in line.vertices]
+low, high = nested.header["$EXTMIN"], nested.header["$EXTMAX"]
+assert all(low[k] <= at[k] <= high[k] + 1e-9 for at in corners for k in (0, 1))
+
+own = {"name": "own", "fabric": {"thickness": 0.002, "fiber_volume_fraction": 0.5}}
+assert client.keep_material(own)["fabric"] == own["fabric"] == client.material("own")["fabric"]
+assert [m["name"] for m in client.materials() if m["own"]] == ["own"]
+drape = client.submit({"surface": surface, "fabric": {"spacing": 0.2, "material": "own"}})
+client.delete_material("own")
+client.wait(drape)
+assert min(client.result(drape)["cells"]["thickness"]) >= 0.002
+assert not any(m["own"] for m in client.materials())
 END
     $PYTHON "$BATS_TEST_TMPDIR/laminate.py" "$URL" "$EXAMPLES/saddle.json" "$BATS_TEST_TMPDIR"
 }
