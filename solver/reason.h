@@ -10,7 +10,7 @@
     X(NO_CONVERGENCE, "no_convergence")                                                            \
     X(DEGENERATE, "degenerate") /* no tangent plane there */                                       \
     X(EXTENT, "extent")                                                                            \
-    X(FOLD, "fold") /* the net would overlap itself */
+    X(FOLD, "fold") /* the net would overlap itself, or meet itself out of step */
 
 enum drape_reason {
 #define X(id, name) DRAPE_REASON_##id,

@@ -85,6 +85,11 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
         *zone = STATION_BEYOND;
         reason = DRAPE_REASON_FOLD;
     }
+    if (march->growing && *zone != STATION_BEYOND && !march_joins(march, i, j, station, *zone)) {
+        march->torn += *zone == STATION_INSIDE;
+        reason = *zone == STATION_INSIDE ? DRAPE_REASON_FOLD : reason;
+        *zone = STATION_BEYOND;
+    }
     if (*zone == STATION_BEYOND)
         return march_fail(march, i, j, reason);
     struct net_node node = {.r = station->jet.r,

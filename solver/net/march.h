@@ -89,6 +89,8 @@ struct march {
     bool turned_back; /* the last yarn that went straight on came to a fold of the surface on itself
                        */
     bool past_cut;    /* closed directions are no longer cut open opposite the start */
+    bool growing;     /* parts of the net may come together that are out of step */
+    size_t torn;      /* places where they do */
     size_t inside, ghosts; /* nodes placed */
     size_t counted;        /* of those inside, by the watch */
     size_t solved;         /* of them by fishnet_solve, in this many steps: */
@@ -164,6 +166,11 @@ static inline enum status march_place_inside(struct march *march, struct net_til
     net_set_bits(tile, x, y, node);
     return ++march->inside > march->settings->max_nodes ? STATUS_TOO_MANY_NODES : STATUS_OK;
 }
+
+/* Whether a station fits in at (i, j): all places known beside it are a spacing away along the
+ * surface. Ghosts beside a node inside need not be. */
+bool march_joins(struct march *march, int32_t i, int32_t j, const struct station *station,
+                 enum station_zone zone);
 
 /* Notes that there can be no node at (i, j). */
 enum status march_fail(struct march *march, int32_t i, int32_t j,

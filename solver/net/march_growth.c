@@ -521,6 +521,7 @@ static enum status put_back(struct growth *g) {
 
 enum status march_growth(struct march *march) {
     struct growth g = {.march = march};
+    march->growing = true;
     enum status status = pass_cuts(&g);
     if (status == STATUS_OK)
         status = push_rim(&g);

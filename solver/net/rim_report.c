@@ -276,7 +276,8 @@ static bool is_whole(const struct gathering *g) {
     size_t all = 0, folds = reasons[DRAPE_REASON_FOLD];
     for (int k = 0; k < DRAPE_REASON_COUNT; k++)
         all += reasons[k];
-    if (reasons[DRAPE_REASON_BOUNDARY] + folds != all || g->result->cells.count == 0)
+    if (reasons[DRAPE_REASON_BOUNDARY] + folds != all || g->result->cells.count == 0 ||
+        g->march->torn > 0)
         return false;
     double area = march_area(g->march), uncovered = area - g->spread->area * d[0] * d[1];
     if (g->rim->loop_count > 0)
