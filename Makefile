@@ -192,7 +192,7 @@ sbom: $(B)/draped.cdx.json ## the bill of materials, in build
 $(B)/draped.cdx.json: deploy/sbom.py $(B)/draped $(B)/drape
 	python3 $< $(VERSION) $(B)/draped $(B)/drape >$@.new && mv $@.new $@
 
-deb: ## the Debian packages, in build/deb
+deb: all sbom $(B)/draped.1 $(B)/drape.1 $(B)/drape-import.1 ## the Debian packages, in build/deb
 	@deploy/setup.sh package
 	@deploy/deb.sh $(B) $(VERSION)
 

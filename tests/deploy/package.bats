@@ -92,7 +92,7 @@ teardown() {
     jq -S 'del(.id, .summary.timing_ms)' "$body" >"$BATS_TEST_TMPDIR/package"
     "$DRAPE" $EXAMPLES/freeform.json | jq -S 'del(.id, .summary.timing_ms)' >"$BATS_TEST_TMPDIR/build"
     cmp "$BATS_TEST_TMPDIR/package" "$BATS_TEST_TMPDIR/build"
-    # Compiled with Debian's hardening.
+    # Hardened as Debian's own programs are.
     readelf -hW "$DRAPED" | grep -q 'Type:.*DYN'
     readelf -dW "$DRAPED" | grep -q 'BIND_NOW'
     nm -D "$DRAPED" | grep -q '__stack_chk_fail'
