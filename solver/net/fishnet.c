@@ -250,8 +250,11 @@ static struct vec3 planar_corner(const struct fishnet_cell *cell) {
     return vec3_axpy(side * height, up, vec3_axpy(x, along, b));
 }
 
+/* Places nearer to each other than this share of an edge lead Newton to the same end. */
+static const double same_place = 1e-6;
+
 /* The k-th place to start Newton from: the guess, then the parallelogram and the planar corner,
- * seen from C and from B. False when it cannot be had. */
+ * seen from C and from B. False when it cannot be had, or is the same as another. */
 static bool predict(const struct surface *surface, struct surface_cursor *cursor,
                     const struct fishnet_cell *cell, int k, double uv[2]) {
     const struct station *from = k % 2 ? cell->b : cell->c;
@@ -262,6 +265,8 @@ static bool predict(const struct surface *surface, struct surface_cursor *cursor
     }
     struct vec3 opposite = vec3_sub(vec3_add(cell->b->jet.r, cell->c->jet.r), cell->a->jet.r);
     struct vec3 target = k == 0 ? cell->guess : k < 3 ? opposite : planar_corner(cell);
+    if (k >= 3 && vec3_distance(target, opposite) < same_place * cell->bd)
+        return false;
     return station_pull(surface, cursor, from, vec3_sub(target, from->jet.r), uv);
 }
 

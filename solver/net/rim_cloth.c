@@ -3,6 +3,8 @@
 
 #include "fishnet_geodesic.h"
 #include "logarithm.h"
+#include "solver/surface/spans.h"
+#include "solver/wide.h"
 
 /* How far beyond the net, in spacings, corners are extrapolated at the most. */
 enum { LAYERS = 3 };
@@ -237,22 +239,33 @@ static void cubics(double t, double of[4], double by[4]) {
     by[3] = (t * b + a * (t + b)) / 6;
 }
 
+INLINE struct vec3 lanes(vec4 a) {
+    return vec3_make(a[0], a[1], a[2]);
+}
+
+WIDE_CLONES
 void rim_patch_place(const struct rim_patch *patch, double p, double q, struct rim_place *place) {
     double fp[4], dp[4], fq[4], dq[4];
     cubics(p - patch->i, fp, dp);
     cubics(q - patch->j, fq, dq);
-    struct vec3 zero = {0, 0, 0};
-    *place = (struct rim_place){.p = p, .q = q, .r = zero, .smooth = patch->smooth};
+    vec4 sum = {0}, by_p = {0}, by_q = {0};
     for (int b = 0; b < 4; b++) {
-        struct vec3 r = zero, along = zero;
+        vec4 r = {0}, along = {0};
         for (int a = 0; a < 4; a++) {
-            r = vec3_axpy(fp[a], patch->r[b][a], r);
-            along = vec3_axpy(dp[a], patch->r[b][a], along);
+            const struct vec3 *node = &patch->r[b][a];
+            const vec4 at = {node->x, node->y, node->z, 0};
+            r = fp[a] * at + r;
+            along = dp[a] * at + along;
         }
-        place->r = vec3_axpy(fq[b], r, place->r);
-        place->along[0] = vec3_axpy(fq[b], along, place->along[0]);
-        place->along[1] = vec3_axpy(dq[b], r, place->along[1]);
+        sum = fq[b] * r + sum;
+        by_p = fq[b] * along + by_p;
+        by_q = dq[b] * r + by_q;
     }
+    *place = (struct rim_place){.p = p,
+                                .q = q,
+                                .r = lanes(sum),
+                                .along = {lanes(by_p), lanes(by_q)},
+                                .smooth = patch->smooth};
 }
 
 /* ---- places ---- */
