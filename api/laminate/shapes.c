@@ -48,12 +48,15 @@ static bool loops_of(const struct region *region, struct polygons *loops) {
         int depth = 0; /* of this loop within the others */
         for (size_t m = 0; m < region->loop_count; m++) {
             struct polygons one = {0};
-            for (size_t k = region->first[m]; m != n && k < region->first[m + 1]; k++)
-                if (!polygons_add(&one, region->points[k][0], region->points[k][1]))
-                    return false;
+            bool good = true;
+            for (size_t k = region->first[m]; good && m != n && k < region->first[m + 1]; k++)
+                good = polygons_add(&one, region->points[k][0], region->points[k][1]);
             polygons_close(&one);
-            depth += m != n && clip_contains(&one, region->points[low][0], region->points[low][1]);
+            depth += good && m != n &&
+                     clip_contains(&one, region->points[low][0], region->points[low][1]);
             polygons_free(&one);
+            if (!good)
+                return false;
         }
         bool back = (sum > 0) == (depth % 2 == 1);
         for (size_t k = 0; k < count; k++) {
