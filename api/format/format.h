@@ -80,7 +80,7 @@ struct format_options {
 bool format_option(struct format_options *options, const char *name, const char *value,
                    struct api_problem *problem);
 
-enum { MAP_WARNINGS_MAX = 6, MAP_RELIEFS = 2 };
+enum { MAP_WARNINGS_MAX = 8, MAP_RELIEFS = 2 };
 
 /* What an element is to the flow beside fabric: where resin comes in and goes out, and the gap
  * along the rim of the cloth in which it runs ahead (race-tracking). */

@@ -11,6 +11,9 @@
 
 enum { TENSOR_PARTS = 6 };
 
+/* Beyond so many spacings off its cloth a boundary is called ragged. */
+static const double boundary_away = 2;
+
 /* Columns that are filled row by row; NULL where they are left out. */
 struct filled {
     double *count, *shear, *thickness, *fraction, *porosity, *pressure;
@@ -285,6 +288,28 @@ static void warn_of_failed(struct mapping *m) {
         map_warn(m->at.map, text);
 }
 
+/* A boundary is projected on the cloth: where it lies far from it, as a polygon of few points does
+ * on what is curved, its place there is a matter of chance. */
+static void warn_of_boundaries(struct mapping *m) {
+    const struct laminate *laminate = m->at.laminate;
+    double most = boundary_away * m->at.spacing;
+    size_t worst = 0, far = 0;
+    for (size_t k = 0; k < laminate->count; k++) {
+        far += m->at.away[k] > most;
+        worst = m->at.away[k] > m->at.away[worst] ? k : worst;
+    }
+    if (!far)
+        return;
+    (void)snprintf(
+        m->at.map->ragged, API_MAP_WARNING_SIZE,
+        "the boundary of ply %zu (\"%.40s\") lies up to %.3g %s off its cloth, and %zu "
+        "of %zu more than twice the spacing: where it was projected to may not be meant; "
+        "give more points of it",
+        worst + 1, laminate->plies[worst].name, m->at.away[worst], m->at.map->fields.unit->name,
+        far, laminate->count);
+    map_warn(m->at.map, m->at.map->ragged);
+}
+
 static void warn_of_places(struct mapping *m) {
     size_t bare = m->at.target->elements ? map_stack_bare(&m->at.map->stack) : 0;
     if (m->far > m->at.count / 2) {
@@ -416,6 +441,7 @@ enum api_problem_id laminate_map(const struct laminate *laminate,
         map_warn(map, target->warning);
     warn_of_failed(&m);
     warn_of_places(&m);
+    warn_of_boundaries(&m);
     warn_of_pressing(&m);
     return API_OK;
 }

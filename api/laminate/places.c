@@ -39,6 +39,7 @@ static bool make_regions(struct places *m, size_t net, const struct map_net *clo
         switch (region_make(&ply->boundary, cloth->facets, cloth->columns.grid.spacing, m->arena,
                             &own->region, &at)) {
         case STATUS_OK:
+            m->away[k] = own->region.away;
             break;
         case STATUS_OUT_OF_MEMORY:
             return places_no_memory(m);
@@ -171,9 +172,11 @@ static bool begin(struct places *m) {
     m->spots = arena_take(m->arena, nets * count, sizeof *m->spots);
     m->mirrored = arena_take(m->arena, nets * count, sizeof *m->mirrored);
     m->inside = arena_alloc(m->arena, laminate->count, sizeof *m->inside);
+    m->away = arena_alloc(m->arena, laminate->count, sizeof *m->away);
     m->there = arena_alloc(m->arena, nets, sizeof *m->there);
     m->distance = arena_take(m->arena, count, sizeof *m->distance);
-    if (!m->bases || !m->spots || !m->mirrored || !m->inside || !m->there || !m->distance)
+    if (!m->bases || !m->spots || !m->mirrored || !m->inside || !m->away || !m->there ||
+        !m->distance)
         return places_no_memory(m);
     for (size_t k = 0; k < laminate->count; k++) {
         if (laminate->plies[k].boundary.count == 0)

@@ -36,6 +36,7 @@ struct places {
     struct spot *spots; /* [net][place] */
     uint8_t *mirrored;  /* alike: the net's normal is against the base's */
     uint8_t **inside;   /* of each ply with a boundary, by place; else NULL */
+    double *away;       /* of each ply: how far its boundary is from its cloth */
     bool *there;        /* of each net */
     double *distance;   /* of each place: to the nearest net */
     size_t rows;        /* plies at places, together */

@@ -26,6 +26,7 @@ struct walk {
     double least; /* the smaller spacing */
     double (*points)[2];
     size_t count;
+    double away; /* the largest distance of a point over the cloth */
     struct facets_place place;
 };
 
@@ -55,6 +56,7 @@ static bool follow(struct walk *walk, const struct laminate_loop *loop, struct v
             region_coordinates(walk->facets, &walk->place, pq);
             double reach = length + away + walk->place.distance;
             away = walk->place.distance;
+            walk->away = walk->place.outside ? walk->away : fmax(walk->away, away);
             first_away = walk->count == begin ? away : first_away;
             if (walk->count++ > begin &&
                 moved(walk, pq - 2, pq) > stretch * reach + slack * largest)
@@ -155,7 +157,10 @@ enum status region_make(const struct laminate_boundary *boundary, const struct f
             return STATUS_INVALID;
     }
     first[boundary->count] = walk.count;
-    return finish(region, (const double(*)[2])walk.points, first, boundary->count, arena);
+    enum status status =
+        finish(region, (const double(*)[2])walk.points, first, boundary->count, arena);
+    region->away = walk.away;
+    return status;
 }
 
 /* The parity of the edges to the left; the lower end of an edge belongs to it. */

@@ -14,6 +14,7 @@ struct region {
     const double (*points)[2]; /* of all loops, one after the other */
     const size_t *first;       /* of each loop, and one more */
     size_t loop_count;
+    double away; /* of those over the cloth, how far the farthest is from it */
     /* for region_contains: edges by strips of q */
     double low[2], high[2], height;
     size_t strip_count;

@@ -35,7 +35,7 @@ struct api_map {
     struct api_column_source columns[API_COLUMNS_MAX];
     char too_far[API_MAP_WARNING_SIZE], bare[API_MAP_WARNING_SIZE]; /* texts of warnings */
     char packed[API_MAP_WARNING_SIZE], loose[API_MAP_WARNING_SIZE], failed[API_MAP_WARNING_SIZE];
-    char open[API_MAP_WARNING_SIZE];
+    char open[API_MAP_WARNING_SIZE], ragged[API_MAP_WARNING_SIZE];
 };
 
 /* Fields on a target, none yet, that are to have these columns. */

@@ -226,6 +226,19 @@ plane='.surface = {degree_u: 1, degree_v: 1, size_u: 2, size_v: 2, knotvector_u:
     [ "$(field .pointer)" = /surface/id ]
 }
 
+@test "a boundary off the cloth is followed with a warning, one beyond its edge without" {
+    local triangle
+    echo '{"vertices": [[-0.1, -0.1, 0], [0.1, -0.1, 0], [0, 0.1, 0]], "triangles": [[0, 1, 2]]}' |
+        jq '{mesh: .}' >"$BATS_TEST_TMPDIR/mesh.json"
+    for triangle in '[[0, -1, 0.9], [1, 1, 0.9], [-1, 1, 0.9]] 1' '[[0, -9, 0], [9, 9, 0], [-9, 9, 0]] 0'; do
+        drape_stack "$plane | .plies |= .[:2] | .plies[1].name = \"patch\" |
+            .plies[1].boundary = {polygon: ${triangle% *}}" --map "$BATS_TEST_TMPDIR/mesh.json"
+        [ "$status" -eq 0 ]
+        [ "$(jq '[.warnings[] | select(test("ply 2 \\(\"patch\"\\) lies up to 0.9 m off its cloth, and 1 of 2"))] |
+            length' <<<"$output")" -eq "${triangle##* }" ]
+    done
+}
+
 @test "patterns of plies, cancelling and deleting" {
     create '.plies[1].boundary = {polygon: [[-1, -1, 0], [1, -1, 0], [1, 1, 0]]}'
     id=$(field .id)
