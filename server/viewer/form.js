@@ -2,6 +2,7 @@
 // The request as a form: from a document into the fields and back, and errors of the service at the
 // fields that their pointers name. What the form does not show is kept and sent along.
 import { element } from './dom.js';
+import { Materials } from './material.js';
 
 const DEFAULTS = { yarn_path: 'chord', cavity: 'flexible', permeability: null };
 const FABRIC = {
@@ -57,6 +58,7 @@ export class Form {
     this.surfaceText = null;
     this.shape = null;
     this.onUnit = onUnit;
+    this.materials = new Materials();
     const slider = element('angle-slider');
     slider.addEventListener('input', () => {
       element('angle').value = slider.value;
@@ -110,6 +112,7 @@ export class Form {
     element('method').value = kept.method || 'gib';
     element('spacing').value = show(kept.fabric.spacing);
     for (const [id, key] of Object.entries(FABRIC)) element(id).value = show(kept.fabric[key]);
+    this.materials.name = kept.fabric.material;
     const vector = kept.direction?.vector;
     element('angle').value = vector ? '' : show(kept.direction?.angle_deg ?? 0);
     element('angle').placeholder = vector ? 'vector' : '';
@@ -158,6 +161,7 @@ export class Form {
       'length_unit',
     ];
     const fabric = ['spacing', ...Object.values(FABRIC)];
+    if (typeof this.kept.fabric.material === 'string') fabric.push('material');
     const names = Object.keys(this.kept).filter((key) => !shown.includes(key));
     names.push(...Object.keys(this.kept.fabric).filter((key) => !fabric.includes(key)));
     if (this.kept.direction?.vector) names.push('direction.vector');
@@ -184,7 +188,8 @@ export class Form {
   }
 
   get locking() {
-    const angle = parse(element('locking').value);
+    const { value, placeholder } = element('locking'); // or what the material says
+    const angle = parse(value || placeholder);
     return typeof angle === 'number' ? angle : null;
   }
 
@@ -198,6 +203,8 @@ export class Form {
     const fabric = { ...this.kept.fabric };
     const spacing = parse(element('spacing').value);
     fabric.spacing = coarser > 1 ? this.spacing.map((value) => value * coarser) : spacing;
+    if (typeof fabric.material === 'string') delete fabric.material;
+    if (this.materials.name) fabric.material = this.materials.name;
     for (const [id, key] of Object.entries(FABRIC)) {
       delete fabric[key];
       if (element(id).value.trim()) fabric[key] = parse(element(id).value);

@@ -290,6 +290,34 @@ test('page: permeability has its fields, its crosses and its numbers', async () 
   await page.selectOption('#field', 'shear');
 });
 
+test('page: a material says what the form leaves empty', async () => {
+  const own = { name: 'own', fabric: { thickness: 0.002, fiber_volume_fraction: 0.4 } };
+  await page.evaluate(
+    (body) =>
+      fetch('v1/materials', {
+        method: 'POST',
+        headers: { 'Content-Type': 'application/json' },
+        body,
+      }),
+    JSON.stringify(own),
+  );
+  const other = await openPage(browser, page.url().split('#')[0]);
+  await other.waitForSelector('#material option[value="own"]', { state: 'attached' });
+  await other.selectOption('#material', 'own');
+  await other.selectOption('#unit', 'mm');
+  for (const id of ['thickness', 'fraction', 'locking', 'cavity']) await other.fill(`#${id}`, '');
+  await other.selectOption('#permeability', '');
+  await other.waitForFunction(() => document.getElementById('thickness').placeholder === '2');
+  await other.fill('#fraction', '0.45');
+  await other.click('#drape');
+  await other.waitForFunction(() => location.hash.includes('drape='));
+  const { fabric, permeability } = await ask(`v1/drapes/${idOf(other)}/request`);
+  assert.equal(fabric.thickness, 2);
+  assert.equal(fabric.fiber_volume_fraction, 0.45);
+  assert.equal(permeability, undefined);
+  await other.context().close();
+});
+
 test('page: the front says why the net stops', async () => {
   const box = await page.locator('#pane-flat').boundingBox();
   let said = '';
