@@ -60,17 +60,21 @@ static enum status march_on(struct march *march) {
     return march_run(march);
 }
 
-/* The march, twice for a method that corrects its first net. */
+/* The march, twice for a method that corrects its first net, which has an arena of its own: the
+ * report needs it no longer than to take the estimates from it. */
 static enum status march_all(struct march *march) {
+    struct arena *arena = march->arena;
     bool corrected = march->settings->method == DRAPE_GIB4;
     march->fringe = corrected ? FRINGE_BEFORE : FRINGE;
+    if (corrected && !(march->arena = arena_child(arena)))
+        return STATUS_OUT_OF_MEMORY;
     enum status status = march_on(march);
     if (status != STATUS_OK || !corrected)
         return status;
     *march = (struct march){.surface = march->surface,
                             .settings = march->settings,
                             .monitor = march->monitor,
-                            .arena = march->arena,
+                            .arena = arena,
                             .start = march->start,
                             .first = march->net,
                             .before = net_view(march->net),

@@ -33,6 +33,15 @@ enum status net_make(struct net *net, struct arena *arena, bool divided) {
     return STATUS_OK;
 }
 
+void net_free(struct net *net) {
+    static const struct arena_mark empty = {NULL, 0};
+    struct arena *arena = net->arena;
+    for (int k = 0; k < NET_TABLES; k++)
+        if (net->table[k].arena != arena)
+            arena_rewind(net->table[k].arena, empty);
+    arena_rewind(arena, empty);
+}
+
 static bool grow(struct net_table *table) {
     struct net_table old = *table;
     table->slot_count *= 2;

@@ -91,6 +91,9 @@ struct net {
  * it is `divided`. Errors: STATUS_OUT_OF_MEMORY. */
 enum status net_make(struct net *net, struct arena *arena, bool divided) STATUS_MUST_USE;
 
+/* Gives back what its arenas hold; `arena` must have been the net's and its march's alone. */
+void net_free(struct net *net);
+
 /* The tile (ti, tj) of a table by its hash, which is then the one found last; NULL: none. */
 struct net_tile *net_seek(struct net_table *table, int32_t ti, int32_t tj);
 

@@ -200,8 +200,7 @@ static void count_part(void *data, int k) {
         count_tile(part, t);
 }
 
-static enum status alloc_columns(struct arena *arena, bool estimated, bool faces,
-                                 struct drape_result *result) {
+static enum status alloc_columns(struct arena *arena, bool faces, struct drape_result *result) {
     struct drape_nodes *n = &result->nodes;
     struct drape_cells *c = &result->cells;
     struct drape_front *f = &result->front;
@@ -218,10 +217,6 @@ static enum status alloc_columns(struct arena *arena, bool estimated, bool faces
     for (size_t k = 0; k < sizeof indices / sizeof *indices; k++) {
         *indices[k] = arena_take(arena, counts[k / 2], sizeof(int32_t));
         all = all && *indices[k];
-    }
-    if (estimated) {
-        n->error_estimate = arena_take(arena, n->count, sizeof *n->error_estimate);
-        all = all && n->error_estimate;
     }
     if (faces) {
         n->face = arena_take(arena, n->count, sizeof *n->face);
@@ -256,15 +251,6 @@ static struct vec3 bring_inside(struct part *part, const struct net_node *node, 
     return moved ? jet.r : node->r;
 }
 
-/* Where the first march had no node, the largest elsewhere stands for it (`summarise`). */
-static void add_estimate(struct part *part, size_t at, const struct spot *spot) {
-    net_view_move(&part->before, spot->i, spot->j);
-    const struct net_node *before = net_view_place(&part->before, spot->i, spot->j);
-    double estimate = before ? estimate_of(before) : -1;
-    part->result->nodes.error_estimate[at] = estimate;
-    part->estimate_max = fmax(part->estimate_max, estimate);
-}
-
 static void add_node(struct part *part, const struct spot *spot, double shear_deg) {
     struct drape_nodes *nodes = &part->result->nodes;
     const struct net_node *node = spot->node;
@@ -284,8 +270,6 @@ static void add_node(struct part *part, const struct spot *spot, double shear_de
     nodes->z[at] = r.z;
     nodes->shear_deg[at] = shear_deg;
     nodes->grown[at] = node->grown;
-    if (part->march->before.net)
-        add_estimate(part, at, spot);
 }
 
 /* The nodes of row y of a tile, those that are `inside`. Returns the places, as bits, whose shear
@@ -568,6 +552,36 @@ static void run(const struct march *march, int count, void (*task)(void *data, i
         task(data, k);
 }
 
+/* Where the first march had no node, the largest elsewhere stands for it (`summarise`). */
+static void add_estimates(void *data, int k) {
+    struct part *part = &((struct part *)data)[k];
+    double *to = part->result->nodes.error_estimate + part->next.nodes;
+    for (int y = 0; y < NET_TILE; y++)
+        for (size_t t = 0; t < part->count; t++) {
+            const struct net_tile *tile = part->windows[t].tile[1][1];
+            net_view_move(&part->before, tile->ti * NET_TILE, tile->tj * NET_TILE);
+            for (uint32_t left = tile->bits[NET_BIT_INSIDE][y]; left; left &= left - 1) {
+                const struct net_node *before =
+                    net_window_place(&part->before.window, __builtin_ctz(left), y);
+                *to = before ? estimate_of(before) : -1;
+                part->estimate_max = fmax(part->estimate_max, *to++);
+            }
+        }
+}
+
+/* Takes the estimates from the net that was corrected, and gives its memory back. */
+static enum status take_estimates(struct march *march, struct part *parts, int count,
+                                  struct drape_nodes *nodes) {
+    nodes->error_estimate = arena_take(march->arena, nodes->count, sizeof *nodes->error_estimate);
+    if (!nodes->error_estimate)
+        return STATUS_OUT_OF_MEMORY;
+    run(march, count, add_estimates, parts);
+    net_free(march->first);
+    march->first = NULL;
+    march->before = (struct net_view){.net = NULL};
+    return STATUS_OK;
+}
+
 enum status report_make(struct march *march, struct drape_result *result) {
     int count;
     *result = (struct drape_result){.start_point = march->start.station.jet.r,
@@ -582,8 +596,10 @@ enum status report_make(struct march *march, struct drape_result *result) {
         return STATUS_OUT_OF_MEMORY;
     run(march, count, count_part, parts);
     place_parts(parts, count, result);
-    enum status status = alloc_columns(march->arena, march->before.net,
-                                       march->surface && march->surface->shell, result);
+    enum status status =
+        march->first ? take_estimates(march, parts, count, &result->nodes) : STATUS_OK;
+    if (status == STATUS_OK)
+        status = alloc_columns(march->arena, march->surface && march->surface->shell, result);
     if (status != STATUS_OK)
         return status;
     run(march, count + 1, add_part, &tasks);
