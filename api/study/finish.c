@@ -166,6 +166,29 @@ static void warn_infeasible(struct verdict *v) {
     warn(&v->summary.warnings, "infeasible", pointer, detail);
 }
 
+/* A drape that ends soon has little shear and little waste: what is best by them may cover little
+ * of the part unless the study asks for that. */
+static void warn_uncovered(struct verdict *v) {
+    const struct study_request *r = &v->study->request;
+    char detail[sizeof v->summary.warnings.list[0].detail];
+    double least = DRAPE_COMPLETE_COVERAGE;
+    int worst = -1;
+    for (int id = 0; id < QUANTITY_COUNT; id++) {
+        int best = v->summary.best[id];
+        double coverage = best < 0 ? 1 : v->rows[best].quantity[QUANTITY_CLOTH_COVERAGE];
+        worst = coverage < least ? id : worst;
+        least = fmin(coverage, least);
+    }
+    if (worst < 0 || r->objective[QUANTITY_UNCOVERED_AREA] ||
+        r->limit[QUANTITY_CLOTH_COVERAGE].has_min || r->limit[QUANTITY_UNCOVERED_AREA].has_max)
+        return;
+    (void)snprintf(detail, sizeof detail,
+                   "the best by %s covers %.3g of the part: with the limit \"cloth_coverage\": "
+                   "{\"min\": 0.99} only variants that cover it count",
+                   quantities[worst].name, least);
+    warn(&v->summary.warnings, "uncovered", "/limits", detail);
+}
+
 static void summarise(struct verdict *v, double solve_ms) {
     struct api_study_summary *s = &v->summary;
     char detail[sizeof s->warnings.list[0].detail];
@@ -181,6 +204,7 @@ static void summarise(struct verdict *v, double solve_ms) {
     find_hardest(v);
     if (s->hardest >= 0)
         warn_infeasible(v);
+    warn_uncovered(v);
     if (s->failed > 0) {
         (void)snprintf(detail, sizeof detail, "%zu of %zu variants could not be draped", s->failed,
                        s->variants);

@@ -347,6 +347,30 @@ static void test_study_says_which_limit_is_hardest(void **state) {
     bytes_free(&part);
 }
 
+/* The best of nets that are held to a corner of the part, unless the study has a limit for that. */
+static void test_study_warns_of_what_is_bare(void **state) {
+    static const char *const limits[] = {"", ",\"limits\":{\"cloth_coverage\":{\"min\":0}}"};
+    struct bytes whole = saddle();
+    struct bytes part = text_replace(whole.data, "\"fabric\"",
+                                     "\"extent\":{\"warp\":[0,4],\"weft\":[0,4]},\"fabric\"");
+    (void)state;
+    for (size_t k = 0; k < 2; k++) {
+        char rest[200];
+        snprintf(rest, sizeof rest,
+                 "\"vary\":{\"angle_deg\":[0,45]},\"objectives\":[\"max_shear_deg\"]%s", limits[k]);
+        struct finished f = finish_study(part.data, rest);
+        const struct api_warnings *warnings = &f.columns.study.warnings;
+        size_t best = (size_t)f.columns.study.best[QUANTITY_MAX_SHEAR];
+        check_below(value_at(&f, "cloth_coverage", best), 0.5);
+        assert_int_equal(warnings->count, k == 0);
+        if (k == 0)
+            assert_string_equal(warnings->list[0].code, "uncovered");
+        free_finished(&f);
+    }
+    bytes_free(&part);
+    bytes_free(&whole);
+}
+
 /* Of two directions that which keeps a limit is the best, though the other has less shear. */
 static void test_study_best_keeps_the_limits(void **state) {
     struct bytes part = saddle();
@@ -1032,6 +1056,7 @@ int main(void) {
         cmocka_unit_test(test_study_objectives_of_a_saddle_are_those_of_the_exact_net),
         cmocka_unit_test(test_study_front_is_what_nothing_dominates),
         cmocka_unit_test(test_study_says_which_limit_is_hardest),
+        cmocka_unit_test(test_study_warns_of_what_is_bare),
         cmocka_unit_test(test_study_best_keeps_the_limits),
         cmocka_unit_test(test_study_goes_on_after_a_variant_that_cannot_be_draped),
         cmocka_unit_test(test_study_gives_slow_methods_short_tasks),
