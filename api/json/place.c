@@ -156,7 +156,7 @@ static void list_names(char *text, size_t size, const char *const names[], size_
 
 bool place_choice(const struct json_place *place, const char *const names[], size_t count,
                   int *value) {
-    char allowed[API_DETAIL_MAX / 2] = "";
+    char allowed[API_DETAIL_MAX - 32] = ""; /* the rest is for the words around it */
     list_names(allowed, sizeof allowed, names, count);
     if (!check_type(place, PLACE_STRING, allowed))
         return false;

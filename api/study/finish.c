@@ -189,9 +189,24 @@ static void warn_uncovered(struct verdict *v) {
     warn(&v->summary.warnings, "uncovered", "/limits", detail);
 }
 
+/* How many failed, and what for the most of them. */
+static void warn_failed(struct verdict *v) {
+    char detail[sizeof v->summary.warnings.list[0].detail];
+    size_t each[FAILURE_COUNT] = {0};
+    int most = FAILURE_NONE + 1;
+    for (size_t k = 0; k < v->count; k++)
+        each[v->rows[k].failure]++;
+    for (int k = most; k < FAILURE_COUNT; k++)
+        most = each[k] > each[most] ? k : most;
+    (void)snprintf(detail, sizeof detail,
+                   "%zu of %zu variants could not be draped, %zu of them because of %s; the column "
+                   "failure has the reason of each",
+                   v->summary.failed, v->count, each[most], failure_names[most]);
+    warn(&v->summary.warnings, "failed", "", detail);
+}
+
 static void summarise(struct verdict *v, double solve_ms) {
     struct api_study_summary *s = &v->summary;
-    char detail[sizeof s->warnings.list[0].detail];
     s->variants = v->count;
     s->solve_ms = solve_ms;
     strncpy(s->solver_version, DRAPE_SOLVER_VERSION, sizeof s->solver_version - 1);
@@ -205,11 +220,8 @@ static void summarise(struct verdict *v, double solve_ms) {
     if (s->hardest >= 0)
         warn_infeasible(v);
     warn_uncovered(v);
-    if (s->failed > 0) {
-        (void)snprintf(detail, sizeof detail, "%zu of %zu variants could not be draped", s->failed,
-                       s->variants);
-        warn(&s->warnings, "failed", "", detail);
-    }
+    if (s->failed > 0)
+        warn_failed(v);
 }
 
 /* ---- columns ---- */

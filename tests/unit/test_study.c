@@ -412,6 +412,8 @@ static void test_study_goes_on_after_a_variant_that_cannot_be_draped(void **stat
     (void)state;
     assert_int_equal(f.columns.study.failed, 1);
     assert_int_equal(value_at(&f, "failure", 1), FAILURE_START_OFF_SURFACE);
+    assert_non_null(
+        strstr(f.columns.study.warnings.list[0].detail, " because of start-off-surface"));
     assert_int_equal(value_at(&f, "feasible", 1), 0);
     struct encoder *encoder =
         encoder_new(format_named(FORMAT_RESULT, "json"), &(struct format_source){.reader = &reader},
@@ -866,7 +868,8 @@ static void test_samples_have_the_same_bits_from_any_tasks(void **state) {
 
 /* ---- what is refused ---- */
 
-static void check_refused(const char *rest, const char *pointer) {
+/* That there is a problem at the pointer, whose words end with `end`. */
+static void check_refused_by(const char *rest, const char *pointer, const char *end) {
     struct bytes part = saddle(), text = study_of(part.data, rest);
     const struct api_input input = input_of(&text);
     struct api_problem problem = {0};
@@ -876,12 +879,19 @@ static void check_refused(const char *rest, const char *pointer) {
                      API_INVALID_REQUEST);
     for (size_t k = 0; k < problem.count; k++)
         if (strcmp(problem.place[k].pointer, pointer) == 0) {
+            const char *detail = problem.place[k].detail;
+            check_at_least((double)strlen(detail), (double)strlen(end));
+            assert_string_equal(detail + strlen(detail) - strlen(end), end);
             bytes_free(&text);
             bytes_free(&part);
             return;
         }
     fail_msg("%s: the problem is at %s: %s", rest, problem.place[0].pointer,
              problem.place[0].detail);
+}
+
+static void check_refused(const char *rest, const char *pointer) {
+    check_refused_by(rest, pointer, "");
 }
 
 #define MAX "\"objectives\":[\"max_shear_deg\"]"
@@ -920,6 +930,8 @@ static void test_study_refuses_by_pointer(void **state) {
     (void)state;
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++)
         check_refused(cases[k][0], cases[k][1]);
+    check_refused_by("\"vary\":{\"angle_deg\":[0]},\"objectives\":[\"beauty\"]", "/objectives/0",
+                     " or \"k1_ratio_p95\"");
 }
 
 static void check_drape_refused(const char *drape, const char *rest, const char *pointer) {
