@@ -115,9 +115,9 @@ class Pane {
     this.costs = [0, 0]; // ms of its last pictures in full
   }
 
-  /** Two, because the first one with a shader also waits for that. */
-  get slow() {
-    return Math.min(...this.costs) > SLOW;
+  /** ms of a picture in full, of two, because the first one with a shader also waits for that. */
+  get cost() {
+    return Math.min(...this.costs);
   }
 
   get visible() {
@@ -347,10 +347,15 @@ export class Stage {
     for (const pane of this.panes) if (pane.coarse) this.redraw(pane.camera);
   }
 
-  /** Whether the graphics card takes long for these pictures. */
+  /** ms that the graphics card takes for the pictures in full. */
+  get cost() {
+    const age = this.fence ? performance.now() - this.begun : 0;
+    const costs = this.panes.filter(({ visible }) => visible).map(({ cost }) => cost);
+    return Math.max(age > STUCK ? age : 0, ...costs);
+  }
+
   get slow() {
-    const stuck = this.fence && performance.now() - this.begun > STUCK;
-    return stuck || this.panes.some((pane) => pane.visible && pane.slow);
+    return this.cost > SLOW;
   }
 
   /** Notes how long the graphics card takes for what was drawn. */

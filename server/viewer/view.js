@@ -19,7 +19,8 @@ import { cornersOf } from './readout.js';
 import { setSection } from './section.js';
 
 const CLICK = 5; // pixels that a click may move
-const HOVER_REST_MS = 120; // of the pointer, before a slow graphics card looks for what it is on
+const HOVER_REST_MS = 120; // of the pointer, before a slow graphics card looks for what it is on,
+// and as long as it takes for a picture
 const NO_WEBGL =
   'This browser shows no WebGL 2, which the pictures need. Turn on hardware acceleration in its ' +
   'settings, or use another browser. Draping, numbers, charts and downloads work here all the same.';
@@ -367,6 +368,7 @@ export class View {
       'pointerdown',
       (event) => {
         pressed = [event.clientX, event.clientY];
+        this.#forgetHover();
         pane.controls.enabled = !patched()?.sweeps();
       },
       true,
@@ -395,10 +397,17 @@ export class View {
       else this.onHover(this.hit(pane, slot, event));
       delete element('panes').dataset.looking;
     };
+    this.#forgetHover();
     element('panes').dataset.looking = '';
-    clearTimeout(this.resting);
-    if (this.stage.slow) this.resting = setTimeout(look, HOVER_REST_MS);
+    const { slow, cost } = this.stage;
+    if (slow) this.resting = setTimeout(look, Math.max(HOVER_REST_MS, cost));
     else this.hovering ||= requestAnimationFrame(look);
+  }
+
+  /** What the pointer has rested on is no longer looked for. */
+  #forgetHover() {
+    clearTimeout(this.resting);
+    if (!this.hovering) delete element('panes').dataset.looking;
   }
 
   /** The cell and its nearest node at a place of the window, or null. */
