@@ -75,21 +75,26 @@ static bool has_unread(const struct admission_client *client) {
     return ioctl(client->socket, FIONREAD, &bytes) == 0 && bytes > 0;
 }
 
+/* Whether it may be closed for another, as far as is known without asking the system. */
+static bool looks_idle(const struct admission_client *client, bool served) {
+    int64_t latest = clock_us() - (served ? GRACE_US : 0);
+    return !client->busy && !client->closing && served == (client->how == ADMISSION_SERVED) &&
+           atomic_load(&client->active_us) <= latest;
+}
+
+static bool idle_longer(const struct admission_client *client,
+                        const struct admission_client *than) {
+    return !than || atomic_load(&client->active_us) < atomic_load(&than->active_us);
+}
+
 /* The one that has been idle longest, of the owner (NULL: of any), served or in reserve. */
 static struct admission_client *find_idle(const struct admissions *admissions, const char *owner,
                                           bool served) {
     struct admission_client *found = NULL;
-    int64_t latest = clock_us() - (served ? GRACE_US : 0);
-    for (struct admission_client *client = admissions->clients; client; client = client->next) {
-        if (client->busy || client->closing || served != (client->how == ADMISSION_SERVED) ||
-            (owner && strcmp(client->owner, owner) != 0))
-            continue;
-        int64_t active = atomic_load(&client->active_us);
-        if (active > latest || has_unread(client))
-            continue;
-        latest = active;
-        found = client;
-    }
+    for (struct admission_client *client = admissions->clients; client; client = client->next)
+        if (looks_idle(client, served) && (!owner || !strcmp(client->owner, owner)) &&
+            idle_longer(client, found) && !has_unread(client))
+            found = client;
     return found;
 }
 
@@ -98,16 +103,16 @@ static struct admission_client *find_idle_of_most(const struct admissions *admis
     struct admission_client *found = NULL;
     int64_t most = 0;
     for (struct admission_client *client = admissions->clients; client; client = client->next) {
-        if (client->busy || client->closing || client->how != ADMISSION_SERVED ||
-            (found && !strcmp(found->owner, client->owner)))
+        if (!looks_idle(client, true))
             continue;
-        int64_t has = count(admissions, client->owner);
-        if (has > most) {
+        bool same = found && !strcmp(found->owner, client->owner);
+        int64_t has = same ? most : count(admissions, client->owner);
+        if ((has > most || (has == most && idle_longer(client, found))) && !has_unread(client)) {
             most = has;
             found = client;
         }
     }
-    return found ? find_idle(admissions, found->owner, true) : NULL;
+    return found;
 }
 
 /* Its thread notices and lets it go. False: there was none. */
