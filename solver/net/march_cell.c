@@ -274,9 +274,15 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
     }
     if (!turn_as_at_a(march, at, &yarns))
         return FISHNET_NO_CONVERGENCE;
+    const struct fishnet_yarns begun = yarns;
     enum fishnet_end end =
         fishnet_geodesic_meet(march->surface, &march->cursor, cell, d[0], d[1],
                               geodesic ? geodesic_accuracy : rough_accuracy, &yarns, node);
+    if (end == FISHNET_NO_CONVERGENCE && geodesic) { /* over a joint that is curved, for one */
+        yarns = begun;
+        end = fishnet_geodesic_meet(march->surface, &march->cursor, cell, d[0], d[1],
+                                    rough_accuracy, &yarns, node);
+    }
     if (end == FISHNET_FOUND)
         march_note_edges(march, at, yarns.start, yarns.end);
     return end;
