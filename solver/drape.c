@@ -44,16 +44,29 @@ static enum status check_settings(const struct drape_settings *s) {
  * march those of the correction beyond them. */
 enum { FRINGE = 2, FRINGE_BEFORE = 4 };
 
+/* A net that nobody watches is given up when it has so many times the nodes that its cells would
+ * have unsheared. */
+static const double layers_most = 4;
+static const size_t nodes_least = 1000;
+
 /* A net on a shell with one boundary is not expected to meet itself, and on most it does not: one
- * that does, as round a deep cup, is marched again and watched from its first node on. */
+ * that does, as round a deep cup, is marched again and watched from its first node on. Round its
+ * wall a net that is not watched may go on without an end. */
 static enum status march_on(struct march *march) {
     const struct march begun = *march;
-    bool folded = false;
+    if (march->mesh || !march->surface->shell || march->watched)
+        return march_run(march);
+    struct drape_settings bounded = *march->settings;
+    double cells = march_area(march) / (bounded.spacing[0] * bounded.spacing[1]);
+    size_t most = nodes_least + (size_t)fmin(layers_most * cells, (double)SIZE_MAX / 4);
+    bounded.max_nodes = most < bounded.max_nodes ? most : bounded.max_nodes;
+    march->settings = &bounded;
     enum status status = march_run(march);
-    if (status != STATUS_OK || march->mesh || !march->surface->shell || march->watched)
-        return status;
-    status = march_find_fold(march, &folded);
-    if (status != STATUS_OK || !folded)
+    march->settings = begun.settings;
+    bool folded = status == STATUS_TOO_MANY_NODES;
+    if (status == STATUS_OK)
+        status = march_find_fold(march, &folded);
+    if (!folded)
         return status;
     *march = begun;
     march->watched = true;

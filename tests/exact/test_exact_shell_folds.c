@@ -117,11 +117,56 @@ static void test_exact_shell_folds_joggle(void **state) {
     check_all(&sheet, 2.5, 7.3, 10);
 }
 
+/* A cup: a disk in one patch with a wall of four faces, of radius and height 1. */
+static struct shell *make_cup(struct arena *arena) {
+    static struct shape shape[5];
+    struct shell_part part[5] = {{0}};
+    struct shell_fault fault;
+    struct shell *shell;
+    const double foot[2] = {1, 0}, top[2] = {1, 1};
+    shape_disk(&shape[0], 1);
+    for (int k = 0; k < 4; k++) {
+        const double turn[2] = {k * M_PI / 2, (k + 1) * M_PI / 2};
+        shape_frustum(&shape[1 + k], turn, foot, top, M_PI / 2);
+    }
+    for (int k = 0; k < 5; k++) {
+        struct nurbs nurbs = shape_nurbs(&shape[k]);
+        struct surface *surface;
+        assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+        part[k].surface = surface;
+    }
+    assert_int_equal(shell_make(part, 5, 0, arena, &shell, &fault), STATUS_OK);
+    return shell;
+}
+
+/* From the wall, round which a net goes on without an end unless it is watched. */
+static void test_exact_shell_folds_cup_from_its_wall(void **state) {
+    const enum drape_method methods[] = {DRAPE_GIB, DRAPE_GEODESIC};
+    (void)state;
+    for (int m = 0; m < 2; m++) {
+        struct arena *arena = arena_new((size_t)1 << 30);
+        struct drape_result result;
+        struct drape_settings settings = {.method = methods[m],
+                                          .spacing = {0.1, 0.1},
+                                          .start_kind = DRAPE_START_POINT,
+                                          .start_point = {0.8, 0.6, 0.47},
+                                          .direction_kind = DRAPE_DIRECTION_VECTOR,
+                                          .direction_vector = {1, 0.1, 0},
+                                          .max_nodes = 4000000};
+        assert_int_equal(drape_solve_shell(make_cup(arena), &settings, NULL, arena, &result),
+                         STATUS_OK);
+        printf("    covered %.4f\n", result.summary.cloth_coverage);
+        check_above(result.summary.cloth_coverage, 0.9);
+        arena_free(arena);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_shell_folds_hat),
         cmocka_unit_test(test_exact_shell_folds_crease),
         cmocka_unit_test(test_exact_shell_folds_joggle),
+        cmocka_unit_test(test_exact_shell_folds_cup_from_its_wall),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
