@@ -53,6 +53,7 @@
 #include <istream>
 #include <map>
 #include <streambuf>
+#include <string_view>
 
 namespace drape {
 namespace {
@@ -635,6 +636,12 @@ void reading::convert_face(int number, Bnd_Box &box) {
         blame(number, one);
 }
 
+void check_count(size_t count) {
+    if (count > FACES_MAX)
+        throw unreadable("the file has " + std::to_string(count) + " faces, and at most " +
+                         std::to_string(FACES_MAX) + " are imported at once: choose some of them");
+}
+
 part reading::convert() {
     std::vector<int> numbers = wanted.faces;
     int count = int(found.size());
@@ -644,9 +651,7 @@ part reading::convert() {
                              " was asked for, and the file has " + std::to_string(count));
     for (int number = 0; wanted.faces.empty() && number < count; number++)
         numbers.push_back(number);
-    if (numbers.size() > FACES_MAX)
-        throw unreadable("the file has " + std::to_string(count) + " faces, and at most " +
-                         std::to_string(FACES_MAX) + " are imported at once: choose some of them");
+    check_count(numbers.size());
     sew();
     Bnd_Box box;
     for (int number : numbers)
@@ -664,6 +669,18 @@ part reading::convert() {
 bool begins_like_step(const char *bytes, size_t length) {
     std::string head(bytes, std::min<size_t>(length, 4096));
     return head.find("ISO-10303-21") != std::string::npos;
+}
+
+/* How many faces a STEP file describes, by their words alone: reading a hundred thousand takes
+ * minutes and gigabytes. */
+size_t faces_described(const char *bytes, size_t length) {
+    static const std::string_view words[] = {"ADVANCED_FACE(", "FACE_SURFACE("};
+    const std::string_view text(bytes, length);
+    size_t count = 0;
+    for (std::string_view word : words)
+        for (size_t at = text.find(word, 1); at != text.npos; at = text.find(word, at + 1))
+            count += text[at - 1] == '=' || text[at - 1] == ' ';
+    return count;
 }
 
 /* The 73rd column of each line has the letter of its section: S in the first. */
@@ -686,6 +703,8 @@ part cad_read(cad_format format, const char *bytes, size_t length, const selecti
         throw unreadable(format == cad_format::step
                              ? "this is not a STEP file: it does not begin with ISO-10303-21"
                              : "this is not an IGES file: its first line has no S in column 73");
+    if (format == cad_format::step && wanted.faces.empty())
+        check_count(faces_described(bytes, length));
     try {
         reading reader(wanted);
         if (format == cad_format::step)

@@ -74,6 +74,10 @@ send() { call POST "/v1/surfaces$3" -H "Content-Type: $1" --data-binary @"$2"; }
     head -c 20000 "$PARTS/cuts.step" >"$BATS_TEST_TMPDIR/cut"
     send model/step "$BATS_TEST_TMPDIR/cut"
     expect_problem 422 unreadable-file
+    { echo 'ISO-10303-21;'; seq -f '#%.0f = ADVANCED_FACE(' 20001; } >"$BATS_TEST_TMPDIR/many"
+    send model/step "$BATS_TEST_TMPDIR/many"
+    expect_problem 422 unreadable-file
+    jq -e '.detail | test("20001 faces, and at most 20000")' "$body"
     send model/stl "$EXAMPLES/saddle.json"
     expect_problem 422 unreadable-file
     send model/step "$PARTS/box.step" '?format=parasolid'
