@@ -30,7 +30,7 @@ static bool reserve(struct api_text *text, size_t length) {
 }
 
 void api_text_bytes(struct api_text *text, const void *bytes, size_t length) {
-    if (!reserve(text, length))
+    if (length == 0 || !reserve(text, length)) /* without bytes there may be no text to add to */
         return;
     memcpy(text->bytes + text->length, bytes, length);
     text->length += length;
