@@ -4,7 +4,8 @@
 #include "crossing.h"
 #include "shell.h"
 
-/* A node this close outside the domain, as a share of the domain, is on its boundary. */
+/* A node this close outside the domain, as a share of the domain and of the surface's size, is on
+ * its boundary. */
 static const double boundary_width = 1e-9;
 
 /* The continuation is trusted while its metric is within this factor of the boundary's, its normal
@@ -281,7 +282,10 @@ enum station_zone station_zone(const struct surface *surface, struct surface_cur
         if (axis->closed || (x >= low && x <= high))
             continue;
         edge[k] = x < low ? low : high;
-        outside = outside || fabs(edge[k] - x) > boundary_width * (high - low);
+        double by = fabs(edge[k] - x), speed2 = station->first[2 * k];
+        outside =
+            outside || by > boundary_width * (high - low) ||
+            by * by * speed2 > boundary_width * boundary_width * surface->size * surface->size;
     }
     *reason = DRAPE_REASON_BOUNDARY;
     if (outside)

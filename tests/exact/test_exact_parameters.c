@@ -136,9 +136,43 @@ static void test_exact_parameters_measure_nothing(void **state) {
     assert_int_equal(bad, 0);
 }
 
+/* A sheet whose left half lies in a billionth of its domain: its net is the square grid, and ends
+ * at its edge. */
+static void test_exact_parameters_narrow_span(void **state) {
+    (void)state;
+    static struct shape shape;
+    const double side[2] = {0, 1}, half[6] = {0, 0, 1e-9, 1, 1}, d = 0.07, angle = M_PI / 6;
+    shape_plane(&shape, side, side);
+    shape.size[0] = 3;
+    memcpy(shape.knots[0], half, sizeof half);
+    for (int k = 0; k < 6; k++) {
+        const double at[4] = {0.5 * (k / 2), k % 2, 0, 1};
+        memcpy(shape.h[k], at, sizeof at);
+    }
+    struct drape_settings settings = {.method = DRAPE_GIB,
+                                      .spacing = {d, d},
+                                      .start_kind = DRAPE_START_POINT,
+                                      .start_point = {0.6, 0.5, 0},
+                                      .direction_kind = DRAPE_DIRECTION_VECTOR,
+                                      .direction_vector = {cos(angle), sin(angle), 0},
+                                      .max_nodes = 10000};
+    struct drape_run run;
+    drape_begin(&run, &shape, &settings);
+    const struct drape_nodes *n = &run.result.nodes;
+    for (size_t k = 0; k < n->count; k++) {
+        struct vec3 r = node_point(n, (int)k);
+        double x = n->i[k] * d, y = n->j[k] * d;
+        check_below(fabs(r.x - (0.6 + cos(angle) * x - sin(angle) * y)), SAME);
+        check_below(fabs(r.y - (0.5 + sin(angle) * x + cos(angle) * y)), SAME);
+    }
+    check_at_least(run.result.summary.cloth_coverage, 0.999);
+    drape_end(&run);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_parameters_measure_nothing),
+        cmocka_unit_test(test_exact_parameters_narrow_span),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
