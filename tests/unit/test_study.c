@@ -836,6 +836,7 @@ static void test_bands_hold_nine_tenths_of_fresh_samples(void **state) {
         bytes_free(&container);
         arena_free(arena);
     }
+    printf("  bands hold %.2f %% of fresh samples\n", 100 * (double)inside / (double)all);
     check_at_most(fabs((double)inside / (double)all - 0.9), 0.02);
     free_finished(&bands);
     free_finished(&fresh);
