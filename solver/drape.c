@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 #include "drape.h"
 
+#include "solver/march/march.h"
+#include "solver/march/start.h"
 #include "solver/mesh/tessellation.h"
-#include "solver/net/estimate.h"
-#include "solver/net/march.h"
-#include "solver/net/report.h"
-#include "solver/net/start.h"
-#include "solver/surface/offset.h"
+#include "solver/report/estimate.h"
+#include "solver/report/report.h"
+#include "solver/shell/offset.h"
 #include <float.h>
 
 const char *drape_reason_name(enum drape_reason reason) {

@@ -18,7 +18,7 @@
 #include "method.h"
 #include "reason.h"
 #include "solver/mesh/mesh.h"
-#include "solver/surface/shell.h"
+#include "solver/shell/shell.h"
 #include "solver/surface/surface.h"
 #include "solver/surface/trim.h"
 #include "status.h"

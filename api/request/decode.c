@@ -3,7 +3,7 @@
 
 #include "api/json/place.h"
 #include "parts.h"
-#include "solver/surface/shell.h"
+#include "solver/shell/shell.h"
 #include <string.h>
 
 static const struct place_range angles = {-1e6, 1e6, false}; /* of the warp, deg */

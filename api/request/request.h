@@ -129,7 +129,7 @@ struct api_request {
     bool unit_of_surface; /* it is what the stored surface says, which was not among the input */
     struct api_fabric fabric;
     struct drape_settings settings; /* max_nodes comes from the limits */
-    double offset; /* the surface is moved by so much along its normal (`solver/surface/offset.h`);
+    double offset; /* the surface is moved by so much along its normal (`solver/shell/offset.h`);
                       that of a shell along its first face's */
     bool start_on_face; /* the start's u and v are those of face settings.start_face */
     struct api_cavity cavity;

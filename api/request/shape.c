@@ -5,9 +5,9 @@
 #include "digest.h"
 #include "shape_mesh.h"
 #include "shape_shell.h"
+#include "solver/shell/offset.h"
 #include "solver/surface/bounds.h"
 #include "solver/surface/measure.h"
-#include "solver/surface/offset.h"
 #include <stdio.h>
 
 bool api_shape_is_large(const struct api_surface *surface) {

@@ -7,7 +7,7 @@
 #include "api/limits.h"
 #include "api/problem.h"
 #include "request.h"
-#include "solver/surface/shell.h"
+#include "solver/shell/shell.h"
 
 struct api_shell {
     struct shell *shell;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "parts.h"
 
-#include "solver/surface/shell.h"
+#include "solver/shell/shell.h"
 #include <string.h>
 
 enum { MARK_MAX = 512, NOTES_MAX = 100000 };

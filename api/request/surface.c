@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "control.h"
 #include "parts.h"
-#include "solver/surface/shell.h"
+#include "solver/shell/shell.h"
 
 #include <math.h>
 #include <string.h>

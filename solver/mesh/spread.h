@@ -10,7 +10,7 @@
 #define SOLVER_MESH_SPREAD_H
 
 #include "mesh.h"
-#include "solver/surface/shell.h"
+#include "solver/shell/shell.h"
 #include "solver/surface/surface.h"
 #include "solver/surface/trim.h"
 

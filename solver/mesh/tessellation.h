@@ -13,7 +13,7 @@
 #define SOLVER_MESH_TESSELLATION_H
 
 #include "mesh.h"
-#include "solver/surface/shell.h"
+#include "solver/shell/shell.h"
 
 /*
  * Tessellates the domain of `surface` into triangles with sides of about `size` > 0, with the

@@ -9,7 +9,7 @@
 #define SOLVER_NET_FOLD_H
 
 #include "net.h"
-#include "solver/surface/station.h"
+#include "solver/shell/station.h"
 
 struct fold;
 

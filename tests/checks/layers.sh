@@ -14,15 +14,21 @@ tops='solver/drape.c|api/(run|problem|check).c|server/(main|config|healthcheck|b
 rules='
 solver                 -
 solver/surface         solver
-solver/mesh            solver|solver/surface
-solver/net             solver|solver/surface|solver/mesh
+solver/shell           solver|solver/surface
+solver/path            solver|solver/surface|solver/shell
+solver/mesh            solver|solver/surface|solver/shell
+solver/net             solver|solver/surface|solver/shell
+solver/fishnet         solver|solver/surface|solver/shell|solver/path|solver/net
+solver/march           solver|solver/surface|solver/shell|solver/path|solver/mesh|solver/net|solver/fishnet
+solver/rim             solver|solver/surface|solver/shell|solver/path|solver/net|solver/fishnet|solver/march
+solver/report          solver|solver/surface|solver/net|solver/fishnet|solver/march|solver/rim
 api                    solver
 api/json               api|solver
-api/request            api|api/json|solver|solver/surface|solver/mesh
+api/request            api|api/json|solver|solver/surface|solver/shell|solver/mesh
 api/result             api|api/json|api/request|solver
 api/format             api|api/json|api/request|api/result|solver
 api/files              api|api/json|api/request|api/map|solver
-api/map                api|api/json|api/result|api/format|solver|solver/mesh|solver/surface
+api/map                api|api/json|api/result|api/format|solver|solver/surface|solver/mesh
 api/laminate           api|api/json|api/request|api/result|api/format|api/map|solver|solver/surface|solver/mesh
 api/study              api|api/json|api/map|api/request|api/result|solver|solver/surface|solver/mesh
 cli                    api|api/[a-z]*
@@ -37,7 +43,7 @@ server/resources       api|api/[a-z]*|server|server/store|server/work|server/htt
 '
 
 # Of the headers of drape.h and run.h the folders that they are the top of take none.
-forbidden='^(solver/(surface|mesh)/.* solver/drape.h|api/(json|request|result|format|map)/.* api/run.h|solver/.* (stdio|time|locale|pthread|errno|unistd|signal|threads).h)$'
+forbidden='^(solver/(surface|shell|path|mesh)/.* solver/drape.h|api/(json|request|result|format|map)/.* api/run.h|solver/.* (stdio|time|locale|pthread|errno|unistd|signal|threads).h)$'
 
 # Every include line of our own, as "FILE HEADER".
 includes() {

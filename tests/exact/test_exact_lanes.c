@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Nodes found side by side (solver/net/wave.h) and by several threads have the bits of those found
- * one after the other, at any width that this processor has. DRAPED_SEED sets the seed. */
+/* Nodes found side by side (solver/march/wave.h) and by several threads have the bits of those
+ * found one after the other, at any width that this processor has. DRAPED_SEED sets the seed. */
 #include "api/threads.h"
 #include "measure.h"
 #include "solver/surface/trim.h"

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Surfaces moved along their normal (solver/surface/offset.h): on planes, cylinders, cones, spheres
+ * Surfaces moved along their normal (solver/shell/offset.h): on planes, cylinders, cones, spheres
  * and tori the moved surface is one of the kind with the same parameters, so its net is known; on
  * others its derivatives are differences of its points.
  */
 #include "measure.h"
-#include "solver/surface/offset.h"
-#include "solver/surface/shell.h"
+#include "solver/shell/offset.h"
+#include "solver/shell/shell.h"
 #include "solver/surface/trim.h"
 #include "tests/check.h"
 #include <stdio.h>

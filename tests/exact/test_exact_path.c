@@ -3,9 +3,9 @@
  * And geodesics that are measured instead: on a sphere and, as helices, on a cylinder; and those
  * that are found by collocation, beside the integrated ones. DRAPED_SEED sets the seed. */
 #include "shapes.h"
-#include "solver/net/logarithm.h"
-#include "solver/surface/collocation.h"
-#include "solver/surface/path.h"
+#include "solver/fishnet/logarithm.h"
+#include "solver/path/collocation.h"
+#include "solver/path/path.h"
 #include "tests/check.h"
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* Against shooting: a geodesic is sent off from A and ends at B; relaxation from A to B has to find
  * the direction and the length it was given. */
-#include "solver/surface/relaxation.h"
+#include "solver/path/relaxation.h"
 
 #include "patch.h"
 #include "solver/angle.h"
-#include "solver/surface/path.h"
+#include "solver/path/path.h"
 #include "solver/surface/spans.h"
 #include "support.h"
 #include "tests/check.h"

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Deferred correction: fourth order from a second march. The yarns of a sheared net curve sideways
+ * as well as with the surface; the second difference D2 = r[k+1] - 2 r[k] + r[k-1] along a yarn of
+ * a net drape before is their whole curvature vector times d^2. With q the square of the mean of D2
+ * at the two ends of an edge over d^2, its chord is
+ *
+ *     d sqrt(1 - q / 12 - 23 q^2 / 720 - 0.02042 q^3),
+ *
+ * right to d^4 relative to its length; the terms after the first are those of a circle, on which
+ * the chord is right to d^8.
+ *
+ * Across a rough edge (`rough.h`) no difference is taken, and at a node where the curvature jumps
+ * none holds along the normal: it then is not what the surface's curvature says. Near such places,
+ * and where yarns along free edges carry the net on, only the sideways component is used, to
+ * shorten the arc of the surface's curvature.
+ */
+#ifndef SOLVER_FISHNET_CORRECTION_H
+#define SOLVER_FISHNET_CORRECTION_H
+
+#include "solver/net/net.h"
+#include "solver/shell/station.h"
+
+struct correction {
+    struct vec3 bend[2]; /* D2 at the ends; zero where only rough edges lie round it */
+    struct vec3 along;   /* the edge's chord in the net before, towards its far end */
+    double d;            /* its length along the yarn */
+    bool whole;          /* D2 holds at both ends, along the normal too, as far as the net tells */
+};
+
+/* D2 at both ends of the edge from (i, j) to (i + di, j + dj), one of di, dj being 0 and the other
+ * 1 or -1, by the positions in `before`, which must have been moved to one of its ends or next to
+ * it. False where the edge itself is rough, or that yarn has fewer than four nodes round it. */
+bool correction_find(const struct net_view *before, int32_t i, int32_t j, int di, int dj, double d,
+                     struct correction *correction);
+
+/* D2 at q between p and r, the same from either side. */
+static inline struct vec3 correction_bend(struct vec3 p, struct vec3 q, struct vec3 r) {
+    return vec3_add(vec3_sub(p, q), vec3_sub(r, q));
+}
+
+/* The square of the chord above over that of d, also of lanes of them; below the shortest it is no
+ * yarn of this spacing but a crease. */
+#define correction_share(q) (1 - (q) * (1.0 / 12 + (q) * (23.0 / 720 + (q)*0.0204200)))
+#define CORRECTION_SHORTEST 0.5
+
+/* The chord by a correction that is whole. False where that is no yarn of this length. */
+bool correction_chord(const struct correction *correction, double *chord);
+
+/* An arc's chord less what the yarn curves sideways, seen from its near end. */
+double correction_sideways(const struct correction *correction, const struct station *from,
+                           double arc_chord);
+
+/* D2 may miss the curvature by this share of it, and of d. */
+#define CORRECTION_SHARE 0.1
+#define CORRECTION_LEAST 2e-3
+
+/* Whether D2 at the near end (0) or the far one agrees with the normal curvature there, where there
+ * is one: not at a pole. */
+static inline bool correction_agrees(const struct correction *correction, int end,
+                                     const struct station *station, double curvature) {
+    double d = correction->d, expected = curvature * d * d;
+    double miss = fabs(vec3_dot(correction->bend[end], station->normal) - expected);
+    return miss <= CORRECTION_SHARE * fabs(expected) + CORRECTION_LEAST * d ||
+           station_at_pole(station->surface, station);
+}
+
+#endif

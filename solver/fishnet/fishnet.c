@@ -1,0 +1,389 @@
+/* SPDX-License-Identifier: MIT */
+#include "fishnet.h"
+
+#include "fishnet_limits.h"
+#include "solver/angle.h"
+#include "solver/path/relaxation.h"
+#include "solver/shell/crossing.h"
+#include "solver/shell/shell.h"
+
+enum { NEWTON_MAX = 40, HALVINGS_MAX = 13, PREDICTORS = 5, HOPS_MAX = 16 };
+
+/* Below this sine of the angle between its yarns a cell that finds no corner has collapsed. */
+static const double collapsed_sine = 0.12;
+
+double fishnet_arc_chord(double length, double curvature) {
+    double half = length * curvature / 2;
+    return fabs(half) < ANGLE_PI ? length * angle_sinc(half) : 0;
+}
+
+void fishnet_chords(struct surface_cursor *cursor, enum drape_method method,
+                    enum drape_yarn_path path, const double length[2], struct fishnet_cell *cell) {
+    const struct station *a = cell->a, *b = cell->b, *c = cell->c;
+    double found;
+    cell->bd = length[0];
+    cell->cd = length[1];
+    cell->curvature[0] = cell->curvature[1] = 0;
+    if (method == DRAPE_BASIC)
+        return;
+    struct vec3 r1 = station_projection(a, vec3_sub(b->jet.r, a->jet.r));
+    struct vec3 r2 = station_projection(a, vec3_sub(c->jet.r, a->jet.r));
+    if (path == DRAPE_PATH_RELAXATION) {
+        if (a->surface == b->surface)
+            (void)relaxation_tangents(a->surface, cursor, a, b, &r1, &found, NULL);
+        if (a->surface == c->surface)
+            (void)relaxation_tangents(a->surface, cursor, a, c, &r2, &found, NULL);
+    }
+    cell->curvature[1] = station_normal_curvature(c, r1);
+    cell->curvature[0] = station_normal_curvature(b, r2);
+    cell->cd = fishnet_arc_chord(length[1], cell->curvature[1]);
+    cell->bd = fishnet_arc_chord(length[0], cell->curvature[0]);
+}
+
+/* Twice the area of the triangle p q r as seen along the normal. */
+static double turn(struct vec3 p, struct vec3 q, struct vec3 r, struct vec3 normal) {
+    return vec3_dot(vec3_cross(vec3_sub(q, p), vec3_sub(r, p)), normal);
+}
+
+/* Whether all corners turn one way in space. */
+static bool is_convex(struct vec3 a, struct vec3 b, struct vec3 c, struct vec3 d) {
+    struct vec3 normal = vec3_cross(vec3_sub(d, a), vec3_sub(b, c));
+    return turn(a, c, d, normal) > 0 && turn(d, b, a, normal) > 0 && turn(c, d, b, normal) > 0 &&
+           turn(b, a, c, normal) > 0;
+}
+
+bool fishnet_right_root(const struct fishnet_cell *cell, const struct station *d) {
+    struct vec3 a = cell->a->jet.r, b = cell->b->jet.r, c = cell->c->jet.r;
+    int sign = cell->orientation;
+    double at_d = sign * turn(c, d->jet.r, b, d->normal);
+    if (!(at_d > 0) || !(sign * turn(c, d->jet.r, b, cell->b->normal) > 0))
+        return false;
+    return at_d > FISHNET_OPEN_SINE * cell->bd * cell->cd ||
+           (sign * turn(a, c, d->jet.r, d->normal) > 0 &&
+            sign * turn(d->jet.r, b, a, d->normal) > 0 && is_convex(a, b, c, d->jet.r));
+}
+
+/* Solves J step = f with the rows of J being 2 w . (r_u, r_v). */
+struct linear {
+    double a, b, c, d, inverse;
+};
+
+static bool linear_make(const struct surface_jet *jet, struct vec3 wb, struct vec3 wc,
+                        struct linear *linear) {
+    struct linear m = {vec3_dot(wb, jet->u), vec3_dot(wb, jet->v), vec3_dot(wc, jet->u),
+                       vec3_dot(wc, jet->v), 0};
+    double determinant = m.a * m.d - m.b * m.c;
+    m.inverse = 1 / determinant;
+    *linear = m;
+    return isfinite(m.inverse);
+}
+
+static void linear_solve(const struct linear *m, double f1, double f2, double step[2]) {
+    step[0] = (m->d * f1 - m->b * f2) * m->inverse;
+    step[1] = (m->a * f2 - m->c * f1) * m->inverse;
+}
+
+/* e, the way from D by the step s on the surface taken as a paraboloid, and r_u, r_v there. */
+static struct vec3 model_step(const struct surface_jet *jet, const double s[2],
+                              struct surface_jet *there) {
+    struct vec3 u = vec3_axpy(s[1], jet->uv, vec3_scale(s[0], jet->uu));
+    struct vec3 v = vec3_axpy(s[1], jet->vv, vec3_scale(s[0], jet->uv));
+    there->u = vec3_add(jet->u, u);
+    there->v = vec3_add(jet->v, v);
+    u = vec3_axpy(0.5, u, jet->u);
+    v = vec3_axpy(0.5, v, jet->v);
+    return vec3_axpy(s[1], v, vec3_scale(s[0], u));
+}
+
+/* Newton's step s for F(u, v) = (|r - B|^2 - bd^2, |r - C|^2 - cd^2) / 2, and more of them for the
+ * paraboloid that has the derivatives at hand, F + w . e + |e|^2 / 2 = 0: those cost a fraction of
+ * an evaluation, and leave the third derivatives' share of the error alone. */
+static bool newton_step(const struct surface_jet *jet, struct vec3 wb, struct vec3 wc,
+                        const double f[2], double error, double step[2]) {
+    struct linear linear;
+    if (!linear_make(jet, wb, wc, &linear))
+        return false;
+    linear_solve(&linear, -f[0], -f[1], step);
+    double whole = fabs(step[0]) + fabs(step[1]);
+    for (int round = 0; round < FISHNET_MODEL_ROUNDS && error > FISHNET_MODEL_LEAST; round++) {
+        struct surface_jet there;
+        double more[2];
+        struct vec3 e = model_step(jet, step, &there);
+        double half = vec3_norm2(e) / 2;
+        if (!linear_make(&there, vec3_add(wb, e), vec3_add(wc, e), &linear))
+            break;
+        linear_solve(&linear, -(f[0] + vec3_dot(wb, e) + half), -(f[1] + vec3_dot(wc, e) + half),
+                     more);
+        double size = fabs(more[0]) + fabs(more[1]);
+        if (!(size < 0.5 * whole))
+            break;
+        step[0] += more[0];
+        step[1] += more[1];
+        if (size <= FISHNET_MODEL_ENOUGH * whole)
+            break;
+    }
+    return isfinite(step[0]) && isfinite(step[1]);
+}
+
+/* The square of the size of a step in space, to first order. */
+static double spatial_size2(const struct surface_jet *jet, const double step[2]) {
+    return vec3_norm2(vec3_axpy(step[1], jet->v, vec3_scale(step[0], jet->u)));
+}
+
+/* From uv by `step`; near a pole through its chart. */
+static void move(const struct surface *surface, struct surface_cursor *cursor, double uv[2],
+                 const double step[2]) {
+    struct vec3 pole;
+    struct station from;
+    if (surface->has_poles && station_at(surface, cursor, uv, &from)) {
+        struct vec3 spatial = vec3_axpy(step[1], from.jet.v, vec3_scale(step[0], from.jet.u));
+        if (station_pole_distance(surface, from.jet.r, &pole) < 4 * vec3_norm(spatial) &&
+            station_pull(surface, cursor, &from, spatial, uv))
+            return;
+    }
+    uv[0] += step[0];
+    uv[1] += step[1];
+}
+
+/* F of newton_step, and the larger relative length error; `inverse` holds 1 / bd^2, 1 / cd^2. */
+static double length_error(const struct fishnet_cell *cell, const double inverse[2], struct vec3 wb,
+                           struct vec3 wc, double f[2]) {
+    f[0] = (vec3_norm2(wb) - cell->bd * cell->bd) / 2;
+    f[1] = (vec3_norm2(wc) - cell->cd * cell->cd) / 2;
+    double b = fabs(f[0]) * inverse[0], c = fabs(f[1]) * inverse[1];
+    return b > c ? b : c;
+}
+
+static void shorten(double step[2], double share) {
+    step[0] *= share;
+    step[1] *= share;
+}
+
+/* The last step, next to nothing: D moves by it on the paraboloid, and needs no evaluation. */
+static bool settle(const struct surface *surface, const struct fishnet_cell *cell,
+                   const double inverse[2], struct vec3 wb, struct vec3 wc, double f[2],
+                   struct fishnet_node *node) {
+    struct linear linear;
+    struct station *d = &node->station;
+    double step[2];
+    if (node->residual > FISHNET_SETTLED && linear_make(&d->jet, wb, wc, &linear)) {
+        struct surface_jet there;
+        linear_solve(&linear, -f[0], -f[1], step);
+        struct vec3 e = model_step(&d->jet, step, &there);
+        d->uv[0] += step[0];
+        d->uv[1] += step[1];
+        d->jet.r = vec3_add(d->jet.r, e);
+        d->jet.u = there.u;
+        d->jet.v = there.v;
+        node->residual = length_error(cell, inverse, vec3_add(wb, e), vec3_add(wc, e), f);
+    }
+    return station_complete(surface, d);
+}
+
+/* Whether `settle` leaves no more than rounding where a step of the size s (squared, by that of the
+ * edge) led to this error. With T the third derivatives, the error is T s^3 / 6, and by T times the
+ * last step the second derivatives are wrong, from which the next chords come. */
+static bool may_settle(double error, double share2) {
+    double wrong = 6 * error * error;
+    return wrong * wrong < FISHNET_NEGLIGIBLE * FISHNET_NEGLIGIBLE * share2 * share2 * share2;
+}
+
+/* Newton from uv; a step that does not reduce the error is halved. */
+static bool newton(const struct surface *surface, struct surface_cursor *cursor,
+                   const struct fishnet_cell *cell, const double uv[2], struct fishnet_node *node) {
+    bool ordered = cell->bd < cell->cd;
+    double least = ordered ? cell->bd : cell->cd, longest = 2 * (ordered ? cell->cd : cell->bd);
+    const double inverse[2] = {1 / (cell->bd * cell->bd), 1 / (cell->cd * cell->cd)};
+    double enough = FISHNET_TOLERANCE + FISHNET_ROUNDING * surface->magnitude / least;
+    int halvings = 0;
+    double share2 = 0; /* the last step's size by the edge's, squared; 0 when it was shortened */
+    double previous = HUGE_VAL, step[2] = {0, 0}, from[2] = {uv[0], uv[1]};
+    struct station *d = &node->station;
+    d->uv[0] = uv[0];
+    d->uv[1] = uv[1];
+    for (int round = 0; round < NEWTON_MAX; round++) {
+        double f[2];
+        surface_jet_at(surface, cursor, d->uv[0], d->uv[1], &d->jet);
+        struct vec3 wb = vec3_sub(d->jet.r, cell->b->jet.r);
+        struct vec3 wc = vec3_sub(d->jet.r, cell->c->jet.r);
+        double error = length_error(cell, inverse, wb, wc, f);
+        node->residual = error;
+        node->iterations += 1;
+        if (error <= (round == 0 ? FISHNET_GUESS_SHARE * enough : enough) ||
+            may_settle(error, share2) || (error >= previous && error <= FISHNET_STAGNATION))
+            return settle(surface, cell, inverse, wb, wc, f, node);
+        if (error < previous) {
+            if (!newton_step(&d->jet, wb, wc, f, error, step))
+                return false;
+            previous = error;
+            halvings = 0;
+            from[0] = d->uv[0];
+            from[1] = d->uv[1];
+            double size2 = spatial_size2(&d->jet, step);
+            share2 = size2 / (least * least);
+            if (size2 > longest * longest) {
+                shorten(step, longest / sqrt(size2));
+                share2 = 0;
+            }
+        } else {
+            if (++halvings > HALVINGS_MAX)
+                return false;
+            shorten(step, 0.5);
+            share2 = 0;
+            d->uv[0] = from[0];
+            d->uv[1] = from[1];
+        }
+        move(surface, cursor, d->uv, step);
+    }
+    return false;
+}
+
+/* D if the surface were the tangent plane at B: the intersection of the two circles away from A,
+ * or where they come closest. */
+static struct vec3 planar_corner(const struct fishnet_cell *cell) {
+    struct vec3 b = cell->b->jet.r, base = vec3_sub(cell->c->jet.r, b);
+    double length = vec3_norm(base);
+    struct vec3 along = vec3_unit(base), up = vec3_cross(cell->b->normal, along);
+    double x = (length * length + cell->bd * cell->bd - cell->cd * cell->cd) / (2 * length);
+    double height = sqrt(fmax(0, cell->bd * cell->bd - x * x));
+    double side = vec3_dot(vec3_sub(cell->a->jet.r, b), up) > 0 ? -1 : 1;
+    return vec3_axpy(side * height, up, vec3_axpy(x, along, b));
+}
+
+/* Places nearer to each other than this share of an edge lead Newton to the same end. */
+static const double same_place = 1e-6;
+
+/* The k-th place to start Newton from: the guess, then the parallelogram and the planar corner,
+ * seen from C and from B. False when it cannot be had, or is the same as another. */
+static bool predict(const struct surface *surface, struct surface_cursor *cursor,
+                    const struct fishnet_cell *cell, int k, double uv[2]) {
+    const struct station *from = k % 2 ? cell->b : cell->c;
+    if (k == 0 && cell->guess_uv) {
+        uv[0] = cell->guess_uv[0];
+        uv[1] = cell->guess_uv[1];
+        return true;
+    }
+    struct vec3 opposite = vec3_sub(vec3_add(cell->b->jet.r, cell->c->jet.r), cell->a->jet.r);
+    struct vec3 target = k == 0 ? cell->guess : k < 3 ? opposite : planar_corner(cell);
+    if (k >= 3 && vec3_distance(target, opposite) < same_place * cell->bd)
+        return false;
+    return station_pull(surface, cursor, from, vec3_sub(target, from->jet.r), uv);
+}
+
+/* ---- from face to face of a shell ---- */
+
+/* Where Newton starts: a face and parameters of it. */
+struct begin {
+    const struct surface *surface;
+    double uv[2];
+};
+
+/* The same as `predict` on a shell: the place on the continuation of the face of C or B, carried
+ * to where it belongs; after those, what is nearest to the last ones. */
+static bool predict_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell, int k,
+                             struct begin *begin) {
+    struct station place;
+    if (k >= PREDICTORS) {
+        const struct shell *shell = cell->c->surface->shell;
+        struct vec3 opposite = vec3_sub(vec3_add(cell->b->jet.r, cell->c->jet.r), cell->a->jet.r);
+        struct shell_place nearest;
+        double distance;
+        shell_nearest(shell, k == PREDICTORS ? planar_corner(cell) : opposite,
+                      shell_component(shell, cell->c->surface->face), &nearest, &distance);
+        begin->surface = shell_surface(shell, nearest.face);
+        begin->uv[0] = nearest.inner[0];
+        begin->uv[1] = nearest.inner[1];
+        return distance < cell->bd + cell->cd;
+    }
+    begin->surface = (k % 2 ? cell->b : cell->c)->surface;
+    if (!predict(begin->surface, cursor, cell, k, begin->uv))
+        return false;
+    if (crossing_within(begin->surface, begin->uv))
+        return true;
+    if (!station_at(begin->surface, cursor, begin->uv, &place) || !crossing_settle(cursor, &place))
+        return false;
+    *begin = (struct begin){place.surface, {place.uv[0], place.uv[1]}};
+    return true;
+}
+
+/* A continuation over a hole comes to the other side of it: this near to a face, as a share of the
+ * shorter edge, it has. */
+static const double landing = 0.05;
+
+/* Whether a place beyond a free edge lies over a face on the other side of a hole, and where on it.
+ */
+static bool lands(const struct fishnet_cell *cell, const struct station *place,
+                  struct begin *begin) {
+    const struct shell *shell = place->surface->shell;
+    struct shell_place over;
+    double distance = landing * fmin(cell->bd, cell->cd);
+    if (!shell_may_close(shell, place->surface->face) ||
+        !shell_over(shell, place->jet.r, place->surface->face, distance, &over))
+        return false;
+    *begin = (struct begin){shell_surface(shell, over.face), {over.inner[0], over.inner[1]}};
+    return true;
+}
+
+/* Newton on a face; where it ends outside its region beyond a joint, on the next one. */
+static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell,
+                            struct begin *begin, struct fishnet_node *node) {
+    const struct surface *last = NULL;
+    bool landed = false;
+    for (int hop = 0; hop < HOPS_MAX; hop++) {
+        struct crossing crossing;
+        if (!newton(begin->surface, cursor, cell, begin->uv, node))
+            return false;
+        crossing_find(&node->station, last, &crossing);
+        if (crossing.kind == CROSSING_FREE && !landed && lands(cell, &node->station, begin)) {
+            landed = true;
+            continue;
+        }
+        if (crossing.kind != CROSSING_JOINT || crossing.beyond == last)
+            return true;
+        last = begin->surface;
+        if (!crossing_carry(&crossing, cursor, &node->station, 0, begin->uv))
+            return false;
+        begin->surface = crossing.beyond;
+    }
+    return false;
+}
+
+static bool solve_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell,
+                           struct fishnet_node *node) {
+    for (int k = 0; k < PREDICTORS + 2; k++) {
+        struct begin begin;
+        if (predict_on_shell(cursor, cell, k, &begin) &&
+            newton_on_shell(cursor, cell, &begin, node) && fishnet_right_root(cell, &node->station))
+            return true;
+    }
+    return false;
+}
+
+bool fishnet_has_collapsed(const struct fishnet_cell *cell) {
+    struct vec3 ab = vec3_sub(cell->b->jet.r, cell->a->jet.r);
+    struct vec3 ac = vec3_sub(cell->c->jet.r, cell->a->jet.r);
+    double sine = cell->orientation * vec3_dot(vec3_cross(ac, ab), cell->a->normal) /
+                  (vec3_norm(ab) * vec3_norm(ac));
+    double apart = vec3_distance(cell->b->jet.r, cell->c->jet.r);
+    return sine < collapsed_sine || apart > (1 - collapsed_sine / 10) * (cell->bd + cell->cd);
+}
+
+enum fishnet_end fishnet_solve(const struct surface *surface, struct surface_cursor *cursor,
+                               const struct fishnet_cell *cell, struct fishnet_node *node) {
+    node->iterations = 0;
+    struct vec3 a = cell->a->jet.r, b = cell->b->jet.r, c = cell->c->jet.r;
+    if (!(cell->bd > 0) || !(cell->cd > 0) ||
+        !(cell->orientation * turn(a, c, b, cell->b->normal) > 0))
+        return FISHNET_COLLAPSED;
+    if (surface->shell && solve_on_shell(cursor, cell, node))
+        return FISHNET_FOUND;
+    for (int k = 0; k < PREDICTORS && !surface->shell; k++) {
+        double uv[2];
+        if (predict(surface, cursor, cell, k, uv) && newton(surface, cursor, cell, uv, node) &&
+            fishnet_right_root(cell, &node->station))
+            return FISHNET_FOUND;
+    }
+    if (fishnet_has_collapsed(cell))
+        return FISHNET_COLLAPSED;
+    return FISHNET_NO_CONVERGENCE;
+}

@@ -1,0 +1,145 @@
+/* SPDX-License-Identifier: MIT */
+#include "fishnet_collocation.h"
+
+#include "rough.h"
+#include "solver/path/collocation.h"
+
+enum { TURNS = 12, PULLS = 4, PARTS = 4 };
+
+/* Rounding of places, as a share of the surface's coordinates. */
+static const double rounding = 4e-15;
+
+/* No turn moves a place by more than this share of the yarns; after the last there is this share of
+ * the tolerance left. */
+static const double farthest = 0.3, left_share = 0.25;
+
+/* Yarns that meet under less than this sine are nearly parallel: D is all but a double root. */
+static const double least_sine = 1e-3;
+
+/* How far the end moves to the left for each radian of the direction: the Jacobi field. */
+static double end_moves(const struct station *from, const struct station *to, double d) {
+    double k = (station_gauss_curvature(from) + station_gauss_curvature(to)) / 2;
+    return d * (1 - fmin(k * d * d / 6, 0.5));
+}
+
+/* The station nearest to the point `target`, from the one that is there. */
+static bool pull_to(struct surface_cursor *cursor, struct vec3 target, double enough,
+                    struct station *station) {
+    for (int pull = 0; pull < PULLS; pull++) {
+        double uv[2];
+        struct vec3 step = vec3_sub(target, station->jet.r);
+        if (vec3_norm2(station_projection(station, step)) <= enough * enough)
+            return true;
+        if (!station_pull(station->surface, cursor, station, step, uv) ||
+            !station_at(station->surface, cursor, uv, station))
+            return false;
+    }
+    return false;
+}
+
+/* Both yarns to D. */
+struct yarns {
+    struct collocation path[2];
+    struct vec3 normal, by[2]; /* about D; how the end of each moves for each radian */
+    double size[2];            /* of that */
+    double angle[2];
+};
+
+static bool begin(const struct fishnet_cell *cell, const struct fishnet_collocation *wanted,
+                  int parts, const struct station *d, struct yarns *y) {
+    y->normal = d->normal;
+    for (int k = 0; k < 2; k++) {
+        const struct station *from = k ? cell->c : cell->b;
+        struct rough_geodesic about;
+        (void)rough_tell(from, d, &about);
+        const struct vec3 tangent[2] = {about.leave, about.arrive};
+        if (!collocation_begin(&y->path[k], from, d, tangent, wanted->length[k], parts,
+                               wanted->lanes))
+            return false;
+        y->size[k] = end_moves(from, d, wanted->length[k]);
+    }
+    return true;
+}
+
+/* A turn, and the angles that let the ends meet; how far apart they were, or a place has moved. At
+ * the first one the gap tells of the places, not of the directions: these stay. */
+static double turn(struct yarns *y, bool first) {
+    double most;
+    for (int k = 0; k < 2; k++) {
+        if (!collocation_lay(&y->path[k]))
+            return HUGE_VAL;
+        y->by[k] = vec3_scale(y->size[k], vec3_cross(y->normal, y->path[k].arrive));
+    }
+    struct vec3 b = y->by[0], c = y->by[1], normal = vec3_cross(b, c);
+    struct vec3 gap = vec3_sub(y->path[1].to, y->path[0].to);
+    double area2 = vec3_norm2(normal);
+    if (!(area2 > least_sine * least_sine * vec3_norm2(b) * vec3_norm2(c)))
+        return HUGE_VAL;
+    y->angle[0] = first ? 0 : vec3_dot(vec3_cross(gap, c), normal) / area2;
+    y->angle[1] = first ? 0 : vec3_dot(vec3_cross(gap, b), normal) / area2;
+    most = vec3_norm(gap);
+    for (int k = 0; k < 2; k++)
+        most = fmax(most, collocation_move(&y->path[k], y->angle[k]));
+    return most;
+}
+
+/* Where the ends meet after the last turn: D, and how far both ends are above the surface there. */
+static bool meet(struct surface_cursor *cursor, const struct yarns *y, double enough,
+                 struct station *d, double *above) {
+    struct vec3 end[2];
+    for (int k = 0; k < 2; k++)
+        end[k] = vec3_axpy(y->angle[k], y->by[k], y->path[k].to);
+    if (!pull_to(cursor, vec3_scale(0.5, vec3_add(end[0], end[1])), enough / 8, d))
+        return false;
+    *above = 0;
+    for (int k = 0; k < 2; k++)
+        *above = fmax(*above, fabs(vec3_dot(vec3_sub(end[k], d->jet.r), d->normal)));
+    return true;
+}
+
+/* Turns until the ends meet, as long as places move less from turn to turn. */
+static bool meet_in(struct surface_cursor *cursor, const struct fishnet_cell *cell,
+                    const struct fishnet_collocation *wanted, int parts, struct yarns *y,
+                    struct fishnet_node *node) {
+    struct station d = node->station;
+    double least = fmin(wanted->length[0], wanted->length[1]), above, last = farthest;
+    double enough = wanted->tolerance * least + rounding * d.surface->magnitude;
+    if (!begin(cell, wanted, parts, &d, y))
+        return false;
+    for (int turns = 1; turns <= TURNS; turns++) {
+        double moved = turn(y, turns == 1) / least;
+        double change = fmax(collocation_change(&y->path[0]), collocation_change(&y->path[1]));
+        if (!(moved < last))
+            return false;
+        last = turns == 1 ? farthest : moved / 2;
+        if (!(moved * (change / 2 + moved) < left_share * wanted->tolerance))
+            continue;
+        if (!meet(cursor, y, enough, &d, &above))
+            return false;
+        if (above < enough) {
+            node->station = d;
+            node->iterations += turns;
+            node->residual = wanted->tolerance;
+            return collocation_is_whole(&y->path[0], &d) && collocation_is_whole(&y->path[1], &d);
+        }
+    }
+    return false;
+}
+
+bool fishnet_collocation_solve(struct surface_cursor *cursor, const struct fishnet_cell *cell,
+                               const struct fishnet_collocation *wanted,
+                               struct fishnet_yarns *yarns, struct fishnet_node *node) {
+    struct yarns y;
+    struct fishnet_node found = *node;
+    int parts = 1;
+    while (parts <= PARTS && !meet_in(cursor, cell, wanted, parts, &y, &found))
+        parts *= 2;
+    if (parts > PARTS)
+        return false;
+    *node = found;
+    for (int k = 0; yarns && k < 2; k++) {
+        yarns->start[k] = y.path[k].leave;
+        yarns->end[k] = station_tangent(&node->station, y.path[k].arrive);
+    }
+    return true;
+}

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: MIT */
+/* The numbers of Newton's method for a cell's fourth corner, which its forms for one cell
+ * (fishnet.c) and for several at once (wave_cells.h) have in common. */
+#ifndef SOLVER_FISHNET_FISHNET_LIMITS_H
+#define SOLVER_FISHNET_FISHNET_LIMITS_H
+
+/* Steps on the paraboloid for one on the surface. */
+enum { FISHNET_MODEL_ROUNDS = 3 };
+
+/* Newton stops at this length error relative to the edge, or where rounding hides it. */
+#define FISHNET_TOLERANCE 1e-12
+#define FISHNET_ROUNDING 1e-15
+
+/* A guess is only taken as it is when it is this much better still: errors of guesses grow from
+ * node to node, those of a Newton step do not. */
+#define FISHNET_GUESS_SHARE 0.01
+
+/* Errors of this size are rounding: no step is of use. And this one, where steps do not reduce it,
+ * is rounding of parameters in which the surface goes very fast. */
+#define FISHNET_SETTLED 1e-14
+#define FISHNET_STAGNATION 1e-9
+
+/* The error of a chord that does not matter. */
+#define FISHNET_NEGLIGIBLE 1e-12
+
+/* With less of an error one step of Newton's leads to rounding; and a step on the paraboloid that
+ * changes so little of it is the last. */
+#define FISHNET_MODEL_LEAST 1e-7
+#define FISHNET_MODEL_ENOUGH 1e-3
+
+/* Cells open further than this sine are convex. */
+#define FISHNET_OPEN_SINE 0.3
+
+#endif

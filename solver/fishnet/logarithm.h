@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The logarithm of a place of the surface at a near one: length and direction of the geodesic
+ * between them, without following it. Between p and q as many places are put as it takes for each
+ * piece to be told by its ends (`rough_tell`). The pieces make a geodesic when none of them meets
+ * the next at an angle: with a_k the angles, by which the path turns to the left, and h_k the
+ * lengths of the pieces, the places move to the left by x_k,
+ *
+ *     (x_k - x_(k-1)) / h_k - (x_(k+1) - x_k) / h_(k+1) = a_k
+ *
+ * and the length becomes less by the sum of a_k x_k / 2, which is of second order: the last of
+ * these moves needs no evaluation.
+ */
+#ifndef SOLVER_FISHNET_LOGARITHM_H
+#define SOLVER_FISHNET_LOGARITHM_H
+
+#include "rough.h"
+#include "solver/shell/station.h"
+
+struct logarithm {
+    double length;
+    struct vec3 leave, arrive; /* unit tangents at p and, onward, at q */
+};
+
+/* Finds the logarithm of q at p to `accuracy`, as a share of the length, its directions to about
+ * the square root of that. False where the surface folds or bends too unevenly between them for a
+ * few pieces, at poles, and from face to face of a shell. */
+bool logarithm_find(struct surface_cursor *cursor, const struct station *p, const struct station *q,
+                    double accuracy, struct logarithm *logarithm);
+
+/* The unit tangent at p of the geodesic to an end, as `rough_leave`; where the ends of the edge do
+ * not tell it surely, by its logarithm. */
+struct vec3 logarithm_leave(struct surface_cursor *cursor, const struct station *p,
+                            const struct rough_end *end);
+
+#endif

@@ -1,0 +1,83 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Rough edges: pieces of yarn between two nodes over which the surface bends unevenly, or not a
+ * little: a fillet no longer than a spacing, a crease, a joint where the curvature jumps. What a
+ * method takes a smooth edge for (an arc of the curvature at one end, a second difference) does not
+ * hold there; the yarn is its geodesic, of the spacing's length.
+ *
+ * An arc of curvature k and length d rises by k d^2 / 2 above the tangent plane at either end. So
+ * does a smooth edge, seen from both ends and with the curvature at one of them; what differs from
+ * that, as a share of d, is its misfit. It is half the change of curvature over the edge times d,
+ * and the angle of a crease.
+ */
+#ifndef SOLVER_FISHNET_ROUGH_H
+#define SOLVER_FISHNET_ROUGH_H
+
+#include "solver/shell/station.h"
+
+/* Below this misfit and this turn |k| d an edge is an arc for all that matters: its length is right
+ * to 1e-5 where there is a joint, and far better where there is none. */
+#define ROUGH_MISFIT_SMOOTH 2e-3
+#define ROUGH_TURN_SMOOTH 0.08
+
+enum rough_kind {
+    ROUGH_NOT,  /* an arc of the curvature at one end */
+    ROUGH_BENT, /* a curve that both ends tell: it has another chord */
+    ROUGH_TOLD, /* alike, but too uneven for differences of positions in space */
+    ROUGH_EDGE  /* neither: a crease or a joint, or a small radius, lies between the ends */
+};
+
+/* The misfit, as a share of d, of the edge from p to q with this normal curvature at p. */
+static inline double rough_misfit(const struct station *p, const struct station *q,
+                                  double curvature, double d) {
+    struct vec3 along = vec3_sub(q->jet.r, p->jet.r);
+    double rise = curvature * d * d / 2;
+    return (fabs(vec3_dot(along, p->normal) - rise) + fabs(vec3_dot(along, q->normal) + rise)) / d;
+}
+
+/* Whether misfit and turn alone tell that an edge is an arc. */
+static inline bool rough_is_arc(const struct station *p, const struct station *q, double curvature,
+                                double d) {
+    return rough_misfit(p, q, curvature, d) < ROUGH_MISFIT_SMOOTH &&
+           fabs(curvature) * d < ROUGH_TURN_SMOOTH;
+}
+
+/* What the edge from p to q is, d long, with this normal curvature at p and the *chord of an arc;
+ * sets *chord to that of a bent one. */
+enum rough_kind rough_edge(const struct station *p, const struct station *q, double curvature,
+                           double d, double *chord);
+
+/* The far end of an edge. */
+struct rough_end {
+    const struct surface *surface; /* that uv are parameters of; NULL on a mesh */
+    const double *uv;
+    struct vec3 r;
+    const struct station *station; /* NULL: not known yet */
+};
+
+/* The unit tangent at p of the geodesic to the end of a smooth edge: the chord's projection, turned
+ * by d^2 k t / 6, k the normal curvature and t the geodesic torsion, of p or, where p lies on a
+ * joint, of the other end. `sure` (may be NULL): it is right to 1e-4, because the edge rises from p
+ * as an arc does, or what it rises else leads it aside by less, wherever that is along the edge. */
+struct vec3 rough_leave(struct surface_cursor *cursor, const struct station *p,
+                        const struct rough_end *end, bool *sure);
+
+/* Whether the edge from p to the place `to` is sure in that way. */
+bool rough_leaves_surely(const struct station *p, struct vec3 to);
+
+/* The station of an end: that which is known, or else in `made`; NULL where there is none. */
+const struct station *rough_end_station(struct surface_cursor *cursor, const struct rough_end *end,
+                                        struct station *made);
+
+/* The geodesic between two stations as they tell it, by chord, normals and curvatures. */
+struct rough_geodesic {
+    double length;
+    double error;              /* what that may be wrong by, as a share of it, */
+    double angle;              /* and the directions, in radians */
+    struct vec3 leave, arrive; /* its unit tangents at p and, onward, at q */
+};
+
+/* False where p and q tell nothing of the length. */
+bool rough_tell(const struct station *p, const struct station *q, struct rough_geodesic *geodesic);
+
+#endif

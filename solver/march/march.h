@@ -1,0 +1,277 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The march: grows the net over the surface.
+ *
+ * 1. Two generators through the start, four arms.
+ * 2. The four quadrants between them, row by row: node (i, j) from A = (i-1, j-1), B = (i-1, j),
+ *    C = (i, j-1), over the continued surface where it is left, so that a part drapes like the
+ *    larger surface it was cut from.
+ * 3. What the quadrants cannot reach: cells with three corners give the fourth, from whichever
+ *    side; where none is left, a yarn whose pinning neighbour is missing goes straight on.
+ */
+#ifndef SOLVER_MARCH_MARCH_H
+#define SOLVER_MARCH_MARCH_H
+
+#include "solver/drape.h"
+#include "solver/fishnet/correction.h"
+#include "solver/fishnet/fishnet.h"
+#include "solver/mesh/smooth_path.h"
+#include "solver/net/fold.h"
+#include "solver/net/net.h"
+#include "solver/shell/station.h"
+#include <stdatomic.h>
+
+/* How a generator that is a polyline passes the start. */
+struct march_curve {
+    struct station from; /* the start; at a pole with the parameters that the polyline has there */
+    int sense;           /* of its points along the positive arm: 1 or -1 */
+    size_t next[2]; /* its first point off the start in the sense of its points, and against it */
+    bool ends[2];   /* there is none */
+};
+
+/* The start and its two yarn directions. */
+struct march_start {
+    struct station station;
+    struct vec3 warp, weft; /* unit, in the tangent plane */
+    struct station smooth;  /* on a mesh made of a surface: the start there, and the directions */
+    struct vec3 smooth_direction[2];
+    struct march_curve curve[2];
+};
+
+/* What has been reported to the monitor. */
+struct march_watch {
+    _Atomic size_t inside; /* nodes of all parts */
+    size_t next;           /* nodes inside at which the monitor is called again */
+    atomic_flag busy;      /* a thread is calling it */
+    _Atomic bool stopped;  /* it answered stop */
+};
+
+/* The rough edges of a node that is about to be placed, and whether it rests on growth. */
+struct march_edges {
+    uint8_t rough; /* as net_node's */
+    struct net_yarns yarns;
+};
+
+/* A node that the growth placed: as the fourth corner of the cell that lies in the direction (di,
+ * dj) of its A, or by a yarn from (i - di, j - dj), straight on or across another one. */
+enum march_way { MARCH_CELL, MARCH_STRAIGHT, MARCH_ACROSS };
+
+struct march_step {
+    int32_t i, j;
+    int8_t di, dj;
+    uint8_t way; /* enum march_way */
+};
+
+struct march_steps {
+    struct march_step *step;
+    size_t count, room;
+};
+
+struct march {
+    const struct surface *surface; /* of a shell the start's face; NULL on a mesh of the caller's */
+    const struct mesh *mesh;       /* the caller's, or for the method mosaic; else NULL */
+    const struct mesh_smooth *smooth; /* what a mesh of the caller's stands for; NULL for mosaic */
+    const struct drape_settings *settings;
+    const struct drape_monitor *monitor; /* may be NULL */
+    struct arena *arena;
+    struct march_start start;
+    struct surface_cursor cursor;
+    struct net *net;
+    struct net *first;        /* the net of a first march that this one corrects, if any */
+    struct net_view before;   /* a view of it */
+    struct march_steps grown; /* of a march that corrects another: the growth's, in order */
+    int fringe; /* ghosts beyond the last node inside that difference stencils reach */
+    const struct net_node *arm[2]; /* the places of the warp and weft arm beside a quadrant, where
+                                      the net itself is not to be asked for them; else NULL */
+    struct march_edges edges;      /* of the node solved last, for march_place */
+    struct fold *fold;             /* NULL as long as the net cannot meet itself */
+    bool watched;                  /* folds are watched for from the first node on */
+    bool turned_back; /* the last yarn that went straight on came to a fold of the surface on itself
+                       */
+    bool past_cut;    /* closed directions are no longer cut open opposite the start */
+    bool growing;     /* parts of the net may come together that are out of step */
+    size_t torn;      /* places where they do */
+    size_t inside, ghosts; /* nodes placed */
+    size_t counted;        /* of those inside, by the watch */
+    size_t solved;         /* of them by fishnet_solve, in this many steps: */
+    size_t iterations;
+    double residual_max;
+    struct march_watch *watch; /* shared by all parts of the march */
+};
+
+/* Runs the whole march; `march` has its surface or mesh, the members up to the start,
+ * `before`, `fringe` and `watch` set, the rest zero.
+ * Errors: STATUS_OUT_OF_MEMORY, STATUS_TOO_MANY_NODES, STATUS_CANCELLED, and
+ * STATUS_START_STUCK when no yarn gets further than the start. */
+enum status march_run(struct march *march) STATUS_MUST_USE;
+
+/* The steps it consists of, in files of their own. */
+enum status march_generators(struct march *march) STATUS_MUST_USE;
+enum status march_quadrants(struct march *march) STATUS_MUST_USE;
+enum status march_growth(struct march *march) STATUS_MUST_USE;
+
+/* Whether (i, j) lies in the extent asked for. */
+bool march_in_extent(const struct march *march, int32_t i, int32_t j);
+
+/* From now on the net is watched for meeting itself. */
+enum status march_watch_folds(struct march *march) STATUS_MUST_USE;
+
+/* Whether a net that was not watched from its first node on lies on itself somewhere. Errors:
+ * STATUS_OUT_OF_MEMORY. */
+enum status march_find_fold(struct march *march, bool *folded) STATUS_MUST_USE;
+
+/* The caller's parameters (u, v) of a station inside, in the domain of closed directions; on a mesh
+ * without any (triangle, 0). Whether they lie in the domain. */
+bool march_parameters(const struct march *march, const struct station *station, double uv[2]);
+
+/* The face of a shell that a station is on, 0 where there is no shell. */
+static inline int32_t march_face(const struct march *march, const struct station *station) {
+    if (march->mesh && march->mesh->faces)
+        return march->mesh->faces[(int32_t)station->uv[0]];
+    return station->surface ? station->surface->face : 0;
+}
+
+/* The surface that a node's parameters belong to; NULL on a mesh of the caller's. */
+static inline const struct surface *march_surface(const struct march *march,
+                                                  const struct net_node *node) {
+    const struct surface *surface = march->surface;
+    return surface && surface->shell ? shell_surface(surface->shell, node->face) : surface;
+}
+
+/* Area to be covered. */
+double march_area(const struct march *march);
+
+/* Whether the net has left what is to be covered for good at a station that is not inside, as far
+ * as is known: it is beyond the domain, or the box of the trimmed region. */
+bool march_has_left(const struct march *march, const struct station *station);
+
+/* Puts a station at (i, j), inside or as a ghost; beyond healthy continuation, or
+ * where the net is already, a failure with its reason. `zone` gets which. */
+enum status march_place(struct march *march, int32_t i, int32_t j, const struct station *station,
+                        enum station_zone *zone) STATUS_MUST_USE;
+
+/* The same for a station that is known to be inside, at column x and row y of a tile. */
+static inline enum status march_place_inside(struct march *march, struct net_tile *tile, int x,
+                                             int y, const struct vec3 *r, double u, double v) {
+    /* Member by member: a copy would have to wait for the stores that made it. */
+    struct net_node *node = &tile->node[y][x];
+    node->r = *r;
+    node->uv[0] = u;
+    node->uv[1] = v;
+    node->state = NET_INSIDE;
+    node->reason = node->grown = 0;
+    node->rough = 0;
+    node->face = 0;
+    node->yarns = 0;
+    net_set_bits(tile, x, y, node);
+    return ++march->inside > march->settings->max_nodes ? STATUS_TOO_MANY_NODES : STATUS_OK;
+}
+
+/* Whether a station fits in at (i, j): all places known beside it are a spacing away along the
+ * surface. Ghosts beside a node inside need not be. */
+bool march_joins(struct march *march, int32_t i, int32_t j, const struct station *station,
+                 enum station_zone zone);
+
+/* Notes that there can be no node at (i, j). */
+enum status march_fail(struct march *march, int32_t i, int32_t j,
+                       enum drape_reason reason) STATUS_MUST_USE;
+
+/* The station of a node of the net; false where there is no tangent plane. */
+bool march_station_at(struct march *march, const struct net_node *node, struct station *station);
+
+/* The station of a place of the net; false when (i, j) has none. */
+bool march_station(struct march *march, int32_t i, int32_t j, struct station *station);
+
+/* A cell to be solved for D = (i, j), which lies in the direction (si, sj), each 1 or -1, of A: AC
+ * along warp, AB along weft. */
+struct march_cell {
+    int32_t i, j;
+    int si, sj;
+    const struct station *a, *b, *c;
+    struct vec3 trend;      /* by which CD is expected to differ from AB */
+    const double *guess_uv; /* the parameters expected of D, away from poles; or NULL */
+};
+
+/* The unit tangent of the yarn from the node (i, j), which is at `station`, to the one at
+ * (i + di, j + dj), at that end of it, in the tangent plane there. False when the net lacks one. */
+bool march_yarn(struct march *march, int32_t i, int32_t j, int di, int dj,
+                const struct station *station, struct vec3 *direction);
+
+/* Notes for march_place that both edges of a cell that end in D are rough: `start` and `end` of BD
+ * and CD, as in `struct fishnet_yarns`. */
+void march_note_edges(struct march *march, const struct march_cell *at, const struct vec3 start[2],
+                      const struct vec3 end[2]);
+
+/* Of a second march, whose `before` has been moved to D: the parameters of D in the net before,
+ * moved as those of the other corners have moved since. False where that net lacks one of them. */
+bool march_guess_from_before(const struct march *march, const struct march_cell *at, double uv[2]);
+
+/* The corrections of the edges BD and CD by the net before; `has` where there is one. */
+struct march_corrections {
+    struct correction of[2];
+    bool has[2];
+};
+
+void march_find_corrections(const struct march *march, const struct march_cell *at,
+                            struct march_corrections *c);
+
+/* The chord of edge k, from `from`, where the surface's curvature along it is known, as its arc's;
+ * of a correction that does not agree with that nothing but the sideways part is used. */
+double march_corrected_chord(struct march_corrections *c, int k, const struct station *from,
+                             double curvature, double arc_chord);
+
+/* Solves a cell. Notes the cost; on failure gives the reason. */
+bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,
+                        enum drape_reason *reason);
+
+/* The same for (i, j) from places of the net, and puts the node there if there is one. `placed`
+ * says whether; if not, `reason` why, which is not yet noted in the net unless it is that the node
+ * lies beyond the surface. */
+enum status march_corner(struct march *march, int32_t i, int32_t j, int si, int sj, bool *placed,
+                         enum drape_reason *reason) STATUS_MUST_USE;
+
+/* The place one spacing straight on from `from` along the projection of `direction`, as the
+ * method measures spacings along a generator; false when there is none. It is to be the neighbour
+ * on the side (di, dj). */
+bool march_straight_on(struct march *march, const struct station *from, struct vec3 direction,
+                       int di, int dj, struct station *station);
+
+/*
+ * The same on a mesh (march_mesh.c). A station there has its triangle as uv[0]; on flat triangles
+ * neither derivatives nor curvature, on the smooth surface two orthonormal tangents as r_u and r_v
+ * and the second fundamental form in them.
+ */
+struct station march_mesh_station(const struct march *march, const struct mesh_place *place);
+struct mesh_place march_mesh_place(const struct station *station);
+bool march_mesh_corner(struct march *march, const struct march_cell *at, struct vec3 guess,
+                       struct fishnet_node *node, enum drape_reason *reason);
+bool march_mesh_straight_on(struct march *march, const struct station *from, struct vec3 direction,
+                            int di, int dj, struct station *station);
+
+/* Sets off along a generator on a mesh of the caller's to the side of `direction`, and on along it
+ * to the next place, as the method measures spacings; `lost`: it failed otherwise than at the edge.
+ */
+struct march_mesh_yarn {
+    struct mesh_walk walk;        /* on flat triangles */
+    struct mesh_smooth_path path; /* on the smooth surface */
+};
+
+bool march_mesh_arm(const struct march *march, const struct drape_generator *generator,
+                    struct vec3 direction, struct march_mesh_yarn *yarn);
+bool march_mesh_advance(const struct march *march, struct march_mesh_yarn *yarn, double d,
+                        struct station *station, bool *lost);
+
+/* The same to the neighbour on the side (di, dj), and notes for march_place whether that edge is
+ * rough. */
+bool march_mesh_lay(struct march *march, struct march_mesh_yarn *yarn, int di, int dj,
+                    struct station *station, bool *lost);
+
+/* From `from` to the place one chord away towards `target`, the next place of a generator on the
+ * surface the mesh was made of: triangles turn a straight walk aside, the surface does not. */
+bool march_mesh_towards(struct march *march, const struct station *from, struct vec3 target,
+                        double chord, struct station *station, bool *lost);
+
+/* Reports to the monitor; false: stop. */
+bool march_progress(struct march *march);
+
+#endif

@@ -1,0 +1,443 @@
+/* SPDX-License-Identifier: MIT */
+/* One cell of the march from three places of the net. */
+#include "march.h"
+
+#include "solver/fishnet/correction.h"
+#include "solver/fishnet/fishnet_collocation.h"
+#include "solver/fishnet/fishnet_geodesic.h"
+#include "solver/fishnet/fishnet_length.h"
+#include "solver/fishnet/logarithm.h"
+#include "solver/fishnet/rough.h"
+#include "solver/fishnet/yarn.h"
+#include "solver/shell/crossing.h"
+#include <stdlib.h>
+#include <string.h>
+
+bool march_station_at(struct march *march, const struct net_node *node, struct station *station) {
+    if (!march->mesh)
+        return station_at(march_surface(march, node), &march->cursor, node->uv, station);
+    struct mesh_place place = {.triangle = (int32_t)node->uv[0], .r = node->r};
+    *station = march_mesh_station(march, &place);
+    return true;
+}
+
+bool march_station(struct march *march, int32_t i, int32_t j, struct station *station) {
+    const struct net_node *node = net_place(march->net, i, j);
+    return node && march_station_at(march, node, station);
+}
+
+/* C + AB, and the change from AB to CD. */
+static struct vec3 guess(const struct march_cell *at) {
+    struct vec3 edge = vec3_sub(at->b->jet.r, at->a->jet.r);
+    return vec3_add(at->c->jet.r, vec3_add(edge, at->trend));
+}
+
+bool march_guess_from_before(const struct march *march, const struct march_cell *at, double uv[2]) {
+    const struct net_view *before = &march->before;
+    const struct net_node *a = net_view_place(before, at->i - at->si, at->j - at->sj);
+    const struct net_node *b = net_view_place(before, at->i - at->si, at->j);
+    const struct net_node *c = net_view_place(before, at->i, at->j - at->sj);
+    const struct net_node *d = net_view_place(before, at->i, at->j);
+    if (a && b && c && d && march->surface->shell &&
+        !(d->face == a->face && d->face == b->face && d->face == c->face &&
+          d->face == march_face(march, at->a) && d->face == march_face(march, at->b) &&
+          d->face == march_face(march, at->c)))
+        return false;
+    for (int k = 0; a && b && c && d && k < 2; k++)
+        uv[k] = d->uv[k] + (at->b->uv[k] - b->uv[k]) + (at->c->uv[k] - c->uv[k]) -
+                (at->a->uv[k] - a->uv[k]);
+    return a && b && c && d;
+}
+
+void march_find_corrections(const struct march *march, const struct march_cell *at,
+                            struct march_corrections *c) {
+    const struct net_view *before = &march->before;
+    const double *d = march->settings->spacing;
+    int32_t i = at->i, j = at->j;
+    c->has[0] = correction_find(before, i - at->si, j, at->si, 0, d[0], &c->of[0]);
+    c->has[1] = correction_find(before, i, j - at->sj, 0, at->sj, d[1], &c->of[1]);
+}
+
+double march_corrected_chord(struct march_corrections *c, int k, const struct station *from,
+                             double curvature, double arc_chord) {
+    double chord;
+    struct correction *of = &c->of[k];
+    if (!c->has[k])
+        return arc_chord;
+    of->whole = of->whole && correction_agrees(of, 0, from, curvature);
+    if (!of->whole)
+        return correction_sideways(of, from, arc_chord);
+    return correction_chord(of, &chord) ? chord : arc_chord;
+}
+
+/* The chords of a cell: by its edges BD and CD in the net before, where they can be had. */
+static void find_chords(struct march *march, struct fishnet_cell *cell,
+                        struct march_corrections *c) {
+    const struct drape_settings *s = march->settings;
+    fishnet_chords(&march->cursor, s->method, s->yarn_path, s->spacing, cell);
+    cell->bd = march_corrected_chord(c, 0, cell->b, cell->curvature[0], cell->bd);
+    cell->cd = march_corrected_chord(c, 1, cell->c, cell->curvature[1], cell->cd);
+}
+
+/* Gives up corrections that do not agree with the surface at D. Whether there was one. */
+static bool drop_corrections(const struct fishnet_cell *cell, const struct station *d,
+                             struct march_corrections *c) {
+    bool dropped = false;
+    for (int k = 0; k < 2; k++) {
+        struct vec3 chord = vec3_sub(d->jet.r, (k ? cell->c : cell->b)->jet.r);
+        struct correction *of = &c->of[k];
+        bool drop = c->has[k] && of->whole &&
+                    !correction_agrees(of, 1, d, station_normal_curvature(d, chord));
+        of->whole = of->whole && !drop;
+        dropped = dropped || drop;
+    }
+    return dropped;
+}
+
+/* Whether (u, v) is not inside the open boundaries; on them neither. */
+static bool is_outside(const struct surface *surface, const double uv[2]) {
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &surface->axis[k];
+        if (!axis->closed &&
+            !(uv[k] > surface_axis_lower(axis) && uv[k] < surface_axis_upper(axis)))
+            return true;
+    }
+    return false;
+}
+
+/* Whether the place a step away from C lies beyond a free edge of the shell. */
+static bool expected_off_shell(struct march *march, const struct fishnet_cell *cell,
+                               struct vec3 step) {
+    double uv[2];
+    struct station place;
+    struct crossing crossing;
+    if (!station_pull(cell->c->surface, &march->cursor, cell->c, step, uv) ||
+        !station_at(cell->c->surface, &march->cursor, uv, &place) ||
+        !crossing_settle(&march->cursor, &place))
+        return false;
+    crossing_find(&place, NULL, &crossing);
+    return crossing.kind == CROSSING_FREE;
+}
+
+/* Whether the place expected of D lies beyond the boundary by its parameters, and by what of the
+ * surface is nearest to it. Beyond a corner at which r_u and r_v are parallel no parameters lead.
+ */
+static bool pulled_outside(struct march *march, const struct fishnet_cell *cell) {
+    double uv[2];
+    struct vec3 step = vec3_sub(cell->guess, cell->c->jet.r);
+    return station_pull(march->surface, &march->cursor, cell->c, step, uv) &&
+           is_outside(march->surface, uv);
+}
+
+static bool nearest_outside(const struct march *march, const struct fishnet_cell *cell) {
+    double uv[2] = {cell->c->uv[0], cell->c->uv[1]};
+    (void)surface_nearest_from(march->surface, cell->guess, uv);
+    return is_outside(march->surface, uv);
+}
+
+/* Whether either says so. */
+static bool expected_outside(struct march *march, const struct fishnet_cell *cell) {
+    if (march->surface->shell)
+        return expected_off_shell(march, cell, vec3_sub(cell->guess, cell->c->jet.r));
+    return pulled_outside(march, cell) || nearest_outside(march, cell);
+}
+
+/* Why a cell has no fourth corner. One that is expected beyond the boundary, and not to be found on
+ * the continuation, is a matter of the boundary. */
+static enum drape_reason reason_of(struct march *march, const struct fishnet_cell *cell,
+                                   enum fishnet_end end) {
+    if (end == FISHNET_COLLAPSED)
+        return DRAPE_REASON_COLLAPSED;
+    if (expected_outside(march, cell))
+        return DRAPE_REASON_BOUNDARY;
+    return end == FISHNET_DEGENERATE ? DRAPE_REASON_DEGENERATE : DRAPE_REASON_NO_CONVERGENCE;
+}
+
+/* The node at (i, j); on the arms beside a quadrant, whose tiles others may be filling, from the
+ * quadrant's copy. */
+static const struct net_node *node_at(const struct march *march, int32_t i, int32_t j) {
+    if (march->arm[0] && j == 0)
+        return &march->arm[0][abs(i)];
+    if (march->arm[1] && i == 0)
+        return &march->arm[1][abs(j)];
+    return net_place(march->net, i, j);
+}
+
+bool march_yarn(struct march *march, int32_t i, int32_t j, int di, int dj,
+                const struct station *station, struct vec3 *direction) {
+    struct yarn_place here = {i, j, node_at(march, i, j)};
+    struct yarn_place there = {i + di, j + dj, node_at(march, i + di, j + dj)};
+    if (!here.node || !there.node)
+        return false;
+    struct yarn_net yarns = {march->net, march->surface, &march->cursor};
+    *direction = yarn_leave(&yarns, &here, &there, di ? 0 : 1, di + dj > 0, station);
+    return true;
+}
+
+/* The directions in which BD and CD leave if the cell is a parallelogram on the unfolded surface:
+ * at B and C the yarns turn from those through A by the angle by which they do at A. */
+static bool turn_as_at_a(struct march *march, const struct march_cell *at,
+                         struct fishnet_yarns *yarns) {
+    int32_t i = at->i, j = at->j;
+    int si = at->si, sj = at->sj;
+    struct vec3 ab, ac, ba, ca;
+    if (!march_yarn(march, i - si, j - sj, 0, sj, at->a, &ab) ||
+        !march_yarn(march, i - si, j - sj, si, 0, at->a, &ac) ||
+        !march_yarn(march, i - si, j, 0, -sj, at->b, &ba) ||
+        !march_yarn(march, i, j - sj, -si, 0, at->c, &ca))
+        return false;
+    double cosine = vec3_dot(ab, ac), sine = vec3_dot(vec3_cross(ab, ac), at->a->normal);
+    struct vec3 left_b = vec3_cross(at->b->normal, ba), left_c = vec3_cross(at->c->normal, ca);
+    yarns->start[0] = vec3_axpy(-sine, left_b, vec3_scale(-cosine, ba));
+    yarns->start[1] = vec3_axpy(sine, left_c, vec3_scale(-cosine, ca));
+    return true;
+}
+
+/* Of the edge BD (k = 0) or CD. */
+static void note_edge(struct march *march, const struct march_cell *at, int k, struct vec3 start,
+                      struct vec3 end) {
+    int sign = k ? at->sj : at->si, side = sign < 0;
+    struct vec3 from = vec3_scale(sign, start), to = vec3_scale(sign, end);
+    march->edges.rough |= NET_EDGE_BIT(k, side);
+    march->edges.yarns.edge[k] = side ? (struct net_edge){to, from} : (struct net_edge){from, to};
+}
+
+void march_note_edges(struct march *march, const struct march_cell *at, const struct vec3 start[2],
+                      const struct vec3 end[2]) {
+    for (int k = 0; k < 2; k++)
+        note_edge(march, at, k, start[k], end[k]);
+}
+
+/* The same of those edges to D that their ends tell. */
+static void note_told(struct march *march, const struct march_cell *at, const struct station *d,
+                      const bool told[2]) {
+    for (int k = 0; k < 2; k++) {
+        const struct station *from = k ? at->c : at->b;
+        const struct rough_end at_d = {d->surface, d->uv, d->jet.r, NULL};
+        const struct rough_end at_from = {from->surface, from->uv, from->jet.r, NULL};
+        if (told[k])
+            note_edge(march, at, k, logarithm_leave(&march->cursor, from, &at_d),
+                      vec3_scale(-1, logarithm_leave(&march->cursor, d, &at_from)));
+    }
+}
+
+/* How far the ends of the geodesics of a rough cell may be apart, by their length, and how accurate
+ * their steps are: where edges are arcs elsewhere, that is next to nothing. Lengths are measured to
+ * a share of |K| d^2, too, of which arcs leave a multiple wrong. */
+static const double length_accuracy = 3e-8, length_share = 1e-4;
+static const double geodesic_accuracy[] = {1e-11, 1e-12}, rough_accuracy[] = {9e-10, 9e-11};
+
+/* The surface turns by more than this cosine over a cell that lies across a crease. */
+static const double creased = 0.9;
+
+/* Whether D lies beyond the boundary, where a continuation that bends so unevenly without a crease
+ * is not worth following. */
+static bool is_wild(const struct march *march, const struct fishnet_cell *cell,
+                    const struct station *d) {
+    bool outside = !march->surface->shell && is_outside(march->surface, d->uv);
+    bool over_fold = march->surface->has_folds && (vec3_dot(cell->b->normal, d->normal) < creased ||
+                                                   vec3_dot(cell->c->normal, d->normal) < creased);
+    return outside && !over_fold;
+}
+
+/* Whether yarns cross at D as they do at A. */
+static bool cross_rightly(const struct fishnet_cell *cell, const struct fishnet_yarns *yarns,
+                          const struct station *d) {
+    return cell->orientation * vec3_dot(vec3_cross(yarns->end[0], yarns->end[1]), d->normal) > 0;
+}
+
+/* A cell with a rough edge: both yarns to D are geodesics of the spacing's length. Where chords led
+ * to a D, `found`, it may be enough to measure them. */
+static enum fishnet_end solve_rough(struct march *march, const struct march_cell *at,
+                                    const struct fishnet_cell *cell, bool found,
+                                    struct fishnet_node *node) {
+    const double *d = march->settings->spacing;
+    struct fishnet_yarns yarns;
+    bool geodesic = march->settings->method == DRAPE_GEODESIC;
+    const struct fishnet_collocation wanted = {
+        {d[0], d[1]}, geodesic_accuracy[0], march->settings->lanes};
+    if (found && geodesic &&
+        fishnet_collocation_solve(&march->cursor, cell, &wanted, &yarns, node) &&
+        cross_rightly(cell, &yarns, &node->station)) {
+        march_note_edges(march, at, yarns.start, yarns.end);
+        return FISHNET_FOUND;
+    }
+    if (found && !geodesic) {
+        double turn = fabs(station_gauss_curvature(&node->station)) * d[0] * d[1];
+        double accuracy = length_accuracy + length_share * fmin(turn, 1);
+        if (fishnet_length_meet(&march->cursor, cell, d[0], d[1], accuracy, &yarns, node)) {
+            march_note_edges(march, at, yarns.start, yarns.end);
+            return FISHNET_FOUND;
+        }
+        if (is_wild(march, cell, &node->station) && expected_outside(march, cell))
+            return FISHNET_NO_CONVERGENCE;
+    }
+    if (!turn_as_at_a(march, at, &yarns))
+        return FISHNET_NO_CONVERGENCE;
+    const struct fishnet_yarns begun = yarns;
+    enum fishnet_end end =
+        fishnet_geodesic_meet(march->surface, &march->cursor, cell, d[0], d[1],
+                              geodesic ? geodesic_accuracy : rough_accuracy, &yarns, node);
+    if (end == FISHNET_NO_CONVERGENCE && geodesic) { /* over a joint that is curved, for one */
+        yarns = begun;
+        end = fishnet_geodesic_meet(march->surface, &march->cursor, cell, d[0], d[1],
+                                    rough_accuracy, &yarns, node);
+    }
+    if (end == FISHNET_FOUND)
+        march_note_edges(march, at, yarns.start, yarns.end);
+    return end;
+}
+
+/* How the edge from p to q is laid, its chord aside. */
+static bool is_rough_edge(const struct station *p, const struct station *q, double d) {
+    double chord = d, curvature = station_normal_curvature(p, vec3_sub(q->jet.r, p->jet.r));
+    return !rough_is_arc(p, q, curvature, d) &&
+           rough_edge(p, q, curvature, d, &chord) == ROUGH_EDGE;
+}
+
+/* An arc of the curvature at one end that turns by more than this is no yarn's. */
+static const double bent_most = 0.5;
+
+/* Whether a cell that found no D by chords may do so by geodesics: one that hangs on a rough edge,
+ * whose A, B and C do not lie on one side of a crease, or with B or C on a small radius. Not one
+ * that surely leads out of a surface without creases: its continuation is wild there. */
+static bool hangs_on_rough(struct march *march, const struct fishnet_cell *cell,
+                           enum fishnet_end end) {
+    const double *d = march->settings->spacing;
+    const struct station *a = cell->a, *b = cell->b, *c = cell->c;
+    if (vec3_dot(a->normal, b->normal) < creased || vec3_dot(a->normal, c->normal) < creased)
+        return true;
+    if (end == FISHNET_NO_CONVERGENCE) {
+        bool inside = !is_outside(march->surface, b->uv) || !is_outside(march->surface, c->uv);
+        if (march->settings->method == DRAPE_GEODESIC || march->surface->shell ||
+            march->surface->has_folds)
+            return true;
+        bool pulled = pulled_outside(march, cell), nearest = nearest_outside(march, cell);
+        return inside ? !(pulled && nearest) : !pulled && !nearest;
+    }
+    if (fabs(cell->curvature[0]) * d[0] > bent_most || fabs(cell->curvature[1]) * d[1] > bent_most)
+        return true;
+    return is_rough_edge(a, b, d[1]) || is_rough_edge(a, c, d[0]);
+}
+
+/* A chord that is wrong by more than this share of the spacing leads to a D that tells nothing of
+ * the edge. */
+static const double far_off = 0.05;
+
+/* Looks at the edges of a cell that has its D: whether one is rough. Those that are bent get their
+ * chords: `bent` and `told` say whether there are any. */
+static bool has_rough(const struct march *march, struct fishnet_cell *cell, const struct station *d,
+                      const struct march_corrections *c, bool *bent, bool told[2]) {
+    const double *spacing = march->settings->spacing;
+    if (rough_is_arc(cell->b, d, cell->curvature[0], spacing[0]) &&
+        rough_is_arc(cell->c, d, cell->curvature[1], spacing[1]))
+        return false;
+    for (int k = 0; k < 2; k++) {
+        const struct station *from = k ? cell->c : cell->b;
+        double *chord = k ? &cell->cd : &cell->bd, found = *chord;
+        enum rough_kind kind = rough_edge(from, d, cell->curvature[k], spacing[k], &found);
+        if (kind == ROUGH_EDGE || fabs(found - *chord) > far_off * spacing[k])
+            return true;
+        bool whole = c->has[k] && c->of[k].whole;
+        if (kind == ROUGH_BENT && march->settings->yarn_path == DRAPE_PATH_RELAXATION)
+            continue; /* arcs along relaxed tangents are what was asked for */
+        told[k] = kind == ROUGH_TOLD || (kind == ROUGH_BENT && march->before.net && !whole);
+        if (kind != ROUGH_NOT && !whole) {
+            *chord = c->has[k] ? correction_sideways(&c->of[k], from, found) : found;
+            *bent = true;
+        }
+    }
+    return false;
+}
+
+/* Lays the edges of a cell that are not smooth, D being where chords of smooth ones meet; `laid`:
+ * as geodesics. */
+static enum fishnet_end solve_uneven(struct march *march, const struct march_cell *at,
+                                     struct fishnet_cell *cell, const struct march_corrections *c,
+                                     enum fishnet_end end, struct fishnet_node *node, bool *laid) {
+    bool bent = false, told[2] = {false, false};
+    bool rough = end == FISHNET_FOUND ? has_rough(march, cell, &node->station, c, &bent, told)
+                                      : hangs_on_rough(march, cell, end);
+    *laid = rough;
+    if (rough)
+        return solve_rough(march, at, cell, end == FISHNET_FOUND, node);
+    double uv[2] = {node->station.uv[0], node->station.uv[1]};
+    cell->guess_uv = uv;
+    if (bent)
+        end = fishnet_solve(march->surface, &march->cursor, cell, node);
+    if (end == FISHNET_FOUND && (told[0] || told[1]))
+        note_told(march, at, &node->station, told);
+    cell->guess_uv = NULL;
+    return end;
+}
+
+static bool solve_on_surface(struct march *march, const struct march_cell *at,
+                             struct fishnet_node *node, enum drape_reason *reason) {
+    const struct drape_settings *s = march->settings;
+    struct fishnet_cell cell = {.a = at->a, .b = at->b, .c = at->c, .orientation = at->si * at->sj};
+    double uv[2];
+    cell.guess = guess(at);
+    cell.guess_uv = at->guess_uv;
+    if (march->before.net) {
+        net_view_move(&march->before, at->i, at->j);
+        if (march_guess_from_before(march, at, uv))
+            cell.guess_uv = uv;
+    }
+    struct march_corrections corrections = {.has = {false, false}};
+    if (march->before.net)
+        march_find_corrections(march, at, &corrections);
+    find_chords(march, &cell, &corrections);
+    enum fishnet_end end = fishnet_solve(march->surface, &march->cursor, &cell, node);
+    if (end == FISHNET_FOUND && march->before.net &&
+        drop_corrections(&cell, &node->station, &corrections)) {
+        find_chords(march, &cell, &corrections);
+        end = fishnet_solve(march->surface, &march->cursor, &cell, node);
+    }
+    bool laid = false;
+    if (s->method != DRAPE_BASIC)
+        end = solve_uneven(march, at, &cell, &corrections, end, node, &laid);
+    if (end == FISHNET_FOUND && s->method == DRAPE_GEODESIC && !laid)
+        end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, s->spacing, s->lanes,
+                                     node);
+    if (end != FISHNET_FOUND)
+        *reason = reason_of(march, &cell, end);
+    return end == FISHNET_FOUND;
+}
+
+bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,
+                        enum drape_reason *reason) {
+    march->edges.rough = 0;
+    bool found = march->mesh ? march_mesh_corner(march, at, guess(at), node, reason)
+                             : solve_on_surface(march, at, node, reason);
+    if (found) {
+        march->solved++;
+        march->iterations += (size_t)node->iterations;
+        march->residual_max =
+            node->residual > march->residual_max ? node->residual : march->residual_max;
+    }
+    return found;
+}
+
+enum status march_corner(struct march *march, int32_t i, int32_t j, int si, int sj, bool *placed,
+                         enum drape_reason *reason) {
+    struct station a, b, c;
+    struct march_cell cell = {i, j, si, sj, &a, &b, &c, {0, 0, 0}, NULL};
+    struct fishnet_node node;
+    enum station_zone zone;
+    *placed = false;
+    if (!march_station(march, i - si, j - sj, &a) || !march_station(march, i - si, j, &b) ||
+        !march_station(march, i, j - sj, &c)) {
+        *reason = DRAPE_REASON_DEGENERATE;
+        return STATUS_OK;
+    }
+    const struct net_node *a2 = net_place(march->net, i - 2 * si, j - sj);
+    const struct net_node *b2 = net_place(march->net, i - 2 * si, j);
+    if (a2 && b2)
+        cell.trend = vec3_sub(vec3_sub(b.jet.r, a.jet.r), vec3_sub(b2->r, a2->r));
+    if (!march_solve_corner(march, &cell, &node, reason))
+        return STATUS_OK;
+    enum status status = march_place(march, i, j, &node.station, &zone);
+    *placed = zone != STATION_BEYOND;
+    *reason = DRAPE_REASON_BOUNDARY;
+    return status;
+}

@@ -1,0 +1,199 @@
+/* SPDX-License-Identifier: MIT */
+/* The four arms of the two generator yarns. */
+#include "march.h"
+
+#include "solver/fishnet/correction.h"
+#include "solver/fishnet/fishnet_geodesic.h"
+#include "solver/fishnet/rough.h"
+#include "solver/path/path.h"
+
+static bool advance(const struct march *march, struct path *path, struct surface_cursor *cursor,
+                    double d) {
+    enum drape_method method = march->settings->method;
+    if (method != DRAPE_GEODESIC)
+        path_follow_net(path, d, method == DRAPE_GIB4 ? 4 : 2);
+    return method == DRAPE_BASIC ? path_advance_chord(path, cursor, d) : path_advance(path, d);
+}
+
+/* A path at a node, the station there and its tangent. */
+struct stop {
+    struct path path;
+    struct station station;
+    struct vec3 tangent;
+    bool known; /* there is such a station */
+};
+
+static bool find_station(struct march *march, struct stop *stop) {
+    stop->known = path_station(&stop->path, &march->cursor, &stop->station, &stop->tangent);
+    return stop->known;
+}
+
+/* Notes for march_place whether the edge to the neighbour on the side (di, dj), along which a path
+ * went, is rough. */
+static void note_edge(struct march *march, const struct stop *from, const struct stop *to, int di,
+                      int dj) {
+    const struct station *start = &from->station, *end = &to->station;
+    double d = march->settings->spacing[dj != 0], chord = d, curvature;
+    march->edges.rough = 0;
+    if (march->settings->method == DRAPE_BASIC || !from->known)
+        return;
+    curvature = station_normal_curvature(start, from->tangent);
+    if (rough_is_arc(start, end, curvature, d) ||
+        rough_edge(start, end, curvature, d, &chord) < ROUGH_TOLD)
+        return;
+    int family = di ? 0 : 1, side = di + dj < 0, sign = side ? -1 : 1;
+    struct vec3 a = vec3_scale(sign, fishnet_path_tangent(&from->path, start, from->tangent));
+    struct vec3 b = vec3_scale(sign, fishnet_path_tangent(&to->path, end, to->tangent));
+    march->edges.rough = NET_EDGE_BIT(family, side);
+    march->edges.yarns.edge[family] = side ? (struct net_edge){b, a} : (struct net_edge){a, b};
+}
+
+bool march_straight_on(struct march *march, const struct station *from, struct vec3 direction,
+                       int di, int dj, struct station *station) {
+    struct stop start, end;
+    double d = march->settings->spacing[dj != 0];
+    if (march->mesh)
+        return march_mesh_straight_on(march, from, direction, di, dj, station);
+    if (!path_geodesic(&start.path, from->surface, from, direction))
+        return false;
+    (void)find_station(march, &start);
+    end.path = start.path;
+    bool gone = advance(march, &end.path, &march->cursor, d) && find_station(march, &end);
+    march->turned_back = end.path.ended;
+    if (!gone)
+        return false;
+    note_edge(march, &start, &end, di, dj);
+    *station = end.station;
+    return true;
+}
+
+/* A generator on one side of the start, nodes k (di, dj), k = 1, 2, .. */
+struct arm {
+    struct stop at;
+    struct march_mesh_yarn yarn; /* on a mesh of the caller's, instead of the path */
+    struct station last;         /* on a mesh made of a surface: where the arm is on the mesh */
+    int di, dj;
+    bool started, ended;
+};
+
+/* An arm along a polyline from the start on; where its points end, a geodesic. */
+static bool start_curve(const struct march *march, int k, int sign, struct vec3 direction,
+                        struct path *path) {
+    const struct drape_generator *generator = &march->settings->generator[k];
+    const struct march_curve *curve = &march->start.curve[k];
+    int sense = sign * curve->sense, side = sense > 0 ? 0 : 1;
+    if (curve->ends[side])
+        return path_geodesic(path, march->surface, &curve->from, direction);
+    return path_curve(path, march->surface, &curve->from, generator->curve, generator->curve_count,
+                      curve->next[side], sense);
+}
+
+static struct arm make_arm(struct march *march, int number) {
+    int sign = number % 2 ? -1 : 1, k = number / 2;
+    const struct drape_generator *generator = &march->settings->generator[k];
+    const struct march_start *start = &march->start;
+    const struct station *from = march->mesh ? &start->smooth : &start->station;
+    struct vec3 direction = vec3_scale(sign, k == 0 ? start->warp : start->weft);
+    struct arm arm = {.di = k == 0 ? sign : 0, .dj = k == 0 ? 0 : sign, .last = start->station};
+    if (march->mesh && march->surface)
+        direction = vec3_scale(sign, start->smooth_direction[k]);
+    if (!march->surface)
+        arm.started = march_mesh_arm(march, generator, direction, &arm.yarn);
+    else if (generator->kind == DRAPE_GENERATOR_CURVE)
+        arm.started = start_curve(march, k, sign, direction, &arm.at.path);
+    else if (generator->kind == DRAPE_GENERATOR_PLANE)
+        arm.started = path_section(&arm.at.path, march->surface, from,
+                                   vec3_unit(generator->plane_normal), direction);
+    else
+        arm.started = path_geodesic(&arm.at.path, march->surface, from, direction);
+    if (arm.started && march->surface)
+        (void)find_station(march, &arm.at);
+    return arm;
+}
+
+/* To the next node on a mesh: along the generator of the surface it was made of, if there is one.
+ */
+static bool advance_on_mesh(struct march *march, struct arm *arm, double d, struct station *station,
+                            bool *lost) {
+    struct station ahead;
+    if (!march->surface)
+        return march_mesh_lay(march, &arm->yarn, arm->di, arm->dj, station, lost);
+    *lost = false;
+    if (!path_advance_chord(&arm->at.path, &march->cursor, d) ||
+        !path_station(&arm->at.path, &march->cursor, &ahead, NULL) ||
+        !march_mesh_towards(march, &arm->last, ahead.jet.r, d, station, lost))
+        return false;
+    arm->last = *station;
+    return true;
+}
+
+/* To node k in a second march, the edge's chord being the corrected one like those of the yarns
+ * beside it, so that they fit to the last order. False where there is none. */
+static bool advance_corrected(struct march *march, struct arm *arm, int32_t k, double d) {
+    struct correction correction;
+    const struct stop *from = &arm->at;
+    struct stop to = {.path = from->path};
+    double chord;
+    int32_t i = (k - 1) * arm->di, j = (k - 1) * arm->dj;
+    net_view_move(&march->before, i, j);
+    if (!correction_find(&march->before, i, j, arm->di, arm->dj, d, &correction) ||
+        !correction.whole || !correction_chord(&correction, &chord) || !from->known ||
+        !path_advance_chord(&to.path, &march->cursor, chord) || !find_station(march, &to))
+        return false;
+    double leaving = station_normal_curvature(&from->station, from->tangent);
+    double arriving = station_normal_curvature(&to.station, to.tangent);
+    if (!correction_agrees(&correction, 0, &from->station, leaving) ||
+        !correction_agrees(&correction, 1, &to.station, arriving))
+        return false;
+    arm->at = to;
+    return true;
+}
+
+/* To node k. */
+static bool advance_arm(struct march *march, struct arm *arm, int32_t k, double d) {
+    if (march->before.net && advance_corrected(march, arm, k, d))
+        return true;
+    return advance(march, &arm->at.path, &march->cursor, d) && find_station(march, &arm->at);
+}
+
+static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
+    struct station on_mesh;
+    enum station_zone zone;
+    int32_t i = k * arm->di, j = k * arm->dj;
+    double d = march->settings->spacing[arm->dj != 0];
+    arm->ended = true;
+    if (!march_in_extent(march, i, j))
+        return march_fail(march, i, j, DRAPE_REASON_EXTENT);
+    bool lost = false;
+    struct stop before = arm->at;
+    bool gone = arm->started && (march->mesh ? advance_on_mesh(march, arm, d, &on_mesh, &lost)
+                                             : advance_arm(march, arm, k, d));
+    if (!gone) {
+        lost = lost || arm->at.path.ended;
+        return march_fail(march, i, j, lost ? DRAPE_REASON_NO_CONVERGENCE : DRAPE_REASON_BOUNDARY);
+    }
+    if (!march->mesh)
+        note_edge(march, &before, &arm->at, arm->di, arm->dj);
+    enum status status = march_place(march, i, j, march->mesh ? &on_mesh : &arm->at.station, &zone);
+    arm->ended = zone == STATION_BEYOND;
+    return status;
+}
+
+/* All four side by side, so that on a closed surface they meet half way. */
+enum status march_generators(struct march *march) {
+    struct arm arms[4];
+    enum station_zone zone;
+    enum status status = march_place(march, 0, 0, &march->start.station, &zone);
+    for (int a = 0; a < 4; a++)
+        arms[a] = make_arm(march, a);
+    bool going = true;
+    for (int32_t k = 1; going && status == STATUS_OK; k++) {
+        going = false;
+        for (int a = 0; a < 4 && status == STATUS_OK; a++) {
+            if (!arms[a].ended)
+                status = grow_arm(march, &arms[a], k);
+            going = going || !arms[a].ended;
+        }
+    }
+    return status;
+}

@@ -1,0 +1,378 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Rows of a quadrant side by side, as a wave. Row k begins when row k - 1 is three places long, and
+ * goes on as long as it is sure to, whatever becomes of the rows below. From there on, and where
+ * the kernel leaves a cell alone, it is marched like any other row.
+ */
+#include "quadrant.h"
+#include "solver/fishnet/rough.h"
+
+#include <string.h>
+
+/* Of the way to the cut opposite the start: what lies nearer is certainly inside. */
+static const double not_quite = 1 - 1e-9;
+
+/* What a wave can go over: one patch on which parameters are good guesses everywhere, by methods
+ * whose edges have chords of known length; where the net may meet itself, the order of nodes
+ * matters. */
+static bool suits(const struct march *march) {
+    const struct drape_settings *s = march->settings;
+    const struct surface *surface = march->surface;
+    bool chords = s->method == DRAPE_BASIC || s->method == DRAPE_GIB || s->method == DRAPE_GIB4;
+    return chords && surface && !surface->shell && !surface->has_poles && !march->mesh &&
+           !march->fold && s->yarn_path == DRAPE_PATH_CHORD;
+}
+
+/* Between which parameters a node is inside whatever else: of a closed direction up to the cut
+ * opposite the start. Nowhere, where a trim has to be asked. */
+static void find_bounds(const struct march *march, struct wave *wave) {
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &march->surface->axis[k];
+        double start = march->start.station.uv[k], turn = station_cut_turn(march->surface, k);
+        wave->lower[k] = axis->closed ? start - not_quite * turn : surface_axis_lower(axis);
+        wave->upper[k] = axis->closed ? start + not_quite * turn : surface_axis_upper(axis);
+        if (march->settings->trim)
+            wave->upper[k] = -HUGE_VAL;
+    }
+}
+
+enum status wave_make(const struct march *march, struct arena *arena, struct quadrant *q) {
+    const struct drape_settings *s = march->settings;
+    q->kernel = suits(march) ? wave_kernel_for(s->lanes) : NULL;
+    if (!q->kernel)
+        return STATUS_OK;
+    q->wave = arena_alloc(arena, 1, sizeof *q->wave);
+    if (!q->wave)
+        return STATUS_OUT_OF_MEMORY;
+    q->wave->surface = march->surface;
+    memcpy(q->wave->length, s->spacing, sizeof q->wave->length);
+    q->wave->arcs = s->method != DRAPE_BASIC;
+    q->wave->corrected = march->before.net;
+    for (int k = 0; k <= WAVE_LANES; k++)
+        q->before[k] = march->before;
+    find_bounds(march, q->wave);
+    return STATUS_OK;
+}
+
+/* Whether lane k's row goes on for certain: it does not end, or the rows below reach far enough as
+ * they are. Where those are complete, whether it goes on at all. */
+static bool goes(const struct quadrant *q, int k) {
+    const struct quadrant_row *row = &q->row[k + 1], *below = &q->row[k];
+    int32_t i = row->count, fringe = q->march->fringe;
+    int32_t one = k > 0 ? below->last : q->reach[0];
+    int32_t two = k > 1 ? q->row[k - 1].last : k == 1 ? q->reach[0] : q->reach[1];
+    return !row->ended && i < q->length &&
+           (i <= row->last + fringe || i <= one + fringe || i <= two + fringe);
+}
+
+/* And it lies on a place of the row below. */
+static bool runs(const struct quadrant *q, int k) {
+    return goes(q, k) && q->row[k + 1].count < q->row[k].count;
+}
+
+static bool is_even(const struct net_node *node) {
+    return node && (node->state == NET_INSIDE || node->state == NET_GHOST) && !node->grown &&
+           !node->rough;
+}
+
+/* Of a second march: takes in what the net before says of place i of row j, as that of a slot some
+ * steps back. Next to a generator D2 is not the same for both edges that end there. */
+static void recall(struct quadrant *q, unsigned back, int slot, int32_t i, int32_t j) {
+    struct wave_before *to = wave_before_at(q->wave, back);
+    struct net_view *view = &q->before[slot];
+    to->even[slot] = 0;
+    if (!q->wave->corrected || i == 0 || j == 0)
+        return;
+    net_view_move(view, i * q->si, j * q->sj);
+    int x = i * q->si - view->ti * NET_TILE, y = j * q->sj - view->tj * NET_TILE;
+    const struct net_node *at = net_window_find(&view->window, x, y);
+    const struct net_node *side[2][2] = {
+        {net_window_find(&view->window, x - 1, y), net_window_find(&view->window, x + 1, y)},
+        {net_window_find(&view->window, x, y - 1), net_window_find(&view->window, x, y + 1)}};
+    if (!is_even(at) || !is_even(side[0][0]) || !is_even(side[0][1]) || !is_even(side[1][0]) ||
+        !is_even(side[1][1]))
+        return;
+    to->even[slot] = -1;
+    for (int k = 0; k < 2; k++) {
+        struct vec3 bend = correction_bend(side[k][0]->r, at->r, side[k][1]->r);
+        to->uv[k][slot] = at->uv[k];
+        to->bend[k][0][slot] = bend.x;
+        to->bend[k][1][slot] = bend.y;
+        to->bend[k][2][slot] = bend.z;
+    }
+}
+
+/* Place i of row j, as that of a slot some steps back. */
+static void put_place(struct quadrant *q, unsigned back, int slot, const struct station *station,
+                      int32_t i, int32_t j) {
+    wave_put(wave_at(q->wave, back), slot, station);
+    recall(q, back, slot, i, j);
+}
+
+/* Begins row k of the wave, which lies on row j + k - 1: its first two places. */
+static enum status start_lane(struct quadrant *q, int32_t j, int k, bool *started) {
+    struct wave *wave = q->wave;
+    struct quadrant_row *row = &q->row[k + 1], *below = &q->row[k];
+    *started = below->count > 2 && q->length > 2 && (k == 0 || below->last >= 0);
+    if (!*started)
+        return STATUS_OK;
+    quadrant_begin_row(q, below, row, j + k);
+    row->begun = true;
+    if (row->planted) {
+        enum status status = quadrant_grow_node(q, below, row, j + k);
+        if (status != STATUS_OK)
+            return status;
+    }
+    *started = row->planted && runs(q, k);
+    if (!*started)
+        return STATUS_OK;
+    put_place(q, 2, k + 1, &row->at[0], 0, j + k);
+    put_place(q, 1, k + 1, &row->at[1], 1, j + k);
+    for (unsigned i = 0; k == 0 && i < 3; i++)
+        put_place(q, 3 - i, 0, &below->at[i], (int32_t)i, j - 1);
+    for (int order = 0; order < WAVE_ORDERS; order++)
+        for (int n = 0; n < 2; n++)
+            wave->difference[order][n][k] =
+                order == 0 ? row->at[0].uv[n] - below->at[0].uv[n] : (double)NAN;
+    return STATUS_OK;
+}
+
+/* Leaves lanes from `first` to the one before `lanes` to be marched row by row, after a step at
+ * which lane 0 had the place `column`: what their next places rest on is put into the rows, that of
+ * the row below from lane `from` on. */
+static void hand_over(struct quadrant *q, int from, int first, int lanes, int32_t column) {
+    struct wave *wave = q->wave;
+    for (int k = from; k < lanes; k++) {
+        struct quadrant_row *row = &q->row[k + 1];
+        int32_t at = column - k;
+        for (int n = 0; n < 3 && at - n >= 2; n++)
+            wave_get(wave, wave_at(wave, 1 + (unsigned)n), k + 1, &row->at[at - n]);
+        if (k < first)
+            continue;
+        const struct wave_places *d = wave_at(wave, 1), *c = wave_at(wave, 2);
+        double below[2] = {c->of[0][k], c->of[1][k]}, last[2] = {d->of[0][k + 1], d->of[1][k + 1]};
+        row->edge.count = at < WAVE_ORDERS ? at : WAVE_ORDERS;
+        for (int order = 0; order < row->edge.count; order++)
+            for (int n = 0; n < 2; n++)
+                row->edge.of[order][n] = wave->difference[order][n][k];
+        quadrant_add_edge(&row->edge, below, last);
+    }
+}
+
+/* A cell that the kernel has left alone. */
+static enum status grow_alone(struct quadrant *q, int32_t j, int k) {
+    struct wave *wave = q->wave;
+    struct quadrant_row *row = &q->row[k + 1];
+    struct march *march = q->march;
+    struct fishnet_node node;
+    enum drape_reason reason;
+    struct station a, b, c, a2, b2;
+    double uv[2] = {wave->expected[0][k], wave->expected[1][k]};
+    q->alone++;
+    wave_get(wave, wave_at(wave, 2), k, &a);
+    wave_get(wave, wave_at(wave, 1), k + 1, &b);
+    wave_get(wave, wave_at(wave, 1), k, &c);
+    wave_get(wave, wave_at(wave, 3), k, &a2);
+    wave_get(wave, wave_at(wave, 2), k + 1, &b2);
+    struct march_cell cell = {row->count * q->si, (j + k) * q->sj, q->si, q->sj, &a, &b, &c,
+                              .guess_uv = uv};
+    cell.trend = vec3_sub(vec3_sub(b.jet.r, a.jet.r), vec3_sub(b2.jet.r, a2.jet.r));
+    if (!march_solve_corner(march, &cell, &node, &reason)) {
+        row->ended = true;
+        return march_fail(march, cell.i, cell.j, reason);
+    }
+    wave_put(wave_at(wave, 0), k + 1, &node.station);
+    return quadrant_place(q, row, j + k, &node.station);
+}
+
+/* Whether an edge of lane k's cell to its D is no arc. */
+static bool has_uneven_edge(struct wave *wave, int k) {
+    struct station from[2], d;
+    wave_get(wave, wave_at(wave, 1), k + 1, &from[0]);
+    wave_get(wave, wave_at(wave, 1), k, &from[1]);
+    wave_get(wave, wave_at(wave, 0), k + 1, &d);
+    bool uneven = false;
+    for (int n = 0; n < 2 && !uneven; n++) {
+        double chord = wave->chord[n][k];
+        uneven =
+            rough_edge(&from[n], &d, wave->curvature[n][k], wave->length[n], &chord) != ROUGH_NOT;
+    }
+    return uneven;
+}
+
+/* Puts D of lane k, as the kernel has found it or otherwise. */
+static enum status grow_lane(struct quadrant *q, int32_t j, int k) {
+    struct wave *wave = q->wave;
+    struct march *march = q->march;
+    struct station station;
+    unsigned bit = 1u << k;
+    if (!(wave->found & bit) || (wave->arcs && !(wave->smooth & bit) && has_uneven_edge(wave, k)))
+        return grow_alone(q, j, k);
+    q->kept++;
+    wave_get(wave, wave_at(wave, 0), k + 1, &station);
+    march->solved++;
+    march->iterations += (size_t)wave->iterations[k];
+    march->residual_max = fmax(march->residual_max, wave->residual[k]);
+    march->edges.rough = 0;
+    return quadrant_place(q, &q->row[k + 1], j + k, &station);
+}
+
+/* The same where the kernel has found it, on smooth edges and inside, in short. */
+static enum status grow_inside(struct quadrant *q, int32_t j, int k) {
+    const struct wave *wave = q->wave;
+    struct march *march = q->march;
+    struct quadrant_row *row = &q->row[k + 1];
+    double(*d)[WAVE_STRIDE] = q->wave->places[wave->step % WAVE_STEPS].of;
+    int32_t i = row->count * q->si, at = (j + k) * q->sj;
+    struct net_tile *tile = q->tile[k];
+    if (!tile || tile->ti != i >> NET_TILE_BITS || tile->tj != at >> NET_TILE_BITS)
+        tile = q->tile[k] = net_touch(march->net, i, at);
+    if (!tile)
+        return STATUS_OUT_OF_MEMORY;
+    const struct vec3 r = {d[2][k + 1], d[3][k + 1], d[4][k + 1]};
+    row->last = row->count++;
+    q->kept++;
+    march->solved++;
+    march->iterations += (size_t)wave->iterations[k];
+    march->residual_max =
+        wave->residual[k] > march->residual_max ? wave->residual[k] : march->residual_max;
+    return march_place_inside(march, tile, i & (NET_TILE - 1), at & (NET_TILE - 1), &r, d[0][k + 1],
+                              d[1][k + 1]);
+}
+
+/* What the net before says of lane k's cell, where that is not even all round. */
+static void correct(struct quadrant *q, int32_t j, int k) {
+    struct wave *wave = q->wave;
+    struct march *march = q->march;
+    const struct wave_places *back1 = wave_at(wave, 1), *back2 = wave_at(wave, 2);
+    struct station a = {.surface = wave->surface}, b, c;
+    struct march_cell cell = {
+        q->row[k + 1].count * q->si, (j + k) * q->sj, q->si, q->sj, &a, &b, &c, {0, 0, 0}, NULL};
+    struct march_corrections corrections;
+    double uv[2];
+    a.uv[0] = back2->of[0][k];
+    a.uv[1] = back2->of[1][k];
+    wave_get_plane(wave, back1, k + 1, &b);
+    wave_get_plane(wave, back1, k, &c);
+    net_view_move(&march->before, cell.i, cell.j);
+    bool guessed = march_guess_from_before(march, &cell, uv);
+    march_find_corrections(march, &cell, &corrections);
+    for (int n = 0; n < 2; n++) {
+        const struct correction *of = &corrections.of[n];
+        const double bend[3] = {of->bend[1].x, of->bend[1].y, of->bend[1].z};
+        wave->expected[n][k] = guessed ? uv[n] : wave->expected[n][k];
+        wave->chord[n][k] = march_corrected_chord(&corrections, n, n ? &c : &b,
+                                                  wave->curvature[n][k], wave->chord[n][k]);
+        wave->whole[n][k] = corrections.has[n] && of->whole ? -1 : 0;
+        for (int x = 0; x < 3; x++)
+            wave->bend[n][x][k] = bend[x];
+    }
+}
+
+/* The lanes of a wave from `low` to the one before `high`, lane 0 at `column`. */
+struct front {
+    int low, high;
+    int32_t column;
+    bool open;   /* rows may still join */
+    bool steady; /* at the last step all lanes had a usual node */
+};
+
+static enum status take_step(struct quadrant *q, int32_t j, struct front *front) {
+    struct wave *wave = q->wave;
+    enum status status = STATUS_OK;
+    for (int k = 0; k < WAVE_LANES; k++)
+        wave->active[k] = k >= front->low && k < front->high ? -1 : 0;
+    wave->lane = front->low;
+    for (int k = front->low; wave->corrected && k < front->high; k++)
+        recall(q, 0, k + 1, q->row[k + 1].count, j + k);
+    q->kernel->prepare(wave);
+    for (int k = front->low; wave->corrected && k < front->high; k++)
+        if (!(wave->settled >> k & 1))
+            correct(q, j, k);
+    q->kernel->solve(wave);
+    unsigned lanes = (1u << front->high) - (1u << front->low);
+    unsigned usual = wave->found & wave->inside & (wave->arcs ? wave->smooth : lanes);
+    front->steady = (usual & lanes) == lanes;
+    for (int k = front->low; k < front->high && status == STATUS_OK; k++)
+        status = usual >> k & 1 ? grow_inside(q, j, k) : grow_lane(q, j, k);
+    /* What the next wave, or the row above that is not part of this one, rests on. */
+    int top = front->high;
+    wave_get(wave, wave_at(wave, 0), top, &q->row[top].at[front->column - top + 1]);
+    return status;
+}
+
+/* Leaves out the rows at the bottom that are complete, for as many as are. Of the row that the next
+ * one then lies on, places are brought into being as they are needed. */
+static enum status complete_rows(struct quadrant *q, int32_t j, struct front *front) {
+    for (; front->low < front->high; front->low++) {
+        struct quadrant_row *row = &q->row[front->low + 1], *below = &q->row[front->low];
+        bool goes_on = goes(q, front->low), found = false;
+        int32_t i = row->count;
+        if (goes_on) {
+            enum status status = quadrant_reach_below(q, below, i, j + front->low, &found);
+            if (status != STATUS_OK)
+                return status;
+            row->ended = !found;
+        }
+        if (found) {
+            put_place(q, 1, front->low, &below->at[i], i, j + front->low - 1);
+            return STATUS_OK;
+        }
+        hand_over(q, front->low, front->low, front->low + 1, front->column - 1);
+    }
+    return STATUS_OK;
+}
+
+/* Leaves lanes that may not go on, and those above, to be marched row by row. */
+static void stop_rows(struct quadrant *q, struct front *front) {
+    int going = front->low;
+    while (going < front->high && runs(q, going))
+        going++;
+    if (going == front->high)
+        return;
+    int below = going > front->low ? going - 1 : going;
+    hand_over(q, below, going, front->high, front->column - 1);
+    front->high = going;
+    front->open = false;
+}
+
+static enum status run(struct quadrant *q, int32_t j, int *count) {
+    struct wave *wave = q->wave;
+    struct front front = {.column = 2, .open = true};
+    wave->cursor = &q->march->cursor;
+    wave->orientation = q->si * q->sj;
+    wave->step = WAVE_STEPS;
+    for (;; front.column++, wave->step++) {
+        enum status status = complete_rows(q, j, &front);
+        if (!front.steady)
+            stop_rows(q, &front);
+        front.open = front.open && front.high < q->kernel->lanes;
+        if (front.open && status == STATUS_OK) {
+            status = start_lane(q, j, front.high, &front.open);
+            *count = q->row[front.high + 1].begun ? front.high + 1 : *count;
+            front.high += front.open;
+        }
+        if (front.high - front.low <= !front.open || status != STATUS_OK) {
+            hand_over(q, front.low, front.low, front.high, front.column - 1);
+            return status;
+        }
+        status = take_step(q, j, &front);
+        if (status != STATUS_OK)
+            return status;
+    }
+}
+
+/* Where more than a third of the cells have to be solved again, alone, rows go one by one for a
+ * while. */
+enum status wave_run(struct quadrant *q, int32_t j, int *count) {
+    enum { REST = 16 };
+    *count = 1;
+    if (q->resting > 0) {
+        q->resting--;
+        return STATUS_OK;
+    }
+    q->kept = q->alone = 0;
+    enum status status = run(q, j, count);
+    q->resting = 2 * q->alone > q->kept ? REST : 0;
+    return status;
+}

@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: MIT */
+/* Inside of the march over the quadrants: their rows, one by one (march_quadrants.c) and several at
+ * once (march_wave.c). */
+#ifndef SOLVER_MARCH_QUADRANT_H
+#define SOLVER_MARCH_QUADRANT_H
+
+#include "march.h"
+#include "wave.h"
+
+/* The differences of a row's sequence at its last place: of order 0, 1, .. in u and v. */
+struct differences {
+    int count; /* of those known */
+    double of[WAVE_ORDERS][2];
+};
+
+/* A row of a quadrant, places counted from the generator. */
+struct quadrant_row {
+    struct station *at; /* i = 0 .. count - 1; of rows of a wave only the ends of it are kept */
+    int32_t count;
+    int32_t last;            /* place that has not left the surface; -1: none */
+    bool begun;              /* by a wave, which has left the rest of it */
+    bool planted, ended;     /* it has a place on the weft generator; there is no more of it */
+    struct differences edge; /* of the edge from the row below to this one, in parameters */
+};
+
+struct quadrant {
+    _Alignas(64) struct march
+        local; /* the march as this quadrant sees it: counts, cursor and view of its own */
+    struct march *march; /* = &local */
+    enum status status;  /* how it ended */
+    int si, sj;
+    struct net_node *arm[2]; /* the places on the warp and weft arm, to the first that is none */
+    int32_t length;          /* places on the warp arm */
+    size_t size;             /* by that on the weft arm */
+    int32_t reach[2]; /* of the row below and the one below it: the last place that has not left
+                         the surface */
+    struct quadrant_row row[WAVE_LANES + 1]; /* those below a wave and of it */
+    struct wave *wave;                       /* NULL: row by row */
+    const struct wave_kernel *kernel;
+    struct net_tile *tile[WAVE_LANES];      /* in which lanes have put their last place */
+    struct net_view before[WAVE_LANES + 1]; /* of slots: views of the net before */
+    size_t kept, alone; /* cells of the last wave that its kernel has solved, or not */
+    int resting;        /* waves to be left out, where the last has been of no use */
+};
+
+/* The first two steps of a row that lies on `below`, row j counted from the generator: begins it,
+ * and puts its next place. */
+void quadrant_begin_row(struct quadrant *q, const struct quadrant_row *below,
+                        struct quadrant_row *row, int32_t j);
+enum status quadrant_grow_node(struct quadrant *q, struct quadrant_row *below,
+                               struct quadrant_row *row, int32_t j) STATUS_MUST_USE;
+
+/* Makes sure that the row below row j has a place i; `found` is false when the net has none. */
+enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below, int32_t i,
+                                 int32_t j, bool *found) STATUS_MUST_USE;
+
+/* Puts D of a cell as the next place of a row. */
+enum status quadrant_place(struct quadrant *q, struct quadrant_row *row, int32_t j,
+                           const struct station *station) STATUS_MUST_USE;
+
+/* Takes in the edge between two places. */
+void quadrant_add_edge(struct differences *edge, const double below[2], const double at[2]);
+
+/* Gives a quadrant a wave if one can go over this surface by this method. */
+enum status wave_make(const struct march *march, struct arena *arena,
+                      struct quadrant *q) STATUS_MUST_USE;
+
+/* Marches rows j, j + 1, .. on row[0] as far as they go side by side; `count` gets how many have
+ * begun. Each is in `row`, and as far as it would be if it alone went there. */
+enum status wave_run(struct quadrant *q, int32_t j, int *count) STATUS_MUST_USE;
+
+#endif

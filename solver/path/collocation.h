@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * Geodesics by collocation in space. At unit speed a geodesic bends by the surface alone,
+ *
+ *     r'' = II(r', r') N,
+ *
+ * so that it is found by turns: the bend at some places of it tells where it goes, and the surface
+ * there how it bends. Each turn leaves of an error a share of about (k d)^2, k being the curvature
+ * and d the length, whatever the parametrisation is like; parameters only say where on the surface
+ * a place is. The places are Gauss's of a piece between two knot lines, where the end is right to
+ * order 16 (Hairer, Norsett, Wanner: Solving Ordinary Differential Equations I, section II.7); all
+ * of a piece are evaluated at once, with the same bits at any width of registers.
+ */
+#ifndef SOLVER_PATH_COLLOCATION_H
+#define SOLVER_PATH_COLLOCATION_H
+
+#include "solver/shell/station.h"
+
+enum {
+    COLLOCATION_PLACES = 8,
+    COLLOCATION_PIECES = 16,
+    COLLOCATION_JET = 18,
+    COLLOCATION_ALONG = -1
+};
+
+/* One piece, within a span; numbers by place. */
+struct collocation_piece {
+    int span[2];
+    double turn[2];       /* what to take off uv to be in the domain of the span */
+    double begin, length; /* along the path */
+    _Alignas(64) double uv[2][COLLOCATION_PLACES];
+    _Alignas(64) double tangent[3][COLLOCATION_PLACES]; /* r' */
+    _Alignas(64) double bend[3][COLLOCATION_PLACES];    /* r'' */
+    _Alignas(64) double r[3][COLLOCATION_PLACES];       /* as the bends tell it */
+    _Alignas(
+        64) double jet[COLLOCATION_JET][COLLOCATION_PLACES]; /* r, r_u, r_v, r_uu, r_uv, r_vv */
+    _Alignas(64) double moved2[COLLOCATION_PLACES];          /* by the last move, squared */
+    struct vec3 from, leave, to, arrive;                     /* its ends, as the bends tell them */
+};
+
+/* Compiled for one width. */
+struct collocation_kernel {
+    /* Evaluates the surface at uv and, from there and `tangent`, the bends; from these, from `from`
+     * and `leave`, all else but uv. */
+    void (*lay)(const struct surface *surface, struct collocation_piece *piece);
+    /* Moves uv to where the path is when it leaves its start by `turn` more to the side, and the
+     * ends of this piece lie further along it by `shift`. */
+    void (*move)(struct collocation_piece *piece, struct vec3 turn, const double shift[2]);
+};
+
+extern const struct collocation_kernel collocation_kernel_2, collocation_kernel_4,
+    collocation_kernel_8;
+
+/* A geodesic of given length from a station. */
+struct collocation {
+    const struct collocation_kernel *kernel;
+    const struct station *from;
+    struct vec3 leave; /* unit tangents at both ends, and the end */
+    struct vec3 to, arrive;
+    double length;
+    int pieces;
+    struct collocation_piece piece[COLLOCATION_PIECES];
+    int axis[COLLOCATION_PIECES]; /* of the knot line at the end of each piece; COLLOCATION_ALONG:
+                                     none, */
+    double knot[COLLOCATION_PIECES];  /* its parameter, */
+    double uv[COLLOCATION_PIECES][2]; /* and where the path meets it */
+};
+
+/* Begins near the cubic in (u, v) from `from` to the station `to` with these unit tangents there,
+ * in as many pieces between two knot lines as `parts` says, of at most `lanes` places at once (0:
+ * any). False where there may be folds, poles or joints of a shell on the way, or it has too many
+ * pieces.
+ */
+bool collocation_begin(struct collocation *path, const struct station *from,
+                       const struct station *to, const struct vec3 tangent[2], double length,
+                       int parts, int lanes);
+
+/* Half a turn: sets `to` and `arrive` by the surface where the path is. False where it has none. */
+bool collocation_lay(struct collocation *path);
+
+/* The other half, with the direction at the start turned by `angle` about the normal: moves the
+ * path to where that leads. The farthest that a place has moved; infinite where it gets lost. */
+double collocation_move(struct collocation *path, double angle);
+
+/* By how much the bend differs along the path at the most, times its length: twice what a turn
+ * leaves of an error. */
+double collocation_change(const struct collocation *path);
+
+/* Whether every place lies in the span of its piece, and the surface at `end`, where the path ends,
+ * and at its start is not folded between the stations and the path. */
+bool collocation_is_whole(const struct collocation *path, const struct station *end);
+
+#endif

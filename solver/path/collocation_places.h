@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: MIT */
+/* The body of a collocation kernel, for files that say LANES and COLLOCATION_KERNEL. */
+#ifndef SOLVER_PATH_COLLOCATION_PLACES_H
+#define SOLVER_PATH_COLLOCATION_PLACES_H
+
+#include "collocation.h"
+#include "solver/surface/evaluate_lanes.h"
+
+#define PLACES COLLOCATION_PLACES
+#define BATCHES(k) for (int k = 0; k < PLACES; k += LANES)
+
+/* Gauss's method: the places as shares of a piece, what each counts in the whole, and, by column,
+ * in what has come about at each of the others. */
+static const double gauss_place[PLACES] = {
+    0.019855071751231884, 0.10166676129318664, 0.2372337950418355, 0.4082826787521751,
+    0.591717321247825,    0.7627662049581645,  0.8983332387068134, 0.9801449282487681};
+static const double gauss_weight[PLACES] = {
+    0.05061426814518813, 0.11119051722668724, 0.15685332293894363, 0.181341891689181,
+    0.181341891689181,   0.15685332293894363, 0.11119051722668724, 0.05061426814518813};
+static const double gauss_column[PLACES][PLACES] = {
+    {0.025307134072594065, 0.05475932176755432, 0.048587535998912884, 0.05186552097058123,
+     0.04975503156092328, 0.051233073840438646, 0.05017146584084589, 0.05089177647230505},
+    {-0.009105943305970076, 0.05559525861334362, 0.12085952499717317, 0.1061934901483484,
+     0.114388331537048, 0.10896480245140233, 0.11275545213763617, 0.11021775956262797},
+    {0.006280831147030474, -0.01363979623578167, 0.07842666146947182, 0.17067113427455363,
+     0.14961211637772137, 0.16149678880104812, 0.15371356995347998, 0.1587709981935806},
+    {-0.004483015613054752, 0.008149708858360551, -0.01597510336187843, 0.0906709458445905,
+     0.197362933010206, 0.17297015896895482, 0.18655724377832814, 0.17826340032085422},
+    {0.0030784913683267797, -0.0052153520891471536, 0.008371732720226163, -0.016021041321025012,
+     0.0906709458445905, 0.19731699505105943, 0.17319218283082044, 0.18582490730223575},
+    {-0.0019176752546369523, 0.003139752985463669, -0.00464346586210448, 0.00724120656122227,
+     -0.013817811335609978, 0.07842666146947182, 0.17049311917472532, 0.15057249179191318},
+    {0.0009727576640592635, -0.0015649349109489424, 0.0022257147752849, -0.0031978143103607703,
+     0.004997027078338829, -0.009669007770485932, 0.05559525861334362, 0.12029646053265731},
+    {-0.0002775083271169192, 0.00044280230434223783, -0.0006188056952505154, 0.0008592365842648527,
+     -0.001251252825393105, 0.0020267321462752487, -0.004145053622366191, 0.025307134072594065},
+};
+
+typedef double places[PLACES];
+
+INLINE struct lanes3 places_vector(places *of, int k) {
+    return (struct lanes3){lanes_load(&of[0][k]), lanes_load(&of[1][k]), lanes_load(&of[2][k])};
+}
+
+INLINE void places_put(struct lanes3 a, places *of, int k) {
+    lanes_store(a.x, &of[0][k]);
+    lanes_store(a.y, &of[1][k]);
+    lanes_store(a.z, &of[2][k]);
+}
+
+INLINE struct lanes3 everywhere(struct vec3 a) {
+    return (struct lanes3){lanes_of(a.x), lanes_of(a.y), lanes_of(a.z)};
+}
+
+/* The tangent plane by r_u and r_v, and the components of vectors in it. */
+struct lanes_plane {
+    struct lanes3 u, v;
+    lanes e, f, g, inverse;
+};
+
+INLINE struct lanes_plane plane_of(struct lanes3 u, struct lanes3 v) {
+    struct lanes_plane plane = {u, v, lanes3_norm2(u), lanes3_dot(u, v), lanes3_norm2(v), {0}};
+    plane.inverse = 1 / (plane.e * plane.g - plane.f * plane.f);
+    return plane;
+}
+
+INLINE void components(const struct lanes_plane *plane, struct lanes3 of, lanes *a, lanes *b) {
+    lanes p = lanes3_dot(of, plane->u), q = lanes3_dot(of, plane->v);
+    *a = (plane->g * p - plane->f * q) * plane->inverse;
+    *b = (plane->e * q - plane->f * p) * plane->inverse;
+}
+
+/* r_uu a^2 + 2 r_uv a b + r_vv b^2 */
+INLINE struct lanes3 second_derivative(struct lanes3 uu, struct lanes3 uv, struct lanes3 vv,
+                                       lanes a, lanes b) {
+    return lanes3_axpy(b * b, vv, lanes3_axpy(2 * a * b, uv, lanes3_scale(a * a, uu)));
+}
+
+/* Of a unit tangent t with the components (a, b): the part of its derivative along the normal. */
+INLINE struct lanes3 bend_of(const struct lanes_jet *jet, struct lanes3 tangent) {
+    struct lanes_plane plane = plane_of(jet->u, jet->v);
+    struct lanes3 cross = lanes3_cross(jet->u, jet->v);
+    lanes a, b;
+    components(&plane, tangent, &a, &b);
+    struct lanes3 along = second_derivative(jet->uu, jet->uv, jet->vv, a, b);
+    return lanes3_scale(lanes3_dot(along, cross) * plane.inverse, cross);
+}
+
+INLINE void evaluate(const struct surface *surface, struct collocation_piece *piece, int k) {
+    const struct surface_cursor at = {piece->span[0], piece->span[1]};
+    struct lanes_jet jet;
+    const lanes uv[2] = {lanes_load(&piece->uv[0][k]) - piece->turn[0],
+                         lanes_load(&piece->uv[1][k]) - piece->turn[1]};
+    lanes_jets_together(surface, &at, uv, &jet);
+    places_put(bend_of(&jet, places_vector(piece->tangent, k)), piece->bend, k);
+    places_put(jet.r, piece->jet, k);
+    places_put(jet.u, piece->jet + 3, k);
+    places_put(jet.v, piece->jet + 6, k);
+    places_put(jet.uu, piece->jet + 9, k);
+    places_put(jet.uv, piece->jet + 12, k);
+    places_put(jet.vv, piece->jet + 15, k);
+}
+
+/* What a rate has brought about at the places k and those beside it, by a share of the piece. */
+INLINE struct lanes3 come_about(places *rate, int k) {
+    struct lanes3 sum = {{0}, {0}, {0}};
+    _Pragma("GCC unroll 8") for (int j = 0; j < PLACES; j++) {
+        lanes column = lanes_load(&gauss_column[j][k]);
+        sum.x += column * rate[0][j];
+        sum.y += column * rate[1][j];
+        sum.z += column * rate[2][j];
+    }
+    return sum;
+}
+
+INLINE struct vec3 whole(places *rate) {
+    double sum[3];
+    for (int x = 0; x < 3; x++) {
+        sum[x] = 0;
+        for (int j = 0; j < PLACES; j++)
+            sum[x] += gauss_weight[j] * rate[x][j];
+    }
+    return vec3_make(sum[0], sum[1], sum[2]);
+}
+
+static void lay(const struct surface *surface, struct collocation_piece *piece) {
+    _Alignas(64) places turned[3]; /* the tangent, less that at the start */
+    lanes length = lanes_of(piece->length);
+    BATCHES(k) evaluate(surface, piece, k);
+    BATCHES(k) places_put(lanes3_scale(length, come_about(piece->bend, k)), turned, k);
+    BATCHES(k) {
+        struct lanes3 way = come_about(turned, k), leave = everywhere(piece->leave);
+        way = lanes3_axpy(lanes_load(&gauss_place[k]), leave, way);
+        places_put(lanes3_add(leave, places_vector(turned, k)), piece->tangent, k);
+        places_put(lanes3_axpy(length, way, everywhere(piece->from)), piece->r, k);
+    }
+    piece->arrive = vec3_axpy(piece->length, whole(piece->bend), piece->leave);
+    piece->to = vec3_axpy(piece->length, vec3_add(piece->leave, whole(turned)), piece->from);
+}
+
+static void move(struct collocation_piece *piece, struct vec3 turn, const double shift[2]) {
+    BATCHES(k) {
+        lanes place = lanes_load(&gauss_place[k]), a, b;
+        lanes along = piece->begin + piece->length * place;
+        lanes further = shift[0] + (shift[1] - shift[0]) * place;
+        struct lanes3 tangent = places_vector(piece->tangent, k);
+        struct lanes3 bend = places_vector(piece->bend, k), turned = everywhere(turn);
+        struct lanes3 to = lanes3_axpy(along, turned, places_vector(piece->r, k));
+        to = lanes3_axpy(further, lanes3_axpy(further / 2, bend, tangent), to);
+        struct lanes3 step = lanes3_sub(to, places_vector(piece->jet, k));
+        struct lanes_plane plane =
+            plane_of(places_vector(piece->jet + 3, k), places_vector(piece->jet + 6, k));
+        components(&plane, step, &a, &b);
+        struct lanes3 second =
+            second_derivative(places_vector(piece->jet + 9, k), places_vector(piece->jet + 12, k),
+                              places_vector(piece->jet + 15, k), a, b);
+        components(&plane, lanes3_axpy(lanes_of(-0.5), second, step), &a, &b);
+        lanes_store(lanes_load(&piece->uv[0][k]) + a, piece->uv[0] + k);
+        lanes_store(lanes_load(&piece->uv[1][k]) + b, piece->uv[1] + k);
+        lanes_store(plane.e * a * a + 2 * plane.f * a * b + plane.g * b * b, piece->moved2 + k);
+        tangent = lanes3_add(tangent, lanes3_axpy(further, bend, turned));
+        places_put(tangent, piece->tangent, k);
+    }
+}
+
+const struct collocation_kernel COLLOCATION_KERNEL = {lay, move};
+
+#endif

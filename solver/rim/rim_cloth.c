@@ -1,0 +1,456 @@
+/* SPDX-License-Identifier: MIT */
+#include "rim_cloth.h"
+
+#include "solver/fishnet/fishnet_geodesic.h"
+#include "solver/fishnet/logarithm.h"
+#include "solver/surface/spans.h"
+#include "solver/wide.h"
+
+/* How far beyond the net, in spacings, corners are extrapolated at the most. */
+enum { LAYERS = 3 };
+
+/* Steps of Newton's method in one patch, and changes from patch to patch. */
+enum { STEPS = 12, HOPS = 24, STRICT_HOPS = 6 };
+
+/* A step this small, in spacings, is the last: the next would be its square. */
+static const double last_step = 1e-6;
+
+/* By how much a place may lie outside its patch: hardly; where no cell follows, by rounding; and
+ * where two cells send it to each other, so little that they agree there. */
+static const double strict = 1e-9, at_end = 1e-6, lax = 2e-2;
+
+/* How far in spacings a place of the cloth may be from the surface point that it is to be: the
+ * height of an arc of a radian over its chord, and a right-angled fold over the middle of a cell.
+ */
+static const double near_smooth = 0.15, near_rough = 0.6;
+
+/* An extrapolated edge may differ that much from the spacing. */
+static const double longest_edge = 1.6, shortest_edge = 0.4;
+
+enum status rim_cloth_make(struct march *march, struct rim_cloth *cloth) {
+    *cloth = (struct rim_cloth){.march = march, .view = net_view(march->net)};
+    cloth->beyond = arena_alloc(march->arena, 1, sizeof *cloth->beyond);
+    return cloth->beyond ? net_make(cloth->beyond, march->arena, false) : STATUS_OUT_OF_MEMORY;
+}
+
+/* ---- corners beyond the net ---- */
+
+/* Whether cloth may go on to (i, j): the net did not end there for another reason than the
+ * boundary. */
+static bool may_reach(struct rim_cloth *cloth, int32_t i, int32_t j) {
+    const struct net_node *node = net_find(cloth->march->net, i, j);
+    bool ended = node && node->state == NET_FAILED && node->reason != DRAPE_REASON_BOUNDARY;
+    return !ended && march_in_extent(cloth->march, i, j);
+}
+
+static const struct net_node *corner_at(struct rim_cloth *cloth, int32_t i, int32_t j, int layers);
+
+/* Extrapolates to (i, j) along a yarn from the nodes on the side (-di, -dj): the order, 0 when that
+ * cannot be. */
+static int extrapolate(struct rim_cloth *cloth, int32_t i, int32_t j, int di, int dj, int layers,
+                       struct vec3 *r) {
+    const struct net_node *a = corner_at(cloth, i - di, j - dj, layers);
+    const struct net_node *b = a ? corner_at(cloth, i - 2 * di, j - 2 * dj, layers) : NULL;
+    const struct net_node *c = b ? corner_at(cloth, i - 3 * di, j - 3 * dj, layers) : NULL;
+    double d = cloth->march->settings->spacing[dj != 0];
+    if (!b)
+        return 0;
+    bool bent = a->rough || b->rough || !c || c->rough;
+    struct vec3 step = vec3_sub(a->r, b->r);
+    if (!bent)
+        step = vec3_add(step, vec3_sub(step, vec3_sub(b->r, c->r)));
+    double length = vec3_norm(step);
+    if (!(length > shortest_edge * d && length < longest_edge * d))
+        return 0;
+    *r = vec3_axpy(d / length, step, a->r);
+    return bent ? 1 : 2;
+}
+
+/* The mean of what the yarns of the highest order say. */
+static bool extend_to(struct rim_cloth *cloth, int32_t i, int32_t j, int layers,
+                      struct net_node *node) {
+    static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+    struct vec3 sum[3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, r;
+    int count[3] = {0, 0, 0};
+    for (int k = 0; k < 4; k++) {
+        int order = extrapolate(cloth, i, j, sides[k][0], sides[k][1], layers, &r);
+        sum[order] = order ? vec3_add(sum[order], r) : sum[order];
+        count[order]++;
+    }
+    int best = count[2] ? 2 : 1;
+    if (!count[best])
+        return false;
+    *node = (struct net_node){.state = NET_GHOST, .r = vec3_scale(1.0 / count[best], sum[best])};
+    return true;
+}
+
+/* The corner at (i, j): of the net, or else extrapolated and at most `layers` beyond it; NULL when
+ * it cannot be had. An extrapolated one has its layer in `yarns`. */
+static const struct net_node *corner_at(struct rim_cloth *cloth, int32_t i, int32_t j, int layers) {
+    const struct net_node *node = net_place(cloth->march->net, i, j);
+    struct net_node made;
+    if (node || layers == 0)
+        return node;
+    node = net_place(cloth->beyond, i, j);
+    if (node)
+        return node->yarns <= (uint32_t)layers ? node : NULL;
+    for (int depth = 0; depth < layers && may_reach(cloth, i, j); depth++) {
+        if (!extend_to(cloth, i, j, depth, &made))
+            continue;
+        made.yarns = (uint32_t)depth + 1;
+        if (net_put(cloth->beyond, i, j, &made) != STATUS_OK)
+            cloth->failed = true;
+        return net_place(cloth->beyond, i, j);
+    }
+    return NULL;
+}
+
+/* ---- patches ---- */
+
+/* The corners of the cell; whether there are four, and `rough` whether one has rough edges. */
+static bool load_cell(struct rim_cloth *cloth, struct rim_patch *patch, bool *rough) {
+    *rough = false;
+    for (int b = 1; b <= 2; b++)
+        for (int a = 1; a <= 2; a++) {
+            int32_t i = patch->i + a - 1, j = patch->j + b - 1;
+            const struct net_node *node = net_view_place(&cloth->view, i, j);
+            node = node ? node : corner_at(cloth, i, j, LAYERS);
+            if (!node)
+                return false;
+            patch->r[b][a] = node->r;
+            *rough = *rough || node->rough;
+        }
+    return true;
+}
+
+/* Four places in a line of a patch, the first of which is the node (i, j): where they stand, how
+ * far apart, and which way they go in the net. */
+struct line {
+    struct vec3 *r;
+    ptrdiff_t far;
+    int32_t i, j;
+    int di, dj;
+};
+
+/* Replaces r[0] or r[3] of a line, where it is not known, by that of the cubic through the other
+ * three and the node behind them; of a lower degree where there are fewer. */
+static void extend_line(struct rim_cloth *cloth, const struct line *line, bool first, bool second) {
+    for (int k = 0; k < 2; k++) {
+        ptrdiff_t end = k ? 3 : 0, step = k ? -1 : 1, behind = k ? -1 : 4;
+        struct vec3 *r = line->r;
+        if (k ? second : first)
+            continue;
+        const struct vec3 *a = &r[(end + step) * line->far], *b = &r[(end + 2 * step) * line->far];
+        const struct vec3 *c = &r[(end + 3 * step) * line->far];
+        struct vec3 extended = vec3_axpy(2, *a, vec3_scale(-1, *b));
+        if (k ? first : second) {
+            const struct net_node *d =
+                net_view_place(&cloth->view, line->i + (int32_t)behind * line->di,
+                               line->j + (int32_t)behind * line->dj);
+            extended = vec3_add(vec3_scale(3, vec3_sub(*a, *b)), *c);
+            if (d && !d->rough)
+                extended = vec3_add(extended, vec3_sub(vec3_axpy(3, vec3_sub(*c, *b), *a), d->r));
+        }
+        r[end * line->far] = extended;
+    }
+}
+
+/* Third differences of nodes by which a cubic may still be told from the surface, in spacings: an
+ * arc that turns by a third of a radian from node to node has 0.04, and the cubic is off by 3e-4.
+ */
+static const double bent = 0.04;
+
+/* Whether the nodes turn evenly, though edges among them are called rough. */
+static bool is_even(const struct rim_cloth *cloth, const struct rim_patch *patch) {
+    const double *d = cloth->march->settings->spacing;
+    double most = bent * fmin(d[0], d[1]);
+    for (int k = 0; k < 4; k++) {
+        const struct vec3 *row = patch->r[k];
+        struct vec3 along = vec3_axpy(3, vec3_sub(row[1], row[2]), vec3_sub(row[3], row[0]));
+        struct vec3 across = vec3_axpy(3, vec3_sub(patch->r[1][k], patch->r[2][k]),
+                                       vec3_sub(patch->r[3][k], patch->r[0][k]));
+        if (!(vec3_norm(along) < most && vec3_norm(across) < most))
+            return false;
+    }
+    return true;
+}
+
+static void extend_row(struct rim_cloth *cloth, struct rim_patch *patch, int b, bool known[4][4],
+                       bool rough) {
+    const struct line row = {patch->r[b], 1, patch->i - 1, patch->j + b - 1, 1, 0};
+    extend_line(cloth, &row, known[b][0] && !rough, known[b][3] && !rough);
+}
+
+/* The neighbours of the cell's corners: where the net has none, the degree is lower. */
+static void load_neighbours(struct rim_cloth *cloth, struct rim_patch *patch, bool *rough) {
+    bool known[4][4];
+    for (int b = 0; b < 4; b++)
+        for (int a = 0; a < 4; a++) {
+            bool inner = (a == 1 || a == 2) && (b == 1 || b == 2);
+            const struct net_node *node =
+                inner ? NULL : net_view_place(&cloth->view, patch->i + a - 1, patch->j + b - 1);
+            known[b][a] = inner || node;
+            if (node) {
+                patch->r[b][a] = node->r;
+                *rough = *rough || node->rough;
+            }
+        }
+    bool all = true;
+    for (int k = 0; k < 16; k++)
+        all = all && known[k / 4][k % 4];
+    *rough = *rough && !(all && is_even(cloth, patch));
+    for (int k = 1; k <= 2; k++) {
+        extend_row(cloth, patch, k, known, *rough);
+        const struct line up = {&patch->r[0][k], 4, patch->i + k - 1, patch->j - 1, 0, 1};
+        extend_line(cloth, &up, known[0][k] && !*rough, known[3][k] && !*rough);
+    }
+    extend_row(cloth, patch, 0, known, *rough);
+    extend_row(cloth, patch, 3, known, *rough);
+}
+
+const struct rim_patch *rim_cloth_patch(struct rim_cloth *cloth, int32_t i, int32_t j) {
+    struct rim_patch *patch = &cloth->patch;
+    bool rough;
+    if (cloth->begun && patch->i == i && patch->j == j)
+        return patch;
+    cloth->begun = true;
+    patch->i = i;
+    patch->j = j;
+    for (int k = 0; k < 4; k++)
+        patch->corner[k].sought = false;
+    net_view_move(&cloth->view, i, j);
+    patch->known = load_cell(cloth, patch, &rough);
+    if (patch->known)
+        load_neighbours(cloth, patch, &rough);
+    patch->smooth = patch->known && !rough;
+    return patch;
+}
+
+/* Lagrange's cubics on -1, 0, 1, 2 and their derivatives. */
+static void cubics(double t, double of[4], double by[4]) {
+    double a = t + 1, b = t - 1, c = t - 2;
+    of[0] = -t * b * c / 6;
+    of[1] = a * b * c / 2;
+    of[2] = -a * t * c / 2;
+    of[3] = a * t * b / 6;
+    by[0] = -(b * c + t * (b + c)) / 6;
+    by[1] = (b * c + a * (b + c)) / 2;
+    by[2] = -(t * c + a * (t + c)) / 2;
+    by[3] = (t * b + a * (t + b)) / 6;
+}
+
+INLINE struct vec3 lanes(vec4 a) {
+    return vec3_make(a[0], a[1], a[2]);
+}
+
+WIDE_CLONES
+void rim_patch_place(const struct rim_patch *patch, double p, double q, struct rim_place *place) {
+    double fp[4], dp[4], fq[4], dq[4];
+    cubics(p - patch->i, fp, dp);
+    cubics(q - patch->j, fq, dq);
+    vec4 sum = {0}, by_p = {0}, by_q = {0};
+    for (int b = 0; b < 4; b++) {
+        vec4 r = {0}, along = {0};
+        for (int a = 0; a < 4; a++) {
+            const struct vec3 *node = &patch->r[b][a];
+            const vec4 at = {node->x, node->y, node->z, 0};
+            r = fp[a] * at + r;
+            along = dp[a] * at + along;
+        }
+        sum = fq[b] * r + sum;
+        by_p = fq[b] * along + by_p;
+        by_q = dq[b] * r + by_q;
+    }
+    *place = (struct rim_place){.p = p,
+                                .q = q,
+                                .r = lanes(sum),
+                                .along = {lanes(by_p), lanes(by_q)},
+                                .smooth = patch->smooth};
+}
+
+/* ---- places ---- */
+
+/* The components (a, b) for which a along[0] + b along[1] is nearest to `step`. */
+static bool components(const struct rim_place *place, struct vec3 step, double ab[2]) {
+    const struct vec3 *x = place->along;
+    double e = vec3_norm2(x[0]), f = vec3_dot(x[0], x[1]), g = vec3_norm2(x[1]);
+    double s = vec3_dot(step, x[0]), t = vec3_dot(step, x[1]), determinant = e * g - f * f;
+    if (!(determinant > 1e-4 * e * g))
+        return false;
+    ab[0] = (g * s - f * t) / determinant;
+    ab[1] = (e * t - f * s) / determinant;
+    return true;
+}
+
+/* Newton's method in one patch; false when it fails, or leaves the patch by far. */
+static bool descend(const struct rim_patch *patch, struct vec3 r, struct rim_place *place) {
+    double p = place->p, q = place->q, ab[2];
+    for (int k = 0; k < STEPS; k++) {
+        rim_patch_place(patch, p, q, place);
+        if (!components(place, vec3_sub(r, place->r), ab))
+            return false;
+        p += fmin(fmax(ab[0], -1), 1);
+        q += fmin(fmax(ab[1], -1), 1);
+        if (fabs(ab[0]) < last_step && fabs(ab[1]) < last_step)
+            break;
+        if (p < patch->i - 1 || p > patch->i + 2 || q < patch->j - 1 || q > patch->j + 2)
+            break;
+    }
+    place->p = p;
+    place->q = q;
+    return true;
+}
+
+static bool is_within(const struct rim_patch *patch, const struct rim_place *place, double slack) {
+    double x = place->p - patch->i, y = place->q - patch->j;
+    return x >= -slack && x <= 1 + slack && y >= -slack && y <= 1 + slack;
+}
+
+static bool is_near(const struct rim_cloth *cloth, const struct rim_place *place, struct vec3 r) {
+    const double *d = cloth->march->settings->spacing;
+    double most = place->smooth ? near_smooth : near_rough;
+    return vec3_distance(place->r, r) < most * fmax(d[0], d[1]);
+}
+
+/* ---- places near rough edges ---- */
+
+/* How well a place is known from a corner that is far, by the length between them. */
+static const double seen_accuracy = 1e-4;
+
+/* Finds corner number n of a patch; false when the net has none. */
+static bool find_corner(struct march *march, struct rim_patch *patch, int n) {
+    struct rim_corner *corner = &patch->corner[n];
+    int32_t i = patch->i + (n & 1), j = patch->j + n / 2;
+    if (corner->sought)
+        return corner->found;
+    corner->sought = true;
+    corner->i = i;
+    corner->j = j;
+    corner->found = march_station(march, i, j, &corner->station);
+    for (int k = 0; k < 2 && corner->found; k++) {
+        int side = (k ? n / 2 : n & 1) ? -1 : 1;
+        corner->found =
+            march_yarn(march, i, j, k ? 0 : side, k ? side : 0, &corner->station, &corner->yarn[k]);
+        corner->yarn[k] = vec3_scale(side, corner->yarn[k]);
+    }
+    return corner->found;
+}
+
+/* p and q of the place `to` by its geodesic from the corner. */
+static bool see_from(struct rim_cloth *cloth, const struct rim_corner *corner,
+                     const struct station *to, double pq[2]) {
+    const double *d = cloth->march->settings->spacing;
+    const struct vec3 *yarn = corner->yarn;
+    struct vec3 guess = vec3_axpy((pq[1] - corner->j) * d[1], yarn[1],
+                                  vec3_scale((pq[0] - corner->i) * d[0], yarn[0]));
+    struct vec3 start = station_tangent(&corner->station, guess), end;
+    double length = vec3_norm(guess), ab[2];
+    struct rim_place frame = {.along = {vec3_scale(d[0], yarn[0]), vec3_scale(d[1], yarn[1])}};
+    pq[0] = corner->i;
+    pq[1] = corner->j;
+    if (vec3_distance(to->jet.r, corner->station.jet.r) < last_step * fmin(d[0], d[1]))
+        return true;
+    struct logarithm l;
+    if (logarithm_find(&cloth->march->cursor, &corner->station, to, seen_accuracy, &l)) {
+        length = l.length;
+        start = l.leave;
+    } else if (!fishnet_geodesic_between(cloth->march->surface, &cloth->march->cursor,
+                                         &corner->station, to, seen_accuracy, &length, &start,
+                                         &end)) {
+        return false;
+    }
+    if (!components(&frame, vec3_scale(length, start), ab))
+        return false;
+    pq[0] += ab[0];
+    pq[1] += ab[1];
+    return true;
+}
+
+/* A place so little off what was expected, in spacings, has the weights that it was found by. */
+static const double weight_change = 0.05;
+
+/* p and q of a place in the patch, from those of its corners whose bilinear weight is more than
+ * `least_weight`, by which it is the less. */
+static bool see_from_corners(struct rim_cloth *cloth, struct rim_patch *patch,
+                             const struct station *to, double least_weight,
+                             struct rim_place *place) {
+    const double *d = cloth->march->settings->spacing;
+    double x = fmin(fmax(place->p - patch->i, 0), 1), y = fmin(fmax(place->q - patch->j, 0), 1);
+    double sum[2] = {0, 0}, weights = 0, most = 0;
+    for (int k = 0; k < 4; k++) {
+        int a = k & 1, b = k / 2;
+        double weight = (a ? x : 1 - x) * (b ? y : 1 - y) - least_weight;
+        double pq[2] = {place->p, place->q};
+        const struct rim_corner *corner = &patch->corner[k];
+        if (weight <= 0 || !find_corner(cloth->march, patch, k) || !see_from(cloth, corner, to, pq))
+            continue;
+        weights += weight;
+        sum[0] += weight * pq[0];
+        sum[1] += weight * pq[1];
+        for (int m = 0; m < 2 && weight > most; m++)
+            place->along[m] = vec3_scale(d[m], corner->yarn[m]);
+        most = fmax(most, weight);
+    }
+    if (!(weights > 0))
+        return false;
+    place->p = sum[0] / weights;
+    place->q = sum[1] / weights;
+    place->r = to->jet.r;
+    place->smooth = false;
+    return true;
+}
+
+/* Geodesics cost: mostly one is enough, from the nearest corner; from the others where that cannot
+ * be had. */
+static bool see(struct rim_cloth *cloth, struct rim_patch *patch, const struct station *to,
+                struct rim_place *place) {
+    static const double near = 0.24, any = 1e-3;
+    return see_from_corners(cloth, patch, to, near, place) ||
+           see_from_corners(cloth, patch, to, any, place);
+}
+
+/* Once more where the place was not the one expected, because the weights follow from it. */
+static bool descend_rough(struct rim_cloth *cloth, struct rim_patch *patch,
+                          const struct surface *surface, const double uv[2],
+                          struct rim_place *place) {
+    struct march *march = cloth->march;
+    struct station to;
+    if (march->mesh || !station_at(surface, &march->cursor, uv, &to))
+        return false;
+    double p = place->p, q = place->q;
+    if (!see(cloth, patch, &to, place))
+        return false;
+    bool expected = fabs(place->p - p) < weight_change && fabs(place->q - q) < weight_change;
+    return expected || see(cloth, patch, &to, place);
+}
+
+bool rim_cloth_find(struct rim_cloth *cloth, struct vec3 r, const struct surface *surface,
+                    const double uv[2], struct rim_place *place) {
+    struct rim_place last = *place;
+    bool found = false; /* a place a little outside a patch that was */
+    for (int hop = 0; hop < HOPS; hop++) {
+        if (!(fabs(place->p) < 1e9 && fabs(place->q) < 1e9))
+            return false;
+        const struct rim_patch *patch =
+            rim_cloth_patch(cloth, (int32_t)floor(place->p), (int32_t)floor(place->q));
+        bool rough = patch->known && !patch->smooth &&
+                     descend_rough(cloth, &cloth->patch, surface, uv, place);
+        if (!patch->known || (!rough && !descend(patch, r, place)))
+            break;
+        if (is_within(patch, place, hop < STRICT_HOPS ? strict : lax))
+            return is_near(cloth, place, r);
+        if (is_within(patch, place, at_end)) {
+            last = *place;
+            found = true;
+        }
+    }
+    *place = last;
+    return found && is_near(cloth, place, r);
+}
+
+/* tan(gamma / 2) = x.y / (|x| |y| + |x cross y|) */
+double rim_place_half_tangent(const struct rim_place *place) {
+    const struct vec3 *x = place->along;
+    double whole = sqrt(vec3_norm2(x[0]) * vec3_norm2(x[1])) + vec3_norm(vec3_cross(x[0], x[1]));
+    return whole > 0 ? vec3_dot(x[0], x[1]) / whole : 0;
+}

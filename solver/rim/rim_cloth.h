@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The cloth as a map from the net's coordinates (p, q), i and j as real numbers, to space: in each
+ * cell the tensor product of the cubics through four nodes along each yarn, those of the cell and
+ * its neighbours, ghosts among them. Two cells agree on the edge between them. Near rough edges,
+ * where differences in space say little, a place is found by its geodesics from the cell's nodes:
+ * their directions and lengths between the yarns there, each with the weight that the node has in
+ * bilinear interpolation. On developable surfaces that is exact, whatever they fold.
+ *
+ * Where the surface has no healthy continuation, and on meshes, the net ends up to a spacing short
+ * of the edge. There corners that are missing are extrapolated along the yarns, by parabolas
+ * through three nodes, or straight on from two; not where the net ended for another reason than
+ * the boundary.
+ */
+#ifndef SOLVER_RIM_RIM_CLOTH_H
+#define SOLVER_RIM_RIM_CLOTH_H
+
+#include "solver/march/march.h"
+
+/* A corner of a cell that places near rough edges are seen from. */
+struct rim_corner {
+    int32_t i, j;
+    bool sought, found;
+    struct station station;
+    struct vec3 yarn[2]; /* towards the higher index */
+};
+
+/* The cell (i, j) and its neighbours. */
+struct rim_patch {
+    int32_t i, j;
+    bool known;                  /* it has all four corners */
+    bool smooth;                 /* no rough edge is near */
+    struct vec3 r[4][4];         /* [b][a]: node (i + a - 1, j + b - 1); bilinear unless smooth */
+    struct rim_corner corner[4]; /* (i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1) as they are asked
+                                    for */
+};
+
+struct rim_cloth {
+    struct march *march;
+    struct net_view view; /* of the march's net */
+    struct net *beyond;   /* corners that were extrapolated, as ghosts */
+    struct rim_patch patch;
+    bool begun, failed; /* no memory */
+};
+
+/* A place of the cloth. */
+struct rim_place {
+    double p, q;
+    struct vec3 r;
+    struct vec3 along[2]; /* its derivatives by p and q */
+    bool smooth;
+};
+
+/* Errors: STATUS_OUT_OF_MEMORY. */
+enum status rim_cloth_make(struct march *march, struct rim_cloth *cloth) STATUS_MUST_USE;
+
+/* The patch at the cell (i, j). */
+const struct rim_patch *rim_cloth_patch(struct rim_cloth *cloth, int32_t i, int32_t j);
+
+/* The place at (p, q), which may lie a little outside the patch. */
+void rim_patch_place(const struct rim_patch *patch, double p, double q, struct rim_place *place);
+
+/* The place of the cloth nearest to `r`, the point of `surface` (NULL on a mesh) at the inner
+ * parameters `uv`, from `place->p` and `q`, near which it is: it minimises |X(p, q) - r| by Gauss
+ * and Newton. False when there is no cloth. */
+bool rim_cloth_find(struct rim_cloth *cloth, struct vec3 r, const struct surface *surface,
+                    const double uv[2], struct rim_place *place);
+
+/* tan(gamma / 2) of the shear between the directions at a place. */
+double rim_place_half_tangent(const struct rim_place *place);
+
+#endif

@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The edges of what is to be covered, as closed chains of vertices: the border of the domain and
+ * the trims, of a shell the edges of its faces that are not joined, of a mesh the border of the
+ * component with the start. What is to be covered lies on
+ * the left of a chain, seen against the surface's normal.
+ *
+ * Between two vertices a chain follows the straight line in the parameters, on a mesh in space.
+ * A closed direction that no pole closes is cut open opposite the start, as the net is: both sides
+ * of the cut are edges.
+ */
+#ifndef SOLVER_RIM_RIM_EDGES_H
+#define SOLVER_RIM_RIM_EDGES_H
+
+#include "solver/march/march.h"
+
+struct rim_vertex {
+    int32_t face; /* on a mesh the triangle, on a shell the face, else 0 */
+    double uv[2]; /* the surface's inner parameters, not wrapped round closed directions */
+    struct vec3 r;
+    bool leaps; /* the next vertex is the same place by other parameters: nothing lies between */
+};
+
+/* The pieces between the vertices first .. first + count; the last vertex is the same place as the
+ * first. */
+struct rim_loop {
+    size_t first, count;
+};
+
+struct rim_edges {
+    struct rim_vertex *vertices;
+    struct rim_loop *loops;
+    size_t vertex_count, vertex_room, loop_count, loop_room;
+};
+
+/* Finds the edges, in the march's arena; trims with as few vertices as keep them within
+ * `tolerance` in space. Errors: STATUS_OUT_OF_MEMORY. */
+enum status rim_edges_make(struct march *march, double tolerance,
+                           struct rim_edges *edges) STATUS_MUST_USE;
+
+/* A place on a chain. */
+struct rim_spot {
+    int32_t face;
+    double uv[2]; /* as of a vertex */
+    struct vec3 r;
+    struct vec3 dr;     /* its derivative by t */
+    struct vec3 normal; /* of the surface, of any length; zero on a mesh */
+};
+
+/* The surface that parameters on a face belong to; NULL on a mesh. */
+static inline const struct surface *rim_edges_surface(const struct march *march, int32_t face) {
+    const struct surface *surface = march->surface;
+    return surface && surface->shell ? shell_surface(surface->shell, face) : surface;
+}
+
+/* The place at t, 0 to 1, between two vertices that follow each other. */
+void rim_edges_spot(struct march *march, const struct rim_vertex *from, const struct rim_vertex *to,
+                    double t, struct rim_spot *spot);
+
+#endif

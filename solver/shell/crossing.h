@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * From face to face of a shell. A place is found on a face's natural continuation first; one that
+ * lies outside the face's region is carried over the edge nearest to it: what leads from the edge
+ * to it keeps its component along the edge, and the others are turned from the one tangent plane
+ * into the other, as if both were unfolded. Several faces may lie between. Beyond a free edge the
+ * continuation holds, as it does beyond the border of a surface of its own.
+ */
+#ifndef SOLVER_SHELL_CROSSING_H
+#define SOLVER_SHELL_CROSSING_H
+
+#include "station.h"
+
+/* What a place outside a face's region has between itself and the face. */
+enum crossing_kind {
+    CROSSING_NONE, /* nothing: it is in the region */
+    CROSSING_JOINT,
+    CROSSING_FREE
+};
+
+/* Orthonormal frame at a place of an edge: along it, across it out of the face that is left or into
+ * the one that is entered, and the normal. */
+struct crossing_frame {
+    struct vec3 at, along, across, normal;
+};
+
+struct crossing {
+    enum crossing_kind kind;
+    bool at_corner;  /* CROSSING_JOINT: the place lies beyond its end on the shell's boundary, or a
+                        free edge is as near */
+    double distance; /* of the place from the edge, to first order */
+    double edge[2];  /* where on the face that is left: inner parameters, in the place's turn */
+    const struct surface *beyond; /* CROSSING_JOINT: the next face, and where on it */
+    double entry[2];
+    struct crossing_frame from, to;
+    int32_t number; /* of the edge, and its parameter there */
+    double t;
+};
+
+/* Looks from a station of a shell's face over the edge that is nearest to it. At a vertex that is
+ * not the joint to the face `before`, which it was carried from; NULL: it was not. */
+void crossing_find(const struct station *station, const struct surface *before,
+                   struct crossing *crossing);
+
+/* The joint to the face `beyond` that is nearest to a station, on either side of it. False where
+ * the station's face has none. */
+bool crossing_between(const struct station *station, const struct surface *beyond,
+                      struct crossing *crossing);
+
+/* A vector at the place as it is beyond the edge. */
+struct vec3 crossing_turn(const struct crossing *crossing, struct vec3 v);
+struct vec3 crossing_turn_back(const struct crossing *crossing, struct vec3 v);
+
+/* The parameters, beyond a joint, of the place that the station is carried to: to second order in
+ * its distance, and after some rounds exactly what is nearest to it. False where there are none. */
+bool crossing_carry(const struct crossing *crossing, struct surface_cursor *cursor,
+                    const struct station *station, int rounds, double uv[2]);
+
+/* Carries a station over joints until it lies in its face's region or beyond a free edge; a few
+ * at the most. False when it got lost. */
+bool crossing_settle(struct surface_cursor *cursor, struct station *station);
+
+/* Whether a place is in the region of its face of a shell. */
+bool crossing_within(const struct surface *surface, const double uv[2]);
+
+/* Whether a rectangle of parameters lies well inside the face's region, as far as can be told at a
+ * glance. */
+bool crossing_none_within(const struct surface *surface, const double low[2], const double high[2]);
+
+/* The joint over which the way from one place of a face to another first leaves its region: the
+ * share of the way, 0..1, that lies before it. False when it meets none from inside. */
+bool crossing_on_way(const struct surface *surface, const double from[2], const double to[2],
+                     double *share, struct crossing *crossing);
+
+/* Moves a crossing along its edge to `t`, kept within it. False where it has no frame. */
+bool crossing_move(const struct surface *surface, double t, struct crossing *crossing);
+
+/* The derivative of the edge's inner parameters by t. */
+void crossing_rate(const struct surface *surface, const struct crossing *crossing, double rate[2]);
+
+#endif

@@ -1,0 +1,486 @@
+/* SPDX-License-Identifier: MIT */
+#include "faces.h"
+
+#include "solver/surface/bounds.h"
+#include <string.h>
+
+static enum status fail(struct shell_fault *fault, enum shell_fault_kind kind, int32_t face) {
+    if (fault)
+        *fault = (struct shell_fault){.kind = kind, .face_count = face >= 0, .face = {face}};
+    return kind == SHELL_NOTHING_LEFT ? STATUS_DEGENERATE_SURFACE : STATUS_INVALID;
+}
+
+static enum status make_face(const struct shell_part *part, struct arena *arena,
+                             struct face *face) {
+    face->plain = part->surface;
+    face->surface = *part->surface;
+    face->side = 1;
+    if (part->loop_count == 0) {
+        face->area = surface_area(part->surface, &face->centroid);
+        return STATUS_OK;
+    }
+    enum status status =
+        trim_make(part->surface, part->loops, part->loop_count, arena, &face->trim);
+    if (status == STATUS_OK)
+        face->area = trim_area(face->trim, &face->centroid);
+    return status;
+}
+
+static enum status check_loops(const struct shell *shell, const struct shell_part *parts,
+                               struct arena *arena, struct shell_fault *fault) {
+    struct loop_fault loop;
+    for (size_t k = 0; k < shell->face_count; k++) {
+        if (!shell->faces[k].trim)
+            continue;
+        enum status status = loops_check(parts[k].loops, shell->faces[k].trim, parts[k].surface,
+                                         shell->tolerance, arena, &loop);
+        if (status == STATUS_OK && loop.kind != LOOP_SOUND) {
+            status = fail(fault, SHELL_LOOP_BAD, (int32_t)k);
+            if (fault)
+                fault->loop = loop;
+        }
+        if (status != STATUS_OK)
+            return status;
+    }
+    return STATUS_OK;
+}
+
+static void find_bounds(struct shell *shell) {
+    for (size_t k = 0; k < shell->face_count; k++) {
+        struct vec3 low, high;
+        bounds_tight(&shell->faces[k].surface, &low, &high);
+        shell->faces[k].box = (struct box){low, high};
+        if (k == 0) {
+            shell->lower = low;
+            shell->upper = high;
+        }
+        struct vec3 *a = &shell->lower, *b = &shell->upper;
+        *a = vec3_make(fmin(a->x, low.x), fmin(a->y, low.y), fmin(a->z, low.z));
+        *b = vec3_make(fmax(b->x, high.x), fmax(b->y, high.y), fmax(b->z, high.z));
+    }
+    shell->size = vec3_distance(shell->lower, shell->upper);
+}
+
+/* ---- components and sides ---- */
+
+/* The face beyond an edge, and whether that has to be turned round to face like this one; -1 where
+ * there is none. */
+static int32_t face_beyond(const struct shell *shell, const struct face_edge *edge, bool *turn) {
+    if (edge->bare || edge->mate == EDGE_FREE)
+        return -1;
+    const struct face_edge *mate = &shell->edges[edge->mate];
+    *turn = (edge->inside == mate->inside) != edge->reversed;
+    return shell->curves[mate->curve].face;
+}
+
+static void part(struct shell *shell, struct face_edge *edge) {
+    shell->edges[edge->mate].mate = EDGE_FREE;
+    edge->mate = EDGE_FREE;
+    shell->found.joined--;
+    shell->found.free += 2;
+}
+
+/* A face that would have to be turned against itself is not joined there: a band with one side ends
+ * at its seam. */
+static void part_moebius_seams(struct shell *shell) {
+    for (size_t e = 0; e < shell->edge_count; e++) {
+        bool turn = false;
+        struct face_edge *edge = &shell->edges[e];
+        if (face_beyond(shell, edge, &turn) == shell->curves[edge->curve].face && turn)
+            part(shell, edge);
+    }
+}
+
+/* The edges of each face: those of face k are list[first[k]] .. list[first[k + 1] - 1]. */
+struct edge_lists {
+    size_t *first;
+    int32_t *list;
+};
+
+static enum status list_edges(const struct shell *shell, struct arena *arena,
+                              struct edge_lists *lists) {
+    lists->first = arena_alloc(arena, shell->face_count + 2, sizeof *lists->first);
+    lists->list = arena_alloc(arena, shell->edge_count, sizeof *lists->list);
+    if (!lists->first || !lists->list)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t e = 0; e < shell->edge_count; e++)
+        lists->first[shell->curves[shell->edges[e].curve].face + 2]++;
+    for (size_t k = 0; k < shell->face_count; k++)
+        lists->first[k + 2] += lists->first[k + 1];
+    for (size_t e = 0; e < shell->edge_count; e++)
+        lists->list[lists->first[shell->curves[shell->edges[e].curve].face + 1]++] = (int32_t)e;
+    return STATUS_OK;
+}
+
+static enum status one_sided(const struct shell *shell, const struct face_edge *edge, int32_t a,
+                             int32_t b, struct shell_fault *fault) {
+    struct curve_place place;
+    curve_at(shell, &shell->curves[edge->curve], (edge->t[0] + edge->t[1]) / 2, &place);
+    if (fault)
+        *fault = (struct shell_fault){.kind = SHELL_ONE_SIDED,
+                                      .face_count = 2,
+                                      .face = {a < b ? a : b, a < b ? b : a},
+                                      .at = place.r};
+    return STATUS_INVALID;
+}
+
+/* Visits what hangs together, from the first face of each component on. */
+static enum status find_components(struct shell *shell, struct arena *arena,
+                                   struct shell_fault *fault) {
+    struct edge_lists lists;
+    int32_t *queue = arena_alloc(arena, shell->face_count, sizeof *queue);
+    part_moebius_seams(shell);
+    enum status status = list_edges(shell, arena, &lists);
+    if (status != STATUS_OK || !queue)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < shell->face_count; k++)
+        shell->faces[k].component = -1;
+    for (size_t k = 0; k < shell->face_count; k++) {
+        if (shell->faces[k].component >= 0 || shell->faces[k].duplicate)
+            continue;
+        size_t head = 0, length = 0;
+        queue[length++] = (int32_t)k;
+        shell->faces[k].component = (int32_t)shell->component_count;
+        for (; head < length; head++) {
+            struct face *face = &shell->faces[queue[head]];
+            for (size_t at = lists.first[queue[head]]; at < lists.first[queue[head] + 1]; at++) {
+                bool turn = false;
+                struct face_edge *edge = &shell->edges[lists.list[at]];
+                int32_t number = face_beyond(shell, edge, &turn);
+                if (number < 0)
+                    continue;
+                struct face *next = &shell->faces[number];
+                int8_t side = (int8_t)(turn ? -face->side : face->side);
+                if (next->component < 0) {
+                    next->component = (int32_t)shell->component_count;
+                    next->side = side;
+                    queue[length++] = number;
+                } else if (next->side != side && !shell->apart) {
+                    return one_sided(shell, edge, queue[head], number, fault);
+                } else if (next->side != side) {
+                    part(shell, edge);
+                    shell->found.faulty++;
+                }
+            }
+        }
+        shell->component_count++;
+    }
+    for (size_t k = 0; k < shell->face_count; k++)
+        if (shell->faces[k].duplicate)
+            shell->faces[k].component = shell->faces[shell->faces[k].twin].component;
+    return STATUS_OK;
+}
+
+/* ---- boundaries ---- */
+
+/* Free edges by number, each with the root of those it hangs together with. */
+struct chains {
+    const struct shell *shell;
+    int32_t *edge, *root;
+    struct vec3 end;
+    int32_t from; /* the chain of the edge whose end is looked at */
+};
+
+static int32_t root_of(const struct chains *chains, int32_t k) {
+    while (chains->root[k] != k)
+        k = chains->root[k] = chains->root[chains->root[k]];
+    return k;
+}
+
+/* Two edges that end at one place are of one chain. */
+static bool link_chains(void *context, int32_t number) {
+    struct chains *chains = context;
+    const struct face_edge *edge = &chains->shell->edges[chains->edge[number / 2]];
+    if (vec3_distance(edge->end[number % 2], chains->end) > 3 * chains->shell->tolerance)
+        return true;
+    int32_t a = root_of(chains, chains->from), b = root_of(chains, number / 2);
+    chains->root[a > b ? a : b] = a > b ? b : a;
+    return true;
+}
+
+/* Notes at a joint's end that a free edge of its face ends there, too. */
+struct corner {
+    const struct chains *chains;
+    struct face_edge *joint;
+    int end;
+};
+
+static bool open_end(void *context, int32_t number) {
+    struct corner *corner = context;
+    const struct shell *shell = corner->chains->shell;
+    const struct face_edge *edge = &shell->edges[corner->chains->edge[number / 2]];
+    bool same = shell->curves[edge->curve].face == shell->curves[corner->joint->curve].face;
+    double apart = vec3_distance(edge->end[number % 2], corner->joint->end[corner->end]);
+    corner->joint->open[corner->end] = same && apart <= 3 * shell->tolerance;
+    return !corner->joint->open[corner->end];
+}
+
+static void find_open_ends(struct shell *shell, const struct chains *chains,
+                           const struct boxes *boxes) {
+    for (size_t e = 0; e < shell->edge_count; e++) {
+        struct corner corner = {chains, &shell->edges[e], 0};
+        for (; corner.joint->mate != EDGE_FREE && corner.end < 2; corner.end++) {
+            struct vec3 r = corner.joint->end[corner.end];
+            struct box box = box_round(r, r, 0);
+            boxes_visit(boxes, &box, open_end, &corner);
+        }
+    }
+}
+
+/* How many pieces the boundary of each component consists of. */
+static enum status count_boundaries(struct shell *shell, struct arena *arena) {
+    struct chains chains = {.shell = shell};
+    size_t count = 0, room = shell->edge_count;
+    struct boxes *boxes;
+    struct box *box = arena_take(arena, 2 * room, sizeof *box);
+    chains.edge = arena_take(arena, room, sizeof *chains.edge);
+    chains.root = arena_take(arena, room, sizeof *chains.root);
+    shell->boundaries = arena_alloc(arena, shell->component_count, sizeof *shell->boundaries);
+    if (!box || !chains.edge || !chains.root || !shell->boundaries)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t e = 0; e < shell->edge_count; e++) {
+        const struct face_edge *edge = &shell->edges[e];
+        if (edge->bare || edge->mate != EDGE_FREE)
+            continue;
+        for (int k = 0; k < 2; k++)
+            box[2 * count + (size_t)k] =
+                box_round(edge->end[k], edge->end[k], 3 * shell->tolerance);
+        chains.edge[count] = (int32_t)e;
+        chains.root[count] = (int32_t)count;
+        count++;
+    }
+    enum status status = boxes_make(box, 2 * count, arena, &boxes);
+    for (size_t k = 0; k < 2 * count && status == STATUS_OK; k++) {
+        chains.from = (int32_t)(k / 2);
+        chains.end = shell->edges[chains.edge[k / 2]].end[k % 2];
+        boxes_visit(boxes, &box[k], link_chains, &chains);
+    }
+    if (status == STATUS_OK)
+        find_open_ends(shell, &chains, boxes);
+    for (size_t k = 0; k < count && status == STATUS_OK; k++)
+        if (chains.root[k] == (int32_t)k) {
+            const struct face_edge *edge = &shell->edges[chains.edge[k]];
+            shell->boundaries[shell->faces[shell->curves[edge->curve].face].component]++;
+        }
+    return status;
+}
+
+enum status shell_orient(const struct shell *shell, int32_t face, struct arena *arena,
+                         struct shell **oriented) {
+    struct shell *made = arena_alloc(arena, 1, sizeof *made);
+    struct face *faces = arena_alloc(arena, shell->face_count, sizeof *faces);
+    if (!made || !faces)
+        return STATUS_OUT_OF_MEMORY;
+    *made = *shell;
+    made->faces = faces;
+    memcpy(faces, shell->faces, shell->face_count * sizeof *faces);
+    for (size_t k = 0; k < shell->face_count; k++) {
+        bool against = faces[k].side != shell->faces[face].side;
+        faces[k].surface.shell = made;
+        faces[k].surface.side = against ? -1 : 1;
+    }
+    *oriented = made;
+    return STATUS_OK;
+}
+
+/* ---- the nearest place ---- */
+
+static struct shell_place place_of(const struct face *face, const double uv[2]) {
+    struct shell_place place = {.face = face->surface.face, .inner = {uv[0], uv[1]}};
+    surface_outer(&face->surface, uv, place.uv);
+    return place;
+}
+
+/* The place of a face nearest to `point`, if it is nearer than `*distance`. */
+static void nearest_of_face(const struct shell *shell, const struct face *face, struct vec3 point,
+                            struct shell_place *place, double *distance) {
+    double uv[2], away;
+    struct curve_place at;
+    surface_nearest_at(&face->surface, point, uv, &away);
+    if (!(away < *distance))
+        return;
+    if (face_contains(face, uv)) {
+        *distance = away;
+        *place = place_of(face, uv);
+        return;
+    }
+    for (uint32_t k = 0; k < face->segment_count; k++) {
+        const struct face_segment *segment = &face->segments[k];
+        const struct face_edge *edge = &shell->edges[segment->edge];
+        away = curve_nearest(shell, &shell->curves[edge->curve], point,
+                             (segment->t[0] + segment->t[1]) / 2, segment->t, &at);
+        if (!(away < *distance))
+            continue;
+        *distance = away;
+        *place = place_of(face, at.uv);
+    }
+}
+
+static bool is_of(const struct face *face, int32_t component) {
+    return !face->duplicate && (component == SHELL_ANY || face->component == component);
+}
+
+void shell_nearest(const struct shell *shell, struct vec3 point, int32_t component,
+                   struct shell_place *place, double *distance) {
+    int32_t first = -1;
+    double least = HUGE_VAL;
+    *distance = HUGE_VAL;
+    for (size_t k = 0; k < shell->face_count; k++) {
+        const struct face *face = &shell->faces[k];
+        double away = box_distance2(&face->box, point);
+        if (is_of(face, component) && away < least) {
+            least = away;
+            first = (int32_t)k;
+        }
+    }
+    if (first < 0)
+        return;
+    nearest_of_face(shell, &shell->faces[first], point, place, distance);
+    for (size_t k = 0; k < shell->face_count; k++) {
+        const struct face *face = &shell->faces[k];
+        if ((int32_t)k != first && is_of(face, component) &&
+            box_distance2(&face->box, point) < *distance * *distance)
+            nearest_of_face(shell, face, point, place, distance);
+    }
+}
+
+static enum status make(const struct shell_part *parts, size_t count, double tolerance, bool apart,
+                        struct arena *arena, struct shell **shell, struct shell_fault *fault) {
+    struct shell *made = arena_alloc(arena, 1, sizeof *made);
+    if (fault)
+        *fault = (struct shell_fault){.kind = SHELL_FAULTLESS};
+    if (count == 0 || count > SHELL_FACES_MAX)
+        return fail(fault, SHELL_TOO_MANY, -1);
+    if (!made || !(made->faces = arena_alloc(arena, count, sizeof *made->faces)))
+        return STATUS_OUT_OF_MEMORY;
+    made->face_count = count;
+    made->apart = apart;
+    for (size_t k = 0; k < count; k++) {
+        enum status status = make_face(&parts[k], arena, &made->faces[k]);
+        if (status == STATUS_DEGENERATE_SURFACE)
+            return fail(fault, SHELL_NOTHING_LEFT, (int32_t)k);
+        if (status != STATUS_OK)
+            return status;
+    }
+    find_bounds(made);
+    made->tolerance = tolerance == 0 ? SHELL_TOLERANCE * made->size : tolerance;
+    if (!(made->tolerance > 0 && made->tolerance < made->size))
+        return fail(fault, SHELL_TOLERANCE_BAD, -1);
+    for (size_t k = 0; k < count; k++) {
+        made->faces[k].surface.shell = made;
+        made->faces[k].surface.face = (int32_t)k;
+    }
+    enum status status = apart ? STATUS_OK : check_loops(made, parts, arena, fault);
+    if (status == STATUS_OK)
+        status = faces_join(made, parts, arena, fault);
+    if (status == STATUS_OK)
+        status = find_components(made, arena, fault);
+    if (status == STATUS_OK)
+        status = count_boundaries(made, arena);
+    *shell = made;
+    return status;
+}
+
+enum status shell_make(const struct shell_part *parts, size_t count, double tolerance,
+                       struct arena *arena, struct shell **shell, struct shell_fault *fault) {
+    return make(parts, count, tolerance, false, arena, shell, fault);
+}
+
+enum status shell_make_apart(const struct shell_part *parts, size_t count, double tolerance,
+                             struct arena *arena, struct shell **shell) {
+    return make(parts, count, tolerance, true, arena, shell, NULL);
+}
+
+size_t shell_face_count(const struct shell *shell) {
+    return shell->face_count;
+}
+
+const struct surface *shell_surface(const struct shell *shell, int32_t face) {
+    return &shell->faces[face].surface;
+}
+
+const struct surface *shell_plain_surface(const struct shell *shell, int32_t face) {
+    return shell->faces[face].plain;
+}
+
+const struct trim *shell_trim(const struct shell *shell, int32_t face) {
+    return shell->faces[face].trim;
+}
+
+int32_t shell_component(const struct shell *shell, int32_t face) {
+    return shell->faces[face].component;
+}
+
+size_t shell_component_count(const struct shell *shell) {
+    return shell->component_count;
+}
+
+bool shell_is_duplicate(const struct shell *shell, int32_t face) {
+    return shell->faces[face].duplicate;
+}
+
+struct shell_edges shell_edges(const struct shell *shell) {
+    return shell->found;
+}
+
+double shell_tolerance(const struct shell *shell) {
+    return shell->tolerance;
+}
+
+void shell_bounds(const struct shell *shell, struct vec3 *lower, struct vec3 *upper) {
+    *lower = shell->lower;
+    *upper = shell->upper;
+}
+
+double shell_size(const struct shell *shell) {
+    return shell->size;
+}
+
+double shell_area(const struct shell *shell, int32_t component, struct vec3 *centroid) {
+    double area = 0;
+    struct vec3 moment = {0, 0, 0};
+    for (size_t k = 0; k < shell->face_count; k++) {
+        const struct face *face = &shell->faces[k];
+        if (face->component != component || face->duplicate)
+            continue;
+        area += face->area;
+        moment = vec3_axpy(face->area, face->centroid, moment);
+    }
+    if (centroid)
+        *centroid = vec3_scale(1 / area, moment);
+    return area;
+}
+
+bool shell_is_closed(const struct shell *shell, int32_t face) {
+    for (size_t e = 0; e < shell->edge_count; e++) {
+        const struct face_edge *edge = &shell->edges[e];
+        if (!edge->bare && edge->mate == EDGE_FREE &&
+            shell->faces[shell->curves[edge->curve].face].component == shell->faces[face].component)
+            return false;
+    }
+    return true;
+}
+
+bool shell_may_close(const struct shell *shell, int32_t face) {
+    return shell->boundaries[shell->faces[face].component] != 1;
+}
+
+bool shell_over(const struct shell *shell, struct vec3 point, int32_t face, double reach,
+                struct shell_place *place) {
+    double least = reach;
+    bool found = false;
+    for (size_t k = 0; k < shell->face_count; k++) {
+        const struct face *other = &shell->faces[k];
+        double uv[2], distance;
+        if ((int32_t)k == face || !is_of(other, shell->faces[face].component) ||
+            box_distance2(&other->box, point) > least * least)
+            continue;
+        surface_nearest_at(&other->surface, point, uv, &distance);
+        if (!(distance < least) || !face_contains(other, uv))
+            continue;
+        least = distance;
+        *place = place_of(other, uv);
+        found = true;
+    }
+    return found;
+}

@@ -1,0 +1,135 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * A station: a place on the surface with all the march needs to know there, and the ways to get
+ * from one to another. Everything that is special about a place (the seam of a closed direction, a
+ * pole, the continuation beyond the boundary) is settled here, so that the march can think in
+ * space.
+ */
+#ifndef SOLVER_SHELL_STATION_H
+#define SOLVER_SHELL_STATION_H
+
+#include "solver/reason.h"
+#include "solver/surface/spans.h"
+
+struct station {
+    const struct surface *surface; /* that uv are parameters of; NULL on a mesh */
+    double uv[2];                  /* continuous along the net: a closed direction is not wrapped */
+    struct surface_jet jet;
+    struct vec3 normal; /* unit, along r_u x r_v or, on faces of a shell that are turned round,
+                           against it; its limit at a pole; zero where there is none */
+    double first[3];    /* E, F, G: r_u.r_u, r_u.r_v, r_v.r_v */
+    double second[3];   /* L, M, N: r_uu, r_uv, r_vv times the normal */
+};
+
+/* Where (u, v) lies, from the net's point of view the better first. */
+enum station_zone {
+    STATION_INSIDE,
+    STATION_GHOST, /* on the continuation, while that is healthy */
+    STATION_BEYOND
+};
+
+/* Evaluates at uv. False when the surface has no tangent plane there. */
+bool station_at(const struct surface *surface, struct surface_cursor *cursor, const double uv[2],
+                struct station *station);
+
+/* Completes a station whose uv and jet are set. False as above. */
+bool station_complete(const struct surface *surface, struct station *station);
+
+/* Whether r_u or r_v vanishes at a station that is complete. */
+bool station_at_pole(const struct surface *surface, const struct station *station);
+
+/* The parameters of the surface point next to `from` displaced by `step` in space, |step| small
+ * against the radii of curvature: to second order in |step| away from poles, to first order near
+ * one, where it goes through the pole. False when that is impossible (across a pole's open side);
+ * uv is then that of `from`. */
+bool station_pull(const struct surface *surface, struct surface_cursor *cursor,
+                  const struct station *from, struct vec3 step, double uv[2]);
+
+/* The distance from `point` to the nearest pole, and that pole; infinite when there is none. */
+double station_pole_distance(const struct surface *surface, struct vec3 point, struct vec3 *pole);
+
+/* Round a closed direction k that no pole closes, the net is cut open half a turn from its start:
+ * that much in its parameter; HUGE_VAL for other directions. */
+double station_cut_turn(const struct surface *surface, int k);
+
+/* The zone of a station and, unless it is inside, why the net ends there. `start` is where the net
+ * began: round a closed direction that no pole closes, the net ends half a period from it on either
+ * side, where it would meet itself. */
+enum station_zone station_zone(const struct surface *surface, struct surface_cursor *cursor,
+                               const double start[2], const struct station *station,
+                               enum drape_reason *reason);
+
+/* ---- the tangent plane: inline, because every node needs it several times ---- */
+
+/* Tangents this nearly parallel (sine of their angle) span no tangent plane. */
+#define STATION_PARALLEL 1e-9
+
+/* With E, F, G the first fundamental form and (p, q) = direction . (r_u, r_v), the components are
+ * (G p - F q, E q - F p) / (E G - F^2); this is the numerator. */
+static inline void station_scaled_components(const struct station *station, struct vec3 direction,
+                                             double ab[2]) {
+    const double *first = station->first;
+    double p = vec3_dot(direction, station->jet.u), q = vec3_dot(direction, station->jet.v);
+    ab[0] = first[2] * p - first[1] * q;
+    ab[1] = first[0] * q - first[1] * p;
+}
+
+static inline double station_determinant(const struct station *station) {
+    return station->first[0] * station->first[2] - station->first[1] * station->first[1];
+}
+
+/* Whether r_u and r_v are not parallel; written so that NaN says no. */
+static inline bool station_is_regular(const struct station *station) {
+    double least = STATION_PARALLEL * STATION_PARALLEL * station->first[0] * station->first[2];
+    return station_determinant(station) > least;
+}
+
+/* Components (a, b) of the projection of `direction` on the tangent plane: r_u a + r_v b. False
+ * where r_u and r_v are parallel. */
+static inline bool station_components(const struct station *station, struct vec3 direction,
+                                      double ab[2]) {
+    if (!station_is_regular(station))
+        return false;
+    double inverse = 1 / station_determinant(station);
+    station_scaled_components(station, direction, ab);
+    ab[0] *= inverse;
+    ab[1] *= inverse;
+    return true;
+}
+
+/* `direction` projected on the tangent plane, zero when it is normal to the surface; and that as a
+ * unit vector. */
+static inline struct vec3 station_projection(const struct station *station, struct vec3 direction) {
+    double along = vec3_dot(direction, station->normal);
+    return vec3_axpy(-along, station->normal, direction);
+}
+
+static inline struct vec3 station_tangent(const struct station *station, struct vec3 direction) {
+    return vec3_unit(station_projection(station, direction));
+}
+
+/* a^2, 2 a b, b^2 weighted by a fundamental form */
+static inline double station_form(const double coefficients[3], const double ab[2]) {
+    return ab[0] * ab[0] * coefficients[0] + 2 * ab[0] * ab[1] * coefficients[1] +
+           ab[1] * ab[1] * coefficients[2];
+}
+
+/* Normal curvature II(t, t) / I(t, t) in the direction t of the projection of `direction`
+ * (paper, equation 12), in 1 / length, positive where the surface bends towards the normal; a ratio
+ * of forms, so that the length of t does not matter. 0 where there is none. */
+static inline double station_normal_curvature(const struct station *station,
+                                              struct vec3 direction) {
+    double ab[2];
+    station_scaled_components(station, direction, ab);
+    double length2 = station_form(station->first, ab);
+    bool good = station_is_regular(station) && length2 > 0;
+    return good ? station_form(station->second, ab) / length2 : 0;
+}
+
+/* Gaussian curvature, det II / det I. */
+static inline double station_gauss_curvature(const struct station *station) {
+    const double *second = station->second;
+    return (second[0] * second[2] - second[1] * second[1]) / station_determinant(station);
+}
+
+#endif
