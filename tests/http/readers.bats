@@ -184,6 +184,24 @@ write_map() {
     $PYTHON tests/readers/patch.py "$folder/map.json" "$folder/flat.inp" "$folder/run"
 }
 
+@test "readers: CalculiX runs decks of one ply and of four on a saddle, layers turned as the map says" {
+    folder=$BATS_TEST_TMPDIR
+    $PYTHON tests/readers/mixed_mesh.py 1 6 >"$folder/mesh.json"
+    for plies in '[[30, 3]]' '[[30, 3], [-45, 1], [0, 2], [70, 1.5]]'; do
+        for side in 1 -1; do
+            jq -c --argjson plies "$plies" --argjson side $side '{surface, length_unit, side: $side, plies: [
+                $plies[] | {direction: {angle_deg: .[0]}, fabric: {spacing: 0.2, thickness: (.[1] / 1000)}}]}' \
+                "$EXAMPLES/saddle.json" >"$folder/request.json"
+            write_map json "$folder/map.json"
+            write_map calculix "$folder/deck.inp"
+            rm -rf "$folder/run"
+            mkdir "$folder/run"
+            $PYTHON tests/readers/curved.py "$folder/mesh.json" "$folder/map.json" "$folder/deck.inp" \
+                "$folder/run" $side
+        done
+    done
+}
+
 # A square of triangles over the saddle's middle, as a bulk-data file.
 write_mesh() {
     awk 'BEGIN {
