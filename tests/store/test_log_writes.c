@@ -29,10 +29,17 @@ struct sight {
     int64_t rows, bytes, sum;
 };
 
-static sqlite3 *open_with(const char *layer, const char *path) {
+static sqlite3 *open_plainly(const char *path) {
     sqlite3 *db = NULL;
     int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
-    assert_int_equal(sqlite3_open_v2(path, &db, flags, layer), SQLITE_OK);
+    assert_int_equal(sqlite3_open_v2(path, &db, flags, NULL), SQLITE_OK);
+    return db;
+}
+
+static sqlite3 *open_with_layer(const char *path) {
+    sqlite3 *db = NULL;
+    int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+    assert_int_equal(log_writes_open(path, &db, flags), SQLITE_OK);
     return db;
 }
 
@@ -99,7 +106,7 @@ static void check_copy(const char *path, const struct sight *sight) {
     snprintf(command, sizeof command, "rm -f %s*; cp %s %s; cp %s-wal %s-wal", copy, path, copy,
              path, copy);
     assert_int_equal(system(command), 0);
-    sqlite3 *db = open_with(NULL, copy);
+    sqlite3 *db = open_plainly(copy);
     struct sight found = look(db);
     expect(&found, sight);
     sqlite3_stmt *statement = NULL;
@@ -121,10 +128,9 @@ static void test_log_writes_leave_what_sqlite_would(void **state) {
     (void)state;
     struct scratch scratch;
     scratch_make(&scratch);
-    assert_non_null(log_writes_layer());
-    sqlite3 *db = open_with(log_writes_layer(), scratch.path);
+    sqlite3 *db = open_with_layer(scratch.path);
     set_up_table(db);
-    sqlite3 *other = open_with(NULL, scratch.path);
+    sqlite3 *other = open_plainly(scratch.path);
     uint64_t random = scratch_seed();
     struct sight last = look(db);
     for (int round = 0; round < ROUNDS; round++) {
@@ -146,6 +152,38 @@ static void test_log_writes_leave_what_sqlite_would(void **state) {
     scratch_remove(&scratch);
 }
 
+/* Two writers: what one has given up is not written over what the other then commits. */
+static void test_log_writes_forget_what_was_rolled_back(void **state) {
+    (void)state;
+    struct scratch scratch;
+    scratch_make(&scratch);
+    sqlite3 *first = open_with_layer(scratch.path);
+    set_up_table(first);
+    sqlite3 *second = open_with_layer(scratch.path);
+    run(second, "PRAGMA cache_size=10");
+    uint64_t random = scratch_seed();
+    for (int round = 0; round < ROUNDS; round++) {
+        sqlite3 *one = round % 2 ? first : second, *other = round % 2 ? second : first;
+        if (round % 3)
+            run(one, "PRAGMA wal_checkpoint(TRUNCATE)");
+        run(one, "BEGIN IMMEDIATE");
+        for (int k = draw(&random, 3); k >= 0; k--)
+            run(one, "INSERT INTO t VALUES (NULL, randomblob(110000), 1)");
+        run(one, "ROLLBACK");
+        run(other, "BEGIN IMMEDIATE");
+        for (int k = draw(&random, 20); k >= 0; k--)
+            change(other, &random);
+        run(other, "COMMIT");
+        struct sight committed = look(other), seen = look(one);
+        expect(&seen, &committed);
+        if (round % COPY_EVERY == 0)
+            check_copy(scratch.path, &committed);
+    }
+    sqlite3_close(first);
+    sqlite3_close(second);
+    scratch_remove(&scratch);
+}
+
 /* 500 kB are 62 pages, each of which SQLite writes by two calls. */
 static void test_log_writes_are_few(void **state) {
     (void)state;
@@ -153,7 +191,7 @@ static void test_log_writes_are_few(void **state) {
     int count[2];
     for (int layered = 0; layered < 2; layered++) {
         scratch_make(&scratch);
-        sqlite3 *db = open_with(layered ? log_writes_layer() : NULL, scratch.path);
+        sqlite3 *db = layered ? open_with_layer(scratch.path) : open_plainly(scratch.path);
         set_up_table(db);
         run(db, "PRAGMA cache_size=1000");
         atomic_store(&writes, 0);
@@ -170,6 +208,7 @@ static void test_log_writes_are_few(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_log_writes_leave_what_sqlite_would),
+        cmocka_unit_test(test_log_writes_forget_what_was_rolled_back),
         cmocka_unit_test(test_log_writes_are_few),
     };
     return cmocka_run_group_tests_name("log writes", tests, NULL, NULL);

@@ -80,12 +80,11 @@ static int log_write(sqlite3_file *file, const void *bytes, int length, sqlite3_
 
 /* ------------------------------------------------------------------ everything else */
 
+/* What is still held belongs to a transaction that was not committed. */
 static int log_close(sqlite3_file *file) {
     struct log_file *log = log_of(file);
-    int code = let_go(log);
-    int closed = real_methods(log)->xClose(log->real);
     free(log->held);
-    return code == SQLITE_OK ? closed : code;
+    return real_methods(log)->xClose(log->real);
 }
 
 static int log_read(sqlite3_file *file, void *to, int length, sqlite3_int64 at) {
@@ -183,8 +182,19 @@ static void install(void) {
         below = NULL;
 }
 
-const char *log_writes_layer(void) {
+/* Another connection may write next, at the same places. */
+static void forget(void *context) {
+    sqlite3_file *file = NULL;
+    if (sqlite3_file_control(context, "main", SQLITE_FCNTL_JOURNAL_POINTER, &file) == SQLITE_OK &&
+        file && file->pMethods == &methods)
+        log_of(file)->length = 0;
+}
+
+int log_writes_open(const char *path, sqlite3 **db, int flags) {
     static pthread_once_t once = PTHREAD_ONCE_INIT;
     pthread_once(&once, install);
-    return below ? layer.zName : NULL;
+    int code = sqlite3_open_v2(path, db, flags, below ? layer.zName : NULL);
+    if (code == SQLITE_OK)
+        (void)sqlite3_rollback_hook(*db, forget, *db);
+    return code;
 }

@@ -10,12 +10,18 @@
  * that: so what is held back is in the file before anybody may look for it, before it is
  * synchronised (which SQLite asks for afterwards, or not, as before), and before the commit is
  * answered; a failure is the commit's. https://www.sqlite.org/walformat.html, "The WAL File Format"
+ *
+ * What is held when a transaction is rolled back is forgotten before another connection's can be
+ * in its place.
  */
 #ifndef SERVER_STORE_SQLITE_LOG_WRITES_H
 #define SERVER_STORE_SQLITE_LOG_WRITES_H
 
-/* The name of the layer for `sqlite3_open_v2`, over what is SQLite's default at the first call;
- * NULL, which stands for that default itself, when it cannot be had. Any thread. */
-const char *log_writes_layer(void);
+struct sqlite3;
+
+/* As `sqlite3_open_v2`, through the layer over what is SQLite's default at the first call; through
+ * that default alone when the layer cannot be had. The connection's rollback hook is taken. Any
+ * thread. */
+int log_writes_open(const char *path, struct sqlite3 **db, int flags);
 
 #endif
