@@ -26,8 +26,9 @@ bool studies_begin(struct call *call, struct checkers_order *order, size_t varia
  * (studies.c) */
 bool studies_read_sample(struct call *call, size_t *sample);
 
-/* The answer of such a call, whose check writes a document of that format. (maps.c) */
-enum http_next maps_answer(struct call *call, const struct format *format);
+/* The answer of such a call, whose check writes a document of that format: 200, or with an entity
+ * tag 206 for a part; its headers about caches are then the caller's. (maps.c) */
+enum http_next maps_answer(struct call *call, const struct format *format, const char *etag);
 
 /* Begins the check and watches for its end. NULL: the reply says why not. */
 struct check *checking_begin(struct call *call, const struct checkers_order *order);

@@ -29,11 +29,6 @@ call_handler meta_openapi, meta_limits, meta_health, meta_ready, meta_version, m
 /* viewer.c */
 call_handler viewer_page, viewer_file;
 
-/* Begins to write down the request of the call's job with every default filled in, unless that is
- * under way; then looks how far it is. False: the call waits for it (`*next`), or the reply says
- * why there is none. True: `*text`, which the caller frees; NULL without memory. */
-bool jobs_understood(struct call *call, char **text, enum http_next *next);
-
 /* 410 or 503: why a stored request cannot be read. */
 void jobs_request_failed(struct call *call, enum store_answer answer);
 

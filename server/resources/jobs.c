@@ -408,25 +408,15 @@ static bool begin_normalising(struct call *call) {
     return call->request->state != NULL;
 }
 
-bool jobs_understood(struct call *call, char **text, enum http_next *next) {
-    *next = HTTP_DONE;
+enum http_next jobs_request(struct call *call) {
     if (!call->request->state && !begin_normalising(call))
-        return false;
+        return HTTP_DONE;
     struct check *check = call->request->state;
     enum checking_state state = checking_look(call, check);
     if (state == CHECKING_PASSED)
-        *text = checking_text(check, 0, check_answer(check)->output_length);
-    else if (state == CHECKING_WAIT)
-        *next = HTTP_WAIT;
-    return state == CHECKING_PASSED;
-}
-
-enum http_next jobs_request(struct call *call) {
-    enum http_next next;
-    char *text;
-    if (jobs_understood(call, &text, &next))
-        reply_text(call->reply, 200, "application/json", text);
-    return next;
+        reply_text(call->reply, 200, "application/json",
+                   checking_text(check, 0, check_answer(check)->output_length));
+    return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
 }
 
 /* ------------------------------------------------------------------ ending */

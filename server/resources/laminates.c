@@ -309,7 +309,7 @@ static enum http_next reply_patterns(struct call *call, enum format_use use, uin
     if (!call_choose(call, use, &choice) ||
         (!call->request->state && !begin_patterns(call, ply, choice.format)))
         return HTTP_DONE;
-    return maps_answer(call, choice.format);
+    return maps_answer(call, choice.format, NULL);
 }
 
 enum http_next laminates_patterns(struct call *call) {

@@ -36,8 +36,9 @@ static void free_output(void *context) {
     free(output);
 }
 
-/* Of a check that is done; the reply takes it over. */
-static void reply_map(struct call *call, const struct format *format) {
+/* Of a check that is done; the reply takes it over. With an entity tag its headers are the
+ * caller's. */
+static void reply_output(struct call *call, const struct format *format, const char *etag) {
     struct output *output = calloc(1, sizeof *output);
     if (!output) {
         reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
@@ -46,12 +47,14 @@ static void reply_map(struct call *call, const struct format *format) {
     output->check = call->request->state;
     call->request->state = NULL;
     const struct checker_answer *answer = check_answer(output->check);
-    const struct stream_source source = {read_output, free_output, output, NULL,
+    const struct stream_source source = {read_output, free_output, output, etag,
                                          answer->output_length};
     if (*answer->note)
         reply_header(call->reply, "Draped-Binning", "%s", answer->note);
-    reply_header(call->reply, "Vary", "Accept, Accept-Encoding");
-    reply_header(call->reply, "Cache-Control", "no-store");
+    if (!etag) {
+        reply_header(call->reply, "Vary", "Accept, Accept-Encoding");
+        reply_header(call->reply, "Cache-Control", "no-store");
+    }
     stream_reply(call->request, call->reply, format->media_type,
                  compress_choose(request_header(call->request, "Accept-Encoding")), &source);
 }
@@ -138,10 +141,10 @@ bool maps_begin(struct call *call, struct checkers_order *order, char *record) {
     return request->state != NULL;
 }
 
-enum http_next maps_answer(struct call *call, const struct format *format) {
+enum http_next maps_answer(struct call *call, const struct format *format, const char *etag) {
     enum checking_state state = checking_look(call, call->request->state);
     if (state == CHECKING_PASSED)
-        reply_map(call, format);
+        reply_output(call, format, etag);
     return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
 }
 
@@ -169,5 +172,5 @@ enum http_next maps_create(struct call *call) {
     if (!call_choose(call, FORMAT_MAP, &choice) ||
         (!call->request->state && !begin_map(call, &choice)))
         return HTTP_DONE;
-    return maps_answer(call, choice.format);
+    return maps_answer(call, choice.format, NULL);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* /v1/drapes/{id}/result, /pattern and /report: a stored result in the format asked for. */
 #include "api/request/digest.h"
+#include "checking.h"
 #include "documents.h"
 #include "encoders_digest.h"
 #include "handlers.h"
@@ -13,10 +14,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { ETAG_SIZE = 96 };
+
 /* The entity tag: the bytes of a drape's result depend on nothing but its id, the encoders, the
  * choice and the coding. */
 static void make_etag(const struct store_job *job, const struct call_choice *choice,
-                      enum compress_coding coding, char etag[96]) {
+                      enum compress_coding coding, char etag[ETAG_SIZE]) {
     char text[512], digest[API_ID_SIZE];
     const struct format_options *options = &choice->options;
     const char *fields = options->fields ? options->fields : "";
@@ -25,8 +28,8 @@ static void make_etag(const struct store_job *job, const struct call_choice *cho
              choice->format->name, (int)options->table, options->precision, digest,
              options->allowance, options->part, options->ply);
     api_digest_bytes(text, strlen(text), digest);
-    snprintf(etag, 96, "\"%s-" ENCODERS_DIGEST "-%.8s%s%s\"", job->id, digest, coding ? "-" : "",
-             coding ? compress_name(coding) : "");
+    snprintf(etag, ETAG_SIZE, "\"%s-" ENCODERS_DIGEST "-%.8s%s%s\"", job->id, digest,
+             coding ? "-" : "", coding ? compress_name(coding) : "");
 }
 
 /* ------------------------------------------------------------------ the stream */
@@ -36,14 +39,11 @@ struct source {
     struct stored_result stored;
     struct api_reader reader;
     struct encoder *encoder;
-    char *inputs; /* of a report: the request as understood */
-    char digest[STORE_DIGEST_SIZE], finished[DOCUMENTS_TIME_SIZE];
 };
 
 static void source_free(void *context) {
     struct source *source = context;
     encoder_free(source->encoder);
-    free(source->inputs);
     free(source);
 }
 
@@ -52,28 +52,18 @@ static ssize_t source_read(void *context, char *buffer, size_t size) {
     return encoder_read(source->encoder, buffer, size);
 }
 
-/* NULL with the problem. Takes over `inputs`. */
+/* NULL with the problem. */
 static struct source *source_new(const struct stored_result *stored, const struct store_job *job,
-                                 const struct call_choice *choice, char *inputs,
-                                 struct api_problem *problem) {
+                                 const struct call_choice *choice, struct api_problem *problem) {
     struct source *source = calloc(1, sizeof *source);
     if (!source) {
-        free(inputs);
         api_problem_set(problem, API_UNAVAILABLE, "there is no memory for this now");
         return NULL;
     }
     source->stored = *stored;
     source->reader = stored_result_reader(&source->stored);
-    source->inputs = inputs;
-    memcpy(source->digest, job->digest, sizeof source->digest);
-    documents_time(source->finished, job->finished);
-    const struct format_source document = {.id = job->id,
-                                           .reader = &source->reader,
-                                           .queue_ms = documents_queue_ms(job),
-                                           .record = {.inputs = source->inputs,
-                                                      .digest = source->digest,
-                                                      .finished = source->finished,
-                                                      .program = "draped " DRAPED_VERSION}};
+    const struct format_source document = {
+        .id = job->id, .reader = &source->reader, .queue_ms = documents_queue_ms(job)};
     source->encoder = encoder_new(choice->format, &document, &choice->options, problem);
     if (source->encoder)
         return source;
@@ -83,24 +73,23 @@ static struct source *source_new(const struct stored_result *stored, const struc
 
 /* ------------------------------------------------------------------ the answer */
 
-/* 200, or 206 for a part. Takes over `inputs`. Of the encoder `Server-Timing` has the time to the
+/* 200, or 206 for a part. Of the encoder `Server-Timing` has the time to the
  * first bytes, or to the last if the answer is short. */
 static void reply_stored(struct call *call, const struct store_job *job,
-                         const struct call_choice *choice, char *inputs,
-                         enum compress_coding coding, const char *etag) {
+                         const struct call_choice *choice, enum compress_coding coding,
+                         const char *etag) {
     struct stored_result stored = {.store = call->services->store};
     struct api_problem problem = {0};
     int64_t begun = clock_us();
     enum store_answer answer = store_result_find(stored.store, job->id, &stored.result);
     if (answer != STORE_OK) {
-        free(inputs);
         if (answer == STORE_EMPTY)
             reply_refuse(call->reply, API_GONE, "the result has been removed");
         else
             call_store_failed(call, answer);
         return;
     }
-    struct source *source = source_new(&stored, job, choice, inputs, &problem);
+    struct source *source = source_new(&stored, job, choice, &problem);
     if (!source) {
         reply_problem(call->reply, &problem);
         return;
@@ -132,31 +121,35 @@ bool results_ready(struct call *call, const struct store_job *job) {
     return reply->status == 0;
 }
 
-/* As `results_reply`; takes over `inputs`. */
-static void reply_document(struct call *call, const struct store_job *job,
-                           const struct call_choice *choice, char *inputs) {
+/* Whether the caller has that document already: 304. */
+static bool is_held(struct call *call, const char *etag) {
     const struct request *request = call->request;
-    enum compress_coding coding = compress_choose(request_header(request, "Accept-Encoding"));
-    char etag[96];
-    make_etag(job, choice, coding, etag);
-    if (!strcmp(request->method, "POST") ||
-        !negotiate_etag_matches(request_header(request, "If-None-Match"), etag)) {
-        reply_stored(call, job, choice, inputs, coding, etag);
-    } else {
-        free(inputs);
+    bool held = strcmp(request->method, "POST") != 0 &&
+                negotiate_etag_matches(request_header(request, "If-None-Match"), etag);
+    if (held)
         reply_empty(call->reply, 304);
-    }
-    if (call->reply->status < 400) {
-        reply_header(call->reply, "ETag", "%s", etag);
-        reply_header(call->reply, "Vary", "Accept, Accept-Encoding");
-        reply_header(call->reply, "Cache-Control", "private, no-cache");
-    }
+    return held;
+}
+
+/* What caches are told of a document, once the reply is there. */
+static void tell_caches(struct call *call, const char *etag) {
+    if (call->reply->status >= 400)
+        return;
+    reply_header(call->reply, "ETag", "%s", etag);
+    reply_header(call->reply, "Vary", "Accept, Accept-Encoding");
+    reply_header(call->reply, "Cache-Control", "private, no-cache");
 }
 
 void results_reply(struct call *call, const struct store_job *job,
                    const struct call_choice *choice) {
-    if (results_ready(call, job))
-        reply_document(call, job, choice, NULL);
+    if (!results_ready(call, job))
+        return;
+    enum compress_coding coding = compress_choose(request_header(call->request, "Accept-Encoding"));
+    char etag[ETAG_SIZE];
+    make_etag(job, choice, coding, etag);
+    if (!is_held(call, etag))
+        reply_stored(call, job, choice, coding, etag);
+    tell_caches(call, etag);
 }
 
 /* GET of a stored result as a document of that use. */
@@ -179,14 +172,46 @@ enum http_next results_pattern(struct call *call) {
     return get(call, FORMAT_PATTERN);
 }
 
+/* ------------------------------------------------------------------ the report */
+
+/* False: the reply says why none is begun. */
+static bool begin_report(struct call *call, const struct store_job *job,
+                         const struct call_choice *choice) {
+    struct checkers_order order = checking_order(call, CHECKER_REPORT);
+    char record[STORE_DIGEST_SIZE + DOCUMENTS_TIME_SIZE] = "", *bytes = NULL;
+    enum store_answer answer =
+        store_request(call->services->store, job->id, &bytes, &order.length[CHECKER_BODY]);
+    if (answer != STORE_OK) {
+        jobs_request_failed(call, answer);
+    } else if (maps_take_columns(call, &order)) {
+        size_t end = (size_t)snprintf(record, STORE_DIGEST_SIZE, "%s", job->digest) + 1;
+        documents_time(record + end, job->finished);
+        order.document[CHECKER_BODY] = bytes;
+        order.body_file = -1;
+        order.document[CHECKER_SECOND] = record;
+        order.length[CHECKER_SECOND] = sizeof record;
+        order.id = job->id;
+        order.format = choice->format->name;
+        maps_begin(call, &order, NULL);
+    }
+    free(bytes);
+    return call->request->state != NULL;
+}
+
 enum http_next results_report(struct call *call) {
     struct call_choice choice;
     struct store_job job = {0};
+    char etag[ETAG_SIZE];
     enum http_next next = HTTP_DONE;
-    char *inputs;
     if (call_choose(call, FORMAT_REPORT, &choice) && call_find_job(call, &job) &&
-        results_ready(call, &job) && jobs_understood(call, &inputs, &next))
-        reply_document(call, &job, &choice, inputs);
+        results_ready(call, &job)) {
+        make_etag(&job, &choice, compress_choose(request_header(call->request, "Accept-Encoding")),
+                  etag);
+        if (call->request->state || (!is_held(call, etag) && begin_report(call, &job, &choice)))
+            next = maps_answer(call, choice.format, etag);
+        if (next == HTTP_DONE)
+            tell_caches(call, etag);
+    }
     store_job_clear(&job);
     return next;
 }

@@ -87,5 +87,5 @@ enum http_next studies_sample(struct call *call) {
     order.format = choice.format->name;
     if (!call->request->state && !studies_begin(call, &order, sample))
         return HTTP_DONE;
-    return maps_answer(call, choice.format);
+    return maps_answer(call, choice.format, NULL);
 }

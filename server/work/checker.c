@@ -9,6 +9,7 @@
 #include "api/study/study.h"
 #include "sandbox.h"
 #include "server/clock.h"
+#include "server/config.h"
 #include "server/spool.h"
 #include "worker.h"
 #include <errno.h>
@@ -226,6 +227,39 @@ static void make_sample(struct task *task, struct api_problem *problem) {
     arena_free(arena);
 }
 
+/* ------------------------------------------------------------------ reports and patterns */
+
+static void make_report(struct task *task, const struct api_input *input,
+                        struct api_problem *problem) {
+    const struct checker_order *order = &task->order;
+    const char *digest = task->document[CHECKER_SECOND];
+    const struct format *format = format_named(FORMAT_REPORT, order->format);
+    struct api_memory result = {task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS]};
+    const struct api_reader reader = api_reader_of(&result);
+    struct format_options options = {0};
+    struct map_target mesh; /* no option is for it */
+    struct arena *arena = arena_new(order->limits.max_memory);
+    struct api_columns *columns = arena ? arena_alloc(arena, 1, sizeof *columns) : NULL;
+    if (!columns || !format) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the report needs more memory than allowed");
+    } else if (take_options(task, arena, &mesh, &options, problem) &&
+               api_columns_open(&reader, columns, problem) == API_OK) {
+        struct api_text inputs = api_text_growing(arena);
+        const struct api_sink sink = {append, &inputs};
+        if (api_check_normalise(input, &order->limits, &columns->start, &sink, problem) == API_OK)
+            write_document(
+                task, format,
+                &(struct format_source){.id = order->id,
+                                        .reader = &reader,
+                                        .record = {.inputs = api_text_finish(&inputs),
+                                                   .digest = digest,
+                                                   .finished = digest + strlen(digest) + 1,
+                                                   .program = "draped " DRAPED_VERSION}},
+                &options, problem);
+    }
+    arena_free(arena);
+}
+
 static enum api_problem_id write_patterns(const struct task *task, const struct api_sink *sink,
                                           struct api_problem *problem) {
     const struct checker_order *order = &task->order;
@@ -369,6 +403,9 @@ static void carry_out(struct task *task, const struct checker_abilities *abiliti
         break;
     case CHECKER_SAMPLE:
         make_sample(task, &answer->problem);
+        break;
+    case CHECKER_REPORT:
+        make_report(task, &input, &answer->problem);
         break;
     case CHECKER_SURFACE:
         id = check_surface(task, abilities, &input, &sink);

@@ -43,7 +43,10 @@ enum checker_kind {
     CHECKER_NORMALISE,  /* `api_check_normalise` of the body */
     CHECKER_UNDERSTOOD, /* `api_study_normalise` of the body */
     CHECKER_PREVIEW,    /* `api_check_preview` of the body */
-    CHECKER_MAP,        /* the fields of the columns on the mesh of the body: `api/map/map.h` */
+    CHECKER_REPORT, /* the result in the columns as a report, with the request of the body as it was
+                       understood; the second document: its digest and when it was finished,
+                       zero-terminated */
+    CHECKER_MAP,    /* the fields of the columns on the mesh of the body: `api/map/map.h` */
     CHECKER_KINDS
 };
 
@@ -52,7 +55,8 @@ enum checker_document {
     CHECKER_BODY,
     CHECKER_SECOND,    /* the stored surface */
     CHECKER_COLUMNS,   /* the container of the job's result, always a file */
-    CHECKER_OPTIONS,   /* of a map or sample: of each option its name and its value, zero-terminated
+    CHECKER_OPTIONS,   /* of a map, sample or report: of each option its name and its value,
+                        * zero-terminated
                         */
     CHECKER_REQUEST,   /* of a variant: the study */
     CHECKER_MATERIALS, /* the owner's that a request names, a line each; empty: the store was not
@@ -74,7 +78,7 @@ struct checker_order {
     char source[CHECKER_OPTION_SIZE], unit[CHECKER_OPTION_SIZE];
     uint64_t variant; /* of a study; of CHECKER_STACK the number of plies, of
                          CHECKER_PATTERNS 0 for all of them or else that of one from 1 */
-    /* of maps and samples */
+    /* of maps, samples and reports */
     bool nastran;
     char id[API_ID_SIZE];
     char format[CHECKER_OPTION_SIZE];

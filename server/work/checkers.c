@@ -171,17 +171,22 @@ static int64_t reserve_of(const struct checkers_order *order, int64_t most) {
     if (order->kind == CHECKER_VARIANT || sample)
         bytes += MAP_BYTES_PER_COLUMN_BYTE * columns +
                  CHECK_LONG_BYTES_PER_BYTE * (int64_t)order->length[CHECKER_REQUEST];
+    if (order->kind == CHECKER_REPORT)
+        bytes += MAP_BYTES + MAP_BYTES_PER_COLUMN_BYTE * columns;
     if (sample)
         bytes += SAMPLE_BYTES;
     return bytes < most ? bytes : most;
 }
 
+/* What may take as long as a job: what it makes, for messages. */
+static const char *const works[CHECKER_KINDS] = {
+    [CHECKER_MAP] = "the map",       [CHECKER_SAMPLE_MAP] = "the map",
+    [CHECKER_STACK] = "the map",     [CHECKER_SAMPLE] = "the drape",
+    [CHECKER_REPORT] = "the report", [CHECKER_PATTERNS] = "the patterns"};
+
 static int64_t timeout_of(const struct check *check) {
     const struct checkers_settings *settings = &check->pool->settings;
-    enum checker_kind kind = check->packet.kind;
-    bool map = kind == CHECKER_MAP || kind == CHECKER_STACK || kind == CHECKER_PATTERNS ||
-               kind == CHECKER_SAMPLE || kind == CHECKER_SAMPLE_MAP;
-    bool long_work = map || check->packet.source[0];
+    bool long_work = works[check->packet.kind] || check->packet.source[0];
     return long_work ? settings->map_timeout_ms : settings->timeout_ms;
 }
 
@@ -549,10 +554,7 @@ static void explain_import(struct check *check, enum outcome outcome) {
  * a drape. */
 static void explain(struct check *check, enum outcome outcome) {
     struct api_problem *problem = &check->answer.problem;
-    bool map = check->packet.kind == CHECKER_MAP || check->packet.kind == CHECKER_SAMPLE_MAP;
-    const char *what = map                                    ? "the map"
-                       : check->packet.kind == CHECKER_SAMPLE ? "the drape"
-                                                              : "reading the body";
+    const char *work = works[check->packet.kind], *what = work ? work : "reading the body";
     enum api_problem_id id = outcome == OUTCOME_ANSWER ? problem->id : API_OK;
     if (outcome == OUTCOME_ANSWER && id != API_OUT_OF_MEMORY && id != API_CANCELLED)
         return;
@@ -567,9 +569,9 @@ static void explain(struct check *check, enum outcome outcome) {
     else if (outcome == OUTCOME_CRASHED)
         api_problem_set(problem, API_INTERNAL, "%s crashed its process", what);
     else if (outcome == OUTCOME_TIMEOUT || id == API_CANCELLED)
-        api_problem_set(problem, map ? API_JOB_TIMEOUT : API_TOO_LARGE,
+        api_problem_set(problem, work ? API_JOB_TIMEOUT : API_TOO_LARGE,
                         "%s took longer than %lld s%s", what, (long long)timeout_of(check) / 1000,
-                        map ? " (--job-timeout)" : "");
+                        work ? " (--job-timeout)" : "");
     else if (id == API_OUT_OF_MEMORY)
         api_problem_set(problem, API_TOO_LARGE, "%s needs more memory than %lld bytes (--%s)", what,
                         (long long)check->reserve, check->pool->settings.memory_flag);

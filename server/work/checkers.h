@@ -73,9 +73,9 @@ struct checkers_order {
     const struct api_start *start;   /* or NULL */
     const char *source, *unit;       /* of a surface that is a file: its format, and the unit of one
                                         that says none; NULL: neither */
-    struct checkers_columns columns; /* of a map or a variant */
+    struct checkers_columns columns; /* of a map, a variant or a report */
     size_t variant;
-    /* of a map or sample */
+    /* of a map, sample or report */
     bool nastran;
     const char *id, *format;
 };

@@ -68,6 +68,9 @@ END
     grep -q "<title>Drape $id</title>" "$body"
     call GET "/v1/drapes/$id/report" -H "If-None-Match: $(header ETag)"
     expect 304
+    call GET "/v1/drapes/$id/report" -r 0-14
+    expect 206
+    [ "$(<"$body")" = '<!doctype html>' ]
     call GET "/v1/drapes/$id/report?part=%3Cscript%3E"
     expect_problem 422 invalid-request
     call GET "/v1/drapes/$id/report" -H 'Accept: application/json'
