@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "portrait.h"
 
+#include "api/result/edge.h"
+#include "api/result/fields.h"
 #include "api/result/quads.h"
 #include "colour.h"
 #include <math.h>
@@ -15,6 +17,8 @@ enum {
     YARNS = 24,  /* about as many along the longer side */
     HATCH = 4    /* pixels */
 };
+
+enum { CUT_I, CUT_J, CUT_CORNERS, CUT_SHEAR = CUT_CORNERS + 12, CUT_LOCKED, CUT_COLUMNS };
 
 /* The colours: paper, shades of shear, the same darker below yarns, and these. */
 enum {
@@ -75,6 +79,11 @@ struct scene {
     int32_t corners[BLOCK][4], places[BLOCK][2];
     struct vec3 area;  /* the cells' areas, as vectors */
     double area_total; /* and as numbers */
+    int32_t last[2];   /* the greatest i of cells along the warp generator, j along the weft's */
+    /* Of the cells that the rim cuts: i, j, the corners, the shear, whether they are locked. */
+    const struct api_column *cut[CUT_COLUMNS];
+    double cut_block[CUT_COLUMNS][BLOCK];
+    struct edge *edge;
 };
 
 static bool find_points(const struct scene *scene, enum api_table table, struct points *points) {
@@ -101,12 +110,18 @@ static bool read_point(const struct scene *scene, struct points *points, size_t 
     return true;
 }
 
-/* A cell: its corners in turn, its place. */
+/* The edges of a cell: two along warp, two along weft. */
+static const int edges[4][2] = {{0, 1}, {3, 2}, {0, 3}, {1, 2}};
+enum { ALL_EDGES = 15 };
+
+/* A cell or a strip of one: its corners in turn, the place of the cell, which edges (1 << k) are on
+ * yarns. */
 struct cell {
     struct vec3 corner[4];
     const int32_t *place;
     double shear_deg;
     bool locked;
+    unsigned yarns;
 };
 
 typedef void visitor(struct portrait *portrait, struct scene *scene, const struct cell *cell);
@@ -132,7 +147,8 @@ static bool visit_cells(struct portrait *portrait, struct scene *scene, visitor 
         for (size_t k = 0; k < count; k++) {
             struct cell cell = {.place = scene->places[k],
                                 .shear_deg = scene->shear_deg[k],
-                                .locked = scene->is_locked[k] > 0};
+                                .locked = scene->is_locked[k] > 0,
+                                .yarns = ALL_EDGES};
             for (int c = 0; c < 4; c++)
                 if (!read_point(scene, c < 2 ? &scene->low : &scene->high,
                                 (size_t)scene->corners[k][c], &cell.corner[c]))
@@ -240,28 +256,123 @@ static void under_line(int colour, uint8_t over[RASTER_COLOURS]) {
 }
 
 /* Where the generators end, for their names. */
-static void note_end(struct portrait *portrait, const struct scene *scene, const struct cell *cell,
+static void note_end(struct portrait *portrait, struct scene *scene, const struct cell *cell,
                      int family) {
     double pixel[3];
+    if (cell->place[family] < scene->last[family])
+        return;
+    scene->last[family] = cell->place[family];
     project(portrait, scene, cell->corner[family ? 3 : 1], pixel);
     memcpy(portrait->end[family], pixel, sizeof portrait->end[family]);
 }
 
 /* The cell's edges on yarns that are drawn: those of the generators in their colours. */
 static void draw_yarns(struct portrait *portrait, struct scene *scene, const struct cell *cell) {
-    static const int edges[4][2] = {{0, 1}, {3, 2}, {0, 3}, {1, 2}};
     uint8_t over[RASTER_COLOURS];
     for (int k = 0; k < 4; k++) {
         int family = k / 2, number = cell->place[1 - family] + k % 2;
-        if (number % portrait->yarns)
+        if (!(cell->yarns & 1u << k) || number % portrait->yarns)
             continue;
         under_line(number ? 0 : family ? WEFT : WARP, over);
         draw_edge(portrait, scene, cell->corner[edges[k][0]], cell->corner[edges[k][1]],
                   number ? 1 : 3, over);
-        if (number == 0 && k % 2 == 0 && cell->place[family] >= 0)
+        if (number == 0 && k % 2 == 0)
             note_end(portrait, scene, cell, family);
     }
 }
+
+/* ---- the cells that the rim cuts ---- */
+
+/* On the bilinear patch of a cell's corners, from a and b in 0..1. */
+static struct vec3 place_in(const struct cell *cell, double a, double b) {
+    const struct vec3 *corner = cell->corner;
+    struct vec3 low = vec3_axpy(a, vec3_sub(corner[1], corner[0]), corner[0]);
+    struct vec3 high = vec3_axpy(a, vec3_sub(corner[2], corner[3]), corner[3]);
+    return vec3_axpy(b, vec3_sub(high, low), low);
+}
+
+/* How many strips along warp a cell is drawn in: of a pixel's height. */
+static int strip_count(const struct portrait *portrait, const struct scene *scene,
+                       const struct cell *cell) {
+    double low = HUGE_VAL, high = -HUGE_VAL, pixel[3];
+    for (int c = 0; c < 4; c++) {
+        project(portrait, scene, cell->corner[c], pixel);
+        low = fmin(low, fmin(pixel[0], pixel[1]));
+        high = fmax(high, fmax(pixel[0], pixel[1]));
+    }
+    return (int)fmin(fmax(ceil(high - low), 1), WIDTH);
+}
+
+/* Strip k of n of a cell up to the rim, and half of those beside it. Its ends there are moved onto
+ * the part's edge, from which the patch of a coarse cell keeps a distance. */
+static void visit_strip(struct portrait *portrait, struct scene *scene, visitor *visit,
+                        const struct cell *cell, int k, int n) {
+    struct edge_end stretch[EDGE_STRETCHES][2];
+    double i = cell->place[0], j = cell->place[1], middle = (k + 0.5) / n;
+    double at[2] = {fmax(middle - 1.0 / n, 0), fmin(middle + 1.0 / n, 1)};
+    size_t count = edge_stretches(scene->edge, j + middle, i, i + 1, stretch);
+    for (size_t s = 0; s < count; s++) {
+        struct cell strip = *cell;
+        for (int e = 0; e < 2; e++) {
+            const struct edge_end *end = &stretch[s][e];
+            struct vec3 shift = {0};
+            if (end->known)
+                shift = vec3_sub(end->point, place_in(cell, end->p - i, middle));
+            for (int h = 0; h < 2; h++)
+                strip.corner[edges[h][e]] = vec3_add(place_in(cell, end->p - i, at[h]), shift);
+        }
+        strip.yarns = (k == 0) | (unsigned)(k == n - 1) << 1 |
+                      (unsigned)(stretch[s][0].p <= i) << 2 |
+                      (unsigned)(stretch[s][1].p >= i + 1) << 3;
+        visit(portrait, scene, &strip);
+    }
+}
+
+/* Row k of the block. */
+static void visit_cut_cell(struct portrait *portrait, struct scene *scene, visitor *visit,
+                           size_t k) {
+    double(*block)[BLOCK] = scene->cut_block;
+    const int32_t place[2] = {(int32_t)block[CUT_I][k], (int32_t)block[CUT_J][k]};
+    struct cell cell = {.place = place,
+                        .shear_deg = block[CUT_SHEAR][k],
+                        .locked = scene->cut[CUT_LOCKED] && block[CUT_LOCKED][k] > 0};
+    for (int c = 0; c < 4; c++) {
+        double(*corner)[BLOCK] = block + CUT_CORNERS + 3 * c;
+        cell.corner[c] = vec3_make(corner[0][k], corner[1][k], corner[2][k]);
+    }
+    int strips = strip_count(portrait, scene, &cell);
+    for (int s = 0; s < strips; s++)
+        visit_strip(portrait, scene, visit, &cell, s, strips);
+}
+
+/* Calls for every strip of these cells. False when they cannot be read. */
+static bool visit_cut(struct portrait *portrait, struct scene *scene, visitor *visit) {
+    size_t rows = api_columns_rows(scene->columns, API_TABLE_CUT), count;
+    for (size_t first = 0; first < rows; first += count) {
+        count = rows - first < BLOCK ? rows - first : BLOCK;
+        for (int c = 0; c < CUT_COLUMNS; c++)
+            if (c == CUT_LOCKED && !scene->cut[c])
+                continue;
+            else if (!scene->cut[c] || !api_columns_read(scene->reader, scene->cut[c], first, count,
+                                                         scene->cut_block[c]))
+                return false;
+        for (size_t k = 0; k < count; k++)
+            visit_cut_cell(portrait, scene, visit, k);
+    }
+    return true;
+}
+
+static void find_cut(struct scene *scene) {
+    static const char *const names[] = {
+        [CUT_I] = "i", [CUT_J] = "j", [CUT_SHEAR] = "shear_deg", [CUT_LOCKED] = "locked"};
+    for (int c = 0; c < CUT_COLUMNS; c++) {
+        bool corner = c >= CUT_CORNERS && c < CUT_SHEAR;
+        scene->cut[c] = api_columns_find(scene->columns, API_TABLE_CUT,
+                                         corner ? api_fields_corners[c - CUT_CORNERS] : names[c]);
+    }
+}
+
+/* ---- the rim ---- */
 
 /* Each point to the one before; the last of a loop to its first. */
 static bool draw_rim(struct portrait *portrait, struct scene *scene) {
@@ -290,6 +401,7 @@ static bool draw_rim(struct portrait *portrait, struct scene *scene) {
 static bool prepare(struct scene *scene) {
     scene->shear = api_columns_find(scene->columns, API_TABLE_CELLS, "shear_deg");
     scene->locked = api_columns_find(scene->columns, API_TABLE_CELLS, "locked");
+    find_cut(scene);
     return scene->shear && find_points(scene, API_TABLE_NODES, &scene->low) &&
            find_points(scene, API_TABLE_NODES, &scene->high);
 }
@@ -312,23 +424,27 @@ static bool draw(struct portrait *portrait, struct scene *scene, struct api_prob
         portrait->start[k] = portrait->end[0][k] = portrait->end[1][k] = start[k];
     int warp = grid->warp[1] - grid->warp[0], weft = grid->weft[1] - grid->weft[0];
     portrait->yarns = 1 + (warp > weft ? warp : weft) / YARNS;
-    return visit_cells(portrait, scene, fill_cell) && visit_cells(portrait, scene, draw_yarns) &&
+    return visit_cells(portrait, scene, fill_cell) && visit_cut(portrait, scene, fill_cell) &&
+           visit_cells(portrait, scene, draw_yarns) && visit_cut(portrait, scene, draw_yarns) &&
            draw_rim(portrait, scene);
 }
 
 enum api_problem_id portrait_draw(struct portrait *portrait, const struct api_reader *reader,
                                   const struct api_columns *columns, struct api_problem *problem) {
-    struct scene *scene = calloc(1, sizeof *scene);
+    struct arena *arena = arena_new(SIZE_MAX);
+    struct scene *scene = arena ? arena_alloc(arena, 1, sizeof *scene) : NULL;
     if (!scene) {
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the picture");
+        arena_free(arena);
         return problem->id;
     }
     scene->reader = reader;
     scene->columns = columns;
     portrait->range_deg = fmax(columns->summary.max_shear_deg, least_range_deg);
-    if (!draw(portrait, scene, problem))
+    if (edge_make(reader, columns, arena, &scene->edge, problem) == API_OK &&
+        !draw(portrait, scene, problem))
         api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
-    free(scene);
+    arena_free(arena);
     return problem->id;
 }
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * The draped part as a picture: the cells coloured by their shear, those beyond the locking angle
- * hatched, some yarns, the generators and the rim. It is a parallel projection, seen from the side
- * that warp x weft points to, the warp to the right and the weft away from the eye; of a part that
- * closes on itself the side of its start.
+ * The draped part as a picture: the cells coloured by their shear up to the rim, those beyond the
+ * locking angle hatched, some yarns, the generators and the rim. It is a parallel projection, seen
+ * from the side that warp x weft points to, the warp to the right and the weft away from the eye;
+ * of a part that closes on itself the side of its start.
  */
 #ifndef API_FORMAT_PORTRAIT_H
 #define API_FORMAT_PORTRAIT_H

@@ -33,6 +33,23 @@ static double side(const double a[3], const double b[3], double x, double y) {
     return (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]);
 }
 
+/* The columns about the stretch of a row's middle line that a triangle has; those beside it are for
+ * rounding. */
+static void find_columns(const double *const corner[3], double y, int size, int range[2]) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (int k = 0; k < 3; k++) {
+        const double *a = corner[k], *b = corner[(k + 1) % 3];
+        if (fmin(a[1], b[1]) > y || fmax(a[1], b[1]) < y)
+            continue;
+        bool level = !(fabs(b[1] - a[1]) > 0);
+        double share = level ? 0 : (y - a[1]) / (b[1] - a[1]);
+        double x[2] = {a[0] + share * (b[0] - a[0]), level ? b[0] : a[0] + share * (b[0] - a[0])};
+        low = fmin(low, fmin(x[0], x[1]));
+        high = fmax(high, fmax(x[0], x[1]));
+    }
+    span(low - 1, high + 1, size, range);
+}
+
 /* Barycentric coordinates by the areas opposite to the corners. */
 void raster_triangle(struct raster *raster, const double a[3], const double b[3], const double c[3],
                      uint8_t colour, int hatch) {
@@ -40,9 +57,9 @@ void raster_triangle(struct raster *raster, const double a[3], const double b[3]
     int x[2], y[2];
     if (!(fabs(area) > 0))
         return;
-    span(fmin(fmin(a[0], b[0]), c[0]), fmax(fmax(a[0], b[0]), c[0]), raster->width, x);
     span(fmin(fmin(a[1], b[1]), c[1]), fmax(fmax(a[1], b[1]), c[1]), raster->height, y);
-    for (int row = y[0]; row <= y[1]; row++)
+    for (int row = y[0]; row <= y[1]; row++) {
+        find_columns((const double *const[]){a, b, c}, row + 0.5, raster->width, x);
         for (int column = x[0]; column <= x[1]; column++) {
             double px = column + 0.5, py = row + 0.5;
             double wa = side(b, c, px, py) / area, wb = side(c, a, px, py) / area;
@@ -54,6 +71,7 @@ void raster_triangle(struct raster *raster, const double a[3], const double b[3]
             raster->depth[at] = z;
             raster->pixels[at] = colour;
         }
+    }
 }
 
 static void dot(struct raster *raster, int column, int row, double z, const uint8_t *over) {

@@ -193,9 +193,10 @@ static void end_picture(struct encoder *encoder) {
     draw_scale(text, portrait);
     draw_bar(text, portrait, encoder->columns.unit->name);
     api_text_raw(text, "</g>\n</svg>\n<figcaption>");
-    html_say(text,
-             "Parallel projection onto the side that warp x weft points to. The circle is the start"
-             ", the dark line the edge of the part; whole cells are coloured. ");
+    html_say(
+        text,
+        "Parallel projection onto the side that warp x weft points to. The circle is the start"
+        ", the dark line the edge of the part; the cloth is coloured by its cells up to there. ");
     if (portrait->yarns == 1)
         html_say(text, "Every yarn is drawn.");
     else

@@ -7,7 +7,7 @@
 #define API_MAP_NET_H
 
 #include "api/result/columns.h"
-#include "edge.h"
+#include "api/result/edge.h"
 #include "solver/mesh/facets.h"
 
 /* How a column of the cells is mapped. */

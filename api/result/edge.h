@@ -4,10 +4,11 @@
  * of the cloth lies. Its loops have the part on their left: a place is within them when they go
  * round it once more to the left than to the right.
  */
-#ifndef API_MAP_EDGE_H
-#define API_MAP_EDGE_H
+#ifndef API_RESULT_EDGE_H
+#define API_RESULT_EDGE_H
 
-#include "api/result/columns.h"
+#include "columns.h"
+#include "solver/vec.h"
 
 struct edge;
 
@@ -19,5 +20,20 @@ enum api_problem_id edge_make(const struct api_reader *reader, const struct api_
 /* Whether (p, q), right to `slack` spacings, lies beyond the rim. False where there is no rim, and
  * in rows of cells in which it leaves the cloth. */
 bool edge_is_beyond(const struct edge *edge, double p, double q, double slack);
+
+/* An end of a stretch of a line q = const. Where the line meets the rim, and cloth reaches that,
+ * the point of the part; else not `known`. */
+struct edge_end {
+    double p;
+    bool known;
+    struct vec3 point;
+};
+
+enum { EDGE_STRETCHES = 16 };
+
+/* The stretches of that line from p = low to p = high within the rim, ascending, of which the rest
+ * are left out; all of it where there is no rim. How many. */
+size_t edge_stretches(const struct edge *edge, double q, double low, double high,
+                      struct edge_end stretches[EDGE_STRETCHES][2]);
 
 #endif

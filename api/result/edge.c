@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { BLOCK = 512, COLUMNS = 4 };
+enum { BLOCK = 512, COLUMNS = 7 };
 
 /* Straight lines between points of the rim are right to 1e-3 spacings, and places on facets that
  * stand for curved cells to some times that. */
@@ -15,7 +15,9 @@ static const double most_slack = 0.05;
 
 /* A straight line between two points, in each row of cells that it passes. */
 struct line {
-    double from[2], to[2];
+    double from[2], to[2]; /* p, q */
+    struct vec3 point[2];
+    bool covered; /* at both ends */
 };
 
 /* The lines of row low + k are lines[first[k]] .. lines[first[k + 1] - 1]. */
@@ -26,7 +28,7 @@ struct edge {
     bool *loose; /* by row: the rim is not known there */
 };
 
-/* The points, read in blocks: loop, p, q, covered. */
+/* The points, read in blocks: loop, p, q, covered, x, y, z. */
 struct points {
     const struct api_reader *reader;
     const struct api_column *column[COLUMNS];
@@ -37,6 +39,7 @@ struct points {
 
 struct point {
     double loop, pq[2], covered;
+    struct vec3 place;
 };
 
 static struct point point_at(struct points *points, size_t k) {
@@ -49,8 +52,11 @@ static struct point point_at(struct points *points, size_t k) {
                                                                  k, points->held, points->block[c]);
     }
     size_t at = k - points->first;
-    return (struct point){
-        points->block[0][at], {points->block[1][at], points->block[2][at]}, points->block[3][at]};
+    double(*block)[BLOCK] = points->block;
+    return (struct point){block[0][at],
+                          {block[1][at], block[2][at]},
+                          block[3][at],
+                          vec3_make(block[4][at], block[5][at], block[6][at])};
 }
 
 static int64_t row_of(const struct edge *edge, double q) {
@@ -70,6 +76,9 @@ static void put_line(struct edge *edge, const struct point *a, const struct poin
         struct line *line = &edge->lines[edge->first[row + 1]++];
         memcpy(line->from, a->pq, sizeof line->from);
         memcpy(line->to, b->pq, sizeof line->to);
+        line->point[0] = a->place;
+        line->point[1] = b->place;
+        line->covered = a->covered != 0 && b->covered != 0;
     }
 }
 
@@ -101,7 +110,7 @@ static void find_rows(struct edge *edge, struct points *points) {
 
 static enum api_problem_id fail(struct api_problem *problem, bool memory) {
     api_problem_set(problem, memory ? API_OUT_OF_MEMORY : API_INTERNAL,
-                    memory ? "the map needs more memory than allowed"
+                    memory ? "no memory for the edge of the part"
                            : "the stored result is damaged or cannot be read");
     return problem->id;
 }
@@ -109,7 +118,7 @@ static enum api_problem_id fail(struct api_problem *problem, bool memory) {
 enum api_problem_id edge_make(const struct api_reader *reader, const struct api_columns *columns,
                               struct arena *arena, struct edge **result,
                               struct api_problem *problem) {
-    static const char *const names[COLUMNS] = {"loop", "p", "q", "covered"};
+    static const char *const names[COLUMNS] = {"loop", "p", "q", "covered", "x", "y", "z"};
     struct edge *edge = arena_alloc(arena, 1, sizeof *edge);
     struct points *points = arena_alloc(arena, 1, sizeof *points);
     if (!edge || !points)
@@ -156,6 +165,23 @@ static double distance(const struct line *line, double p, double q) {
     return sqrt(gap[0] * gap[0] + gap[1] * gap[1]);
 }
 
+/* Whether a line passes q, where on it, there p, and the turn that this is seen from smaller p. */
+static bool crosses(const struct line *line, double q) {
+    return (line->from[1] <= q) != (line->to[1] <= q);
+}
+
+static double share_at(const struct line *line, double q) {
+    return (q - line->from[1]) / (line->to[1] - line->from[1]);
+}
+
+static double p_at(const struct line *line, double share) {
+    return line->from[0] + share * (line->to[0] - line->from[0]);
+}
+
+static int way_of(const struct line *line) {
+    return line->to[1] > line->from[1] ? 1 : -1;
+}
+
 bool edge_is_beyond(const struct edge *edge, double p, double q, double slack) {
     double near = width + fmin(slack, most_slack);
     int winding = 0;
@@ -164,14 +190,61 @@ bool edge_is_beyond(const struct edge *edge, double p, double q, double slack) {
     int64_t row = row_of(edge, q);
     for (size_t k = edge->first[row]; k < edge->first[row + 1]; k++) {
         const struct line *line = &edge->lines[k];
-        const double *a = line->from, *b = line->to;
         if (is_about(line, p, q, near) && distance(line, p, q) <= near)
             return false;
-        if ((a[1] <= q) == (b[1] <= q))
-            continue;
-        double share = (q - a[1]) / (b[1] - a[1]);
-        if (a[0] + share * (b[0] - a[0]) > p)
-            winding += b[1] > a[1] ? 1 : -1;
+        if (crosses(line, q) && p_at(line, share_at(line, q)) > p)
+            winding += way_of(line);
     }
     return !edge->loose[row] && winding <= 0;
+}
+
+/* ---- stretches ---- */
+
+/* Where the line meets the rim; behind it the winding is `way` less. */
+struct crossing {
+    struct edge_end end;
+    int way;
+};
+
+/* Puts a crossing among those before it, ascending. */
+static void insert(struct crossing *list, size_t count, const struct line *line, double share) {
+    double p = p_at(line, share);
+    for (; count > 0 && list[count - 1].end.p > p; count--)
+        list[count] = list[count - 1];
+    struct vec3 along = vec3_sub(line->point[1], line->point[0]);
+    list[count] = (struct crossing){
+        .end = {.p = p, .known = line->covered, .point = vec3_axpy(share, along, line->point[0])},
+        .way = way_of(line)};
+}
+
+size_t edge_stretches(const struct edge *edge, double q, double low, double high,
+                      struct edge_end stretches[EDGE_STRETCHES][2]) {
+    struct crossing list[2 * EDGE_STRETCHES];
+    size_t crossings = 0, count = 0;
+    int winding = edge->count == 0;
+    int64_t row = edge->count ? row_of(edge, q) : 0;
+    for (size_t k = edge->count ? edge->first[row] : 0; edge->count && k < edge->first[row + 1];
+         k++) {
+        const struct line *line = &edge->lines[k];
+        double share = crosses(line, q) ? share_at(line, q) : -1;
+        if (share < 0 || p_at(line, share) <= low)
+            continue;
+        winding += way_of(line);
+        if (p_at(line, share) < high && crossings < 2 * EDGE_STRETCHES)
+            insert(list, crossings++, line, share);
+    }
+    struct edge_end begin = {.p = low};
+    for (size_t k = 0; k <= crossings; k++) {
+        struct edge_end end = k < crossings ? list[k].end : (struct edge_end){.p = high};
+        int behind = winding - (k < crossings ? list[k].way : 0);
+        bool goes_on = k < crossings && winding > 0 && behind > 0;
+        if (winding > 0 && !goes_on && count < EDGE_STRETCHES) {
+            stretches[count][0] = begin;
+            stretches[count++][1] = end;
+        }
+        if (!goes_on)
+            begin = end;
+        winding = behind;
+    }
+    return count;
 }

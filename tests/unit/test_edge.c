@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: MIT */
+/* The rim along rows of the net, against a diamond with a hole in a plane, and its picture. */
+#include "api/format/portrait.h"
+#include "api/result/edge.h"
+
+#include "support.h"
+#include "tests/check.h"
+#include <math.h>
+#include <stdlib.h>
+
+/* |x| + |y| <= 0.9 of the plane [-1, 1]^2 less |x - 0.3| + |y| < 0.2, from the middle. */
+static const char diamond[] =
+    "{\"surface\":{\"degree_u\":1,\"degree_v\":1,\"size_u\":2,\"size_v\":2,"
+    "\"knotvector_u\":[0,0,1,1],\"knotvector_v\":[0,0,1,1],"
+    "\"control_points\":[[-1,-1,0],[-1,1,0],[1,-1,0],[1,1,0]],\"trims\":["
+    "{\"points\":[[0.95,0.5],[0.5,0.95],[0.05,0.5],[0.5,0.05],[0.95,0.5]],\"reversed\":true},"
+    "{\"points\":[[0.75,0.5],[0.65,0.6],[0.55,0.5],[0.65,0.4],[0.75,0.5]],\"reversed\":false}]},"
+    "\"start\":{\"uv\":[0.5,0.5]},\"fabric\":{\"spacing\":%g}}";
+
+static const double outer = 0.9, hole = 0.2, hole_at = 0.3;
+
+static void drape_diamond(double spacing, struct bytes *container, struct api_columns *columns) {
+    struct api_problem problem = {0};
+    struct bytes request = {0};
+    bytes_format(&request, diamond, spacing);
+    if (run_text(request.data, container, &problem) != API_OK)
+        fail_msg("%s", problem.place[0].detail);
+    bytes_free(&request);
+    const struct api_reader reader = reader_over(container);
+    assert_int_equal(api_columns_open(&reader, columns, &problem), API_OK);
+}
+
+/* The ends of what is left of the line y, ascending, 0 or 2 or 4. */
+static size_t exact_ends(double y, double ends[4]) {
+    double half = outer - fabs(y), gap = hole - fabs(y);
+    size_t count = 0;
+    if (half <= 0)
+        return 0;
+    ends[count++] = -half;
+    if (gap > 0) {
+        ends[count++] = hole_at - gap;
+        ends[count++] = hole_at + gap;
+    }
+    ends[count++] = half;
+    return count;
+}
+
+static void check_row(const struct edge *edge, double spacing, double y) {
+    struct edge_end stretches[EDGE_STRETCHES][2];
+    double exact[4];
+    size_t expected = exact_ends(y, exact), found = 0;
+    for (int i = -8; i < 8; i++) { /* cell by cell */
+        size_t count = edge_stretches(edge, y / spacing, i, i + 1, stretches);
+        for (size_t k = 0; k < 2 * count; k++) {
+            const struct edge_end *end = &stretches[k / 2][k % 2];
+            if (!end->known) {
+                assert_true(end->p == i + (int)(k % 2));
+                continue;
+            }
+            assert_true(found < expected);
+            check_below(fabs(end->p * spacing - exact[found]), 1e-3 * spacing);
+            check_below(fabs(end->point.x - exact[found++]), 1e-3 * spacing);
+            check_below(fabs(end->point.y - y), 1e-3 * spacing);
+        }
+    }
+    assert_int_equal(found, expected);
+    size_t whole = edge_stretches(edge, y / spacing, -8, 8, stretches);
+    assert_int_equal(whole, expected / 2);
+}
+
+static void test_edge_stretches_of_a_diamond_with_a_hole(void **state) {
+    static const double spacing = 0.25;
+    struct bytes container = {0};
+    struct api_columns *columns = malloc(sizeof *columns);
+    struct api_problem problem = {0};
+    struct arena *arena = arena_new((size_t)1 << 24);
+    struct edge *edge;
+    (void)state;
+    drape_diamond(spacing, &container, columns);
+    const struct api_reader reader = reader_over(&container);
+    assert_int_equal(edge_make(&reader, columns, arena, &edge, &problem), API_OK);
+    for (double y = -0.993; y < 1; y += 0.0137)
+        check_row(edge, spacing, y);
+    arena_free(arena);
+    free(columns);
+    bytes_free(&container);
+}
+
+/* A picture has the diamond's area to the width of its lines, though whole cells have little of it;
+ * no pixel further out than a line is wide. */
+static void test_portrait_shows_the_cloth_up_to_the_rim(void **state) {
+    struct bytes container = {0};
+    struct api_columns *columns = malloc(sizeof *columns);
+    struct api_problem problem = {0};
+    struct portrait portrait = {0};
+    size_t drawn = 0;
+    (void)state;
+    drape_diamond(0.29, &container, columns);
+    const struct api_reader reader = reader_over(&container);
+    assert_int_equal(portrait_draw(&portrait, &reader, columns, &problem), API_OK);
+    const struct raster *raster = &portrait.raster;
+    for (size_t k = 0; k < (size_t)raster->width * (size_t)raster->height; k++)
+        drawn += raster->pixels[k] != 0;
+    double area = 2 * (outer * outer - hole * hole);
+    double pixels = area * portrait.scale * portrait.scale / sqrt(1 + 0.35 * 0.35 + 0.7 * 0.7);
+    check_below(columns->summary.coverage, 0.6);
+    check_below(fabs((double)drawn / pixels - 1), 0.01);
+    portrait_free(&portrait);
+    free(columns);
+    bytes_free(&container);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_edge_stretches_of_a_diamond_with_a_hole),
+        cmocka_unit_test(test_portrait_shows_the_cloth_up_to_the_rim),
+    };
+    prepare();
+    return cmocka_run_group_tests_name("edge", tests, NULL, NULL);
+}
