@@ -6,6 +6,7 @@
  */
 #include "api/format/format.h"
 #include "api/laminate/map.h"
+#include "api/map/cavity.h"
 #include "api/map/map.h"
 #include "api/request/decode.h"
 #include "api/request/digest.h"
@@ -57,9 +58,9 @@ static const char help_tail[] =
     "                     on each element; default: from its first edge\n"
     "  --edge-channel W,K for lcmsim: elements within W of the rim of the cloth have the\n"
     "                     permeability K, in m^2 (race-tracking)\n"
-    "  --cavity-height H  of a laminate: the height of its cavity, by property as\n"
+    "  --cavity-height H  with --map: the height of the cavity, by property as\n"
     "                     pid:3:0.002,pid:4:0.003\n"
-    "  --punch LIST       of a laminate: pid:7, elements that are the other side of the\n"
+    "  --punch LIST       with --map: pid:7, elements that are the other side of the\n"
     "                     cavity; the rest of the mesh lies on the tool\n"
     "  --within D         nastran, abaqus: one group of stacks that differ by D degrees\n"
     "                     and D % of thickness at most; default: 0, no more than digits\n"
@@ -430,10 +431,10 @@ static bool read_mesh(const struct arguments *arguments, const struct files_byte
     return problem->id == API_OK;
 }
 
-/* Of a drape that `reader` has, or of a laminate. */
-static bool write_map(const struct arguments *arguments, const struct api_reader *reader,
-                      const struct laminate_job *stack, const struct files_output *output,
-                      struct api_problem *problem) {
+/* Of the drape of `input` that `reader` has, or of a laminate. */
+static bool write_map(const struct arguments *arguments, const struct api_input *input,
+                      const struct api_reader *reader, const struct laminate_job *stack,
+                      const struct files_output *output, struct api_problem *problem) {
     static struct api_map map;
     struct files_bytes text = {0};
     struct map_target mesh;
@@ -444,6 +445,7 @@ static bool write_map(const struct arguments *arguments, const struct api_reader
     else
         ok = files_read(arguments->map, &text) &&
              read_mesh(arguments, &text, arena, &mesh, problem) &&
+             (stack || cavity_take_cloth(&mesh, input, &arguments->limits, arena, problem)) &&
              (stack ? laminate_map(&stack->laminate, stack->nets, &mesh, NULL, arena, &map, problem)
                     : api_map_make(reader, &mesh, NULL, arena, &map, problem)) == API_OK &&
              write_document(arguments, (struct format_source){.fields = &map.fields}, output,
@@ -472,7 +474,7 @@ static bool laminate(const struct arguments *arguments, const struct api_input *
     struct laminate_job job;
     bool ok = laminate_job_run(&job, input, &arguments->limits, problem);
     if (ok && arguments->map)
-        ok = write_map(arguments, NULL, &job, output, problem);
+        ok = write_map(arguments, NULL, NULL, &job, output, problem);
     else if (ok && strcmp(arguments->format->name, "json") == 0)
         ok = laminate_job_report(&job, output, problem);
     else if (ok && arguments->format->uses & (FORMAT_PATTERN | FORMAT_REPORT))
@@ -510,7 +512,7 @@ static bool write_wanted(const struct arguments *arguments, const struct api_inp
         return study_write_variant(input, &arguments->limits, reader, arguments->variant,
                                    output->stream, problem);
     if (arguments->map)
-        return write_map(arguments, reader, NULL, output, problem);
+        return write_map(arguments, input, reader, NULL, output, problem);
     if (arguments->format->uses & FORMAT_REPORT)
         return write_report(arguments, input, reader, output, problem);
     return write_document(arguments, (struct format_source){.reader = reader}, output, problem);

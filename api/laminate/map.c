@@ -25,9 +25,9 @@ struct mapping {
     struct places at;
     bool thickness, fraction, law, permeability, locking, table; /* what all, or any, plies have */
     struct filled out;
-    const struct punch *punch;     /* NULL: there is none */
+    struct cavity cavity;
     double *relieved[MAP_RELIEFS]; /* as in map_fields; NULL: nothing gives way */
-    size_t packed, loose, far, open;
+    size_t far;
     double farthest;
 };
 
@@ -67,10 +67,6 @@ static bool add_columns(struct mapping *m) {
 
 /* ---- one place ---- */
 
-static bool has_heights(const struct mapping *m) {
-    return m->at.target->heights || m->at.target->punch_count;
-}
-
 /* Of plies that say nothing of a property, nothing can be said of the stack. */
 static void find_properties(struct mapping *m) {
     const struct laminate *laminate = m->at.laminate;
@@ -85,7 +81,7 @@ static void find_properties(struct mapping *m) {
         m->law = m->law || laminate->plies[k].law.a > 0;
     }
     m->permeability = m->permeability && m->thickness;
-    m->law = m->law && (laminate->cavity.kind != STACK_FLEXIBLE || has_heights(m));
+    m->law = m->law && (laminate->cavity.kind != STACK_FLEXIBLE || cavity_given(m->at.target));
 }
 
 /* The plies at a place. */
@@ -189,12 +185,8 @@ static void add_ply(struct mapping *m, size_t place, const struct gathered *plie
 /* The cavity at a place: that of the laminate where the target says nothing of it. */
 static struct stack_cavity cavity_at(struct mapping *m, size_t place) {
     const struct stack_cavity *whole = &m->at.laminate->cavity;
-    double height = m->at.target->heights ? m->at.target->heights[place] : 0;
-    if (m->punch) {
-        height = punch_height(m->punch, map_target_place(m->at.target, place),
-                              m->at.bases[place].normal);
-        m->open += height > 0 ? 0 : 1;
-    }
+    double height = cavity_height(&m->cavity, place, m->at.bases[place].normal);
+    m->cavity.open += m->cavity.punch && !(height > 0);
     return height > 0 ? (struct stack_cavity){.kind = STACK_HEIGHT, .height = height} : *whole;
 }
 
@@ -240,13 +232,13 @@ static void put_place(struct mapping *m, size_t place, struct gathered *plies) {
     if (m->out.fraction) {
         m->out.fraction[place] = plies->count ? fibres / whole : 0;
         m->out.porosity[place] = 1 - m->out.fraction[place];
-        m->packed += m->out.packed[place] > 0;
+        m->cavity.packed += m->out.packed[place] > 0;
     }
     if (m->out.pressure)
         m->out.pressure[place] = pressure;
     if (m->permeability && plies->count)
         put_permeability(m, place, &sum);
-    m->loose += cavity.kind == STACK_HEIGHT && cavity.height > by_itself;
+    m->cavity.loose += cavity.kind == STACK_HEIGHT && cavity.height > by_itself;
     m->far += m->at.distance[place] > m->at.spacing && m->at.distance[place] > whole;
     m->farthest = fmax(m->farthest, m->at.distance[place]);
 }
@@ -328,39 +320,13 @@ static void warn_of_places(struct mapping *m) {
     }
 }
 
-static void warn_of_pressing(struct mapping *m) {
-    if (m->packed) {
-        (void)snprintf(m->at.map->packed, API_MAP_WARNING_SIZE,
-                       "packing_exceeded: at %zu of %zu places a ply has more fibres than can be "
-                       "packed: the cavity is too thin, or the pressure too high",
-                       m->packed, m->at.count);
-        map_warn(m->at.map, m->at.map->packed);
-    }
-    if (m->loose) {
-        (void)snprintf(m->at.map->loose, API_MAP_WARNING_SIZE,
-                       "at %zu of %zu places the plies by themselves are thinner than the cavity: "
-                       "they would not fill it",
-                       m->loose, m->at.count);
-        map_warn(m->at.map, m->at.map->loose);
-    }
-    if (m->open) {
-        (void)snprintf(m->at.map->open, API_MAP_WARNING_SIZE,
-                       "the punch is not above %zu of %zu places, within a tenth of its size: they "
-                       "have the laminate's own cavity",
-                       m->open, m->at.count);
-        map_warn(m->at.map, m->at.map->open);
-    }
-}
-
 static bool begin_cavity(struct mapping *m) {
-    if (has_heights(m) && !m->thickness) {
+    if (cavity_given(m->at.target) && !m->thickness) {
         api_problem_set(m->at.problem, API_INVALID_REQUEST,
                         "heights of the cavity need the fabric.thickness of every ply");
         return false;
     }
-    if (m->at.target->punch_count)
-        m->punch = punch_make(m->at.target, m->at.arena);
-    return !m->at.target->punch_count || m->punch || places_no_memory(&m->at);
+    return cavity_begin(&m->cavity, m->at.target, m->at.arena) || places_no_memory(&m->at);
 }
 
 /* Under a pressure plies with a law give way to the resin. */
@@ -368,7 +334,7 @@ static bool begin_relief(struct mapping *m) {
     static const double shares[MAP_RELIEFS] = {0.4, 0.8}; /* of the pressure */
     const struct stack_cavity *cavity = &m->at.laminate->cavity;
     bool gives = m->law && m->thickness && m->fraction && cavity->kind == STACK_PRESSURE;
-    for (int k = 0; gives && !has_heights(m) && k < MAP_RELIEFS; k++) {
+    for (int k = 0; gives && !cavity_given(m->at.target) && k < MAP_RELIEFS; k++) {
         m->relieved[k] = arena_alloc(m->at.arena, m->at.count, sizeof *m->relieved[k]);
         if (!m->relieved[k])
             return places_no_memory(&m->at);
@@ -442,6 +408,6 @@ enum api_problem_id laminate_map(const struct laminate *laminate,
     warn_of_failed(&m);
     warn_of_places(&m);
     warn_of_boundaries(&m);
-    warn_of_pressing(&m);
+    cavity_warn(&m.cavity, map, "laminate");
     return API_OK;
 }

@@ -2,8 +2,11 @@
 #include "cavity.h"
 
 #include "api/json/number.h"
+#include "api/request/decode.h"
+#include "map_columns.h"
 #include "solver/surface/boxes.h"
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #define FAIL(problem, ...) (api_problem_set(problem, API_INVALID_REQUEST, __VA_ARGS__), false)
@@ -32,7 +35,7 @@ struct ray {
     double height; /* the least so far */
 };
 
-struct punch *punch_make(const struct map_target *target, struct arena *arena) {
+static struct punch *punch_make(const struct map_target *target, struct arena *arena) {
     size_t count = target->punch_count;
     struct punch *punch = arena_alloc(arena, 1, sizeof *punch);
     struct box *box = arena_take(arena, count, sizeof *box);
@@ -78,7 +81,7 @@ static bool look(void *context, int32_t number) {
 }
 
 /* In a stretch of the line that grows: what it holds is as near as it is long. */
-double punch_height(const struct punch *punch, struct vec3 point, struct vec3 direction) {
+static double punch_height(const struct punch *punch, struct vec3 point, struct vec3 direction) {
     struct ray ray = {punch, point, direction, HUGE_VAL};
     for (double reach = nearest * punch->size; reach <= farthest * punch->size; reach *= 2) {
         struct box stretch = box_round(vec3_axpy(-reach, direction, point),
@@ -90,12 +93,67 @@ double punch_height(const struct punch *punch, struct vec3 point, struct vec3 di
     return 0;
 }
 
-/* ---- options ---- */
+/* ---- the cavity ---- */
+
+bool cavity_given(const struct map_target *target) {
+    return target->heights || target->punch_count;
+}
+
+bool cavity_begin(struct cavity *cavity, const struct map_target *target, struct arena *arena) {
+    *cavity = (struct cavity){.target = target};
+    if (target->punch_count)
+        cavity->punch = punch_make(target, arena);
+    return !target->punch_count || cavity->punch;
+}
+
+double cavity_height(const struct cavity *cavity, size_t place, struct vec3 normal) {
+    const struct map_target *target = cavity->target;
+    if (cavity->punch)
+        return punch_height(cavity->punch, map_target_place(target, place), normal);
+    return target->heights ? target->heights[place] : 0;
+}
+
+void cavity_warn(const struct cavity *cavity, struct api_map *map, const char *whose) {
+    const size_t count = cavity->target->element_count;
+    if (cavity->packed) {
+        (void)snprintf(map->packed, API_MAP_WARNING_SIZE,
+                       "packing_exceeded: at %zu of %zu places a ply has more fibres than can be "
+                       "packed: the cavity is too thin, or the pressure too high",
+                       cavity->packed, count);
+        map_warn(map, map->packed);
+    }
+    if (cavity->loose) {
+        (void)snprintf(map->loose, API_MAP_WARNING_SIZE,
+                       "at %zu of %zu places the plies by themselves are thinner than the cavity: "
+                       "they would not fill it",
+                       cavity->loose, count);
+        map_warn(map, map->loose);
+    }
+    if (cavity->open) {
+        (void)snprintf(map->open, API_MAP_WARNING_SIZE,
+                       "the punch is not above %zu of %zu places, within a tenth of its size: they "
+                       "have the %s's own cavity",
+                       cavity->open, count, whose);
+        map_warn(map, map->open);
+    }
+}
 
 static bool no_memory(struct api_problem *problem) {
     api_problem_set(problem, API_OUT_OF_MEMORY, "the mesh needs more memory than allowed");
     return false;
 }
+
+bool cavity_take_cloth(struct map_target *target, const struct api_input *input,
+                       const struct api_limits *limits, struct arena *arena,
+                       struct api_problem *problem) {
+    if (!cavity_given(target))
+        return true;
+    struct api_request *cloth = arena_alloc(arena, 1, sizeof *cloth);
+    target->cloth = cloth;
+    return cloth ? api_decode(input, limits, arena, cloth, problem) == API_OK : no_memory(problem);
+}
+
+/* ---- options ---- */
 
 /* "pid:N" if that stands here: where it ends, else NULL. */
 static const char *read_property(const char *text, int32_t *pid) {

@@ -6,17 +6,40 @@
 #ifndef API_MAP_CAVITY_H
 #define API_MAP_CAVITY_H
 
-#include "target.h"
+#include "api/input.h"
+#include "api/limits.h"
+#include "map.h"
 
-/* The surface of a punch, searched along lines. */
-struct punch;
+/* What a target says of the cavity; and of how many places a warning speaks, which who maps counts.
+ */
+struct cavity {
+    const struct map_target *target;
+    const struct punch *punch; /* its surface, searched along lines; NULL: there is none */
+    size_t open;               /* the punch is not above them */
+    size_t loose;              /* the cloth by itself is thinner than the cavity */
+    size_t packed;             /* there are more fibres than can be packed */
+};
 
-/* In `arena`; NULL without memory. `target` has a punch and outlives it. */
-struct punch *punch_make(const struct map_target *target, struct arena *arena);
+/* Whether the target says anything of it. */
+bool cavity_given(const struct map_target *target);
 
-/* How far the punch is from a point along the line through it with this unit direction, on the side
- * on which it is nearer; 0 where it is further than a tenth of its box's diagonal, or nowhere. */
-double punch_height(const struct punch *punch, struct vec3 point, struct vec3 direction);
+/* False without memory. `target` outlives it. */
+bool cavity_begin(struct cavity *cavity, const struct map_target *target, struct arena *arena);
+
+/* The height at a place, 0 where the target says nothing: what it has for this place, or how far
+ * the punch is from it along the cloth's unit normal, on the side on which it is nearer, unless
+ * that is more than a tenth of the diagonal of its box. */
+double cavity_height(const struct cavity *cavity, size_t place, struct vec3 normal);
+
+/* Warns of the places that were counted. `whose` cavity holds where the punch is not above: "drape"
+ * or "laminate". */
+void cavity_warn(const struct cavity *cavity, struct api_map *map, const char *whose);
+
+/* Has the target know whose cloth it is that its heights press, if it has any: the drape of this
+ * request. False with the problem set. */
+bool cavity_take_cloth(struct map_target *target, const struct api_input *input,
+                       const struct api_limits *limits, struct arena *arena,
+                       struct api_problem *problem);
 
 /* Sets what the option `cavity_height` says: "H", or a list "pid:3:0.002,pid:4:0.003,0.0025" by the
  * mesh's properties, in which what stands later holds. False with the problem set. */

@@ -2,9 +2,11 @@
 #include "map.h"
 
 #include "api/result/fieldset.h"
+#include "cavity.h"
 #include "channel.h"
 #include "map_columns.h"
 #include "net.h"
+#include "press.h"
 #include "solver/permeability.h"
 #include <stdio.h>
 #include <string.h>
@@ -24,7 +26,8 @@ struct mapping {
     double *distance, *extrapolated;
     int shear, thickness, fraction; /* their places in a row, or -1 */
     struct map_stack *stack;        /* NULL: onto points */
-    size_t far;                     /* places that are too far away */
+    struct cavity cavity;
+    size_t far; /* places that are too far away */
     double farthest;
 };
 
@@ -108,6 +111,23 @@ static void put_row(const struct mapping *mapping, const struct facets_place *pl
     }
 }
 
+/* The fields of a row in the cavity that the target says is there. */
+static void press(struct mapping *mapping, const struct facets_place *place, double *values,
+                  size_t row) {
+    const struct api_request *cloth = mapping->target->cloth;
+    const double shear = values[mapping->shear];
+    const bool on = !map_net_is_beyond(&mapping->net, place);
+    struct vec3 warp, weft;
+    map_net_yarns(&mapping->net, place, values, &warp, &weft);
+    double height = cavity_height(&mapping->cavity, row, vec3_unit(vec3_cross(warp, weft)));
+    mapping->cavity.open += on && mapping->cavity.punch && !(height > 0);
+    if (!(height > 0))
+        return;
+    bool packed = press_row(&mapping->net, cloth, height, shear, values);
+    mapping->cavity.packed += on && packed;
+    mapping->cavity.loose += on && height > press_thickness(cloth, shear);
+}
+
 /* The drape as the one ply at an element, unless that lies beyond the cloth. */
 static bool lay(const struct mapping *mapping, const struct facets_place *place,
                 const double *values, size_t row, struct api_problem *problem) {
@@ -138,6 +158,8 @@ static bool map_places(struct mapping *mapping, struct api_problem *problem) {
         }
         facets_nearest(net->facets, map_target_place(mapping->target, row), place.cell, &place);
         map_net_interpolate(net, &place, values);
+        if (mapping->target->cloth)
+            press(mapping, &place, values, row);
         put_row(mapping, &place, values, row);
         if (mapping->stack && !lay(mapping, &place, values, row, problem))
             return false;
@@ -223,7 +245,8 @@ static enum api_problem_id run(struct mapping *mapping, const struct api_reader 
     if (map_net_open(reader, &mapping->net, problem) != API_OK)
         return problem->id;
     map->fields.unit = mapping->net.columns.unit;
-    if (!make_columns(mapping, arena, map) || !begin_stack(mapping, arena, map)) {
+    if (!make_columns(mapping, arena, map) || !begin_stack(mapping, arena, map) ||
+        !cavity_begin(&mapping->cavity, mapping->target, arena)) {
         api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
         return problem->id;
     }
@@ -232,6 +255,8 @@ static enum api_problem_id run(struct mapping *mapping, const struct api_reader 
         map_places(mapping, problem) && mark_channel(mapping, reader, arena, map, problem)) {
         end_stack(mapping, map);
         warn(mapping, map);
+        if (mapping->target->cloth)
+            cavity_warn(&mapping->cavity, map, "drape");
     }
     arena_rewind(arena, mark);
     return problem->id;
@@ -259,10 +284,9 @@ enum api_problem_id api_map_make(const struct api_reader *reader, const struct m
         api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
         return problem->id;
     }
-    if (target->heights || target->punch_count) {
+    if (cavity_given(target) && !(target->cloth && target->cloth->fabric.thickness > 0)) {
         api_problem_set(problem, API_INVALID_REQUEST,
-                        "heights of a cavity press a stack of plies: post the drape as a laminate "
-                        "of one ply, and map that");
+                        "heights of the cavity need the fabric.thickness of the drape");
         return problem->id;
     }
     map->fields = map_target_fields(target, map->columns);

@@ -43,14 +43,16 @@ struct map_fields map_target_fields(const struct map_target *target,
                                     const struct api_column_source *columns);
 
 /*
- * Maps the result that `reader` holds onto `mesh`, which must outlive `map`.
- * More than the columns (8 bytes a place and column) is taken from the arena only for the time of
- * the call. There is a warning when more than half of the places lie further from the cloth than
- * both its larger spacing and its thickness there, else one of elements without a ply: those whose
- * middle lies beyond the cloth, and those that have no area. `monitor` (may be NULL) is asked now
- * and then whether to go on. Returns API_OK, API_INVALID_REQUEST when the net has no cells, the
- * caller's direction is normal to an element or the target speaks of a cavity, API_INTERNAL for a
- * damaged container, API_CANCELLED or API_OUT_OF_MEMORY.
+ * Maps the result that `reader` holds onto `mesh`, which must outlive `map`. Heights of a cavity,
+ * or a punch, press the cloth (`press.h`), which the mesh has to know then (`cavity_take_cloth`)
+ * and which has to have a thickness. More than the columns (8 bytes a place and column) is taken
+ * from the arena only for the time of the call. There is a warning when more than half of the
+ * places lie further from the cloth than both its larger spacing and its thickness there, else one
+ * of elements without a ply: those whose middle lies beyond the cloth, and those that have no area.
+ * `monitor` (may be NULL) is asked now and then whether to go on. Returns API_OK,
+ * API_INVALID_REQUEST when the net has no cells, the caller's direction is normal to an element or
+ * the cloth of a cavity's heights has no thickness, API_INTERNAL for a damaged container,
+ * API_CANCELLED or API_OUT_OF_MEMORY.
  */
 enum api_problem_id api_map_make(const struct api_reader *reader, const struct map_target *target,
                                  const struct drape_monitor *monitor, struct arena *arena,

@@ -19,6 +19,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+struct api_request;
+
 struct map_target {
     const struct vec3 *vertices;
     size_t vertex_count;
@@ -33,7 +35,10 @@ struct map_target {
     bool has_gate[MAP_GATES];     /* which of them have been given */
     struct vec3 reference;        /* the direction that angles of plies run from, not zero, ... */
     bool has_reference;           /* ... or each element's first edge */
-    const double *heights; /* of the cavity at each element, > 0; 0 or NULL: that of the stack */
+    const double *heights; /* of the cavity at each element, > 0; 0 or NULL: that of what is mapped
+                            */
+    const struct api_request *cloth; /* of a drape with heights or a punch: what is pressed
+                                        (`cavity.h`); else NULL */
     const int32_t (*punch)[4]; /* elements that are not mapped: the other side of the cavity, ... */
     const struct vec3 *punch_vertices; /* ... and their vertices */
     size_t punch_count;                /* 0: there is none */

@@ -54,6 +54,13 @@ static double (*const derived[COLUMN_COUNT])(const struct api_request *request,
     [COLUMN_CELLS_packing_exceeded] = packing_exceeded,
 };
 
+bool api_fields_derive(enum column_id id, const struct api_request *request, double shear_deg,
+                       double *value) {
+    if (derived[id])
+        *value = derived[id](request, shear_deg);
+    return derived[id] != NULL;
+}
+
 /* Whether the request gave what a derived column follows from. */
 static bool is_given(const struct api_request *request, enum column_id id) {
     const struct api_fabric *fabric = &request->fabric;

@@ -41,6 +41,10 @@ enum status api_fields_list(struct api_fields *fields, const struct api_request 
 /* The fibre volume fraction of cloth of this shear. */
 double api_fields_fiber_volume_fraction(const struct api_request *request, double shear_deg);
 
+/* What a column has at cloth of this shear; false for one that does not follow from the shear. */
+bool api_fields_derive(enum column_id id, const struct api_request *request, double shear_deg,
+                       double *value);
+
 /* The columns of the table `cut` with the corners of its cells, as in `struct drape_cut`. */
 extern const char *const api_fields_corners[12];
 

@@ -11,8 +11,10 @@
 struct checkers_order checking_order(const struct call *call, enum checker_kind kind);
 
 /* Has the order take the result of the call's job along, which then belongs to the check; without a
- * check its `columns.context` has to be freed. False: the reply says why there is none. (maps.c) */
-bool maps_take_columns(struct call *call, struct checkers_order *order);
+ * check its `columns.context` has to be freed. With `request` also the job's own, as the second
+ * document, to be freed when the check has begun. False: the reply says why there is none. (maps.c)
+ */
+bool maps_take_columns(struct call *call, struct checkers_order *order, char **request);
 
 /* Begins the check of an order that has its columns, with the call's query for options, and frees
  * `record` and, without a check, the columns' context. False: the reply says why there is none.

@@ -78,17 +78,14 @@ static bool write_columns(void *context, int file) {
 }
 
 /* The job's result, malloc'ed. NULL: the reply says why there is none. */
-static struct stored_result *find_result(struct call *call) {
-    struct store_job job = {0};
+static struct stored_result *find_result(struct call *call, const struct store_job *job) {
     struct stored_result *stored = NULL;
-    if (!call_find_job(call, &job))
-        return NULL;
-    if (results_ready(call, &job)) {
+    if (results_ready(call, job)) {
         stored = calloc(1, sizeof *stored);
         enum store_answer answer = STORE_BUSY;
         if (stored) {
             stored->store = call->services->store;
-            answer = store_result_find(stored->store, job.id, &stored->result);
+            answer = store_result_find(stored->store, job->id, &stored->result);
         }
         if (answer == STORE_EMPTY)
             reply_refuse(call->reply, API_GONE, "the result has been removed");
@@ -99,15 +96,31 @@ static struct stored_result *find_result(struct call *call) {
             stored = NULL;
         }
     }
-    store_job_clear(&job);
     return stored;
 }
 
-bool maps_take_columns(struct call *call, struct checkers_order *order) {
-    struct stored_result *stored = find_result(call);
+/* False: the reply says why there is none. */
+static bool take_request(struct call *call, const char *id, struct checkers_order *order,
+                         char **request) {
+    enum store_answer answer =
+        store_request(call->services->store, id, request, &order->length[CHECKER_SECOND]);
+    order->document[CHECKER_SECOND] = *request;
+    if (answer != STORE_OK)
+        jobs_request_failed(call, answer);
+    return answer == STORE_OK;
+}
+
+bool maps_take_columns(struct call *call, struct checkers_order *order, char **request) {
+    struct store_job job = {0};
+    struct stored_result *stored = call_find_job(call, &job) ? find_result(call, &job) : NULL;
+    if (stored && request && !take_request(call, job.id, order, request)) {
+        free(stored);
+        stored = NULL;
+    }
     if (stored)
         order->columns =
             (struct checkers_columns){write_columns, free, stored, (size_t)stored->result.length};
+    store_job_clear(&job);
     return stored != NULL;
 }
 
@@ -162,7 +175,8 @@ static bool begin_map(struct call *call, const struct call_choice *choice) {
         order.kind = CHECKER_SAMPLE_MAP;
         return studies_read_sample(call, &sample) && studies_begin(call, &order, sample);
     }
-    if (!(stack ? laminates_take_columns(call, &order, &record) : maps_take_columns(call, &order)))
+    if (!(stack ? laminates_take_columns(call, &order, &record)
+                : maps_take_columns(call, &order, &record)))
         return false;
     return maps_begin(call, &order, record);
 }

@@ -183,7 +183,7 @@ static bool begin_report(struct call *call, const struct store_job *job,
         store_request(call->services->store, job->id, &bytes, &order.length[CHECKER_BODY]);
     if (answer != STORE_OK) {
         jobs_request_failed(call, answer);
-    } else if (maps_take_columns(call, &order)) {
+    } else if (maps_take_columns(call, &order, NULL)) {
         size_t end = (size_t)snprintf(record, STORE_DIGEST_SIZE, "%s", job->digest) + 1;
         documents_time(record + end, job->finished);
         order.document[CHECKER_BODY] = bytes;

@@ -34,7 +34,7 @@ bool studies_begin(struct call *call, struct checkers_order *order, size_t varia
     size_t length = 0;
     if (call_find_job(call, &job) && results_ready(call, &job) &&
         fetch_documents(call, &job, &request, &length, &surface) &&
-        maps_take_columns(call, order)) {
+        maps_take_columns(call, order, NULL)) {
         order->variant = variant;
         order->document[CHECKER_REQUEST] = request;
         order->length[CHECKER_REQUEST] = length;

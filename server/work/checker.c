@@ -4,6 +4,7 @@
 #include "api/format/format.h"
 #include "api/json/text.h"
 #include "api/laminate/check.h"
+#include "api/map/cavity.h"
 #include "api/map/map.h"
 #include "api/run.h"
 #include "api/study/study.h"
@@ -152,20 +153,21 @@ static bool append(void *context, const void *bytes, size_t length) {
     return !((struct api_text *)context)->failed;
 }
 
-/* Drapes the variant; its result lies in the arena. */
+/* Drapes the variant; its request and its result lie in the arena. */
 static enum api_problem_id drape_variant(const struct task *task,
                                          const struct drape_monitor *monitor, struct arena *arena,
-                                         struct api_memory *result, struct api_problem *problem) {
+                                         struct api_input *input, struct api_memory *result,
+                                         struct api_problem *problem) {
     const struct checker_order *order = &task->order;
     struct api_text request = api_text_growing(arena), container = api_text_growing(arena);
     const struct api_sink to_request = {append, &request}, to_container = {append, &container};
     if (write_variant(task, &to_request, problem) != API_OK)
         return problem->id;
-    const struct api_input input = {.request = request.bytes,
-                                    .request_length = request.length,
-                                    .surface = surface_of(task),
-                                    .surface_length = order->length[CHECKER_SECOND]};
-    if (api_run(&input, &order->limits, monitor, &to_container, problem) == API_OK)
+    *input = (struct api_input){.request = request.bytes,
+                                .request_length = request.length,
+                                .surface = surface_of(task),
+                                .surface_length = order->length[CHECKER_SECOND]};
+    if (api_run(input, &order->limits, monitor, &to_container, problem) == API_OK)
         *result = (struct api_memory){container.bytes, container.length};
     return problem->id;
 }
@@ -173,7 +175,7 @@ static enum api_problem_id drape_variant(const struct task *task,
 /* ------------------------------------------------------------------ maps and samples */
 
 /* Of a drape, of a variant or of a laminate. */
-static enum api_problem_id fill_map(const struct task *task, const struct map_target *mesh,
+static enum api_problem_id fill_map(const struct task *task, struct map_target *mesh,
                                     const struct drape_monitor *monitor, struct arena *arena,
                                     struct api_map *map, struct api_problem *problem) {
     const struct checker_order *order = &task->order;
@@ -182,8 +184,11 @@ static enum api_problem_id fill_map(const struct task *task, const struct map_ta
         return laminate_map_record(task->document[CHECKER_SECOND], order->length[CHECKER_SECOND],
                                    columns.bytes, columns.length, &order->limits, mesh, monitor,
                                    arena, map, problem);
-    if (order->kind == CHECKER_SAMPLE_MAP &&
-        drape_variant(task, monitor, arena, &columns, problem) != API_OK)
+    struct api_input input = {.request = task->document[CHECKER_SECOND],
+                              .request_length = order->length[CHECKER_SECOND]};
+    if ((order->kind == CHECKER_SAMPLE_MAP &&
+         drape_variant(task, monitor, arena, &input, &columns, problem) != API_OK) ||
+        !cavity_take_cloth(mesh, &input, &order->limits, arena, problem))
         return problem->id;
     const struct api_reader reader = api_reader_of(&columns);
     return api_map_make(&reader, mesh, monitor, arena, map, problem);
@@ -214,12 +219,13 @@ static void make_sample(struct task *task, struct api_problem *problem) {
     const struct format *format = format_named(FORMAT_RESULT, order->format);
     struct format_options options = {0};
     struct map_target mesh; /* no option is for it */
+    struct api_input input;
     struct api_memory result;
     struct arena *arena = arena_new(order->limits.max_memory);
     if (!arena || !format) {
         api_problem_set(problem, API_OUT_OF_MEMORY, "the drape needs more memory than allowed");
     } else if (take_options(task, arena, &mesh, &options, problem) &&
-               drape_variant(task, &monitor, arena, &result, problem) == API_OK) {
+               drape_variant(task, &monitor, arena, &input, &result, problem) == API_OK) {
         const struct api_reader reader = api_reader_of(&result);
         write_document(task, format, &(struct format_source){.id = order->id, .reader = &reader},
                        &options, problem);

@@ -53,7 +53,7 @@ enum checker_kind {
 /* The documents of an order, in this order in the packet or as files beside it. */
 enum checker_document {
     CHECKER_BODY,
-    CHECKER_SECOND,    /* the stored surface */
+    CHECKER_SECOND,    /* the stored surface; of CHECKER_MAP the request of the drape */
     CHECKER_COLUMNS,   /* the container of the job's result, always a file */
     CHECKER_OPTIONS,   /* of a map, sample or report: of each option its name and its value,
                         * zero-terminated

@@ -196,9 +196,55 @@ plane='.surface = {degree_u: 1, degree_v: 1, size_u: 2, size_v: 2, knotvector_u:
     echo '{"points": [[1, 1, 0]], "punch": {"vertices": [[0, 0, 1]], "triangles": [[0, 0, 5]]}}' >"$points"
     post "/v1/laminates/$id/map" "$points" && expect_problem 422 invalid-request
     [ "$(field .pointer)" = /punch/triangles/0/2 ]
-    call POST "/v1/drapes/$ply/map?cavity_height=1" -H "Content-Type: text/x-nastran" --data-binary "@$mesh"
+    create "$plane | .plies |= .[:1] | del(.plies[0].fabric.thickness)" && expect 200
+    call POST "/v1/drapes/$(field '.plies[0].id')/map?cavity_height=1" -H "Content-Type: text/x-nastran" \
+        --data-binary "@$mesh"
     expect_problem 422 invalid-request
-    [[ $(field .detail) == *'laminate of one ply'* ]]
+    [[ $(field .detail) == *'need the fabric.thickness of the drape'* ]]
+}
+
+@test "a single drape is pressed by element, by property and under a punch, as a laminate of it is" {
+    local mesh=$BATS_TEST_TMPDIR/mould.bdf points=$BATS_TEST_TMPDIR/points.json
+    local request=$BATS_TEST_TMPDIR/drape.json plies=$BATS_TEST_TMPDIR/plies.json option
+    mould >"$mesh"
+    stack "$plane | {surface, length_unit} + (.plies[1] | .fabric.thickness = 0.008)" >"$request"
+    # H along the tool's normal at x = 1 and 3, exactly; Vf = 0.5 t0 / H.
+    "$DRAPE" "$request" --map "$mesh" --punch pid:7 -o "$plies"
+    [ "$(jq -c '[.cells.id, .cells.pid, [.cells.thickness[] * 1e9 | round],
+        [.cells.fiber_volume_fraction[] * 1e9 | round]]' "$plies")" = \
+        '[[11,12,13,14],[1,2,1,2],[6500000,7500000,6500000,7500000],[615384615,533333333,615384615,533333333]]' ]
+    [ "$(jq -c '[.plies.thickness[] * 1e9 | round]' "$plies")" = '[6500000,7500000,6500000,7500000]' ]
+
+    # Curved and sheared, with places of its own cavity, thin ones and thick ones.
+    stack '{surface, length_unit} + .plies[1]' >"$request"
+    stack '{surface, length_unit, plies: [.plies[1]]}' >"$plies"
+    jq -nc '[range(60)] | {points: map([(. % 10) / 5 - 1, (. / 10 | floor) / 3 - 1]) |
+            map(. + [(.[0] * .[0] - .[1] * .[1]) / 2]), cavity_heights: map(. % 4 * 0.0009)}' >"$points"
+    for which in request plies; do
+        "$DRAPE" "${!which}" --map "$points" -o "$BATS_TEST_TMPDIR/$which.map" 2>"$BATS_TEST_TMPDIR/$which.err"
+        grep -q 'packing_exceeded: at 15 of 60 places' "$BATS_TEST_TMPDIR/$which.err"
+        grep -q 'at 15 of 60 places the plies by themselves are thinner' "$BATS_TEST_TMPDIR/$which.err"
+    done
+    jq -c 'del(.cavity_heights)' "$points" >"$BATS_TEST_TMPDIR/bare.json"
+    "$DRAPE" "$request" --map "$BATS_TEST_TMPDIR/bare.json" -o "$BATS_TEST_TMPDIR/bare.map"
+    python3 - "$BATS_TEST_TMPDIR"/{request,plies,bare}.map <<-'END'
+	import json, math, sys
+	drape, stack, bare = (json.load(open(name))["cells"] for name in sys.argv[1:])
+	for k in range(60):
+	    height = k % 4 * 0.0009
+	    if height:
+	        vf = 0.5 * 0.002 / height / math.cos(math.radians(drape["shear_deg"][k]))
+	        assert abs(drape["fiber_volume_fraction"][k] - vf) < 1e-12, k
+	        assert drape["packing_exceeded"][k] == (vf > 0.9), k
+	    for name in drape if height == 0 else set(drape) & set(stack):
+	        other = bare if height == 0 else stack
+	        assert abs(drape[name][k] - other[name][k]) <= 1e-9 * abs(other[name][k]) + 1e-22, (name, k)
+	END
+
+    # Over HTTP.
+    post /v1/drapes "$request" -H 'Prefer: wait=40' && expect 200
+    post "/v1/drapes/$(field .id)/map" "$points" && expect 200
+    jq -S .cells "$body" | cmp - <(jq -S .cells "$BATS_TEST_TMPDIR/request.map")
 }
 
 @test "a ply that fails is named while the rest stands" {

@@ -138,10 +138,10 @@ columns() {
             expect 200
             cmp "$BATS_TEST_TMPDIR/own" "$body"
         done
-        post "/v1/drapes/$drape/map?format=csv" "$BATS_TEST_TMPDIR/points.json"
+        post "/v1/drapes/$drape/map?format=csv&cavity_height=0.0004" "$BATS_TEST_TMPDIR/points.json"
         expect 200
         cp "$body" "$BATS_TEST_TMPDIR/own"
-        post "/v1/studies/$id/map?format=csv&sample=$k" "$BATS_TEST_TMPDIR/points.json"
+        post "/v1/studies/$id/map?format=csv&sample=$k&cavity_height=0.0004" "$BATS_TEST_TMPDIR/points.json"
         expect 200
         cmp "$BATS_TEST_TMPDIR/own" "$body"
     done

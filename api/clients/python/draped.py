@@ -375,8 +375,8 @@ class Client:
         direction that angles of plies run from, (x, y, z)), `within`, and for lcmsim `inlet`
         and `outlet`, lists of the file's ids (of a dict's mesh of indices), "pid:3" and
         "sphere:x:y:z:radius", `edge_channel`, (width, permeability in m^2), `lcmsim_version` and
-        `at_most_fiber_volume_fraction`; of a laminate `cavity_height`, a number or
-        "pid:3:0.002,pid:4:0.003", and `punch`, "pid:7"."""
+        `at_most_fiber_volume_fraction`; `cavity_height`, a number or "pid:3:0.002,pid:4:0.003", and
+        `punch`, "pid:7"."""
         with self._open_map(drape, mesh, "json", options) as answer:
             document = json.load(answer)
         return {**document, "cells": _table(document["cells"])}
