@@ -87,10 +87,18 @@ bool correction_chord(const struct correction *correction, double *chord) {
 }
 
 double correction_sideways(const struct correction *correction, const struct station *from,
-                           double arc_chord) {
-    struct vec3 across = vec3_cross(from->normal, correction->along);
-    struct vec3 sum = vec3_add(correction->bend[0], correction->bend[1]);
-    double sideways = vec3_dot(sum, across), size2 = vec3_norm2(correction->along);
-    double q = sideways * sideways / (4 * size2 * correction->d * correction->d);
+                           const struct station *to, double arc_chord) {
+    struct vec3 along = correction->along;
+    double sideways = vec3_dot(correction->bend[0], vec3_cross(from->normal, along)) +
+                      vec3_dot(correction->bend[1], vec3_cross(to->normal, along));
+    double q = sideways * sideways / (4 * vec3_norm2(along) * correction->d * correction->d);
     return q < 0.25 ? arc_chord * sqrt(1 - q / 12) : arc_chord;
+}
+
+double correction_fitted(const struct correction *correction, const struct station *to,
+                         double chord, double told) {
+    double d = correction->d, net = fabs(station_gauss_curvature(to)) * d * d;
+    double apart = (CORRECTION_APART + CORRECTION_APART_SHARE * net) * d;
+    double beyond = fabs(chord - told) / apart - 1;
+    return beyond > 0 ? chord + fmin(beyond, 1) * (told - chord) : chord;
 }

@@ -47,9 +47,21 @@ static inline struct vec3 correction_bend(struct vec3 p, struct vec3 q, struct v
 /* The chord by a correction that is whole. False where that is no yarn of this length. */
 bool correction_chord(const struct correction *correction, double *chord);
 
-/* An arc's chord less what the yarn curves sideways, seen from its near end. */
+/* A chord in the normal plane less what the yarn curves sideways, seen from its ends. */
 double correction_sideways(const struct correction *correction, const struct station *from,
-                           double arc_chord);
+                           const struct station *to, double arc_chord);
+
+/* Differences over three or four nodes tell less of an edge that bends by a fifth of a radian or
+ * more than its own ends do (`rough_edge`): the chord of a whole correction may differ by this
+ * share of d from the one that they tell, and by so much of |K| d^2, which they do not know better.
+ */
+#define CORRECTION_APART 2e-6
+#define CORRECTION_APART_SHARE (1.0 / 24)
+
+/* The chord of an edge to `to` by a correction, as far as it fits: from there on less and less, and
+ * from twice that on the one told. */
+double correction_fitted(const struct correction *correction, const struct station *to,
+                         double chord, double told);
 
 /* D2 may miss the curvature by this share of it, and of d. */
 #define CORRECTION_SHARE 0.1

@@ -15,6 +15,7 @@
 #include "solver/drape.h"
 #include "solver/fishnet/correction.h"
 #include "solver/fishnet/fishnet.h"
+#include "solver/fishnet/rough.h"
 #include "solver/mesh/smooth_path.h"
 #include "solver/net/fold.h"
 #include "solver/net/net.h"
@@ -219,6 +220,13 @@ void march_find_corrections(const struct march *march, const struct march_cell *
  * of a correction that does not agree with that nothing but the sideways part is used. */
 double march_corrected_chord(struct march_corrections *c, int k, const struct station *from,
                              double curvature, double arc_chord);
+
+/* What the edge to D from B (k = 0) or C is, with the curvature of its arc, and its *chord, which
+ * was found before D was known: as far as that is to be kept, *chord does not change. Of a rough
+ * edge it tells nothing. */
+enum rough_kind march_edge_chord(const struct march *march, const struct march_corrections *c,
+                                 int k, const struct station *from, const struct station *to,
+                                 double curvature, double *chord);
 
 /* Solves a cell. Notes the cost; on failure gives the reason. */
 bool march_solve_corner(struct march *march, const struct march_cell *at, struct fishnet_node *node,

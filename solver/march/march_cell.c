@@ -66,7 +66,7 @@ double march_corrected_chord(struct march_corrections *c, int k, const struct st
         return arc_chord;
     of->whole = of->whole && correction_agrees(of, 0, from, curvature);
     if (!of->whole)
-        return correction_sideways(of, from, arc_chord);
+        return correction_sideways(of, from, from, arc_chord);
     return correction_chord(of, &chord) ? chord : arc_chord;
 }
 
@@ -324,6 +324,23 @@ static bool hangs_on_rough(struct march *march, const struct fishnet_cell *cell,
  * the edge. */
 static const double far_off = 0.05;
 
+enum rough_kind march_edge_chord(const struct march *march, const struct march_corrections *c,
+                                 int k, const struct station *from, const struct station *to,
+                                 double curvature, double *chord) {
+    double d = march->settings->spacing[k], right = fishnet_arc_chord(d, curvature);
+    enum rough_kind kind = rough_edge(from, to, curvature, d, &right);
+    if (kind == ROUGH_EDGE || fabs(right - *chord) > far_off * d)
+        return ROUGH_EDGE;
+    if (kind == ROUGH_BENT && march->settings->yarn_path == DRAPE_PATH_RELAXATION)
+        return ROUGH_NOT; /* arcs along relaxed tangents are what was asked for */
+    if (c->has[k])
+        right = correction_sideways(&c->of[k], from, to, right);
+    if (c->has[k] && c->of[k].whole)
+        right = correction_fitted(&c->of[k], to, *chord, right);
+    *chord = right;
+    return kind;
+}
+
 /* Looks at the edges of a cell that has its D: whether one is rough. Those that are bent get their
  * chords: `bent` and `told` say whether there are any. */
 static bool has_rough(const struct march *march, struct fishnet_cell *cell, const struct station *d,
@@ -333,19 +350,14 @@ static bool has_rough(const struct march *march, struct fishnet_cell *cell, cons
         rough_is_arc(cell->c, d, cell->curvature[1], spacing[1]))
         return false;
     for (int k = 0; k < 2; k++) {
-        const struct station *from = k ? cell->c : cell->b;
-        double *chord = k ? &cell->cd : &cell->bd, found = *chord;
-        enum rough_kind kind = rough_edge(from, d, cell->curvature[k], spacing[k], &found);
-        if (kind == ROUGH_EDGE || fabs(found - *chord) > far_off * spacing[k])
+        double *chord = k ? &cell->cd : &cell->bd, before = *chord;
+        enum rough_kind kind =
+            march_edge_chord(march, c, k, k ? cell->c : cell->b, d, cell->curvature[k], chord);
+        if (kind == ROUGH_EDGE)
             return true;
-        bool whole = c->has[k] && c->of[k].whole;
-        if (kind == ROUGH_BENT && march->settings->yarn_path == DRAPE_PATH_RELAXATION)
-            continue; /* arcs along relaxed tangents are what was asked for */
+        bool whole = c->has[k] && c->of[k].whole && *chord == before;
         told[k] = kind == ROUGH_TOLD || (kind == ROUGH_BENT && march->before.net && !whole);
-        if (kind != ROUGH_NOT && !whole) {
-            *chord = c->has[k] ? correction_sideways(&c->of[k], from, found) : found;
-            *bent = true;
-        }
+        *bent = *bent || *chord != before;
     }
     return false;
 }

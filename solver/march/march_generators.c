@@ -127,6 +127,21 @@ static bool advance_on_mesh(struct march *march, struct arm *arm, double d, stru
     return true;
 }
 
+/* Lays an uneven edge of a generator, `to` at the end of a correction's chord, as far as that fits
+ * the chord of the yarn's own length. */
+static bool fit_chord(struct march *march, const struct correction *correction,
+                      const struct stop *from, double chord, struct stop *to) {
+    struct stop exact = {.path = from->path};
+    if (!advance(march, &exact.path, &march->cursor, correction->d) || !find_station(march, &exact))
+        return false;
+    double told = vec3_distance(from->station.jet.r, exact.station.jet.r);
+    double fitted = correction_fitted(correction, &to->station, chord, told);
+    if (fitted == chord)
+        return true;
+    to->path = from->path;
+    return path_advance_chord(&to->path, &march->cursor, fitted) && find_station(march, to);
+}
+
 /* To node k in a second march, the edge's chord being the corrected one like those of the yarns
  * beside it, so that they fit to the last order. False where there is none. */
 static bool advance_corrected(struct march *march, struct arm *arm, int32_t k, double d) {
@@ -144,6 +159,9 @@ static bool advance_corrected(struct march *march, struct arm *arm, int32_t k, d
     double arriving = station_normal_curvature(&to.station, to.tangent);
     if (!correction_agrees(&correction, 0, &from->station, leaving) ||
         !correction_agrees(&correction, 1, &to.station, arriving))
+        return false;
+    if (!rough_is_arc(&from->station, &to.station, leaving, d) &&
+        !fit_chord(march, &correction, from, chord, &to))
         return false;
     arm->at = to;
     return true;

@@ -185,17 +185,29 @@ static enum status grow_alone(struct quadrant *q, int32_t j, int k) {
     return quadrant_place(q, row, j + k, &node.station);
 }
 
-/* Whether an edge of lane k's cell to its D is no arc. */
-static bool has_uneven_edge(struct wave *wave, int k) {
+/* Whether an edge of lane k's cell to its D is no arc, or has another chord than it was found by.
+ */
+static bool has_uneven_edge(struct quadrant *q, int32_t j, int k) {
+    struct wave *wave = q->wave;
+    struct march *march = q->march;
     struct station from[2], d;
+    struct march_cell cell = {
+        .i = q->row[k + 1].count * q->si, .j = (j + k) * q->sj, .si = q->si, .sj = q->sj};
+    struct march_corrections corrections = {.has = {false, false}};
     wave_get(wave, wave_at(wave, 1), k + 1, &from[0]);
     wave_get(wave, wave_at(wave, 1), k, &from[1]);
     wave_get(wave, wave_at(wave, 0), k + 1, &d);
+    if (wave->corrected) {
+        net_view_move(&march->before, cell.i, cell.j);
+        march_find_corrections(march, &cell, &corrections);
+    }
     bool uneven = false;
     for (int n = 0; n < 2 && !uneven; n++) {
-        double chord = wave->chord[n][k];
-        uneven =
-            rough_edge(&from[n], &d, wave->curvature[n][k], wave->length[n], &chord) != ROUGH_NOT;
+        double found = wave->chord[n][k], chord = found;
+        corrections.of[n].whole = wave->whole[n][k] != 0;
+        uneven = march_edge_chord(march, &corrections, n, &from[n], &d, wave->curvature[n][k],
+                                  &chord) != ROUGH_NOT ||
+                 chord != found;
     }
     return uneven;
 }
@@ -206,7 +218,7 @@ static enum status grow_lane(struct quadrant *q, int32_t j, int k) {
     struct march *march = q->march;
     struct station station;
     unsigned bit = 1u << k;
-    if (!(wave->found & bit) || (wave->arcs && !(wave->smooth & bit) && has_uneven_edge(wave, k)))
+    if (!(wave->found & bit) || (wave->arcs && !(wave->smooth & bit) && has_uneven_edge(q, j, k)))
         return grow_alone(q, j, k);
     q->kept++;
     wave_get(wave, wave_at(wave, 0), k + 1, &station);

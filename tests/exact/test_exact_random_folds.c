@@ -18,7 +18,7 @@ static const double clearance = 1.3, apart = 2.2;
 
 /* Where radii are far below the spacing arcs are no helices, and the ends of an edge tell less of
  * it than where they are above. */
-static const double position_most[PROFILE_METHODS] = {1e-7, 5e-4, 3e-3};
+static const double position_most[PROFILE_METHODS] = {1e-7, 5e-4, 5e-4};
 static const double shear_most = 0.05, cover_least = 0.995;
 
 static void make_parts(struct profile_part *part, int count, uint64_t *seed) {
