@@ -445,7 +445,8 @@ static bool write_map(const struct arguments *arguments, const struct api_input 
     else
         ok = files_read(arguments->map, &text) &&
              read_mesh(arguments, &text, arena, &mesh, problem) &&
-             (stack || cavity_take_cloth(&mesh, input, &arguments->limits, arena, problem)) &&
+             (stack ||
+              cavity_take_cloth(&mesh, reader, input, &arguments->limits, arena, problem)) &&
              (stack ? laminate_map(&stack->laminate, stack->nets, &mesh, NULL, arena, &map, problem)
                     : api_map_make(reader, &mesh, NULL, arena, &map, problem)) == API_OK &&
              write_document(arguments, (struct format_source){.fields = &map.fields}, output,

@@ -143,14 +143,30 @@ static bool no_memory(struct api_problem *problem) {
     return false;
 }
 
-bool cavity_take_cloth(struct map_target *target, const struct api_input *input,
-                       const struct api_limits *limits, struct arena *arena,
-                       struct api_problem *problem) {
+/* Where the unit is what a stored surface says, the thickness of a material was read in another. */
+static bool take_unit(struct api_request *cloth, const struct api_reader *reader,
+                      struct arena *arena, struct api_problem *problem) {
+    struct api_columns *columns = arena_alloc(arena, 1, sizeof *columns);
+    if (!columns)
+        return no_memory(problem);
+    if (api_columns_open(reader, columns, problem) != API_OK)
+        return false;
+    if (cloth->unit_of_surface && cloth->fabric.material)
+        cloth->fabric.thickness *= cloth->length_unit->metres / columns->unit->metres;
+    return true;
+}
+
+bool cavity_take_cloth(struct map_target *target, const struct api_reader *reader,
+                       const struct api_input *input, const struct api_limits *limits,
+                       struct arena *arena, struct api_problem *problem) {
     if (!cavity_given(target))
         return true;
     struct api_request *cloth = arena_alloc(arena, 1, sizeof *cloth);
     target->cloth = cloth;
-    return cloth ? api_decode(input, limits, arena, cloth, problem) == API_OK : no_memory(problem);
+    if (!cloth)
+        return no_memory(problem);
+    return api_decode(input, limits, arena, cloth, problem) == API_OK &&
+           take_unit(cloth, reader, arena, problem);
 }
 
 /* ---- options ---- */

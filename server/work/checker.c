@@ -186,11 +186,12 @@ static enum api_problem_id fill_map(const struct task *task, struct map_target *
                                    arena, map, problem);
     struct api_input input = {.request = task->document[CHECKER_SECOND],
                               .request_length = order->length[CHECKER_SECOND]};
-    if ((order->kind == CHECKER_SAMPLE_MAP &&
-         drape_variant(task, monitor, arena, &input, &columns, problem) != API_OK) ||
-        !cavity_take_cloth(mesh, &input, &order->limits, arena, problem))
+    if (order->kind == CHECKER_SAMPLE_MAP &&
+        drape_variant(task, monitor, arena, &input, &columns, problem) != API_OK)
         return problem->id;
     const struct api_reader reader = api_reader_of(&columns);
+    if (!cavity_take_cloth(mesh, &reader, &input, &order->limits, arena, problem))
+        return problem->id;
     return api_map_make(&reader, mesh, monitor, arena, map, problem);
 }
 

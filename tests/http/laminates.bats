@@ -247,6 +247,19 @@ plane='.surface = {degree_u: 1, degree_v: 1, size_u: 2, size_v: 2, knotvector_u:
     jq -S .cells "$body" | cmp - <(jq -S .cells "$BATS_TEST_TMPDIR/request.map")
 }
 
+@test "a drape of a material is pressed in the unit that its stored surface says" {
+    local mesh='v -1000 -1000 0\nv 1000 -1000 0\nv 0 1000 0\nf 1 2 3\n'
+    printf "$mesh" >"$BATS_TEST_TMPDIR/part.obj"
+    call POST '/v1/surfaces?unit=mm' -H 'Content-Type: model/obj' --data-binary "@$BATS_TEST_TMPDIR/part.obj"
+    jq -nc --arg id "$(field .id)" '{surface: {id: $id}, method: "mosaic",
+        fabric: {material: "example-glass-plain-800", spacing: 200}}' >"$BATS_TEST_TMPDIR/request.json"
+    post /v1/drapes "$BATS_TEST_TMPDIR/request.json" -H 'Prefer: wait=40' && expect 200
+    # Half of 0.625 mm in 0.5 mm.
+    echo '{"points": [[0, 0, 0]], "cavity_heights": [0.5]}' >"$BATS_TEST_TMPDIR/points.json"
+    post "/v1/drapes/$(field .id)/map" "$BATS_TEST_TMPDIR/points.json" && expect 200
+    [ "$(field '.cells | [.thickness[0], .fiber_volume_fraction[0]] | tojson')" = '[0.5,0.625]' ]
+}
+
 @test "a ply that fails is named while the rest stands" {
     create '.plies[2].start = {point: [9, 9, 9]}'
     expect 200

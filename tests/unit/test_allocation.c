@@ -155,7 +155,8 @@ static enum api_problem_id map_failing(mesh_reader *read, const char *text, stru
     enum api_problem_id id = read(text, strlen(text), arena, &mesh, &problem);
     if (id == API_OK && mesh.elements)
         id = map_target_option(&mesh, "inlet", "1", arena, &problem) ? API_OK : problem.id;
-    if (id == API_OK && cavity_take_cloth(&mesh, &pressed, &api_limits_default, arena, &problem))
+    if (id == API_OK &&
+        cavity_take_cloth(&mesh, &reader, &pressed, &api_limits_default, arena, &problem))
         id = api_map_make(&reader, &mesh, NULL, arena, &map, &problem);
     id = problem.id;
     arena_free(arena);
