@@ -39,10 +39,15 @@ static struct crossing *crossing_of(struct crossings *c, int32_t i, int32_t j) {
     return last;
 }
 
+/* The rim that runs along the sides of cells, as far as rounding goes, is that of the cells that it
+ * has on its left: they may have nodes beyond it, and then are no whole cells. */
+static const double beside = 1e-9;
+
 static void add_piece(struct crossings *c, const double from[2], const double to[2], bool loose) {
     double p = (from[0] + to[0]) / 2, q = (from[1] + to[1]) / 2, rise = to[1] - from[1];
-    double dp = to[0] - from[0], i = floor(p), weight = sqrt(dp * dp + rise * rise) + 1e-12;
-    struct crossing *own = crossing_of(c, (int32_t)i, (int32_t)floor(q));
+    double dp = to[0] - from[0], weight = sqrt(dp * dp + rise * rise) + 1e-12;
+    double i = floor(p - beside * rise / weight), j = floor(q + beside * dp / weight);
+    struct crossing *own = crossing_of(c, (int32_t)i, (int32_t)j);
     if (!own)
         return;
     own->rise += rise;

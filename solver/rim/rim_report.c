@@ -209,13 +209,16 @@ static double shear_at(const struct rim_place *place) {
     return fabs(2 * angle_atan_deg(rim_place_half_tangent(place)));
 }
 
+/* The share of a cell that is rounding. */
+static const double least_share = 1e-9;
+
 /* A cell that is not whole, by the share that the rim leaves of it: its shear goes from that at
  * the rim to that as far on the other side of its middle. */
 static void add_cut(struct gathering *g, const struct rim_cell *cell) {
     const struct rim_patch *patch = rim_cloth_patch(&g->rim->cloth, cell->i, cell->j);
     double sine, cosine, half = 0, shear, with_sign = 0, share = cell->share, rest = 1 - share;
     struct rim_place middle, rim;
-    if (cell->loose || !patch->known)
+    if (cell->loose || !patch->known || share < least_share)
         return;
     rim_patch_place(patch, share * (cell->i + 0.5) + rest * cell->p,
                     share * (cell->j + 0.5) + rest * cell->q, &middle);

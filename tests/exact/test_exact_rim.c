@@ -279,6 +279,36 @@ static void test_exact_rim_of_a_plate_with_holes(void **state) {
     arena_free(arena);
 }
 
+/* A part whose edges run along the sides of cells, where rounding takes nodes to either side of
+ * them: none of its cloth is lost, of the area, the pattern or the cells. */
+static void test_exact_rim_along_the_sides_of_cells(void **state) {
+    static const double knots[] = {0, 0, 1, 2, 3, 4, 4};
+    static struct shape shape;
+    struct arena *arena = arena_new((size_t)1 << 26);
+    (void)state;
+    shape_plane(&shape, (double[2]){-1, 1}, (double[2]){-1, 1});
+    for (int count = 1; count <= 12; count++)
+        for (int side = 3; side <= 9; side++) {
+            double half = side / 10.0, worst = 0;
+            const double corners[5][2] = {
+                {-half, -half}, {half, -half}, {half, half}, {-half, half}, {-half, -half}};
+            const struct trim_curve square = {1, corners, 5, knots, NULL};
+            const struct trim_loop loop = {true, &square, 1};
+            struct drape_run run;
+            struct drape_settings settings = settings_at(0, 0, 0, half / count);
+            settings.trim = trim_of(&shape, &loop, 1, arena);
+            drape_begin(&run, &shape, &settings);
+            const struct drape_summary *s = &run.result.summary;
+            worst = fmax(fabs(s->cloth_area / (4 * half * half) - 1),
+                         fabs(s->flat_area / (4 * half * half) - 1));
+            check_below(worst, 1e-12);
+            size_t cells = run.result.cells.count + run.result.cut.cells.count;
+            assert_int_equal(cells, 4 * count * count);
+            drape_end(&run);
+        }
+    arena_free(arena);
+}
+
 /* --- the area of the pattern is the integral of 1 / cos gamma over the part --- */
 
 /* On the saddle 1 / cos gamma dA = sqrt((1 + x^2) (1 + y^2)) dx dy, whatever the net. */
@@ -520,6 +550,7 @@ int main(void) {
         cmocka_unit_test(test_exact_rim_of_a_closed_cylinder),
         cmocka_unit_test(test_exact_rim_over_fillets_and_folds),
         cmocka_unit_test(test_exact_rim_of_a_plate_with_holes),
+        cmocka_unit_test(test_exact_rim_along_the_sides_of_cells),
         cmocka_unit_test(test_exact_rim_area_is_the_integral_over_the_part),
         cmocka_unit_test(test_exact_rim_of_a_mesh),
         cmocka_unit_test(test_exact_rim_of_parts),
