@@ -266,10 +266,39 @@ static enum status find_generators(const struct surface *surface,
     return status;
 }
 
+/* At a corner where r_u and r_v, both inwards, point opposite ways no direction has parameters, as
+ * on a disk in one patch. A start this near to one is put a small share of the domain inside, along
+ * parameters for which r_u and r_v cancel: it moves by the square of that share, which geodesics of
+ * all methods get away from in a bounded number of steps. */
+static const double singular_sine = 3e-3, singular_inside = 3e-3;
+
+static void leave_singular_corner(const struct surface *surface, struct surface_cursor *cursor,
+                                  double uv[2]) {
+    struct surface_jet jet;
+    struct vec3 inward[2];
+    double sign[2], least = HUGE_VAL;
+    surface_jet_at(surface, cursor, uv[0], uv[1], &jet);
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &surface->axis[k];
+        double lower = surface_axis_lower(axis), upper = surface_axis_upper(axis);
+        sign[k] = uv[k] < (lower + upper) / 2 ? 1 : -1;
+        inward[k] = vec3_scale(sign[k], k ? jet.v : jet.u);
+        least = fmin(least, (upper - lower) * vec3_norm(inward[k]));
+    }
+    double size = vec3_norm(inward[0]) * vec3_norm(inward[1]);
+    double sine = vec3_norm(vec3_cross(inward[0], inward[1]));
+    if (!(least > 0) || !(sine < singular_sine * size) || vec3_dot(inward[0], inward[1]) > 0)
+        return;
+    for (int k = 0; k < 2; k++)
+        uv[k] += sign[k] * singular_inside * least / vec3_norm(inward[k]);
+}
+
 enum status start_find_at(const struct surface *surface, const struct drape_settings *settings,
                           const double inner[2], struct march_start *start, int *faulty) {
     struct surface_cursor cursor = {0};
-    if (!station_at(surface, &cursor, inner, &start->station))
+    double uv[2] = {inner[0], inner[1]};
+    leave_singular_corner(surface, &cursor, uv);
+    if (!station_at(surface, &cursor, uv, &start->station))
         return STATUS_DEGENERATE_SURFACE;
     enum status status = find_direction(surface, settings, &start->station, &start->warp);
     return status == STATUS_OK ? find_generators(surface, settings, start, faulty) : status;

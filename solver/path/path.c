@@ -15,7 +15,7 @@ enum {
     JOINT_PIECES = 4,  /* straight ones, in which joints are sought along a step */
     FAILURES_MAX = 40, /* steps of one advance in one span that were too long */
     FAILURES_OUTSIDE = 8,
-    STEPS_MAX = 100, /* steps of one advance in one span */
+    STEPS_MAX = 200, /* steps of one advance in one span */
 };
 
 /* Local error allowed, as a share of the step, unless the owner of the path says more. */

@@ -172,15 +172,18 @@ static void test_exact_starts_on_meshes(void **state) {
     }
 }
 
-/* A triangle that tapers to a pole at (0, 0) and the same cut out of a square by a trim, from their
- * corners and edges. */
-static void check_surface(const char *name, struct surface *surface, const struct trim *trim,
-                          const struct part *part, int most_stuck, struct arena *arena) {
+static const enum drape_method methods[] = {DRAPE_GIB, DRAPE_GEODESIC, DRAPE_BASIC};
+
+/* A triangle that tapers to a pole at (0, 0), the same cut out of a square by a trim, and a disk,
+ * from their corners and edges. */
+static void check_method(const char *name, struct surface *surface, const struct trim *trim,
+                         const struct part *part, enum drape_method method, int most_stuck,
+                         struct arena *arena) {
     double least = 1;
     int stuck = 0;
     for (int k = 0; k < part->start_count * DIRECTIONS; k++) {
         struct arena_mark mark = arena_mark(arena);
-        struct drape_settings settings = settings_to(k % DIRECTIONS, DRAPE_GIB);
+        struct drape_settings settings = settings_to(k % DIRECTIONS, method);
         struct drape_result result;
         settings.start_point = part->starts[k / DIRECTIONS];
         settings.trim = trim;
@@ -188,6 +191,7 @@ static void check_surface(const char *name, struct surface *surface, const struc
         stuck += status == STATUS_START_STUCK;
         if (status != STATUS_START_STUCK) {
             assert_int_equal(status, STATUS_OK);
+            check_at_most(vec3_distance(result.start_point, settings.start_point), 4e-5);
             check_covered(name, part->area, part->perimeter, settings.spacing, &result, true);
             least = fmin(least, result.summary.coverage);
         }
@@ -196,6 +200,12 @@ static void check_surface(const char *name, struct surface *surface, const struc
     printf("  %-9s %3d starts, coverage %.3f at least, %d stuck\n", name,
            part->start_count * DIRECTIONS, least, stuck);
     check_at_most(stuck, most_stuck);
+}
+
+static void check_surface(const char *name, struct surface *surface, const struct trim *trim,
+                          const struct part *part, int most_stuck, struct arena *arena) {
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++)
+        check_method(name, surface, trim, part, methods[m], most_stuck, arena);
 }
 
 static const double knots[] = {0, 0, 1, 1};
@@ -211,6 +221,30 @@ static void test_exact_starts_on_triangular_patches(void **state) {
     struct surface *surface;
     assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
     check_surface("patch", surface, NULL, part, 4, arena); /* at the pole */
+    arena_free(arena);
+}
+
+/* At the corners of the patch r_u and r_v are parallel: the net begins 3e-5 of its
+ * size inside. */
+static void test_exact_starts_on_singular_corners(void **state) {
+    (void)state;
+    static const struct part part = {.name = "disk in one patch",
+                                     .area = M_PI / 4,
+                                     .perimeter = M_PI,
+                                     .starts = {{0.35355339059327379, 0.35355339059327379, 0},
+                                                {-0.35355339059327379, 0.35355339059327379, 0},
+                                                {-0.35355339059327379, -0.35355339059327379, 0},
+                                                {0.35355339059327379, -0.35355339059327379, 0},
+                                                {0.5, 0, 0},
+                                                {-0.3, 0.4, 0}},
+                                     .start_count = 6};
+    static struct shape shape;
+    struct arena *arena = arena_new((size_t)1 << 28);
+    struct surface *surface;
+    shape_disk(&shape, 0.5);
+    struct nurbs nurbs = shape_nurbs(&shape);
+    assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+    check_surface(part.name, surface, NULL, &part, 0, arena);
     arena_free(arena);
 }
 
@@ -306,6 +340,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_starts_on_meshes),
         cmocka_unit_test(test_exact_starts_on_triangular_patches),
+        cmocka_unit_test(test_exact_starts_on_singular_corners),
         cmocka_unit_test(test_exact_starts_on_trims),
         cmocka_unit_test(test_exact_starts_at_the_pole_of_an_octant),
         cmocka_unit_test(test_exact_starts_by_default_where_cloth_begins),
