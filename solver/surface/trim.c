@@ -372,8 +372,8 @@ struct cut {
     uint32_t loop;
 };
 
-/* The middle lines of strips of the domain and where they meet edges: line k those from first[k]
- * to first[k + 1]. */
+/* The middle lines of strips of the box round the region and where they meet edges: line k those
+ * from first[k] to first[k + 1]. */
 struct lines {
     double low, step;
     size_t count, *first;
@@ -397,11 +397,10 @@ static size_t line_at(const struct lines *lines, double v) {
 
 /* How often `count` lines cross edges. */
 static size_t count_crossings(struct trim *trim, struct lines *lines, size_t count) {
-    const struct surface_axis *axis = &trim->surface->axis[1];
     size_t total = 0;
     lines->count = count;
-    lines->low = axis->outer[0];
-    lines->step = (axis->outer[1] - lines->low) / (double)count;
+    lines->low = trim->low[1];
+    lines->step = (trim->high[1] - trim->low[1]) / (double)count;
     for (size_t k = 0; k < trim->edge_count; k++)
         total += line_at(lines, trim->edges[k].v[1]) - line_at(lines, trim->edges[k].v[0]);
     trim->steps += trim->edge_count;
@@ -611,7 +610,9 @@ enum status trim_make(const struct surface *surface, const struct trim_loop *loo
     if (!flatten_apart(made, &collector, arena))
         return STATUS_OUT_OF_MEMORY;
     find_box(made);
-    enum status status = make_strips(made, arena);
     *trim = made;
+    if (!(made->low[0] < made->high[0] && made->low[1] < made->high[1]))
+        return STATUS_DEGENERATE_SURFACE;
+    enum status status = make_strips(made, arena);
     return status == STATUS_OK ? measure(made, arena) : status;
 }

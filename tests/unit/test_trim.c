@@ -167,13 +167,18 @@ static void test_trim_area_of_a_creased_surface(void **state) {
     struct polyline line = polyline_make(4);
     struct trim *trim;
     struct vec3 centroid;
-    static const double corner[4][2] = {{0.1, 0.25}, {0.9, 0.25}, {0.9, 0.75}, {0.1, 0.75}};
-    memcpy(line.points, corner, sizeof corner);
-    struct trim_loop loop = polyline_loop(&line, true);
+    static const double sides[][2] = {{0.25, 0.75}, {0.2, 0.8}, {0.4567, 0.4678}};
     assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
-    assert_int_equal(trim_make(surface, &loop, 1, arena, &trim), STATUS_OK);
-    double area = 0.5 * (0.2 * hypot(0.3, 0.4) / 0.3 + 0.6 * hypot(0.7, 0.4) / 0.7);
-    check_below(fabs(trim_area(trim, &centroid) - area), 1e-12);
+    for (int k = 0; k < 3; k++) {
+        double low = sides[k][0], high = sides[k][1];
+        const double corner[4][2] = {{0.1, low}, {0.9, low}, {0.9, high}, {0.1, high}};
+        memcpy(line.points, corner, sizeof corner);
+        struct trim_loop loop = polyline_loop(&line, true);
+        assert_int_equal(trim_make(surface, &loop, 1, arena, &trim), STATUS_OK);
+        double area = (high - low) * (0.2 * hypot(0.3, 0.4) / 0.3 + 0.6 * hypot(0.7, 0.4) / 0.7);
+        check_below(fabs(trim_area(trim, &centroid) - area), 1e-12);
+        check_below(fabs(centroid.y - (low + high) / 2), 1e-12);
+    }
 }
 
 /* ---- work ---- */
