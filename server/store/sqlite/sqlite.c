@@ -289,10 +289,11 @@ enum store_answer sqlite_pace(struct store *base, int64_t bytes) {
 /* ------------------------------------------------------------------ open and close */
 
 /* Page size and auto_vacuum have an effect only before the first table; pages of 8 KiB took a tenth
- * off the time of a small drape against 4 KiB, larger ones nothing more. The sweep, and
- * who writes large results, take the log into the database long before it has the 128 MiB at which
- * a caller would have to. The checks cover
- * the tables whose loss would be silent, not the bulk of requests and results. */
+ * off the time of a small drape against 4 KiB, larger ones nothing more. Debian's SQLite fills what
+ * is deleted with zeros, by way of the log: dropping a result that finds no room would take as much
+ * room again. The sweep, and who writes large results, take the log into the database long before
+ * it has the 128 MiB at which a caller would have to. The checks cover the tables whose loss would
+ * be silent, not the bulk of requests and results. */
 static bool set_up_writer(struct sqlite_store *store, char why[STORE_WHY_SIZE]) {
     struct db *db = store->writer = db_open(store->path, store->base.options.busy_ms, why);
     if (!db)
@@ -309,6 +310,7 @@ static bool set_up_writer(struct sqlite_store *store, char why[STORE_WHY_SIZE]) 
                    "PRAGMA foreign_keys=ON;"
                    "PRAGMA temp_store=MEMORY;"
                    "PRAGMA cache_size=-32768;"
+                   "PRAGMA secure_delete=FAST;"
                    "PRAGMA journal_size_limit=67108864;"
                    "PRAGMA wal_autocheckpoint=16384;"
                    "BEGIN IMMEDIATE",
