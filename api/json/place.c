@@ -134,7 +134,7 @@ bool place_array(const struct json_place *place, size_t least) {
         return false;
     if (place_length(place) >= least)
         return true;
-    place_fault(place, "must have at least %zu elements", least);
+    place_fault(place, "must have at least %zu element%s", least, least == 1 ? "" : "s");
     return false;
 }
 

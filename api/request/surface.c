@@ -110,7 +110,7 @@ static bool read_axis(const struct nurbs_places *places, int direction, struct n
     ok = place_integer(&part[direction == 0 ? NURBS_SIZE_U : NURBS_SIZE_V], 2, NURBS_SIZE_MAX,
                        &axis->size) &&
          ok;
-    ok = place_numbers(&part[direction == 0 ? NURBS_KNOTS_U : NURBS_KNOTS_V], decode_coordinates, 4,
+    ok = place_numbers(&part[direction == 0 ? NURBS_KNOTS_U : NURBS_KNOTS_V], decode_coordinates, 1,
                        &axis->knots, &axis->knot_count) &&
          ok;
     return ok;

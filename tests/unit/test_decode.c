@@ -444,6 +444,14 @@ static void test_decode_guesses_why_counts_do_not_agree(void **state) {
           "the number of knots is 7; size_v + degree_v + 1 is 9; Rhino and openNURBS leave out the "
           "first and the last knot: repeat both ends once more"}},
         {{1, 1},
+         {2, 3},
+         {2, 3},
+         6,
+         {"the number of knots is 2; size_u + degree_u + 1 is 4; Rhino and openNURBS leave out the "
+          "first and the last knot: repeat both ends once more",
+          "the number of knots is 3; size_v + degree_v + 1 is 5; Rhino and openNURBS leave out the "
+          "first and the last knot: repeat both ends once more"}},
+        {{1, 1},
          {3, 4},
          {5, 6},
          11,
