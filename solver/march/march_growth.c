@@ -371,12 +371,6 @@ static struct vec3 direction_across(struct march *march, const struct free_end *
 static enum status begin_yarn(struct growth *g, const struct free_end *e) {
     struct march *march = g->march;
     struct station from, to;
-    enum drape_reason reason;
-    int32_t i = e->i + e->di, j = e->j + e->dj;
-    if (!march_in_extent(march, i, j))
-        return march_fail(march, i, j, DRAPE_REASON_EXTENT);
-    if (broken_beside(march, e, &reason))
-        return march_fail(march, i, j, reason);
     if (!march_station(march, e->i, e->j, &from) ||
         !march_straight_on(march, &from, direction_across(march, e, &from), e->di, e->dj, &to))
         return STATUS_OK;
@@ -387,12 +381,7 @@ static enum status begin_yarn(struct growth *g, const struct free_end *e) {
 static enum status go_straight(struct growth *g, const struct free_end *e) {
     struct march *march = g->march;
     struct station from, to;
-    enum drape_reason reason;
     int32_t i = e->i + e->di, j = e->j + e->dj;
-    if (!march_in_extent(march, i, j))
-        return march_fail(march, i, j, DRAPE_REASON_EXTENT);
-    if (broken_beside(march, e, &reason))
-        return march_fail(march, i, j, reason);
     if (!march_station(march, e->i, e->j, &from))
         return march_fail(march, i, j, DRAPE_REASON_DEGENERATE);
     struct vec3 direction = yarn_end(march, e, &from);
@@ -402,6 +391,19 @@ static enum status go_straight(struct growth *g, const struct free_end *e) {
         return march_fail(march, i, j,
                           march->turned_back ? DRAPE_REASON_NO_CONVERGENCE : DRAPE_REASON_BOUNDARY);
     return place_end(g, e, &to);
+}
+
+/* A yarn's next node, unless it would lie beyond the extent or beside a place where the net broke.
+ */
+static enum status reach_end(struct growth *g, const struct free_end *e) {
+    struct march *march = g->march;
+    enum drape_reason reason;
+    int32_t i = e->i + e->di, j = e->j + e->dj;
+    if (!march_in_extent(march, i, j))
+        return march_fail(march, i, j, DRAPE_REASON_EXTENT);
+    if (broken_beside(march, e, &reason))
+        return march_fail(march, i, j, reason);
+    return e->begins ? begin_yarn(g, e) : go_straight(g, e);
 }
 
 /* Queues the unknown places next to a tile's nodes inside. */
@@ -534,7 +536,7 @@ enum status march_growth(struct march *march) {
             status = march_watch_folds(march);
         if (status == STATUS_OK &&
             net_state_at(march->net, end.i + end.di, end.j + end.dj) == NET_UNKNOWN)
-            status = end.begins ? begin_yarn(&g, &end) : go_straight(&g, &end);
+            status = reach_end(&g, &end);
     }
     if (status == STATUS_OK)
         status = settle_edgeless(&g);
