@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "checking.h"
+#include <stdio.h>
 #include <stdlib.h>
 
 struct checkers_order checking_order(const struct call *call, enum checker_kind kind) {
@@ -61,4 +62,19 @@ char *checking_text(struct check *check, uint64_t offset, uint64_t length) {
     if (text)
         text[length] = '\0';
     return text;
+}
+
+bool checking_item(struct call *call, struct check *check, const char *id,
+                   struct store_item *item) {
+    const struct checker_answer *answer = check_answer(check);
+    uint64_t split = answer->check.definition_length;
+    *item = (struct store_item){.definition = checking_text(check, 0, split),
+                                .definition_length = (size_t)split,
+                                .description =
+                                    checking_text(check, split, answer->output_length - split)};
+    snprintf(item->owner, sizeof item->owner, "%s", call->request->owner);
+    snprintf(item->id, sizeof item->id, "%s", id);
+    if (!item->definition || !item->description)
+        reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
+    return item->definition && item->description;
 }

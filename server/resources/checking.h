@@ -52,4 +52,8 @@ enum checking_state checking_look(struct call *call, struct check *check);
  */
 char *checking_text(struct check *check, uint64_t offset, uint64_t length);
 
+/* What the check has read of a surface or a material, as the caller's own under `id`: its output is
+ * the definition and behind that the description. To be cleared; false: the reply says why. */
+bool checking_item(struct call *call, struct check *check, const char *id, struct store_item *item);
+
 #endif

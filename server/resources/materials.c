@@ -52,18 +52,10 @@ static bool keep(struct call *call, const struct store_item *posted, bool *creat
 
 /* Keeps the material that the check has read. */
 static void store_material(struct call *call, struct check *check) {
-    const struct checker_answer *answer = check_answer(check);
-    uint64_t split = answer->check.definition_length;
-    struct store_item posted = {.definition = checking_text(check, 0, split),
-                                .definition_length = (size_t)split,
-                                .description =
-                                    checking_text(check, split, answer->output_length - split)};
+    struct store_item posted;
     bool created = false;
-    snprintf(posted.owner, sizeof posted.owner, "%s", call->request->owner);
-    snprintf(posted.id, sizeof posted.id, "%s", answer->check.material);
-    if (!posted.definition || !posted.description) {
-        reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
-    } else if (keep(call, &posted, &created)) {
+    if (checking_item(call, check, check_answer(check)->check.material, &posted) &&
+        keep(call, &posted, &created)) {
         reply_text(call->reply, created ? 201 : 200, "application/json", posted.definition);
         posted.definition = NULL; /* the reply has it */
         reply_header(call->reply, "Location", "/v1/materials/%s", posted.id);

@@ -31,18 +31,10 @@ static bool put_surface(struct call *call, const struct store_item *stored, bool
 
 /* Stores the surface that the check has read. */
 static void store_surface(struct call *call, struct check *check) {
-    const struct checker_answer *answer = check_answer(check);
-    uint64_t split = answer->check.definition_length;
-    struct store_item stored = {.definition = checking_text(check, 0, split),
-                                .definition_length = (size_t)split,
-                                .description =
-                                    checking_text(check, split, answer->output_length - split)};
+    struct store_item stored;
     bool created = false;
-    snprintf(stored.owner, sizeof stored.owner, "%s", call->request->owner);
-    snprintf(stored.id, sizeof stored.id, "%s", answer->check.surface);
-    if (!stored.definition || !stored.description) {
-        reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
-    } else if (put_surface(call, &stored, &created)) {
+    if (checking_item(call, check, check_answer(check)->check.surface, &stored) &&
+        put_surface(call, &stored, &created)) {
         reply_text(call->reply, created ? 201 : 200, "application/json", stored.description);
         stored.description = NULL; /* the reply has it */
         reply_header(call->reply, "Location", "/v1/surfaces/%s", stored.id);
