@@ -6,7 +6,6 @@
 #include "handlers.h"
 #include "server/config.h"
 #include "server/http/negotiate.h"
-#include <stdio.h>
 #include <string.h>
 
 /* Puts it into the store. Callers without tokens see what any of them has stored, and get what is
