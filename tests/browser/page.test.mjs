@@ -320,11 +320,18 @@ test('page: a material says what the form leaves empty', async () => {
 
 test('page: the front says why the net stops', async () => {
   const box = await page.locator('#pane-flat').boundingBox();
-  let said = '';
-  for (let x = box.x + box.width - 4; x > box.x + box.width / 2 && !said; x -= 3) {
+  // The outermost cell of a row, between a place that has one and a place that has none.
+  let [inside, outside, said] = [box.x + box.width / 2, box.x + box.width - 4, ''];
+  while (outside - inside > 2) {
+    const x = (inside + outside) / 2;
     await page.mouse.move(x, box.y + box.height / 2 + 2);
     await drawn(page);
-    if (await page.isVisible('#chip')) said = await page.textContent('#chip');
+    if (await page.isHidden('#chip')) {
+      outside = x;
+      continue;
+    }
+    inside = x;
+    said = await page.textContent('#chip');
   }
   assert.match(said, /the net stops: the surface ends here/);
   assert.equal(await page.textContent('#front-key'), 'boundary: the surface ends here');
