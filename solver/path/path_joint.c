@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: MIT */
+#include "path_joint.h"
+
+#include "path_step.h"
+#include <string.h>
+
+enum {
+    SETTLE_ROUNDS = 3, /* to the place beyond a joint that was missed */
+    JOINT_PIECES = 4,  /* straight ones, in which joints are sought along a step */
+};
+
+/* The cubic through (u, v) and velocity at both ends of a step of h, at a share of it. */
+static void cubic_at(const struct path *from, const struct path *to, double h, double share,
+                     double uv[2]) {
+    double s = share, r = 1 - share;
+    for (int k = 0; k < 2; k++)
+        uv[k] = r * r * (1 + 2 * s) * from->uv[k] + s * s * (1 + 2 * r) * to->uv[k] +
+                h * s * r * (r * from->velocity[k] - s * to->velocity[k]);
+}
+
+bool path_find_joint(const struct path *from, const struct path *to, double h,
+                     struct crossing *joint, double *length) {
+    double at[JOINT_PIECES + 1][2], low[2], high[2], share;
+    for (int k = 0; k <= JOINT_PIECES; k++) {
+        cubic_at(from, to, h, (double)k / JOINT_PIECES, at[k]);
+        for (int x = 0; x < 2; x++) {
+            low[x] = k == 0 || at[k][x] < low[x] ? at[k][x] : low[x];
+            high[x] = k == 0 || at[k][x] > high[x] ? at[k][x] : high[x];
+        }
+    }
+    if (crossing_none_within(from->surface, low, high))
+        return false;
+    for (int k = 0; k < JOINT_PIECES; k++)
+        if (crossing_on_way(from->surface, at[k], at[k + 1], &share, joint)) {
+            *length = h * (k + share) / JOINT_PIECES;
+            return true;
+        }
+    return false;
+}
+
+/* Moves `g` to where it meets the joint, about `*length` on: Newton's method for the length and the
+ * edge's parameter. False when it does not get there. */
+static bool meet_joint(struct path *g, struct crossing *joint, double *length) {
+    struct path_footing at = path_footing_of(g);
+    vec4 y = at.state[0];
+    double here = 0, next = *length, least = 1e-15 * g->surface->size;
+    for (int round = 0; round < PATH_ROUNDS; round++) {
+        double rate[2];
+        if (fabs(next - here) <= path_nudge_share * *length && here > 0)
+            path_short_step(g, next - here, &y);
+        else if (next != 0 && !path_followed(path_try_step(g, &at, next, &y)))
+            return false;
+        here = next;
+        crossing_rate(g->surface, joint, rate);
+        double du = joint->edge[0] - y[0], dv = joint->edge[1] - y[1];
+        double cross = y[2] * rate[1] - y[3] * rate[0];
+        double step = (du * rate[1] - dv * rate[0]) / cross;
+        double along = (du * y[3] - dv * y[2]) / cross;
+        if (!isfinite(step) || !crossing_move(g->surface, joint->t + along, joint))
+            return false;
+        next = fmax(here + step, 0);
+        if (fabs(step) <= least || round == PATH_ROUNDS - 1)
+            break;
+    }
+    path_accept(g, &y);
+    *length = here;
+    return true;
+}
+
+/* Over a joint: what the tangent has along the edge and across it stays. */
+static bool cross_joint(struct path *g, const struct crossing *joint) {
+    struct surface_jet jet;
+    path_jet(g, g->uv, &jet);
+    struct vec3 t = vec3_axpy(g->velocity[1], jet.v, vec3_scale(g->velocity[0], jet.u));
+    double sides = g->surface->side * joint->beyond->side;
+    g->surface = joint->beyond;
+    if (g->kind == PATH_CURVE)
+        g->kind = PATH_GEODESIC;
+    g->plane = vec3_scale(sides, g->plane);
+    return path_place(g, joint->entry, crossing_turn(joint, t));
+}
+
+bool path_pass_joint(struct path *g, struct crossing *joint, double *length) {
+    return meet_joint(g, joint, length) && cross_joint(g, joint);
+}
+
+bool path_settle(struct path *g) {
+    struct surface_cursor cursor = {0, 0};
+    struct crossing joint;
+    struct station here;
+    double uv[2];
+    struct vec3 t;
+    if (crossing_within(g->surface, g->uv))
+        return true;
+    (void)path_point(g, &t);
+    if (!station_at(g->surface, &cursor, g->uv, &here))
+        return true;
+    crossing_find(&here, NULL, &joint);
+    if (joint.kind != CROSSING_JOINT ||
+        !crossing_carry(&joint, &cursor, &here, SETTLE_ROUNDS, uv) ||
+        !crossing_within(joint.beyond, uv))
+        return true;
+    memcpy(joint.entry, uv, sizeof uv);
+    return cross_joint(g, &joint);
+}
+
+bool path_leaves_face(const struct path *g, const double uv[2]) {
+    struct crossing joint;
+    double share;
+    return crossing_on_way(g->surface, g->uv, uv, &share, &joint);
+}

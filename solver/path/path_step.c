@@ -1,0 +1,161 @@
+/* SPDX-License-Identifier: MIT */
+#include "path_step.h"
+
+/* Rounding in the sums of one step, as a share of the surface's coordinates. */
+static const double rounding = 4e-15;
+
+/* The first step of a path, as a share of the length over which its velocity changes, by the eighth
+ * root of its accuracy. */
+static const double first_pace = 11;
+
+bool path_head_for(const struct surface_jet *jet, struct vec3 t, double velocity[2]) {
+    struct station station = {
+        .jet = *jet, .first = {vec3_norm2(jet->u), vec3_dot(jet->u, jet->v), vec3_norm2(jet->v)}};
+    if (!station_components(&station, t, velocity))
+        return false;
+    double speed = vec3_norm(vec3_axpy(velocity[1], jet->v, vec3_scale(velocity[0], jet->u)));
+    velocity[0] /= speed;
+    velocity[1] /= speed;
+    return speed > 0;
+}
+
+void path_jet(const struct path *g, const double uv[2], struct surface_jet *jet) {
+    surface_evaluate_span(g->surface, g->span[0], g->span[1], uv[0] - g->turn[0],
+                          uv[1] - g->turn[1], jet);
+}
+
+void path_given_velocity(const struct path *g, const double uv[2], const struct surface_jet *jet,
+                         double velocity[2]) {
+    double a, b;
+    if (g->kind == PATH_CURVE) {
+        const struct surface_axis *axis = g->surface->axis;
+        a = g->line[0] * surface_axis_rate(&axis[0], uv[0] - g->turn[0], NULL);
+        b = g->line[1] * surface_axis_rate(&axis[1], uv[1] - g->turn[1], NULL);
+    } else {
+        a = vec3_dot(g->plane, jet->v);
+        b = -vec3_dot(g->plane, jet->u);
+    }
+    double speed = vec3_norm(vec3_axpy(b, jet->v, vec3_scale(a, jet->u)));
+    velocity[0] = a / speed;
+    velocity[1] = b / speed;
+}
+
+/* The slope of the state y where the jet is that of (u, v). */
+static vec4 slope_of(const struct path *g, const struct surface_jet *jet, vec4 y) {
+    double given[2], uv[2] = {y[0], y[1]}, p = y[2], q = y[3];
+    if (g->kind != PATH_GEODESIC) {
+        path_given_velocity(g, uv, jet, given);
+        return (vec4){given[0], given[1], 0, 0};
+    }
+    struct vec3 a = vec3_scale(p * p, jet->uu);
+    a = vec3_axpy(2 * p * q, jet->uv, a);
+    a = vec3_axpy(q * q, jet->vv, a);
+    double e = vec3_norm2(jet->u), f = vec3_dot(jet->u, jet->v), h = vec3_norm2(jet->v);
+    double au = vec3_dot(a, jet->u), av = vec3_dot(a, jet->v);
+    double inverse = 1 / (e * h - f * f);
+    return (vec4){p, q, -(h * au - f * av) * inverse, -(e * av - f * au) * inverse};
+}
+
+void path_slope(const void *context, const vec4 *y, vec4 *slope) {
+    const struct path *g = context;
+    struct surface_jet jet;
+    double uv[2] = {(*y)[0], (*y)[1]};
+    path_jet(g, uv, &jet);
+    *slope = slope_of(g, &jet, *y);
+}
+
+void path_redirect(const struct path *g, vec4 *y) {
+    vec4 slope;
+    if (g->kind == PATH_GEODESIC)
+        return;
+    path_slope(g, y, &slope);
+    *y = (vec4){(*y)[0], (*y)[1], slope[0], slope[1]};
+}
+
+/* The distance in space that a difference of states makes over the step h. */
+static double spatial_size(const struct surface_jet *jet, vec4 difference, double h) {
+    double nu = vec3_norm(jet->u), nv = vec3_norm(jet->v);
+    return nu * fabs(difference[0]) + nv * fabs(difference[1]) +
+           h * (nu * fabs(difference[2]) + nv * fabs(difference[3]));
+}
+
+struct path_footing path_footing_of(const struct path *g) {
+    struct path_footing at = {.state = {path_state(g)}};
+    if (g->has_jet)
+        at.jet = g->jet;
+    else
+        path_jet(g, g->uv, &at.jet);
+    at.state[1] = slope_of(g, &at.jet, at.state[0]);
+    return at;
+}
+
+double path_allowed_error(const struct path *g, const struct path_footing *at, double h) {
+    return g->accuracy * h + rounding * (g->surface->size + vec3_norm(at->jet.r));
+}
+
+/* The length over which the velocity in parameters turns or changes by much. */
+static double length_of_change(const struct path_footing *at) {
+    vec4 slope = at->state[1];
+    struct vec3 change = vec3_axpy(slope[3], at->jet.v, vec3_scale(slope[2], at->jet.u));
+    return 1 / vec3_norm(change);
+}
+
+double path_first_pace(const struct path *g, const struct path_footing *at) {
+    return first_pace * sqrt(sqrt(sqrt(g->accuracy))) * length_of_change(at);
+}
+
+double path_error_of_step(const struct path *g, const struct path_footing *at, double h,
+                          const struct dormand_error *error) {
+    double fifth = spatial_size(&at->jet, error->fifth, h);
+    double third = spatial_size(&at->jet, error->third, h);
+    double size = sqrt(fifth * fifth + 0.01 * third * third);
+    return (size > 0 ? fifth * fifth / size : size) / path_allowed_error(g, at, h);
+}
+
+double path_try_step(const struct path *g, const struct path_footing *at, double h, vec4 *out) {
+    struct dormand_error error;
+    dormand_step(path_slope, g, h, at->state, out, &error);
+    path_redirect(g, out);
+    return path_error_of_step(g, at, h, &error);
+}
+
+void path_short_step(const struct path *g, double h, vec4 *y) {
+    vec4 k[4], at;
+    path_slope(g, y, &k[0]);
+    at = *y + h / 2 * k[0];
+    path_slope(g, &at, &k[1]);
+    at = *y + h / 2 * k[1];
+    path_slope(g, &at, &k[2]);
+    at = *y + h * k[2];
+    path_slope(g, &at, &k[3]);
+    *y += h / 6 * (k[0] + 2 * k[1] + 2 * k[2] + k[3]);
+    path_redirect(g, y);
+}
+
+void path_accept(struct path *g, const vec4 *y) {
+    g->has_jet = false;
+    g->uv[0] = (*y)[0];
+    g->uv[1] = (*y)[1];
+    g->velocity[0] = (*y)[2];
+    g->velocity[1] = (*y)[3];
+}
+
+struct vec3 path_point(const struct path *g, struct vec3 *tangent) {
+    struct surface_jet jet;
+    path_jet(g, g->uv, &jet);
+    *tangent = vec3_unit(vec3_axpy(g->velocity[1], jet.v, vec3_scale(g->velocity[0], jet.u)));
+    return jet.r;
+}
+
+bool path_place(struct path *g, const double uv[2], struct vec3 direction) {
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &g->surface->axis[k];
+        double wrapped = surface_axis_wrap(axis, uv[k]);
+        g->uv[k] = uv[k];
+        g->turn[k] = uv[k] - wrapped;
+        g->span[k] = surface_axis_span(axis, 0, wrapped);
+    }
+    path_jet(g, g->uv, &g->jet);
+    g->has_jet = true;
+    return path_head_for(&g->jet, direction, g->velocity);
+}
