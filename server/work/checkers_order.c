@@ -1,0 +1,284 @@
+/* SPDX-License-Identifier: MIT */
+#include "checkers_pool.h"
+
+#include "api/files/files.h"
+#include "server/spool.h"
+#include <errno.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+/* What an order may take, in bytes: a part for itself, and for each byte of its documents. The tree
+ * of a hostile document takes up to 79 bytes a byte, a surface of high degree as much; but of a
+ * long document that is one of numbers, whose surface is not made ready (`api/check.h`). Of a map
+ * the most is taken by its columns, some 300 bytes a place; a point in JSON is 8 bytes of text at
+ * the least, an element in bulk data with its share of a node 60. */
+#define CHECK_BYTES (INT64_C(24) << 20)
+#define CHECK_BYTES_PER_BYTE 96
+#define CHECK_LONG_BYTES (INT64_C(128) << 20)
+#define CHECK_LONG_BYTES_PER_BYTE 24
+#define IMPORT_BYTES (INT64_C(256) << 20)
+#define IMPORT_BYTES_PER_BYTE 96
+#define MAP_BYTES (INT64_C(64) << 20)
+#define MAP_BYTES_PER_JSON_BYTE 48
+#define MAP_BYTES_PER_BULK_BYTE 6
+#define MAP_BYTES_PER_COLUMN_BYTE 2
+#define SAMPLE_BYTES (INT64_C(256) << 20) /* a drape of half a million nodes */
+#define STACK_BYTES_PER_BODY_BYTE 3       /* and ply: of an element that takes 30 bytes or more */
+
+/* An order that may take more begins in the slow lane. */
+#define EXPRESS_BYTES (INT64_C(128) << 20)
+
+/* What of the budget is kept for the express lane: enough for short documents in all its places,
+ * but not more than half. */
+static int64_t express_share(const struct checkers *pool) {
+    int64_t share =
+        pool->settings.express * (CHECK_BYTES + CHECK_BYTES_PER_BYTE * CHECKER_INLINE_MAX);
+    return share < pool->settings.memory / 2 ? share : pool->settings.memory / 2;
+}
+
+int64_t check_most(const struct checkers *pool) {
+    return pool->settings.memory - express_share(pool);
+}
+
+static int64_t reserve_of(const struct checkers_order *order, int64_t most) {
+    int64_t body = (int64_t)order->length[CHECKER_BODY];
+    int64_t second = (int64_t)(order->length[CHECKER_SECOND] + order->length[CHECKER_MATERIALS]);
+    int64_t columns = (int64_t)order->columns.length;
+    bool sample = order->kind == CHECKER_SAMPLE || order->kind == CHECKER_SAMPLE_MAP;
+    int64_t of_short = CHECK_BYTES + CHECK_BYTES_PER_BYTE * (body + second);
+    int64_t of_long = CHECK_LONG_BYTES + CHECK_LONG_BYTES_PER_BYTE * (body + second);
+    int64_t bytes = of_short < of_long ? of_short : of_long;
+    if (order->source)
+        bytes = IMPORT_BYTES + IMPORT_BYTES_PER_BYTE * body;
+    bool stack = order->kind == CHECKER_STACK;
+    if (order->kind == CHECKER_MAP || order->kind == CHECKER_PATTERNS ||
+        order->kind == CHECKER_SAMPLE_MAP || stack)
+        bytes = MAP_BYTES + MAP_BYTES_PER_COLUMN_BYTE * columns +
+                (order->nastran ? MAP_BYTES_PER_BULK_BYTE : MAP_BYTES_PER_JSON_BYTE) * body;
+    if (stack)
+        bytes += STACK_BYTES_PER_BODY_BYTE * (int64_t)order->variant * body;
+    if (order->kind == CHECKER_VARIANT || sample)
+        bytes += MAP_BYTES_PER_COLUMN_BYTE * columns +
+                 CHECK_LONG_BYTES_PER_BYTE * (int64_t)order->length[CHECKER_REQUEST];
+    if (order->kind == CHECKER_REPORT)
+        bytes += MAP_BYTES + MAP_BYTES_PER_COLUMN_BYTE * columns;
+    if (sample)
+        bytes += SAMPLE_BYTES;
+    return bytes < most ? bytes : most;
+}
+
+/* What may take as long as a job: what it makes, for messages. */
+static const char *const works[CHECKER_KINDS] = {
+    [CHECKER_MAP] = "the map",       [CHECKER_SAMPLE_MAP] = "the map",
+    [CHECKER_STACK] = "the map",     [CHECKER_SAMPLE] = "the drape",
+    [CHECKER_REPORT] = "the report", [CHECKER_PATTERNS] = "the patterns"};
+
+int64_t check_timeout(const struct check *check) {
+    const struct checkers_settings *settings = &check->pool->settings;
+    bool long_work = works[check->packet.kind] || check->packet.source[0];
+    return long_work ? settings->map_timeout_ms : settings->timeout_ms;
+}
+
+/* Keeps the documents: short ones in memory, long ones as files. False without room for them. */
+static bool keep_documents(struct check *check, const struct checkers_order *order) {
+    size_t total = 0;
+    for (int k = 0; k < CHECKER_DOCUMENTS; k++)
+        total += order->length[k];
+    bool inlined = total <= CHECKER_INLINE_MAX;
+    char *to = check->inlined = inlined ? malloc(total + 1) : NULL;
+    for (int k = 0; k < CHECKER_DOCUMENTS; k++) {
+        size_t length = order->length[k];
+        if (inlined && to && length) {
+            memcpy(to, order->document[k], length);
+            to += length;
+        } else if (!inlined && length) {
+            bool ready = k == CHECKER_BODY && order->body_file >= 0;
+            check->files[k] =
+                ready ? dup(order->body_file) : spool_of_bytes(order->document[k], length);
+            if (check->files[k] < 0)
+                return false;
+        }
+    }
+    check->inlined_length = inlined ? total : 0;
+    return !inlined || to;
+}
+
+static void fill_packet(struct check *check, const struct checkers_order *order) {
+    struct checker_order *packet = &check->packet;
+    packet->kind = order->kind;
+    packet->limits = order->limits;
+    packet->nastran = order->nastran;
+    packet->variant = order->variant;
+    packet->has_start = order->start != NULL;
+    if (order->start)
+        packet->start = *order->start;
+    snprintf(packet->source, sizeof packet->source, "%s", order->source ? order->source : "");
+    snprintf(packet->unit, sizeof packet->unit, "%s", order->unit ? order->unit : "");
+    snprintf(packet->id, sizeof packet->id, "%s", order->id ? order->id : "");
+    snprintf(packet->format, sizeof packet->format, "%s", order->format ? order->format : "");
+    for (int k = 0; k < CHECKER_DOCUMENTS; k++)
+        packet->length[k] = order->length[k];
+    packet->length[CHECKER_COLUMNS] = order->columns.length;
+}
+
+/* Of requests only those that may name materials are written. */
+static bool has_output(const struct check *check) {
+    bool request = check->packet.kind == CHECKER_DRAPE || check->packet.kind == CHECKER_STUDY;
+    return !request || !check->inlined ||
+           api_material_mentioned(check->inlined, check->packet.length[CHECKER_BODY]);
+}
+
+bool check_files(struct check *check) {
+    const char *folder = check->pool->settings.folder;
+    int *columns = &check->files[CHECKER_COLUMNS], *output = &check->files[CHECKER_DOCUMENTS];
+    if (check->columns.write && *columns < 0) {
+        *columns = spool_new(check->columns.length, folder);
+        if (*columns < 0 || !check->columns.write(check->columns.context, *columns))
+            return false;
+    }
+    bool writes = has_output(check);
+    if (writes && *output < 0)
+        *output = spool_new(check->packet.length[CHECKER_BODY], folder);
+    return !writes || *output >= 0;
+}
+
+bool check_send(struct check *check) {
+    struct checker_order *packet = &check->packet;
+    struct iovec parts[] = {{packet, sizeof *packet}, {check->inlined, check->inlined_length}};
+    union {
+        struct cmsghdr head;
+        char bytes[CMSG_SPACE((CHECKER_DOCUMENTS + 1) * sizeof(int))];
+    } control = {0};
+    struct msghdr message = {.msg_iov = parts, .msg_iovlen = 2};
+    size_t files = 0;
+    packet->deadline_ms = check->begun_ms + check_timeout(check);
+    packet->limits.max_memory =
+        check->max_memory < (size_t)check->reserve ? check->max_memory : (size_t)check->reserve;
+    packet->files = 0;
+    for (int k = 0; k <= CHECKER_DOCUMENTS; k++) {
+        if (check->files[k] < 0)
+            continue;
+        packet->files |= 1u << k;
+        memcpy(CMSG_DATA(&control.head) + files++ * sizeof(int), &check->files[k], sizeof(int));
+    }
+    if (files) {
+        control.head.cmsg_level = SOL_SOCKET;
+        control.head.cmsg_type = SCM_RIGHTS;
+        control.head.cmsg_len = CMSG_LEN(files * sizeof(int));
+        message.msg_control = control.bytes;
+        message.msg_controllen = CMSG_SPACE(files * sizeof(int));
+    }
+    return sendmsg(check->place->child.socket, &message, MSG_NOSIGNAL | MSG_DONTWAIT) > 0;
+}
+
+enum check_outcome check_receive(struct check *check, int64_t ms) {
+    struct pollfd file = {check->place->child.socket, POLLIN, 0};
+    if (poll(&file, 1, ms < 0 ? 0 : (int)ms) <= 0)
+        return OUTCOME_LATER;
+    ssize_t got = recv(file.fd, &check->answer, sizeof check->answer, MSG_DONTWAIT);
+    if (got < 0 && (errno == EAGAIN || errno == EINTR))
+        return OUTCOME_LATER;
+    bool sound = got > 0 && checker_answer_sound(&check->answer, (size_t)got);
+    return sound ? OUTCOME_ANSWER : OUTCOME_CRASHED;
+}
+
+bool check_imports(const struct check *check) {
+    const struct file_format *format = file_format_named(check->packet.source);
+    return format && format->cad;
+}
+
+void check_explain_quota(struct api_problem *problem, enum check_lane lane) {
+    if (lane == LANE_SLOW)
+        api_problem_set(problem, API_QUOTA,
+                        "%d bodies of yours that take long are waiting to be read already",
+                        CHECKERS_SLOW_MAX);
+    else
+        api_problem_set(problem, API_QUOTA, "%d bodies of yours are waiting to be read already",
+                        CHECKERS_WAITING_MAX);
+}
+
+/* Why the importer gave no surface. */
+static void explain_import(struct check *check, enum check_outcome outcome) {
+    struct api_problem *problem = &check->answer.problem;
+    if (outcome == OUTCOME_TIMEOUT)
+        api_problem_set(problem, API_UNREADABLE_FILE,
+                        "importing the file took longer than %lld s (--job-timeout)",
+                        (long long)check_timeout(check) / 1000);
+    else if (outcome == OUTCOME_CRASHED)
+        api_problem_set(problem, API_UNREADABLE_FILE,
+                        "the file breaks the importer, which is Open CASCADE: write it anew, or in "
+                        "another format");
+    else
+        api_problem_set(problem, API_UNREADABLE_FILE,
+                        "importing the file needs more memory than %lld bytes (--%s)",
+                        (long long)check->reserve, check->pool->settings.memory_flag);
+}
+
+void check_explain(struct check *check, enum check_outcome outcome) {
+    struct api_problem *problem = &check->answer.problem;
+    const char *work = works[check->packet.kind], *what = work ? work : "reading the body";
+    enum api_problem_id id = outcome == OUTCOME_ANSWER ? problem->id : API_OK;
+    if (outcome == OUTCOME_ANSWER && id != API_OUT_OF_MEMORY && id != API_CANCELLED)
+        return;
+    memset(&check->answer, 0, sizeof check->answer);
+    if (check_imports(check) &&
+        (outcome == OUTCOME_CRASHED || outcome == OUTCOME_TIMEOUT || id == API_OUT_OF_MEMORY)) {
+        explain_import(check, outcome);
+        return;
+    }
+    if (outcome == OUTCOME_QUOTA)
+        check_explain_quota(problem, LANE_SLOW);
+    else if (outcome == OUTCOME_CRASHED)
+        api_problem_set(problem, API_INTERNAL, "%s crashed its process", what);
+    else if (outcome == OUTCOME_TIMEOUT || id == API_CANCELLED)
+        api_problem_set(problem, work ? API_JOB_TIMEOUT : API_TOO_LARGE,
+                        "%s took longer than %lld s%s", what,
+                        (long long)check_timeout(check) / 1000, work ? " (--job-timeout)" : "");
+    else if (id == API_OUT_OF_MEMORY)
+        api_problem_set(problem, API_TOO_LARGE, "%s needs more memory than %lld bytes (--%s)", what,
+                        (long long)check->reserve, check->pool->settings.memory_flag);
+    else
+        api_problem_set(problem, API_UNAVAILABLE, "%s could not be begun now", what);
+}
+
+void check_close(struct check *check, int end) {
+    for (int k = 0; k < end; k++) {
+        if (check->files[k] >= 0)
+            close(check->files[k]);
+        check->files[k] = -1;
+    }
+}
+
+void check_free(struct check *check) {
+    check_close(check, CHECKER_DOCUMENTS + 1);
+    if (check->columns.free)
+        check->columns.free(check->columns.context);
+    free(check->inlined);
+    free(check);
+}
+
+struct check *check_new(struct checkers *pool, const struct checkers_order *order,
+                        const char *subject) {
+    struct check *check = calloc(1, sizeof *check);
+    if (!check)
+        return NULL;
+    check->pool = pool;
+    for (int k = 0; k <= CHECKER_DOCUMENTS; k++)
+        check->files[k] = -1;
+    snprintf(check->subject, sizeof check->subject, "%s", subject);
+    snprintf(check->owner, sizeof check->owner, "%s", order->owner);
+    check->reserve = reserve_of(order, check_most(pool));
+    check->max_memory = order->limits.max_memory;
+    check->lane = check->reserve > EXPRESS_BYTES ? LANE_SLOW : LANE_EXPRESS;
+    fill_packet(check, order);
+    if (keep_documents(check, order)) {
+        check->columns = order->columns;
+        return check;
+    }
+    check_free(check);
+    return NULL;
+}
