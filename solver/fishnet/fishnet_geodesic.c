@@ -420,6 +420,9 @@ bool fishnet_geodesic_between(const struct surface *surface, struct surface_curs
                 vec3_axpy(angle, vec3_cross(normal, ray.end_tangent), ray.end_tangent);
         }
         if (found || (!(miss < last) && miss <= enough + jump_at_joints(surface))) {
+            /* As near in space may be the other side of a thin part. */
+            if (unfolding.flat && vec3_dot(ray.end.normal, q->normal) < 0)
+                return false;
             *length = ray.length;
             *start = ray.direction;
             struct unfolding back = unfold(&to, &from);

@@ -102,8 +102,19 @@ static bool same_turn(const struct tracer *t, const struct net_node *node, const
                      fabs(node->uv[1] - uv[1]) <= t->half_turn[1]);
 }
 
-/* The node inside that is nearest to the spot, as a place of the net; false when none is near. */
-static bool find_seed(const struct tracer *t, const struct rim_spot *spot, double pq[2]) {
+/* Whether a node faces the way the spot does: the two sides of a thin part, of a blade at its
+ * trailing edge, are near each other in space alone. */
+static bool faces_alike(const struct tracer *t, const struct net_node *node,
+                        const struct rim_spot *spot) {
+    struct station station;
+    return march_station_at(t->march, node, &station) &&
+           vec3_dot(station.normal, spot->normal) >= 0;
+}
+
+/* The node inside that is nearest to the spot among those that face as it does, or of all, as a
+ * place of the net; false when none is near. */
+static bool find_seed(const struct tracer *t, const struct rim_spot *spot, bool alike,
+                      double pq[2]) {
     const double *d = t->march->settings->spacing;
     double reach = seed_reach * fmax(d[0], d[1]), best = reach * reach;
     bool found = false;
@@ -114,7 +125,8 @@ static bool find_seed(const struct tracer *t, const struct rim_spot *spot, doubl
         for (int at = 0; at < NET_TILE * NET_TILE; at++) {
             const struct net_node *node = &tile->node[at / NET_TILE][at % NET_TILE];
             double own = vec3_norm2(vec3_sub(node->r, spot->r));
-            if (node->state != NET_INSIDE || own >= best || !same_turn(t, node, spot->uv))
+            if (node->state != NET_INSIDE || own >= best || !same_turn(t, node, spot->uv) ||
+                (alike && !faces_alike(t, node, spot)))
                 continue;
             best = own;
             found = true;
@@ -157,9 +169,23 @@ static void take_place(struct tracer *t, const struct rim_place *place, struct s
     stop->pq[1] = place->q;
     stop->smooth = place->smooth;
     stop->covered = true;
-    stop->half_tangent =
-        place->smooth ? fabs(half_tangent_in_surface(place, stop->spot.normal)) : 0;
+    stop->half_tangent = !place->smooth ? 0
+                         : t->march->surface
+                             ? fabs(half_tangent_in_surface(place, stop->spot.normal))
+                             : fabs(rim_place_half_tangent(place));
     note_shear(t, stop->half_tangent, stop->pq, place->r);
+}
+
+/* Looks for the spot on the cloth near the coordinates of `place`. Where it is looked for in
+ * space alone, cloth that faces the other way is not the spot's. */
+static bool find_place(struct tracer *t, const struct rim_spot *spot, struct rim_place *place) {
+    const struct march_start *start = &t->march->start;
+    const struct surface *surface = rim_edges_surface(t->march, spot->face);
+    if (!rim_cloth_find(&t->rim->cloth, spot->r, surface, spot->uv, place))
+        return false;
+    double hand = vec3_dot(vec3_cross(start->warp, start->weft), start->station.normal);
+    struct vec3 up = vec3_cross(place->along[0], place->along[1]);
+    return place->seen || hand * vec3_dot(up, spot->normal) >= 0;
 }
 
 /* Finds the spot of `stop` on the cloth, from the coordinates expected or, where these do not
@@ -171,14 +197,12 @@ static void find_stop(struct tracer *t, const double expected[2], bool known, st
     stop->pq[0] = expected[0];
     stop->pq[1] = expected[1];
     stop->by_t[0] = stop->by_t[1] = 0;
-    const struct surface *surface = rim_edges_surface(t->march, stop->spot.face);
-    struct vec3 r = stop->spot.r;
-    bool found = known && rim_cloth_find(&t->rim->cloth, r, surface, stop->spot.uv, &place);
-    double miss = found ? vec3_distance(place.r, r) : HUGE_VAL;
-    if (miss > beyond_doubt * t->spacing && find_seed(t, &stop->spot, seed)) {
+    bool found = known && find_place(t, &stop->spot, &place);
+    double miss = found ? vec3_distance(place.r, stop->spot.r) : HUGE_VAL;
+    if (miss > beyond_doubt * t->spacing &&
+        (find_seed(t, &stop->spot, true, seed) || find_seed(t, &stop->spot, false, seed))) {
         struct rim_place other = {.p = seed[0], .q = seed[1]};
-        if (rim_cloth_find(&t->rim->cloth, r, surface, stop->spot.uv, &other) &&
-            vec3_distance(other.r, r) < miss) {
+        if (find_place(t, &stop->spot, &other) && vec3_distance(other.r, stop->spot.r) < miss) {
             place = other;
             found = true;
         }

@@ -397,6 +397,7 @@ static bool see_from_corners(struct rim_cloth *cloth, struct rim_patch *patch,
     place->q = sum[1] / weights;
     place->r = to->jet.r;
     place->smooth = false;
+    place->seen = true;
     return true;
 }
 

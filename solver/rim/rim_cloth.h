@@ -49,6 +49,7 @@ struct rim_place {
     struct vec3 r;
     struct vec3 along[2]; /* its derivatives by p and q */
     bool smooth;
+    bool seen; /* found along the surface from the cell's nodes, not in space alone */
 };
 
 /* Errors: STATUS_OUT_OF_MEMORY. */

@@ -10,6 +10,9 @@ static const double beside = 4e-6;
 /* Ends of chains that are this near to each other, as a share of the domain, are joined. */
 static const double joint = 1e-5;
 
+/* Tangents whose sine is less than this, beside singular corners, give no sure normal. */
+static const double parallel = 1e-6;
+
 enum { SIDE_PIECES = 64, HALVINGS = 40, SUBDIVISIONS = 32 };
 
 /* The domain as the net sees it: closed directions cut open, or without an end. */
@@ -56,14 +59,16 @@ void rim_edges_spot(struct march *march, const struct rim_vertex *from, const st
         memcpy(spot->uv, from->uv, sizeof spot->uv);
         spot->dr = vec3_sub(to->r, from->r);
         spot->r = vec3_axpy(t, spot->dr, from->r);
-        spot->normal = vec3_make(0, 0, 0);
+        spot->normal = march->mesh->normals[from->face];
         return;
     }
-    surface_jet_at(rim_edges_surface(march, from->face), &march->cursor, spot->uv[0], spot->uv[1],
-                   &jet);
+    const struct surface *surface = rim_edges_surface(march, from->face);
+    surface_jet_at(surface, &march->cursor, spot->uv[0], spot->uv[1], &jet);
     spot->r = jet.r;
     spot->dr = vec3_axpy(duv[1], jet.v, vec3_scale(duv[0], jet.u));
-    spot->normal = vec3_cross(jet.u, jet.v);
+    spot->normal = vec3_scale(surface->side, vec3_cross(jet.u, jet.v));
+    if (!(vec3_norm2(spot->normal) > parallel * parallel * vec3_norm2(jet.u) * vec3_norm2(jet.v)))
+        spot->normal = vec3_make(0, 0, 0);
 }
 
 /* ---- loops ---- */

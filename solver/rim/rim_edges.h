@@ -44,7 +44,7 @@ struct rim_spot {
     double uv[2]; /* as of a vertex */
     struct vec3 r;
     struct vec3 dr;     /* its derivative by t */
-    struct vec3 normal; /* of the surface, of any length; zero on a mesh */
+    struct vec3 normal; /* on the start's side, of any length; zero where there is none */
 };
 
 /* The surface that parameters on a face belong to; NULL on a mesh. */

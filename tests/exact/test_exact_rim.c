@@ -211,6 +211,38 @@ static void test_exact_rim_over_fillets_and_folds(void **state) {
     }
 }
 
+/* A blade: its two sides all but meet at the open edge, and neither is taken for the other. */
+static void test_exact_rim_of_a_blade(void **state) {
+    static const struct {
+        double radius, turn_deg; /* of each half of the nose */
+    } blades[] = {{1, 91.4}, {0.2, 90.27}, {8, 101.25}};
+    static struct profile_sheet sheet;
+    (void)state;
+    for (int k = 0; k < 9; k++) {
+        const struct profile_part parts[] = {
+            {0, 0, 40},
+            {blades[k / 3].radius, blades[k / 3].turn_deg, 0.01},
+            {blades[k / 3].radius, blades[k / 3].turn_deg, 40},
+        };
+        struct drape_run run;
+        profile_make(&sheet, parts, 3, 60);
+        const double start[2] = {sheet.total / 3, 0.1 * sheet.width};
+        double gap = vec3_distance(profile_point(&sheet, 0, 0, NULL),
+                                   profile_point(&sheet, sheet.total, 0, NULL));
+        profile_drape(&sheet, DRAPE_GIB, 4, start, 25 * (k % 3), &run);
+        double area = flat_area(&run.result.rim, (double[2]){4, 4});
+        double exact = sheet.total * sheet.width;
+        printf("  nose %g, gap %.2f, %2d deg: %zu points, area %+.1e, shear %.1e deg\n",
+               blades[k / 3].radius, gap, 25 * (k % 3), run.result.rim.count, area / exact - 1,
+               run.result.summary.max_shear_deg);
+        check_below(gap, 0.2);
+        check_below(fabs(area / exact - 1), 1e-3);
+        check_below(run.result.summary.max_shear_deg, 0.05);
+        check_covered(&run.result);
+        drape_end(&run);
+    }
+}
+
 /* --- trims --- */
 
 /* A circle as nine rational points of degree 2. */
@@ -549,6 +581,7 @@ int main(void) {
         cmocka_unit_test(test_exact_rim_of_an_oblique_cylinder),
         cmocka_unit_test(test_exact_rim_of_a_closed_cylinder),
         cmocka_unit_test(test_exact_rim_over_fillets_and_folds),
+        cmocka_unit_test(test_exact_rim_of_a_blade),
         cmocka_unit_test(test_exact_rim_of_a_plate_with_holes),
         cmocka_unit_test(test_exact_rim_along_the_sides_of_cells),
         cmocka_unit_test(test_exact_rim_area_is_the_integral_over_the_part),
