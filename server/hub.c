@@ -45,7 +45,9 @@ void hub_free(struct hub *hub) {
     free(hub);
 }
 
-static void add(struct hub *hub, struct hub_watch *watch, const char *subject) {
+void hub_subscribe(struct hub *hub, struct hub_watch *watch, const char *subject,
+                   enum hub_news least, void (*wake)(void *context), void *context) {
+    *watch = (struct hub_watch){.wake = wake, .context = context, .least = least};
     snprintf(watch->subject, sizeof watch->subject, "%s", subject);
     struct bucket *bucket = bucket_of(hub, watch->subject);
     pthread_mutex_lock(&bucket->lock);
@@ -54,18 +56,6 @@ static void add(struct hub *hub, struct hub_watch *watch, const char *subject) {
         watch->next->previous = watch;
     bucket->first = watch;
     pthread_mutex_unlock(&bucket->lock);
-}
-
-void hub_subscribe(struct hub *hub, struct hub_watch *watch, const char *subject,
-                   void (*wake)(void *context), void *context) {
-    *watch = (struct hub_watch){.wake = wake, .context = context};
-    add(hub, watch, subject);
-}
-
-void hub_follow(struct hub *hub, struct hub_watch *watch, const char *subject,
-                void (*wake)(void *context), void *context) {
-    *watch = (struct hub_watch){.wake = wake, .context = context, .progress = true};
-    add(hub, watch, subject);
 }
 
 void hub_unsubscribe(struct hub *hub, struct hub_watch *watch) {
@@ -80,19 +70,11 @@ void hub_unsubscribe(struct hub *hub, struct hub_watch *watch) {
     pthread_mutex_unlock(&bucket->lock);
 }
 
-static void notify(struct hub *hub, const char *subject, bool all) {
+void hub_notify(struct hub *hub, const char *subject, enum hub_news news) {
     struct bucket *bucket = bucket_of(hub, subject);
     pthread_mutex_lock(&bucket->lock);
     for (struct hub_watch *watch = bucket->first; watch; watch = watch->next)
-        if ((all || watch->progress) && !strcmp(watch->subject, subject))
+        if (watch->least >= news && !strcmp(watch->subject, subject))
             watch->wake(watch->context);
     pthread_mutex_unlock(&bucket->lock);
-}
-
-void hub_notify(struct hub *hub, const char *subject) {
-    notify(hub, subject, true);
-}
-
-void hub_notify_progress(struct hub *hub, const char *subject) {
-    notify(hub, subject, false);
 }

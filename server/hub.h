@@ -22,13 +22,20 @@ enum { HUB_POLL_MS = 250 };
 /* The subject notified whenever a job may have become ready to be claimed. */
 extern const char hub_queue[];
 
+/* What is told of a subject. */
+enum hub_news {
+    HUB_CHANGE,  /* it has changed: a job its status, say */
+    HUB_DRAFT,   /* its result can be read, though it is not stored yet (`store_draft_take`) */
+    HUB_PROGRESS /* it is getting on, but has not ended */
+};
+
 /* One subscription: memory of the subscriber, not to be moved or freed until unsubscribed. The
  * fields belong to the hub. */
 struct hub_watch {
     char subject[ID_SIZE];
     void (*wake)(void *context);
     void *context;
-    bool progress; /* is told of that as well */
+    enum hub_news least; /* is told of this and of all that is listed before it */
     struct hub_watch *next, *previous;
 };
 
@@ -37,24 +44,18 @@ struct hub_watch {
 struct hub *hub_new(void);
 void hub_free(struct hub *hub);
 
-/* From now until `hub_unsubscribe`, `wake(context)` is called after every change of `subject` (a
- * job id, or hub_queue), on the thread that made the change and with a lock of the hub held: it
- * must be short, must not block and must not call the hub or the store. MHD_resume_connection,
- * writing an eventfd and signalling a condition are fine. */
+/* From now until `hub_unsubscribe`, `wake(context)` is called with all news of `subject` (a job id,
+ * or hub_queue) that are not listed behind `least`, on the thread that made the change and with a
+ * lock of the hub held: it must be short, must not block and must not call the hub or the store.
+ * MHD_resume_connection, writing an eventfd and signalling a condition are fine. */
 void hub_subscribe(struct hub *hub, struct hub_watch *watch, const char *subject,
-                   void (*wake)(void *context), void *context);
-
-/* The same, and also after progress. */
-void hub_follow(struct hub *hub, struct hub_watch *watch, const char *subject,
-                void (*wake)(void *context), void *context);
+                   enum hub_news least, void (*wake)(void *context), void *context);
 
 /* After it returns, `wake` neither runs nor will run. Only for a subscribed watch. */
 void hub_unsubscribe(struct hub *hub, struct hub_watch *watch);
 
-/* Calls every subscriber of `subject`. Without subscribers it costs a lock. */
-void hub_notify(struct hub *hub, const char *subject);
-
-/* The same for those alone that follow: the subject is getting on, but has not ended. */
-void hub_notify_progress(struct hub *hub, const char *subject);
+/* Calls every subscriber of `subject` that is told of such news. Without subscribers it costs a
+ * lock. */
+void hub_notify(struct hub *hub, const char *subject, enum hub_news news);
 
 #endif

@@ -16,11 +16,11 @@
 
 #include "reply.h"
 #include "request.h"
+#include "server/hub.h"
 #include <stdbool.h>
 #include <stdint.h>
 
 struct config;
-struct hub;
 struct http;
 
 enum http_next {
@@ -72,11 +72,10 @@ void http_stop(struct http *http);
  * 429. More than once is as once. */
 bool http_take_stream(struct request *request, struct reply *reply);
 
-/* For handlers: from now until the request is over, a change of `subject` (a job's id), or with
- * `http_follow` also its progress, makes a handler or stream that waits be called again. Call it
- * before the look at the store that decides whether to wait. One subject a request: a later one
- * takes the place of the one before. */
-void http_watch(struct request *request, const char *subject);
-void http_follow(struct request *request, const char *subject);
+/* For handlers: from now until the request is over, news of `subject` (a job's id) that are not
+ * listed behind `least` make a handler or stream that waits be called again. Call it before the
+ * look at the store that decides whether to wait. One subject a request: a later one takes the
+ * place of the one before. */
+void http_watch(struct request *request, const char *subject, enum hub_news least);
 
 #endif

@@ -16,16 +16,22 @@ struct stream {
     struct stream_source source;
     char *head;
     size_t head_length, head_sent;
+    bool whole, failed;  /* the head is all there is; it cannot be made */
     int64_t encode_us;   /* spent so far */
     uint64_t skip, left; /* bytes until a range begins, and of it */
 };
 
-static void stream_free(void *context) {
-    struct stream *stream = context;
+void stream_free(struct stream *stream) {
+    if (!stream)
+        return;
     metrics_time(METRICS_ENCODE, stream->encode_us);
     stream->source.free(stream->source.context);
     free(stream->head);
     free(stream);
+}
+
+static void free_stream(void *context) {
+    stream_free(context);
 }
 
 static ssize_t read_source(struct stream *stream, char *buffer, size_t size) {
@@ -69,20 +75,23 @@ static ssize_t range_next(void *context, char *buffer, size_t size) {
     return got;
 }
 
-/* Reads the beginning of the document. `*whole`: there is no more. False when it cannot
- * be made. */
-static bool begin(struct stream *stream, bool *whole) {
-    stream->head = malloc(HEAD_BYTES);
-    *whole = false;
-    while (stream->head && !*whole && stream->head_length < HEAD_BYTES) {
-        ssize_t got = read_source(stream, stream->head + stream->head_length,
-                                  HEAD_BYTES - stream->head_length);
-        if (got < 0)
-            return false;
-        stream->head_length += (size_t)got;
-        *whole = got == 0;
+struct stream *stream_begin(const struct stream_source *source, size_t most) {
+    struct stream *stream = calloc(1, sizeof *stream);
+    char *head = stream ? malloc(most) : NULL;
+    if (!head) {
+        source->free(source->context);
+        free(stream);
+        return NULL;
     }
-    return stream->head != NULL;
+    stream->source = *source;
+    stream->head = head;
+    while (!stream->whole && !stream->failed && stream->head_length < most) {
+        ssize_t got = read_source(stream, head + stream->head_length, most - stream->head_length);
+        stream->failed = got < 0;
+        stream->whole = got == 0;
+        stream->head_length += got > 0 ? (size_t)got : 0;
+    }
+    return stream;
 }
 
 static void reply_compressed(struct reply *reply, const char *type, enum compress_coding coding,
@@ -126,24 +135,23 @@ static bool reply_part(const struct request *request, struct reply *reply, const
     stream->left = range.last - range.first + 1;
     reply_header(reply, "Content-Range", "bytes %llu-%llu/%llu", (unsigned long long)range.first,
                  (unsigned long long)range.last, (unsigned long long)length);
-    reply_stream(reply, 206, type, (struct reply_stream){range_next, stream_free, stream, 0},
+    reply_stream(reply, 206, type, (struct reply_stream){range_next, free_stream, stream, 0},
                  (size_t)stream->left);
     return true;
 }
 
-static void reply_begun(const struct request *request, struct reply *reply, const char *type,
-                        enum compress_coding coding, struct stream *stream) {
-    const struct reply_stream bytes = {stream_next, stream_free, stream, 0};
-    bool whole;
-    if (!begin(stream, &whole)) {
+void stream_send(const struct request *request, struct reply *reply, const char *type,
+                 enum compress_coding coding, struct stream *stream) {
+    const struct reply_stream bytes = {stream_next, free_stream, stream, 0};
+    if (stream->failed) {
         stream_free(stream);
         reply_refuse(reply, API_INTERNAL, "the stored result cannot be read");
     } else if (coding != COMPRESS_IDENTITY) {
         reply_compressed(reply, type, coding, bytes);
     } else if (reply_part(request, reply, type, stream,
-                          whole ? stream->head_length : stream->source.length)) {
+                          stream->whole ? stream->head_length : stream->source.length)) {
         return;
-    } else if (whole) {
+    } else if (stream->whole) {
         reply_bytes(reply, 200, type, stream->head, stream->head_length);
         stream->head = NULL;
         stream_free(stream);
@@ -154,12 +162,9 @@ static void reply_begun(const struct request *request, struct reply *reply, cons
 
 void stream_reply(const struct request *request, struct reply *reply, const char *type,
                   enum compress_coding coding, const struct stream_source *source) {
-    struct stream *stream = calloc(1, sizeof *stream);
-    if (!stream) {
-        source->free(source->context);
+    struct stream *stream = stream_begin(source, HEAD_BYTES);
+    if (stream)
+        stream_send(request, reply, type, coding, stream);
+    else
         reply_refuse(reply, API_UNAVAILABLE, "there is no memory for this now");
-        return;
-    }
-    stream->source = *source;
-    reply_begun(request, reply, type, coding, stream);
 }

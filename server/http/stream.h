@@ -18,6 +18,20 @@ struct stream_source {
     uint64_t length;  /* of all of it, 0 when that is only known at the end */
 };
 
+/* A document that is begun. */
+struct stream;
+
+/* Reads the beginning of a document, `most` bytes if it has as many. The source is taken over. NULL
+ * without memory; what cannot be made is refused when it is to be sent. */
+struct stream *stream_begin(const struct stream_source *source, size_t most);
+
+/* `stream_reply` for one that is begun, which is taken over. */
+void stream_send(const struct request *request, struct reply *reply, const char *type,
+                 enum compress_coding coding, struct stream *stream);
+
+/* One that is not sent. NULL is allowed. */
+void stream_free(struct stream *stream);
+
 /* Answers with the document, 200; with the part of it that the request's Range wants, 206 or 416,
  * where the length is known and nothing is compressed; or with a problem when it cannot even be
  * begun. The source is taken over: it is freed once the reply is. */

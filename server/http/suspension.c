@@ -33,7 +33,7 @@ static void wake(void *context) {
     pthread_mutex_unlock(&exchange->http->lock);
 }
 
-static void watch(struct request *request, const char *subject, bool progress) {
+void http_watch(struct request *request, const char *subject, enum hub_news least) {
     struct exchange *exchange = request->transport;
     struct hub *hub = exchange->http->settings.hub;
     if (exchange->watching && !strcmp(exchange->watch.subject, subject))
@@ -41,18 +41,10 @@ static void watch(struct request *request, const char *subject, bool progress) {
     if (exchange->watching)
         hub_unsubscribe(hub, &exchange->watch);
     exchange->watching = true;
-    (progress ? hub_follow : hub_subscribe)(hub, &exchange->watch, subject, wake, exchange);
+    hub_subscribe(hub, &exchange->watch, subject, least, wake, exchange);
     pthread_mutex_lock(&exchange->http->lock);
     request->woken_us = exchange->woken_us = clock_us();
     pthread_mutex_unlock(&exchange->http->lock);
-}
-
-void http_watch(struct request *request, const char *subject) {
-    watch(request, subject, false);
-}
-
-void http_follow(struct request *request, const char *subject) {
-    watch(request, subject, true);
 }
 
 bool suspension_begin(struct exchange *exchange) {

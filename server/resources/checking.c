@@ -20,7 +20,7 @@ struct check *checking_begin(struct call *call, const struct checkers_order *ord
     struct api_problem problem = {0};
     char subject[ID_SIZE];
     id_make(subject);
-    http_watch(call->request, subject);
+    http_watch(call->request, subject, HUB_CHANGE);
     struct check *check = checkers_begin(call->services->checkers, order, subject, &problem);
     if (!check) {
         reply_header(call->reply, "Retry-After", "1");

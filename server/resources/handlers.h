@@ -36,8 +36,19 @@ void jobs_request_failed(struct call *call, enum store_answer answer);
  * failed. */
 bool results_ready(struct call *call, const struct store_job *job);
 
-/* Answers with the result of a job that has ended, or with the problem it ended with. */
-void results_reply(struct call *call, const struct store_job *job,
-                   const struct call_choice *choice);
+/* The document of a result that is being stored, as far as it is made ready meanwhile. */
+struct results_early;
+
+/* NULL when the result is not there yet, is stored already, or there is no room for more. */
+struct results_early *results_begin_early(const struct call *call, const struct store_job *job,
+                                          const struct call_choice *choice);
+
+/* When the request is over. NULL is allowed. */
+void results_free_early(struct results_early *early);
+
+/* Answers with the result of a job that has ended, or with the problem it ended with. What was made
+ * ready of the same choice is sent if it is the job's result; NULL is allowed. */
+void results_reply(struct call *call, const struct store_job *job, const struct call_choice *choice,
+                   struct results_early *early);
 
 #endif

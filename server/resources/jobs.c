@@ -36,6 +36,7 @@ struct waiting {
     struct store_item surface; /* the stored one that it names */
     char *materials;           /* the owner's that it names: CHECKER_MATERIALS */
     size_t materials_length;
+    struct results_early *early; /* of the result, while that is being stored */
 };
 
 static void free_waiting(void *state) {
@@ -43,6 +44,7 @@ static void free_waiting(void *state) {
     check_drop(waiting->check);
     store_item_clear(&waiting->surface);
     free(waiting->materials);
+    results_free_early(waiting->early);
     free(waiting);
 }
 
@@ -263,13 +265,22 @@ static void reply_created(struct call *call, const struct store_job *job,
         if (job->kind == STORE_LAMINATE)
             reply_status(call, 200, job); /* it has no result of its own */
         else
-            results_reply(call, job, choice);
+            results_reply(call, job, choice, waiting->early);
         reply_header(call->reply, "Preference-Applied", "wait");
         if (call->reply->status == 200 && job->kind != STORE_LAMINATE)
             reply_header(call->reply, "Content-Location", "/v1/%s/%s/result",
                          documents_collection(job->kind), job->id);
     }
     reply_header(call->reply, "Location", "/v1/%s/%s", documents_collection(job->kind), job->id);
+}
+
+/* While it waits, it makes ready what there is of the answer. */
+static enum http_next wait_for_end(struct call *call, const struct store_job *job,
+                                   const struct call_choice *choice) {
+    struct waiting *waiting = call->request->state;
+    if (!waiting->early)
+        waiting->early = results_begin_early(call, job, choice);
+    return HTTP_WAIT;
 }
 
 enum http_next jobs_create(struct call *call) {
@@ -283,7 +294,7 @@ enum http_next jobs_create(struct call *call) {
     if (state != CHECKING_PASSED)
         return state == CHECKING_WAIT ? HTTP_WAIT : HTTP_DONE;
     if (waiting->deadline > waiting->begun)
-        http_watch(call->request, waiting->id);
+        http_watch(call->request, waiting->id, HUB_DRAFT);
     enum store_answer answer = store_get(call->services->store, waiting->id, &job);
     if (answer == STORE_EMPTY)
         reply_refuse(call->reply, API_NOT_FOUND, "the %s has been deleted",
@@ -291,7 +302,7 @@ enum http_next jobs_create(struct call *call) {
     else if (answer != STORE_OK)
         call_store_failed(call, answer);
     else if (must_wait(call->request, &job))
-        next = HTTP_WAIT;
+        next = wait_for_end(call, &job, &choice);
     else
         reply_created(call, &job, &choice);
     store_job_clear(&job);
@@ -344,7 +355,7 @@ enum http_next jobs_status(struct call *call) {
     if (!read_wait(call))
         return HTTP_DONE;
     if (call->request->state && id_valid(call->request->parameter))
-        http_watch(call->request, call->request->parameter);
+        http_watch(call->request, call->request->parameter, HUB_CHANGE);
     if (call_find_job(call, &job)) {
         if (must_wait(call->request, &job))
             next = HTTP_WAIT;

@@ -10,11 +10,17 @@
 #include "server/http/negotiate.h"
 #include "server/http/stream.h"
 #include "server/work/stored_result.h"
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { ETAG_SIZE = 96 };
+enum {
+    ETAG_SIZE = 96,
+    EARLY_BYTES = 1 << 20,     /* of a document that are made ready while its result is stored */
+    EARLY_BYTES_ALL = 64 << 20 /* of all that are ready, with their results; not exceeded by more
+                                  than one of each thread */
+};
 
 /* The entity tag: the bytes of a drape's result depend on nothing but its id, the encoders, the
  * choice and the coding. */
@@ -34,9 +40,10 @@ static void make_etag(const struct store_job *job, const struct call_choice *cho
 
 /* ------------------------------------------------------------------ the stream */
 
-/* An encoder over a stored result. */
+/* An encoder over a stored result, or over a draft. */
 struct source {
     struct stored_result stored;
+    struct store_draft *draft; /* NULL: stored */
     struct api_reader reader;
     struct encoder *encoder;
 };
@@ -44,7 +51,12 @@ struct source {
 static void source_free(void *context) {
     struct source *source = context;
     encoder_free(source->encoder);
+    store_draft_drop(source->draft);
     free(source);
+}
+
+static bool read_draft(void *context, uint64_t offset, void *buffer, size_t length) {
+    return store_draft_read(context, offset, buffer, length);
 }
 
 static ssize_t source_read(void *context, char *buffer, size_t size) {
@@ -52,16 +64,23 @@ static ssize_t source_read(void *context, char *buffer, size_t size) {
     return encoder_read(source->encoder, buffer, size);
 }
 
-/* NULL with the problem. */
-static struct source *source_new(const struct stored_result *stored, const struct store_job *job,
-                                 const struct call_choice *choice, struct api_problem *problem) {
+/* Of the draft, which it takes over, or of what is stored. NULL with the problem. */
+static struct source *source_new(const struct stored_result *stored, struct store_draft *draft,
+                                 const struct store_job *job, const struct call_choice *choice,
+                                 struct api_problem *problem) {
     struct source *source = calloc(1, sizeof *source);
     if (!source) {
         api_problem_set(problem, API_UNAVAILABLE, "there is no memory for this now");
+        store_draft_drop(draft);
         return NULL;
     }
-    source->stored = *stored;
-    source->reader = stored_result_reader(&source->stored);
+    source->draft = draft;
+    if (draft) {
+        source->reader = (struct api_reader){read_draft, draft};
+    } else {
+        source->stored = *stored;
+        source->reader = stored_result_reader(&source->stored);
+    }
     const struct format_source document = {
         .id = job->id, .reader = &source->reader, .queue_ms = documents_queue_ms(job)};
     source->encoder = encoder_new(choice->format, &document, &choice->options, problem);
@@ -73,8 +92,19 @@ static struct source *source_new(const struct stored_result *stored, const struc
 
 /* ------------------------------------------------------------------ the answer */
 
-/* 200, or 206 for a part. Of the encoder `Server-Timing` has the time to the
- * first bytes, or to the last if the answer is short. */
+static struct stream_source stream_source_of(struct source *source, const char *etag) {
+    return (struct stream_source){source_read, source_free, source, etag,
+                                  encoder_length(source->encoder)};
+}
+
+/* Of the encoder the time to the first bytes, or to the last if the answer is short. */
+static void tell_times(struct call *call, const struct store_job *job, int64_t encode_us) {
+    int64_t solve_us = job->finished > job->started ? job->finished - job->started : 0;
+    reply_header(call->reply, "Server-Timing", "queue;dur=%.3f, solve;dur=%.3f, encode;dur=%.3f",
+                 documents_queue_ms(job), (double)solve_us / 1e3, (double)encode_us / 1e3);
+}
+
+/* 200, or 206 for a part. */
 static void reply_stored(struct call *call, const struct store_job *job,
                          const struct call_choice *choice, enum compress_coding coding,
                          const char *etag) {
@@ -89,18 +119,70 @@ static void reply_stored(struct call *call, const struct store_job *job,
             call_store_failed(call, answer);
         return;
     }
-    struct source *source = source_new(&stored, job, choice, &problem);
+    struct source *source = source_new(&stored, NULL, job, choice, &problem);
     if (!source) {
         reply_problem(call->reply, &problem);
         return;
     }
-    const struct stream_source stream = {source_read, source_free, source, etag,
-                                         encoder_length(source->encoder)};
+    const struct stream_source stream = stream_source_of(source, etag);
     stream_reply(call->request, call->reply, choice->format->media_type, coding, &stream);
-    int64_t solve_us = job->finished > job->started ? job->finished - job->started : 0;
-    reply_header(call->reply, "Server-Timing", "queue;dur=%.3f, solve;dur=%.3f, encode;dur=%.3f",
-                 documents_queue_ms(job), (double)solve_us / 1e3,
-                 (double)(clock_us() - begun) / 1e3);
+    tell_times(call, job, clock_us() - begun);
+}
+
+/* ------------------------------------------------------------------ made ready early */
+
+struct results_early {
+    struct store_draft *draft;
+    struct stream *stream; /* NULL once it is sent */
+    int64_t held, spent_us;
+};
+
+static atomic_int_fast64_t early_bytes;
+
+struct results_early *results_begin_early(const struct call *call, const struct store_job *job,
+                                          const struct call_choice *choice) {
+    int64_t begun = clock_us();
+    struct api_problem problem = {0};
+    struct store_draft *draft = NULL;
+    if (atomic_load(&early_bytes) < EARLY_BYTES_ALL)
+        draft = store_draft_take(call->services->store, job->id);
+    struct results_early *early = draft ? calloc(1, sizeof *early) : NULL;
+    struct source *source = NULL;
+    if (early)
+        source = source_new(NULL, store_draft_share(draft), job, choice, &problem);
+    if (!source) {
+        store_draft_drop(draft);
+        free(early);
+        return NULL;
+    }
+    const struct stream_source stream = stream_source_of(source, NULL);
+    early->draft = draft;
+    early->held = EARLY_BYTES + (int64_t)store_draft_length(draft);
+    atomic_fetch_add(&early_bytes, (int_fast64_t)early->held);
+    early->stream = stream_begin(&stream, EARLY_BYTES);
+    early->spent_us = clock_us() - begun;
+    return early;
+}
+
+void results_free_early(struct results_early *early) {
+    if (!early)
+        return;
+    stream_free(early->stream);
+    store_draft_drop(early->draft);
+    atomic_fetch_sub(&early_bytes, (int_fast64_t)early->held);
+    free(early);
+}
+
+/* False: it is not what the job has come to, or was not made. */
+static bool reply_early(struct call *call, const struct store_job *job,
+                        const struct call_choice *choice, enum compress_coding coding,
+                        struct results_early *early) {
+    if (!early || !early->stream || !store_draft_kept(early->draft))
+        return false;
+    stream_send(call->request, call->reply, choice->format->media_type, coding, early->stream);
+    early->stream = NULL;
+    tell_times(call, job, early->spent_us);
+    return true;
 }
 
 bool results_ready(struct call *call, const struct store_job *job) {
@@ -140,14 +222,14 @@ static void tell_caches(struct call *call, const char *etag) {
     reply_header(call->reply, "Cache-Control", "private, no-cache");
 }
 
-void results_reply(struct call *call, const struct store_job *job,
-                   const struct call_choice *choice) {
+void results_reply(struct call *call, const struct store_job *job, const struct call_choice *choice,
+                   struct results_early *early) {
     if (!results_ready(call, job))
         return;
     enum compress_coding coding = compress_choose(request_header(call->request, "Accept-Encoding"));
     char etag[ETAG_SIZE];
     make_etag(job, choice, coding, etag);
-    if (!is_held(call, etag))
+    if (!is_held(call, etag) && !reply_early(call, job, choice, coding, early))
         reply_stored(call, job, choice, coding, etag);
     tell_caches(call, etag);
 }
@@ -157,7 +239,7 @@ static enum http_next get(struct call *call, enum format_use use) {
     struct call_choice choice;
     struct store_job job = {0};
     if (call_choose(call, use, &choice) && call_find_job(call, &job))
-        results_reply(call, &job, &choice);
+        results_reply(call, &job, &choice, NULL);
     store_job_clear(&job);
     return HTTP_DONE;
 }

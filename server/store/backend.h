@@ -161,6 +161,12 @@ struct store_health {
     int64_t at_ms; /* by `clock_ms`; 0: none yet */
 };
 
+/* Those that are listed (draft.h). */
+struct store_drafts {
+    pthread_mutex_t lock;
+    struct store_draft *first;
+};
+
 /* The head of every backend's own struct. A backend sets the first three. */
 struct store {
     const struct store_ops *ops;
@@ -169,6 +175,7 @@ struct store {
     struct hub *hub;
     struct store_cache *cache;
     struct store_health health;
+    struct store_drafts drafts;
     unsigned char secret[CURSOR_SECRET_BYTES];
 };
 

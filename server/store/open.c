@@ -42,6 +42,7 @@ struct store *store_open(const char *url, const struct store_options *options, s
     if (!store)
         return NULL;
     pthread_mutex_init(&store->health.lock, NULL);
+    pthread_mutex_init(&store->drafts.lock, NULL);
     id_make(store->health.host.name);
     store->cache = store_cache_new();
     bool keyed = store->ops->secret(store, store->secret) == STORE_OK;

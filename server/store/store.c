@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "backend.h"
+#include "draft.h"
 #include "server/clock.h"
 #include <stdlib.h>
 #include <string.h>
@@ -49,6 +49,7 @@ void store_close(struct store *store) {
     if (store->health.at_ms && !store_failed(store->health.answer))
         store->ops->leave(store, store->health.host.name);
     pthread_mutex_destroy(&store->health.lock);
+    pthread_mutex_destroy(&store->drafts.lock);
     store->ops->close(store);
 }
 
@@ -59,14 +60,14 @@ int64_t store_steady_us(const struct store *store) {
 /* ------------------------------------------------------------------ jobs */
 
 void store_tell(struct store *store, const char *subject) {
-    hub_notify(store->hub, subject);
+    hub_notify(store->hub, subject, HUB_CHANGE);
     if (store->ops->announce)
         store->ops->announce(store, subject);
 }
 
 /* What changes often, and ends nothing, is told in this process alone; others look now and then. */
 static void tell_progress(struct store *store, const char *id) {
-    hub_notify_progress(store->hub, id);
+    hub_notify(store->hub, id, HUB_PROGRESS);
 }
 
 int64_t store_rank(const struct store_submission *submission, int64_t now) {
@@ -237,7 +238,7 @@ enum store_answer store_begin_round(struct store *store, const struct store_clai
                                     const struct store_round *round) {
     enum store_answer answer = store->ops->begin_round(store, claim, round);
     if (answer == STORE_OK) {
-        hub_notify_progress(store->hub, claim->id);
+        hub_notify(store->hub, claim->id, HUB_PROGRESS);
         store_tell(store, hub_queue);
     }
     return answer;
@@ -248,7 +249,7 @@ enum store_answer store_end_task(struct store *store, const struct store_claim *
                                  const void *numbers, size_t length, int64_t spent) {
     enum store_answer answer = store->ops->end_task(store, claim, numbers, length, spent);
     if (answer == STORE_OK)
-        hub_notify_progress(store->hub, claim->parent);
+        hub_notify(store->hub, claim->parent, HUB_PROGRESS);
     return answer;
 }
 
@@ -272,50 +273,54 @@ enum store_answer store_numbers(struct store *store, const struct store_claim *c
 struct store_writer {
     struct store *store;
     struct store_claim claim;
-    int64_t number; /* of the stored parts; 0 while all is in `chunks` */
-    int64_t index;  /* chunks stored */
+    int64_t number; /* of the stored parts; 0 while all is in the draft */
     bool committed;
-    size_t used;                              /* bytes in `chunks` */
-    unsigned char *chunks[STORE_PART_CHUNKS]; /* malloc'ed when they are needed */
+    struct store_draft *draft; /* what is not stored yet; NULL after the commit */
 };
 
 struct store_writer *store_writer_new(struct store *store, const struct store_claim *claim) {
     struct store_writer *writer = calloc(1, sizeof *writer);
-    if (!writer)
+    struct store_draft *draft = draft_new(store, claim->id);
+    if (!writer || !draft) {
+        free(writer);
+        draft_close(draft, 0);
         return NULL;
+    }
     writer->store = store;
     writer->claim = *claim;
+    writer->draft = draft;
     return writer;
 }
 
 static struct store_part part_of(const struct store_writer *writer) {
+    const struct store_draft *draft = writer->draft;
     return (struct store_part){
         .claim = &writer->claim,
         .number = writer->number,
-        .index = writer->index,
-        .chunks = writer->chunks,
-        .length = writer->used,
-        .total = writer->index * STORE_CHUNK_BYTES + (int64_t)writer->used,
+        .index = draft->index,
+        .chunks = draft->chunks,
+        .length = draft->length,
+        .total = draft->index * STORE_CHUNK_BYTES + (int64_t)draft->length,
     };
 }
 
 static enum store_answer flush(struct store_writer *writer) {
-    if (writer->index + STORE_PART_CHUNKS >= STORE_CHUNKS_MAX)
+    if (writer->draft->index + STORE_PART_CHUNKS >= STORE_CHUNKS_MAX)
         return STORE_DOWN;
     struct store_part part = part_of(writer);
     struct store *store = writer->store;
     enum store_answer answer = store_note(store, store->ops->result_append(store, &part));
     if (answer == STORE_OK) {
         writer->number = part.number;
-        writer->index += STORE_PART_CHUNKS;
-        writer->used = 0;
+        writer->draft->index += STORE_PART_CHUNKS;
+        writer->draft->length = 0;
     }
     return answer;
 }
 
 /* The chunk that takes the next byte; NULL without memory. */
-static unsigned char *open_chunk(struct store_writer *writer) {
-    unsigned char **chunk = &writer->chunks[writer->used / STORE_CHUNK_BYTES];
+static unsigned char *open_chunk(struct store_draft *draft) {
+    unsigned char **chunk = &draft->chunks[draft->length / STORE_CHUNK_BYTES];
     if (!*chunk)
         *chunk = malloc(STORE_CHUNK_BYTES);
     return *chunk;
@@ -323,44 +328,37 @@ static unsigned char *open_chunk(struct store_writer *writer) {
 
 enum store_answer store_writer_append(struct store_writer *writer, const void *bytes,
                                       size_t length) {
+    struct store_draft *draft = writer->draft;
     const unsigned char *from = bytes;
     while (length > 0) {
-        enum store_answer answer = writer->used == STORE_PART_BYTES ? flush(writer) : STORE_OK;
-        unsigned char *chunk = answer == STORE_OK ? open_chunk(writer) : NULL;
+        enum store_answer answer = draft->length == STORE_PART_BYTES ? flush(writer) : STORE_OK;
+        unsigned char *chunk = answer == STORE_OK ? open_chunk(draft) : NULL;
         if (!chunk)
             return answer == STORE_OK ? STORE_DOWN : answer;
-        size_t within = writer->used % STORE_CHUNK_BYTES;
+        size_t within = draft->length % STORE_CHUNK_BYTES;
         size_t room = STORE_CHUNK_BYTES - within;
         size_t taken = length < room ? length : room;
         memcpy(chunk + within, from, taken);
-        writer->used += taken;
+        draft->length += taken;
         from += taken;
         length -= taken;
     }
     return STORE_OK;
 }
 
-/* Who waits for the job is going to read it now: the chunks go to the cache as they are. */
-static void keep_chunks(struct store_writer *writer, int64_t number) {
-    size_t left = writer->used;
-    for (size_t k = 0; left > 0; k++) {
-        size_t length = left < STORE_CHUNK_BYTES ? left : STORE_CHUNK_BYTES;
-        store_cache_put(writer->store->cache, number, writer->index + (int64_t)k, writer->chunks[k],
-                        length);
-        writer->chunks[k] = NULL;
-        left -= length;
-    }
-}
-
 enum store_answer store_writer_commit(struct store_writer *writer, const char *summary) {
     struct store_part part = part_of(writer);
     part.summary = summary;
     struct store *store = writer->store;
+    if (part.index == 0 && !writer->draft->listed) {
+        draft_list(writer->draft);
+        hub_notify(store->hub, writer->claim.id, HUB_DRAFT);
+    }
     enum store_answer answer = store_note(store, store->ops->result_commit(store, &part));
     if (answer == STORE_OK) {
         writer->committed = true;
-        if (part.number != 0)
-            keep_chunks(writer, part.number);
+        draft_close(writer->draft, part.number);
+        writer->draft = NULL;
         tell_end(writer->store, &writer->claim);
     }
     return answer;
@@ -373,8 +371,7 @@ void store_writer_free(struct store_writer *writer) {
         enum store_answer dropped = writer->store->ops->result_drop(writer->store, writer->number);
         (void)dropped; /* else the sweep finds it */
     }
-    for (size_t k = 0; k < STORE_PART_CHUNKS; k++)
-        free(writer->chunks[k]);
+    draft_close(writer->draft, 0);
     free(writer);
 }
 

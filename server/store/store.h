@@ -447,6 +447,29 @@ enum store_answer store_writer_commit(struct store_writer *writer,
 /* Frees it; without a commit what was written is dropped. NULL is allowed. */
 void store_writer_free(struct store_writer *writer);
 
+/* A result of which the commit is under way: all of its bytes, though it may never be the job's.
+ * Whoever waits for the job can make ready what it is going to say, while the disk is waited for;
+ * said it may be when the draft is kept. */
+struct store_draft;
+
+/* The draft of a job, in this process; NULL when there is none. The caller drops it. Draft news
+ * (`hub.h`) tell when it is there: it is not for long, nor for results of more than 1 MiB. */
+struct store_draft *store_draft_take(struct store *store, const char *id);
+
+/* The same draft for one more who drops it. */
+struct store_draft *store_draft_share(struct store_draft *draft);
+
+/* NULL is allowed. Before the store is closed. */
+void store_draft_drop(struct store_draft *draft);
+
+size_t store_draft_length(const struct store_draft *draft);
+
+/* Copies exactly `length` bytes from `offset` on; false when there are not as many. */
+bool store_draft_read(const struct store_draft *draft, uint64_t offset, void *bytes, size_t length);
+
+/* Whether the commit has succeeded with it: its bytes are those of the job's stored result. */
+bool store_draft_kept(const struct store_draft *draft);
+
 /* A finished result. Its bytes never change; `digest` of the job names them. */
 struct store_result {
     int64_t number;

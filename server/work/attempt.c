@@ -568,7 +568,7 @@ bool attempt_run(struct attempt_shared *shared, const struct store_claim *claim,
             now + (express ? ATTEMPT_EXPRESS_MOST_MS : (int64_t)ATTEMPT_TURN_MS << doublings),
     };
     atomic_fetch_add(&shared->counters.busy, 1);
-    hub_subscribe(shared->hub, &watch, subject(&attempt), wake_up, &attempt.wake);
+    hub_subscribe(shared->hub, &watch, subject(&attempt), HUB_CHANGE, wake_up, &attempt.wake);
     if (attempt.writer)
         work(&attempt);
     else

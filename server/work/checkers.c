@@ -69,7 +69,7 @@ static void finish(struct check *check, enum check_outcome outcome, bool notify)
     if (dropped)
         check_free(check);
     else if (notify)
-        hub_notify(pool->hub, subject);
+        hub_notify(pool->hub, subject, HUB_CHANGE);
 }
 
 /* Stops the process; the check waits for that lane and so many bytes, unless nobody wants it any

@@ -304,7 +304,7 @@ struct dispatcher *dispatcher_start(struct store *store, struct hub *hub,
     dispatcher->lanes = lanes;
     atomic_init(&dispatcher->shared.stop_at_ms, ATTEMPT_NO_STOP);
     init_locks(dispatcher);
-    hub_subscribe(hub, &dispatcher->watch, hub_queue, hint, dispatcher);
+    hub_subscribe(hub, &dispatcher->watch, hub_queue, HUB_CHANGE, hint, dispatcher);
     dispatcher->sweeping = pthread_create(&dispatcher->sweeper, NULL, sweep, dispatcher) == 0;
     while (dispatcher->lane_count < lane_count && start_lane(dispatcher))
         continue;

@@ -17,12 +17,8 @@
 enum { CALLS = 10 }; /* a small map is ready by then; a drape never will be: nobody works */
 
 /* Of the front, for handlers that wait. Here they are called again without being told. */
-void http_watch(struct request *request, const char *subject) {
-    (void)request, (void)subject;
-}
-
-void http_follow(struct request *request, const char *subject) {
-    http_watch(request, subject);
+void http_watch(struct request *request, const char *subject, enum hub_news least) {
+    (void)request, (void)subject, (void)least;
 }
 
 bool http_take_stream(struct request *request, struct reply *reply) {

@@ -115,6 +115,44 @@ near() { jq -ne "($1) - ($2) | fabs < $3" >/dev/null || { echo "$1 is not $2"; r
     [ -n "$(header ETag)" ]
 }
 
+# Of a result that is made ready while it is stored: one that is short, one that is not so any more.
+@test "http: who waits gets the bytes that are stored" {
+    local factor=1.021 coding etag
+    for spacing in 1 0.28; do
+        for format in json csv vtp glb npz; do
+            for coding in identity gzip; do
+                factor=$(jq -n "$factor + 0.0001")
+                quick "$(jq -n "$factor * $spacing")" | post "/v1/drapes?format=$format" - \
+                    -H 'Prefer: wait=40' -H "Accept-Encoding: $coding"
+                expect 200
+                etag=$(header ETag)
+                cp "$body" "$BATS_TEST_TMPDIR/waited"
+                call GET "$(header Content-Location)?format=$format" -H "Accept-Encoding: $coding"
+                expect 200
+                [ "$(header ETag)" = "$etag" ]
+                cmp "$body" "$BATS_TEST_TMPDIR/waited"
+            done
+        done
+    done
+}
+
+# Both are solved; the times of one of them are kept.
+@test "http: who waits for a result that another has stored first gets that" {
+    local request="$BATS_TEST_TMPDIR/request" waits=()
+    quick 0.41 | jq '.method = "geodesic"' >"$request"
+    for k in 1 2; do
+        curl -sS --max-time 50 -H "$JSON" -H 'Prefer: wait=40' --data-binary "@$request" \
+            -o "$BATS_TEST_TMPDIR/$k" "$URL/v1/drapes" 3>&- &
+        waits+=($!)
+    done
+    wait "${waits[@]}"
+    for k in 1 2; do
+        call GET "/v1/drapes/$(jq -r .id "$BATS_TEST_TMPDIR/$k")/result"
+        expect 200
+        cmp "$body" "$BATS_TEST_TMPDIR/$k"
+    done
+}
+
 @test "http: the entity tag of a result changes with what encodes it" {
     local digest
     digest=$(cat $(printf '%s\n' api/format/*.[ch] api/json/*.[ch] api/json/*.cc api/result/*.[ch] |

@@ -17,16 +17,16 @@ static void test_hub_wakes_those_who_watch_the_subject(void **state) {
     struct hub *hub = hub_new();
     struct hub_watch first, second, other;
     atomic_int calls[3] = {0};
-    hub_notify(hub, "a");
-    hub_subscribe(hub, &first, "a", count_call, &calls[0]);
-    hub_subscribe(hub, &second, "a", count_call, &calls[1]);
-    hub_subscribe(hub, &other, "b", count_call, &calls[2]);
-    hub_notify(hub, "a");
+    hub_notify(hub, "a", HUB_CHANGE);
+    hub_subscribe(hub, &first, "a", HUB_CHANGE, count_call, &calls[0]);
+    hub_subscribe(hub, &second, "a", HUB_CHANGE, count_call, &calls[1]);
+    hub_subscribe(hub, &other, "b", HUB_CHANGE, count_call, &calls[2]);
+    hub_notify(hub, "a", HUB_CHANGE);
     hub_unsubscribe(hub, &first);
-    hub_notify(hub, "a");
+    hub_notify(hub, "a", HUB_CHANGE);
     hub_unsubscribe(hub, &second);
     hub_unsubscribe(hub, &other);
-    hub_notify(hub, "a");
+    hub_notify(hub, "a", HUB_CHANGE);
     assert_int_equal(calls[0], 1);
     assert_int_equal(calls[1], 2);
     assert_int_equal(calls[2], 0);
@@ -48,11 +48,11 @@ static void test_hub_list_survives_any_order(void **state) {
         if (there[k])
             hub_unsubscribe(hub, &watches[k]);
         else
-            hub_subscribe(hub, &watches[k], "same", count_call, &calls);
+            hub_subscribe(hub, &watches[k], "same", HUB_CHANGE, count_call, &calls);
         there[k] = !there[k];
         for (size_t n = 0; n < WATCHES; n++)
             expected += there[n];
-        hub_notify(hub, "same");
+        hub_notify(hub, "same", HUB_CHANGE);
         assert_int_equal(calls, expected);
     }
     for (size_t k = 0; k < WATCHES; k++)
@@ -61,22 +61,21 @@ static void test_hub_list_survives_any_order(void **state) {
     hub_free(hub);
 }
 
-/* What ends nothing is told only to those who follow. */
-static void test_hub_tells_progress_to_followers_alone(void **state) {
+/* Each is told of what it asked for and of all that is listed before that. */
+static void test_hub_tells_news_to_those_who_asked(void **state) {
     (void)state;
     struct hub *hub = hub_new();
-    struct hub_watch watches[2];
-    atomic_int calls[2] = {0};
-    hub_subscribe(hub, &watches[0], "a", count_call, &calls[0]);
-    hub_follow(hub, &watches[1], "a", count_call, &calls[1]);
-    hub_notify_progress(hub, "a");
-    assert_int_equal(atomic_load(&calls[0]), 0);
-    assert_int_equal(atomic_load(&calls[1]), 1);
-    hub_notify(hub, "a");
-    assert_int_equal(atomic_load(&calls[0]), 1);
-    assert_int_equal(atomic_load(&calls[1]), 2);
-    for (size_t k = 0; k < 2; k++)
-        hub_unsubscribe(hub, &watches[k]);
+    struct hub_watch watches[HUB_PROGRESS + 1];
+    atomic_int calls[HUB_PROGRESS + 1] = {0};
+    for (int least = HUB_CHANGE; least <= HUB_PROGRESS; least++)
+        hub_subscribe(hub, &watches[least], "a", (enum hub_news)least, count_call, &calls[least]);
+    for (int news = HUB_CHANGE; news <= HUB_PROGRESS; news++) {
+        hub_notify(hub, "a", (enum hub_news)news);
+        for (int least = HUB_CHANGE; least <= HUB_PROGRESS; least++)
+            assert_int_equal(atomic_exchange(&calls[least], 0), least >= news);
+    }
+    for (int least = HUB_CHANGE; least <= HUB_PROGRESS; least++)
+        hub_unsubscribe(hub, &watches[least]);
     hub_free(hub);
 }
 
@@ -88,7 +87,7 @@ struct noise {
 static void *notify_all_the_time(void *context) {
     struct noise *noise = context;
     while (!atomic_load(&noise->stop))
-        hub_notify(noise->hub, "x");
+        hub_notify(noise->hub, "x", HUB_CHANGE);
     return NULL;
 }
 
@@ -101,7 +100,7 @@ static void test_hub_does_not_wake_after_unsubscribe(void **state) {
     for (int k = 0; k < 2000; k++) {
         struct hub_watch watch;
         atomic_int *calls = calloc(1, sizeof *calls);
-        hub_subscribe(noise.hub, &watch, "x", count_call, calls);
+        hub_subscribe(noise.hub, &watch, "x", HUB_CHANGE, count_call, calls);
         hub_unsubscribe(noise.hub, &watch);
         memset(&watch, 0xff, sizeof watch);
         free(calls);
@@ -183,7 +182,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_hub_wakes_those_who_watch_the_subject),
         cmocka_unit_test(test_hub_list_survives_any_order),
-        cmocka_unit_test(test_hub_tells_progress_to_followers_alone),
+        cmocka_unit_test(test_hub_tells_news_to_those_who_asked),
         cmocka_unit_test(test_hub_does_not_wake_after_unsubscribe),
         cmocka_unit_test(test_store_cache_keeps_the_chunks_used_last),
         cmocka_unit_test(test_store_cache_reads_within_the_chunk_only),

@@ -602,11 +602,11 @@ static void test_store_tells_the_hub_of_every_change(void **state) {
     int queued = 0, changes = 0, news = 0;
     char id[ID_SIZE];
     struct store_claim claim;
-    hub_subscribe(scratch->hub, &queue, hub_queue, count_call, &queued);
+    hub_subscribe(scratch->hub, &queue, hub_queue, HUB_CHANGE, count_call, &queued);
     scratch_submit(scratch, "a", id);
     assert_int_equal(queued, 1);
-    hub_follow(scratch->hub, &job, id, count_call, &changes);
-    hub_subscribe(scratch->hub, &ends, id, count_call, &news);
+    hub_subscribe(scratch->hub, &job, id, HUB_PROGRESS, count_call, &changes);
+    hub_subscribe(scratch->hub, &ends, id, HUB_CHANGE, count_call, &news);
     assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
     assert_int_equal(changes, 1);
     assert_int_equal(store_renew(scratch->store, &claim, 0.5), STORE_OK);

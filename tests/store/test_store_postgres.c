@@ -343,7 +343,7 @@ static void test_postgres_tells_other_processes(void **state) {
     scratch_start(scratch);
     struct scratch other = *scratch;
     scratch_start(&other);
-    hub_subscribe(other.hub, &queue, hub_queue, count_call, &queued);
+    hub_subscribe(other.hub, &queue, hub_queue, HUB_CHANGE, count_call, &queued);
     for (int k = 0; k < 1000 && atomic_load(&queued) == 0; k++) {
         char body[32];
         snprintf(body, sizeof body, "body %d", k);
@@ -353,7 +353,7 @@ static void test_postgres_tells_other_processes(void **state) {
     expect_call(&queued);
     scratch_submit(scratch, "one more", id);
     expect_call(&queued);
-    hub_subscribe(other.hub, &job, id, count_call, &changed);
+    hub_subscribe(other.hub, &job, id, HUB_CHANGE, count_call, &changed);
     assert_int_equal(store_cancel(scratch->store, id), STORE_OK);
     expect_call(&changed);
     hub_unsubscribe(other.hub, &job);

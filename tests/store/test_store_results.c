@@ -143,6 +143,96 @@ static void test_store_second_result_of_a_digest_is_dropped(void **state) {
     free(large);
 }
 
+/* ------------------------------------------------------------------ drafts */
+
+/* One who waits for a job, and takes the draft when told of it. */
+struct reader {
+    struct scratch *scratch;
+    const char *id;
+    struct store_draft *draft;
+    bool early; /* it was not kept yet */
+};
+
+static void take_draft(void *context) {
+    struct reader *reader = context;
+    if (reader->draft)
+        return;
+    reader->draft = store_draft_take(reader->scratch->store, reader->id);
+    reader->early = reader->draft && !store_draft_kept(reader->draft);
+}
+
+/* Commits while the reader waits; its answer. */
+static enum store_answer commit_before(struct reader *reader, const struct store_claim *claim,
+                                       const void *bytes, size_t length) {
+    struct hub_watch watch;
+    reader->id = claim->id;
+    hub_subscribe(reader->scratch->hub, &watch, claim->id, HUB_DRAFT, take_draft, reader);
+    enum store_answer answer = scratch_commit(reader->scratch, claim, bytes, length);
+    hub_unsubscribe(reader->scratch->hub, &watch);
+    assert_null(store_draft_take(reader->scratch->store, claim->id));
+    return answer;
+}
+
+static void test_store_draft_is_what_the_commit_keeps(void **state) {
+    struct scratch *scratch = *state;
+    enum { LENGTH = 2 * STORE_CHUNK_BYTES + 777 };
+    static const size_t places[][2] = {{0, LENGTH},
+                                       {STORE_CHUNK_BYTES - 1, 2},
+                                       {STORE_CHUNK_BYTES - 3, STORE_CHUNK_BYTES + 9},
+                                       {LENGTH - 1, 1},
+                                       {LENGTH, 0}};
+    uint64_t seed = scratch_seed();
+    unsigned char *bytes = random_bytes(&seed, LENGTH), *read = malloc(LENGTH);
+    struct reader reader = {.scratch = scratch};
+    struct store_claim claim = scratch_claimed(scratch, "a");
+    assert_int_equal(commit_before(&reader, &claim, bytes, LENGTH), STORE_OK);
+    assert_non_null(reader.draft);
+    assert_true(reader.early && store_draft_kept(reader.draft));
+    assert_int_equal(store_draft_length(reader.draft), LENGTH);
+    for (size_t k = 0; k < sizeof places / sizeof *places; k++) {
+        size_t at = places[k][0], length = places[k][1];
+        assert_true(store_draft_read(reader.draft, at, read, length));
+        assert_memory_equal(read, bytes + at, length);
+        assert_false(store_draft_read(reader.draft, at, read, LENGTH - at + 1));
+    }
+    assert_false(store_draft_read(reader.draft, LENGTH + 1, read, 0));
+    scratch_expect_result(scratch, claim.id, bytes, LENGTH, LENGTH);
+    store_draft_drop(reader.draft);
+    scratch_expect_result(scratch, claim.id, bytes, LENGTH, LENGTH);
+    free(bytes);
+    free(read);
+}
+
+/* Of a lost claim, of a job that takes another's result, and of what is longer than a part. */
+static void test_store_draft_that_is_not_the_result_is_not_kept(void **state) {
+    struct scratch *scratch = *state;
+    struct store_claim lost = scratch_claimed(scratch, "a"), first, second;
+    struct reader reader = {.scratch = scratch};
+    assert_int_equal(store_cancel(scratch->store, lost.id), STORE_OK);
+    assert_int_equal(commit_before(&reader, &lost, "result", 6), STORE_CONFLICT);
+    assert_true(reader.early && !store_draft_kept(reader.draft));
+    store_draft_drop(reader.draft);
+
+    char id[ID_SIZE];
+    scratch_submit(scratch, "same", id);
+    scratch_submit(scratch, "same", id);
+    assert_int_equal(store_claim(scratch->store, &first), STORE_OK);
+    assert_int_equal(store_claim(scratch->store, &second), STORE_OK);
+    assert_int_equal(scratch_commit(scratch, &first, "result", 6), STORE_OK);
+    reader = (struct reader){.scratch = scratch};
+    assert_int_equal(commit_before(&reader, &second, "others", 6), STORE_OK);
+    assert_true(reader.early && !store_draft_kept(reader.draft));
+    store_draft_drop(reader.draft);
+    scratch_expect_result(scratch, second.id, "result", 6, 6);
+
+    unsigned char *large = calloc(1, STORE_PART_BYTES + 1);
+    struct store_claim claim = scratch_claimed(scratch, "large");
+    reader = (struct reader){.scratch = scratch};
+    assert_int_equal(commit_before(&reader, &claim, large, STORE_PART_BYTES + 1), STORE_OK);
+    assert_null(reader.draft);
+    free(large);
+}
+
 /* ------------------------------------------------------------------ remains */
 
 static void test_store_writer_of_a_lost_claim_leaves_nothing(void **state) {
@@ -529,6 +619,8 @@ int main(void) {
         WITH_STORE(test_store_result_is_there_only_when_the_job_succeeded),
         WITH_STORE(test_store_equal_requests_share_one_result),
         WITH_STORE(test_store_second_result_of_a_digest_is_dropped),
+        WITH_STORE(test_store_draft_is_what_the_commit_keeps),
+        WITH_STORE(test_store_draft_that_is_not_the_result_is_not_kept),
         WITH_STORE(test_store_writer_of_a_lost_claim_leaves_nothing),
         WITH_STORE(test_store_sweep_clears_what_a_dead_process_began),
         WITH_STORE(test_store_results_expire_after_the_retention),

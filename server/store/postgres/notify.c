@@ -99,7 +99,7 @@ static void pass_on(struct hub *hub, const char *text) {
         if (length > 0 && length < sizeof subject) {
             memcpy(subject, text, length);
             subject[length] = '\0';
-            hub_notify(hub, subject);
+            hub_notify(hub, subject, HUB_CHANGE);
         }
         text += length + (text[length] == ' ');
     }
