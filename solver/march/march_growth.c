@@ -30,6 +30,7 @@ struct free_end {
     int32_t i, j;
     int8_t di, dj;
     bool begins;
+    int64_t rank; /* among those that wait */
 };
 
 /* A ghost beyond a cut. */
@@ -76,14 +77,14 @@ static enum status push_place(struct growth *g, int32_t i, int32_t j) {
 
 /* Distance of the free yarn from its generator first, then of its end from the start. A yarn begins
  * only where no other can go on. */
-static int64_t rank(const struct free_end *e) {
+static int64_t rank_of(const struct free_end *e) {
     int64_t i = labs(e->i), j = labs(e->j), yarn = e->dj ? i : j;
     return e->begins * ((int64_t)1 << 62) + yarn * ((int64_t)1 << 32) + i + j;
 }
 
 static bool before(const struct free_end *a, const struct free_end *b) {
-    if (rank(a) != rank(b))
-        return rank(a) < rank(b);
+    if (a->rank != b->rank)
+        return a->rank < b->rank;
     if (a->i != b->i)
         return a->i < b->i;
     if (a->j != b->j)
@@ -98,6 +99,7 @@ static enum status push_end(struct growth *g, struct free_end end) {
         if (!g->heap)
             return STATUS_OUT_OF_MEMORY;
     }
+    end.rank = rank_of(&end);
     size_t at = g->heap_length++;
     for (; at > 0 && before(&end, &g->heap[(at - 1) / 2]); at = (at - 1) / 2)
         g->heap[at] = g->heap[(at - 1) / 2];
@@ -211,7 +213,7 @@ static enum status wait_for_yarns(struct growth *g, int32_t i, int32_t j) {
         bool goes_on = net_place(net, fi - di, fj - dj);
         bool crosses = net_place(net, fi - dj, fj - di) || net_place(net, fi + dj, fj + di);
         if (net_state_at(net, fi, fj) == NET_INSIDE && (goes_on || crosses))
-            status = push_end(g, (struct free_end){fi, fj, di, dj, !goes_on});
+            status = push_end(g, (struct free_end){fi, fj, di, dj, !goes_on, 0});
     }
     return status;
 }
@@ -344,8 +346,8 @@ static struct vec3 yarn_tangent(struct march *march, int32_t i, int32_t j, int d
                                 const struct station *from) {
     const struct net_node *ahead = net_place(march->net, i + di, j + dj);
     const struct net_node *behind = net_place(march->net, i - di, j - dj);
-    struct free_end forward = {i, j, (int8_t)-di, (int8_t)-dj, false};
-    struct free_end backward = {i, j, (int8_t)di, (int8_t)dj, false};
+    struct free_end forward = {i, j, (int8_t)-di, (int8_t)-dj, false, 0};
+    struct free_end backward = {i, j, (int8_t)di, (int8_t)dj, false, 0};
     if (ahead && behind)
         return vec3_sub(ahead->r, behind->r);
     return ahead    ? vec3_scale(-1, yarn_end(march, &forward, from))
