@@ -4,35 +4,6 @@
 #include "solver/angle.h"
 #include "solver/surface/spans.h"
 
-/* Arcs differ by less between their ends, and turn by less. */
-static const double arc_misfit = 2.5e-2, arc_turn = 0.5;
-
-/* What the length of an edge may be wrong by, as a share of it, where the surface is developable:
- * of an arc, and of a bent edge. Elsewhere also by a share of |K| d^2: an eighth of what yarns that
- * turn sideways, as straight ones do not, make `gib` wrong by on a net as large as the surface's
- * radii. */
-static const double arc_error = 1e-6, bent_error = 5e-6, own_share = 1.0 / 200,
-                    arc_share = 1.0 / 24;
-
-/* With more of an error than this, and what is allowed by |K| d^2, there is a joint. */
-static const double even = 1e-7;
-
-/* On a surface with curvature of its own the square of the misfit may be so much of |K| d^2 before
- * shear has to be measured otherwise than by differences of positions in space. */
-static const double shear_share = 1;
-
-/* The terms of third and fourth order of the turn, squared, times this are about the error of the
- * chord. */
-static const double missed = 3;
-
-/* Where the surface has no curvature of its own, the direction of an edge that its ends tell is
- * right to 1e-4 when it goes no further to the side by torsion, by half the angle of rough_leave.
- */
-static const double winding = 8e-3;
-
-/* An edge that turns by more to either side of its middle is no arc. */
-static const double turn_most = 0.75;
-
 /* At a pole, where there is no curvature, arcs rise alike at both ends, but for this. */
 static const double pole_misfit = 2.5e-2;
 
@@ -201,7 +172,7 @@ struct turn {
     double unsure;   /* and of the angle at which it leaves */
 };
 
-static double arcsine(double x) {
+double rough_arcsine(double x) {
     double x2 = x * x;
     if (x2 < 0.01)
         return x * (1 + x2 * (1.0 / 6 + x2 * (3.0 / 40 + x2 * (5.0 / 112))));
@@ -223,7 +194,8 @@ static void find_unsure(double k0, double k1, double t0, double t1, struct turn 
 static struct turn turn_between(const struct departure *p, const struct departure *q, double d) {
     double c2 = p->c2, chord = sqrt(c2);
     const double torsion[2] = {p->near.torsion, q->near.torsion};
-    double mean = arcsine(p->rise / chord), half = (mean + arcsine(q->rise / chord)) / 2;
+    double mean = rough_arcsine(p->rise / chord),
+           half = (mean + rough_arcsine(q->rise / chord)) / 2;
     if (!(d > 0))
         d = chord / angle_sinc(half);
     /* the geodesic leaves beside the chord, by rough_leave's angle */
@@ -246,7 +218,7 @@ static double chord_share(const struct turn *turn) {
 
 /* What the chord may be wrong by, by its length. */
 static double error_of(const struct turn *turn) {
-    return missed * (turn->of[2] * turn->of[2] + turn->of[3] * turn->of[3]);
+    return ROUGH_MISSED * (turn->of[2] * turn->of[2] + turn->of[3] * turn->of[3]);
 }
 
 bool rough_tell(const struct station *p, const struct station *q, struct rough_geodesic *geodesic) {
@@ -259,7 +231,7 @@ bool rough_tell(const struct station *p, const struct station *q, struct rough_g
                                 .angle = turn.unsure,
                                 .leave = leave_for(p, &from_p, &from_q.near),
                                 .arrive = vec3_scale(-1, leave_for(q, &from_q, &from_p.near))};
-    return fabs(turn.of[0]) < turn_most && share > 0.5 && isfinite(geodesic->error);
+    return fabs(turn.of[0]) < ROUGH_TURN_MOST && share > 0.5 && isfinite(geodesic->error);
 }
 
 /* |K| d^2, the larger of both ends. */
@@ -282,8 +254,9 @@ static bool rises_as_arc(const struct station *p, const struct station *q, doubl
     double at_p = (vec3_dot(along, p->normal) - rise) / d;
     double at_q = (-vec3_dot(along, q->normal) - rise) / d;
     double change = 2 * (fabs(at_p) + fabs(at_q)), uneven = at_q - 2 * at_p;
-    return 2 * (k + change) < arc_turn && uneven * uneven < even + own_share * net &&
-           change * (k + change / 4) < 12 * (arc_error + arc_share * net);
+    return 2 * (k + change) < ROUGH_ARC_TURN &&
+           uneven * uneven < ROUGH_EVEN + ROUGH_OWN_SHARE * net &&
+           change * (k + change / 4) < 12 * (ROUGH_ARC_ERROR + ROUGH_ARC_SHARE * net);
 }
 
 enum rough_kind rough_edge(const struct station *p, const struct station *q, double curvature,
@@ -301,17 +274,18 @@ enum rough_kind rough_edge(const struct station *p, const struct station *q, dou
     struct turn turn = turn_between(&from_p, &from_q, d);
     const double *c = turn.of;
     double error = error_of(&turn);
-    double own = own_share * net, most = arc_error + own;
+    double own = ROUGH_OWN_SHARE * net, most = ROUGH_ARC_ERROR + own;
     double right = d * chord_share(&turn);
-    bool gentle = 2 * fabs(c[0]) < arc_turn;
-    if (misfit < arc_misfit && gentle && error < even + own &&
-        fabs(right - *chord) < (arc_error + arc_share * net) * d)
+    bool gentle = 2 * fabs(c[0]) < ROUGH_ARC_TURN;
+    if (misfit < ROUGH_ARC_MISFIT && gentle && error < ROUGH_EVEN + own &&
+        fabs(right - *chord) < (ROUGH_ARC_ERROR + ROUGH_ARC_SHARE * net) * d)
         return ROUGH_NOT;
-    bool winds = turn.sideways > winding + net ||
+    bool winds = turn.sideways > ROUGH_WINDING + net ||
                  (!gentle && turn.sideways * turn.sideways + c[1] * c[1] > most);
-    if (!(error < bent_error + own) || !(fabs(c[0]) < turn_most) || winds)
+    if (!(error < ROUGH_BENT_ERROR + own) || !(fabs(c[0]) < ROUGH_TURN_MOST) || winds)
         return ROUGH_EDGE;
     *chord = right;
-    bool by_places = misfit * misfit < arc_misfit * arc_misfit + shear_share * net;
+    bool by_places =
+        misfit * misfit < ROUGH_ARC_MISFIT * ROUGH_ARC_MISFIT + ROUGH_SHEAR_SHARE * net;
     return gentle && by_places ? ROUGH_BENT : ROUGH_TOLD;
 }

@@ -13,12 +13,8 @@
 #ifndef SOLVER_FISHNET_ROUGH_H
 #define SOLVER_FISHNET_ROUGH_H
 
+#include "rough_limits.h"
 #include "solver/shell/station.h"
-
-/* Below this misfit and this turn |k| d an edge is an arc for all that matters: its length is right
- * to 1e-5 where there is a joint, and far better where there is none. */
-#define ROUGH_MISFIT_SMOOTH 2e-3
-#define ROUGH_TURN_SMOOTH 0.08
 
 enum rough_kind {
     ROUGH_NOT,  /* an arc of the curvature at one end */
@@ -46,6 +42,9 @@ static inline bool rough_is_arc(const struct station *p, const struct station *q
  * sets *chord to that of a bent one. */
 enum rough_kind rough_edge(const struct station *p, const struct station *q, double curvature,
                            double d, double *chord);
+
+/* The angle, in radians, with the sine x, |x| <= 1. */
+double rough_arcsine(double x);
 
 /* The far end of an edge. */
 struct rough_end {

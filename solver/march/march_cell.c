@@ -320,16 +320,12 @@ static bool hangs_on_rough(struct march *march, const struct fishnet_cell *cell,
     return is_rough_edge(a, b, d[1]) || is_rough_edge(a, c, d[0]);
 }
 
-/* A chord that is wrong by more than this share of the spacing leads to a D that tells nothing of
- * the edge. */
-static const double far_off = 0.05;
-
 enum rough_kind march_edge_chord(const struct march *march, const struct march_corrections *c,
                                  int k, const struct station *from, const struct station *to,
                                  double curvature, double *chord) {
     double d = march->settings->spacing[k], right = fishnet_arc_chord(d, curvature);
     enum rough_kind kind = rough_edge(from, to, curvature, d, &right);
-    if (kind == ROUGH_EDGE || fabs(right - *chord) > far_off * d)
+    if (kind == ROUGH_EDGE || fabs(right - *chord) > ROUGH_FAR_OFF * d)
         return ROUGH_EDGE;
     if (kind == ROUGH_BENT && march->settings->yarn_path == DRAPE_PATH_RELAXATION)
         return ROUGH_NOT; /* arcs along relaxed tangents are what was asked for */

@@ -218,7 +218,9 @@ static enum status grow_lane(struct quadrant *q, int32_t j, int k) {
     struct march *march = q->march;
     struct station station;
     unsigned bit = 1u << k;
-    if (!(wave->found & bit) || (wave->arcs && !(wave->smooth & bit) && has_uneven_edge(q, j, k)))
+    bool uneven =
+        wave->arcs && !(wave->smooth & bit) && (!wave->corrected || has_uneven_edge(q, j, k));
+    if (!(wave->found & bit) || uneven)
         return grow_alone(q, j, k);
     q->kept++;
     wave_get(wave, wave_at(wave, 0), k + 1, &station);

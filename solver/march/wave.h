@@ -7,8 +7,9 @@
  *     row 1    A C D .          before that, and B its own D a step before.
  *     row 0    . . C D
  *
- * Each row is a lane of vectors. The kernels do what `fishnet_chords` and `fishnet_solve` do where
- * all goes the usual way, with the same bits; a cell where it does not they leave alone.
+ * Each row is a lane of vectors. The kernels do what `fishnet_chords`, `fishnet_solve` and
+ * `rough_edge` do where all goes the usual way, with the same bits; a cell where it does not they
+ * leave alone.
  */
 #ifndef SOLVER_MARCH_WAVE_H
 #define SOLVER_MARCH_WAVE_H
@@ -69,7 +70,7 @@ struct wave {
     _Alignas(64) int64_t whole[2][WAVE_LANES];  /* -1 for them, 0 for the others */
     _Alignas(64) double bend[2][3][WAVE_LANES]; /* D2 at D */
     unsigned found;                             /* bits: lanes that have a D; */
-    unsigned smooth; /* whose edges to D are smooth beyond doubt (`rough.h`) */
+    unsigned smooth; /* whose edges to D are arcs, or bent and of the chords of bent ones */
     unsigned inside; /* whose D lies between the bounds above */
 };
 

@@ -11,7 +11,7 @@
 #include "solver/fishnet/correction.h"
 #include "solver/fishnet/fishnet.h"
 #include "solver/fishnet/fishnet_limits.h"
-#include "solver/fishnet/rough.h"
+#include "solver/fishnet/rough_lanes.h"
 #include "solver/surface/evaluate_lanes.h"
 #include "wave.h"
 
@@ -229,6 +229,7 @@ struct lanes_cell {
     struct lanes_jet jet;
     struct lanes3 wb, wc; /* D - B, D - C */
     lanes f[2], error;    /* as newton_step's; the larger relative length error */
+    lanes iterations;
 };
 
 INLINE void find_error(struct lanes_cell *cell) {
@@ -264,26 +265,23 @@ INLINE struct lanes_step find_step(const struct lanes_cell *cell, lanes_mask *wa
     return step;
 }
 
-/* The lanes that settle; D is then where their last evaluation was. */
-INLINE lanes_mask newton(struct wave *wave, struct lanes_cell *cell) {
+/* Those of the lanes `going` that settle; D is then where their last evaluation was. */
+INLINE lanes_mask newton(struct wave *wave, lanes_mask going, struct lanes_cell *cell) {
     lanes_mask ordered = cell->bd < cell->cd;
     lanes least = lanes_select(ordered, cell->bd, cell->cd);
     lanes longest = 2 * lanes_select(ordered, cell->cd, cell->bd), least2 = least * least;
     lanes enough = FISHNET_TOLERANCE + FISHNET_ROUNDING * wave->surface->magnitude / least;
     lanes limit = FISHNET_GUESS_SHARE * enough, previous = lanes_of(HUGE_VAL), none = {0};
-    lanes share2 = none, iterations = none;
-    lanes_mask done = none != none, going;
-    memcpy(&going, wave->active, sizeof going);
-    /* Lanes without a cell stay where another is: all in one span, if they can be. */
-    cell->u = lanes_select(going, cell->u, lanes_of(wave->expected[0][wave->lane]));
-    cell->v = lanes_select(going, cell->v, lanes_of(wave->expected[1][wave->lane]));
+    lanes share2 = none;
+    lanes_mask done = none != none;
+    cell->iterations = none;
     for (int round = 0; round < WAVE_ROUNDS; round++) {
         lanes_jet_at(wave->surface, wave->cursor, cell->u, cell->v, &cell->jet);
         cell->wb = lanes3_sub(cell->jet.r, cell->b);
         cell->wc = lanes3_sub(cell->jet.r, cell->c);
         find_error(cell);
         lanes error = cell->error, wrong = 6 * error * error;
-        iterations += lanes_select(going, lanes_of(1), none);
+        cell->iterations += lanes_select(going, lanes_of(1), none);
         lanes_mask end =
             (error <= limit) |
             (wrong * wrong < FISHNET_NEGLIGIBLE * FISHNET_NEGLIGIBLE * share2 * share2 * share2) |
@@ -302,7 +300,6 @@ INLINE lanes_mask newton(struct wave *wave, struct lanes_cell *cell) {
         cell->u = lanes_select(going, cell->u + step.u, cell->u);
         cell->v = lanes_select(going, cell->v + step.v, cell->v);
     }
-    lanes_store(iterations, wave->iterations);
     return done;
 }
 
@@ -375,17 +372,6 @@ INLINE lanes_mask right_root(const struct wave *wave, const struct lanes_cell *c
     return away & open;
 }
 
-/* As rough_is_arc. */
-INLINE lanes_mask smooth_edge(const struct wave *wave, int k, struct lanes3 chord,
-                              struct lanes3 normal_p, struct lanes3 normal_q) {
-    double d = wave->length[k];
-    lanes curvature = lanes_load(wave->curvature[k]), rise = curvature * d * d / 2;
-    lanes misfit = (lanes_abs(lanes3_dot(chord, normal_p) - rise) +
-                    lanes_abs(lanes3_dot(chord, normal_q) + rise)) /
-                   d;
-    return (misfit < ROUGH_MISFIT_SMOOTH) & (lanes_abs(curvature) * d < ROUGH_TURN_SMOOTH);
-}
-
 INLINE void put_vector(struct wave_places *places, size_t n, struct lanes3 a) {
     lanes_store(a.x, &places->of[n][1]);
     lanes_store(a.y, &places->of[n + 1][1]);
@@ -409,6 +395,13 @@ INLINE void put_station(struct wave_places *places, const struct lanes_cell *cel
     }
 }
 
+INLINE void square_chords(struct lanes_cell *cell) {
+    cell->bd2 = cell->bd * cell->bd;
+    cell->cd2 = cell->cd * cell->cd;
+    cell->inverse[0] = 1 / cell->bd2;
+    cell->inverse[1] = 1 / cell->cd2;
+}
+
 /* Member by member: copies of the whole take as long as a step of Newton's. */
 INLINE void take_cell(struct wave *wave, struct lanes_cell *cell) {
     const struct wave_places *a = wave_at(wave, 2), *b = wave_at(wave, 1);
@@ -419,10 +412,7 @@ INLINE void take_cell(struct wave *wave, struct lanes_cell *cell) {
     cell->cd = lanes_load(wave->chord[1]);
     cell->u = lanes_load(wave->expected[0]);
     cell->v = lanes_load(wave->expected[1]);
-    cell->bd2 = cell->bd * cell->bd;
-    cell->cd2 = cell->cd * cell->cd;
-    cell->inverse[0] = 1 / cell->bd2;
-    cell->inverse[1] = 1 / cell->cd2;
+    square_chords(cell);
 }
 
 /* Whether D2 at D agrees with it; all where edge k is not corrected as a whole. */
@@ -435,27 +425,117 @@ INLINE lanes_mask agrees_at_end(const struct wave *wave, int k, const struct wav
     return agrees(wave->length[k], far, normal, normal_curvature(d, 1, chord)) | ~whole;
 }
 
+INLINE struct lanes_end end_at(const struct wave_places *at, int slot) {
+    return (struct lanes_end){.r = vector(at, slot, AT_R),
+                              .u = vector(at, slot, AT_R + 3),
+                              .v = vector(at, slot, AT_R + 6),
+                              .normal = vector(at, slot, AT_NORMAL),
+                              .first = {number(at, slot, AT_FIRST), number(at, slot, AT_FIRST + 1),
+                                        number(at, slot, AT_FIRST + 2)},
+                              .second = {number(at, slot, AT_SECOND),
+                                         number(at, slot, AT_SECOND + 1),
+                                         number(at, slot, AT_SECOND + 2)}};
+}
+
+INLINE struct lanes_end end_of(const struct lanes_cell *cell, const struct lanes_forms *forms) {
+    return (struct lanes_end){.r = cell->jet.r,
+                              .u = cell->jet.u,
+                              .v = cell->jet.v,
+                              .normal = forms->normal,
+                              .first = {forms->first[0], forms->first[1], forms->first[2]},
+                              .second = {forms->second[0], forms->second[1], forms->second[2]}};
+}
+
+/* D of those of the lanes `wanted` that find one from where the cell begins. */
+INLINE lanes_mask find_corner(struct wave *wave, lanes_mask wanted, struct lanes3 normal_b,
+                              struct lanes_cell *cell, struct lanes_forms *forms) {
+    double sign = wave->orientation;
+    lanes_mask found = wanted & (cell->bd > 0) & (cell->cd > 0) &
+                       (sign * turn(cell->a, cell->c, cell->b, normal_b) > 0);
+    found &= newton(wave, wanted, cell);
+    settle(cell);
+    found &= complete(wave->surface, &cell->jet, forms);
+    return found & right_root(wave, cell, normal_b, forms->normal);
+}
+
+/* Takes over D of the lanes `choose` from another solution of the cell. */
+INLINE void choose_corner(lanes_mask choose, const struct lanes_cell *from,
+                          const struct lanes_forms *from_forms, struct lanes_cell *cell,
+                          struct lanes_forms *forms) {
+    struct lanes_jet *to = &cell->jet;
+    const struct lanes_jet *jet = &from->jet;
+    cell->u = lanes_select(choose, from->u, cell->u);
+    cell->v = lanes_select(choose, from->v, cell->v);
+    cell->error = lanes_select(choose, from->error, cell->error);
+    cell->iterations = lanes_select(choose, from->iterations, cell->iterations);
+    to->r = lanes3_select(choose, jet->r, to->r);
+    to->u = lanes3_select(choose, jet->u, to->u);
+    to->v = lanes3_select(choose, jet->v, to->v);
+    to->uu = lanes3_select(choose, jet->uu, to->uu);
+    to->uv = lanes3_select(choose, jet->uv, to->uv);
+    to->vv = lanes3_select(choose, jet->vv, to->vv);
+    forms->normal = lanes3_select(choose, from_forms->normal, forms->normal);
+    for (int n = 0; n < 3; n++) {
+        forms->first[n] = lanes_select(choose, from_forms->first[n], forms->first[n]);
+        forms->second[n] = lanes_select(choose, from_forms->second[n], forms->second[n]);
+    }
+}
+
+/* As solve_uneven where nothing is rough: looks at the edges to D, of which `ends` are the
+ * beginnings, of the lanes `uneven`; where one is bent D moves to the end of its chord. Those whose
+ * edges are laid thereby. */
+INLINE lanes_mask lay_bent(struct wave *wave, lanes_mask uneven, const struct lanes_end ends[2],
+                           struct lanes_cell *cell, struct lanes_forms *forms) {
+    struct lanes_cell again = *cell;
+    struct lanes_forms new_forms;
+    const struct lanes_end d = end_of(cell, forms);
+    lanes_mask laid = uneven, moved = uneven ^ uneven;
+    for (int k = 0; k < 2; k++) {
+        lanes *chord = k ? &again.cd : &again.bd, before = *chord;
+        double length = wave->length[k];
+        struct lanes_edge edge = lanes_rough_edge(&ends[k], &d, lanes_load(wave->curvature[k]),
+                                                  length, before, wave->surface->side);
+        *chord = edge.chord;
+        laid &=
+            (edge.smooth | edge.bent) & (lanes_abs(edge.chord - before) <= ROUGH_FAR_OFF * length);
+        moved |= edge.chord != before;
+    }
+    moved &= laid;
+    if (!lanes_bits(moved))
+        return laid;
+    square_chords(&again);
+    lanes_mask found = find_corner(wave, moved, ends[0].normal, &again, &new_forms);
+    choose_corner(found, &again, &new_forms, cell, forms);
+    return laid & (found | ~moved);
+}
+
 static void solve(struct wave *wave) {
     struct lanes_cell cell;
     struct lanes_forms forms;
+    lanes_mask active;
     take_cell(wave, &cell);
+    memcpy(&active, wave->active, sizeof active);
+    /* Lanes without a cell stay where another is: all in one span, if they can be. */
+    cell.u = lanes_select(active, cell.u, lanes_of(wave->expected[0][wave->lane]));
+    cell.v = lanes_select(active, cell.v, lanes_of(wave->expected[1][wave->lane]));
     const struct wave_places *b = wave_at(wave, 1);
-    struct lanes3 normal_b = vector(b, 1, AT_NORMAL), normal_c = vector(b, 0, AT_NORMAL);
-    double sign = wave->orientation;
-    lanes_mask found =
-        (cell.bd > 0) & (cell.cd > 0) & (sign * turn(cell.a, cell.c, cell.b, normal_b) > 0);
-    found &= newton(wave, &cell);
-    settle(&cell);
-    found &= complete(wave->surface, &cell.jet, &forms);
-    found &= right_root(wave, &cell, normal_b, forms.normal);
-    struct lanes3 bd = lanes3_sub(cell.jet.r, cell.b), cd = lanes3_sub(cell.jet.r, cell.c);
-    lanes_mask smooth = smooth_edge(wave, 0, bd, normal_b, forms.normal) &
-                        smooth_edge(wave, 1, cd, normal_c, forms.normal);
+    const struct lanes_end ends[2] = {end_at(b, 1), end_at(b, 0)};
+    lanes_mask found = find_corner(wave, active, ends[0].normal, &cell, &forms);
+    const struct lanes_end d = end_of(&cell, &forms);
+    lanes_mask smooth =
+        lanes_is_arc(&ends[0], &d, lanes_load(wave->curvature[0]), wave->length[0]) &
+        lanes_is_arc(&ends[1], &d, lanes_load(wave->curvature[1]), wave->length[1]);
+    lanes_mask uneven = found & ~smooth;
+    if (wave->arcs && !wave->corrected && lanes_bits(uneven))
+        smooth |= lay_bent(wave, uneven, ends, &cell, &forms);
+    lanes_store(cell.iterations, wave->iterations);
     lanes_store(cell.error, wave->residual);
     put_station(wave_at(wave, 0), &cell, &forms);
-    if (wave->corrected)
+    if (wave->corrected) {
+        struct lanes3 bd = lanes3_sub(cell.jet.r, cell.b), cd = lanes3_sub(cell.jet.r, cell.c);
         found &= agrees_at_end(wave, 0, wave_at(wave, 0), forms.normal, bd) &
                  agrees_at_end(wave, 1, wave_at(wave, 0), forms.normal, cd);
+    }
     wave->found = lanes_bits(found);
     wave->smooth = lanes_bits(smooth);
     wave->inside = lanes_bits((cell.u >= wave->lower[0]) & (cell.u <= wave->upper[0]) &

@@ -140,7 +140,7 @@ static void check_widths(struct shape *shape, struct drape_settings settings, ui
 static void check_drape(struct shape *shape, uint64_t seed) {
     uint64_t more = seed * 31 + 7;
     struct arena *arena = arena_new((size_t)64 << 20);
-    double lower[2], upper[2], d = sqrt(shape_area(shape)) / random_between(&more, 20, 110);
+    double lower[2], upper[2], d = sqrt(shape_area(shape)) / random_between(&more, 12, 110);
     shape_domain(shape, lower, upper);
     struct drape_settings settings = {
         .method = methods[(int)(random_unit(&more) * METHODS)],
