@@ -8,9 +8,25 @@ enum { STEPS = 60 }; /* Newton's method takes 4 to 7 */
 
 static const double enough = 1e-15; /* of the thickness */
 
+/* p^b for one ply after the other, of which many have the exponent of the one before. */
+struct raised {
+    double log_pressure, b, value;
+};
+
+static struct raised raised_begin(double log_pressure) {
+    return (struct raised){.log_pressure = log_pressure, .value = 1};
+}
+
+static double raised_to(struct raised *last, double b) {
+    if (b != last->b)
+        *last = (struct raised){last->log_pressure, b, power_exp(b * last->log_pressure)};
+    return last->value;
+}
+
 /* The thickness under ln p of all plies with a law, V / (a p^b) each, and its derivative. */
 static double pressed(size_t count, const struct stack_ply *plies, double log_pressure,
                       double *slope) {
+    struct raised power = raised_begin(log_pressure);
     double sum = 0;
     *slope = 0;
     for (size_t k = 0; k < count; k++) {
@@ -18,7 +34,7 @@ static double pressed(size_t count, const struct stack_ply *plies, double log_pr
         if (!(ply->a > 0))
             continue;
         double volume = ply->thickness * ply->fraction;
-        double own = volume / ply->a * power_exp(-ply->b * log_pressure);
+        double own = volume / ply->a * raised_to(&power, -ply->b);
         sum += own;
         *slope -= ply->b * own;
     }
@@ -63,10 +79,11 @@ double stack_press(const struct stack_cavity *cavity, size_t count, struct stack
     if (has_law)
         log_pressure =
             height ? find_pressure(count, plies, share * with_law) : power_log(cavity->pressure);
+    struct raised power = raised_begin(log_pressure);
     for (size_t k = 0; k < count; k++) {
         struct stack_ply *ply = &plies[k];
         if (ply->a > 0) {
-            press_to(ply, ply->a * power_exp(ply->b * log_pressure));
+            press_to(ply, ply->a * raised_to(&power, ply->b));
         } else {
             ply->thickness *= share;
             ply->fraction /= share;

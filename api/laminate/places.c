@@ -78,18 +78,19 @@ static struct base *base_at(struct places *m, size_t net, size_t place,
  * the search begins next to its end. `sense` is the side of that normal that heights count to: 0
  * until it is known. Beside a rim, and where that leads beyond it, the point itself is taken. */
 static void find_place(struct places *m, size_t net, size_t place, const struct map_net *cloth,
-                       struct vec3 point, double *sense, struct facets_place *at) {
+                       struct facets_walk *walk, struct vec3 point, double *sense,
+                       struct facets_place *at) {
     const struct base *base = &m->bases[place];
     bool known = vec3_norm2(base->normal) > 0;
     double between = height_of(m, net) - base->height;
     if (known && *sense != 0) {
         struct vec3 over = vec3_axpy(*sense * between, base->normal, base->foot);
-        facets_nearest(cloth->facets, over, at->cell, at);
+        facets_nearest(walk, over, at);
         at->distance = vec3_distance(point, at->r);
         if (!at->outside && !map_net_is_beyond(cloth, at))
             return;
     }
-    facets_nearest(cloth->facets, point, at->cell, at);
+    facets_nearest(walk, point, at);
     if (known && *sense == 0)
         *sense = between * vec3_dot(vec3_sub(at->r, base->foot), base->normal) < 0 ? -1 : 1;
 }
@@ -112,14 +113,15 @@ static void note_spot(struct places *m, size_t net, size_t place, const struct m
 
 static bool place_all(struct places *m, size_t net, const struct map_net *cloth, size_t shear,
                       const struct bounded *bounded, size_t bounded_count) {
-    struct facets_place at = {.cell = 0};
+    struct facets_walk walk = facets_walk_begin(cloth->facets);
+    struct facets_place at;
     double nets = (double)m->laminate->net_count, sense = 0;
     for (size_t place = 0; place < m->count; place++) {
         struct vec3 point = map_target_place(m->target, place);
         double pq[2];
         if (!places_go_on(m, place, ((double)net + (double)place / (double)m->count) / nets))
             return false;
-        find_place(m, net, place, cloth, point, &sense, &at);
+        find_place(m, net, place, cloth, &walk, point, &sense, &at);
         m->distance[place] = fmin(m->distance[place], at.distance);
         m->spots[net * m->count + place].shear_deg = NAN;
         if (map_net_is_beyond(cloth, &at))

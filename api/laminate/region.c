@@ -21,7 +21,7 @@ void region_coordinates(const struct facets *facets, const struct facets_place *
 /* ---- following loops ---- */
 
 struct walk {
-    const struct facets *facets;
+    struct facets_walk cloth;
     const double *spacing;
     double least; /* the smaller spacing */
     double (*points)[2];
@@ -52,8 +52,8 @@ static bool follow(struct walk *walk, const struct laminate_loop *loop, struct v
         for (size_t n = 0; n < pieces; n++) {
             double share = (double)n / (double)pieces, *pq = walk->points[walk->count];
             *at = vec3_axpy(share, vec3_sub(b, a), a);
-            facets_nearest(walk->facets, *at, walk->place.cell, &walk->place);
-            region_coordinates(walk->facets, &walk->place, pq);
+            facets_nearest(&walk->cloth, *at, &walk->place);
+            region_coordinates(walk->cloth.facets, &walk->place, pq);
             double reach = length + away + walk->place.distance;
             away = walk->place.distance;
             walk->away = walk->place.outside ? walk->away : fmax(walk->away, away);
@@ -141,8 +141,9 @@ static enum status finish(struct region *region, const double (*points)[2], cons
 enum status region_make(const struct laminate_boundary *boundary, const struct facets *facets,
                         const double spacing[2], struct arena *arena, struct region *region,
                         struct vec3 *at) {
-    struct walk walk = {
-        .facets = facets, .spacing = spacing, .least = fmin(spacing[0], spacing[1])};
+    struct walk walk = {.cloth = facets_walk_begin(facets),
+                        .spacing = spacing,
+                        .least = fmin(spacing[0], spacing[1])};
     size_t total = 0, *first = arena_alloc(arena, boundary->count + 1, sizeof *first);
     for (size_t n = 0; n < boundary->count; n++)
         for (size_t k = 0; k < boundary->loops[n].count; k++)

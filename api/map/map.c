@@ -149,14 +149,15 @@ static bool map_places(struct mapping *mapping, struct api_problem *problem) {
     const struct map_net *net = &mapping->net;
     size_t count = mapping->target->element_count;
     double values[API_COLUMNS_MAX];
-    struct facets_place place = {.cell = 0};
+    struct facets_walk walk = facets_walk_begin(net->facets);
+    struct facets_place place;
     for (size_t row = 0; row < count; row++) {
         if (row % ASK_EVERY == 0 && mapping->monitor &&
             !mapping->monitor->progress(mapping->monitor->context, (double)row / (double)count)) {
             api_problem_set(problem, API_CANCELLED, "the map was cancelled");
             return false;
         }
-        facets_nearest(net->facets, map_target_place(mapping->target, row), place.cell, &place);
+        facets_nearest(&walk, map_target_place(mapping->target, row), &place);
         map_net_interpolate(net, &place, values);
         if (mapping->target->cloth)
             press(mapping, &place, values, row);

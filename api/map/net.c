@@ -333,7 +333,15 @@ enum api_problem_id map_net_load(const struct api_reader *reader,
     enum api_problem_id result = load_rows(reader, monitor, arena, net, problem);
     if (result == API_OK)
         result = load_cloth(reader, arena, net, problem);
-    return result == API_OK ? edge_make(reader, &net->columns, arena, &net->edge, problem) : result;
+    if (result == API_OK)
+        result = edge_make(reader, &net->columns, arena, &net->edge, problem);
+    if (result != API_OK)
+        return result;
+    net->clear = arena_take(arena, net->whole, sizeof *net->clear);
+    if (!net->clear)
+        return no_memory(problem);
+    edge_find_clear(net->edge, net->facets->source.places, net->whole, net->clear);
+    return API_OK;
 }
 
 /* ---- places ---- */
@@ -343,6 +351,8 @@ bool map_net_is_beyond(const struct map_net *net, const struct facets_place *pla
     const int32_t *at = net->facets->source.places[place->cell];
     const int8_t *a = corner[place->side], *b = corner[(place->side + 1) & 3];
     double pq[2];
+    if (!place->outside && (size_t)place->cell < net->whole && net->clear[place->cell])
+        return false;
     for (int k = 0; k < 2; k++)
         pq[k] = at[k] + place->weight[0] / 2 + place->weight[1] * a[k] + place->weight[2] * b[k];
     /* On facets, which lie off the surface, a place is right to about their distance. */

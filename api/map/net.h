@@ -43,6 +43,7 @@ struct map_net {
     size_t whole, cut; /* cells: whole ones, then those that the rim cuts */
     double *rows;      /* one a cell */
     struct edge *edge;
+    bool *clear; /* of each whole cell: no rim comes near it */
 };
 
 /* Reads the header and lists the groups, in the order of their columns. API_INVALID_REQUEST when

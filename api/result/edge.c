@@ -152,8 +152,8 @@ enum api_problem_id edge_make(const struct api_reader *reader, const struct api_
 /* Whether (p, q) lies in the box round a line, so much wider on all sides. */
 static bool is_about(const struct line *line, double p, double q, double near) {
     const double *a = line->from, *b = line->to;
-    return p >= fmin(a[0], b[0]) - near && p <= fmax(a[0], b[0]) + near &&
-           q >= fmin(a[1], b[1]) - near && q <= fmax(a[1], b[1]) + near;
+    return (p >= a[0] - near || p >= b[0] - near) && (p <= a[0] + near || p <= b[0] + near) &&
+           (q >= a[1] - near || q >= b[1] - near) && (q <= a[1] + near || q <= b[1] + near);
 }
 
 /* The distance of (p, q) from a line. */
@@ -196,6 +196,33 @@ bool edge_is_beyond(const struct edge *edge, double p, double q, double slack) {
             winding += way_of(line);
     }
     return !edge->loose[row] && winding <= 0;
+}
+
+/* The first of the cells, which come by j, then i, that is not before (i, j). */
+static size_t first_from(const int32_t (*cells)[2], size_t count, double i, int64_t j) {
+    size_t low = 0;
+    while (low < count) {
+        size_t middle = low + (count - low) / 2;
+        bool before = cells[middle][1] < j || (cells[middle][1] == j && cells[middle][0] < i);
+        low = before ? middle + 1 : low;
+        count = before ? count : middle;
+    }
+    return low;
+}
+
+void edge_find_clear(const struct edge *edge, const int32_t (*cells)[2], size_t count,
+                     bool *clear) {
+    const double near = width + most_slack;
+    memset(clear, 1, count);
+    for (int64_t row = 0; row < edge->count; row++)
+        for (size_t k = edge->first[row]; k < edge->first[row + 1]; k++) {
+            const double a = edge->lines[k].from[0], b = edge->lines[k].to[0];
+            const double low = floor((a < b ? a : b) - near), high = floor((a < b ? b : a) + near);
+            size_t cell = first_from(cells, count, low, edge->low + row);
+            for (; cell < count && cells[cell][1] == edge->low + row && cells[cell][0] <= high;
+                 cell++)
+                clear[cell] = false;
+        }
 }
 
 /* ---- stretches ---- */

@@ -21,6 +21,10 @@ enum api_problem_id edge_make(const struct api_reader *reader, const struct api_
  * in rows of cells in which it leaves the cloth. */
 bool edge_is_beyond(const struct edge *edge, double p, double q, double slack);
 
+/* Notes of each of these cells, which lie within the rim with their corners and come by j, then i,
+ * whether they do so as a whole: that no rim comes near any place of it. */
+void edge_find_clear(const struct edge *edge, const int32_t (*cells)[2], size_t count, bool *clear);
+
 /* An end of a stretch of a line q = const. Where the line meets the rim, and cloth reaches that,
  * the point of the part; else not `known`. */
 struct edge_end {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "facets.h"
 
+#include "facets_cell.h"
 #include "solver/wide.h"
 #include <math.h>
 
@@ -12,6 +13,10 @@ static const double beyond = 1e-6;
 
 /* Of distances and radii. */
 static const double rounding = 1e-12;
+
+/* In sizes of cells: steps from point to point that more like them are expected after, and how far
+ * these may lead before what is near is looked up again. */
+static const double small_steps = 4, lasting_steps = 7;
 
 /* ---- making ---- */
 
@@ -107,8 +112,8 @@ static struct vec3 ball_middle(const struct facets_node *node, int c) {
     return vec3_make(node->middle[0][c], node->middle[1][c], node->middle[2][c]);
 }
 
-/* The ball about the middle of a cell, through its farthest corner. */
-static void add_cell(struct facets_node *node, const struct facets_source *source, int32_t cell) {
+/* The ball about the middle of a cell, through its farthest corner; its radius. */
+static double add_cell(struct facets_node *node, const struct facets_source *source, int32_t cell) {
     struct vec3 middle = middle_of(source, cell);
     double most2 = 0;
     for (int k = 0; k < 4; k++) {
@@ -116,6 +121,7 @@ static void add_cell(struct facets_node *node, const struct facets_source *sourc
         most2 = own2 > most2 ? own2 : most2;
     }
     add_ball(node, middle, sqrt(most2));
+    return sqrt(most2);
 }
 
 /* That about the middle of the box of the middles below, round all balls there. */
@@ -168,7 +174,8 @@ static enum status add_level(struct facets *facets, size_t below, struct arena *
             node->first = k;
         }
         if (level == 0)
-            add_cell(node, &facets->source, facets->order[k]);
+            facets->size += add_cell(node, &facets->source, facets->order[k]) /
+                            (double)facets->source.cell_count;
         else
             add_node(node, &facets->level[level - 1][k]);
     }
@@ -213,47 +220,6 @@ enum status facets_make(const struct facets_source *source, struct arena *arena,
     return STATUS_OK;
 }
 
-/* ---- one triangle ---- */
-
-/* The weights of a and b on the edge a b at the foot of p, within it. */
-static void project_on_edge(struct vec3 p, struct vec3 a, struct vec3 b, double *wa, double *wb) {
-    struct vec3 ab = vec3_sub(b, a);
-    double length2 = vec3_norm2(ab), t = length2 > 0 ? vec3_dot(vec3_sub(p, a), ab) / length2 : 0;
-    *wb = t > 0 ? (t < 1 ? t : 1) : 0;
-    *wa = 1 - *wb;
-}
-
-/* The weights of the place in the triangle nearest to p (C. Ericson, Real-time collision detection,
- * 5.1.5): the regions of the corners and edges first, by the signs of dot products. A triangle
- * without area has only edges. */
-static void project(struct vec3 p, const struct vec3 t[3], double weight[3]) {
-    struct vec3 ab = vec3_sub(t[1], t[0]), ac = vec3_sub(t[2], t[0]), ap = vec3_sub(p, t[0]);
-    struct vec3 bp = vec3_sub(p, t[1]), cp = vec3_sub(p, t[2]);
-    double d1 = vec3_dot(ab, ap), d2 = vec3_dot(ac, ap), d3 = vec3_dot(ab, bp);
-    double d4 = vec3_dot(ac, bp), d5 = vec3_dot(ab, cp), d6 = vec3_dot(ac, cp);
-    double va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
-    weight[0] = weight[1] = weight[2] = 0;
-    if (d1 <= 0 && d2 <= 0)
-        weight[0] = 1;
-    else if (d3 >= 0 && d4 <= d3)
-        weight[1] = 1;
-    else if (d6 >= 0 && d5 <= d6)
-        weight[2] = 1;
-    else if (vc <= 0 && d1 >= 0 && d3 <= 0)
-        project_on_edge(p, t[0], t[1], &weight[0], &weight[1]);
-    else if (vb <= 0 && d2 >= 0 && d6 <= 0)
-        project_on_edge(p, t[0], t[2], &weight[0], &weight[2]);
-    else if (va <= 0)
-        project_on_edge(p, t[1], t[2], &weight[1], &weight[2]);
-    else {
-        double sum = va + vb + vc;
-        weight[1] = vb / sum;
-        weight[2] = vc / sum;
-        weight[0] = 1 - weight[1] - weight[2];
-        weight[0] = weight[0] > 0 ? weight[0] : 0;
-    }
-}
-
 /* ---- the search ---- */
 
 struct search {
@@ -263,32 +229,26 @@ struct search {
     double distance, distance2; /* of the best */
 };
 
-static struct vec3 combine(const struct vec3 t[3], const double weight[3]) {
-    struct vec3 r = vec3_scale(weight[0], t[0]);
-    return vec3_axpy(weight[2], t[2], vec3_axpy(weight[1], t[1], r));
-}
-
 static void search_cell(struct search *search, int32_t cell) {
-    const struct facets_source *source = &search->facets->source;
-    struct vec3 middle = middle_of(source, cell);
+    struct facets_cell own;
+    struct facets_cell_place place;
     if (cell == search->best->cell)
         return;
-    for (int side = 0; side < 4; side++) {
-        const struct vec3 triangle[3] = {middle, corner_point(source, cell, side),
-                                         corner_point(source, cell, side + 1)};
-        double weight[3];
-        project(search->point, triangle, weight);
-        struct vec3 r = combine(triangle, weight);
-        double distance2 = vec3_norm2(vec3_sub(search->point, r));
-        bool nearer = distance2 < search->distance2 ||
-                      (distance2 == search->distance2 && cell < search->best->cell);
-        if (!nearer)
-            continue;
-        search->distance2 = distance2;
-        *search->best = (struct facets_place){
-            .cell = cell, .side = side, .weight = {weight[0], weight[1], weight[2]}, .r = r};
-    }
-    search->distance = sqrt(search->distance2);
+    for (int k = 0; k < FACETS_SIDES; k++)
+        own.corner[k] = corner_point(&search->facets->source, cell, k);
+    own.middle = middle_of(&search->facets->source, cell);
+    facets_cell_nearest(&own, search->point, &place);
+    bool nearer = place.distance2 < search->distance2 ||
+                  (place.distance2 == search->distance2 && cell < search->best->cell);
+    if (!nearer)
+        return;
+    search->distance2 = place.distance2;
+    search->distance = sqrt(place.distance2);
+    *search->best =
+        (struct facets_place){.cell = cell,
+                              .side = place.side,
+                              .weight = {place.weight[0], place.weight[1], place.weight[2]},
+                              .r = place.r};
 }
 
 /* So many cells on from a cell along the warp (axis 0) or the weft, as far as there are some. */
@@ -373,10 +333,11 @@ static size_t push_children(const struct search *search, struct visit at, struct
     return height;
 }
 
-static void search_tree(struct search *search) {
+/* All cells under a node. */
+static void search_from(struct search *search, struct visit root) {
     struct visit stack[STACK];
     size_t height = 0;
-    stack[height++] = (struct visit){0, 0, search->facets->levels - 1};
+    stack[height++] = root;
     while (height > 0) {
         struct visit at = stack[--height];
         if (at.least > search->distance * (1 + rounding))
@@ -386,6 +347,75 @@ static void search_tree(struct search *search) {
         else
             search_cell(search, search->facets->order[at.index]);
     }
+}
+
+/* ---- one after the other ---- */
+
+/* Adds a child to those near the middle; false where they are too many. */
+static bool keep(struct facets_walk *walk, const struct facets_node *node, int c) {
+    if (walk->count == FACETS_NEAR)
+        return false;
+    struct facets_node *group = &walk->near[walk->count / FACETS_CHILDREN];
+    int own = walk->count % FACETS_CHILDREN;
+    for (int k = 0; k < 3; k++)
+        group->middle[k][own] = node->middle[k][c];
+    group->radius[own] = node->radius[c];
+    group->count = own + 1;
+    walk->node[walk->count++] = node->first + (size_t)c;
+    return true;
+}
+
+/* Notes the nodes over cells that come within `reach` of the point; none if these are many. */
+static void gather(struct facets_walk *walk, struct vec3 point, double reach) {
+    const struct facets *facets = walk->facets;
+    struct visit stack[STACK];
+    size_t height = 0;
+    walk->middle = point;
+    walk->reach = -1;
+    walk->count = 0;
+    stack[height++] = (struct visit){.level = facets->levels - 1};
+    while (height > 0 && facets->levels > 1) {
+        struct visit at = stack[--height];
+        const struct facets_node *node = &facets->level[at.level][at.index];
+        double excess[FACETS_CHILDREN];
+        measure(node, point, reach * (1 + rounding), excess);
+        for (int c = 0; c < node->count; c++) {
+            if (excess[c] > 0)
+                continue;
+            if (at.level > 1)
+                stack[height++] =
+                    (struct visit){.index = node->first + (size_t)c, .level = at.level - 1};
+            else if (!keep(walk, node, c))
+                return;
+        }
+        walk->reach = height > 0 ? -1 : reach;
+    }
+}
+
+static bool is_near(const struct facets_walk *walk, const struct search *search) {
+    return vec3_distance(search->point, walk->middle) + search->distance <=
+           walk->reach * (1 - rounding);
+}
+
+/* All cells that may be nearer than the best so far, if the point is so near to the middle that
+ * they lie under the nodes there. A point that is not, but a small step from the last one, is made
+ * the middle, because more of such steps are likely. */
+static bool search_near(struct facets_walk *walk, struct search *search) {
+    const double size = walk->facets->size;
+    double step = vec3_distance(search->point, walk->point);
+    if (!is_near(walk, search) && fmax(step, search->distance) < small_steps * size)
+        gather(walk, search->point, search->distance + lasting_steps * size);
+    if (!is_near(walk, search))
+        return false;
+    for (int n = 0; n < walk->count; n += FACETS_CHILDREN) {
+        const struct facets_node *group = &walk->near[n / FACETS_CHILDREN];
+        double excess[FACETS_CHILDREN];
+        measure(group, search->point, search->distance * (1 + rounding), excess);
+        for (int c = 0; c < group->count; c++)
+            if (excess[c] <= 0)
+                search_from(search, (struct visit){.index = walk->node[n + c], .level = 0});
+    }
+    return true;
 }
 
 /* ---- the rim ---- */
@@ -430,15 +460,21 @@ static double tangential(const struct facets *facets, const struct facets_place 
     return vec3_norm(vec3_axpy(-vec3_dot(gap, normal), normal, gap));
 }
 
-void facets_nearest(const struct facets *facets, struct vec3 point, int32_t hint,
-                    struct facets_place *place) {
-    bool useful = hint >= 0 && (size_t)hint < facets->source.cell_count;
+struct facets_walk facets_walk_begin(const struct facets *facets) {
+    return (struct facets_walk){.facets = facets, .reach = -1};
+}
+
+void facets_nearest(struct facets_walk *walk, struct vec3 point, struct facets_place *place) {
+    const struct facets *facets = walk->facets;
     double edge;
     *place = (struct facets_place){.cell = INT32_MAX};
     struct search search = {facets, point, place, HUGE_VAL, HUGE_VAL};
-    search_cell(&search, approach(facets, point, useful ? hint : 0));
-    search_tree(&search);
+    search_cell(&search, approach(facets, point, walk->cell));
+    if (!search_near(walk, &search))
+        search_from(&search, (struct visit){.level = facets->levels - 1});
     place->distance = search.distance;
     place->outside =
         on_rim(facets, place) && tangential(facets, place, point, &edge) > beyond * edge;
+    walk->cell = place->cell;
+    walk->point = point;
 }

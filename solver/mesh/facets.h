@@ -51,6 +51,7 @@ struct facets {
     int levels;
     int32_t *order;
     int32_t low[2]; /* the least i and j */
+    double size;    /* of a cell: the mean radius of the balls round them */
 };
 
 struct facets_place {
@@ -66,9 +67,26 @@ struct facets_place {
 enum status facets_make(const struct facets_source *source, struct arena *arena,
                         struct facets **facets) STATUS_MUST_USE;
 
+enum { FACETS_GROUPS = 8, FACETS_NEAR = FACETS_GROUPS * FACETS_CHILDREN };
+
+/* One search after the other: what was found for a point makes the next one fast when it lies close
+ * by. */
+struct facets_walk {
+    const struct facets *facets;
+    int32_t cell;      /* that of the last place */
+    struct vec3 point; /* the last one */
+    /* All nodes of level 0 that come within `reach` of the middle, with their balls. */
+    struct vec3 middle;
+    double reach; /* < 0: not known */
+    struct facets_node near[FACETS_GROUPS];
+    size_t node[FACETS_NEAR];
+    int count;
+};
+
+struct facets_walk facets_walk_begin(const struct facets *facets);
+
 /* The place nearest to `point`, which must be finite; of several as near as each other that of the
- * first cell. `hint` is a cell that may be near, such as that of the point before; any will do. */
-void facets_nearest(const struct facets *facets, struct vec3 point, int32_t hint,
-                    struct facets_place *place);
+ * first cell. It does not depend on what was searched for before. */
+void facets_nearest(struct facets_walk *walk, struct vec3 point, struct facets_place *place);
 
 #endif

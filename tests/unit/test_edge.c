@@ -68,22 +68,79 @@ static void check_row(const struct edge *edge, double spacing, double y) {
     assert_int_equal(whole, expected / 2);
 }
 
+/* The diamond's edge, draped with a spacing. */
+struct draped {
+    struct bytes container;
+    struct api_columns columns;
+    struct arena *arena;
+    struct edge *edge;
+};
+
+static struct draped *drape_edge(double spacing) {
+    struct draped *draped = calloc(1, sizeof *draped);
+    struct api_problem problem = {0};
+    drape_diamond(spacing, &draped->container, &draped->columns);
+    const struct api_reader reader = reader_over(&draped->container);
+    draped->arena = arena_new((size_t)1 << 24);
+    assert_int_equal(edge_make(&reader, &draped->columns, draped->arena, &draped->edge, &problem),
+                     API_OK);
+    return draped;
+}
+
+static void draped_free(struct draped *draped) {
+    arena_free(draped->arena);
+    bytes_free(&draped->container);
+    free(draped);
+}
+
 static void test_edge_stretches_of_a_diamond_with_a_hole(void **state) {
     static const double spacing = 0.25;
-    struct bytes container = {0};
-    struct api_columns *columns = malloc(sizeof *columns);
-    struct api_problem problem = {0};
-    struct arena *arena = arena_new((size_t)1 << 24);
-    struct edge *edge;
+    struct draped *draped = drape_edge(spacing);
     (void)state;
-    drape_diamond(spacing, &container, columns);
-    const struct api_reader reader = reader_over(&container);
-    assert_int_equal(edge_make(&reader, columns, arena, &edge, &problem), API_OK);
     for (double y = -0.993; y < 1; y += 0.0137)
-        check_row(edge, spacing, y);
-    arena_free(arena);
-    free(columns);
-    bytes_free(&container);
+        check_row(draped->edge, spacing, y);
+    draped_free(draped);
+}
+
+static bool is_within(double x, double y) {
+    return fabs(x) + fabs(y) < outer && fabs(x - hole_at) + fabs(y) > hole;
+}
+
+/* Cells all of whose corners are within: one that is clear has the rim nowhere near it, one that is
+ * not has it in it or close by. */
+static void test_edge_find_clear_leaves_the_cells_at_the_rim(void **state) {
+    static const double spacing = 0.03;
+    struct draped *draped = drape_edge(spacing);
+    int32_t cells[5000][2];
+    bool clear[5000];
+    size_t count = 0, clear_count = 0;
+    (void)state;
+    for (int j = -32; j < 32; j++)
+        for (int i = -32; i < 32; i++) {
+            int inner = 0;
+            for (int k = 0; k < 4; k++)
+                inner += is_within((i + k % 2) * spacing, (j + k / 2) * spacing);
+            cells[count][0] = i;
+            cells[count][1] = j;
+            count += inner == 4;
+        }
+    edge_find_clear(draped->edge, (const int32_t(*)[2])cells, count, clear);
+    for (size_t k = 0; k < count; k++) {
+        double middle[2] = {cells[k][0] + 0.5, cells[k][1] + 0.5};
+        clear_count += clear[k];
+        for (int at = 0; at < 25 && clear[k]; at++) {
+            double p = cells[k][0] + at % 5 / 4.0, q = cells[k][1] + at / 5 / 4.0;
+            assert_false(edge_is_beyond(draped->edge, p, q, 0));
+        }
+        double to_outer = outer / spacing - fabs(middle[0]) - fabs(middle[1]);
+        double to_hole = fabs(middle[0] - hole_at / spacing) + fabs(middle[1]) - hole / spacing;
+        if (clear[k])
+            check_at_least(fmin(to_outer, to_hole), 1);
+        else
+            check_below(fmin(to_outer, to_hole), 4);
+    }
+    check_at_least((double)clear_count, 0.7 * (double)count);
+    draped_free(draped);
 }
 
 /* A picture has the diamond's area to the width of its lines, though whole cells have little of it;
@@ -113,6 +170,7 @@ static void test_portrait_shows_the_cloth_up_to_the_rim(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_edge_stretches_of_a_diamond_with_a_hole),
+        cmocka_unit_test(test_edge_find_clear_leaves_the_cells_at_the_rim),
         cmocka_unit_test(test_portrait_shows_the_cloth_up_to_the_rim),
     };
     prepare();
