@@ -122,17 +122,19 @@ static bool find_seed(const struct tracer *t, const struct rim_spot *spot, bool 
         const struct net_tile *tile = t->boxes[k].tile;
         if (box_distance2(&t->boxes[k], spot->r) >= best)
             continue;
-        for (int at = 0; at < NET_TILE * NET_TILE; at++) {
-            const struct net_node *node = &tile->node[at / NET_TILE][at % NET_TILE];
-            double own = vec3_norm2(vec3_sub(node->r, spot->r));
-            if (node->state != NET_INSIDE || own >= best || !same_turn(t, node, spot->uv) ||
-                (alike && !faces_alike(t, node, spot)))
-                continue;
-            best = own;
-            found = true;
-            pq[0] = tile->ti * NET_TILE + at % NET_TILE;
-            pq[1] = tile->tj * NET_TILE + at / NET_TILE;
-        }
+        for (int y = 0; y < NET_TILE; y++)
+            for (uint32_t row = tile->bits[NET_BIT_INSIDE][y]; row; row &= row - 1) {
+                int x = __builtin_ctz(row);
+                const struct net_node *node = &tile->node[y][x];
+                double own = vec3_norm2(vec3_sub(node->r, spot->r));
+                if (own >= best || !same_turn(t, node, spot->uv) ||
+                    (alike && !faces_alike(t, node, spot)))
+                    continue;
+                best = own;
+                found = true;
+                pq[0] = tile->ti * NET_TILE + x;
+                pq[1] = tile->tj * NET_TILE + y;
+            }
     }
     return found;
 }
@@ -382,7 +384,7 @@ static void follow_piece(struct tracer *t, struct stop *last) {
     last->t = 0;
     spot_at(t, 0, &last->spot);
     if (last->covered) {
-        const struct rim_patch *patch = &t->rim->cloth.patch;
+        const struct rim_patch *patch = t->rim->cloth.patch;
         if (!patch->known || fabs(place.p - patch->i - 0.5) > 0.6 ||
             fabs(place.q - patch->j - 0.5) > 0.6)
             patch =

@@ -6,6 +6,10 @@
 #include "solver/surface/spans.h"
 #include "solver/wide.h"
 
+/* Patches that are kept, of cells next to each other: a step along the rim is halved again and
+ * again. */
+enum { PATCHES_ACROSS = 4, PATCHES = PATCHES_ACROSS * PATCHES_ACROSS };
+
 /* How far beyond the net, in spacings, corners are extrapolated at the most. */
 enum { LAYERS = 3 };
 
@@ -30,7 +34,9 @@ static const double longest_edge = 1.6, shortest_edge = 0.4;
 enum status rim_cloth_make(struct march *march, struct rim_cloth *cloth) {
     *cloth = (struct rim_cloth){.march = march, .view = net_view(march->net)};
     cloth->beyond = arena_alloc(march->arena, 1, sizeof *cloth->beyond);
-    return cloth->beyond ? net_make(cloth->beyond, march->arena, false) : STATUS_OUT_OF_MEMORY;
+    cloth->patch = cloth->patches = arena_alloc(march->arena, PATCHES, sizeof *cloth->patches);
+    return cloth->beyond && cloth->patches ? net_make(cloth->beyond, march->arena, false)
+                                           : STATUS_OUT_OF_MEMORY;
 }
 
 /* ---- corners beyond the net ---- */
@@ -209,11 +215,12 @@ static void load_neighbours(struct rim_cloth *cloth, struct rim_patch *patch, bo
 }
 
 const struct rim_patch *rim_cloth_patch(struct rim_cloth *cloth, int32_t i, int32_t j) {
-    struct rim_patch *patch = &cloth->patch;
+    int at = (j & (PATCHES_ACROSS - 1)) * PATCHES_ACROSS + (i & (PATCHES_ACROSS - 1));
+    struct rim_patch *patch = cloth->patch = &cloth->patches[at];
     bool rough;
-    if (cloth->begun && patch->i == i && patch->j == j)
+    if (patch->made && patch->i == i && patch->j == j)
         return patch;
-    cloth->begun = true;
+    patch->made = true;
     patch->i = i;
     patch->j = j;
     for (int k = 0; k < 4; k++)
@@ -369,10 +376,30 @@ static bool see_from(struct rim_cloth *cloth, const struct rim_corner *corner,
 /* A place so little off what was expected, in spacings, has the weights that it was found by. */
 static const double weight_change = 0.05;
 
+/* What the corners of a patch say of a place, as they are asked. */
+struct sight {
+    bool asked[4], seen[4];
+    double pq[4][2];
+};
+
+/* Corner number k asked for the place that it is expected at. */
+static bool ask_corner(struct rim_cloth *cloth, struct rim_patch *patch, int k,
+                       const struct station *to, const struct rim_place *expected,
+                       struct sight *sight) {
+    if (!sight->asked[k]) {
+        sight->asked[k] = true;
+        sight->pq[k][0] = expected->p;
+        sight->pq[k][1] = expected->q;
+        sight->seen[k] = find_corner(cloth->march, patch, k) &&
+                         see_from(cloth, &patch->corner[k], to, sight->pq[k]);
+    }
+    return sight->seen[k];
+}
+
 /* p and q of a place in the patch, from those of its corners whose bilinear weight is more than
  * `least_weight`, by which it is the less. */
 static bool see_from_corners(struct rim_cloth *cloth, struct rim_patch *patch,
-                             const struct station *to, double least_weight,
+                             const struct station *to, double least_weight, struct sight *sight,
                              struct rim_place *place) {
     const double *d = cloth->march->settings->spacing;
     double x = fmin(fmax(place->p - patch->i, 0), 1), y = fmin(fmax(place->q - patch->j, 0), 1);
@@ -380,15 +407,13 @@ static bool see_from_corners(struct rim_cloth *cloth, struct rim_patch *patch,
     for (int k = 0; k < 4; k++) {
         int a = k & 1, b = k / 2;
         double weight = (a ? x : 1 - x) * (b ? y : 1 - y) - least_weight;
-        double pq[2] = {place->p, place->q};
-        const struct rim_corner *corner = &patch->corner[k];
-        if (weight <= 0 || !find_corner(cloth->march, patch, k) || !see_from(cloth, corner, to, pq))
+        if (weight <= 0 || !ask_corner(cloth, patch, k, to, place, sight))
             continue;
         weights += weight;
-        sum[0] += weight * pq[0];
-        sum[1] += weight * pq[1];
+        sum[0] += weight * sight->pq[k][0];
+        sum[1] += weight * sight->pq[k][1];
         for (int m = 0; m < 2 && weight > most; m++)
-            place->along[m] = vec3_scale(d[m], corner->yarn[m]);
+            place->along[m] = vec3_scale(d[m], patch->corner[k].yarn[m]);
         most = fmax(most, weight);
     }
     if (!(weights > 0))
@@ -404,10 +429,10 @@ static bool see_from_corners(struct rim_cloth *cloth, struct rim_patch *patch,
 /* Geodesics cost: mostly one is enough, from the nearest corner; from the others where that cannot
  * be had. */
 static bool see(struct rim_cloth *cloth, struct rim_patch *patch, const struct station *to,
-                struct rim_place *place) {
+                struct sight *sight, struct rim_place *place) {
     static const double near = 0.24, any = 1e-3;
-    return see_from_corners(cloth, patch, to, near, place) ||
-           see_from_corners(cloth, patch, to, any, place);
+    return see_from_corners(cloth, patch, to, near, sight, place) ||
+           see_from_corners(cloth, patch, to, any, sight, place);
 }
 
 /* Once more where the place was not the one expected, because the weights follow from it. */
@@ -416,13 +441,14 @@ static bool descend_rough(struct rim_cloth *cloth, struct rim_patch *patch,
                           struct rim_place *place) {
     struct march *march = cloth->march;
     struct station to;
+    struct sight sight = {.asked = {false}};
     if (march->mesh || !station_at(surface, &march->cursor, uv, &to))
         return false;
     double p = place->p, q = place->q;
-    if (!see(cloth, patch, &to, place))
+    if (!see(cloth, patch, &to, &sight, place))
         return false;
     bool expected = fabs(place->p - p) < weight_change && fabs(place->q - q) < weight_change;
-    return expected || see(cloth, patch, &to, place);
+    return expected || see(cloth, patch, &to, &sight, place);
 }
 
 bool rim_cloth_find(struct rim_cloth *cloth, struct vec3 r, const struct surface *surface,
@@ -435,7 +461,7 @@ bool rim_cloth_find(struct rim_cloth *cloth, struct vec3 r, const struct surface
         const struct rim_patch *patch =
             rim_cloth_patch(cloth, (int32_t)floor(place->p), (int32_t)floor(place->q));
         bool rough = patch->known && !patch->smooth &&
-                     descend_rough(cloth, &cloth->patch, surface, uv, place);
+                     descend_rough(cloth, cloth->patch, surface, uv, place);
         if (!patch->known || (!rough && !descend(patch, r, place)))
             break;
         if (is_within(patch, place, hop < STRICT_HOPS ? strict : lax))

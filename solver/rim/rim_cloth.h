@@ -28,6 +28,7 @@ struct rim_corner {
 /* The cell (i, j) and its neighbours. */
 struct rim_patch {
     int32_t i, j;
+    bool made;
     bool known;                  /* it has all four corners */
     bool smooth;                 /* no rough edge is near */
     struct vec3 r[4][4];         /* [b][a]: node (i + a - 1, j + b - 1); bilinear unless smooth */
@@ -37,10 +38,11 @@ struct rim_patch {
 
 struct rim_cloth {
     struct march *march;
-    struct net_view view; /* of the march's net */
-    struct net *beyond;   /* corners that were extrapolated, as ghosts */
-    struct rim_patch patch;
-    bool begun, failed; /* no memory */
+    struct net_view view;      /* of the march's net */
+    struct net *beyond;        /* corners that were extrapolated, as ghosts */
+    struct rim_patch *patches; /* those looked at last, that of a cell at a place of its own */
+    struct rim_patch *patch;   /* the last of all */
+    bool failed;               /* no memory */
 };
 
 /* A place of the cloth. */
@@ -55,7 +57,7 @@ struct rim_place {
 /* Errors: STATUS_OUT_OF_MEMORY. */
 enum status rim_cloth_make(struct march *march, struct rim_cloth *cloth) STATUS_MUST_USE;
 
-/* The patch at the cell (i, j). */
+/* The patch at the cell (i, j), which is there until another one is asked for. */
 const struct rim_patch *rim_cloth_patch(struct rim_cloth *cloth, int32_t i, int32_t j);
 
 /* The place at (p, q), which may lie a little outside the patch. */
