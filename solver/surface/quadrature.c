@@ -26,6 +26,7 @@ struct quadrature quadrature_make(int count) {
         (void)legendre(count, x, &derivative);
         rule.node[k] = x;
         rule.weight[k] = 2 / ((1 - x * x) * derivative * derivative);
+        rule.last[k] = (1 - x * x) * derivative / count;
     }
     return rule;
 }

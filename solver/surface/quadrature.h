@@ -9,6 +9,7 @@ struct quadrature {
     int count;
     double node[QUADRATURE_MAX];   /* roots of the Legendre polynomial P_count, decreasing */
     double weight[QUADRATURE_MAX]; /* they sum to 2 */
+    double last[QUADRATURE_MAX];   /* P_(count - 1) at the nodes */
 };
 
 /* `count`: 1..QUADRATURE_MAX. */

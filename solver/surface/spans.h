@@ -132,6 +132,9 @@ double surface_nearest_from(const struct surface *surface, struct vec3 point, do
 void surface_set_bounds(struct surface *surface, struct vec3 lower, struct vec3 upper);
 enum status surface_finish(struct surface *surface) STATUS_MUST_USE;
 
+/* int |r_u x r_v| du dv over all spans, and the same of r |r_u x r_v|; to some 1e-6 of the area. */
+void surface_integrate(const struct surface *surface, double *area, struct vec3 *moment);
+
 /* `surface_evaluate_span` of a surface that is moved; up to this share of a span from what was a
  * pole, in a way that loses no digits there. */
 #define SURFACE_PINCH (1.0 / 64)

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "spans.h"
 
-#include "quadrature.h"
 #include <string.h>
 
 enum { ORDER_MAX = NURBS_DEGREE_MAX + 1, ROOT_ROUNDS = 1000 };
@@ -335,36 +334,9 @@ static void find_topology(struct surface *surface, int direction) {
         }
 }
 
-/* Gauss points per span and direction: many where spans are few and large. */
-static int quadrature_order(const struct surface *surface) {
-    long spans = (long)surface->axis[0].span_count * surface->axis[1].span_count;
-    return spans <= 64 ? 16 : spans <= 1024 ? 8 : spans <= 16384 ? 4 : 2;
-}
-
-/* area = int |r_u x r_v| du dv and area * centroid = int r |r_u x r_v| du dv over one span. */
-static void integrate_span(const struct surface *surface, const struct quadrature *rule, int su,
-                           int sv, double *area, struct vec3 *moment) {
-    const double *bu = &surface->axis[0].breaks[su], *bv = &surface->axis[1].breaks[sv];
-    double hu = (bu[1] - bu[0]) / 2, hv = (bv[1] - bv[0]) / 2;
-    for (int a = 0; a < rule->count; a++)
-        for (int b = 0; b < rule->count; b++) {
-            struct surface_jet jet;
-            surface_evaluate_span(surface, su, sv, bu[0] + hu * (1 + rule->node[a]),
-                                  bv[0] + hv * (1 + rule->node[b]), &jet);
-            double element =
-                vec3_norm(vec3_cross(jet.u, jet.v)) * hu * hv * rule->weight[a] * rule->weight[b];
-            *area += element;
-            *moment = vec3_axpy(element, jet.r, *moment);
-        }
-}
-
 static enum status find_area(struct surface *surface) {
-    struct quadrature rule = quadrature_make(quadrature_order(surface));
-    struct vec3 moment = {0, 0, 0};
-    surface->area = 0;
-    for (int su = 0; su < surface->axis[0].span_count; su++)
-        for (int sv = 0; sv < surface->axis[1].span_count; sv++)
-            integrate_span(surface, &rule, su, sv, &surface->area, &moment);
+    struct vec3 moment;
+    surface_integrate(surface, &surface->area, &moment);
     double least = coincidence * coincidence * surface->size * surface->size;
     if (!(surface->area > least) || !isfinite(surface->area))
         return STATUS_DEGENERATE_SURFACE;

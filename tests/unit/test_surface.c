@@ -251,6 +251,27 @@ static void test_surface_area_and_centroid_of_a_parallelogram(void **state) {
     arena_free(arena);
 }
 
+/* The unit square with weights a_i b_j, so that x is a function of u alone and y of v: most of it
+ * lies within 1e-5 of a corner of the parameters. */
+static void test_surface_area_under_uneven_weights(void **state) {
+    (void)state;
+    static const double knots[] = {0, 0, 0, 1, 1, 1}, a[] = {1, 1e5, 3}, b[] = {1e5, 1, 1e-5};
+    struct vec3 points[9], centroid;
+    double weights[9];
+    for (int k = 0; k < 9; k++) {
+        points[k] = vec3_make(k / 3 / 2.0, k % 3 / 2.0, 0);
+        weights[k] = a[k / 3] * b[k % 3];
+    }
+    const struct nurbs_axis axis = {2, 3, knots, 6};
+    const struct nurbs nurbs = {axis, axis, points, 9, weights, 9};
+    struct arena *arena = arena_new(1 << 20);
+    struct surface *surface;
+    assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+    check_below(fabs(surface_area(surface, &centroid) - 1), 1e-5);
+    check_below(vec3_distance(centroid, vec3_make(0.5, 0.5, 0)), 1e-5);
+    arena_free(arena);
+}
+
 static void test_surface_without_area_is_degenerate(void **state) {
     (void)state;
     static const double knots[] = {0, 0, 1, 1};
@@ -304,6 +325,7 @@ int main(void) {
         cmocka_unit_test(test_surface_goes_on_beyond_its_edge_by_its_own_polynomials),
         cmocka_unit_test(test_surface_lies_in_its_bounds),
         cmocka_unit_test(test_surface_area_and_centroid_of_a_parallelogram),
+        cmocka_unit_test(test_surface_area_under_uneven_weights),
         cmocka_unit_test(test_surface_without_area_is_degenerate),
         cmocka_unit_test(test_surface_closed_direction_wraps),
     };

@@ -1,0 +1,131 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * The area of a surface, int |r_u x r_v| du dv, and its first moment, span by span by Gauss and
+ * Legendre's rule. Where weights of very different size crowd most of a span into a corner of its
+ * parameters, or the patch turns inside out along a line, no rule of a few points knows it: a piece
+ * of a span in which the integrand does not die out in Legendre's polynomials is halved.
+ */
+#include "quadrature.h"
+#include "spans.h"
+
+enum { DEPTH = 60, PIECES_MOST = 8000 };
+
+/* Of the share of a piece the square of that of its last polynomials is about what is wrong of it:
+ * as a part of the whole it may be this. */
+static const double unresolved = 1e-6;
+
+struct sums {
+    double area;
+    struct vec3 moment;
+};
+
+struct piece {
+    int span[2], depth;
+    double from[2], half[2];
+    int along;    /* the direction in which it is resolved worst */
+    double wrong; /* about what is wrong of its area */
+};
+
+/* Gauss points per span and direction: many where spans are few and large. */
+static int order_of(const struct surface *surface) {
+    long spans = (long)surface->axis[0].span_count * surface->axis[1].span_count;
+    return spans <= 64 ? 16 : spans <= 1024 ? 8 : spans <= 16384 ? 4 : 2;
+}
+
+/* Adds the amounts of P_(n-1) and of P_(n-2) = (2n - 1) / (n - 1) x P_(n-1) in n values. */
+static double tail_of(const struct quadrature *rule, const double *value, int stride) {
+    int n = rule->count;
+    double last = 0, before = 0;
+    for (int k = 0; k < n; k++) {
+        double own = rule->weight[k] * value[k * stride] * rule->last[k];
+        last += own;
+        before += own * rule->node[k];
+    }
+    return fabs(last) * (2 * n - 1) +
+           fabs(before) * (2 * n - 3) * (2 * n - 1) / (n > 1 ? n - 1 : 1);
+}
+
+/* Adds a piece to the sums, which in the order of its places are the same bits whatever its tail.
+ */
+static void integrate(const struct surface *surface, const struct quadrature *rule,
+                      struct piece *piece, struct sums *sums) {
+    const double *from = piece->from, *half = piece->half;
+    double density[QUADRATURE_MAX * QUADRATURE_MAX], tail[2] = {0, 0}, before = sums->area;
+    int n = rule->count;
+    for (int a = 0; a < n; a++)
+        for (int b = 0; b < n; b++) {
+            struct surface_jet jet;
+            surface_evaluate_span(surface, piece->span[0], piece->span[1],
+                                  from[0] + half[0] * (1 + rule->node[a]),
+                                  from[1] + half[1] * (1 + rule->node[b]), &jet);
+            double own = vec3_norm(vec3_cross(jet.u, jet.v));
+            double element = own * half[0] * half[1] * rule->weight[a] * rule->weight[b];
+            density[a * n + b] = own;
+            sums->area += element;
+            sums->moment = vec3_axpy(element, jet.r, sums->moment);
+        }
+    for (int k = 0; k < n; k++) {
+        tail[0] += rule->weight[k] * tail_of(rule, density + k, n);
+        tail[1] += rule->weight[k] * tail_of(rule, density + k * n, 1);
+    }
+    double area = sums->area - before, most = (tail[0] + tail[1]) * half[0] * half[1];
+    piece->along = tail[1] > tail[0];
+    piece->wrong = area > 0 ? most * most / area : 0;
+}
+
+/* Adds the halves of a piece, or theirs, as long as `left` of them may be looked at and more than
+ * `most` is wrong of each. */
+static void refine(const struct surface *surface, const struct quadrature *rule, double most,
+                   int *left, const struct piece *piece, struct sums *sums) {
+    int n = piece->along;
+    for (int k = 0; k < 2; k++) {
+        struct piece part = *piece;
+        struct sums before = *sums;
+        part.depth++;
+        part.half[n] = piece->half[n] / 2;
+        part.from[n] = piece->from[n] + k * piece->half[n];
+        integrate(surface, rule, &part, sums);
+        if (!(part.wrong > most) || part.depth == DEPTH || --*left < 0)
+            continue;
+        *sums = before;
+        refine(surface, rule, most, left, &part, sums);
+    }
+}
+
+static struct piece span_at(const struct surface *surface, int k) {
+    int count = surface->axis[1].span_count;
+    struct piece piece = {.span = {k / count, k % count}};
+    for (int n = 0; n < 2; n++) {
+        const double *breaks = &surface->axis[n].breaks[piece.span[n]];
+        piece.from[n] = breaks[0];
+        piece.half[n] = (breaks[1] - breaks[0]) / 2;
+    }
+    return piece;
+}
+
+void surface_integrate(const struct surface *surface, double *area, struct vec3 *moment) {
+    struct quadrature rule = quadrature_make(order_of(surface));
+    int spans = surface->axis[0].span_count * surface->axis[1].span_count, left = PIECES_MOST;
+    struct sums sums = {0}, whole = {0};
+    double worst = 0;
+    for (int k = 0; k < spans; k++) {
+        struct piece piece = span_at(surface, k);
+        integrate(surface, &rule, &piece, &whole);
+        worst = fmax(worst, piece.wrong);
+    }
+    *area = whole.area;
+    *moment = whole.moment;
+    if (!(worst > unresolved * whole.area))
+        return;
+    for (int k = 0; k < spans; k++) {
+        struct piece piece = span_at(surface, k);
+        struct sums before = sums;
+        integrate(surface, &rule, &piece, &sums);
+        if (!(piece.wrong > unresolved * whole.area))
+            continue;
+        sums = before;
+        refine(surface, &rule, unresolved * whole.area, &left, &piece, &sums);
+    }
+    *area = sums.area;
+    *moment = sums.moment;
+}
