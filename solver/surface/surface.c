@@ -20,6 +20,9 @@ static const double weights_for_powers = 100;
 /* Edges closer than this share of the surface's size are one edge, or one point. */
 static const double coincidence = 1e-9;
 
+/* A span this narrow, as a share of the surface's size and of the domain, is a line. */
+static const double line_width = 1e-10;
+
 /* Bezier control points of one span as combinations of the span's B-spline control points:
  * b_k = sum_i weight[k][i] P_(l-p+i). */
 struct extraction {
@@ -60,12 +63,48 @@ static int multiplicity(const struct nurbs_axis *from, int last) {
     return last - first + 1;
 }
 
+static vec4 homogeneous(const struct nurbs *nurbs, int i, int j) {
+    size_t at = (size_t)i * (size_t)nurbs->v.size + (size_t)j;
+    double w = nurbs->weights ? nurbs->weights[at] : 1;
+    struct vec3 p = nurbs->points[at];
+    return (vec4){w * p.x, w * p.y, w * p.z, w};
+}
+
+static struct vec3 place_of(vec4 a) {
+    return vec3_make(a[0] / a[3], a[1] / a[3], a[2] / a[3]);
+}
+
+/* Whether a span is one line of places: its control points along `direction` fall together. */
+static bool is_line(const struct nurbs *nurbs, int direction, const struct extraction *extraction,
+                    double size) {
+    const struct nurbs_axis *axis = direction == 0 ? &nurbs->u : &nurbs->v;
+    const struct nurbs_axis *other = direction == 0 ? &nurbs->v : &nurbs->u;
+    for (int j = 0; j < other->size; j++) {
+        struct vec3 first = {0, 0, 0};
+        for (int k = 0; k <= axis->degree; k++) {
+            vec4 sum = {0};
+            for (int m = 0; m <= axis->degree; m++) {
+                int i = extraction->first + m;
+                sum += extraction->weight[k][m] *
+                       (direction == 0 ? homogeneous(nurbs, i, j) : homogeneous(nurbs, j, i));
+            }
+            first = k == 0 ? place_of(sum) : first;
+            if (vec3_distance(place_of(sum), first) > line_width * size)
+                return false;
+        }
+    }
+    return true;
+}
+
 /* Finds the spans of one direction; `extractions` gets one entry each, and `folds` is set where it
- * has a knot line at which the surface may fold. */
-static enum status cut_axis(const struct nurbs_axis *from, struct arena *arena,
-                            struct surface_axis *axis, struct extraction **extractions,
-                            bool *folds) {
+ * has a knot line at which the surface may fold. A fillet whose radius is rounding is a fold: a
+ * span that is no wider than a line is left out, and the one before it ends where it does. */
+static enum status cut_axis(const struct nurbs *nurbs, int direction, struct arena *arena,
+                            struct surface *surface, struct extraction **extractions) {
+    const struct nurbs_axis *from = direction == 0 ? &nurbs->u : &nurbs->v;
+    struct surface_axis *axis = &surface->axis[direction];
     int p = from->degree, n = from->size, count = 0;
+    bool left_out = false;
     axis->degree = p;
     axis->breaks = arena_alloc(arena, (size_t)(n - p + 1), sizeof *axis->breaks);
     axis->rates = arena_alloc(arena, (size_t)(n - p), sizeof *axis->rates);
@@ -78,13 +117,21 @@ static enum status cut_axis(const struct nurbs_axis *from, struct arena *arena,
     axis->outer[0] = from->knots[p];
     axis->outer[1] = from->knots[n];
     axis->origin = axis->outer[0] <= 0 && axis->outer[1] >= 0 ? 0 : axis->outer[0];
+    double length = axis->outer[1] - axis->outer[0];
     for (int l = p; l < n; l++) {
         if (!(from->knots[l + 1] > from->knots[l]))
             continue;
-        axis->breaks[count] = from->knots[l] - axis->origin;
-        axis->joints[count] = count == 0 || p - multiplicity(from, l) < 2;
-        *folds = *folds || (count > 0 && p - multiplicity(from, l) < 1);
-        extract_span(from, l, &(*extractions)[count++]);
+        struct extraction *own = &(*extractions)[count];
+        int smooth = left_out ? 0 : p - multiplicity(from, l);
+        bool narrow = from->knots[l + 1] - from->knots[l] < line_width * length;
+        extract_span(from, l, own);
+        left_out = narrow && is_line(nurbs, direction, own, surface->size);
+        if (left_out)
+            continue;
+        axis->breaks[count] = (count == 0 ? axis->outer[0] : from->knots[l]) - axis->origin;
+        axis->joints[count] = count == 0 || smooth < 2;
+        surface->has_folds = surface->has_folds || (count > 0 && smooth < 1);
+        count++;
     }
     axis->breaks[count] = from->knots[n] - axis->origin;
     axis->joints[count] = true;
@@ -98,13 +145,6 @@ static void measure_spans(struct surface_axis *axis) {
         axis->rates[k] = 1 / width;
         axis->middles[k] = axis->breaks[k] + width / 2;
     }
-}
-
-static vec4 homogeneous(const struct nurbs *nurbs, int i, int j) {
-    size_t at = (size_t)i * (size_t)nurbs->v.size + (size_t)j;
-    double w = nurbs->weights ? nurbs->weights[at] : 1;
-    struct vec3 p = nurbs->points[at];
-    return (vec4){w * p.x, w * p.y, w * p.z, w};
 }
 
 /* points = E_u P E_v^T for one span. */
@@ -293,10 +333,6 @@ static void balance(struct surface *surface, int k) {
     axis->origin = axis->outer[0];
 }
 
-static struct vec3 place_of(vec4 a) {
-    return vec3_make(a[0] / a[3], a[1] / a[3], a[2] / a[3]);
-}
-
 static bool same_place(const struct surface *surface, vec4 a, vec4 b) {
     return vec3_distance(place_of(a), place_of(b)) <= coincidence * surface->size;
 }
@@ -355,10 +391,10 @@ enum status surface_make(const struct nurbs *nurbs, struct arena *arena, struct 
     if (!made)
         return STATUS_OUT_OF_MEMORY;
     made->side = 1;
-    enum status status =
-        cut_axis(&nurbs->u, arena, &made->axis[0], &extraction[0], &made->has_folds);
+    find_bounds(nurbs, made);
+    enum status status = cut_axis(nurbs, 0, arena, made, &extraction[0]);
     if (status == STATUS_OK)
-        status = cut_axis(&nurbs->v, arena, &made->axis[1], &extraction[1], &made->has_folds);
+        status = cut_axis(nurbs, 1, arena, made, &extraction[1]);
     if (status != STATUS_OK)
         return status;
     size_t nu = (size_t)made->axis[0].span_count, nv = (size_t)made->axis[1].span_count;
@@ -373,7 +409,6 @@ enum status surface_make(const struct nurbs *nurbs, struct arena *arena, struct 
     balance(made, 1);
     measure_spans(&made->axis[0]);
     measure_spans(&made->axis[1]);
-    find_bounds(nurbs, made);
     find_topology(made, 0);
     find_topology(made, 1);
     *surface = made;

@@ -60,6 +60,20 @@ static void test_exact_folds_crease(void **state) {
     }
 }
 
+/* A fillet whose radius is rounding is a fold. */
+static void test_exact_folds_radius_below_rounding(void **state) {
+    static const double radii[] = {1e-13, 1e-12, 3e-12}, turns[] = {-150, 80, 130};
+    static struct profile_sheet sheet;
+    (void)state;
+    for (int k = 0; k < 9; k++) {
+        struct profile_part roof[] = {{0, 0, 12}, {radii[k % 3], turns[k / 3], 12}};
+        const double start[2] = {11.3, 10};
+        profile_make(&sheet, roof, 2, 20);
+        for (int m = 0; m < PROFILE_METHODS; m++)
+            check_sheet(&sheet, &profile_methods[m], 1, start, 20);
+    }
+}
+
 /* Where a sheet lies back on itself cloth ends: no node beyond, and none that is wrong before. */
 static void test_exact_folds_back_on_itself(void **state) {
     static const double folds[] = {-179.9, -179, 179, 179.9, 180}, angles[] = {0, 20, 45, 70};
@@ -126,6 +140,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_folds_hat),
         cmocka_unit_test(test_exact_folds_crease),
+        cmocka_unit_test(test_exact_folds_radius_below_rounding),
         cmocka_unit_test(test_exact_folds_back_on_itself),
         cmocka_unit_test(test_exact_folds_joggle),
         cmocka_unit_test(test_exact_folds_square_tube),
