@@ -6,8 +6,9 @@
 #include "solver/mesh/smooth_corner.h"
 #include "solver/mesh/smooth_geodesic.h"
 
-/* A generator's next place this near to the mesh, as a share of the chord, is on it. */
-static const double beside_mesh = 0.02;
+/* A generator's next place this near to the mesh, as a share of the chord, is on it; where it is on
+ * the mesh may be wrong by so much of the chord from the last. */
+static const double beside_mesh = 0.02, chord_gap = 1e-3;
 
 /* An edge that turns by more than this, or whose curvature changes by more along it, in radians, is
  * no arc of a circle. */
@@ -176,7 +177,10 @@ bool march_mesh_towards(struct march *march, const struct station *from, struct 
     int32_t component = march->mesh->component[place.triangle];
     *lost = !mesh_nearest(march->mesh, target, component, &place, &distance);
     *station = march_mesh_station(march, &place);
-    return !*lost && distance <= beside_mesh * chord;
+    if (*lost || distance > beside_mesh * chord)
+        return false;
+    *lost = fabs(vec3_distance(place.r, from->jet.r) - chord) > chord_gap * chord;
+    return !*lost;
 }
 
 bool march_mesh_straight_on(struct march *march, const struct station *from, struct vec3 direction,
