@@ -291,9 +291,10 @@ static bool is_whole(const struct gathering *g) {
 /* What a place at which the net ends within the part leaves uncovered, in cells, at the least. */
 static const double lost_cells = 0.25;
 
-/* The share of the part that lies under the cloth. Where it is not all, it is that of the cells;
- * their area is not exact on a coarse net, but where the net ends within the part some of it is
- * bare. */
+/* The share of the part that lies under the cloth. Where it is not all, it is that of the cells,
+ * and no less than that of the whole ones, of which a rim that the cloth does not reach may seem to
+ * cut some; their area is not exact on a coarse net, but where the net ends within the part some of
+ * it is bare. */
 static double cloth_coverage(const struct gathering *g) {
     const size_t *reasons = g->result->summary.front_reasons;
     const double *d = g->march->settings->spacing;
@@ -304,7 +305,7 @@ static double cloth_coverage(const struct gathering *g) {
         ends += k == DRAPE_REASON_BOUNDARY || k == DRAPE_REASON_FOLD ? 0 : reasons[k];
     double cell = d[0] * d[1] / march_area(g->march);
     double most = fmax(1 - lost_cells * (double)ends * cell, 0);
-    return fmin(g->spread->area * cell, most);
+    return fmin(fmax(g->spread->area * cell, g->result->summary.coverage), most);
 }
 
 /* The box round the pattern. A surface without a rim is cut where the net meets itself. */
@@ -357,6 +358,7 @@ static void measure(struct march *march, struct rim *rim, const struct rim_cells
     s->cloth_area = spread.area * d[0] * d[1];
     s->flat_area = g.flat * d[0] * d[1];
     s->cloth_coverage = cloth_coverage(&g);
+    s->coverage = fmin(s->coverage, s->cloth_coverage);
     s->outcome = s->cloth_coverage >= DRAPE_COMPLETE_COVERAGE && result->cells.count
                      ? DRAPE_COMPLETE
                      : DRAPE_PARTIAL;
