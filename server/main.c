@@ -35,8 +35,9 @@ enum {
     EXIT_USAGE = 2,
     REMOTE_PROGRESS_MS = 1000,
     REMOTE_SWEEP_MS = 1000,
-    STOP_SECONDS = 28,        /* whatever hangs at the end, the process does not outlive this */
-    LARGE_BLOCK = 1024 * 1024 /* bytes; such memory goes back to the system when it is freed */
+    STOP_SECONDS = 28,          /* whatever hangs at the end, the process does not outlive this */
+    LARGE_BLOCK = 1024 * 1024,  /* bytes; such memory goes back to the system when it is freed */
+    KEPT_MOST = 4 * LARGE_BLOCK /* of smaller ones, by each thread's arena */
 };
 
 /* What runs; NULL: not yet. */
@@ -293,6 +294,7 @@ static int serve(const struct config *config) {
     log_init((enum log_level)config->log_level);
     /* By itself the C library raises this as it goes, and then keeps what a large map had. */
     mallopt(M_MMAP_THRESHOLD, LARGE_BLOCK);
+    mallopt(M_TRIM_THRESHOLD, KEPT_MOST);
     umask(077); /* what customers sent is for this user alone */
     set_up_signals();
     bool good = start(&service);

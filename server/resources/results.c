@@ -17,7 +17,7 @@
 
 enum {
     ETAG_SIZE = 96,
-    EARLY_BYTES = 1 << 20,     /* of a document that are made ready while its result is stored */
+    EARLY_BYTES = 1000 << 10,  /* of a document that are made ready while its result is stored */
     EARLY_BYTES_ALL = 64 << 20 /* of all that are ready, with their results; not exceeded by more
                                   than one of each thread */
 };
