@@ -10,6 +10,9 @@
 struct api_sink {
     bool (*write)(void *context, const void *bytes, size_t length);
     void *context;
+    /* Takes the result's summary object, as JSON with no time of waiting, when its head is written;
+     * false stops the run. NULL: not wanted. */
+    bool (*summary)(void *context, const char *json);
 };
 
 #endif

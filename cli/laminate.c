@@ -51,7 +51,7 @@ static bool drape(struct laminate_job *job, size_t n, const struct api_input *in
         api_problem_set(problem, API_INTERNAL, "no temporary file: %s", strerror(errno));
         return false;
     }
-    const struct api_sink sink = {write_container, job->containers[n]};
+    const struct api_sink sink = {.write = write_container, .context = job->containers[n]};
     job->readers[n] = (struct api_reader){read_container, job->containers[n]};
     if (laminate_run(&job->laminate, n, input, limits, terminal ? &monitor : NULL, &sink,
                      &job->problems[n]) == API_OK)
@@ -161,7 +161,7 @@ static bool write_output(void *context, const void *bytes, size_t length) {
 bool laminate_job_draw(const struct laminate_job *job, const char *format,
                        const struct files_output *output, struct api_problem *problem) {
     const struct laminate_roll roll = {.width = 0};
-    const struct api_sink sink = {write_output, (void *)(uintptr_t)output};
+    const struct api_sink sink = {.write = write_output, .context = (void *)(uintptr_t)output};
     return laminate_patterns(&job->laminate, job->nets, LAMINATE_ALL, format, &roll, &sink,
                              job->arena, problem) == API_OK;
 }

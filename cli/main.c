@@ -339,7 +339,7 @@ static bool identify(const struct api_input *input, const struct api_limits *lim
 static bool solve(const struct arguments *arguments, const struct api_input *input, FILE *container,
                   char id[API_ID_SIZE], struct api_problem *problem) {
     const struct api_limits *limits = &arguments->limits;
-    const struct api_sink sink = {write_container, container};
+    const struct api_sink sink = {.write = write_container, .context = container};
     const struct drape_monitor monitor = {arguments->study ? study_progress : show_progress, NULL};
     bool terminal = isatty(STDERR_FILENO);
     if (!(arguments->study ? study_identify : identify)(input, limits, id, problem))

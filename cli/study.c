@@ -193,7 +193,7 @@ static bool find_variant(const struct api_reader *result, const char *variant, s
 bool study_write_variant(const struct api_input *input, const struct api_limits *limits,
                          const struct api_reader *result, const char *variant, FILE *stream,
                          struct api_problem *problem) {
-    const struct api_sink sink = {write_text, stream};
+    const struct api_sink sink = {.write = write_text, .context = stream};
     size_t k;
     if (!find_variant(result, variant, &k, problem))
         return false;

@@ -5,6 +5,7 @@
 #include "api/json/text.h"
 #include <endian.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const char MAGIC[8] = "DRAPECOL";
@@ -245,6 +246,17 @@ static enum api_problem_id send_column(const struct api_column_source *source, e
     return send(sink, zeros, (size_t)padded(length) - length, problem);
 }
 
+static enum api_problem_id send_summary(const struct api_columns *header,
+                                        const struct api_sink *sink, struct api_problem *problem) {
+    char *summary = sink->summary ? api_columns_summary_json(header) : NULL;
+    if (sink->summary && !summary)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to write the summary");
+    else if (sink->summary && !sink->summary(sink->context, summary))
+        api_problem_set(problem, API_CANCELLED, "the result was not wanted any more");
+    free(summary);
+    return problem->id;
+}
+
 enum api_problem_id api_columns_write(struct api_columns *header,
                                       const struct api_column_source *sources, size_t count,
                                       const struct api_sink *sink, struct arena *arena,
@@ -261,6 +273,8 @@ enum api_problem_id api_columns_write(struct api_columns *header,
     }
     list_columns(header, sources, count, block);
     enum api_problem_id id = send_header(header, sink, problem);
+    if (id == API_OK)
+        id = send_summary(header, sink, problem);
     for (size_t i = 0; i < count && id == API_OK; i++)
         id = send_column(&sources[i], header->column[i].form, block, sink, problem);
     arena_rewind(arena, mark);

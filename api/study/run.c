@@ -86,7 +86,7 @@ static void do_task(void *data, int k) {
     struct run *run = data;
     struct watched watched = {run, 0};
     const struct api_study_monitor monitor = {tell, &watched};
-    const struct api_sink sink = {append, &run->given[k]};
+    const struct api_sink sink = {.write = append, .context = &run->given[k]};
     int own = take_arena(&run->pool);
     if (!atomic_load(&run->stopped) &&
         api_study_chunk(run->study, &run->plan.tasks[k], &monitor, run->pool.arena[own], &sink,

@@ -52,7 +52,7 @@ static bool store(const struct api_study *study, const struct drape_settings *se
         return false;
     char *bytes = arena_take(arena, room_for(&fields), 1);
     struct api_text text = api_text_over(bytes, bytes ? room_for(&fields) : 0);
-    const struct api_sink sink = {append, &text};
+    const struct api_sink sink = {.write = append, .context = &text};
     struct api_columns header = {.grid = {.spacing = {settings->spacing[0], settings->spacing[1]}},
                                  .unit = study->request.drape.length_unit};
     if (api_columns_write(&header, fields.source, fields.count, &sink, arena, problem) != API_OK)

@@ -160,7 +160,8 @@ static enum api_problem_id drape_variant(const struct task *task,
                                          struct api_problem *problem) {
     const struct checker_order *order = &task->order;
     struct api_text request = api_text_growing(arena), container = api_text_growing(arena);
-    const struct api_sink to_request = {append, &request}, to_container = {append, &container};
+    const struct api_sink to_request = {.write = append, .context = &request};
+    const struct api_sink to_container = {.write = append, .context = &container};
     if (write_variant(task, &to_request, problem) != API_OK)
         return problem->id;
     *input = (struct api_input){.request = request.bytes,
@@ -252,7 +253,7 @@ static void make_report(struct task *task, const struct api_input *input,
     } else if (take_options(task, arena, &mesh, &options, problem) &&
                api_columns_open(&reader, columns, problem) == API_OK) {
         struct api_text inputs = api_text_growing(arena);
-        const struct api_sink sink = {append, &inputs};
+        const struct api_sink sink = {.write = append, .context = &inputs};
         if (api_check_normalise(input, &order->limits, &columns->start, &sink, problem) == API_OK)
             write_document(
                 task, format,
@@ -390,7 +391,7 @@ static void carry_out(struct task *task, const struct checker_abilities *abiliti
                                     .request_length = order->length[CHECKER_BODY],
                                     .surface = surface_of(task),
                                     .surface_length = order->length[CHECKER_SECOND]};
-    const struct api_sink sink = {put, task};
+    const struct api_sink sink = {.write = put, .context = task};
     const struct api_start *start = order->has_start ? &order->start : NULL;
     enum api_problem_id id = API_OK;
     switch (order->kind) {

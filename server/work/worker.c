@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 #include "worker.h"
-#include "api/result/columns.h"
 #include "frame.h"
 #include "sandbox.h"
 #include "server/clock.h"
@@ -23,10 +22,9 @@ struct task {
     bool gone;    /* the dispatcher is */
     bool careful; /* every progress is told */
     int64_t last_progress_ms;
-    size_t head_length; /* of the container's beginning, kept for the summary */
     size_t used;
     size_t total;
-    unsigned char head[WORKER_HEAD_BYTES];
+    char *summary; /* of the container; malloc'ed */
     unsigned char buffer[FRAME_MAX_BYTES];
 };
 
@@ -42,10 +40,6 @@ static bool flush(struct task *task) {
 static bool take_result(void *context, const void *bytes, size_t length) {
     struct task *task = context;
     const unsigned char *from = bytes;
-    size_t wanted = sizeof task->head - task->head_length;
-    size_t kept = length < wanted ? length : wanted;
-    memcpy(task->head + task->head_length, from, kept);
-    task->head_length += kept;
     task->total += length;
     while (length > 0) {
         size_t room = sizeof task->buffer - task->used;
@@ -58,6 +52,13 @@ static bool take_result(void *context, const void *bytes, size_t length) {
             return false;
     }
     return !task->gone;
+}
+
+static bool take_summary(void *context, const char *json) {
+    struct task *task = context;
+    free(task->summary);
+    task->summary = strdup(json);
+    return task->summary && !task->gone;
 }
 
 static bool take_progress(void *context, double fraction) {
@@ -82,16 +83,13 @@ static bool send_problem(const struct api_problem *problem) {
     return sent;
 }
 
-static bool send_summary(const struct worker_engine *engine, struct task *task) {
-    char *summary = engine->summary(task->head, task->head_length);
-    if (!summary) {
+static bool send_summary(struct task *task) {
+    if (!task->summary) {
         struct api_problem problem = {0};
-        api_problem_set(&problem, API_INTERNAL, "The result has no readable header.");
+        api_problem_set(&problem, API_INTERNAL, "The result has no summary.");
         return send_problem(&problem);
     }
-    bool sent = flush(task) && frame_send(WORKER_FD, FRAME_DONE, summary, strlen(summary));
-    free(summary);
-    return sent;
+    return flush(task) && frame_send(WORKER_FD, FRAME_DONE, task->summary, strlen(task->summary));
 }
 
 /* ------------------------------------------------------------------ a job */
@@ -125,12 +123,14 @@ static bool run_job(const struct worker_engine *engine, struct task *task,
                     const struct frame_job *job, const struct worker_order *order) {
     struct api_problem problem = {0};
     struct drape_monitor monitor = {.progress = take_progress, .context = task};
-    struct api_sink sink = {.write = take_result, .context = task};
+    struct api_sink sink = {.write = take_result, .context = task, .summary = take_summary};
     struct worker_round round = {.add = take_task, .context = task};
     task->gone = false;
     task->careful = job->careful;
     task->last_progress_ms = clock_ms();
-    task->head_length = task->used = task->total = 0;
+    task->used = task->total = 0;
+    free(task->summary);
+    task->summary = NULL;
     enum api_problem_id id =
         job->kind == FRAME_STEP ? engine->step(order, &round, &sink, &problem)
         : job->kind == FRAME_TASK
@@ -143,7 +143,7 @@ static bool run_job(const struct worker_engine *engine, struct task *task,
     if (round.count > 0)
         return send_round(task, &round);
     return job->kind == FRAME_TASK ? flush(task) && frame_send(WORKER_FD, FRAME_DONE, "{}", 2)
-                                   : send_summary(engine, task);
+                                   : send_summary(task);
 }
 
 /* Reads away what cannot be kept, so that the next frame starts where it should. */
@@ -213,19 +213,8 @@ int worker_serve(const struct worker_engine *engine) {
     return 0;
 }
 
-/* The time in the queue is not the result's but each job's own. */
-static char *summary_of(const void *bytes, size_t length) {
-    static struct api_columns columns;
-    struct api_problem problem = {0};
-    struct api_memory head = {bytes, length};
-    const struct api_reader reader = api_reader_of(&head);
-    if (api_columns_open(&reader, &columns, &problem) != API_OK)
-        return NULL;
-    return api_columns_summary_json(&columns);
-}
-
 int worker_main(void) {
     static const struct worker_engine engine = {
-        .run = api_run, .summary = summary_of, .step = study_step, .task = study_task};
+        .run = api_run, .step = study_step, .task = study_task};
     return api_prepare() ? worker_serve(&engine) : 1;
 }

@@ -35,12 +35,10 @@ struct worker_round {
 
 /* What a worker does with a job. The daemon's is `api_run` and `study.h`; tests have their own. */
 struct worker_engine {
+    /* Writes the container, with its summary. */
     enum api_problem_id (*run)(const struct api_input *input, const struct api_limits *limits,
                                const struct drape_monitor *monitor, const struct api_sink *sink,
                                struct api_problem *problem);
-    /* The summary object of a result from its first bytes (at most WORKER_HEAD_BYTES): a malloc'ed
-     * string, NULL when it cannot be read. */
-    char *(*summary)(const void *head, size_t length);
     /* Begins the next round of a study, or writes its container. */
     enum api_problem_id (*step)(const struct worker_order *order, struct worker_round *round,
                                 const struct api_sink *sink, struct api_problem *problem);
@@ -49,8 +47,6 @@ struct worker_engine {
                                 const struct drape_monitor *monitor, const struct api_sink *sink,
                                 struct api_problem *problem);
 };
-
-enum { WORKER_HEAD_BYTES = 64 * 1024 };
 
 /* Serves WORKER_FD with the engine until it closes. Returns the process's exit code. */
 int worker_serve(const struct worker_engine *engine);

@@ -51,7 +51,7 @@ static void solve(const struct store_claim *claim) {
                                       .max_depth = 16,
                                       .threads = 1};
     struct store_writer *writer = store_writer_new(services.store, claim);
-    const struct api_sink sink = {write_result, writer};
+    const struct api_sink sink = {.write = write_result, .context = writer};
     struct api_problem problem = {0};
     FUZZ_PROMISE(api_run(&input, &limits, NULL, &sink, &problem) == API_OK);
     FUZZ_PROMISE(store_writer_commit(writer, "{}") == STORE_OK);

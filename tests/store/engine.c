@@ -32,6 +32,13 @@ static enum api_problem_id write_text(const struct job *job, const char *text, s
     return job->sink->write(job->sink->context, text, length) ? API_OK : API_CANCELLED;
 }
 
+/* That of a container is who wrote it. */
+static bool give_summary(const struct api_sink *sink, const char *act) {
+    char text[64];
+    snprintf(text, sizeof text, "{\"act\":\"%s\"}", act);
+    return sink->summary(sink->context, text);
+}
+
 static enum api_problem_id echo(const struct job *job) {
     return write_text(job, job->input->request, job->input->request_length);
 }
@@ -192,7 +199,9 @@ static enum api_problem_id run(const struct api_input *input, const struct api_l
         if (strlen(acts[k].word) == word && !strncmp(acts[k].word, request, word)) {
             enum api_problem_id id = acts[k].act(&job);
             jobs_before++;
-            return id;
+            bool told =
+                id != API_OK || acts[k].act == be_headless || give_summary(sink, acts[k].word);
+            return told ? id : API_CANCELLED;
         }
     }
     api_problem_set(problem, API_INTERNAL, "no such act: %s", request);
@@ -208,7 +217,9 @@ static enum api_problem_id step(const struct worker_order *order, struct worker_
     size_t given = order->length / sizeof(double) / TASK_NUMBERS;
     (void)problem;
     if (given == (size_t)ENGINE_ROUNDS * ENGINE_TASKS)
-        return sink->write(sink->context, order->bytes, order->length) ? API_OK : API_CANCELLED;
+        return sink->write(sink->context, order->bytes, order->length) && give_summary(sink, "step")
+                   ? API_OK
+                   : API_CANCELLED;
     for (int k = 0; k < ENGINE_TASKS; k++) {
         struct api_study_task task = {{0}};
         task.value[TASK_ROUND] = (double)(given / ENGINE_TASKS);
@@ -261,16 +272,8 @@ static enum api_problem_id do_task(const struct worker_order *order,
     return sink->write(sink->context, numbers, sizeof numbers) ? API_OK : API_CANCELLED;
 }
 
-static char *summarise(const void *head, size_t length) {
-    char *text = NULL;
-    if (length == 8 && !memcmp(head, "headless", 8))
-        return NULL;
-    return asprintf(&text, "{\"head\":%zu}", length) < 0 ? NULL : text;
-}
-
 void engine_serve_if_worker(int argc, char **argv) {
-    static const struct worker_engine engine = {
-        .run = run, .summary = summarise, .step = step, .task = do_task};
+    static const struct worker_engine engine = {.run = run, .step = step, .task = do_task};
     if (argc == 2 && !strcmp(argv[1], WORKER_ARGUMENT))
         exit(worker_serve(&engine));
 }

@@ -145,7 +145,7 @@ static void test_dispatcher_runs_a_job(void **state) {
     submit(bench, "echo hello", id);
     expect_echo(bench, id, "echo hello");
     assert_int_equal(store_get(bench->scratch.store, id, &job), STORE_OK);
-    assert_string_equal(job.summary, "{\"head\":10}");
+    assert_string_equal(job.summary, "{\"act\":\"echo\"}");
     assert_true(job.attempts == 1 && job.progress == 1.0);
     assert_true(job.created <= job.started && job.started <= job.finished);
     store_job_clear(&job);
@@ -293,7 +293,7 @@ static void test_dispatcher_does_not_believe_a_babbling_worker(void **state) {
     submit(bench, "oversized", id);
     expect_error(bench, id, "/problems/solver-crashed", "an invalid frame");
     submit(bench, "headless", id);
-    expect_error(bench, id, "/problems/internal", "header");
+    expect_error(bench, id, "/problems/internal", "no summary");
     expect_work(bench);
 }
 

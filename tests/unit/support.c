@@ -144,7 +144,7 @@ static bool read_bytes(void *context, uint64_t offset, void *buffer, size_t leng
 }
 
 struct api_sink sink_into(struct bytes *bytes) {
-    return (struct api_sink){write_bytes, bytes};
+    return (struct api_sink){.write = write_bytes, .context = bytes};
 }
 
 struct api_reader reader_over(struct bytes *bytes) {

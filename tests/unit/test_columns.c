@@ -281,12 +281,55 @@ static void test_columns_stop_when_the_sink_refuses(void **state) {
         size_t left = room;
         struct api_problem problem = {0};
         struct arena *arena = arena_new(1 << 20);
-        struct api_sink sink = {refuse, &left};
+        struct api_sink sink = {.write = refuse, .context = &left};
         assert_int_equal(
             api_columns_write(&sample->header, source, source_count, &sink, arena, &problem),
             API_CANCELLED);
         arena_free(arena);
     }
+    sample_free(sample);
+}
+
+static bool keep_text(void *context, const char *json) {
+    *(char **)context = strdup(json);
+    return true;
+}
+
+static bool write_nothing(void *context, const void *bytes, size_t length) {
+    (void)context, (void)bytes, (void)length;
+    return true;
+}
+
+static bool refuse_text(void *context, const char *json) {
+    (void)context, (void)json;
+    return false;
+}
+
+/* What the sink is told is what a reader finds. */
+static void test_columns_tell_their_summary(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    struct sample *sample = sample_new(&random);
+    struct api_column_source source[3];
+    struct api_problem problem;
+    struct api_columns found;
+    char *told = NULL;
+    list_sources(sample, source);
+    assert_int_equal(write_sample(sample, 1 << 20, &problem), API_OK);
+    assert_int_equal(api_columns_open(&sample->reader, &found, &problem), API_OK);
+    char *wanted = api_columns_summary_json(&found);
+    struct arena *arena = arena_new(1 << 20);
+    struct api_sink sink = {.write = write_nothing, .context = &told, .summary = keep_text};
+    assert_int_equal(
+        api_columns_write(&sample->header, source, source_count, &sink, arena, &problem), API_OK);
+    assert_string_equal(told, wanted);
+    sink.summary = refuse_text;
+    assert_int_equal(
+        api_columns_write(&sample->header, source, source_count, &sink, arena, &problem),
+        API_CANCELLED);
+    arena_free(arena);
+    free(told);
+    free(wanted);
     sample_free(sample);
 }
 
@@ -447,6 +490,7 @@ int main(void) {
         cmocka_unit_test(test_columns_that_are_not_whole_are_not_encoded),
         cmocka_unit_test(test_columns_refuse_values_that_are_no_numbers),
         cmocka_unit_test(test_columns_stop_when_the_sink_refuses),
+        cmocka_unit_test(test_columns_tell_their_summary),
         cmocka_unit_test(test_columns_report_missing_memory_and_too_many),
         cmocka_unit_test(test_columns_cut_anywhere_are_damaged),
         cmocka_unit_test(test_columns_survive_a_corrupted_header),

@@ -200,7 +200,7 @@ static bool collect(void *context, const void *bytes, size_t length) {
 static void test_material_check_asks_for_names_first(void **state) {
     static const char request[] = "{\"fabric\":{\"material\":\"own\"}}";
     struct api_text text = api_text_growing(*state);
-    const struct api_sink sink = {collect, &text};
+    const struct api_sink sink = {.write = collect, .context = &text};
     for (int known = 0; known < 2; known++) {
         struct api_input input = {.request = request, .request_length = strlen(request)};
         struct api_check check = {0};

@@ -226,7 +226,7 @@ static void test_run_stops_when_the_sink_refuses(void **state) {
     (void)state;
     const struct api_input input = {request_text("saddle"), strlen(request_text("saddle")), NULL,
                                     0};
-    const struct api_sink sink = {refuse, NULL};
+    const struct api_sink sink = {.write = refuse, .context = NULL};
     struct api_problem problem = {0};
     assert_int_equal(api_run(&input, &api_limits_default, NULL, &sink, &problem), API_CANCELLED);
 }
