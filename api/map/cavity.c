@@ -143,30 +143,36 @@ static bool no_memory(struct api_problem *problem) {
     return false;
 }
 
+/* Whether the thickness is the same everywhere, as between rigid faces. */
+static bool may_be_rigid(const struct api_columns *columns) {
+    const char *name = column_specs[COLUMN_CELLS_thickness].name;
+    const struct api_column *column = api_columns_find(columns, API_TABLE_CELLS, name);
+    return column && column->form == API_FORM_REPEATED;
+}
+
 /* Where the unit is what a stored surface says, the thickness of a material was read in another. */
-static bool take_unit(struct api_request *cloth, const struct api_reader *reader,
-                      struct arena *arena, struct api_problem *problem) {
-    struct api_columns *columns = arena_alloc(arena, 1, sizeof *columns);
-    if (!columns)
-        return no_memory(problem);
-    if (api_columns_open(reader, columns, problem) != API_OK)
-        return false;
+static void take_unit(struct api_request *cloth, const struct api_columns *columns) {
     if (cloth->unit_of_surface && cloth->fabric.material)
         cloth->fabric.thickness *= cloth->length_unit->metres / columns->unit->metres;
-    return true;
 }
 
 bool cavity_take_cloth(struct map_target *target, const struct api_reader *reader,
                        const struct api_input *input, const struct api_limits *limits,
                        struct arena *arena, struct api_problem *problem) {
-    if (!cavity_given(target))
-        return true;
+    struct api_columns *columns = arena_alloc(arena, 1, sizeof *columns);
     struct api_request *cloth = arena_alloc(arena, 1, sizeof *cloth);
-    target->cloth = cloth;
-    if (!cloth)
+    if (!columns || !cloth)
         return no_memory(problem);
-    return api_decode(input, limits, arena, cloth, problem) == API_OK &&
-           take_unit(cloth, reader, arena, problem);
+    if (api_columns_open(reader, columns, problem) != API_OK)
+        return false;
+    if (!cavity_given(target) && !may_be_rigid(columns))
+        return true;
+    if (api_decode(input, limits, arena, cloth, problem) != API_OK)
+        return false;
+    take_unit(cloth, columns);
+    if (cavity_given(target) || cloth->cavity.rigid)
+        target->cloth = cloth;
+    return true;
 }
 
 /* ---- options ---- */

@@ -111,7 +111,7 @@ static void put_row(const struct mapping *mapping, const struct facets_place *pl
     }
 }
 
-/* The fields of a row in the cavity that the target says is there. */
+/* The fields of a row in the cavity that the target says is there, or in the drape's own. */
 static void press(struct mapping *mapping, const struct facets_place *place, double *values,
                   size_t row) {
     const struct api_request *cloth = mapping->target->cloth;
@@ -121,11 +121,13 @@ static void press(struct mapping *mapping, const struct facets_place *place, dou
     map_net_yarns(&mapping->net, place, values, &warp, &weft);
     double height = cavity_height(&mapping->cavity, row, vec3_unit(vec3_cross(warp, weft)));
     mapping->cavity.open += on && mapping->cavity.punch && !(height > 0);
-    if (!(height > 0))
+    bool own = !(height > 0);
+    if (own && !cloth->cavity.rigid)
         return;
-    bool packed = press_row(&mapping->net, cloth, height, shear, values);
+    bool packed =
+        press_row(&mapping->net, cloth, own ? cloth->cavity.height : height, shear, values);
     mapping->cavity.packed += on && packed;
-    mapping->cavity.loose += on && height > press_thickness(cloth, shear);
+    mapping->cavity.loose += on && !own && height > press_thickness(cloth, shear);
 }
 
 /* The drape as the one ply at an element, unless that lies beyond the cloth. */
@@ -256,7 +258,7 @@ static enum api_problem_id run(struct mapping *mapping, const struct api_reader 
         map_places(mapping, problem) && mark_channel(mapping, reader, arena, map, problem)) {
         end_stack(mapping, map);
         warn(mapping, map);
-        if (mapping->target->cloth)
+        if (cavity_given(mapping->target))
             cavity_warn(&mapping->cavity, map, "drape");
     }
     arena_rewind(arena, mark);

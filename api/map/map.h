@@ -10,6 +10,8 @@
  * which turns with the cloth: so a curved cloth loses nothing, and what is positive stays so. k1,
  * k2 and their direction follow from the interpolated tensor.
  * - What is counted or flagged (i, j, locked, ...) is that of the cell in which the place lies.
+ * - In a rigid cavity, the drape's own or one that the target has, thickness, fibres and
+ *   permeability follow from the interpolated shear and the height (`press.h`).
  *
  * Between the middle of a cell at the rim and the rim itself there are fewer neighbours, and the
  * fields level off. Beyond the rim they are those of the rim.
@@ -43,16 +45,15 @@ struct map_fields map_target_fields(const struct map_target *target,
                                     const struct api_column_source *columns);
 
 /*
- * Maps the result that `reader` holds onto `mesh`, which must outlive `map`. Heights of a cavity,
- * or a punch, press the cloth (`press.h`), which the mesh has to know then (`cavity_take_cloth`)
- * and which has to have a thickness. More than the columns (8 bytes a place and column) is taken
- * from the arena only for the time of the call. There is a warning when more than half of the
- * places lie further from the cloth than both its larger spacing and its thickness there, else one
- * of elements without a ply: those whose middle lies beyond the cloth, and those that have no area.
- * `monitor` (may be NULL) is asked now and then whether to go on. Returns API_OK,
- * API_INVALID_REQUEST when the net has no cells, the caller's direction is normal to an element or
- * the cloth of a cavity's heights has no thickness, API_INTERNAL for a damaged container,
- * API_CANCELLED or API_OUT_OF_MEMORY.
+ * Maps the result that `reader` holds onto `mesh`, which must outlive `map`. What presses the cloth
+ * the mesh has to know (`cavity_take_cloth`); under heights of its own, or a punch, the cloth has
+ * to have a thickness. More than the columns (8 bytes a place and column) is taken from the arena
+ * only for the time of the call. There is a warning when more than half of the places lie further
+ * from the cloth than both its larger spacing and its thickness there, else one of elements without
+ * a ply: those whose middle lies beyond the cloth, and those that have no area. `monitor` (may be
+ * NULL) is asked now and then whether to go on. Returns API_OK, API_INVALID_REQUEST when the net
+ * has no cells, the caller's direction is normal to an element or the cloth of a cavity's heights
+ * has no thickness, API_INTERNAL for a damaged container, API_CANCELLED or API_OUT_OF_MEMORY.
  */
 enum api_problem_id api_map_make(const struct api_reader *reader, const struct map_target *target,
                                  const struct drape_monitor *monitor, struct arena *arena,

@@ -37,8 +37,8 @@ struct map_target {
     bool has_reference;           /* ... or each element's first edge */
     const double *heights; /* of the cavity at each element, > 0; 0 or NULL: that of what is mapped
                             */
-    const struct api_request *cloth; /* of a drape with heights or a punch: what is pressed
-                                        (`cavity.h`); else NULL */
+    const struct api_request *cloth; /* of a drape in a rigid cavity, by heights or a punch: what
+                                        is pressed (`cavity.h`); else NULL */
     const int32_t (*punch)[4]; /* elements that are not mapped: the other side of the cavity, ... */
     const struct vec3 *punch_vertices; /* ... and their vertices */
     size_t punch_count;                /* 0: there is none */

@@ -236,6 +236,20 @@ END
     done
 }
 
+@test "map: a drape in a rigid cavity is pressed like one by a height of the map" {
+    local rigid=$BATS_TEST_TMPDIR/rigid.json pressed=$BATS_TEST_TMPDIR/pressed.csv
+    jq '.cavity = {height: 0.0035}' "$BATS_FILE_TMPDIR/request.json" >"$rigid"
+    map_bulk '?format=csv&cavity_height=0.0035' && expect 200
+    cp "$body" "$pressed"
+    [ "$(awk -F, 'NR == 1 {for (k = 1; $k != "thickness"; k++); next} {print $k}' "$pressed" |
+        sort -u)" = 0.0035 ]
+    "$DRAPE" "$rigid" --map "$mesh" --format csv | cmp - "$pressed"
+    post /v1/drapes "$rigid" -H 'Prefer: wait=40' && expect 200
+    id=$(field .id)
+    map_bulk '?format=csv' && expect 200
+    cmp "$body" "$pressed"
+}
+
 @test "map: a mesh far away is answered, with a warning" {
     map '{"points": [[0, 0, 50], [0, 0, 60], [0, 0, 0]]}'
     expect 200
