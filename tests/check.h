@@ -39,4 +39,9 @@ static inline int check_sized(int whole, int least) {
     return count > least ? count : least;
 }
 
+/* The step of a loop over cases: 1, in short runs `short_step`. */
+static inline int check_stride(int short_step) {
+    return check_sized(short_step, 1) < short_step ? short_step : 1;
+}
+
 #endif

@@ -94,7 +94,7 @@ static void test_trim_keeps_what_its_loops_say(void **state) {
     (void)state;
     struct random random = random_begin("trim");
     const struct surface *surface = square();
-    for (int round = 0; round < 80; round++) {
+    for (int round = 0; round < check_sized(80, 16); round++) {
         struct arena_mark mark = arena_mark(arena);
         struct polyline lines[LOOPS_MAX];
         struct trim_loop loops[LOOPS_MAX];
@@ -235,7 +235,7 @@ static void test_trim_work_grows_with_the_points_alone(void **state) {
     static void (*const shapes[])(double uv[2], size_t k, size_t n) = {
         comb_up, comb_across, star, spiral, cluster, overlaps, far_away, circle};
     for (size_t shape = 0; shape < sizeof shapes / sizeof *shapes; shape++)
-        for (size_t n = 1000; n <= 100000; n *= 10) {
+        for (size_t n = 1000; n <= (size_t)check_sized(100000, 10000); n *= 10) {
             struct arena *own = arena_new((size_t)1 << 27), *shared = arena;
             arena = own;
             struct polyline line = polyline_make(n);
