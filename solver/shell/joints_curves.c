@@ -1,0 +1,213 @@
+/* SPDX-License-Identifier: MIT */
+#include "joints.h"
+
+#include <string.h>
+
+enum { HALVINGS = 12, FIRST_PIECES = 4 };
+
+/* Segments leave their curve by less than this share of the domain. */
+static const double flatness = 1e-6;
+
+bool join_room(struct join *join, struct arena *arena, void **array, size_t count, size_t *room,
+               size_t size) {
+    if (count < *room)
+        return true;
+    size_t wanted = *room ? 2 * *room : 256;
+    void *to = arena_alloc(arena, wanted, size);
+    join->failed = join->failed || !to;
+    if (!to)
+        return false;
+    if (count)
+        memcpy(to, *array, count * size);
+    *array = to;
+    *room = wanted;
+    return true;
+}
+
+static void add_point(struct join *join, const struct join_point *point) {
+    void *points = join->points;
+    if (!join_room(join, join->pool[1], &points, join->point_count, &join->point_room,
+                   sizeof *join->points))
+        return;
+    if (points != join->points) {
+        struct arena *left = join->pool[0];
+        arena_rewind(left, (struct arena_mark){0});
+        join->pool[0] = join->pool[1];
+        join->pool[1] = left;
+    }
+    join->points = points;
+    join->points[join->point_count++] = *point;
+}
+
+static struct face_curve *add_curve(struct join *join, int32_t face) {
+    struct shell *shell = join->shell;
+    void *curves = shell->curves;
+    if (!join_room(join, join->arena, &curves, shell->curve_count, &join->curve_room,
+                   sizeof *shell->curves))
+        return NULL;
+    shell->curves = curves;
+    struct face_curve *curve = &shell->curves[shell->curve_count++];
+    *curve = (struct face_curve){.face = face, .range = {0, 1}};
+    return curve;
+}
+
+static void add_line(struct join *join, int32_t face, const double from[2], const double to[2]) {
+    struct face_curve *curve = add_curve(join, face);
+    if (!curve)
+        return;
+    memcpy(curve->line[0], from, sizeof curve->line[0]);
+    memcpy(curve->line[1], to, sizeof curve->line[1]);
+}
+
+static void add_domain(struct join *join, int32_t face) {
+    static const int8_t corner[5][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0, 0}};
+    const struct surface *surface = &join->shell->faces[face].surface;
+    for (int side = 0; side < 4; side++) {
+        double end[2][2];
+        if (surface->axis[1 - side % 2].closed)
+            continue;
+        for (int e = 0; e < 2; e++)
+            for (int k = 0; k < 2; k++) {
+                const struct surface_axis *axis = &surface->axis[k];
+                end[e][k] =
+                    corner[side + e][k] ? surface_axis_upper(axis) : surface_axis_lower(axis);
+            }
+        add_line(join, face, end[0], end[1]);
+    }
+}
+
+/* Whether two places are one, as far as curves are meant to meet. */
+static bool meets(const struct surface *surface, const double a[2], const double b[2]) {
+    bool same = true;
+    for (int k = 0; k < 2; k++) {
+        const double *outer = surface->axis[k].outer;
+        same = same && fabs(a[k] - b[k]) <= flatness * (outer[1] - outer[0]);
+    }
+    return same;
+}
+
+static void close_loop(struct join *join, int32_t face, const double from[2], const double to[2]) {
+    double line[2][2];
+    surface_inner(&join->shell->faces[face].surface, from, line[0]);
+    surface_inner(&join->shell->faces[face].surface, to, line[1]);
+    add_line(join, face, line[0], line[1]);
+}
+
+static void add_loop(struct join *join, int32_t face, const struct trim_loop *loop) {
+    const struct surface *surface = &join->shell->faces[face].surface;
+    double first[2] = {0, 0}, last[2] = {0, 0};
+    for (size_t k = 0; k <= loop->count; k++) {
+        double range[2], begin[2];
+        const struct trim_curve *trim = k < loop->count ? &loop->curves[k] : NULL;
+        if (trim) {
+            trim_curve_range(trim, range);
+            trim_curve_at(trim, range[0], begin, NULL);
+        } else {
+            memcpy(begin, first, sizeof begin);
+        }
+        if (k == 0)
+            memcpy(first, begin, sizeof first);
+        else if (!meets(surface, last, begin))
+            close_loop(join, face, last, begin);
+        struct face_curve *curve = trim ? add_curve(join, face) : NULL;
+        if (!curve)
+            continue;
+        curve->trim = trim;
+        memcpy(curve->range, range, sizeof range);
+        trim_curve_at(trim, range[1], last, NULL);
+    }
+}
+
+void join_gather_curves(struct join *join, const struct shell_part *parts) {
+    for (size_t k = 0; k < join->shell->face_count; k++) {
+        bool keeps = false;
+        for (size_t loop = 0; loop < parts[k].loop_count; loop++) {
+            add_loop(join, (int32_t)k, &parts[k].loops[loop]);
+            keeps = keeps || parts[k].loops[loop].reversed;
+        }
+        if (!keeps)
+            add_domain(join, (int32_t)k);
+    }
+}
+
+struct join_point join_sample(const struct shell *shell, const struct face_curve *curve, double t) {
+    struct curve_place place;
+    curve_at(shell, curve, t, &place);
+    return (struct join_point){t, {place.uv[0], place.uv[1]}, place.r};
+}
+
+/* The square of the distance of x from the straight line between a and b. */
+static double off_line2(struct vec3 a, struct vec3 b, struct vec3 x) {
+    struct vec3 way = vec3_sub(b, a), to = vec3_sub(x, a);
+    double length2 = vec3_norm2(way);
+    double share = length2 > 0 ? fmin(fmax(vec3_dot(to, way) / length2, 0), 1) : 0;
+    return vec3_norm2(vec3_axpy(-share, way, to));
+}
+
+static bool is_flat(const struct shell *shell, const struct face_curve *curve,
+                    const struct join_point *a, const struct join_point *b) {
+    const struct surface_axis *axis = shell->faces[curve->face].surface.axis;
+    double allowed = join_sagitta * vec3_distance(a->r, b->r) + shell->tolerance / 4, by[2];
+    for (int k = 0; k < 2; k++)
+        by[k] = 1 / (surface_axis_upper(&axis[k]) - surface_axis_lower(&axis[k]));
+    struct vec3 from = {by[0] * a->uv[0], by[1] * a->uv[1], 0};
+    struct vec3 to = {by[0] * b->uv[0], by[1] * b->uv[1], 0};
+    for (int quarter = 1; quarter <= 3; quarter++) {
+        struct join_point at = join_sample(shell, curve, a->t + quarter / 4.0 * (b->t - a->t));
+        struct vec3 flat = {by[0] * at.uv[0], by[1] * at.uv[1], 0};
+        if (off_line2(from, to, flat) > flatness * flatness ||
+            off_line2(a->r, b->r, at.r) > allowed * allowed)
+            return false;
+    }
+    return true;
+}
+
+/* The points after `a` up to `b`. */
+static void sample_between(struct join *join, const struct face_curve *curve, struct join_point a,
+                           struct join_point b) {
+    struct join_point stack[HALVINGS + 1];
+    int depth = 0;
+    stack[0] = b;
+    while (depth >= 0) {
+        struct join_point end = stack[depth];
+        if (depth == HALVINGS || is_flat(join->shell, curve, &a, &end)) {
+            add_point(join, &end);
+            a = end;
+            depth--;
+            continue;
+        }
+        stack[++depth] = join_sample(join->shell, curve, a.t + (end.t - a.t) / 2);
+    }
+}
+
+/* Where a curve may have corners: the knots, or points of a polyline, after t; its end after the
+ * last. */
+static double next_break(const struct face_curve *curve, double t) {
+    const struct trim_curve *trim = curve->trim;
+    if (!trim)
+        return curve->range[1];
+    if (!trim->knots)
+        return fmin(floor(t) + 1, curve->range[1]);
+    for (size_t k = (size_t)trim->degree; k < trim->count; k++)
+        if (trim->knots[k] > t)
+            return trim->knots[k];
+    return curve->range[1];
+}
+
+void join_sample_curve(struct join *join, int32_t number) {
+    struct face_curve *curve = &join->shell->curves[number];
+    struct join_point at = join_sample(join->shell, curve, curve->range[0]);
+    curve->first = (uint32_t)join->point_count;
+    add_point(join, &at);
+    while (at.t < curve->range[1] && !join->failed) {
+        double from = at.t, to = next_break(curve, from);
+        int pieces = curve->trim && !curve->trim->knots ? 1 : FIRST_PIECES;
+        for (int k = 1; k <= pieces; k++) {
+            double t = k == pieces ? to : from + (to - from) * k / pieces;
+            struct join_point next = join_sample(join->shell, curve, t);
+            sample_between(join, curve, at, next);
+            at = next;
+        }
+    }
+    curve->count = (uint32_t)join->point_count - curve->first;
+}

@@ -1,0 +1,201 @@
+/* SPDX-License-Identifier: MIT */
+#include "joints.h"
+
+#include <stdlib.h>
+
+/* A curve has a corner where its direction turns by more than the arc sine of this. */
+static const double corner_sine = 0.01;
+
+/* How far to the sides of an edge its face is looked for, as shares of the domain; flattening moves
+ * edges by a quarter of the first. */
+static const double beside[] = {4e-6, 2e-5, 1e-4, 1e-3};
+
+enum status join_make_boxes(struct join *join, double margin) {
+    const struct shell *shell = join->shell;
+    struct box *boxes = arena_take(join->pool[1], join->point_count, sizeof *boxes);
+    join->curve_of = arena_take(join->scratch, join->point_count, sizeof *join->curve_of);
+    if (!boxes || !join->curve_of)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t c = 0; c < shell->curve_count; c++) {
+        const struct face_curve *curve = &shell->curves[c];
+        for (uint32_t k = 0; k < curve->count; k++) {
+            uint32_t at = curve->first + k, next = at + (k + 1 < curve->count);
+            struct vec3 a = join->points[at].r, b = join->points[next].r;
+            join->curve_of[at] = (int32_t)c;
+            boxes[at] = box_round(a, b, margin + join_sagitta * vec3_distance(a, b));
+        }
+    }
+    enum status status = boxes_make(boxes, join->point_count, join->scratch, &join->boxes);
+    arena_rewind(join->pool[1], (struct arena_mark){0});
+    return status;
+}
+
+double join_nearest(const struct join *join, uint32_t at, struct vec3 point, const double range[2],
+                    struct curve_place *place) {
+    const struct join_point *p = &join->points[at];
+    const struct face_curve *curve = &join->shell->curves[join->curve_of[at]];
+    struct vec3 way = {0, 0, 0};
+    double share = 0, length = 0;
+    if (at + 1 < curve->first + curve->count) {
+        way = vec3_sub(p[1].r, p[0].r);
+        length = p[1].t - p[0].t;
+    }
+    if (vec3_norm2(way) > 0)
+        share = fmin(fmax(vec3_dot(vec3_sub(point, p->r), way) / vec3_norm2(way), 0), 1);
+    return curve_nearest(join->shell, curve, point, p->t + share * length, range, place);
+}
+
+static void add_cut(struct join *join, int32_t curve, double t, struct vec3 r) {
+    void *cuts = join->cuts;
+    if (join_room(join, join->scratch, &cuts, join->cut_count, &join->cut_room,
+                  sizeof *join->cuts)) {
+        join->cuts = cuts;
+        join->cuts[join->cut_count++] = (struct join_cut){curve, t, r};
+    }
+}
+
+struct vertex {
+    struct join *join;
+    struct vec3 r;
+};
+
+/* Cuts the curve of a step where it passes the vertex, unless that is at its own end. */
+static bool cut_at_vertex(void *context, int32_t step) {
+    const struct vertex *vertex = context;
+    struct join *join = vertex->join;
+    int32_t number = join->curve_of[step];
+    const struct face_curve *curve = &join->shell->curves[number];
+    const struct join_point *ends = join->points + curve->first;
+    double tolerance = join->shell->tolerance;
+    struct curve_place place;
+    if (vec3_distance(ends[0].r, vertex->r) <= tolerance ||
+        vec3_distance(ends[curve->count - 1].r, vertex->r) <= tolerance)
+        return true;
+    if (join_nearest(join, (uint32_t)step, vertex->r, curve->range, &place) <= tolerance)
+        add_cut(join, number, place.t, place.r);
+    return !join->failed;
+}
+
+static void cut_at(struct join *join, struct vec3 r) {
+    struct vertex vertex = {join, r};
+    struct box box = box_round(r, r, join->shell->tolerance);
+    boxes_visit(join->boxes, &box, cut_at_vertex, &vertex);
+}
+
+/* Whether the curve turns at its point number k, counted in all points. */
+static bool is_corner(const struct join *join, size_t k) {
+    struct vec3 a = vec3_unit(vec3_sub(join->points[k].r, join->points[k - 1].r));
+    struct vec3 b = vec3_unit(vec3_sub(join->points[k + 1].r, join->points[k].r));
+    if (vec3_dot(a, b) > 0 && vec3_norm(vec3_cross(a, b)) < corner_sine)
+        return false;
+    const struct face_curve *curve = &join->shell->curves[join->curve_of[k]];
+    double t = join->points[k].t, step = 1e-7 * (curve->range[1] - curve->range[0]);
+    struct curve_place before, after;
+    curve_at(join->shell, curve, t - step, &before);
+    curve_at(join->shell, curve, t + step, &after);
+    a = vec3_unit(before.tangent);
+    b = vec3_unit(after.tangent);
+    return !(vec3_dot(a, b) > 0 && vec3_norm(vec3_cross(a, b)) < corner_sine);
+}
+
+void join_cut_curves(struct join *join) {
+    const struct shell *shell = join->shell;
+    for (size_t c = 0; c < shell->curve_count && !join->failed; c++) {
+        const struct face_curve *curve = &shell->curves[c];
+        const struct join_point *points = join->points + curve->first;
+        for (uint32_t k = 1; k + 1 < curve->count; k++)
+            if (is_corner(join, curve->first + k)) {
+                add_cut(join, (int32_t)c, points[k].t, points[k].r);
+                cut_at(join, points[k].r);
+            }
+        cut_at(join, points[0].r);
+        cut_at(join, points[curve->count - 1].r);
+    }
+}
+
+static int compare_cuts(const void *a, const void *b) {
+    const struct join_cut *p = a, *q = b;
+    if (p->curve != q->curve)
+        return p->curve < q->curve ? -1 : 1;
+    return (p->t > q->t) - (p->t < q->t);
+}
+
+static bool free_of(const struct face *face, const double uv[2], const double step[2]) {
+    const double at[2] = {uv[0] + step[0], uv[1] + step[1]};
+    return !face_contains(face, at);
+}
+
+/* On which side of an edge its face lies, looked at a third of its way; 0 on both or neither. */
+static int8_t side_of(const struct shell *shell, const struct face_edge *edge) {
+    const struct face_curve *curve = &shell->curves[edge->curve];
+    const struct face *face = &shell->faces[curve->face];
+    struct curve_place place;
+    double length[2], rate[2];
+    curve_at(shell, curve, edge->t[0] + 0.38 * (edge->t[1] - edge->t[0]), &place);
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &face->surface.axis[k];
+        length[k] = surface_axis_upper(axis) - surface_axis_lower(axis);
+        rate[k] = place.rate[k] / length[k];
+    }
+    double speed = sqrt(rate[0] * rate[0] + rate[1] * rate[1]);
+    for (size_t k = 0; k < sizeof beside / sizeof *beside; k++) {
+        double left[2] = {-beside[k] * length[0] * rate[1] / speed,
+                          beside[k] * length[1] * rate[0] / speed};
+        const double right[2] = {-left[0], -left[1]};
+        bool out_left = free_of(face, place.uv, left), out_right = free_of(face, place.uv, right);
+        if (out_left != out_right)
+            return out_left ? -1 : 1;
+    }
+    return 0;
+}
+
+/* Whether all of an edge is one point within the tolerance. */
+static bool is_point(const struct shell *shell, const struct face_edge *edge) {
+    for (int k = 1; k <= JOIN_SAMPLES; k++) {
+        struct curve_place place;
+        curve_at(shell, &shell->curves[edge->curve],
+                 edge->t[0] + (edge->t[1] - edge->t[0]) * k / (JOIN_SAMPLES + 1), &place);
+        if (vec3_distance(place.r, edge->end[0]) > 2 * shell->tolerance)
+            return false;
+    }
+    return vec3_distance(edge->end[1], edge->end[0]) <= 2 * shell->tolerance;
+}
+
+static void add_edge(struct shell *shell, int32_t number, const struct join_cut *from,
+                     const struct join_cut *to) {
+    struct face_edge *edge = &shell->edges[shell->edge_count];
+    *edge = (struct face_edge){
+        .curve = number, .t = {from->t, to->t}, .mate = EDGE_FREE, .end = {from->r, to->r}};
+    edge->bare = is_point(shell, edge);
+    edge->inside = edge->bare ? 0 : side_of(shell, edge);
+    edge->bare = edge->bare || edge->inside == 0;
+    shell->edge_count++;
+}
+
+enum status join_make_edges(struct join *join) {
+    struct shell *shell = join->shell;
+    if (join->cut_count)
+        qsort(join->cuts, join->cut_count, sizeof *join->cuts, compare_cuts);
+    shell->edges =
+        arena_alloc(join->arena, shell->curve_count + join->cut_count, sizeof *shell->edges);
+    if (!shell->edges)
+        return STATUS_OUT_OF_MEMORY;
+    size_t at = 0;
+    for (size_t c = 0; c < shell->curve_count; c++) {
+        const struct face_curve *curve = &shell->curves[c];
+        const struct join_point *points = join->points + curve->first;
+        const struct join_point *last = &points[curve->count - 1];
+        struct join_cut from = {(int32_t)c, points->t, points->r},
+                        to = {(int32_t)c, last->t, last->r};
+        for (; at < join->cut_count && join->cuts[at].curve == (int32_t)c; at++) {
+            const struct join_cut *cut = &join->cuts[at];
+            if (vec3_distance(cut->r, from.r) <= shell->tolerance ||
+                vec3_distance(cut->r, to.r) <= shell->tolerance)
+                continue;
+            add_edge(shell, (int32_t)c, &from, cut);
+            from = *cut;
+        }
+        add_edge(shell, (int32_t)c, &from, &to);
+    }
+    return STATUS_OK;
+}
