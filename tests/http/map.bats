@@ -469,10 +469,12 @@ END
     expect_problem 500 job-timeout
     stop_daemon
     start_daemon "$BATS_TEST_TMPDIR/other"
+    wait_until 10 not checking 1 # one that is just beginning would be taken for the map's
     curl -sS --max-time 50 -o "$BATS_TEST_TMPDIR/cut" -w '%{http_code}' -H "$JSON" \
         --data-binary "@$BATS_FILE_TMPDIR/long.json" "$URL/v1/drapes/$sphere/map" \
         >"$BATS_TEST_TMPDIR/code" 3>&- &
     pids=$!
+    wait_until 30 connected 1
     wait_until 30 checking 1
     stop_daemon
     wait "$pids"
