@@ -130,14 +130,16 @@ static double spatial_size2(const struct surface_jet *jet, const double step[2])
     return vec3_norm2(vec3_axpy(step[1], jet->v, vec3_scale(step[0], jet->u)));
 }
 
-/* From uv by `step`; near a pole through its chart. */
-static void move(const struct surface *surface, struct surface_cursor *cursor, double uv[2],
-                 const double step[2]) {
+/* From uv, which is at r, by `step`, no longer than `longest`; near a pole through its chart. */
+static void move(const struct surface *surface, struct surface_cursor *cursor, struct vec3 r,
+                 const double step[2], double longest, double uv[2]) {
     struct vec3 pole;
     struct station from;
-    if (surface->has_poles && station_at(surface, cursor, uv, &from)) {
+    double reach = FISHNET_POLE_STEPS * longest;
+    if (station_near_pole(surface, r, reach * reach) && station_at(surface, cursor, uv, &from)) {
         struct vec3 spatial = vec3_axpy(step[1], from.jet.v, vec3_scale(step[0], from.jet.u));
-        if (station_pole_distance(surface, from.jet.r, &pole) < 4 * vec3_norm(spatial) &&
+        if (station_pole_distance(surface, from.jet.r, &pole) <
+                FISHNET_POLE_STEPS * vec3_norm(spatial) &&
             station_pull(surface, cursor, &from, spatial, uv))
             return;
     }
@@ -199,6 +201,7 @@ static bool newton(const struct surface *surface, struct surface_cursor *cursor,
     double share2 = 0; /* the last step's size by the edge's, squared; 0 when it was shortened */
     double previous = HUGE_VAL, step[2] = {0, 0}, from[2] = {uv[0], uv[1]};
     struct station *d = &node->station;
+    struct vec3 from_r = cell->c->jet.r;
     d->uv[0] = uv[0];
     d->uv[1] = uv[1];
     for (int round = 0; round < NEWTON_MAX; round++) {
@@ -219,6 +222,7 @@ static bool newton(const struct surface *surface, struct surface_cursor *cursor,
             halvings = 0;
             from[0] = d->uv[0];
             from[1] = d->uv[1];
+            from_r = d->jet.r;
             double size2 = spatial_size2(&d->jet, step);
             share2 = size2 / (least * least);
             if (size2 > longest * longest) {
@@ -233,7 +237,7 @@ static bool newton(const struct surface *surface, struct surface_cursor *cursor,
             d->uv[0] = from[0];
             d->uv[1] = from[1];
         }
-        move(surface, cursor, d->uv, step);
+        move(surface, cursor, from_r, step, longest, d->uv);
     }
     return false;
 }

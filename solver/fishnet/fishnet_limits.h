@@ -28,6 +28,9 @@ enum { FISHNET_MODEL_ROUNDS = 3 };
 #define FISHNET_MODEL_LEAST 1e-7
 #define FISHNET_MODEL_ENOUGH 1e-3
 
+/* A step of Newton's goes through a pole's chart where the pole is nearer than so many steps. */
+#define FISHNET_POLE_STEPS 4
+
 /* Cells open further than this sine are convex. */
 #define FISHNET_OPEN_SINE 0.3
 

@@ -81,7 +81,8 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
         *zone = STATION_GHOST;
         reason = DRAPE_REASON_BOUNDARY;
     }
-    if (*zone == STATION_INSIDE && march->fold && fold_meets(march->fold, i, j, station)) {
+    bool watched = march->fold && !march->unsettled;
+    if (*zone == STATION_INSIDE && watched && fold_meets(march->fold, i, j, station)) {
         *zone = STATION_BEYOND;
         reason = DRAPE_REASON_FOLD;
     }
@@ -107,7 +108,7 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
     size_t most = march->settings->max_nodes;
     if (march->inside > most || march->ghosts / ghosts_per_node > most + ghosts_least)
         return STATUS_TOO_MANY_NODES;
-    return march->fold && *zone == STATION_INSIDE ? fold_add(march->fold, i, j, node.r) : STATUS_OK;
+    return watched && *zone == STATION_INSIDE ? fold_add(march->fold, i, j, node.r) : STATUS_OK;
 }
 
 /* An estimate of the share that is done: the area of the nodes so far. */
@@ -140,17 +141,11 @@ enum status march_watch_folds(struct march *march) {
     for (int k = 0; k < 2; k++)
         turn[k] =
             march->mesh || march->surface->shell ? HUGE_VAL : station_cut_turn(march->surface, k);
-    march->fold = fold_make(march->net, march->inside, march->settings->spacing, turn);
+    march->fold = fold_make(march->net, march->settings->spacing, turn);
     enum status status = tiles && march->fold ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     size_t count = status == STATUS_OK ? net_tile_count(march->net) : 0;
-    for (size_t t = 0; t < count; t++)
-        for (int j = 0; j < NET_TILE; j++)
-            for (unsigned row = tiles[t]->bits[NET_BIT_INSIDE][j]; row; row &= row - 1) {
-                int i = __builtin_ctz(row);
-                if (status == STATUS_OK)
-                    status = fold_add(march->fold, tiles[t]->ti * NET_TILE + i,
-                                      tiles[t]->tj * NET_TILE + j, tiles[t]->node[j][i].r);
-            }
+    for (size_t t = 0; t < count && status == STATUS_OK; t++)
+        status = fold_add_tile(march->fold, tiles[t], false);
     return status;
 }
 

@@ -87,6 +87,7 @@ struct march {
     struct march_edges edges;      /* of the node solved last, for march_place */
     struct fold *fold;             /* NULL as long as the net cannot meet itself */
     bool watched;                  /* folds are watched for from the first node on */
+    bool unsettled;                /* but not by march_place: rows are, when some are complete */
     bool turned_back; /* the last yarn that went straight on came to a fold of the surface on itself
                        */
     bool past_cut;    /* closed directions are no longer cut open opposite the start */
@@ -182,6 +183,14 @@ bool march_station_at(struct march *march, const struct net_node *node, struct s
 
 /* The station of a place of the net; false when (i, j) has none. */
 bool march_station(struct march *march, int32_t i, int32_t j, struct station *station);
+
+/* The square of the distance from a pole, so many spacings, in which parameters turn too fast to be
+ * extrapolated from cell to cell. */
+static inline double march_pole_reach2(const struct march *march) {
+    const double steps = 16, *d = march->settings->spacing;
+    double reach = steps * (d[0] > d[1] ? d[0] : d[1]);
+    return reach * reach;
+}
 
 /* A cell to be solved for D = (i, j), which lies in the direction (si, sj), each 1 or -1, of A: AC
  * along warp, AB along weft. */

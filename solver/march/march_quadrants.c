@@ -61,6 +61,10 @@ static enum status climb_column(struct quadrant *q, int32_t i, int32_t j, struct
         enum status status = march_place(march, i * q->si, r * q->sj, &node.station, &zone);
         if (status != STATUS_OK)
             return status;
+        if (zone == STATION_INSIDE && march->unsettled && r < q->settled)
+            status = quadrant_note_climbed(q, i, r);
+        if (status != STATUS_OK)
+            return status;
         *found = zone != STATION_BEYOND;
         *station = node.station;
         a = b;
@@ -156,8 +160,8 @@ enum status quadrant_grow_node(struct quadrant *q, struct quadrant_row *below,
     cell.c = &below->at[i];
     cell.trend = edge_trend(below->at, row->at, i);
     double uv[2];
-    if (i >= 2 && !march->mesh && !cell.c->surface->has_poles && row->edge.count > 0 &&
-        cell.c->surface == cell.b->surface) {
+    if (i >= 2 && !march->mesh && row->edge.count > 0 && cell.c->surface == cell.b->surface &&
+        !station_near_pole(cell.c->surface, cell.c->jet.r, march_pole_reach2(march))) {
         extrapolate(&row->edge, &below->at[i], uv);
         cell.guess_uv = uv;
     }
@@ -232,6 +236,11 @@ static enum status grow_rows(struct quadrant *q) {
         if (!march_progress(q->march))
             return STATUS_CANCELLED;
         exchange_rows(&q->row[0], &q->row[count]);
+        if (q->march->unsettled && j == quadrant_block_end(q, q->settled)) {
+            status = quadrant_settle(q, j);
+            if (status != STATUS_OK)
+                return status;
+        }
     }
     return STATUS_OK;
 }
@@ -305,7 +314,12 @@ static void grow_quadrant(void *data, int number) {
         below->count++;
     for (int32_t i = 0; i < below->count; i++)
         q->reach[0] = has_left(q, i, 0, &below->at[i]) ? q->reach[0] : i;
+    q->settled = 1;
+    q->march->unsettled = q->march->fold;
     q->status = grow_rows(q);
+    if (q->march->unsettled && q->status == STATUS_OK)
+        q->status = quadrant_settle(q, quadrant_block_end(q, q->settled));
+    q->march->unsettled = false;
 }
 
 static enum status gather(struct march *march, const struct quadrant *q) {

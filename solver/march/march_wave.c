@@ -12,15 +12,12 @@
 /* Of the way to the cut opposite the start: what lies nearer is certainly inside. */
 static const double not_quite = 1 - 1e-9;
 
-/* What a wave can go over: one patch on which parameters are good guesses everywhere, by methods
- * whose edges have chords of known length; where the net may meet itself, the order of nodes
- * matters. */
+/* What a wave can go over: one patch, by methods whose edges have chords of known length. */
 static bool suits(const struct march *march) {
     const struct drape_settings *s = march->settings;
     const struct surface *surface = march->surface;
     bool chords = s->method == DRAPE_BASIC || s->method == DRAPE_GIB || s->method == DRAPE_GIB4;
-    return chords && surface && !surface->shell && !surface->has_poles && !march->mesh &&
-           !march->fold && s->yarn_path == DRAPE_PATH_CHORD;
+    return chords && surface && !surface->shell && !march->mesh && s->yarn_path == DRAPE_PATH_CHORD;
 }
 
 /* Between which parameters a node is inside whatever else: of a closed direction up to the cut
@@ -48,6 +45,7 @@ enum status wave_make(const struct march *march, struct arena *arena, struct qua
     memcpy(q->wave->length, s->spacing, sizeof q->wave->length);
     q->wave->arcs = s->method != DRAPE_BASIC;
     q->wave->corrected = march->before.net;
+    q->wave->pole_reach2 = march_pole_reach2(march);
     for (int k = 0; k <= WAVE_LANES; k++)
         q->before[k] = march->before;
     find_bounds(march, q->wave);
@@ -176,6 +174,8 @@ static enum status grow_alone(struct quadrant *q, int32_t j, int k) {
     wave_get(wave, wave_at(wave, 2), k + 1, &b2);
     struct march_cell cell = {row->count * q->si, (j + k) * q->sj, q->si, q->sj, &a, &b, &c,
                               .guess_uv = uv};
+    if (station_near_pole(wave->surface, c.jet.r, wave->pole_reach2))
+        cell.guess_uv = NULL;
     cell.trend = vec3_sub(vec3_sub(b.jet.r, a.jet.r), vec3_sub(b2.jet.r, a2.jet.r));
     if (!march_solve_corner(march, &cell, &node, &reason)) {
         row->ended = true;
@@ -353,6 +353,8 @@ static void stop_rows(struct quadrant *q, struct front *front) {
 static enum status run(struct quadrant *q, int32_t j, int *count) {
     struct wave *wave = q->wave;
     struct front front = {.column = 2, .open = true};
+    int32_t left = q->march->unsettled ? quadrant_block_end(q, j) - j : q->kernel->lanes;
+    int most = left < q->kernel->lanes ? left : q->kernel->lanes;
     wave->cursor = &q->march->cursor;
     wave->orientation = q->si * q->sj;
     wave->step = WAVE_STEPS;
@@ -360,7 +362,7 @@ static enum status run(struct quadrant *q, int32_t j, int *count) {
         enum status status = complete_rows(q, j, &front);
         if (!front.steady)
             stop_rows(q, &front);
-        front.open = front.open && front.high < q->kernel->lanes;
+        front.open = front.open && front.high < most;
         if (front.open && status == STATUS_OK) {
             status = start_lane(q, j, front.high, &front.open);
             *count = q->row[front.high + 1].begun ? front.high + 1 : *count;

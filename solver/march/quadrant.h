@@ -23,6 +23,11 @@ struct quadrant_row {
     struct differences edge; /* of the edge from the row below to this one, in parameters */
 };
 
+/* Numbers of a place, counted from the start away along the arms. */
+struct quadrant_place {
+    int32_t i, j;
+};
+
 struct quadrant {
     _Alignas(64) struct march
         local; /* the march as this quadrant sees it: counts, cursor and view of its own */
@@ -39,6 +44,9 @@ struct quadrant {
     const struct wave_kernel *kernel;
     struct net_tile *tile[WAVE_LANES];      /* in which lanes have put their last place */
     struct net_view before[WAVE_LANES + 1]; /* of slots: views of the net before */
+    int32_t settled;                        /* rows before this one have been looked at for folds */
+    struct quadrant_place *climbed;         /* put into such rows since */
+    size_t climbed_count, climbed_room;
     size_t kept, alone; /* cells of the last wave that its kernel has solved, or not */
     int resting;        /* waves to be left out, where the last has been of no use */
 };
@@ -60,6 +68,21 @@ enum status quadrant_place(struct quadrant *q, struct quadrant_row *row, int32_t
 
 /* Takes in the edge between two places. */
 void quadrant_add_edge(struct differences *edge, const double below[2], const double at[2]);
+
+/* Rows that are marched before they are looked at for folds (settle.c): those of a row of tiles.
+ * The first row of those after j. */
+static inline int32_t quadrant_block_end(const struct quadrant *q, int32_t j) {
+    int32_t first = q->sj > 0 ? 0 : 1;
+    return ((j - first) / NET_TILE + 1) * NET_TILE + first;
+}
+
+/* Looks at the rows before row `end` that have not been settled: where a node lies on another part
+ * of the net, it is taken out with all beyond it in its row and beyond its column in the rows
+ * above. What comes before it in the order of rows stays. Errors: STATUS_OUT_OF_MEMORY. */
+enum status quadrant_settle(struct quadrant *q, int32_t end) STATUS_MUST_USE;
+
+/* Notes a place that was put into a row that has been settled. */
+enum status quadrant_note_climbed(struct quadrant *q, int32_t i, int32_t j) STATUS_MUST_USE;
 
 /* Gives a quadrant a wave if one can go over this surface by this method. */
 enum status wave_make(const struct march *march, struct arena *arena,

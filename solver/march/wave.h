@@ -52,6 +52,7 @@ struct wave {
     bool arcs;        /* chords are those of arcs of the surface's curvature; else the spacing */
     int orientation;  /* as fishnet_cell's */
     double lower[2], upper[2]; /* parameters between which a node is certainly inside */
+    double pole_reach2; /* march_pole_reach2: cells whose C is nearer to a pole are left alone */
     unsigned step;
     int lane;                                /* one of those that have a cell */
     _Alignas(64) int64_t active[WAVE_LANES]; /* -1 for them, 0 for the others */

@@ -187,6 +187,20 @@ static void prepare(struct wave *wave) {
 
 /* ---- Newton's method ---- */
 
+/* As station_near_pole; of surfaces that have poles. */
+static __attribute__((noinline)) lanes_mask
+near_pole(const struct surface *surface, const struct lanes3 *point, const lanes *distance2) {
+    lanes_mask near = lanes_of(0) > lanes_of(0);
+    for (int k = 0; k < 4; k++) {
+        const struct surface_axis *axis = &surface->axis[k / 2];
+        const struct vec3 *at = &axis->pole_point[k % 2];
+        struct lanes3 pole = {lanes_of(at->x), lanes_of(at->y), lanes_of(at->z)};
+        if (axis->pole[k % 2])
+            near |= lanes3_norm2(lanes3_sub(*point, pole)) < *distance2;
+    }
+    return near;
+}
+
 struct lanes_linear {
     lanes a, b, c, d, inverse;
 };
@@ -294,6 +308,10 @@ INLINE lanes_mask newton(struct wave *wave, lanes_mask going, struct lanes_cell 
         lanes size2 =
             lanes3_norm2(lanes3_axpy(step.v, cell->jet.v, lanes3_scale(step.u, cell->jet.u)));
         going &= size2 <= longest * longest;
+        if (wave->surface->has_poles) {
+            lanes reach = FISHNET_POLE_STEPS * longest, reach2 = reach * reach;
+            going &= ~near_pole(wave->surface, &cell->jet.r, &reach2);
+        }
         share2 = size2 / least2;
         previous = error;
         limit = enough;
@@ -518,6 +536,10 @@ static void solve(struct wave *wave) {
     /* Lanes without a cell stay where another is: all in one span, if they can be. */
     cell.u = lanes_select(active, cell.u, lanes_of(wave->expected[0][wave->lane]));
     cell.v = lanes_select(active, cell.v, lanes_of(wave->expected[1][wave->lane]));
+    if (wave->surface->has_poles) {
+        lanes reach2 = lanes_of(wave->pole_reach2);
+        active &= ~near_pole(wave->surface, &cell.c, &reach2);
+    }
     const struct wave_places *b = wave_at(wave, 1);
     const struct lanes_end ends[2] = {end_at(b, 1), end_at(b, 0)};
     lanes_mask found = find_corner(wave, active, ends[0].normal, &cell, &forms);

@@ -3,100 +3,372 @@
 
 #include <math.h>
 
-enum { NEIGHBOURS = 3, FIRST_BUCKETS = 1024, NONE = -1 };
+enum { NEIGHBOURS = 3, FIRST_SITES = 1024, NONE = -1 };
 
-/* The nearest corner of a cell is at most this many spacings from any place in it, and a sheet of
- * the surface that is further away than half a spacing is another one. */
-static const double corner_reach = 0.8;
+/* A patch is a square of so many places a side, a quarter of a tile's. */
+enum { PATCH_BITS = 2, PATCH = 1 << PATCH_BITS, PATCHES = NET_TILE / PATCH };
+
+/* A sheet of the surface that is further away than half a spacing is another one. */
 static const double sheet_gap = 0.5;
 
 /* Places in the cells round a node are less than this many spacings away from it: two yarns' steps,
  * which are no longer than a spacing, and the gap to another sheet. */
 static const double cells_reach = 2.1;
 
-struct entry {
-    struct vec3 r;
-    int32_t i, j;
-    int32_t next; /* in the same bucket, or NONE */
+/* The side of the cubes that space is hashed by, in spacings: about what a patch reaches over. */
+static const double cube_side = 6;
+
+struct box {
+    double low[3], high[3];
+};
+
+/* How a patch is bent: the square of the largest second difference of its yarns, and of the least
+ * sine of the angle between them. */
+struct shape {
+    double bend2, sine2;
+};
+
+struct patch {
+    int32_t pi, pj; /* it holds i = pi * PATCH .. + PATCH - 1, j alike */
+    const struct net_tile *tile;
+    struct box box; /* of all that its nodes reach */
+    struct shape shape;
+};
+
+/* A patch in a cube that its box touches. */
+struct site {
+    int32_t patch, next; /* the next one whose cube has the same hash, or NONE */
 };
 
 struct fold {
     struct net *net;
     double spacing[2], turn[2];
-    double voxel; /* side of the cubes that space is hashed by */
-    struct entry *entries;
-    int32_t *buckets; /* the first entry of each, or NONE */
-    size_t count, room, bucket_count;
+    double reach, cube;
+    struct patch *patches;
+    size_t patch_count, patch_room;
+    int32_t *slots; /* patches by their numbers, open addressing; NONE is free */
+    size_t slot_count;
+    struct site *sites;
+    size_t site_count, site_room;
+    int32_t *cubes; /* the first site of each hash, or NONE */
+    size_t cube_count;
 };
 
-static int64_t voxel_of(const struct fold *fold, double x) {
-    return (int64_t)floor(x / fold->voxel);
-}
-
-static size_t bucket_of(const struct fold *fold, int64_t x, int64_t y, int64_t z) {
+static size_t hash_of(int64_t x, int64_t y, int64_t z) {
     uint64_t key = (uint64_t)x * UINT64_C(0x9E3779B97F4A7C15);
     key = (key ^ (uint64_t)y) * UINT64_C(0xC2B2AE3D27D4EB4F);
     key = (key ^ (uint64_t)z) * UINT64_C(0x165667B19E3779F9);
-    return (size_t)(key >> 32) & (fold->bucket_count - 1);
+    return (size_t)(key >> 32);
 }
 
-static size_t bucket_at(const struct fold *fold, struct vec3 r) {
-    return bucket_of(fold, voxel_of(fold, r.x), voxel_of(fold, r.y), voxel_of(fold, r.z));
+static int32_t *take_none(struct fold *fold, size_t count) {
+    int32_t *numbers = arena_take(fold->net->arena, count, sizeof *numbers);
+    for (size_t k = 0; numbers && k < count; k++)
+        numbers[k] = NONE;
+    return numbers;
 }
 
-/* Room for so many entries: half as many buckets, filled anew. */
-static bool grow(struct fold *fold, size_t room) {
-    struct entry *entries = arena_take(fold->net->arena, room, sizeof *entries);
-    int32_t *buckets = arena_take(fold->net->arena, room / 2, sizeof *buckets);
-    if (!entries || !buckets || room > INT32_MAX)
+/* The slot that holds a patch, or the free one where it belongs. */
+static int32_t *probe(const struct fold *fold, int32_t pi, int32_t pj) {
+    size_t at = hash_of(pi, pj, 0) & (fold->slot_count - 1);
+    for (; fold->slots[at] != NONE; at = (at + 1) & (fold->slot_count - 1))
+        if (fold->patches[fold->slots[at]].pi == pi && fold->patches[fold->slots[at]].pj == pj)
+            break;
+    return &fold->slots[at];
+}
+
+static bool grow_patches(struct fold *fold) {
+    struct patch *patches = arena_enlarge(fold->net->arena, fold->patches, fold->patch_count,
+                                          sizeof *patches, &fold->patch_room);
+    int32_t *slots = patches ? take_none(fold, 2 * fold->patch_room) : NULL;
+    if (!slots || fold->patch_room > INT32_MAX)
         return false;
-    struct entry *old = fold->entries;
-    fold->entries = entries;
-    fold->buckets = buckets;
-    fold->room = room;
-    fold->bucket_count = room / 2;
-    for (size_t k = 0; k < fold->bucket_count; k++)
-        buckets[k] = NONE;
-    for (size_t k = 0; k < fold->count; k++) {
-        size_t bucket = bucket_at(fold, old[k].r);
-        entries[k] = old[k];
-        entries[k].next = buckets[bucket];
-        buckets[bucket] = (int32_t)k;
+    fold->patches = patches;
+    fold->slots = slots;
+    fold->slot_count = 2 * fold->patch_room;
+    for (size_t k = 0; k < fold->patch_count; k++)
+        *probe(fold, patches[k].pi, patches[k].pj) = (int32_t)k;
+    return true;
+}
+
+/* The cubes that a box touches: from the first to the last, along each axis; of none, if there is
+ * no box. */
+struct cubes {
+    int64_t first[3], last[3];
+};
+
+static struct cubes cubes_of(const struct fold *fold, const struct box *box) {
+    struct cubes cubes = {.last = {-1, -1, -1}};
+    for (int k = 0; box && k < 3; k++) {
+        cubes.first[k] = (int64_t)floor(box->low[k] / fold->cube);
+        cubes.last[k] = (int64_t)floor(box->high[k] / fold->cube);
+    }
+    return cubes;
+}
+
+static bool has_cube(const struct cubes *cubes, const int64_t at[3]) {
+    bool has = true;
+    for (int k = 0; k < 3; k++)
+        has = has && at[k] >= cubes->first[k] && at[k] <= cubes->last[k];
+    return has;
+}
+
+/* Enters a patch in the cubes that its box touches and `before` did not, as long as there is room:
+ * false where there is none. */
+static bool enter(struct fold *fold, size_t number, const struct box *before) {
+    struct cubes old = cubes_of(fold, before);
+    struct cubes now = cubes_of(fold, &fold->patches[number].box);
+    int64_t at[3];
+    for (at[0] = now.first[0]; at[0] <= now.last[0]; at[0]++)
+        for (at[1] = now.first[1]; at[1] <= now.last[1]; at[1]++)
+            for (at[2] = now.first[2]; at[2] <= now.last[2]; at[2]++) {
+                if (has_cube(&old, at))
+                    continue;
+                if (fold->site_count == fold->site_room)
+                    return false;
+                int32_t *cube = &fold->cubes[hash_of(at[0], at[1], at[2]) & (fold->cube_count - 1)];
+                fold->sites[fold->site_count] = (struct site){(int32_t)number, *cube};
+                *cube = (int32_t)fold->site_count++;
+            }
+    return true;
+}
+
+/* Room for so many sites at least: all patches are entered anew. */
+static bool grow_sites(struct fold *fold, size_t room) {
+    bool fits = false;
+    for (; !fits; room *= 2) {
+        fold->sites = arena_take(fold->net->arena, room, sizeof *fold->sites);
+        fold->cubes = take_none(fold, room / 2);
+        if (!fold->sites || !fold->cubes || room > INT32_MAX)
+            return false;
+        fold->site_room = room;
+        fold->cube_count = room / 2;
+        fold->site_count = 0;
+        fits = true;
+        for (size_t k = 0; k < fold->patch_count && fits; k++)
+            fits = enter(fold, k, NULL);
     }
     return true;
 }
 
-struct fold *fold_make(struct net *net, size_t count, const double spacing[2],
-                       const double turn[2]) {
+struct fold *fold_make(struct net *net, const double spacing[2], const double turn[2]) {
     struct fold *fold = arena_alloc(net->arena, 1, sizeof *fold);
     if (!fold)
         return NULL;
-    *fold =
-        (struct fold){.net = net, .spacing = {spacing[0], spacing[1]}, .turn = {turn[0], turn[1]}};
-    fold->voxel = 2 * fmax(spacing[0], spacing[1]);
-    size_t room = FIRST_BUCKETS;
-    while (room < count)
-        room *= 2;
-    return grow(fold, room) ? fold : NULL;
+    double longest = fmax(spacing[0], spacing[1]);
+    *fold = (struct fold){.net = net,
+                          .spacing = {spacing[0], spacing[1]},
+                          .turn = {turn[0], turn[1]},
+                          .reach = cells_reach * longest,
+                          .cube = cube_side * longest};
+    return grow_patches(fold) && grow_sites(fold, FIRST_SITES) ? fold : NULL;
 }
 
 void fold_pass_cut(struct fold *fold) {
     fold->turn[0] = fold->turn[1] = HUGE_VAL;
 }
 
-enum status fold_add(struct fold *fold, int32_t i, int32_t j, struct vec3 r) {
-    if (fold->count == fold->room && !grow(fold, 2 * fold->room))
-        return STATUS_OUT_OF_MEMORY;
-    size_t bucket = bucket_at(fold, r);
-    fold->entries[fold->count] = (struct entry){r, i, j, fold->buckets[bucket]};
-    fold->buckets[bucket] = (int32_t)fold->count++;
-    return STATUS_OK;
+static void stretch(struct box *box, struct vec3 r, double by) {
+    const double at[3] = {r.x, r.y, r.z};
+    for (int k = 0; k < 3; k++) {
+        box->low[k] = fmin(box->low[k], at[k] - by);
+        box->high[k] = fmax(box->high[k], at[k] + by);
+    }
 }
 
-/* The yarn's step at (i, j) along (di, dj); zero where none is known. */
-static struct vec3 yarn_step(struct net *net, int32_t i, int32_t j, int di, int dj) {
-    const struct net_node *here = net_place(net, i, j), *ahead = net_place(net, i + di, j + dj);
-    const struct net_node *back = net_place(net, i - di, j - dj);
+static bool contains(const struct box *box, struct vec3 r) {
+    return r.x >= box->low[0] && r.x <= box->high[0] && r.y >= box->low[1] && r.y <= box->high[1] &&
+           r.z >= box->low[2] && r.z <= box->high[2];
+}
+
+/* Stretches a patch of a tile by a box, and sets how it is bent. */
+static enum status add_box(struct fold *fold, int32_t pi, int32_t pj, const struct net_tile *tile,
+                           const struct box *box, struct shape shape) {
+    int32_t *slot = probe(fold, pi, pj);
+    bool known = *slot != NONE;
+    if (!known) {
+        if (fold->patch_count == fold->patch_room && !grow_patches(fold))
+            return STATUS_OUT_OF_MEMORY;
+        *probe(fold, pi, pj) = (int32_t)fold->patch_count;
+        fold->patches[fold->patch_count++] = (struct patch){pi, pj, tile, *box, shape};
+    }
+    size_t number = (size_t)*probe(fold, pi, pj);
+    struct patch *patch = &fold->patches[number];
+    struct box before = patch->box;
+    patch->shape = shape;
+    for (int k = 0; k < 3; k++) {
+        patch->box.low[k] = fmin(before.low[k], box->low[k]);
+        patch->box.high[k] = fmax(before.high[k], box->high[k]);
+    }
+    bool fits = enter(fold, number, known ? &before : NULL);
+    return fits || grow_sites(fold, 2 * fold->site_room) ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+}
+
+static const struct shape unknown_shape = {HUGE_VAL, 0};
+static const struct box nothing = {{HUGE_VAL, HUGE_VAL, HUGE_VAL},
+                                   {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+
+enum status fold_add(struct fold *fold, int32_t i, int32_t j, struct vec3 r) {
+    struct net_tile *tile = net_touch(fold->net, i, j);
+    struct box box = nothing;
+    stretch(&box, r, fold->reach);
+    return tile ? add_box(fold, i >> PATCH_BITS, j >> PATCH_BITS, tile, &box, unknown_shape)
+                : STATUS_OUT_OF_MEMORY;
+}
+
+/* The nodes inside of row y of a patch that begins at column x, as bits. */
+static unsigned inside_row(const struct net_tile *tile, int x, int y) {
+    return (unsigned)tile->bits[NET_BIT_INSIDE][y] >> x & ((1u << PATCH) - 1);
+}
+
+/* The edge from the node at (x, y) to that at (x + dx, y + dy); false where one is missing. */
+static bool edge_at(const struct net_window *w, int x, int y, int dx, int dy, struct vec3 *edge) {
+    const struct net_node *from = net_window_place(w, x, y);
+    const struct net_node *to = net_window_place(w, x + dx, y + dy);
+    if (from && to)
+        *edge = vec3_sub(to->r, from->r);
+    return from && to;
+}
+
+/* The shape of the patch whose first place is at (x, y) of a window. Edges go on to the places
+ * round it. */
+static struct shape find_shape(const struct net_window *w, int x, int y) {
+    struct shape shape = {0, 1};
+    for (int at = 0; at < PATCH * PATCH; at++) {
+        int i = x + at % PATCH, j = y + at / PATCH;
+        struct vec3 a, b, back, across;
+        bool has_a = edge_at(w, i, j, 1, 0, &a), has_b = edge_at(w, i, j, 0, 1, &b);
+        if (has_a && edge_at(w, i - 1, j, 1, 0, &back))
+            shape.bend2 = fmax(shape.bend2, vec3_norm2(vec3_sub(a, back)));
+        if (has_b && edge_at(w, i, j - 1, 0, 1, &back))
+            shape.bend2 = fmax(shape.bend2, vec3_norm2(vec3_sub(b, back)));
+        if (!has_a || !has_b)
+            continue;
+        if (edge_at(w, i, j + 1, 1, 0, &across))
+            shape.bend2 = fmax(shape.bend2, vec3_norm2(vec3_sub(across, a)));
+        shape.sine2 =
+            fmin(shape.sine2, vec3_norm2(vec3_cross(a, b)) / (vec3_norm2(a) * vec3_norm2(b)));
+    }
+    return shape;
+}
+
+enum status fold_add_tile(struct fold *fold, const struct net_tile *tile, bool shaped) {
+    enum status status = STATUS_OK;
+    struct net_window window = net_window(fold->net, tile->ti, tile->tj);
+    for (int at = 0; at < PATCHES * PATCHES && status == STATUS_OK; at++) {
+        int x = at % PATCHES * PATCH, y = at / PATCHES * PATCH;
+        struct box box = nothing;
+        for (int row = y; row < y + PATCH; row++)
+            for (unsigned bits = inside_row(tile, x, row); bits; bits &= bits - 1)
+                stretch(&box, tile->node[row][x + __builtin_ctz(bits)].r, fold->reach);
+        if (box.low[0] <= box.high[0])
+            status = add_box(fold, tile->ti * PATCHES + x / PATCH, tile->tj * PATCHES + y / PATCH,
+                             tile, &box, shaped ? find_shape(&window, x, y) : unknown_shape);
+    }
+    return status;
+}
+
+static bool overlap(const struct box *a, const struct box *b) {
+    bool both = true;
+    for (int k = 0; k < 3; k++)
+        both = both && a->low[k] <= b->high[k] && b->low[k] <= a->high[k];
+    return both;
+}
+
+/* The worst shape of the patches that are at most so many away from one. */
+static struct shape shape_round(const struct fold *fold, const struct patch *patch, int32_t away) {
+    struct shape worst = {0, 1};
+    for (int32_t q = patch->pj - away; q <= patch->pj + away; q++)
+        for (int32_t p = patch->pi - away; p <= patch->pi + away; p++) {
+            int32_t number = *probe(fold, p, q);
+            if (number == NONE)
+                continue;
+            struct shape shape = fold->patches[number].shape;
+            worst.bend2 = fmax(worst.bend2, shape.bend2);
+            worst.sine2 = fmin(worst.sine2, shape.sine2);
+        }
+    return worst;
+}
+
+/* Whether nodes of a patch and of those at most so many away from it are in each other's cells only
+ * if they are neighbours. Nodes that are m places apart along both yarns are so on the tangent
+ * plane, too, in steps of the yarns there, but for (2 m)^2 / 2 second differences by the sine
+ * between them: that is to be less than m - 1. */
+static bool is_even(const struct fold *fold, const struct patch *patch, int32_t away) {
+    struct shape worst = shape_round(fold, patch, away);
+    double d = fmin(fold->spacing[0], fold->spacing[1]), m = PATCH * (away + 1) - 1;
+    double most = (m - 1) / (2 * m * m) * d;
+    return worst.bend2 < most * most * worst.sine2;
+}
+
+static int32_t steps_between(const struct patch *p, const struct patch *q) {
+    int32_t i = p->pi < q->pi ? q->pi - p->pi : p->pi - q->pi;
+    int32_t j = p->pj < q->pj ? q->pj - p->pj : p->pj - q->pj;
+    return i > j ? i : j;
+}
+
+/* Patches this far from each other in the net are asked whether the net between them is even. */
+enum { EVEN_MOST = 3 };
+
+/* How far the patches are away from one that come near its nodes in space; one more than EVEN_MOST
+ * stands for all that are further. */
+static int32_t find_nearby(const struct fold *fold, const struct patch *patch) {
+    struct box inner = patch->box;
+    for (int k = 0; k < 3; k++) {
+        inner.low[k] += fold->reach;
+        inner.high[k] -= fold->reach;
+    }
+    struct cubes cubes = cubes_of(fold, &inner);
+    int32_t most = 0;
+    int64_t at[3];
+    for (at[0] = cubes.first[0]; at[0] <= cubes.last[0]; at[0]++)
+        for (at[1] = cubes.first[1]; at[1] <= cubes.last[1]; at[1]++)
+            for (at[2] = cubes.first[2]; at[2] <= cubes.last[2]; at[2]++) {
+                size_t cube = hash_of(at[0], at[1], at[2]) & (fold->cube_count - 1);
+                for (int32_t s = fold->cubes[cube]; s != NONE; s = fold->sites[s].next) {
+                    const struct patch *other = &fold->patches[fold->sites[s].patch];
+                    int32_t away = steps_between(patch, other);
+                    if (away > EVEN_MOST && overlap(&inner, &other->box))
+                        return EVEN_MOST + 1;
+                    if (away > most && overlap(&inner, &other->box))
+                        most = away;
+                }
+            }
+    return most;
+}
+
+unsigned fold_suspects(const struct fold *fold, const struct net_tile *tile) {
+    unsigned suspects = 0;
+    for (int at = 0; at < PATCHES * PATCHES; at++) {
+        int32_t number =
+            *probe(fold, tile->ti * PATCHES + at % PATCHES, tile->tj * PATCHES + at / PATCHES);
+        if (number == NONE)
+            continue;
+        const struct patch *patch = &fold->patches[number];
+        int32_t away = find_nearby(fold, patch);
+        if (away > EVEN_MOST || !is_even(fold, patch, away))
+            suspects |= 1u << at;
+    }
+    return suspects;
+}
+
+/* A node of the net that another one may lie on: at column x and row y of a tile. */
+struct target {
+    const struct net_tile *tile;
+    int x, y;
+};
+
+static const struct net_node *place_at(struct net *net, const struct target *at, int dx, int dy) {
+    int x = at->x + dx, y = at->y + dy;
+    if (x < 0 || y < 0 || x >= NET_TILE || y >= NET_TILE)
+        return net_place(net, at->tile->ti * NET_TILE + x, at->tile->tj * NET_TILE + y);
+    return at->tile->bits[NET_BIT_PLACE][y] >> x & 1 ? &at->tile->node[y][x] : NULL;
+}
+
+/* The yarn's step there along (dx, dy); zero where none is known. */
+static struct vec3 yarn_step(struct net *net, const struct target *at, int dx, int dy) {
+    const struct net_node *here = &at->tile->node[at->y][at->x];
+    const struct net_node *ahead = place_at(net, at, dx, dy), *back = place_at(net, at, -dx, -dy);
     if (ahead && back)
         return vec3_scale(0.5, vec3_sub(ahead->r, back->r));
     return ahead  ? vec3_sub(ahead->r, here->r)
@@ -104,17 +376,17 @@ static struct vec3 yarn_step(struct net *net, int32_t i, int32_t j, int di, int 
                   : vec3_make(0, 0, 0);
 }
 
-/* Whether `point` lies in the cells round the node of the entry: |x|, |y| < 1 in its yarns' own
+/* Whether `point` lies in the cells round a node: |x|, |y| < 1 in its yarns' own
  * oblique coordinates, and on the same sheet. A yarn alone is taken as crossed at right angles. */
-static bool within_cells(struct fold *fold, const struct entry *entry,
+static bool within_cells(struct fold *fold, const struct target *at,
                          const struct station *station) {
-    const struct net_node *node = net_find(fold->net, entry->i, entry->j);
+    const struct net_node *node = &at->tile->node[at->y][at->x];
     if (fabs(node->uv[0] - station->uv[0]) > fold->turn[0] ||
         fabs(node->uv[1] - station->uv[1]) > fold->turn[1])
         return false;
     struct vec3 normal = station->normal, offset = vec3_sub(station->jet.r, node->r);
-    struct vec3 a = yarn_step(fold->net, entry->i, entry->j, 1, 0);
-    struct vec3 b = yarn_step(fold->net, entry->i, entry->j, 0, 1);
+    struct vec3 a = yarn_step(fold->net, at, 1, 0);
+    struct vec3 b = yarn_step(fold->net, at, 0, 1);
     if (vec3_norm2(a) == 0)
         a = vec3_scale(fold->spacing[0], vec3_unit(vec3_cross(b, normal)));
     if (vec3_norm2(b) == 0)
@@ -136,40 +408,64 @@ struct visitor {
     int32_t i, j;
     struct vec3 point;
     const struct station *station;
+    bool before; /* on what comes before it alone */
 };
 
-static bool meets_in_bucket(const struct visitor *v, int32_t bucket) {
-    struct fold *fold = v->fold;
-    double reach = cells_reach * fmax(fold->spacing[0], fold->spacing[1]), reach2 = reach * reach;
-    for (int32_t at = bucket; at != NONE; at = fold->entries[at].next) {
-        const struct entry *e = &fold->entries[at];
-        bool neighbour = e->i - v->i <= NEIGHBOURS && v->i - e->i <= NEIGHBOURS &&
-                         e->j - v->j <= NEIGHBOURS && v->j - e->j <= NEIGHBOURS;
-        if (!neighbour && vec3_norm2(vec3_sub(e->r, v->point)) < reach2 &&
-            (!v->station || within_cells(fold, e, v->station)))
-            return true;
+/* Whether a node of the visitor's own quadrant comes after it. */
+static bool comes_after(const struct visitor *v, int32_t i, int32_t j) {
+    int32_t si = v->i < 0 ? -1 : 1, sj = v->j < 0 ? -1 : 1;
+    return i * si > 0 && j * sj > 0 && (j * sj > v->j * sj || (j == v->j && i * si > v->i * si));
+}
+
+/* The columns of a patch, as bits, that are no further than NEIGHBOURS from the di-th. */
+static unsigned near_columns(int32_t di) {
+    const unsigned all = (2u << 2 * NEIGHBOURS) - 1;
+    if (di < -NEIGHBOURS || di >= PATCH + NEIGHBOURS)
+        return 0;
+    return di > NEIGHBOURS ? all << (di - NEIGHBOURS) : all >> (NEIGHBOURS - di);
+}
+
+static bool meets_patch(const struct visitor *v, const struct patch *patch) {
+    double reach2 = v->fold->reach * v->fold->reach;
+    int32_t i = patch->pi * PATCH, j = patch->pj * PATCH;
+    unsigned near = near_columns(v->i - i);
+    struct target at = {patch->tile, i & (NET_TILE - 1), j & (NET_TILE - 1)};
+    for (const struct target first = at; at.y < first.y + PATCH; at.y++, j++) {
+        bool beside = j - v->j <= NEIGHBOURS && v->j - j <= NEIGHBOURS;
+        unsigned bits = inside_row(patch->tile, first.x, at.y) & ~(beside ? near : 0);
+        for (; bits; bits &= bits - 1) {
+            at.x = first.x + __builtin_ctz(bits);
+            if (vec3_norm2(vec3_sub(patch->tile->node[at.y][at.x].r, v->point)) < reach2 &&
+                !(v->before && comes_after(v, i + at.x - first.x, j)) &&
+                (!v->station || within_cells(v->fold, &at, v->station)))
+                return true;
+        }
     }
     return false;
 }
 
 static bool meets(const struct visitor *v) {
     struct fold *fold = v->fold;
-    struct vec3 point = v->point;
-    double reach = corner_reach * fmax(fold->spacing[0], fold->spacing[1]);
-    int64_t x1 = voxel_of(fold, point.x + reach), y1 = voxel_of(fold, point.y + reach);
-    int64_t z1 = voxel_of(fold, point.z + reach);
-    for (int64_t x = voxel_of(fold, point.x - reach); x <= x1; x++)
-        for (int64_t y = voxel_of(fold, point.y - reach); y <= y1; y++)
-            for (int64_t z = voxel_of(fold, point.z - reach); z <= z1; z++)
-                if (meets_in_bucket(v, fold->buckets[bucket_of(fold, x, y, z)]))
-                    return true;
+    struct vec3 r = v->point;
+    int64_t at[3] = {(int64_t)floor(r.x / fold->cube), (int64_t)floor(r.y / fold->cube),
+                     (int64_t)floor(r.z / fold->cube)};
+    int32_t site = fold->cubes[hash_of(at[0], at[1], at[2]) & (fold->cube_count - 1)];
+    for (; site != NONE; site = fold->sites[site].next) {
+        const struct patch *patch = &fold->patches[fold->sites[site].patch];
+        if (contains(&patch->box, r) && meets_patch(v, patch))
+            return true;
+    }
     return false;
 }
 
 bool fold_is_near(struct fold *fold, int32_t i, int32_t j, struct vec3 r) {
-    return meets(&(struct visitor){fold, i, j, r, NULL});
+    return meets(&(struct visitor){fold, i, j, r, NULL, false});
 }
 
 bool fold_meets(struct fold *fold, int32_t i, int32_t j, const struct station *station) {
-    return meets(&(struct visitor){fold, i, j, station->jet.r, station});
+    return meets(&(struct visitor){fold, i, j, station->jet.r, station, false});
+}
+
+bool fold_meets_before(struct fold *fold, int32_t i, int32_t j, const struct station *station) {
+    return meets(&(struct visitor){fold, i, j, station->jet.r, station, true});
 }

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Where the net would meet itself. On a surface that closes over a pole, and where yarns run free
- * round an obstacle, the net can come back to a place it covers already. A spatial hash of the
- * nodes finds those near a new one; it folds when it lies in the cells round a node that is not
- * its neighbour in the net, as that node's own yarns measure it: so shear does not matter.
+ * round an obstacle, the net can come back to a place it covers already. A spatial hash of
+ * patches of 4 by 4 nodes, by boxes round what they reach, finds those near a new one; it folds
+ * when it lies in the cells round a node that is not its neighbour in the net, as that node's own
+ * yarns measure it: so shear does not matter.
  */
 #ifndef SOLVER_NET_FOLD_H
 #define SOLVER_NET_FOLD_H
@@ -13,22 +14,33 @@
 
 struct fold;
 
-/* An empty hash for nodes of `net`, which are `spacing` apart, with room for `count` of them, in
- * its arena. Nodes that differ by more than turn[k] in parameter k lie on either side of a cut and
- * do not meet; HUGE_VAL where there is none. NULL without memory. */
-struct fold *fold_make(struct net *net, size_t count, const double spacing[2],
-                       const double turn[2]);
+/* For nodes of `net`, which are `spacing` apart, in its arena; there are none yet. Nodes that
+ * differ by more than turn[k] in parameter k lie on either side of a cut and do not meet; HUGE_VAL
+ * where there is none. NULL without memory. */
+struct fold *fold_make(struct net *net, const double spacing[2], const double turn[2]);
 
 /* From now on there is no cut. */
 void fold_pass_cut(struct fold *fold);
 
-/* Adds the place (i, j) of the net, which is at r. Errors: STATUS_OUT_OF_MEMORY. */
+/* Adds the node inside at (i, j), which is at r; and all of a tile, with how they are bent if that
+ * is to be known for `fold_suspects`. Errors: STATUS_OUT_OF_MEMORY. */
 enum status fold_add(struct fold *fold, int32_t i, int32_t j, struct vec3 r) STATUS_MUST_USE;
+enum status fold_add_tile(struct fold *fold, const struct net_tile *tile,
+                          bool shaped) STATUS_MUST_USE;
+
+/* Whether nodes of a tile that has been added shaped may lie on another part of the net, as bits:
+ * of patch p in i and q in j that of p + 4 q. The others do not: what is near them is near in the
+ * net, too, and there yarns bend too little to come back. Only where all nodes are fourth corners
+ * of cells, each the one after its neighbours on the side of the generators. */
+unsigned fold_suspects(const struct fold *fold, const struct net_tile *tile);
 
 /* Whether some other part of the net is near enough to a node (i, j) at r for that to be asked. */
 bool fold_is_near(struct fold *fold, int32_t i, int32_t j, struct vec3 r);
 
-/* Whether a node (i, j) at the station would lie on another part of the net. */
+/* Whether a node (i, j) at the station would lie on another part of the net; and on one that comes
+ * before it: not on nodes of its own quadrant in rows further from the generator, or further along
+ * its own. */
 bool fold_meets(struct fold *fold, int32_t i, int32_t j, const struct station *station);
+bool fold_meets_before(struct fold *fold, int32_t i, int32_t j, const struct station *station);
 
 #endif

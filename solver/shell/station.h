@@ -48,6 +48,18 @@ bool station_pull(const struct surface *surface, struct surface_cursor *cursor,
 /* The distance from `point` to the nearest pole, and that pole; infinite when there is none. */
 double station_pole_distance(const struct surface *surface, struct vec3 point, struct vec3 *pole);
 
+/* Whether a pole is nearer to a point than the square root of `distance2`. */
+static inline bool station_near_pole(const struct surface *surface, struct vec3 point,
+                                     double distance2) {
+    bool near = false;
+    for (int k = 0; surface->has_poles && k < 4; k++) {
+        const struct surface_axis *axis = &surface->axis[k / 2];
+        near = near || (axis->pole[k % 2] &&
+                        vec3_norm2(vec3_sub(point, axis->pole_point[k % 2])) < distance2);
+    }
+    return near;
+}
+
 /* Round a closed direction k that no pole closes, the net is cut open half a turn from its start:
  * that much in its parameter; HUGE_VAL for other directions. */
 double station_cut_turn(const struct surface *surface, int k);

@@ -25,6 +25,18 @@ static void make_sphere(struct shape *shape) {
     shape_sphere(shape, 1, WHOLE, (double[2]){-M_PI / 2, M_PI / 2}, M_PI / 2);
 }
 
+static void make_hemisphere(struct shape *shape) {
+    shape_sphere(shape, 1, WHOLE, (double[2]){0, M_PI / 2}, M_PI / 2);
+}
+
+static void make_octant(struct shape *shape) {
+    shape_sphere(shape, 1, (double[2]){0, M_PI / 2}, (double[2]){0, M_PI / 2}, M_PI / 2);
+}
+
+static void make_thin_torus(struct shape *shape) {
+    shape_torus(shape, 2, 0.15, WHOLE, WHOLE, M_PI / 2);
+}
+
 static void make_band(struct shape *shape) {
     shape_sphere(shape, 1, WHOLE, (double[2]){-1.2, 1.2}, M_PI / 2);
 }
@@ -51,8 +63,9 @@ static void make_plane(struct shape *shape) {
 }
 
 static void (*const shapes[])(struct shape *shape) = {
-    make_cylinder,  make_frustum, make_sphere, make_band, make_torus, make_quarter_torus,
-    shape_freeform, shape_bezier, make_disk,   make_roof, make_plane};
+    make_cylinder, make_frustum, make_sphere,     make_hemisphere,    make_octant,
+    make_band,     make_torus,   make_thin_torus, make_quarter_torus, shape_freeform,
+    shape_bezier,  make_disk,    make_roof,       make_plane};
 enum { SHAPES = sizeof shapes / sizeof *shapes };
 static const enum drape_method methods[] = {DRAPE_GIB, DRAPE_BASIC, DRAPE_GIB4, DRAPE_GIB,
                                             DRAPE_GEODESIC};
