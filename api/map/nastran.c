@@ -36,6 +36,7 @@ struct file {
     struct elements elements;
     struct systems systems;
     struct passed passed;
+    size_t curved; /* elements with nodes in the middle of edges */
 };
 
 #define FAIL(problem, ...) (api_problem_set(problem, API_INVALID_REQUEST, __VA_ARGS__), false)
@@ -128,17 +129,21 @@ static bool is_name(const char *name) {
                                                                 "0123456789")] == '\0';
 }
 
-/* The corners of a shell element of this name, 0: it is none. */
-static int corners_of(const char *name) {
-    static const struct {
-        char name[8];
-        int corners;
-    } shells[] = {{"CTRIA3", 3}, {"CTRIAR", 3}, {"CTRIA6", 3}, {"CQUAD4", 4},
-                  {"CQUADR", 4}, {"CQUAD8", 4}, {"CQUAD9", 4}, {"CQUAD", 4}};
+struct shell_card {
+    char name[8];
+    int corners;
+    bool curved; /* it may have nodes in the middle of edges, behind the corners */
+};
+
+/* Of a shell element of this name; NULL: it is none. */
+static const struct shell_card *find_shell(const char *name) {
+    static const struct shell_card shells[] = {
+        {"CTRIA3", 3, false}, {"CTRIAR", 3, false}, {"CTRIA6", 3, true}, {"CQUAD4", 4, false},
+        {"CQUADR", 4, false}, {"CQUAD8", 4, true},  {"CQUAD9", 4, true}, {"CQUAD", 4, true}};
     for (size_t k = 0; k < sizeof shells / sizeof *shells; k++)
         if (strcmp(name, shells[k].name) == 0)
-            return shells[k].corners;
-    return 0;
+            return &shells[k];
+    return NULL;
 }
 
 static bool take_card(struct file *file, const struct bulk_card *card) {
@@ -146,9 +151,11 @@ static bool take_card(struct file *file, const struct bulk_card *card) {
     bool by_grids;
     if (strcmp(card->name, "GRID") == 0)
         return take_grid(file, card);
-    int corners = corners_of(card->name);
-    if (corners > 0)
-        return take_element(file, card, corners);
+    const struct shell_card *shell = find_shell(card->name);
+    if (shell) {
+        file->curved += file->counting && shell->curved && card->field[2 + shell->corners][0];
+        return take_element(file, card, shell->corners);
+    }
     if (systems_is_card(card->name, &kind, &by_grids))
         return take_systems(file, card);
     if (strcmp(card->name, "GRDSET") == 0)
@@ -251,17 +258,26 @@ static void name_passed(const struct passed *passed, char *text, size_t size) {
         snprintf(text + length, size - length, ", %zu others", passed->others);
 }
 
-static bool warn_of_passed(const struct passed *passed, struct arena *arena,
+static bool warn_of_passed(const struct file *file, struct arena *arena,
                            struct map_target *target) {
     enum { SIZE = 64 + PASSED_NAMES * (BULK_NAME_SIZE + 24) };
     char names[SIZE];
-    if (passed->names == 0)
-        return true;
-    name_passed(passed, names, sizeof names);
     struct api_text text = api_text_growing(arena);
-    api_text_raw(&text, "passed over: ");
-    api_text_raw(&text, names);
-    api_text_raw(&text, " (of a Nastran file, GRIDs and shell elements are read)");
+    if (file->passed.names == 0 && file->curved == 0)
+        return true;
+    if (file->passed.names > 0) {
+        name_passed(&file->passed, names, sizeof names);
+        api_text_raw(&text, "passed over: ");
+        api_text_raw(&text, names);
+        api_text_raw(&text, " (of a Nastran file, GRIDs and shell elements are read)");
+    }
+    if (file->curved > 0) {
+        (void)snprintf(names, sizeof names,
+                       "%s%zu elements are taken by their corners, without the nodes in the middle "
+                       "of edges",
+                       file->passed.names > 0 ? "; " : "", file->curved);
+        api_text_raw(&text, names);
+    }
     target->warning = api_text_finish(&text);
     return target->warning != NULL;
 }
@@ -310,7 +326,7 @@ enum api_problem_id map_target_nastran(const char *bytes, size_t length, struct 
                                   .ids = file.elements.id,
                                   .vertex_ids = file.grids.id,
                                   .pids = file.elements.pid};
-    if (!room || !warn_of_passed(&file.passed, arena, target))
+    if (!room || !warn_of_passed(&file, arena, target))
         api_problem_set(problem, API_OUT_OF_MEMORY, "the mesh needs more memory than allowed");
     return problem->id;
 }

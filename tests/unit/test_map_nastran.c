@@ -296,6 +296,9 @@ static void test_map_nastran_passes_over_what_is_no_shell(void **state) {
                         "(of a Nastran file, GRIDs and shell elements are read)");
     mesh = read_good(GRIDS TRIANGLE);
     assert_null(mesh.warning);
+    mesh = read_good(GRIDS "GRID,7,,.5,0.,0.\nCTRIA6,1,1,1,2,3,7\nCTRIA6,2,1,1,2,3\n");
+    assert_string_equal(mesh.warning, "1 elements are taken by their corners, without the nodes in "
+                                      "the middle of edges");
     mesh = read_good(GRIDS "CTRIA3,6,,1,2,3\n");
     assert_int_equal(mesh.pids[0], 6);
 }
