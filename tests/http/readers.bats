@@ -161,6 +161,35 @@ write_map() {
     $READ lcmsim-h5 "$folder/mesh.h5" "$folder/map.json" "$folder/mesh.json"
 }
 
+# Its mesh is a coarser net of another direction, whose nodes the plies do not share.
+@test "readers: a STEP part goes from its file through a pressed stack to decks and a filling mesh" {
+    folder=$BATS_TEST_TMPDIR
+    part='{"file": "'$EXAMPLES'/dome.step", "grow_from": 1, "up_to_deg": 20}'
+    jq -n --argjson part "$part" \
+        '{surface: $part, fabric: {spacing: 12}, direction: {angle_deg: 30}}' |
+        "$DRAPE" 2>"$folder/notes" | jq -c '.nodes as $n |
+        ([range($n.i | length)] | map({key: "\($n.i[.]),\($n.j[.])", value: .}) | from_entries) as $at |
+        {mesh: {vertices: [$n.x, $n.y, $n.z] | transpose, vertex_ids: [range($n.i | length) | . + 11],
+                ids: [range(.cells.i | length) | 2 * . + 1],
+                quads: ([.cells.i, .cells.j] | transpose | map(. as [$i, $j] |
+                    [$at["\($i),\($j)"], $at["\($i + 1),\($j)"],
+                     $at["\($i + 1),\($j + 1)"], $at["\($i),\($j + 1)"]]))}}' >"$folder/mesh.json"
+    jq -n --argjson part "$part" '{surface: $part, offset: "nominal", cavity: {height: 0.95},
+        plies: [0, 45 | {direction: {angle_deg: .}, compaction: {a: 0.2, b: 0.08},
+            fabric: {spacing: 5, thickness: 0.5, fiber_volume_fraction: 0.5},
+            permeability: {model: "kozeny_carman", k1: 3e-10, k2: 1e-10, k3: 2e-11,
+                           at_fiber_volume_fraction: 0.5}}]}' >"$folder/request.json"
+    write_map json "$folder/map.json"
+    [ "$(jq '.cells.ply_count | length > 100 and all(. == 2)' "$folder/map.json")" = true ]
+    [ "$(jq '.cells.thickness | all(. - 0.95 | fabs < 1e-12)' "$folder/map.json")" = true ]
+    for format in nastran lsdyna abaqus calculix; do
+        write_map $format "$folder/deck"
+        $PYTHON tests/readers/cards.py $format "$folder/mesh.json" "$folder/map.json" "$folder/deck" - 1
+    done
+    write_map lcmsim-h5 "$folder/mesh.h5" --inlet 1 --outlet 201
+    $READ lcmsim-h5 "$folder/mesh.h5" "$folder/map.json" "$folder/mesh.json" 0.001
+}
+
 @test "readers: CalculiX runs its deck, with the stresses that the angles give and the volumes" {
     folder=$BATS_TEST_TMPDIR
     jq -c '.surface.control_points.points |= map([.[0], .[1], 0]) | .direction = {angle_deg: 30} |

@@ -257,14 +257,15 @@ def read_lcmsim(folder, _=None):
         assert max(abs(a - b) for a, b in zip(point, expected)) == 0
 
 
-def read_lcmsim_h5(path, result, mesh):
+def read_lcmsim_h5(path, result, mesh, metres="1"):
     """What create_LcmMesh of LCMsim v2 takes, by name, type and shape as Julia has stored it; the
-    values of each cell are its element's own."""
+    values of each cell are its element's own, lengths in m, of which the mesh's unit has so many."""
     import collections
 
     import h5py
     import numpy
 
+    unit = float(metres)
     shapes = mesh["mesh"].get("triangles", []) + mesh["mesh"].get("quads", [])
     with h5py.File(path) as file:
         cells, points = file["mesh/cells"], file["mesh/vertices"]
@@ -285,12 +286,14 @@ def read_lcmsim_h5(path, result, mesh):
     edges = collections.Counter(tuple(e) for c in cells for e in ((c[0], c[1]), (c[1], c[2]),
                                                                   (c[0], c[2])))
     columns = result["cells"]
-    assert len(of) == count and numpy.array_equal(points, mesh["mesh"]["vertices"])
+    assert len(of) == count
+    assert numpy.array_equal(points, unit * numpy.array(mesh["mesh"]["vertices"], dtype=float))
     for k, cell in enumerate(cells):
         e = of[tuple(cell)]
         a, b, c = points[cell]
         area = numpy.linalg.norm(numpy.cross(b - a, c - a)) / 2
-        assert p["permeability"][k] == columns["k1"][e] and p["thickness"][k] == columns["thickness"][e]
+        assert p["permeability"][k] == columns["k1"][e]
+        assert p["thickness"][k] == unit * columns["thickness"][e]
         assert p["alpha"][k] == columns["k2"][e] / columns["k1"][e]
         assert p["porosity"][k] == p["ap"][k] == columns["porosity"][e] and p["cp"][k] == 0
         assert all(p["reference_direction"][i, k] == columns["k1_" + x][e] for i, x in enumerate("xyz"))
@@ -330,7 +333,7 @@ def main():
     readers = {"vtp": read_vtp, "vtu": read_vtu, "npz": read_npz, "csv": read_csv, "glb": read_glb,
                "dxf": read_dxf, "lcmsim": read_lcmsim, "lcmsim-h5": read_lcmsim_h5,
                "vtu-plies": read_vtu_plies}
-    readers[kind](path, *[load(name) for name in rest])
+    readers[kind](path, *[load(name) if name.endswith(".json") else name for name in rest])
 
 
 if __name__ == "__main__":
