@@ -29,10 +29,10 @@ SIZE_CHECK = "0.1"
 CORES = os.cpu_count() or 1
 
 # Those that take longest begin first.
-FIRST = ["test_store_faults", "test_exact_random", "deploy/package", "exact_geodesic",
-         "unit/test_mesh.c", "browser/page", "faults/test_disk", "faults/test_slow",
-         "faults/test_kills", "http/jobs", "hosts/hosts.sh",
-         "http/map", "http/roles", "http/", "faults/", "deploy/", "browser/", "store/"]
+FIRST = ["browser/page", "faults/test_slow", "test_store_faults", "http/jobs", "deploy/package",
+         "browser/trouble", "sanitized tests/exact/test_exact_shell", "exact/test_exact_random.c",
+         "faults/test_disk", "faults/test_kills", "http/studies", "http/map", "http/roles",
+         "hosts/hosts.sh", "http/", "faults/", "deploy/", "browser/", "store/", "sanitized"]
 # What runs daemons, whose answers take longer on a busy machine.
 DAEMONS = ("http/", "faults/", "store/", "deploy/", "browser/", "hosts/")
 # What mostly waits leaves the processors to others: as long as they idle another job begins beside.
