@@ -223,8 +223,8 @@ static void note_told(struct march *march, const struct march_cell *at, const st
 
 /* How far the ends of the geodesics of a rough cell may be apart, by their length, and how accurate
  * their steps are: where edges are arcs elsewhere, that is next to nothing. Lengths are measured to
- * a share of |K| d^2, too, of which arcs leave a multiple wrong. */
-static const double length_accuracy = 3e-8, length_share = 1e-4;
+ * a share of |K| d^2, too, of which bent edges leave five times as much wrong. */
+static const double length_accuracy = 3e-8, length_share = ROUGH_OWN_SHARE / 5;
 static const double geodesic_accuracy[] = {1e-11, 1e-12}, rough_accuracy[] = {9e-10, 9e-11};
 
 /* The surface turns by more than this cosine over a cell that lies across a crease. */
