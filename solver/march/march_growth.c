@@ -45,6 +45,8 @@ struct growth {
     size_t aside_length, aside_room;
     struct place *queue; /* a ring */
     size_t head, length, room;
+    struct free_end *waiting; /* that go into the heap when the queue is empty */
+    size_t waiting_length, waiting_room;
     struct free_end *heap; /* least first */
     size_t heap_length, heap_room;
 };
@@ -202,7 +204,30 @@ static enum status solve_place(struct growth *g, int32_t i, int32_t j, bool *tri
     return *tried ? march_fail(march, i, j, first) : STATUS_OK;
 }
 
-/* Lets the yarns that could reach (i, j) straight on wait in the heap; one that would begin there
+static enum status push_waiting(struct growth *g, struct free_end end) {
+    if (g->waiting_length == g->waiting_room) {
+        g->waiting = arena_enlarge(g->march->arena, g->waiting, g->waiting_length,
+                                   sizeof *g->waiting, &g->waiting_room);
+        if (!g->waiting)
+            return STATUS_OUT_OF_MEMORY;
+    }
+    g->waiting[g->waiting_length++] = end;
+    return STATUS_OK;
+}
+
+/* Puts the yarns that wait into the heap. Most have been overtaken by cells. */
+static enum status push_yarns(struct growth *g) {
+    enum status status = STATUS_OK;
+    for (size_t k = 0; k < g->waiting_length && status == STATUS_OK; k++) {
+        const struct free_end *e = &g->waiting[k];
+        if (net_state_at(g->march->net, e->i + e->di, e->j + e->dj) == NET_UNKNOWN)
+            status = push_end(g, *e);
+    }
+    g->waiting_length = 0;
+    return status;
+}
+
+/* Lets the yarns that could reach (i, j) straight on wait; one that would begin there
  * needs a yarn to cross. */
 static enum status wait_for_yarns(struct growth *g, int32_t i, int32_t j) {
     struct net *net = g->march->net;
@@ -213,7 +238,7 @@ static enum status wait_for_yarns(struct growth *g, int32_t i, int32_t j) {
         bool goes_on = net_place(net, fi - di, fj - dj);
         bool crosses = net_place(net, fi - dj, fj - di) || net_place(net, fi + dj, fj + di);
         if (net_state_at(net, fi, fj) == NET_INSIDE && (goes_on || crosses))
-            status = push_end(g, (struct free_end){fi, fj, di, dj, !goes_on, 0});
+            status = push_waiting(g, (struct free_end){fi, fj, di, dj, !goes_on, 0});
     }
     return status;
 }
@@ -531,6 +556,8 @@ enum status march_growth(struct march *march) {
         status = push_rim(&g);
     while (status == STATUS_OK) {
         status = empty_queue(&g);
+        if (status == STATUS_OK)
+            status = push_yarns(&g);
         if (status != STATUS_OK || !g.heap_length)
             break;
         struct free_end end = pop_end(&g);
