@@ -145,7 +145,7 @@ enum status march_watch_folds(struct march *march) {
     enum status status = tiles && march->fold ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     size_t count = status == STATUS_OK ? net_tile_count(march->net) : 0;
     for (size_t t = 0; t < count && status == STATUS_OK; t++)
-        status = fold_add_tile(march->fold, tiles[t], false);
+        status = fold_add_rim(march->fold, tiles[t]);
     return status;
 }
 

@@ -252,18 +252,44 @@ static struct shape find_shape(const struct net_window *w, int x, int y) {
     return shape;
 }
 
-enum status fold_add_tile(struct fold *fold, const struct net_tile *tile, bool shaped) {
+/* Adds the nodes of the patch that begins at column x and row y of a tile. */
+static enum status add_patch(struct fold *fold, const struct net_tile *tile, int x, int y,
+                             struct shape shape) {
+    struct box box = nothing;
+    for (int row = y; row < y + PATCH; row++)
+        for (unsigned bits = inside_row(tile, x, row); bits; bits &= bits - 1)
+            stretch(&box, tile->node[row][x + __builtin_ctz(bits)].r, fold->reach);
+    if (box.low[0] > box.high[0])
+        return STATUS_OK;
+    return add_box(fold, tile->ti * PATCHES + x / PATCH, tile->tj * PATCHES + y / PATCH, tile, &box,
+                   shape);
+}
+
+enum status fold_add_tile(struct fold *fold, const struct net_tile *tile) {
     enum status status = STATUS_OK;
     struct net_window window = net_window(fold->net, tile->ti, tile->tj);
     for (int at = 0; at < PATCHES * PATCHES && status == STATUS_OK; at++) {
         int x = at % PATCHES * PATCH, y = at / PATCHES * PATCH;
-        struct box box = nothing;
-        for (int row = y; row < y + PATCH; row++)
-            for (unsigned bits = inside_row(tile, x, row); bits; bits &= bits - 1)
-                stretch(&box, tile->node[row][x + __builtin_ctz(bits)].r, fold->reach);
-        if (box.low[0] <= box.high[0])
-            status = add_box(fold, tile->ti * PATCHES + x / PATCH, tile->tj * PATCHES + y / PATCH,
-                             tile, &box, shaped ? find_shape(&window, x, y) : unknown_shape);
+        status = add_patch(fold, tile, x, y, find_shape(&window, x, y));
+    }
+    return status;
+}
+
+/* Whether all places of the patch that begins at (x, y), and of those round it, are inside. */
+static bool is_inner(const struct net_window *w, int x, int y) {
+    uint64_t columns = ((UINT64_C(1) << 3 * PATCH) - 1) << (NET_TILE + x - PATCH), all = columns;
+    for (int row = y - PATCH; row < y + 2 * PATCH && all == columns; row++)
+        all &= net_window_row(w, NET_BIT_INSIDE, row);
+    return all == columns;
+}
+
+enum status fold_add_rim(struct fold *fold, const struct net_tile *tile) {
+    enum status status = STATUS_OK;
+    struct net_window window = net_window(fold->net, tile->ti, tile->tj);
+    for (int at = 0; at < PATCHES * PATCHES && status == STATUS_OK; at++) {
+        int x = at % PATCHES * PATCH, y = at / PATCHES * PATCH;
+        if (!is_inner(&window, x, y))
+            status = add_patch(fold, tile, x, y, unknown_shape);
     }
     return status;
 }
