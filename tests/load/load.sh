@@ -57,19 +57,25 @@ processor() {
 resident() { awk '/^VmRSS/ {print $2}' "/proc/$daemon/status"; }
 descriptors() { ls "/proc/$daemon/fd" | wc -l; }
 
-# submits SECONDS CONNECTIONS SEED [WAIT]: sets rate, good; fails on an answer of another kind.
+# submits SECONDS CONNECTIONS SEED [WAIT]: sets rate, good, median (ms); fails on an answer of
+# another kind.
 submits() {
-    env DRAPE="$work/drape.json" SEED="$3" ${4:+WAIT="$4"} wrk -t2 -c"$2" -d"$1" --timeout 30 --latency \
+    env DRAPE="$work/drape.json" SEED="$3" ${4:+WAIT="$4"} wrk -t$(($2 > 1 ? 2 : 1)) -c"$2" -d"$1" --timeout 30 --latency \
         -s tests/load/submit.lua "$url" >"$work/wrk"
-    read -r good other seconds < <(awk '/^good/ {print $2, $4, $6}' "$work/wrk")
+    read -r good other seconds median < <(awk '/^good/ {print $2, $4, $6, $8}' "$work/wrk")
     [ "$other" = 0 ] || { cat "$work/wrk"; tail -5 "$work/log"; exit 1; }
     rate=$(awk -v n="$good" -v s="$seconds" 'BEGIN {print n / s}')
 }
 
 gets() { wrk -t1 -c16 -d3 "$1" | awk '/^Requests\/sec/ {print $2}'; }
 
-# 30 x 30 cells.
-jq -c '.extent = {warp: [-15, 15], weft: [-15, 15]}' api/examples/saddle.json >"$work/drape.json"
+# cells HALF: the drapes have twice as many cells a side.
+cells() {
+    jq -c --argjson n "$1" '.extent = {warp: [-$n, $n], weft: [-$n, $n]}' api/examples/saddle.json \
+        >"$work/drape.json"
+}
+
+cells 15
 
 # Status of a drape that has ended, against the same bytes from the bare handler: the median of five
 # pairs.
@@ -98,6 +104,12 @@ submits 8 16 2 20
 note=$(awk -v b="$before" -v a="$(processor)" -v n="$good" \
     'BEGIN {printf "%.2f ms of a core each, workers included", 1000 * (a - b) / n}')
 say 'drapes of 30 x 30, with result' "$rate" /s '>=' 500 "$note"
+
+# What one caller waits for, one drape after the other.
+cells 25
+submits 4 1 3 20
+say 'a drape of 50 x 50' "$median" ms '<=' 3 "median of $good"
+cells 15
 
 # Drapes of some seconds for every worker.
 start

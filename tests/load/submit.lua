@@ -42,7 +42,7 @@ function done(summary, latency)
         good = good + thread:get("good")
         other = other + thread:get("other")
     end
-    print(string.format("good %d other %d seconds %.3f p99_ms %.3f", good,
+    print(string.format("good %d other %d seconds %.3f p50_ms %.3f p99_ms %.3f", good,
         other + summary.errors.connect + summary.errors.read + summary.errors.timeout,
-        summary.duration / 1e6, latency:percentile(99) / 1e3))
+        summary.duration / 1e6, latency:percentile(50) / 1e3, latency:percentile(99) / 1e3))
 end
