@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A drape on somebody's mesh: its elements coloured by the fields, an inlet that is picked by clicks,
-// and the map in every format that the service has.
+// the cavity's heights, and the map in every format that the service has.
 import { call, read, storeSurface } from './api.js';
 import { element } from './dom.js';
 import { format, rangeOf, scaleOf, valuesOf, withUnit } from './fields.js';
@@ -11,6 +11,7 @@ import { readElements } from './work.js';
 const DESCRIPTION = 'v1/openapi.json';
 const MAP = '/v1/drapes/{id}/map';
 const ENDINGS = { lcmsim: 'zip' };
+const CAVITY = { 'mesh-height': 'cavity_height', 'mesh-punch': 'punch' };
 
 /** The formats of maps by the service's own description. */
 async function formatsOf() {
@@ -47,6 +48,8 @@ export class Mapped {
     element('mesh-show').addEventListener('change', ({ target }) => this.show(target.checked));
     element('mesh-close').addEventListener('click', () => this.close());
     element('mesh-whole').addEventListener('change', () => this.#again());
+    for (const id of Object.keys(CAVITY))
+      element(id).addEventListener('change', () => this.#again());
     element('mesh-inlet').addEventListener('change', ({ target }) => this.#takeInlet(target.value));
   }
 
@@ -56,7 +59,7 @@ export class Mapped {
     Object.assign(this, { drape, unit });
     element('mesh-file').disabled = !drape;
     if (!drape) this.close();
-    else if (this.message && !same) this.#map().catch(this.onError);
+    else if (!same) this.#again();
   }
 
   /** A laminate whose stack can be mapped instead of the drape; null: there is none. */
@@ -71,8 +74,23 @@ export class Mapped {
     return Boolean(this.stack && element('mesh-whole').checked);
   }
 
+  /** Maps anew; what is wrong with the words about it is told beside them. */
   #again() {
-    if (this.message) this.#map().catch(this.onError);
+    element('fault-mesh').textContent = '';
+    if (!this.message) return;
+    this.#map().catch((error) => {
+      if (error.status !== 422) this.onError(error);
+      else element('fault-mesh').textContent = error.message;
+    });
+  }
+
+  /** What the page says of the cavity, for the query of a map. */
+  get #cavity() {
+    return Object.entries(CAVITY)
+      .map(([id, name]) => [name, element(id).value.replace(/\s/g, '')])
+      .filter(([, value]) => value)
+      .map(([name, value]) => `&${name}=${encodeURIComponent(value)}`)
+      .join('');
   }
 
   /** Maps the drape onto the mesh of a file. */
@@ -80,6 +98,7 @@ export class Mapped {
     if (!file || !this.drape) return;
     element('fault-mesh').textContent = '';
     element('mesh-about').textContent = `Mapping onto ${file.name} …`;
+    for (const id of Object.keys(CAVITY)) element(id).value = '';
     try {
       this.inlet = new Set();
       this.file = file;
@@ -105,7 +124,7 @@ export class Mapped {
     const { body, type } = this.message;
     const headers = { 'Content-Type': type };
     const of = this.#whole ? `laminates/${this.stack}` : `drapes/${this.drape.id}`;
-    return call(`v1/${of}/map?${query}`, { method: 'POST', body, headers });
+    return call(`v1/${of}/map?${query}${this.#cavity}`, { method: 'POST', body, headers });
   }
 
   async #map() {
@@ -119,7 +138,9 @@ export class Mapped {
     const { warnings } = await words.json();
     const same = this.drape === drape && this.message === message && this.stack === stack;
     if (!same || this.#whole !== whole) return; // another one came meanwhile
+    const inlet = this.body ? this.#inletIds : [];
     this.body = body;
+    this.inlet = new Set(this.#rowsOf(inlet).filter((row) => row !== undefined));
     element('mesh-tools').hidden = false;
     this.#describe(warnings);
     this.#fillDownloads();
@@ -161,8 +182,9 @@ export class Mapped {
     this.field = field;
     const columns = { [field.column]: this.body.columns[field.column.replace('cells.', '')] };
     this.values = valuesOf(columns, field);
-    // A stack is thicker than its plies: it has a scale of its own.
-    const own = this.values && this.#whole ? scaleOf(field, rangeOf(this.values)) : range;
+    // A stack is thicker than its plies, and another cavity than theirs: they have their own scale.
+    const apart = this.values && (this.#whole || this.#cavity);
+    const own = apart ? scaleOf(field, rangeOf(this.values)) : range;
     this.view.patches?.setValues(this.values, own, map);
     const unit = field.unit(this.unit);
     const ends = own.map((value) => withUnit(format(value, 3), unit)).join(' to ');
@@ -193,14 +215,20 @@ export class Mapped {
     this.#mark();
   }
 
-  #takeInlet(text) {
+  /** The rows of elements by their numbers; undefined for one that there is not. */
+  #rowsOf(ids) {
     const rows = new Map(Array.from(this.body.columns.id, (id, row) => [id, row]));
+    return ids.map((id) => rows.get(Number(id)));
+  }
+
+  #takeInlet(text) {
     const ids = text.split(/[\s,;]+/).filter(Boolean);
-    const unknown = ids.filter((id) => !rows.has(Number(id)));
+    const rows = this.#rowsOf(ids);
+    const unknown = ids.filter((_, k) => rows[k] === undefined);
     element('fault-mesh').textContent = unknown.length
       ? `The mesh has no element ${unknown.join(', ')}.`
       : '';
-    this.inlet = new Set(ids.map((id) => rows.get(Number(id))).filter((row) => row !== undefined));
+    this.inlet = new Set(rows.filter((row) => row !== undefined));
     this.#mark();
   }
 

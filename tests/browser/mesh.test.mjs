@@ -98,6 +98,30 @@ test('mesh: every format of the service is a download', async () => {
   assert.equal(readFileSync(await file.path()).length, own.byteLength);
 });
 
+test('mesh: the cavity has the height that is given, and a wrong one says why', async () => {
+  const type = async (id, text) => {
+    await page.fill(id, text);
+    await page.press(id, 'Enter');
+  };
+  const says = (id, pattern) =>
+    page.waitForFunction(
+      ([where, source]) => new RegExp(source).test(document.querySelector(where).textContent),
+      [id, pattern],
+    );
+  await page.selectOption('#field', 'thickness');
+  await says('#mesh-range', 'Thickness: (0.0005|5.*10⁻⁴)');
+  await type('#mesh-height', 'pid:1:0.004');
+  await says('#mesh-range', 'Thickness: (0.004|4.*10⁻³)');
+  await says('#mesh-about', 'thinner than the cavity');
+  await type('#mesh-punch', 'pid:99');
+  await says('#fault-mesh', 'punch');
+  await type('#mesh-punch', '');
+  await type('#mesh-height', '');
+  await says('#mesh-range', 'Thickness: (0.0005|5.*10⁻⁴)');
+  assert.equal(await page.textContent('#fault-mesh'), '');
+  await page.selectOption('#field', 'shear');
+});
+
 test('mesh: another drape is mapped anew, and the net comes back', async () => {
   const before = await page.locator('#pane-solid').screenshot();
   await page.fill('#angle', '30');
