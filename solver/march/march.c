@@ -133,6 +133,11 @@ bool march_progress(struct march *march) {
     return !atomic_load(&watch->stopped);
 }
 
+static struct vec3 normal_at(void *context, const struct net_node *node) {
+    struct station station;
+    return march_station_at(context, node, &station) ? station.normal : vec3_make(0, 0, 0);
+}
+
 enum status march_watch_folds(struct march *march) {
     if (march->fold)
         return STATUS_OK;
@@ -141,7 +146,8 @@ enum status march_watch_folds(struct march *march) {
     for (int k = 0; k < 2; k++)
         turn[k] =
             march->mesh || march->surface->shell ? HUGE_VAL : station_cut_turn(march->surface, k);
-    march->fold = fold_make(march->net, march->settings->spacing, turn);
+    march->fold = fold_make(march->net, march->settings->spacing, turn,
+                            (struct fold_normals){normal_at, march});
     enum status status = tiles && march->fold ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     size_t count = status == STATUS_OK ? net_tile_count(march->net) : 0;
     for (size_t t = 0; t < count && status == STATUS_OK; t++)

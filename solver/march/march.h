@@ -207,6 +207,12 @@ struct march_cell {
 bool march_yarn(struct march *march, int32_t i, int32_t j, int di, int dj,
                 const struct station *station, struct vec3 *direction);
 
+/* The directions in which the yarns through A leave B and C towards A, and those in which BD and CD
+ * leave if the cell is a parallelogram on the unfolded surface: they turn from the former by the
+ * angle between the yarns at A. False when the net lacks one of them. */
+bool march_turn_as_at_a(struct march *march, const struct march_cell *at, struct vec3 back[2],
+                        struct vec3 start[2]);
+
 /* Notes for march_place that both edges of a cell that end in D are rough: `start` and `end` of BD
  * and CD, as in `struct fishnet_yarns`. */
 void march_note_edges(struct march *march, const struct march_cell *at, const struct vec3 start[2],

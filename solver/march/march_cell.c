@@ -174,22 +174,21 @@ bool march_yarn(struct march *march, int32_t i, int32_t j, int di, int dj,
     return true;
 }
 
-/* The directions in which BD and CD leave if the cell is a parallelogram on the unfolded surface:
- * at B and C the yarns turn from those through A by the angle by which they do at A. */
-static bool turn_as_at_a(struct march *march, const struct march_cell *at,
-                         struct fishnet_yarns *yarns) {
+bool march_turn_as_at_a(struct march *march, const struct march_cell *at, struct vec3 back[2],
+                        struct vec3 start[2]) {
     int32_t i = at->i, j = at->j;
     int si = at->si, sj = at->sj;
-    struct vec3 ab, ac, ba, ca;
+    struct vec3 ab, ac;
     if (!march_yarn(march, i - si, j - sj, 0, sj, at->a, &ab) ||
         !march_yarn(march, i - si, j - sj, si, 0, at->a, &ac) ||
-        !march_yarn(march, i - si, j, 0, -sj, at->b, &ba) ||
-        !march_yarn(march, i, j - sj, -si, 0, at->c, &ca))
+        !march_yarn(march, i - si, j, 0, -sj, at->b, &back[0]) ||
+        !march_yarn(march, i, j - sj, -si, 0, at->c, &back[1]))
         return false;
     double cosine = vec3_dot(ab, ac), sine = vec3_dot(vec3_cross(ab, ac), at->a->normal);
-    struct vec3 left_b = vec3_cross(at->b->normal, ba), left_c = vec3_cross(at->c->normal, ca);
-    yarns->start[0] = vec3_axpy(-sine, left_b, vec3_scale(-cosine, ba));
-    yarns->start[1] = vec3_axpy(sine, left_c, vec3_scale(-cosine, ca));
+    for (int k = 0; k < 2; k++) {
+        struct vec3 left = vec3_cross((k ? at->c : at->b)->normal, back[k]);
+        start[k] = vec3_axpy(k ? sine : -sine, left, vec3_scale(-cosine, back[k]));
+    }
     return true;
 }
 
@@ -253,6 +252,7 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
                                     struct fishnet_node *node) {
     const double *d = march->settings->spacing;
     struct fishnet_yarns yarns;
+    struct vec3 back[2];
     bool geodesic = march->settings->method == DRAPE_GEODESIC;
     const struct fishnet_collocation wanted = {
         {d[0], d[1]}, geodesic_accuracy[0], march->settings->lanes};
@@ -272,7 +272,7 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
         if (is_wild(march, cell, &node->station) && expected_outside(march, cell))
             return FISHNET_NO_CONVERGENCE;
     }
-    if (!turn_as_at_a(march, at, &yarns))
+    if (!march_turn_as_at_a(march, at, back, yarns.start))
         return FISHNET_NO_CONVERGENCE;
     const struct fishnet_yarns begun = yarns;
     enum fishnet_end end =

@@ -82,8 +82,10 @@ static enum mesh_corner_end solve_smooth(struct march *march, const struct march
         return end;
     struct mesh_corner other = {.steps = corner->steps};
     struct mesh_yarns yarns;
-    enum mesh_corner_end other_end =
-        mesh_smooth_geodesics(march->smooth, &by_geodesics, &other, &yarns);
+    struct vec3 back[2];
+    enum mesh_corner_end other_end = MESH_CORNER_NO_CONVERGENCE;
+    if (march_turn_as_at_a(march, at, back, yarns.start))
+        other_end = mesh_smooth_geodesics(march->smooth, &by_geodesics, back, &other, &yarns);
     if (other_end == MESH_CORNER_FOUND) {
         *corner = other;
         if (rough)

@@ -45,20 +45,6 @@ static struct vec3 unfold(struct vec3 v, struct vec3 from, struct vec3 to) {
     return vec3_axpy((1 - cosine) * vec3_dot(axis, v), axis, turned);
 }
 
-/* From a corner beside A along the edge from A to the other one; square to the edge from A where no
- * fold lies on that: chords over sharp folds may even point backwards. `turn` is 1 when D lies to
- * the left of the way from A. */
-static struct shot aim_along(const struct mesh_smooth *smooth, const struct mesh_place *a,
-                             const struct mesh_place *from, const struct mesh_place *other,
-                             double length, int turn) {
-    struct vec3 way = vec3_sub(other->r, a->r), normal = normal_at(smooth, from);
-    if (same_patch(smooth, a, from))
-        way = vec3_scale(turn, vec3_cross(normal, vec3_sub(from->r, a->r)));
-    else
-        way = unfold(way, normal_at(smooth, a), normal);
-    return aim(smooth, from, way, length);
-}
-
 static enum mesh_walk_end fire(const struct mesh_smooth *smooth, struct shot *shot) {
     if (!mesh_smooth_path(&shot->end, smooth, &shot->from, shot->direction, vec3_make(0, 0, 0)))
         return MESH_WALK_LOST;
@@ -87,12 +73,10 @@ static bool close_gap(struct shot *b, struct shot *c, struct vec3 gap) {
     return true;
 }
 
-/* Whether a geodesic from a corner beside A leads away from A, which is to the left of it when
- * `left` is 1; so it does over a fold, where that cannot be seen from the chord. */
-static bool leads_away(const struct mesh_smooth *smooth, const struct mesh_cell *cell,
-                       const struct shot *shot, int left) {
-    struct vec3 across = vec3_cross(shot->direction, vec3_sub(cell->a.r, shot->from.r));
-    return !same_patch(smooth, &cell->a, &shot->from) || left * vec3_dot(across, shot->normal) > 0;
+/* Whether a geodesic from a corner beside A, to which a yarn leaves there as `back`, leads away
+ * from A, which is to the left of it when `left` is 1. */
+static bool leads_away(const struct shot *shot, struct vec3 back, int left) {
+    return left * vec3_dot(vec3_cross(shot->direction, back), shot->normal) > 0;
 }
 
 /* Both end in D's plane; that from B may have ended on the other side of a fold through D. */
@@ -108,8 +92,8 @@ static void note_yarns(const struct mesh_smooth *smooth, const struct shot *b, c
 
 /* Newton's method from two directions on. */
 static enum mesh_corner_end meet(const struct mesh_smooth *smooth, const struct mesh_cell *cell,
-                                 struct shot b, struct shot c, struct mesh_corner *corner,
-                                 struct mesh_yarns *yarns) {
+                                 const struct vec3 back[2], struct shot b, struct shot c,
+                                 struct mesh_corner *corner, struct mesh_yarns *yarns) {
     double shorter = fmin(cell->bd, cell->cd), least = HUGE_VAL;
     int stalled = 0;
     for (int k = 0; k < NEWTON_MAX && least > wanted; k++) {
@@ -124,8 +108,8 @@ static enum mesh_corner_end meet(const struct mesh_smooth *smooth, const struct 
         stalled = size < 0.5 * least ? 0 : stalled + 1;
         if (least <= taken && stalled == STALLED_MAX)
             break;
-        if (size < least && leads_away(smooth, cell, &b, -cell->orientation) &&
-            leads_away(smooth, cell, &c, cell->orientation)) {
+        if (size < least && leads_away(&b, back[0], -cell->orientation) &&
+            leads_away(&c, back[1], cell->orientation)) {
             least = size;
             corner->place = c.end.place;
             corner->residual = size;
@@ -138,15 +122,17 @@ static enum mesh_corner_end meet(const struct mesh_smooth *smooth, const struct 
 }
 
 enum mesh_corner_end mesh_smooth_geodesics(const struct mesh_smooth *smooth,
-                                           const struct mesh_cell *cell, struct mesh_corner *corner,
-                                           struct mesh_yarns *yarns) {
+                                           const struct mesh_cell *cell, const struct vec3 back[2],
+                                           struct mesh_corner *corner, struct mesh_yarns *yarns) {
+    const struct vec3 start[2] = {yarns->start[0], yarns->start[1]};
     struct shot b = aim(smooth, &cell->b, vec3_sub(cell->guess, cell->b.r), cell->bd);
     struct shot c = aim(smooth, &cell->c, vec3_sub(cell->guess, cell->c.r), cell->cd);
     bool folded =
         !same_patch(smooth, &cell->a, &cell->b) || !same_patch(smooth, &cell->a, &cell->c);
-    if (!folded && meet(smooth, cell, b, c, corner, yarns) == MESH_CORNER_FOUND)
+    if (!folded && meet(smooth, cell, back, b, c, corner, yarns) == MESH_CORNER_FOUND)
         return MESH_CORNER_FOUND;
-    b = aim_along(smooth, &cell->a, &cell->b, &cell->c, cell->bd, -cell->orientation);
-    c = aim_along(smooth, &cell->a, &cell->c, &cell->b, cell->cd, cell->orientation);
-    return meet(smooth, cell, b, c, corner, yarns);
+    /* Chords over sharp folds may even point backwards. */
+    b = aim(smooth, &cell->b, start[0], cell->bd);
+    c = aim(smooth, &cell->c, start[1], cell->cd);
+    return meet(smooth, cell, back, b, c, corner, yarns);
 }

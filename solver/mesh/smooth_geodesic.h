@@ -16,11 +16,13 @@ struct mesh_yarns {
     struct vec3 start[2], end[2];
 };
 
-/* Solves a cell; `cell->bd` and `cell->cd` are the lengths, and D is expected at `cell->guess`. The
- * residual is the gap between the two ends, relative to the shorter length. MESH_CORNER_BOUNDARY
- * when a geodesic leaves the mesh. */
+/* Solves a cell; `cell->bd` and `cell->cd` are the lengths, and D is expected at `cell->guess`, or
+ * where the geodesics lead that set off as `yarns->start`. `back`: the directions in which the
+ * yarns through A leave B and C towards it; D is on their other side. The residual is the gap
+ * between the two ends, relative to the shorter length. MESH_CORNER_BOUNDARY when a geodesic leaves
+ * the mesh. */
 enum mesh_corner_end mesh_smooth_geodesics(const struct mesh_smooth *smooth,
-                                           const struct mesh_cell *cell, struct mesh_corner *corner,
-                                           struct mesh_yarns *yarns);
+                                           const struct mesh_cell *cell, const struct vec3 back[2],
+                                           struct mesh_corner *corner, struct mesh_yarns *yarns);
 
 #endif

@@ -42,6 +42,7 @@ struct site {
 
 struct fold {
     struct net *net;
+    struct fold_normals normals;
     double spacing[2], turn[2];
     double reach, cube;
     struct patch *patches;
@@ -151,12 +152,14 @@ static bool grow_sites(struct fold *fold, size_t room) {
     return true;
 }
 
-struct fold *fold_make(struct net *net, const double spacing[2], const double turn[2]) {
+struct fold *fold_make(struct net *net, const double spacing[2], const double turn[2],
+                       struct fold_normals normals) {
     struct fold *fold = arena_alloc(net->arena, 1, sizeof *fold);
     if (!fold)
         return NULL;
     double longest = fmax(spacing[0], spacing[1]);
     *fold = (struct fold){.net = net,
+                          .normals = normals,
                           .spacing = {spacing[0], spacing[1]},
                           .turn = {turn[0], turn[1]},
                           .reach = cells_reach * longest,
@@ -403,7 +406,8 @@ static struct vec3 yarn_step(struct net *net, const struct target *at, int dx, i
 }
 
 /* Whether `point` lies in the cells round a node: |x|, |y| < 1 in its yarns' own
- * oblique coordinates, and on the same sheet. A yarn alone is taken as crossed at right angles. */
+ * oblique coordinates, and on the same sheet. A yarn alone is taken as crossed at right angles, and
+ * has its side of a thin part from the surface. */
 static bool within_cells(struct fold *fold, const struct target *at,
                          const struct station *station) {
     const struct net_node *node = &at->tile->node[at->y][at->x];
@@ -413,6 +417,9 @@ static bool within_cells(struct fold *fold, const struct target *at,
     struct vec3 normal = station->normal, offset = vec3_sub(station->jet.r, node->r);
     struct vec3 a = yarn_step(fold->net, at, 1, 0);
     struct vec3 b = yarn_step(fold->net, at, 0, 1);
+    bool alone = vec3_norm2(a) == 0 || vec3_norm2(b) == 0;
+    if (alone && !(vec3_dot(fold->normals.at(fold->normals.context, node), normal) > 0))
+        return false;
     if (vec3_norm2(a) == 0)
         a = vec3_scale(fold->spacing[0], vec3_unit(vec3_cross(b, normal)));
     if (vec3_norm2(b) == 0)

@@ -14,10 +14,17 @@
 
 struct fold;
 
+/* What tells the unit normal of the surface at a node; zero where there is none. */
+struct fold_normals {
+    struct vec3 (*at)(void *context, const struct net_node *node);
+    void *context;
+};
+
 /* For nodes of `net`, which are `spacing` apart, in its arena; there are none yet. Nodes that
  * differ by more than turn[k] in parameter k lie on either side of a cut and do not meet; HUGE_VAL
  * where there is none. NULL without memory. */
-struct fold *fold_make(struct net *net, const double spacing[2], const double turn[2]);
+struct fold *fold_make(struct net *net, const double spacing[2], const double turn[2],
+                       struct fold_normals normals);
 
 /* From now on there is no cut. */
 void fold_pass_cut(struct fold *fold);
