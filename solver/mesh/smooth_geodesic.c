@@ -7,7 +7,7 @@ enum { NEWTON_MAX = 12, STALLED_MAX = 2 };
 
 /* The gap wanted, relative to the lengths, and that still taken: as their directions turn, ends of
  * geodesics jump by the steps of their integration. The largest turn of a step, in radians. */
-static const double wanted = 1e-11, taken = 1e-5, turn_most = 0.3;
+static const double wanted = 1e-11, taken = 1e-4, turn_most = 0.3;
 
 /* A geodesic of a given length in a direction that Newton's method turns. */
 struct shot {
