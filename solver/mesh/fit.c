@@ -184,10 +184,22 @@ static bool solve(struct problem *p, int terms, double coefficient[FIT_TERMS]) {
     return true;
 }
 
-static bool is_sound(const double c[FIT_TERMS]) {
-    return c[0] * c[0] + c[1] * c[1] < steepest * steepest &&
-           fabs(c[2]) + fabs(c[3]) + fabs(c[4]) < rise_most &&
-           fabs(c[5]) + fabs(c[6]) + fabs(c[7]) + fabs(c[8]) < rise_most;
+/* Of each point the rise by second and by third powers counts: they may lie far along a nose and
+ * near across it, and its curvature is no matter beyond them. */
+static bool is_sound(const double c[FIT_TERMS], const struct vicinity *v,
+                     const struct mesh_fit *fit, double reach) {
+    if (!(c[0] * c[0] + c[1] * c[1] < steepest * steepest))
+        return false;
+    for (int k = 0; k < v->point_count; k++) {
+        struct vec3 offset = vec3_scale(1 / reach, vec3_sub(v->points[k], fit->origin));
+        double x = fabs(vec3_dot(offset, fit->x)), y = fabs(vec3_dot(offset, fit->y));
+        double second = fabs(c[2]) * x * x + fabs(c[3]) * x * y + fabs(c[4]) * y * y;
+        double third = fabs(c[5]) * x * x * x + fabs(c[6]) * x * x * y + fabs(c[7]) * x * y * y +
+                       fabs(c[8]) * y * y * y;
+        if (!(second < rise_most && third < rise_most))
+            return false;
+    }
+    return true;
 }
 
 static void set_axes(struct mesh_fit *fit) {
@@ -214,7 +226,7 @@ static void fit_surface(struct mesh_fit *fit, const struct vicinity *v) {
         if (v->point_count < least[k])
             continue;
         set_up(&problem, v, fit, reach);
-        if (!solve(&problem, terms[k], c) || !is_sound(c))
+        if (!solve(&problem, terms[k], c) || !is_sound(c, v, fit, reach))
             continue;
         for (int m = 0; m < 2; m++)
             fit->slope[m] = c[m];

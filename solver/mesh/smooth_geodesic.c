@@ -5,9 +5,10 @@
 
 enum { NEWTON_MAX = 12, STALLED_MAX = 2 };
 
-/* The gap wanted, relative to the lengths, and that still taken: as their directions turn, ends of
- * geodesics jump by the steps of their integration. The largest turn of a step, in radians. */
-static const double wanted = 1e-11, taken = 1e-4, turn_most = 0.3;
+/* The gap wanted, relative to the lengths, that at which it is not worth while to go on, and that
+ * still taken: as their directions turn, ends of geodesics jump by the steps of their integration,
+ * the most over folds. The largest turn of a step, in radians. */
+static const double wanted = 1e-11, settled = 1e-5, taken = 1e-4, turn_most = 0.3;
 
 /* A geodesic of a given length in a direction that Newton's method turns. */
 struct shot {
@@ -106,7 +107,7 @@ static enum mesh_corner_end meet(const struct mesh_smooth *smooth, const struct 
         struct vec3 gap = vec3_sub(b.end.place.r, c.end.place.r);
         double size = vec3_norm(gap) / shorter;
         stalled = size < 0.5 * least ? 0 : stalled + 1;
-        if (least <= taken && stalled == STALLED_MAX)
+        if (least <= settled && stalled == STALLED_MAX)
             break;
         if (size < least && leads_away(&b, back[0], -cell->orientation) &&
             leads_away(&c, back[1], cell->orientation)) {

@@ -7,6 +7,12 @@ enum { STEPS_MAX = 5000, FOLDS_MAX = 200, CHORD_ROUNDS = 12, HALVINGS = 45 };
 /* A step is at most this share of the move, and of a triangle's side. */
 static const double move_share = 0.25, side_share = 0.6;
 
+/* The path turns by no more than this in a step, and by no more more or less than that at its end
+ * than at its beginning: a nose may begin within it. Steps are not halved below a share of the
+ * move.
+ */
+static const double turn_most = 0.5, turn_change = 0.1, least_share = 1e-4;
+
 /* Relative accuracy of a chord wanted, and still taken. */
 static const double chord_wanted = 1e-12, chord_taken = 1e-8;
 
@@ -40,11 +46,15 @@ static struct vec3 mean(double h, struct vec3 a, struct vec3 b, struct vec3 c, s
     return vec3_scale(h / 6, vec3_add(vec3_add(a, d), vec3_scale(2, vec3_add(b, c))));
 }
 
-/* Moves on by h on this side of folds; the half-edge that stops it, or MESH_NONE. */
-static int32_t step_on(struct mesh_smooth_path *path, double h) {
+/* Moves on by h on this side of folds; the half-edge that stops it, or MESH_NONE. `turn` becomes
+ * the angle by which the path turns with the curvature at its beginning, and by how much more or
+ * less it would with that at its end. */
+static int32_t step_on(struct mesh_smooth_path *path, double h, double turn[2]) {
     struct rate a = rate_at(path, path->place, path->direction);
     struct rate b = rate_ahead(path, h / 2, &a), c = rate_ahead(path, h / 2, &b);
     struct rate d = rate_ahead(path, h, &c);
+    turn[0] = h * vec3_norm(a.second);
+    turn[1] = h * vec3_norm(vec3_sub(d.second, a.second));
     path->place.r = vec3_add(path->place.r, mean(h, a.first, b.first, c.first, d.first));
     path->direction = vec3_add(path->direction, mean(h, a.second, b.second, c.second, d.second));
     int32_t stop = mesh_smooth_follow(path->smooth, &path->place, false, 0);
@@ -84,7 +94,8 @@ static double step_over(struct mesh_smooth_path *path, double h) {
     for (int k = 0; k < HALVINGS; k++) {
         struct mesh_smooth_path try = before;
         double middle = (low + high) / 2;
-        int32_t stop = step_on(&try, middle);
+        double turn[2];
+        int32_t stop = step_on(&try, middle, turn);
         if (stop != MESH_NONE) {
             high = middle;
             edge = stop;
@@ -115,14 +126,27 @@ bool mesh_smooth_path(struct mesh_smooth_path *path, const struct mesh_smooth *s
     return vec3_norm2(path->direction) > 0.5;
 }
 
+/* Moves on by *h, or by `left` if that is less, from the path to `ahead`, *h being halved until the
+ * path turns evenly, but not below `least`; what stopped it, as step_on. */
+static int32_t step_evenly(const struct mesh_smooth_path *path, double left, double least,
+                           double *h, struct mesh_smooth_path *ahead) {
+    for (;; *h /= 2) {
+        double turn[2];
+        *ahead = *path;
+        int32_t stop = step_on(ahead, fmin(*h, left), turn);
+        if (stop != MESH_NONE || *h < least || (turn[0] < turn_most && turn[1] < turn_change))
+            return stop;
+    }
+}
+
 enum mesh_walk_end mesh_smooth_length(struct mesh_smooth_path *path, double length) {
     const struct mesh *mesh = path->smooth->mesh;
     double left = length;
     for (int step = 0, folds = 0; step < STEPS_MAX && folds < FOLDS_MAX; step++) {
         double h = fmin(move_share * length, side_share * side_of(mesh, path->place.triangle));
-        struct mesh_smooth_path ahead = *path;
+        struct mesh_smooth_path ahead;
+        int32_t stop = step_evenly(path, left, least_share * length, &h, &ahead);
         bool last = left <= h;
-        int32_t stop = step_on(&ahead, last ? left : h);
         if (stop == MESH_NONE) {
             *path = ahead;
             left -= h;

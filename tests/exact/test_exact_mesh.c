@@ -115,7 +115,7 @@ static double measure_order(const struct subject *s, struct shape *shape, enum d
         struct drape_result result;
         struct mesh *mesh = make_mesh(s->map, 8 << k, s->shift, arena);
         assert_int_equal(drape_solve_mesh(mesh, &settings, NULL, arena, &result), STATUS_OK);
-        check_below(result.summary.residual_max, method == DRAPE_GEODESIC ? 1e-5 : 1e-11);
+        check_below(result.summary.residual_max, method == DRAPE_GEODESIC ? 1e-4 : 1e-11);
         error[k] = net_gap(&result, &exact);
         printf(" %.1e", error[k]);
         arena_free(arena);
@@ -221,10 +221,65 @@ static void test_exact_mesh_folds_stay_folds(void **state) {
     }
 }
 
+/* ---- a blade ---- */
+
+static double nose_radius;
+
+/* Two parallel planes a little apart, joined at one edge by half a cylinder: a third of the way
+ * each. The flat sheet has s = x on the upper plane, which is x <= 0. */
+static struct vec3 blade(double x, double y) {
+    double r = nose_radius, angle = M_PI / 2 * (3 * x + 1);
+    if (3 * x <= -1)
+        return vec3_make((3 * x + 1) / 2, y, r);
+    if (3 * x >= 1)
+        return vec3_make((1 - 3 * x) / 2, y, -r);
+    return vec3_make(r * sin(angle), y, r * cos(angle));
+}
+
+static double blade_unrolled(struct vec3 r) {
+    double round = nose_radius * atan2(fmax(r.x, 0), r.z);
+    return r.x > 0 ? round : r.z > 0 ? r.x : M_PI * nose_radius - r.x;
+}
+
+/* Cloth goes round the nose, which is sharper than the spacing, and neither side is taken for the
+ * other: a flat sheet that covers all. */
+static void test_exact_mesh_of_a_blade(void **state) {
+    (void)state;
+    static const double radii[] = {0.01, 0.02, 0.03};
+    for (int k = 0; k < 9; k++) {
+        struct arena *arena = arena_new((size_t)1 << 28);
+        struct drape_settings settings = settings_at(DRAPE_GIB, 0.05, 25.0 * (k % 3));
+        struct drape_result result;
+        nose_radius = radii[k / 3];
+        settings.start_point = vec3_make(-0.31, 0.02, nose_radius);
+        struct mesh *mesh = make_mesh(blade, 48, 0, arena);
+        assert_int_equal(drape_solve_mesh(mesh, &settings, NULL, arena, &result), STATUS_OK);
+        double gap = 0;
+        for (size_t n = 0; n < result.nodes.count; n++) {
+            struct vec3 r = node_point(&result.nodes, (int)n);
+            struct vec3 flat = {blade_unrolled(r), r.y, nose_radius};
+            struct vec3 warp = vec3_scale(0.05 * result.nodes.i[n], result.start_warp);
+            struct vec3 weft = vec3_scale(0.04 * result.nodes.j[n], result.start_weft);
+            struct vec3 right = vec3_add(result.start_point, vec3_add(warp, weft));
+            gap = fmax(gap, vec3_distance(flat, right));
+        }
+        printf("  nose of %.2f d, net at %2.0f: %.1e d from the grid, coverage %.3f, %.3f\n",
+               nose_radius / 0.05, 25.0 * (k % 3), gap / 0.05, result.summary.coverage,
+               result.summary.cloth_coverage);
+        for (int reason = 0; reason < DRAPE_REASON_COUNT; reason++)
+            if (reason != DRAPE_REASON_BOUNDARY)
+                assert_int_equal(result.summary.front_reasons[reason], 0);
+        check_at_least(result.summary.cloth_coverage, 0.995);
+        check_below(gap, 0.25 * 0.05);
+        arena_free(arena);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_mesh_tends_to_its_surface),
         cmocka_unit_test(test_exact_mesh_folds_stay_folds),
+        cmocka_unit_test(test_exact_mesh_of_a_blade),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
