@@ -125,15 +125,12 @@ static enum mesh_corner_end meet(const struct mesh_smooth *smooth, const struct 
 enum mesh_corner_end mesh_smooth_geodesics(const struct mesh_smooth *smooth,
                                            const struct mesh_cell *cell, const struct vec3 back[2],
                                            struct mesh_corner *corner, struct mesh_yarns *yarns) {
-    const struct vec3 start[2] = {yarns->start[0], yarns->start[1]};
-    struct shot b = aim(smooth, &cell->b, vec3_sub(cell->guess, cell->b.r), cell->bd);
-    struct shot c = aim(smooth, &cell->c, vec3_sub(cell->guess, cell->c.r), cell->cd);
-    bool folded =
-        !same_patch(smooth, &cell->a, &cell->b) || !same_patch(smooth, &cell->a, &cell->c);
-    if (!folded && meet(smooth, cell, back, b, c, corner, yarns) == MESH_CORNER_FOUND)
-        return MESH_CORNER_FOUND;
-    /* Chords over sharp folds may even point backwards. */
-    b = aim(smooth, &cell->b, start[0], cell->bd);
-    c = aim(smooth, &cell->c, start[1], cell->cd);
+    struct shot b = aim(smooth, &cell->b, yarns->start[0], cell->bd);
+    struct shot c = aim(smooth, &cell->c, yarns->start[1], cell->cd);
+    enum mesh_corner_end end = meet(smooth, cell, back, b, c, corner, yarns);
+    if (end == MESH_CORNER_FOUND)
+        return end;
+    b = aim(smooth, &cell->b, vec3_sub(cell->guess, cell->b.r), cell->bd);
+    c = aim(smooth, &cell->c, vec3_sub(cell->guess, cell->c.r), cell->cd);
     return meet(smooth, cell, back, b, c, corner, yarns);
 }
