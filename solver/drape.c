@@ -98,20 +98,89 @@ static enum status march_all(struct march *march) {
     return status == STATUS_OK ? estimate_make(march) : status;
 }
 
-/* The surface, or the faces of its shell, as triangles, for the method mosaic. */
-static enum status tessellate(struct march *march) {
-    struct mesh *mesh;
-    const struct surface *surface = march->surface;
-    double size = patch_size * fmin(march->settings->spacing[0], march->settings->spacing[1]);
-    size_t most = patches_per_node * march->settings->max_nodes;
+/* ---- the method mosaic ---- */
+
+/* Of a shell by the side that its first face then has. */
+struct drape_facets {
+    const struct mesh *side[2];
+    double size;
+    int32_t component; /* 0 of a surface */
+};
+
+static double facet_size(const struct drape_settings *settings) {
+    return patch_size * fmin(settings->spacing[0], settings->spacing[1]);
+}
+
+static int side_of(const struct surface *surface) {
+    return surface->shell && shell_surface(surface->shell, 0)->side < 0;
+}
+
+static int32_t component_of(const struct surface *surface) {
+    return surface->shell ? shell_component(surface->shell, surface->face) : 0;
+}
+
+/* The surface, or the faces of its shell, as triangles. */
+static enum status make_facets(const struct surface *surface, const struct drape_settings *settings,
+                               struct arena *arena, const struct mesh **facets) {
+    struct mesh *mesh = NULL;
+    size_t most = patches_per_node * settings->max_nodes;
+    double size = facet_size(settings);
     enum status status =
-        surface->shell
-            ? mesh_from_shell(surface->shell, surface->face, size, most, march->arena, &mesh)
-            : mesh_from_surface(surface, size, most, march->arena, &mesh);
-    if (status != STATUS_OK)
+        surface->shell ? mesh_from_shell(surface->shell, surface->face, size, most, arena, &mesh)
+                       : mesh_from_surface(surface, size, most, arena, &mesh);
+    *facets = mesh;
+    return status;
+}
+
+/* Those of a component of a shell, for starts on faces that have their side as its first has, and
+ * for the others. */
+static enum status make_sides(const struct shell *shell, const struct drape_settings *settings,
+                              struct arena *arena, struct drape_facets *facets) {
+    struct shell *oriented = NULL;
+    for (int32_t k = 0; k < (int32_t)shell_face_count(shell); k++) {
+        bool others = oriented != NULL;
+        if (shell_component(shell, k) != facets->component ||
+            (others && shell_surface(oriented, k)->side > 0))
+            continue;
+        enum status status = shell_orient(shell, k, arena, &oriented);
+        const struct surface *face = status == STATUS_OK ? shell_surface(oriented, k) : NULL;
+        if (face)
+            status = make_facets(face, settings, arena, &facets->side[side_of(face)]);
+        if (status != STATUS_OK || others)
+            return status;
+    }
+    return STATUS_OK;
+}
+
+enum status drape_prepare_facets(const struct surface *surface, const struct shell *shell,
+                                 int32_t component, const struct drape_settings *settings,
+                                 struct arena *arena, const struct drape_facets **facets) {
+    struct drape_facets *made = arena_alloc(arena, 1, sizeof *made);
+    enum status status = made ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    *facets = NULL;
+    if (settings->method != DRAPE_MOSAIC || !made)
         return status;
-    march->mesh = mesh;
-    return start_move_to_mesh(march);
+    made->size = facet_size(settings);
+    *facets = made;
+    if (shell && shell_face_count(shell) == 1) /* draped as that face's surface */
+        surface = shell_plain_surface(shell, 0);
+    if (surface)
+        return make_facets(surface, settings, arena, &made->side[0]);
+    made->component = component;
+    return make_sides(shell, settings, arena, made);
+}
+
+/* Has the march go over triangles: those that are ready, or its own. */
+static enum status tessellate(struct march *march) {
+    const struct surface *surface = march->surface;
+    const struct drape_facets *ready = march->settings->facets;
+    enum status status = STATUS_OK;
+    if (ready && ready->size == facet_size(march->settings) &&
+        ready->component == component_of(surface))
+        march->mesh = ready->side[side_of(surface)];
+    if (!march->mesh)
+        status = make_facets(surface, march->settings, march->arena, &march->mesh);
+    return status == STATUS_OK ? start_move_to_mesh(march) : status;
 }
 
 static enum status finish(struct march *march, struct drape_result *result) {

@@ -85,6 +85,7 @@ struct drape_gauge {
 };
 
 struct mesh_smooth;
+struct drape_facets;
 
 /* What to drape. Zero-initialised fields are the defaults, but spacing and max_nodes are required.
  * Index 0 of a pair is warp, 1 is weft. */
@@ -103,12 +104,14 @@ struct drape_settings {
     struct drape_generator generator[2];
     bool has_extent[2]; /* whether extent[k] bounds the net; else until the surface is covered */
     int extent[2][2];   /* lowest index <= 0 and highest index >= 0 */
-    const struct trim *trim;          /* the usable region; NULL: the whole surface */
-    size_t max_nodes;                 /* STATUS_TOO_MANY_NODES beyond */
-    struct drape_gauge *gauge;        /* NULL, or the caller's, to be filled */
-    const struct mesh_smooth *smooth; /* of the mesh, made for many drapes of it by
-                                         `drape_prepare_mesh`; NULL: each makes its own */
-    const struct drape_team *team;    /* NULL: the calling thread alone */
+    const struct trim *trim;           /* the usable region; NULL: the whole surface */
+    size_t max_nodes;                  /* STATUS_TOO_MANY_NODES beyond */
+    struct drape_gauge *gauge;         /* NULL, or the caller's, to be filled */
+    const struct mesh_smooth *smooth;  /* of the mesh, made for many drapes of it by
+                                          `drape_prepare_mesh`; NULL: each makes its own */
+    const struct drape_facets *facets; /* likewise of a surface or shell for the method mosaic, by
+                                          `drape_prepare_facets` */
+    const struct drape_team *team;     /* NULL: the calling thread alone */
     int lanes; /* nodes to be found at once at the most, 0: as many as the processor can; the result
                   has the same bits with any */
 };
@@ -246,6 +249,15 @@ enum status drape_solve_shell(const struct shell *shell, const struct drape_sett
 enum status drape_prepare_mesh(const struct mesh *mesh, enum drape_method method,
                                struct arena *arena,
                                const struct mesh_smooth **smooth) STATUS_MUST_USE;
+
+/* The triangles that the method mosaic drapes in place of a surface, or of the component of a shell
+ * (NULL: the other is meant), in `arena`; NULL for other methods. Drapes of another spacing or
+ * component make their own. Errors: STATUS_OUT_OF_MEMORY, STATUS_TOO_MANY_NODES,
+ * STATUS_DEGENERATE_SURFACE, as the drapes would have. */
+enum status drape_prepare_facets(const struct surface *surface, const struct shell *shell,
+                                 int32_t component, const struct drape_settings *settings,
+                                 struct arena *arena,
+                                 const struct drape_facets **facets) STATUS_MUST_USE;
 
 /*
  * The same on a mesh: the component with the start is draped, for the method mosaic its flat

@@ -96,6 +96,25 @@ static enum status find_divisions(struct api_study *study) {
     return STATUS_OK;
 }
 
+/* Triangles for the method mosaic, of the spacing that most variants have. Where there can be none,
+ * each variant says so. */
+static bool find_facets(struct api_study *study) {
+    struct drape_settings *own = &study->request.drape.settings;
+    struct drape_settings settings = *own;
+    const struct study_shape *shape = &study->shape;
+    bool optimise = study->request.search == STUDY_SEARCH_OPTIMISE;
+    double coarseness = optimise ? optimise_shares(study).coarseness : 1;
+    if (shape->mesh || settings.method != DRAPE_MOSAIC)
+        return true;
+    for (int k = 0; k < 2; k++)
+        settings.spacing[k] *= coarseness;
+    enum status status = drape_prepare_facets(shape->surface, shape->shell.shell, shape->component,
+                                              &settings, study->arena, &own->facets);
+    if (status != STATUS_OK)
+        own->facets = NULL;
+    return status != STATUS_OUT_OF_MEMORY;
+}
+
 static enum api_problem_id open_in(struct api_study *study, const struct api_input *input,
                                    const struct api_limits *limits, struct api_problem *problem) {
     if (study_decode(input, limits, study->arena, &study->request, problem) != API_OK)
@@ -108,7 +127,8 @@ static enum api_problem_id open_in(struct api_study *study, const struct api_inp
         return problem->id;
     if (study_bench_make(&study->request, &study->shape, study->arena, &study->bench) !=
             STATUS_OK ||
-        find_starts(study) != STATUS_OK || find_divisions(study) != STATUS_OK)
+        find_starts(study) != STATUS_OK || find_divisions(study) != STATUS_OK ||
+        !find_facets(study))
         return no_memory(problem);
     return study->request.sample > 0 ? sample_prepare(study, limits, problem) : API_OK;
 }
@@ -207,16 +227,15 @@ double study_nodes(const struct api_study *study, double coarseness) {
     return 1 + study->shape.area / (d[0] * d[1] * coarseness * coarseness);
 }
 
-/* Against gib's: about what was measured on free-form parts. Patches of a mosaic are made anew for
- * each net, but those of a mesh are there. */
+/* Against gib's: about what was measured on free-form parts. */
 static double cost_of_a_node(const struct api_study *study) {
     switch (study->request.drape.settings.method) {
     case DRAPE_GEODESIC:
-        return 4;
+        return 6;
     case DRAPE_GIB4:
         return 2.5;
     case DRAPE_MOSAIC:
-        return study->shape.mesh ? 1 : 12;
+        return study->shape.mesh ? 1 : 5;
     default:
         return 1;
     }
