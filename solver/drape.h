@@ -68,7 +68,7 @@ struct drape_team {
 
 /* Numbers of the cloth up to its rim beyond those of the summary, for those who compare many
  * drapes. Like these they do not jump when the start moves a little. */
-enum { DRAPE_SHEAR_BINS = 8192, DRAPE_DIVISIONS = 12 };
+enum { DRAPE_SHEAR_BINS = 8192, DRAPE_DIVISIONS = 32 };
 #define DRAPE_SHEAR_BIN (90.0 / (DRAPE_SHEAR_BINS - 1)) /* degrees */
 struct drape_gauge {
     struct vec3 wanted; /* asked for: where the warp should run, of any length; zero: not asked */

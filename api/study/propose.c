@@ -13,6 +13,12 @@
  * `make study-quality`. */
 enum { MODELLED = 300, CANDIDATES = 128, GOOD = 4, TOGETHER = 3 };
 
+/* Steps that the best candidate then takes downwards: the first of this share of the greatest
+ * distance of candidates, each longer by a third after one that leads down, else a little shorter.
+ */
+enum { DESCENT = 100 };
+static const double stride = 0.25, longer = 1.3, shorter = 0.95;
+
 /* How far from there at first, as a share of the part's length (the root of its area), of a quarter
  * turn and of the range of the pre-shears; candidates are at 1, 1/2, .. 1/16 of it, and all of that
  * shrinks as the budget is used. */
@@ -25,7 +31,7 @@ enum { WEIGHTS = sizeof weights / sizeof *weights };
 
 /* The model's lengths: the part is about 1 long, all directions are a circle of this radius, all
  * pre-shears that long. */
-static const double circle = 0.35, shears = 0.5;
+static const double circle = 0.25, shears = 0.5;
 
 double study_aim_value(const struct study_aim *aim, const double quantity[QUANTITY_COUNT]) {
     double most = -HUGE_VAL;
@@ -194,8 +200,10 @@ static size_t choose_rows(const struct propose_search *search, size_t *const *or
     return count;
 }
 
-/* What a quantity is modelled up to: its median, or what a limit or an aim asks of it if that is
- * more. What is far from good has steep walls that the model would follow for nothing. */
+/* What a quantity is modelled up to: what this share of the rows keeps below, or what a limit or an
+ * aim asks of it if that is more. What is far from good has steep walls that the model would follow
+ * for nothing. */
+static const double capped = 0.3;
 static double cap_of(const struct propose_search *search, enum quantity_id id, double *scratch) {
     const struct study_limit *limit = &search->study->request.limit[id];
     size_t count = 0;
@@ -205,7 +213,7 @@ static double cap_of(const struct propose_search *search, enum quantity_id id, d
     if (limit->has_min || count == 0)
         return HUGE_VAL;
     qsort(scratch, count, sizeof *scratch, compare_numbers);
-    double cap = scratch[count / 2];
+    double cap = scratch[(size_t)(capped * (double)count)];
     if (limit->has_max)
         cap = fmax(cap, limit->max + 0.1 * (scratch[count - 1] - limit->max));
     for (size_t a = 0; a < search->aim_count; a++) {
@@ -327,29 +335,29 @@ static void judge(const struct propose_search *search, const struct model *model
     candidate->violation = study_violation(search->study, &row);
 }
 
-/* The best of the candidates: as shares of their ranges the value and the nearness. Those that keep
- * the limits come first. */
-static size_t best_of(const struct candidate *list, size_t count, double weight) {
-    double least = HUGE_VAL, most = -HUGE_VAL, near = HUGE_VAL, far = 0, best = HUGE_VAL;
-    size_t chosen = 0;
+/* What candidates are compared by: value and nearness as shares of the ranges that they have. */
+struct scale {
+    double least, most, near, far, weight;
+};
+
+static struct scale scale_of(const struct candidate *list, size_t count, double weight) {
+    struct scale s = {HUGE_VAL, -HUGE_VAL, HUGE_VAL, 0, weight};
     for (size_t k = 0; k < count; k++) {
-        least = fmin(least, list[k].value);
-        most = fmax(most, list[k].value);
-        near = fmin(near, list[k].nearest);
-        far = fmax(far, list[k].nearest);
+        s.least = fmin(s.least, list[k].value);
+        s.most = fmax(s.most, list[k].value);
+        s.near = fmin(s.near, list[k].nearest);
+        s.far = fmax(s.far, list[k].nearest);
     }
-    for (size_t k = 0; k < count; k++) {
-        double value = most > least ? (list[k].value - least) / (most - least) : 0;
-        double nearness = far > near ? (far - list[k].nearest) / (far - near) : 0;
-        if (list[k].violation > 0)
-            value = 1 + list[k].violation;
-        value = weight * value + (1 - weight) * nearness;
-        if (value < best) {
-            best = value;
-            chosen = k;
-        }
-    }
-    return chosen;
+    return s;
+}
+
+/* The less the better; those that keep the limits come first. */
+static double rate(const struct scale *s, const struct candidate *c) {
+    double value = s->most > s->least ? (c->value - s->least) / (s->most - s->least) : 0;
+    double nearness = s->far > s->near ? fmax(s->far - c->nearest, 0) / (s->far - s->near) : 0;
+    if (c->violation > 0)
+        value = 1 + c->violation;
+    return s->weight * value + (1 - s->weight) * nearness;
 }
 
 /* What is being proposed. */
@@ -362,6 +370,25 @@ struct proposal {
     uint32_t seed;
 };
 
+/* A candidate about a spot; false where the part has none. */
+static bool draw_candidate(struct proposal *p, const struct study_aim *aim,
+                           const struct spot *about, double size, uint32_t seed, size_t draw,
+                           struct candidate *candidate) {
+    if (!draw_spot(&p->space, about, size, seed, draw, &candidate->spot))
+        return false;
+    candidate->point = point_of(&p->space, &candidate->spot);
+    judge(p->search, &p->model, aim, candidate);
+    for (size_t k = 0; k < p->count; k++)
+        candidate->nearest =
+            fmin(candidate->nearest, surrogate_distance2(&candidate->point, &p->made[k].point));
+    candidate->nearest = sqrt(candidate->nearest);
+    return true;
+}
+
+static double farthest(const struct propose_search *search) {
+    return reach * (1 - search->progress) + 1e-4;
+}
+
 /* Candidates of variant k: about the best row, or about a good one. */
 static size_t draw_candidates(struct proposal *p, const struct study_aim *aim, const size_t *order,
                               size_t ordered, bool about_best) {
@@ -371,22 +398,37 @@ static size_t draw_candidates(struct proposal *p, const struct study_aim *aim, c
     for (size_t c = 0; c < CANDIDATES; c++) {
         size_t draw = p->count * CANDIDATES + c;
         size_t which = about_best ? 0 : (size_t)(draw_even(p->seed, draw, PLACE) * (double)good);
-        double size = reach * (1 - search->progress) + 1e-4;
+        double size = farthest(search);
         for (int k = (int)(draw_even(p->seed, draw, SCALE) * SCALES); k > 0; k--)
             size *= 0.5;
         struct spot about = spot_of(&p->space, &search->rows[order[which]].variant);
-        struct candidate *candidate = &p->list[count];
-        if (!draw_spot(&p->space, &about, size, p->seed, draw, &candidate->spot))
-            continue;
-        candidate->point = point_of(&p->space, &candidate->spot);
-        judge(search, &p->model, aim, candidate);
-        for (size_t k = 0; k < p->count; k++)
-            candidate->nearest =
-                fmin(candidate->nearest, surrogate_distance2(&candidate->point, &p->made[k].point));
-        candidate->nearest = sqrt(candidate->nearest);
-        count++;
+        count += draw_candidate(p, aim, &about, size, p->seed, draw, &p->list[count]);
     }
     return count;
+}
+
+/* From the best of the candidates on downwards, by steps of random directions that become shorter
+ * where none leads down: the least of a greatest of many functions lies at the bottom of bent and
+ * narrow valleys, which no number of candidates about one spot follows. */
+static struct candidate descend(struct proposal *p, const struct study_aim *aim, size_t drawn,
+                                double weight) {
+    const struct scale scale = scale_of(p->list, drawn, weight);
+    struct candidate best = p->list[0], next;
+    double least = rate(&scale, &best), size = stride * farthest(p->search);
+    for (size_t k = 1; k < drawn; k++) {
+        double own = rate(&scale, &p->list[k]);
+        best = own < least ? p->list[k] : best;
+        least = fmin(own, least);
+    }
+    for (size_t k = 0; k < DESCENT; k++) {
+        if (!draw_candidate(p, aim, &best.spot, size, ~p->seed, p->count * DESCENT + k, &next))
+            continue;
+        double own = rate(&scale, &next);
+        size *= own < least ? longer : shorter;
+        best = own < least ? next : best;
+        least = fmin(own, least);
+    }
+    return best;
 }
 
 static void propose_all(struct proposal *p, size_t *const *orders, const size_t *ordered,
@@ -402,9 +444,10 @@ static void propose_all(struct proposal *p, size_t *const *orders, const size_t 
             drawn = draw_candidates(p, &search->aims[aim], orders[aim], ordered[aim], false);
         if (drawn == 0)
             continue;
-        size_t best = best_of(p->list, drawn, weights[turn % WEIGHTS]);
-        p->made[p->count] = p->list[best];
-        variants[p->count++] = variant_of(&p->space, &p->list[best].spot, coarseness);
+        const struct candidate best =
+            descend(p, &search->aims[aim], drawn, weights[turn % WEIGHTS]);
+        p->made[p->count] = best;
+        variants[p->count++] = variant_of(&p->space, &best.spot, coarseness);
     }
 }
 

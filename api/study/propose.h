@@ -4,10 +4,11 @@
  * that are not too near to what is known. The model of each quantity is a surrogate (`surrogate.h`)
  * over place, direction and pre-shear; that of the largest shear is the largest of one for each
  * division of the part: each of these is smooth where their largest has edges, on which the least
- * of it lies. For each new variant candidates are drawn about one of the good ones so far; that is
- * taken whose weighted sum of its modelled value and its nearness to what is known, each as a share
- * of the range of the candidates, is the least, with weights that change from one to the next
- * (Regis and Shoemaker, INFORMS J. Computing 19, 2007). Limits hold in the model.
+ * of it lies. For each new variant candidates are drawn about one of the good ones so far, and from
+ * the best of them steps are taken downwards: good is what has a small weighted sum of its modelled
+ * value and its nearness to what is known, each as a share of the range of the candidates, with
+ * weights that change from one to the next (Regis and Shoemaker, INFORMS J. Computing 19, 2007).
+ * Limits hold in the model.
  */
 #ifndef API_STUDY_PROPOSE_H
 #define API_STUDY_PROPOSE_H

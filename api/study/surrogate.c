@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "surrogate.h"
 
+#include "solver/wide.h"
 #include <math.h>
 #include <string.h>
 
@@ -39,6 +40,7 @@ static void set_row(const struct surrogate_point *points, const double *value, s
 
 /* Gauss's elimination of `rows`, each of `unknowns` coefficients and the right sides behind them,
  * with the largest pivot of each column; the solution takes the place of the right sides. */
+WIDE_CLONES
 static void eliminate(double **rows, size_t unknowns, size_t width) {
     for (size_t p = 0; p < unknowns; p++) {
         size_t largest = p;
@@ -84,6 +86,7 @@ enum status surrogate_make(const struct surrogate_point *points, const double *v
     return STATUS_OK;
 }
 
+WIDE_CLONES
 void surrogate_at(const struct surrogate *s, const struct surrogate_point *at,
                   double value[SURROGATE_VALUES_MOST], double *nearest) {
     const double *tail = s->weight + s->count * s->values;

@@ -88,16 +88,18 @@ static void test_exact_rim_of_a_saddle(void **state) {
         }
 }
 
+enum { DIVISIONS = 12 };
+
 /* The largest shear of the saddle's places that each middle is the nearest of, on a fine grid. */
-static void divided_shear(const struct vec3 *middle, double most[DRAPE_DIVISIONS]) {
+static void divided_shear(const struct vec3 *middle, double most[DIVISIONS]) {
     enum { SIDE = 500 };
-    memset(most, 0, DRAPE_DIVISIONS * sizeof *most);
+    memset(most, 0, DIVISIONS * sizeof *most);
     for (int m = 0; m <= SIDE; m++)
         for (int n = 0; n <= SIDE; n++) {
             double x = -0.9 + 2.0 * m / SIDE, y = -1 + 1.83 * n / SIDE, least = HUGE_VAL;
             struct vec3 r = vec3_make(x, y, (x * x - y * y) / 2);
             int nearest = 0;
-            for (int k = 0; k < DRAPE_DIVISIONS; k++) {
+            for (int k = 0; k < DIVISIONS; k++) {
                 double own = vec3_distance(middle[k], r);
                 nearest = own < least ? k : nearest;
                 least = fmin(own, least);
@@ -111,23 +113,23 @@ static void divided_shear(const struct vec3 *middle, double most[DRAPE_DIVISIONS
  * first order in the spacing. */
 static void test_exact_rim_divides_the_shear_of_a_saddle(void **state) {
     static struct shape shape;
-    struct vec3 middle[DRAPE_DIVISIONS];
-    double exact[DRAPE_DIVISIONS], error[2] = {0, 0};
+    struct vec3 middle[DIVISIONS];
+    double exact[DIVISIONS], error[2] = {0, 0};
     (void)state;
     shape_quadric(&shape, 1, -1, (double[2]){-0.9, 1.1}, (double[2]){-1, 0.83});
-    for (int k = 0; k < DRAPE_DIVISIONS; k++) {
+    for (int k = 0; k < DIVISIONS; k++) {
         double x = -0.7 + 0.5 * (k % 4), y = -0.7 + 0.6 * (k / 4);
         middle[k] = vec3_make(x, y, (x * x - y * y) / 2);
     }
     divided_shear(middle, exact);
     for (int level = 0; level < 2; level++) {
         struct drape_run run;
-        struct drape_gauge gauge = {.middle = middle, .divisions = DRAPE_DIVISIONS, .most = {90}};
+        struct drape_gauge gauge = {.middle = middle, .divisions = DIVISIONS, .most = {90}};
         struct drape_settings settings = settings_at(0, 0, 0, level ? 0.025 : 0.1);
         double largest = 0;
         settings.gauge = &gauge;
         drape_begin(&run, &shape, &settings);
-        for (int k = 0; k < DRAPE_DIVISIONS; k++) {
+        for (int k = 0; k < DIVISIONS; k++) {
             error[level] = fmax(error[level], fabs(gauge.most[k] - exact[k]));
             largest = fmax(largest, gauge.most[k]);
         }
