@@ -303,9 +303,12 @@ static void select_at(double *values, ptrdiff_t count, ptrdiff_t k) {
     }
 }
 
-/* What a share of the values is less than, straight between them; changes their order. */
+/* What a share of all that could be drawn is less than, straight between the values, of which
+ * number k of n in rising order has k / (n + 1) below it on the mean (W. Weibull, 1939); beyond the
+ * first or last nothing is known. Changes their order. */
 static double quantile(double *values, size_t count, double share) {
-    double at = share * (double)(count - 1), next = HUGE_VAL;
+    double last = (double)(count - 1);
+    double at = fmin(fmax(share * (double)(count + 1) - 1, 0), last), next = HUGE_VAL;
     size_t low = (size_t)at;
     select_at(values, (ptrdiff_t)count, (ptrdiff_t)low);
     for (size_t k = low + 1; k < count; k++)

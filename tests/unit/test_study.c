@@ -779,16 +779,17 @@ static double band_at(struct finished *f, const char *name, size_t row) {
     return value;
 }
 
+static const char plate[] =
+    "{\"surface\":{\"degree_u\":1,\"degree_v\":1,\"knotvector_u\":[0,0,1,1],"
+    "\"knotvector_v\":[0,0,1,1],\"size_u\":2,\"size_v\":2,"
+    "\"control_points\":[[-1,-1,0],[-1,1,0],[1,-1,0],[1,1,0]]},\"fabric\":{\"spacing\":0.5},"
+    "\"direction\":{\"angle_deg\":40}}";
+
 /* Starts within the radius, evenly: half of them within r / sqrt 2; angles normal, 68.3 % of them
  * within one deviation. */
 static void test_samples_are_drawn_as_asked(void **state) {
     enum { COUNT = 800 };
-    static const char flat[] =
-        "{\"surface\":{\"degree_u\":1,\"degree_v\":1,\"knotvector_u\":[0,0,1,1],"
-        "\"knotvector_v\":[0,0,1,1],\"size_u\":2,\"size_v\":2,"
-        "\"control_points\":[[-1,-1,0],[-1,1,0],[1,-1,0],[1,1,0]]},\"fabric\":{\"spacing\":0.5},"
-        "\"direction\":{\"angle_deg\":40}}";
-    struct finished f = draw_samples(flat, COUNT, 5);
+    struct finished f = draw_samples(plate, COUNT, 5);
     int near = 0, within = 0, right = 0;
     double sum = 0;
     (void)state;
@@ -812,6 +813,26 @@ static void test_samples_are_drawn_as_asked(void **state) {
         check_at_most(fabs(band_at(&f, "warp_x_mean", cell) - cos(40 * acos(-1) / 180)), 0.01);
     }
     free_finished(&f);
+}
+
+/* Of a plate the turn of the warp is that of its sample, a normal deviate of 3 degrees: how much of
+ * its distribution lies within the band is exact, and nine tenths on the mean however few there
+ * are. */
+static void test_bands_of_few_samples_are_wide_enough(void **state) {
+    enum { COUNT = 30 };
+    const int seeds = check_sized(60, 30);
+    double sum = 0;
+    (void)state;
+    for (int seed = 1; seed <= seeds; seed++) {
+        struct finished f = draw_samples(plate, COUNT, seed);
+        for (int side = 0; side < 2; side++) {
+            double sine = band_at(&f, side ? "warp_y_p95" : "warp_y_p05", 0);
+            double turn = asin(sine) * 180 / acos(-1) - 40;
+            sum += (side ? 0.5 : -0.5) * erf(turn / (3 * sqrt(2)));
+        }
+        free_finished(&f);
+    }
+    check_at_most(fabs(sum / seeds - 0.9), 0.02);
 }
 
 /* Bands of some samples hold nine in ten of others, over all cells. */
@@ -1100,6 +1121,7 @@ int main(void) {
         cmocka_unit_test(test_optimise_of_a_fine_net_ends_on_it),
         cmocka_unit_test(test_study_quantities_do_not_jump),
         cmocka_unit_test(test_samples_are_drawn_as_asked),
+        cmocka_unit_test(test_bands_of_few_samples_are_wide_enough),
         cmocka_unit_test(test_bands_hold_nine_tenths_of_fresh_samples),
         cmocka_unit_test(test_samples_have_the_same_bits_from_any_tasks),
         cmocka_unit_test(test_study_refuses_by_pointer),
