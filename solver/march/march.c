@@ -141,16 +141,20 @@ static struct vec3 normal_at(void *context, const struct net_node *node) {
 enum status march_watch_folds(struct march *march) {
     if (march->fold)
         return STATUS_OK;
+    const double *d = march->settings->spacing;
     struct net_tile **tiles = net_sorted_tiles(march->net);
+    size_t tile_count = net_tile_count(march->net);
+    /* All nodes of a net that begins, with some for shear; of others those of the rim. */
+    double nodes =
+        fmin(1.4 * march_area(march) / (d[0] * d[1]), (double)march->settings->max_nodes);
+    size_t count = tile_count ? 0 : (size_t)nodes;
     double turn[2];
     for (int k = 0; k < 2; k++)
         turn[k] =
             march->mesh || march->surface->shell ? HUGE_VAL : station_cut_turn(march->surface, k);
-    march->fold = fold_make(march->net, march->settings->spacing, turn,
-                            (struct fold_normals){normal_at, march});
+    march->fold = fold_make(march->net, count, d, turn, (struct fold_normals){normal_at, march});
     enum status status = tiles && march->fold ? STATUS_OK : STATUS_OUT_OF_MEMORY;
-    size_t count = status == STATUS_OK ? net_tile_count(march->net) : 0;
-    for (size_t t = 0; t < count && status == STATUS_OK; t++)
+    for (size_t t = 0; t < tile_count && status == STATUS_OK; t++)
         status = fold_add_rim(march->fold, tiles[t]);
     return status;
 }

@@ -2,8 +2,12 @@
 #include "fold.h"
 
 #include <math.h>
+#include <string.h>
 
-enum { NEIGHBOURS = 3, FIRST_SITES = 1024, NONE = -1 };
+enum { NEIGHBOURS = 3, NONE = -1 };
+
+/* Patches that there is room for at first, and nodes of a patch and its sites, as a rule. */
+enum { FIRST_PATCHES = 64, PATCH_NODES = 14, PATCH_SITES = 12 };
 
 /* A patch is a square of so many places a side, a quarter of a tile's. */
 enum { PATCH_BITS = 2, PATCH = 1 << PATCH_BITS, PATCHES = NET_TILE / PATCH };
@@ -78,15 +82,26 @@ static int32_t *probe(const struct fold *fold, int32_t pi, int32_t pj) {
     return &fold->slots[at];
 }
 
-static bool grow_patches(struct fold *fold) {
-    struct patch *patches = arena_enlarge(fold->net->arena, fold->patches, fold->patch_count,
-                                          sizeof *patches, &fold->patch_room);
-    int32_t *slots = patches ? take_none(fold, 2 * fold->patch_room) : NULL;
-    if (!slots || fold->patch_room > INT32_MAX)
+static size_t power_of_two(size_t least) {
+    size_t power = 1;
+    while (power < least)
+        power *= 2;
+    return power;
+}
+
+/* Room for so many patches. */
+static bool grow_patches(struct fold *fold, size_t room) {
+    size_t slot_count = power_of_two(room + room / 2);
+    struct patch *patches = arena_take(fold->net->arena, room, sizeof *patches);
+    int32_t *slots = patches ? take_none(fold, slot_count) : NULL;
+    if (!slots || room > INT32_MAX)
         return false;
+    if (fold->patch_count)
+        memcpy(patches, fold->patches, fold->patch_count * sizeof *patches);
     fold->patches = patches;
+    fold->patch_room = room;
     fold->slots = slots;
-    fold->slot_count = 2 * fold->patch_room;
+    fold->slot_count = slot_count;
     for (size_t k = 0; k < fold->patch_count; k++)
         *probe(fold, patches[k].pi, patches[k].pj) = (int32_t)k;
     return true;
@@ -134,16 +149,17 @@ static bool enter(struct fold *fold, size_t number, const struct box *before) {
     return true;
 }
 
-/* Room for so many sites at least: all patches are entered anew. */
+/* Room for so many sites at least: all patches are entered anew. There are half as many hashes, or
+ * up to twice that. */
 static bool grow_sites(struct fold *fold, size_t room) {
     bool fits = false;
     for (; !fits; room *= 2) {
         fold->sites = arena_take(fold->net->arena, room, sizeof *fold->sites);
-        fold->cubes = take_none(fold, room / 2);
+        fold->cube_count = power_of_two(room / 2);
+        fold->cubes = take_none(fold, fold->cube_count);
         if (!fold->sites || !fold->cubes || room > INT32_MAX)
             return false;
         fold->site_room = room;
-        fold->cube_count = room / 2;
         fold->site_count = 0;
         fits = true;
         for (size_t k = 0; k < fold->patch_count && fits; k++)
@@ -152,7 +168,7 @@ static bool grow_sites(struct fold *fold, size_t room) {
     return true;
 }
 
-struct fold *fold_make(struct net *net, const double spacing[2], const double turn[2],
+struct fold *fold_make(struct net *net, size_t count, const double spacing[2], const double turn[2],
                        struct fold_normals normals) {
     struct fold *fold = arena_alloc(net->arena, 1, sizeof *fold);
     if (!fold)
@@ -164,7 +180,8 @@ struct fold *fold_make(struct net *net, const double spacing[2], const double tu
                           .turn = {turn[0], turn[1]},
                           .reach = cells_reach * longest,
                           .cube = cube_side * longest};
-    return grow_patches(fold) && grow_sites(fold, FIRST_SITES) ? fold : NULL;
+    size_t patches = FIRST_PATCHES + count / PATCH_NODES;
+    return grow_patches(fold, patches) && grow_sites(fold, PATCH_SITES * patches) ? fold : NULL;
 }
 
 void fold_pass_cut(struct fold *fold) {
@@ -190,7 +207,7 @@ static enum status add_box(struct fold *fold, int32_t pi, int32_t pj, const stru
     int32_t *slot = probe(fold, pi, pj);
     bool known = *slot != NONE;
     if (!known) {
-        if (fold->patch_count == fold->patch_room && !grow_patches(fold))
+        if (fold->patch_count == fold->patch_room && !grow_patches(fold, 2 * fold->patch_room))
             return STATUS_OUT_OF_MEMORY;
         *probe(fold, pi, pj) = (int32_t)fold->patch_count;
         fold->patches[fold->patch_count++] = (struct patch){pi, pj, tile, *box, shape};

@@ -20,10 +20,10 @@ struct fold_normals {
     void *context;
 };
 
-/* For nodes of `net`, which are `spacing` apart, in its arena; there are none yet. Nodes that
- * differ by more than turn[k] in parameter k lie on either side of a cut and do not meet; HUGE_VAL
- * where there is none. NULL without memory. */
-struct fold *fold_make(struct net *net, const double spacing[2], const double turn[2],
+/* For nodes of `net`, which are `spacing` apart, in its arena; there are none yet, but room for
+ * about `count`. Nodes that differ by more than turn[k] in parameter k lie on either side of a cut
+ * and do not meet; HUGE_VAL where there is none. NULL without memory. */
+struct fold *fold_make(struct net *net, size_t count, const double spacing[2], const double turn[2],
                        struct fold_normals normals);
 
 /* From now on there is no cut. */
