@@ -14,7 +14,7 @@
 
 /* Of the budget what the first round has, and how many rounds follow; angles at a start for each
  * quarter turn, pre-shears; checks on the drape's own net. Found by `make study-quality`. */
-static const double explored = 0.35;
+static const double explored = 0.5;
 enum { ROUNDS = 16, ANGLES_A_QUARTER = 3, PRE_SHEARS = 3, CHECKS = 8 };
 
 /* A net of more nodes than `nodes_fine` is searched on one of `nodes_coarse`. */
