@@ -66,17 +66,13 @@ INLINE void divide(vec4 a, vec4 au, vec4 av, vec4 auu, vec4 auv, vec4 avv,
     jet->vv = lanes(g * (avv - 2 * wv * rv - avv[3] * r));
 }
 
-/* Each degree as a case of its own, so that what it calls unrolls. */
-#define DEGREE_CASES(CASE) CASE(1) CASE(2) CASE(3) CASE(4) CASE(5) CASE(6) CASE(7) CASE(8) CASE(9)
-_Static_assert(NURBS_DEGREE_MAX == 9, "every degree has a case");
-
 INLINE void find_basis(int p, double t, double rate, struct basis *basis) {
 #define CASE(P)                                                                                    \
     case P:                                                                                        \
         bernstein(P, t, rate, basis);                                                              \
         break;
     switch (p) {
-        DEGREE_CASES(CASE)
+        SURFACE_DEGREES(CASE)
     default:
         break;
     }
@@ -114,7 +110,7 @@ INLINE void evaluate_bernstein(int p, int q, const vec4 *points, const double t[
         sum_up(p, Q, points, &u, &v, jet);                                                         \
         break;
     switch (q) {
-        DEGREE_CASES(CASE)
+        SURFACE_DEGREES(CASE)
     default:
         break;
     }

@@ -141,18 +141,16 @@ struct lanes_basis {
 INLINE void lanes_raise_degree(lanes *b, int m, lanes t) {
     lanes s = 1 - t;
     b[m] = t * b[m - 1];
-    for (int k = m - 1; k > 0; k--)
-        b[k] = s * b[k] + t * b[k - 1];
+    _Pragma("GCC unroll 10") for (int k = m - 1; k > 0; k--) b[k] = s * b[k] + t * b[k - 1];
     b[0] = s * b[0];
 }
 
 INLINE void lanes_bernstein(int p, lanes t, double rate, struct lanes_basis *basis) {
     lanes *b = basis->value, none = {0};
     b[0] = lanes_of(1);
-    for (int m = 1; m <= p - 2; m++)
-        lanes_raise_degree(b, m, t);
+    _Pragma("GCC unroll 10") for (int m = 1; m <= p - 2; m++) lanes_raise_degree(b, m, t);
     double scale = rate * rate * p * (p - 1);
-    for (int k = 0; k <= p; k++) {
+    _Pragma("GCC unroll 10") for (int k = 0; k <= p; k++) {
         lanes left = k >= 2 ? b[k - 2] : none;
         lanes middle = k >= 1 && k <= p - 1 ? b[k - 1] : none;
         lanes right = k <= p - 2 ? b[k] : none;
@@ -160,33 +158,31 @@ INLINE void lanes_bernstein(int p, lanes t, double rate, struct lanes_basis *bas
     }
     if (p >= 2)
         lanes_raise_degree(b, p - 1, t);
-    for (int k = 0; k <= p; k++)
-        basis->first[k] = rate * p * ((k >= 1 ? b[k - 1] : none) - (k <= p - 1 ? b[k] : none));
+    _Pragma("GCC unroll 10") for (int k = 0; k <= p; k++) basis->first[k] =
+        rate * p * ((k >= 1 ? b[k - 1] : none) - (k <= p - 1 ? b[k] : none));
     lanes_raise_degree(b, p, t);
 }
 
-static void lanes_points(int p, int q, const vec4 *points, const lanes t[2], const double rate[2],
-                         struct lanes_jet *jet) {
-    struct lanes_basis u, v;
+/* The sums of degree q in v, for each as a case of its own, so that they unroll. */
+INLINE void lanes_sum_up(int p, int q, const vec4 *points, const struct lanes_basis *u,
+                         const struct lanes_basis *v, struct lanes_jet *jet) {
     struct lanes4 a, au, av, auu, auv, avv;
-    lanes_bernstein(p, t[0], rate[0], &u);
-    lanes_bernstein(q, t[1], rate[1], &v);
     for (int n = 0; n < 4; n++) {
         lanes none = {0}, w = none, wu = none, wv = none, wuu = none, wuv = none, wvv = none;
         for (int k = 0; k <= p; k++) {
             const double *row = (const double *)(points + k * (q + 1)) + n;
             lanes c = none, cv = none, cvv = none;
-            for (int l = 0; l <= q; l++) {
-                c += v.value[l] * row[4 * l];
-                cv += v.first[l] * row[4 * l];
-                cvv += v.second[l] * row[4 * l];
+            _Pragma("GCC unroll 10") for (int l = 0; l <= q; l++) {
+                c += v->value[l] * row[4 * l];
+                cv += v->first[l] * row[4 * l];
+                cvv += v->second[l] * row[4 * l];
             }
-            w += u.value[k] * c;
-            wu += u.first[k] * c;
-            wuu += u.second[k] * c;
-            wv += u.value[k] * cv;
-            wuv += u.first[k] * cv;
-            wvv += u.value[k] * cvv;
+            w += u->value[k] * c;
+            wu += u->first[k] * c;
+            wuu += u->second[k] * c;
+            wv += u->value[k] * cv;
+            wuv += u->first[k] * cv;
+            wvv += u->value[k] * cvv;
         }
         a.of[n] = w;
         au.of[n] = wu;
@@ -196,6 +192,36 @@ static void lanes_points(int p, int q, const vec4 *points, const lanes t[2], con
         avv.of[n] = wvv;
     }
     lanes_divide(&a, &au, &av, &auu, &auv, &avv, jet);
+}
+
+INLINE void lanes_find_basis(int p, lanes t, double rate, struct lanes_basis *basis) {
+#define CASE(P)                                                                                    \
+    case P:                                                                                        \
+        lanes_bernstein(P, t, rate, basis);                                                        \
+        break;
+    switch (p) {
+        SURFACE_DEGREES(CASE)
+    default:
+        break;
+    }
+#undef CASE
+}
+
+static void lanes_points(int p, int q, const vec4 *points, const lanes t[2], const double rate[2],
+                         struct lanes_jet *jet) {
+    struct lanes_basis u, v;
+    lanes_find_basis(p, t[0], rate[0], &u);
+    lanes_find_basis(q, t[1], rate[1], &v);
+#define CASE(Q)                                                                                    \
+    case Q:                                                                                        \
+        lanes_sum_up(p, Q, points, &u, &v, jet);                                                   \
+        break;
+    switch (q) {
+        SURFACE_DEGREES(CASE)
+    default:
+        break;
+    }
+#undef CASE
 }
 
 INLINE bool lanes_in_span(const struct surface_axis *axis, int span, lanes x) {

@@ -29,6 +29,10 @@ enum { SURFACE_POWERS_DEGREE = 3 };
 #define SURFACE_LOW_DEGREES(X)                                                                     \
     X(1, 1) X(1, 2) X(1, 3) X(2, 1) X(2, 2) X(2, 3) X(3, 1) X(3, 2) X(3, 3)
 
+/* X(p) for each degree, likewise. */
+#define SURFACE_DEGREES(X) X(1) X(2) X(3) X(4) X(5) X(6) X(7) X(8) X(9)
+_Static_assert(NURBS_DEGREE_MAX == 9, "every degree has a case");
+
 /* One parametric direction: the domain cut at its distinct knots. */
 struct surface_axis {
     int degree;
