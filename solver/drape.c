@@ -187,6 +187,8 @@ static enum status finish(struct march *march, struct drape_result *result) {
     struct march_watch watch = {.busy = ATOMIC_FLAG_INIT};
     march->watch = &watch;
     enum status status = march_all(march);
+    if (status == STATUS_OK)
+        status = march_part_layers(march);
     return status == STATUS_OK ? report_make(march, result) : status;
 }
 

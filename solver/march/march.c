@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "march.h"
 
+#include <stdlib.h>
+#include <string.h>
+
 /* A net of more ghosts than this for each node allowed is running away. */
 static const size_t ghosts_per_node = 8, ghosts_least = 100000;
 
@@ -11,6 +14,8 @@ bool march_in_extent(const struct march *march, int32_t i, int32_t j) {
 }
 
 enum status march_fail(struct march *march, int32_t i, int32_t j, enum drape_reason reason) {
+    march->broken = march->broken || reason == DRAPE_REASON_COLLAPSED ||
+                    reason == DRAPE_REASON_NO_CONVERGENCE || reason == DRAPE_REASON_DEGENERATE;
     struct net_node node = {.state = NET_FAILED, .reason = reason & NET_REASON_BITS};
     return net_put(march->net, i, j, &node);
 }
@@ -179,6 +184,47 @@ enum status march_find_fold(struct march *march, bool *folded) {
     if (from_now)
         march->fold = NULL;
     return STATUS_OK;
+}
+
+/* How far a place of the net is from the start, along the yarns. */
+static int32_t steps_to(int32_t i, int32_t j) {
+    return abs(i) + abs(j);
+}
+
+/* Takes the node (i, j), or the corner of the cell on which it lies that is further from the start,
+ * out of the net. */
+static enum status part_at(struct march *march, int32_t i, int32_t j, const int32_t cell[2]) {
+    int32_t far[2] = {i, j};
+    for (int k = 0; k < 4; k++) {
+        const int32_t at[2] = {cell[0] + (k & 1), cell[1] + k / 2};
+        if (steps_to(at[0], at[1]) > steps_to(far[0], far[1]))
+            memcpy(far, at, sizeof far);
+    }
+    march->inside--;
+    return march_fail(march, far[0], far[1], DRAPE_REASON_FOLD);
+}
+
+enum status march_part_layers(struct march *march) {
+    struct fold *watched = march->fold;
+    if (!march->broken)
+        return STATUS_OK;
+    march->fold = NULL;
+    enum status status = march_watch_folds(march);
+    struct net_tile **tiles = net_sorted_tiles(march->net);
+    if (status == STATUS_OK && !tiles)
+        status = STATUS_OUT_OF_MEMORY;
+    for (size_t t = 0; status == STATUS_OK && t < net_tile_count(march->net); t++)
+        for (int k = 0; k < NET_TILE * NET_TILE && status == STATUS_OK; k++) {
+            const struct net_node *node = &tiles[t]->node[k / NET_TILE][k % NET_TILE];
+            int32_t i = tiles[t]->ti * NET_TILE + k % NET_TILE, cell[2];
+            int32_t j = tiles[t]->tj * NET_TILE + k / NET_TILE;
+            struct station station;
+            if (node->state == NET_INSIDE && march_station_at(march, node, &station) &&
+                fold_lies_on(march->fold, i, j, station.normal, cell))
+                status = part_at(march, i, j, cell);
+        }
+    march->fold = watched;
+    return status;
 }
 
 /* Whether the net may come back to itself from any side: on a surface that closes over a pole, or

@@ -93,6 +93,7 @@ struct march {
     bool past_cut;    /* closed directions are no longer cut open opposite the start */
     bool growing;     /* parts of the net may come together that are out of step */
     size_t torn;      /* places where they do */
+    bool broken;      /* the net ends inside the part: yarns collapse, or no node was found */
     size_t inside, ghosts; /* nodes placed */
     size_t counted;        /* of those inside, by the watch */
     size_t solved;         /* of them by fishnet_solve, in this many steps: */
@@ -293,6 +294,11 @@ bool march_mesh_lay(struct march *march, struct march_mesh_yarn *yarn, int di, i
  * surface the mesh was made of: triangles turn a straight walk aside, the surface does not. */
 bool march_mesh_towards(struct march *march, const struct station *from, struct vec3 target,
                         double chord, struct station *station, bool *lost);
+
+/* Of a net that is done: where it ends inside the part, what has gone on beside that may have come
+ * to lie on other cells. Takes out the further of two that do, for the reason `fold`. Errors:
+ * STATUS_OUT_OF_MEMORY. */
+enum status march_part_layers(struct march *march) STATUS_MUST_USE;
 
 /* Reports to the monitor; false: stop. */
 bool march_progress(struct march *march);

@@ -326,6 +326,7 @@ static enum status gather(struct march *march, const struct quadrant *q) {
     march->inside += q->local.inside;
     march->counted += q->local.counted;
     march->ghosts += q->local.ghosts;
+    march->broken = march->broken || q->local.broken;
     march->solved += q->local.solved;
     march->iterations += q->local.iterations;
     march->residual_max = fmax(march->residual_max, q->local.residual_max);

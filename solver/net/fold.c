@@ -15,6 +15,10 @@ enum { PATCH_BITS = 2, PATCH = 1 << PATCH_BITS, PATCHES = NET_TILE / PATCH };
 /* A sheet of the surface that is further away than half a spacing is another one. */
 static const double sheet_gap = 0.5;
 
+/* A place is well inside a cell this share of its sides away from them; cells that are narrower, by
+ * the sine of their angle, are not asked. */
+static const double well_inside = 0.1, narrow = 0.2;
+
 /* Places in the cells round a node are less than this many spacings away from it: two yarns' steps,
  * which are no longer than a spacing, and the gap to another sheet. */
 static const double cells_reach = 2.1;
@@ -452,14 +456,55 @@ static bool within_cells(struct fold *fold, const struct target *at,
     return fabs(x) < 1 && fabs(y) < 1;
 }
 
-/* A node (i, j) at `point`; without its station, whether there is a part of the net near it. */
+/* A node (i, j) at `point`; without its station, whether there is a part of the net near it; with
+ * `cell`, whether one of the cells there, which it gets, has the point inside. */
 struct visitor {
     struct fold *fold;
     int32_t i, j;
     struct vec3 point;
     const struct station *station;
     bool before; /* on what comes before it alone */
+    int32_t *cell;
+    struct vec3 normal; /* of the surface, for a cell */
+    int32_t own;        /* cells (i, j) to so many places below it are not asked */
 };
+
+/* Whether the point lies well inside the cell from (i, j) on: in the coordinates of its mean yarns
+ * about its middle, on the same sheet. */
+static bool within_cell(const struct visitor *v, int32_t i, int32_t j) {
+    const struct net_node *node[4];
+    for (int k = 0; k < 4; k++) {
+        node[k] = net_find(v->fold->net, i + (k & 1), j + k / 2);
+        if (!node[k] || node[k]->state != NET_INSIDE)
+            return false;
+    }
+    struct vec3 up = vec3_sub(node[3]->r, node[0]->r), down = vec3_sub(node[1]->r, node[2]->r);
+    struct vec3 a = vec3_scale(0.5, vec3_add(up, down)), b = vec3_scale(0.5, vec3_sub(up, down));
+    struct vec3 sum = vec3_add(vec3_add(node[0]->r, node[3]->r), vec3_add(node[1]->r, node[2]->r));
+    struct vec3 offset = vec3_axpy(-0.25, sum, v->point), across = vec3_cross(a, b);
+    double area2 = vec3_norm2(across), height = vec3_dot(offset, across);
+    if (!(area2 > narrow * narrow * vec3_norm2(a) * vec3_norm2(b)) ||
+        height * height > sheet_gap * sheet_gap * area2 * vec3_norm2(a) / 4 ||
+        !(vec3_dot(across, v->normal) > sqrt(area2) / 2))
+        return false;
+    double x = vec3_dot(vec3_cross(offset, b), across) / area2;
+    double y = vec3_dot(vec3_cross(a, offset), across) / area2;
+    return fabs(x) < 0.5 - well_inside && fabs(y) < 0.5 - well_inside;
+}
+
+/* The same for the cells round (i, j). */
+static bool lies_on(const struct visitor *v, int32_t i, int32_t j) {
+    for (int k = 0; k < 4; k++) {
+        int32_t ci = i - (k & 1), cj = j - k / 2;
+        bool own = v->i - ci >= 0 && v->i - ci <= v->own && v->j - cj >= 0 && v->j - cj <= v->own;
+        if (own || !within_cell(v, ci, cj))
+            continue;
+        v->cell[0] = ci;
+        v->cell[1] = cj;
+        return true;
+    }
+    return false;
+}
 
 /* Whether a node of the visitor's own quadrant comes after it. */
 static bool comes_after(const struct visitor *v, int32_t i, int32_t j) {
@@ -478,14 +523,17 @@ static unsigned near_columns(int32_t di) {
 static bool meets_patch(const struct visitor *v, const struct patch *patch) {
     double reach2 = v->fold->reach * v->fold->reach;
     int32_t i = patch->pi * PATCH, j = patch->pj * PATCH;
-    unsigned near = near_columns(v->i - i);
+    unsigned near = v->cell ? 0 : near_columns(v->i - i);
     struct target at = {patch->tile, i & (NET_TILE - 1), j & (NET_TILE - 1)};
     for (const struct target first = at; at.y < first.y + PATCH; at.y++, j++) {
         bool beside = j - v->j <= NEIGHBOURS && v->j - j <= NEIGHBOURS;
         unsigned bits = inside_row(patch->tile, first.x, at.y) & ~(beside ? near : 0);
         for (; bits; bits &= bits - 1) {
             at.x = first.x + __builtin_ctz(bits);
-            if (vec3_norm2(vec3_sub(patch->tile->node[at.y][at.x].r, v->point)) < reach2 &&
+            if (v->cell && lies_on(v, i + at.x - first.x, j))
+                return true;
+            if (!v->cell &&
+                vec3_norm2(vec3_sub(patch->tile->node[at.y][at.x].r, v->point)) < reach2 &&
                 !(v->before && comes_after(v, i + at.x - first.x, j)) &&
                 (!v->station || within_cells(v->fold, &at, v->station)))
                 return true;
@@ -509,13 +557,33 @@ static bool meets(const struct visitor *v) {
 }
 
 bool fold_is_near(struct fold *fold, int32_t i, int32_t j, struct vec3 r) {
-    return meets(&(struct visitor){fold, i, j, r, NULL, false});
+    return meets(&(struct visitor){.fold = fold, .i = i, .j = j, .point = r});
 }
 
 bool fold_meets(struct fold *fold, int32_t i, int32_t j, const struct station *station) {
-    return meets(&(struct visitor){fold, i, j, station->jet.r, station, false});
+    return meets(&(struct visitor){
+        .fold = fold, .i = i, .j = j, .point = station->jet.r, .station = station});
 }
 
 bool fold_meets_before(struct fold *fold, int32_t i, int32_t j, const struct station *station) {
-    return meets(&(struct visitor){fold, i, j, station->jet.r, station, true});
+    return meets(&(struct visitor){
+        .fold = fold, .i = i, .j = j, .point = station->jet.r, .station = station, .before = true});
+}
+
+bool fold_lies_on(struct fold *fold, int32_t i, int32_t j, struct vec3 normal, int32_t cell[2]) {
+    struct visitor v = {.fold = fold, .i = i, .j = j, .normal = normal, .cell = cell, .own = 1};
+    struct vec3 sum = {0, 0, 0};
+    for (int k = 0; k < 4; k++) {
+        const struct net_node *node = net_find(fold->net, i + (k & 1), j + k / 2);
+        if (k == 0)
+            v.point = node->r;
+        if (k == 0 && meets(&v))
+            return true;
+        if (!node || node->state != NET_INSIDE)
+            return false;
+        sum = vec3_axpy(0.25, node->r, sum);
+    }
+    v.point = sum;
+    v.own = 0;
+    return meets(&v);
 }
