@@ -100,6 +100,15 @@ static void check_fillets(const struct warnings_subject *s, struct api_summary *
             radius, s->request->length_unit->name);
 }
 
+static void check_cusps(const struct warnings_subject *s, struct api_summary *summary) {
+    struct vec3 at;
+    if (s->surface && surface_turns_back(s->surface, s->request->settings.trim, &at))
+        add(&summary->warnings, "cusp", "/surface",
+            "at (%.6g, %.6g, %.6g) the surface turns back on itself, at a cusp, a fold by 180 "
+            "degrees or because its control points or weights turn it inside out: cloth ends there",
+            at.x, at.y, at.z);
+}
+
 /* The diagonal of the box round the nodes and the rim. */
 static double size_of(const struct drape_result *result) {
     const double *const columns[2][3] = {{result->nodes.x, result->nodes.y, result->nodes.z},
@@ -211,6 +220,7 @@ void warnings_make(const struct warnings_subject *subject, struct api_summary *s
     check_locking(subject, summary);
     check_packing(subject, summary);
     check_fillets(subject, summary);
+    check_cusps(subject, summary);
     check_size(subject, summary);
     check_order(subject, summary);
 }

@@ -59,6 +59,10 @@ double surface_area(const struct surface *surface, struct vec3 *centroid);
  * within the region (NULL: all of it); infinite where it is flat. */
 double surface_least_radius(const struct surface *surface, const struct trim *trim);
 
+/* Whether the surface turns back on itself somewhere within the region, by more than 178 degrees
+ * between two of 32 by 32 samples, and where: at a cusp, at a fold, or where it is inside out. */
+bool surface_turns_back(const struct surface *surface, const struct trim *trim, struct vec3 *at);
+
 /* The point of the surface nearest to `point`: its parameters, inside the domain, and its distance,
  * to 1e-10 of the surface's size; by branch and bound over the spans, then Newton on the distance.
  */

@@ -23,6 +23,19 @@
     "\"knotvector_v\":[0,0,1,1],\"control_points\":[[-1,0," high "],[-1,1," high "],[0,0," low     \
     "],[0,1," low "],[1,0," high "],[1,1," high "]]}"
 
+/* A cubic profile whose middle points are at x = a and b: with 1 and 0 it has a cusp, with 0.9 and
+ * 0.1 it goes round a bend that turns by a right angle and more. */
+#define HOOK(a, b)                                                                                 \
+    "{\"degree_u\":3,\"degree_v\":1,\"size_u\":4,\"size_v\":2,\"knotvector_u\":"                   \
+    "[0,0,0,0,1,1,1,1],\"knotvector_v\":[0,0,1,1],\"control_points\":[[0,0,0],[0,1,0],[" a         \
+    ",0,1],[" a ",1,1],[" b ",0,1],[" b ",1,1],[1,0,0],[1,1,0]]}"
+
+/* Two planes of 1 by 1 that meet at x = 1, the second of which ends at x and z. */
+#define FOLD(x, z)                                                                                 \
+    "{\"degree_u\":1,\"degree_v\":1,\"size_u\":3,\"size_v\":2,\"knotvector_u\":[0,0,1,2,2],"       \
+    "\"knotvector_v\":[0,0,1,1],\"control_points\":[[0,0,0],[0,1,0],[1,0,0],[1,1,0],[" x ",0," z   \
+    "],[" x ",1," z "]]}"
+
 /* Two by four points on a plane of 1 by 3, with v running fastest, and with u. */
 #define ROWS(points)                                                                               \
     "{\"degree_u\":1,\"degree_v\":1,\"size_u\":2,\"size_v\":4,\"knotvector_u\":[0,0,1,1],"         \
@@ -59,6 +72,15 @@ static const struct expectation expectations[] = {
      "\"fiber_volume_fraction\":0.5},\"cavity\":{\"height\":0.008}}"},
     {"fillet", "{\"surface\":" TROUGH("4", "-4") ",\"fabric\":{\"spacing\":0.15}}",
      "{\"surface\":" TROUGH("1", "-1") ",\"fabric\":{\"spacing\":0.15}}"},
+    {"cusp",
+     "{\"surface\":" HOOK("1", "0") ",\"start\":{\"uv\":[0.2,0.5]},\"fabric\":{\"spacing\":0.1}}",
+     "{\"surface\":" HOOK("0.9", "0.1") ",\"start\":{\"uv\":[0.2,0.5]},"
+                                        "\"fabric\":{\"spacing\":0.1}}"},
+    {"cusp",
+     "{\"surface\":" FOLD("0.01",
+                          "1e-3") ",\"start\":{\"uv\":[0.5,0.5]},\"fabric\":{\"spacing\":0.1}}",
+     "{\"surface\":" FOLD("0.1",
+                          "0.1") ",\"start\":{\"uv\":[0.5,0.5]},\"fabric\":{\"spacing\":0.1}}"},
     {"size", "{\"surface\":" PLANE ",\"length_unit\":\"mm\",\"fabric\":{\"spacing\":0.1}}",
      "{\"surface\":" PLANE ",\"length_unit\":\"ft\",\"fabric\":{\"spacing\":0.1}}"},
     {"points_order",
