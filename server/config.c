@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "config.h"
+#include "flags.h"
 #include "log.h"
 #include "server/http/origin.h"
 #include "server/http/owner.h"
@@ -7,315 +8,11 @@
 #include "server/store/store.h"
 #include "systemd.h"
 #include <arpa/inet.h>
-#include <errno.h>
 #include <limits.h>
 #include <netdb.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-
-#define KIB INT64_C(1024)
-#define MIB (KIB * KIB)
-#define GIB (KIB * MIB)
-
-/* How a flag's text becomes a value. */
-enum kind {
-    KIND_TEXT,   /* const char * */
-    KIND_COUNT,  /* int64_t within lowest..highest */
-    KIND_BYTES,  /* the same; K, M and G multiply by 1024 */
-    KIND_CHOICE, /* int64_t: the position among `metavar`'s words, split by '|' */
-    KIND_SWITCH  /* bool; no argument on the command line, 0 or 1 in the environment */
-};
-
-struct flag {
-    const char *name;     /* without the dashes */
-    const char *variable; /* of the environment */
-    const char *metavar;
-    const char *fallback; /* the default, as text; NULL is computed */
-    const char *help;
-    enum kind kind;
-    size_t offset;  /* of the member of struct config */
-    int64_t lowest; /* KIND_COUNT and KIND_BYTES */
-    int64_t highest;
-    const char *limit; /* its name in GET /v1/limits; NULL: it is not there */
-};
-
-#define AT(member) offsetof(struct config, member)
-
-static const struct flag flags[] = {
-    {"listen", "DRAPED_LISTEN", "ADDR:PORT", "127.0.0.1:8080",
-     "where to listen; port 0 picks a free one; [::1]:8080 for IPv6, *:8080 for all addresses",
-     KIND_TEXT, AT(listen), 0, 0, NULL},
-    {"data", "DRAPED_DATA", "DIR", "./draped-data", "folder of the database, created when missing",
-     KIND_TEXT, AT(data), 0, 0, NULL},
-    {"store", "DRAPED_STORE", "URL", "",
-     "database: sqlite:PATH (by default draped.db in the data folder), or "
-     "postgresql://USER@HOST/DATABASE for several machines; see PGPASSWORD and ~/.pgpass",
-     KIND_TEXT, AT(store), 0, 0, NULL},
-    {"workers", "DRAPED_WORKERS", "N", NULL, "worker processes; by default one per core",
-     KIND_COUNT, AT(workers), 1, 1024, NULL},
-    {"role", "DRAPED_ROLE", "all|api|worker", "all",
-     "api answers calls, worker solves drapes (and answers /healthz, /readyz and /metrics alone), "
-     "all does both",
-     KIND_CHOICE, AT(role), 0, 0, NULL},
-    {"tokens", "DRAPED_TOKENS", "FILE", "",
-     "callers and their roles: lines of name:role:hash, made by draped hash-token; read again at "
-     "SIGHUP",
-     KIND_TEXT, AT(tokens), 0, 0, NULL},
-    {"allow-anonymous", "DRAPED_ALLOW_ANONYMOUS", NULL, "0",
-     "listen beyond this machine without tokens", KIND_SWITCH, AT(allow_anonymous), 0, 0, NULL},
-    {"queue-limit", "DRAPED_QUEUE_LIMIT", "N", "10000", "drapes that may wait; beyond it: 429",
-     KIND_COUNT, AT(queue_limit), 1, 1000000000, "queue_limit"},
-    {"max-body", "DRAPED_MAX_BODY", "BYTES", "64M", "largest request body; beyond it: 413",
-     KIND_BYTES, AT(max_body), KIB, 900 * MIB, "max_body"},
-    {"max-mesh", "DRAPED_MAX_MESH", "BYTES", "256M", "largest mesh to map onto; beyond it: 413",
-     KIND_BYTES, AT(max_mesh), KIB, 900 * MIB, "max_mesh"},
-    {"max-bodies", "DRAPED_MAX_BODIES", "BYTES", "320M",
-     "all bodies that are being received together; beyond it: 503", KIND_BYTES, AT(max_bodies), KIB,
-     1024 * GIB, "max_bodies"},
-    {"max-nodes", "DRAPED_MAX_NODES", "N", "4000000", "most nodes of one drape", KIND_COUNT,
-     AT(max_nodes), 1, 1000000000, "max_nodes"},
-    {"max-variants", "DRAPED_MAX_VARIANTS", "N", "100000",
-     "most variants of one study; beyond it: 422", KIND_COUNT, AT(max_variants), 1, 10000000,
-     "max_variants"},
-    {"max-control-points", "DRAPED_MAX_CONTROL_POINTS", "N", "262144",
-     "most control points of one surface; none may have more than 512 x 512", KIND_COUNT,
-     AT(max_control_points), 4, 262144, "max_control_points"},
-    {"max-elements", "DRAPED_MAX_ELEMENTS", "N", "4000000", "most JSON values in one body",
-     KIND_COUNT, AT(max_elements), 16, 1000000000, "max_elements"},
-    {"threads-per-job", "DRAPED_THREADS_PER_JOB", "N", "1",
-     "threads that one drape may use; the result does not depend on it", KIND_COUNT,
-     AT(threads_per_job), 1, 64, "threads_per_job"},
-    {"max-depth", "DRAPED_MAX_DEPTH", "N", "32", "deepest JSON nesting", KIND_COUNT, AT(max_depth),
-     8, 1000, "max_depth"},
-    {"job-timeout", "DRAPED_JOB_TIMEOUT", "SECONDS", "600", "longest solve of one drape",
-     KIND_COUNT, AT(job_timeout), 1, 604800, "job_timeout_seconds"},
-    {"lease", "DRAPED_LEASE", "SECONDS", "60",
-     "after so long without a sign of life of its process a drape is given to another", KIND_COUNT,
-     AT(lease), 2, 3600, NULL},
-    {"job-memory", "DRAPED_JOB_MEMORY", "BYTES", "4G", "most memory of one drape or map",
-     KIND_BYTES, AT(job_memory), 16 * MIB, 1024 * GIB, "job_memory"},
-    {"check-memory", "DRAPED_CHECK_MEMORY", "BYTES", "640M",
-     "most memory for reading bodies and making maps, all together", KIND_BYTES, AT(check_memory),
-     64 * MIB, 1024 * GIB, "check_memory"},
-    {"check-timeout", "DRAPED_CHECK_TIMEOUT", "SECONDS", "30",
-     "longest reading of one body; beyond it: 413", KIND_COUNT, AT(check_timeout), 1, 3600,
-     "check_timeout_seconds"},
-    {"max-result", "DRAPED_MAX_RESULT", "BYTES", "16G", "largest stored result", KIND_BYTES,
-     AT(max_result), MIB, 1024 * GIB, "max_result"},
-    {"retention", "DRAPED_RETENTION", "HOURS", "168", "how long results are kept", KIND_COUNT,
-     AT(retention), 1, 876000, "retention_hours"},
-    {"retention-jobs", "DRAPED_RETENTION_JOBS", "HOURS", NULL,
-     "how long the record of an ended drape is kept, at least --retention; by default four times "
-     "that",
-     KIND_COUNT, AT(retention_jobs), 1, 3504000, "retention_jobs_hours"},
-    {"retention-bytes", "DRAPED_RETENTION_BYTES", "BYTES", "0",
-     "most bytes of all results; beyond it the oldest go; 0 for no bound", KIND_BYTES,
-     AT(retention_bytes), 0, 1024 * 1024 * GIB, "retention_bytes"},
-    {"max-connections", "DRAPED_MAX_CONNECTIONS", "N", "4096", "open connections at a time",
-     KIND_COUNT, AT(max_connections), 16, 1000000, "max_connections"},
-    {"trusted-proxy", "DRAPED_TRUSTED_PROXY", "ADDR[,...]", "",
-     "proxies whose Forwarded or X-Forwarded-For says for which address they call", KIND_TEXT,
-     AT(trusted_proxy), 0, 0, NULL},
-    {"owner-queue", "DRAPED_OWNER_QUEUE", "N", NULL,
-     "drapes of one owner that may wait; beyond it: 429; by default half of --queue-limit",
-     KIND_COUNT, AT(owner_queue), 1, 1000000000, "owner_queue"},
-    {"owner-running", "DRAPED_OWNER_RUNNING", "N", "0",
-     "drapes of one owner that may run at a time; 0 for no bound", KIND_COUNT, AT(owner_running), 0,
-     1000000, "owner_running"},
-    {"owner-bytes", "DRAPED_OWNER_BYTES", "BYTES", "0",
-     "stored bytes of one owner; beyond it: 429; 0 for no bound", KIND_BYTES, AT(owner_bytes), 0,
-     1024 * 1024 * GIB, "owner_bytes"},
-    {"owner-connections", "DRAPED_OWNER_CONNECTIONS", "N", NULL,
-     "connections from one address; by default half of --max-connections", KIND_COUNT,
-     AT(owner_connections), 1, 1000000, "owner_connections"},
-    {"owner-streams", "DRAPED_OWNER_STREAMS", "N", NULL,
-     "event streams and waiting calls of one owner; beyond it: 429; by default a quarter of "
-     "--max-connections",
-     KIND_COUNT, AT(owner_streams), 1, 1000000, "owner_streams"},
-    {"owner-bodies", "DRAPED_OWNER_BODIES", "BYTES", NULL,
-     "bodies of one owner that are being received together, but one of any size alone; beyond it: "
-     "429; by default half of --max-bodies",
-     KIND_BYTES, AT(owner_bodies), KIB, 1024 * GIB, "owner_bodies"},
-    {"public-name", "DRAPED_PUBLIC_NAME", "NAME[,...]", "",
-     "names by which callers reach the service, such as draped.example behind a proxy, beside "
-     "localhost and the address of --listen; others are 403; * for any",
-     KIND_TEXT, AT(public_name), 0, 0, NULL},
-    {"cors-origin", "DRAPED_CORS_ORIGIN", "ORIGIN[,...]", "",
-     "web pages that may call, such as https://example.com; * for all", KIND_TEXT, AT(cors_origin),
-     0, 0, NULL},
-    {"drain-timeout", "DRAPED_DRAIN_TIMEOUT", "SECONDS", "20",
-     "time running drapes get at SIGTERM before they go back to the queue", KIND_COUNT,
-     AT(drain_timeout), 0, 25, NULL},
-    {"log-level", "DRAPED_LOG_LEVEL", "debug|info|warning|error", "info", "what to log",
-     KIND_CHOICE, AT(log_level), 0, 0, NULL},
-};
-
-enum { FLAG_COUNT = sizeof flags / sizeof flags[0], HELP_COLUMN = 34 };
-
-static const int64_t UNSET = -1; /* a number whose default is computed */
-
-static bool report(const char *format, ...) __attribute__((format(printf, 1, 2)));
-
-/* Prints a message on stderr; always false. */
-static bool report(const char *format, ...) {
-    va_list arguments;
-    va_start(arguments, format);
-    fputs("draped: ", stderr);
-    vfprintf(stderr, format, arguments);
-    fputs("\n", stderr);
-    va_end(arguments);
-    return false;
-}
-
-/* ------------------------------------------------------------------ values */
-
-/* Where a text came from, as messages name it: "--workers", "DRAPED_WORKERS". */
-struct origin {
-    const char *prefix;
-    const char *name;
-};
-
-static int64_t multiplier(const char *suffix) {
-    static const char letters[] = "KMG";
-    static const int64_t factors[] = {KIB, MIB, GIB};
-    const char *found = *suffix && !suffix[1] ? strchr(letters, *suffix) : NULL;
-    return !*suffix ? 1 : found ? factors[found - letters] : 0;
-}
-
-static bool parse_number(const struct flag *flag, struct origin from, const char *text,
-                         int64_t *value) {
-    char *end = NULL;
-    errno = 0;
-    long long number = strtoll(text, &end, 10);
-    bool plain = end != text && text[0] >= '0' && text[0] <= '9' && errno == 0;
-    int64_t factor = flag->kind == KIND_BYTES ? multiplier(end) : *end == '\0';
-    if (!plain || factor == 0 || number > INT64_MAX / factor)
-        return report("%s%s: '%s' is not a number%s", from.prefix, from.name, text,
-                      flag->kind == KIND_BYTES ? " of bytes (K, M and G may follow it)" : "");
-    *value = number * factor;
-    if (*value < flag->lowest || *value > flag->highest)
-        return report("%s%s: %s is out of range; it takes %lld to %lld", from.prefix, from.name,
-                      text, (long long)flag->lowest, (long long)flag->highest);
-    return true;
-}
-
-static bool parse_choice(const struct flag *flag, struct origin from, const char *text,
-                         int64_t *value) {
-    size_t length = strlen(text);
-    int64_t position = 0;
-    for (const char *word = flag->metavar; word; position++) {
-        const char *bar = strchr(word, '|');
-        size_t width = bar ? (size_t)(bar - word) : strlen(word);
-        if (width == length && !strncmp(word, text, width)) {
-            *value = position;
-            return true;
-        }
-        word = bar ? bar + 1 : NULL;
-    }
-    return report("%s%s: '%s' is none of %s", from.prefix, from.name, text, flag->metavar);
-}
-
-static bool set_text(struct config *config, const struct flag *flag, const char *text) {
-    memcpy((char *)config + flag->offset, &text, sizeof text);
-    return true;
-}
-
-static bool set_integer(struct config *config, const struct flag *flag, int64_t value) {
-    memcpy((char *)config + flag->offset, &value, sizeof value);
-    return true;
-}
-
-static bool set_switch(struct config *config, const struct flag *flag, struct origin from,
-                       const char *text) {
-    bool value = !strcmp(text, "1");
-    if (!value && strcmp(text, "0") != 0)
-        return report("%s%s: '%s' is neither 0 nor 1", from.prefix, from.name, text);
-    memcpy((char *)config + flag->offset, &value, sizeof value);
-    return true;
-}
-
-static bool set_value(struct config *config, const struct flag *flag, struct origin from,
-                      const char *text) {
-    int64_t value = 0;
-    switch (flag->kind) {
-    case KIND_TEXT:
-        return set_text(config, flag, text);
-    case KIND_SWITCH:
-        return set_switch(config, flag, from, text);
-    case KIND_CHOICE:
-        return parse_choice(flag, from, text, &value) && set_integer(config, flag, value);
-    case KIND_COUNT:
-    case KIND_BYTES:
-        return parse_number(flag, from, text, &value) && set_integer(config, flag, value);
-    }
-    return false;
-}
-
-static int64_t get_integer(const struct config *config, const struct flag *flag) {
-    int64_t value = 0;
-    memcpy(&value, (const char *)config + flag->offset, sizeof value);
-    return value;
-}
-
-/* ------------------------------------------------------------------ sources */
-
-/* An empty variable is as good as none: that is how files of variables are written. */
-static bool set_from_environment(struct config *config, const struct flag *flag) {
-    const char *text = getenv(flag->variable);
-    if (text && text[0])
-        return set_value(config, flag, (struct origin){"", flag->variable}, text);
-    if (!flag->fallback)
-        return set_integer(config, flag, UNSET);
-    return set_value(config, flag, (struct origin){"--", flag->name}, flag->fallback);
-}
-
-static bool set_defaults(struct config *config) {
-    memset(config, 0, sizeof *config);
-    for (size_t k = 0; k < FLAG_COUNT; k++)
-        if (!set_from_environment(config, &flags[k]))
-            return false;
-    if (config->workers == UNSET) {
-        long cores = sysconf(_SC_NPROCESSORS_ONLN);
-        config->workers = cores < 1 ? 1 : cores > 1024 ? 1024 : cores;
-    }
-    return true;
-}
-
-/* The flag named by "--name" or "--name=value"; `value` is NULL without "=". */
-static const struct flag *find_flag(const char *argument, const char **value) {
-    if (strncmp(argument, "--", 2) != 0)
-        return NULL;
-    const char *name = argument + 2;
-    size_t length = strcspn(name, "=");
-    *value = name[length] == '=' ? name + length + 1 : NULL;
-    for (size_t k = 0; k < FLAG_COUNT; k++)
-        if (strlen(flags[k].name) == length && !strncmp(flags[k].name, name, length))
-            return &flags[k];
-    return NULL;
-}
-
-static bool set_argument(struct config *config, char **argv, int argc, int *at) {
-    const char *argument = argv[*at];
-    const char *value = NULL;
-    const struct flag *flag = find_flag(argument, &value);
-    if (!flag && strstr(argument, "://")) /* with a password, perhaps */
-        return report("there is an argument that is not a flag; see draped --help");
-    if (!flag)
-        return report("'%s' is not a flag; see draped --help", argument);
-    struct origin from = {"--", flag->name};
-    if (flag->kind == KIND_SWITCH)
-        return set_value(config, flag, from, value ? value : "1");
-    if (!value && *at + 1 < argc)
-        value = argv[++*at];
-    if (!value)
-        return report("--%s needs a value: %s", flag->name, flag->metavar);
-    return set_value(config, flag, from, value);
-}
-
-/* ------------------------------------------------------------------ checks */
 
 static bool parse_port(const char *text, uint16_t *port) {
     char *end = NULL;
@@ -377,8 +74,9 @@ static bool parse_listen(struct config *config) {
         if (bracketed ? parse_ipv6(config, host + 1, port) : parse_ipv4(config, host, port))
             return true;
     }
-    return report("--listen: '%s' is not ADDR:PORT, such as 127.0.0.1:8080, [::1]:8080 or *:8080",
-                  config->listen);
+    return config_report(
+        "--listen: '%s' is not ADDR:PORT, such as 127.0.0.1:8080, [::1]:8080 or *:8080",
+        config->listen);
 }
 
 /* The address of the socket that was handed over, in place of --listen. */
@@ -388,14 +86,14 @@ static bool take_inherited(struct config *config) {
     char host[INET6_ADDRSTRLEN];
     socklen_t length = sizeof config->address;
     if (!systemd_socket(&config->inherited, &why))
-        return report("%s", why);
+        return config_report("%s", why);
     struct sockaddr *address = (struct sockaddr *)&config->address;
     if (config->inherited < 0)
         return true;
     if (getsockname(config->inherited, address, &length) != 0 ||
         getnameinfo(address, length, host, sizeof host, port, sizeof port,
                     NI_NUMERICHOST | NI_NUMERICSERV) != 0)
-        return report("the address of the socket that was handed over cannot be read");
+        return config_report("the address of the socket that was handed over cannot be read");
     snprintf(config->listen_name, sizeof config->listen_name,
              address->sa_family == AF_INET6 ? "[%s]:%s" : "%s:%s", host, port);
     config->listen = config->listen_name;
@@ -406,7 +104,13 @@ static bool check_tokens(const char *path) {
     char why[TOKENS_WHY_SIZE];
     struct tokens *tokens = tokens_open(path, why);
     tokens_free(tokens);
-    return tokens || report("--tokens: %s", why);
+    return tokens || config_report("--tokens: %s", why);
+}
+
+static void set_workers(struct config *config) {
+    long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    if (config->workers == FLAGS_UNSET)
+        config->workers = cores < 1 ? 1 : cores > 1024 ? 1024 : cores;
 }
 
 /* What one owner may have is a share of what there is, where nothing else is said. */
@@ -418,7 +122,7 @@ static void set_shares(struct config *config) {
                   {&config->owner_streams, config->max_connections, 4},
                   {&config->owner_bodies, config->max_bodies, 2}};
     for (size_t k = 0; k < sizeof shares / sizeof *shares; k++)
-        if (*shares[k].share == UNSET)
+        if (*shares[k].share == FLAGS_UNSET)
             *shares[k].share = (shares[k].of + shares[k].part - 1) / shares[k].part;
 }
 
@@ -435,59 +139,63 @@ static bool is_store(const char *text) {
 /* A variable that a secret leaves empty would make a database of its own of each host. */
 static bool check_shared(const struct config *config) {
     return config->role == CONFIG_ROLE_ALL || config->store[0] || !getenv("DRAPED_STORE") ||
-           report("DRAPED_STORE is empty: with --role api or worker it names the database that the "
-                  "hosts share");
+           config_report(
+               "DRAPED_STORE is empty: with --role api or worker it names the database that the "
+               "hosts share");
 }
 
 static bool check_store(const struct config *config) {
     return is_store(config->store) ||
-           report("--store: it is neither sqlite:PATH, a path with a slash, nor "
-                  "postgresql://USER@HOST/DATABASE");
+           config_report("--store: it is neither sqlite:PATH, a path with a slash, nor "
+                         "postgresql://USER@HOST/DATABASE");
 }
 
 /* A record outlives its result by default, to answer 410. */
 static bool check_retention(struct config *config) {
-    if (config->retention_jobs == UNSET)
+    if (config->retention_jobs == FLAGS_UNSET)
         config->retention_jobs = 4 * config->retention;
     return config->retention_jobs >= config->retention ||
-           report("--retention-jobs: %lld hours are less than those of --retention, %lld",
-                  (long long)config->retention_jobs, (long long)config->retention);
+           config_report("--retention-jobs: %lld hours are less than those of --retention, %lld",
+                         (long long)config->retention_jobs, (long long)config->retention);
 }
 
 static bool check(struct config *config) {
+    set_workers(config);
     set_shares(config);
     if (!check_retention(config))
         return false;
     if (!take_inherited(config) || !parse_listen(config))
         return false;
     if (!config->loopback && !config->allow_anonymous && !config->tokens[0])
-        return report("--listen: %s can be reached from other machines, and callers would not be "
-                      "authenticated: give --tokens, or --allow-anonymous to accept every "
-                      "caller",
-                      config->listen);
+        return config_report(
+            "--listen: %s can be reached from other machines, and callers would not be "
+            "authenticated: give --tokens, or --allow-anonymous to accept every "
+            "caller",
+            config->listen);
     if (config->tokens[0] && !check_tokens(config->tokens))
         return false;
     if (!origin_are_names(config->public_name))
-        return report("--public-name: '%s' is no list of names without ports, split by commas",
-                      config->public_name);
+        return config_report(
+            "--public-name: '%s' is no list of names without ports, split by commas",
+            config->public_name);
     if (!owner_are_addresses(config->trusted_proxy))
-        return report("--trusted-proxy: '%s' is no list of addresses, split by commas",
-                      config->trusted_proxy);
+        return config_report("--trusted-proxy: '%s' is no list of addresses, split by commas",
+                             config->trusted_proxy);
     if (!origin_are_origins(config->cors_origin))
-        return report("--cors-origin: '%s' is no list of origins, such as https://example.com "
-                      "without a path, split by commas",
-                      config->cors_origin);
+        return config_report(
+            "--cors-origin: '%s' is no list of origins, such as https://example.com "
+            "without a path, split by commas",
+            config->cors_origin);
     if (config->max_body > config->max_bodies || config->max_mesh > config->max_bodies)
-        return report("--max-bodies: %lld bytes are less than those of --%s, so that one such "
-                      "body would never be received",
-                      (long long)config->max_bodies,
-                      config->max_body > config->max_bodies ? "max-body" : "max-mesh");
+        return config_report(
+            "--max-bodies: %lld bytes are less than those of --%s, so that one such "
+            "body would never be received",
+            (long long)config->max_bodies,
+            config->max_body > config->max_bodies ? "max-body" : "max-mesh");
     if (!config->data[0])
-        return report("--data is empty");
+        return config_report("--data is empty");
     return check_shared(config) && check_store(config);
 }
-
-/* ------------------------------------------------------------------ answers */
 
 void config_help(FILE *out) {
     fputs("usage: draped [FLAG...]\n"
@@ -497,20 +205,12 @@ void config_help(FILE *out) {
           "       draped status [--data DIR] [--store URL]\n\n"
           "Drapes woven fabrics over surfaces, as a service over HTTP.\n\n",
           out);
-    for (size_t k = 0; k < FLAG_COUNT; k++) {
-        const struct flag *flag = &flags[k];
-        int n = fprintf(out, "  --%s%s%s", flag->name, flag->metavar ? " " : "",
-                        flag->metavar ? flag->metavar : "");
-        fprintf(out, "%*s%s", n < HELP_COLUMN ? HELP_COLUMN - n : 2, "", flag->help);
-        if (flag->fallback && flag->fallback[0] && flag->kind != KIND_SWITCH)
-            fprintf(out, " [%s]", flag->fallback);
-        fprintf(out, " (%s)\n", flag->variable);
-    }
-    fprintf(out, "  --%-*s%s\n", HELP_COLUMN - 4, "check-config", "check the flags and stop");
-    fprintf(out, "  --%-*s%s\n", HELP_COLUMN - 4, "healthcheck",
+    flags_help(out);
+    fprintf(out, "  --%-*s%s\n", FLAGS_HELP_COLUMN - 4, "check-config", "check the flags and stop");
+    fprintf(out, "  --%-*s%s\n", FLAGS_HELP_COLUMN - 4, "healthcheck",
             "ask the daemon that listens there; exit 0 if it is well");
-    fprintf(out, "  --%-*s%s\n", HELP_COLUMN - 4, "version", "print the version and stop");
-    fprintf(out, "  --%-*s%s\n", HELP_COLUMN - 4, "help", "print this and stop");
+    fprintf(out, "  --%-*s%s\n", FLAGS_HELP_COLUMN - 4, "version", "print the version and stop");
+    fprintf(out, "  --%-*s%s\n", FLAGS_HELP_COLUMN - 4, "help", "print this and stop");
     fputs(
         "\nWith --tokens every call needs 'Authorization: Bearer TOKEN', but for the page, "
         "/healthz,\n"
@@ -520,52 +220,14 @@ void config_help(FILE *out) {
         out);
 }
 
-static void print_choice(const struct flag *flag, int64_t value, FILE *out) {
-    const char *word = flag->metavar;
-    for (; value > 0; value--)
-        word = strchr(word, '|') + 1;
-    fprintf(out, "%s = %.*s\n", flag->name, (int)strcspn(word, "|"), word);
-}
-
-/* What would be used, one `name = value` a line. A store URL may hold a password. */
-static void print_config(const struct config *config, FILE *out) {
-    for (size_t k = 0; k < FLAG_COUNT; k++) {
-        const struct flag *flag = &flags[k];
-        const char *text = NULL;
-        if (flag->kind == KIND_TEXT) {
-            memcpy(&text, (const char *)config + flag->offset, sizeof text);
-            fprintf(out, "%s = %s\n", flag->name, store_url_remote(text) ? "(hidden)" : text);
-        } else if (flag->kind == KIND_SWITCH) {
-            fprintf(out, "%s = %d\n", flag->name, *((const char *)config + flag->offset));
-        } else if (flag->kind == KIND_CHOICE) {
-            print_choice(flag, get_integer(config, flag), out);
-        } else {
-            fprintf(out, "%s = %lld\n", flag->name, (long long)get_integer(config, flag));
-        }
-    }
-}
-
-char *config_limits_json(const struct config *config) {
-    char *json = NULL;
-    size_t size = 0;
-    FILE *out = open_memstream(&json, &size);
-    if (!out)
-        return NULL;
-    const char *separator = "{";
-    for (size_t k = 0; k < FLAG_COUNT; k++) {
-        if (!flags[k].limit)
-            continue;
-        fprintf(out, "%s\"%s\":%lld", separator, flags[k].limit,
-                (long long)get_integer(config, &flags[k]));
-        separator = ",";
-    }
-    fputs("}", out);
-    bool good = !ferror(out);
-    if (fclose(out) != 0 || !good) {
-        free(json);
-        return NULL;
-    }
-    return json;
+/* A URL may hold a password, which is not to be shown. */
+static bool take_argument(struct config *config, char **argv, int argc, int *at) {
+    enum flags_taken taken = flags_take(config, argv, argc, at, false);
+    if (taken == FLAGS_OTHER && strstr(argv[*at], "://"))
+        return config_report("there is an argument that is not a flag; see draped --help");
+    if (taken == FLAGS_OTHER)
+        return config_report("'%s' is not a flag; see draped --help", argv[*at]);
+    return taken == FLAGS_TAKEN;
 }
 
 /* --help and its like, wherever they stand. */
@@ -585,7 +247,7 @@ enum config_verdict config_parse(int argc, char **argv, struct config *config) {
         puts("draped " DRAPED_VERSION);
         return CONFIG_DONE;
     }
-    if (!set_defaults(config))
+    if (!flags_set_defaults(config, false))
         return CONFIG_BAD;
     bool only_check = false;
     bool probe = false;
@@ -594,7 +256,7 @@ enum config_verdict config_parse(int argc, char **argv, struct config *config) {
             only_check = true;
         else if (!strcmp(argv[k], "--healthcheck"))
             probe = true;
-        else if (!set_argument(config, argv, argc, &k))
+        else if (!take_argument(config, argv, argc, &k))
             return CONFIG_BAD;
     }
     if (!check(config))
@@ -602,7 +264,7 @@ enum config_verdict config_parse(int argc, char **argv, struct config *config) {
     if (probe)
         return CONFIG_PROBE;
     if (only_check)
-        print_config(config, stdout);
+        flags_print(config, stdout);
     return only_check ? CONFIG_DONE : CONFIG_RUN;
 }
 
@@ -610,24 +272,19 @@ bool config_store_url(const struct config *config, char url[PATH_MAX]) {
     int length = config->store[0] ? snprintf(url, PATH_MAX, "%s", config->store)
                                   : snprintf(url, PATH_MAX, "%s/draped.db", config->data);
     return length < PATH_MAX ||
-           report("the name of the %s is too long", config->store[0] ? "store" : "folder");
+           config_report("the name of the %s is too long", config->store[0] ? "store" : "folder");
 }
 
-/* Other settings may make no sense to the account that runs the command. */
 int config_parse_store(int argc, char **argv, struct config *config, char **rest) {
     int count = 0;
-    memset(config, 0, sizeof *config);
-    for (size_t k = 0; k < FLAG_COUNT; k++)
-        if ((flags[k].offset == AT(data) || flags[k].offset == AT(store)) &&
-            !set_from_environment(config, &flags[k]))
-            return -1;
+    if (!flags_set_defaults(config, true))
+        return -1;
     for (int k = 0; k < argc; k++) {
-        const char *value = NULL;
-        const struct flag *flag = find_flag(argv[k], &value);
-        if (!flag || (flag->offset != AT(data) && flag->offset != AT(store)))
-            rest[count++] = argv[k];
-        else if (!set_argument(config, argv, argc, &k))
+        enum flags_taken taken = flags_take(config, argv, argc, &k, true);
+        if (taken == FLAGS_BAD)
             return -1;
+        if (taken == FLAGS_OTHER)
+            rest[count++] = argv[k];
     }
     return check_store(config) ? count : -1;
 }
