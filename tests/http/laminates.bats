@@ -142,6 +142,32 @@ plane='.surface = {degree_u: 1, degree_v: 1, size_u: 2, size_v: 2, knotvector_u:
                    knotvector_v: [0, 0, 1, 1],
                    control_points: [[0, 0, 0], [0, 4, 0], [4, 0, 0], [4, 4, 0]]}'
 
+@test "the porosity of a stack is 1 less its fibres over its thickness, in any cavity" {
+    local mesh=$BATS_TEST_TMPDIR/mesh.json
+    echo '{"mesh": {"vertices": [[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0], [1.9, 1.5, 0.6]],
+           "triangles": [[0, 1, 2], [1, 3, 2]]}}' >"$mesh"
+    for cavity in '"flexible"' '{height: 0.006}' '{pressure: 1e5}'; do
+        drape_stack ".cavity = $cavity | .plies[:3][].compaction = {a: 0.2, b: 0.08}" --map "$mesh"
+        echo "$output"
+    done | python3 -c '
+import json, sys
+volumes = []
+for line in sys.stdin:
+    stack = json.loads(line)
+    cells, rows = stack["cells"], stack["plies"]
+    rows = list(zip(rows["element"], rows["ply"], rows["thickness"], rows["fiber_volume_fraction"]))
+    assert len(rows) == 8
+    volumes.append([t * vf for _, _, t, vf in rows])
+    for element, whole, porosity in zip(cells["id"], cells["thickness"], cells["porosity"]):
+        plies = [(t, vf) for e, _, t, vf in rows if e == element]
+        assert abs(sum(t for t, _ in plies) / whole - 1) < 1e-13
+        assert abs(1 - sum(t * vf for t, vf in plies) / whole - porosity) < 1e-13
+assert len(volumes) == 3
+for other in volumes[1:]:
+    assert max(abs(a / b - 1) for a, b in zip(volumes[0], other)) < 1e-13
+'
+}
+
 @test "the height of the cavity by element, by property and under a punch" {
     local mesh=$BATS_TEST_TMPDIR/mould.bdf points=$BATS_TEST_TMPDIR/points.json
     mould >"$mesh"

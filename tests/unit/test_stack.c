@@ -19,7 +19,7 @@ static void test_power_agrees_with_libm(void **state) {
     assert_true(power_exp(-1e9) == 0 && isinf(power_exp(1e9)) && isnan(power_exp(NAN)));
 }
 
-/* Plies with random laws, some without. */
+/* Plies with random laws, some without, some with the exponent of the one before. */
 static size_t random_plies(struct random *random, struct stack_ply *plies, double *volume) {
     size_t count = 1 + (size_t)random_between(random, 0, 12);
     for (size_t k = 0; k < count; k++) {
@@ -28,6 +28,8 @@ static size_t random_plies(struct random *random, struct stack_ply *plies, doubl
                                       .fraction = random_between(random, 0.3, 0.6),
                                       .a = law ? random_between(random, 0.1, 0.4) : 0,
                                       .b = law ? random_between(random, 0.02, 0.2) : 0};
+        if (law && k > 0 && plies[k - 1].b > 0 && random_index(random, 2))
+            plies[k].b = plies[k - 1].b;
         volume[k] = plies[k].thickness * plies[k].fraction;
     }
     return count;
@@ -56,6 +58,23 @@ static void test_stack_fills_a_height_under_one_pressure(void **state) {
             check_at_most(fabs(vf / wanted - 1), 1e-12);
         }
         check_at_most(fabs(pressed / height - 1), 1e-13);
+    }
+}
+
+static void test_stack_pressing_leaves_every_volume_of_fibres(void **state) {
+    static const enum stack_kind kinds[] = {STACK_FLEXIBLE, STACK_PRESSURE, STACK_HEIGHT};
+    struct random random = random_begin("volume");
+    (void)state;
+    for (int round = 0; round < 3000; round++) {
+        struct stack_ply plies[16];
+        double volume[16];
+        size_t count = random_plies(&random, plies, volume);
+        const struct stack_cavity cavity = {.kind = kinds[round % 3],
+                                            .pressure = random_between(&random, 1, 1e7),
+                                            .height = random_between(&random, 1e-4, 1e-2)};
+        (void)stack_press(&cavity, count, plies);
+        for (size_t k = 0; k < count; k++)
+            check_at_most(fabs(plies[k].thickness * plies[k].fraction / volume[k] - 1), 1e-14);
     }
 }
 
@@ -154,6 +173,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_power_agrees_with_libm),
         cmocka_unit_test(test_stack_fills_a_height_under_one_pressure),
+        cmocka_unit_test(test_stack_pressing_leaves_every_volume_of_fibres),
         cmocka_unit_test(test_stack_leaves_plies_without_a_law_under_a_pressure),
         cmocka_unit_test(test_stack_of_equal_plies_is_one),
         cmocka_unit_test(test_stack_of_crossed_plies_is_isotropic),
