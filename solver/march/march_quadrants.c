@@ -13,7 +13,7 @@
 #include <string.h>
 
 /* Shorter rows are as fast one by one. */
-static const int32_t worth_a_wave = 8;
+static const int32_t worth_a_wave = 32;
 
 /* The place (i, j), counted from the start away along the arms; NULL where nothing was put. On the
  * arms it is read from the quadrant's copy: those tiles belong to others. */
