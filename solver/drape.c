@@ -85,6 +85,7 @@ static enum status march_all(struct march *march) {
     if (status != STATUS_OK || !corrected)
         return status;
     *march = (struct march){.surface = march->surface,
+                            .cut = march->cut,
                             .settings = march->settings,
                             .monitor = march->monitor,
                             .arena = arena,
@@ -316,6 +317,8 @@ static enum status solve_from(const struct shell *shell, const struct shell_plac
     else
         status = start_find_at(march.surface, settings, place->inner, &march.start,
                                &result->faulty_generator);
+    if (status == STATUS_OK)
+        status = march_open(&march);
     if (status == STATUS_OK && settings->method == DRAPE_MOSAIC)
         status = tessellate(&march);
     if (status == STATUS_OK)

@@ -75,6 +75,22 @@ double march_area(const struct march *march) {
     return march->mesh->components[march->mesh->component[start]].area;
 }
 
+/* How often the net has passed the cut to its left on the way to (i, j), less the passages to its
+ * right: by a neighbour, those towards the start first. */
+static int count_turns(const struct march *march, int32_t i, int32_t j, struct vec3 r) {
+    int si = i < 0 ? -1 : 1, sj = j < 0 ? -1 : 1;
+    const int8_t sides[4][2] = {
+        {(int8_t)-si, 0}, {0, (int8_t)-sj}, {(int8_t)si, 0}, {0, (int8_t)sj}};
+    if (!march->cut || (i == 0 && j == 0))
+        return 0;
+    for (int k = 0; k < 4; k++) {
+        const struct net_node *node = march_node_at(march, i + sides[k][0], j + sides[k][1]);
+        if (node && (node->state == NET_INSIDE || node->state == NET_GHOST))
+            return node->turn + shell_cut_passes(march->cut, node->r, r);
+    }
+    return 0;
+}
+
 enum status march_place(struct march *march, int32_t i, int32_t j, const struct station *station,
                         enum station_zone *zone) {
     enum drape_reason reason = DRAPE_REASON_BOUNDARY;
@@ -85,6 +101,12 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
     if (*zone == STATION_INSIDE && !start && trimmed_away(march, station)) {
         *zone = STATION_GHOST;
         reason = DRAPE_REASON_BOUNDARY;
+    }
+    int turn = count_turns(march, i, j, station->jet.r);
+    if (turn != 0) {
+        bool beyond = *zone == STATION_BEYOND || turn > 1 || turn < -1;
+        *zone = beyond ? STATION_BEYOND : STATION_GHOST;
+        reason = DRAPE_REASON_FOLD;
     }
     bool watched = march->fold && !march->unsettled;
     if (*zone == STATION_INSIDE && watched && fold_meets(march->fold, i, j, station)) {
@@ -102,6 +124,9 @@ enum status march_place(struct march *march, int32_t i, int32_t j, const struct 
                             .uv = {station->uv[0], station->uv[1]},
                             .state = *zone == STATION_INSIDE ? NET_INSIDE : NET_GHOST,
                             .reason = reason & NET_REASON_BITS,
+                            .turn = turn > 0   ? 1
+                                    : turn < 0 ? -1
+                                               : 0,
                             .face = (uint16_t)march_face(march, station)};
     node.rough = march->edges.rough;
     march->edges.rough = 0;
@@ -157,7 +182,8 @@ enum status march_watch_folds(struct march *march) {
     for (int k = 0; k < 2; k++)
         turn[k] =
             march->mesh || march->surface->shell ? HUGE_VAL : station_cut_turn(march->surface, k);
-    march->fold = fold_make(march->net, count, d, turn, (struct fold_normals){normal_at, march});
+    march->fold =
+        fold_make(march->net, count, d, turn, march->cut, (struct fold_normals){normal_at, march});
     enum status status = tiles && march->fold ? STATUS_OK : STATUS_OUT_OF_MEMORY;
     for (size_t t = 0; t < tile_count && status == STATUS_OK; t++)
         status = fold_add_rim(march->fold, tiles[t]);
@@ -257,7 +283,8 @@ enum status march_run(struct march *march) {
     if (!march->net)
         return STATUS_OUT_OF_MEMORY;
     enum status status = net_make(march->net, march->arena, march->settings->team != NULL);
-    if (status == STATUS_OK && (march->mesh || march->watched || closes_all_round(march->surface)))
+    if (status == STATUS_OK &&
+        (march->mesh || march->watched || (!march->cut && closes_all_round(march->surface))))
         status = march_watch_folds(march);
     if (status == STATUS_OK)
         status = march_generators(march);

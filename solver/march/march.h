@@ -19,6 +19,7 @@
 #include "solver/mesh/smooth_path.h"
 #include "solver/net/fold.h"
 #include "solver/net/net.h"
+#include "solver/shell/shell_cut.h"
 #include "solver/shell/station.h"
 #include <stdatomic.h>
 
@@ -72,6 +73,8 @@ struct march {
     const struct surface *surface; /* of a shell the start's face; NULL on a mesh of the caller's */
     const struct mesh *mesh;       /* the caller's, or for the method mosaic; else NULL */
     const struct mesh_smooth *smooth; /* what a mesh of the caller's stands for; NULL for mosaic */
+    const struct shell_cut
+        *cut; /* along which a shell is cut open opposite the start (`march_open`); NULL */
     const struct drape_settings *settings;
     const struct drape_monitor *monitor; /* may be NULL */
     struct arena *arena;
@@ -107,6 +110,10 @@ struct march {
  * Errors: STATUS_OUT_OF_MEMORY, STATUS_TOO_MANY_NODES, STATUS_CANCELLED, and
  * STATUS_START_STUCK when no yarn gets further than the start. */
 enum status march_run(struct march *march) STATUS_MUST_USE;
+
+/* Before that: cuts a shell that is a tube open opposite the start. Errors: STATUS_OUT_OF_MEMORY.
+ */
+enum status march_open(struct march *march) STATUS_MUST_USE;
 
 /* The steps it consists of, in files of their own. */
 enum status march_generators(struct march *march) STATUS_MUST_USE;
@@ -162,6 +169,7 @@ static inline enum status march_place_inside(struct march *march, struct net_til
     node->uv[0] = u;
     node->uv[1] = v;
     node->state = NET_INSIDE;
+    node->turn = 0;
     node->reason = node->grown = 0;
     node->rough = 0;
     node->face = 0;
@@ -178,6 +186,10 @@ bool march_joins(struct march *march, int32_t i, int32_t j, const struct station
 /* Notes that there can be no node at (i, j). */
 enum status march_fail(struct march *march, int32_t i, int32_t j,
                        enum drape_reason reason) STATUS_MUST_USE;
+
+/* The node at (i, j), NULL where the net has no place; on the arms beside a quadrant, whose tiles
+ * others may be filling, from the quadrant's copy, which at the arm's end is no place. */
+const struct net_node *march_node_at(const struct march *march, int32_t i, int32_t j);
 
 /* The station of a node of the net; false where there is no tangent plane. */
 bool march_station_at(struct march *march, const struct net_node *node, struct station *station);

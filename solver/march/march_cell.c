@@ -153,9 +153,7 @@ static enum drape_reason reason_of(struct march *march, const struct fishnet_cel
     return end == FISHNET_DEGENERATE ? DRAPE_REASON_DEGENERATE : DRAPE_REASON_NO_CONVERGENCE;
 }
 
-/* The node at (i, j); on the arms beside a quadrant, whose tiles others may be filling, from the
- * quadrant's copy. */
-static const struct net_node *node_at(const struct march *march, int32_t i, int32_t j) {
+const struct net_node *march_node_at(const struct march *march, int32_t i, int32_t j) {
     if (march->arm[0] && j == 0)
         return &march->arm[0][abs(i)];
     if (march->arm[1] && i == 0)
@@ -165,8 +163,8 @@ static const struct net_node *node_at(const struct march *march, int32_t i, int3
 
 bool march_yarn(struct march *march, int32_t i, int32_t j, int di, int dj,
                 const struct station *station, struct vec3 *direction) {
-    struct yarn_place here = {i, j, node_at(march, i, j)};
-    struct yarn_place there = {i + di, j + dj, node_at(march, i + di, j + dj)};
+    struct yarn_place here = {i, j, march_node_at(march, i, j)};
+    struct yarn_place there = {i + di, j + dj, march_node_at(march, i + di, j + dj)};
     if (!here.node || !there.node)
         return false;
     struct yarn_net yarns = {march->net, march->surface, &march->cursor};

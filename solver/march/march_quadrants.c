@@ -83,7 +83,9 @@ enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below,
 }
 
 static bool has_left(struct quadrant *q, int32_t i, int32_t j, const struct station *station) {
-    return state_at(q, i, j) != NET_INSIDE && march_has_left(q->march, station);
+    const struct net_node *node = find_place(q, i, j);
+    return !(node && node->state == NET_INSIDE) &&
+           ((node && node->turn != 0) || march_has_left(q->march, station));
 }
 
 /* By how much the edge from the row below to this one at i differs from that at i - 1. */
@@ -143,7 +145,7 @@ enum status quadrant_place(struct quadrant *q, struct quadrant_row *row, int32_t
     int32_t i = row->count++;
     enum status status = march_place(q->march, i * q->si, j * q->sj, station, &zone);
     row->ended = zone == STATION_BEYOND;
-    if (zone == STATION_INSIDE || (zone == STATION_GHOST && !march_has_left(q->march, station)))
+    if (zone == STATION_INSIDE || (zone == STATION_GHOST && !has_left(q, i, j, station)))
         row->last = i;
     return status;
 }

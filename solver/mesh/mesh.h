@@ -136,6 +136,16 @@ static inline struct vec3 mesh_corner_point(const struct mesh *mesh, int32_t tri
     return mesh->vertices[mesh->corners[triangle][corner]];
 }
 
+/* The half-edge of the border that follows one of it, round the triangles at its end. */
+static inline int32_t mesh_next_on_border(const struct mesh *mesh, int32_t half) {
+    int32_t next = half - half % 3 + (half + 1) % 3;
+    while (mesh->twins[next] != MESH_NONE) {
+        next = mesh->twins[next];
+        next = next - next % 3 + (next + 1) % 3;
+    }
+    return next;
+}
+
 /* The corners of a triangle in order. */
 static inline void mesh_corner_points(const struct mesh *mesh, int32_t triangle,
                                       struct vec3 point[3]) {

@@ -52,6 +52,7 @@ struct fold {
     struct net *net;
     struct fold_normals normals;
     double spacing[2], turn[2];
+    const struct shell_cut *cut;
     double reach, cube;
     struct patch *patches;
     size_t patch_count, patch_room;
@@ -173,7 +174,7 @@ static bool grow_sites(struct fold *fold, size_t room) {
 }
 
 struct fold *fold_make(struct net *net, size_t count, const double spacing[2], const double turn[2],
-                       struct fold_normals normals) {
+                       const struct shell_cut *cut, struct fold_normals normals) {
     struct fold *fold = arena_alloc(net->arena, 1, sizeof *fold);
     if (!fold)
         return NULL;
@@ -182,6 +183,7 @@ struct fold *fold_make(struct net *net, size_t count, const double spacing[2], c
                           .normals = normals,
                           .spacing = {spacing[0], spacing[1]},
                           .turn = {turn[0], turn[1]},
+                          .cut = cut,
                           .reach = cells_reach * longest,
                           .cube = cube_side * longest};
     size_t patches = FIRST_PATCHES + count / PATCH_NODES;
@@ -453,7 +455,8 @@ static bool within_cells(struct fold *fold, const struct target *at,
         return false;
     double x = vec3_dot(vec3_cross(offset, b), across) / area2;
     double y = vec3_dot(vec3_cross(a, offset), across) / area2;
-    return fabs(x) < 1 && fabs(y) < 1;
+    return fabs(x) < 1 && fabs(y) < 1 &&
+           !(fold->cut && shell_cut_passes(fold->cut, node->r, station->jet.r) != 0);
 }
 
 /* A node (i, j) at `point`; without its station, whether there is a part of the net near it; with

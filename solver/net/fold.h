@@ -10,6 +10,7 @@
 #define SOLVER_NET_FOLD_H
 
 #include "net.h"
+#include "solver/shell/shell_cut.h"
 #include "solver/shell/station.h"
 
 struct fold;
@@ -22,9 +23,10 @@ struct fold_normals {
 
 /* For nodes of `net`, which are `spacing` apart, in its arena; there are none yet, but room for
  * about `count`. Nodes that differ by more than turn[k] in parameter k lie on either side of a cut
- * and do not meet; HUGE_VAL where there is none. NULL without memory. */
+ * and do not meet, HUGE_VAL where there is none; nor do those with `cut` between them, which may be
+ * NULL. NULL without memory. */
 struct fold *fold_make(struct net *net, size_t count, const double spacing[2], const double turn[2],
-                       struct fold_normals normals);
+                       const struct shell_cut *cut, struct fold_normals normals);
 
 /* From now on there is no cut. */
 void fold_pass_cut(struct fold *fold);

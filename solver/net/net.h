@@ -23,13 +23,14 @@ enum net_state {
  * which the other end lies, 0 lower index and 1 higher. */
 #define NET_EDGE_BIT(family, side) ((uint8_t)(1u << (2 * (family) + (side))))
 
-enum { NET_REASON_BITS = 15 };
+enum { NET_REASON_BITS = 7 };
 
 struct net_node {
     struct vec3 r;
     double uv[2];
-    uint8_t state : 3;  /* enum net_state */
-    uint8_t reason : 4; /* enum drape_reason, of ghosts and failures */
+    uint8_t state : 2;  /* enum net_state */
+    uint8_t reason : 3; /* enum drape_reason, of ghosts and failures */
+    int8_t turn : 2;    /* of ghosts: 1 beyond a cut to its left, -1 to its right */
     uint8_t
         grown : 1;  /* 1 where it rests on a yarn that went straight on along a free edge, or
                    that  set off across another one: the generators alone do not fix it; else 0 */

@@ -26,6 +26,9 @@ static const double jump = 0.15, jump_steepness = 15;
 /* A place of the cloth this near to the one sought, in spacings, is the right one. */
 static const double beyond_doubt = 0.15;
 
+/* How far beside a cut, in spacings, it is looked for what lies on one side of it. */
+static const double beside = 0.01;
+
 /* A node may be this far from the place that it is to lead to, in spacings. */
 static const double seed_reach = 2;
 
@@ -95,11 +98,17 @@ static double box_distance2(const struct tile_box *box, struct vec3 r) {
     return vec3_norm2(vec3_sub(r, nearest));
 }
 
-/* Whether a node is on the same side of the cuts as the place. */
-static bool same_turn(const struct tracer *t, const struct net_node *node, const double uv[2]) {
+/* Whether a node is on the same side of the cuts as what is to be covered beside the place. */
+static bool same_turn(const struct tracer *t, const struct net_node *node,
+                      const struct rim_spot *spot) {
+    if (t->march->cut) {
+        struct vec3 left = vec3_unit(vec3_cross(spot->normal, spot->dr));
+        struct vec3 covered = vec3_axpy(beside * t->spacing, left, spot->r);
+        return shell_cut_passes(t->march->cut, node->r, covered) == 0;
+    }
     bool apart = t->march->mesh || t->march->surface->shell;
-    return apart || (fabs(node->uv[0] - uv[0]) <= t->half_turn[0] &&
-                     fabs(node->uv[1] - uv[1]) <= t->half_turn[1]);
+    return apart || (fabs(node->uv[0] - spot->uv[0]) <= t->half_turn[0] &&
+                     fabs(node->uv[1] - spot->uv[1]) <= t->half_turn[1]);
 }
 
 /* Whether a node faces the way the spot does: the two sides of a thin part, of a blade at its
@@ -127,7 +136,7 @@ static bool find_seed(const struct tracer *t, const struct rim_spot *spot, bool 
                 int x = __builtin_ctz(row);
                 const struct net_node *node = &tile->node[y][x];
                 double own = vec3_norm2(vec3_sub(node->r, spot->r));
-                if (own >= best || !same_turn(t, node, spot->uv) ||
+                if (own >= best || !same_turn(t, node, spot) ||
                     (alike && !faces_alike(t, node, spot)))
                     continue;
                 best = own;

@@ -169,18 +169,18 @@ static void add_border(struct builder *b) {
 
 /* ---- polylines ---- */
 
-/* The share of the surface that lies between the line a b and the place m, in space: r_u and r_v
- * at m measure it. */
+/* How far the place m is from the line a c, in space, and at which share of that it is nearest: r_u
+ * and r_v at m measure it. */
 static double deviation(const struct builder *b, const struct surface *surface, const double a[2],
-                        const double c[2], const double m[2]) {
+                        const double c[2], const double m[2], double *share) {
     struct surface_jet jet;
     double chord[2] = {c[0] - a[0], c[1] - a[1]}, off[2] = {m[0] - a[0], m[1] - a[1]};
     surface_jet_at(surface, &b->march->cursor, m[0], m[1], &jet);
     struct vec3 along = vec3_axpy(chord[1], jet.v, vec3_scale(chord[0], jet.u));
     struct vec3 to = vec3_axpy(off[1], jet.v, vec3_scale(off[0], jet.u));
-    double length2 = vec3_norm2(along), share = length2 > 0 ? vec3_dot(to, along) / length2 : 0;
-    share = share < 0 ? 0 : share > 1 ? 1 : share;
-    return vec3_norm(vec3_axpy(-share, along, to));
+    double length2 = vec3_norm2(along), at = length2 > 0 ? vec3_dot(to, along) / length2 : 0;
+    *share = at < 0 ? 0 : at > 1 ? 1 : at;
+    return vec3_norm(vec3_axpy(-*share, along, to));
 }
 
 /* Marks the points that a polyline needs to stay within the tolerance: of the stretch between two
@@ -201,7 +201,7 @@ static bool keep_points(struct builder *b, const struct surface *surface, const 
         size_t first = stack[--depth][0], last = stack[depth][1], at = first;
         double most = b->tolerance;
         for (size_t k = first + 1; k < last; k++) {
-            double off = deviation(b, surface, uv[first], uv[last], uv[k]);
+            double share, off = deviation(b, surface, uv[first], uv[last], uv[k], &share);
             at = off > most ? k : at;
             most = fmax(most, off);
         }
@@ -218,37 +218,121 @@ static bool keep_points(struct builder *b, const struct surface *surface, const 
 
 /* ---- shells ---- */
 
-/* The free edges as chains. */
+/* The free edges as chains: first both sides of the cut, part by part, number 2 k and 2 k + 1. */
 struct free_edges {
     struct shell_edge *edges;
     struct vec3 (*ends)[2];
     bool *used;
-    size_t count;
+    size_t count, of_cut;
 };
+
+static struct vec3 point_on_face(struct builder *b, int32_t face, const double uv[2]) {
+    struct surface_jet jet;
+    surface_jet_at(rim_edges_surface(b->march, face), &b->march->cursor, uv[0], uv[1], &jet);
+    return jet.r;
+}
+
+static void set_ends(struct builder *b, struct free_edges *found, size_t k) {
+    const struct shell_edge *edge = &found->edges[k];
+    for (int end = 0; end < 2; end++)
+        found->ends[k][end] = point_on_face(b, edge->face, edge->uv[end ? edge->count - 1 : 0]);
+}
+
+/* The place of an edge nearest to parameters m beside it: its piece and parameters; its distance.
+ */
+static double nearest_on_edge(struct builder *b, const struct shell_edge *edge, const double m[2],
+                              size_t *piece, double uv[2]) {
+    const struct surface *surface = rim_edges_surface(b->march, edge->face);
+    double best = HUGE_VAL;
+    for (size_t k = 0; k + 1 < edge->count; k++) {
+        const double *from = edge->uv[k], *to = edge->uv[k + 1];
+        double share, own = deviation(b, surface, from, to, m, &share);
+        if (!(own < best))
+            continue;
+        best = own;
+        *piece = k;
+        for (int n = 0; n < 2; n++)
+            uv[n] = from[n] + share * (to[n] - from[n]);
+    }
+    return best;
+}
+
+/* Divides the free edge on which the cut ends at `uv` of a face, which becomes a place of it. */
+static void divide_edge(struct builder *b, struct free_edges *found, int32_t face, double uv[2]) {
+    double least = HUGE_VAL, at[2] = {0, 0};
+    size_t best = 0, best_piece = 0;
+    for (size_t k = found->of_cut; k < found->count; k++) {
+        double own_uv[2];
+        size_t piece = 0;
+        if (found->edges[k].face != face)
+            continue;
+        double own = nearest_on_edge(b, &found->edges[k], uv, &piece, own_uv);
+        if (!(own < least))
+            continue;
+        least = own;
+        best = k;
+        best_piece = piece;
+        memcpy(at, own_uv, sizeof at);
+    }
+    struct shell_edge *edge = &found->edges[best], *rest = &found->edges[found->count];
+    double(*first)[2] = arena_alloc(b->march->arena, best_piece + 2, sizeof *first);
+    b->failed = b->failed || !first;
+    if (b->failed || !(least < HUGE_VAL))
+        return;
+    memcpy(first, edge->uv, (best_piece + 1) * sizeof *first);
+    memcpy(first[best_piece + 1], at, sizeof at);
+    memcpy(uv, at, sizeof at);
+    *rest = (struct shell_edge){face, edge->uv + best_piece, edge->count - best_piece};
+    memcpy(rest->uv[0], at, sizeof at);
+    *edge = (struct shell_edge){face, first, best_piece + 2};
+    set_ends(b, found, best);
+    set_ends(b, found, found->count++);
+}
+
+/* Both sides of part `number` of the cut, whose ends at the boundary divide the edges there. */
+static void add_cut_part(struct builder *b, struct free_edges *found, size_t number,
+                         const struct shell_cut_part *part) {
+    double(*uv)[2] = arena_alloc(b->march->arena, 2 * part->count, sizeof *uv);
+    b->failed = b->failed || !uv;
+    if (b->failed)
+        return;
+    memcpy(uv, part->uv, part->count * sizeof *uv);
+    if (part->begins)
+        divide_edge(b, found, part->face, uv[0]);
+    if (part->ends)
+        divide_edge(b, found, part->face, uv[part->count - 1]);
+    for (size_t k = 0; k < part->count; k++)
+        memcpy(uv[2 * part->count - 1 - k], uv[k], sizeof *uv);
+    for (size_t side = 0; side < 2; side++) {
+        found->edges[2 * number + side] =
+            (struct shell_edge){part->face, uv + side * part->count, part->count};
+        set_ends(b, found, 2 * number + side);
+    }
+}
 
 static bool find_free_edges(struct builder *b, struct free_edges *found) {
     struct march *march = b->march;
     const struct shell *shell = march->surface->shell;
     int32_t component = shell_component(shell, march->surface->face);
-    size_t count = shell_edge_count(shell);
-    found->edges = arena_alloc(march->arena, count, sizeof *found->edges);
-    found->ends = arena_alloc(march->arena, count, sizeof *found->ends);
-    found->used = arena_alloc(march->arena, count, sizeof *found->used);
+    size_t parts = 0, count = shell_edge_count(shell);
+    const struct shell_cut_part *part = march->cut ? shell_cut_parts(march->cut, &parts) : NULL;
+    size_t room = count + 4 * parts;
+    found->edges = arena_alloc(march->arena, room, sizeof *found->edges);
+    found->ends = arena_alloc(march->arena, room, sizeof *found->ends);
+    found->used = arena_alloc(march->arena, room, sizeof *found->used);
     if (!found->edges || !found->ends || !found->used)
         return false;
+    found->count = found->of_cut = 2 * parts;
     for (size_t k = 0; k < count; k++) {
         struct shell_edge *edge = &found->edges[found->count];
         if (shell_edge(shell, k, component, march->arena, edge) != STATUS_OK)
             return false;
-        for (int end = 0; end < 2 && edge->count; end++) {
-            const double *uv = edge->uv[end ? edge->count - 1 : 0];
-            struct surface_jet jet;
-            surface_jet_at(shell_surface(shell, edge->face), &march->cursor, uv[0], uv[1], &jet);
-            found->ends[found->count][end] = jet.r;
-        }
-        found->count += edge->count > 0;
+        if (edge->count > 0)
+            set_ends(b, found, found->count++);
     }
-    return true;
+    for (size_t k = 0; k < parts; k++)
+        add_cut_part(b, found, k, &part[k]);
+    return !b->failed;
 }
 
 /* Adds an edge's vertices, of which a polyline within the tolerance needs no more. */
@@ -271,6 +355,11 @@ static void add_edge(struct builder *b, const struct shell_edge *edge) {
     }
 }
 
+/* Whether two edges are the sides of the same part of the cut. */
+static bool turns_back(const struct free_edges *found, size_t edge, size_t other) {
+    return edge < found->of_cut && (edge ^ other) == 1;
+}
+
 /* Edge after edge, each that whose beginning is nearest to the end of the last, until it is the
  * loop's own. */
 static void add_shell_edges(struct builder *b) {
@@ -281,13 +370,15 @@ static void add_shell_edges(struct builder *b) {
         if (found.used[first])
             continue;
         while (!found.used[at] && !b->failed) {
-            double best = vec3_distance(found.ends[at][1], found.ends[first][0]);
+            double best = turns_back(&found, at, first)
+                              ? HUGE_VAL
+                              : vec3_distance(found.ends[at][1], found.ends[first][0]);
             size_t next = first;
             found.used[at] = true;
             add_edge(b, &found.edges[at]);
             for (size_t k = 0; k < found.count; k++) {
                 double gap = vec3_distance(found.ends[at][1], found.ends[k][0]);
-                if (found.used[k] || gap >= best)
+                if (found.used[k] || turns_back(&found, at, k) || gap >= best)
                     continue;
                 next = k;
                 best = gap;
@@ -607,16 +698,6 @@ static void join_chains(struct builder *b) {
 
 /* ---- meshes ---- */
 
-/* The half-edge of the border that follows one, round the triangles at its end. */
-static int32_t next_on_border(const struct mesh *mesh, int32_t half) {
-    int32_t next = half - half % 3 + (half + 1) % 3;
-    while (mesh->twins[next] != MESH_NONE) {
-        next = mesh->twins[next];
-        next = next - next % 3 + (next + 1) % 3;
-    }
-    return next;
-}
-
 static void add_mesh_borders(struct builder *b) {
     const struct mesh *mesh = b->march->mesh;
     int32_t halves = (int32_t)(3 * mesh->triangle_count);
@@ -626,7 +707,7 @@ static void add_mesh_borders(struct builder *b) {
     for (int32_t first = 0; !b->failed && first < halves; first++) {
         if (mesh->twins[first] != MESH_NONE || seen[first] || mesh->component[first / 3] != own)
             continue;
-        for (int32_t half = first; !seen[half]; half = next_on_border(mesh, half)) {
+        for (int32_t half = first; !seen[half]; half = mesh_next_on_border(mesh, half)) {
             struct mesh_place place = {half / 3, mesh_corner_point(mesh, half / 3, half % 3)};
             struct rim_vertex vertex = {.face = half / 3, .r = place.r};
             seen[half] = 1;

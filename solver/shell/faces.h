@@ -85,6 +85,7 @@ struct shell {
     struct face_edge *edges;
     size_t edge_count;
     uint32_t *boundaries; /* of each component, in one piece each */
+    uint32_t *ends;       /* those of them that may be ends of a tube */
 };
 
 /* A place on a curve: inner parameters and their derivative by t, the point and its derivative. */

@@ -227,7 +227,48 @@ static void find_open_ends(struct shell *shell, const struct chains *chains,
     }
 }
 
-/* How many pieces the boundary of each component consists of. */
+/* What tells the end of a tube from the edge of a plate and that of a hole: the area that a piece
+ * of boundary runs round, as a vector, its length, and the mean normal along it, times that. */
+struct round {
+    struct vec3 area, normal;
+    double length;
+};
+
+enum { SAMPLES_OF_EDGE = 16 };
+
+/* Of the ends of tubes, the share of the area that lies across the mean normal is less than this:
+ * that share is 1 for a plate's edge, -1 for a hole's and, for a cone's, the sine of half its
+ * angle.
+ */
+static const double end_share = 0.8;
+
+static void add_to_round(const struct shell *shell, const struct face_edge *edge,
+                         struct round *round) {
+    const struct face_curve *curve = &shell->curves[edge->curve];
+    double side = shell->faces[curve->face].side, sense = edge->inside * side;
+    struct curve_place place;
+    struct vec3 last = {0, 0, 0};
+    for (int k = 0; k <= SAMPLES_OF_EDGE; k++) {
+        curve_at(shell, curve, edge->t[0] + (edge->t[1] - edge->t[0]) * k / SAMPLES_OF_EDGE,
+                 &place);
+        struct vec3 r = vec3_sub(place.r, shell->lower);
+        struct vec3 normal = vec3_unit(vec3_cross(place.jet.u, place.jet.v));
+        double length = k > 0 ? vec3_distance(r, last) : 0;
+        if (k > 0)
+            round->area = vec3_axpy(sense / 2, vec3_cross(last, r), round->area);
+        round->normal = vec3_axpy(side * length, normal, round->normal);
+        round->length += length;
+        last = r;
+    }
+}
+
+static bool is_end(const struct round *round) {
+    double across = vec3_dot(round->area, round->normal);
+    return fabs(across) < end_share * round->length * vec3_norm(round->area);
+}
+
+/* How many pieces the boundary of each component consists of, and how many of them may be ends of a
+ * tube. */
 static enum status count_boundaries(struct shell *shell, struct arena *arena) {
     struct chains chains = {.shell = shell};
     size_t count = 0, room = shell->edge_count;
@@ -235,8 +276,10 @@ static enum status count_boundaries(struct shell *shell, struct arena *arena) {
     struct box *box = arena_take(arena, 2 * room, sizeof *box);
     chains.edge = arena_take(arena, room, sizeof *chains.edge);
     chains.root = arena_take(arena, room, sizeof *chains.root);
+    struct round *rounds = arena_alloc(arena, room, sizeof *rounds);
     shell->boundaries = arena_alloc(arena, shell->component_count, sizeof *shell->boundaries);
-    if (!box || !chains.edge || !chains.root || !shell->boundaries)
+    shell->ends = arena_alloc(arena, shell->component_count, sizeof *shell->ends);
+    if (!box || !chains.edge || !chains.root || !rounds || !shell->boundaries || !shell->ends)
         return STATUS_OUT_OF_MEMORY;
     for (size_t e = 0; e < shell->edge_count; e++) {
         const struct face_edge *edge = &shell->edges[e];
@@ -258,9 +301,13 @@ static enum status count_boundaries(struct shell *shell, struct arena *arena) {
     if (status == STATUS_OK)
         find_open_ends(shell, &chains, boxes);
     for (size_t k = 0; k < count && status == STATUS_OK; k++)
+        add_to_round(shell, &shell->edges[chains.edge[k]], &rounds[root_of(&chains, (int32_t)k)]);
+    for (size_t k = 0; k < count && status == STATUS_OK; k++)
         if (chains.root[k] == (int32_t)k) {
             const struct face_edge *edge = &shell->edges[chains.edge[k]];
-            shell->boundaries[shell->faces[shell->curves[edge->curve].face].component]++;
+            int32_t component = shell->faces[shell->curves[edge->curve].face].component;
+            shell->boundaries[component]++;
+            shell->ends[component] += is_end(&rounds[k]);
         }
     return status;
 }
@@ -463,6 +510,10 @@ bool shell_is_closed(const struct shell *shell, int32_t face) {
 
 bool shell_may_close(const struct shell *shell, int32_t face) {
     return shell->boundaries[shell->faces[face].component] != 1;
+}
+
+bool shell_may_be_tube(const struct shell *shell, int32_t face) {
+    return shell->ends[shell->faces[face].component] == 2;
 }
 
 bool shell_over(const struct shell *shell, struct vec3 point, int32_t face, double reach,

@@ -122,6 +122,10 @@ struct shell_place {
  * a hole: they have no boundary, or more than one. */
 bool shell_may_close(const struct shell *shell, int32_t face);
 
+/* Whether they may be a tube: of their boundaries two run round it, as far as their normals tell.
+ */
+bool shell_may_be_tube(const struct shell *shell, int32_t face);
+
 /* Whether they have no boundary. */
 bool shell_is_closed(const struct shell *shell, int32_t face);
 

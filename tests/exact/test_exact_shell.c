@@ -528,6 +528,103 @@ static void test_exact_shell_runs_over_a_hole(void **state) {
     check_hole(SCENE_CYLINDER, SEED + 3);
 }
 
+/* ---- tubes: cut open opposite the start ---- */
+
+/* By which the opening of a shell may be off the line opposite the start, in spacings. */
+static const double OFF_OPPOSITE = 1;
+
+/* By which the nodes of a shell may be off those of the whole, in spacings: gib4 corrects next to
+ * the opening by what lies beyond it, and chords of a mosaic go a long way here. */
+static const double SAME_ROUND = 1e-4, SAME_ROUND_MOSAIC = 0.3;
+
+/* By how much a place of the whole is beside the line opposite the start: 1 is half a turn. */
+static struct vec3 shell_centre(const struct shell *shell) {
+    struct vec3 low, high;
+    shell_bounds(shell, &low, &high);
+    return vec3_scale(0.5, vec3_add(low, high));
+}
+
+static double beside_opposite(const struct scene *scene, double u) {
+    double lower[2], upper[2];
+    shape_domain(&scene->shape, lower, upper);
+    double turns = fabs(u - scene->start_uv[0]) / (upper[0] - lower[0]);
+    return 1 - 2 * fmin(turns, 1 - turns);
+}
+
+/* Without extents: the same nodes, but for some next to the line opposite the start, and cloth all
+ * round. */
+static bool tube_is_same(enum scene_id id, enum cutting cutting, enum drape_method method,
+                         uint64_t seed) {
+    static struct scene scene;
+    struct drape_run whole;
+    struct drape_result result;
+    struct grid grid;
+    uint64_t random = seed;
+    scene_make(&scene, id);
+    bool mosaic = method == DRAPE_MOSAIC;
+    struct drape_settings settings = scene_settings(&scene, mosaic ? DRAPE_BASIC : method, CELLS);
+    settings.has_extent[0] = settings.has_extent[1] = false;
+    settings.start_kind = DRAPE_START_POINT;
+    settings.start_point = shape_point(&scene.shape, scene.start_uv);
+    drape_begin(&whole, &scene.shape, &settings);
+    settings.method = method;
+    settings.direction_kind = DRAPE_DIRECTION_VECTOR;
+    settings.direction_vector = whole.result.start_warp;
+    int count = cut_by(cutting, &scene.shape, &random);
+    struct arena *arena = arena_new((size_t)1 << 30);
+    struct shell *shell = make_shell(count, arena);
+    assert_int_equal(drape_solve_shell(shell, &settings, NULL, arena, &result), STATUS_OK);
+    bool turned = is_turned(&whole, &result);
+    double d = fmin(settings.spacing[0], settings.spacing[1]), off = 0, furthest = 0;
+    double round = 2 * vec3_distance(settings.start_point, shell_centre(shell));
+    const struct drape_nodes *nodes = &whole.result.nodes;
+    int missing = 0;
+    grid_make(&grid, &result.nodes);
+    for (size_t k = 0; k < nodes->count; k++) {
+        int at = grid_find(&grid, nodes->i[k], turned ? -nodes->j[k] : nodes->j[k]);
+        missing += at < 0;
+        if (at < 0)
+            furthest = fmax(furthest, beside_opposite(&scene, nodes->u[k]) * round);
+        else
+            off =
+                fmax(off, vec3_distance(node_point(nodes, (int)k), node_point(&result.nodes, at)));
+    }
+    int extra = (int)result.nodes.count - (int)nodes->count + missing;
+    const struct drape_summary *a = &whole.result.summary, *b = &result.summary;
+    double allowed = SAME * shell_size(shell) + (mosaic ? SAME_ROUND_MOSAIC : SAME_ROUND) * d;
+    bool same = off <= allowed && (mosaic || furthest <= OFF_OPPOSITE * d) &&
+                b->cloth_coverage > 0.999 && b->coverage <= b->cloth_coverage &&
+                fabs(b->flat_area / a->flat_area - 1) < 1e-3;
+    if (!same || getenv("DRAPED_VERBOSE"))
+        printf("  %s, method %d, %s, %d faces, seed %llu: %zu nodes, %d missing, %d extra, %.1e d "
+               "off, "
+               "missing up to %.2g d beside; cover %.6f %.6f, flat area %.2e\n",
+               scene.name, method, cutting_names[cutting], count, (unsigned long long)seed,
+               nodes->count, missing, extra, off / d, furthest / d, b->coverage, b->cloth_coverage,
+               b->flat_area / a->flat_area - 1);
+    grid_free(&grid);
+    arena_free(arena);
+    drape_end(&whole);
+    scene_free(&scene);
+    return same;
+}
+
+static void test_exact_shell_of_a_tube_is_cut_open_opposite_the_start(void **state) {
+    static const enum drape_method every[] = {DRAPE_GIB, DRAPE_GIB4, DRAPE_BASIC, DRAPE_GEODESIC,
+                                              DRAPE_MOSAIC};
+    const char *seed_text = getenv("DRAPED_SEED"), *rounds_text = getenv("DRAPED_ROUNDS");
+    uint64_t seed = seed_text ? strtoull(seed_text, NULL, 10) : SEED;
+    int rounds = rounds_text ? atoi(rounds_text) : ROUNDS, bad = 0;
+    (void)state;
+    for (int round = 0; round < rounds; round++)
+        for (int m = 0; m < 5; m++, seed++) {
+            enum cutting cutting = (enum cutting)(seed % CUTTINGS);
+            bad += !tube_is_same(SCENE_CYLINDER_FULL, cutting, every[m], seed);
+            bad += !tube_is_same(SCENE_CONE_FULL, cutting, every[m], seed);
+        }
+    assert_int_equal(bad, 0);
+}
+
 static void check_bits(const struct drape_nodes *a, const struct drape_nodes *b) {
     const double *columns[][2] = {{a->u, b->u}, {a->v, b->v}, {a->x, b->x},
                                   {a->y, b->y}, {a->z, b->z}, {a->shear_deg, b->shear_deg}};
@@ -561,7 +658,7 @@ static void test_exact_shell_has_same_bits_with_threads(void **state) {
     }
 }
 
-static void survive_failing_allocations(int count, enum drape_method method) {
+static void survive_failing_allocations(int count, enum drape_method method, double d) {
     enum status status = STATUS_OUT_OF_MEMORY;
     size_t n = 1;
     for (; status != STATUS_OK; n++) {
@@ -578,8 +675,7 @@ static void survive_failing_allocations(int count, enum drape_method method) {
         }
         arena_fail_at(arena, n);
         status = shell_make(parts, (size_t)count, 0, arena, &shell, NULL);
-        struct drape_settings settings = {
-            .method = method, .spacing = {0.3, 0.3}, .max_nodes = 10000};
+        struct drape_settings settings = {.method = method, .spacing = {d, d}, .max_nodes = 10000};
         if (status == STATUS_OK)
             status = drape_solve_shell(shell, &settings, NULL, arena, &result);
         if (status != STATUS_OK)
@@ -592,12 +688,17 @@ static void survive_failing_allocations(int count, enum drape_method method) {
 /* Whichever allocation fails, making and draping a shell end as out of memory. */
 static void test_exact_shell_survives_failing_allocations(void **state) {
     static struct shape whole;
+    static struct scene tube;
     uint64_t seed = SEED;
     (void)state;
     shape_freeform(&whole);
     int count = cut_grid(&whole, 2, 2, &seed);
-    survive_failing_allocations(count, DRAPE_GIB);
-    survive_failing_allocations(count, DRAPE_MOSAIC);
+    survive_failing_allocations(count, DRAPE_GIB, 0.3);
+    survive_failing_allocations(count, DRAPE_MOSAIC, 0.3);
+    scene_make(&tube, SCENE_CYLINDER_FULL);
+    count = cut_grid(&tube.shape, 2, 2, &seed);
+    survive_failing_allocations(count, DRAPE_GIB, 2);
+    scene_free(&tube);
 }
 
 static void test_exact_shell_with_gaps_is_nearly_the_whole(void **state) {
@@ -615,6 +716,7 @@ int main(void) {
         cmocka_unit_test(test_exact_shell_with_an_island_is_the_whole),
         cmocka_unit_test(test_exact_shell_at_vertices_and_seams),
         cmocka_unit_test(test_exact_shell_runs_over_a_hole),
+        cmocka_unit_test(test_exact_shell_of_a_tube_is_cut_open_opposite_the_start),
         cmocka_unit_test(test_exact_shell_has_same_bits_with_threads),
         cmocka_unit_test(test_exact_shell_survives_failing_allocations),
         cmocka_unit_test(test_exact_shell_with_gaps_is_nearly_the_whole),

@@ -1,0 +1,436 @@
+/* SPDX-License-Identifier: MIT */
+#include "opening.h"
+
+#include "solver/angle.h"
+#include <math.h>
+#include <string.h>
+
+/* Passages of the fence that ways are told apart by: -PASSES_MOST .. PASSES_MOST. */
+enum { PASSES_MOST = 2, LAYERS = 2 * PASSES_MOST + 1, NOWHERE = -1 };
+
+/* A border that turns by more degrees than this is no end of a tube: of a cone that of 48 degrees
+ * to its axis. */
+static const double turn_most = 270;
+
+struct heap_entry {
+    double key;
+    int32_t at;
+};
+
+struct heap {
+    struct heap_entry *entries;
+    size_t count, room;
+    struct arena *arena;
+};
+
+struct opener {
+    const struct mesh *mesh;
+    struct arena *arena;
+    int32_t component;
+    int32_t *vertex; /* of half-edge h: the number of the place where it begins */
+    size_t vertex_count;
+    int32_t *first, *fan; /* of place v: the half-edges that begin there, fan[first[v]] .. */
+    int32_t *border;      /* of half-edge h: the number of the border it is part of, or NOWHERE */
+    int32_t ends[2];      /* the borders that are ends */
+    uint8_t *right;   /* of half-edge h: it begins on the fence, its triangle lies right of it */
+    double *distance; /* of place v in layer l: LAYERS v + l */
+    uint8_t *settled;
+    int8_t *nearest; /* of place v: the layer of its least distance */
+};
+
+/* ---- a heap of places by distance ---- */
+
+static bool heap_push(struct heap *heap, double key, int32_t at) {
+    if (heap->count == heap->room) {
+        void *larger = arena_enlarge(heap->arena, heap->entries, heap->count, sizeof *heap->entries,
+                                     &heap->room);
+        if (!larger)
+            return false;
+        heap->entries = larger;
+    }
+    size_t k = heap->count++;
+    for (; k > 0 && heap->entries[(k - 1) / 2].key > key; k = (k - 1) / 2)
+        heap->entries[k] = heap->entries[(k - 1) / 2];
+    heap->entries[k] = (struct heap_entry){key, at};
+    return true;
+}
+
+static struct heap_entry heap_pop(struct heap *heap) {
+    struct heap_entry top = heap->entries[0], last = heap->entries[--heap->count];
+    size_t k = 0;
+    for (size_t child = 1; child < heap->count; child = 2 * k + 1) {
+        child += child + 1 < heap->count && heap->entries[child + 1].key < heap->entries[child].key;
+        if (!(heap->entries[child].key < last.key))
+            break;
+        heap->entries[k] = heap->entries[child];
+        k = child;
+    }
+    heap->entries[k] = last;
+    return top;
+}
+
+/* ---- places ---- */
+
+static int32_t next_of(int32_t half) {
+    return half - half % 3 + (half + 1) % 3;
+}
+
+static int32_t before(int32_t half) {
+    return half - half % 3 + (half + 2) % 3;
+}
+
+static struct vec3 point_of(const struct opener *o, int32_t half) {
+    return mesh_corner_point(o->mesh, half / 3, half % 3);
+}
+
+static double length_of(const struct opener *o, int32_t half) {
+    return vec3_distance(point_of(o, half), point_of(o, next_of(half)));
+}
+
+static int32_t root_of(int32_t *parent, int32_t v) {
+    while (parent[v] != v)
+        v = parent[v] = parent[parent[v]];
+    return v;
+}
+
+/* Numbers the places: vertices that edges with the same ends share are one. */
+static bool number_places(struct opener *o) {
+    const struct mesh *mesh = o->mesh;
+    size_t halves = 3 * mesh->triangle_count;
+    int32_t *parent = arena_alloc(o->arena, mesh->vertex_count, sizeof *parent);
+    o->vertex = arena_alloc(o->arena, halves, sizeof *o->vertex);
+    o->first = arena_alloc(o->arena, mesh->vertex_count + 2, sizeof *o->first);
+    o->fan = arena_alloc(o->arena, halves, sizeof *o->fan);
+    if (!parent || !o->vertex || !o->first || !o->fan)
+        return false;
+    for (size_t v = 0; v < mesh->vertex_count; v++)
+        parent[v] = (int32_t)v;
+    const int32_t *corner = &mesh->corners[0][0];
+    for (size_t h = 0; h < halves; h++) {
+        int32_t twin = mesh->twins[h];
+        if (twin != MESH_NONE)
+            parent[root_of(parent, corner[h])] = root_of(parent, corner[next_of(twin)]);
+    }
+    o->vertex_count = mesh->vertex_count;
+    for (size_t h = 0; h < halves; h++) {
+        o->vertex[h] = root_of(parent, corner[h]);
+        o->first[o->vertex[h] + 2]++;
+    }
+    for (size_t v = 2; v < o->vertex_count + 2; v++)
+        o->first[v] += o->first[v - 1];
+    for (size_t h = 0; h < halves; h++)
+        o->fan[o->first[o->vertex[h] + 1]++] = (int32_t)h;
+    return true;
+}
+
+/* ---- borders ---- */
+
+/* The angle of a triangle in degrees where half-edge `half` begins. */
+static double corner_angle(const struct opener *o, int32_t half) {
+    struct vec3 at = point_of(o, half);
+    struct vec3 a = vec3_sub(point_of(o, next_of(half)), at);
+    struct vec3 b = vec3_sub(point_of(o, before(half)), at);
+    return angle_atan2_deg(vec3_norm(vec3_cross(a, b)), vec3_dot(a, b));
+}
+
+/* By how much a border turns to the left: at each of its places half a turn less the angles of the
+ * triangles there. */
+static double follow_border(struct opener *o, int32_t first, int32_t number) {
+    double turn = 0;
+    for (int32_t half = first; o->border[half] == NOWHERE;
+         half = mesh_next_on_border(o->mesh, half)) {
+        int32_t v = o->vertex[half];
+        o->border[half] = number;
+        turn += 180;
+        for (int32_t k = o->first[v]; k < o->first[v + 1]; k++)
+            turn -= corner_angle(o, o->fan[k]);
+    }
+    return turn;
+}
+
+/* Whether the component is a tube; finds its borders. */
+static bool find_ends(struct opener *o) {
+    const struct mesh *mesh = o->mesh;
+    int32_t halves = (int32_t)(3 * mesh->triangle_count), borders = 0, ends = 0;
+    int64_t corners = 0, edges = 0, triangles = 0;
+    for (int32_t h = 0; h < halves; h++)
+        o->border[h] = NOWHERE;
+    for (int32_t h = 0; h < halves; h++) {
+        if (mesh->component[h / 3] != o->component)
+            continue;
+        bool free = mesh->twins[h] == MESH_NONE;
+        triangles += h % 3 == 0;
+        edges += free || h < mesh->twins[h];
+        corners += o->fan[o->first[o->vertex[h]]] == h;
+        if (!free || o->border[h] != NOWHERE)
+            continue;
+        double turn = follow_border(o, h, borders);
+        if (turn > turn_most)
+            return false;
+        if (turn >= -turn_most && ends < 2)
+            o->ends[ends] = borders;
+        ends += turn >= -turn_most;
+        borders++;
+    }
+    return ends == 2 && corners - edges + triangles == 2 - borders;
+}
+
+/* ---- the fence: the shortest way along edges from one end to the other ---- */
+
+struct fence {
+    int32_t *places;
+    size_t count;
+};
+
+static bool on_border(const struct opener *o, int32_t v, int32_t border) {
+    for (int32_t k = o->first[v]; k < o->first[v + 1]; k++)
+        if (o->border[o->fan[k]] == border)
+            return true;
+    return false;
+}
+
+static bool try_place(struct heap *heap, double *distance, int32_t *from, int32_t v, int32_t to,
+                      double by) {
+    if (!(distance[v] + by < distance[to]))
+        return true;
+    distance[to] = distance[v] + by;
+    from[to] = v;
+    return heap_push(heap, distance[to], to);
+}
+
+static bool find_fence(struct opener *o, struct fence *fence) {
+    struct heap heap = {.arena = o->arena};
+    double *distance = arena_alloc(o->arena, o->vertex_count, sizeof *distance);
+    int32_t *from = arena_alloc(o->arena, o->vertex_count, sizeof *from);
+    int32_t halves = (int32_t)(3 * o->mesh->triangle_count), end = NOWHERE;
+    fence->places = arena_alloc(o->arena, o->vertex_count, sizeof *fence->places);
+    if (!distance || !from || !fence->places)
+        return false;
+    for (size_t v = 0; v < o->vertex_count; v++) {
+        distance[v] = HUGE_VAL;
+        from[v] = NOWHERE;
+    }
+    for (int32_t h = 0; h < halves; h++)
+        if (o->border[h] == o->ends[0] && distance[o->vertex[h]] > 0) {
+            distance[o->vertex[h]] = 0;
+            if (!heap_push(&heap, 0, o->vertex[h]))
+                return false;
+        }
+    while (heap.count > 0 && end == NOWHERE) {
+        struct heap_entry top = heap_pop(&heap);
+        if (top.key > distance[top.at])
+            continue;
+        end = on_border(o, top.at, o->ends[1]) ? top.at : NOWHERE;
+        for (int32_t k = o->first[top.at]; k < o->first[top.at + 1]; k++) {
+            int32_t h = o->fan[k], back = before(h);
+            if (!try_place(&heap, distance, from, top.at, o->vertex[next_of(h)], length_of(o, h)) ||
+                !try_place(&heap, distance, from, top.at, o->vertex[back], length_of(o, back)))
+                return false;
+        }
+    }
+    for (int32_t v = end; v != NOWHERE; v = from[v])
+        fence->places[fence->count++] = v;
+    return true;
+}
+
+/* Marks the triangles to the right of the fence round its place n: from the edge to the next place
+ * on clockwise, and from that to the last one on the other way round, as far as there are some. */
+static void mark_right(struct opener *o, const struct fence *fence, size_t n) {
+    int32_t v = fence->places[n];
+    int32_t next = n + 1 < fence->count ? fence->places[n + 1] : NOWHERE;
+    int32_t last = n > 0 ? fence->places[n - 1] : NOWHERE;
+    for (int32_t k = o->first[v]; k < o->first[v + 1]; k++) {
+        int32_t h = o->fan[k];
+        if (o->vertex[before(h)] == next && o->vertex[before(h)] != NOWHERE)
+            for (int32_t at = h; at != MESH_NONE && !o->right[at];) {
+                o->right[at] = 1;
+                bool done = o->vertex[next_of(at)] == last;
+                int32_t twin = done ? MESH_NONE : o->mesh->twins[at];
+                at = twin == MESH_NONE ? MESH_NONE : next_of(twin);
+            }
+    }
+    for (int32_t k = o->first[v]; k < o->first[v + 1]; k++) {
+        int32_t h = o->fan[k];
+        if (o->vertex[next_of(h)] == last && o->vertex[next_of(h)] != NOWHERE)
+            for (int32_t at = h; at != MESH_NONE;) {
+                o->right[at] = 1;
+                bool done = o->vertex[before(at)] == next;
+                at = done ? MESH_NONE : o->mesh->twins[before(at)];
+                at = at != MESH_NONE && o->right[at] ? MESH_NONE : at;
+            }
+    }
+}
+
+/* ---- distances ---- */
+
+/* The distance of C over the edge A B from the point, on the other side of it, that has the
+ * distances a and b from its ends; HUGE_VAL when the straight way does not pass between them. */
+static double unfold(struct vec3 from_a, struct vec3 from_b, struct vec3 at, double a, double b) {
+    struct vec3 edge = vec3_sub(from_b, from_a), to = vec3_sub(at, from_a);
+    double c = vec3_norm(edge), x = (a * a - b * b + c * c) / (2 * c), y2 = a * a - x * x;
+    double cx = vec3_dot(to, edge) / c, cy2 = vec3_norm2(to) - cx * cx;
+    if (!(y2 >= 0) || !(cy2 > 0))
+        return HUGE_VAL;
+    double y = sqrt(y2), cy = sqrt(cy2), passes = x + (cx - x) * (y / (y + cy));
+    double dx = cx - x, dy = cy + y;
+    return passes >= 0 && passes <= c ? sqrt(dx * dx + dy * dy) : HUGE_VAL;
+}
+
+static bool try_distance(struct opener *o, struct heap *heap, int32_t at, double distance) {
+    if (!(distance < o->distance[at]))
+        return true;
+    o->distance[at] = distance;
+    return heap_push(heap, distance, at);
+}
+
+/* The layer of the place where a half-edge begins, in the frame of its triangle. */
+static int32_t entry_of(const struct opener *o, int32_t half, int frame) {
+    int layer = frame + o->right[half];
+    return layer < 0 || layer >= LAYERS ? NOWHERE : LAYERS * o->vertex[half] + layer;
+}
+
+/* Over the triangle of `half`, where that begins, in a layer, the distance is settled now. */
+static bool spread_over(struct opener *o, struct heap *heap, int32_t half, int layer) {
+    int frame = layer - o->right[half];
+    double own = o->distance[LAYERS * o->vertex[half] + layer];
+    for (int k = 0; k < 2; k++) {
+        int32_t to = k ? before(half) : next_of(half), third = k ? next_of(half) : before(half);
+        int32_t at = entry_of(o, to, frame), with = entry_of(o, third, frame);
+        if (at == NOWHERE || o->settled[at])
+            continue;
+        double distance = own + vec3_distance(point_of(o, half), point_of(o, to));
+        if (with != NOWHERE && o->settled[with])
+            distance = fmin(distance, unfold(point_of(o, half), point_of(o, third), point_of(o, to),
+                                             own, o->distance[with]));
+        if (!try_distance(o, heap, at, distance))
+            return false;
+    }
+    return true;
+}
+
+static bool find_distances(struct opener *o, const struct mesh_place *start) {
+    struct heap heap = {.arena = o->arena};
+    size_t count = LAYERS * o->vertex_count;
+    for (size_t k = 0; k < count; k++)
+        o->distance[k] = HUGE_VAL;
+    for (int32_t h = 3 * start->triangle; h < 3 * start->triangle + 3; h++)
+        if (!try_distance(o, &heap, entry_of(o, h, PASSES_MOST),
+                          vec3_distance(point_of(o, h), start->r)))
+            return false;
+    while (heap.count > 0) {
+        struct heap_entry top = heap_pop(&heap);
+        if (o->settled[top.at])
+            continue;
+        o->settled[top.at] = 1;
+        int32_t v = top.at / LAYERS;
+        for (int32_t k = o->first[v]; k < o->first[v + 1]; k++)
+            if (!spread_over(o, &heap, o->fan[k], top.at % LAYERS))
+                return false;
+    }
+    for (size_t v = 0; v < o->vertex_count; v++)
+        for (int8_t l = 1; l < LAYERS; l++)
+            if (o->distance[LAYERS * v + (size_t)l] <
+                o->distance[LAYERS * v + (size_t)o->nearest[v]])
+                o->nearest[v] = l;
+    return true;
+}
+
+/* ---- the line ---- */
+
+/* The frame of its triangle in which the place where a half-edge begins is nearest to the start. */
+static int frame_of(const struct opener *o, int32_t half) {
+    return o->nearest[o->vertex[half]] - o->right[half];
+}
+
+/* Whether the opening passes a half-edge. */
+static bool is_passed(const struct opener *o, int32_t half) {
+    return frame_of(o, half) != frame_of(o, next_of(half));
+}
+
+/* Where it does, as a share of the edge: where the distances in the frames of its two ends are
+ * equal, if they change evenly between. From either side the same. */
+static double share_of(const struct opener *o, int32_t half) {
+    int32_t end = next_of(half);
+    int from = frame_of(o, half), to = frame_of(o, end);
+    int32_t entry[4] = {entry_of(o, half, from), entry_of(o, half, to), entry_of(o, end, from),
+                        entry_of(o, end, to)};
+    for (int k = 0; k < 4; k++)
+        if (entry[k] == NOWHERE || !(o->distance[entry[k]] < HUGE_VAL))
+            return 0.5;
+    double a = o->distance[entry[1]] - o->distance[entry[0]];
+    double b = o->distance[entry[2]] - o->distance[entry[3]];
+    return a + b > 0 ? a / (a + b) : 0.5;
+}
+
+/* Follows the opening from a border into the mesh, up to a border, and adds a line for it: the
+ * half-edge there; NOWHERE where it does not go through. */
+static int32_t add_line(struct opener *o, int32_t half, struct mesh_opening *opening) {
+    size_t count = opening->from[opening->count], most = o->mesh->triangle_count;
+    for (;;) {
+        int32_t out[2] = {next_of(half), before(half)};
+        bool second = !is_passed(o, out[0]);
+        if (second == !is_passed(o, out[1]) || count >= most)
+            return NOWHERE;
+        opening->slits[count++] =
+            (struct mesh_slit){{half, out[second]}, {share_of(o, half), share_of(o, out[second])}};
+        half = o->mesh->twins[out[second]];
+        if (half == MESH_NONE) {
+            opening->from[++opening->count] = count;
+            return out[second];
+        }
+    }
+}
+
+/* The half-edge of a border, not seen yet, that the opening passes; NOWHERE: there is none. */
+static int32_t find_passed(const struct opener *o, int32_t border, const uint8_t *seen) {
+    int32_t halves = (int32_t)(3 * o->mesh->triangle_count);
+    for (int32_t h = 0; h < halves; h++)
+        if (o->border[h] == border && !seen[h] && is_passed(o, h))
+            return h;
+    return NOWHERE;
+}
+
+/* From one end to the other, over the holes between. */
+static bool find_lines(struct opener *o, struct mesh_opening *opening) {
+    size_t triangles = o->mesh->triangle_count;
+    uint8_t *seen = arena_alloc(o->arena, 3 * triangles, sizeof *seen);
+    opening->slits = arena_alloc(o->arena, triangles, sizeof *opening->slits);
+    opening->from = arena_alloc(o->arena, triangles + 1, sizeof *opening->from);
+    if (!seen || !opening->slits || !opening->from)
+        return false;
+    for (int32_t border = o->ends[0]; border != o->ends[1];) {
+        int32_t half = find_passed(o, border, seen);
+        int32_t last = half == NOWHERE ? NOWHERE : add_line(o, half, opening);
+        if (last == NOWHERE) {
+            opening->count = 0;
+            return true;
+        }
+        seen[half] = seen[last] = 1;
+        border = o->border[last];
+    }
+    return true;
+}
+
+enum status mesh_open(const struct mesh *mesh, const struct mesh_place *start, struct arena *arena,
+                      struct mesh_opening *opening) {
+    size_t halves = 3 * mesh->triangle_count;
+    struct opener o = {.mesh = mesh, .arena = arena, .component = mesh->component[start->triangle]};
+    struct fence fence = {.count = 0};
+    *opening = (struct mesh_opening){.count = 0};
+    o.border = arena_alloc(arena, halves, sizeof *o.border);
+    o.right = arena_alloc(arena, halves, sizeof *o.right);
+    if (!o.border || !o.right || !number_places(&o))
+        return STATUS_OUT_OF_MEMORY;
+    if (!find_ends(&o))
+        return STATUS_OK;
+    o.distance = arena_alloc(arena, LAYERS * o.vertex_count, sizeof *o.distance);
+    o.settled = arena_alloc(arena, LAYERS * o.vertex_count, sizeof *o.settled);
+    o.nearest = arena_alloc(arena, o.vertex_count, sizeof *o.nearest);
+    if (!o.distance || !o.settled || !o.nearest || !find_fence(&o, &fence))
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t n = 0; n < fence.count; n++)
+        mark_right(&o, &fence, n);
+    if (!find_distances(&o, start) || !find_lines(&o, opening))
+        return STATUS_OUT_OF_MEMORY;
+    return STATUS_OK;
+}
