@@ -10,7 +10,8 @@ static const double beside = 4e-6;
 /* Ends of chains that are this near to each other, as a share of the domain, are joined. */
 static const double joint = 1e-5;
 
-/* Tangents whose sine is less than this, beside singular corners, give no sure normal. */
+/* Tangents whose sine is less than this, beside singular corners, give no sure normal; nor do those
+ * that vanish at poles. */
 static const double parallel = 1e-6;
 
 enum { SIDE_PIECES = 64, HALVINGS = 40, SUBDIVISIONS = 32 };
@@ -67,7 +68,9 @@ void rim_edges_spot(struct march *march, const struct rim_vertex *from, const st
     spot->r = jet.r;
     spot->dr = vec3_axpy(duv[1], jet.v, vec3_scale(duv[0], jet.u));
     spot->normal = vec3_scale(surface->side, vec3_cross(jet.u, jet.v));
-    if (!(vec3_norm2(spot->normal) > parallel * parallel * vec3_norm2(jet.u) * vec3_norm2(jet.v)))
+    double nu = vec3_norm2(jet.u), nv = vec3_norm2(jet.v), area = vec3_norm2(spot->normal);
+    const double *least = surface->least_tangent2;
+    if (!(nu > least[0] && nv > least[1] && area > parallel * parallel * nu * nv))
         spot->normal = vec3_make(0, 0, 0);
 }
 
