@@ -230,25 +230,48 @@ static enum status part_at(struct march *march, int32_t i, int32_t j, const int3
     return march_fail(march, far[0], far[1], DRAPE_REASON_FOLD);
 }
 
+/* Calls `visit` for the nodes inside that have a station, until it says no. */
+static bool for_nodes_inside(struct march *march, struct net_tile **tiles,
+                             bool (*visit)(struct march *march, int32_t i, int32_t j,
+                                           struct vec3 normal)) {
+    bool on = true;
+    for (size_t t = 0; t < net_tile_count(march->net); t++)
+        for (int y = 0; y < NET_TILE; y++)
+            for (unsigned row = tiles[t]->bits[NET_BIT_INSIDE][y]; row && on; row &= row - 1) {
+                struct station station;
+                int x = __builtin_ctz(row);
+                on = !march_station_at(march, &tiles[t]->node[y][x], &station) ||
+                     visit(march, tiles[t]->ti * NET_TILE + x, tiles[t]->tj * NET_TILE + y,
+                           station.normal);
+            }
+    return on;
+}
+
+static bool is_right_way_up(struct march *march, int32_t i, int32_t j, struct vec3 normal) {
+    return !fold_turns_over(march->fold, i, j, normal);
+}
+
+static bool part_node(struct march *march, int32_t i, int32_t j, struct vec3 normal) {
+    int32_t cell[2];
+    const struct net_node *node = net_find(march->net, i, j);
+    return node->state != NET_INSIDE || !fold_lies_on(march->fold, i, j, normal, cell) ||
+           part_at(march, i, j, cell) == STATUS_OK;
+}
+
 enum status march_part_layers(struct march *march) {
     struct fold *watched = march->fold;
+    struct net_tile **tiles = march->broken ? net_sorted_tiles(march->net) : NULL;
     if (!march->broken)
+        return STATUS_OK;
+    if (!tiles)
+        return STATUS_OUT_OF_MEMORY;
+    /* A net that was watched lies on itself only about cells that are turned over. */
+    if (march->watched && for_nodes_inside(march, tiles, is_right_way_up))
         return STATUS_OK;
     march->fold = NULL;
     enum status status = march_watch_folds(march);
-    struct net_tile **tiles = net_sorted_tiles(march->net);
-    if (status == STATUS_OK && !tiles)
+    if (status == STATUS_OK && !for_nodes_inside(march, tiles, part_node))
         status = STATUS_OUT_OF_MEMORY;
-    for (size_t t = 0; status == STATUS_OK && t < net_tile_count(march->net); t++)
-        for (int k = 0; k < NET_TILE * NET_TILE && status == STATUS_OK; k++) {
-            const struct net_node *node = &tiles[t]->node[k / NET_TILE][k % NET_TILE];
-            int32_t i = tiles[t]->ti * NET_TILE + k % NET_TILE, cell[2];
-            int32_t j = tiles[t]->tj * NET_TILE + k / NET_TILE;
-            struct station station;
-            if (node->state == NET_INSIDE && march_station_at(march, node, &station) &&
-                fold_lies_on(march->fold, i, j, station.normal, cell))
-                status = part_at(march, i, j, cell);
-        }
     march->fold = watched;
     return status;
 }
@@ -283,8 +306,9 @@ enum status march_run(struct march *march) {
     if (!march->net)
         return STATUS_OUT_OF_MEMORY;
     enum status status = net_make(march->net, march->arena, march->settings->team != NULL);
-    if (status == STATUS_OK &&
-        (march->mesh || march->watched || (!march->cut && closes_all_round(march->surface))))
+    march->watched =
+        march->watched || march->mesh || (!march->cut && closes_all_round(march->surface));
+    if (status == STATUS_OK && march->watched)
         status = march_watch_folds(march);
     if (status == STATUS_OK)
         status = march_generators(march);

@@ -289,6 +289,7 @@ static enum status make_rows(struct march *march, struct arena *arena, struct qu
         longest = quadrants[k].length > longest ? quadrants[k].length : longest;
     for (int k = 0; k < NET_TABLES; k++) {
         struct quadrant *q = &quadrants[k];
+        q->in_blocks = longest >= worth_a_wave;
         if (k > 0 && !together) {
             memcpy(q->row, quadrants[0].row, sizeof q->row);
             q->wave = quadrants[0].wave;
@@ -296,7 +297,7 @@ static enum status make_rows(struct march *march, struct arena *arena, struct qu
             memcpy(q->before, quadrants[0].before, sizeof q->before);
             continue;
         }
-        enum status status = longest >= worth_a_wave ? wave_make(march, arena, q) : STATUS_OK;
+        enum status status = q->in_blocks ? wave_make(march, arena, q) : STATUS_OK;
         int rows = 1 + (q->wave ? q->kernel->lanes : 1);
         for (int r = 0; r < rows && status == STATUS_OK; r++) {
             q->row[r].at = arena_take(arena, (size_t)longest, sizeof(struct station));
@@ -317,7 +318,7 @@ static void grow_quadrant(void *data, int number) {
     for (int32_t i = 0; i < below->count; i++)
         q->reach[0] = has_left(q, i, 0, &below->at[i]) ? q->reach[0] : i;
     q->settled = 1;
-    q->march->unsettled = q->march->fold;
+    q->march->unsettled = q->march->fold && q->in_blocks;
     q->status = grow_rows(q);
     if (q->march->unsettled && q->status == STATUS_OK)
         q->status = quadrant_settle(q, quadrant_block_end(q, q->settled));

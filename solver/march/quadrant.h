@@ -44,6 +44,8 @@ struct quadrant {
     const struct wave_kernel *kernel;
     struct net_tile *tile[WAVE_LANES];      /* in which lanes have put their last place */
     struct net_view before[WAVE_LANES + 1]; /* of slots: views of the net before */
+    bool in_blocks;                         /* rows are long enough to be marched side by side, and
+                                               looked at for folds afterwards */
     int32_t settled;                        /* rows before this one have been looked at for folds */
     struct quadrant_place *climbed;         /* put into such rows since */
     size_t climbed_count, climbed_room;

@@ -470,6 +470,7 @@ struct visitor {
     int32_t *cell;
     struct vec3 normal; /* of the surface, for a cell */
     int32_t own;        /* cells (i, j) to so many places below it are not asked */
+    bool turned;        /* its own cell is turned over, or not whole: neighbours are asked, too */
 };
 
 /* Whether the point lies well inside the cell from (i, j) on: in the coordinates of its mean yarns
@@ -495,18 +496,14 @@ static bool within_cell(const struct visitor *v, int32_t i, int32_t j) {
     return fabs(x) < 0.5 - well_inside && fabs(y) < 0.5 - well_inside;
 }
 
-/* The same for the cells round (i, j). */
+/* The same for the cell, unless it is one of the visitor's own. */
 static bool lies_on(const struct visitor *v, int32_t i, int32_t j) {
-    for (int k = 0; k < 4; k++) {
-        int32_t ci = i - (k & 1), cj = j - k / 2;
-        bool own = v->i - ci >= 0 && v->i - ci <= v->own && v->j - cj >= 0 && v->j - cj <= v->own;
-        if (own || !within_cell(v, ci, cj))
-            continue;
-        v->cell[0] = ci;
-        v->cell[1] = cj;
-        return true;
-    }
-    return false;
+    bool own = v->i - i >= 0 && v->i - i <= v->own && v->j - j >= 0 && v->j - j <= v->own;
+    if (own || !within_cell(v, i, j))
+        return false;
+    v->cell[0] = i;
+    v->cell[1] = j;
+    return true;
 }
 
 /* Whether a node of the visitor's own quadrant comes after it. */
@@ -526,19 +523,18 @@ static unsigned near_columns(int32_t di) {
 static bool meets_patch(const struct visitor *v, const struct patch *patch) {
     double reach2 = v->fold->reach * v->fold->reach;
     int32_t i = patch->pi * PATCH, j = patch->pj * PATCH;
-    unsigned near = v->cell ? 0 : near_columns(v->i - i);
+    unsigned near = v->turned ? 0 : near_columns(v->i - i);
     struct target at = {patch->tile, i & (NET_TILE - 1), j & (NET_TILE - 1)};
     for (const struct target first = at; at.y < first.y + PATCH; at.y++, j++) {
         bool beside = j - v->j <= NEIGHBOURS && v->j - j <= NEIGHBOURS;
         unsigned bits = inside_row(patch->tile, first.x, at.y) & ~(beside ? near : 0);
         for (; bits; bits &= bits - 1) {
             at.x = first.x + __builtin_ctz(bits);
-            if (v->cell && lies_on(v, i + at.x - first.x, j))
-                return true;
-            if (!v->cell &&
-                vec3_norm2(vec3_sub(patch->tile->node[at.y][at.x].r, v->point)) < reach2 &&
-                !(v->before && comes_after(v, i + at.x - first.x, j)) &&
-                (!v->station || within_cells(v->fold, &at, v->station)))
+            if (vec3_norm2(vec3_sub(patch->tile->node[at.y][at.x].r, v->point)) >= reach2)
+                continue;
+            if (v->cell ? lies_on(v, i + at.x - first.x, j)
+                        : !(v->before && comes_after(v, i + at.x - first.x, j)) &&
+                              (!v->station || within_cells(v->fold, &at, v->station)))
                 return true;
         }
     }
@@ -573,20 +569,39 @@ bool fold_meets_before(struct fold *fold, int32_t i, int32_t j, const struct sta
         .fold = fold, .i = i, .j = j, .point = station->jet.r, .station = station, .before = true});
 }
 
-bool fold_lies_on(struct fold *fold, int32_t i, int32_t j, struct vec3 normal, int32_t cell[2]) {
-    struct visitor v = {.fold = fold, .i = i, .j = j, .normal = normal, .cell = cell, .own = 1};
-    struct vec3 sum = {0, 0, 0};
+/* Whether the cell from (i, j) on is whole, with the middle of its nodes, and faces the way
+ * `normal` does: next to such a cell another one only lies on it if one between them is turned
+ * over. */
+static bool faces(struct fold *fold, int32_t i, int32_t j, struct vec3 normal, bool *whole,
+                  struct vec3 *middle) {
+    struct vec3 r[4];
     for (int k = 0; k < 4; k++) {
         const struct net_node *node = net_find(fold->net, i + (k & 1), j + k / 2);
-        if (k == 0)
-            v.point = node->r;
-        if (k == 0 && meets(&v))
-            return true;
-        if (!node || node->state != NET_INSIDE)
+        *whole = node && node->state == NET_INSIDE;
+        if (!*whole)
             return false;
-        sum = vec3_axpy(0.25, node->r, sum);
+        r[k] = node->r;
     }
-    v.point = sum;
+    struct vec3 up = vec3_sub(r[3], r[0]), across = vec3_sub(r[2], r[1]);
+    *middle = vec3_scale(0.25, vec3_add(vec3_add(r[0], r[3]), vec3_add(r[1], r[2])));
+    return vec3_dot(vec3_cross(up, across), normal) > 0;
+}
+
+bool fold_turns_over(struct fold *fold, int32_t i, int32_t j, struct vec3 normal) {
+    struct vec3 middle;
+    bool whole;
+    return !faces(fold, i, j, normal, &whole, &middle) && whole;
+}
+
+bool fold_lies_on(struct fold *fold, int32_t i, int32_t j, struct vec3 normal, int32_t cell[2]) {
+    struct visitor v = {.fold = fold, .i = i, .j = j, .normal = normal, .cell = cell, .own = 1};
+    struct vec3 middle;
+    bool whole;
+    v.turned = !faces(fold, i, j, normal, &whole, &middle);
+    v.point = net_find(fold->net, i, j)->r;
+    if (meets(&v))
+        return true;
+    v.point = middle;
     v.own = 0;
-    return meets(&v);
+    return whole && meets(&v);
 }

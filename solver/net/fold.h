@@ -53,6 +53,9 @@ bool fold_is_near(struct fold *fold, int32_t i, int32_t j, struct vec3 r);
 bool fold_meets(struct fold *fold, int32_t i, int32_t j, const struct station *station);
 bool fold_meets_before(struct fold *fold, int32_t i, int32_t j, const struct station *station);
 
+/* Whether the cell from (i, j) on is whole and turned over, where the surface has this normal. */
+bool fold_turns_over(struct fold *fold, int32_t i, int32_t j, struct vec3 normal);
+
 /* Whether the node (i, j), where the surface has this normal, lies in a cell of the net that has no
  * corner there, or the middle of the cell from it on in another one, well inside and on the same
  * sheet; `cell` gets its lower corner. */
