@@ -168,6 +168,17 @@ static struct vec3 normal_at(void *context, const struct net_node *node) {
     return march_station_at(context, node, &station) ? station.normal : vec3_make(0, 0, 0);
 }
 
+/* A hash for so many nodes; there are none yet. */
+static enum status make_fold(struct march *march, size_t count) {
+    double turn[2];
+    for (int k = 0; k < 2; k++)
+        turn[k] =
+            march->mesh || march->surface->shell ? HUGE_VAL : station_cut_turn(march->surface, k);
+    march->fold = fold_make(march->net, count, march->settings->spacing, turn, march->cut,
+                            (struct fold_normals){normal_at, march});
+    return march->fold ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+}
+
 enum status march_watch_folds(struct march *march) {
     if (march->fold)
         return STATUS_OK;
@@ -178,13 +189,7 @@ enum status march_watch_folds(struct march *march) {
     double nodes =
         fmin(1.4 * march_area(march) / (d[0] * d[1]), (double)march->settings->max_nodes);
     size_t count = tile_count ? 0 : (size_t)nodes;
-    double turn[2];
-    for (int k = 0; k < 2; k++)
-        turn[k] =
-            march->mesh || march->surface->shell ? HUGE_VAL : station_cut_turn(march->surface, k);
-    march->fold =
-        fold_make(march->net, count, d, turn, march->cut, (struct fold_normals){normal_at, march});
-    enum status status = tiles && march->fold ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    enum status status = tiles ? make_fold(march, count) : STATUS_OUT_OF_MEMORY;
     for (size_t t = 0; t < tile_count && status == STATUS_OK; t++)
         status = fold_add_rim(march->fold, tiles[t]);
     return status;
@@ -230,32 +235,34 @@ static enum status part_at(struct march *march, int32_t i, int32_t j, const int3
     return march_fail(march, far[0], far[1], DRAPE_REASON_FOLD);
 }
 
-/* Calls `visit` for the nodes inside that have a station, until it says no. */
-static bool for_nodes_inside(struct march *march, struct net_tile **tiles,
-                             bool (*visit)(struct march *march, int32_t i, int32_t j,
-                                           struct vec3 normal)) {
-    bool on = true;
+/* Whether a cell of the net is turned over. */
+static bool turns_over(struct march *march, struct net_tile **tiles) {
     for (size_t t = 0; t < net_tile_count(march->net); t++)
         for (int y = 0; y < NET_TILE; y++)
-            for (unsigned row = tiles[t]->bits[NET_BIT_INSIDE][y]; row && on; row &= row - 1) {
-                struct station station;
+            for (unsigned row = tiles[t]->bits[NET_BIT_INSIDE][y]; row; row &= row - 1) {
                 int x = __builtin_ctz(row);
-                on = !march_station_at(march, &tiles[t]->node[y][x], &station) ||
-                     visit(march, tiles[t]->ti * NET_TILE + x, tiles[t]->tj * NET_TILE + y,
-                           station.normal);
+                struct station station;
+                if (march_station_at(march, &tiles[t]->node[y][x], &station) &&
+                    fold_turns_over(march->net, tiles[t]->ti * NET_TILE + x,
+                                    tiles[t]->tj * NET_TILE + y, station.normal))
+                    return true;
             }
-    return on;
+    return false;
 }
 
-static bool is_right_way_up(struct march *march, int32_t i, int32_t j, struct vec3 normal) {
-    return !fold_turns_over(march->fold, i, j, normal);
-}
-
-static bool part_node(struct march *march, int32_t i, int32_t j, struct vec3 normal) {
-    int32_t cell[2];
-    const struct net_node *node = net_find(march->net, i, j);
-    return node->state != NET_INSIDE || !fold_lies_on(march->fold, i, j, normal, cell) ||
-           part_at(march, i, j, cell) == STATUS_OK;
+/* Parts what lies on the cloth at the net's rim, of those patches of a tile, as bits. */
+static enum status part_tile(struct march *march, const struct net_tile *tile, unsigned patches) {
+    enum status status = STATUS_OK;
+    for (int k = 0; k < NET_TILE * NET_TILE && patches && status == STATUS_OK; k++) {
+        int x = k % NET_TILE, y = k / NET_TILE;
+        int32_t i = tile->ti * NET_TILE + x, j = tile->tj * NET_TILE + y, cell[2];
+        struct station station;
+        if (patches >> fold_patch_of(x, y) & 1 && tile->node[y][x].state == NET_INSIDE &&
+            march_station_at(march, &tile->node[y][x], &station) &&
+            fold_lies_on(march->fold, i, j, station.normal, cell))
+            status = part_at(march, i, j, cell);
+    }
+    return status;
 }
 
 enum status march_part_layers(struct march *march) {
@@ -265,13 +272,15 @@ enum status march_part_layers(struct march *march) {
         return STATUS_OK;
     if (!tiles)
         return STATUS_OUT_OF_MEMORY;
-    /* A net that was watched lies on itself only about cells that are turned over. */
-    if (march->watched && for_nodes_inside(march, tiles, is_right_way_up))
+    /* A net lies on itself about cells that are turned over, or where it was not watched and comes
+     * back. */
+    bool over = turns_over(march, tiles);
+    if (march->watched && !over)
         return STATUS_OK;
     march->fold = NULL;
     enum status status = march_watch_folds(march);
-    if (status == STATUS_OK && !for_nodes_inside(march, tiles, part_node))
-        status = STATUS_OUT_OF_MEMORY;
+    for (size_t t = 0; t < net_tile_count(march->net) && status == STATUS_OK; t++)
+        status = part_tile(march, tiles[t], over ? ~0U : fold_neighbours(march->fold, tiles[t]));
     march->fold = watched;
     return status;
 }

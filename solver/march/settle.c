@@ -90,7 +90,7 @@ static enum status settle_row(struct quadrant *q, const unsigned *suspects, int3
     for (int32_t i = 1; i < count * NET_TILE && i < q->length && status == STATUS_OK; i++) {
         int32_t k = q->si > 0 ? i / NET_TILE : (i - 1) / NET_TILE;
         int x = i * q->si & (NET_TILE - 1);
-        if (suspects[k] >> (x / 4 + y / 4 * 4) & 1)
+        if (suspects[k] >> fold_patch_of(x, y) & 1)
             status = settle_place(q, i, j, end);
     }
     return status;

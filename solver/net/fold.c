@@ -278,14 +278,22 @@ static struct shape find_shape(const struct net_window *w, int x, int y) {
     return shape;
 }
 
-/* Adds the nodes of the patch that begins at column x and row y of a tile. */
-static enum status add_patch(struct fold *fold, const struct net_tile *tile, int x, int y,
-                             struct shape shape) {
-    struct box box = nothing;
+/* The box of what the nodes of the patch that begins at column x and row y of a tile reach; false
+ * when it has none. */
+static bool find_box(const struct fold *fold, const struct net_tile *tile, int x, int y,
+                     struct box *box) {
+    *box = nothing;
     for (int row = y; row < y + PATCH; row++)
         for (unsigned bits = inside_row(tile, x, row); bits; bits &= bits - 1)
-            stretch(&box, tile->node[row][x + __builtin_ctz(bits)].r, fold->reach);
-    if (box.low[0] > box.high[0])
+            stretch(box, tile->node[row][x + __builtin_ctz(bits)].r, fold->reach);
+    return box->low[0] <= box->high[0];
+}
+
+/* Adds the nodes of the patch. */
+static enum status add_patch(struct fold *fold, const struct net_tile *tile, int x, int y,
+                             struct shape shape) {
+    struct box box;
+    if (!find_box(fold, tile, x, y, &box))
         return STATUS_OK;
     return add_box(fold, tile->ti * PATCHES + x / PATCH, tile->tj * PATCHES + y / PATCH, tile, &box,
                    shape);
@@ -404,6 +412,17 @@ unsigned fold_suspects(const struct fold *fold, const struct net_tile *tile) {
     return suspects;
 }
 
+unsigned fold_neighbours(const struct fold *fold, const struct net_tile *tile) {
+    unsigned near = 0;
+    for (int at = 0; at < PATCHES * PATCHES; at++) {
+        int x = at % PATCHES, y = at / PATCHES;
+        struct patch patch = {.pi = tile->ti * PATCHES + x, .pj = tile->tj * PATCHES + y};
+        if (find_box(fold, tile, x * PATCH, y * PATCH, &patch.box) && find_nearby(fold, &patch) > 1)
+            near |= 1u << at;
+    }
+    return near;
+}
+
 /* A node of the net that another one may lie on: at column x and row y of a tile. */
 struct target {
     const struct net_tile *tile;
@@ -473,12 +492,12 @@ struct visitor {
     bool turned;        /* its own cell is turned over, or not whole: neighbours are asked, too */
 };
 
-/* Whether the point lies well inside the cell from (i, j) on: in the coordinates of its mean yarns
+/* Whether the point lies well inside the cell from a node on: in the coordinates of its mean yarns
  * about its middle, on the same sheet. */
-static bool within_cell(const struct visitor *v, int32_t i, int32_t j) {
+static bool within_cell(const struct visitor *v, const struct target *at) {
     const struct net_node *node[4];
     for (int k = 0; k < 4; k++) {
-        node[k] = net_find(v->fold->net, i + (k & 1), j + k / 2);
+        node[k] = place_at(v->fold->net, at, k & 1, k / 2);
         if (!node[k] || node[k]->state != NET_INSIDE)
             return false;
     }
@@ -496,10 +515,10 @@ static bool within_cell(const struct visitor *v, int32_t i, int32_t j) {
     return fabs(x) < 0.5 - well_inside && fabs(y) < 0.5 - well_inside;
 }
 
-/* The same for the cell, unless it is one of the visitor's own. */
-static bool lies_on(const struct visitor *v, int32_t i, int32_t j) {
+/* The same for the cell (i, j), unless it is one of the visitor's own. */
+static bool lies_on(const struct visitor *v, const struct target *at, int32_t i, int32_t j) {
     bool own = v->i - i >= 0 && v->i - i <= v->own && v->j - j >= 0 && v->j - j <= v->own;
-    if (own || !within_cell(v, i, j))
+    if (own || !within_cell(v, at))
         return false;
     v->cell[0] = i;
     v->cell[1] = j;
@@ -532,7 +551,7 @@ static bool meets_patch(const struct visitor *v, const struct patch *patch) {
             at.x = first.x + __builtin_ctz(bits);
             if (vec3_norm2(vec3_sub(patch->tile->node[at.y][at.x].r, v->point)) >= reach2)
                 continue;
-            if (v->cell ? lies_on(v, i + at.x - first.x, j)
+            if (v->cell ? lies_on(v, &at, i + at.x - first.x, j)
                         : !(v->before && comes_after(v, i + at.x - first.x, j)) &&
                               (!v->station || within_cells(v->fold, &at, v->station)))
                 return true;
@@ -572,11 +591,11 @@ bool fold_meets_before(struct fold *fold, int32_t i, int32_t j, const struct sta
 /* Whether the cell from (i, j) on is whole, with the middle of its nodes, and faces the way
  * `normal` does: next to such a cell another one only lies on it if one between them is turned
  * over. */
-static bool faces(struct fold *fold, int32_t i, int32_t j, struct vec3 normal, bool *whole,
+static bool faces(struct net *net, int32_t i, int32_t j, struct vec3 normal, bool *whole,
                   struct vec3 *middle) {
     struct vec3 r[4];
     for (int k = 0; k < 4; k++) {
-        const struct net_node *node = net_find(fold->net, i + (k & 1), j + k / 2);
+        const struct net_node *node = net_find(net, i + (k & 1), j + k / 2);
         *whole = node && node->state == NET_INSIDE;
         if (!*whole)
             return false;
@@ -587,17 +606,17 @@ static bool faces(struct fold *fold, int32_t i, int32_t j, struct vec3 normal, b
     return vec3_dot(vec3_cross(up, across), normal) > 0;
 }
 
-bool fold_turns_over(struct fold *fold, int32_t i, int32_t j, struct vec3 normal) {
+bool fold_turns_over(struct net *net, int32_t i, int32_t j, struct vec3 normal) {
     struct vec3 middle;
     bool whole;
-    return !faces(fold, i, j, normal, &whole, &middle) && whole;
+    return !faces(net, i, j, normal, &whole, &middle) && whole;
 }
 
 bool fold_lies_on(struct fold *fold, int32_t i, int32_t j, struct vec3 normal, int32_t cell[2]) {
     struct visitor v = {.fold = fold, .i = i, .j = j, .normal = normal, .cell = cell, .own = 1};
     struct vec3 middle;
     bool whole;
-    v.turned = !faces(fold, i, j, normal, &whole, &middle);
+    v.turned = !faces(fold->net, i, j, normal, &whole, &middle);
     v.point = net_find(fold->net, i, j)->r;
     if (meets(&v))
         return true;

@@ -44,6 +44,15 @@ enum status fold_add_rim(struct fold *fold, const struct net_tile *tile) STATUS_
  * of cells, each the one after its neighbours on the side of the generators. */
 unsigned fold_suspects(const struct fold *fold, const struct net_tile *tile);
 
+/* The patches of a tile, as such bits, near which in space a part of the net has been added that is
+ * not next to them in the net. */
+unsigned fold_neighbours(const struct fold *fold, const struct net_tile *tile);
+
+/* The bit of the node at column x and row y of a tile. */
+static inline int fold_patch_of(int x, int y) {
+    return x / 4 + y / 4 * 4;
+}
+
 /* Whether some other part of the net is near enough to a node (i, j) at r for that to be asked. */
 bool fold_is_near(struct fold *fold, int32_t i, int32_t j, struct vec3 r);
 
@@ -54,7 +63,7 @@ bool fold_meets(struct fold *fold, int32_t i, int32_t j, const struct station *s
 bool fold_meets_before(struct fold *fold, int32_t i, int32_t j, const struct station *station);
 
 /* Whether the cell from (i, j) on is whole and turned over, where the surface has this normal. */
-bool fold_turns_over(struct fold *fold, int32_t i, int32_t j, struct vec3 normal);
+bool fold_turns_over(struct net *net, int32_t i, int32_t j, struct vec3 normal);
 
 /* Whether the node (i, j), where the surface has this normal, lies in a cell of the net that has no
  * corner there, or the middle of the cell from it on in another one, well inside and on the same
