@@ -185,13 +185,13 @@ enum status march_watch_folds(struct march *march) {
     const double *d = march->settings->spacing;
     struct net_tile **tiles = net_sorted_tiles(march->net);
     size_t tile_count = net_tile_count(march->net);
-    /* All nodes of a net that begins, with some for shear; of others those of the rim. */
+    /* All nodes of a net that begins, with some for shear. */
     double nodes =
         fmin(1.4 * march_area(march) / (d[0] * d[1]), (double)march->settings->max_nodes);
     size_t count = tile_count ? 0 : (size_t)nodes;
     enum status status = tiles ? make_fold(march, count) : STATUS_OUT_OF_MEMORY;
     for (size_t t = 0; t < tile_count && status == STATUS_OK; t++)
-        status = fold_add_rim(march->fold, tiles[t]);
+        status = fold_add_tile(march->fold, tiles[t]);
     return status;
 }
 
@@ -250,7 +250,7 @@ static bool turns_over(struct march *march, struct net_tile **tiles) {
     return false;
 }
 
-/* Parts what lies on the cloth at the net's rim, of those patches of a tile, as bits. */
+/* Parts what lies on other cloth, of those patches of a tile, as bits. */
 static enum status part_tile(struct march *march, const struct net_tile *tile, unsigned patches) {
     enum status status = STATUS_OK;
     for (int k = 0; k < NET_TILE * NET_TILE && patches && status == STATUS_OK; k++) {

@@ -309,25 +309,6 @@ enum status fold_add_tile(struct fold *fold, const struct net_tile *tile) {
     return status;
 }
 
-/* Whether all places of the patch that begins at (x, y), and of those round it, are inside. */
-static bool is_inner(const struct net_window *w, int x, int y) {
-    uint64_t columns = ((UINT64_C(1) << 3 * PATCH) - 1) << (NET_TILE + x - PATCH), all = columns;
-    for (int row = y - PATCH; row < y + 2 * PATCH && all == columns; row++)
-        all &= net_window_row(w, NET_BIT_INSIDE, row);
-    return all == columns;
-}
-
-enum status fold_add_rim(struct fold *fold, const struct net_tile *tile) {
-    enum status status = STATUS_OK;
-    struct net_window window = net_window(fold->net, tile->ti, tile->tj);
-    for (int at = 0; at < PATCHES * PATCHES && status == STATUS_OK; at++) {
-        int x = at % PATCHES * PATCH, y = at / PATCHES * PATCH;
-        if (!is_inner(&window, x, y))
-            status = add_patch(fold, tile, x, y, unknown_shape);
-    }
-    return status;
-}
-
 static bool overlap(const struct box *a, const struct box *b) {
     bool both = true;
     for (int k = 0; k < 3; k++)

@@ -31,12 +31,10 @@ struct fold *fold_make(struct net *net, size_t count, const double spacing[2], c
 /* From now on there is no cut. */
 void fold_pass_cut(struct fold *fold);
 
-/* Adds the node inside at (i, j), which is at r; all of a tile; and those of a tile that have
- * places not inside within a few steps. A part of the net that grows, or two that lie on each
- * other, cannot get past those. Errors: STATUS_OUT_OF_MEMORY. */
+/* Adds the node inside at (i, j), which is at r; and all of a tile. Errors: STATUS_OUT_OF_MEMORY.
+ */
 enum status fold_add(struct fold *fold, int32_t i, int32_t j, struct vec3 r) STATUS_MUST_USE;
 enum status fold_add_tile(struct fold *fold, const struct net_tile *tile) STATUS_MUST_USE;
-enum status fold_add_rim(struct fold *fold, const struct net_tile *tile) STATUS_MUST_USE;
 
 /* Whether nodes of a tile that has been added may lie on another part of the net, as bits:
  * of patch p in i and q in j that of p + 4 q. The others do not: what is near them is near in the
