@@ -508,6 +508,26 @@ static void test_exact_coverage_full_sphere(void **state) {
     }
 }
 
+/* A band of a sphere, on which the yarns collapse before the cut opposite the start: what grows on
+ * from there does not lie on cloth. */
+static void test_exact_coverage_band(void **state) {
+    static const double turn[2] = {0, 2 * M_PI}, band[2] = {-50 * M_PI / 180, 50 * M_PI / 180};
+    static struct shape shape;
+    (void)state;
+    shape_sphere(&shape, 1, turn, band, M_PI / 2);
+    for (int k = 0; k < 2; k++) {
+        struct drape_settings settings = settings_at(0.3, 0.4, 20 + 30 * k, 0.02);
+        struct drape_run run;
+        drape_begin(&run, &shape, &settings);
+        double layers = cells_area(&run) / (4 * M_PI * sin(50 * DEG));
+        printf("  band: cells of %.4f of its area, cloth %.4f\n", layers,
+               run.result.summary.cloth_coverage);
+        check_above(run.result.summary.cloth_coverage, 0.95);
+        check_below(layers, run.result.summary.cloth_coverage + 2e-3);
+        drape_end(&run);
+    }
+}
+
 /* --- degenerate places --- */
 
 /* A biquadratic patch whose corner (0, 0) has parallel edges: no tangent plane there. With `point`
@@ -630,6 +650,7 @@ int main(void) {
         cmocka_unit_test(test_exact_coverage_crosses_curvature_jump),
         cmocka_unit_test(test_exact_coverage_collapse),
         cmocka_unit_test(test_exact_coverage_full_sphere),
+        cmocka_unit_test(test_exact_coverage_band),
         cmocka_unit_test(test_exact_coverage_degenerate_start),
         cmocka_unit_test(test_exact_coverage_cone_with_apex),
         cmocka_unit_test(test_exact_coverage_disk_with_singular_corners),
