@@ -3,8 +3,8 @@
  * Where a surface turns back on itself: at a cusp, a fold by 180 degrees, or along a line beyond
  * which weights or control points have turned it inside out. Cloth ends there.
  */
-#include "solver/surface/spans.h"
-#include "solver/surface/trim.h"
+#include "spans.h"
+#include "trim.h"
 
 /* Samples in each direction. Between two whose normals differ by more than a right angle so many
  * halvings find whether they do so at one place, by more than the 178 degrees at which cloth ends:
