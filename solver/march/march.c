@@ -185,13 +185,13 @@ enum status march_watch_folds(struct march *march) {
     const double *d = march->settings->spacing;
     struct net_tile **tiles = net_sorted_tiles(march->net);
     size_t tile_count = net_tile_count(march->net);
-    /* All nodes of a net that begins, with some for shear. */
+    /* Of a net that begins, with some for shear. */
     double nodes =
         fmin(1.4 * march_area(march) / (d[0] * d[1]), (double)march->settings->max_nodes);
-    size_t count = tile_count ? 0 : (size_t)nodes;
+    size_t count = tile_count ? march->inside : (size_t)nodes;
     enum status status = tiles ? make_fold(march, count) : STATUS_OUT_OF_MEMORY;
     for (size_t t = 0; t < tile_count && status == STATUS_OK; t++)
-        status = fold_add_tile(march->fold, tiles[t]);
+        status = fold_add_tile(march->fold, tiles[t], false);
     return status;
 }
 
@@ -266,10 +266,10 @@ static enum status part_tile(struct march *march, const struct net_tile *tile, u
 }
 
 enum status march_part_layers(struct march *march) {
-    struct fold *watched = march->fold;
-    struct net_tile **tiles = march->broken ? net_sorted_tiles(march->net) : NULL;
     if (!march->broken)
         return STATUS_OK;
+    struct fold *watched = march->fold;
+    struct net_tile **tiles = net_sorted_tiles(march->net);
     if (!tiles)
         return STATUS_OUT_OF_MEMORY;
     /* A net lies on itself about cells that are turned over, or where it was not watched and comes

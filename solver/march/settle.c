@@ -103,7 +103,7 @@ static enum status settle_rows(struct quadrant *q, int32_t end, struct arena *ar
     int32_t count = 0;
     bool any = false;
     for (; status == STATUS_OK && (tile = tile_at(q, count)); count++)
-        status = fold_add_tile(fold, tile);
+        status = fold_add_tile(fold, tile, true);
     unsigned *suspects = arena_take(arena, (size_t)count, sizeof *suspects);
     if (!suspects || status != STATUS_OK)
         return STATUS_OUT_OF_MEMORY;

@@ -9,8 +9,8 @@ enum { NEIGHBOURS = 3, NONE = -1 };
 /* Patches that there is room for at first, and nodes of a patch and its sites, as a rule. */
 enum { FIRST_PATCHES = 64, PATCH_NODES = 14, PATCH_SITES = 12 };
 
-/* A patch is a square of so many places a side, a quarter of a tile's. */
-enum { PATCH_BITS = 2, PATCH = 1 << PATCH_BITS, PATCHES = NET_TILE / PATCH };
+/* The places on a side of a patch, and the patches on one of a tile. */
+enum { PATCH_BITS = FOLD_PATCH_BITS, PATCH = 1 << PATCH_BITS, PATCHES = NET_TILE / PATCH };
 
 /* A sheet of the surface that is further away than half a spacing is another one. */
 static const double sheet_gap = 0.5;
@@ -299,12 +299,12 @@ static enum status add_patch(struct fold *fold, const struct net_tile *tile, int
                    shape);
 }
 
-enum status fold_add_tile(struct fold *fold, const struct net_tile *tile) {
+enum status fold_add_tile(struct fold *fold, const struct net_tile *tile, bool shaped) {
     enum status status = STATUS_OK;
     struct net_window window = net_window(fold->net, tile->ti, tile->tj);
     for (int at = 0; at < PATCHES * PATCHES && status == STATUS_OK; at++) {
         int x = at % PATCHES * PATCH, y = at / PATCHES * PATCH;
-        status = add_patch(fold, tile, x, y, find_shape(&window, x, y));
+        status = add_patch(fold, tile, x, y, shaped ? find_shape(&window, x, y) : unknown_shape);
     }
     return status;
 }

@@ -34,9 +34,10 @@ void fold_pass_cut(struct fold *fold);
 /* Adds the node inside at (i, j), which is at r; and all of a tile. Errors: STATUS_OUT_OF_MEMORY.
  */
 enum status fold_add(struct fold *fold, int32_t i, int32_t j, struct vec3 r) STATUS_MUST_USE;
-enum status fold_add_tile(struct fold *fold, const struct net_tile *tile) STATUS_MUST_USE;
+enum status fold_add_tile(struct fold *fold, const struct net_tile *tile,
+                          bool shaped) STATUS_MUST_USE;
 
-/* Whether nodes of a tile that has been added may lie on another part of the net, as bits:
+/* Whether nodes of a tile that has been added shaped may lie on another part of the net, as bits:
  * of patch p in i and q in j that of p + 4 q. The others do not: what is near them is near in the
  * net, too, and there yarns bend too little to come back. Only where all nodes are fourth corners
  * of cells, each the one after its neighbours on the side of the generators. */
@@ -46,9 +47,12 @@ unsigned fold_suspects(const struct fold *fold, const struct net_tile *tile);
  * not next to them in the net. */
 unsigned fold_neighbours(const struct fold *fold, const struct net_tile *tile);
 
-/* The bit of the node at column x and row y of a tile. */
+/* A patch is a square of so many places a side, as a power of two; a quarter of a tile's. */
+enum { FOLD_PATCH_BITS = 2 };
+
+/* The bit of the patch with the node at column x and row y of a tile. */
 static inline int fold_patch_of(int x, int y) {
-    return x / 4 + y / 4 * 4;
+    return (x >> FOLD_PATCH_BITS) + (y >> FOLD_PATCH_BITS) * (NET_TILE >> FOLD_PATCH_BITS);
 }
 
 /* Whether some other part of the net is near enough to a node (i, j) at r for that to be asked. */
