@@ -1,13 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-#include "fold.h"
+#include "fold_patches.h"
 
-#include <math.h>
-#include <string.h>
-
-enum { NEIGHBOURS = 3, NONE = -1 };
-
-/* Patches that there is room for at first, and nodes of a patch and its sites, as a rule. */
-enum { FIRST_PATCHES = 64, PATCH_NODES = 14, PATCH_SITES = 12 };
+enum { NEIGHBOURS = 3 };
 
 /* The places on a side of a patch, and the patches on one of a tile. */
 enum { PATCH_BITS = FOLD_PATCH_BITS, PATCH = 1 << PATCH_BITS, PATCHES = NET_TILE / PATCH };
@@ -26,152 +20,14 @@ static const double cells_reach = 2.1;
 /* The side of the cubes that space is hashed by, in spacings: about what a patch reaches over. */
 static const double cube_side = 6;
 
-struct box {
-    double low[3], high[3];
-};
-
-/* How a patch is bent: the square of the largest second difference of its yarns, and of the least
- * sine of the angle between them. */
-struct shape {
-    double bend2, sine2;
-};
-
-struct patch {
-    int32_t pi, pj; /* it holds i = pi * PATCH .. + PATCH - 1, j alike */
-    const struct net_tile *tile;
-    struct box box; /* of all that its nodes reach */
-    struct shape shape;
-};
-
-/* A patch in a cube that its box touches. */
-struct site {
-    int32_t patch, next; /* the next one whose cube has the same hash, or NONE */
-};
-
 struct fold {
     struct net *net;
     struct fold_normals normals;
     double spacing[2], turn[2];
     const struct shell_cut *cut;
-    double reach, cube;
-    struct patch *patches;
-    size_t patch_count, patch_room;
-    int32_t *slots; /* patches by their numbers, open addressing; NONE is free */
-    size_t slot_count;
-    struct site *sites;
-    size_t site_count, site_room;
-    int32_t *cubes; /* the first site of each hash, or NONE */
-    size_t cube_count;
+    double reach;
+    struct fold_patches patches;
 };
-
-static size_t hash_of(int64_t x, int64_t y, int64_t z) {
-    uint64_t key = (uint64_t)x * UINT64_C(0x9E3779B97F4A7C15);
-    key = (key ^ (uint64_t)y) * UINT64_C(0xC2B2AE3D27D4EB4F);
-    key = (key ^ (uint64_t)z) * UINT64_C(0x165667B19E3779F9);
-    return (size_t)(key >> 32);
-}
-
-static int32_t *take_none(struct fold *fold, size_t count) {
-    int32_t *numbers = arena_take(fold->net->arena, count, sizeof *numbers);
-    for (size_t k = 0; numbers && k < count; k++)
-        numbers[k] = NONE;
-    return numbers;
-}
-
-/* The slot that holds a patch, or the free one where it belongs. */
-static int32_t *probe(const struct fold *fold, int32_t pi, int32_t pj) {
-    size_t at = hash_of(pi, pj, 0) & (fold->slot_count - 1);
-    for (; fold->slots[at] != NONE; at = (at + 1) & (fold->slot_count - 1))
-        if (fold->patches[fold->slots[at]].pi == pi && fold->patches[fold->slots[at]].pj == pj)
-            break;
-    return &fold->slots[at];
-}
-
-static size_t power_of_two(size_t least) {
-    size_t power = 1;
-    while (power < least)
-        power *= 2;
-    return power;
-}
-
-/* Room for so many patches. */
-static bool grow_patches(struct fold *fold, size_t room) {
-    size_t slot_count = power_of_two(room + room / 2);
-    struct patch *patches = arena_take(fold->net->arena, room, sizeof *patches);
-    int32_t *slots = patches ? take_none(fold, slot_count) : NULL;
-    if (!slots || room > INT32_MAX)
-        return false;
-    if (fold->patch_count)
-        memcpy(patches, fold->patches, fold->patch_count * sizeof *patches);
-    fold->patches = patches;
-    fold->patch_room = room;
-    fold->slots = slots;
-    fold->slot_count = slot_count;
-    for (size_t k = 0; k < fold->patch_count; k++)
-        *probe(fold, patches[k].pi, patches[k].pj) = (int32_t)k;
-    return true;
-}
-
-/* The cubes that a box touches: from the first to the last, along each axis; of none, if there is
- * no box. */
-struct cubes {
-    int64_t first[3], last[3];
-};
-
-static struct cubes cubes_of(const struct fold *fold, const struct box *box) {
-    struct cubes cubes = {.last = {-1, -1, -1}};
-    for (int k = 0; box && k < 3; k++) {
-        cubes.first[k] = (int64_t)floor(box->low[k] / fold->cube);
-        cubes.last[k] = (int64_t)floor(box->high[k] / fold->cube);
-    }
-    return cubes;
-}
-
-static bool has_cube(const struct cubes *cubes, const int64_t at[3]) {
-    bool has = true;
-    for (int k = 0; k < 3; k++)
-        has = has && at[k] >= cubes->first[k] && at[k] <= cubes->last[k];
-    return has;
-}
-
-/* Enters a patch in the cubes that its box touches and `before` did not, as long as there is room:
- * false where there is none. */
-static bool enter(struct fold *fold, size_t number, const struct box *before) {
-    struct cubes old = cubes_of(fold, before);
-    struct cubes now = cubes_of(fold, &fold->patches[number].box);
-    int64_t at[3];
-    for (at[0] = now.first[0]; at[0] <= now.last[0]; at[0]++)
-        for (at[1] = now.first[1]; at[1] <= now.last[1]; at[1]++)
-            for (at[2] = now.first[2]; at[2] <= now.last[2]; at[2]++) {
-                if (has_cube(&old, at))
-                    continue;
-                if (fold->site_count == fold->site_room)
-                    return false;
-                int32_t *cube = &fold->cubes[hash_of(at[0], at[1], at[2]) & (fold->cube_count - 1)];
-                fold->sites[fold->site_count] = (struct site){(int32_t)number, *cube};
-                *cube = (int32_t)fold->site_count++;
-            }
-    return true;
-}
-
-/* Room for so many sites at least: all patches are entered anew. There are half as many hashes, or
- * up to twice that. */
-static bool grow_sites(struct fold *fold, size_t room) {
-    bool fits = false;
-    for (; !fits; room *= 2) {
-        fold->sites = arena_take(fold->net->arena, room, sizeof *fold->sites);
-        fold->cube_count = power_of_two(room / 2);
-        fold->cubes = take_none(fold, fold->cube_count);
-        if (!fold->sites || !fold->cubes || room > INT32_MAX)
-            return false;
-        fold->site_room = room;
-        fold->site_count = 0;
-        fits = true;
-        for (size_t k = 0; k < fold->patch_count && fits; k++)
-            fits = enter(fold, k, NULL);
-    }
-    return true;
-}
 
 struct fold *fold_make(struct net *net, size_t count, const double spacing[2], const double turn[2],
                        const struct shell_cut *cut, struct fold_normals normals) {
@@ -184,17 +40,15 @@ struct fold *fold_make(struct net *net, size_t count, const double spacing[2], c
                           .spacing = {spacing[0], spacing[1]},
                           .turn = {turn[0], turn[1]},
                           .cut = cut,
-                          .reach = cells_reach * longest,
-                          .cube = cube_side * longest};
-    size_t patches = FIRST_PATCHES + count / PATCH_NODES;
-    return grow_patches(fold, patches) && grow_sites(fold, PATCH_SITES * patches) ? fold : NULL;
+                          .reach = cells_reach * longest};
+    return fold_patches_make(&fold->patches, net->arena, count, cube_side * longest) ? fold : NULL;
 }
 
 void fold_pass_cut(struct fold *fold) {
     fold->turn[0] = fold->turn[1] = HUGE_VAL;
 }
 
-static void stretch(struct box *box, struct vec3 r, double by) {
+static void stretch(struct fold_box *box, struct vec3 r, double by) {
     const double at[3] = {r.x, r.y, r.z};
     for (int k = 0; k < 3; k++) {
         box->low[k] = fmin(box->low[k], at[k] - by);
@@ -202,43 +56,21 @@ static void stretch(struct box *box, struct vec3 r, double by) {
     }
 }
 
-static bool contains(const struct box *box, struct vec3 r) {
+static bool contains(const struct fold_box *box, struct vec3 r) {
     return r.x >= box->low[0] && r.x <= box->high[0] && r.y >= box->low[1] && r.y <= box->high[1] &&
            r.z >= box->low[2] && r.z <= box->high[2];
 }
 
-/* Stretches a patch of a tile by a box, and sets how it is bent. */
-static enum status add_box(struct fold *fold, int32_t pi, int32_t pj, const struct net_tile *tile,
-                           const struct box *box, struct shape shape) {
-    int32_t *slot = probe(fold, pi, pj);
-    bool known = *slot != NONE;
-    if (!known) {
-        if (fold->patch_count == fold->patch_room && !grow_patches(fold, 2 * fold->patch_room))
-            return STATUS_OUT_OF_MEMORY;
-        *probe(fold, pi, pj) = (int32_t)fold->patch_count;
-        fold->patches[fold->patch_count++] = (struct patch){pi, pj, tile, *box, shape};
-    }
-    size_t number = (size_t)*probe(fold, pi, pj);
-    struct patch *patch = &fold->patches[number];
-    struct box before = patch->box;
-    patch->shape = shape;
-    for (int k = 0; k < 3; k++) {
-        patch->box.low[k] = fmin(before.low[k], box->low[k]);
-        patch->box.high[k] = fmax(before.high[k], box->high[k]);
-    }
-    bool fits = enter(fold, number, known ? &before : NULL);
-    return fits || grow_sites(fold, 2 * fold->site_room) ? STATUS_OK : STATUS_OUT_OF_MEMORY;
-}
-
-static const struct shape unknown_shape = {HUGE_VAL, 0};
-static const struct box nothing = {{HUGE_VAL, HUGE_VAL, HUGE_VAL},
-                                   {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+static const struct fold_shape unknown_shape = {HUGE_VAL, 0};
+static const struct fold_box nothing = {{HUGE_VAL, HUGE_VAL, HUGE_VAL},
+                                        {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
 
 enum status fold_add(struct fold *fold, int32_t i, int32_t j, struct vec3 r) {
     struct net_tile *tile = net_touch(fold->net, i, j);
-    struct box box = nothing;
+    struct fold_box box = nothing;
     stretch(&box, r, fold->reach);
-    return tile ? add_box(fold, i >> PATCH_BITS, j >> PATCH_BITS, tile, &box, unknown_shape)
+    return tile ? fold_patches_stretch(&fold->patches, i >> PATCH_BITS, j >> PATCH_BITS, tile, &box,
+                                       unknown_shape)
                 : STATUS_OUT_OF_MEMORY;
 }
 
@@ -258,8 +90,8 @@ static bool edge_at(const struct net_window *w, int x, int y, int dx, int dy, st
 
 /* The shape of the patch whose first place is at (x, y) of a window. Edges go on to the places
  * round it. */
-static struct shape find_shape(const struct net_window *w, int x, int y) {
-    struct shape shape = {0, 1};
+static struct fold_shape find_shape(const struct net_window *w, int x, int y) {
+    struct fold_shape shape = {0, 1};
     for (int at = 0; at < PATCH * PATCH; at++) {
         int i = x + at % PATCH, j = y + at / PATCH;
         struct vec3 a, b, back, across;
@@ -281,7 +113,7 @@ static struct shape find_shape(const struct net_window *w, int x, int y) {
 /* The box of what the nodes of the patch that begins at column x and row y of a tile reach; false
  * when it has none. */
 static bool find_box(const struct fold *fold, const struct net_tile *tile, int x, int y,
-                     struct box *box) {
+                     struct fold_box *box) {
     *box = nothing;
     for (int row = y; row < y + PATCH; row++)
         for (unsigned bits = inside_row(tile, x, row); bits; bits &= bits - 1)
@@ -291,12 +123,12 @@ static bool find_box(const struct fold *fold, const struct net_tile *tile, int x
 
 /* Adds the nodes of the patch. */
 static enum status add_patch(struct fold *fold, const struct net_tile *tile, int x, int y,
-                             struct shape shape) {
-    struct box box;
+                             struct fold_shape shape) {
+    struct fold_box box;
     if (!find_box(fold, tile, x, y, &box))
         return STATUS_OK;
-    return add_box(fold, tile->ti * PATCHES + x / PATCH, tile->tj * PATCHES + y / PATCH, tile, &box,
-                   shape);
+    return fold_patches_stretch(&fold->patches, tile->ti * PATCHES + x / PATCH,
+                                tile->tj * PATCHES + y / PATCH, tile, &box, shape);
 }
 
 enum status fold_add_tile(struct fold *fold, const struct net_tile *tile, bool shaped) {
@@ -309,7 +141,7 @@ enum status fold_add_tile(struct fold *fold, const struct net_tile *tile, bool s
     return status;
 }
 
-static bool overlap(const struct box *a, const struct box *b) {
+static bool overlap(const struct fold_box *a, const struct fold_box *b) {
     bool both = true;
     for (int k = 0; k < 3; k++)
         both = both && a->low[k] <= b->high[k] && b->low[k] <= a->high[k];
@@ -317,16 +149,16 @@ static bool overlap(const struct box *a, const struct box *b) {
 }
 
 /* The worst shape of the patches that are at most so many away from one. */
-static struct shape shape_round(const struct fold *fold, const struct patch *patch, int32_t away) {
-    struct shape worst = {0, 1};
+static struct fold_shape shape_round(const struct fold *fold, const struct fold_patch *patch,
+                                     int32_t away) {
+    struct fold_shape worst = {0, 1};
     for (int32_t q = patch->pj - away; q <= patch->pj + away; q++)
         for (int32_t p = patch->pi - away; p <= patch->pi + away; p++) {
-            int32_t number = *probe(fold, p, q);
-            if (number == NONE)
+            const struct fold_patch *other = fold_patches_find(&fold->patches, p, q);
+            if (!other)
                 continue;
-            struct shape shape = fold->patches[number].shape;
-            worst.bend2 = fmax(worst.bend2, shape.bend2);
-            worst.sine2 = fmin(worst.sine2, shape.sine2);
+            worst.bend2 = fmax(worst.bend2, other->shape.bend2);
+            worst.sine2 = fmin(worst.sine2, other->shape.sine2);
         }
     return worst;
 }
@@ -335,14 +167,14 @@ static struct shape shape_round(const struct fold *fold, const struct patch *pat
  * if they are neighbours. Nodes that are m places apart along both yarns are so on the tangent
  * plane, too, in steps of the yarns there, but for (2 m)^2 / 2 second differences by the sine
  * between them: that is to be less than m - 1. */
-static bool is_even(const struct fold *fold, const struct patch *patch, int32_t away) {
-    struct shape worst = shape_round(fold, patch, away);
+static bool is_even(const struct fold *fold, const struct fold_patch *patch, int32_t away) {
+    struct fold_shape worst = shape_round(fold, patch, away);
     double d = fmin(fold->spacing[0], fold->spacing[1]), m = PATCH * (away + 1) - 1;
     double most = (m - 1) / (2 * m * m) * d;
     return worst.bend2 < most * most * worst.sine2;
 }
 
-static int32_t steps_between(const struct patch *p, const struct patch *q) {
+static int32_t steps_between(const struct fold_patch *p, const struct fold_patch *q) {
     int32_t i = p->pi < q->pi ? q->pi - p->pi : p->pi - q->pi;
     int32_t j = p->pj < q->pj ? q->pj - p->pj : p->pj - q->pj;
     return i > j ? i : j;
@@ -353,21 +185,22 @@ enum { EVEN_MOST = 3 };
 
 /* How far the patches are away from one that come near its nodes in space; one more than EVEN_MOST
  * stands for all that are further. */
-static int32_t find_nearby(const struct fold *fold, const struct patch *patch) {
-    struct box inner = patch->box;
+static int32_t find_nearby(const struct fold *fold, const struct fold_patch *patch) {
+    struct fold_box inner = patch->box;
     for (int k = 0; k < 3; k++) {
         inner.low[k] += fold->reach;
         inner.high[k] -= fold->reach;
     }
-    struct cubes cubes = cubes_of(fold, &inner);
+    struct fold_cubes cubes = fold_patches_cubes(&fold->patches, &inner);
     int32_t most = 0;
     int64_t at[3];
     for (at[0] = cubes.first[0]; at[0] <= cubes.last[0]; at[0]++)
         for (at[1] = cubes.first[1]; at[1] <= cubes.last[1]; at[1]++)
             for (at[2] = cubes.first[2]; at[2] <= cubes.last[2]; at[2]++) {
-                size_t cube = hash_of(at[0], at[1], at[2]) & (fold->cube_count - 1);
-                for (int32_t s = fold->cubes[cube]; s != NONE; s = fold->sites[s].next) {
-                    const struct patch *other = &fold->patches[fold->sites[s].patch];
+                int32_t site = fold_patches_first(&fold->patches, at);
+                for (; site != FOLD_NONE; site = fold->patches.sites[site].next) {
+                    const struct fold_patch *other =
+                        &fold->patches.patch[fold->patches.sites[site].patch];
                     int32_t away = steps_between(patch, other);
                     if (away > EVEN_MOST && overlap(&inner, &other->box))
                         return EVEN_MOST + 1;
@@ -381,11 +214,10 @@ static int32_t find_nearby(const struct fold *fold, const struct patch *patch) {
 unsigned fold_suspects(const struct fold *fold, const struct net_tile *tile) {
     unsigned suspects = 0;
     for (int at = 0; at < PATCHES * PATCHES; at++) {
-        int32_t number =
-            *probe(fold, tile->ti * PATCHES + at % PATCHES, tile->tj * PATCHES + at / PATCHES);
-        if (number == NONE)
+        const struct fold_patch *patch = fold_patches_find(
+            &fold->patches, tile->ti * PATCHES + at % PATCHES, tile->tj * PATCHES + at / PATCHES);
+        if (!patch)
             continue;
-        const struct patch *patch = &fold->patches[number];
         int32_t away = find_nearby(fold, patch);
         if (away > EVEN_MOST || !is_even(fold, patch, away))
             suspects |= 1u << at;
@@ -397,7 +229,7 @@ unsigned fold_neighbours(const struct fold *fold, const struct net_tile *tile) {
     unsigned near = 0;
     for (int at = 0; at < PATCHES * PATCHES; at++) {
         int x = at % PATCHES, y = at / PATCHES;
-        struct patch patch = {.pi = tile->ti * PATCHES + x, .pj = tile->tj * PATCHES + y};
+        struct fold_patch patch = {.pi = tile->ti * PATCHES + x, .pj = tile->tj * PATCHES + y};
         if (find_box(fold, tile, x * PATCH, y * PATCH, &patch.box) && find_nearby(fold, &patch) > 1)
             near |= 1u << at;
     }
@@ -520,7 +352,7 @@ static unsigned near_columns(int32_t di) {
     return di > NEIGHBOURS ? all << (di - NEIGHBOURS) : all >> (NEIGHBOURS - di);
 }
 
-static bool meets_patch(const struct visitor *v, const struct patch *patch) {
+static bool meets_patch(const struct visitor *v, const struct fold_patch *patch) {
     double reach2 = v->fold->reach * v->fold->reach;
     int32_t i = patch->pi * PATCH, j = patch->pj * PATCH;
     unsigned near = v->turned ? 0 : near_columns(v->i - i);
@@ -542,13 +374,13 @@ static bool meets_patch(const struct visitor *v, const struct patch *patch) {
 }
 
 static bool meets(const struct visitor *v) {
-    struct fold *fold = v->fold;
+    const struct fold_patches *patches = &v->fold->patches;
     struct vec3 r = v->point;
-    int64_t at[3] = {(int64_t)floor(r.x / fold->cube), (int64_t)floor(r.y / fold->cube),
-                     (int64_t)floor(r.z / fold->cube)};
-    int32_t site = fold->cubes[hash_of(at[0], at[1], at[2]) & (fold->cube_count - 1)];
-    for (; site != NONE; site = fold->sites[site].next) {
-        const struct patch *patch = &fold->patches[fold->sites[site].patch];
+    int64_t at[3] = {(int64_t)floor(r.x / patches->cube), (int64_t)floor(r.y / patches->cube),
+                     (int64_t)floor(r.z / patches->cube)};
+    int32_t site = fold_patches_first(patches, at);
+    for (; site != FOLD_NONE; site = patches->sites[site].next) {
+        const struct fold_patch *patch = &patches->patch[patches->sites[site].patch];
         if (contains(&patch->box, r) && meets_patch(v, patch))
             return true;
     }
