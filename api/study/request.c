@@ -311,14 +311,20 @@ static void decode_search(const struct json_place *root, struct study_request *r
     r->budget = (size_t)number;
 }
 
-/* Before any memory is taken for them. */
+/* Before any memory is taken for them. A budget holds for whatever makes the variants. */
 static void check_count(const struct json_place *root, const struct api_limits *limits,
                         const struct study_request *r) {
     double variants = count_variants(r);
     bool optimise = r->search == STUDY_SEARCH_OPTIMISE;
+    struct json_place budget = place_member(root, "budget");
     struct json_place place = place_member(root, optimise        ? "budget"
                                                  : r->sample > 0 ? "sample"
                                                                  : "vary");
+    if (place_given(&budget) && variants > (double)r->budget)
+        place_fault(&budget,
+                    "must be at least the %.6g variants that \"%s\" makes, or go with "
+                    "\"search\": \"optimise\", which chooses",
+                    variants, r->sample > 0 ? "sample" : "vary");
     if (variants > (double)limits->max_variants)
         place_fault(&place, "makes %.6g variants, and %zu are allowed%s", variants,
                     limits->max_variants,

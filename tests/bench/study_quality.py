@@ -1,35 +1,60 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""How good the search `optimise` is: on random free-form surfaces and the examples, its best largest
-shear with 500 variants against that of a grid of starts and angles with many more, and of a search with
-three times the budget.
+"""How good the search `optimise` is: on random free-form surfaces and the examples, the best largest
+shear that it finds with 500 variants, against what others find on the same nets.
 
-Usage: study_quality.py BUILD [SURFACES [VARIANTS [NODES [FIRST]]]]; 20 surfaces from number FIRST (0)
-on, grids of 4000 variants (0: none), nets of 900 nodes if not given. A line for each part, then in how
-many the search was within 0.1 degrees of the least of all, or of the grid, and by how much above."""
+  optimise  500 variants, as anybody has it
+  long      the best of searches of 1,500, 1,700 and 1,900 variants, each with other starts and angles
+  brute     the best of a grid of so many variants (--brute), 46 angles at each of its starts
+
+Every figure is written to --keep FILE as it is found, a JSON object a line, and not measured again
+when it is there: so a run can be stopped and taken up. Then it says of each part by how much the
+search is above the least of all that is known, and in how many it is within 0.1 degrees."""
+import argparse
 import json
+import math
+import os
 import random
 import subprocess
 import sys
 
 EXAMPLES = ["freeform", "octant", "saddle", "torus", "hemisphere", "tray"]
 BUDGET = 500
-LONGER = 3
+LONG = [1500, 1700, 1900]
+NEAR = 0.1  # degrees
 
 
-def run(build, drape, search, starts, angles, budget=BUDGET):
-    study = {"drape": drape, "objectives": ["max_shear_deg"], "search": search, "budget": budget,
-             "limits": {"cloth_coverage": {"min": 0.99}},
-             "vary": {"start": {"grid": starts},
-                      "angle_deg": {"from": 0, "to": 90 - 90 / angles, "step": 90 / angles}}}
-    done = subprocess.run([f"{build}/drape", "-", "--fields",
-                           "variants.max_shear_deg,variants.feasible"],
-                          input=json.dumps(study), capture_output=True, text=True)
+def drape_tool(build, document, fields):
+    done = subprocess.run([f"{build}/drape", "-", "--fields", fields], input=json.dumps(document),
+                          capture_output=True, text=True)
     if done.returncode:
-        raise SystemExit(done.stderr)
-    result = json.loads(done.stdout)
-    best = result["best"]["max_shear_deg"]
-    return result["variants"]["max_shear_deg"][best], result["summary"]
+        sys.exit(done.stderr)
+    return json.loads(done.stdout)
+
+
+def study(build, drape, search, starts, angles, budget=BUDGET, first_angle=0):
+    """The best variant: its largest shear, direction and start; and how many there were."""
+    step = 90 / angles
+    result = drape_tool(build, {
+        "drape": drape, "objectives": ["max_shear_deg"], "search": search,
+        **({"budget": budget} if search == "optimise" else {}),
+        "limits": {"cloth_coverage": {"min": 0.99}},
+        "vary": {"start": {"grid": starts}, "angle_deg": {
+            "from": first_angle, "to": first_angle + 90 - step, "step": step}}},
+        ",".join("variants." + name for name in ["max_shear_deg", "x", "y", "z", "angle_deg"]))
+    best, rows = result["best"]["max_shear_deg"], result["variants"]
+    return {"shear": rows["max_shear_deg"][best], "angle": rows["angle_deg"][best],
+            "start": [rows[axis][best] for axis in "xyz"],
+            "variants": result["summary"]["variants"]}
+
+
+def measure(build, drape, what, brute):
+    if what == "optimise":
+        return study(build, drape, "optimise", 1, 46)
+    if what == "brute":
+        return study(build, drape, "grid", max(brute // 46, 1), 46)
+    found = [study(build, drape, "optimise", 1, 46, budget, 11 * k) for k, budget in enumerate(LONG)]
+    return min(found, key=lambda one: one["shear"]) | {"variants": sum(x["variants"] for x in found)}
 
 
 def random_surface(number):
@@ -43,39 +68,76 @@ def random_surface(number):
             "knotvector_v": [0, 0, 0, 0, 0.4, 0.7, 1, 1, 1, 1], "control_points": points}
 
 
-def coarsened(build, drape, nodes):
-    """The request with the spacing that gives about as many nodes, whatever it had."""
+def request(build, part, nodes):
+    """The drape request of a part, with the spacing that gives about as many nodes."""
+    if part.startswith("random "):
+        drape = {"surface": random_surface(int(part.split()[1])), "fabric": {"spacing": 0.05}}
+    else:
+        with open(f"api/examples/{part}.json", encoding="utf-8") as file:
+            drape = json.load(file)
+    drape = {key: value for key, value in drape.items() if key not in ("permeability", "extent")}
     drape["fabric"] = {"spacing": drape["fabric"]["spacing"]}
-    drape.pop("permeability", None)
-    drape.pop("extent", None)
-    done = subprocess.run([f"{build}/drape", "-", "--fields", "nodes.i"], input=json.dumps(drape),
-                          capture_output=True, text=True, check=True)
-    area = json.loads(done.stdout)["summary"]["part_area"]
-    drape["fabric"]["spacing"] = (area / nodes) ** 0.5
+    area = drape_tool(build, drape, "nodes.i")["summary"]["part_area"]
+    drape["fabric"]["spacing"] = math.sqrt(area / nodes)
     return drape
 
 
+def read_kept(path):
+    kept = {}
+    if os.path.exists(path):
+        with open(path, encoding="utf-8") as file:
+            for line in file:
+                one = json.loads(line)
+                kept[one["part"], one["nodes"], one["what"]] = one
+    return kept
+
+
+def report(kept, parts, nodes):
+    above, lower = {}, {}
+    for part in parts:
+        own = {what: kept[part, nodes, what]["shear"] for what in ("optimise", "long", "brute")
+               if (part, nodes, what) in kept}
+        print(f"{part:12}", *(f"{what} {shear:8.4f}" for what, shear in own.items()))
+        for what in own.keys() - {"optimise"} if "optimise" in own else ():
+            above.setdefault(what, []).append(own["optimise"] - own[what])
+        if len(own) > 1 and "optimise" in own:
+            above.setdefault("least of all", []).append(own["optimise"] - min(own.values()))
+        if "long" in own and "brute" in own:
+            name = "long" if own["long"] <= own["brute"] else "brute"
+            lower[name] = lower.get(name, 0) + 1
+    for than, by in sorted(above.items()):
+        print(f"within {NEAR} degrees of {than}, or below: {sum(x <= NEAR for x in by)} of {len(by)}; "
+              f"above by {max(by):.4f} degrees at the most, "
+              f"{sum(max(x, 0) for x in by) / len(by):.4f} on the mean")
+    if lower:
+        print("the lower of long and brute:", ", ".join(f"{k} on {n}" for k, n in sorted(lower.items())))
+
+
 def main():
-    build = sys.argv[1]
-    surfaces, variants, nodes, first = (list(map(int, sys.argv[2:])) + [20, 4000, 900, 0][len(sys.argv) - 2:])[:4]
-    parts = [(f"random {k}", {"surface": random_surface(k), "fabric": {"spacing": 0.05}})
-             for k in range(first, first + surfaces)]
-    parts += [(name, json.load(open(f"api/examples/{name}.json"))) for name in EXAMPLES]
-    angles = max(round(variants ** (1 / 3)), 17)
-    above = {"grid": [], "least": []}
-    for name, drape in parts:
-        drape = coarsened(build, drape, nodes)
-        found, mine = run(build, drape, "optimise", 1, angles)
-        longer, _ = run(build, drape, "optimise", 1, angles, LONGER * BUDGET)
-        grid = run(build, drape, "grid", variants // angles, angles)[0] if variants else float("nan")
-        if variants:
-            above["grid"].append(found - grid)
-        above["least"].append(found - min(found, longer, *([grid] if variants else [])))
-        print(f"{name:12} optimise {found:8.4f} deg of {mine['variants']}, {longer:8.4f} of "
-              f"{LONGER * BUDGET}; grid of {variants} {grid:8.4f}", flush=True)
-    for than, by in [(than, by) for than, by in above.items() if by]:
-        print(f"within 0.1 degrees of the {than}, or below: {sum(x <= 0.1 for x in by)} of {len(by)}; "
-              f"above by {sum(by) / len(by):.4f} degrees on the mean, {max(by):.4f} at the most")
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("build")
+    parser.add_argument("--parts", default="0:20", help="numbers of random parts, FIRST:END (0:20)")
+    parser.add_argument("--examples", action="store_true", help="and the examples")
+    parser.add_argument("--nodes", type=int, default=900, help="of a net (900)")
+    parser.add_argument("--measure", default="optimise,long", help="optimise,long,brute")
+    parser.add_argument("--brute", type=int, default=100000, help="variants of a grid (100000)")
+    parser.add_argument("--keep", default=os.devnull, help="figures known, and to be known")
+    given = parser.parse_args()
+    first, end = map(int, given.parts.split(":"))
+    parts = [f"random {k}" for k in range(first, end)] + (EXAMPLES if given.examples else [])
+    kept = read_kept(given.keep)
+    with open(given.keep, "a", encoding="utf-8") as file:
+        for part in parts:
+            wanted = [what for what in given.measure.split(",") if what not in ("",) and
+                      (part, given.nodes, what) not in kept]
+            drape = request(given.build, part, given.nodes) if wanted else None
+            for what in wanted:
+                one = {"part": part, "nodes": given.nodes, "what": what,
+                       **measure(given.build, drape, what, given.brute)}
+                kept[part, given.nodes, what] = one
+                print(json.dumps(one), file=file, flush=True)
+    report(kept, parts, given.nodes)
 
 
 main()

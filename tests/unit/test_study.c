@@ -217,7 +217,7 @@ static void check_same_bits(const char *drape, const char *search) {
     size_t first[2];
     bytes_format(&text,
                  "\"vary\":{\"start\":{\"grid\":40},\"angle_deg\":[0,20,40,60]},"
-                 "\"search\":\"%s\",\"budget\":120,"
+                 "\"search\":\"%s\",\"budget\":160,"
                  "\"objectives\":[\"max_shear_deg\",\"waste_area\"]",
                  search);
     struct bytes study = study_of(drape, text.data);
@@ -961,6 +961,8 @@ static void test_study_refuses_by_pointer(void **state) {
         {"\"vary\":{\"angle_deg\":[0]}," MAX ",\"limits\":{\"beauty\":{\"min\":1}}",
          "/limits/beauty"},
         {"\"vary\":{\"angle_deg\":[0]}," MAX ",\"search\":\"guess\"", "/search"},
+        {"\"vary\":{\"start\":{\"grid\":21}}," MAX ",\"budget\":20", "/budget"},
+        {"\"vary\":{\"start\":{\"radius\":1}}," MAX ",\"sample\":21,\"budget\":20", "/budget"},
         {"\"vary\":{\"start\":{\"radius\":1}}," MAX, "/sample"},
         {"\"vary\":{\"angle_deg\":[0]}," MAX ",\"sample\":9", "/vary"},
         {"\"vary\":{\"angle_deg\":[0]}," MAX ",\"colour\":9", "/colour"},
