@@ -1,0 +1,179 @@
+/* SPDX-License-Identifier: MIT */
+/* The edges of a shell: those of its faces that are not joined, and both sides of the cut. */
+#include "rim_builder.h"
+
+#include <math.h>
+#include <string.h>
+
+/* The free edges as chains: first both sides of the cut, part by part, number 2 k and 2 k + 1. */
+struct free_edges {
+    struct shell_edge *edges;
+    struct vec3 (*ends)[2];
+    bool *used;
+    size_t count, of_cut;
+};
+
+static struct vec3 point_on_face(struct rim_builder *b, int32_t face, const double uv[2]) {
+    struct surface_jet jet;
+    surface_jet_at(rim_edges_surface(b->march, face), &b->march->cursor, uv[0], uv[1], &jet);
+    return jet.r;
+}
+
+static void set_ends(struct rim_builder *b, struct free_edges *found, size_t k) {
+    const struct shell_edge *edge = &found->edges[k];
+    for (int end = 0; end < 2; end++)
+        found->ends[k][end] = point_on_face(b, edge->face, edge->uv[end ? edge->count - 1 : 0]);
+}
+
+/* The place of an edge nearest to parameters m beside it: its piece and parameters; its distance.
+ */
+static double nearest_on_edge(struct rim_builder *b, const struct shell_edge *edge,
+                              const double m[2], size_t *piece, double uv[2]) {
+    const struct surface *surface = rim_edges_surface(b->march, edge->face);
+    double best = HUGE_VAL;
+    for (size_t k = 0; k + 1 < edge->count; k++) {
+        const double *from = edge->uv[k], *to = edge->uv[k + 1];
+        double share, own = rim_builder_deviation(b, surface, from, to, m, &share);
+        if (!(own < best))
+            continue;
+        best = own;
+        *piece = k;
+        for (int n = 0; n < 2; n++)
+            uv[n] = from[n] + share * (to[n] - from[n]);
+    }
+    return best;
+}
+
+/* Divides the free edge on which the cut ends at `uv` of a face, which becomes a place of it. */
+static void divide_edge(struct rim_builder *b, struct free_edges *found, int32_t face,
+                        double uv[2]) {
+    double least = HUGE_VAL, at[2] = {0, 0};
+    size_t best = 0, best_piece = 0;
+    for (size_t k = found->of_cut; k < found->count; k++) {
+        double own_uv[2];
+        size_t piece = 0;
+        if (found->edges[k].face != face)
+            continue;
+        double own = nearest_on_edge(b, &found->edges[k], uv, &piece, own_uv);
+        if (!(own < least))
+            continue;
+        least = own;
+        best = k;
+        best_piece = piece;
+        memcpy(at, own_uv, sizeof at);
+    }
+    struct shell_edge *edge = &found->edges[best], *rest = &found->edges[found->count];
+    double(*first)[2] = arena_alloc(b->march->arena, best_piece + 2, sizeof *first);
+    b->failed = b->failed || !first;
+    if (b->failed || !(least < HUGE_VAL))
+        return;
+    memcpy(first, edge->uv, (best_piece + 1) * sizeof *first);
+    memcpy(first[best_piece + 1], at, sizeof at);
+    memcpy(uv, at, sizeof at);
+    *rest = (struct shell_edge){face, edge->uv + best_piece, edge->count - best_piece};
+    memcpy(rest->uv[0], at, sizeof at);
+    *edge = (struct shell_edge){face, first, best_piece + 2};
+    set_ends(b, found, best);
+    set_ends(b, found, found->count++);
+}
+
+/* Both sides of part `number` of the cut, whose ends at the boundary divide the edges there. */
+static void add_cut_part(struct rim_builder *b, struct free_edges *found, size_t number,
+                         const struct shell_cut_part *part) {
+    double(*uv)[2] = arena_alloc(b->march->arena, 2 * part->count, sizeof *uv);
+    b->failed = b->failed || !uv;
+    if (b->failed)
+        return;
+    memcpy(uv, part->uv, part->count * sizeof *uv);
+    if (part->begins)
+        divide_edge(b, found, part->face, uv[0]);
+    if (part->ends)
+        divide_edge(b, found, part->face, uv[part->count - 1]);
+    for (size_t k = 0; k < part->count; k++)
+        memcpy(uv[2 * part->count - 1 - k], uv[k], sizeof *uv);
+    for (size_t side = 0; side < 2; side++) {
+        found->edges[2 * number + side] =
+            (struct shell_edge){part->face, uv + side * part->count, part->count};
+        set_ends(b, found, 2 * number + side);
+    }
+}
+
+static bool find_free_edges(struct rim_builder *b, struct free_edges *found) {
+    struct march *march = b->march;
+    const struct shell *shell = march->surface->shell;
+    int32_t component = shell_component(shell, march->surface->face);
+    size_t parts = 0, count = shell_edge_count(shell);
+    const struct shell_cut_part *part = march->cut ? shell_cut_parts(march->cut, &parts) : NULL;
+    size_t room = count + 4 * parts;
+    found->edges = arena_alloc(march->arena, room, sizeof *found->edges);
+    found->ends = arena_alloc(march->arena, room, sizeof *found->ends);
+    found->used = arena_alloc(march->arena, room, sizeof *found->used);
+    if (!found->edges || !found->ends || !found->used)
+        return false;
+    found->count = found->of_cut = 2 * parts;
+    for (size_t k = 0; k < count; k++) {
+        struct shell_edge *edge = &found->edges[found->count];
+        if (shell_edge(shell, k, component, march->arena, edge) != STATUS_OK)
+            return false;
+        if (edge->count > 0)
+            set_ends(b, found, found->count++);
+    }
+    for (size_t k = 0; k < parts; k++)
+        add_cut_part(b, found, k, &part[k]);
+    return !b->failed;
+}
+
+/* Adds an edge's vertices, of which a polyline within the tolerance needs no more. */
+static void add_edge(struct rim_builder *b, const struct shell_edge *edge) {
+    struct march *march = b->march;
+    const struct surface *surface = shell_surface(march->surface->shell, edge->face);
+    uint8_t *kept = arena_alloc(march->arena, edge->count, sizeof *kept);
+    b->failed =
+        b->failed || !kept ||
+        !rim_builder_keep_points(b, surface, (const double(*)[2])edge->uv, edge->count, kept);
+    for (size_t k = 0; k < edge->count && !b->failed; k++) {
+        const double *uv = edge->uv[k];
+        struct surface_jet jet;
+        if (!kept[k])
+            continue;
+        surface_jet_at(surface, &march->cursor, uv[0], uv[1], &jet);
+        rim_builder_add_vertex(b, &(struct rim_vertex){.face = edge->face,
+                                                       .uv = {uv[0], uv[1]},
+                                                       .r = jet.r,
+                                                       .leaps = k + 1 == edge->count});
+    }
+}
+
+/* Whether two edges are the sides of the same part of the cut. */
+static bool turns_back(const struct free_edges *found, size_t edge, size_t other) {
+    return edge < found->of_cut && (edge ^ other) == 1;
+}
+
+/* Edge after edge, each that whose beginning is nearest to the end of the last, until it is the
+ * loop's own. */
+void rim_builder_add_shell(struct rim_builder *b) {
+    struct free_edges found = {.count = 0};
+    b->failed = !find_free_edges(b, &found);
+    for (size_t first = 0; first < found.count && !b->failed; first++) {
+        size_t at = first;
+        if (found.used[first])
+            continue;
+        while (!found.used[at] && !b->failed) {
+            double best = turns_back(&found, at, first)
+                              ? HUGE_VAL
+                              : vec3_distance(found.ends[at][1], found.ends[first][0]);
+            size_t next = first;
+            found.used[at] = true;
+            add_edge(b, &found.edges[at]);
+            for (size_t k = 0; k < found.count; k++) {
+                double gap = vec3_distance(found.ends[at][1], found.ends[k][0]);
+                if (found.used[k] || turns_back(&found, at, k) || gap >= best)
+                    continue;
+                next = k;
+                best = gap;
+            }
+            at = next;
+        }
+        rim_builder_end_loop(b, false);
+    }
+}

@@ -1,0 +1,355 @@
+/* SPDX-License-Identifier: MIT */
+/* The edges of a surface with trims: what of them, and of the border of the domain, has cloth on
+ * one side, as chains that are joined to loops. */
+#include "rim_builder.h"
+
+#include <math.h>
+#include <string.h>
+
+/* How far beside an edge, as a share of the domain, it is asked what lies there: more than curves
+ * are flattened to. */
+static const double beside = 4e-6;
+
+/* Ends of chains that are this near to each other, as a share of the domain, are joined. */
+static const double joint = 1e-5;
+
+enum { SIDE_PIECES = 64, HALVINGS = 40, SUBDIVISIONS = 32 };
+
+/* Which side of a piece of edge is to be covered. */
+enum cover { COVER_NEITHER, COVER_LEFT, COVER_RIGHT };
+
+/* Polylines in the parameters while chains are made of them. */
+struct polyline {
+    double (*uv)[2];
+    size_t count, room;
+};
+
+struct chain {
+    size_t first, count; /* in the line */
+    bool closed, used;
+};
+
+struct chains {
+    struct rim_builder *builder;
+    struct rim_window window;
+    struct polyline line;
+    struct chain *chain;
+    size_t count, room;
+};
+
+/* ---- which of the edges count ---- */
+
+/* Whether a place is to be covered; `inside` whether it is in the domain. */
+static bool is_covered(const struct chains *c, const double uv[2], double slack, bool *inside) {
+    const struct surface *surface = c->builder->march->surface;
+    double wrapped[2], outer[2];
+    *inside = true;
+    for (int k = 0; k < 2; k++) {
+        const struct rim_window *w = &c->window;
+        bool beyond =
+            uv[k] < w->low[k] - slack * w->length[k] || uv[k] > w->high[k] + slack * w->length[k];
+        *inside = *inside && (w->endless[k] || !beyond);
+        wrapped[k] = surface_axis_wrap(&surface->axis[k], uv[k]);
+    }
+    surface_outer(surface, wrapped, outer);
+    return trim_contains(c->builder->march->settings->trim, outer);
+}
+
+/* The place at t between two, and those beside it: 0 left, 1 right. */
+static void beside_line(const struct chains *c, const double from[2], const double to[2], double t,
+                        double at[2], double side[2][2]) {
+    const double *length = c->window.length;
+    double along[2], size = 0;
+    for (int k = 0; k < 2; k++) {
+        at[k] = from[k] + t * (to[k] - from[k]);
+        along[k] = (to[k] - from[k]) / length[k];
+        size += along[k] * along[k];
+    }
+    double scale = size > 0 ? beside / sqrt(size) : 0;
+    const double left[2] = {-along[1] * scale * length[0], along[0] * scale * length[1]};
+    for (int k = 0; k < 2; k++) {
+        side[0][k] = at[k] + left[k];
+        side[1][k] = at[k] - left[k];
+    }
+}
+
+/* A trim's edge counts where it lies in the domain and has what is to be covered on one side. */
+static enum cover trim_side(const struct chains *c, const double from[2], const double to[2],
+                            double t) {
+    double at[2], side[2][2];
+    bool in_domain, ignored;
+    beside_line(c, from, to, t, at, side);
+    (void)is_covered(c, at, beside, &in_domain);
+    bool left = is_covered(c, side[0], 0, &ignored), right = is_covered(c, side[1], 0, &ignored);
+    return !in_domain || left == right ? COVER_NEITHER : left ? COVER_LEFT : COVER_RIGHT;
+}
+
+/* The domain's border counts where the trims would let the region go on beyond it. */
+static enum cover border_side(const struct chains *c, const double from[2], const double to[2],
+                              double t) {
+    double at[2], side[2][2];
+    bool ignored;
+    beside_line(c, from, to, t, at, side);
+    return is_covered(c, side[0], 0, &ignored) && is_covered(c, side[1], 0, &ignored)
+               ? COVER_LEFT
+               : COVER_NEITHER;
+}
+
+typedef enum cover side_finder(const struct chains *c, const double from[2], const double to[2],
+                               double t);
+
+/* ---- chains of those that count ---- */
+
+static void add_to_line(struct chains *c, const double uv[2]) {
+    struct polyline *line = &c->line;
+    if (line->count == line->room)
+        line->uv = arena_enlarge(c->builder->march->arena, line->uv, line->count, sizeof *line->uv,
+                                 &line->room);
+    if (line->uv)
+        memcpy(line->uv[line->count++], uv, sizeof *line->uv);
+    c->builder->failed = c->builder->failed || !line->uv;
+}
+
+static void add_chain(struct chains *c, size_t first, enum cover cover, bool closed) {
+    struct polyline *line = &c->line;
+    if (c->builder->failed || line->count - first < 2)
+        return;
+    if (c->count == c->room)
+        c->chain =
+            arena_enlarge(c->builder->march->arena, c->chain, c->count, sizeof *c->chain, &c->room);
+    c->builder->failed = !c->chain;
+    if (c->builder->failed)
+        return;
+    for (size_t k = first, l = line->count - 1; cover == COVER_RIGHT && k < l; k++, l--)
+        for (int m = 0; m < 2; m++) {
+            double swap = line->uv[k][m];
+            line->uv[k][m] = line->uv[l][m];
+            line->uv[l][m] = swap;
+        }
+    c->chain[c->count++] = (struct chain){first, line->count - first, closed, false};
+}
+
+/* A run of pieces that count, while one follows a polyline. */
+struct run {
+    size_t first; /* of the line */
+    enum cover cover;
+    bool gaps; /* pieces before or in between do not count */
+};
+
+static void switch_run(struct chains *c, struct run *run, enum cover cover, const double at[2]) {
+    run->gaps = run->gaps || cover == COVER_NEITHER;
+    if (cover == run->cover)
+        return;
+    run->gaps = run->gaps || run->cover != COVER_NEITHER;
+    if (run->cover != COVER_NEITHER) {
+        add_to_line(c, at);
+        add_chain(c, run->first, run->cover, false);
+    }
+    run->cover = cover;
+    run->first = c->line.count;
+    if (cover != COVER_NEITHER)
+        add_to_line(c, at);
+}
+
+/* Follows one piece: where its ends are of different kinds, the place between them is sought. */
+static void follow_piece(struct chains *c, struct run *run, side_finder *side, const double from[2],
+                         const double to[2]) {
+    static const double inset = 1e-3;
+    double low = inset, high = 1 - inset, at[2];
+    enum cover begin = side(c, from, to, low), end = side(c, from, to, high);
+    switch_run(c, run, begin, from);
+    for (int k = 0; begin != end && k < HALVINGS; k++) {
+        double middle = (low + high) / 2;
+        *(side(c, from, to, middle) == begin ? &low : &high) = middle;
+    }
+    for (int k = 0; k < 2; k++)
+        at[k] = from[k] + high * (to[k] - from[k]);
+    switch_run(c, run, end, at);
+    if (run->cover != COVER_NEITHER)
+        add_to_line(c, to);
+}
+
+/* The chains of a closed polyline whose pieces count; its last point is its first. Where a run
+ * passes its ends the two parts are joined later, unless all of it is one. */
+static void follow(struct chains *c, side_finder *side, const double (*uv)[2], size_t count) {
+    struct run run = {c->line.count, COVER_NEITHER, false};
+    for (size_t k = 0; k + 1 < count; k++) {
+        double step[2] = {fabs(uv[k + 1][0] - uv[k][0]), fabs(uv[k + 1][1] - uv[k][1])};
+        bool jumps = step[0] > c->window.length[0] / 2 || step[1] > c->window.length[1] / 2;
+        bool whole = c->window.endless[0] || c->window.endless[1];
+        if (step[0] == 0 && step[1] == 0)
+            continue;
+        if (jumps && whole)
+            switch_run(c, &run, COVER_NEITHER, uv[k]);
+        else
+            follow_piece(c, &run, side, uv[k], uv[k + 1]);
+    }
+    if (run.cover == COVER_NEITHER)
+        return;
+    bool closed = !run.gaps && memcmp(uv[0], uv[count - 1], sizeof uv[0]) == 0;
+    if (closed)
+        c->line.count--;
+    add_chain(c, run.first, run.cover, closed);
+}
+
+/* A side of the window, in short pieces, so that no trim is missed. */
+static void follow_side(struct chains *c, const double from[2], const double to[2]) {
+    double uv[SIDE_PIECES + 1][2];
+    for (int k = 0; k <= SIDE_PIECES; k++)
+        for (int m = 0; m < 2; m++)
+            uv[k][m] =
+                k == SIDE_PIECES ? to[m] : from[m] + (to[m] - from[m]) * ((double)k / SIDE_PIECES);
+    follow(c, border_side, (const double(*)[2])uv, SIDE_PIECES + 1);
+}
+
+static void follow_border(struct chains *c) {
+    const struct rim_window *w = &c->window;
+    const double corner[5][2] = {{w->low[0], w->low[1]},
+                                 {w->high[0], w->low[1]},
+                                 {w->high[0], w->high[1]},
+                                 {w->low[0], w->high[1]},
+                                 {w->low[0], w->low[1]}};
+    for (int k = 0; k < 4; k++) {
+        int axis = k % 2 ? 0 : 1, end = k == 1 || k == 2;
+        if (!w->endless[axis] && !rim_builder_is_pole(c->builder, axis, end))
+            follow_side(c, corner[k], corner[k + 1]);
+    }
+}
+
+/* ---- their polylines ---- */
+
+/* A point of a loop in inner parameters, in the window. */
+static void to_window(const struct chains *c, const double outer[2], double inner[2]) {
+    const struct surface *surface = c->builder->march->surface;
+    surface_inner(surface, outer, inner);
+    for (int k = 0; k < 2; k++)
+        while (surface->axis[k].closed && !c->window.endless[k] && inner[k] < c->window.low[k])
+            inner[k] += c->window.length[k];
+}
+
+/* Adds the points of the loop in inner parameters to `line`, between two that are not straight
+ * there more of them, and split where the window's cut lies between. */
+static void gather_loop(struct chains *c, const double (*outer)[2], size_t count,
+                        struct polyline *line) {
+    const struct surface_axis *axis = c->builder->march->surface->axis;
+    bool bent = axis[0].factor != 1 || axis[1].factor != 1;
+    int parts = bent ? SUBDIVISIONS : 1;
+    line->count = 0;
+    line->room = count * (size_t)parts + 1;
+    line->uv = arena_alloc(c->builder->march->arena, line->room, sizeof *line->uv);
+    c->builder->failed = c->builder->failed || !line->uv;
+    for (size_t k = 0; !c->builder->failed && k < count; k++)
+        for (int part = k ? 1 : parts; part <= parts; part++) {
+            double share = (double)part / parts, at[2];
+            const double *from = outer[k ? k - 1 : 0], *to = outer[k];
+            for (int m = 0; m < 2; m++)
+                at[m] = part == parts ? to[m] : from[m] + share * (to[m] - from[m]);
+            to_window(c, at, line->uv[line->count++]);
+        }
+}
+
+static bool jumps(const struct chains *c, const double from[2], const double to[2]) {
+    return fabs(to[0] - from[0]) > c->window.length[0] / 2 ||
+           fabs(to[1] - from[1]) > c->window.length[1] / 2;
+}
+
+/* The loop's stretches between the cuts of the window. One that crosses the cut ends there. */
+static void follow_stretches(struct chains *c, const double (*uv)[2], size_t count) {
+    const struct rim_window *w = &c->window;
+    bool cut = (c->builder->march->surface->axis[0].closed && !w->endless[0]) ||
+               (c->builder->march->surface->axis[1].closed && !w->endless[1]);
+    size_t first = 0;
+    for (size_t k = 0; cut && k + 1 < count; k++)
+        if (jumps(c, uv[k], uv[k + 1])) {
+            follow(c, trim_side, uv + first, k + 1 - first);
+            first = k + 1;
+        }
+    follow(c, trim_side, uv + first, count - first);
+}
+
+static void follow_loop(struct chains *c, size_t loop) {
+    const double(*outer)[2];
+    struct polyline all;
+    size_t count = trim_loop_points(c->builder->march->settings->trim, loop, &outer), used = 0;
+    if (count < 3)
+        return;
+    gather_loop(c, outer, count, &all);
+    uint8_t *kept = arena_alloc(c->builder->march->arena, all.count, sizeof *kept);
+    c->builder->failed = c->builder->failed || !kept ||
+                         !rim_builder_keep_points(c->builder, c->builder->march->surface,
+                                                  (const double(*)[2])all.uv, all.count, kept);
+    for (size_t k = 0; !c->builder->failed && k < all.count; k++)
+        if (kept[k])
+            memcpy(all.uv[used++], all.uv[k], sizeof *all.uv);
+    if (!c->builder->failed)
+        follow_stretches(c, (const double(*)[2])all.uv, used);
+}
+
+/* ---- chains joined to loops ---- */
+
+/* How far apart two places are: in parameters, as shares of the domain, round endless directions
+ * too. */
+static double apart(const struct chains *c, const double p[2], const double q[2]) {
+    double most = 0;
+    for (int k = 0; k < 2; k++) {
+        double gap = fabs(p[k] - q[k]) / c->window.length[k];
+        if (c->window.endless[k])
+            gap = fmin(gap, fabs(1 - gap));
+        most = fmax(most, gap);
+    }
+    return most;
+}
+
+/* The chain, not yet used, whose beginning is nearest to the place. */
+static struct chain *next_chain(struct chains *c, const double at[2], double *gap) {
+    struct chain *best = NULL;
+    *gap = HUGE_VAL;
+    for (size_t k = 0; k < c->count; k++) {
+        struct chain *chain = &c->chain[k];
+        double own =
+            chain->used || chain->closed ? HUGE_VAL : apart(c, at, c->line.uv[chain->first]);
+        best = own < *gap ? chain : best;
+        *gap = fmin(*gap, own);
+    }
+    return best;
+}
+
+static void add_vertices(struct chains *c, const struct chain *chain) {
+    for (size_t k = 0; k < chain->count; k++) {
+        const double *uv = c->line.uv[chain->first + k];
+        rim_builder_add_place(c->builder, uv[0], uv[1]);
+    }
+}
+
+/* Chain after chain, until the nearest beginning is the loop's own. */
+static void join_chains(struct chains *c) {
+    for (size_t k = 0; k < c->count && !c->builder->failed; k++) {
+        struct chain *chain = &c->chain[k];
+        const double *begin = c->line.uv[chain->first];
+        if (chain->used)
+            continue;
+        for (;;) {
+            const double *end = c->line.uv[chain->first + chain->count - 1];
+            double gap;
+            chain->used = true;
+            add_vertices(c, chain);
+            if (!c->builder->failed && !chain->closed)
+                c->builder->edges->vertices[c->builder->edges->vertex_count - 1].leaps = true;
+            struct chain *next = chain->closed ? NULL : next_chain(c, end, &gap);
+            if (!next || (apart(c, end, begin) <= gap && gap > joint) ||
+                apart(c, end, begin) <= joint)
+                break;
+            chain = next;
+        }
+        rim_builder_end_loop(c->builder, false);
+    }
+}
+
+void rim_builder_add_trims(struct rim_builder *b, const struct rim_window *window) {
+    struct chains c = {.builder = b, .window = *window};
+    const struct trim *trim = b->march->settings->trim;
+    follow_border(&c);
+    for (size_t k = 0; k < trim_loop_count(trim) && !b->failed; k++)
+        follow_loop(&c, k);
+    join_chains(&c);
+}
