@@ -40,7 +40,7 @@ static inline uint64_t round_to_odd(const uint64_t g[2], uint64_t c) {
 /* The shortest decimal that lies in the interval of numbers which round to c 2^q, and of those the
  * closest. `narrow`: the interval reaches only half as far down, at a power of two. All bounds are
  * kept times four. */
-static inline struct decimal shorten(uint64_t c, int q, bool narrow) {
+static struct decimal shorten(uint64_t c, int q, bool narrow) {
     uint64_t odd = c & 1;
     int k = floor_log10(q, narrow), shift = q + floor_log2_power(-k) + 1;
     const uint64_t *g = powers[-k - POWERS_FIRST];
@@ -60,6 +60,26 @@ static inline struct decimal shorten(uint64_t c, int q, bool narrow) {
     return (struct decimal){s + (value > middle || (value == middle && (s & 1))), k};
 }
 
+/* The same without the exact bounds: 60 bits of the fraction tell on which side of a bound a number
+ * is, but for about one of 2^57. With half of the interval h, 0.5 <= h < 5, the nearest whole
+ * number s is always in the interval, and at most one multiple of ten. False where it takes all
+ * bits. */
+static inline bool shorten_soon(uint64_t c, int q, struct decimal *decimal) {
+    const uint64_t one = (uint64_t)1 << 60, unsure = 4;
+    int k = floor_log10(q, false), shift = q + floor_log2_power(-k) + 1;
+    const uint64_t *g = powers[-k - POWERS_FIRST];
+    uint64_t h = g[0] >> (5 - shift), factor = 4 * c << shift;
+    wide value = (wide)g[0] * factor + (uint64_t)((wide)g[1] * factor >> 64);
+    uint64_t s = (uint64_t)(value >> 66), fraction = (uint64_t)(value >> 6) & (one - 1);
+    uint64_t tens = s / 10 * 10, above = (s - tens) * one + fraction, below = 10 * one - above;
+    uint64_t digits = s + (fraction > one / 2);
+    digits = below <= h ? tens + 10 : digits;
+    digits = above <= h ? tens : digits;
+    *decimal = (struct decimal){digits, k};
+    return !((above - h + unsure <= 2 * unsure) | (below - h + unsure <= 2 * unsure) |
+             (fraction - one / 2 + unsure <= 2 * unsure));
+}
+
 /* ---- digits ---- */
 
 /* A number's digits as text, the last ones zero: one, eight and eight. */
@@ -73,13 +93,15 @@ struct digits {
 static const uint64_t zeros = 0x3030303030303030; /* "00000000" */
 
 /* The digits of eight as text, the first in the lowest byte: quotients by 100 and 10 are taken of
- * all lanes of a word at once. */
-static inline uint64_t eight_digits(uint32_t value) {
-    uint64_t fours = value / 10000 | (uint64_t)(value % 10000) << 32;
-    uint64_t hundreds = (fours * 10486 >> 20) & 0x0000007f0000007f;
-    uint64_t twos = hundreds | (fours - 100 * hundreds) << 16;
-    uint64_t tens = (twos * 103 >> 10) & 0x000f000f000f000f;
-    return (tens | (twos - 10 * tens) << 8) + zeros;
+ * all lanes of a word at once. A lane of x has its quotient p by n and its remainder in place after
+ * p + (x - n p) 2^bits = x 2^bits + p (1 - n 2^bits). */
+static inline uint64_t eight_digits(uint64_t x) {
+    uint64_t p = x * 3518437209 >> 45;
+    x = (x << 32) + p * (1 - (UINT64_C(10000) << 32));
+    p = (x * 10486 >> 20) & 0x0000007f0000007f;
+    x = (x << 16) + p * (1 - (UINT64_C(100) << 16));
+    p = (x * 103 >> 10) & 0x000f000f000f000f;
+    return (x << 8) + p * (1 - (UINT64_C(10) << 8)) + zeros;
 }
 
 /* Zeros at the end of eight digits that are not all zero. */
@@ -89,17 +111,15 @@ static inline int end_zeros(uint64_t digits) {
 
 static inline struct digits spell(struct decimal decimal) {
     const uint64_t seventeen = 10000000000000000, eight = 100000000;
-    for (int k = 0; k < 2; k++) { /* nearly always enough, and free of branches */
-        bool more = decimal.digits < seventeen;
-        decimal.digits *= more ? 10 : 1;
-        decimal.exponent -= more;
-    }
-    for (; decimal.digits < seventeen; decimal.exponent--)
+    while (decimal.digits < seventeen) { /* of most numbers once or not at all */
         decimal.digits *= 10;
-    uint64_t rest = decimal.digits % seventeen;
-    struct digits digits = {.first = (char)('0' + decimal.digits / seventeen),
-                            .next = eight_digits((uint32_t)(rest / eight)),
-                            .last = eight_digits((uint32_t)(rest % eight)),
+        decimal.exponent--;
+    }
+    uint64_t first = decimal.digits / seventeen, rest = decimal.digits - first * seventeen;
+    uint64_t next = rest / eight;
+    struct digits digits = {.first = (char)('0' + first),
+                            .next = eight_digits(next),
+                            .last = eight_digits(rest - next * eight),
                             .count = 1,
                             .point = DIGITS_MAX + decimal.exponent};
     if (digits.last != zeros)
@@ -174,7 +194,10 @@ size_t shortest_write(char *text, double value) {
     if (exponent == 0 || exponent == EXPONENT_MASK)
         return 0;
     uint64_t c = fraction | (uint64_t)1 << FRACTION_BITS;
-    struct digits digits = spell(shorten(c, exponent - BIAS, fraction == 0 && exponent > 1));
+    struct decimal decimal;
+    if (fraction == 0 || !shorten_soon(c, exponent - BIAS, &decimal))
+        decimal = shorten(c, exponent - BIAS, fraction == 0 && exponent > 1);
+    struct digits digits = spell(decimal);
     *text = '-';
     size_t length = write_digits(text + sign, &digits);
     return length ? length + sign : 0;

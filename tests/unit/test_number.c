@@ -86,6 +86,9 @@ static void test_number_shortest_is_the_text_of_the_standard_library(void **stat
             value = round(value * 1e3) / 1e3;
         if (i % 8 == 2) /* the ends of intervals of two lengths */
             value = ldexp(1, random_index(&random, 2100) - 1060);
+        if (i % 8 == 3) /* halfway between two whole numbers of the digits there are */
+            value =
+                ldexp(floor(ldexp(random_between(&random, 1, 2), 52)), -random_index(&random, 4));
         fast += shortest_write(text, value) > 0;
         size_t length = api_number_shortest(text, value);
         assert_int_equal(length, api_number_by_library(expected, value));
