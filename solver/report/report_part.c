@@ -1,0 +1,390 @@
+/* SPDX-License-Identifier: MIT */
+#include "report_part.h"
+
+#include "estimate.h"
+#include "solver/angle.h"
+#include "solver/net/shear.h"
+
+/* The bits of a row of a window that are the tile's own. */
+static const uint32_t own_bits = ((1u << NET_TILE) - 1) << 1;
+
+/* Where the normals at a cell's corners differ by more than this, the surface is folded there. */
+static const double folded_cosine = 0.5;
+
+/* The surface is developable, for all that matters, where |K| d^2 is less. */
+static const double developable = 1e-4;
+
+/* A known place of the net: (i, j), which is (x, y) of the window. */
+struct spot {
+    int32_t i, j;
+    const struct net_window *window;
+    int x, y;
+    const struct net_node *node;
+};
+
+/* Own places of row y that are inside, those from which a cell goes on, and those at which the net
+ * may end: inside with a neighbour that is not, or the other way round. */
+struct row_bits {
+    uint32_t inside, cells, rim;
+};
+
+/* Whether the four corners of a cell that is not folded turn one way. */
+static bool is_convex(const struct net_window *window, int x, int y) {
+    const struct net_node *node[4] = {
+        net_window_find(window, x, y), net_window_find(window, x + 1, y),
+        net_window_find(window, x + 1, y + 1), net_window_find(window, x, y + 1)};
+    struct vec3 edge[4], normal = vec3_make(0, 0, 0);
+    for (int k = 0; k < 4; k++)
+        edge[k] = vec3_sub(node[(k + 1) & 3]->r, node[k]->r);
+    for (int k = 0; k < 4; k++)
+        normal = vec3_add(normal, vec3_cross(edge[k], edge[(k + 1) & 3]));
+    for (int k = 0; k < 4; k++)
+        if (!(vec3_dot(vec3_cross(edge[k], edge[(k + 1) & 3]), normal) > 0))
+            return false;
+    return true;
+}
+
+static bool station_of(struct report_part *part, const struct net_node *node,
+                       struct station *station) {
+    if (node && part->march->mesh) {
+        struct mesh_place place = {.triangle = (int32_t)node->uv[0], .r = node->r};
+        *station = march_mesh_station(part->march, &place);
+        return true;
+    }
+    return node && station_at(march_surface(part->march, node), &part->cursor, node->uv, station);
+}
+
+static struct yarn_net yarn_net(struct report_part *part) {
+    return (struct yarn_net){part->march->net, part->march->surface, &part->cursor};
+}
+
+/* The node at (x, y) of a window, which is kept for the cells and nodes next to it; NULL where
+ * there is no tangent plane. */
+static struct yarn_spot *spot_of(struct report_part *part, const struct net_window *window, int x,
+                                 int y) {
+    int32_t i = window->tile[1][1]->ti * NET_TILE + x, j = window->tile[1][1]->tj * NET_TILE + y;
+    struct yarn_spot *spot = &part->spots[(j & 1) * REPORT_SPOTS + (i & (REPORT_SPOTS - 1))];
+    if (spot->filled && spot->i == i && spot->j == j)
+        return spot;
+    spot->filled = station_of(part, net_window_find(window, x, y), &spot->station);
+    spot->i = i;
+    spot->j = j;
+    spot->known = 0;
+    return spot->filled ? spot : NULL;
+}
+
+/* The corners of the cell from (x, y) on. */
+static bool find_corners(struct report_part *part, const struct net_window *window, int x, int y,
+                         struct yarn_spot *corner[4]) {
+    static const int8_t at[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    for (int k = 0; k < 4; k++)
+        if (!(corner[k] = spot_of(part, window, x + at[k][0], y + at[k][1])))
+            return false;
+    return true;
+}
+
+/* Whether a cell whose corners do not turn one way in space is cloth all the same: one that is bent
+ * over a fold, and open in the surface. */
+static bool is_bent(struct report_part *part, const struct net_window *window, int x, int y) {
+    struct yarn_spot *corner[4];
+    double least = 1;
+    if (!yarn_cell_is_rough(window, x, y) || !find_corners(part, window, x, y, corner))
+        return false;
+    for (int k = 1; k < 4; k++)
+        least = fmin(least, vec3_dot(corner[0]->station.normal, corner[k]->station.normal));
+    struct yarn_net net = yarn_net(part);
+    return least < folded_cosine && yarn_cell_is_open(&net, window, x, y, corner);
+}
+
+/* Those of the cells that are no cloth: yarns along free edges may close cells that are not convex,
+ * and so may rough ones where the net all but collapses. The march never makes others. */
+static uint32_t no_cells(struct report_part *part, const struct net_window *window, int y,
+                         uint32_t cells) {
+    uint32_t row = net_window_bits(window, NET_BIT_GROWN, y), none = 0;
+    uint32_t up = net_window_bits(window, NET_BIT_GROWN, y + 1);
+    row |= net_window_bits(window, NET_BIT_ROUGH, y);
+    up |= net_window_bits(window, NET_BIT_ROUGH, y + 1);
+    for (uint32_t left = cells & (row | row >> 1 | up | up >> 1); left; left &= left - 1) {
+        int bit = __builtin_ctz(left);
+        if (!is_convex(window, bit - 1, y) && !is_bent(part, window, bit - 1, y))
+            none |= 1u << bit;
+    }
+    return none;
+}
+
+static struct row_bits row_bits(struct report_part *part, const struct net_window *window, int y) {
+    uint32_t row = net_window_bits(window, NET_BIT_INSIDE, y);
+    uint32_t up = net_window_bits(window, NET_BIT_INSIDE, y + 1), both = row & up;
+    uint32_t down = net_window_bits(window, NET_BIT_INSIDE, y - 1);
+    uint32_t all = up & down & row << 1 & row >> 1, any = up | down | row << 1 | row >> 1;
+    uint32_t cells = both & both >> 1 & own_bits;
+    return (struct row_bits){.inside = row & own_bits,
+                             .cells = cells & ~no_cells(part, window, y, cells),
+                             .rim = ((row & ~all) | (~row & any)) & own_bits};
+}
+
+static struct spot spot_at(const struct net_window *window, int x, int y) {
+    const struct net_tile *tile = window->tile[1][1];
+    return (struct spot){.i = tile->ti * NET_TILE + x,
+                         .j = tile->tj * NET_TILE + y,
+                         .window = window,
+                         .x = x,
+                         .y = y,
+                         .node = &tile->node[y][x]};
+}
+
+/* Whether the net ends at the spot, and why: for the boundary the last node inside stands for it,
+ * for all else the place that has no node. */
+static bool ends_at(const struct spot *spot, enum drape_reason *reason) {
+    static const int8_t side[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+    bool own = spot->node->state != NET_INSIDE;
+    *reason = own ? (enum drape_reason)spot->node->reason : DRAPE_REASON_BOUNDARY;
+    if (own && *reason == DRAPE_REASON_BOUNDARY)
+        return false;
+    for (int k = 0; k < 4; k++) {
+        const struct net_node *next =
+            net_window_find(spot->window, spot->x + side[k][0], spot->y + side[k][1]);
+        bool inside = next && next->state == NET_INSIDE;
+        if (own ? inside
+                : !inside && (!next || next->state == NET_UNKNOWN ||
+                              next->reason == DRAPE_REASON_BOUNDARY))
+            return true;
+    }
+    return false;
+}
+
+static void count_tile(struct report_part *part, size_t t) {
+    for (int y = 0; y < NET_TILE; y++) {
+        struct row_bits bits = row_bits(part, &part->windows[t], y);
+        part->holds.nodes += (size_t)__builtin_popcount(bits.inside);
+        part->holds.cells += (size_t)__builtin_popcount(bits.cells);
+        for (uint32_t rim = bits.rim; rim; rim &= rim - 1) {
+            enum drape_reason reason;
+            struct spot spot = spot_at(&part->windows[t], __builtin_ctz(rim) - 1, y);
+            part->holds.front += ends_at(&spot, &reason);
+        }
+    }
+}
+
+void report_part_count(struct report_part *part) {
+    for (size_t t = 0; t < part->count; t++)
+        count_tile(part, t);
+}
+
+/* The parameters within the domain, and the point there: a node that lies outside by rounding, or
+ * on a later turn round a closed direction, is brought back. */
+static struct vec3 bring_inside(struct report_part *part, const struct net_node *node,
+                                double uv[2]) {
+    const struct surface *surface = march_surface(part->march, node);
+    struct surface_jet jet;
+    bool moved = false;
+    if (part->march->mesh) {
+        struct mesh_place place = {.triangle = (int32_t)node->uv[0], .r = node->r};
+        mesh_parameters(part->march->mesh, &place, uv);
+        return node->r;
+    }
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &surface->axis[k];
+        double wrapped = surface_axis_wrap(axis, node->uv[k]);
+        double low = surface_axis_lower(axis), high = surface_axis_upper(axis);
+        uv[k] = wrapped < low ? low : wrapped > high ? high : wrapped;
+        moved = moved || uv[k] != wrapped;
+    }
+    if (moved)
+        surface_jet_at(surface, &part->cursor, uv[0], uv[1], &jet);
+    surface_outer(surface, uv, uv);
+    return moved ? jet.r : node->r;
+}
+
+static void add_node(struct report_part *part, const struct spot *spot, double shear_deg) {
+    struct drape_nodes *nodes = &part->result->nodes;
+    const struct net_node *node = spot->node;
+    size_t at = part->next.nodes++;
+    double uv[2] = {node->uv[0], node->uv[1]};
+    bool plain = part->plain && uv[0] >= part->lower[0] && uv[0] <= part->upper[0] &&
+                 uv[1] >= part->lower[1] && uv[1] <= part->upper[1];
+    struct vec3 r = plain ? node->r : bring_inside(part, node, uv);
+    nodes->i[at] = spot->i;
+    nodes->j[at] = spot->j;
+    nodes->u[at] = uv[0];
+    nodes->v[at] = uv[1];
+    if (nodes->face)
+        nodes->face[at] = node->face;
+    nodes->x[at] = r.x;
+    nodes->y[at] = r.y;
+    nodes->z[at] = r.z;
+    nodes->shear_deg[at] = shear_deg;
+    nodes->grown[at] = node->grown;
+}
+
+/* The nodes of row y of a tile, those that are `inside`. Returns the places, as bits, whose shear
+ * is by the stencil that most have. */
+static uint32_t add_nodes(struct report_part *part, const struct net_window *window, int y,
+                          const struct shear_block *block, uint32_t inside) {
+    enum drape_method method = part->march->settings->method;
+    bool chords = method == DRAPE_BASIC || method == DRAPE_MOSAIC;
+    enum shear_order order = chords ? SHEAR_SECOND : SHEAR_FOURTH;
+    struct shear_row yarns;
+    double shear_deg[SHEAR_PLACES];
+    uint32_t usual = shear_nodes(block, order, &yarns);
+    for (uint32_t left = inside >> 1 & ~usual; left; left &= left - 1)
+        shear_node(&yarns, window, __builtin_ctz(left), y, order);
+    shear_angles(&yarns, shear_deg);
+    for (uint32_t left = inside >> 1; left; left &= left - 1) {
+        struct spot spot = spot_at(window, __builtin_ctz(left), y);
+        add_node(part, &spot, shear_deg[spot.x]);
+    }
+    return usual;
+}
+
+/* The cells from row y of a tile, of which some are rough. */
+static void add_cells(struct report_part *part, const struct net_window *window, int y,
+                      const struct shear_block *block, uint32_t cells, uint32_t rough) {
+    struct drape_cells *to = &part->result->cells;
+    double *warp[] = {to->warp_x, to->warp_y, to->warp_z};
+    double *weft[] = {to->weft_x, to->weft_y, to->weft_z};
+    struct shear_row yarns;
+    double shear_deg[SHEAR_PLACES], area[SHEAR_PLACES];
+    uint32_t usual = shear_cells(block, &yarns, area) & ~(rough >> 1);
+    for (uint32_t left = cells >> 1 & ~usual; left; left &= left - 1) {
+        int x = __builtin_ctz(left);
+        shear_cell(&yarns, window, x, y, rough >> (x + 1) & 1);
+    }
+    shear_normalise(&yarns);
+    shear_angles(&yarns, shear_deg);
+    for (uint32_t left = cells >> 1; left; left &= left - 1) {
+        int x = __builtin_ctz(left);
+        size_t at = part->next.cells++;
+        to->i[at] = window->tile[1][1]->ti * NET_TILE + x;
+        to->j[at] = window->tile[1][1]->tj * NET_TILE + y;
+        to->shear_deg[at] = shear_deg[x];
+        for (int k = 0; k < 3; k++) {
+            warp[k][at] = yarns.warp[k][x];
+            weft[k][at] = yarns.weft[k][x];
+        }
+        if (!(rough >> (x + 1) & 1))
+            part->covered += area[x];
+    }
+}
+
+/* The shear angle at a node near rough edges, number `at`, between the directions of its yarns. */
+static void measure_node(struct report_part *part, const struct spot *spot, size_t at) {
+    struct yarn_spot *own = spot_of(part, spot->window, spot->x, spot->y);
+    struct yarn_net net = yarn_net(part);
+    if (own)
+        part->result->nodes.shear_deg[at] =
+            90 - yarn_node_angle(&net, spot->window, spot->x, spot->y, own);
+}
+
+/* Whether the surface has hardly any curvature of its own at a node, so that yarns do not turn
+ * sideways and the one direction in which one ends is its own. */
+static bool is_developable(struct report_part *part, const struct spot *spot) {
+    struct yarn_spot *own = spot_of(part, spot->window, spot->x, spot->y);
+    const double *d = part->march->settings->spacing;
+    return own && fabs(station_gauss_curvature(&own->station)) * d[0] * d[1] < developable;
+}
+
+/* The same of a cell, and its area, that of the fabric. */
+static void measure_cell(struct report_part *part, const struct spot *spot, size_t at) {
+    struct drape_cells *cells = &part->result->cells;
+    struct yarn_spot *corner[4];
+    const double *d = part->march->settings->spacing;
+    double sine, cosine;
+    bool regular = find_corners(part, spot->window, spot->x, spot->y, corner);
+    struct yarn_net net = yarn_net(part);
+    double w = regular ? yarn_cell_angle(&net, spot->window, spot->x, spot->y, corner)
+                       : 90 - cells->shear_deg[at];
+    struct vec3 warp = {cells->warp_x[at], cells->warp_y[at], cells->warp_z[at]};
+    struct vec3 weft = {cells->weft_x[at], cells->weft_y[at], cells->weft_z[at]};
+    shear_set_angle(&warp, &weft, w);
+    cells->warp_x[at] = warp.x;
+    cells->warp_y[at] = warp.y;
+    cells->warp_z[at] = warp.z;
+    cells->weft_x[at] = weft.x;
+    cells->weft_y[at] = weft.y;
+    cells->weft_z[at] = weft.z;
+    cells->shear_deg[at] = 90 - w;
+    angle_sincos_deg(w, &sine, &cosine);
+    part->covered += d[0] * d[1] * fabs(sine);
+}
+
+static void add_end(struct report_part *part, const struct spot *spot) {
+    struct drape_front *front = &part->result->front;
+    enum drape_reason reason;
+    if (!ends_at(spot, &reason))
+        return;
+    size_t at = part->next.front++;
+    front->i[at] = spot->i;
+    front->j[at] = spot->j;
+    front->reason[at] = (uint8_t)reason;
+    part->reasons[reason]++;
+}
+
+/* The nodes and cells of a row that rough edges are near, one after the other; the first of the row
+ * are at `first`. Stencils at the `ends` of yarns reach further. */
+static void measure_rough(struct report_part *part, size_t t, int y, const struct row_bits *bits,
+                          uint32_t ends, uint32_t cells, struct report_tally first) {
+    uint32_t near = net_window_near_rough(&part->windows[t], y, SHEAR_REACH) << 1;
+    uint32_t far = net_window_near_rough(&part->windows[t], y, SHEAR_REACH_AT_END) << 1;
+    for (uint32_t left = bits->inside | bits->cells; left; left &= left - 1) {
+        int bit = __builtin_ctz(left);
+        struct spot spot = spot_at(&part->windows[t], bit - 1, y);
+        uint32_t here = bits->inside & 1u << bit;
+        if (here & near || (here & far & ends && is_developable(part, &spot)))
+            measure_node(part, &spot, first.nodes);
+        if (bits->cells & cells & 1u << bit)
+            measure_cell(part, &spot, first.cells);
+        first.nodes += bits->inside >> bit & 1;
+        first.cells += bits->cells >> bit & 1;
+    }
+}
+
+/* The cells of row y that have a node with a rough edge next to them, as bits like those of nodes.
+ */
+static uint32_t rough_cells(const struct net_window *window, int y) {
+    uint32_t low = net_window_near_rough(window, y, 1);
+    uint32_t high = net_window_near_rough(window, y + 1, 1);
+    return (low | low >> 1 | high | high >> 1) << 1;
+}
+
+static void add_row(struct report_part *part, size_t t, int y) {
+    struct row_bits bits = row_bits(part, &part->windows[t], y);
+    bool measured = net_has_rough(part->march->net);
+    uint32_t rough = measured ? rough_cells(&part->windows[t], y) : 0, usual = 0;
+    struct report_tally first = part->next;
+    struct shear_block block;
+    if (!(bits.inside | bits.rim))
+        return;
+    shear_load(&block, &part->windows[t], y);
+    if (bits.inside)
+        usual = add_nodes(part, &part->windows[t], y, &block, bits.inside);
+    if (bits.cells)
+        add_cells(part, &part->windows[t], y, &block, bits.cells, rough);
+    for (uint32_t left = bits.rim; left; left &= left - 1) {
+        struct spot spot = spot_at(&part->windows[t], __builtin_ctz(left) - 1, y);
+        add_end(part, &spot);
+    }
+    if (measured)
+        measure_rough(part, t, y, &bits, ~usual << 1, rough, first);
+}
+
+void report_part_add(struct report_part *part) {
+    for (int y = 0; y < NET_TILE; y++)
+        for (size_t t = 0; t < part->count; t++)
+            add_row(part, t, y);
+}
+
+void report_part_add_estimates(struct report_part *part) {
+    double *to = part->result->nodes.error_estimate + part->next.nodes;
+    for (int y = 0; y < NET_TILE; y++)
+        for (size_t t = 0; t < part->count; t++) {
+            const struct net_tile *tile = part->windows[t].tile[1][1];
+            net_view_move(&part->before, tile->ti * NET_TILE, tile->tj * NET_TILE);
+            for (uint32_t left = tile->bits[NET_BIT_INSIDE][y]; left; left &= left - 1) {
+                const struct net_node *before =
+                    net_window_place(&part->before.window, __builtin_ctz(left), y);
+                *to = before ? estimate_of(before) : -1;
+                part->estimate_max = fmax(part->estimate_max, *to++);
+            }
+        }
+}

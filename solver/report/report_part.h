@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * A row of tiles of the net at the same height: a part of the result that is made by itself, after
+ * all have been counted, so that the parts can be made at the same time.
+ */
+#ifndef SOLVER_REPORT_REPORT_PART_H
+#define SOLVER_REPORT_REPORT_PART_H
+
+#include "solver/fishnet/yarn.h"
+#include "solver/march/march.h"
+
+/* Nodes that are kept of each of two rows. */
+enum { REPORT_SPOTS = 64 };
+
+struct report_tally {
+    size_t nodes, cells, front;
+};
+
+struct report_part {
+    const struct march *march;
+    struct drape_result *result;
+    const struct net_window *windows; /* on its tiles, in order */
+    size_t count;
+    struct report_tally holds; /* how much it has for the columns */
+    struct report_tally next;  /* where in them its next one goes */
+    double covered;            /* area of its cells */
+    double estimate_max;
+    bool plain; /* the caller's parameters are the surface's own, within these */
+    double lower[2], upper[2];
+    size_t reasons[DRAPE_REASON_COUNT];
+    struct surface_cursor cursor;
+    struct net_view before;
+    struct yarn_spot *spots; /* of a net with rough edges: the nodes of two rows that have been
+                                measured last, that of (i, j) at i % REPORT_SPOTS of row j % 2 */
+};
+
+/* Counts what it holds. */
+void report_part_count(struct report_part *part);
+
+/* Writes its nodes, cells and ends, sorted by j, then i, to the columns from `next` on. */
+void report_part_add(struct report_part *part);
+
+/* Writes the error estimates of its nodes, from the net before it was corrected. Where that had no
+ * node they are -1. */
+void report_part_add_estimates(struct report_part *part);
+
+#endif
