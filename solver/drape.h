@@ -28,7 +28,7 @@
 #include <stdint.h>
 
 /* Changes whenever the same request may give other numbers. */
-#define DRAPE_SOLVER_VERSION "0.8.0"
+#define DRAPE_SOLVER_VERSION "0.9.0"
 
 enum drape_start_kind {
     DRAPE_START_CENTROID, /* the surface point nearest to the centroid of the area; one inside where

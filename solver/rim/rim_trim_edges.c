@@ -13,7 +13,10 @@ static const double beside = 4e-6;
 /* Ends of chains that are this near to each other, as a share of the domain, are joined. */
 static const double joint = 1e-5;
 
-enum { SIDE_PIECES = 64, HALVINGS = 40, SUBDIVISIONS = 32 };
+enum { PARTS = 64, HALVINGS = 40, SUBDIVISIONS = 32 };
+
+/* Pieces that a straight one is cut into at the most, across both cuts of a torus. */
+enum { BETWEEN_CUTS = 3 };
 
 /* Which side of a piece of edge is to be covered. */
 enum cover { COVER_NEITHER, COVER_LEFT, COVER_RIGHT };
@@ -151,9 +154,10 @@ static void switch_run(struct chains *c, struct run *run, enum cover cover, cons
         add_to_line(c, at);
 }
 
-/* Follows one piece: where its ends are of different kinds, the place between them is sought. */
-static void follow_piece(struct chains *c, struct run *run, side_finder *side, const double from[2],
-                         const double to[2]) {
+/* Follows a part of a piece: where its ends are of different kinds, the place between them is
+ * sought. */
+static void follow_part(struct chains *c, struct run *run, side_finder *side, const double from[2],
+                        const double to[2]) {
     static const double inset = 1e-3;
     double low = inset, high = 1 - inset, at[2];
     enum cover begin = side(c, from, to, low), end = side(c, from, to, high);
@@ -165,6 +169,20 @@ static void follow_piece(struct chains *c, struct run *run, side_finder *side, c
     for (int k = 0; k < 2; k++)
         at[k] = from[k] + high * (to[k] - from[k]);
     switch_run(c, run, end, at);
+}
+
+/* Follows one piece, in parts so short that no trim across it is missed. */
+static void follow_piece(struct chains *c, struct run *run, side_finder *side, const double from[2],
+                         const double to[2]) {
+    double part[PARTS + 1][2], most = 0;
+    for (int m = 0; m < 2; m++)
+        most = fmax(most, fabs(to[m] - from[m]) / c->window.length[m]);
+    int parts = most < 1 ? 1 + (int)(most * PARTS) : PARTS;
+    for (int k = 0; k <= parts; k++)
+        for (int m = 0; m < 2; m++)
+            part[k][m] = k == parts ? to[m] : from[m] + (to[m] - from[m]) * ((double)k / parts);
+    for (int k = 0; k < parts; k++)
+        follow_part(c, run, side, part[k], part[k + 1]);
     if (run->cover != COVER_NEITHER)
         add_to_line(c, to);
 }
@@ -173,33 +191,15 @@ static void follow_piece(struct chains *c, struct run *run, side_finder *side, c
  * passes its ends the two parts are joined later, unless all of it is one. */
 static void follow(struct chains *c, side_finder *side, const double (*uv)[2], size_t count) {
     struct run run = {c->line.count, COVER_NEITHER, false};
-    for (size_t k = 0; k + 1 < count; k++) {
-        double step[2] = {fabs(uv[k + 1][0] - uv[k][0]), fabs(uv[k + 1][1] - uv[k][1])};
-        bool jumps = step[0] > c->window.length[0] / 2 || step[1] > c->window.length[1] / 2;
-        bool whole = c->window.endless[0] || c->window.endless[1];
-        if (step[0] == 0 && step[1] == 0)
-            continue;
-        if (jumps && whole)
-            switch_run(c, &run, COVER_NEITHER, uv[k]);
-        else
+    for (size_t k = 0; k + 1 < count; k++)
+        if (uv[k + 1][0] != uv[k][0] || uv[k + 1][1] != uv[k][1])
             follow_piece(c, &run, side, uv[k], uv[k + 1]);
-    }
     if (run.cover == COVER_NEITHER)
         return;
     bool closed = !run.gaps && memcmp(uv[0], uv[count - 1], sizeof uv[0]) == 0;
     if (closed)
         c->line.count--;
     add_chain(c, run.first, run.cover, closed);
-}
-
-/* A side of the window, in short pieces, so that no trim is missed. */
-static void follow_side(struct chains *c, const double from[2], const double to[2]) {
-    double uv[SIDE_PIECES + 1][2];
-    for (int k = 0; k <= SIDE_PIECES; k++)
-        for (int m = 0; m < 2; m++)
-            uv[k][m] =
-                k == SIDE_PIECES ? to[m] : from[m] + (to[m] - from[m]) * ((double)k / SIDE_PIECES);
-    follow(c, border_side, (const double(*)[2])uv, SIDE_PIECES + 1);
 }
 
 static void follow_border(struct chains *c) {
@@ -212,77 +212,103 @@ static void follow_border(struct chains *c) {
     for (int k = 0; k < 4; k++) {
         int axis = k % 2 ? 0 : 1, end = k == 1 || k == 2;
         if (!w->endless[axis] && !rim_builder_is_pole(c->builder, axis, end))
-            follow_side(c, corner[k], corner[k + 1]);
+            follow(c, border_side, &corner[k], 2);
     }
 }
 
 /* ---- their polylines ---- */
 
-/* A point of a loop in inner parameters, in the window. */
-static void to_window(const struct chains *c, const double outer[2], double inner[2]) {
-    const struct surface *surface = c->builder->march->surface;
-    surface_inner(surface, outer, inner);
-    for (int k = 0; k < 2; k++)
-        while (surface->axis[k].closed && !c->window.endless[k] && inner[k] < c->window.low[k])
-            inner[k] += c->window.length[k];
-}
-
-/* Adds the points of the loop in inner parameters to `line`, between two that are not straight
- * there more of them, and split where the window's cut lies between. */
-static void gather_loop(struct chains *c, const double (*outer)[2], size_t count,
-                        struct polyline *line) {
-    const struct surface_axis *axis = c->builder->march->surface->axis;
-    bool bent = axis[0].factor != 1 || axis[1].factor != 1;
-    int parts = bent ? SUBDIVISIONS : 1;
-    line->count = 0;
-    line->room = count * (size_t)parts + 1;
-    line->uv = arena_alloc(c->builder->march->arena, line->room, sizeof *line->uv);
-    c->builder->failed = c->builder->failed || !line->uv;
-    for (size_t k = 0; !c->builder->failed && k < count; k++)
-        for (int part = k ? 1 : parts; part <= parts; part++) {
-            double share = (double)part / parts, at[2];
-            const double *from = outer[k ? k - 1 : 0], *to = outer[k];
-            for (int m = 0; m < 2; m++)
-                at[m] = part == parts ? to[m] : from[m] + share * (to[m] - from[m]);
-            to_window(c, at, line->uv[line->count++]);
-        }
-}
-
-static bool jumps(const struct chains *c, const double from[2], const double to[2]) {
-    return fabs(to[0] - from[0]) > c->window.length[0] / 2 ||
-           fabs(to[1] - from[1]) > c->window.length[1] / 2;
-}
-
-/* The loop's stretches between the cuts of the window. One that crosses the cut ends there. */
-static void follow_stretches(struct chains *c, const double (*uv)[2], size_t count) {
-    const struct rim_window *w = &c->window;
-    bool cut = (c->builder->march->surface->axis[0].closed && !w->endless[0]) ||
-               (c->builder->march->surface->axis[1].closed && !w->endless[1]);
-    size_t first = 0;
-    for (size_t k = 0; cut && k + 1 < count; k++)
-        if (jumps(c, uv[k], uv[k + 1])) {
-            follow(c, trim_side, uv + first, k + 1 - first);
-            first = k + 1;
-        }
-    follow(c, trim_side, uv + first, count - first);
-}
-
-static void follow_loop(struct chains *c, size_t loop) {
-    const double(*outer)[2];
-    struct polyline all;
-    size_t count = trim_loop_points(c->builder->march->settings->trim, loop, &outer), used = 0;
-    if (count < 3)
-        return;
-    gather_loop(c, outer, count, &all);
-    uint8_t *kept = arena_alloc(c->builder->march->arena, all.count, sizeof *kept);
+/* The polyline gathered so far keeps what it needs, and is followed. */
+static void end_stretch(struct chains *c, struct polyline *stretch) {
+    size_t used = 0;
+    double(*uv)[2] = stretch->uv;
+    uint8_t *kept = arena_alloc(c->builder->march->arena, stretch->count + 1, sizeof *kept);
     c->builder->failed = c->builder->failed || !kept ||
                          !rim_builder_keep_points(c->builder, c->builder->march->surface,
-                                                  (const double(*)[2])all.uv, all.count, kept);
-    for (size_t k = 0; !c->builder->failed && k < all.count; k++)
+                                                  (const double(*)[2])uv, stretch->count, kept);
+    for (size_t k = 0; !c->builder->failed && k < stretch->count; k++)
         if (kept[k])
-            memcpy(all.uv[used++], all.uv[k], sizeof *all.uv);
+            memcpy(uv[used++], uv[k], sizeof *uv);
     if (!c->builder->failed)
-        follow_stretches(c, (const double(*)[2])all.uv, used);
+        follow(c, trim_side, (const double(*)[2])uv, used);
+    stretch->count = 0;
+}
+
+/* Where a straight piece first leaves the window's turn that it begins in, as a share of the way
+ * from `share` on; 1 when it does not. */
+static double next_crossing(const struct chains *c, const double from[2], const double to[2],
+                            double share) {
+    double next = 1;
+    for (int k = 0; k < 2; k++) {
+        const struct rim_window *w = &c->window;
+        double way = to[k] - from[k], length = w->length[k];
+        if (!c->builder->march->surface->axis[k].closed || w->endless[k])
+            continue;
+        for (int turn = -1; turn <= 1; turn++) {
+            double at = (w->low[k] + turn * length - from[k]) / way;
+            next = at > share && at < next ? at : next;
+        }
+    }
+    return next;
+}
+
+/* Adds a straight piece that crosses no cut to the stretch, moved into the window by whole turns;
+ * one that does not go on from the stretch's last point begins another. */
+static void add_uncut(struct chains *c, struct polyline *stretch, const double from[2],
+                      const double to[2]) {
+    const struct rim_window *w = &c->window;
+    double moved[2][2];
+    for (int k = 0; k < 2; k++) {
+        bool cut = c->builder->march->surface->axis[k].closed && !w->endless[k];
+        double turns = cut ? floor(((from[k] + to[k]) / 2 - w->low[k]) / w->length[k]) : 0;
+        moved[0][k] = from[k] - turns * w->length[k];
+        moved[1][k] = to[k] - turns * w->length[k];
+    }
+    const double *last = stretch->count > 0 ? stretch->uv[stretch->count - 1] : NULL;
+    if (last && (last[0] != moved[0][0] || last[1] != moved[0][1]))
+        end_stretch(c, stretch);
+    if (stretch->count == 0)
+        memcpy(stretch->uv[stretch->count++], moved[0], sizeof *moved);
+    memcpy(stretch->uv[stretch->count++], moved[1], sizeof *moved);
+}
+
+/* A straight piece in inner parameters, cut where it crosses the window's border. */
+static void add_straight(struct chains *c, struct polyline *stretch, const double from[2],
+                         const double to[2]) {
+    double share = 0, begin[2], end[2];
+    memcpy(end, from, sizeof end);
+    while (share < 1) {
+        memcpy(begin, end, sizeof begin);
+        share = next_crossing(c, from, to, share);
+        for (int k = 0; k < 2; k++)
+            end[k] = share < 1 ? from[k] + share * (to[k] - from[k]) : to[k];
+        add_uncut(c, stretch, begin, end);
+    }
+}
+
+/* Follows a loop in stretches between the cuts of the window; where its straight lines are bent in
+ * inner parameters, in parts. */
+static void follow_loop(struct chains *c, size_t loop) {
+    const struct surface *surface = c->builder->march->surface;
+    const double(*outer)[2];
+    size_t count = trim_loop_points(c->builder->march->settings->trim, loop, &outer);
+    int parts = surface->axis[0].factor != 1 || surface->axis[1].factor != 1 ? SUBDIVISIONS : 1;
+    struct polyline stretch = {.room = 1 + BETWEEN_CUTS * count * (size_t)parts};
+    double from[2], to[2], at[2];
+    stretch.uv = arena_alloc(c->builder->march->arena, stretch.room, sizeof *stretch.uv);
+    c->builder->failed = c->builder->failed || !stretch.uv;
+    if (count < 3 || c->builder->failed)
+        return;
+    surface_inner(surface, outer[0], from);
+    for (size_t k = 1; k < count; k++)
+        for (int part = 1; part <= parts && !c->builder->failed; part++) {
+            for (int m = 0; m < 2; m++)
+                at[m] = outer[k - 1][m] + (double)part / parts * (outer[k][m] - outer[k - 1][m]);
+            surface_inner(surface, part == parts ? outer[k] : at, to);
+            add_straight(c, &stretch, from, to);
+            memcpy(from, to, sizeof from);
+        }
+    end_stretch(c, &stretch);
 }
 
 /* ---- chains joined to loops ---- */

@@ -313,6 +313,69 @@ static void test_exact_rim_of_a_plate_with_holes(void **state) {
     arena_free(arena);
 }
 
+/* The area that a quadrilateral in (u, v) cuts from a cylinder of radius 1 about the z axis: the
+ * sum over its edges, finely divided. */
+static double area_on_cylinder(const struct shape *shape, const double (*corners)[2]) {
+    enum { PARTS = 2000 };
+    double area = 0;
+    for (int k = 0; k < 4; k++) {
+        struct vec3 a = shape_point(shape, corners[k]);
+        for (int n = 1; n <= PARTS; n++) {
+            double uv[2];
+            for (int m = 0; m < 2; m++)
+                uv[m] = corners[k][m] + (corners[k + 1][m] - corners[k][m]) * n / PARTS;
+            struct vec3 b = shape_point(shape, uv);
+            area += atan2(a.x * b.y - a.y * b.x, a.x * b.x + a.y * b.y) * (a.z + b.z) / 2;
+            a = b;
+        }
+    }
+    return fabs(area);
+}
+
+/* Round a closed cylinder, trims of few long edges that cross the cut opposite the start, the seam
+ * of the parameters, or neither; holes, and parts that are kept; closed in u or in v: the rim has
+ * all of their edges. */
+static void test_exact_rim_of_trims_round_a_cylinder(void **state) {
+    static const double knots[] = {0, 0, 1, 2, 3, 4, 4};
+    static struct shape shape;
+    struct arena *arena = arena_new((size_t)1 << 28);
+    uint64_t seed = 20;
+    double worst = 0;
+    (void)state;
+    for (int k = 0; k < 40; k++) {
+        bool kept = k % 2;
+        int round = k % 4 / 2;
+        double half = random_between(&seed, 0.05, 0.45), at = random_between(&seed, half, 1 - half);
+        double slant = random_between(&seed, -0.15, 0.15), share = random_unit(&seed);
+        double start[2] = {kept ? at : share, kept ? 0.5 : 0.02};
+        double corners[5][2];
+        for (int n = 0; n < 5; n++) {
+            int right = (n + 1) / 2 % 2, top = n / 2 % 2;
+            corners[n][round] = right ? at + half : at - half;
+            corners[n][1 - round] = (top ? 0.75 : 0.25) + (right == top ? slant : -slant);
+        }
+        struct trim_curve curve = {1, (const double(*)[2])corners, 5, knots, NULL};
+        struct trim_loop loop = {kept, &curve, 1};
+        struct drape_settings settings = settings_at(start[round], start[1 - round], 20, 0.08);
+        struct drape_run run;
+        shape_frustum(&shape, (double[2]){0.3, 0.3 + 4 * QUARTER}, (double[2]){1, 0},
+                      (double[2]){1, 1}, QUARTER);
+        if (round)
+            shape_transpose(&shape);
+        settings.trim = trim_of(&shape, &loop, 1, arena);
+        drape_begin(&run, &shape, &settings);
+        double own = area_on_cylinder(&shape, (const double(*)[2])corners),
+               exact = kept ? own : 4 * QUARTER - own;
+        double error = fabs(flat_area(&run.result.rim, settings.spacing)) / exact - 1;
+        worst = fmax(worst, fabs(error));
+        check_covered(&run.result);
+        drape_end(&run);
+    }
+    printf("  area %.1e at the worst\n", worst);
+    check_below(worst, 1e-4);
+    arena_free(arena);
+}
+
 /* A part whose edges run along the sides of cells, where rounding takes nodes to either side of
  * them: none of its cloth is lost, of the area, the pattern or the cells. */
 static void test_exact_rim_along_the_sides_of_cells(void **state) {
@@ -585,6 +648,7 @@ int main(void) {
         cmocka_unit_test(test_exact_rim_over_fillets_and_folds),
         cmocka_unit_test(test_exact_rim_of_a_blade),
         cmocka_unit_test(test_exact_rim_of_a_plate_with_holes),
+        cmocka_unit_test(test_exact_rim_of_trims_round_a_cylinder),
         cmocka_unit_test(test_exact_rim_along_the_sides_of_cells),
         cmocka_unit_test(test_exact_rim_area_is_the_integral_over_the_part),
         cmocka_unit_test(test_exact_rim_of_a_mesh),
