@@ -37,7 +37,7 @@ struct stop {
     double t;
     struct rim_spot spot;
     double pq[2], by_t[2]; /* the net's coordinates and their derivatives */
-    double half_tangent;   /* |tan(gamma / 2)|; 0 where it is not smooth */
+    double half_tangent;   /* |tan(gamma / 2)|; NaN near rough edges */
     bool covered, smooth;
 };
 
@@ -159,6 +159,16 @@ static void note_shear(struct tracer *t, double half_tangent, const double pq[2]
         *most = (struct rim_shear){half_tangent, pq[0], pq[1], r};
 }
 
+static void note_rough(struct tracer *t, const struct rim_place *place) {
+    struct rim *rim = t->rim;
+    if (rim->rough_count == rim->rough_room)
+        rim->rough = arena_enlarge(t->march->arena, rim->rough, rim->rough_count,
+                                   sizeof *rim->rough, &rim->rough_room);
+    t->failed = t->failed || !rim->rough;
+    if (!t->failed)
+        rim->rough[rim->rough_count++] = (struct rim_rough){place->p, place->q, place->r};
+}
+
 /* tan(gamma / 2) of the shear at a place of the surface. Cubics through nodes leave the surface's
  * tangent plane by the third power of the yarns' curvature, and hardly turn within it. */
 static double half_tangent_in_surface(const struct rim_place *place, struct vec3 normal) {
@@ -180,10 +190,13 @@ static void take_place(struct tracer *t, const struct rim_place *place, struct s
     stop->pq[1] = place->q;
     stop->smooth = place->smooth;
     stop->covered = true;
-    stop->half_tangent = !place->smooth ? 0
-                         : t->march->surface
-                             ? fabs(half_tangent_in_surface(place, stop->spot.normal))
-                             : fabs(rim_place_half_tangent(place));
+    stop->half_tangent = NAN;
+    if (place->rough) {
+        note_rough(t, place);
+        return;
+    }
+    stop->half_tangent = t->march->surface ? fabs(half_tangent_in_surface(place, stop->spot.normal))
+                                           : fabs(rim_place_half_tangent(place));
     note_shear(t, stop->half_tangent, stop->pq, place->r);
 }
 
@@ -392,7 +405,7 @@ static void follow_piece(struct tracer *t, struct stop *last) {
     struct stop next;
     last->t = 0;
     spot_at(t, 0, &last->spot);
-    if (last->covered) {
+    if (last->covered && last->smooth) {
         const struct rim_patch *patch = t->rim->cloth.patch;
         if (!patch->known || fabs(place.p - patch->i - 0.5) > 0.6 ||
             fabs(place.q - patch->j - 0.5) > 0.6)

@@ -33,12 +33,20 @@ struct rim_shear {
     struct vec3 r;
 };
 
+/* A place near rough edges, whose shear is that between the nodes around it (`node_shear.h`). */
+struct rim_rough {
+    double p, q;
+    struct vec3 r;
+};
+
 struct rim {
     struct rim_point *points; /* loop by loop, the last of each joined to its first */
     size_t count, room;
     size_t loop_count;
     bool covered; /* all points are, and there are some */
     struct rim_shear shear;
+    struct rim_rough *rough;
+    size_t rough_count, rough_room;
     struct rim_cloth cloth;
 };
 

@@ -28,6 +28,9 @@ static const double strict = 1e-9, at_end = 1e-6, lax = 2e-2;
  */
 static const double near_smooth = 0.15, near_rough = 0.6;
 
+/* And where corners of the cell were extrapolated, so that the surface may bend away from it. */
+static const double near_extended = 2e-3;
+
 /* An extrapolated edge may differ that much from the spacing. */
 static const double longest_edge = 1.6, shortest_edge = 0.4;
 
@@ -120,6 +123,7 @@ static bool load_cell(struct rim_cloth *cloth, struct rim_patch *patch, bool *ro
         for (int a = 1; a <= 2; a++) {
             int32_t i = patch->i + a - 1, j = patch->j + b - 1;
             const struct net_node *node = net_view_place(&cloth->view, i, j);
+            patch->extended = patch->extended || !node;
             node = node ? node : corner_at(cloth, i, j, LAYERS);
             if (!node)
                 return false;
@@ -162,20 +166,39 @@ static void extend_line(struct rim_cloth *cloth, const struct line *line, bool f
 }
 
 /* Third differences of nodes by which a cubic may still be told from the surface, in spacings: an
- * arc that turns by a third of a radian from node to node has 0.04, and the cubic is off by 3e-4.
+ * arc that turns by a fifth of a radian from node to node has 0.04, and the cubic is off by 2e-4.
  */
 static const double bent = 0.04;
 
+/* Whether the yarn through the four nodes of a line goes on evenly to the one before it or after
+ * it: a crease half way between its inner two is not seen in the four alone. */
+static bool goes_on_evenly(const struct rim_cloth *cloth, const struct line *line, double most) {
+    for (int k = 0; k < 2; k++) {
+        ptrdiff_t end = k ? 3 : 0, step = k ? -1 : 1;
+        int32_t behind = k ? 4 : -1;
+        const struct vec3 *a = &line->r[end * line->far], *b = a + step * line->far;
+        const struct vec3 *c = b + step * line->far;
+        const struct net_node *d =
+            net_view_place(&cloth->view, line->i + behind * line->di, line->j + behind * line->dj);
+        if (d)
+            return vec3_norm(vec3_axpy(3, vec3_sub(*a, *b), vec3_sub(*c, d->r))) < most;
+    }
+    return false;
+}
+
 /* Whether the nodes turn evenly, though edges among them are called rough. */
-static bool is_even(const struct rim_cloth *cloth, const struct rim_patch *patch) {
+static bool is_even(const struct rim_cloth *cloth, struct rim_patch *patch) {
     const double *d = cloth->march->settings->spacing;
     double most = bent * fmin(d[0], d[1]);
-    for (int k = 0; k < 4; k++) {
-        const struct vec3 *row = patch->r[k];
-        struct vec3 along = vec3_axpy(3, vec3_sub(row[1], row[2]), vec3_sub(row[3], row[0]));
-        struct vec3 across = vec3_axpy(3, vec3_sub(patch->r[1][k], patch->r[2][k]),
-                                       vec3_sub(patch->r[3][k], patch->r[0][k]));
-        if (!(vec3_norm(along) < most && vec3_norm(across) < most))
+    for (int k = 0; k < 8; k++) {
+        int n = k / 2;
+        const struct line line =
+            k % 2 ? (struct line){patch->r[n], 1, patch->i - 1, patch->j + n - 1, 1, 0}
+                  : (struct line){&patch->r[0][n], 4, patch->i + n - 1, patch->j - 1, 0, 1};
+        const struct vec3 *r = line.r;
+        struct vec3 third =
+            vec3_axpy(3, vec3_sub(r[line.far], r[2 * line.far]), vec3_sub(r[3 * line.far], r[0]));
+        if (!(vec3_norm(third) < most && goes_on_evenly(cloth, &line, most)))
             return false;
     }
     return true;
@@ -204,6 +227,7 @@ static void load_neighbours(struct rim_cloth *cloth, struct rim_patch *patch, bo
     bool all = true;
     for (int k = 0; k < 16; k++)
         all = all && known[k / 4][k % 4];
+    patch->rough = *rough;
     *rough = *rough && !(all && is_even(cloth, patch));
     for (int k = 1; k <= 2; k++) {
         extend_row(cloth, patch, k, known, *rough);
@@ -225,6 +249,8 @@ const struct rim_patch *rim_cloth_patch(struct rim_cloth *cloth, int32_t i, int3
     patch->j = j;
     for (int k = 0; k < 4; k++)
         patch->corner[k].sought = false;
+    patch->extended = false;
+    patch->rough = true;
     net_view_move(&cloth->view, i, j);
     patch->known = load_cell(cloth, patch, &rough);
     if (patch->known)
@@ -272,7 +298,8 @@ void rim_patch_place(const struct rim_patch *patch, double p, double q, struct r
                                 .q = q,
                                 .r = lanes(sum),
                                 .along = {lanes(by_p), lanes(by_q)},
-                                .smooth = patch->smooth};
+                                .smooth = patch->smooth,
+                                .rough = patch->rough};
 }
 
 /* ---- places ---- */
@@ -324,21 +351,28 @@ static bool is_near(const struct rim_cloth *cloth, const struct rim_place *place
 /* How well a place is known from a corner that is far, by the length between them. */
 static const double seen_accuracy = 1e-4;
 
-/* Finds corner number n of a patch; false when the net has none. */
+/* The yarn k of a corner, by its neighbour on one side. */
+static bool find_yarn(struct march *march, struct rim_corner *corner, int k, int side) {
+    int di = k ? 0 : side, dj = k ? side : 0;
+    bool found =
+        march_yarn(march, corner->i, corner->j, di, dj, &corner->station, &corner->yarn[k]);
+    corner->yarn[k] = vec3_scale(side, corner->yarn[k]);
+    return found;
+}
+
+/* Finds corner number n of a patch, its yarns by their edges of the cell or, where these are
+ * missing, straight through from the other side; false when the net has none. */
 static bool find_corner(struct march *march, struct rim_patch *patch, int n) {
     struct rim_corner *corner = &patch->corner[n];
-    int32_t i = patch->i + (n & 1), j = patch->j + n / 2;
     if (corner->sought)
         return corner->found;
     corner->sought = true;
-    corner->i = i;
-    corner->j = j;
-    corner->found = march_station(march, i, j, &corner->station);
+    corner->i = patch->i + (n & 1);
+    corner->j = patch->j + n / 2;
+    corner->found = march_station(march, corner->i, corner->j, &corner->station);
     for (int k = 0; k < 2 && corner->found; k++) {
         int side = (k ? n / 2 : n & 1) ? -1 : 1;
-        corner->found =
-            march_yarn(march, i, j, k ? 0 : side, k ? side : 0, &corner->station, &corner->yarn[k]);
-        corner->yarn[k] = vec3_scale(side, corner->yarn[k]);
+        corner->found = find_yarn(march, corner, k, side) || find_yarn(march, corner, k, -side);
     }
     return corner->found;
 }
@@ -422,6 +456,7 @@ static bool see_from_corners(struct rim_cloth *cloth, struct rim_patch *patch,
     place->q = sum[1] / weights;
     place->r = to->jet.r;
     place->smooth = false;
+    place->rough = true;
     place->seen = true;
     return true;
 }
@@ -451,6 +486,32 @@ static bool descend_rough(struct rim_cloth *cloth, struct rim_patch *patch,
     return expected || see(cloth, patch, &to, &sight, place);
 }
 
+/* Whether the cloth may go on to all corners of the cell. */
+static bool may_reach_corners(struct rim_cloth *cloth, const struct rim_patch *patch) {
+    for (int k = 0; k < 4; k++)
+        if (!may_reach(cloth, patch->i + (k & 1), patch->j + k / 2))
+            return false;
+    return true;
+}
+
+/* Finds the place in the patch, or where it leads out of it: in space where that tells it, else
+ * along the surface from corners that the net has. */
+static bool find_in_patch(struct rim_cloth *cloth, struct rim_patch *patch, struct vec3 r,
+                          const struct surface *surface, const double uv[2],
+                          struct rim_place *place) {
+    const double *d = cloth->march->settings->spacing;
+    struct rim_place own = *place;
+    bool spatial = patch->known && patch->smooth && descend(patch, r, &own);
+    bool told =
+        spatial && (!patch->extended || vec3_distance(own.r, r) < near_extended * fmin(d[0], d[1]));
+    if (!told && (!patch->smooth || patch->extended) && may_reach_corners(cloth, patch) &&
+        descend_rough(cloth, patch, surface, uv, place))
+        return true;
+    spatial = spatial || (patch->known && !patch->smooth && descend(patch, r, &own));
+    *place = own;
+    return spatial;
+}
+
 bool rim_cloth_find(struct rim_cloth *cloth, struct vec3 r, const struct surface *surface,
                     const double uv[2], struct rim_place *place) {
     struct rim_place last = *place;
@@ -458,11 +519,9 @@ bool rim_cloth_find(struct rim_cloth *cloth, struct vec3 r, const struct surface
     for (int hop = 0; hop < HOPS; hop++) {
         if (!(fabs(place->p) < 1e9 && fabs(place->q) < 1e9))
             return false;
-        const struct rim_patch *patch =
-            rim_cloth_patch(cloth, (int32_t)floor(place->p), (int32_t)floor(place->q));
-        bool rough = patch->known && !patch->smooth &&
-                     descend_rough(cloth, cloth->patch, surface, uv, place);
-        if (!patch->known || (!rough && !descend(patch, r, place)))
+        (void)rim_cloth_patch(cloth, (int32_t)floor(place->p), (int32_t)floor(place->q));
+        struct rim_patch *patch = cloth->patch;
+        if (!find_in_patch(cloth, patch, r, surface, uv, place))
             break;
         if (is_within(patch, place, hop < STRICT_HOPS ? strict : lax))
             return is_near(cloth, place, r);

@@ -10,7 +10,8 @@
  * Where the surface has no healthy continuation, and on meshes, the net ends up to a spacing short
  * of the edge. There corners that are missing are extrapolated along the yarns, by parabolas
  * through three nodes, or straight on from two; not where the net ended for another reason than
- * the boundary.
+ * the boundary. Where the surface bends away from such a cell, its places are seen from the corners
+ * that the net has.
  */
 #ifndef SOLVER_RIM_RIM_CLOTH_H
 #define SOLVER_RIM_RIM_CLOTH_H
@@ -29,8 +30,10 @@ struct rim_corner {
 struct rim_patch {
     int32_t i, j;
     bool made;
-    bool known;                  /* it has all four corners */
-    bool smooth;                 /* no rough edge is near */
+    bool known;                  /* it has all four corners, */
+    bool extended;               /* not all of them from the net */
+    bool rough;                  /* a rough edge is near: differences do not tell its shear, */
+    bool smooth;                 /* nor, unless the nodes turn evenly, its places */
     struct vec3 r[4][4];         /* [b][a]: node (i + a - 1, j + b - 1); bilinear unless smooth */
     struct rim_corner corner[4]; /* (i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1) as they are asked
                                     for */
@@ -50,8 +53,8 @@ struct rim_place {
     double p, q;
     struct vec3 r;
     struct vec3 along[2]; /* its derivatives by p and q */
-    bool smooth;
-    bool seen; /* found along the surface from the cell's nodes, not in space alone */
+    bool smooth, rough;   /* as of its patch */
+    bool seen;            /* found along the surface from the cell's nodes, not in space alone */
 };
 
 /* Errors: STATUS_OUT_OF_MEMORY. */

@@ -2,6 +2,7 @@
 #include "rim_report.h"
 
 #include "gauge.h"
+#include "node_shear.h"
 #include "solver/angle.h"
 
 /* Bins of the absolute shear: a hundredth of a degree or so. */
@@ -71,6 +72,7 @@ struct gathering {
     struct drape_result *result;
     struct spread *spread;
     struct most most;
+    struct node_shear between;
     size_t low, high; /* nodes of the row of cells and the one above */
     double flat;      /* area of the unsheared cloth */
     struct drape_gauge *gauge;
@@ -150,7 +152,7 @@ static void list_cut(struct drape_cut *cut, const struct rim_patch *patch, doubl
     struct vec3 weft = vec3_unit(vec3_sub(diagonal, other));
     struct drape_cells *c = &cut->cells;
     size_t at = c->count;
-    if (patch->smooth) {
+    if (!patch->rough) {
         shear_deg = 90 - angle_atan2_deg(vec3_norm(vec3_cross(warp, weft)), vec3_dot(warp, weft));
     } else {
         double sine, cosine;
@@ -179,32 +181,6 @@ static void list_cut(struct drape_cut *cut, const struct rim_patch *patch, doubl
     c->count++;
 }
 
-/* The mean shear of those of the cell's corners that are nodes, and of its amount; 0 without any.
- */
-static double mean_of_corners(const struct drape_nodes *n, const struct rim_cell *cell,
-                              double *amount) {
-    double sum = 0;
-    int count = 0;
-    *amount = 0;
-    for (int m = 0; m < 4; m++) {
-        int32_t i = cell->i + (m & 1), j = cell->j + m / 2;
-        size_t low = 0, high = n->count;
-        while (low < high) {
-            size_t middle = low + (high - low) / 2;
-            bool before = n->j[middle] < j || (n->j[middle] == j && n->i[middle] < i);
-            low = before ? middle + 1 : low;
-            high = before ? high : middle;
-        }
-        if (low < n->count && n->i[low] == i && n->j[low] == j) {
-            sum += n->shear_deg[low];
-            *amount += fabs(n->shear_deg[low]);
-            count++;
-        }
-    }
-    *amount /= count ? count : 1;
-    return count ? sum / count : 0;
-}
-
 static double shear_at(const struct rim_place *place) {
     return fabs(2 * angle_atan_deg(rim_place_half_tangent(place)));
 }
@@ -216,18 +192,21 @@ static const double least_share = 1e-9;
  * the rim to that as far on the other side of its middle. */
 static void add_cut(struct gathering *g, const struct rim_cell *cell) {
     const struct rim_patch *patch = rim_cloth_patch(&g->rim->cloth, cell->i, cell->j);
-    double sine, cosine, half = 0, shear, with_sign = 0, share = cell->share, rest = 1 - share;
+    double sine, cosine, half, shear, with_sign = 0, share = cell->share, rest = 1 - share;
     struct rim_place middle, rim;
     if (cell->loose || !patch->known || share < least_share)
         return;
     rim_patch_place(patch, share * (cell->i + 0.5) + rest * cell->p,
                     share * (cell->j + 0.5) + rest * cell->q, &middle);
-    if (patch->smooth) {
+    if (!patch->rough) {
         rim_patch_place(patch, cell->p, cell->q, &rim);
         shear = shear_at(&middle);
         half = fabs(shear - shear_at(&rim));
     } else {
-        with_sign = mean_of_corners(&g->result->nodes, cell, &shear);
+        (void)node_shear_between(&g->between, middle.p, middle.q, &with_sign);
+        (void)node_shear_between(&g->between, cell->p, cell->q, &half);
+        shear = fabs(with_sign);
+        half = fabs(shear - fabs(half));
     }
     list_cut(&g->result->cut, patch, with_sign);
     angle_sincos_deg(90 - shear, &sine, &cosine);
@@ -266,6 +245,14 @@ static void find_most(struct gathering *g) {
     if (n->count)
         raise_most(&g->most, n->shear_deg[at], n->i[at], n->j[at], node_point(n, at));
     raise_most(&g->most, 2 * angle_atan_deg(rim->half_tangent), rim->p, rim->q, rim->r);
+    for (size_t k = 0; k < g->rim->rough_count; k++) {
+        const struct rim_rough *place = &g->rim->rough[k];
+        double shear_deg;
+        if (!node_shear_between(&g->between, place->p, place->q, &shear_deg))
+            continue;
+        gauge_note(g->gauge, shear_deg, place->r);
+        raise_most(&g->most, shear_deg, place->p, place->q, place->r);
+    }
 }
 
 /* What can lie between the net and itself where it meets itself, in cells for each place there. */
@@ -345,6 +332,7 @@ static void measure(struct march *march, struct rim *rim, const struct rim_cells
     struct drape_summary *s = &result->summary;
     const double *d = march->settings->spacing;
     g.most.r = march->start.station.jet.r;
+    node_shear_make(march, &result->nodes, &g.between);
     find_most(&g);
     add_cells(&g, cells);
     s->max_shear_deg = g.most.shear_deg;

@@ -140,9 +140,10 @@ struct profile_error profile_measure(const struct profile_sheet *sheet, double d
     const struct drape_nodes *nodes = &run->result.nodes;
     double c = d * cos(radians(angle_deg)), s = d * sin(radians(angle_deg));
     int reach = (int)((sheet->total + sheet->width) / d) + 1;
-    struct profile_error error = {
-        .node_shear_deg = largest(nodes->shear_deg, nodes->count),
-        .cell_shear_deg = largest(run->result.cells.shear_deg, run->result.cells.count)};
+    struct profile_error error = {.node_shear_deg = largest(nodes->shear_deg, nodes->count),
+                                  .cell_shear_deg =
+                                      largest(run->result.cells.shear_deg, run->result.cells.count),
+                                  .most_shear_deg = run->result.summary.max_shear_deg};
     for (int j = -reach; j <= reach; j++) {
         for (int i = -reach; i <= reach; i++) {
             double x = start[0] + c * i - s * j, y = start[1] + s * i + c * j;

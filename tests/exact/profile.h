@@ -50,9 +50,10 @@ extern const struct profile_method profile_methods[PROFILE_METHODS];
 static const double PROFILE_SHEAR_DEG = 0.01; /* of nodes and cells, at most */
 
 /* Of a drape by profile_drape: the largest distance of a node from the square grid, in spacings,
- * the grid's places on the sheet that have no node, and the largest shear angles. */
+ * the grid's places on the sheet that have no node, and the largest shear angles: of nodes, of
+ * cells, and of all cloth up to its rim. */
 struct profile_error {
-    double position, node_shear_deg, cell_shear_deg;
+    double position, node_shear_deg, cell_shear_deg, most_shear_deg;
     int missing;
 };
 struct profile_error profile_measure(const struct profile_sheet *sheet, double d,

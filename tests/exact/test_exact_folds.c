@@ -18,6 +18,7 @@ static void check_sheet(struct profile_sheet *sheet, const struct profile_method
     check_below(error.position, method->position);
     check_below(error.node_shear_deg, PROFILE_SHEAR_DEG);
     check_below(error.cell_shear_deg, PROFILE_SHEAR_DEG);
+    check_below(error.most_shear_deg, PROFILE_SHEAR_DEG);
     drape_end(&run);
 }
 
@@ -95,6 +96,7 @@ static void test_exact_folds_back_on_itself(void **state) {
                 check_below(error.position, profile_methods[m].position);
                 check_below(error.node_shear_deg, PROFILE_SHEAR_DEG);
                 check_below(error.cell_shear_deg, PROFILE_SHEAR_DEG);
+                check_below(error.most_shear_deg, PROFILE_SHEAR_DEG);
                 drape_end(&run);
             }
     }

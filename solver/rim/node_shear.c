@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: MIT */
+#include "node_shear.h"
+
+#include "solver/fishnet/yarn.h"
+
+void node_shear_make(struct march *march, const struct drape_nodes *nodes,
+                     struct node_shear *shear) {
+    *shear = (struct node_shear){
+        .march = march, .nodes = nodes, .view = net_view(march->net), .ghost = {{{.i = 0}}}};
+}
+
+/* The row of node (i, j), or nodes->count. */
+static size_t find_row(const struct drape_nodes *n, int32_t i, int32_t j) {
+    size_t low = 0, high = n->count;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        bool before = n->j[middle] < j || (n->j[middle] == j && n->i[middle] < i);
+        low = before ? middle + 1 : low;
+        high = before ? high : middle;
+    }
+    return low < n->count && n->i[low] == i && n->j[low] == j ? low : n->count;
+}
+
+static bool has_yarn(const struct yarn_spot *spot, int family) {
+    return vec3_norm2(vec3_add(spot->onward[family][0], spot->onward[family][1])) > 0;
+}
+
+/* The angle between the yarns of a ghost. */
+static bool measure_ghost(struct node_shear *shear, struct node_shear_ghost *ghost) {
+    struct march *march = shear->march;
+    struct yarn_spot spot = {.filled = true};
+    struct yarn_net net = {march->net, march->surface, &march->cursor};
+    if (march->mesh || !march_station(march, ghost->i, ghost->j, &spot.station))
+        return false;
+    net_view_move(&shear->view, ghost->i, ghost->j);
+    int x = ghost->i - shear->view.ti * NET_TILE, y = ghost->j - shear->view.tj * NET_TILE;
+    ghost->shear_deg = 90 - yarn_node_angle(&net, &shear->view.window, x, y, &spot);
+    return has_yarn(&spot, 0) && has_yarn(&spot, 1);
+}
+
+bool node_shear_at(struct node_shear *shear, int32_t i, int32_t j, double *shear_deg) {
+    size_t row = find_row(shear->nodes, i, j);
+    if (row < shear->nodes->count) {
+        *shear_deg = shear->nodes->shear_deg[row];
+        return true;
+    }
+    struct node_shear_ghost *ghost =
+        &shear->ghost[j & (NODE_SHEAR_KEPT - 1)][i & (NODE_SHEAR_KEPT - 1)];
+    if (!ghost->sought || ghost->i != i || ghost->j != j) {
+        *ghost = (struct node_shear_ghost){.i = i, .j = j, .sought = true};
+        ghost->known = measure_ghost(shear, ghost);
+    }
+    *shear_deg = ghost->shear_deg;
+    return ghost->known;
+}
+
+bool node_shear_between(struct node_shear *shear, double p, double q, double *shear_deg) {
+    double x = p - floor(p), y = q - floor(q), weights = 0, sum = 0;
+    for (int k = 0; k < 4; k++) {
+        double own, weight = (k & 1 ? x : 1 - x) * (k / 2 ? y : 1 - y);
+        if (weight == 0 ||
+            !node_shear_at(shear, (int32_t)floor(p) + (k & 1), (int32_t)floor(q) + k / 2, &own))
+            continue;
+        sum += weight * own;
+        weights += weight;
+    }
+    *shear_deg = weights > 0 ? sum / weights : 0;
+    return weights > 0;
+}
