@@ -2,6 +2,7 @@
 #include "cad.h"
 
 #include "face.h"
+#include "kind.h"
 #include <BRepAdaptor_Surface.hxx>
 #include <BRepBndLib.hxx>
 #include <BRepBuilderAPI_Sewing.hxx>
@@ -103,6 +104,10 @@ struct fault_group {
     double worst = 0;
 };
 
+std::string count_text(size_t count, const char *noun) {
+    return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
 std::string face_title(int number, const std::string &name) {
     return "face " + std::to_string(number) + (name.empty() ? "" : " (\"" + name + "\")");
 }
@@ -157,7 +162,10 @@ class reading {
     std::map<std::string, int> healed;                         /* by what was done, how often */
     std::map<std::string, fault_group> faults;
     std::vector<found_face> found;
-    int bodies = 0, parts = 0, edges = 0;
+    int bodies = 0, parts = 0;
+    size_t edges = 0; /* of no face */
+    size_t lost = 0;  /* faces that nothing became of */
+    std::string lost_first;
 
     void set_unit(const std::vector<std::string> &stated);
     void name_entities(const Handle(XSControl_WorkSession) & session);
@@ -203,25 +211,43 @@ void reading::set_unit(const std::vector<std::string> &stated) {
     Interface_Static::SetCVal("xstep.cascade.unit", unit->cascade);
 }
 
-/* The names that the file gives to its faces themselves. */
+/* Whether an entity of the file is meant to become a face: for IGES a bounded or trimmed surface or
+ * a face. */
+bool is_face(const Handle(Standard_Transient) & entity) {
+    enum { BOUNDED = 143, TRIMMED = 144, FACE = 510 };
+    Handle(IGESData_IGESEntity) iges = Handle(IGESData_IGESEntity)::DownCast(entity);
+    int type = iges.IsNull() ? 0 : iges->TypeNumber();
+    return entity->IsKind(STANDARD_TYPE(StepShape_Face)) || type == BOUNDED || type == TRIMMED ||
+           type == FACE;
+}
+
+/* "" without. */
+std::string entity_name(const Handle(Standard_Transient) & entity) {
+    Handle(StepShape_Face) face = Handle(StepShape_Face)::DownCast(entity);
+    Handle(IGESData_IGESEntity) iges = Handle(IGESData_IGESEntity)::DownCast(entity);
+    Handle(TCollection_HAsciiString) name;
+    if (!face.IsNull())
+        name = face->Name();
+    else if (!iges.IsNull() && iges->HasName())
+        name = iges->NameValue();
+    if (name.IsNull())
+        return "";
+    name->LeftAdjust();
+    name->RightAdjust();
+    return own_name(name->ToCString());
+}
+
+/* The names that the file gives to its faces themselves, and those of which nothing became. */
 void reading::name_entities(const Handle(XSControl_WorkSession) & session) {
     Handle(Transfer_TransientProcess) process = session->TransferReader()->TransientProcess();
     Handle(Interface_InterfaceModel) model = session->Model();
     for (int i = 1; i <= model->NbEntities(); i++) {
         Handle(Standard_Transient) entity = model->Value(i);
-        Handle(StepShape_Face) face = Handle(StepShape_Face)::DownCast(entity);
-        Handle(IGESData_IGESEntity) iges = Handle(IGESData_IGESEntity)::DownCast(entity);
-        Handle(TCollection_HAsciiString) name;
-        if (!face.IsNull())
-            name = face->Name();
-        else if (!iges.IsNull() && iges->HasName())
-            name = iges->NameValue();
-        if (name.IsNull())
-            continue;
-        name->LeftAdjust();
-        name->RightAdjust();
-        std::string own = own_name(name->ToCString());
         TopoDS_Shape shape = TransferBRep::ShapeResult(process, entity);
+        std::string own = entity_name(entity);
+        if (shape.IsNull() && is_face(entity) && lost++ == 0)
+            lost_first = std::string(model->StringLabel(entity)->ToCString()) +
+                         (own.empty() ? "" : " (\"" + own + "\")");
         if (shape.IsNull() || own.empty())
             continue;
         for (TopExp_Explorer at(shape, TopAbs_FACE); at.More(); at.Next())
@@ -385,10 +411,18 @@ void reading::collect() {
     for (const TDF_Label &label : roots)
         walk(label, TopLoc_Location(), "");
     if (found.empty() && edges > 0)
-        throw unreadable("the file holds curves alone, " + std::to_string(edges) +
-                         " edges and no face: export the surfaces or the solid");
+        throw unreadable("the file holds curves alone, " + count_text(edges, "edge") +
+                         " and no face: export the surfaces or the solid");
+    if (found.empty() && lost > 0)
+        throw unreadable("none of the file's " + count_text(lost, "face") +
+                         " can be read, the first is " + lost_first + ": export it anew");
     if (found.empty())
         throw unreadable("the file holds no face");
+    if (lost > 0)
+        note("left out: " + count_text(lost, "face") +
+             " of the file that cannot be read, the first is " + lost_first);
+    if (edges > 0)
+        note("left out: " + count_text(edges, "edge") + " of no face, for only faces are draped");
     for (const auto &[what, times] : healed)
         note("healed: " + what + (times > 1 ? " (" + std::to_string(times) + " times)" : ""));
     if (parts > 1)
@@ -436,7 +470,7 @@ void reading::sew() {
             if (first.More())
                 face.shape = TopoDS::Face(first.Current());
         }
-    note("sewn: " + std::to_string(joined) + " edges of faces that the file leaves apart" +
+    note("sewn: " + count_text(size_t(joined), "edge") + " of faces that the file leaves apart" +
          (gaps ? ", with gaps or overlaps of more than the usual tolerance" : ""));
 }
 
@@ -638,8 +672,11 @@ void reading::convert_face(int number, Bnd_Box &box) {
 
 void check_count(size_t count) {
     if (count > FACES_MAX)
-        throw unreadable("the file has " + std::to_string(count) + " faces, and at most " +
-                         std::to_string(FACES_MAX) + " are imported at once: choose some of them");
+        throw unreadable(
+            "the file has " + std::to_string(count) + " faces, and at most " +
+            std::to_string(FACES_MAX) +
+            " are imported at once: export those that are to be draped alone, or choose "
+            "some by drape-import --faces");
 }
 
 part reading::convert() {
@@ -666,11 +703,6 @@ part reading::convert() {
     return result;
 }
 
-bool begins_like_step(const char *bytes, size_t length) {
-    std::string head(bytes, std::min<size_t>(length, 4096));
-    return head.find("ISO-10303-21") != std::string::npos;
-}
-
 /* How many faces a STEP file describes, by their words alone: reading a hundred thousand takes
  * minutes and gigabytes. */
 size_t faces_described(const char *bytes, size_t length) {
@@ -683,11 +715,6 @@ size_t faces_described(const char *bytes, size_t length) {
     return count;
 }
 
-/* The 73rd column of each line has the letter of its section: S in the first. */
-bool begins_like_iges(const char *bytes, size_t length) {
-    return length > 80 && std::strchr("SBC", bytes[72]) && bytes[72] != '\0';
-}
-
 } // namespace
 
 void cad_prepare() {
@@ -698,16 +725,19 @@ void cad_prepare() {
 }
 
 part cad_read(cad_format format, const char *bytes, size_t length, const selection &wanted) {
-    if (format == cad_format::step ? !begins_like_step(bytes, length)
-                                   : !begins_like_iges(bytes, length))
-        throw unreadable(format == cad_format::step
-                             ? "this is not a STEP file: it does not begin with ISO-10303-21"
-                             : "this is not an IGES file: its first line has no S in column 73");
-    if (format == cad_format::step && wanted.faces.empty())
+    bool step = format == cad_format::step;
+    if (length >= 3 && std::memcmp(bytes, "\xef\xbb\xbf", 3) == 0) { /* the mark of UTF-8 */
+        bytes += 3;
+        length -= 3;
+    }
+    if (kind_is_foreign(bytes, length) ||
+        !(step ? kind_is_step(bytes, length) : kind_is_iges(bytes, length)))
+        throw unreadable(kind_refusal(step ? "STEP" : "IGES", bytes, length));
+    if (step && wanted.faces.empty())
         check_count(faces_described(bytes, length));
     try {
         reading reader(wanted);
-        if (format == cad_format::step)
+        if (step)
             reader.read_step(bytes, length);
         else
             reader.read_iges(bytes, length);

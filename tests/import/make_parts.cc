@@ -270,6 +270,16 @@ static TopoDS_Shape make_loose(bool fin) {
     return all;
 }
 
+/* A face and a line that bounds nothing. */
+static TopoDS_Shape make_mixed() {
+    TopoDS_Compound all;
+    BRep_Builder builder;
+    builder.MakeCompound(all);
+    builder.Add(all, square(gp_Pnt(0, 0, 0), gp_Pnt(9, 0, 0), gp_Pnt(9, 9, 0), gp_Pnt(0, 9, 0)));
+    builder.Add(all, BRepBuilderAPI_MakeEdge(gp_Pnt(0, 0, 0), gp_Pnt(0, 0, 5)));
+    return all;
+}
+
 static TopoDS_Shape make_wires() {
     return BRepBuilderAPI_MakePolygon(gp_Pnt(0, 0, 0), gp_Pnt(10, 0, 0), gp_Pnt(10, 10, 0), true)
         .Wire();
@@ -323,6 +333,7 @@ int main(int argc, char **argv) {
     write_step("many", make_many(12));
     write_step("loose", make_loose(false));
     write_step("fin", make_loose(true));
+    write_step("mixed", make_mixed());
     write_step("wires", make_wires());
     write_assembly();
     return 0;

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The importer of CAD files: faces, areas, units, instances, edges, what is wrong with a file. The
 files are written by make_parts, which prints the areas that Open CASCADE has for its own shapes."""
+import gzip
 import json
 import os
 import re
@@ -111,7 +112,8 @@ def test_selection(parts):
 
 def test_notes(parts):
     words = {"box": "a solid", "assembly": "2 bodies", "loose": "sewn: 2 edges",
-             "fin": "3 faces meet at one edge: face 0", "dome": "degree above 9"}
+             "fin": "3 faces meet at one edge: face 0", "dome": "degree above 9",
+             "mixed": "left out: 1 edge of no face"}
     for name, word in words.items():
         notes = parts.read(name)["notes"]
         expect(any(word in note for note in notes), f"{name}: {notes}")
@@ -126,15 +128,45 @@ def test_exact(parts):
         expect(not any("name" in face for face in surface["faces"]), surface["faces"][0].get("name"))
 
 
+def test_lost(parts):
+    """Faces of which nothing can be made are told by the file's own name for them."""
+    with open(parts.path("box"), encoding="ascii") as file:
+        text = file.read()
+    for name, count in (("one_lost", 1), ("all_lost", -1)):
+        with open(parts.path(name), "w", encoding="ascii") as file:
+            file.write(text.replace(" PLANE(", " PLAIN(", count))
+    surface = parts.read("one_lost")
+    expect(len(surface["faces"]) == 5, len(surface["faces"]))
+    expect(any("left out: 1 face of the file that cannot be read, the first is #" in note
+               for note in surface["notes"]), surface["notes"])
+    parts.refuse("all_lost", "none of the file's 6 faces can be read, the first is #")
+
+
+def test_marked(parts):
+    """The mark of UTF-8 before a file is passed over."""
+    with open(parts.path("box"), "rb") as file:
+        bytes_ = file.read()
+    with open(parts.path("marked"), "wb") as file:
+        file.write(b"\xef\xbb\xbf" + bytes_)
+    expect(len(parts.read("marked")["faces"]) == 6, "other faces")
+
+
 def test_refusals(parts):
+    """What is no CAD file is told by what it is."""
     parts.refuse("wires", "curves alone, 3 edges and no face")
-    with open(parts.path("text"), "w") as file:
-        file.write("this is a text")
-    parts.refuse("text", "not a STEP file")
-    parts.refuse("rounded", "not an IGES file", "--format", "iges")
-    with open(parts.path("empty"), "w"):
-        pass
-    parts.refuse("empty", "not a STEP file")
+    with open(parts.path("box"), "rb") as file:
+        step = file.read()
+    with open(parts.path("cuts_iges"), "rb") as file:
+        iges = file.read()
+    kinds = {b"": "it is empty", b"this is a text": "it does not begin with ISO-10303-21",
+             gzip.compress(step): "compressed by gzip; decompress it", iges: "it is an IGES file",
+             b"PK\3\4" + step: "a zip archive; unpack it", b"<html>": "XML or a web page",
+             step.decode("ascii").encode("utf-16"): "UTF-16", b"solid box\n": "an STL mesh"}
+    for bytes_, words in kinds.items():
+        with open(parts.path("other"), "wb") as file:
+            file.write(bytes_)
+        parts.refuse("other", words)
+    parts.refuse("rounded", "this is not an IGES file: it is a STEP file", "--format", "iges")
     expect(run("--frobnicate").returncode == 2, "an unknown option")
 
 
@@ -251,6 +283,8 @@ def main():
         tap.run("import: chosen faces", test_selection, parts)
         tap.run("import: notes", test_notes, parts)
         tap.run("import: exact turns", test_exact, parts)
+        tap.run("import: faces that cannot be read", test_lost, parts)
+        tap.run("import: the mark of UTF-8", test_marked, parts)
         tap.run("import: refusals", test_refusals, parts)
         tap.run("import: limits", test_limits, parts)
         tap.run("import: damaged files", test_damaged, parts)

@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: MIT */
+#include "kind.h"
+
+#include <cstring>
+#include <string_view>
+
+namespace drape {
+namespace {
+
+/* Kinds of files that are taken for CAD files, by how they begin. */
+const struct kind {
+    std::string_view begin;
+    const char *what, *remedy;
+} kinds[] = {
+    {std::string_view("PK\3\4", 4), "a zip archive", "unpack it"},
+    {"\x1f\x8b", "compressed by gzip", "decompress it"},
+    {"\x28\xb5\x2f\xfd", "compressed by zstd", "decompress it"},
+    {"\xd0\xcf\x11\xe0", "a CAD system's own document", "export it as STEP"},
+    {"\xff\xfe", "text in UTF-16", "save it as ASCII or UTF-8"},
+    {"\xfe\xff", "text in UTF-16", "save it as ASCII or UTF-8"},
+    {"%PDF", "a PDF", "export the model itself"},
+    {"<", "XML or a web page", "download or export the model itself"},
+    {"{", "JSON", "send a surface in JSON as application/json"},
+    {"**ABCDEFG", "a Parasolid file", "export it as STEP"},
+    {"DBRep_DrawableShape", "a BREP file", "export it as STEP"},
+    {"CASCADE Topology", "a BREP file", "export it as STEP"},
+    {"solid", "an STL mesh", "give its format as stl"},
+};
+
+const kind *find(const char *bytes, size_t length) {
+    const std::string_view text(bytes, length);
+    for (const kind &one : kinds)
+        if (text.substr(0, one.begin.size()) == one.begin)
+            return &one;
+    return nullptr;
+}
+
+} // namespace
+
+bool kind_is_step(const char *bytes, size_t length) {
+    enum { HEAD = 4096 };
+    return std::string_view(bytes, length).substr(0, HEAD).find("ISO-10303-21") !=
+           std::string_view::npos;
+}
+
+bool kind_is_iges(const char *bytes, size_t length) {
+    return length > 80 && bytes[72] != '\0' && std::strchr("SBC", bytes[72]);
+}
+
+bool kind_is_foreign(const char *bytes, size_t length) {
+    return find(bytes, length) != nullptr;
+}
+
+std::string kind_refusal(const char *wanted, const char *bytes, size_t length) {
+    const kind *other = find(bytes, length);
+    bool step = std::strcmp(wanted, "STEP") == 0;
+    std::string text = std::string("this is not ") + (step ? "a STEP" : "an IGES") + " file: ";
+    if (length == 0)
+        return text + "it is empty";
+    if (other)
+        return text + "it is " + other->what + "; " + other->remedy;
+    if (step && kind_is_iges(bytes, length))
+        return text + "it is an IGES file; give its format as iges";
+    if (!step && kind_is_step(bytes, length))
+        return text + "it is a STEP file; give its format as step";
+    return text +
+           (step ? "it does not begin with ISO-10303-21" : "its first line has no S in column 73");
+}
+
+} // namespace drape
