@@ -7,16 +7,13 @@
 
 enum { TAIL = 1 + SURROGATE_DIMENSIONS };
 
+/* Functions whose sums are held in registers at a time, and the points between two of their loads.
+ */
+enum { TOGETHER = 12, BLOCK = 64 };
+
 /* Added to the diagonal, so that equal points, and coordinates that none of them differs in, leave
  * the equations regular; far below what values differ by. */
 static const double ridge = 1e-9;
-
-double surrogate_distance2(const struct surrogate_point *a, const struct surrogate_point *b) {
-    double sum = 0;
-    for (int c = 0; c < SURROGATE_DIMENSIONS; c++)
-        sum += (a->x[c] - b->x[c]) * (a->x[c] - b->x[c]);
-    return sum;
-}
 
 /* Row i of the equations [Phi T; T' 0] and their right sides. */
 static void set_row(const struct surrogate_point *points, const double *value, size_t count,
@@ -68,11 +65,13 @@ static void eliminate(double **rows, size_t unknowns, size_t width) {
 enum status surrogate_make(const struct surrogate_point *points, const double *value, size_t count,
                            size_t values, struct arena *arena, struct surrogate *surrogate) {
     size_t unknowns = count + TAIL, width = unknowns + values;
-    double *weight = arena_take(arena, unknowns * values, sizeof *weight);
+    size_t stride = (values + TOGETHER - 1) / TOGETHER * TOGETHER;
+    double *weight = arena_alloc(arena, unknowns * stride, sizeof *weight);
+    double *across = arena_take(arena, count * SURROGATE_DIMENSIONS, sizeof *across);
     struct arena_mark mark = arena_mark(arena);
     double *all = arena_take(arena, unknowns * width, sizeof *all);
     double **rows = arena_take(arena, unknowns, sizeof *rows);
-    if (!weight || !all || !rows)
+    if (!weight || !across || !all || !rows)
         return STATUS_OUT_OF_MEMORY;
     for (size_t i = 0; i < unknowns; i++) {
         rows[i] = all + i * width;
@@ -80,26 +79,66 @@ enum status surrogate_make(const struct surrogate_point *points, const double *v
     }
     eliminate(rows, unknowns, width);
     for (size_t i = 0; i < unknowns; i++)
-        memcpy(weight + i * values, rows[i] + unknowns, values * sizeof *weight);
+        memcpy(weight + i * stride, rows[i] + unknowns, values * sizeof *weight);
+    for (size_t k = 0; k < count * SURROGATE_DIMENSIONS; k++)
+        across[k] = points[k % count].x[k / count];
     arena_rewind(arena, mark);
-    *surrogate = (struct surrogate){points, count, values, weight};
+    *surrogate = (struct surrogate){points, count, values, stride, weight, across};
     return STATUS_OK;
+}
+
+typedef double four __attribute__((vector_size(32)));
+
+INLINE four load(const double *from) {
+    four a;
+    memcpy(&a, from, sizeof a);
+    return a;
+}
+
+/* Adds what `count` points, their distances cubed, give to TOGETHER functions. */
+INLINE void add_points(const double *weight, size_t stride, const double *cube, size_t count,
+                       double *value) {
+    four a = load(value), b = load(value + 4), c = load(value + 8);
+    for (size_t i = 0; i < count; i++, weight += stride) {
+        a += load(weight) * cube[i];
+        b += load(weight + 4) * cube[i];
+        c += load(weight + 8) * cube[i];
+    }
+    memcpy(value, &a, sizeof a);
+    memcpy(value + 4, &b, sizeof b);
+    memcpy(value + 8, &c, sizeof c);
+}
+
+/* The squares of the distances to some points. */
+INLINE void distances(const struct surrogate *s, size_t first, size_t count,
+                      const struct surrogate_point *at, double *square) {
+    memset(square, 0, count * sizeof *square);
+    for (size_t c = 0; c < SURROGATE_DIMENSIONS; c++) {
+        const double *x = s->across + c * s->count + first;
+        for (size_t i = 0; i < count; i++)
+            square[i] += (x[i] - at->x[c]) * (x[i] - at->x[c]);
+    }
 }
 
 WIDE_CLONES
 void surrogate_at(const struct surrogate *s, const struct surrogate_point *at,
                   double value[SURROGATE_VALUES_MOST], double *nearest) {
-    const double *tail = s->weight + s->count * s->values;
-    *nearest = HUGE_VAL;
-    for (size_t k = 0; k < s->values; k++) {
+    const double *tail = s->weight + s->count * s->stride;
+    double least = HUGE_VAL, cube[BLOCK];
+    for (size_t k = 0; k < s->stride; k++) {
         value[k] = tail[k];
         for (size_t c = 0; c < SURROGATE_DIMENSIONS; c++)
-            value[k] += tail[(1 + c) * s->values + k] * at->x[c];
+            value[k] += tail[(1 + c) * s->stride + k] * at->x[c];
     }
-    for (size_t i = 0; i < s->count; i++) {
-        double d2 = surrogate_distance2(&s->points[i], at), d3 = d2 * sqrt(d2);
-        *nearest = fmin(*nearest, d2);
-        for (size_t k = 0; k < s->values; k++)
-            value[k] += s->weight[i * s->values + k] * d3;
+    for (size_t first = 0; first < s->count; first += BLOCK) {
+        size_t left = s->count - first, count = left < BLOCK ? left : BLOCK;
+        distances(s, first, count, at, cube);
+        for (size_t i = 0; i < count; i++)
+            least = cube[i] < least ? cube[i] : least;
+        for (size_t i = 0; i < count; i++) /* by itself it is done four at a time */
+            cube[i] *= sqrt(cube[i]);
+        for (size_t k = 0; k < s->stride; k += TOGETHER)
+            add_points(s->weight + first * s->stride + k, s->stride, cube, count, value + k);
     }
+    *nearest = least;
 }

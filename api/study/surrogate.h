@@ -25,7 +25,9 @@ struct surrogate {
     const struct surrogate_point *points;
     size_t count;   /* of points */
     size_t values;  /* how many functions, at most SURROGATE_VALUES_MOST */
-    double *weight; /* [i * values + k]: of point i, then a and b of function k */
+    size_t stride;  /* of `weight`, at least `values`: 0 in between */
+    double *weight; /* [i * stride + k]: of point i, then a and b of function k */
+    double *across; /* [c * count + i]: coordinate c of point i */
 };
 
 /* Makes it of `count` >= 1 points, which it keeps, and what they have: value k of point i is
@@ -35,10 +37,17 @@ enum status surrogate_make(const struct surrogate_point *points, const double *v
                            size_t values, struct arena *arena,
                            struct surrogate *surrogate) STATUS_MUST_USE;
 
-/* The functions at `at`, and the square of the distance to the nearest of the points. */
+/* The functions at `at`, zeros behind them, and the square of the distance to the nearest of the
+ * points. */
 void surrogate_at(const struct surrogate *surrogate, const struct surrogate_point *at,
                   double value[SURROGATE_VALUES_MOST], double *nearest);
 
-double surrogate_distance2(const struct surrogate_point *a, const struct surrogate_point *b);
+static inline double surrogate_distance2(const struct surrogate_point *a,
+                                         const struct surrogate_point *b) {
+    double sum = 0;
+    for (int c = 0; c < SURROGATE_DIMENSIONS; c++)
+        sum += (a->x[c] - b->x[c]) * (a->x[c] - b->x[c]);
+    return sum;
+}
 
 #endif
