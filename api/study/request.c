@@ -66,6 +66,11 @@ static void decode_angles(const struct json_place *place, struct place_range ran
         }
         return;
     }
+    if (place_type(place) != PLACE_OBJECT) {
+        place_fault(place, "must be an array of angles, or an object with \"from\", \"to\" and "
+                           "\"step\" or with \"normal\"");
+        return;
+    }
     if (!place_object(place, keys))
         return;
     if (place_given(&normal)) {

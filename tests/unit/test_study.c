@@ -946,6 +946,7 @@ static void test_study_refuses_by_pointer(void **state) {
         {"\"vary\":{\"angle_deg\":{\"from\":0,\"to\":9,\"step\":0}}," MAX, "/vary/angle_deg/step"},
         {"\"vary\":{\"angle_deg\":{\"from\":0,\"to\":180,\"step\":1e-6}}," MAX, "/vary"},
         {"\"vary\":{\"angle_deg\":[]}," MAX, "/vary/angle_deg"},
+        {"\"vary\":{\"angle_deg\":30}," MAX, "/vary/angle_deg"},
         {"\"vary\":{\"pre_shear_deg\":[85]}," MAX, "/vary/pre_shear_deg/0"},
         {"\"vary\":{\"angle_deg\":[0]},\"objectives\":[]", "/objectives"},
         {"\"vary\":{\"angle_deg\":[0]},\"objectives\":[\"beauty\"]", "/objectives/0"},
