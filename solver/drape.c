@@ -86,6 +86,7 @@ static enum status march_all(struct march *march) {
         return status;
     *march = (struct march){.surface = march->surface,
                             .cut = march->cut,
+                            .cut_centre = {march->cut_centre[0], march->cut_centre[1]},
                             .settings = march->settings,
                             .monitor = march->monitor,
                             .arena = arena,
@@ -213,6 +214,8 @@ enum status drape_solve(const struct surface *surface, const struct drape_settin
     enum status status = check_settings(settings);
     if (status == STATUS_OK)
         status = start_find(surface, settings, &march.start, &result->faulty_generator);
+    if (status == STATUS_OK)
+        status = march_open(&march);
     if (status == STATUS_OK && mosaic)
         status = tessellate(&march);
     if (status == STATUS_OK)
@@ -230,6 +233,8 @@ enum status drape_solve(const struct surface *surface, const struct drape_settin
     march = (struct march){
         .surface = surface, .settings = settings, .monitor = monitor, .arena = arena};
     status = start_find_at(surface, settings, inner, &march.start, &result->faulty_generator);
+    if (status == STATUS_OK)
+        status = march_open(&march);
     return status == STATUS_OK ? finish(&march, result) : status;
 }
 

@@ -94,7 +94,7 @@ static int count_turns(const struct march *march, int32_t i, int32_t j, struct v
 enum status march_place(struct march *march, int32_t i, int32_t j, const struct station *station,
                         enum station_zone *zone) {
     enum drape_reason reason = DRAPE_REASON_BOUNDARY;
-    const double *cut_from = march->past_cut ? station->uv : march->start.station.uv;
+    const double *cut_from = march->past_cut ? station->uv : march->cut_centre;
     *zone = march->mesh ? STATION_INSIDE
                         : station_zone(march->surface, &march->cursor, cut_from, station, &reason);
     bool start = i == 0 && j == 0; /* may lie on a trim */

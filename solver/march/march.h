@@ -93,10 +93,11 @@ struct march {
     bool unsettled;                /* but not by march_place: rows are, when some are complete */
     bool turned_back; /* the last yarn that went straight on came to a fold of the surface on itself
                        */
-    bool past_cut;    /* closed directions are no longer cut open opposite the start */
-    bool growing;     /* parts of the net may come together that are out of step */
-    size_t torn;      /* places where they do */
-    bool broken;      /* the net ends inside the part: yarns collapse, or no node was found */
+    double cut_centre[2];  /* closed directions are cut open half a turn from there */
+    bool past_cut;         /* closed directions are no longer cut open opposite the start */
+    bool growing;          /* parts of the net may come together that are out of step */
+    size_t torn;           /* places where they do */
+    bool broken;           /* the net ends inside the part: yarns collapse, or no node was found */
     size_t inside, ghosts; /* nodes placed */
     size_t counted;        /* of those inside, by the watch */
     size_t solved;         /* of them by fishnet_solve, in this many steps: */
@@ -111,8 +112,8 @@ struct march {
  * STATUS_START_STUCK when no yarn gets further than the start. */
 enum status march_run(struct march *march) STATUS_MUST_USE;
 
-/* Before that: cuts a shell that is a tube open opposite the start. Errors: STATUS_OUT_OF_MEMORY.
- */
+/* Before that: cuts what is closed open opposite the start, or where trims leave it bare. Errors:
+ * STATUS_OUT_OF_MEMORY. */
 enum status march_open(struct march *march) STATUS_MUST_USE;
 
 /* The steps it consists of, in files of their own. */

@@ -150,12 +150,27 @@ static enum status make_cut(struct march *march, const struct mesh *mesh, double
     return status;
 }
 
-enum status march_open(struct march *march) {
+/* A closed direction of one face is cut opposite the start; one that the trims leave bare somewhere
+ * is cut there, where the cut parts nothing. */
+static void place_cuts(struct march *march) {
+    const struct surface *surface = march->surface;
+    const struct trim *trim = march->settings->trim;
+    for (int k = 0; k < 2; k++) {
+        double half = station_cut_turn(surface, k), start = march->start.station.uv[k], bare;
+        march->cut_centre[k] = start;
+        if (!trim || half == HUGE_VAL || !trim_bare_line(trim, surface, k, march->arena, &bare))
+            continue;
+        double cut = surface_axis_inner(&surface->axis[k], bare);
+        march->cut_centre[k] = cut + half * (2 * floor((start - cut) / (2 * half)) + 1);
+    }
+}
+
+static enum status open_tube(struct march *march) {
     const struct surface *surface = march->surface;
     struct mesh *mesh;
     struct mesh_place place;
     struct mesh_opening opening;
-    if (!surface->shell || !shell_may_be_tube(surface->shell, surface->face))
+    if (!shell_may_be_tube(surface->shell, surface->face))
         return STATUS_OK;
     double size = sqrt(march_area(march) / squares);
     enum status status =
@@ -168,4 +183,11 @@ enum status march_open(struct march *march) {
     status = mesh_open(mesh, &place, march->arena, &opening);
     return status == STATUS_OK && opening.count > 0 ? make_cut(march, mesh, size, &opening)
                                                     : status;
+}
+
+enum status march_open(struct march *march) {
+    if (march->surface->shell)
+        return open_tube(march);
+    place_cuts(march);
+    return STATUS_OK;
 }

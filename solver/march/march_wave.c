@@ -20,14 +20,14 @@ static bool suits(const struct march *march) {
     return chords && surface && !surface->shell && !march->mesh && s->yarn_path == DRAPE_PATH_CHORD;
 }
 
-/* Between which parameters a node is inside whatever else: of a closed direction up to the cut
- * opposite the start. Nowhere, where a trim has to be asked. */
+/* Between which parameters a node is inside whatever else: of a closed direction up to the
+ * cut. Nowhere, where a trim has to be asked. */
 static void find_bounds(const struct march *march, struct wave *wave) {
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &march->surface->axis[k];
-        double start = march->start.station.uv[k], turn = station_cut_turn(march->surface, k);
-        wave->lower[k] = axis->closed ? start - not_quite * turn : surface_axis_lower(axis);
-        wave->upper[k] = axis->closed ? start + not_quite * turn : surface_axis_upper(axis);
+        double centre = march->cut_centre[k], turn = station_cut_turn(march->surface, k);
+        wave->lower[k] = axis->closed ? centre - not_quite * turn : surface_axis_lower(axis);
+        wave->upper[k] = axis->closed ? centre + not_quite * turn : surface_axis_upper(axis);
         if (march->settings->trim)
             wave->upper[k] = -HUGE_VAL;
     }

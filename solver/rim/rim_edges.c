@@ -46,7 +46,7 @@ static struct rim_window find_window(const struct march *march) {
         window.low[k] = surface_axis_lower(axis);
         window.length[k] = surface_axis_upper(axis) - window.low[k];
         if (cut)
-            window.low[k] = march->start.station.uv[k] - turn;
+            window.low[k] = march->cut_centre[k] - turn;
         window.high[k] = window.low[k] + window.length[k];
         window.endless[k] = axis->closed && !cut;
     }

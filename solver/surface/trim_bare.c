@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: MIT */
+/* Where a trimmed part leaves a strip of a closed surface bare. */
+#include "spans.h"
+#include "trim.h"
+
+#include <stdlib.h>
+
+enum { LINES = 64 };
+
+static int compare(const void *a, const void *b) {
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Where the line at x across direction k crosses the loops' edges, sorted, between the ends of the
+ * domain; `across` has room for a place of each edge and two more. */
+static size_t find_crossings(const struct trim *trim, const struct surface_axis *other, int k,
+                             double x, double *across) {
+    size_t count = 0;
+    across[count++] = other->outer[0];
+    for (size_t loop = 0; loop < trim_loop_count(trim); loop++) {
+        const double(*points)[2];
+        size_t edges = trim_loop_points(trim, loop, &points);
+        for (size_t n = 1; n < edges; n++) {
+            const double *a = points[n - 1], *b = points[n];
+            if ((a[k] < x) != (b[k] < x))
+                across[count++] = a[1 - k] + (x - a[k]) / (b[k] - a[k]) * (b[1 - k] - a[1 - k]);
+        }
+    }
+    across[count++] = other->outer[1];
+    qsort(across, count, sizeof *across, compare);
+    return count;
+}
+
+/* Between two crossings a line is in the region, or outside of it. */
+static bool is_bare(const struct trim *trim, int k, double x, const double *across, size_t count) {
+    for (size_t n = 1; n < count; n++) {
+        double at[2];
+        at[k] = x;
+        at[1 - k] = (across[n - 1] + across[n]) / 2;
+        if (across[n] > across[n - 1] && trim_contains(trim, at))
+            return false;
+    }
+    return true;
+}
+
+bool trim_bare_line(const struct trim *trim, const struct surface *surface, int k,
+                    struct arena *scratch, double *at) {
+    const struct surface_axis *axis = &surface->axis[k];
+    double length = axis->outer[1] - axis->outer[0];
+    size_t room = 2;
+    bool bare[LINES];
+    for (size_t loop = 0; loop < trim_loop_count(trim); loop++) {
+        const double(*points)[2];
+        room += trim_loop_points(trim, loop, &points);
+    }
+    double *across = arena_alloc(scratch, room, sizeof *across);
+    if (!across)
+        return false;
+    for (int n = 0; n < LINES; n++) {
+        double x = axis->outer[0] + (n + 0.5) / LINES * length;
+        size_t count = find_crossings(trim, &surface->axis[1 - k], k, x, across);
+        bare[n] = is_bare(trim, k, x, across, count);
+    }
+    int run = 0, widest = 0, last = 0;
+    for (int n = 0; n < 2 * LINES; n++) { /* twice round: a run may pass the seam */
+        run = bare[n % LINES] ? run + 1 : 0;
+        if (run > widest && run <= LINES) {
+            widest = run;
+            last = n;
+        }
+    }
+    *at = axis->outer[0] + ((last - widest / 2) % LINES + 0.5) / LINES * length;
+    return widest > 0;
+}
