@@ -8,7 +8,7 @@
     X(BOUNDARY, "boundary")   /* the surface, or its trimmed region, ends */                       \
     X(COLLAPSED, "collapsed") /* the spheres no longer meet on the surface */                      \
     X(NO_CONVERGENCE, "no_convergence")                                                            \
-    X(DEGENERATE, "degenerate") /* no tangent plane there */                                       \
+    X(DEGENERATE, "degenerate") /* no tangent plane there, or on the way */                        \
     X(EXTENT, "extent")                                                                            \
     X(FOLD, "fold") /* the net would overlap itself, or meet itself out of step */
 

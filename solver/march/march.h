@@ -91,12 +91,11 @@ struct march {
     struct fold *fold;             /* NULL as long as the net cannot meet itself */
     bool watched;                  /* folds are watched for from the first node on */
     bool unsettled;                /* but not by march_place: rows are, when some are complete */
-    bool turned_back; /* the last yarn that went straight on came to a fold of the surface on itself
-                       */
-    double cut_centre[2];  /* closed directions are cut open half a turn from there */
-    bool past_cut;         /* closed directions are no longer cut open opposite the start */
-    bool growing;          /* parts of the net may come together that are out of step */
-    size_t torn;           /* places where they do */
+    enum drape_reason astray;      /* why the last yarn that went straight on got no further */
+    double cut_centre[2];          /* closed directions are cut open half a turn from there */
+    bool past_cut;                 /* closed directions are no longer cut open opposite the start */
+    bool growing;                  /* parts of the net may come together that are out of step */
+    size_t torn;                   /* places where they do */
     bool broken;           /* the net ends inside the part: yarns collapse, or no node was found */
     size_t inside, ghosts; /* nodes placed */
     size_t counted;        /* of those inside, by the watch */

@@ -48,10 +48,49 @@ static void note_edge(struct march *march, const struct stop *from, const struct
     march->edges.yarns.edge[family] = side ? (struct net_edge){b, a} : (struct net_edge){a, b};
 }
 
+/* A path that gets no further although the way to the border is longer than this, in spacings, does
+ * not end there. */
+static const double stuck_within = 0.25;
+
+/* Where the straight line ahead in the parameters meets the border of the domain. */
+static struct vec3 border_ahead(const struct path *path) {
+    double share = HUGE_VAL, uv[2];
+    struct surface_cursor cursor = {0};
+    struct surface_jet jet;
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &path->surface->axis[k];
+        double by = path->velocity[k];
+        double end = by > 0 ? surface_axis_upper(axis) : surface_axis_lower(axis);
+        if (!axis->closed && by != 0)
+            share = fmin(share, fmax((end - path->uv[k]) / by, 0));
+    }
+    for (int k = 0; k < 2; k++)
+        uv[k] = path->uv[k] + (share < HUGE_VAL ? share * path->velocity[k] : 0);
+    surface_jet_at(path->surface, &cursor, uv[0], uv[1], &jet);
+    return jet.r;
+}
+
+/* Why a path could not be followed: the surface folds back on itself, or has no tangent plane there
+ * or ahead, as at a cusp, well within the part; else its boundary. */
+static enum drape_reason reason_of(struct march *march, const struct path *path, double d) {
+    struct station at;
+    double uv[2];
+    if (path->ended)
+        return DRAPE_REASON_NO_CONVERGENCE;
+    if (path->surface->shell || !path_station(path, &march->cursor, &at, NULL) ||
+        !march_parameters(march, &at, uv))
+        return DRAPE_REASON_BOUNDARY;
+    const struct trim *trim = march->settings->trim;
+    bool within = vec3_distance(border_ahead(path), at.jet.r) > stuck_within * d &&
+                  (!trim || trim_contains(trim, uv));
+    return within ? DRAPE_REASON_DEGENERATE : DRAPE_REASON_BOUNDARY;
+}
+
 bool march_straight_on(struct march *march, const struct station *from, struct vec3 direction,
                        int di, int dj, struct station *station) {
     struct stop start, end;
     double d = march->settings->spacing[dj != 0];
+    march->astray = DRAPE_REASON_BOUNDARY;
     if (march->mesh)
         return march_mesh_straight_on(march, from, direction, di, dj, station);
     if (!path_geodesic(&start.path, from->surface, from, direction))
@@ -59,9 +98,10 @@ bool march_straight_on(struct march *march, const struct station *from, struct v
     (void)find_station(march, &start);
     end.path = start.path;
     bool gone = advance(march, &end.path, &march->cursor, d) && find_station(march, &end);
-    march->turned_back = end.path.ended;
-    if (!gone)
+    if (!gone) {
+        march->astray = reason_of(march, &end.path, d);
         return false;
+    }
     note_edge(march, &start, &end, di, dj);
     *station = end.station;
     return true;
@@ -186,10 +226,11 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
     struct stop before = arm->at;
     bool gone = arm->started && (march->mesh ? advance_on_mesh(march, arm, d, &on_mesh, &lost)
                                              : advance_arm(march, arm, k, d));
-    if (!gone) {
-        lost = lost || arm->at.path.ended;
-        return march_fail(march, i, j, lost ? DRAPE_REASON_NO_CONVERGENCE : DRAPE_REASON_BOUNDARY);
-    }
+    if (!gone)
+        return march_fail(march, i, j,
+                          lost                           ? DRAPE_REASON_NO_CONVERGENCE
+                          : arm->started && !march->mesh ? reason_of(march, &arm->at.path, d)
+                                                         : DRAPE_REASON_BOUNDARY);
     if (!march->mesh)
         note_edge(march, &before, &arm->at, arm->di, arm->dj);
     enum status status = march_place(march, i, j, march->mesh ? &on_mesh : &arm->at.station, &zone);

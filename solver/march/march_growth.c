@@ -415,8 +415,7 @@ static enum status go_straight(struct growth *g, const struct free_end *e) {
     if (crosses_flat(march, e, &from, direction))
         return march_fail(march, i, j, DRAPE_REASON_COLLAPSED);
     if (!march_straight_on(march, &from, direction, e->di, e->dj, &to))
-        return march_fail(march, i, j,
-                          march->turned_back ? DRAPE_REASON_NO_CONVERGENCE : DRAPE_REASON_BOUNDARY);
+        return march_fail(march, i, j, march->astray);
     return place_end(g, e, &to);
 }
 

@@ -421,8 +421,10 @@ bool path_advance_chord(struct path *path, struct surface_cursor *cursor, double
     for (int round = 0; round < CHORD_ROUNDS; round++) {
         if (!(fabs(correction) <= path_nudge_share * d) || !nudge(&ahead, correction)) {
             ahead = *path;
-            if (!path_advance(&ahead, length))
+            if (!path_advance(&ahead, length)) {
+                *path = ahead;
                 return false;
+            }
         }
         if (!path_station(&ahead, cursor, &to, &tangent))
             return false;
