@@ -144,7 +144,7 @@ check: ## every day: build, checks of the source, unit tests, short exact ones, 
 	@$(MAKE) --no-print-directory -s -j$(JOBS) all tests
 	@tests/run.py check $(B)
 
-test: ## everything, as built and with sanitizers; browser, deploy and hosts once (ONLY=: a pattern)
+test: ## everything, as built and where that tells more with sanitizers (ONLY=: a pattern)
 	@$(MAKE) --no-print-directory -s .test-tools
 	@echo 'building $(B) and $(B)/sanitized'
 	@$(MAKE) --no-print-directory -s -j$(JOBS) .plain .sanitized

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """Runs the tests, several at a time, and counts: checks of the source, cmocka programs, fuzz
-inputs, Python and bats files as built for use and again with sanitizers; then once the page in
-Chromium, what is in deploy/ and six hosts. Everything a test starts has ports and folders of its own.
+inputs, Python and bats files as built for use and, where that tells more, with sanitizers; once the
+page in Chromium, what is in deploy/ and six hosts. Everything a test starts has ports and folders
+of its own.
 
 Says what has ended and how far the run is; what failed is printed at once and again at the end. A
 test that was skipped is counted as skipped, and fewer tests than a plan announced are failures. The
@@ -24,8 +25,7 @@ from dataclasses import dataclass, field
 
 LONGEST = 900  # seconds one job may take
 STILL = 30  # seconds without news until it is said what runs
-SIZE_SANITIZED = "0.2"  # of the exact tests, where a sanitizer makes each step many times slower
-SIZE_CHECK = "0.1"
+SIZE_SHORT = "0.1"  # of the exact tests every day, and where sanitizers make each step slow
 CORES = os.cpu_count() or 1
 
 # Those that take longest begin first.
@@ -38,7 +38,15 @@ DAEMONS = ("http/", "faults/", "store/", "deploy/", "browser/", "hosts/")
 # What mostly waits leaves the processors to others: as long as they idle another job begins beside.
 MOST = 3 * CORES  # jobs at a time
 LOOK = 1.0  # seconds over which idling is measured
-IDLE = 0.4  # of a processor, in which a further job finds room
+IDLE = 0.15  # of a processor, in which a further job finds room
+
+# What runs once, because the other build would find nothing more. What a daemon says to a request is
+# decided alike in both: with sanitizers. As it is used: what above all waits, kills, or has programs
+# of others read what was written. Its code is run with sanitizers by store/ and unit/.
+SANITIZED_ALONE = ("http/errors", "http/framing", "http/origin", "http/owners", "http/roles",
+                   "http/service", "http/studies", "http/surfaces", "http/tokens",
+                   "faults/test_disk")
+PLAIN_ALONE = ("http/docs", "http/readers", "faults/test_kills", "faults/test_slow")
 
 
 @dataclass
@@ -131,17 +139,23 @@ def pages(build):
 
 def every_day(build):
     """What `make check` runs."""
-    return (checks(build) + programs(build, SIZE_CHECK, ("exact", "unit")) + replays(build)
+    return (checks(build) + programs(build, SIZE_SHORT, ("exact", "unit")) + replays(build)
             + bats(build, "tests/http/drapes.bats"))
+
+
+def is_one_of(job, build, files):
+    return any(job.name.startswith(f"{build} tests/{file}") for file in files)
 
 
 def everything(build, sanitized):
     """What `make test` runs. The page runs in the browser, not in the daemon, and deploy/ is about
     the daemon as users install it: once is enough."""
     jobs = checks(build)
-    for each, size in ((build, "1"), (sanitized, SIZE_SANITIZED)):
+    for each, size in ((build, "1"), (sanitized, SIZE_SHORT)):
         jobs += programs(each, size) + replays(each) + faults(each) + imports(each)
         jobs += bats(each, "tests/http/*.bats")
+        alone = PLAIN_ALONE if each == sanitized else SANITIZED_ALONE
+        jobs = [job for job in jobs if not is_one_of(job, each, alone)]
     jobs += pages(build) + bats(build, "tests/deploy/*.bats")
     return jobs + [Job("tests/hosts/hosts.sh", ["tests/hosts/hosts.sh", build, "200"])]
 
@@ -163,7 +177,7 @@ class Run:
         self.ended = []
         self.folder = folder
         self.begun = self.news = self.looked = time.monotonic()
-        self.idled = idle_seconds()
+        self.idled = self.idle_before = idle_seconds()
 
     def start(self, job):
         output = tempfile.TemporaryFile(dir=self.folder)
@@ -257,8 +271,9 @@ class Run:
             print("failed beside others, passed alone:", ", ".join(alone))
         longest = sorted(self.ended, key=lambda job: -job.seconds)[:10]
         print("longest:", ", ".join(f"{job.name} {job.seconds:.0f} s" for job in longest))
-        print(f"{time.monotonic() - self.begun:.0f} s, of the processors "
-              f"{sum(job.cpu for job in self.ended):.0f} s")
+        seconds, idle = time.monotonic() - self.begun, idle_seconds() - self.idle_before
+        print(f"{seconds:.0f} s, of the processors {sum(job.cpu for job in self.ended):.0f} s; "
+              f"they idled {100 * idle / (CORES * seconds):.0f} %")
         passed, failed, skipped = (sum(getattr(job, what) for job in self.ended)
                                    for what in ("passed", "failed", "skipped"))
         print(f"{passed} passed, {failed} failed" + (f", {skipped} skipped" if skipped else ""))

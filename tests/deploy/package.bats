@@ -4,7 +4,8 @@
 load helper
 
 setup_file() {
-    make -s deb B="${BUILD:-build}"
+    # Compressed little: nobody fetches this one.
+    DPKG_DEB_COMPRESSOR_LEVEL=1 make -s deb B="${BUILD:-build}"
     DEB=$(realpath "${BUILD:-build}"/deb/draped_*.deb)
     export DEB
 }

@@ -614,10 +614,10 @@ static void test_exact_shell_of_a_tube_is_cut_open_opposite_the_start(void **sta
                                               DRAPE_MOSAIC};
     const char *seed_text = getenv("DRAPED_SEED"), *rounds_text = getenv("DRAPED_ROUNDS");
     uint64_t seed = seed_text ? strtoull(seed_text, NULL, 10) : SEED;
-    int rounds = rounds_text ? atoi(rounds_text) : ROUNDS, bad = 0;
+    int rounds = rounds_text ? atoi(rounds_text) : ROUNDS, step = check_stride(2), bad = 0;
     (void)state;
     for (int round = 0; round < rounds; round++)
-        for (int m = 0; m < 5; m++, seed++) {
+        for (int m = 0; m < 5; m += step, seed += (uint64_t)step) {
             enum cutting cutting = (enum cutting)(seed % CUTTINGS);
             bad += !tube_is_same(SCENE_CYLINDER_FULL, cutting, every[m], seed);
             bad += !tube_is_same(SCENE_CONE_FULL, cutting, every[m], seed);
@@ -661,7 +661,7 @@ static void test_exact_shell_has_same_bits_with_threads(void **state) {
 static void survive_failing_allocations(int count, enum drape_method method, double d) {
     enum status status = STATUS_OUT_OF_MEMORY;
     size_t n = 1;
-    for (; status != STATUS_OK; n++) {
+    for (; status != STATUS_OK; n += (size_t)check_stride(3)) {
         struct arena *arena = arena_new((size_t)1 << 28);
         struct shell_part parts[4] = {{0}};
         struct shell *shell;
