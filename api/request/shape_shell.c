@@ -38,7 +38,7 @@ static void write_list(const struct api_surface *surface, const struct shell_fau
 static void explain(const struct api_surface *surface, const struct shell_fault *fault,
                     const int32_t *numbers, const char *base, double offset,
                     struct api_problem *problem) {
-    char list[LIST_SIZE], pointer[API_POINTER_MAX];
+    char list[LIST_SIZE], pointer[API_POINTER_MAX], within[48] = "";
     struct vec3 at = fault->at;
     write_list(surface, fault, numbers, list);
     (void)snprintf(pointer, sizeof pointer, "%s/%s", base,
@@ -48,10 +48,13 @@ static void explain(const struct api_surface *surface, const struct shell_fault 
         api_problem_add(problem, pointer, "is as large as the part: edges of all faces would meet");
         break;
     case SHELL_THREE_FACES:
+        if (surface->tolerance > 0)
+            (void)snprintf(within, sizeof within, ", within the tolerance of %.3g",
+                           surface->tolerance);
         api_problem_add(problem, pointer,
-                        "%s meet at one edge, near (%.6g, %.6g, %.6g): leave out what is not to be "
-                        "draped",
-                        list, at.x, at.y, at.z);
+                        "%s meet at one edge%s, near (%.6g, %.6g, %.6g): leave out what is not to "
+                        "be draped",
+                        list, within, at.x, at.y, at.z);
         break;
     case SHELL_ONE_SIDED:
         api_problem_add(problem, pointer,

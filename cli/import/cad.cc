@@ -162,14 +162,17 @@ class reading {
     std::map<std::string, int> healed;                         /* by what was done, how often */
     std::map<std::string, fault_group> faults;
     std::vector<found_face> found;
-    int bodies = 0, parts = 0;
-    size_t edges = 0; /* of no face */
-    size_t lost = 0;  /* faces that nothing became of */
+    int bodies = 0, parts = 0; /* parts: instances that have faces */
+    size_t edges = 0;          /* of no face */
+    size_t lost = 0;           /* faces that nothing became of */
     std::string lost_first;
+    std::string elsewhere; /* the files that the parts of an assembly are in, by comma */
 
     void set_unit(const std::vector<std::string> &stated);
     void name_entities(const Handle(XSControl_WorkSession) & session);
     void collect();
+    [[noreturn]] void refuse_empty();
+    void note_contents();
     void walk(const TDF_Label &label, const TopLoc_Location &place, const std::string &name);
     void add_shape(const TDF_Label &label, const TopLoc_Location &place, const std::string &name);
     TopoDS_Shape heal(const TopoDS_Shape &shape, Handle(ShapeBuild_ReShape) & context);
@@ -272,6 +275,10 @@ void reading::read_step(const char *bytes, size_t length) {
     document = new TDocStd_Document("BinXCAF");
     if (!reader.Transfer(document))
         throw unreadable("the STEP file holds no shape");
+    for (NCollection_DataMap<TCollection_AsciiString, Handle(STEPCAFControl_ExternFile)>::Iterator
+             at(reader.ExternFiles());
+         at.More(); at.Next())
+        elsewhere += (elsewhere.empty() ? "" : ", ") + std::string(at.Key().ToCString());
     name_entities(reader.Reader().WS());
     collect();
 }
@@ -367,7 +374,7 @@ void reading::add_shape(const TDF_Label &label, const TopLoc_Location &place,
     }
     for (TopExp_Explorer at(shape, TopAbs_EDGE, TopAbs_FACE); at.More(); at.Next())
         edges++;
-    parts++;
+    size_t before = found.size();
     TopTools_IndexedMapOfShape once;
     for (TopExp_Explorer at(shape, TopAbs_FACE); at.More(); at.Next()) {
         if (!once.Contains(at.Current())) {
@@ -383,6 +390,7 @@ void reading::add_shape(const TDF_Label &label, const TopLoc_Location &place,
         if (found.size() > 1000000)
             throw unreadable("the file has more than 1000000 faces");
     }
+    parts += found.size() > before;
 }
 
 /* An instance of an assembly has its place and its name, what it refers to has the shape. */
@@ -404,20 +412,25 @@ void reading::walk(const TDF_Label &label, const TopLoc_Location &place, const s
         walk(component, here, own);
 }
 
-void reading::collect() {
-    TDF_LabelSequence roots;
-    Handle(XCAFDoc_ShapeTool) shapes = XCAFDoc_DocumentTool::ShapeTool(document->Main());
-    shapes->GetFreeShapes(roots);
-    for (const TDF_Label &label : roots)
-        walk(label, TopLoc_Location(), "");
-    if (found.empty() && edges > 0)
+/* Why the file has no face to drape. */
+void reading::refuse_empty() {
+    if (edges > 0)
         throw unreadable("the file holds curves alone, " + count_text(edges, "edge") +
                          " and no face: export the surfaces or the solid");
-    if (found.empty() && lost > 0)
+    if (lost > 0)
         throw unreadable("none of the file's " + count_text(lost, "face") +
                          " can be read, the first is " + lost_first + ": export it anew");
-    if (found.empty())
-        throw unreadable("the file holds no face");
+    if (!elsewhere.empty())
+        throw unreadable("the file is an assembly of parts in other files, and no other file is "
+                         "read: send one of them, or export all as one file. They are " +
+                         elsewhere);
+    throw unreadable("the file holds no face");
+}
+
+/* What was left out, what was healed, and what the faces are of. */
+void reading::note_contents() {
+    if (!elsewhere.empty())
+        note("left out: the parts of the assembly that are in other files, " + elsewhere);
     if (lost > 0)
         note("left out: " + count_text(lost, "face") +
              " of the file that cannot be read, the first is " + lost_first);
@@ -432,6 +445,17 @@ void reading::collect() {
         note(
             "a solid: its faces are both skins and what lies between them; choose the tool side by "
             "its faces, or by one face and all that are smooth from there");
+}
+
+void reading::collect() {
+    TDF_LabelSequence roots;
+    Handle(XCAFDoc_ShapeTool) shapes = XCAFDoc_DocumentTool::ShapeTool(document->Main());
+    shapes->GetFreeShapes(roots);
+    for (const TDF_Label &label : roots)
+        walk(label, TopLoc_Location(), "");
+    if (found.empty())
+        refuse_empty();
+    note_contents();
 }
 
 /* ---- edges ---- */

@@ -52,6 +52,30 @@ send() { call POST "/v1/surfaces$3" -H "Content-Type: $1" --data-binary @"$2"; }
     [ "$(field .pointer)" = /length_unit ]
 }
 
+# refuse POINTER WORDS: the drape on standard input is invalid there, and the detail has the words.
+refuse() {
+    post /v1/drapes -
+    expect 422
+    jq -e --arg at "$1" --arg words "$2" '.pointer == $at and (.detail | test($words))' "$body"
+}
+
+@test "http: bad choices of faces, starts and tolerances are told with their place" {
+    send model/step "$PARTS/rounded.step"
+    id=$(field .id)
+    some="{\"surface\": {\"id\": \"$id\", \"faces\": [3, 4]}, \"fabric\": {\"spacing\": 2}, \"start\": "
+    echo "$some {\"face\": 7, \"uv\": [20, 7]}}" | refuse /start/face "face 7 is not among those chosen"
+    echo "{\"surface\": {\"id\": \"$id\", \"faces\": [3, 26]}, \"fabric\": {\"spacing\": 2}}" |
+        refuse /surface/faces/1 "below 26"
+    "${BUILD:-build}/drape-import" "$PARTS/rounded.step" 2>/dev/null >"$BATS_TEST_TMPDIR/part"
+    within() {
+        jq -c --argjson t "$1" '{surface: {faces, tolerance: $t}, length_unit: "mm", fabric: {spacing: 2}}' \
+            "$BATS_TEST_TMPDIR/part"
+    }
+    within 0 | refuse /surface/tolerance "must be a number between"
+    within 20 | refuse /surface/faces "meet at one edge, within the tolerance of 20"
+    within 1e9 | refuse /surface/tolerance "as large as the part"
+}
+
 @test "http: three faces at an edge are a note of the file and a fault of the drape" {
     send model/step "$PARTS/fin.step"
     expect 201

@@ -306,6 +306,9 @@ static void write_assembly() {
     writer.Transfer(document);
     writer.Write((folder + "/assembly.step").c_str());
     print_size("assembly", shapes->GetShape(whole));
+    STEPCAFControl_Writer apart; /* the same with each part in a file of its own */
+    apart.Transfer(document, STEPControl_AsIs, "apart_");
+    apart.Write((folder + "/apart.step").c_str());
 }
 
 int main(int argc, char **argv) {

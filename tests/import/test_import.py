@@ -154,6 +154,7 @@ def test_marked(parts):
 def test_refusals(parts):
     """What is no CAD file is told by what it is."""
     parts.refuse("wires", "curves alone, 3 edges and no face")
+    parts.refuse("apart", "an assembly of parts in other files")
     with open(parts.path("box"), "rb") as file:
         step = file.read()
     with open(parts.path("cuts_iges"), "rb") as file:
