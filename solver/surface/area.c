@@ -45,24 +45,42 @@ static double tail_of(const struct quadrature *rule, const double *value, int st
            fabs(before) * (2 * n - 3) * (2 * n - 1) / (n > 1 ? n - 1 : 1);
 }
 
+/* The same as `surface_evaluate_grid`, of surfaces that are moved as well. */
+static void evaluate(const struct surface *surface, const int span[2], const double *u,
+                     const double *v, int count, struct surface_element *elements) {
+    if (surface->height == 0) {
+        surface_evaluate_grid(surface, span, u, v, count, elements);
+        return;
+    }
+    for (int k = 0; k < count * count; k++) {
+        struct surface_jet jet;
+        surface_evaluate_span(surface, span[0], span[1], u[k / count], v[k % count], &jet);
+        elements[k] = (struct surface_element){jet.r, vec3_norm(vec3_cross(jet.u, jet.v))};
+    }
+}
+
 /* Adds a piece to the sums, which in the order of its places are the same bits whatever its tail.
  */
 static void integrate(const struct surface *surface, const struct quadrature *rule,
                       struct piece *piece, struct sums *sums) {
-    const double *from = piece->from, *half = piece->half;
-    double density[QUADRATURE_MAX * QUADRATURE_MAX], tail[2] = {0, 0}, before = sums->area;
+    const double *half = piece->half;
+    struct surface_element elements[QUADRATURE_MAX * QUADRATURE_MAX];
+    double u[QUADRATURE_MAX] = {0}, v[QUADRATURE_MAX] = {0},
+           density[QUADRATURE_MAX * QUADRATURE_MAX];
+    double tail[2] = {0, 0}, before = sums->area;
     int n = rule->count;
+    for (int k = 0; k < n; k++) {
+        u[k] = piece->from[0] + half[0] * (1 + rule->node[k]);
+        v[k] = piece->from[1] + half[1] * (1 + rule->node[k]);
+    }
+    evaluate(surface, piece->span, u, v, n, elements);
     for (int a = 0; a < n; a++)
         for (int b = 0; b < n; b++) {
-            struct surface_jet jet;
-            surface_evaluate_span(surface, piece->span[0], piece->span[1],
-                                  from[0] + half[0] * (1 + rule->node[a]),
-                                  from[1] + half[1] * (1 + rule->node[b]), &jet);
-            double own = vec3_norm(vec3_cross(jet.u, jet.v));
-            double element = own * half[0] * half[1] * rule->weight[a] * rule->weight[b];
-            density[a * n + b] = own;
+            const struct surface_element *at = &elements[a * n + b];
+            double element = at->density * half[0] * half[1] * rule->weight[a] * rule->weight[b];
+            density[a * n + b] = at->density;
             sums->area += element;
-            sums->moment = vec3_axpy(element, jet.r, sums->moment);
+            sums->moment = vec3_axpy(element, at->r, sums->moment);
         }
     for (int k = 0; k < n; k++) {
         tail[0] += rule->weight[k] * tail_of(rule, density + k, n);

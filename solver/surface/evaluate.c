@@ -7,6 +7,7 @@
  *
  * and r and its derivatives follow from those of A by the quotient rule.
  */
+#include "quadrature.h"
 #include "solver/wide.h"
 #include "spans.h"
 
@@ -52,12 +53,23 @@ INLINE struct vec3 lanes(vec4 a) {
     return (struct vec3){a[0], a[1], a[2]};
 }
 
-/* The quotient rule; lane 3 of A is w, and of r is 1. */
+/* r and its first derivatives by the quotient rule; lane 3 of A is w, and of r is 1. */
+struct plane {
+    double g; /* 1 / w */
+    vec4 r, u, v;
+};
+
+INLINE struct plane divide_first(vec4 a, vec4 au, vec4 av) {
+    double g = 1 / a[3];
+    vec4 r = g * a;
+    return (struct plane){g, r, g * (au - au[3] * r), g * (av - av[3] * r)};
+}
+
 INLINE void divide(vec4 a, vec4 au, vec4 av, vec4 auu, vec4 auv, vec4 avv,
                    struct surface_jet *jet) {
-    double g = 1 / a[3], wu = au[3], wv = av[3];
-    vec4 r = g * a;
-    vec4 ru = g * (au - wu * r), rv = g * (av - wv * r);
+    struct plane plane = divide_first(a, au, av);
+    double g = plane.g, wu = au[3], wv = av[3];
+    vec4 r = plane.r, ru = plane.u, rv = plane.v;
     jet->r = lanes(r);
     jet->u = lanes(ru);
     jet->v = lanes(rv);
@@ -183,6 +195,96 @@ void surface_evaluate_span(const struct surface *surface, int span_u, int span_v
         double t[2] = {(u - au->breaks[span_u]) * rate[0], (v - av->breaks[span_v]) * rate[1]};
         evaluate_bernstein(p, q, surface->points + first, t, rate, jet);
     }
+}
+
+/* ---- a grid of places ---- */
+
+/* What is asked of a span: the places (u[a], v[b]). */
+struct grid {
+    const double *u, *v;
+    int count;
+    struct surface_element *elements; /* [a * count + b] */
+};
+
+/* The polynomials in u, and their derivatives by v, that a line of the same v has. */
+struct line {
+    vec4 value[ORDER_MAX], by_v[ORDER_MAX];
+};
+
+INLINE struct surface_element element_of(vec4 a, vec4 au, vec4 av) {
+    struct plane plane = divide_first(a, au, av);
+    struct vec3 u = lanes(plane.u), v = lanes(plane.v);
+    return (struct surface_element){lanes(plane.r), vec3_norm(vec3_cross(u, v))};
+}
+
+INLINE void grid_powers(int p, int q, const vec4 *powers, const double middle[2],
+                        const struct grid *grid) {
+    for (int b = 0; b < grid->count; b++) {
+        struct line line;
+        UNROLL for (int k = 0; k <= p; k++) {
+            struct horner row = horner(q, powers + k * (q + 1), grid->v[b] - middle[1], 1);
+            line.value[k] = row.value;
+            line.by_v[k] = row.first;
+        }
+        for (int a = 0; a < grid->count; a++) {
+            double x = grid->u[a] - middle[0];
+            struct horner h = horner(p, line.value, x, 1), hv = horner(p, line.by_v, x, 0);
+            grid->elements[a * grid->count + b] = element_of(h.value, h.first, hv.value);
+        }
+    }
+}
+
+INLINE void grid_bernstein(int p, int q, const vec4 *points, const double from[2],
+                           const double rate[2], const struct grid *grid) {
+    struct basis u[QUADRATURE_MAX], v;
+    for (int a = 0; a < grid->count; a++)
+        find_basis(p, (grid->u[a] - from[0]) * rate[0], rate[0], &u[a]);
+    for (int b = 0; b < grid->count; b++) {
+        struct line line = {.value = {{0}}};
+        find_basis(q, (grid->v[b] - from[1]) * rate[1], rate[1], &v);
+        for (int k = 0; k <= p; k++)
+            for (int l = 0; l <= q; l++) {
+                line.value[k] += v.value[l] * points[k * (q + 1) + l];
+                line.by_v[k] += v.first[l] * points[k * (q + 1) + l];
+            }
+        for (int a = 0; a < grid->count; a++) {
+            vec4 sum = {0}, by_u = {0}, by_v = {0};
+            for (int k = 0; k <= p; k++) {
+                sum += u[a].value[k] * line.value[k];
+                by_u += u[a].first[k] * line.value[k];
+                by_v += u[a].value[k] * line.by_v[k];
+            }
+            grid->elements[a * grid->count + b] = element_of(sum, by_u, by_v);
+        }
+    }
+}
+
+/* With the sums of `surface_evaluate_span` in its order, so with its bits; but what a line has in
+ * common is found once. */
+WIDE_CLONES
+void surface_evaluate_grid(const struct surface *surface, const int span[2], const double *u,
+                           const double *v, int count, struct surface_element *elements) {
+    const struct surface_axis *au = &surface->axis[0], *av = &surface->axis[1];
+    const struct grid grid = {u, v, count, elements};
+    size_t number = (size_t)span[0] * (size_t)av->span_count + (size_t)span[1];
+    size_t first = number * surface->points_per_span;
+    if (!(surface->powers && surface->in_powers[number])) {
+        const double from[2] = {au->breaks[span[0]], av->breaks[span[1]]};
+        const double rate[2] = {au->rates[span[0]], av->rates[span[1]]};
+        grid_bernstein(au->degree, av->degree, surface->points + first, from, rate, &grid);
+        return;
+    }
+    const double middle[2] = {au->middles[span[0]], av->middles[span[1]]};
+#define CASE(P, Q)                                                                                 \
+    case (P) * (SURFACE_POWERS_DEGREE + 1) + (Q):                                                  \
+        grid_powers(P, Q, surface->powers + first, middle, &grid);                                 \
+        break;
+    switch (au->degree * (SURFACE_POWERS_DEGREE + 1) + av->degree) {
+        SURFACE_LOW_DEGREES(CASE)
+    default:
+        break;
+    }
+#undef CASE
 }
 
 int surface_axis_span(const struct surface_axis *axis, int hint, double x) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "solver/surface/surface.h"
+#include "solver/surface/spans.h"
 
 #include "patch.h"
 #include "support.h"
@@ -232,6 +232,34 @@ static void test_surface_lies_in_its_bounds(void **state) {
     for_every_kind(check_bounds, __func__);
 }
 
+/* A grid of places of a span is evaluated line by line, to the same bits. */
+static void check_grid(struct subject *s, struct random *random) {
+    enum { COUNT = 5 };
+    const struct surface_axis *axis = s->surface->axis;
+    struct surface_element elements[COUNT * COUNT];
+    double at[2][COUNT];
+    int span[2];
+    for (int n = 0; n < 2; n++) {
+        span[n] = (int)random_between(random, 0, axis[n].span_count - 1e-9);
+        for (int k = 0; k < COUNT; k++)
+            at[n][k] = random_between(random, axis[n].breaks[span[n]], axis[n].breaks[span[n] + 1]);
+    }
+    surface_evaluate_grid(s->surface, span, at[0], at[1], COUNT, elements);
+    for (int k = 0; k < COUNT * COUNT; k++) {
+        struct surface_jet jet;
+        surface_evaluate_span(s->surface, span[0], span[1], at[0][k / COUNT], at[1][k % COUNT],
+                              &jet);
+        double density = vec3_norm(vec3_cross(jet.u, jet.v));
+        assert_memory_equal(&elements[k].r, &jet.r, sizeof jet.r);
+        assert_memory_equal(&elements[k].density, &density, sizeof density);
+    }
+}
+
+static void test_surface_grid_has_the_bits_of_places(void **state) {
+    (void)state;
+    for_every_kind(check_grid, __func__);
+}
+
 /* A bilinear patch that is a parallelogram: everything is known. */
 static void test_surface_area_and_centroid_of_a_parallelogram(void **state) {
     (void)state;
@@ -324,6 +352,7 @@ int main(void) {
         cmocka_unit_test(test_surface_evaluation_does_not_depend_on_the_cursor),
         cmocka_unit_test(test_surface_goes_on_beyond_its_edge_by_its_own_polynomials),
         cmocka_unit_test(test_surface_lies_in_its_bounds),
+        cmocka_unit_test(test_surface_grid_has_the_bits_of_places),
         cmocka_unit_test(test_surface_area_and_centroid_of_a_parallelogram),
         cmocka_unit_test(test_surface_area_under_uneven_weights),
         cmocka_unit_test(test_surface_without_area_is_degenerate),
