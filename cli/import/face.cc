@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "face.h"
 
+#include "degree.h"
 #include "import.h"
 #include <BRepBuilderAPI_NurbsConvert.hxx>
 #include <BRepTools.hxx>
@@ -11,7 +12,6 @@
 #include <Geom2d_TrimmedCurve.hxx>
 #include <GeomAdaptor_Surface.hxx>
 #include <GeomConvert.hxx>
-#include <GeomConvert_ApproxSurface.hxx>
 #include <Geom_BSplineSurface.hxx>
 #include <Geom_RectangularTrimmedSurface.hxx>
 #include <ShapeExtend_WireData.hxx>
@@ -224,16 +224,6 @@ void find_box(const TopoDS_Face &shape, conversion &c) {
     }
 }
 
-void limit_degree(conversion &c, std::vector<fault> &faults) {
-    if (c.nurbs->UDegree() <= IMPORT_DEGREE_MAX && c.nurbs->VDegree() <= IMPORT_DEGREE_MAX)
-        return;
-    GeomConvert_ApproxSurface approximation(c.nurbs, 1e-6, GeomAbs_C1, GeomAbs_C1, 8, 8, 100, 0);
-    if (!approximation.HasResult())
-        throw unreadable("has a degree above 9, and no approximation was found");
-    c.nurbs = approximation.Surface();
-    faults.push_back({"a degree above 9 was approximated", approximation.MaxError()});
-}
-
 /* Whether the face is a whole turn of an angle that begins beside the surface's seam, at `from`. */
 bool begins_elsewhere(const conversion &c, int k, double &from) {
     double bound[4];
@@ -276,7 +266,12 @@ conversion convert(const TopoDS_Face &shape, std::vector<fault> &faults) {
                   ? cut_spline(spline, c.low, c.high)
                   : GeomConvert::SurfaceToBSplineSurface(new Geom_RectangularTrimmedSurface(
                         c.original, low[0], high[0], low[1], high[1]));
-    limit_degree(c, faults);
+    double by;
+    c.nurbs = limit_degree(c.nurbs, IMPORT_DEGREE_MAX, by);
+    if (c.nurbs.IsNull())
+        throw unreadable("has a degree above 9, and no approximation was found");
+    if (by > 0)
+        faults.push_back({"a degree above 9 was approximated", by});
     if (c.nurbs->IsUPeriodic())
         c.nurbs->SetUNotPeriodic();
     if (c.nurbs->IsVPeriodic())

@@ -26,6 +26,7 @@
 #include <GProp_GProps.hxx>
 #include <GeomAPI_PointsToBSpline.hxx>
 #include <Geom_BSplineCurve.hxx>
+#include <Geom_BSplineSurface.hxx>
 #include <Geom_ConicalSurface.hxx>
 #include <Geom_CylindricalSurface.hxx>
 #include <Geom_SphericalSurface.hxx>
@@ -37,7 +38,11 @@
 #include <Quantity_Color.hxx>
 #include <STEPCAFControl_Writer.hxx>
 #include <STEPControl_Writer.hxx>
+#include <TColStd_Array1OfInteger.hxx>
+#include <TColStd_Array1OfReal.hxx>
+#include <TColStd_Array2OfReal.hxx>
 #include <TColgp_Array1OfPnt.hxx>
+#include <TColgp_Array2OfPnt.hxx>
 #include <TDataStd_Name.hxx>
 #include <TDocStd_Document.hxx>
 #include <TopExp.hxx>
@@ -141,6 +146,51 @@ static TopoDS_Shape make_cup() {
             fillet.Add(5, edge);
     }
     return fillet.Shape();
+}
+
+/* A surface of degree 2 by 14 in spans of very uneven length with a kink between the last two, as
+ * fillets of three edges are filled with, rational, and a strip along its border u = 1. */
+static TopoDS_Shape make_high() {
+    enum { DEGREE = 14, SPANS = 4, POLES = SPANS * DEGREE + 1 };
+    const double knots[SPANS + 1] = {500.414, 500.7, 506.2, 511.715, 512};
+    TopoDS_Compound all;
+    BRep_Builder builder;
+    TColgp_Array2OfPnt poles(1, 3, 1, POLES), strip(1, 2, 1, POLES);
+    TColStd_Array2OfReal weights(1, 3, 1, POLES), same(1, 2, 1, POLES);
+    TColStd_Array1OfReal u(1, 2), v(1, SPANS + 1);
+    TColStd_Array1OfInteger often(1, 2), twice(1, 2), interior(1, SPANS + 1);
+    for (int j = 1; j <= POLES; j++) {
+        int span = std::min((j - 1) / DEGREE, SPANS - 1);
+        double along = (j - 1 - span * DEGREE) / double(DEGREE);
+        double t = knots[span] + along * (knots[span + 1] - knots[span]);
+        double kink = std::max(t - knots[SPANS - 1], 0.0);
+        for (int i = 1; i <= 3; i++) {
+            double wave =
+                span < SPANS - 1 ? std::sin(3 * (t - knots[SPANS - 1]) / (1 + 0.1 * i)) : 0;
+            poles(i, j) = gp_Pnt(4 * i, t - 500, 0.5 * wave + 2 * kink + 0.3 * i * i);
+            weights(i, j) = i == 2 ? 0.75 + 0.1 * std::cos(t) : 1;
+        }
+        for (int i = 1; i <= 2; i++) {
+            strip(i, j) = poles(3, j).Translated(gp_Vec(5 * (i - 1), 0, 2 * (i - 1)));
+            same(i, j) = weights(3, j);
+        }
+    }
+    for (int k = 0; k <= SPANS; k++) {
+        v(k + 1) = knots[k];
+        interior(k + 1) = k == 0 || k == SPANS ? DEGREE + 1 : DEGREE;
+    }
+    for (int k = 1; k <= 2; k++) {
+        u(k) = 11.6 * (k - 1);
+        often(k) = 3;
+        twice(k) = 2;
+    }
+    auto add = [&](const Handle(Geom_Surface) & surface) {
+        builder.Add(all, BRepBuilderAPI_MakeFace(surface, 1e-7).Face());
+    };
+    builder.MakeCompound(all);
+    add(new Geom_BSplineSurface(poles, weights, u, v, often, interior, 2, DEGREE));
+    add(new Geom_BSplineSurface(strip, same, u, v, twice, interior, 1, DEGREE));
+    return all;
 }
 
 /* Full turns that begin anywhere but on the seam of their surface, as other systems write them. */
@@ -329,6 +379,7 @@ int main(int argc, char **argv) {
     write_step("cup", make_cup());
     write_step("neck", make_neck());
     write_step("turned", make_turned());
+    write_step("high", make_high());
     write_step("pillar", make_pillar());
     write_step("wing", make_wing());
     write_step("cuts", make_cuts());
