@@ -314,14 +314,20 @@ static bool predict_on_shell(struct surface_cursor *cursor, const struct fishnet
  * shorter edge, it has. */
 static const double landing = 0.05;
 
-/* Whether a place beyond a free edge lies over a face on the other side of a hole, and where on it.
- */
+/* Whether a corner of a cell lies in the region of another face than that of a place. */
+static bool is_on_other_face(const struct station *corner, const struct station *place) {
+    return corner->surface != place->surface && crossing_within(corner->surface, corner->uv);
+}
+
+/* Whether a place beyond a free edge lies over a face on the other side of a hole, or of a notch
+ * when the net is there already, and where on it. */
 static bool lands(const struct fishnet_cell *cell, const struct station *place,
                   struct begin *begin) {
     const struct shell *shell = place->surface->shell;
     struct shell_place over;
     double distance = landing * fmin(cell->bd, cell->cd);
-    if (!shell_may_close(shell, place->surface->face) ||
+    if (!(shell_may_close(shell, place->surface->face) || is_on_other_face(cell->b, place) ||
+          is_on_other_face(cell->c, place)) ||
         !shell_over(shell, place->jet.r, place->surface->face, distance, &over))
         return false;
     *begin = (struct begin){shell_surface(shell, over.face), {over.inner[0], over.inner[1]}};

@@ -256,6 +256,8 @@ static bool settle(struct surface_cursor *cursor, struct meeting *m, double x, d
     if (!station_at(ray[0].end.surface, cursor, uv, &end))
         return false;
     struct side from = side_of_station(&ray[0].end), to = side_of_station(&end);
+    if (end.surface->shell && !crossing_within(end.surface, end.uv))
+        return false;
     if (from.span[0] != to.span[0] || from.span[1] != to.span[1])
         return false;
     struct vec3 normal = end.normal, *tangent[2] = {&ray[0].end_tangent, &m->end_tangent};

@@ -33,6 +33,9 @@ static const double coarsest = 1e-7;
  * open boundary, where the continuation may be anything, it is given up sooner. */
 static const double shortest = 1e-10, shortest_outside = 1e-3;
 
+/* A joint that is met within this share of a step is where the step begins. */
+static const double at_joint = 1e-9;
+
 /* Relative accuracy of a chord along a path. */
 static const double chord_tolerance = 1e-13, chord_rounding = 2e-15;
 
@@ -98,7 +101,7 @@ bool path_geodesic(struct path *path, const struct surface *surface, const struc
     double radius = pole_radius * surface->size;
     if (station_pole_distance(surface, from->jet.r, &pole) < radius)
         return leap(path, from, tangent, radius);
-    return path_place(path, from->uv, tangent);
+    return path_place(path, from->uv, tangent) && (!surface->shell || path_set_off(path));
 }
 
 bool path_section(struct path *path, const struct surface *surface, const struct station *from,
@@ -248,6 +251,15 @@ static bool advance_in_span(struct path *g, double h, struct effort *effort, dou
     return take_step(g, &a, effort, length);
 }
 
+/* Whether a path that meets a joint where it is leads away from it: it has come over the joint, all
+ * but along it, and leaves the face again within the step. */
+static bool has_just_entered(const struct path *g, double way, double h,
+                             const struct crossing *joint) {
+    struct vec3 t;
+    (void)path_point(g, &t);
+    return way <= at_joint * h && vec3_dot(t, joint->from.across) < 0;
+}
+
 /* A step as in one span, which ends on the joint that it meets; shorter ones first where that is
  * not found, as where the path all but touches it. */
 static bool advance_on_face(struct path *g, double h, struct effort *effort, double *length) {
@@ -262,7 +274,8 @@ static bool advance_on_face(struct path *g, double h, struct effort *effort, dou
         if (!path_find_joint(&before, g, *length, &joint, &way))
             return true;
         beyond = *g;
-        if (path_pass_joint(&there, &joint, &way)) {
+        if (!has_just_entered(&before, way, *length, &joint) &&
+            path_pass_joint(&there, &joint, &way)) {
             *g = there;
             *length = way;
             return true;

@@ -2,12 +2,16 @@
 #include "path_joint.h"
 
 #include "path_step.h"
+#include "solver/shell/shell.h"
 #include <string.h>
 
 enum {
     SETTLE_ROUNDS = 3, /* to the place beyond a joint that was missed */
     JOINT_PIECES = 4,  /* straight ones, in which joints are sought along a step */
 };
+
+/* Places of two faces this close, as a share of the shell's size, are one. */
+static const double at_edge = 1e-9;
 
 /* The cubic through (u, v) and velocity at both ends of a step of h, at a share of it. */
 static void cubic_at(const struct path *from, const struct path *to, double h, double share,
@@ -84,21 +88,40 @@ bool path_pass_joint(struct path *g, struct crossing *joint, double *length) {
     return meet_joint(g, joint, length) && cross_joint(g, joint);
 }
 
-bool path_settle(struct path *g) {
+bool path_set_off(struct path *g) {
+    const struct shell *shell = g->surface->shell;
     struct surface_cursor cursor = {0, 0};
     struct crossing joint;
-    struct station here;
-    double uv[2];
+    struct station here, there;
     struct vec3 t;
-    if (crossing_within(g->surface, g->uv))
+    double uv[2], near = at_edge * shell_size(shell) + 2 * shell_edges(shell).largest_gap;
+    if (crossing_within(g->surface, g->uv) || !station_at(g->surface, &cursor, g->uv, &here))
         return true;
+    crossing_find(&here, NULL, &joint);
     (void)path_point(g, &t);
-    if (!station_at(g->surface, &cursor, g->uv, &here))
+    if (joint.kind != CROSSING_JOINT || !(vec3_dot(t, joint.from.across) > 0) ||
+        !crossing_carry(&joint, &cursor, &here, SETTLE_ROUNDS, uv) ||
+        !station_at(joint.beyond, &cursor, uv, &there) ||
+        !(vec3_distance(here.jet.r, there.jet.r) <= near))
+        return true;
+    memcpy(joint.entry, uv, sizeof uv);
+    return cross_joint(g, &joint);
+}
+
+bool path_settle(struct path *g) {
+    struct surface_cursor cursor = {0, 0};
+    struct crossing joint, next;
+    struct station here, there;
+    double uv[2];
+    if (crossing_within(g->surface, g->uv) || !station_at(g->surface, &cursor, g->uv, &here))
         return true;
     crossing_find(&here, NULL, &joint);
     if (joint.kind != CROSSING_JOINT ||
         !crossing_carry(&joint, &cursor, &here, SETTLE_ROUNDS, uv) ||
-        !crossing_within(joint.beyond, uv))
+        !station_at(joint.beyond, &cursor, uv, &there))
+        return true;
+    crossing_find(&there, g->surface, &next);
+    if (next.kind == CROSSING_JOINT || (next.kind == CROSSING_FREE && joint.at_corner))
         return true;
     memcpy(joint.entry, uv, sizeof uv);
     return cross_joint(g, &joint);

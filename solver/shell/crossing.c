@@ -368,6 +368,7 @@ struct leaving {
     const struct surface *surface;
     double p[2], e[2], by[2]; /* `by` is one by the domain's lengths */
     double least, place;      /* shares of the way and of the segment */
+    bool beyond_end;          /* the place is not on the segment, but beyond an open end */
     const struct face_segment *segment;
 };
 
@@ -401,13 +402,18 @@ static void leave_through(struct leaving *leaving, const struct face_segment *se
         b[k] = a[k] + segment->b[k] - segment->a[k];
     }
     double met = leaves_through(leaving, a, b, edge->inside, open, &at);
+    if (met == HUGE_VAL)
+        return;
     const double there[2] = {leaving->p[0] + met * leaving->e[0],
                              leaving->p[1] + met * leaving->e[1]};
-    double off = fmax(-at, at - 1);
-    if (met < leaving->least && (off <= touch || !face_contains(face_of(surface), there))) {
+    bool beyond_end = fmax(-at, at - 1) > touch;
+    /* Joints of one line meet the way at one place: the one that is there goes first. */
+    double ahead = leaving->beyond_end == beyond_end ? 0 : beyond_end ? -as_near : as_near;
+    if (met < leaving->least + ahead && (!beyond_end || !face_contains(face_of(surface), there))) {
         leaving->least = met;
         leaving->segment = segment;
         leaving->place = at;
+        leaving->beyond_end = beyond_end;
     }
 }
 

@@ -3,6 +3,7 @@
  * square grid, and has no shear. */
 #include "disguise.h"
 #include "profile.h"
+#include "solver/path/path.h"
 #include "tests/check.h"
 #include <stdio.h>
 
@@ -117,26 +118,33 @@ static void test_exact_shell_folds_joggle(void **state) {
     check_all(&sheet, 2.5, 7.3, 10);
 }
 
-/* A cup: a disk in one patch with a wall of four faces, of radius and height 1. */
-static struct shell *make_cup(struct arena *arena) {
-    static struct shape shape[5];
-    struct shell_part part[5] = {{0}};
+/* With a loop round the region of the first, or NULL. */
+static struct shell *join(struct shape *shape, int count, const struct trim_loop *loop,
+                          struct arena *arena) {
+    struct shell_part part[5] = {{.loops = loop, .loop_count = loop != NULL}};
     struct shell_fault fault;
     struct shell *shell;
+    for (int k = 0; k < count; k++) {
+        struct nurbs nurbs = shape_nurbs(&shape[k]);
+        struct surface *surface;
+        assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+        part[k].surface = surface;
+    }
+    assert_int_equal(shell_make(part, (size_t)count, 0, arena, &shell, &fault), STATUS_OK);
+    return shell;
+}
+
+/* A cup: a disk in one patch with a wall of four faces, of radius and height 1. */
+static struct shell *make_cup(struct arena *arena) {
+    enum { FACES = 5 };
+    static struct shape shape[FACES];
     const double foot[2] = {1, 0}, top[2] = {1, 1};
     shape_disk(&shape[0], 1);
     for (int k = 0; k < 4; k++) {
         const double turn[2] = {k * M_PI / 2, (k + 1) * M_PI / 2};
         shape_frustum(&shape[1 + k], turn, foot, top, M_PI / 2);
     }
-    for (int k = 0; k < 5; k++) {
-        struct nurbs nurbs = shape_nurbs(&shape[k]);
-        struct surface *surface;
-        assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
-        part[k].surface = surface;
-    }
-    assert_int_equal(shell_make(part, 5, 0, arena, &shell, &fault), STATUS_OK);
-    return shell;
+    return join(shape, FACES, NULL, arena);
 }
 
 /* From the wall, round which a net goes on without an end unless it is watched. */
@@ -161,11 +169,85 @@ static void test_exact_shell_folds_cup_from_its_wall(void **state) {
     }
 }
 
+/* Two flaps along one side of a plate, at a fold: the joint with either goes on beyond its end in
+ * the line of the other. */
+static void test_exact_shell_folds_flaps_of_one_line(void **state) {
+    static const double angles[] = {0, 30, 62};
+    static struct shape shape[3];
+    const double x[2] = {-10, 1}, y[2] = {0, 30}, flap_x[2] = {0, 8};
+    const double flap_y[2][2] = {{0, 11}, {17, 30}};
+    const double corner[][2] = {{-10, 0}, {0, 0}, {0, 30}, {-10, 30}, {-10, 0}};
+    const struct trim_curve side = {.degree = 1, .count = 5, .points = corner};
+    const struct trim_loop loop = {.reversed = true, .curves = &side, .count = 1};
+    struct motion fold = motion_similar(1, vec3_make(0, 1, 0), -1.3, vec3_make(0, 0, 0));
+    (void)state;
+    shape_plane(&shape[0], x, y);
+    for (int k = 0; k < 2; k++) {
+        shape_plane(&shape[1 + k], flap_x, flap_y[k]);
+        shape_move(&shape[1 + k], &fold);
+    }
+    for (int m = 0; m < PROFILE_METHODS; m++)
+        for (size_t a = 0; a < sizeof angles / sizeof *angles; a++) {
+            struct arena *arena = arena_new((size_t)1 << 30);
+            struct drape_result result;
+            struct drape_settings settings = {.method = profile_methods[m].id,
+                                              .spacing = {1, 1},
+                                              .start_kind = DRAPE_START_POINT,
+                                              .start_point = {-4.3, 20.2, 0},
+                                              .direction_deg = angles[a],
+                                              .max_nodes = 10000};
+            assert_int_equal(
+                drape_solve_shell(join(shape, 3, &loop, arena), &settings, NULL, arena, &result),
+                STATUS_OK);
+            check_above(result.summary.cloth_coverage, 1 - 1e-9);
+            for (size_t c = 0; c < result.cells.count; c++)
+                check_below(fabs(result.cells.shear_deg[c]), PROFILE_SHEAR_DEG);
+            arena_free(arena);
+        }
+}
+
+/* A flange round a hole, with a fillet. A yarn that all but touches the joint crosses it twice,
+ * within a step, and is then as far from the axis as before, by Clairaut's relation. */
+static void test_exact_shell_folds_yarns_that_touch_a_joint(void **state) {
+    static struct shape shape[2];
+    static const double circle[9][2] = {{10, 0},    {10, 10}, {0, 10},   {-10, 10}, {-10, 0},
+                                        {-10, -10}, {0, -10}, {10, -10}, {10, 0}};
+    static const double knots[] = {0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4};
+    const double h = sqrt(0.5), weights[9] = {1, h, 1, h, 1, h, 1, h, 1};
+    const struct trim_curve hole = {2, circle, 9, knots, weights};
+    const struct trim_loop loop = {.curves = &hole, .count = 1};
+    const double turn[2] = {0, 2 * M_PI}, tube[2] = {M_PI / 2, M_PI}, half[2] = {-26, 26};
+    const struct motion up = motion_similar(1, vec3_make(0, 0, 1), 0, vec3_make(0, 0, 3));
+    struct arena *arena = arena_new((size_t)1 << 30);
+    (void)state;
+    shape_plane(&shape[0], half, half);
+    shape_move(&shape[0], &up);
+    shape_torus(&shape[1], 10, 3, turn, tube, M_PI / 2);
+    const struct surface *flange = shell_surface(join(shape, 2, &loop, arena), 0);
+    for (int k = 1; k <= 40; k++) {
+        double x = 10 * cos(0.0025 * k), uv[2], outer[2] = {x, -6};
+        struct surface_cursor cursor = {0, 0};
+        struct station from, to;
+        struct path path;
+        struct vec3 along;
+        surface_inner(flange, outer, uv);
+        assert_true(station_at(flange, &cursor, uv, &from));
+        assert_true(path_geodesic(&path, flange, &from, vec3_make(0, 1, 0)));
+        assert_true(path_advance(&path, 12));
+        assert_true(path_station(&path, &cursor, &to, &along));
+        assert_ptr_equal(to.surface, flange);
+        check_below(fabs(vec3_cross(to.jet.r, along).z - x), 1e-9);
+    }
+    arena_free(arena);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_shell_folds_hat),
         cmocka_unit_test(test_exact_shell_folds_crease),
         cmocka_unit_test(test_exact_shell_folds_joggle),
+        cmocka_unit_test(test_exact_shell_folds_flaps_of_one_line),
+        cmocka_unit_test(test_exact_shell_folds_yarns_that_touch_a_joint),
         cmocka_unit_test(test_exact_shell_folds_cup_from_its_wall),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
