@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Choosing the faces of a part: by clicks and sweeps in the picture, by a list for the keyboard, and
-// all that is smooth from one.
+// all that is smooth from one, by a button or a double click; choices can be taken back.
 import { element } from './dom.js';
 import { format } from './fields.js';
 import { grow } from './part.js';
+
+const SWEEP_MS = 500; // between two faces of one sweep, at the most
+const STEPS = 100; // that can be taken back
 
 export class Chooser {
   /** `onChange(part, chosen)` after each choice that is complete. */
@@ -12,13 +15,20 @@ export class Chooser {
     this.part = null;
     this.chosen = new Set();
     this.last = -1; // the face that was clicked
+    this.before = []; // the choices before this one
+    this.sweptAt = 0;
     element('faces-open').addEventListener('click', () => this.show(!this.on));
     element('faces-all').addEventListener('click', () => this.#take(this.#all()));
     element('faces-none').addEventListener('click', () => this.#take(new Set()));
     element('faces-smooth').addEventListener('click', () => this.#takeSmooth());
-    element('faces-list').addEventListener('change', ({ target }) =>
+    element('faces-undo').addEventListener('click', () => this.#undo());
+    const list = element('faces-list');
+    list.addEventListener('change', ({ target }) =>
       this.#pick(Number(target.value), target.checked),
     );
+    list.addEventListener('pointerover', ({ target }) => this.#point(target));
+    list.addEventListener('focusin', ({ target }) => this.#point(target));
+    list.addEventListener('pointerleave', () => this.#point(null));
   }
 
   /** Begins with a part, of which `chosen` faces are chosen; null: there is none. */
@@ -29,6 +39,7 @@ export class Chooser {
     if (!this.part) return;
     this.chosen = new Set(chosen);
     this.last = -1;
+    this.before = [];
     this.#fillList();
     this.show(this.chosen.size === 0, true);
   }
@@ -57,7 +68,8 @@ export class Chooser {
   show(on, first = false) {
     if (!on && !this.on) return this.#mark();
     const handlers = {
-      onPick: (face, swept) => this.#pick(face, swept || !this.chosen.has(face)),
+      onPick: (face, swept) => this.#pick(face, swept || !this.chosen.has(face), swept),
+      onTwice: (face) => this.#takeTwice(face),
       onHover: (face) => this.#hover(face),
       onGone: () => this.#setOn(false),
       sweeps: () => element('faces-sweep').checked,
@@ -82,13 +94,30 @@ export class Chooser {
       chip.textContent = `face ${face}: ${known.kind}${known.name ? `, ${known.name}` : ''}`;
   }
 
-  #pick(face, wanted) {
+  /** Shows in the picture which face a row of the list is. */
+  #point(row) {
+    const box = row?.closest('li')?.querySelector('input');
+    if (this.on && this.view.patches?.hover(box ? Number(box.value) : -1)) this.view.stage.redraw();
+  }
+
+  #pick(face, wanted, swept = false) {
     if (face < 0 || wanted === this.chosen.has(face)) return;
     this.last = wanted ? face : -1;
     const chosen = new Set(this.chosen);
     if (wanted) chosen.add(face);
     else chosen.delete(face);
-    this.#take(chosen);
+    const now = performance.now();
+    const goesOn = swept && now - this.sweptAt < SWEEP_MS; // one sweep is one choice
+    if (swept) this.sweptAt = now;
+    this.#take(chosen, goesOn);
+  }
+
+  /** All smooth from a face, in place of what the two clicks of a double click have done. */
+  #takeTwice(face) {
+    if (face < 0) return;
+    if (this.before.length > 1) this.chosen = this.before.splice(-2)[0];
+    this.last = face;
+    this.#takeSmooth();
   }
 
   #takeSmooth() {
@@ -98,10 +127,30 @@ export class Chooser {
     this.#take(new Set([...this.chosen, ...grow(this.part.joints, this.last, angle + 1e-6)]));
   }
 
-  #take(chosen) {
+  #take(chosen, goesOn = false) {
+    if (!goesOn) this.before = [...this.before.slice(1 - STEPS), this.chosen];
+    this.#become(chosen);
+  }
+
+  #undo() {
+    if (this.before.length) this.#become(this.before.pop());
+  }
+
+  #become(chosen) {
     this.chosen = chosen;
     this.#mark();
     this.onChange(this.part, chosen);
+  }
+
+  /** "3 of 9 faces are chosen, 49985 mm²." */
+  #count() {
+    const { faces, unit } = this.part;
+    if (!this.chosen.size)
+      return `None of ${faces.length} faces is chosen yet: click on one of the tool side.`;
+    const area = faces.reduce((sum, { index, area: own }) => sum + this.chosen.has(index) * own, 0);
+    const size = unit ? `${format(area, 4)} ${unit}²` : format(area, 4);
+    const are = this.chosen.size === 1 ? 'is' : 'are';
+    return `${this.chosen.size} of ${faces.length} faces ${are} chosen, ${size}.`;
   }
 
   #mark() {
@@ -110,10 +159,12 @@ export class Chooser {
     this.view.stage?.redraw();
     for (const box of element('faces-list').querySelectorAll('input'))
       box.checked = this.chosen.has(Number(box.value));
-    const { faces, notes } = this.part;
-    element('faces-count').textContent = this.chosen.size
-      ? `${this.chosen.size} of ${faces.length} faces are chosen.`
-      : `None of ${faces.length} faces is chosen yet: click on one of the tool side.`;
+    const { notes } = this.part;
+    element('faces-count').textContent = this.#count();
+    element('faces-undo').setAttribute('aria-disabled', String(this.before.length === 0));
+    element('faces-told').hidden = notes.length === 0;
+    element('faces-told').querySelector('summary').textContent =
+      `Notes on the file (${notes.length})`;
     element('faces-notes').replaceChildren(
       ...notes.map((text) => Object.assign(document.createElement('li'), { textContent: text })),
     );

@@ -29,9 +29,10 @@ function parse(text) {
 
 const show = (value) => (value === undefined || value === null ? '' : [value].flat().join(', '));
 
-/** A round spacing for a part of that size: some sixty cells across. */
-function suggestSpacing(radius) {
-  const wanted = radius / 30;
+/** A round spacing for a shape: some sixty cells across it, or across those of its faces that are
+ *  chosen. */
+function suggestSpacing({ size }) {
+  const wanted = (Math.hypot(...size) || 1) / 60;
   const power = 10 ** Math.floor(Math.log10(wanted));
   const step = [1, 2, 5, 10].find((factor) => factor * power >= wanted * 0.999);
   return Number((step * power).toPrecision(1));
@@ -106,8 +107,7 @@ export class Form {
     this.shape = shape;
     const kept = withoutDefaults(settings);
     this.kept = kept;
-    if (kept.fabric.spacing === undefined && shape)
-      kept.fabric.spacing = suggestSpacing(shape.radius);
+    if (kept.fabric.spacing === undefined && shape) kept.fabric.spacing = suggestSpacing(shape);
     this.#setUnit(kept.length_unit || 'm');
     element('method').value = kept.method || 'gib';
     element('spacing').value = show(kept.fabric.spacing);
@@ -126,11 +126,10 @@ export class Form {
 
   /** Another surface with the same settings; a spacing that was suggested is suggested anew. */
   setSurface(surfaceText, shape) {
-    const suggested = this.shape && String(suggestSpacing(this.shape.radius));
+    const suggested = this.shape && String(suggestSpacing(this.shape));
     this.surfaceText = surfaceText;
     this.shape = shape;
-    if (element('spacing').value === suggested)
-      element('spacing').value = suggestSpacing(shape.radius);
+    if (element('spacing').value === suggested) element('spacing').value = suggestSpacing(shape);
     this.onUnit();
   }
 

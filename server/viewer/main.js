@@ -56,7 +56,8 @@ const NO_CELL =
   'The net has no cell here: choose a smaller spacing, or another start, and press Drape.';
 const RETRY = 'Check the address, or drape again.';
 const MESHES = ['nastran', 'stl', 'obj']; // files that are mapped when they are dropped on a drape
-const CHOOSE = 'Click on a face of the tool side; then on "All smooth from here".';
+const CHOOSE =
+  'Click on faces of the tool side; a double click takes all that is smooth from there.';
 const CHOOSING_MS = 150; // after the last choice, before the faces are put under the net
 const IN_METRES = 20; // a part of a larger size without a unit is in millimetres
 const NARROW = '(max-width: 720px)'; // as in style.css

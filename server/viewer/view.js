@@ -41,6 +41,9 @@ function themed(name) {
   return getComputedStyle(probe).color;
 }
 
+/** What patches do where nobody says. */
+const NO_HANDLERS = { onTwice: () => {}, sweeps: () => false };
+
 export class View {
   /** `onHover(hit)`, `onPick(hit)` with {slot, cell, node} or null, `onStart(place, settled)`,
    *  `onEye()` when the camera has moved, `onFrame()` when a picture was drawn. */
@@ -139,9 +142,10 @@ export class View {
   }
 
   /** Shows the patches of a body in 3D, in place of net and surface; null: these again. Its `onPick`
-   *  and `onHover` get a patch, -1 for none; `onGone()` when others take their place; `frames`: the camera goes to where all is seen. While
-   *  `sweeps()`, dragging picks instead of turning. */
-  setPatches(body, { onPick, onHover, onGone, sweeps = () => false, frames = false } = {}) {
+   *  and `onHover` get a patch, -1 for none, `onTwice` that of a double click; `onGone()` when others
+   *  take their place; `frames`: the camera goes to where all is seen. While `sweeps()`, dragging
+   *  picks instead of turning. */
+  setPatches(body, { frames = false, ...handlers } = {}) {
     if (!this.stage) return;
     const before = this.patches;
     this.patches = null;
@@ -155,7 +159,7 @@ export class View {
         accent: tintOf('--chosen'),
         line: tintOf('--edge'),
       };
-      this.patches = Object.assign(new Patches(body, tints), { onPick, onHover, onGone, sweeps });
+      this.patches = Object.assign(new Patches(body, tints), NO_HANDLERS, handlers);
       if (frames) {
         this.origin = body.origin;
         this.#frame(body);
@@ -384,7 +388,8 @@ export class View {
       else this.onPick(this.hit(pane, slot, event));
     });
     pane.element.addEventListener('dblclick', (event) => {
-      if (pane === this.panes.solid && !this.patches) this.#place(event, true);
+      if (patched()) this.patches.onTwice(this.#patchAt(event));
+      else if (pane === this.panes.solid) this.#place(event, true);
     });
   }
 
