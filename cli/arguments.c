@@ -1,0 +1,268 @@
+/* SPDX-License-Identifier: MIT */
+#include "arguments.h"
+
+#include "api/request/material.h"
+#include "files.h"
+#include <errno.h>
+#include <getopt.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The formats stand between the two; the registry has them. */
+static const char help_head[] =
+    "Usage: drape [OPTION]... [REQUEST.json|-]\n"
+    "Drapes a fabric over a surface: reads a drape request (by default from standard\n"
+    "input) and writes the result, or the result's fields on a mesh. Its surface may\n"
+    "be a file, {\"surface\": {\"file\": \"PART.step\"}}: STEP and IGES by drape-import,\n"
+    "STL, OBJ, Nastran; faces are chosen as of a stored surface.\n"
+    "\n"
+    "Of a laminate, which has plies, each is draped; with --map the stack is written,\n"
+    "as svg or dxf the patterns of all layers on a roll, as html the ply book, else\n"
+    "what became of every ply.\n"
+    "\n"
+    "Of a study, which has a drape and what to vary of it, all variants are written\n"
+    "(json, csv, npz) and the best of them shown as a table: on standard error when\n"
+    "the document goes to standard output, else there.\n"
+    "\n"
+    "  --format FORMAT    default: json; the formats of\n";
+static const char help_tail[] =
+    "  --map MESH         write the fields on this mesh: Nastran bulk data, or points or\n"
+    "                     triangles as JSON when the name ends in .json\n"
+    "  --inlet LIST       elements of the inlet, for lcmsim: 17,18,pid:3, by the file's\n"
+    "                     ids, by property, or by place: sphere:x:y:z:radius,\n"
+    "                     line:x:y:z:x:y:z:distance\n"
+    "  --outlet LIST      those of the outlet\n"
+    "  --reference X,Y,Z  with --map: angles of plies run from this direction, projected\n"
+    "                     on each element; default: from its first edge\n"
+    "  --edge-channel W,K for lcmsim: elements within W of the rim of the cloth have the\n"
+    "                     permeability K, in m^2 (race-tracking)\n"
+    "  --cavity-height H  with --map: the height of the cavity, by property as\n"
+    "                     pid:3:0.002,pid:4:0.003\n"
+    "  --punch LIST       with --map: pid:7, elements that are the other side of the\n"
+    "                     cavity; the rest of the mesh lies on the tool\n"
+    "  --within D         nastran, abaqus: one group of stacks that differ by D degrees\n"
+    "                     and D % of thickness at most; default: 0, no more than digits\n"
+    "  --lcmsim-version N 2 or 3; default: 3\n"
+    "  --at-most-fiber-volume-fraction F\n"
+    "                     lcmsim: take denser elements to have this; otherwise those\n"
+    "                     that are too dense to be filled are left out\n"
+    "  -o, --output FILE  where to write; default: standard output. The file appears\n"
+    "                     when it is complete, or not at all\n"
+    "  --fields LIST      only these columns: nodes.x,cells.shear_deg; of a map: k1,k2\n"
+    "  --precision P      round numbers to P significant digits, 1..17\n"
+    "  --report           the same as --format html\n"
+    "  --allowance L      svg, dxf, html: a second line L outside the cut, in the length\n"
+    "                     unit\n"
+    "  --part NAME        svg, dxf, html: for the title\n"
+    "  --ply NAME         svg, dxf, html: for the title\n"
+    "  --table TABLE      for csv: nodes (default) or cells; of a map cells or plies\n"
+    "  --hold-one-out TABLE\n"
+    "                     no drape: how well a table of permeabilities, alone or in a\n"
+    "                     request, foretells each row and column from the others\n"
+    "  --max-nodes N      refuse larger nets; default 4000000\n"
+    "  --max-variants N   refuse larger studies; default 1000000\n"
+    "  --variant K        of a study: write the drape request of variant K instead,\n"
+    "                     or with \"best\" of the best of its first objective\n"
+    "  --threads N        threads to solve with; default 1\n"
+    "  --material FILE    a fabric of your own, which the request names as those of the\n"
+    "                     library; may be given several times\n"
+    "  --materials        the fabrics of the library\n"
+    "  -h, --help         this text\n"
+    "  --version          the solver's version\n"
+    "\n"
+    "Exit status: 0; 1 when the drape could not be done, with the reason on standard\n"
+    "error; 2 when the command line is wrong.\n";
+
+const char *const arguments_mesh[MESH_OPTIONS] = {"inlet",     "outlet",        "edge-channel",
+                                                  "reference", "cavity-height", "punch"};
+
+/* A title and the formats of a use, below each other as the help's other lines are. */
+static void print_formats(const char *title, enum format_use use) {
+    enum { WIDTH = 79, INDENT = 21 };
+    const struct format *format;
+    int column = printf("%*s%s", INDENT, "", title);
+    for (size_t k = 0; (format = format_at(use, k)); k++) {
+        if (column + (int)strlen(format->name) + 2 > WIDTH)
+            column = printf("\n%*s", INDENT - 1, "") - 1;
+        column += printf(" %s%s", format->name, format_at(use, k + 1) ? "," : "\n");
+    }
+}
+
+static int print_help(void) {
+    fputs(help_head, stdout);
+    print_formats("a result:", FORMAT_RESULT);
+    print_formats("its flat cut pattern:", FORMAT_PATTERN);
+    print_formats("a report to print:", FORMAT_REPORT);
+    print_formats("with --map, on a mesh:", FORMAT_MAP);
+    fputs(help_tail, stdout);
+    return fflush(stdout) == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+}
+
+/* Each with the line that says what it is. */
+static int print_materials(void) {
+    const struct api_material *material;
+    for (size_t k = 0; (material = api_material_at(k)); k++)
+        printf("%-28s%s\n", material->name, material->about);
+    return fflush(stdout) == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+}
+
+/* A whole number of at least 1 that fits in `most`. */
+static bool parse_count(const char *text, long most, long *value) {
+    char *end;
+    errno = 0;
+    *value = strtol(text, &end, 10);
+    return errno == 0 && end != text && *end == '\0' && *value >= 1 && *value <= most;
+}
+
+const char *arguments_parameter(const char *flag) {
+    static char name[64];
+    size_t length = strlen(flag);
+    for (size_t k = 0; k <= length && k < sizeof name; k++)
+        name[k] = flag[k] == '-' ? '_' : flag[k];
+    return name;
+}
+
+static bool take_format_option(struct arguments *arguments, const char *flag, const char *value) {
+    struct api_problem problem = {0};
+    return format_option(&arguments->options, arguments_parameter(flag), value, &problem);
+}
+
+static bool take_count(const char *text, size_t *count) {
+    long value;
+    bool ok = parse_count(text, 1000000000, &value);
+    *count = ok ? (size_t)value : *count;
+    return ok;
+}
+
+static bool take_material(struct material_files *files, const char *path) {
+    if (files->count < MATERIAL_FILES_MAX)
+        files->path[files->count] = path;
+    return files->count++ < MATERIAL_FILES_MAX;
+}
+
+/* Where the text of an option is kept as it is; NULL for others. */
+static const char **text_of(struct arguments *arguments, const char *name) {
+    const struct {
+        const char *name, **text;
+    } texts[] = {{"format", &arguments->format_name},
+                 {"map", &arguments->map},
+                 {"variant", &arguments->variant},
+                 {"output", &arguments->output},
+                 {"hold-one-out", &arguments->table}};
+    for (size_t k = 0; k < sizeof texts / sizeof *texts; k++)
+        if (strcmp(name, texts[k].name) == 0)
+            return texts[k].text;
+    for (size_t k = 0; k < MESH_OPTIONS; k++)
+        if (strcmp(name, arguments_mesh[k]) == 0)
+            return &arguments->mesh[k];
+    return NULL;
+}
+
+/* One option with its value; false when the value is wrong. */
+static bool take_option(struct arguments *arguments, const char *name, const char *value) {
+    struct api_limits *limits = &arguments->limits;
+    const char **text = text_of(arguments, name);
+    if (text) {
+        *text = value;
+        return true;
+    }
+    if (strcmp(name, "report") == 0) {
+        arguments->format_name = "html";
+        return true;
+    }
+    if (strcmp(name, "material") == 0)
+        return take_material(&arguments->materials, value);
+    if (strcmp(name, "max-nodes") == 0)
+        return take_count(value, &limits->max_nodes);
+    if (strcmp(name, "max-variants") == 0)
+        return take_count(value, &limits->max_variants);
+    if (strcmp(name, "threads") == 0) {
+        long threads = 0;
+        bool ok = parse_count(value, 1024, &threads);
+        limits->threads = (int)threads;
+        return ok;
+    }
+    return take_format_option(arguments, name, value);
+}
+
+static const struct option option_table[] = {
+    {"format", required_argument, NULL, 0},
+    {"output", required_argument, NULL, 'o'},
+    {"map", required_argument, NULL, 0},
+    {"hold-one-out", required_argument, NULL, 0},
+    {"inlet", required_argument, NULL, 0},
+    {"outlet", required_argument, NULL, 0},
+    {"reference", required_argument, NULL, 0},
+    {"within", required_argument, NULL, 0},
+    {"edge-channel", required_argument, NULL, 0},
+    {"cavity-height", required_argument, NULL, 0},
+    {"punch", required_argument, NULL, 0},
+    {"lcmsim-version", required_argument, NULL, 0},
+    {"at-most-fiber-volume-fraction", required_argument, NULL, 0},
+    {"fields", required_argument, NULL, 0},
+    {"allowance", required_argument, NULL, 0},
+    {"report", no_argument, NULL, 0},
+    {"part", required_argument, NULL, 0},
+    {"ply", required_argument, NULL, 0},
+    {"precision", required_argument, NULL, 0},
+    {"table", required_argument, NULL, 0},
+    {"threads", required_argument, NULL, 0},
+    {"max-nodes", required_argument, NULL, 0},
+    {"max-variants", required_argument, NULL, 0},
+    {"variant", required_argument, NULL, 0},
+    {"material", required_argument, NULL, 0},
+    {"materials", no_argument, NULL, 'm'},
+    {"help", no_argument, NULL, 'h'},
+    {"version", no_argument, NULL, 'v'},
+    {0},
+};
+
+/* The format, once it is known whether there is a mesh. */
+static bool choose_format(struct arguments *arguments) {
+    static const enum format_use uses[] = {FORMAT_RESULT, FORMAT_PATTERN, FORMAT_REPORT};
+    const char *name = arguments->format_name ? arguments->format_name : "json";
+    if (arguments->map)
+        arguments->format = format_named(FORMAT_MAP, name);
+    for (size_t k = 0; !arguments->map && !arguments->format && k < sizeof uses / sizeof *uses; k++)
+        arguments->format = format_named(uses[k], name);
+    if (arguments->format)
+        return true;
+    fprintf(stderr, "drape: --format does not take \"%s\"%s\n", name,
+            arguments->map ? " with --map" : "");
+    return false;
+}
+
+int arguments_parse(struct arguments *arguments, int argc, char **argv) {
+    int option, index = 0;
+    while ((option = getopt_long(argc, argv, "ho:", option_table, &index)) != -1) {
+        const char *name = option == 'o' ? "output" : option_table[index].name;
+        if (option == 'h')
+            return print_help();
+        if (option == 'm')
+            return print_materials();
+        if (option == 'v')
+            return puts("drape " DRAPE_SOLVER_VERSION) < 0 ? EXIT_FAILURE : EXIT_SUCCESS;
+        if (option == '?')
+            return EXIT_USAGE;
+        if (!take_option(arguments, name, optarg)) {
+            fprintf(stderr, "drape: --%s does not take \"%s\"\n", name, optarg);
+            return EXIT_USAGE;
+        }
+    }
+    if (argc - optind > 1) {
+        files_complain(argv[optind + 1], "one request at a time");
+        return EXIT_USAGE;
+    }
+    if (optind < argc && strcmp(argv[optind], "-") != 0)
+        arguments->input = argv[optind];
+    if (arguments->output && strcmp(arguments->output, "-") == 0)
+        arguments->output = NULL;
+    for (int k = 0; k < MESH_OPTIONS; k++) {
+        if (arguments->mesh[k] && !arguments->map) {
+            fprintf(stderr, "drape: --%s: needs --map\n", arguments_mesh[k]);
+            return EXIT_USAGE;
+        }
+    }
+    return choose_format(arguments) ? -1 : EXIT_USAGE;
+}
