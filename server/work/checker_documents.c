@@ -1,0 +1,227 @@
+/* SPDX-License-Identifier: MIT */
+#include "api/format/format.h"
+#include "api/json/text.h"
+#include "api/laminate/check.h"
+#include "api/map/cavity.h"
+#include "api/map/map.h"
+#include "api/run.h"
+#include "api/study/study.h"
+#include "checker_task.h"
+#include "server/clock.h"
+#include "server/config.h"
+#include "server/spool.h"
+#include <stdio.h>
+#include <string.h>
+
+static bool in_time(void *context, double fraction) {
+    const struct checker_task *task = context;
+    (void)fraction;
+    return clock_ms() < task->order.deadline_ms;
+}
+
+/* The options of the order for the mesh and for the format. */
+static bool take_options(const struct checker_task *task, struct arena *arena,
+                         struct map_target *mesh, struct format_options *options,
+                         struct api_problem *problem) {
+    const char *at = task->document[CHECKER_OPTIONS];
+    const char *end = at + task->order.length[CHECKER_OPTIONS];
+    while (problem->id == API_OK && at < end) {
+        const char *name = at, *value = name + strlen(name) + 1;
+        if (!map_target_option(mesh, name, value, arena, problem) && problem->id == API_OK)
+            format_option(options, name, value, problem);
+        at = value + strlen(value) + 1;
+    }
+    return problem->id == API_OK;
+}
+
+static bool read_mesh(const struct checker_task *task, const struct format *format,
+                      struct arena *arena, struct map_target *mesh, struct api_problem *problem) {
+    const char *body = task->document[CHECKER_BODY];
+    size_t length = task->order.length[CHECKER_BODY];
+    enum api_problem_id id = task->order.nastran
+                                 ? map_target_nastran(body, length, arena, mesh, problem)
+                                 : map_target_json(body, length, arena, mesh, problem);
+    if (id == API_OK && !mesh->elements && format->elements)
+        api_problem_set(problem, API_NOT_ACCEPTABLE,
+                        "%s is of elements; a map onto points is available as json, csv",
+                        format->name);
+    return problem->id == API_OK;
+}
+
+/* Writes a document of the format. */
+static void write_document(struct checker_task *task, const struct format *format,
+                           const struct format_source *source, const struct format_options *options,
+                           struct api_problem *problem) {
+    struct encoder *encoder = encoder_new(format, source, options, problem);
+    if (!encoder)
+        return;
+    snprintf(task->answer.note, sizeof task->answer.note, "%s", encoder_binning(encoder));
+    ssize_t got;
+    while ((got = encoder_read(encoder, task->buffer, sizeof task->buffer)) > 0 &&
+           spool_write(task->output, task->buffer, (size_t)got))
+        task->answer.output_length += (uint64_t)got;
+    if (got)
+        api_problem_set(problem, API_UNAVAILABLE, "there is no room to write the answer now");
+    encoder_free(encoder);
+}
+
+/* ---- a variant of a study ---- */
+
+/* In an arena of its own, which it goes back in while what the sink is given stays. */
+enum api_problem_id checker_task_variant(const struct checker_task *task,
+                                         const struct api_sink *sink, struct api_problem *problem) {
+    const struct checker_order *order = &task->order;
+    const struct api_input input = {.request = task->document[CHECKER_REQUEST],
+                                    .request_length = order->length[CHECKER_REQUEST],
+                                    .surface = checker_task_surface(task),
+                                    .surface_length = order->length[CHECKER_SECOND]};
+    struct api_memory columns = {task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS]};
+    const struct api_reader reader = api_reader_of(&columns);
+    struct arena *arena = arena_new(order->limits.max_memory);
+    struct api_study *study = arena ? api_study_open(&input, &order->limits, problem) : NULL;
+    if (!arena)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the variant");
+    else if (study)
+        (void)!api_study_variant_request(study, &reader, (size_t)order->variant, arena, sink,
+                                         problem);
+    api_study_close(study);
+    arena_free(arena);
+    return problem->id;
+}
+
+static bool append(void *context, const void *bytes, size_t length) {
+    api_text_bytes(context, bytes, length);
+    return !((struct api_text *)context)->failed;
+}
+
+/* Drapes the variant; its request and its result lie in the arena. */
+static enum api_problem_id drape_variant(const struct checker_task *task,
+                                         const struct drape_monitor *monitor, struct arena *arena,
+                                         struct api_input *input, struct api_memory *result,
+                                         struct api_problem *problem) {
+    const struct checker_order *order = &task->order;
+    struct api_text request = api_text_growing(arena), container = api_text_growing(arena);
+    const struct api_sink to_request = {.write = append, .context = &request};
+    const struct api_sink to_container = {.write = append, .context = &container};
+    if (checker_task_variant(task, &to_request, problem) != API_OK)
+        return problem->id;
+    *input = (struct api_input){.request = request.bytes,
+                                .request_length = request.length,
+                                .surface = checker_task_surface(task),
+                                .surface_length = order->length[CHECKER_SECOND]};
+    if (api_run(input, &order->limits, monitor, &to_container, problem) == API_OK)
+        *result = (struct api_memory){container.bytes, container.length};
+    return problem->id;
+}
+
+/* ---- maps and samples ---- */
+
+/* Of a drape, of a variant or of a laminate. */
+static enum api_problem_id fill_map(const struct checker_task *task, struct map_target *mesh,
+                                    const struct drape_monitor *monitor, struct arena *arena,
+                                    struct api_map *map, struct api_problem *problem) {
+    const struct checker_order *order = &task->order;
+    struct api_memory columns = {task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS]};
+    if (order->kind == CHECKER_STACK)
+        return laminate_map_record(task->document[CHECKER_SECOND], order->length[CHECKER_SECOND],
+                                   columns.bytes, columns.length, &order->limits, mesh, monitor,
+                                   arena, map, problem);
+    struct api_input input = {.request = task->document[CHECKER_SECOND],
+                              .request_length = order->length[CHECKER_SECOND]};
+    if (order->kind == CHECKER_SAMPLE_MAP &&
+        drape_variant(task, monitor, arena, &input, &columns, problem) != API_OK)
+        return problem->id;
+    const struct api_reader reader = api_reader_of(&columns);
+    if (!cavity_take_cloth(mesh, &reader, &input, &order->limits, arena, problem))
+        return problem->id;
+    return api_map_make(&reader, mesh, monitor, arena, map, problem);
+}
+
+void checker_task_map(struct checker_task *task, struct api_problem *problem) {
+    static struct api_map map;
+    const struct checker_order *order = &task->order;
+    const struct drape_monitor monitor = {in_time, task};
+    const struct format *format = format_named(FORMAT_MAP, order->format);
+    struct format_options options = {0};
+    struct map_target mesh;
+    struct arena *arena = arena_new(order->limits.max_memory);
+    if (!arena || !format)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the map needs more memory than allowed");
+    else if (read_mesh(task, format, arena, &mesh, problem) &&
+             take_options(task, arena, &mesh, &options, problem) &&
+             fill_map(task, &mesh, &monitor, arena, &map, problem) == API_OK)
+        write_document(task, format,
+                       &(struct format_source){.id = order->id, .fields = &map.fields}, &options,
+                       problem);
+    arena_free(arena);
+}
+
+void checker_task_sample(struct checker_task *task, struct api_problem *problem) {
+    const struct checker_order *order = &task->order;
+    const struct drape_monitor monitor = {in_time, task};
+    const struct format *format = format_named(FORMAT_RESULT, order->format);
+    struct format_options options = {0};
+    struct map_target mesh; /* no option is for it */
+    struct api_input input;
+    struct api_memory result;
+    struct arena *arena = arena_new(order->limits.max_memory);
+    if (!arena || !format) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the drape needs more memory than allowed");
+    } else if (take_options(task, arena, &mesh, &options, problem) &&
+               drape_variant(task, &monitor, arena, &input, &result, problem) == API_OK) {
+        const struct api_reader reader = api_reader_of(&result);
+        write_document(task, format, &(struct format_source){.id = order->id, .reader = &reader},
+                       &options, problem);
+    }
+    arena_free(arena);
+}
+
+/* ---- reports and patterns ---- */
+
+void checker_task_report(struct checker_task *task, const struct api_input *input,
+                         struct api_problem *problem) {
+    const struct checker_order *order = &task->order;
+    const char *digest = task->document[CHECKER_SECOND];
+    const struct format *format = format_named(FORMAT_REPORT, order->format);
+    struct api_memory result = {task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS]};
+    const struct api_reader reader = api_reader_of(&result);
+    struct format_options options = {0};
+    struct map_target mesh; /* no option is for it */
+    struct arena *arena = arena_new(order->limits.max_memory);
+    struct api_columns *columns = arena ? arena_alloc(arena, 1, sizeof *columns) : NULL;
+    if (!columns || !format) {
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the report needs more memory than allowed");
+    } else if (take_options(task, arena, &mesh, &options, problem) &&
+               api_columns_open(&reader, columns, problem) == API_OK) {
+        struct api_text inputs = api_text_growing(arena);
+        const struct api_sink sink = {.write = append, .context = &inputs};
+        if (api_check_normalise(input, &order->limits, &columns->start, &sink, problem) == API_OK)
+            write_document(
+                task, format,
+                &(struct format_source){.id = order->id,
+                                        .reader = &reader,
+                                        .record = {.inputs = api_text_finish(&inputs),
+                                                   .digest = digest,
+                                                   .finished = digest + strlen(digest) + 1,
+                                                   .program = "draped " DRAPED_VERSION}},
+                &options, problem);
+    }
+    arena_free(arena);
+}
+
+enum api_problem_id checker_task_patterns(const struct checker_task *task,
+                                          const struct api_sink *sink,
+                                          struct api_problem *problem) {
+    const struct checker_order *order = &task->order;
+    struct arena *arena = arena_new(order->limits.max_memory);
+    if (!arena)
+        api_problem_set(problem, API_OUT_OF_MEMORY, "no memory for the patterns");
+    else
+        (void)!laminate_pattern_record(
+            task->document[CHECKER_SECOND], order->length[CHECKER_SECOND],
+            task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS], &order->limits,
+            (int)order->variant - 1, order->format, task->document[CHECKER_OPTIONS],
+            order->length[CHECKER_OPTIONS], sink, arena, problem);
+    arena_free(arena);
+    return problem->id;
+}

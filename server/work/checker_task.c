@@ -1,0 +1,179 @@
+/* SPDX-License-Identifier: MIT */
+#include "checker_task.h"
+
+#include "api/files/files.h"
+#include "api/laminate/check.h"
+#include "api/study/study.h"
+#include "server/spool.h"
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+static bool flush(struct checker_task *task) {
+    bool good = spool_write(task->output, task->buffer, task->buffered);
+    task->buffered = 0;
+    return good;
+}
+
+/* The output as an `api_sink`. */
+static bool put(void *context, const void *bytes, size_t length) {
+    struct checker_task *task = context;
+    task->answer.output_length += length;
+    if (task->buffered + length > sizeof task->buffer && !flush(task))
+        return false;
+    if (length > sizeof task->buffer)
+        return spool_write(task->output, bytes, length);
+    memcpy(task->buffer + task->buffered, bytes, length);
+    task->buffered += length;
+    return true;
+}
+
+static int64_t processor_us(void) {
+    struct timespec used;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
+    return used.tv_sec * INT64_C(1000000) + used.tv_nsec / 1000;
+}
+
+/* A surface to be stored that comes as a file of CAD or mesh. */
+static enum api_problem_id import_file(struct checker_task *task,
+                                       const struct checker_abilities *abilities,
+                                       struct arena *arena, const struct api_sink *sink) {
+    const struct checker_order *order = &task->order;
+    const char *body = task->document[CHECKER_BODY], *text = NULL;
+    const struct file_format *format = file_format_named(order->source);
+    struct api_problem *problem = &task->answer.problem;
+    size_t length = order->length[CHECKER_BODY], text_length = 0;
+    char why[API_DETAIL_MAX] = "", *imported = NULL;
+    if (!format || (format->cad && !abilities->import)) {
+        api_problem_set(problem, API_INTERNAL, "this process cannot import files");
+    } else if (format->cad) {
+        text = imported =
+            abilities->import(body, length, order->source, order->unit, &text_length, why);
+        if (!text)
+            api_problem_set(problem, API_UNREADABLE_FILE, "%s", why);
+    } else if (file_read_mesh(format, body, length, order->unit, arena, &text, &text_length,
+                              problem) != API_OK) {
+        text = NULL;
+    }
+    const struct api_input input = {.request = text, .request_length = text_length};
+    enum api_problem_id id = problem->id;
+    if (text)
+        id = api_check_surface(&input, &order->limits, sink, &task->answer.check, problem);
+    free(imported);
+    return id;
+}
+
+static enum api_problem_id check_surface(struct checker_task *task,
+                                         const struct checker_abilities *abilities,
+                                         const struct api_input *input,
+                                         const struct api_sink *sink) {
+    struct checker_answer *answer = &task->answer;
+    if (!task->order.source[0])
+        return api_check_surface(input, &task->order.limits, sink, &answer->check,
+                                 &answer->problem);
+    struct arena *arena = arena_new(task->order.limits.max_memory);
+    if (arena)
+        import_file(task, abilities, arena, sink);
+    else
+        api_problem_set(&answer->problem, API_OUT_OF_MEMORY, "no memory for the file");
+    arena_free(arena);
+    return answer->problem.id;
+}
+
+/* A request to be accepted, whose materials are in `input` already. */
+static enum api_problem_id check_filled(struct checker_task *task, const struct api_input *input,
+                                        const struct api_sink *sink) {
+    const struct checker_order *order = &task->order;
+    struct checker_answer *answer = &task->answer;
+    if (order->kind == CHECKER_LAMINATE)
+        return laminate_check(input, &order->limits, sink, &answer->check, &answer->problem);
+    return order->kind == CHECKER_STUDY
+               ? api_check_study(input, &order->limits, &answer->check, &answer->problem)
+               : api_check_drape(input, &order->limits, &answer->check, &answer->problem);
+}
+
+/* One that may name materials. What is written of a laminate has its plies' requests and record; of
+ * the others it is the request. */
+static enum api_problem_id check_mentions(struct checker_task *task, struct api_input input,
+                                          const struct api_sink *sink) {
+    const struct checker_order *order = &task->order;
+    struct checker_answer *answer = &task->answer;
+    struct api_check found = {0};
+    struct arena *arena = arena_new(order->limits.max_memory);
+    size_t own = order->length[CHECKER_MATERIALS];
+    if (!arena)
+        api_problem_set(&answer->problem, API_OUT_OF_MEMORY, "no memory for the request");
+    else if (api_check_mentions(&input, own ? task->document[CHECKER_MATERIALS] : NULL, own, sink,
+                                arena, &found, &answer->problem) == API_OK &&
+             !found.needs_materials) {
+        if (order->kind == CHECKER_LAMINATE)
+            found.filled_length = 0;
+        else if (!sink->write(sink->context, input.request, input.request_length))
+            api_problem_set(&answer->problem, API_UNAVAILABLE, "there is no room for it now");
+        if (answer->problem.id == API_OK)
+            (void)!check_filled(task, &input, sink);
+    }
+    answer->check.needs_materials = found.needs_materials;
+    answer->check.filled_length = found.filled_length;
+    arena_free(arena);
+    return answer->problem.id;
+}
+
+static enum api_problem_id check_request(struct checker_task *task, const struct api_input *input,
+                                         const struct api_sink *sink) {
+    return api_material_mentioned(input->request, input->request_length)
+               ? check_mentions(task, *input, sink)
+               : check_filled(task, input, sink);
+}
+
+void checker_task_carry_out(struct checker_task *task, const struct checker_abilities *abilities) {
+    const int64_t begun = processor_us();
+    const struct checker_order *order = &task->order;
+    struct checker_answer *answer = &task->answer;
+    const struct api_input input = {.request = task->document[CHECKER_BODY],
+                                    .request_length = order->length[CHECKER_BODY],
+                                    .surface = checker_task_surface(task),
+                                    .surface_length = order->length[CHECKER_SECOND]};
+    const struct api_sink sink = {.write = put, .context = task};
+    const struct api_start *start = order->has_start ? &order->start : NULL;
+    enum api_problem_id id = API_OK;
+    switch (order->kind) {
+    case CHECKER_DRAPE:
+    case CHECKER_STUDY:
+    case CHECKER_LAMINATE:
+        id = check_request(task, &input, &sink);
+        break;
+    case CHECKER_MATERIAL:
+        id = api_check_material(&input, &order->limits, &sink, &answer->check, &answer->problem);
+        break;
+    case CHECKER_PATTERNS:
+        id = checker_task_patterns(task, &sink, &answer->problem);
+        break;
+    case CHECKER_VARIANT:
+        id = checker_task_variant(task, &sink, &answer->problem);
+        break;
+    case CHECKER_SAMPLE:
+        checker_task_sample(task, &answer->problem);
+        break;
+    case CHECKER_REPORT:
+        checker_task_report(task, &input, &answer->problem);
+        break;
+    case CHECKER_SURFACE:
+        id = check_surface(task, abilities, &input, &sink);
+        break;
+    case CHECKER_PREVIEW:
+        id = api_check_preview(&input, &order->limits, &sink, &answer->problem);
+        break;
+    case CHECKER_UNDERSTOOD:
+        id = api_study_normalise(&input, &order->limits, &sink, &answer->problem);
+        break;
+    case CHECKER_NORMALISE:
+        id = api_check_normalise(&input, &order->limits, start, &sink, &answer->problem);
+        break;
+    default:
+        checker_task_map(task, &answer->problem);
+    }
+    if (id == API_OK && task->buffered && !flush(task))
+        api_problem_set(&answer->problem, API_UNAVAILABLE, "there is no room for the answer now");
+    answer->processor_us = processor_us() - begun;
+}
