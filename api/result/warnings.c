@@ -119,8 +119,9 @@ static double size_of(const struct drape_result *result) {
         double low = HUGE_VAL, high = -HUGE_VAL;
         for (int table = 0; table < 2; table++)
             for (size_t k = 0; k < counts[table]; k++) {
-                low = fmin(low, columns[table][axis][k]);
-                high = fmax(high, columns[table][axis][k]);
+                double at = columns[table][axis][k];
+                low = at < low ? at : low;
+                high = at > high ? at : high;
             }
         sum += high > low ? (high - low) * (high - low) : 0;
     }
