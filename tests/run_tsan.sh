@@ -11,12 +11,13 @@ export TSAN_OPTIONS=halt_on_error=1
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 failed=0
+LONGEST=1800 # seconds of one: test_store_faults takes two minutes of a processor
 
 # run NAME COMMAND...
 run() {
     local name=$1 begun=$SECONDS status=0
     shift
-    timeout -k 10 600 "$@" >"$log" 2>&1 </dev/null || status=$?
+    timeout -k 10 "$LONGEST" "$@" >"$log" 2>&1 </dev/null || status=$?
     [ "$status" -eq 0 ] || { cat "$log"; failed=$((failed + 1)); }
     printf '%-40s status %d, %d s\n' "$name" "$status" $((SECONDS - begun))
 }

@@ -463,6 +463,7 @@ static void test_checkers_more_memory_than_usual(void **state) {
     struct checkers_stats stats;
     char *body = trimmed_surface(260);
     wanted.memory = INT64_C(640) << 20;
+    wanted.timeout_ms = 300000; /* with ThreadSanitizer, on a busy machine */
     start(&wanted);
     struct checkers_order order = order_of(CHECKER_SURFACE, body);
     order.body_file = spool_of_bytes(body, strlen(body));
