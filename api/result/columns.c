@@ -130,11 +130,17 @@ static enum api_problem_id send(const struct api_sink *sink, const void *bytes, 
     return problem->id;
 }
 
+/* A number that is not finite has all bits of its exponent set: one more would carry into the sign.
+ */
 static bool all_finite(const double *values, size_t count) {
-    bool finite = true;
-    for (size_t i = 0; i < count; i++)
-        finite &= isfinite(values[i]) != 0;
-    return finite;
+    const uint64_t one = (uint64_t)1 << 52, exponent = 0x7ff * one;
+    uint64_t carried = 0;
+    for (size_t i = 0; i < count; i++) {
+        uint64_t bits;
+        memcpy(&bits, &values[i], sizeof bits);
+        carried |= (bits & exponent) + one;
+    }
+    return carried >> 63 == 0;
 }
 
 /* Within 2^53, where every whole number is a double. */
@@ -193,35 +199,59 @@ static void swap_values(double *values, size_t count) {
     }
 }
 
+/* Of a known `size` each, for which the compiler makes a loop of its own. */
+static inline void pack_whole(size_t size, double *values, size_t count) {
+    unsigned char *bytes = (unsigned char *)values;
+    for (size_t i = 0; i < count; i++) {
+        uint32_t bits = htole32((uint32_t)(int32_t)values[i]);
+        memcpy(bytes + i * size, &bits, size);
+    }
+}
+
 /* In place: no value is longer than a double. Returns how many bytes they take. */
 static size_t pack(enum api_form form, double *values, size_t count) {
-    unsigned char *bytes = (unsigned char *)values;
-    if (width[form] == VALUE)
+    switch (form) {
+    case API_FORM_INT8:
+        pack_whole(1, values, count);
+        break;
+    case API_FORM_INT16:
+        pack_whole(2, values, count);
+        break;
+    case API_FORM_INT32:
+        pack_whole(4, values, count);
+        break;
+    default:
         swap_values(values, count);
-    for (size_t i = 0; width[form] < VALUE && i < count; i++) {
-        uint32_t bits = htole32((uint32_t)(int32_t)values[i]);
-        memcpy(bytes + i * width[form], &bits, width[form]);
     }
     return count * width[form];
 }
 
-static double whole_number(enum api_form form, const unsigned char *bytes) {
-    uint32_t bits = 0;
-    memcpy(&bits, bytes, width[form]);
-    bits = le32toh(bits);
-    return form == API_FORM_INT8    ? (int8_t)bits
-           : form == API_FORM_INT16 ? (int16_t)bits
-                                    : (int32_t)bits;
+static inline void unpack_whole(size_t size, double *values, size_t count) {
+    const unsigned char *bytes = (const unsigned char *)values + count * (VALUE - size);
+    for (size_t i = 0; i < count; i++) {
+        uint32_t bits = 0;
+        memcpy(&bits, bytes + i * size, size);
+        bits = le32toh(bits);
+        values[i] = size == 1 ? (int8_t)bits : size == 2 ? (int16_t)bits : (int32_t)bits;
+    }
 }
 
 /* The other way. The bytes are at the end of the room for `count` doubles, so that none is written
  * over before it is read. */
 static void unpack(enum api_form form, double *values, size_t count) {
-    const unsigned char *bytes = (const unsigned char *)values + count * (VALUE - width[form]);
-    if (width[form] == VALUE)
+    switch (form) {
+    case API_FORM_INT8:
+        unpack_whole(1, values, count);
+        break;
+    case API_FORM_INT16:
+        unpack_whole(2, values, count);
+        break;
+    case API_FORM_INT32:
+        unpack_whole(4, values, count);
+        break;
+    default:
         swap_values(values, count);
-    for (size_t i = 0; width[form] < VALUE && i < count; i++)
-        values[i] = whole_number(form, bytes + i * width[form]);
+    }
 }
 
 /* ------------------------------------------------------------------ writing */
@@ -296,7 +326,7 @@ struct api_reader api_reader_of(struct api_memory *memory) {
     return (struct api_reader){read_memory, memory};
 }
 
-/* The directory's bytes in `buffer` of API_HEADER_MAX; 0 when this is no container. */
+/* The directory as a string in `buffer` of API_HEADER_MAX; 0 when this is no container. */
 static size_t read_header(const struct api_reader *reader, char *buffer) {
     char prefix[PREFIX];
     uint32_t version, length;
@@ -309,6 +339,7 @@ static size_t read_header(const struct api_reader *reader, char *buffer) {
     bool known = memcmp(prefix, MAGIC, sizeof MAGIC) == 0 && version >= 1 && version <= VERSION;
     if (!known || length > API_HEADER_MAX - PREFIX)
         return 0;
+    buffer[length] = '\0';
     return reader->read_at(reader->context, PREFIX, buffer, length) ? length : 0;
 }
 
@@ -319,8 +350,9 @@ enum api_problem_id api_columns_open(const struct api_reader *reader, struct api
     struct json_tree tree = {0};
     size_t length = read_header(reader, buffer);
     *columns = (struct api_columns){0};
-    if (length > 0 &&
-        json_tree_parse(&tree, buffer, length, &api_limits_default, NULL, &inner) == API_OK) {
+    bool good = length > 0 && directory_take_columns(buffer, columns);
+    if (good && json_tree_parse(&tree, buffer, strlen(buffer), &api_limits_default, NULL, &inner) ==
+                    API_OK) {
         directory_read(&tree, columns);
         json_tree_free(&tree);
     }
@@ -328,7 +360,7 @@ enum api_problem_id api_columns_open(const struct api_reader *reader, struct api
         api_problem_set(problem, API_OUT_OF_MEMORY, "no memory to read the result");
         return API_OUT_OF_MEMORY;
     }
-    if (length == 0 || inner.id != API_OK) {
+    if (!good || inner.id != API_OK) {
         api_problem_set(problem, API_INTERNAL, "the stored result is damaged");
         return API_INTERNAL;
     }

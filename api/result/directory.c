@@ -4,6 +4,7 @@
 #include "api/json/place.h"
 #include "api/json/text.h"
 #include <limits.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const char *const form_names[] = {
@@ -70,7 +71,6 @@ void directory_write(struct api_text *text, const struct api_columns *header) {
 }
 
 static const struct place_range any = {-1e300, 1e300, false};
-static const struct place_range counts = {0, 0x1p53, false};
 
 static void read_pair(const struct json_place *object, const char *key, int *pair) {
     struct json_place place = place_member(object, key);
@@ -97,34 +97,6 @@ static const struct api_unit *read_unit(const struct json_place *place) {
     return &api_units[index];
 }
 
-/* What encoders may write without escaping it. */
-static bool is_name(const char *text) {
-    size_t length = strspn(text, "abcdefghijklmnopqrstuvwxyz0123456789_");
-    return length > 0 && length < API_COLUMN_NAME_SIZE && text[length] == '\0';
-}
-
-static void read_column(const struct json_place *place, struct api_column *column) {
-    struct json_place table = place_member(place, "table"), name = place_member(place, "name");
-    struct json_place integer = place_member(place, "integer"), count = place_member(place, "rows");
-    struct json_place form = place_member(place, "form");
-    int index = 0, stored = API_FORM_FLOAT64;
-    double rows = 0;
-    const char *text = "";
-    place_choice(&table, column_tables, API_TABLE_COUNT, &index);
-    column->table = (enum api_table)index;
-    if (place_string(&name, &text)) {
-        if (!is_name(text))
-            place_fault(&name, "must be a column's name");
-        strncpy(column->name, text, API_COLUMN_NAME_SIZE - 1);
-    }
-    place_boolean(&integer, &column->integer);
-    place_number(&count, counts, &rows);
-    column->rows = (size_t)rows;
-    if (place_given(&form))
-        place_choice(&form, form_names, API_FORM_COUNT, &stored);
-    column->form = (enum api_form)stored;
-}
-
 /* What only the result of a drape has. */
 static void read_drape(const struct json_place *root, struct api_columns *columns) {
     struct json_place summary = place_member(root, "summary"), grid = place_member(root, "grid");
@@ -145,7 +117,7 @@ static void read_drape(const struct json_place *root, struct api_columns *column
 }
 
 void directory_read(const struct json_tree *tree, struct api_columns *columns) {
-    struct json_place root = place_root(tree), list = place_member(&root, "columns");
+    struct json_place root = place_root(tree);
     struct json_place unit = place_member(&root, "length_unit");
     struct json_place study = place_member(&root, "study");
     columns->unit = read_unit(&unit);
@@ -156,17 +128,77 @@ void directory_read(const struct json_tree *tree, struct api_columns *columns) {
     } else {
         read_drape(&root, columns);
     }
-    columns->count = place_length(&list);
-    if (columns->count > API_COLUMNS_MAX) {
-        place_fault(&list, "must have at most %d elements", API_COLUMNS_MAX);
-        return;
+}
+
+/* ---- the list of columns ---- */
+
+/* Whether that is what comes next, which is then behind. */
+static bool take(const char **at, const char *literal) {
+    size_t length = strlen(literal);
+    bool there = strncmp(*at, literal, length) == 0;
+    *at += there ? length : 0;
+    return there;
+}
+
+/* A name up to its closing quote, of characters that encoders may write without escaping them. */
+static bool take_name(const char **at, char name[API_COLUMN_NAME_SIZE]) {
+    size_t length = strspn(*at, "abcdefghijklmnopqrstuvwxyz0123456789_");
+    if (length == 0 || length >= API_COLUMN_NAME_SIZE)
+        return false;
+    memcpy(name, *at, length);
+    name[length] = '\0';
+    *at += length;
+    return take(at, "\"");
+}
+
+static bool take_choice(const char **at, const char *const names[], int count, int *choice) {
+    char name[API_COLUMN_NAME_SIZE];
+    if (!take_name(at, name))
+        return false;
+    for (*choice = 0; *choice < count; ++*choice)
+        if (strcmp(names[*choice], name) == 0)
+            return true;
+    return false;
+}
+
+/* A whole number of up to 15 digits. */
+static bool take_count(const char **at, size_t *count) {
+    size_t length = strspn(*at, "0123456789");
+    *count = length > 0 && length <= 15 ? (size_t)strtoull(*at, NULL, 10) : 0;
+    *at += length;
+    return length > 0 && length <= 15;
+}
+
+static bool take_column(const char **at, struct api_column *column) {
+    int table = 0, form = API_FORM_FLOAT64;
+    bool good = take(at, "{\"table\":\"") &&
+                take_choice(at, column_tables, API_TABLE_COUNT, &table) &&
+                take(at, ",\"name\":\"") && take_name(at, column->name) && take(at, ",\"rows\":") &&
+                take_count(at, &column->rows) && take(at, ",\"integer\":");
+    column->integer = good && take(at, "true");
+    good = good && (column->integer || take(at, "false"));
+    if (good && take(at, ",\"form\":\""))
+        good = take_choice(at, form_names, API_FORM_COUNT, &form);
+    column->table = (enum api_table)table;
+    column->form = (enum api_form)form;
+    return good && take(at, "}");
+}
+
+bool directory_take_columns(char *text, struct api_columns *columns) {
+    static const char key[] = ",\"columns\":[";
+    char *list = strstr(text, key);
+    const char *at = list ? list + strlen(key) : text;
+    bool good = list != NULL;
+    for (columns->count = 0; good && *at == '{'; take(&at, ",")) {
+        struct api_column *column = &columns->column[columns->count];
+        good = columns->count < API_COLUMNS_MAX && take_column(&at, column);
+        columns->count += good;
+        good = good && column->rows == api_columns_rows(columns, column->table);
     }
-    for (size_t i = 0; i < columns->count; i++) {
-        struct json_place column = place_element(&list, i);
-        read_column(&column, &columns->column[i]);
-        if (columns->column[i].rows != api_columns_rows(columns, columns->column[i].table))
-            place_fault(&column, "must have as many rows as the others of its table");
-    }
+    good = good && take(&at, "]}") && at[strspn(at, " ")] == '\0';
+    if (good)
+        memcpy(list, "}", sizeof "}");
+    return good;
 }
 
 char *api_columns_summary_json(const struct api_columns *columns) {

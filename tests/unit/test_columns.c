@@ -228,6 +228,31 @@ static void test_columns_of_version_1_are_read(void **state) {
     sample_free(sample);
 }
 
+/* The list of columns is read as it is written, or not at all. */
+static void test_columns_of_a_damaged_list_are_refused(void **state) {
+    (void)state;
+    struct random random = random_begin(__func__);
+    struct sample *sample = sample_new(&random);
+    struct api_problem problem;
+    struct api_columns columns;
+    assert_int_equal(write_sample(sample, 1 << 20, &problem), API_OK);
+    char *bytes = sample->container.data;
+    char *list = memmem(bytes, sample->container.length, ",\"columns\":[", 12);
+    char *end = bytes + sample->header.column[0].offset;
+    assert_non_null(list);
+    for (char *at = list; at < end; at++) {
+        char whole = *at;
+        *at = '?';
+        assert_int_equal(api_columns_open(&sample->reader, &columns, &problem), API_INTERNAL);
+        *at = whole;
+    }
+    assert_int_equal(api_columns_open(&sample->reader, &columns, &problem), API_OK);
+    char *rows = memmem(list, (size_t)(end - list), "\"rows\":", 7);
+    rows[7] ^= 1; /* not as many as the next column of the table has */
+    assert_int_equal(api_columns_open(&sample->reader, &columns, &problem), API_INTERNAL);
+    sample_free(sample);
+}
+
 /* A repeated value needs no bytes a row, but the rows must be there all the same. */
 static void test_columns_that_are_not_whole_are_not_encoded(void **state) {
     (void)state;
@@ -487,6 +512,7 @@ int main(void) {
         cmocka_unit_test(test_columns_are_little_endian_doubles_behind_the_directory),
         cmocka_unit_test(test_columns_take_the_bytes_that_their_values_need),
         cmocka_unit_test(test_columns_of_version_1_are_read),
+        cmocka_unit_test(test_columns_of_a_damaged_list_are_refused),
         cmocka_unit_test(test_columns_that_are_not_whole_are_not_encoded),
         cmocka_unit_test(test_columns_refuse_values_that_are_no_numbers),
         cmocka_unit_test(test_columns_stop_when_the_sink_refuses),
