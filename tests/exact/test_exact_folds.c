@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* Fillets no larger than a spacing and sharp folds: on a developable part the net is the flat
  * square grid whatever the spacing, and has no shear. */
+#include "awkward.h"
 #include "profile.h"
 #include "tests/check.h"
 #include <stdio.h>
+#include <stdlib.h>
 
 static void check_sheet(struct profile_sheet *sheet, const struct profile_method *method, double d,
                         const double start[2], double angle_deg) {
@@ -138,6 +140,68 @@ static void test_exact_folds_square_tube(void **state) {
     }
 }
 
+/* --- a box whose edges and corners are rounded --- */
+
+enum { BOX_LEVELS = 3 };
+static const double BOX_SPACING = 0.2; /* halved from level to level */
+
+static void drape_box(struct shape *shape, enum drape_method method, double d,
+                      struct drape_run *run) {
+    struct drape_settings settings = {.method = method,
+                                      .spacing = {d, d},
+                                      .start_kind = DRAPE_START_UV,
+                                      .direction_deg = awkward[0].angle_deg,
+                                      .max_nodes = 1000000};
+    awkward_start(&awkward[0], shape, settings.start_uv);
+    drape_begin(run, shape, &settings);
+    assert_int_equal(run->result.summary.outcome, DRAPE_COMPLETE);
+}
+
+/* The largest distance of nodes from those of a net that is `times` as fine; but for those that
+ * rest on free edges, which are a choice at any spacing. */
+static double gap_to(const struct drape_run *fine, int times, const struct drape_run *run,
+                     double d) {
+    const struct drape_nodes *nodes = &run->result.nodes;
+    double gap = 0;
+    for (size_t k = 0; k < nodes->count; k++) {
+        int at = grid_find(&fine->grid, nodes->i[k] * times, nodes->j[k] * times);
+        if (abs(nodes->i[k]) * d > 1.2 + 1e-9 || abs(nodes->j[k]) * d > 1.2 + 1e-9)
+            continue;
+        assert_true(at >= 0);
+        gap = fmax(gap,
+                   vec3_distance(node_point(nodes, (int)k), node_point(&fine->result.nodes, at)));
+    }
+    return gap;
+}
+
+/* Doubly curved, with spacings from more than the radii of its corners on: all methods tend to the
+ * finest net of geodesics with their order. */
+static void test_exact_folds_rounded_box(void **state) {
+    static struct shape shape;
+    struct drape_run finest;
+    int times = check_sized(4, 2);
+    (void)state;
+    awkward[0].make(&shape);
+    drape_box(&shape, DRAPE_GEODESIC, BOX_SPACING / (1 << (BOX_LEVELS - 1)) / times, &finest);
+    for (int m = 0; m < PROFILE_METHODS; m++) {
+        double gap[BOX_LEVELS];
+        printf("  %-8s", profile_methods[m].name);
+        for (int level = 0; level < BOX_LEVELS; level++) {
+            struct drape_run run;
+            double d = BOX_SPACING / (1 << level);
+            drape_box(&shape, profile_methods[m].id, d, &run);
+            gap[level] = gap_to(&finest, times << (BOX_LEVELS - 1 - level), &run, d);
+            printf(" %.1e", gap[level]);
+            drape_end(&run);
+        }
+        double order = order_of(gap[0], gap[BOX_LEVELS - 1]) / (BOX_LEVELS - 1);
+        printf(" (%.2f)\n", order);
+        check_above(order, profile_methods[m].id == DRAPE_GIB4 ? 2.4 : 1.9);
+        check_below(gap[0], 0.02 * BOX_SPACING);
+    }
+    drape_end(&finest);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_folds_hat),
@@ -146,6 +210,7 @@ int main(void) {
         cmocka_unit_test(test_exact_folds_back_on_itself),
         cmocka_unit_test(test_exact_folds_joggle),
         cmocka_unit_test(test_exact_folds_square_tube),
+        cmocka_unit_test(test_exact_folds_rounded_box),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
