@@ -93,7 +93,7 @@ struct march {
     bool unsettled;                /* but not by march_place: rows are, when some are complete */
     enum drape_reason astray;      /* why the last yarn that went straight on got no further */
     double cut_centre[2];          /* closed directions are cut open half a turn from there */
-    bool past_cut;                 /* closed directions are no longer cut open opposite the start */
+    bool past_cut;                 /* closed directions are no longer cut open */
     bool growing;                  /* parts of the net may come together that are out of step */
     size_t torn;                   /* places where they do */
     bool broken;           /* the net ends inside the part: yarns collapse, or no node was found */

@@ -6,8 +6,8 @@
  * the left of a chain, seen against the surface's normal.
  *
  * Between two vertices a chain follows the straight line in the parameters, on a mesh in space.
- * A closed direction that no pole closes is cut open opposite the start, as the net is: both sides
- * of the cut are edges.
+ * A closed direction that no pole closes is cut open where the net is: both sides of the cut are
+ * edges.
  */
 #ifndef SOLVER_RIM_RIM_EDGES_H
 #define SOLVER_RIM_RIM_EDGES_H

@@ -234,7 +234,7 @@ double station_cut_turn(const struct surface *surface, int k) {
     return cut ? axis_length(axis) / 2 : HUGE_VAL;
 }
 
-/* Beyond the cut opposite the start, its ghosts end a full turn from there. */
+/* Beyond the cut its ghosts end a full turn from there. */
 static enum station_zone zone_round(const struct surface *surface, int k, double from, double to) {
     if (!surface->axis[k].closed)
         return STATION_INSIDE;
@@ -268,7 +268,7 @@ static enum station_zone zone_on_face(struct surface_cursor *cursor,
 }
 
 enum station_zone station_zone(const struct surface *surface, struct surface_cursor *cursor,
-                               const double start[2], const struct station *station,
+                               const double centre[2], const struct station *station,
                                enum drape_reason *reason) {
     if (surface->shell) {
         *reason = DRAPE_REASON_BOUNDARY;
@@ -290,8 +290,8 @@ enum station_zone station_zone(const struct surface *surface, struct surface_cur
     *reason = DRAPE_REASON_BOUNDARY;
     if (outside)
         return healthy(surface, cursor, station, edge) ? STATION_GHOST : STATION_BEYOND;
-    enum station_zone zone_u = zone_round(surface, 0, start[0], station->uv[0]);
-    enum station_zone zone_v = zone_round(surface, 1, start[1], station->uv[1]);
+    enum station_zone zone_u = zone_round(surface, 0, centre[0], station->uv[0]);
+    enum station_zone zone_v = zone_round(surface, 1, centre[1], station->uv[1]);
     *reason = DRAPE_REASON_FOLD;
     return zone_u > zone_v ? zone_u : zone_v;
 }

@@ -60,15 +60,15 @@ static inline bool station_near_pole(const struct surface *surface, struct vec3 
     return near;
 }
 
-/* Round a closed direction k that no pole closes, the net is cut open half a turn from its start:
+/* Round a closed direction k that no pole closes, the net is cut open half a turn from its centre:
  * that much in its parameter; HUGE_VAL for other directions. */
 double station_cut_turn(const struct surface *surface, int k);
 
-/* The zone of a station and, unless it is inside, why the net ends there. `start` is where the net
- * began: round a closed direction that no pole closes, the net ends half a period from it on either
- * side, where it would meet itself. */
+/* The zone of a station and, unless it is inside, why the net ends there. Round a closed
+ * direction that no pole closes, the net ends half a period from `centre` on either side, where it
+ * would meet itself. */
 enum station_zone station_zone(const struct surface *surface, struct surface_cursor *cursor,
-                               const double start[2], const struct station *station,
+                               const double centre[2], const struct station *station,
                                enum drape_reason *reason);
 
 /* ---- the tangent plane: inline, because every node needs it several times ---- */
