@@ -129,12 +129,14 @@ $(B)/tests/bench/bench_shell: $(call objects,$(addprefix tests/,bench/bench_shel
 $(B)/tests/bench/bench_store: $(B)/tests/bench/bench_store.o $(LIBS)
 	$(call say,LINK,$@)$(LINK) -o $@ $^ $(SERVER_LIBS)
 
-# SURFACES random parts and the examples, each against VARIANTS of a grid on a net of NODES.
-SURFACES ?= 20
-VARIANTS ?= 4000
-NODES ?= 400
-study-quality: $(B)/drape ## after a change of searches: how near `optimise` comes to brute force
-	nice -n 19 tests/bench/study_quality.py $(B) $(SURFACES) $(VARIANTS) $(NODES)
+# Random parts number PARTS and the examples, on nets of NODES, by MEASURE; figures are kept in KEEP.
+PARTS ?= 0:20
+MEASURE ?= optimise,long
+NODES ?= 900
+KEEP ?= $(B)/study_quality
+study-quality: $(B)/drape ## after a change of searches: how near `optimise` comes to long searches and grids
+	nice -n 19 tests/bench/study_quality.py $(B) --parts $(PARTS) --examples --nodes $(NODES) \
+		--measure $(MEASURE) --keep $(KEEP)
 
 hosts: all ## after a change in the store: six hosts, 2,000 drapes
 	@deploy/setup.sh test

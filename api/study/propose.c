@@ -8,10 +8,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Rows that a model is made of at the most; candidates for each variant; the share of the rows that
- * they are drawn about, but for one variant in so many whose are drawn about the best. Found by
- * `make study-quality`. */
-enum { MODELLED = 300, CANDIDATES = 128, GOOD = 4, TOGETHER = 3 };
+/* Rows that a model is made of at the most; candidates for each variant; where they are drawn, in
+ * so many ways; valleys at the most, the best of each from this share of the rows, this far apart.
+ * Found by `make study-quality`. */
+enum { MODELLED = 300, CANDIDATES = 128, WAYS = 3, VALLEYS = 20, GOOD = 4 };
+static const double apart = 0.08;
 
 /* Steps that the best candidate then takes downwards: the first of this share of the greatest
  * distance of candidates, each longer by a third after one that leads down, else a little shorter.
@@ -389,22 +390,52 @@ static double farthest(const struct propose_search *search) {
     return reach * (1 - search->progress) + 1e-4;
 }
 
-/* Candidates of variant k: about the best row, or about a good one. */
-static size_t draw_candidates(struct proposal *p, const struct study_aim *aim, const size_t *order,
-                              size_t ordered, bool about_best) {
-    enum { PLACE = 0, SCALE = 13 };
-    const struct propose_search *search = p->search;
+/* The best of each valley, the best of all first: of the good rows of an order those that none of
+ * the better ones is near. */
+static size_t find_valleys(const struct proposal *p, const size_t *order, size_t ordered,
+                           size_t valley[VALLEYS]) {
+    struct surrogate_point taken[VALLEYS];
     size_t good = ordered / GOOD > 5 ? ordered / GOOD : ordered < 5 ? ordered : 5, count = 0;
+    for (size_t k = 0; k < good && count < VALLEYS; k++) {
+        struct spot spot = spot_of(&p->space, &p->search->rows[order[k]].variant);
+        taken[count] = point_of(&p->space, &spot);
+        bool near = false;
+        for (size_t v = 0; v < count && !near; v++)
+            near = surrogate_distance2(&taken[count], &taken[v]) < apart * apart;
+        if (!near)
+            valley[count++] = order[k];
+    }
+    return count;
+}
+
+/* Candidates of the next variant, each about one of some rows. */
+static size_t draw_candidates(struct proposal *p, const struct study_aim *aim, const size_t *rows,
+                              size_t number) {
+    enum { PLACE = 0, SCALE = 13 };
+    size_t count = 0;
     for (size_t c = 0; c < CANDIDATES; c++) {
         size_t draw = p->count * CANDIDATES + c;
-        size_t which = about_best ? 0 : (size_t)(draw_even(p->seed, draw, PLACE) * (double)good);
-        double size = farthest(search);
+        size_t row = rows[(size_t)(draw_even(p->seed, draw, PLACE) * (double)number)];
+        double size = farthest(p->search);
         for (int k = (int)(draw_even(p->seed, draw, SCALE) * SCALES); k > 0; k--)
             size *= 0.5;
-        struct spot about = spot_of(&p->space, &search->rows[order[which]].variant);
+        struct spot about = spot_of(&p->space, &p->search->rows[row].variant);
         count += draw_candidate(p, aim, &about, size, p->seed, draw, &p->list[count]);
     }
     return count;
+}
+
+/* About the best row, about the best of one valley, of ever fewer, and about those of all valleys,
+ * in turns; at last about the best alone. */
+static size_t draw_in_turn(struct proposal *p, const struct study_aim *aim, const size_t *order,
+                           size_t ordered, size_t turn) {
+    size_t valley[VALLEYS], count = find_valleys(p, order, ordered, valley);
+    double left = fmax(1 - p->search->progress / settled, 0);
+    size_t most = 1 + (size_t)((double)(count - 1) * left), way = left > 0 ? turn % WAYS : 0;
+    size_t which = way == 1 ? (p->seed + turn) % most : 0;
+    size_t drawn = draw_candidates(p, aim, &valley[which], way == 2 ? count : 1);
+    return drawn ? drawn /* at a pole there is no tangent plane to draw in */
+                 : draw_candidates(p, aim, order, ordered);
 }
 
 /* From the best of the candidates on downwards, by steps of random directions that become shorter
@@ -437,11 +468,7 @@ static void propose_all(struct proposal *p, size_t *const *orders, const size_t 
     double coarseness = search->rows[0].variant.coarseness;
     for (size_t k = 0; k < wanted; k++) {
         size_t aim = k % search->aim_count, turn = k / search->aim_count;
-        bool about_best = turn % TOGETHER == 0 || search->progress > settled;
-        size_t drawn =
-            draw_candidates(p, &search->aims[aim], orders[aim], ordered[aim], about_best);
-        if (drawn == 0) /* the best is a pole: there is no tangent plane to draw in */
-            drawn = draw_candidates(p, &search->aims[aim], orders[aim], ordered[aim], false);
+        size_t drawn = draw_in_turn(p, &search->aims[aim], orders[aim], ordered[aim], turn);
         if (drawn == 0)
             continue;
         const struct candidate best =

@@ -8,9 +8,10 @@ shear that it finds with 500 variants, against what others find on the same nets
   brute     the best of a grid of so many variants (--brute), 46 angles at each of its starts
 
 Every figure is written to --keep FILE as it is found, a JSON object a line, and not measured again
-when it is there: so a run can be stopped and taken up. Then it says of each part by how much the
+when it is there from the same program: so a run can be stopped and taken up. Then it says of each part by how much the
 search is above the least of all that is known, and in how many it is within 0.1 degrees."""
 import argparse
+import hashlib
 import json
 import math
 import os
@@ -82,13 +83,19 @@ def request(build, part, nodes):
     return drape
 
 
-def read_kept(path):
+def digest_of(program):
+    with open(program, "rb") as file:
+        return hashlib.sha256(file.read()).hexdigest()[:16]
+
+
+def read_kept(path, program):
     kept = {}
     if os.path.exists(path):
         with open(path, encoding="utf-8") as file:
             for line in file:
                 one = json.loads(line)
-                kept[one["part"], one["nodes"], one["what"]] = one
+                if one["program"] == program:
+                    kept[one["part"], one["nodes"], one["what"]] = one
     return kept
 
 
@@ -126,14 +133,14 @@ def main():
     given = parser.parse_args()
     first, end = map(int, given.parts.split(":"))
     parts = [f"random {k}" for k in range(first, end)] + (EXAMPLES if given.examples else [])
-    kept = read_kept(given.keep)
+    program = digest_of(f"{given.build}/drape")
+    kept = read_kept(given.keep, program)
     with open(given.keep, "a", encoding="utf-8") as file:
         for part in parts:
-            wanted = [what for what in given.measure.split(",") if what not in ("",) and
-                      (part, given.nodes, what) not in kept]
+            wanted = [what for what in given.measure.split(",") if (part, given.nodes, what) not in kept]
             drape = request(given.build, part, given.nodes) if wanted else None
             for what in wanted:
-                one = {"part": part, "nodes": given.nodes, "what": what,
+                one = {"program": program, "part": part, "nodes": given.nodes, "what": what,
                        **measure(given.build, drape, what, given.brute)}
                 kept[part, given.nodes, what] = one
                 print(json.dumps(one), file=file, flush=True)
