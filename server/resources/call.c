@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "call.h"
+#include "documents.h"
 #include "server/config.h"
 #include "server/http/negotiate.h"
 #include "server/hub.h"
@@ -102,6 +103,24 @@ bool call_read_page(struct call *call, int *limit, int64_t *cursor) {
     }
     *limit = (int)number;
     return true;
+}
+
+enum http_next call_list_shelf(struct call *call, enum store_shelf shelf, const char *collection,
+                               const char *first) {
+    struct store_items page = {0};
+    int limit;
+    int64_t cursor;
+    if (!call_read_page(call, &limit, &cursor))
+        return HTTP_DONE;
+    enum store_answer answer =
+        store_item_list(call->services->store, shelf, call_owner(call), cursor, limit, &page);
+    if (answer == STORE_OK)
+        reply_text(call->reply, 200, "application/json",
+                   documents_items(collection, cursor ? "" : first, &page));
+    else
+        call_store_failed(call, answer);
+    store_items_clear(&page);
+    return HTTP_DONE;
 }
 
 /* The format of that name; without one the first of those that `accept` wants the most. */

@@ -72,6 +72,11 @@ bool call_find_job(struct call *call, struct store_job *job);
 /* A list's `limit` and `cursor` of the query. False: the reply says what is wrong. */
 bool call_read_page(struct call *call, int *limit, int64_t *cursor);
 
+/* Answers with a page of what the owner keeps on a shelf, as that collection; the JSON of `first`,
+ * "" or elements that everybody has, begins it. */
+enum http_next call_list_shelf(struct call *call, enum store_shelf shelf, const char *collection,
+                               const char *first);
+
 /* How the caller wants a document. */
 struct call_choice {
     const struct format *format;

@@ -29,8 +29,14 @@ struct check *checking_begin(struct call *call, const struct checkers_order *ord
     return check;
 }
 
-void checking_free(void *state) {
+static void drop(void *state) {
     check_drop(state);
+}
+
+bool checking_keep(struct call *call, const struct checkers_order *order) {
+    call->request->state = checking_begin(call, order);
+    call->request->state_free = drop;
+    return call->request->state != NULL;
 }
 
 enum checking_state checking_look(struct call *call, struct check *check) {

@@ -35,8 +35,8 @@ enum http_next maps_answer(struct call *call, const struct format *format, const
 /* Begins the check and watches for its end. NULL: the reply says why not. */
 struct check *checking_begin(struct call *call, const struct checkers_order *order);
 
-/* Ends a check that is the `state` of a request. */
-void checking_free(void *state);
+/* The same, and keeps it as the `state` of the request, which ends it. */
+bool checking_keep(struct call *call, const struct checkers_order *order);
 
 /* How far a check is. */
 enum checking_state {

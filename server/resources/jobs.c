@@ -409,8 +409,7 @@ static bool begin_normalising(struct call *call) {
         order.length[CHECKER_BODY] = length;
         order.body_file = -1;
         order.start = drape && read_start(call, job.id, &start) ? &start : NULL;
-        call->request->state = checking_begin(call, &order);
-        call->request->state_free = checking_free;
+        (void)checking_keep(call, &order);
     } else {
         jobs_request_failed(call, answer);
     }

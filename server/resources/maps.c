@@ -143,10 +143,9 @@ bool maps_begin(struct call *call, struct checkers_order *order, char *record) {
     char *options = copy_options(request, &order->length[CHECKER_OPTIONS]);
     order->document[CHECKER_OPTIONS] = options;
     if (options)
-        request->state = checking_begin(call, order);
+        (void)checking_keep(call, order);
     else
         reply_refuse(call->reply, API_UNAVAILABLE, "there is no memory for this now");
-    request->state_free = checking_free;
     free(options);
     free(record);
     if (!request->state)

@@ -2,7 +2,7 @@
 /* /v1/materials: the library of fabrics, and those that callers keep beside it. */
 #include "materials.h"
 #include "api/request/material.h"
-#include "documents.h"
+#include "checking.h"
 #include "handlers.h"
 #include <stdio.h>
 #include <stdlib.h>
@@ -65,13 +65,9 @@ static void store_material(struct call *call, struct check *check) {
 
 enum http_next materials_create(struct call *call) {
     struct request *request = call->request;
-    if (!request->state) {
-        struct checkers_order order = checking_order(call, CHECKER_MATERIAL);
-        request->state = checking_begin(call, &order);
-        request->state_free = checking_free;
-        if (!request->state)
-            return HTTP_DONE;
-    }
+    struct checkers_order order = checking_order(call, CHECKER_MATERIAL);
+    if (!request->state && !checking_keep(call, &order))
+        return HTTP_DONE;
     enum checking_state state = checking_look(call, request->state);
     if (state == CHECKING_PASSED)
         store_material(call, request->state);
@@ -110,20 +106,7 @@ char *materials_collect(struct call *call, char *names, size_t *length) {
 /* ------------------------------------------------------------------ reading */
 
 enum http_next materials_list(struct call *call) {
-    struct store_items page = {0};
-    int limit;
-    int64_t cursor;
-    if (!call_read_page(call, &limit, &cursor))
-        return HTTP_DONE;
-    enum store_answer answer = store_item_list(call->services->store, STORE_MATERIALS,
-                                               call_owner(call), cursor, limit, &page);
-    if (answer == STORE_OK)
-        reply_text(call->reply, 200, "application/json",
-                   documents_items("materials", cursor ? "" : api_materials_heads(), &page));
-    else
-        call_store_failed(call, answer);
-    store_items_clear(&page);
-    return HTTP_DONE;
+    return call_list_shelf(call, STORE_MATERIALS, "materials", api_materials_heads());
 }
 
 static enum http_next not_there(struct call *call) {

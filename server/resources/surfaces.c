@@ -2,7 +2,6 @@
 /* /v1/surfaces: store, list, get, delete. */
 #include "api/files/files.h"
 #include "checking.h"
-#include "documents.h"
 #include "handlers.h"
 #include "server/config.h"
 #include "server/http/negotiate.h"
@@ -87,16 +86,12 @@ bool surfaces_screen_file(struct call *call) {
 
 enum http_next surfaces_create(struct call *call) {
     struct request *request = call->request;
-    if (!request->state) {
-        const struct file_format *source = source_of(request);
-        struct checkers_order order = checking_order(call, CHECKER_SURFACE);
-        order.source = source ? source->name : NULL;
-        order.unit = request_query(request, "unit");
-        request->state = checking_begin(call, &order);
-        request->state_free = checking_free;
-        if (!request->state)
-            return HTTP_DONE;
-    }
+    const struct file_format *source = source_of(request);
+    struct checkers_order order = checking_order(call, CHECKER_SURFACE);
+    order.source = source ? source->name : NULL;
+    order.unit = request_query(request, "unit");
+    if (!request->state && !checking_keep(call, &order))
+        return HTTP_DONE;
     enum checking_state state = checking_look(call, request->state);
     if (state == CHECKING_PASSED)
         store_surface(call, request->state);
@@ -104,19 +99,7 @@ enum http_next surfaces_create(struct call *call) {
 }
 
 enum http_next surfaces_list(struct call *call) {
-    struct store_items page = {0};
-    int limit;
-    int64_t cursor;
-    if (!call_read_page(call, &limit, &cursor))
-        return HTTP_DONE;
-    enum store_answer answer = store_item_list(call->services->store, STORE_SURFACES,
-                                               call_owner(call), cursor, limit, &page);
-    if (answer == STORE_OK)
-        reply_text(call->reply, 200, "application/json", documents_items("surfaces", "", &page));
-    else
-        call_store_failed(call, answer);
-    store_items_clear(&page);
-    return HTTP_DONE;
+    return call_list_shelf(call, STORE_SURFACES, "surfaces", "");
 }
 
 enum http_next surfaces_get(struct call *call) {
@@ -159,8 +142,7 @@ static bool begin_preview(struct call *call) {
         order.document[CHECKER_BODY] = surface.definition;
         order.length[CHECKER_BODY] = surface.definition_length;
         order.body_file = -1;
-        call->request->state = checking_begin(call, &order);
-        call->request->state_free = checking_free;
+        (void)checking_keep(call, &order);
     }
     store_item_clear(&surface);
     return call->request->state != NULL;
