@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: MIT */
+#include "studied.h"
+
+#include "tests/check.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static double best_value(struct studied *f, enum quantity_id id) {
+    assert_true(f->columns.study.best[id] >= 0);
+    return studied_value(f, quantities[id].name, (size_t)f->columns.study.best[id]);
+}
+
+/* With a part of the drapes it finds what a grid finds, or better, and keeps its budget. */
+static void test_optimise_beats_a_grid(void **state) {
+    static const char vary[] = "\"vary\":{\"start\":{\"grid\":60},\"angle_deg\":{\"from\":0,"
+                               "\"to\":75,\"step\":15}},\"objectives\":[\"max_shear_deg\"]";
+    char rest[300];
+    struct bytes parts[] = {text_replace(studied_bowl, "0.1", "0.08"), studied_mesh()};
+    (void)state;
+    for (int k = 0; k < 2; k += check_stride(2)) {
+        struct studied grid = studied_make(parts[k].data, vary);
+        snprintf(rest, sizeof rest, "%s,\"search\":\"optimise\",\"budget\":180", vary);
+        struct studied best = studied_make(parts[k].data, rest);
+        check_at_most(best.rows, 180);
+        check_at_most(best_value(&best, QUANTITY_MAX_SHEAR),
+                      best_value(&grid, QUANTITY_MAX_SHEAR) + 1e-9);
+        studied_check_bits(&best, (size_t)best.columns.study.best[QUANTITY_MAX_SHEAR]);
+        studied_free(&grid);
+        studied_free(&best);
+    }
+    bytes_free(&parts[0]);
+    bytes_free(&parts[1]);
+}
+
+/* On z = (x^2 + y^2) / 2 over a square it finds its apex, from where the net is that of a
+ * translation surface: sin gamma = x y / sqrt((1 + x^2)(1 + y^2)), 30 degrees in the corners (1,
+ * 1). */
+static void test_optimise_finds_the_apex_of_a_bowl(void **state) {
+    struct studied f =
+        studied_make(studied_bowl, "\"vary\":{\"start\":{\"grid\":9}},\"search\":\"optimise\","
+                                   "\"budget\":150,\"objectives\":[\"max_shear_deg\"]");
+    (void)state;
+    size_t best = (size_t)f.columns.study.best[QUANTITY_MAX_SHEAR];
+    check_at_most(fabs(studied_value(&f, "x", best)), 0.01);
+    check_at_most(fabs(studied_value(&f, "y", best)), 0.01);
+    check_at_most(fabs(studied_value(&f, "max_shear_deg", best) - 30), 0.3);
+    studied_free(&f);
+}
+
+/* On a studied_roof, whose faces have their normals to different sides, the net is that of a plane:
+ * the cut is a rectangle, without waste, where the yarns run along the edges, wherever it starts.
+ */
+static void test_optimise_goes_over_the_faces_of_a_shell(void **state) {
+    struct studied f = studied_make(
+        studied_roof,
+        "\"vary\":{\"start\":{\"grid\":9},\"angle_deg\":{\"from\":0,\"to\":80,\"step\":10}},"
+        "\"search\":\"optimise\",\"budget\":120,\"objectives\":[\"waste_area\"]");
+    (void)state;
+    check_at_most(best_value(&f, QUANTITY_WASTE_AREA), 0.005);
+    studied_free(&f);
+}
+
+/* Half a sphere whose parameters end in its pole, from where the net is the most even: the search
+ * ends there, and goes on where there is no tangent plane to look about in. */
+#define W "0.70710678118654752"
+static void test_optimise_ends_in_a_pole(void **state) {
+    static const char half[] =
+        "{\"surface\":{\"degree_u\":2,\"degree_v\":2,\"size_u\":9,\"size_v\":3,"
+        "\"knotvector_u\":[0,0,0,1,1,2,2,3,3,4,4,4],\"knotvector_v\":[0,0,0,1,1,1],"
+        "\"control_points\":{\"points\":[[1,0,0],[1,0,1],[0,0,1],[1,1,0],[1,1,1],[0,0,1],[0,1,0],"
+        "[0,1,1],[0,0,1],[-1,1,0],[-1,1,1],[0,0,1],[-1,0,0],[-1,0,1],[0,0,1],[-1,-1,0],[-1,-1,1],"
+        "[0,0,1],[0,-1,0],[0,-1,1],[0,0,1],[1,-1,0],[1,-1,1],[0,0,1],[1,0,0],[1,0,1],[0,0,1]],"
+        "\"weights\":[1," W ",1," W ",0.5," W ",1," W ",1," W ",0.5," W ",1," W ",1," W ",0.5," W
+        ",1," W ",1," W ",0.5," W ",1," W ",1]}},"
+        "\"fabric\":{\"spacing\":0.12}}";
+    struct studied f = studied_make(
+        half, "\"vary\":{\"start\":{\"grid\":9},\"angle_deg\":{\"from\":0,\"to\":80,\"step\":10}},"
+              "\"search\":\"optimise\",\"budget\":120,\"objectives\":[\"max_shear_deg\"]");
+    size_t best = (size_t)f.columns.study.best[QUANTITY_MAX_SHEAR];
+    (void)state;
+    check_at_least(f.rows, 110);
+    check_at_least(studied_value(&f, "z", best), 0.99);
+    studied_free(&f);
+}
+
+/* A limit that the best without it breaks holds at what comes out, and is all but reached; once the
+ * search knows the part most of what it looks at keeps it. */
+static void test_optimise_keeps_limits(void **state) {
+    char rest[500];
+    struct bytes part = studied_mesh();
+    double limit = 90, deviation = 0;
+    (void)state;
+    for (int k = 0; k < 2; k++) {
+        snprintf(
+            rest, sizeof rest,
+            "\"vary\":{\"start\":{\"grid\":9},\"angle_deg\":{\"from\":0,\"to\":170,\"step\":10}},"
+            "\"wanted_direction\":[3,1,0],\"search\":\"optimise\",\"budget\":240,"
+            "\"objectives\":[\"max_shear_deg\"],"
+            "\"limits\":{\"angle_deviation_deg\":{\"max\":%.17g}}",
+            limit);
+        struct studied f = studied_make(part.data, rest);
+        size_t best = (size_t)f.columns.study.best[QUANTITY_MAX_SHEAR];
+        deviation = studied_value(&f, "angle_deviation_deg", best);
+        assert_true(studied_value(&f, "feasible", best) == 1);
+        check_at_most(deviation, limit);
+        size_t kept = 0;
+        for (size_t row = f.rows / 2; row < f.rows; row++)
+            kept += studied_value(&f, "feasible", row) > 0;
+        check_at_least((double)kept, 0.7 * (double)(f.rows - f.rows / 2));
+        if (k == 1)
+            check_at_least(deviation, 0.7 * limit);
+        limit = 0.5 * deviation;
+        studied_free(&f);
+    }
+    bytes_free(&part);
+}
+
+/* Two objectives: the ends of the front are as good as each search alone, and there is more between
+ * them than the first round found. */
+static void test_optimise_spreads_a_front(void **state) {
+    struct bytes part = studied_mesh();
+    struct studied f = studied_make(
+        part.data,
+        "\"vary\":{\"start\":{\"grid\":9},\"angle_deg\":{\"from\":0,\"to\":170,\"step\":10}},"
+        "\"wanted_direction\":[1,1,0],\"search\":\"optimise\",\"budget\":300,"
+        "\"objectives\":[\"p95_shear_deg\",\"angle_deviation_deg\"]");
+    size_t refined = 0;
+    (void)state;
+    for (size_t k = 150; k < f.rows; k++)
+        refined += studied_value(&f, "pareto", k) > 0;
+    check_at_least(f.columns.study.pareto, 8);
+    check_at_least((double)refined, 0.4 * (double)f.columns.study.pareto);
+    studied_free(&f);
+    bytes_free(&part);
+}
+
+/* A net of many nodes is searched on a coarser one, and what is best was draped as asked. */
+static void test_optimise_of_a_fine_net_ends_on_it(void **state) {
+    struct bytes coarse = studied_saddle(), part = text_replace(coarse.data, "0.25", "0.06");
+    struct studied f = studied_make(
+        part.data, "\"vary\":{\"start\":{\"grid\":9}},\"search\":\"optimise\",\"budget\":40,"
+                   "\"objectives\":[\"max_shear_deg\"]");
+    size_t best = (size_t)f.columns.study.best[QUANTITY_MAX_SHEAR];
+    (void)state;
+    check_above(f.columns.study.coarse, 10);
+    check_below(f.columns.study.coarse, f.rows);
+    assert_true(studied_value(&f, "coarseness", best) == 1);
+    check_above(studied_value(&f, "coarseness", 0), 1.3);
+    studied_check_bits(&f, best);
+    studied_check_bits(&f, 0);
+    studied_free(&f);
+    bytes_free(&part);
+    bytes_free(&coarse);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_optimise_beats_a_grid),
+        cmocka_unit_test(test_optimise_finds_the_apex_of_a_bowl),
+        cmocka_unit_test(test_optimise_goes_over_the_faces_of_a_shell),
+        cmocka_unit_test(test_optimise_ends_in_a_pole),
+        cmocka_unit_test(test_optimise_keeps_limits),
+        cmocka_unit_test(test_optimise_spreads_a_front),
+        cmocka_unit_test(test_optimise_of_a_fine_net_ends_on_it),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,162 @@
+/* SPDX-License-Identifier: MIT */
+#include "studied.h"
+
+#include "api/map/map.h"
+#include "tests/check.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define TOLERANCES                                                                                 \
+    "\"vary\":{\"start\":{\"radius\":0.2},\"angle_deg\":{\"normal\":3}},\"sample\":%d,\"seed\":%d"
+
+static struct studied draw_samples(const char *drape, int count, int seed) {
+    char rest[200];
+    snprintf(rest, sizeof rest, TOLERANCES, count, seed);
+    return studied_make(drape, rest);
+}
+
+static double band_at(struct studied *f, const char *name, size_t row) {
+    struct api_reader reader = reader_over(&f->container);
+    const struct api_column *column = api_columns_find(&f->columns, API_TABLE_BANDS, name);
+    double value;
+    if (!column)
+        fail_msg("no column %s", name);
+    assert_true(api_columns_read(&reader, column, row, 1, &value));
+    return value;
+}
+
+static const char plate[] =
+    "{\"surface\":{\"degree_u\":1,\"degree_v\":1,\"knotvector_u\":[0,0,1,1],"
+    "\"knotvector_v\":[0,0,1,1],\"size_u\":2,\"size_v\":2,"
+    "\"control_points\":[[-1,-1,0],[-1,1,0],[1,-1,0],[1,1,0]]},\"fabric\":{\"spacing\":0.5},"
+    "\"direction\":{\"angle_deg\":40}}";
+
+/* Starts within the radius, evenly: half of them within r / sqrt 2; angles normal, 68.3 % of them
+ * within one deviation. */
+static void test_samples_are_drawn_as_asked(void **state) {
+    enum { COUNT = 800 };
+    struct studied f = draw_samples(plate, COUNT, 5);
+    int near = 0, within = 0, right = 0;
+    double sum = 0;
+    (void)state;
+    assert_int_equal(f.rows, COUNT);
+    for (size_t k = 0; k < f.rows; k++) {
+        double x = studied_value(&f, "x", k), y = studied_value(&f, "y", k);
+        double turn = studied_value(&f, "angle_deg", k) - 40;
+        check_at_most(hypot(x, y), 0.2 + 1e-12);
+        near += hypot(x, y) < 0.2 / sqrt(2);
+        right += x > 0;
+        within += fabs(turn) < 3;
+        sum += turn;
+    }
+    check_at_most(fabs(near / (double)COUNT - 0.5), 0.06);
+    check_at_most(fabs(right / (double)COUNT - 0.5), 0.06);
+    check_at_most(fabs(within / (double)COUNT - 0.683), 0.06);
+    check_at_most(fabs(sum / COUNT), 3 * 3 / sqrt(COUNT));
+    for (size_t cell = 0; cell < api_columns_rows(&f.columns, API_TABLE_BANDS); cell++) {
+        check_at_most(fabs(band_at(&f, "shear_deg_p95", cell)), 1e-9);
+        check_at_most(band_at(&f, "warp_x_p05", cell), band_at(&f, "warp_x_mean", cell));
+        check_at_most(fabs(band_at(&f, "warp_x_mean", cell) - cos(40 * acos(-1) / 180)), 0.01);
+    }
+    studied_free(&f);
+}
+
+/* Of a plate the turn of the warp is that of its sample, a normal deviate of 3 degrees: how much of
+ * its distribution lies within the band is exact, and nine tenths on the mean however few there
+ * are. */
+static void test_bands_of_few_samples_are_wide_enough(void **state) {
+    enum { COUNT = 30 };
+    const int seeds = check_sized(60, 30);
+    double sum = 0;
+    (void)state;
+    for (int seed = 1; seed <= seeds; seed++) {
+        struct studied f = draw_samples(plate, COUNT, seed);
+        for (int side = 0; side < 2; side++) {
+            double sine = band_at(&f, side ? "warp_y_p95" : "warp_y_p05", 0);
+            double turn = asin(sine) * 180 / acos(-1) - 40;
+            sum += (side ? 0.5 : -0.5) * erf(turn / (3 * sqrt(2)));
+        }
+        studied_free(&f);
+    }
+    check_at_most(fabs(sum / seeds - 0.9), 0.02);
+}
+
+/* Bands of some samples hold nine in ten of others, over all cells. */
+static void test_bands_hold_nine_tenths_of_fresh_samples(void **state) {
+    enum { COUNT = 250 };
+    const int others = check_sized(100, 40);
+    struct bytes part = studied_saddle();
+    struct studied bands = draw_samples(part.data, COUNT, 1);
+    struct studied fresh = draw_samples(part.data, others, 2);
+    size_t cells = api_columns_rows(&bands.columns, API_TABLE_BANDS), inside = 0, all = 0;
+    (void)state;
+    check_above(cells, 100);
+    for (size_t k = 0; k < (size_t)others; k++) {
+        struct bytes request = studied_request(&fresh, k), container = {0};
+        struct api_problem problem = {0};
+        struct arena *arena = arena_new((size_t)1 << 30);
+        struct vec3 *points = arena_alloc(arena, cells, sizeof *points);
+        struct api_map *map = arena_alloc(arena, 1, sizeof *map);
+        for (size_t c = 0; c < cells; c++)
+            points[c] = vec3_make(band_at(&bands, "x", c), band_at(&bands, "y", c),
+                                  band_at(&bands, "z", c));
+        const struct map_target target = {
+            .vertices = points, .vertex_count = cells, .element_count = cells};
+        assert_int_equal(run_text(request.data, &container, &problem), API_OK);
+        struct api_reader reader = reader_over(&container);
+        assert_int_equal(api_map_make(&reader, &target, NULL, arena, map, &problem), API_OK);
+        for (size_t m = 0; m < map->fields.column_count; m++) {
+            double value;
+            if (strcmp(map->columns[m].name, "shear_deg") != 0)
+                continue;
+            for (size_t c = 0; c < cells; c++, all++) {
+                map->columns[m].fill(map->columns[m].context, c, 1, &value);
+                inside += value >= band_at(&bands, "shear_deg_p05", c) &&
+                          value <= band_at(&bands, "shear_deg_p95", c);
+            }
+        }
+        bytes_free(&request);
+        bytes_free(&container);
+        arena_free(arena);
+    }
+    printf("  bands hold %.2f %% of fresh samples\n", 100 * (double)inside / (double)all);
+    check_at_most(fabs((double)inside / (double)all - 0.9), 0.02);
+    studied_free(&bands);
+    studied_free(&fresh);
+    bytes_free(&part);
+}
+
+static void test_samples_have_the_same_bits_from_any_tasks(void **state) {
+    struct bytes part = studied_saddle(), container[2] = {{0}, {0}};
+    char rest[200];
+    size_t first[2];
+    (void)state;
+    snprintf(rest, sizeof rest, TOLERANCES, 40, 3);
+    struct bytes text = studied_text(part.data, rest);
+    for (int k = 0; k < 2; k++) {
+        struct api_problem problem;
+        struct api_columns columns;
+        assert_int_equal(studied_run(&text, k ? 3 : 1, &container[k], &problem), API_OK);
+        struct api_reader reader = reader_over(&container[k]);
+        assert_int_equal(api_columns_open(&reader, &columns, &problem), API_OK);
+        first[k] = (size_t)columns.column[0].offset;
+    }
+    assert_int_equal(container[0].length - first[0], container[1].length - first[1]);
+    assert_memory_equal(container[0].data + first[0], container[1].data + first[1],
+                        container[0].length - first[0]);
+    bytes_free(&container[0]);
+    bytes_free(&container[1]);
+    bytes_free(&text);
+    bytes_free(&part);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_samples_are_drawn_as_asked),
+        cmocka_unit_test(test_bands_of_few_samples_are_wide_enough),
+        cmocka_unit_test(test_bands_hold_nine_tenths_of_fresh_samples),
+        cmocka_unit_test(test_samples_have_the_same_bits_from_any_tasks),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
