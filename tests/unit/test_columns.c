@@ -206,6 +206,29 @@ static void test_columns_take_the_bytes_that_their_values_need(void **state) {
     check_form(values, 1, true, API_FORM_FLOAT64, 8);
 }
 
+/* A column of whole numbers in which something else is found is damaged. */
+static void test_columns_of_whole_numbers_hold_nothing_else(void **state) {
+    static const double stored[] = {0, 0x1p31}, damaged[] = {0.5, -0x1p53 - 2, NAN};
+    const struct api_column_source source = {API_TABLE_NODES, "x", true, 2, fill_values, stored};
+    struct api_columns header = {.summary.solver_version = "1"}, columns;
+    struct bytes container = {0};
+    struct api_reader reader = reader_over(&container);
+    struct api_sink sink = sink_into(&container);
+    struct api_problem problem = {0};
+    struct arena *arena = arena_new(1 << 20);
+    double back[2];
+    (void)state;
+    assert_int_equal(api_columns_write(&header, &source, 1, &sink, arena, &problem), API_OK);
+    assert_int_equal(api_columns_open(&reader, &columns, &problem), API_OK);
+    assert_true(api_columns_read(&reader, &columns.column[0], 0, 2, back));
+    for (size_t k = 0; k < sizeof damaged / sizeof *damaged; k++) {
+        memcpy(container.data + columns.column[0].offset, &damaged[k], sizeof damaged[k]);
+        assert_false(api_columns_read(&reader, &columns.column[0], 0, 2, back));
+    }
+    arena_free(arena);
+    bytes_free(&container);
+}
+
 /* As it was before columns had forms: all that differs is the version. */
 static void test_columns_of_version_1_are_read(void **state) {
     (void)state;
@@ -511,6 +534,7 @@ int main(void) {
         cmocka_unit_test(test_columns_give_any_run_of_rows),
         cmocka_unit_test(test_columns_are_little_endian_doubles_behind_the_directory),
         cmocka_unit_test(test_columns_take_the_bytes_that_their_values_need),
+        cmocka_unit_test(test_columns_of_whole_numbers_hold_nothing_else),
         cmocka_unit_test(test_columns_of_version_1_are_read),
         cmocka_unit_test(test_columns_of_a_damaged_list_are_refused),
         cmocka_unit_test(test_columns_that_are_not_whole_are_not_encoded),
