@@ -46,17 +46,19 @@ static double tail_of(const struct quadrature *rule, const double *value, int st
 }
 
 /* The same as `surface_evaluate_grid`, of surfaces that are moved as well. */
-static void evaluate(const struct surface *surface, const int span[2], const double *u,
-                     const double *v, int count, struct surface_element *elements) {
+static void evaluate(const struct surface *surface, const struct surface_grid *grid,
+                     struct surface_element *elements) {
     if (surface->height == 0) {
-        surface_evaluate_grid(surface, span, u, v, count, elements);
+        surface_evaluate_grid(surface, grid, elements);
         return;
     }
-    for (int k = 0; k < count * count; k++) {
-        struct surface_jet jet;
-        surface_evaluate_span(surface, span[0], span[1], u[k / count], v[k % count], &jet);
-        elements[k] = (struct surface_element){jet.r, vec3_norm(vec3_cross(jet.u, jet.v))};
-    }
+    for (int a = 0; a < grid->count[0]; a++)
+        for (int b = 0; b < grid->count[1]; b++) {
+            struct surface_jet jet;
+            surface_evaluate_span(surface, grid->span[0], grid->span[1], grid->at[0][a],
+                                  grid->at[1][b], &jet);
+            elements[a * grid->count[1] + b] = (struct surface_element){jet.r, jet.u, jet.v};
+        }
 }
 
 /* Adds a piece to the sums, which in the order of its places are the same bits whatever its tail.
@@ -73,12 +75,14 @@ static void integrate(const struct surface *surface, const struct quadrature *ru
         u[k] = piece->from[0] + half[0] * (1 + rule->node[k]);
         v[k] = piece->from[1] + half[1] * (1 + rule->node[k]);
     }
-    evaluate(surface, piece->span, u, v, n, elements);
+    const struct surface_grid grid = {{piece->span[0], piece->span[1]}, {n, n}, {u, v}};
+    evaluate(surface, &grid, elements);
     for (int a = 0; a < n; a++)
         for (int b = 0; b < n; b++) {
             const struct surface_element *at = &elements[a * n + b];
-            double element = at->density * half[0] * half[1] * rule->weight[a] * rule->weight[b];
-            density[a * n + b] = at->density;
+            double own = vec3_norm(vec3_cross(at->u, at->v));
+            double element = own * half[0] * half[1] * rule->weight[a] * rule->weight[b];
+            density[a * n + b] = own;
             sums->area += element;
             sums->moment = vec3_axpy(element, at->r, sums->moment);
         }

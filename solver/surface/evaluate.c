@@ -199,13 +199,6 @@ void surface_evaluate_span(const struct surface *surface, int span_u, int span_v
 
 /* ---- a grid of places ---- */
 
-/* What is asked of a span: the places (u[a], v[b]). */
-struct grid {
-    const double *u, *v;
-    int count;
-    struct surface_element *elements; /* [a * count + b] */
-};
-
 /* The polynomials in u, and their derivatives by v, that a line of the same v has. */
 struct line {
     vec4 value[ORDER_MAX], by_v[ORDER_MAX];
@@ -213,48 +206,48 @@ struct line {
 
 INLINE struct surface_element element_of(vec4 a, vec4 au, vec4 av) {
     struct plane plane = divide_first(a, au, av);
-    struct vec3 u = lanes(plane.u), v = lanes(plane.v);
-    return (struct surface_element){lanes(plane.r), vec3_norm(vec3_cross(u, v))};
+    return (struct surface_element){lanes(plane.r), lanes(plane.u), lanes(plane.v)};
 }
 
 INLINE void grid_powers(int p, int q, const vec4 *powers, const double middle[2],
-                        const struct grid *grid) {
-    for (int b = 0; b < grid->count; b++) {
+                        const struct surface_grid *grid, struct surface_element *elements) {
+    for (int b = 0; b < grid->count[1]; b++) {
         struct line line;
         UNROLL for (int k = 0; k <= p; k++) {
-            struct horner row = horner(q, powers + k * (q + 1), grid->v[b] - middle[1], 1);
+            struct horner row = horner(q, powers + k * (q + 1), grid->at[1][b] - middle[1], 1);
             line.value[k] = row.value;
             line.by_v[k] = row.first;
         }
-        for (int a = 0; a < grid->count; a++) {
-            double x = grid->u[a] - middle[0];
+        for (int a = 0; a < grid->count[0]; a++) {
+            double x = grid->at[0][a] - middle[0];
             struct horner h = horner(p, line.value, x, 1), hv = horner(p, line.by_v, x, 0);
-            grid->elements[a * grid->count + b] = element_of(h.value, h.first, hv.value);
+            elements[a * grid->count[1] + b] = element_of(h.value, h.first, hv.value);
         }
     }
 }
 
 INLINE void grid_bernstein(int p, int q, const vec4 *points, const double from[2],
-                           const double rate[2], const struct grid *grid) {
+                           const double rate[2], const struct surface_grid *grid,
+                           struct surface_element *elements) {
     struct basis u[QUADRATURE_MAX], v;
-    for (int a = 0; a < grid->count; a++)
-        find_basis(p, (grid->u[a] - from[0]) * rate[0], rate[0], &u[a]);
-    for (int b = 0; b < grid->count; b++) {
+    for (int a = 0; a < grid->count[0]; a++)
+        find_basis(p, (grid->at[0][a] - from[0]) * rate[0], rate[0], &u[a]);
+    for (int b = 0; b < grid->count[1]; b++) {
         struct line line = {.value = {{0}}};
-        find_basis(q, (grid->v[b] - from[1]) * rate[1], rate[1], &v);
+        find_basis(q, (grid->at[1][b] - from[1]) * rate[1], rate[1], &v);
         for (int k = 0; k <= p; k++)
             for (int l = 0; l <= q; l++) {
                 line.value[k] += v.value[l] * points[k * (q + 1) + l];
                 line.by_v[k] += v.first[l] * points[k * (q + 1) + l];
             }
-        for (int a = 0; a < grid->count; a++) {
+        for (int a = 0; a < grid->count[0]; a++) {
             vec4 sum = {0}, by_u = {0}, by_v = {0};
             for (int k = 0; k <= p; k++) {
                 sum += u[a].value[k] * line.value[k];
                 by_u += u[a].first[k] * line.value[k];
                 by_v += u[a].value[k] * line.by_v[k];
             }
-            grid->elements[a * grid->count + b] = element_of(sum, by_u, by_v);
+            elements[a * grid->count[1] + b] = element_of(sum, by_u, by_v);
         }
     }
 }
@@ -262,22 +255,22 @@ INLINE void grid_bernstein(int p, int q, const vec4 *points, const double from[2
 /* With the sums of `surface_evaluate_span` in its order, so with its bits; but what a line has in
  * common is found once. */
 WIDE_CLONES
-void surface_evaluate_grid(const struct surface *surface, const int span[2], const double *u,
-                           const double *v, int count, struct surface_element *elements) {
+void surface_evaluate_grid(const struct surface *surface, const struct surface_grid *grid,
+                           struct surface_element *elements) {
     const struct surface_axis *au = &surface->axis[0], *av = &surface->axis[1];
-    const struct grid grid = {u, v, count, elements};
+    const int *span = grid->span;
     size_t number = (size_t)span[0] * (size_t)av->span_count + (size_t)span[1];
     size_t first = number * surface->points_per_span;
     if (!(surface->powers && surface->in_powers[number])) {
         const double from[2] = {au->breaks[span[0]], av->breaks[span[1]]};
         const double rate[2] = {au->rates[span[0]], av->rates[span[1]]};
-        grid_bernstein(au->degree, av->degree, surface->points + first, from, rate, &grid);
+        grid_bernstein(au->degree, av->degree, surface->points + first, from, rate, grid, elements);
         return;
     }
     const double middle[2] = {au->middles[span[0]], av->middles[span[1]]};
 #define CASE(P, Q)                                                                                 \
     case (P) * (SURFACE_POWERS_DEGREE + 1) + (Q):                                                  \
-        grid_powers(P, Q, surface->powers + first, middle, &grid);                                 \
+        grid_powers(P, Q, surface->powers + first, middle, grid, elements);                        \
         break;
     switch (au->degree * (SURFACE_POWERS_DEGREE + 1) + av->degree) {
         SURFACE_LOW_DEGREES(CASE)

@@ -149,15 +149,18 @@ void surface_evaluate_moved(const struct surface *surface, int span_u, int span_
 void surface_evaluate_span(const struct surface *surface, int span_u, int span_v, double u,
                            double v, struct surface_jet *jet);
 
-/* A place and |r_u x r_v| there. */
+/* A place and its first derivatives. */
 struct surface_element {
-    struct vec3 r;
-    double density;
+    struct vec3 r, u, v;
 };
 
-/* The elements at the places (u[a], v[b]) of a span, at [a * count + b], with the bits of
- * `surface_evaluate_span`; `count` is at most QUADRATURE_MAX. Not of a surface that is moved. */
-void surface_evaluate_grid(const struct surface *surface, const int span[2], const double *u,
-                           const double *v, int count, struct surface_element *elements);
+/* The elements at the places (at[0][a], at[1][b]) of a span, at [a * count[1] + b], with the bits
+ * of `surface_evaluate_span`; at most QUADRATURE_MAX either way. Not of a surface that is moved. */
+struct surface_grid {
+    int span[2], count[2];
+    const double *at[2];
+};
+void surface_evaluate_grid(const struct surface *surface, const struct surface_grid *grid,
+                           struct surface_element *elements);
 
 #endif

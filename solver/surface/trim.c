@@ -344,23 +344,58 @@ struct gathered {
     struct vec3 moment;
 };
 
+/* |r_u x r_v| and r at places of a line of v, in the caller's parameters: as a grid, to the same
+ * bits, where the places lie in one span. */
+static void evaluate_line(const struct surface *surface, struct surface_cursor *cursor,
+                          const double *u, double v, int count, double *density, struct vec3 *r) {
+    const struct surface_axis *axis = surface->axis;
+    struct surface_element elements[QUADRATURE_MAX];
+    double own[2][QUADRATURE_MAX] = {{0}}, across = surface_axis_inner(&axis[1], v);
+    struct surface_grid grid = {.count = {count, 1}, .at = {own[0], own[1]}};
+    double rate = surface_axis_rate(&axis[1], across, NULL);
+    for (int k = 0; k < count; k++)
+        own[0][k] = surface_axis_wrap(&axis[0], surface_axis_inner(&axis[0], u[k]));
+    own[1][0] = surface_axis_wrap(&axis[1], across);
+    for (int n = 0; n < 2; n++)
+        grid.span[n] = surface_axis_span(&axis[n], 0, own[n][0]);
+    bool together = surface->height == 0 &&
+                    surface_axis_span(&axis[0], grid.span[0], own[0][count - 1]) == grid.span[0];
+    if (together)
+        surface_evaluate_grid(surface, &grid, elements);
+    for (int k = 0; k < count; k++) {
+        struct surface_jet jet;
+        if (together) {
+            double along = surface_axis_rate(&axis[0], own[0][k], NULL);
+            jet.r = elements[k].r;
+            jet.u = vec3_scale(along, elements[k].u);
+            jet.v = vec3_scale(rate, elements[k].v);
+        } else {
+            surface_evaluate(surface, cursor, u[k], v, &jet);
+        }
+        density[k] = vec3_norm(vec3_cross(jet.u, jet.v));
+        r[k] = jet.r;
+    }
+}
+
 /* Adds int |r_u x r_v| du, and r times it, from a to b on the line v, times `weight`; between
  * breaks of u, because the surface is smooth only there. */
 static void integrate_line(const struct surface *surface, struct gathered *sum, double a, double b,
                            double v, double weight) {
     const struct surface_axis *axis = &surface->axis[0];
+    const struct quadrature *rule = sum->rule;
+    struct vec3 r[QUADRATURE_MAX];
+    double u[QUADRATURE_MAX] = {0}, density[QUADRATURE_MAX] = {0};
     while (a < b) {
         int span = surface_axis_span(axis, 0, surface_axis_inner(axis, a));
         double next = surface_axis_outer(axis, axis->breaks[span + 1]);
         double end = next > a && next < b ? next : b;
-        for (int k = 0; k < sum->rule->count; k++) {
-            struct surface_jet jet;
-            double u = (a + end + (end - a) * sum->rule->node[k]) / 2;
-            surface_evaluate(surface, &sum->cursor, u, v, &jet);
-            double element =
-                weight * sum->rule->weight[k] * (end - a) / 2 * vec3_norm(vec3_cross(jet.u, jet.v));
+        for (int k = 0; k < rule->count; k++)
+            u[k] = (a + end + (end - a) * rule->node[k]) / 2;
+        evaluate_line(surface, &sum->cursor, u, v, rule->count, density, r);
+        for (int k = 0; k < rule->count; k++) {
+            double element = weight * rule->weight[k] * (end - a) / 2 * density[k];
             sum->area += element;
-            sum->moment = vec3_axpy(element, jet.r, sum->moment);
+            sum->moment = vec3_axpy(element, r[k], sum->moment);
         }
         a = end;
     }
