@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "boxes.h"
 
-#include <stdlib.h>
-
-enum { LEAF = 4, DEPTH_MAX = 64 };
+/* ROUNDS: of parting, before the rest is sorted; a million items take some thirty. */
+enum { LEAF = 4, DEPTH_MAX = 64, ROUNDS = 60, NO_AXIS = -1 };
 
 struct item {
     struct box box;
@@ -47,42 +46,104 @@ static bool meet(const struct box *a, const struct box *b) {
            b->lower.y <= a->upper.y && a->lower.z <= b->upper.z && b->lower.z <= a->upper.z;
 }
 
-static int compare(double a, double b, const struct item *p, const struct item *q) {
-    return a < b ? -1 : a > b ? 1 : (p->number > q->number) - (p->number < q->number);
+/* ---- half of the items by one coordinate ---- */
+
+/* Twice the middle of a box along x, y or z. */
+static double middle(const struct box *box, int axis) {
+    return axis == 0   ? box->lower.x + box->upper.x
+           : axis == 1 ? box->lower.y + box->upper.y
+                       : box->lower.z + box->upper.z;
 }
 
-static int by_x(const void *a, const void *b) {
-    const struct item *p = a, *q = b;
-    return compare(p->box.lower.x + p->box.upper.x, q->box.lower.x + q->box.upper.x, p, q);
+static bool is_before(const struct item *a, const struct item *b, int axis) {
+    double x = middle(&a->box, axis), y = middle(&b->box, axis);
+    return x < y || (x == y && a->number < b->number);
 }
 
-static int by_y(const void *a, const void *b) {
-    const struct item *p = a, *q = b;
-    return compare(p->box.lower.y + p->box.upper.y, q->box.lower.y + q->box.upper.y, p, q);
+static void exchange(struct item *a, struct item *b) {
+    struct item kept = *a;
+    *a = *b;
+    *b = kept;
 }
 
-static int by_z(const void *a, const void *b) {
-    const struct item *p = a, *q = b;
-    return compare(p->box.lower.z + p->box.upper.z, q->box.lower.z + q->box.upper.z, p, q);
+/* Moves items[root] down until the heap of `count` items has the last in order on top. */
+static void sink(struct item *items, uint32_t root, uint32_t count, int axis) {
+    for (uint32_t child; (child = 2 * root + 1) < count; root = child) {
+        child += child + 1 < count && is_before(&items[child], &items[child + 1], axis);
+        if (!is_before(&items[root], &items[child], axis))
+            return;
+        exchange(&items[root], &items[child]);
+    }
 }
 
-/* Halves the items at the middle of the longest side; depth first. */
-static uint32_t divide(struct boxes *boxes, uint32_t first, uint32_t count) {
+static void sort(struct item *items, uint32_t count, int axis) {
+    for (uint32_t k = count / 2; k-- > 0;)
+        sink(items, k, count, axis);
+    while (count > 1) {
+        exchange(&items[0], &items[--count]);
+        sink(items, 0, count, axis);
+    }
+}
+
+/* Parts the items at their middle one in order: those before it come first and those after it last;
+ * returns where it is. At least one lies on either side. */
+static uint32_t part(struct item *items, uint32_t count, int axis) {
+    struct item *low = &items[0], *pivot = &items[count / 2], *high = &items[count - 1];
+    if (is_before(pivot, low, axis))
+        exchange(pivot, low);
+    if (is_before(high, pivot, axis))
+        exchange(high, pivot);
+    if (is_before(pivot, low, axis))
+        exchange(pivot, low);
+    exchange(pivot, high - 1);
+    uint32_t at = 1;
+    for (uint32_t k = 1; k + 2 < count; k++)
+        if (is_before(&items[k], &items[count - 2], axis))
+            exchange(&items[k], &items[at++]);
+    exchange(&items[at], &items[count - 2]);
+    return at;
+}
+
+/* Puts the first half of the items in order before the others: parts what holds the middle again
+ * and again, in O(n) as a rule, and sorts it where an order was made to defeat that: O(n log n). */
+static void halve(struct item *items, uint32_t count, int axis) {
+    uint32_t half = count / 2;
+    for (int rounds = 0; count > 2 * LEAF; rounds++) {
+        if (rounds == ROUNDS)
+            break;
+        uint32_t at = part(items, count, axis);
+        if (at == half)
+            return;
+        if (at > half) {
+            count = at;
+        } else {
+            items += at + 1;
+            count -= at + 1;
+            half -= at + 1;
+        }
+    }
+    sort(items, count, axis);
+}
+
+/* Halves the items at the middle of the longest side; depth first. Those of a leaf are in order
+ * along the `axis` that parted them. */
+static uint32_t divide(struct boxes *boxes, uint32_t first, uint32_t count, int axis) {
     uint32_t at = boxes->node_count++;
     struct item *items = boxes->items + first;
     struct box box = items[0].box;
     for (uint32_t k = 1; k < count; k++)
         box = box_join(&box, &items[k].box);
     boxes->nodes[at] = (struct node){box, first, count, 0};
-    if (count <= LEAF)
+    if (count <= LEAF) {
+        if (axis != NO_AXIS)
+            sort(items, count, axis);
         return at;
+    }
     struct vec3 side = vec3_sub(box.upper, box.lower);
-    qsort(items, count, sizeof *items,
-          side.x >= side.y && side.x >= side.z ? by_x
-          : side.y >= side.z                   ? by_y
-                                               : by_z);
-    divide(boxes, first, count / 2);
-    uint32_t right = divide(boxes, first + count / 2, count - count / 2);
+    axis = side.x >= side.y && side.x >= side.z ? 0 : side.y >= side.z ? 1 : 2;
+    halve(items, count, axis);
+    divide(boxes, first, count / 2, axis);
+    uint32_t right = divide(boxes, first + count / 2, count - count / 2, axis);
     boxes->nodes[at].right = right;
     return at;
 }
@@ -99,7 +160,7 @@ enum status boxes_make(const struct box *from, size_t count, struct arena *arena
     for (size_t k = 0; k < count; k++)
         made->items[k] = (struct item){from[k], (int32_t)k};
     if (count > 0)
-        divide(made, 0, (uint32_t)count);
+        divide(made, 0, (uint32_t)count, NO_AXIS);
     *boxes = made;
     return STATUS_OK;
 }
