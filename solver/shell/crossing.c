@@ -12,6 +12,9 @@ static const double as_near = 1e-9;
 /* At a vertex the joints that meet there are equally near, but for this share of the distance. */
 static const double at_vertex = 1e-6;
 
+/* So much of its length from its end an edge has the derivatives that it has at the end. */
+static const double inside_end = 1e-10;
+
 /* A way that misses the end of a segment by this share of the domain goes through it. */
 static const double touch = 1e-9;
 
@@ -168,13 +171,28 @@ static void nearest_edges(const struct station *station, const struct surface *b
         *joint = search.hit[TO_BEFORE];
 }
 
+/* The place at t of an edge, with the derivatives that the edge has there: an end may be a corner
+ * of its curve, which goes on from there in another direction. */
+static void edge_at(const struct shell *shell, const struct face_edge *edge, double t,
+                    struct curve_place *place) {
+    const struct face_curve *curve = &shell->curves[edge->curve];
+    double within = inside_end * (edge->t[1] - edge->t[0]);
+    struct curve_place beside;
+    curve_at(shell, curve, t, place);
+    if (t - edge->t[0] >= within && edge->t[1] - t >= within)
+        return;
+    curve_at(shell, curve, fmin(fmax(t, edge->t[0] + within), edge->t[1] - within), &beside);
+    memcpy(place->rate, beside.rate, sizeof place->rate);
+    place->tangent = beside.tangent;
+}
+
 static bool frame_at(const struct shell *shell, const struct face_edge *edge, double t,
                      struct vec3 along, bool out, double uv[2], struct crossing_frame *frame) {
     const struct face_curve *curve = &shell->curves[edge->curve];
     const struct surface *surface = &shell->faces[curve->face].surface;
     struct curve_place place;
     struct station station;
-    curve_at(shell, curve, t, &place);
+    edge_at(shell, edge, t, &place);
     station.uv[0] = place.uv[0];
     station.uv[1] = place.uv[1];
     station.jet = place.jet;
@@ -199,8 +217,7 @@ static void rate_at(const struct surface *surface, const struct crossing *crossi
     const struct shell *shell = surface->shell;
     const struct face_edge *edge = &shell->edges[crossing->number];
     struct curve_place place;
-    curve_at(shell, &shell->curves[edge->curve], fmin(fmax(crossing->t, edge->t[0]), edge->t[1]),
-             &place);
+    edge_at(shell, edge, fmin(fmax(crossing->t, edge->t[0]), edge->t[1]), &place);
     rate[0] = place.rate[0];
     rate[1] = place.rate[1];
 }

@@ -118,10 +118,10 @@ static void test_exact_shell_folds_joggle(void **state) {
     check_all(&sheet, 2.5, 7.3, 10);
 }
 
-/* With a loop round the region of the first, or NULL. */
-static struct shell *join(struct shape *shape, int count, const struct trim_loop *loop,
-                          struct arena *arena) {
-    struct shell_part part[5] = {{.loops = loop, .loop_count = loop != NULL}};
+/* The first `trimmed` of them with a loop each. */
+static struct shell *join(struct shape *shape, int count, const struct trim_loop loop[],
+                          int trimmed, struct arena *arena) {
+    struct shell_part part[5] = {{0}};
     struct shell_fault fault;
     struct shell *shell;
     for (int k = 0; k < count; k++) {
@@ -129,6 +129,8 @@ static struct shell *join(struct shape *shape, int count, const struct trim_loop
         struct surface *surface;
         assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
         part[k].surface = surface;
+        if (k < trimmed)
+            part[k] = (struct shell_part){surface, &loop[k], 1};
     }
     assert_int_equal(shell_make(part, (size_t)count, 0, arena, &shell, &fault), STATUS_OK);
     return shell;
@@ -144,7 +146,7 @@ static struct shell *make_cup(struct arena *arena) {
         const double turn[2] = {k * M_PI / 2, (k + 1) * M_PI / 2};
         shape_frustum(&shape[1 + k], turn, foot, top, M_PI / 2);
     }
-    return join(shape, FACES, NULL, arena);
+    return join(shape, FACES, NULL, 0, arena);
 }
 
 /* From the wall, round which a net goes on without an end unless it is watched. */
@@ -197,7 +199,7 @@ static void test_exact_shell_folds_flaps_of_one_line(void **state) {
                                               .direction_deg = angles[a],
                                               .max_nodes = 10000};
             assert_int_equal(
-                drape_solve_shell(join(shape, 3, &loop, arena), &settings, NULL, arena, &result),
+                drape_solve_shell(join(shape, 3, &loop, 1, arena), &settings, NULL, arena, &result),
                 STATUS_OK);
             check_above(result.summary.cloth_coverage, 1 - 1e-9);
             for (size_t c = 0; c < result.cells.count; c++)
@@ -223,7 +225,7 @@ static void test_exact_shell_folds_yarns_that_touch_a_joint(void **state) {
     shape_plane(&shape[0], half, half);
     shape_move(&shape[0], &up);
     shape_torus(&shape[1], 10, 3, turn, tube, M_PI / 2);
-    const struct surface *flange = shell_surface(join(shape, 2, &loop, arena), 0);
+    const struct surface *flange = shell_surface(join(shape, 2, &loop, 1, arena), 0);
     for (int k = 1; k <= 40; k++) {
         double x = 10 * cos(0.0025 * k), uv[2], outer[2] = {x, -6};
         struct surface_cursor cursor = {0, 0};
@@ -241,6 +243,47 @@ static void test_exact_shell_folds_yarns_that_touch_a_joint(void **state) {
     arena_free(arena);
 }
 
+/* A plate in two faces, each within one polyline. Yarns that have left it pass the joint's line
+ * beyond its end, a corner of both, and go straight on. */
+static void test_exact_shell_folds_yarns_pass_a_joint_beyond_the_part(void **state) {
+    static struct shape shape[2];
+    static const double corner[2][5][2] = {{{-1, -1}, {0.1, -1}, {0.1, 1}, {-1, 1}, {-1, -1}},
+                                           {{0.1, -1}, {1, -1}, {1, 1}, {0.1, 1}, {0.1, -1}}};
+    const double half[2] = {-1, 1}, d = 0.04;
+    struct trim_curve side[2];
+    struct trim_loop loop[2];
+    (void)state;
+    for (int k = 0; k < 2; k++) {
+        shape_plane(&shape[k], half, half);
+        side[k] = (struct trim_curve){.degree = 1, .count = 5, .points = corner[k]};
+        loop[k] = (struct trim_loop){.reversed = true, .curves = &side[k], .count = 1};
+    }
+    for (int k = 0; k < 4; k++) {
+        struct arena *arena = arena_new((size_t)1 << 30);
+        struct drape_result result;
+        double left = k % 2 ? -1 : 1, up = k / 2 ? 1 : -1;
+        struct vec3 start = {0.1 + 0.15 * left, 0.9 * up, 0};
+        struct drape_settings settings = {.method = DRAPE_GIB,
+                                          .spacing = {d, d},
+                                          .start_kind = DRAPE_START_POINT,
+                                          .start_point = start,
+                                          .direction_kind = DRAPE_DIRECTION_VECTOR,
+                                          .direction_vector = {-left, up, 0},
+                                          .max_nodes = 10000};
+        assert_int_equal(
+            drape_solve_shell(join(shape, 2, loop, 2, arena), &settings, NULL, arena, &result),
+            STATUS_OK);
+        check_above(result.summary.cloth_coverage, 1 - 1e-9);
+        for (size_t n = 0; n < result.nodes.count; n++) {
+            struct vec3 warp = vec3_scale(d * result.nodes.i[n], result.start_warp);
+            struct vec3 weft = vec3_scale(d * result.nodes.j[n], result.start_weft);
+            struct vec3 at = vec3_add(start, vec3_add(warp, weft));
+            check_below(vec3_distance(at, node_point(&result.nodes, (int)n)), 1e-9);
+        }
+        arena_free(arena);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_shell_folds_hat),
@@ -248,6 +291,7 @@ int main(void) {
         cmocka_unit_test(test_exact_shell_folds_joggle),
         cmocka_unit_test(test_exact_shell_folds_flaps_of_one_line),
         cmocka_unit_test(test_exact_shell_folds_yarns_that_touch_a_joint),
+        cmocka_unit_test(test_exact_shell_folds_yarns_pass_a_joint_beyond_the_part),
         cmocka_unit_test(test_exact_shell_folds_cup_from_its_wall),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
