@@ -17,6 +17,9 @@ static const double of_known = 0.2, of_terms = 1, of_turned = 10;
 static const double rounding = 2e-12;
 static const double unknown_turn = 0.05;
 
+/* And so much of a bend all at once in a rough edge, whose ends tell it only roughly. */
+static const double of_at_once = 2;
+
 /* The net along one yarn about the edge from Q to P: D2 at the places -2 .. 3, counted from Q,
  * where there are any. None reaches over rough edges, or from nodes that have grown to others. */
 enum { AT_Q = 2, AT_P, BENDS = 6 };
@@ -118,9 +121,14 @@ static double turn_at(struct defect_net *net, int32_t i, int32_t j, int di, int 
     return fabs(vec3_dot(vec3_cross(out, back), station.normal));
 }
 
+/* Of what both ends say, or the one that does. */
+static double mean_turn(double near, double far) {
+    return near >= 0 && far >= 0 ? (near + far) / 2 : fmax(near, far);
+}
+
 bool defect_turn(struct defect_net *net, int32_t i, int32_t j, int di, int dj, double *turn) {
     double near = turn_at(net, i, j, di, dj), far = turn_at(net, i + di, j + dj, di, dj);
-    *turn = near >= 0 && far >= 0 ? (near + far) / 2 : fmax(near, far);
+    *turn = mean_turn(near, far);
     return *turn >= 0;
 }
 
@@ -140,18 +148,24 @@ static bool excess_of(struct defect_net *net, const struct net_node *from,
     return true;
 }
 
-/* By the angle by which the yarn turns sideways at its ends. */
+/* By the angles by which the yarn turns sideways at its ends: evenly over the edge, or all at once
+ * at a fillet or crease in it, which the geodesic between the ends cuts short. That crosses at x of
+ * the edge and turns by (1 - x) of the angle at the near end and by x at the far one; the yarn is
+ * longer by half their product. */
 static struct defect by_turn(struct defect_net *net, int32_t i, int32_t j, int di, int dj, double d,
                              bool rough) {
-    double turn, excess = 0, least = d * unknown_turn * unknown_turn / 24;
+    double excess = 0, least = d * unknown_turn * unknown_turn / 24;
+    double near = turn_at(net, i, j, di, dj), far = turn_at(net, i + di, j + dj, di, dj);
+    double turn = mean_turn(near, far);
     const struct net_node *from = net_view_place(&net->net, i, j);
     const struct net_node *to = net_view_place(&net->net, i + di, j + dj);
     bool measured = excess_of(net, from, to, d, &excess);
-    if (!defect_turn(net, i, j, di, dj, &turn))
+    if (turn < 0)
         return (struct defect){excess, least};
     double sideways = d * turn * turn / 24;
-    double unsure =
-        of_known * fabs(excess + sideways) + (of_known + turn) * sideways + rounding * d;
+    double at_once = rough && near >= 0 && far >= 0 ? d * near * far / 2 : 0;
+    double unsure = of_known * fabs(excess + sideways) + (of_known + turn) * sideways +
+                    of_at_once * at_once + rounding * d;
     return (struct defect){excess + sideways, rough || measured ? unsure : fmax(unsure, least)};
 }
 

@@ -5,13 +5,15 @@
  * estimates go into that file: a line "SURFACE ERROR ESTIMATE GROWN" for each node. */
 #include "awkward.h"
 #include "measure.h"
+#include "profile.h"
 #include "tests/check.h"
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
-enum { RANDOM = 200, RANDOM_SHORT = 60, FINER = 4, LEVELS = 3 };
+enum { RANDOM = 200, RANDOM_SHORT = 60, FILLETED = 60, FINER = 4, LEVELS = 3 };
 
-static const double CONTAINED = 0.99;
+static const double CONTAINED = 0.99, CONTAINED_OVER_FILLETS = 0.93;
 static const double MEDIAN_TIGHTNESS = 30;
 /* Rounding: shares of the spacing that are no errors. */
 static const double LEAST = 1e-9;
@@ -175,10 +177,61 @@ static void test_exact_estimates_awkward(void **state) {
     }
 }
 
+/* Two bends of 0.2 to 10 spacings' radius, carried along a parabola: sheared yarns cross them. */
+static void make_filleted(struct shape *shape, uint64_t *seed) {
+    struct profile_part part[3] = {{0, 0, random_between(seed, 0.3, 0.6)}};
+    struct profile_sheet sheet;
+    for (int k = 1; k < 3; k++)
+        part[k] =
+            (struct profile_part){random_between(seed, 0.01, 0.15), random_between(seed, -70, 70),
+                                  random_between(seed, 0.1, 0.4)};
+    double rise[3] = {random_between(seed, -0.3, 0.3), random_between(seed, -0.3, 0.3),
+                      random_between(seed, -0.3, 0.3)};
+    profile_make(&sheet, part, 3, 1);
+    *shape = sheet.shape;
+    shape->degree[1] = 2;
+    shape->size[1] = 3;
+    for (int k = 0; k < 6; k++)
+        shape->knots[1][k] = k / 3;
+    for (int i = 0; i < shape->size[0]; i++)
+        for (int j = 0; j < 3; j++) {
+            const double *of = sheet.shape.h[2 * i];
+            double h[4] = {of[0], of[3] * (j - 1) / 2, of[2] + of[3] * rise[j], of[3]};
+            memcpy(shape->h[3 * i + j], h, sizeof h);
+        }
+}
+
+/* A yarn that crosses a fillet askew turns sideways there all at once, which its nodes tell only
+ * roughly. */
+static void test_exact_estimates_over_fillets(void **state) {
+    static struct shape shape;
+    struct tally tally = {0};
+    uint64_t seed = first_seed();
+    int rounds = check_sized(FILLETED, 12);
+    (void)state;
+    printf("  seed %llu, %d surfaces: ", (unsigned long long)seed, rounds);
+    for (int round = 0; round < rounds; round++) {
+        double low[2], high[2], uv[2];
+        make_filleted(&shape, &seed);
+        shape_domain(&shape, low, high);
+        for (int k = 0; k < 2; k++)
+            uv[k] = low[k] + random_between(&seed, 0.25, 0.75) * (high[k] - low[k]);
+        int n = (int)random_between(&seed, 8, 32);
+        measure("fillets", &shape, uv, random_between(&seed, 0, 90), 0.45 / n, n, &tally);
+    }
+    double tight = median(&tally);
+    printf("%.4f of %zu nodes contained, median tightness %.1f\n", contained(&tally), tally.nodes,
+           tight);
+    check_at_least(contained(&tally), CONTAINED_OVER_FILLETS);
+    check_below(tight, MEDIAN_TIGHTNESS);
+    free(tally.ratio);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_estimates_random),
         cmocka_unit_test(test_exact_estimates_awkward),
+        cmocka_unit_test(test_exact_estimates_over_fillets),
     };
     const char *path = getenv("DRAPED_ESTIMATES");
     points = path ? fopen(path, "w") : NULL;
