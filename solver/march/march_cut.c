@@ -83,14 +83,28 @@ static void add_point(const struct shell *shell, struct parts *parts, const doub
     parts->used++;
 }
 
+/* By whole turns as near to `to` as can be: at the seam of a closed direction both its ends are one
+ * place. */
+static void turn_towards(const struct surface *surface, const double to[2], double uv[2]) {
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &surface->axis[k];
+        double length = surface_axis_upper(axis) - surface_axis_lower(axis);
+        if (axis->closed)
+            uv[k] -= length * round((uv[k] - to[k]) / length);
+    }
+}
+
 /* A new part, which begins where the last one of its line ends. */
 static void begin_part(const struct shell *shell, struct parts *parts, int32_t face,
                        const double uv[2], bool begins) {
     const struct shell_cut_part *last = begins ? NULL : &parts->part[parts->count - 1];
+    const struct surface *surface = shell_surface(shell, face);
     double from[2] = {uv[0], uv[1]};
-    if (last)
-        (void)surface_nearest_from(shell_surface(shell, face),
-                                   point_at(shell, last->face, last->uv[last->count - 1]), from);
+    if (last) {
+        struct vec3 end = point_at(shell, last->face, last->uv[last->count - 1]);
+        (void)surface_nearest_from(surface, end, from);
+        turn_towards(surface, uv, from);
+    }
     parts->part[parts->count++] =
         (struct shell_cut_part){.face = face, .uv = parts->uv + parts->used, .begins = begins};
     add_point(shell, parts, from);

@@ -44,7 +44,18 @@ static double nearest_on_edge(struct rim_builder *b, const struct shell_edge *ed
     return best;
 }
 
-/* Divides the free edge on which the cut ends at `uv` of a face, which becomes a place of it. */
+/* Whether a place of a free edge, in one of its pieces, is an end of it. A ring ends where it
+ * begins: which of the two is meant the piece tells. */
+static bool is_end(struct rim_builder *b, const struct free_edges *found, size_t k, size_t piece,
+                   const double uv[2]) {
+    const struct shell_edge *edge = &found->edges[k];
+    struct vec3 r = point_on_face(b, edge->face, uv);
+    return (piece == 0 && vec3_distance(r, found->ends[k][0]) <= b->tolerance) ||
+           (piece + 2 == edge->count && vec3_distance(r, found->ends[k][1]) <= b->tolerance);
+}
+
+/* Divides the free edge on which the cut ends at `uv` of a face, which becomes a place of it. At
+ * its end there is nothing to divide. */
 static void divide_edge(struct rim_builder *b, struct free_edges *found, int32_t face,
                         double uv[2]) {
     double least = HUGE_VAL, at[2] = {0, 0};
@@ -63,6 +74,10 @@ static void divide_edge(struct rim_builder *b, struct free_edges *found, int32_t
         memcpy(at, own_uv, sizeof at);
     }
     struct shell_edge *edge = &found->edges[best], *rest = &found->edges[found->count];
+    if (least < HUGE_VAL && is_end(b, found, best, best_piece, at)) {
+        memcpy(uv, at, sizeof at);
+        return;
+    }
     double(*first)[2] = arena_alloc(b->march->arena, best_piece + 2, sizeof *first);
     b->failed = b->failed || !first;
     if (b->failed || !(least < HUGE_VAL))

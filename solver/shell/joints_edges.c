@@ -161,6 +161,20 @@ static bool is_point(const struct shell *shell, const struct face_edge *edge) {
     return vec3_distance(edge->end[1], edge->end[0]) <= 2 * shell->tolerance;
 }
 
+/* Whether nothing but one point within the tolerance lies between two cuts of a curve: a piece that
+ * ends where it begins may go round a face in between. */
+static bool is_no_piece(const struct shell *shell, const struct join_cut *from,
+                        const struct join_cut *to) {
+    bool none = vec3_distance(from->r, to->r) <= shell->tolerance;
+    for (int k = 1; none && k <= JOIN_SAMPLES; k++) {
+        struct curve_place place;
+        curve_at(shell, &shell->curves[from->curve],
+                 from->t + (to->t - from->t) * k / (JOIN_SAMPLES + 1), &place);
+        none = vec3_distance(place.r, from->r) <= 2 * shell->tolerance;
+    }
+    return none;
+}
+
 static void add_edge(struct shell *shell, int32_t number, const struct join_cut *from,
                      const struct join_cut *to) {
     struct face_edge *edge = &shell->edges[shell->edge_count];
@@ -189,8 +203,7 @@ enum status join_make_edges(struct join *join) {
                         to = {(int32_t)c, last->t, last->r};
         for (; at < join->cut_count && join->cuts[at].curve == (int32_t)c; at++) {
             const struct join_cut *cut = &join->cuts[at];
-            if (vec3_distance(cut->r, from.r) <= shell->tolerance ||
-                vec3_distance(cut->r, to.r) <= shell->tolerance)
+            if (is_no_piece(shell, &from, cut) || is_no_piece(shell, cut, &to))
                 continue;
             add_edge(shell, (int32_t)c, &from, cut);
             from = *cut;
