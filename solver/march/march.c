@@ -179,20 +179,25 @@ static enum status make_fold(struct march *march, size_t count) {
     return march->fold ? STATUS_OK : STATUS_OUT_OF_MEMORY;
 }
 
+/* Has the fold know all nodes of the net, and the shapes of its patches. */
+static enum status add_tiles(struct march *march, struct fold *fold, bool shaped) {
+    struct net_tile **tiles = net_sorted_tiles(march->net);
+    enum status status = tiles ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    for (size_t t = 0; status == STATUS_OK && t < net_tile_count(march->net); t++)
+        status = fold_add_tile(fold, tiles[t], shaped);
+    return status;
+}
+
 enum status march_watch_folds(struct march *march) {
     if (march->fold)
         return STATUS_OK;
     const double *d = march->settings->spacing;
-    struct net_tile **tiles = net_sorted_tiles(march->net);
-    size_t tile_count = net_tile_count(march->net);
     /* Of a net that begins, with some for shear. */
     double nodes =
         fmin(1.4 * march_area(march) / (d[0] * d[1]), (double)march->settings->max_nodes);
-    size_t count = tile_count ? march->inside : (size_t)nodes;
-    enum status status = tiles ? make_fold(march, count) : STATUS_OUT_OF_MEMORY;
-    for (size_t t = 0; t < tile_count && status == STATUS_OK; t++)
-        status = fold_add_tile(march->fold, tiles[t], false);
-    return status;
+    enum status status =
+        make_fold(march, net_tile_count(march->net) ? march->inside : (size_t)nodes);
+    return status == STATUS_OK ? add_tiles(march, march->fold, false) : status;
 }
 
 enum status march_find_fold(struct march *march, bool *folded) {
@@ -237,16 +242,10 @@ static enum status part_at(struct march *march, int32_t i, int32_t j, const int3
 
 /* Whether a cell of the net is turned over. */
 static bool turns_over(struct march *march, struct net_tile **tiles) {
+    const struct fold_normals normals = {normal_at, march};
     for (size_t t = 0; t < net_tile_count(march->net); t++)
-        for (int y = 0; y < NET_TILE; y++)
-            for (unsigned row = tiles[t]->bits[NET_BIT_INSIDE][y]; row; row &= row - 1) {
-                int x = __builtin_ctz(row);
-                struct station station;
-                if (march_station_at(march, &tiles[t]->node[y][x], &station) &&
-                    fold_turns_over(march->net, tiles[t]->ti * NET_TILE + x,
-                                    tiles[t]->tj * NET_TILE + y, station.normal))
-                    return true;
-            }
+        if (fold_turns_over(march->net, tiles[t], march->settings->spacing, normals))
+            return true;
     return false;
 }
 
@@ -277,10 +276,11 @@ enum status march_part_layers(struct march *march) {
     bool over = turns_over(march, tiles);
     if (march->watched && !over)
         return STATUS_OK;
-    march->fold = NULL;
-    enum status status = march_watch_folds(march);
+    enum status status = make_fold(march, march->inside);
+    if (status == STATUS_OK)
+        status = add_tiles(march, march->fold, true);
     for (size_t t = 0; t < net_tile_count(march->net) && status == STATUS_OK; t++)
-        status = part_tile(march, tiles[t], over ? ~0U : fold_neighbours(march->fold, tiles[t]));
+        status = part_tile(march, tiles[t], fold_layers(march->fold, tiles[t], over));
     march->fold = watched;
     return status;
 }

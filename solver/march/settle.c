@@ -52,6 +52,7 @@ static enum status cut(struct quadrant *q, int32_t i, int32_t j, int32_t end) {
             status = net_put(march->net, at * q->si, row * q->sj, &none);
         }
     q->length = i + 1 < q->length ? i + 1 : q->length;
+    fold_change(march->fold);
     return status == STATUS_OK ? march_fail(march, i * q->si, j * q->sj, DRAPE_REASON_FOLD)
                                : status;
 }

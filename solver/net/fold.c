@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "fold_patches.h"
 
+#include "apart.h"
+
 enum { NEIGHBOURS = 3 };
 
 /* The places on a side of a patch, and the patches on one of a tile. */
 enum { PATCH_BITS = FOLD_PATCH_BITS, PATCH = 1 << PATCH_BITS, PATCHES = NET_TILE / PATCH };
+_Static_assert((int)PATCH == (int)APART_SIDE, "patches are asked whether they lie apart");
 
 /* A sheet of the surface that is further away than half a spacing is another one. */
 static const double sheet_gap = 0.5;
@@ -20,6 +23,12 @@ static const double cells_reach = 2.1;
 /* The side of the cubes that space is hashed by, in spacings: about what a patch reaches over. */
 static const double cube_side = 6;
 
+/* The frame of a patch, as long as the net does not change. */
+struct framed {
+    int32_t patch;
+    struct apart_frame frame;
+};
+
 struct fold {
     struct net *net;
     struct fold_normals normals;
@@ -27,6 +36,8 @@ struct fold {
     const struct shell_cut *cut;
     double reach;
     struct fold_patches patches;
+    struct framed *frames; /* of patches that were asked for theirs */
+    size_t frame_count, frame_room;
 };
 
 struct fold *fold_make(struct net *net, size_t count, const double spacing[2], const double turn[2],
@@ -65,7 +76,12 @@ static const struct fold_shape unknown_shape = {HUGE_VAL, 0};
 static const struct fold_box nothing = {{HUGE_VAL, HUGE_VAL, HUGE_VAL},
                                         {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
 
+void fold_change(struct fold *fold) {
+    fold->frame_count = 0;
+}
+
 enum status fold_add(struct fold *fold, int32_t i, int32_t j, struct vec3 r) {
+    fold_change(fold);
     struct net_tile *tile = net_touch(fold->net, i, j);
     struct fold_box box = nothing;
     stretch(&box, r, fold->reach);
@@ -134,6 +150,7 @@ static enum status add_patch(struct fold *fold, const struct net_tile *tile, int
 enum status fold_add_tile(struct fold *fold, const struct net_tile *tile, bool shaped) {
     enum status status = STATUS_OK;
     struct net_window window = net_window(fold->net, tile->ti, tile->tj);
+    fold_change(fold);
     for (int at = 0; at < PATCHES * PATCHES && status == STATUS_OK; at++) {
         int x = at % PATCHES * PATCH, y = at / PATCHES * PATCH;
         status = add_patch(fold, tile, x, y, shaped ? find_shape(&window, x, y) : unknown_shape);
@@ -183,57 +200,147 @@ static int32_t steps_between(const struct fold_patch *p, const struct fold_patch
 /* Patches this far from each other in the net are asked whether the net between them is even. */
 enum { EVEN_MOST = 3 };
 
-/* How far the patches are away from one that come near its nodes in space; one more than EVEN_MOST
- * stands for all that are further. */
-static int32_t find_nearby(const struct fold *fold, const struct fold_patch *patch) {
+/* The middle of a cell is one and a half places away from that of the next but one, and may lie
+ * near its edge. */
+static const double least_of_all = 1.6;
+
+/* The box of the nodes of a patch alone. */
+static struct fold_box inner_box(const struct fold *fold, const struct fold_patch *patch) {
     struct fold_box inner = patch->box;
     for (int k = 0; k < 3; k++) {
         inner.low[k] += fold->reach;
         inner.high[k] -= fold->reach;
     }
+    return inner;
+}
+
+/* What looks at the patches that come near the nodes of one in space, until there is nothing more
+ * to be known. */
+struct look {
+    struct fold *fold;
+    const struct fold_patch *patch;
+    bool all;                   /* of a net that may lack nodes, and of all neighbours in it */
+    int32_t away;               /* how far they are in the net, at the most; one more than
+                                   EVEN_MOST stands for all that are further */
+    struct apart_points points; /* of the patch */
+};
+
+static bool look_round(struct look *look, bool (*enough)(struct look *look, int32_t other)) {
+    struct fold *fold = look->fold;
+    struct fold_box inner = inner_box(fold, look->patch);
     struct fold_cubes cubes = fold_patches_cubes(&fold->patches, &inner);
-    int32_t most = 0;
     int64_t at[3];
     for (at[0] = cubes.first[0]; at[0] <= cubes.last[0]; at[0]++)
         for (at[1] = cubes.first[1]; at[1] <= cubes.last[1]; at[1]++)
             for (at[2] = cubes.first[2]; at[2] <= cubes.last[2]; at[2]++) {
                 int32_t site = fold_patches_first(&fold->patches, at);
                 for (; site != FOLD_NONE; site = fold->patches.sites[site].next) {
-                    const struct fold_patch *other =
-                        &fold->patches.patch[fold->patches.sites[site].patch];
-                    int32_t away = steps_between(patch, other);
-                    if (away > EVEN_MOST && overlap(&inner, &other->box))
-                        return EVEN_MOST + 1;
-                    if (away > most && overlap(&inner, &other->box))
-                        most = away;
+                    int32_t other = fold->patches.sites[site].patch;
+                    if (overlap(&inner, &fold->patches.patch[other].box) && enough(look, other))
+                        return true;
                 }
             }
-    return most;
+    return false;
 }
 
-unsigned fold_suspects(const struct fold *fold, const struct net_tile *tile) {
+static bool note_away(struct look *look, int32_t other) {
+    int32_t away = steps_between(look->patch, &look->fold->patches.patch[other]);
+    look->away = away > look->away ? away : look->away;
+    return away > EVEN_MOST;
+}
+
+/* The column and the row of a patch's first node in its tile. */
+static int patch_column(const struct fold_patch *patch) {
+    return (patch->pi & (PATCHES - 1)) * PATCH;
+}
+
+static int patch_row(const struct fold_patch *patch) {
+    return (patch->pj & (PATCHES - 1)) * PATCH;
+}
+
+static bool has_frame(const struct fold *fold, int32_t number) {
+    int32_t at = fold->patches.patch[number].frame;
+    return at != FOLD_NONE && (size_t)at < fold->frame_count && fold->frames[at].patch == number;
+}
+
+/* The frame of a patch; NULL without memory. */
+static const struct apart_frame *frame_of(struct fold *fold, int32_t number) {
+    struct fold_patch *patch = &fold->patches.patch[number];
+    if (has_frame(fold, number))
+        return &fold->frames[patch->frame].frame;
+    if (fold->frame_count == fold->frame_room) {
+        struct framed *frames = arena_enlarge(fold->net->arena, fold->frames, fold->frame_count,
+                                              sizeof *frames, &fold->frame_room);
+        if (!frames)
+            return NULL;
+        fold->frames = frames;
+    }
+    struct framed *framed = &fold->frames[fold->frame_count];
+    struct net_window window = net_window(fold->net, patch->tile->ti, patch->tile->tj);
+    apart_frame(&window, patch_column(patch), patch_row(patch), &framed->frame);
+    framed->patch = number;
+    patch->frame = (int32_t)fold->frame_count++;
+    return &framed->frame;
+}
+
+static bool may_meet(struct look *look, int32_t other) {
+    const struct apart_frame *frame = frame_of(look->fold, other);
+    return !frame || !apart_is(frame, &look->points, look->fold->reach,
+                               look->all ? least_of_all : NEIGHBOURS + 1);
+}
+
+/* Whether all places of a patch and of those at most so many away have nodes. */
+static bool is_whole(const struct fold *fold, const struct fold_patch *patch, int32_t away) {
+    for (int32_t q = patch->pj - away; q <= patch->pj + away; q++)
+        for (int32_t p = patch->pi - away; p <= patch->pi + away; p++) {
+            const struct fold_patch *other = fold_patches_find(&fold->patches, p, q);
+            if (!other)
+                return false;
+            for (int y = 0; y < PATCH; y++) {
+                unsigned row = other->tile->bits[NET_BIT_PLACE][patch_row(other) + y];
+                if ((row >> patch_column(other) & ((1u << PATCH) - 1)) != (1u << PATCH) - 1)
+                    return false;
+            }
+        }
+    return true;
+}
+
+/* Whether nodes of the patch may lie on another part of the net: not if those near it in space are
+ * near in the net, too, which is even there, or lie apart from it. A net that lacks nodes is not
+ * taken to be even. */
+static bool is_suspect(struct look *look) {
+    struct fold *fold = look->fold;
+    const struct fold_patch *patch = look->patch;
+    if (look->away <= EVEN_MOST && is_even(fold, patch, look->away) &&
+        (!look->all || is_whole(fold, patch, look->away)))
+        return false;
+    struct net_window window = net_window(fold->net, patch->tile->ti, patch->tile->tj);
+    apart_points(&window, patch_column(patch), patch_row(patch), &look->points);
+    return look_round(look, may_meet);
+}
+
+/* Those patches of a tile that are suspected, as bits; `near`: of those that others are near. */
+static unsigned find_suspects(struct fold *fold, const struct net_tile *tile, bool all, bool near) {
     unsigned suspects = 0;
     for (int at = 0; at < PATCHES * PATCHES; at++) {
         const struct fold_patch *patch = fold_patches_find(
             &fold->patches, tile->ti * PATCHES + at % PATCHES, tile->tj * PATCHES + at / PATCHES);
         if (!patch)
             continue;
-        int32_t away = find_nearby(fold, patch);
-        if (away > EVEN_MOST || !is_even(fold, patch, away))
+        struct look look = {.fold = fold, .patch = patch, .all = all, .away = 1};
+        (void)look_round(&look, note_away);
+        if ((look.away > 1 || !near) && is_suspect(&look))
             suspects |= 1u << at;
     }
     return suspects;
 }
 
-unsigned fold_neighbours(const struct fold *fold, const struct net_tile *tile) {
-    unsigned near = 0;
-    for (int at = 0; at < PATCHES * PATCHES; at++) {
-        int x = at % PATCHES, y = at / PATCHES;
-        struct fold_patch patch = {.pi = tile->ti * PATCHES + x, .pj = tile->tj * PATCHES + y};
-        if (find_box(fold, tile, x * PATCH, y * PATCH, &patch.box) && find_nearby(fold, &patch) > 1)
-            near |= 1u << at;
-    }
-    return near;
+unsigned fold_suspects(struct fold *fold, const struct net_tile *tile) {
+    return find_suspects(fold, tile, false, false);
+}
+
+unsigned fold_layers(struct fold *fold, const struct net_tile *tile, bool over) {
+    return find_suspects(fold, tile, true, !over);
 }
 
 /* A node of the net that another one may lie on: at column x and row y of a tile. */
@@ -299,6 +406,7 @@ struct visitor {
     struct vec3 point;
     const struct station *station;
     bool before; /* on what comes before it alone */
+    bool framed; /* the net hardly changes between one node that is asked for and the next */
     int32_t *cell;
     struct vec3 normal; /* of the surface, for a cell */
     int32_t own;        /* cells (i, j) to so many places below it are not asked */
@@ -380,8 +488,12 @@ static bool meets(const struct visitor *v) {
                      (int64_t)floor(r.z / patches->cube)};
     int32_t site = fold_patches_first(patches, at);
     for (; site != FOLD_NONE; site = patches->sites[site].next) {
-        const struct fold_patch *patch = &patches->patch[patches->sites[site].patch];
-        if (contains(&patch->box, r) && meets_patch(v, patch))
+        int32_t number = patches->sites[site].patch;
+        const struct fold_patch *patch = &patches->patch[number];
+        if (!contains(&patch->box, r))
+            continue;
+        const struct apart_frame *frame = v->framed ? frame_of(v->fold, number) : NULL;
+        if (!(frame && apart_is_one(frame, r)) && meets_patch(v, patch))
             return true;
     }
     return false;
@@ -397,8 +509,13 @@ bool fold_meets(struct fold *fold, int32_t i, int32_t j, const struct station *s
 }
 
 bool fold_meets_before(struct fold *fold, int32_t i, int32_t j, const struct station *station) {
-    return meets(&(struct visitor){
-        .fold = fold, .i = i, .j = j, .point = station->jet.r, .station = station, .before = true});
+    return meets(&(struct visitor){.fold = fold,
+                                   .i = i,
+                                   .j = j,
+                                   .point = station->jet.r,
+                                   .station = station,
+                                   .before = true,
+                                   .framed = true});
 }
 
 /* Whether the cell from (i, j) on is whole, with the middle of its nodes, and faces the way
@@ -419,14 +536,45 @@ static bool faces(struct net *net, int32_t i, int32_t j, struct vec3 normal, boo
     return vec3_dot(vec3_cross(up, across), normal) > 0;
 }
 
-bool fold_turns_over(struct net *net, int32_t i, int32_t j, struct vec3 normal) {
+static bool turns_over(struct net *net, int32_t i, int32_t j, struct vec3 normal) {
     struct vec3 middle;
     bool whole;
-    return !faces(net, i, j, normal, &whole, &middle) && whole;
+    return vec3_norm2(normal) > 0 && !faces(net, i, j, normal, &whole, &middle) && whole;
+}
+
+/* Whether the cells from the nodes of a patch on are whole, and turn so little from one to the next
+ * that all face one way. */
+static bool face_alike(const struct net_window *window, int x, int y, double d) {
+    const unsigned all = (2u << PATCH) - 1;
+    for (int row = y; row <= y + PATCH; row++)
+        if ((~net_window_row(window, NET_BIT_INSIDE, row) >> (NET_TILE + x) & all) != 0)
+            return false;
+    struct fold_shape shape = find_shape(window, x, y);
+    double most = d / (2 * PATCH);
+    return shape.bend2 < most * most * shape.sine2;
+}
+
+bool fold_turns_over(struct net *net, const struct net_tile *tile, const double spacing[2],
+                     struct fold_normals normals) {
+    struct net_window window = net_window(net, tile->ti, tile->tj);
+    for (int at = 0; at < PATCHES * PATCHES; at++) {
+        int x = at % PATCHES * PATCH, y = at / PATCHES * PATCH;
+        bool alike = face_alike(&window, x, y, fmin(spacing[0], spacing[1]));
+        for (int k = 0; k < (alike ? 1 : PATCH * PATCH); k++) {
+            int column = x + k % PATCH, row = y + k / PATCH;
+            const struct net_node *node = &tile->node[row][column];
+            if (node->state == NET_INSIDE &&
+                turns_over(net, tile->ti * NET_TILE + column, tile->tj * NET_TILE + row,
+                           normals.at(normals.context, node)))
+                return true;
+        }
+    }
+    return false;
 }
 
 bool fold_lies_on(struct fold *fold, int32_t i, int32_t j, struct vec3 normal, int32_t cell[2]) {
-    struct visitor v = {.fold = fold, .i = i, .j = j, .normal = normal, .cell = cell, .own = 1};
+    struct visitor v = {
+        .fold = fold, .i = i, .j = j, .normal = normal, .cell = cell, .own = 1, .framed = true};
     struct vec3 middle;
     bool whole;
     v.turned = !faces(fold->net, i, j, normal, &whole, &middle);

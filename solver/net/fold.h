@@ -37,15 +37,19 @@ enum status fold_add(struct fold *fold, int32_t i, int32_t j, struct vec3 r) STA
 enum status fold_add_tile(struct fold *fold, const struct net_tile *tile,
                           bool shaped) STATUS_MUST_USE;
 
-/* Whether nodes of a tile that has been added shaped may lie on another part of the net, as bits:
- * of patch p in i and q in j that of p + 4 q. The others do not: what is near them is near in the
- * net, too, and there yarns bend too little to come back. Only where all nodes are fourth corners
- * of cells, each the one after its neighbours on the side of the generators. */
-unsigned fold_suspects(const struct fold *fold, const struct net_tile *tile);
+/* To be told when nodes have been taken out of the net since one was added. */
+void fold_change(struct fold *fold);
 
-/* The patches of a tile, as such bits, near which in space a part of the net has been added that is
- * not next to them in the net. */
-unsigned fold_neighbours(const struct fold *fold, const struct net_tile *tile);
+/* The patches of a tile that has been added shaped with nodes that may lie on another part of the
+ * net, as bits: of patch p in i and q in j that of p + 4 q. The others do not: what is near them is
+ * near in the net, too, where yarns bend too little to come back, or lies apart from them
+ * (`apart.h`). Only where all nodes are fourth corners of cells, each the one after its neighbours
+ * on the side of the generators. */
+unsigned fold_suspects(struct fold *fold, const struct net_tile *tile);
+
+/* The same of any net whose tiles have all been added; unless it is turned `over` somewhere, only
+ * patches near which in space there is a part of the net that is not next to them in the net. */
+unsigned fold_layers(struct fold *fold, const struct net_tile *tile, bool over);
 
 /* A patch is a square of so many places a side, as a power of two; a quarter of a tile's. */
 enum { FOLD_PATCH_BITS = 2 };
@@ -64,8 +68,10 @@ bool fold_is_near(struct fold *fold, int32_t i, int32_t j, struct vec3 r);
 bool fold_meets(struct fold *fold, int32_t i, int32_t j, const struct station *station);
 bool fold_meets_before(struct fold *fold, int32_t i, int32_t j, const struct station *station);
 
-/* Whether the cell from (i, j) on is whole and turned over, where the surface has this normal. */
-bool fold_turns_over(struct net *net, int32_t i, int32_t j, struct vec3 normal);
+/* Whether a cell from a node of the tile on is whole and turned over, by the normals of the
+ * surface. */
+bool fold_turns_over(struct net *net, const struct net_tile *tile, const double spacing[2],
+                     struct fold_normals normals);
 
 /* Whether the node (i, j), where the surface has this normal, lies in a cell of the net that has no
  * corner there, or the middle of the cell from it on in another one, well inside and on the same

@@ -102,7 +102,8 @@ enum status fold_patches_stretch(struct fold_patches *patches, int32_t pi, int32
         if (patches->count == patches->room && !grow(patches, 2 * patches->room))
             return STATUS_OUT_OF_MEMORY;
         *fold_patches_slot(patches, pi, pj) = (int32_t)patches->count;
-        patches->patch[patches->count++] = (struct fold_patch){pi, pj, tile, *box, shape};
+        patches->patch[patches->count++] =
+            (struct fold_patch){pi, pj, tile, *box, shape, FOLD_NONE};
     }
     size_t number = (size_t)*fold_patches_slot(patches, pi, pj);
     struct fold_patch *patch = &patches->patch[number];

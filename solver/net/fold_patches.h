@@ -28,6 +28,7 @@ struct fold_patch {
     const struct net_tile *tile;
     struct fold_box box; /* of all that its nodes reach */
     struct fold_shape shape;
+    int32_t frame; /* a number that whoever asks may keep with it, FOLD_NONE at first */
 };
 
 /* A patch in a cube that its box touches. */

@@ -1,0 +1,154 @@
+/* SPDX-License-Identifier: MIT */
+#include "apart.h"
+
+#include <math.h>
+
+/* Steps of a node's yarns, with a margin; and how far from its sheet a place may be, by those along
+ * warp. */
+static const double steps = 1.1, sheet = 0.5;
+
+void apart_points(const struct net_window *window, int x, int y, struct apart_points *points) {
+    const struct net_tile *tile = window->tile[1][1];
+    points->count = 0;
+    for (int at = 0; at < APART_POINTS; at++) {
+        int column = x + at % (APART_SIDE + 1), row = y + at / (APART_SIDE + 1);
+        const struct net_node *node = net_window_find(window, column, row);
+        if (!node || node->state != NET_INSIDE)
+            continue;
+        points->r[points->count] = node->r;
+        points->at[points->count][0] = tile->ti * NET_TILE + column;
+        points->at[points->count++][1] = tile->tj * NET_TILE + row;
+    }
+}
+
+/* The yarn's step at a place along (dx, dy); zero where none is known. */
+static struct vec3 step_at(const struct net_window *window, int x, int y, int dx, int dy) {
+    const struct net_node *here = net_window_find(window, x, y);
+    const struct net_node *ahead = net_window_place(window, x + dx, y + dy);
+    const struct net_node *back = net_window_place(window, x - dx, y - dy);
+    if (ahead && back)
+        return vec3_scale(0.5, vec3_sub(ahead->r, back->r));
+    return ahead  ? vec3_sub(ahead->r, here->r)
+           : back ? vec3_sub(here->r, back->r)
+                  : vec3_make(0, 0, 0);
+}
+
+/* A node's yarns. */
+struct yarns {
+    struct vec3 r, a, b, across;
+    double dual2, height; /* 1 / |a x b|^2, and the reach along a x b by its length */
+};
+
+/* False where they do not cross. */
+static bool find_yarns(const struct net_window *window, int x, int y, struct yarns *yarns) {
+    yarns->r = net_window_find(window, x, y)->r;
+    yarns->a = step_at(window, x, y, 1, 0);
+    yarns->b = step_at(window, x, y, 0, 1);
+    yarns->across = vec3_cross(yarns->a, yarns->b);
+    double area2 = vec3_norm2(yarns->across);
+    yarns->dual2 = 1 / area2;
+    yarns->height = sheet * sqrt(vec3_norm2(yarns->a) / area2);
+    return area2 > 0 && yarns->dual2 < HUGE_VAL;
+}
+
+static struct vec3 dual(const struct yarns *yarns, int k) {
+    struct vec3 of = k ? vec3_cross(yarns->across, yarns->a) : vec3_cross(yarns->b, yarns->across);
+    return vec3_scale(yarns->dual2, of);
+}
+
+static const struct apart_range nothing = {HUGE_VAL, -HUGE_VAL};
+
+static void stretch(struct apart_range *range, double value) {
+    range->low = value < range->low ? value : range->low;
+    range->high = value > range->high ? value : range->high;
+}
+
+/* Stretches the range by the cells round a node. */
+static void stretch_cells(struct apart_range *range, struct vec3 way, const struct yarns *yarns) {
+    double at = vec3_dot(way, yarns->r);
+    double reach = steps * (fabs(vec3_dot(way, yarns->a)) + fabs(vec3_dot(way, yarns->b)) +
+                            yarns->height * fabs(vec3_dot(way, yarns->across)));
+    stretch(range, at - reach);
+    stretch(range, at + reach);
+}
+
+/* The means over the nodes. */
+static void find_ways(const struct yarns *yarns, int count, struct vec3 way[APART_WAYS]) {
+    struct vec3 up = vec3_make(0, 0, 0), down = up;
+    for (int k = 0; k < 2; k++)
+        for (int n = 0; n < count; n++)
+            way[k] = vec3_axpy(1.0 / count, dual(&yarns[n], k), way[k]);
+    for (int n = 0; n < count; n++) {
+        up = vec3_add(up, vec3_add(yarns[n].a, yarns[n].b));
+        down = vec3_add(down, vec3_sub(yarns[n].a, yarns[n].b));
+    }
+    way[2] = vec3_norm2(up) > vec3_norm2(down) ? up : down;
+}
+
+void apart_frame(const struct net_window *window, int x, int y, struct apart_frame *frame) {
+    const struct net_tile *tile = window->tile[1][1];
+    struct yarns yarns[APART_SIDE * APART_SIDE];
+    int32_t number[APART_SIDE * APART_SIDE][2];
+    int count = 0;
+    *frame = (struct apart_frame){.known = true};
+    for (int at = 0; at < APART_SIDE * APART_SIDE; at++) {
+        int column = x + at % APART_SIDE, row = y + at / APART_SIDE;
+        if (!(tile->bits[NET_BIT_INSIDE][row] >> column & 1))
+            continue;
+        number[count][0] = tile->ti * NET_TILE + column;
+        number[count][1] = tile->tj * NET_TILE + row;
+        frame->known = find_yarns(window, column, row, &yarns[count++]) && frame->known;
+    }
+    if (!frame->known)
+        return;
+    find_ways(yarns, count, frame->way);
+    for (int k = 0; k < APART_WAYS; k++) {
+        frame->cells[k] = nothing;
+        for (int n = 0; n < count; n++)
+            stretch_cells(&frame->cells[k], frame->way[k], &yarns[n]);
+    }
+    for (int k = 0; k < 2; k++) {
+        double spread2 = 0;
+        frame->beyond[k] = nothing;
+        for (int n = 0; n < count; n++) {
+            struct vec3 off = vec3_sub(dual(&yarns[n], k), frame->way[k]);
+            spread2 = fmax(spread2, vec3_norm2(off));
+            stretch(&frame->beyond[k], vec3_dot(frame->way[k], yarns[n].r) - number[n][k]);
+        }
+        frame->spread[k] = sqrt(spread2);
+    }
+}
+
+/* How far apart values of two ranges may be. */
+static double extent(struct apart_range p, struct apart_range q) {
+    return fmax(p.high - q.low, q.high - p.low);
+}
+
+bool apart_is(const struct apart_frame *frame, const struct apart_points *points, double reach,
+              double least) {
+    bool aligned = frame->known;
+    for (int k = 0; k < APART_WAYS && frame->known; k++) {
+        struct apart_range along = nothing, beyond = nothing;
+        for (int n = 0; n < points->count; n++) {
+            double at = vec3_dot(frame->way[k], points->r[n]);
+            stretch(&along, at);
+            if (k < 2)
+                stretch(&beyond, at - points->at[n][k]);
+        }
+        if (along.low > frame->cells[k].high || along.high < frame->cells[k].low)
+            return true;
+        if (k < 2)
+            aligned = aligned &&
+                      extent(beyond, frame->beyond[k]) < least - steps - frame->spread[k] * reach;
+    }
+    return aligned;
+}
+
+bool apart_is_one(const struct apart_frame *frame, struct vec3 r) {
+    for (int k = 0; k < APART_WAYS && frame->known; k++) {
+        double at = vec3_dot(frame->way[k], r);
+        if (at > frame->cells[k].high || at < frame->cells[k].low)
+            return true;
+    }
+    return false;
+}
