@@ -367,6 +367,7 @@ static bool find_corner(struct march *march, struct rim_patch *patch, int n) {
     if (corner->sought)
         return corner->found;
     corner->sought = true;
+    corner->blind = false;
     corner->i = patch->i + (n & 1);
     corner->j = patch->j + n / 2;
     corner->found = march_station(march, corner->i, corner->j, &corner->station);
@@ -378,8 +379,8 @@ static bool find_corner(struct march *march, struct rim_patch *patch, int n) {
 }
 
 /* p and q of the place `to` by its geodesic from the corner. */
-static bool see_from(struct rim_cloth *cloth, const struct rim_corner *corner,
-                     const struct station *to, double pq[2]) {
+static bool see_from(struct rim_cloth *cloth, struct rim_corner *corner, const struct station *to,
+                     double pq[2]) {
     const double *d = cloth->march->settings->spacing;
     const struct vec3 *yarn = corner->yarn;
     struct vec3 guess = vec3_axpy((pq[1] - corner->j) * d[1], yarn[1],
@@ -395,10 +396,13 @@ static bool see_from(struct rim_cloth *cloth, const struct rim_corner *corner,
     if (logarithm_find(&cloth->march->cursor, &corner->station, to, seen_accuracy, &l)) {
         length = l.length;
         start = l.leave;
-    } else if (!fishnet_geodesic_between(cloth->march->surface, &cloth->march->cursor,
-                                         &corner->station, to, seen_accuracy, &length, &start,
-                                         &end)) {
-        return false;
+    } else {
+        corner->blind =
+            corner->blind ||
+            !fishnet_geodesic_between(cloth->march->surface, &cloth->march->cursor,
+                                      &corner->station, to, seen_accuracy, &length, &start, &end);
+        if (corner->blind)
+            return false;
     }
     if (!components(&frame, vec3_scale(length, start), ab))
         return false;

@@ -22,6 +22,7 @@
 struct rim_corner {
     int32_t i, j;
     bool sought, found;
+    bool blind; /* a search for a geodesic from it failed: they cost as much as twenty logarithms */
     struct station station;
     struct vec3 yarn[2]; /* towards the higher index */
 };
