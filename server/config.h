@@ -49,6 +49,7 @@ struct config {
     int64_t job_memory;         /* bytes one job may hold */
     int64_t check_memory;       /* bytes that all bodies being read may take together */
     int64_t check_timeout;      /* seconds that reading one body may take */
+    int64_t import_timeout;     /* seconds that importing one CAD file may take */
     int64_t max_result;         /* bytes of one stored result */
     int64_t retention;          /* hours a result is kept after its job ended */
     int64_t retention_jobs;     /* hours a record of a job is kept after it ended */

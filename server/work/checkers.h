@@ -46,9 +46,9 @@ struct check;
 struct checkers_settings {
     int express, slow;  /* places in the lanes, >= 1 each */
     int64_t memory;     /* bytes for all orders under way together: the budget */
-    int64_t timeout_ms; /* of an order, waiting not counted; of maps `map_timeout_ms` */
-    int64_t map_timeout_ms;
-    int64_t max_output;      /* bytes */
+    int64_t timeout_ms; /* of an order, waiting not counted */
+    int64_t map_timeout_ms, import_timeout_ms; /* the same of maps and of CAD files */
+    int64_t max_output;                        /* bytes */
     const char *folder;      /* where long outputs are kept while they are sent; "": in memory */
     const char *memory_flag; /* the one that sets `memory`, for messages */
 };

@@ -79,8 +79,9 @@ static const char *const works[CHECKER_KINDS] = {
 
 int64_t check_timeout(const struct check *check) {
     const struct checkers_settings *settings = &check->pool->settings;
-    bool long_work = works[check->packet.kind] || check->packet.source[0];
-    return long_work ? settings->map_timeout_ms : settings->timeout_ms;
+    if (check->packet.source[0])
+        return settings->import_timeout_ms;
+    return works[check->packet.kind] ? settings->map_timeout_ms : settings->timeout_ms;
 }
 
 /* Keeps the documents: short ones in memory, long ones as files. False without room for them. */
@@ -206,7 +207,7 @@ static void explain_import(struct check *check, enum check_outcome outcome) {
     struct api_problem *problem = &check->answer.problem;
     if (outcome == OUTCOME_TIMEOUT)
         api_problem_set(problem, API_UNREADABLE_FILE,
-                        "importing the file took longer than %lld s (--job-timeout)",
+                        "importing the file took longer than %lld s (--import-timeout)",
                         (long long)check_timeout(check) / 1000);
     else if (outcome == OUTCOME_CRASHED)
         api_problem_set(problem, API_UNREADABLE_FILE,

@@ -108,6 +108,7 @@ const struct services *service(void) {
                                                .memory = 8 * (int64_t)BUDGET,
                                                .timeout_ms = 10000,
                                                .map_timeout_ms = 10000,
+                                               .import_timeout_ms = 10000,
                                                .max_output = BUDGET,
                                                .folder = "",
                                                .memory_flag = "check-memory"};

@@ -112,6 +112,21 @@ refuse() {
     expect_problem 415 unsupported-media-type
 }
 
+@test "http: an import that takes too long is told so, and holds up no other" {
+    local many=$PARTS/many.step long=$BATS_TEST_TMPDIR/long.step copy
+    sed '/^DATA;/q' "$many" >"$long"
+    for copy in 1 2 3 4 5 6 7 8 9; do
+        sed -E -e '1,/^DATA;/d' -e '/^ENDSEC;/,$d' -e "s/#([0-9])/#$copy\1/g" "$many" >>"$long"
+    done
+    printf 'ENDSEC;\nEND-ISO-10303-21;\n' >>"$long"
+    start_daemon "$BATS_TEST_TMPDIR/other" --workers 1 --import-timeout 1
+    send model/step "$long"
+    expect_problem 422 unreadable-file
+    jq -e '.detail | test("longer than 1 s \\(--import-timeout\\)")' "$body"
+    send model/step "$PARTS/box.step"
+    expect 201
+}
+
 @test "http: meshes of STL, OBJ and Nastran files are welded" {
     cat >"$BATS_TEST_TMPDIR/a.obj" <<-'END'
 	# a square, and a part of it once more

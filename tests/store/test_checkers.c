@@ -49,6 +49,7 @@ static struct checkers_settings settings(void) {
                                       .memory = INT64_C(256) << 20,
                                       .timeout_ms = 20000,
                                       .map_timeout_ms = 20000,
+                                      .import_timeout_ms = 20000,
                                       .max_output = INT64_C(64) << 20,
                                       .folder = "",
                                       .memory_flag = "check-memory"};

@@ -81,6 +81,7 @@ static const struct {
     {"--max-elements", "DRAPED_MAX_ELEMENTS", "999", AT(max_elements), 999, "many"},
     {"--max-depth", "DRAPED_MAX_DEPTH", "16", AT(max_depth), 16, "1001"},
     {"--job-timeout", "DRAPED_JOB_TIMEOUT", "60", AT(job_timeout), 60, "60s"},
+    {"--import-timeout", "DRAPED_IMPORT_TIMEOUT", "90", AT(import_timeout), 90, "0"},
     {"--lease", "DRAPED_LEASE", "30", AT(lease), 30, "1"},
     {"--job-memory", "DRAPED_JOB_MEMORY", "1G", AT(job_memory), 1 << 30, "1k"},
     {"--max-result", "DRAPED_MAX_RESULT", "1M", AT(max_result), 1 << 20, "1"},
