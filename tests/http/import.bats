@@ -125,6 +125,7 @@ refuse() {
     jq -e '.detail | test("longer than 1 s \\(--import-timeout\\)")' "$body"
     send model/step "$PARTS/box.step"
     expect 201
+    stop_daemon
 }
 
 @test "http: meshes of STL, OBJ and Nastran files are welded" {
