@@ -113,8 +113,18 @@ struct arm {
     struct march_mesh_yarn yarn; /* on a mesh of the caller's, instead of the path */
     struct station last;         /* on a mesh made of a surface: where the arm is on the mesh */
     int di, dj;
+    int32_t outside; /* nodes since the last one inside */
     bool started, ended;
 };
+
+/* How far an arm may be outside before it comes back: no hole is longer than the part. What leads
+ * further, round a sphere of which a patch is the part, comes to it from behind. */
+static double longest_hole(const struct march *march) {
+    const struct surface *surface = march->surface;
+    if (march->mesh)
+        return HUGE_VAL;
+    return surface->shell ? shell_size(surface->shell) : surface->size;
+}
 
 /* An arm along a polyline from the start on; where its points end, a geodesic. */
 static bool start_curve(const struct march *march, int k, int sign, struct vec3 direction,
@@ -234,7 +244,8 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
     if (!march->mesh)
         note_edge(march, &before, &arm->at, arm->di, arm->dj);
     enum status status = march_place(march, i, j, march->mesh ? &on_mesh : &arm->at.station, &zone);
-    arm->ended = zone == STATION_BEYOND;
+    arm->outside = zone == STATION_GHOST ? arm->outside + 1 : 0;
+    arm->ended = zone == STATION_BEYOND || arm->outside * d > longest_hole(march);
     return status;
 }
 

@@ -6,6 +6,9 @@
 /* A curve has a corner where its direction turns by more than the arc sine of this. */
 static const double corner_sine = 0.01;
 
+/* What reaches no further than this share of the tolerance is one point, and no part of an edge. */
+static const double one_point = 1e-3;
+
 /* How far to the sides of an edge its face is looked for, as shares of the domain; flattening moves
  * edges by a quarter of the first. */
 static const double beside[] = {4e-6, 2e-5, 1e-4, 1e-3};
@@ -82,10 +85,14 @@ static void cut_at(struct join *join, struct vec3 r) {
     boxes_visit(join->boxes, &box, cut_at_vertex, &vertex);
 }
 
-/* Whether the curve turns at its point number k, counted in all points. */
+/* Whether the curve turns at its point number k, counted in all points, or comes to a pole. */
 static bool is_corner(const struct join *join, size_t k) {
-    struct vec3 a = vec3_unit(vec3_sub(join->points[k].r, join->points[k - 1].r));
-    struct vec3 b = vec3_unit(vec3_sub(join->points[k + 1].r, join->points[k].r));
+    struct vec3 a = vec3_sub(join->points[k].r, join->points[k - 1].r);
+    struct vec3 b = vec3_sub(join->points[k + 1].r, join->points[k].r);
+    if (fmin(vec3_norm(a), vec3_norm(b)) <= one_point * join->shell->tolerance)
+        return true;
+    a = vec3_unit(a);
+    b = vec3_unit(b);
     if (vec3_dot(a, b) > 0 && vec3_norm(vec3_cross(a, b)) < corner_sine)
         return false;
     const struct face_curve *curve = &join->shell->curves[join->curve_of[k]];
@@ -161,18 +168,18 @@ static bool is_point(const struct shell *shell, const struct face_edge *edge) {
     return vec3_distance(edge->end[1], edge->end[0]) <= 2 * shell->tolerance;
 }
 
-/* Whether nothing but one point within the tolerance lies between two cuts of a curve: a piece that
- * ends where it begins may go round a face in between. */
-static bool is_no_piece(const struct shell *shell, const struct join_cut *from,
-                        const struct join_cut *to) {
-    bool none = vec3_distance(from->r, to->r) <= shell->tolerance;
-    for (int k = 1; none && k <= JOIN_SAMPLES; k++) {
+/* How far a curve goes from one of two cuts on its way to the other, at a few places: a piece that
+ * ends where it begins may go round a face in between, or be a pole. */
+static double reach_between(const struct shell *shell, const struct join_cut *from,
+                            const struct join_cut *to) {
+    double reach = vec3_distance(from->r, to->r);
+    for (int k = 1; k <= JOIN_SAMPLES; k++) {
         struct curve_place place;
         curve_at(shell, &shell->curves[from->curve],
                  from->t + (to->t - from->t) * k / (JOIN_SAMPLES + 1), &place);
-        none = vec3_distance(place.r, from->r) <= 2 * shell->tolerance;
+        reach = fmax(reach, vec3_distance(place.r, from->r) / 2);
     }
-    return none;
+    return reach;
 }
 
 static void add_edge(struct shell *shell, int32_t number, const struct join_cut *from,
@@ -203,12 +210,18 @@ enum status join_make_edges(struct join *join) {
                         to = {(int32_t)c, last->t, last->r};
         for (; at < join->cut_count && join->cuts[at].curve == (int32_t)c; at++) {
             const struct join_cut *cut = &join->cuts[at];
-            if (is_no_piece(shell, &from, cut) || is_no_piece(shell, cut, &to))
+            if (cut->t >= to.t)
                 continue;
-            add_edge(shell, (int32_t)c, &from, cut);
-            from = *cut;
+            double before = reach_between(shell, &from, cut),
+                   after = reach_between(shell, cut, &to);
+            bool is_edge = before > shell->tolerance && after > shell->tolerance;
+            if (is_edge)
+                add_edge(shell, (int32_t)c, &from, cut);
+            from = is_edge || before <= one_point * shell->tolerance ? *cut : from;
+            to = after <= one_point * shell->tolerance ? *cut : to;
         }
-        add_edge(shell, (int32_t)c, &from, &to);
+        if (from.t < to.t)
+            add_edge(shell, (int32_t)c, &from, &to);
     }
     return STATUS_OK;
 }

@@ -122,7 +122,62 @@ static void test_exact_rings_are_the_cylinder(void **state) {
     }
 }
 
+/* A sphere in halves that meet at both poles, each trimmed by one polyline round its share of the
+ * domain, from somewhere on: the nodes of the whole. */
+static void test_exact_rings_halves_of_a_sphere(void **state) {
+    static struct rings rings;
+    static struct shape whole;
+    (void)state;
+    shape_sphere(&whole, 1, (double[2]){0, 2 * M_PI}, (double[2]){-M_PI / 2, M_PI / 2}, M_PI / 2);
+    for (int n = 0; n < 8; n++) {
+        struct arena *arena = arena_new((size_t)1 << 28);
+        struct shell_part parts[2] = {{0}};
+        struct shell *shell = NULL;
+        struct drape_run run;
+        struct drape_result result;
+        double seam = n % 2 ? 0.5 : 0.37, worst = 0;
+        for (int k = 0; k < 2; k++) {
+            const double u[2] = {k ? seam : 0, k ? 1 : seam};
+            struct nurbs nurbs = shape_nurbs(&whole);
+            struct surface *surface;
+            assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+            for (int m = 0; m < 5; m++) { /* from each of the corners on */
+                int corner = (m + n / 2) % 4;
+                rings.corners[k][m][0] = u[(corner + 1) / 2 % 2];
+                rings.corners[k][m][1] = corner / 2;
+            }
+            rings.curve[k] = (struct trim_curve){1, (const double(*)[2])rings.corners[k], 5,
+                                                 k % 2 ? knots : NULL, NULL};
+            rings.loop[k] = (struct trim_loop){true, &rings.curve[k], 1};
+            parts[k] = (struct shell_part){surface, &rings.loop[k], 1};
+        }
+        struct drape_settings settings = {.method = n % 4 ? DRAPE_GIB : DRAPE_GEODESIC,
+                                          .spacing = {SPACING, SPACING},
+                                          .start_kind = DRAPE_START_UV,
+                                          .start_uv = {0.2, 0.45},
+                                          .direction_deg = 25,
+                                          .max_nodes = 100000};
+        drape_begin(&run, &whole, &settings);
+        assert_int_equal(shell_make(parts, 2, 0, arena, &shell, NULL), STATUS_OK);
+        assert_int_equal(drape_solve_shell(shell, &settings, NULL, arena, &result), STATUS_OK);
+        assert_int_equal(result.nodes.count, run.result.nodes.count);
+        for (size_t k = 0; k < result.nodes.count; k++) {
+            int at = grid_find(&run.grid, result.nodes.i[k], result.nodes.j[k]);
+            assert_true(at >= 0);
+            worst = fmax(worst, vec3_distance(node_point(&result.nodes, (int)k),
+                                              node_point(&run.result.nodes, at)));
+        }
+        check_below(worst, 1e-7);
+        check_below(fabs(result.summary.cloth_coverage - run.result.summary.cloth_coverage), 1e-3);
+        drape_end(&run);
+        arena_free(arena);
+    }
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_exact_rings_are_the_cylinder)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_exact_rings_are_the_cylinder),
+        cmocka_unit_test(test_exact_rings_halves_of_a_sphere),
+    };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
