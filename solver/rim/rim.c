@@ -98,12 +98,14 @@ static double box_distance2(const struct tile_box *box, struct vec3 r) {
     return vec3_norm2(vec3_sub(r, nearest));
 }
 
-/* Whether a node is on the same side of the cuts as what is to be covered beside the place. */
+/* Whether a node is on the same side of the cuts as what is to be covered beside the place: looked
+ * for towards the middle of its piece, whose ends may lie on a cut. */
 static bool same_turn(const struct tracer *t, const struct net_node *node,
                       const struct rim_spot *spot) {
     if (t->march->cut) {
         struct vec3 left = vec3_unit(vec3_cross(spot->normal, spot->dr));
-        struct vec3 covered = vec3_axpy(beside * t->spacing, left, spot->r);
+        struct vec3 inward = vec3_axpy(1 - 2 * spot->t, vec3_unit(spot->dr), left);
+        struct vec3 covered = vec3_axpy(beside * t->spacing, inward, spot->r);
         return shell_cut_passes(t->march->cut, node->r, covered) == 0;
     }
     bool apart = t->march->mesh || t->march->surface->shell;

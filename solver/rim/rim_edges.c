@@ -13,6 +13,7 @@ void rim_edges_spot(struct march *march, const struct rim_vertex *from, const st
     struct surface_jet jet;
     double duv[2];
     spot->face = from->face;
+    spot->t = t;
     for (int k = 0; k < 2; k++) {
         duv[k] = to->uv[k] - from->uv[k];
         spot->uv[k] = t == 1 ? to->uv[k] : from->uv[k] + t * duv[k];

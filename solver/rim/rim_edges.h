@@ -41,6 +41,7 @@ enum status rim_edges_make(struct march *march, double tolerance,
 /* A place on a chain. */
 struct rim_spot {
     int32_t face;
+    double t;     /* 0..1 between its vertices */
     double uv[2]; /* as of a vertex */
     struct vec3 r;
     struct vec3 dr;     /* its derivative by t */
