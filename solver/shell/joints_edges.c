@@ -6,7 +6,7 @@
 /* A curve has a corner where its direction turns by more than the arc sine of this. */
 static const double corner_sine = 0.01;
 
-/* What reaches no further than this share of the tolerance is one point, and no part of an edge. */
+/* What reaches no further than this share of the tolerance is one point, and an edge of its own. */
 static const double one_point = 1e-3;
 
 /* How far to the sides of an edge its face is looked for, as shares of the domain; flattening moves
@@ -206,8 +206,8 @@ enum status join_make_edges(struct join *join) {
         const struct face_curve *curve = &shell->curves[c];
         const struct join_point *points = join->points + curve->first;
         const struct join_point *last = &points[curve->count - 1];
-        struct join_cut from = {(int32_t)c, points->t, points->r},
-                        to = {(int32_t)c, last->t, last->r};
+        const struct join_cut end = {(int32_t)c, last->t, last->r};
+        struct join_cut from = {(int32_t)c, points->t, points->r}, to = end;
         for (; at < join->cut_count && join->cuts[at].curve == (int32_t)c; at++) {
             const struct join_cut *cut = &join->cuts[at];
             if (cut->t >= to.t)
@@ -215,13 +215,17 @@ enum status join_make_edges(struct join *join) {
             double before = reach_between(shell, &from, cut),
                    after = reach_between(shell, cut, &to);
             bool is_edge = before > shell->tolerance && after > shell->tolerance;
-            if (is_edge)
+            bool is_pole = before <= one_point * shell->tolerance;
+            if (is_edge || is_pole) {
                 add_edge(shell, (int32_t)c, &from, cut);
-            from = is_edge || before <= one_point * shell->tolerance ? *cut : from;
+                from = *cut;
+            }
             to = after <= one_point * shell->tolerance ? *cut : to;
         }
         if (from.t < to.t)
             add_edge(shell, (int32_t)c, &from, &to);
+        if (to.t < end.t)
+            add_edge(shell, (int32_t)c, &to, &end);
     }
     return STATUS_OK;
 }
