@@ -174,7 +174,8 @@ static void handle(struct request *request, struct reply *reply) {
     }
 }
 
-static void serve(struct request *request, const char *body, size_t length) {
+/* Whether the answer says that something of the service has changed. */
+static bool serve(struct request *request, const char *body, size_t length) {
     const struct http_handler handler = routes_handler(service());
     struct reply reply = {.request_id = request->id};
     request->limit = (struct request_limit){service()->config->max_body, "max-body"};
@@ -191,8 +192,7 @@ static void serve(struct request *request, const char *body, size_t length) {
     expect_answer(request, &reply);
     bool changed = reply.status > 200 && reply.status < 300 && strcmp(request->method, "GET") != 0;
     reply_clear(&reply);
-    if (changed)
-        service_spoil();
+    return changed;
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
@@ -202,9 +202,11 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     memcpy(text, data, size);
     text[size] = '\0';
     struct request *request = read_head(&rest);
-    if (request && !request->fault[0])
-        serve(request, rest, rest ? size - (size_t)(rest - text) : 0);
-    request_free(request);
+    bool changed = request && !request->fault[0] &&
+                   serve(request, rest, rest ? size - (size_t)(rest - text) : 0);
+    request_free(request); /* which may still have a check in the service's pool */
     free(text);
+    if (changed)
+        service_spoil();
     return 0;
 }
