@@ -42,6 +42,26 @@ struct studied studied_make(const char *drape, const char *rest) {
     return f;
 }
 
+/* All but the header, which has the time. */
+void studied_check_threads(const char *drape, const char *rest) {
+    struct bytes study = studied_text(drape, rest), container[2] = {{0}, {0}};
+    size_t first[2];
+    for (int k = 0; k < 2; k++) {
+        struct api_problem problem;
+        struct api_columns columns;
+        assert_int_equal(studied_run(&study, k ? 5 : 1, &container[k], &problem), API_OK);
+        struct api_reader reader = reader_over(&container[k]);
+        assert_int_equal(api_columns_open(&reader, &columns, &problem), API_OK);
+        first[k] = (size_t)columns.column[0].offset;
+    }
+    assert_int_equal(container[0].length - first[0], container[1].length - first[1]);
+    assert_memory_equal(container[0].data + first[0], container[1].data + first[1],
+                        container[0].length - first[0]);
+    bytes_free(&container[0]);
+    bytes_free(&container[1]);
+    bytes_free(&study);
+}
+
 void studied_free(struct studied *f) {
     bytes_free(&f->text);
     bytes_free(&f->container);

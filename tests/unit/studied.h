@@ -20,6 +20,9 @@ struct api_input studied_input(const struct bytes *text);
 enum api_problem_id studied_run(const struct bytes *text, int threads, struct bytes *container,
                                 struct api_problem *problem);
 struct studied studied_make(const char *drape, const char *rest);
+
+/* Its table has the same bits on one thread and on many. */
+void studied_check_threads(const char *drape, const char *rest);
 void studied_free(struct studied *f);
 
 /* A number of a variant, and its drape request. */

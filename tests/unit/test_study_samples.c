@@ -128,26 +128,11 @@ static void test_bands_hold_nine_tenths_of_fresh_samples(void **state) {
 }
 
 static void test_samples_have_the_same_bits_from_any_tasks(void **state) {
-    struct bytes part = studied_saddle(), container[2] = {{0}, {0}};
+    struct bytes part = studied_saddle();
     char rest[200];
-    size_t first[2];
     (void)state;
     snprintf(rest, sizeof rest, TOLERANCES, 40, 3);
-    struct bytes text = studied_text(part.data, rest);
-    for (int k = 0; k < 2; k++) {
-        struct api_problem problem;
-        struct api_columns columns;
-        assert_int_equal(studied_run(&text, k ? 3 : 1, &container[k], &problem), API_OK);
-        struct api_reader reader = reader_over(&container[k]);
-        assert_int_equal(api_columns_open(&reader, &columns, &problem), API_OK);
-        first[k] = (size_t)columns.column[0].offset;
-    }
-    assert_int_equal(container[0].length - first[0], container[1].length - first[1]);
-    assert_memory_equal(container[0].data + first[0], container[1].data + first[1],
-                        container[0].length - first[0]);
-    bytes_free(&container[0]);
-    bytes_free(&container[1]);
-    bytes_free(&text);
+    studied_check_threads(part.data, rest);
     bytes_free(&part);
 }
 
