@@ -200,26 +200,34 @@ enum status march_watch_folds(struct march *march) {
     return status == STATUS_OK ? add_tiles(march, march->fold, false) : status;
 }
 
+/* Whether a node of those patches of a tile, as bits, lies on another part of the net. */
+static bool tile_folds(struct march *march, const struct net_tile *tile, unsigned patches) {
+    for (int k = 0; patches && k < NET_TILE * NET_TILE; k++) {
+        int x = k % NET_TILE, y = k / NET_TILE;
+        int32_t i = tile->ti * NET_TILE + x, j = tile->tj * NET_TILE + y;
+        const struct net_node *node = &tile->node[y][x];
+        struct station station;
+        if (patches >> fold_patch_of(x, y) & 1 && node->state == NET_INSIDE &&
+            fold_is_near(march->fold, i, j, node->r) && march_station_at(march, node, &station) &&
+            fold_meets(march->fold, i, j, &station))
+            return true;
+    }
+    return false;
+}
+
 enum status march_find_fold(struct march *march, bool *folded) {
-    bool from_now = !march->fold;
-    enum status status = march_watch_folds(march);
+    struct fold *watched = march->fold;
+    struct arena_mark mark = arena_mark(march->arena);
     struct net_tile **tiles = net_sorted_tiles(march->net);
-    if (status != STATUS_OK || !tiles)
-        return STATUS_OUT_OF_MEMORY;
+    enum status status = tiles ? make_fold(march, march->inside) : STATUS_OUT_OF_MEMORY;
     *folded = false;
-    for (size_t t = 0; t < net_tile_count(march->net) && !*folded; t++)
-        for (int j = 0; j < NET_TILE; j++)
-            for (unsigned row = tiles[t]->bits[NET_BIT_INSIDE][j]; row; row &= row - 1) {
-                int x = __builtin_ctz(row);
-                int32_t i = tiles[t]->ti * NET_TILE + x, n = tiles[t]->tj * NET_TILE + j;
-                struct station station;
-                *folded = *folded || (fold_is_near(march->fold, i, n, tiles[t]->node[j][x].r) &&
-                                      march_station_at(march, &tiles[t]->node[j][x], &station) &&
-                                      fold_meets(march->fold, i, n, &station));
-            }
-    if (from_now)
-        march->fold = NULL;
-    return STATUS_OK;
+    if (status == STATUS_OK)
+        status = add_tiles(march, march->fold, true);
+    for (size_t t = 0; status == STATUS_OK && t < net_tile_count(march->net) && !*folded; t++)
+        *folded = tile_folds(march, tiles[t], fold_layers(march->fold, tiles[t], true));
+    march->fold = watched;
+    arena_rewind(march->arena, mark);
+    return status;
 }
 
 /* How far a place of the net is from the start, along the yarns. */
