@@ -38,7 +38,8 @@ static bool measure_ghost(struct node_shear *shear, struct node_shear_ghost *gho
     return has_yarn(&spot, 0) && has_yarn(&spot, 1);
 }
 
-bool node_shear_at(struct node_shear *shear, int32_t i, int32_t j, double *shear_deg) {
+/* The shear at the node (i, j); false where no node and no ghost tells it. */
+static bool shear_at(struct node_shear *shear, int32_t i, int32_t j, double *shear_deg) {
     size_t row = find_row(shear->nodes, i, j);
     if (row < shear->nodes->count) {
         *shear_deg = shear->nodes->shear_deg[row];
@@ -59,7 +60,7 @@ bool node_shear_between(struct node_shear *shear, double p, double q, double *sh
     for (int k = 0; k < 4; k++) {
         double own, weight = (k & 1 ? x : 1 - x) * (k / 2 ? y : 1 - y);
         if (weight == 0 ||
-            !node_shear_at(shear, (int32_t)floor(p) + (k & 1), (int32_t)floor(q) + k / 2, &own))
+            !shear_at(shear, (int32_t)floor(p) + (k & 1), (int32_t)floor(q) + k / 2, &own))
             continue;
         sum += weight * own;
         weights += weight;

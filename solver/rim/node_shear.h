@@ -31,10 +31,8 @@ struct node_shear {
 void node_shear_make(struct march *march, const struct drape_nodes *nodes,
                      struct node_shear *shear);
 
-/* The shear at the node (i, j) in degrees, -90..90; false where no node and no ghost tells it. */
-bool node_shear_at(struct node_shear *shear, int32_t i, int32_t j, double *shear_deg);
-
-/* That at (p, q), between those corners of its cell that tell it; false when none does. */
+/* The shear at (p, q) in degrees, -90..90, between those corners of its cell whose node or ghost
+ * tells it; false when none does. */
 bool node_shear_between(struct node_shear *shear, double p, double q, double *shear_deg);
 
 #endif

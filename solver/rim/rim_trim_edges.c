@@ -234,6 +234,11 @@ static void end_stretch(struct chains *c, struct polyline *stretch) {
     stretch->count = 0;
 }
 
+/* Whether the cloth is cut open along the window's border in a direction: round a closed one. */
+static bool is_cut(const struct chains *c, int axis) {
+    return c->builder->march->surface->axis[axis].closed && !c->window.endless[axis];
+}
+
 /* Where a straight piece first leaves the window's turn that it begins in, as a share of the way
  * from `share` on; 1 when it does not. */
 static double next_crossing(const struct chains *c, const double from[2], const double to[2],
@@ -242,7 +247,7 @@ static double next_crossing(const struct chains *c, const double from[2], const 
     for (int k = 0; k < 2; k++) {
         const struct rim_window *w = &c->window;
         double way = to[k] - from[k], length = w->length[k];
-        if (!c->builder->march->surface->axis[k].closed || w->endless[k])
+        if (!is_cut(c, k))
             continue;
         for (int turn = -1; turn <= 1; turn++) {
             double at = (w->low[k] + turn * length - from[k]) / way;
@@ -259,8 +264,7 @@ static void add_uncut(struct chains *c, struct polyline *stretch, const double f
     const struct rim_window *w = &c->window;
     double moved[2][2];
     for (int k = 0; k < 2; k++) {
-        bool cut = c->builder->march->surface->axis[k].closed && !w->endless[k];
-        double turns = cut ? floor(((from[k] + to[k]) / 2 - w->low[k]) / w->length[k]) : 0;
+        double turns = is_cut(c, k) ? floor(((from[k] + to[k]) / 2 - w->low[k]) / w->length[k]) : 0;
         moved[0][k] = from[k] - turns * w->length[k];
         moved[1][k] = to[k] - turns * w->length[k];
     }
