@@ -190,6 +190,17 @@ double cells_area(const struct drape_run *run) {
     return sum;
 }
 
+double rim_flat_area(const struct drape_rim *rim, const double spacing[2]) {
+    double area = 0;
+    for (size_t first = 0, k = 0; k < rim->count; k++) {
+        bool last = k + 1 == rim->count || rim->loop[k + 1] != rim->loop[k];
+        size_t next = last ? first : k + 1;
+        area += (rim->p[k] * rim->q[next] - rim->p[next] * rim->q[k]) / 2;
+        first = last ? k + 1 : first;
+    }
+    return area * spacing[0] * spacing[1];
+}
+
 double sphere_gap(const struct drape_run *run, struct vec3 centre, const struct frame *start,
                   const double arc[2], int n) {
     struct vec3 *exact = malloc(sizeof *exact * (size_t)((n + 1) * (n + 1)));
@@ -321,8 +332,7 @@ static void check_rim(const struct shape *shape, const struct drape_settings *se
                       const struct drape_run *run) {
     const struct drape_rim *rim = &run->result.rim;
     const struct drape_summary *summary = &run->result.summary;
-    double area = 0, size = size_of(shape),
-           least = fmin(settings->spacing[0], settings->spacing[1]);
+    double size = size_of(shape), least = fmin(settings->spacing[0], settings->spacing[1]);
     bool covered = rim->count > 0;
     for (size_t first = 0, k = 0; k < rim->count; k++) {
         bool last = k + 1 == rim->count || rim->loop[k + 1] != rim->loop[k];
@@ -336,10 +346,9 @@ static void check_rim(const struct shape *shape, const struct drape_settings *se
         if (rim->covered[k] && rim->covered[next] && !summary->front_reasons[DRAPE_REASON_FOLD])
             check_at_most(hypot(dp, dq), 0.2 + 20 * vec3_distance(r, to) / least);
         covered = covered && rim->covered[k];
-        area += (rim->p[k] * rim->q[next] - rim->p[next] * rim->q[k]) / 2;
         first = last ? k + 1 : first;
     }
-    double flat = area * settings->spacing[0] * settings->spacing[1];
+    double flat = rim_flat_area(rim, settings->spacing);
     check_at_least(summary->cloth_coverage, 0);
     check_at_most(summary->cloth_coverage, 1);
     assert_true(

@@ -68,6 +68,9 @@ double measure_edges(const struct shape *shape, const struct drape_nodes *nodes,
 /* The sum of the areas of all cells, each the mean of its two triangulations. */
 double cells_area(const struct drape_run *run);
 
+/* The area within all loops of the rim in the flat. */
+double rim_flat_area(const struct drape_rim *rim, const double spacing[2]);
+
 /* Largest distance of the nodes with |i|, |j| <= n from the net of great-circle edges on a sphere
  * (`sphere_recursion` in all quadrants). */
 double sphere_gap(const struct drape_run *run, struct vec3 centre, const struct frame *start,

@@ -80,6 +80,23 @@ void profile_make(struct profile_sheet *sheet, const struct profile_part *parts,
     shape->knots[0][shape->size[0] + 2] = sheet->total;
 }
 
+void profile_carry(const struct profile_sheet *sheet, const double along[3][2],
+                   struct shape *shape) {
+    *shape = sheet->shape;
+    shape->degree[1] = 2;
+    shape->size[1] = 3;
+    for (int k = 0; k < 6; k++) {
+        shape->knots[1][k] = k / 3;
+    }
+    for (int i = 0; i < shape->size[0]; i++) {
+        for (int j = 0; j < 3; j++) {
+            const double *of = sheet->shape.h[2 * i];
+            double h[4] = {of[0], of[3] * along[j][0], of[2] + of[3] * along[j][1], of[3]};
+            memcpy(shape->h[3 * i + j], h, sizeof h);
+        }
+    }
+}
+
 struct vec3 profile_point(const struct profile_sheet *sheet, double s, double t,
                           struct vec3 *tangent) {
     struct pen pen = {0, 0, 0};

@@ -30,6 +30,12 @@ struct profile_sheet {
 void profile_make(struct profile_sheet *sheet, const struct profile_part *parts, int count,
                   double width);
 
+/* The sheet's profile carried along the parabola with the control points (y, z) `along`:
+ * degree 2 in both directions. Each place is a sum of one of the profile and one of the parabola,
+ * so that sheared yarns cross the fillets. */
+void profile_carry(const struct profile_sheet *sheet, const double along[3][2],
+                   struct shape *shape);
+
 /* The point of the sheet at (s, t) when unrolled, and the unit tangent along the profile (may be
  * NULL). */
 struct vec3 profile_point(const struct profile_sheet *sheet, double s, double t,

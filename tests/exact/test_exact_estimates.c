@@ -9,7 +9,6 @@
 #include "tests/check.h"
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum { RANDOM = 200, RANDOM_SHORT = 60, FILLETED = 60, FINER = 4, LEVELS = 3 };
 
@@ -185,20 +184,11 @@ static void make_filleted(struct shape *shape, uint64_t *seed) {
         part[k] =
             (struct profile_part){random_between(seed, 0.01, 0.15), random_between(seed, -70, 70),
                                   random_between(seed, 0.1, 0.4)};
-    double rise[3] = {random_between(seed, -0.3, 0.3), random_between(seed, -0.3, 0.3),
-                      random_between(seed, -0.3, 0.3)};
+    double along[3][2] = {{-0.5, 0}, {0, 0}, {0.5, 0}};
+    for (int k = 0; k < 3; k++)
+        along[k][1] = random_between(seed, -0.3, 0.3);
     profile_make(&sheet, part, 3, 1);
-    *shape = sheet.shape;
-    shape->degree[1] = 2;
-    shape->size[1] = 3;
-    for (int k = 0; k < 6; k++)
-        shape->knots[1][k] = k / 3;
-    for (int i = 0; i < shape->size[0]; i++)
-        for (int j = 0; j < 3; j++) {
-            const double *of = sheet.shape.h[2 * i];
-            double h[4] = {of[0], of[3] * (j - 1) / 2, of[2] + of[3] * rise[j], of[3]};
-            memcpy(shape->h[3 * i + j], h, sizeof h);
-        }
+    profile_carry(&sheet, (const double(*)[2])along, shape);
 }
 
 /* A yarn that crosses a fillet askew turns sideways there all at once, which its nodes tell only

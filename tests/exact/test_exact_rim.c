@@ -21,18 +21,6 @@ static struct drape_settings settings_at(double u, double v, double angle_deg, d
                                    .max_nodes = 200000};
 }
 
-/* The area within the rim in the flat. */
-static double flat_area(const struct drape_rim *rim, const double spacing[2]) {
-    double area = 0;
-    for (size_t first = 0, k = 0; k < rim->count; k++) {
-        bool last = k + 1 == rim->count || rim->loop[k + 1] != rim->loop[k];
-        size_t next = last ? first : k + 1;
-        area += (rim->p[k] * rim->q[next] - rim->p[next] * rim->q[k]) / 2;
-        first = last ? k + 1 : first;
-    }
-    return area * spacing[0] * spacing[1];
-}
-
 static void check_covered(const struct drape_result *result) {
     for (size_t k = 0; k < result->rim.count; k++)
         assert_true(result->rim.covered[k]);
@@ -74,7 +62,7 @@ static void test_exact_rim_of_a_saddle(void **state) {
             settings.method = methods[m];
             drape_begin(&run, &shape, &settings);
             double error = saddle_error(&run.result.rim, d);
-            double area = flat_area(&run.result.rim, settings.spacing);
+            double area = rim_flat_area(&run.result.rim, settings.spacing);
             printf("  method %d, d %-5g: %4zu points, %.1e spacings, area %+.1e\n", methods[m], d,
                    run.result.rim.count, error, area / exact - 1);
             check_below(error, methods[m] == DRAPE_GIB4 ? 1.5e-3 : 1e-3 + 0.2 * d);
@@ -161,7 +149,7 @@ static void test_exact_rim_of_an_oblique_cylinder(void **state) {
             worst = fmax(worst, fabs(rim->p[k] - (c * x + s * y) / 0.06));
             worst = fmax(worst, fabs(rim->q[k] - (c * y - s * x) / 0.06));
         }
-        double area = flat_area(rim, settings.spacing), exact = 1.6 * 1.4;
+        double area = rim_flat_area(rim, settings.spacing), exact = 1.6 * 1.4;
         printf("  %2d deg: %zu points, %.1e spacings, area %+.1e\n", angle, rim->count, worst,
                area / exact - 1);
         check_below(worst, 1e-3);
@@ -183,7 +171,7 @@ static void test_exact_rim_of_a_closed_cylinder(void **state) {
         struct drape_run run;
         struct drape_settings settings = settings_at(0.2, 0.45, angle, 0.05);
         drape_begin(&run, &shape, &settings);
-        double area = flat_area(&run.result.rim, settings.spacing), exact = 4 * QUARTER * 1.3;
+        double area = rim_flat_area(&run.result.rim, settings.spacing), exact = 4 * QUARTER * 1.3;
         check_below(fabs(area / exact - 1), 1e-4);
         assert_int_equal(run.result.rim.loop[run.result.rim.count - 1], 0);
         check_covered(&run.result);
@@ -202,7 +190,7 @@ static void test_exact_rim_over_fillets_and_folds(void **state) {
         struct drape_run run;
         const double start[2] = {sheet.total / 2, sheet.width / 2};
         profile_drape(&sheet, DRAPE_GIB, 5, start, angle, &run);
-        double area = flat_area(&run.result.rim, (double[2]){5, 5});
+        double area = rim_flat_area(&run.result.rim, (double[2]){5, 5});
         double exact = sheet.total * sheet.width;
         printf("  %2d deg: %zu points, area %+.1e, shear %.1e deg\n", angle, run.result.rim.count,
                area / exact - 1, run.result.summary.max_shear_deg);
@@ -232,7 +220,7 @@ static void test_exact_rim_of_a_blade(void **state) {
         double gap = vec3_distance(profile_point(&sheet, 0, 0, NULL),
                                    profile_point(&sheet, sheet.total, 0, NULL));
         profile_drape(&sheet, DRAPE_GIB, 4, start, 25 * (k % 3), &run);
-        double area = flat_area(&run.result.rim, (double[2]){4, 4});
+        double area = rim_flat_area(&run.result.rim, (double[2]){4, 4});
         double exact = sheet.total * sheet.width;
         printf("  nose %g, gap %.2f, %2d deg: %zu points, area %+.1e, shear %.1e deg\n",
                blades[k / 3].radius, gap, 25 * (k % 3), run.result.rim.count, area / exact - 1,
@@ -301,7 +289,7 @@ static void test_exact_rim_of_a_plate_with_holes(void **state) {
             worst = fmax(worst, fabs(rim->p[k] - (c * x + s * y) / 0.07));
             worst = fmax(worst, fabs(rim->q[k] - (c * y - s * x) / 0.07));
         }
-        double area = flat_area(rim, settings.spacing);
+        double area = rim_flat_area(rim, settings.spacing);
         printf("  %2d deg: %zu points, %.1e spacings, area %+.1e\n", angle, rim->count, worst,
                area / exact - 1);
         assert_int_equal(rim->loop[rim->count - 1], 1);
@@ -367,7 +355,7 @@ static void test_exact_rim_of_trims_round_a_cylinder(void **state) {
         drape_begin(&run, &shape, &settings);
         double own = area_on_cylinder(&shape, (const double(*)[2])corners),
                exact = kept ? own : 4 * QUARTER - own;
-        double error = fabs(flat_area(&run.result.rim, settings.spacing)) / exact - 1;
+        double error = fabs(rim_flat_area(&run.result.rim, settings.spacing)) / exact - 1;
         worst = fmax(worst, fabs(error));
         check_covered(&run.result);
         drape_end(&run);
@@ -437,7 +425,7 @@ static void test_exact_rim_area_is_the_integral_over_the_part(void **state) {
         struct drape_settings settings = settings_at(0, 0, 0, d);
         settings.trim = trim;
         drape_begin(&run, &shape, &settings);
-        double area = flat_area(&run.result.rim, settings.spacing);
+        double area = rim_flat_area(&run.result.rim, settings.spacing);
         printf("  d %-5g: %zu points, area %+.1e\n", d, run.result.rim.count, area / exact - 1);
         check_below(fabs(area / exact - 1), 1e-3);
         check_below(fabs(run.result.summary.flat_area / exact - 1), 1e-3);
@@ -486,7 +474,7 @@ static void test_exact_rim_of_a_mesh(void **state) {
                 worst = fmax(worst, fabs(result.rim.q[k] - (c * y - s * x) / 0.083));
             }
             check_below(worst, 1e-4);
-            check_below(fabs(flat_area(&result.rim, settings.spacing) / 4 - 1), 1e-5);
+            check_below(fabs(rim_flat_area(&result.rim, settings.spacing) / 4 - 1), 1e-5);
             check_covered(&result);
         }
     arena_free(arena);
@@ -550,7 +538,7 @@ static void test_exact_rim_of_parts(void **state) {
         part->make(&shape);
         assert_int_equal(drape_try(&run, &shape, &settings), STATUS_OK);
         const struct drape_summary *s = &run.result.summary;
-        double area = flat_area(&run.result.rim, settings.spacing);
+        double area = rim_flat_area(&run.result.rim, settings.spacing);
         printf("  %-22s %6zu nodes, coverage %.4f, cloth %.5f, shear %.2f, mean %.2f, 95 %% %.2f, "
                "%zu points, area %+.1e\n",
                part->name, run.result.nodes.count, s->coverage, s->cloth_coverage, s->max_shear_deg,
@@ -649,24 +637,13 @@ static void test_exact_rim_shear_is_steady(void **state) {
     }
 }
 
-/* A flat that is bent by 60 degrees, with a radius of 0.3, close to its end and carried along a
- * parabola: its places are sums of one of the profile and one of the parabola. */
+/* A flat that is bent by 60 degrees, with a radius of 0.3, close to its end. */
 static void make_lip(struct shape *shape) {
     static const struct profile_part bend[] = {{0, 0, 7}, {0.3, 60, 0.25}};
     static const double along[3][2] = {{-3, 1.2}, {0.5, -1.4}, {4, 1.6}};
     struct profile_sheet sheet;
     profile_make(&sheet, bend, 2, 1);
-    *shape = sheet.shape;
-    shape->degree[1] = 2;
-    shape->size[1] = 3;
-    for (int k = 0; k < 6; k++)
-        shape->knots[1][k] = k / 3;
-    for (int i = 0; i < shape->size[0]; i++)
-        for (int j = 0; j < 3; j++) {
-            const double *of = sheet.shape.h[2 * i];
-            double h[4] = {of[0], of[3] * along[j][0], of[2] + of[3] * along[j][1], of[3]};
-            memcpy(shape->h[3 * i + j], h, sizeof h);
-        }
+    profile_carry(&sheet, along, shape);
 }
 
 /* The lip is narrower than a cell: where no node lies on it its shear is that of the rim alone,
