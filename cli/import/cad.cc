@@ -185,7 +185,7 @@ class reading {
     double sew_within(BRepBuilderAPI_Sewing &sewing, double tolerance);
     void check_size(double diagonal);
     void count_edges(const std::vector<int> &numbers);
-    double gap_of(const TopoDS_Edge &edge, const TopTools_ListOfShape &faces);
+    double widen_gap(double gap, const TopoDS_Edge &edge, const TopTools_ListOfShape &faces);
     void measure(const found_face &from, face &made);
 };
 
@@ -538,9 +538,9 @@ struct seam {
     }
 };
 
-/* The largest distance between the surfaces along an edge that two faces share. */
-double reading::gap_of(const TopoDS_Edge &edge, const TopTools_ListOfShape &faces) {
-    double gap = 0;
+/* The largest distance between the surfaces along an edge that two faces share, or `gap` if that is
+ * larger. */
+double reading::widen_gap(double gap, const TopoDS_Edge &edge, const TopTools_ListOfShape &faces) {
     seam sides[2];
     const TopoDS_Face pair[2] = {TopoDS::Face(faces.First()), TopoDS::Face(faces.Last())};
     for (int k = 0; k < 2; k++) {
@@ -548,7 +548,7 @@ double reading::gap_of(const TopoDS_Edge &edge, const TopTools_ListOfShape &face
         side.curve = BRep_Tool::CurveOnSurface(edge, pair[k], side.first, side.last);
         side.surface = BRep_Tool::Surface(pair[k]);
         if (side.curve.IsNull() || side.surface.IsNull())
-            return 0;
+            return gap;
     }
     for (int s = 0; s <= GAP_SAMPLES; s++) {
         double share = double(s) / GAP_SAMPLES,
@@ -587,7 +587,7 @@ void reading::count_edges(const std::vector<int> &numbers) {
                 note(std::to_string(faces.Extent()) + " faces meet at one edge: " + list);
         }
         if (faces.Extent() == 2)
-            result.edges.largest_gap = std::max(result.edges.largest_gap, gap_of(edge, faces));
+            result.edges.largest_gap = widen_gap(result.edges.largest_gap, edge, faces);
     }
 }
 

@@ -59,7 +59,8 @@ void place_end(struct check_place *place, bool crashed) {
     char why[CHILD_WHY_SIZE];
     if (crashed) {
         child_reap(&place->child, why);
-        log_warning(log_event("checker_crashed"), log_text("why", why));
+        log_warning(log_event("checker_crashed"), log_text("why", why),
+                    log_text("program", place->imports ? CHECKERS_IMPORTER : "draped"));
     } else {
         child_kill(&place->child);
     }
