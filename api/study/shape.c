@@ -180,6 +180,11 @@ bool study_shape_axes(const struct study_shape *shape, const struct spread_place
     return vec3_norm(vec3_cross(jet.u, jet.v)) > parallel * vec3_norm(jet.u) * vec3_norm(jet.v);
 }
 
+static bool in_face(const struct shell *shell, const struct spread_place *place) {
+    const struct trim *trim = shell_trim(shell, place->face);
+    return !trim || trim_contains(trim, place->uv);
+}
+
 /* du and dv so that r_u du + r_v dv is the shift, in the tangent plane. */
 bool study_shape_nudge(const struct study_request *request, const struct study_shape *shape,
                        const struct spread_place *from, const double shift[2],
@@ -188,6 +193,7 @@ bool study_shape_nudge(const struct study_request *request, const struct study_s
     struct surface_jet jet;
     struct vec3 normal, along;
     double lower[2], upper[2], distance;
+    bool within = true;
     if (!study_shape_axes(shape, from, &normal, &along))
         return false;
     struct vec3 by = vec3_axpy(shift[1], vec3_cross(normal, along), vec3_scale(shift[0], along));
@@ -206,12 +212,12 @@ bool study_shape_nudge(const struct study_request *request, const struct study_s
         double width = upper[k] - lower[k];
         if (surface_closed(surface, k))
             to->uv[k] -= width * floor((to->uv[k] - lower[k]) / width);
-        if (shape->shell.shell && !(to->uv[k] >= lower[k] && to->uv[k] <= upper[k])) {
-            study_shape_nearest(shape, vec3_add(from->r, by), to, &distance);
-            return true;
-        }
+        within = within && to->uv[k] >= lower[k] && to->uv[k] <= upper[k];
         to->uv[k] = fmin(fmax(to->uv[k], lower[k]), upper[k]);
     }
-    *to = study_shape_at(shape, to->face, to->uv);
+    if (shape->shell.shell && !(within && in_face(shape->shell.shell, to)))
+        study_shape_nearest(shape, vec3_add(from->r, by), to, &distance);
+    else
+        *to = study_shape_at(shape, to->face, to->uv);
     return usable(request, shape, to);
 }

@@ -41,9 +41,9 @@ struct spread_place study_shape_shift(const struct study_request *request,
                                       const struct spread_place *from, struct vec3 shift);
 
 /* About the same, quickly: a place moved by `shift` along the direction that angles are measured
- * from and across it, no further than the surface's domain; on a mesh, and beyond the domain of a
- * face of a shell, to the nearest place. False where it is trimmed away, or where there is no
- * tangent plane; the trims of the faces of a shell are not looked at. */
+ * from and across it, no further than the surface's domain; on a mesh, and beyond the face of a
+ * shell, to the nearest place. False where a surface is trimmed away, or where there is no tangent
+ * plane. */
 bool study_shape_nudge(const struct study_request *request, const struct study_shape *shape,
                        const struct spread_place *from, const double shift[2],
                        struct spread_place *to);

@@ -61,6 +61,30 @@ static void test_optimise_goes_over_the_faces_of_a_shell(void **state) {
     studied_free(&f);
 }
 
+/* A bowl, as a face of a shell, without its middle, the square of 0.2 about the apex: no place that
+ * is looked at lies in the hole, and the search ends at its edge, the nearest to the apex there is.
+ */
+static void test_optimise_keeps_to_what_is_left_of_a_face(void **state) {
+    struct bytes shell = text_replace(
+        studied_bowl, "\"surface\":{",
+        "\"surface\":{\"faces\":[{\"trims\":[{\"degree\":1,\"knotvector\":[0,0,1,2,3,4,4],"
+        "\"control_points\":[[0.4,0.4],[0.6,0.4],[0.6,0.6],[0.4,0.6],[0.4,0.4]]}],");
+    struct bytes part = text_replace(shell.data, "},\"fabric\"", "}]},\"fabric\"");
+    struct studied f =
+        studied_make(part.data, "\"vary\":{\"start\":{\"grid\":9}},\"search\":\"optimise\","
+                                "\"budget\":60,\"objectives\":[\"max_shear_deg\"]");
+    size_t best = (size_t)f.columns.study.best[QUANTITY_MAX_SHEAR];
+    double x = fabs(studied_value(&f, "x", best)), y = fabs(studied_value(&f, "y", best));
+    (void)state;
+    for (size_t row = 0; row < f.rows; row++)
+        assert_true(studied_value(&f, "failure", row) == 0);
+    check_at_most(fabs(fmax(x, y) - 0.2), 1e-9);
+    check_at_most(fmin(x, y), 0.02);
+    studied_free(&f);
+    bytes_free(&part);
+    bytes_free(&shell);
+}
+
 /* Half a sphere whose parameters end in its pole, from where the net is the most even: the search
  * ends there, and goes on where there is no tangent plane to look about in. */
 #define W "0.70710678118654752"
@@ -159,6 +183,7 @@ int main(void) {
         cmocka_unit_test(test_optimise_beats_a_grid),
         cmocka_unit_test(test_optimise_finds_the_apex_of_a_bowl),
         cmocka_unit_test(test_optimise_goes_over_the_faces_of_a_shell),
+        cmocka_unit_test(test_optimise_keeps_to_what_is_left_of_a_face),
         cmocka_unit_test(test_optimise_ends_in_a_pole),
         cmocka_unit_test(test_optimise_keeps_limits),
         cmocka_unit_test(test_optimise_spreads_a_front),
