@@ -29,6 +29,7 @@ struct pending {
     enum db_durability durability;
     enum store_answer answer;
     bool done;
+    pthread_cond_t moved; /* it is done, or may lead */
     struct pending *next;
 };
 
@@ -40,7 +41,6 @@ struct sqlite_store {
 
     struct db *writer;
     pthread_mutex_t queue_lock;
-    pthread_cond_t queue_moved;
     struct pending *first, **end; /* waiting operations in order */
     bool leading;                 /* some thread is running a batch */
     atomic_bool broken;           /* the last write or taking of the log failed */
@@ -168,15 +168,27 @@ static struct pending *take_batch(struct sqlite_store *store) {
     return batch;
 }
 
+/* With the lock: the next leader is woken, and who is answered; nobody else. */
+static void tell_batch(struct sqlite_store *store, struct pending *batch) {
+    if (store->first)
+        pthread_cond_signal(&store->first->moved);
+    for (struct pending *one = batch, *next; one; one = next) {
+        next = one->next;
+        one->done = true;
+        pthread_cond_signal(&one->moved);
+    }
+}
+
 /* The first thread that finds nobody leading runs what has queued up, its own operation among it.
  */
 static enum store_answer write_together(struct sqlite_store *store, struct pending *own) {
+    pthread_cond_init(&own->moved, NULL);
     pthread_mutex_lock(&store->queue_lock);
     *store->end = own;
     store->end = &own->next;
     while (!own->done) {
         if (store->leading) {
-            pthread_cond_wait(&store->queue_moved, &store->queue_lock);
+            pthread_cond_wait(&own->moved, &store->queue_lock);
             continue;
         }
         struct pending *batch = take_batch(store);
@@ -185,13 +197,10 @@ static enum store_answer write_together(struct sqlite_store *store, struct pendi
         run_batch(store, batch);
         pthread_mutex_lock(&store->queue_lock);
         store->leading = false;
-        for (struct pending *one = batch, *next; one; one = next) {
-            next = one->next;
-            one->done = true;
-        }
-        pthread_cond_broadcast(&store->queue_moved);
+        tell_batch(store, batch);
     }
     pthread_mutex_unlock(&store->queue_lock);
+    pthread_cond_destroy(&own->moved);
     return own->answer;
 }
 
@@ -350,7 +359,6 @@ static void sqlite_close(struct store *base) {
     presence_free(store->presence);
     process_lock_free(store->process);
     pthread_mutex_destroy(&store->queue_lock);
-    pthread_cond_destroy(&store->queue_moved);
     pthread_mutex_destroy(&store->readers_lock);
     pthread_mutex_destroy(&store->keeper_lock);
     pthread_cond_destroy(&store->reader_back);
@@ -441,7 +449,6 @@ static struct sqlite_store *sqlite_new(const char *path, const struct store_opti
     store->end = &store->first;
     store->path = strdup(path);
     pthread_mutex_init(&store->queue_lock, NULL);
-    pthread_cond_init(&store->queue_moved, NULL);
     pthread_mutex_init(&store->readers_lock, NULL);
     pthread_mutex_init(&store->keeper_lock, NULL);
     pthread_cond_init(&store->reader_back, NULL);
