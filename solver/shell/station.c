@@ -20,7 +20,11 @@ static const double pole_share = 0.3;
 /* A point this near to a pole, as a share of the surface's size, is the pole. */
 static const double at_pole = 1e-13;
 
-enum { POLE_SAMPLES = 64, POLE_REFINEMENTS = 40 };
+enum { POLE_SAMPLES = 64, POLE_REFINEMENTS = 40, POLE_TURNS = 8 };
+
+/* The line from a pole that is sought is known when it points aside by less than this, as a sine,
+ * before the last step of Newton's method: that leaves the square. */
+static const double pole_sine = 1e-6;
 
 static double axis_length(const struct surface_axis *axis) {
     return surface_axis_upper(axis) - surface_axis_lower(axis);
@@ -123,19 +127,54 @@ double station_pole_distance(const struct surface *surface, struct vec3 point, s
     return vec3_distance(point, nearest.point);
 }
 
-/* How well the surface's line that leaves the pole at parameter w points along `direction` (unit):
- * the cosine of the angle between them, and the speed of that line. */
-static double pole_alignment(const struct surface *surface, struct surface_cursor *cursor,
-                             const struct pole *pole, double w, struct vec3 direction,
-                             double *speed) {
-    double uv[2];
+/* The tangent of the surface's line that leaves the pole at parameter w, and its derivative by w.
+ */
+static struct vec3 line_from_pole(const struct surface *surface, struct surface_cursor *cursor,
+                                  const struct pole *pole, double w, struct vec3 *turning) {
+    double uv[2], inward = pole->end ? -1 : 1;
     struct surface_jet jet;
     uv[pole->axis] = pole->x;
     uv[1 - pole->axis] = w;
     surface_jet_at(surface, cursor, uv[0], uv[1], &jet);
-    struct vec3 inward = vec3_scale(pole->end ? -1 : 1, pole->axis == 0 ? jet.u : jet.v);
-    *speed = vec3_norm(inward);
-    return vec3_dot(vec3_unit(inward), direction);
+    *turning = vec3_scale(inward, jet.uv);
+    return vec3_scale(inward, pole->axis == 0 ? jet.u : jet.v);
+}
+
+/* How well that line points along `direction` (unit): the cosine of the angle between them, and
+ * the speed of the line. */
+static double pole_alignment(const struct surface *surface, struct surface_cursor *cursor,
+                             const struct pole *pole, double w, struct vec3 direction,
+                             double *speed) {
+    struct vec3 turning, line = line_from_pole(surface, cursor, pole, w, &turning);
+    *speed = vec3_norm(line);
+    return vec3_dot(vec3_unit(line), direction);
+}
+
+/* Newton's method for the line along `direction` from that at *w: the line l turns by
+ * |l x l'| / |l|^2 for each of w. One that lies beyond the domain by more than half its length is
+ * taken to be next to its border, as among samples. False when it does not lead to a line that
+ * points there. */
+static bool turn_to(const struct surface *surface, struct surface_cursor *cursor,
+                    const struct pole *pole, struct vec3 direction, double *w, double *speed) {
+    const struct surface_axis *around = &surface->axis[1 - pole->axis];
+    double low = surface_axis_lower(around), width = axis_length(around), high = low + width;
+    for (int k = 0; k < POLE_TURNS; k++) {
+        struct vec3 turning, line = line_from_pole(surface, cursor, pole, *w, &turning);
+        struct vec3 normal = vec3_cross(line, turning), aside = vec3_cross(line, direction);
+        double square = vec3_norm2(line), area = vec3_norm(normal);
+        *speed = sqrt(square);
+        double sine = vec3_dot(aside, normal) / (area * *speed);
+        if (!(vec3_dot(line, direction) > normal_cosine * *speed) || !(fabs(sine) <= 1))
+            return false;
+        *w += sine * square / area;
+        if (fabs(sine) < pole_sine)
+            return true;
+        if (around->closed || (*w > low - width / 2 && *w < high + width / 2))
+            continue;
+        *w = *w < low ? low - width / POLE_SAMPLES : high + width / POLE_SAMPLES;
+        return pole_alignment(surface, cursor, pole, *w, direction, speed) > normal_cosine;
+    }
+    return false;
 }
 
 /* Golden-section search for the best aligned line between a and b. */
@@ -163,29 +202,40 @@ static double refine_alignment(const struct surface *surface, struct surface_cur
     return (a + b) / 2;
 }
 
-/* The pole's own chart: direction and distance from it. The line that points at `target` is
- * searched among samples around the pole, then refined; false when none points there. At the pole
- * itself the other parameter means nothing and stays. */
-static bool pull_through_pole(const struct surface *surface, struct surface_cursor *cursor,
-                              const struct pole *pole, struct vec3 target, double uv[2]) {
+/* The line along `direction` among samples around the pole, refined; false when none points there.
+ */
+static bool search_line(const struct surface *surface, struct surface_cursor *cursor,
+                        const struct pole *pole, struct vec3 direction, double *w, double *speed) {
     const struct surface_axis *around = &surface->axis[1 - pole->axis];
-    struct vec3 offset = vec3_sub(target, pole->point), direction = vec3_unit(offset);
-    if (vec3_norm(offset) <= at_pole * surface->size) {
-        uv[pole->axis] = pole->x;
-        return true;
-    }
     double low = surface_axis_lower(around), width = axis_length(around) / POLE_SAMPLES;
-    double best = -2, at = low, speed;
+    double best = -2, at = low;
     for (int k = 0; k <= POLE_SAMPLES; k++) {
-        double cosine = pole_alignment(surface, cursor, pole, low + k * width, direction, &speed);
+        double cosine = pole_alignment(surface, cursor, pole, low + k * width, direction, speed);
         if (cosine > best) {
             best = cosine;
             at = low + k * width;
         }
     }
-    at = refine_alignment(surface, cursor, pole, direction, at - width, at + width);
-    best = pole_alignment(surface, cursor, pole, at, direction, &speed);
-    if (!(best > normal_cosine) || !(speed > 0))
+    if (!(best > 0))
+        return false;
+    *w = refine_alignment(surface, cursor, pole, direction, at - width, at + width);
+    best = pole_alignment(surface, cursor, pole, *w, direction, speed);
+    return best > normal_cosine && *speed > 0;
+}
+
+/* The pole's own chart: direction and distance from it. The line that points at `target` is found
+ * from that at uv or, where it does not lead there, among samples around the pole; false when none
+ * points there. At the pole itself the other parameter means nothing and stays. */
+static bool pull_through_pole(const struct surface *surface, struct surface_cursor *cursor,
+                              const struct pole *pole, struct vec3 target, double uv[2]) {
+    struct vec3 offset = vec3_sub(target, pole->point), direction = vec3_unit(offset);
+    if (vec3_norm(offset) <= at_pole * surface->size) {
+        uv[pole->axis] = pole->x;
+        return true;
+    }
+    double at = uv[1 - pole->axis], speed;
+    if (!turn_to(surface, cursor, pole, direction, &at, &speed) &&
+        !search_line(surface, cursor, pole, direction, &at, &speed))
         return false;
     uv[1 - pole->axis] = at;
     uv[pole->axis] = pole->x + (pole->end ? -1 : 1) * vec3_norm(offset) / speed;
