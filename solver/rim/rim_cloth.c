@@ -378,9 +378,10 @@ static bool find_corner(struct march *march, struct rim_patch *patch, int n) {
     return corner->found;
 }
 
-/* p and q of the place `to` by its geodesic from the corner. */
+/* p and q of the place `to` by its geodesic from the corner: its logarithm or, with `search`, where
+ * that is not to be had, what a search finds. */
 static bool see_from(struct rim_cloth *cloth, struct rim_corner *corner, const struct station *to,
-                     double pq[2]) {
+                     bool search, double pq[2]) {
     const double *d = cloth->march->settings->spacing;
     const struct vec3 *yarn = corner->yarn;
     struct vec3 guess = vec3_axpy((pq[1] - corner->j) * d[1], yarn[1],
@@ -396,6 +397,8 @@ static bool see_from(struct rim_cloth *cloth, struct rim_corner *corner, const s
     if (logarithm_find(&cloth->march->cursor, &corner->station, to, seen_accuracy, &l)) {
         length = l.length;
         start = l.leave;
+    } else if (!search) {
+        return false;
     } else {
         corner->blind =
             corner->blind ||
@@ -414,9 +417,10 @@ static bool see_from(struct rim_cloth *cloth, struct rim_corner *corner, const s
 /* A place so little off what was expected, in spacings, has the weights that it was found by. */
 static const double weight_change = 0.05;
 
-/* What the corners of a patch say of a place, as they are asked. */
+/* What the corners of a patch say of a place, as they are asked: with or without a search. */
 struct sight {
-    bool asked[4], seen[4];
+    bool search;
+    bool asked[4][2], seen[4];
     double pq[4][2];
 };
 
@@ -424,12 +428,13 @@ struct sight {
 static bool ask_corner(struct rim_cloth *cloth, struct rim_patch *patch, int k,
                        const struct station *to, const struct rim_place *expected,
                        struct sight *sight) {
-    if (!sight->asked[k]) {
-        sight->asked[k] = true;
+    bool *asked = &sight->asked[k][sight->search];
+    if (!sight->seen[k] && !*asked) {
+        *asked = true;
         sight->pq[k][0] = expected->p;
         sight->pq[k][1] = expected->q;
         sight->seen[k] = find_corner(cloth->march, patch, k) &&
-                         see_from(cloth, &patch->corner[k], to, sight->pq[k]);
+                         see_from(cloth, &patch->corner[k], to, sight->search, sight->pq[k]);
     }
     return sight->seen[k];
 }
@@ -466,12 +471,16 @@ static bool see_from_corners(struct rim_cloth *cloth, struct rim_patch *patch,
 }
 
 /* Geodesics cost: mostly one is enough, from the nearest corner; from the others where that cannot
- * be had. */
+ * be had. Searches, which cost as much as fifty logarithms, come last. */
 static bool see(struct rim_cloth *cloth, struct rim_patch *patch, const struct station *to,
                 struct sight *sight, struct rim_place *place) {
     static const double near = 0.24, any = 1e-3;
-    return see_from_corners(cloth, patch, to, near, sight, place) ||
-           see_from_corners(cloth, patch, to, any, sight, place);
+    bool seen = false;
+    for (int pass = 0; pass < 4 && !seen; pass++) {
+        sight->search = pass >= 2;
+        seen = see_from_corners(cloth, patch, to, pass % 2 ? any : near, sight, place);
+    }
+    return seen;
 }
 
 /* Once more where the place was not the one expected, because the weights follow from it. */
@@ -480,7 +489,7 @@ static bool descend_rough(struct rim_cloth *cloth, struct rim_patch *patch,
                           struct rim_place *place) {
     struct march *march = cloth->march;
     struct station to;
-    struct sight sight = {.asked = {false}};
+    struct sight sight = {.search = false};
     if (march->mesh || !station_at(surface, &march->cursor, uv, &to))
         return false;
     double p = place->p, q = place->q;
