@@ -5,12 +5,9 @@
 
 enum { ROUNDS = 8, BENDS = 3 };
 
-/* The last step leaves less than this, by the edge's length. Lengths are measured roughly at first,
- * because D is going to move. */
-static const double settled = 5e-10, first_accuracy = 1e-4;
-
-/* And it leads over no crease: the cosine of the angle between normals. */
-static const double one_side = 1 - 1e-6;
+/* The last step leaves less than this, by the edge's length. Where D is going to move by more,
+ * lengths are measured roughly at first. */
+static const double settled = 8e-10, first_accuracy = 1e-4;
 
 /* Steps no larger than this, by the edge's length; and the least sine between the yarns. */
 static const double longest_step = 0.3, least_sine = 0.05;
@@ -35,11 +32,26 @@ static bool find_step(const struct logarithm l[2], const struct station *d, cons
     return true;
 }
 
-/* What the step leaves, by the edge's length: its cube and, as K is not the same all along the
- * edge, its square by a third of K L^2. */
-static double left_by(const struct station *d, double size, double length) {
+/* What the step to D, `size` by the edge's length, leaves: its cube and, as K is not the same all
+ * along the edge, its square by a third of K L^2; over a crease, by which the normal turns, as much
+ * as its chord is shorter. */
+static double left_by(const struct station *d, double size, double length, struct vec3 normal) {
     double k = fabs(station_gauss_curvature(d)) * length * length;
-    return size * size * (size + k / 3);
+    return size * size * (size + k / 3) + size * (1 - vec3_dot(normal, d->normal));
+}
+
+/* Whether the first step will be the last, as far as the ends of the edges tell their lengths. */
+static bool is_near(const struct station *const from[2], const struct station *d,
+                    const double length[2]) {
+    double least = fmin(length[0], length[1]);
+    bool near = true;
+    for (int k = 0; k < 2 && near; k++) {
+        struct rough_geodesic told;
+        near = rough_tell(from[k], d, &told);
+        double miss = fabs(told.length - length[k]) + told.error * length[k];
+        near = near && left_by(d, miss / least, least, d->normal) < settled;
+    }
+    return near;
 }
 
 /* Turns a yarn whose end moves by `step`. */
@@ -58,9 +70,9 @@ bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cel
     double least = fmin(bd, cd);
     struct logarithm l[2];
     struct vec3 step = {0, 0, 0};
-    bool last = false;
+    bool last = false, near = is_near(from, &node->station, length);
     for (int round = 0; round < ROUNDS && !last; round++) {
-        double miss[2], uv[2], asked = round == 0 ? fmax(first_accuracy, accuracy) : accuracy;
+        double miss[2], uv[2], asked = near ? accuracy : fmax(first_accuracy, accuracy);
         struct station *d = &node->station;
         for (int k = 0; k < 2; k++) {
             if (!logarithm_find(cursor, from[k], d, asked, &l[k]))
@@ -71,13 +83,13 @@ bool fishnet_length_meet(struct surface_cursor *cursor, const struct fishnet_cel
         if (!find_step(l, d, miss, &step))
             return false;
         double size = vec3_norm(step) / least;
-        node->residual = left_by(d, size, least);
         struct vec3 normal = d->normal;
         if (!(size < longest_step) || !station_pull(d->surface, cursor, d, step, uv) ||
             !station_at(d->surface, cursor, uv, d))
             return false;
-        last =
-            asked <= accuracy && node->residual < settled && vec3_dot(normal, d->normal) > one_side;
+        node->residual = left_by(d, size, least, normal);
+        last = asked <= accuracy && node->residual < settled;
+        near = true;
     }
     struct vec3 cross = vec3_cross(l[0].arrive, l[1].arrive);
     if (!last || !(cell->orientation * vec3_dot(cross, node->station.normal) > 0))
