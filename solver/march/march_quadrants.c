@@ -12,8 +12,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Shorter rows are as fast one by one. */
-static const int32_t worth_a_wave = 32;
+/* Shorter rows are as fast one by one; and those that are not settled in blocks in waves of few
+ * rows, which wait for each other less. */
+static const int32_t worth_a_wave = 32, worth_few = 12;
+enum { FEW = 4 };
 
 /* The place (i, j), counted from the start away along the arms; NULL where nothing was put. On the
  * arms it is read from the quadrant's copy: those tiles belong to others. */
@@ -290,6 +292,7 @@ static enum status make_rows(struct march *march, struct arena *arena, struct qu
     for (int k = 0; k < NET_TABLES; k++) {
         struct quadrant *q = &quadrants[k];
         q->in_blocks = longest >= worth_a_wave;
+        bool in_few = !q->in_blocks && !march->fold && longest >= worth_few;
         if (k > 0 && !together) {
             memcpy(q->row, quadrants[0].row, sizeof q->row);
             q->wave = quadrants[0].wave;
@@ -297,7 +300,9 @@ static enum status make_rows(struct march *march, struct arena *arena, struct qu
             memcpy(q->before, quadrants[0].before, sizeof q->before);
             continue;
         }
-        enum status status = q->in_blocks ? wave_make(march, arena, q) : STATUS_OK;
+        enum status status = STATUS_OK;
+        if (q->in_blocks || in_few)
+            status = wave_make(march, arena, in_few ? FEW : WAVE_LANES, q);
         int rows = 1 + (q->wave ? q->kernel->lanes : 1);
         for (int r = 0; r < rows && status == STATUS_OK; r++) {
             q->row[r].at = arena_take(arena, (size_t)longest, sizeof(struct station));

@@ -33,9 +33,11 @@ static void find_bounds(const struct march *march, struct wave *wave) {
     }
 }
 
-enum status wave_make(const struct march *march, struct arena *arena, struct quadrant *q) {
+enum status wave_make(const struct march *march, struct arena *arena, int most,
+                      struct quadrant *q) {
     const struct drape_settings *s = march->settings;
-    q->kernel = suits(march) ? wave_kernel_for(s->lanes) : NULL;
+    int lanes = s->lanes && s->lanes < most ? s->lanes : most;
+    q->kernel = suits(march) ? wave_kernel_for(lanes) : NULL;
     if (!q->kernel)
         return STATUS_OK;
     q->wave = arena_alloc(arena, 1, sizeof *q->wave);

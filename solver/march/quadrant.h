@@ -86,8 +86,9 @@ enum status quadrant_settle(struct quadrant *q, int32_t end) STATUS_MUST_USE;
 /* Notes a place that was put into a row that has been settled. */
 enum status quadrant_note_climbed(struct quadrant *q, int32_t i, int32_t j) STATUS_MUST_USE;
 
-/* Gives a quadrant a wave if one can go over this surface by this method. */
-enum status wave_make(const struct march *march, struct arena *arena,
+/* Gives a quadrant a wave of at most so many rows (and no more than drape_settings' lanes) if one
+ * can go over this surface by this method. */
+enum status wave_make(const struct march *march, struct arena *arena, int most,
                       struct quadrant *q) STATUS_MUST_USE;
 
 /* Marches rows j, j + 1, .. on row[0] as far as they go side by side; `count` gets how many have
