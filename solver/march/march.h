@@ -160,9 +160,10 @@ bool march_has_left(const struct march *march, const struct station *station);
 enum status march_place(struct march *march, int32_t i, int32_t j, const struct station *station,
                         enum station_zone *zone) STATUS_MUST_USE;
 
-/* The same for a station that is known to be inside, at column x and row y of a tile. */
+/* The same for a station that is known to be inside, of a face, at column x and row y of a tile. */
 static inline enum status march_place_inside(struct march *march, struct net_tile *tile, int x,
-                                             int y, const struct vec3 *r, double u, double v) {
+                                             int y, const struct vec3 *r, double u, double v,
+                                             int32_t face) {
     /* Member by member: a copy would have to wait for the stores that made it. */
     struct net_node *node = &tile->node[y][x];
     node->r = *r;
@@ -172,7 +173,7 @@ static inline enum status march_place_inside(struct march *march, struct net_til
     node->turn = 0;
     node->reason = node->grown = 0;
     node->rough = 0;
-    node->face = 0;
+    node->face = (uint16_t)face;
     node->yarns = 0;
     net_set_bits(tile, x, y, node);
     return ++march->inside > march->settings->max_nodes ? STATUS_TOO_MANY_NODES : STATUS_OK;

@@ -98,25 +98,21 @@ static struct vec3 edge_trend(const struct station *below, const struct station 
     return vec3_sub(last, vec3_sub(row[i - 2].jet.r, below[i - 2].jet.r));
 }
 
-void quadrant_add_edge(struct differences *edge, const double below[2], const double at[2]) {
+void quadrant_take_edge(struct differences *edge, const struct station *below,
+                        const struct station *at, const struct station *last) {
+    if (at->surface != below->surface || (last && at->surface != last->surface))
+        edge->count = 0;
+    if (at->surface != below->surface)
+        return;
     edge->count += edge->count < WAVE_ORDERS;
     for (int k = 0; k < 2; k++) {
-        double now = at[k] - below[k];
+        double now = at->uv[k] - below->uv[k];
         for (int order = 0; order < edge->count; order++) {
             double before = edge->of[order][k];
             edge->of[order][k] = now;
             now -= before;
         }
     }
-}
-
-/* The edge at i. On another face of a shell parameters are others: differences begin anew. */
-static void take_edge(const struct quadrant_row *below, struct quadrant_row *row, int32_t i) {
-    const struct surface *surface = row->at[i].surface;
-    if (surface != below->at[i].surface || (i > 0 && surface != row->at[i - 1].surface))
-        row->edge.count = 0;
-    if (surface == below->at[i].surface)
-        quadrant_add_edge(&row->edge, below->at[i].uv, row->at[i].uv);
 }
 
 /* The size of a difference on the surface, squared, but for the angle between its parameter lines.
@@ -174,7 +170,7 @@ enum status quadrant_grow_node(struct quadrant *q, struct quadrant_row *below,
         return march_fail(march, i * q->si, j * q->sj, reason);
     }
     row->at[i] = node.station;
-    take_edge(below, row, i);
+    quadrant_take_edge(&row->edge, &below->at[i], &row->at[i], &row->at[i - 1]);
     return quadrant_place(q, row, j, &node.station);
 }
 
@@ -186,7 +182,7 @@ void quadrant_begin_row(struct quadrant *q, const struct quadrant_row *below,
     row->count = row->planted;
     row->edge.count = 0;
     if (row->planted)
-        take_edge(below, row, 0);
+        quadrant_take_edge(&row->edge, &below->at[0], &row->at[0], NULL);
 }
 
 /* A row ends `fringe` places after it has left the surface, but not before it is as far beyond the

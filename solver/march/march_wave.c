@@ -6,29 +6,32 @@
  */
 #include "quadrant.h"
 #include "solver/fishnet/rough.h"
+#include "solver/shell/crossing.h"
 
 #include <string.h>
 
 /* Of the way to the cut opposite the start: what lies nearer is certainly inside. */
 static const double not_quite = 1 - 1e-9;
 
-/* What a wave can go over: one patch, by methods whose edges have chords of known length. */
+/* What a wave can go over: patches, by methods whose edges have chords of known length. */
 static bool suits(const struct march *march) {
     const struct drape_settings *s = march->settings;
-    const struct surface *surface = march->surface;
     bool chords = s->method == DRAPE_BASIC || s->method == DRAPE_GIB || s->method == DRAPE_GIB4;
-    return chords && surface && !surface->shell && !march->mesh && s->yarn_path == DRAPE_PATH_CHORD;
+    return chords && march->surface && !march->mesh && s->yarn_path == DRAPE_PATH_CHORD;
 }
 
 /* Between which parameters a node is inside whatever else: of a closed direction up to the
  * cut. Nowhere, where a trim has to be asked. */
 static void find_bounds(const struct march *march, struct wave *wave) {
+    const struct shell *shell = wave->surface->shell;
+    bool trimmed = shell ? shell_trim(shell, wave->surface->face) : march->settings->trim;
     for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &march->surface->axis[k];
-        double centre = march->cut_centre[k], turn = station_cut_turn(march->surface, k);
+        const struct surface_axis *axis = &wave->surface->axis[k];
+        double centre = march->cut_centre[k];
+        double turn = shell ? HUGE_VAL : station_cut_turn(wave->surface, k);
         wave->lower[k] = axis->closed ? centre - not_quite * turn : surface_axis_lower(axis);
         wave->upper[k] = axis->closed ? centre + not_quite * turn : surface_axis_upper(axis);
-        if (march->settings->trim)
+        if (trimmed)
             wave->upper[k] = -HUGE_VAL;
     }
 }
@@ -75,6 +78,74 @@ static bool is_even(const struct net_node *node) {
            !node->rough;
 }
 
+/* ---- the faces of a shell ---- */
+
+static const double none[2] = {NAN, NAN};
+
+static void set_differences(struct wave *wave, int k, const double edge[2]) {
+    for (int order = 0; order < WAVE_ORDERS; order++)
+        for (int n = 0; n < 2; n++)
+            wave->difference[order][n][k] = order == 0 ? edge[n] : (double)NAN;
+}
+
+/* The face that A, B and C of lane k's cell lie on; NULL: they do not lie on one. */
+static const struct surface *face_of(struct wave *wave, int k) {
+    const struct wave_places *a = wave_at(wave, 2), *b = wave_at(wave, 1);
+    const struct surface *surface = a->surface[k];
+    return surface == b->surface[k] && surface == b->surface[k + 1] ? surface : NULL;
+}
+
+/* Before `prepare` takes in lane k's edge AB: as `quadrant_take_edge`, and gives up the guess by
+ * the net before where that was on another face. */
+static void part_faces(struct wave *wave, int k) {
+    const struct surface *surface = face_of(wave, k);
+    if (wave_at(wave, 2)->surface[k + 1] != wave_at(wave, 1)->surface[k + 1])
+        set_differences(wave, k, none);
+    const struct wave_before *a = wave_before_at(wave, 2), *b = wave_before_at(wave, 1);
+    struct wave_before *d = wave_before_at(wave, 0);
+    bool same = surface && d->face[k + 1] == surface->face && a->face[k] == surface->face &&
+                b->face[k] == surface->face && b->face[k + 1] == surface->face;
+    if (wave->corrected && !same)
+        d->even[k + 1] = 0;
+}
+
+/* Has the wave solve those of the lanes `left` that are on the face of the first of them that is on
+ * one: which they are. */
+static unsigned choose_face(struct quadrant *q, unsigned left) {
+    struct wave *wave = q->wave;
+    const struct surface *surface = NULL;
+    unsigned together = 0;
+    for (unsigned bits = left; bits; bits &= bits - 1) {
+        int k = __builtin_ctz(bits);
+        const struct surface *own = face_of(wave, k);
+        surface = surface ? surface : own;
+        together |= own && own == surface ? 1u << k : 0;
+    }
+    if (surface && surface != wave->surface) {
+        wave->surface = surface;
+        find_bounds(q->march, wave);
+    }
+    return together;
+}
+
+/* Lanes whose D is found and in the region of its face, as it was on the way there: elsewhere it
+ * belongs to another one, or there is none. */
+static void find_inside(struct wave *wave) {
+    for (unsigned bits = wave->found & ~wave->inside; bits; bits &= bits - 1) {
+        int k = __builtin_ctz(bits);
+        double(*d)[WAVE_STRIDE] = wave->into->of;
+        const double uv[3][2] = {{wave->expected[0][k], wave->expected[1][k]},
+                                 {wave->tried[0][k], wave->tried[1][k]},
+                                 {d[0][k + 1], d[1][k + 1]}};
+        unsigned bit = 1u << k;
+        if (crossing_within(wave->surface, uv[0]) && crossing_within(wave->surface, uv[1]) &&
+            crossing_within(wave->surface, uv[2]))
+            wave->inside |= bit;
+        else
+            wave->found &= ~bit;
+    }
+}
+
 /* Of a second march: takes in what the net before says of place i of row j, as that of a slot some
  * steps back. Next to a generator D2 is not the same for both edges that end there. */
 static void recall(struct quadrant *q, unsigned back, int slot, int32_t i, int32_t j) {
@@ -93,6 +164,7 @@ static void recall(struct quadrant *q, unsigned back, int slot, int32_t i, int32
         !is_even(side[1][1]))
         return;
     to->even[slot] = -1;
+    to->face[slot] = at->face;
     for (int k = 0; k < 2; k++) {
         struct vec3 bend = correction_bend(side[k][0]->r, at->r, side[k][1]->r);
         to->uv[k][slot] = at->uv[k];
@@ -130,10 +202,9 @@ static enum status start_lane(struct quadrant *q, int32_t j, int k, bool *starte
     put_place(q, 1, k + 1, &row->at[1], 1, j + k);
     for (unsigned i = 0; k == 0 && i < 3; i++)
         put_place(q, 3 - i, 0, &below->at[i], (int32_t)i, j - 1);
-    for (int order = 0; order < WAVE_ORDERS; order++)
-        for (int n = 0; n < 2; n++)
-            wave->difference[order][n][k] =
-                order == 0 ? row->at[0].uv[n] - below->at[0].uv[n] : (double)NAN;
+    const double edge[2] = {row->at[0].uv[0] - below->at[0].uv[0],
+                            row->at[0].uv[1] - below->at[0].uv[1]};
+    set_differences(wave, k, row->at[0].surface == below->at[0].surface ? edge : none);
     return STATUS_OK;
 }
 
@@ -146,16 +217,19 @@ static void hand_over(struct quadrant *q, int from, int first, int lanes, int32_
         struct quadrant_row *row = &q->row[k + 1];
         int32_t at = column - k;
         for (int n = 0; n < 3 && at - n >= 2; n++)
-            wave_get(wave, wave_at(wave, 1 + (unsigned)n), k + 1, &row->at[at - n]);
+            wave_get(wave_at(wave, 1 + (unsigned)n), k + 1, &row->at[at - n]);
         if (k < first)
             continue;
-        const struct wave_places *d = wave_at(wave, 1), *c = wave_at(wave, 2);
-        double below[2] = {c->of[0][k], c->of[1][k]}, last[2] = {d->of[0][k + 1], d->of[1][k + 1]};
-        row->edge.count = at < WAVE_ORDERS ? at : WAVE_ORDERS;
-        for (int order = 0; order < row->edge.count; order++)
-            for (int n = 0; n < 2; n++)
-                row->edge.of[order][n] = wave->difference[order][n][k];
-        quadrant_add_edge(&row->edge, below, last);
+        struct station below;
+        wave_get_plane(wave_at(wave, 2), k, &below);
+        for (row->edge.count = 0; row->edge.count < WAVE_ORDERS; row->edge.count++) {
+            double(*of)[WAVE_LANES] = wave->difference[row->edge.count];
+            if (isnan(of[0][k]))
+                break;
+            row->edge.of[row->edge.count][0] = of[0][k];
+            row->edge.of[row->edge.count][1] = of[1][k];
+        }
+        quadrant_take_edge(&row->edge, &below, &row->at[at], &row->at[at - 1]);
     }
 }
 
@@ -169,14 +243,14 @@ static enum status grow_alone(struct quadrant *q, int32_t j, int k) {
     struct station a, b, c, a2, b2;
     double uv[2] = {wave->expected[0][k], wave->expected[1][k]};
     q->alone++;
-    wave_get(wave, wave_at(wave, 2), k, &a);
-    wave_get(wave, wave_at(wave, 1), k + 1, &b);
-    wave_get(wave, wave_at(wave, 1), k, &c);
-    wave_get(wave, wave_at(wave, 3), k, &a2);
-    wave_get(wave, wave_at(wave, 2), k + 1, &b2);
+    wave_get(wave_at(wave, 2), k, &a);
+    wave_get(wave_at(wave, 1), k + 1, &b);
+    wave_get(wave_at(wave, 1), k, &c);
+    wave_get(wave_at(wave, 3), k, &a2);
+    wave_get(wave_at(wave, 2), k + 1, &b2);
     struct march_cell cell = {row->count * q->si, (j + k) * q->sj, q->si, q->sj, &a, &b, &c,
                               .guess_uv = uv};
-    if (station_near_pole(wave->surface, c.jet.r, wave->pole_reach2))
+    if (!face_of(wave, k) || station_near_pole(c.surface, c.jet.r, wave->pole_reach2))
         cell.guess_uv = NULL;
     cell.trend = vec3_sub(vec3_sub(b.jet.r, a.jet.r), vec3_sub(b2.jet.r, a2.jet.r));
     if (!march_solve_corner(march, &cell, &node, &reason)) {
@@ -196,9 +270,9 @@ static bool has_uneven_edge(struct quadrant *q, int32_t j, int k) {
     struct march_cell cell = {
         .i = q->row[k + 1].count * q->si, .j = (j + k) * q->sj, .si = q->si, .sj = q->sj};
     struct march_corrections corrections = {.has = {false, false}};
-    wave_get(wave, wave_at(wave, 1), k + 1, &from[0]);
-    wave_get(wave, wave_at(wave, 1), k, &from[1]);
-    wave_get(wave, wave_at(wave, 0), k + 1, &d);
+    wave_get(wave_at(wave, 1), k + 1, &from[0]);
+    wave_get(wave_at(wave, 1), k, &from[1]);
+    wave_get(wave_at(wave, 0), k + 1, &d);
     if (wave->corrected) {
         net_view_move(&march->before, cell.i, cell.j);
         march_find_corrections(march, &cell, &corrections);
@@ -225,7 +299,7 @@ static enum status grow_lane(struct quadrant *q, int32_t j, int k) {
     if (!(wave->found & bit) || uneven)
         return grow_alone(q, j, k);
     q->kept++;
-    wave_get(wave, wave_at(wave, 0), k + 1, &station);
+    wave_get(wave_at(wave, 0), k + 1, &station);
     march->solved++;
     march->iterations += (size_t)wave->iterations[k];
     march->residual_max = fmax(march->residual_max, wave->residual[k]);
@@ -253,7 +327,7 @@ static enum status grow_inside(struct quadrant *q, int32_t j, int k) {
     march->residual_max =
         wave->residual[k] > march->residual_max ? wave->residual[k] : march->residual_max;
     return march_place_inside(march, tile, i & (NET_TILE - 1), at & (NET_TILE - 1), &r, d[0][k + 1],
-                              d[1][k + 1]);
+                              d[1][k + 1], wave->surface->face);
 }
 
 /* What the net before says of lane k's cell, where that is not even all round. */
@@ -261,15 +335,15 @@ static void correct(struct quadrant *q, int32_t j, int k) {
     struct wave *wave = q->wave;
     struct march *march = q->march;
     const struct wave_places *back1 = wave_at(wave, 1), *back2 = wave_at(wave, 2);
-    struct station a = {.surface = wave->surface}, b, c;
+    struct station a = {.surface = back2->surface[k]}, b, c;
     struct march_cell cell = {
         q->row[k + 1].count * q->si, (j + k) * q->sj, q->si, q->sj, &a, &b, &c, {0, 0, 0}, NULL};
     struct march_corrections corrections;
     double uv[2];
     a.uv[0] = back2->of[0][k];
     a.uv[1] = back2->of[1][k];
-    wave_get_plane(wave, back1, k + 1, &b);
-    wave_get_plane(wave, back1, k, &c);
+    wave_get_plane(back1, k + 1, &b);
+    wave_get_plane(back1, k, &c);
     net_view_move(&march->before, cell.i, cell.j);
     bool guessed = march_guess_from_before(march, &cell, uv);
     march_find_corrections(march, &cell, &corrections);
@@ -293,27 +367,72 @@ struct front {
     bool steady; /* at the last step all lanes had a usual node */
 };
 
-static enum status take_step(struct quadrant *q, int32_t j, struct front *front) {
+/* What is expected of D of these lanes, by the net before too. */
+static void prepare(struct quadrant *q, int32_t j, unsigned lanes) {
     struct wave *wave = q->wave;
+    const bool shell = q->march->surface->shell;
+    for (unsigned bits = lanes; bits && (wave->corrected || shell); bits &= bits - 1) {
+        int k = __builtin_ctz(bits);
+        recall(q, 0, k + 1, q->row[k + 1].count, j + k);
+        if (shell)
+            part_faces(wave, k);
+    }
+    q->kernel->prepare(wave);
+    for (unsigned bits = lanes; bits && (wave->corrected || shell); bits &= bits - 1) {
+        int k = __builtin_ctz(bits);
+        if (wave_at(wave, 2)->surface[k] != wave_at(wave, 1)->surface[k + 1])
+            set_differences(wave, k, none);
+        if (wave->corrected && !(wave->settled >> k & 1) && face_of(wave, k))
+            correct(q, j, k);
+    }
+}
+
+/* Puts D of these lanes, whose cells lie on the wave's face; `all`: there are no others. */
+static enum status grow_face(struct quadrant *q, int32_t j, unsigned lanes, bool all,
+                             struct front *front) {
+    struct wave *wave = q->wave;
+    struct wave_places *at = wave_at(wave, 0);
     enum status status = STATUS_OK;
     for (int k = 0; k < WAVE_LANES; k++)
-        wave->active[k] = k >= front->low && k < front->high ? -1 : 0;
-    wave->lane = front->low;
-    for (int k = front->low; wave->corrected && k < front->high; k++)
-        recall(q, 0, k + 1, q->row[k + 1].count, j + k);
-    q->kernel->prepare(wave);
-    for (int k = front->low; wave->corrected && k < front->high; k++)
-        if (!(wave->settled >> k & 1))
-            correct(q, j, k);
+        wave->active[k] = lanes >> k & 1 ? -1 : 0;
+    wave->lane = __builtin_ctz(lanes);
+    wave->into = all ? at : &wave->spare;
     q->kernel->solve(wave);
-    unsigned lanes = (1u << front->high) - (1u << front->low);
+    wave->found &= lanes;
+    if (wave->surface->shell)
+        find_inside(wave);
     unsigned usual = wave->found & wave->inside & (wave->arcs ? wave->smooth : lanes);
-    front->steady = (usual & lanes) == lanes;
-    for (int k = front->low; k < front->high && status == STATUS_OK; k++)
+    usual = q->march->cut ? 0 : usual;
+    front->steady = front->steady && usual == lanes;
+    for (unsigned bits = lanes; bits && status == STATUS_OK; bits &= bits - 1) {
+        int k = __builtin_ctz(bits);
+        at->surface[k + 1] = wave->surface;
+        for (int n = 0; !all && n < WAVE_NUMBERS; n++)
+            at->of[n][k + 1] = wave->spare.of[n][k + 1];
         status = usual >> k & 1 ? grow_inside(q, j, k) : grow_lane(q, j, k);
+    }
+    return status;
+}
+
+static enum status take_step(struct quadrant *q, int32_t j, struct front *front) {
+    enum status status = STATUS_OK;
+    const unsigned lanes = (1u << front->high) - (1u << front->low);
+    unsigned left = lanes;
+    prepare(q, j, lanes);
+    front->steady = true;
+    while (left && status == STATUS_OK) {
+        unsigned together = q->march->surface->shell ? choose_face(q, left) : left;
+        if (!together)
+            break;
+        status = grow_face(q, j, together, together == lanes, front);
+        left &= ~together;
+    }
+    front->steady = front->steady && !left;
+    for (; left && status == STATUS_OK; left &= left - 1)
+        status = grow_alone(q, j, __builtin_ctz(left));
     /* What the next wave, or the row above that is not part of this one, rests on. */
     int top = front->high;
-    wave_get(wave, wave_at(wave, 0), top, &q->row[top].at[front->column - top + 1]);
+    wave_get(wave_at(q->wave, 0), top, &q->row[top].at[front->column - top + 1]);
     return status;
 }
 

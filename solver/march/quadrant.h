@@ -68,8 +68,10 @@ enum status quadrant_reach_below(struct quadrant *q, struct quadrant_row *below,
 enum status quadrant_place(struct quadrant *q, struct quadrant_row *row, int32_t j,
                            const struct station *station) STATUS_MUST_USE;
 
-/* Takes in the edge between two places. */
-void quadrant_add_edge(struct differences *edge, const double below[2], const double at[2]);
+/* Takes in the edge from `below` to the place `at` of a row, of which `last` is the one before;
+ * NULL: none. On another face of a shell parameters are others: differences begin anew. */
+void quadrant_take_edge(struct differences *edge, const struct station *below,
+                        const struct station *at, const struct station *last);
 
 /* Rows that are marched before they are looked at for folds (settle.c): those of a row of tiles.
  * The first row of those after j. */

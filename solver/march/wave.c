@@ -16,16 +16,16 @@ void wave_put(struct wave_places *places, int slot, const struct station *statio
     memcpy(of, &numbers, sizeof of);
     for (int n = 0; n < WAVE_NUMBERS; n++)
         places->of[n][slot] = of[n];
+    places->surface[slot] = station->surface;
 }
 
-void wave_get(const struct wave *wave, const struct wave_places *places, int slot,
-              struct station *station) {
+void wave_get(const struct wave_places *places, int slot, struct station *station) {
     double of[WAVE_NUMBERS];
     struct wave_station numbers;
     for (int n = 0; n < WAVE_NUMBERS; n++)
         of[n] = places->of[n][slot];
     memcpy(&numbers, of, sizeof numbers);
-    station->surface = wave->surface;
+    station->surface = places->surface[slot];
     station->jet = numbers.jet;
     station->normal = numbers.normal;
     memcpy(station->uv, numbers.uv, sizeof numbers.uv);
@@ -33,14 +33,13 @@ void wave_get(const struct wave *wave, const struct wave_places *places, int slo
     memcpy(station->second, numbers.second, sizeof numbers.second);
 }
 
-void wave_get_plane(const struct wave *wave, const struct wave_places *places, int slot,
-                    struct station *station) {
+void wave_get_plane(const struct wave_places *places, int slot, struct station *station) {
     enum {
         NORMAL = offsetof(struct wave_station, normal) / sizeof(double),
         FIRST = offsetof(struct wave_station, first) / sizeof(double)
     };
     const double(*of)[WAVE_STRIDE] = places->of;
-    station->surface = wave->surface;
+    station->surface = places->surface[slot];
     station->normal = vec3_make(of[NORMAL][slot], of[NORMAL + 1][slot], of[NORMAL + 2][slot]);
     for (int n = 0; n < 3; n++)
         station->first[n] = of[FIRST + n][slot];

@@ -9,7 +9,8 @@
  *
  * Each row is a lane of vectors. The kernels do what `fishnet_chords`, `fishnet_solve` and
  * `rough_edge` do where all goes the usual way, with the same bits; a cell where it does not they
- * leave alone.
+ * leave alone. On a shell rows may be on several faces: the cells of each are solved together, and
+ * those that a joint crosses alone.
  */
 #ifndef SOLVER_MARCH_WAVE_H
 #define SOLVER_MARCH_WAVE_H
@@ -36,17 +37,19 @@ enum { WAVE_NUMBERS = sizeof(struct wave_station) / sizeof(double) };
 /* The stations of a step: [0] of the row below the wave, [k + 1] of row k. */
 struct wave_places {
     _Alignas(64) double of[WAVE_NUMBERS][WAVE_STRIDE];
+    const struct surface *surface[WAVE_STRIDE];
 };
 
 /* What the net that a second march corrects says of those places (`correction.h`). */
 struct wave_before {
     _Alignas(64) int64_t even[WAVE_STRIDE]; /* -1: all of it is known, of smooth edges; else 0 */
+    int32_t face[WAVE_STRIDE];
     double uv[2][WAVE_STRIDE];
     double bend[2][3][WAVE_STRIDE]; /* D2 along warp and along weft */
 };
 
 struct wave {
-    const struct surface *surface;
+    const struct surface *surface; /* that A, B and C of the cells at hand are on */
     struct surface_cursor *cursor;
     double length[2]; /* spacing along warp and weft */
     bool arcs;        /* chords are those of arcs of the surface's curvature; else the spacing */
@@ -57,6 +60,7 @@ struct wave {
     int lane;                                /* one of those that have a cell */
     _Alignas(64) int64_t active[WAVE_LANES]; /* -1 for them, 0 for the others */
     struct wave_places places[WAVE_STEPS];   /* of step k at k % WAVE_STEPS */
+    struct wave_places spare, *into;         /* where `solve` puts D: there, or of this step */
     /* By lane: the differences, of order 0, 1, .. in u and v, of the edge from the row below, to
      * the last place but one; NaN from the order on that is not known yet. */
     _Alignas(64) double difference[WAVE_ORDERS][2][WAVE_LANES];
@@ -70,9 +74,10 @@ struct wave {
     /* Of edges that are corrected as a whole: what has to agree with D. */
     _Alignas(64) int64_t whole[2][WAVE_LANES];  /* -1 for them, 0 for the others */
     _Alignas(64) double bend[2][3][WAVE_LANES]; /* D2 at D */
+    _Alignas(64) double tried[2][WAVE_LANES];   /* parameters of D before bent edges moved it */
     unsigned found;                             /* bits: lanes that have a D; */
     unsigned smooth; /* whose edges to D are arcs, or bent and of the chords of bent ones */
-    unsigned inside; /* whose D lies between the bounds above */
+    unsigned inside; /* whose D was expected, tried and found between the bounds above */
 };
 
 /* Compiled for one width. */
@@ -81,7 +86,7 @@ struct wave_kernel {
     /* Of the cells of a step: takes in the last difference, sets what is expected of D, the chords
      * and their curvatures; corrects those that all places of the net before are even of. */
     void (*prepare)(struct wave *wave);
-    /* Puts their D into the places of this step. */
+    /* Puts D of those that are active into the places `into`. */
     void (*solve)(struct wave *wave);
 };
 
@@ -100,11 +105,9 @@ static inline struct wave_before *wave_before_at(struct wave *wave, unsigned bac
 }
 
 void wave_put(struct wave_places *places, int slot, const struct station *station);
-void wave_get(const struct wave *wave, const struct wave_places *places, int slot,
-              struct station *station);
+void wave_get(const struct wave_places *places, int slot, struct station *station);
 
 /* The same without its derivatives but those of the first fundamental form: uv, normal, first. */
-void wave_get_plane(const struct wave *wave, const struct wave_places *places, int slot,
-                    struct station *station);
+void wave_get_plane(const struct wave_places *places, int slot, struct station *station);
 
 #endif

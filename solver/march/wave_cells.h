@@ -527,6 +527,11 @@ INLINE lanes_mask lay_bent(struct wave *wave, lanes_mask uneven, const struct la
     return laid & (found | ~moved);
 }
 
+INLINE lanes_mask within(const struct wave *wave, lanes u, lanes v) {
+    return (u >= wave->lower[0]) & (u <= wave->upper[0]) & (v >= wave->lower[1]) &
+           (v <= wave->upper[1]);
+}
+
 static void solve(struct wave *wave) {
     struct lanes_cell cell;
     struct lanes_forms forms;
@@ -548,20 +553,25 @@ static void solve(struct wave *wave) {
         lanes_is_arc(&ends[0], &d, lanes_load(wave->curvature[0]), wave->length[0]) &
         lanes_is_arc(&ends[1], &d, lanes_load(wave->curvature[1]), wave->length[1]);
     lanes_mask uneven = found & ~smooth;
-    if (wave->arcs && !wave->corrected && lanes_bits(uneven))
+    lanes_mask inside = within(wave, cell.u, cell.v) &
+                        within(wave, lanes_load(wave->expected[0]), lanes_load(wave->expected[1]));
+    lanes_store(cell.u, wave->tried[0]);
+    lanes_store(cell.v, wave->tried[1]);
+    if (wave->arcs && !wave->corrected && lanes_bits(uneven)) {
         smooth |= lay_bent(wave, uneven, ends, &cell, &forms);
+        inside &= within(wave, cell.u, cell.v);
+    }
     lanes_store(cell.iterations, wave->iterations);
     lanes_store(cell.error, wave->residual);
-    put_station(wave_at(wave, 0), &cell, &forms);
+    put_station(wave->into, &cell, &forms);
     if (wave->corrected) {
         struct lanes3 bd = lanes3_sub(cell.jet.r, cell.b), cd = lanes3_sub(cell.jet.r, cell.c);
-        found &= agrees_at_end(wave, 0, wave_at(wave, 0), forms.normal, bd) &
-                 agrees_at_end(wave, 1, wave_at(wave, 0), forms.normal, cd);
+        found &= agrees_at_end(wave, 0, wave->into, forms.normal, bd) &
+                 agrees_at_end(wave, 1, wave->into, forms.normal, cd);
     }
     wave->found = lanes_bits(found);
     wave->smooth = lanes_bits(smooth);
-    wave->inside = lanes_bits((cell.u >= wave->lower[0]) & (cell.u <= wave->upper[0]) &
-                              (cell.v >= wave->lower[1]) & (cell.v <= wave->upper[1]));
+    wave->inside = lanes_bits(inside);
 }
 
 const struct wave_kernel WAVE_KERNEL = {LANES, prepare, solve};

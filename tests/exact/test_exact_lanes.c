@@ -2,6 +2,7 @@
 /* Nodes found side by side (solver/march/wave.h) and by several threads have the bits of those
  * found one after the other, at any width that this processor has. DRAPED_SEED sets the seed. */
 #include "api/threads.h"
+#include "disguise.h"
 #include "measure.h"
 #include "solver/surface/trim.h"
 #include "tests/check.h"
@@ -205,10 +206,116 @@ static void test_exact_lanes_of_random_shapes_have_same_bits(void **state) {
     }
 }
 
+/* ---- shells ---- */
+
+enum { FACES_A_SIDE = 4, FACES = FACES_A_SIDE * FACES_A_SIDE, ROUNDS_OF_SHELLS = 24 };
+
+/* Faces of a surface, each as a shape with a loop round it or without. */
+struct faces {
+    struct shape shape[FACES];
+    double corners[FACES][4][2];
+    struct trim_curve curve[FACES];
+    struct trim_loop loop[FACES];
+    bool trimmed;
+    int count;
+};
+
+/* Into side x side pieces of the whole by isolines, each with parameters of its own; or quads of
+ * the whole, whose inner corners are moved. */
+static void cut_faces(const struct shape *whole, int side, uint64_t *seed, struct faces *faces) {
+    double lower[2], upper[2], corner[FACES_A_SIDE + 1][FACES_A_SIDE + 1][2];
+    static const int8_t round_it[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    *faces = (struct faces){.count = side * side, .trimmed = random_unit(seed) < 0.5};
+    shape_domain(whole, lower, upper);
+    for (int a = 0; a <= side; a++)
+        for (int b = 0; b <= side; b++)
+            for (int k = 0; k < 2; k++) {
+                int at = k ? b : a;
+                bool inner = faces->trimmed && a > 0 && b > 0 && a < side && b < side;
+                double moved = inner ? random_between(seed, -0.25, 0.25) : 0;
+                double x = lower[k] + (upper[k] - lower[k]) * (at + moved) / side;
+                corner[a][b][k] = at == side ? upper[k] : x;
+            }
+    for (int n = 0; n < faces->count; n++) {
+        int a = n / side, b = n % side;
+        struct shape *face = &faces->shape[n];
+        *face = *whole;
+        for (int c = 0; c < 4; c++)
+            memcpy(faces->corners[n][c], corner[a + round_it[c][0]][b + round_it[c][1]],
+                   sizeof faces->corners[n][c]);
+        faces->curve[n] = (struct trim_curve){
+            .degree = 1, .points = (const double(*)[2])faces->corners[n], .count = 4};
+        faces->loop[n] = (struct trim_loop){true, &faces->curve[n], 1};
+        if (faces->trimmed)
+            continue;
+        shape_cut(face, (double[2]){corner[a][b][0], corner[a + 1][b][0]},
+                  (double[2]){corner[a][b][1], corner[a][b + 1][1]});
+        for (int k = 0; k < 2; k++)
+            (void)disguise_direction(face, k, seed);
+        if (random_unit(seed) < 0.5)
+            shape_transpose(face);
+    }
+}
+
+static struct shell *make_shell(struct faces *faces, struct arena *arena) {
+    struct shell_part parts[FACES] = {{0}};
+    struct shell *shell;
+    for (int k = 0; k < faces->count; k++) {
+        struct nurbs nurbs = shape_nurbs(&faces->shape[k]);
+        struct surface *surface;
+        assert_int_equal(surface_make(&nurbs, arena, &surface), STATUS_OK);
+        parts[k] = (struct shell_part){surface, &faces->loop[k], faces->trimmed ? 1 : 0};
+    }
+    assert_int_equal(shell_make(parts, (size_t)faces->count, 0, arena, &shell, NULL), STATUS_OK);
+    return shell;
+}
+
+/* One after the other, then at each width, the widest with a team. */
+static void check_shell(const struct shape *whole, uint64_t seed) {
+    static const int lanes[] = {1, 2, 4, 8}, threads[] = {1, 1, 2, 4};
+    static const enum drape_method by[] = {DRAPE_GIB, DRAPE_GIB4, DRAPE_BASIC};
+    static struct faces faces;
+    struct arena *arena = arena_new((size_t)1 << 30);
+    uint64_t more = seed * 31 + 7;
+    cut_faces(whole, 2 + (int)(random_unit(&more) * (FACES_A_SIDE - 1)), &more, &faces);
+    struct shell *shell = make_shell(&faces, arena);
+    double d = sqrt(shell_area(shell, 0, NULL)) / random_between(&more, 40, 110);
+    struct drape_settings settings = {.method = by[seed % 3],
+                                      .spacing = {d, d * random_between(&more, 0.7, 1.4)},
+                                      .direction_deg = random_between(&more, -180, 180),
+                                      .max_nodes = 40000};
+    struct drape_result result[4];
+    for (int k = 0; k < 4; k++) {
+        struct api_threads team;
+        settings.lanes = lanes[k];
+        settings.team = api_threads_make(&team, threads[k]);
+        assert_int_equal(drape_solve_shell(shell, &settings, NULL, arena, &result[k]), STATUS_OK);
+        size_t count = result[0].nodes.count;
+        if (!same_result(&result[0], &result[k]) ||
+            !same(count, result[0].nodes.face, result[k].nodes.face, sizeof(int32_t)))
+            fail_msg("seed %llu: other bits with %d lanes", (unsigned long long)seed, lanes[k]);
+    }
+    arena_free(arena);
+}
+
+static void test_exact_lanes_over_the_faces_of_shells_have_same_bits(void **state) {
+    static void (*const wholes[])(struct shape *) = {
+        shape_bezier, make_quarter_torus, make_octant, make_roof, make_cylinder, shape_freeform};
+    static struct shape shape;
+    (void)state;
+    for (int k = 0; k < check_sized(ROUNDS_OF_SHELLS, 4); k++) {
+        uint64_t seed = first_seed() + (uint64_t)k;
+        memset(&shape, 0, sizeof shape);
+        wholes[seed / 3 % (sizeof wholes / sizeof *wholes)](&shape);
+        check_shell(&shape, seed);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_lanes_of_known_shapes_have_same_bits),
         cmocka_unit_test(test_exact_lanes_of_random_shapes_have_same_bits),
+        cmocka_unit_test(test_exact_lanes_over_the_faces_of_shells_have_same_bits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
