@@ -62,8 +62,8 @@ void fold_pass_cut(struct fold *fold) {
 static void stretch(struct fold_box *box, struct vec3 r, double by) {
     const double at[3] = {r.x, r.y, r.z};
     for (int k = 0; k < 3; k++) {
-        box->low[k] = fmin(box->low[k], at[k] - by);
-        box->high[k] = fmax(box->high[k], at[k] + by);
+        box->low[k] = at[k] - by < box->low[k] ? at[k] - by : box->low[k];
+        box->high[k] = at[k] + by > box->high[k] ? at[k] + by : box->high[k];
     }
 }
 
@@ -95,33 +95,54 @@ static unsigned inside_row(const struct net_tile *tile, int x, int y) {
     return (unsigned)tile->bits[NET_BIT_INSIDE][y] >> x & ((1u << PATCH) - 1);
 }
 
-/* The edge from the node at (x, y) to that at (x + dx, y + dy); false where one is missing. */
-static bool edge_at(const struct net_window *w, int x, int y, int dx, int dy, struct vec3 *edge) {
-    const struct net_node *from = net_window_place(w, x, y);
-    const struct net_node *to = net_window_place(w, x + dx, y + dy);
-    if (from && to)
-        *edge = vec3_sub(to->r, from->r);
-    return from && to;
+/* The places of a patch and those round it: where they are, and bits of which are there. */
+enum { ROUND = PATCH + 2 };
+struct surroundings {
+    struct vec3 r[ROUND][ROUND]; /* [j][i] */
+    unsigned has[ROUND];
+};
+
+/* Of the patch whose first place is at (x, y) of a window. */
+static void find_surroundings(const struct net_window *w, int x, int y, struct surroundings *s) {
+    for (int j = 0; j < ROUND; j++) {
+        int row = y + j - 1;
+        s->has[j] = (unsigned)(net_window_row(w, NET_BIT_PLACE, row) >> (NET_TILE + x - 1)) &
+                    ((1u << ROUND) - 1);
+        for (unsigned bits = s->has[j]; bits; bits &= bits - 1) {
+            int i = __builtin_ctz(bits);
+            s->r[j][i] = net_window_find(w, x + i - 1, row)->r;
+        }
+    }
+}
+
+static void keep_most(double *most, double value) {
+    *most = value > *most ? value : *most;
 }
 
 /* The shape of the patch whose first place is at (x, y) of a window. Edges go on to the places
- * round it. */
+ * round it: a and b along warp and weft. */
 static struct fold_shape find_shape(const struct net_window *w, int x, int y) {
     struct fold_shape shape = {0, 1};
-    for (int at = 0; at < PATCH * PATCH; at++) {
-        int i = x + at % PATCH, j = y + at / PATCH;
-        struct vec3 a, b, back, across;
-        bool has_a = edge_at(w, i, j, 1, 0, &a), has_b = edge_at(w, i, j, 0, 1, &b);
-        if (has_a && edge_at(w, i - 1, j, 1, 0, &back))
-            shape.bend2 = fmax(shape.bend2, vec3_norm2(vec3_sub(a, back)));
-        if (has_b && edge_at(w, i, j - 1, 0, 1, &back))
-            shape.bend2 = fmax(shape.bend2, vec3_norm2(vec3_sub(b, back)));
-        if (!has_a || !has_b)
-            continue;
-        if (edge_at(w, i, j + 1, 1, 0, &across))
-            shape.bend2 = fmax(shape.bend2, vec3_norm2(vec3_sub(across, a)));
-        shape.sine2 =
-            fmin(shape.sine2, vec3_norm2(vec3_cross(a, b)) / (vec3_norm2(a) * vec3_norm2(b)));
+    struct surroundings s;
+    find_surroundings(w, x, y, &s);
+    for (int j = 1; j <= PATCH; j++) {
+        const unsigned below = s.has[j - 1], own = s.has[j], above = s.has[j + 1];
+        const unsigned has_a = own & own >> 1, has_b = own & above;
+        const struct vec3 *row = s.r[j];
+        for (int i = 1; i <= PATCH; i++) {
+            struct vec3 a = vec3_sub(row[i + 1], row[i]), b = vec3_sub(s.r[j + 1][i], row[i]);
+            if ((has_a & has_a << 1) >> i & 1)
+                keep_most(&shape.bend2, vec3_norm2(vec3_sub(a, vec3_sub(row[i], row[i - 1]))));
+            if ((has_b & below) >> i & 1)
+                keep_most(&shape.bend2, vec3_norm2(vec3_sub(b, vec3_sub(row[i], s.r[j - 1][i]))));
+            if (!((has_a & has_b) >> i & 1))
+                continue;
+            struct vec3 across = vec3_sub(s.r[j + 1][i + 1], s.r[j + 1][i]);
+            if ((above & above >> 1) >> i & 1)
+                keep_most(&shape.bend2, vec3_norm2(vec3_sub(across, a)));
+            double sine2 = vec3_norm2(vec3_cross(a, b)) / (vec3_norm2(a) * vec3_norm2(b));
+            shape.sine2 = sine2 < shape.sine2 ? sine2 : shape.sine2;
+        }
     }
     return shape;
 }

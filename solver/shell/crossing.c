@@ -96,7 +96,7 @@ static int beyond_run(const struct edge_search *search, const struct face_run *r
     const struct shell *shell = search->surface->shell;
     int32_t mate = shell->edges[run->edge].mate;
     if (mate == EDGE_FREE)
-        return TO_NOTHING;
+        return search->beyond ? BEYONDS : TO_NOTHING;
     const struct surface *to = beyond_edge(shell, mate);
     if (search->beyond && to != search->beyond)
         return BEYONDS;
@@ -133,7 +133,16 @@ static void begin_search(const struct station *station, struct edge_search *sear
         search->hit[b] = (struct hit){.distance2 = HUGE_VAL};
 }
 
-/* Looks first into the run of each kind that may be nearest. */
+/* Whether a run may have what decides: something of its own kind that is nearer, and about as near
+ * as what is known of the others. */
+static bool may_decide(const struct edge_search *search, double least, int to) {
+    double nearest = HUGE_VAL;
+    for (int b = 0; b < BEYONDS; b++)
+        nearest = search->hit[b].distance2 < nearest ? search->hit[b].distance2 : nearest;
+    return !(least > search->hit[to].distance2) && !(least * (1 - 2 * at_vertex) > nearest);
+}
+
+/* Looks first into the run of each kind that may be nearest, the nearest of them first. */
 static void try_likely_runs(struct edge_search *search) {
     const struct face *face = face_of(search->surface);
     double least[BEYONDS] = {HUGE_VAL, HUGE_VAL, HUGE_VAL};
@@ -145,13 +154,19 @@ static void try_likely_runs(struct edge_search *search) {
             search->likely[to] = &face->runs[r];
         }
     }
-    for (int b = 0; b < BEYONDS; b++)
-        if (search->likely[b])
-            try_run(search, search->likely[b], b);
+    for (int round = 0; round < BEYONDS; round++) {
+        int first = 0;
+        for (int b = 1; b < BEYONDS; b++)
+            first = least[b] < least[first] ? b : first;
+        if (search->likely[first] && may_decide(search, least[first], first))
+            try_run(search, search->likely[first], first);
+        least[first] = HUGE_VAL;
+    }
 }
 
 /* The nearest places on joints and on free edges of the station's face; on joints to the face
- * `beyond` alone unless that is NULL, and preferably to others than `before`. */
+ * `beyond` alone unless that is NULL, and preferably to others than `before`. Of what is further
+ * than what decides, the one or the other, nothing is told. */
 static void nearest_edges(const struct station *station, const struct surface *beyond,
                           const struct surface *before, struct hit *joint, struct hit *free) {
     const struct face *face = face_of(station->surface);
@@ -162,7 +177,7 @@ static void nearest_edges(const struct station *station, const struct surface *b
         const struct face_run *run = &face->runs[r];
         int to = beyond_run(&search, run);
         if (to != BEYONDS && run != search.likely[to] &&
-            !(least_to_run(&search, run) > search.hit[to].distance2))
+            may_decide(&search, least_to_run(&search, run), to))
             try_run(&search, run, to);
     }
     *free = search.hit[TO_NOTHING];
