@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FEW = 50, MANY = 3000, OPERATIONS_MAX = 32 };
+enum { FEW = 50, MANY = 3000, OPERATIONS_MAX = 64 };
 
 /* ------------------------------------------------------------------ counting */
 
@@ -42,6 +42,12 @@ static void note(struct counted *counted, const char *operation, enum store_answ
     counted->steps[counted->count++] = atomic_exchange(&steps, 0);
 }
 
+/* Of an operation that finds nothing: what an idle daemon does all day. */
+static void note_empty(struct counted *counted, const char *operation, enum store_answer answer) {
+    assert_int_equal(answer, STORE_EMPTY);
+    note(counted, operation, STORE_OK);
+}
+
 /* ------------------------------------------------------------------ the operations */
 
 static enum store_answer submit(struct store *store, const char *digest, const char *key) {
@@ -57,6 +63,28 @@ static void list(struct scratch *scratch, struct counted *counted, const char *o
     filter.limit = 20;
     note(counted, operation, store_list(scratch->store, &filter, &page));
     assert_int_equal(page.count, 20);
+    store_page_clear(&page);
+}
+
+static void find_nothing(struct store *store, struct counted *counted) {
+    struct store_claim claim;
+    struct store_job job;
+    char *request = NULL;
+    size_t length = 0;
+    note_empty(counted, "claim of nothing", store_claim(store, &claim));
+    note_empty(counted, "fresh claim of nothing", store_claim_fresh(store, &claim));
+    note_empty(counted, "starving", store_starving(store, false));
+    note_empty(counted, "starving with something fresh", store_starving(store, true));
+    note_empty(counted, "get of nothing", store_get(store, "x", &job));
+    note_empty(counted, "request of nothing", store_request(store, "x", &request, &length));
+}
+
+static void list_none(struct store *store, struct counted *counted, const char *operation,
+                      struct store_filter filter) {
+    struct store_page page = {0};
+    filter.limit = 20;
+    note(counted, operation, store_list(store, &filter, &page));
+    assert_int_equal(page.count, 0);
     store_page_clear(&page);
 }
 
@@ -83,6 +111,7 @@ static void live(struct scratch *scratch, const char *round, struct counted *cou
     struct store_claim claim;
     struct store_job job;
     struct store_counts counts;
+    struct store_usage usage;
     struct store_sweep sweep;
     char digest[5][32];
     for (int k = 0; k < 5; k++)
@@ -113,6 +142,13 @@ static void live(struct scratch *scratch, const char *round, struct counted *cou
     list(scratch, counted, "list of an owner", (struct store_filter){.owner = ""});
     list(scratch, counted, "list by status",
          (struct store_filter){.has_status = true, .status = STORE_SUCCEEDED});
+    list_none(store, counted, "list of the queue",
+              (struct store_filter){.has_status = true, .status = STORE_QUEUED});
+    list_none(store, counted, "list of the studies", (struct store_filter){.kind = STORE_STUDY});
+    list_none(store, counted, "list of a stranger", (struct store_filter){.owner = "stranger"});
+    find_nothing(store, counted);
+    note(counted, "usage", store_usage(store, "", &usage));
+    note(counted, "beat", store_beat(store));
     note(counted, "sweep", store_sweep(store, &sweep));
 }
 
