@@ -178,9 +178,11 @@ void checker_task_sample(struct checker_task *task, struct api_problem *problem)
 
 /* ---- reports and patterns ---- */
 
-void checker_task_report(struct checker_task *task, const struct api_input *input,
-                         struct api_problem *problem) {
+/* The second document is none of the request's: what that names of stored surfaces stays a name. */
+void checker_task_report(struct checker_task *task, struct api_problem *problem) {
     const struct checker_order *order = &task->order;
+    const struct api_input input = {.request = task->document[CHECKER_BODY],
+                                    .request_length = order->length[CHECKER_BODY]};
     const char *digest = task->document[CHECKER_SECOND];
     const struct format *format = format_named(FORMAT_REPORT, order->format);
     struct api_memory result = {task->document[CHECKER_COLUMNS], order->length[CHECKER_COLUMNS]};
@@ -195,7 +197,7 @@ void checker_task_report(struct checker_task *task, const struct api_input *inpu
                api_columns_open(&reader, columns, problem) == API_OK) {
         struct api_text inputs = api_text_growing(arena);
         const struct api_sink sink = {.write = append, .context = &inputs};
-        if (api_check_normalise(input, &order->limits, &columns->start, &sink, problem) == API_OK)
+        if (api_check_normalise(&input, &order->limits, &columns->start, &sink, problem) == API_OK)
             write_document(
                 task, format,
                 &(struct format_source){.id = order->id,

@@ -156,7 +156,7 @@ void checker_task_carry_out(struct checker_task *task, const struct checker_abil
         checker_task_sample(task, &answer->problem);
         break;
     case CHECKER_REPORT:
-        checker_task_report(task, &input, &answer->problem);
+        checker_task_report(task, &answer->problem);
         break;
     case CHECKER_SURFACE:
         id = check_surface(task, abilities, &input, &sink);

@@ -79,6 +79,20 @@ END
     expect_problem 404 not-found
 }
 
+@test "formats: the report of a drape on a stored surface names that" {
+    jq -c .surface api/examples/saddle.json >"$BATS_TEST_TMPDIR/surface.json"
+    call POST /v1/surfaces -H "Content-Type: application/json" \
+        --data-binary @"$BATS_TEST_TMPDIR/surface.json"
+    local stored=$(field .id)
+    jq -c --arg id "$stored" '.surface = {id: $id}' api/examples/saddle.json >"$BATS_TEST_TMPDIR/named.json"
+    call POST /v1/drapes -H "Content-Type: application/json" -H "Prefer: wait=20" \
+        --data-binary @"$BATS_TEST_TMPDIR/named.json"
+    expect 200
+    call GET "/v1/drapes/$(field .id)/report"
+    expect 200
+    grep -q "$stored" "$body"
+}
+
 @test "formats: what is long and of known length says so, and keeps it" {
     for format in vtp glb npz; do
         call GET "/v1/drapes/$id/result?format=$format"
