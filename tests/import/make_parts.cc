@@ -4,6 +4,7 @@
  * CASCADE itself, so that the area of each face is known by another way; that of the whole is
  * printed, a line each: NAME FACES AREA, in the file's unit.
  */
+#include <BRepAdaptor_Curve.hxx>
 #include <BRepAlgoAPI_Common.hxx>
 #include <BRepAlgoAPI_Cut.hxx>
 #include <BRepAlgoAPI_Fuse.hxx>
@@ -23,6 +24,7 @@
 #include <BRepPrimAPI_MakeTorus.hxx>
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
+#include <Bnd_Box.hxx>
 #include <GProp_GProps.hxx>
 #include <GeomAPI_PointsToBSpline.hxx>
 #include <Geom_BSplineCurve.hxx>
@@ -38,6 +40,7 @@
 #include <Quantity_Color.hxx>
 #include <STEPCAFControl_Writer.hxx>
 #include <STEPControl_Writer.hxx>
+#include <ShapeUpgrade_UnifySameDomain.hxx>
 #include <TColStd_Array1OfInteger.hxx>
 #include <TColStd_Array1OfReal.hxx>
 #include <TColStd_Array2OfReal.hxx>
@@ -244,6 +247,63 @@ static TopoDS_Shape make_pillar() {
     return fillet.Shape();
 }
 
+/* A rectangle with round corners, from its middle. */
+static TopoDS_Wire round_rectangle(double length, double width, double radius, double z) {
+    BRepBuilderAPI_MakeWire wire;
+    gp_Pnt first, last;
+    for (int k = 0; k <= 4; k++) {
+        double turn = k * M_PI / 2, x = length / 2 - radius, y = width / 2 - radius;
+        gp_Pnt middle(k % 4 == 1 || k % 4 == 2 ? -x : x, k % 4 >= 2 ? -y : y, z);
+        gp_Pnt from = middle.Translated(gp_Vec(std::cos(turn), std::sin(turn), 0) * radius);
+        if (k > 0)
+            wire.Add(BRepBuilderAPI_MakeEdge(last, k == 4 ? first : from));
+        if (k == 4)
+            break;
+        BRepBuilderAPI_MakeEdge corner(gp_Circ(gp_Ax2(middle, gp::DZ(), gp::DX()), radius), turn,
+                                       turn + M_PI / 2);
+        first = k == 0 ? from : first;
+        last = middle.Translated(gp_Vec(-std::sin(turn), std::cos(turn), 0) * radius);
+        wire.Add(corner);
+    }
+    return wire;
+}
+
+/* Rounds the edges that lie within a box. */
+static TopoDS_Shape round_within(const Bnd_Box &box, const TopoDS_Shape &shape, double radius) {
+    BRepFilletAPI_MakeFillet fillet(shape);
+    TopTools_IndexedMapOfShape edges;
+    TopExp::MapShapes(shape, TopAbs_EDGE, edges);
+    for (int i = 1; i <= edges.Extent(); i++) {
+        bool inside = true;
+        BRepAdaptor_Curve curve(TopoDS::Edge(edges(i)));
+        for (int s = 0; s <= 8; s++) {
+            gp_Pnt at = curve.Value(curve.FirstParameter() +
+                                    (curve.LastParameter() - curve.FirstParameter()) * s / 8);
+            inside = inside && !box.IsOut(at);
+        }
+        if (inside)
+            fillet.Add(radius, TopoDS::Edge(edges(i)));
+    }
+    return fillet.Shape();
+}
+
+/* A crowned cover with sloping walls on a flange, its shoulder and its foot rounded. */
+static TopoDS_Shape make_cover() {
+    BRepOffsetAPI_ThruSections walls(true, true, 1e-6);
+    walls.AddWire(round_rectangle(300, 200, 70, 0));
+    walls.AddWire(round_rectangle(230, 130, 49, 45));
+    gp_Ax2 round_y(gp_Pnt(0, 0, -607), gp::DY(), -gp::DZ());
+    TopoDS_Shape crown = BRepPrimAPI_MakeSphere(round_y, 650).Shape();
+    TopoDS_Shape body = BRepAlgoAPI_Common(walls.Shape(), crown).Shape();
+    TopoDS_Face flange = BRepBuilderAPI_MakeFace(round_rectangle(380, 280, 50, 0));
+    TopoDS_Shape plate = BRepPrimAPI_MakePrism(flange, gp_Vec(0, 0, -4)).Shape();
+    ShapeUpgrade_UnifySameDomain whole(BRepAlgoAPI_Fuse(plate, body).Shape());
+    whole.Build();
+    const Bnd_Box shoulder(gp_Pnt(-190, -140, 18), gp_Pnt(190, 140, 50));
+    const Bnd_Box foot(gp_Pnt(-151, -101, -1), gp_Pnt(151, 101, 1));
+    return round_within(foot, round_within(shoulder, whole.Shape(), 12), 8);
+}
+
 /* Sections of a wing as one smooth curve each; the loft is cut along the span and the nose. */
 static TopoDS_Shape make_wing() {
     BRepOffsetAPI_ThruSections loft(false, false, 1e-6);
@@ -382,6 +442,7 @@ int main(int argc, char **argv) {
     write_step("high", make_high());
     write_step("pillar", make_pillar());
     write_step("wing", make_wing());
+    write_step("cover", make_cover());
     write_step("cuts", make_cuts());
     write_iges("cuts_iges", make_cuts(), "MM");
     write_step("many", make_many(12));

@@ -268,7 +268,8 @@ def main():
         parts = Parts(folder)
         scales = {"rounded_inch": INCH, "rounded_iges": INCH, "sphere": 1000}
         for name in ("box", "rounded", "rounded_inch", "rounded_iges", "sphere", "torus", "dome",
-                     "wing", "neck", "turned", "pillar", "cuts", "loose", "assembly", "high"):
+                     "wing", "neck", "turned", "pillar", "cover", "cuts", "loose", "assembly",
+                     "high"):
             tap.run(f"import: areas of {name}", test_areas, parts, name, scales.get(name, 1))
         for name, unit in (("box", "mm"), ("rounded_inch", "in"), ("rounded_iges", "in"), ("sphere", "m")):
             tap.run(f"import: unit of {name}", test_unit, parts, name, unit)
@@ -280,6 +281,8 @@ def main():
         tap.run("import: drape of cup", test_drape, parts, "cup", 0.96, {"grow_from": 0, "up_to_deg": 25})
         tap.run("import: drape of pillar", test_drape, parts, "pillar", 0.98,
                 {"grow_from": highest(parts, "pillar"), "up_to_deg": 20})
+        tap.run("import: drape of cover", test_drape, parts, "cover", 0.9999,
+                {"grow_from": highest(parts, "cover"), "up_to_deg": 20})
         tap.run("import: instances of an assembly", test_instances, parts)
         tap.run("import: chosen faces", test_selection, parts)
         tap.run("import: notes", test_notes, parts)
