@@ -25,12 +25,14 @@ export async function fetchRequest(id, signal) {
 
 /** What tells a drape from another: its method, direction, spacing and start. */
 export function labelOf({ method, direction, fabric, length_unit: unit = 'm', start }) {
-  const round = (values) => values.map((value) => Number(Number(value).toPrecision(3))).join(', ');
+  const rounded = (value) => (Math.abs(value) < 1e-9 ? 0 : Number(Number(value).toPrecision(3)));
+  const round = (values) => values.map(rounded).join(', ');
   const angle = direction?.angle_deg;
   const spacing = [...new Set([fabric.spacing].flat())];
   const parts = [method || 'gib', angle === undefined ? 'along a vector' : `${angle}°`];
   parts.push(`${round(spacing).replace(', ', ' × ')} ${unit}`);
-  if (start) parts.push(`from ${round([start.uv || start.point].flat())}`);
+  const face = start?.face === undefined ? '' : `face ${start.face}, `;
+  if (start) parts.push(`from ${face}${round([start.uv || start.point].flat())}`);
   return parts.join(', ');
 }
 

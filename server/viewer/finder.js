@@ -2,6 +2,7 @@
 // "Find the best start": a study of the request, its map over the part, its plots, and each of its
 // variants as a drape at a click.
 import { cancel, explain } from './api.js';
+import { drawScale } from './charts.js';
 import { element } from './dom.js';
 import { format, rangeOf, withUnit } from './fields.js';
 import { drawFront, drawPolar } from './plots.js';
@@ -169,12 +170,19 @@ export class Finder {
     return rows.sort((a, b) => this.column[a] - this.column[b]);
   }
 
+  /** What the best is compared with, the drape that is shown. */
+  #besides(now, best) {
+    if (now === undefined) return '';
+    const shown = `; the drape that is shown: ${this.#write(this.key, now)}`;
+    return now < best * (1 - 1e-3) ? `${shown}, better than all: search from more starts` : shown;
+  }
+
   #fillTable() {
     const { variants } = this.result;
     const sorted = this.#sortedBest();
     const now = this.current()?.[this.key];
     element('find-now').textContent = sorted.length
-      ? `Best: ${this.#write(this.key, this.column[sorted[0]])}${now === undefined ? '' : `; the drape that is shown: ${this.#write(this.key, now)}`}.`
+      ? `Best: ${this.#write(this.key, this.column[sorted[0]])}${this.#besides(now, this.column[sorted[0]])}.`
       : 'No variant keeps these limits: give way on one of them.';
     const rows = sorted.slice(0, LISTED).map((row) => {
       const item = document.createElement('li');
@@ -249,15 +257,23 @@ export class Finder {
   #setOn(on) {
     this.on = on;
     element('find-map').setAttribute('aria-pressed', String(on));
+    element('caption-solid').hidden = on;
+    for (const id of ['caption-map', 'map-scale']) element(id).hidden = !on;
   }
 
   #colour() {
     const values = Float32Array.from(this.best, (row) => (row < 0 ? NOTHING : this.column[row]));
     const range = rangeOf(values.filter((value) => value < NOTHING));
     this.view.patches?.setValues(values, range, 'sequential');
-    this.view.stage?.redraw();
-    element('find-range').textContent =
-      `Colours of the map: ${this.#write(this.key, range[0])} (dark) to ${this.#write(this.key, range[1])} (light), the best direction at each start.`;
+    const [best] = this.#sortedBest();
+    const isBest = ({ rows }) => rows.includes(best);
+    this.view.setDots(this.starts.map((start) => ({ place: start.place, chosen: isBest(start) })));
+    const { label, unit, power } = objectiveOf(this.key);
+    element('caption-map').textContent =
+      `${label} in the best direction from each start (dot), the best of all in red`;
+    const scale = { range, map: 'sequential', label, unit: power ? `${this.form.unit}²` : unit };
+    if (range[0] <= range[1]) drawScale(element('map-scale'), scale);
+    else element('map-scale').replaceChildren();
   }
 
   #hover(start) {

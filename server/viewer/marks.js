@@ -226,6 +226,25 @@ export function makeFront(lattice, front, spacing) {
   return new THREE.Points(geometryOf(places, tints), style);
 }
 
+/** Places on a body as dots, `lift` before it: [{place, chosen}]. The chosen are larger; tints are
+ *  those of the others and theirs. */
+export function makeDots(dots, origin, lift, tints) {
+  const pointsOf = (chosen) => {
+    const some = dots.filter((dot) => dot.chosen === chosen);
+    const places = some.flatMap(({ place }) => place.map((value, axis) => value - origin[axis]));
+    const size = (chosen ? 14 : 8) * window.devicePixelRatio;
+    const style = lineMaterial({ lift, size, rounded: 1 });
+    return new THREE.Points(
+      geometryOf(
+        places,
+        some.flatMap(() => tints[Number(chosen)]),
+      ),
+      style,
+    );
+  };
+  return new THREE.Group().add(pointsOf(false), pointsOf(true));
+}
+
 /** What the colours of the dots mean: of the reasons that occur. */
 export function fillFrontKey(list, front) {
   const present = [...new Set(front.values())].sort();

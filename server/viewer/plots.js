@@ -43,7 +43,7 @@ export function drawPolar(parent, { best, here, label, onPick }) {
     });
   const rings = [0.5, 1].flatMap((share) => [
     svg('circle', { cx: middle, cy: middle, r: room * share, class: 'axis ring' }),
-    svg('text', { x: middle + 3, y: middle - room * share - 2 }, format(most * share, 3)),
+    svg('text', { x: middle + 3, y: middle - room * share + 11 }, format(most * share, 3)),
   ]);
   const marks = [0, 45, 90, 135, 180, 225, 270, 315].map((angle) => {
     const phi = (angle * Math.PI) / 180;

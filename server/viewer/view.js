@@ -9,6 +9,7 @@ import {
   fillFrontKey,
   frontOf,
   makeCrosses,
+  makeDots,
   makeFront,
   makeRim,
   makeSurface,
@@ -150,6 +151,7 @@ export class View {
     const before = this.patches;
     this.patches = null;
     before?.dispose();
+    disposeTree(this.dots);
     before?.onGone();
     element('chip').hidden = true;
     this.panes.solid.controls.enabled = true;
@@ -169,6 +171,18 @@ export class View {
       this.panes.solid.scene.add(group);
     }
     this.show(this.shown);
+  }
+
+  /** Dots on the patches: [{place, chosen}]. */
+  setDots(dots) {
+    if (!this.patches) return;
+    const { group, body } = this.patches;
+    if (this.dots) group.remove(this.dots);
+    disposeTree(this.dots);
+    const tints = ['--panel', '--chosen'].map(tintOf);
+    this.dots = makeDots(dots, body.origin, 0.01 * this.shape.radius, tints);
+    group.add(this.dots);
+    this.stage.redraw();
   }
 
   #patchAt({ clientX, clientY }) {

@@ -57,6 +57,13 @@ test('study: the best of many starts is found, with a map over the part', async 
   await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
   await drawn(page);
   assert.match(await page.textContent('#chip'), /^from here at best [\d.]+°, at −?[\d.]+°$/);
+  assert.match(
+    await page.textContent('#caption-map'),
+    /^Greatest shear .* from each start \(dot\)/,
+  );
+  assert.ok(await page.isHidden('#caption-solid'));
+  const least = Number(/^[\d.]+/.exec(await page.textContent('#map-scale text'))[0]);
+  assert.ok(Math.abs(least - shearIn(await page.textContent('#find-best button'))) < 0.06);
   await picture(page, 'study');
   assert.deepEqual(await violations(page), []);
 });
