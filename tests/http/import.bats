@@ -123,7 +123,8 @@ refuse() {
     send model/step "$long"
     expect_problem 422 unreadable-file
     jq -e '.detail | test("longer than 1 s \\(--import-timeout\\)")' "$body"
-    send model/step "$PARTS/box.step"
+    # Of another kind: with sanitizers, on a busy machine, no import is sure to end within a second.
+    jq .surface $EXAMPLES/saddle.json | post /v1/surfaces -
     expect 201
     stop_daemon
 }
