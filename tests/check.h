@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * For programs of tests: cmocka with what it wants included before it, comparisons of numbers that
- * say both when they fail, and the size of a test.
+ * say both when they fail, the size of a test and the seed of a random one.
  */
 #ifndef TESTS_CHECK_H
 #define TESTS_CHECK_H
@@ -37,6 +37,17 @@ static inline int check_sized(int whole, int least) {
     double size = text ? strtod(text, NULL) : 1;
     int count = size < 1 ? (int)(whole * size) : whole;
     return count > least ? count : least;
+}
+
+/*
+ * The seed of a random test, printed: DRAPED_SEED, else the usual one, so that a run says of a tree
+ * what the run before it said. `make seeds` looks for what others find.
+ */
+static inline uint64_t check_seed(uint64_t usual) {
+    const char *text = getenv("DRAPED_SEED");
+    uint64_t seed = text ? strtoull(text, NULL, 0) : usual;
+    print_message("# DRAPED_SEED=%llu\n", (unsigned long long)seed);
+    return seed;
 }
 
 /* The step of a loop over cases: 1, in short runs `short_step`. */

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # Test programs and what is run now and then; included by Makefile.
 
-.PHONY: tests golden soak fuzz fuzzers mutants hosts load image tsan valgrind coverage bench figures filling \
+.PHONY: tests golden soak seeds fuzz fuzzers mutants hosts load image tsan valgrind coverage bench figures filling \
     .test-tools .plain .sanitized
 JOBS ?= $(shell nproc)
 
@@ -77,6 +77,12 @@ soak: $(B)/tests/exact/test_exact_estimates $(B)/tests/import/make_parts ## 200 
 	@for test in tests/faults/test_*.py; do LONG=1 BUILD=$(B) python3 $$test || exit 1; done
 	@LONG=1 BUILD=$(B) /usr/bin/python3 tests/import/test_import.py
 	@STRICT=1 tests/load/gate.sh $(B)
+
+# Random tests begin with the same seeds every time, so that a run says of a tree what the one before
+# said.
+SEEDS ?= 10
+seeds: tests ## after a change in solver/: random tests with SEEDS (10) seeds that nobody has tried
+	@tests/seeds.sh $(B) $(SEEDS)
 
 # Looks for inputs that break a promise, and for connections that other parsers of HTTP read in another
 # way, FUZZ_SECONDS for each target.

@@ -192,10 +192,8 @@ static void test_exact_geodesic_covers_like_gib(void **state) {
 /* Random rational surfaces: all edges, whoever pinned them. DRAPED_SEED sets the seed. */
 static void test_exact_geodesic_random_edges(void **state) {
     static struct shape shape;
-    const char *text = getenv("DRAPED_SEED");
-    uint64_t first = text ? strtoull(text, NULL, 10) : 20240310;
+    uint64_t first = check_seed(20240310);
     (void)state;
-    printf("  seed %llu\n", (unsigned long long)first);
     for (uint64_t round = 0; round < (uint64_t)check_sized(8, 2); round++) {
         uint64_t seed = first + round;
         shape_random(&shape, &seed);

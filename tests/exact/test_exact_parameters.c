@@ -117,12 +117,11 @@ static double compare(uint64_t seed, double *size) {
 }
 
 static void test_exact_parameters_measure_nothing(void **state) {
-    const char *seed_text = getenv("DRAPED_SEED"), *rounds_text = getenv("DRAPED_ROUNDS");
-    uint64_t first = seed_text ? strtoull(seed_text, NULL, 10) : SEED;
+    const char *rounds_text = getenv("DRAPED_ROUNDS");
+    uint64_t first = check_seed(SEED);
     int rounds = rounds_text ? atoi(rounds_text) : ROUNDS, bad = 0;
     double worst = 0;
     (void)state;
-    printf("  seed %llu\n", (unsigned long long)first);
     for (int round = 0; round < rounds; round++) {
         double size, gap = compare(first + (uint64_t)round, &size);
         worst = fmax(worst, gap / size);

@@ -206,11 +206,9 @@ static double collocate(const struct integrated *g, int parts, int lanes,
 static void test_exact_path_collocation_follows_geodesics(void **state) {
     static struct shape shape;
     static struct collocation path, other;
-    const char *text = getenv("DRAPED_SEED");
-    uint64_t seed = text ? strtoull(text, NULL, 10) : 20261122;
+    uint64_t seed = check_seed(20261122);
     int tried = 0, found = 0, coarse = 0, steep = 0;
     (void)state;
-    printf("  seed %llu\n", (unsigned long long)seed);
     for (int round = 0; round < 400; round++) {
         struct arena *arena = arena_new((size_t)1 << 24);
         struct surface *surface;

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What befalls processes: SIGKILL of the daemon or of workers at random under load, a worker that
-is stopped beyond its lease's renewal, SIGTERM under load. SEED repeats the kills; LONG=1 is make
-soak."""
+is stopped beyond its lease's renewal, SIGTERM under load. DRAPED_SEED repeats the kills; LONG=1 is
+make soak."""
 import json
 import os
 import signal

@@ -268,13 +268,6 @@ void scratch_expect_result(struct scratch *scratch, const char *id, const void *
     free(got);
 }
 
-uint64_t scratch_seed(void) {
-    const char *text = getenv("SEED");
-    uint64_t seed = text ? strtoull(text, NULL, 0) : (uint64_t)clock_utc_us();
-    print_message("SEED=%llu\n", (unsigned long long)seed);
-    return seed;
-}
-
 /* splitmix64 */
 uint64_t scratch_random(uint64_t *state) {
     uint64_t z = *state += UINT64_C(0x9e3779b97f4a7c15);

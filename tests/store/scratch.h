@@ -6,17 +6,11 @@
 #ifndef TESTS_SCRATCH_H
 #define TESTS_SCRATCH_H
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-#include <stdbool.h>
-
 #include "cluster.h"
 #include "server/hub.h"
 #include "server/store/store.h"
+#include "tests/check.h"
+#include <stdbool.h>
 
 enum { SCRATCH_PATH_SIZE = 256 };
 
@@ -94,9 +88,6 @@ struct store_sweep scratch_sweep(struct scratch *scratch);
 /* Asserts that the result of the job has these bytes, read in pieces of `piece`. */
 void scratch_expect_result(struct scratch *scratch, const char *id, const void *bytes,
                            size_t length, size_t piece);
-
-/* The seed of a random test, printed: from the environment variable SEED, else from the clock. */
-uint64_t scratch_seed(void);
 
 /* The next of a sequence of well mixed numbers. */
 uint64_t scratch_random(uint64_t *state);

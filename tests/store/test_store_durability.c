@@ -338,7 +338,7 @@ static int expect_acknowledged(struct scratch *scratch, int pipe_end) {
 
 static void test_store_loses_nothing_to_kill_9(void **state) {
     struct scratch *scratch = *state;
-    uint64_t seed = scratch_seed();
+    uint64_t seed = check_seed(1);
     int total = 0;
     scratch_stop(scratch);
     for (int round = 0; round < 8; round++) {

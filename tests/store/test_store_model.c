@@ -260,7 +260,7 @@ static void test_store_agrees_with_its_model(void **state) {
     struct scratch scratch;
     struct model *model = calloc(1, sizeof *model);
     model->scratch = &scratch;
-    model->random = scratch_seed();
+    model->random = check_seed(1);
     scratch_open(&scratch);
     for (int k = 0; k < OPERATIONS; k++) {
         size_t what = draw(model, 1000);

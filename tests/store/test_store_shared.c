@@ -23,7 +23,7 @@ struct shared {
 
 static int set_up(void **state) {
     struct shared *shared = calloc(1, sizeof *shared);
-    shared->random = scratch_seed();
+    shared->random = check_seed(1);
     scratch_make(&shared->scratch[0]);
     shared->scratch[0].options.shared = true;
     shared->scratch[0].options.busy_ms = 30000; /* SQLite's writers wait in turn */

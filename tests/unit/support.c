@@ -6,18 +6,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 /* ---- random numbers ---- */
 
 struct random random_begin(const char *test) {
-    const char *given = getenv("DRAPE_TEST_SEED");
-    struct timespec now;
-    clock_gettime(CLOCK_REALTIME, &now);
-    uint64_t seed =
-        given ? strtoull(given, NULL, 0) : (uint64_t)now.tv_sec * 1000003u + (uint64_t)now.tv_nsec;
-    printf("%s: DRAPE_TEST_SEED=%llu\n", test, (unsigned long long)seed);
-    return (struct random){seed};
+    print_message("# %s:\n", test);
+    return (struct random){check_seed(1)};
 }
 
 /* splitmix64 */

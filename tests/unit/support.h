@@ -19,8 +19,7 @@ struct random {
     uint64_t state;
 };
 
-/* Seeded by DRAPE_TEST_SEED, else by the clock; prints the seed, so that a failure can be run
- * again. */
+/* Seeded by `check_seed`. */
 struct random random_begin(const char *test);
 uint64_t random_bits(struct random *random);
 double random_between(struct random *random, double low, double high);

@@ -93,8 +93,7 @@ static bool ask(const struct net_window *from, const struct net_window *to, int 
 static void test_apart_is_right_of_every_node(void **state) {
     int others = 0, neighbours = 0;
     (void)state;
-    dice = getenv("DRAPED_SEED") ? strtoull(getenv("DRAPED_SEED"), NULL, 10) : 1;
-    printf("  seed %llu\n", (unsigned long long)dice);
+    dice = check_seed(1);
     for (int round = 0; round < ROUNDS; round++) {
         struct arena_mark mark = arena_mark(arena);
         struct net net;

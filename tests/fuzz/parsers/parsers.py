@@ -3,7 +3,7 @@
 and whether it is well-formed. Where two accept the same beginning the ends must be the same. Where
 one refuses what another accepts, the reason must be argued in disagreements.txt; a new one fails.
 Inputs are the cases of tests/faults/framing.cases, changed at random.
-Usage: parsers.py WIRE SECONDS   (SEED of the environment: to run again)"""
+Usage: parsers.py WIRE SECONDS   (DRAPED_SEED of the environment: to run again)"""
 import os
 import random
 import subprocess
@@ -121,8 +121,8 @@ def read_argued():
 
 def main():
     wire, seconds = sys.argv[1], float(sys.argv[2])
-    seed = int(os.environ.get("SEED") or random.SystemRandom().getrandbits(32))
-    print(f"SEED={seed}", flush=True)
+    seed = int(os.environ.get("DRAPED_SEED") or random.SystemRandom().getrandbits(32))
+    print(f"DRAPED_SEED={seed}", flush=True)
     chance = random.Random(seed)
     cases = [b"".join(pieces) for _, _, pieces in read_cases()]
     inputs = cases
