@@ -32,11 +32,11 @@ def ask(call):
 
 def drape(daemon, number):
     """Its end, which on a busy machine may come after what one call waits for."""
-    status, body = ask(lambda: daemon.submit(saddle(0.2 + 1e-6 * number), Prefer="wait=25"))
+    status, body = ask(lambda: daemon.submit(saddle(0.2 + 1e-6 * number), Prefer="wait=10"))
     end = time.monotonic() + DRAPE_SECONDS
     while status == 202 and time.monotonic() < end:
         place = f"/v1/drapes/{json.loads(body)['id']}"
-        _, state = ask(lambda: daemon.call("GET", f"{place}?wait=20"))
+        _, state = ask(lambda: daemon.call("GET", f"{place}?wait=10"))
         if json.loads(state).get("finished"):
             return ask(lambda: daemon.call("GET", f"{place}/result"))
     return status, body

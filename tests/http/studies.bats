@@ -207,7 +207,7 @@ columns() {
 
 @test "http: the events of a study tell how many variants are done" {
     start --workers 1
-    study 0.03 40 | submit_study
+    study 0.06 40 | submit_study
     curl -sSN --max-time 110 "$URL/v1/studies/$id/events" >"$BATS_TEST_TMPDIR/events"
     grep -c '^event: progress' "$BATS_TEST_TMPDIR/events"
     [ "$(grep -c '^event: progress' "$BATS_TEST_TMPDIR/events")" -ge 3 ]
@@ -248,13 +248,13 @@ columns() {
 
 @test "http: a study has the same bits with one worker and with three, killed workers and daemons" {
     start --workers 1
-    study 0.03 30 | submit_study
+    study 0.06 30 | submit_study
     wait_study "$id" succeeded
     undisturbed=$(columns "$id")
     stop_daemon
     rm -r "$BATS_TEST_TMPDIR/daemon/data"
     start --workers 3
-    study 0.03 30 | submit_study
+    study 0.06 30 | submit_study
     wait_until 20 begun "$id" 1
     kill -KILL $(workers)
     done=$(field .variants.done)
