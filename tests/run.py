@@ -34,7 +34,7 @@ FIRST = ["browser/page", "faults/test_slow", "test_store_faults", "http/jobs", "
          "faults/test_disk", "faults/test_kills", "http/studies", "http/map", "http/roles",
          "hosts/hosts.sh", "http/", "faults/", "deploy/", "browser/", "store/", "sanitized"]
 # What runs daemons, whose answers take longer on a busy machine.
-DAEMONS = ("http/", "faults/", "store/", "deploy/", "browser/", "hosts/")
+DAEMONS = ("http/", "faults/", "import/", "store/", "deploy/", "browser/", "hosts/")
 # What mostly waits leaves the processors to others: as long as they idle another job begins beside.
 MOST = 3 * CORES  # jobs at a time
 LOOK = 1.0  # seconds over which idling is measured
@@ -43,9 +43,10 @@ IDLE = 0.15  # of a processor, in which a further job finds room
 # What runs once, because the other build would find nothing more. What a daemon says to a request is
 # decided alike in both: with sanitizers. As it is used: what above all waits, kills, or has programs
 # of others read what was written. Its code is run with sanitizers by store/ and unit/.
-SANITIZED_ALONE = ("http/errors", "http/framing", "http/origin", "http/owners", "http/roles",
+SANITIZED_ALONE = ("http/errors", "http/framing", "http/import", "http/jobs", "http/laminates",
+                   "http/limits", "http/map", "http/origin", "http/owners", "http/roles",
                    "http/service", "http/studies", "http/surfaces", "http/tokens",
-                   "faults/test_disk")
+                   "faults/test_disk", "store/test_store_faults")
 PLAIN_ALONE = ("http/docs", "http/readers", "faults/test_kills", "faults/test_slow")
 
 
