@@ -63,6 +63,8 @@ static enum status climb_column(struct quadrant *q, int32_t i, int32_t j, struct
         enum status status = march_place(march, i * q->si, r * q->sj, &node.station, &zone);
         if (status != STATUS_OK)
             return status;
+        if (march->fold)
+            fold_forget(march->fold, i * q->si, r * q->sj);
         if (zone == STATION_INSIDE && march->unsettled && r < q->settled)
             status = quadrant_note_climbed(q, i, r);
         if (status != STATUS_OK)

@@ -50,9 +50,9 @@ static enum status cut(struct quadrant *q, int32_t i, int32_t j, int32_t end) {
             march->inside -= state == NET_INSIDE;
             march->ghosts -= state == NET_GHOST;
             status = net_put(march->net, at * q->si, row * q->sj, &none);
+            fold_forget(march->fold, at * q->si, row * q->sj);
         }
     q->length = i + 1 < q->length ? i + 1 : q->length;
-    fold_change(march->fold);
     return status == STATUS_OK ? march_fail(march, i * q->si, j * q->sj, DRAPE_REASON_FOLD)
                                : status;
 }

@@ -21,16 +21,9 @@ void apart_points(const struct net_window *window, int x, int y, struct apart_po
     }
 }
 
-/* The yarn's step at a place along (dx, dy); zero where none is known. */
 static struct vec3 step_at(const struct net_window *window, int x, int y, int dx, int dy) {
-    const struct net_node *here = net_window_find(window, x, y);
-    const struct net_node *ahead = net_window_place(window, x + dx, y + dy);
-    const struct net_node *back = net_window_place(window, x - dx, y - dy);
-    if (ahead && back)
-        return vec3_scale(0.5, vec3_sub(ahead->r, back->r));
-    return ahead  ? vec3_sub(ahead->r, here->r)
-           : back ? vec3_sub(here->r, back->r)
-                  : vec3_make(0, 0, 0);
+    return net_step(net_window_place(window, x - dx, y - dy), net_window_find(window, x, y),
+                    net_window_place(window, x + dx, y + dy));
 }
 
 /* A node's yarns. */

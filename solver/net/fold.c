@@ -3,7 +3,7 @@
 
 #include "apart.h"
 
-enum { NEIGHBOURS = 3 };
+enum { NEIGHBOURS = 3, FRAMES = 256 };
 
 /* The places on a side of a patch, and the patches on one of a tile. */
 enum { PATCH_BITS = FOLD_PATCH_BITS, PATCH = 1 << PATCH_BITS, PATCHES = NET_TILE / PATCH };
@@ -23,7 +23,7 @@ static const double cells_reach = 2.1;
 /* The side of the cubes that space is hashed by, in spacings: about what a patch reaches over. */
 static const double cube_side = 6;
 
-/* The frame of a patch, as long as the net does not change. */
+/* The frame of a patch, as long as the net does not change there; then of FOLD_NONE. */
 struct framed {
     int32_t patch;
     struct apart_frame frame;
@@ -36,8 +36,8 @@ struct fold {
     const struct shell_cut *cut;
     double reach;
     struct fold_patches patches;
-    struct framed *frames; /* of patches that were asked for theirs */
-    size_t frame_count, frame_room;
+    struct framed *frames; /* FRAMES of the patches asked for theirs last; NULL: of none yet */
+    int32_t next_frame;
 };
 
 struct fold *fold_make(struct net *net, size_t count, const double spacing[2], const double turn[2],
@@ -76,12 +76,29 @@ static const struct fold_shape unknown_shape = {HUGE_VAL, 0};
 static const struct fold_box nothing = {{HUGE_VAL, HUGE_VAL, HUGE_VAL},
                                         {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
 
-void fold_change(struct fold *fold) {
-    fold->frame_count = 0;
+/* Whether the frame of a patch is known. */
+static bool has_frame(const struct fold *fold, int32_t number) {
+    int32_t at = fold->patches.patch[number].frame;
+    return at != FOLD_NONE && fold->frames[at].patch == number;
+}
+
+/* Frames are as the nodes of their patch and those beside them were: forgets those of the nodes
+ * from (i, j) to (i_last, j_last). */
+static void forget_frames(struct fold *fold, int32_t i, int32_t j, int32_t i_last, int32_t j_last) {
+    for (int32_t q = (j - 1) >> PATCH_BITS; fold->frames && q <= (j_last + 1) >> PATCH_BITS; q++)
+        for (int32_t p = (i - 1) >> PATCH_BITS; p <= (i_last + 1) >> PATCH_BITS; p++) {
+            int32_t number = *fold_patches_slot(&fold->patches, p, q);
+            if (number != FOLD_NONE && has_frame(fold, number))
+                fold->frames[fold->patches.patch[number].frame].patch = FOLD_NONE;
+        }
+}
+
+void fold_forget(struct fold *fold, int32_t i, int32_t j) {
+    forget_frames(fold, i, j, i, j);
 }
 
 enum status fold_add(struct fold *fold, int32_t i, int32_t j, struct vec3 r) {
-    fold_change(fold);
+    fold_forget(fold, i, j);
     struct net_tile *tile = net_touch(fold->net, i, j);
     struct fold_box box = nothing;
     stretch(&box, r, fold->reach);
@@ -171,7 +188,8 @@ static enum status add_patch(struct fold *fold, const struct net_tile *tile, int
 enum status fold_add_tile(struct fold *fold, const struct net_tile *tile, bool shaped) {
     enum status status = STATUS_OK;
     struct net_window window = net_window(fold->net, tile->ti, tile->tj);
-    fold_change(fold);
+    int32_t i = tile->ti * NET_TILE, j = tile->tj * NET_TILE;
+    forget_frames(fold, i, j, i + NET_TILE - 1, j + NET_TILE - 1);
     for (int at = 0; at < PATCHES * PATCHES && status == STATUS_OK; at++) {
         int x = at % PATCHES * PATCH, y = at / PATCHES * PATCH;
         status = add_patch(fold, tile, x, y, shaped ? find_shape(&window, x, y) : unknown_shape);
@@ -279,28 +297,22 @@ static int patch_row(const struct fold_patch *patch) {
     return (patch->pj & (PATCHES - 1)) * PATCH;
 }
 
-static bool has_frame(const struct fold *fold, int32_t number) {
-    int32_t at = fold->patches.patch[number].frame;
-    return at != FOLD_NONE && (size_t)at < fold->frame_count && fold->frames[at].patch == number;
-}
-
-/* The frame of a patch; NULL without memory. */
+/* The frame of a patch, in the place of the one made longest ago; NULL without memory. */
 static const struct apart_frame *frame_of(struct fold *fold, int32_t number) {
     struct fold_patch *patch = &fold->patches.patch[number];
     if (has_frame(fold, number))
         return &fold->frames[patch->frame].frame;
-    if (fold->frame_count == fold->frame_room) {
-        struct framed *frames = arena_enlarge(fold->net->arena, fold->frames, fold->frame_count,
-                                              sizeof *frames, &fold->frame_room);
-        if (!frames)
+    if (!fold->frames) {
+        fold->frames = arena_take(fold->net->arena, FRAMES, sizeof *fold->frames);
+        if (!fold->frames)
             return NULL;
-        fold->frames = frames;
     }
-    struct framed *framed = &fold->frames[fold->frame_count];
+    struct framed *framed = &fold->frames[fold->next_frame];
     struct net_window window = net_window(fold->net, patch->tile->ti, patch->tile->tj);
     apart_frame(&window, patch_column(patch), patch_row(patch), &framed->frame);
     framed->patch = number;
-    patch->frame = (int32_t)fold->frame_count++;
+    patch->frame = fold->next_frame;
+    fold->next_frame = (fold->next_frame + 1) % FRAMES;
     return &framed->frame;
 }
 
@@ -377,15 +389,9 @@ static const struct net_node *place_at(struct net *net, const struct target *at,
     return at->tile->bits[NET_BIT_PLACE][y] >> x & 1 ? &at->tile->node[y][x] : NULL;
 }
 
-/* The yarn's step there along (dx, dy); zero where none is known. */
 static struct vec3 yarn_step(struct net *net, const struct target *at, int dx, int dy) {
-    const struct net_node *here = &at->tile->node[at->y][at->x];
-    const struct net_node *ahead = place_at(net, at, dx, dy), *back = place_at(net, at, -dx, -dy);
-    if (ahead && back)
-        return vec3_scale(0.5, vec3_sub(ahead->r, back->r));
-    return ahead  ? vec3_sub(ahead->r, here->r)
-           : back ? vec3_sub(here->r, back->r)
-                  : vec3_make(0, 0, 0);
+    return net_step(place_at(net, at, -dx, -dy), &at->tile->node[at->y][at->x],
+                    place_at(net, at, dx, dy));
 }
 
 /* Whether `point` lies in the cells round a node: |x|, |y| < 1 in its yarns' own

@@ -37,8 +37,8 @@ enum status fold_add(struct fold *fold, int32_t i, int32_t j, struct vec3 r) STA
 enum status fold_add_tile(struct fold *fold, const struct net_tile *tile,
                           bool shaped) STATUS_MUST_USE;
 
-/* To be told when nodes have been taken out of the net since one was added. */
-void fold_change(struct fold *fold);
+/* To be told when the node (i, j) has been taken out of the net. */
+void fold_forget(struct fold *fold, int32_t i, int32_t j);
 
 /* The patches of a tile that has been added shaped with nodes that may lie on another part of the
  * net, as bits: of patch p in i and q in j that of p + 4 q. The others do not: what is near them is

@@ -157,6 +157,17 @@ static inline const struct net_node *net_place(struct net *net, int32_t i, int32
     return node && (node->state == NET_INSIDE || node->state == NET_GHOST) ? node : NULL;
 }
 
+/* The step of a yarn at a node, by the places before and after it, NULL where there is none; zero
+ * where there is neither. */
+static inline struct vec3 net_step(const struct net_node *back, const struct net_node *here,
+                                   const struct net_node *ahead) {
+    if (ahead && back)
+        return vec3_scale(0.5, vec3_sub(ahead->r, back->r));
+    return ahead  ? vec3_sub(ahead->r, here->r)
+           : back ? vec3_sub(here->r, back->r)
+                  : vec3_make(0, 0, 0);
+}
+
 /* A tile with those round it, NULL where there is none: its places by their position in it,
  * without looking tiles up again. */
 struct net_window {
