@@ -55,6 +55,10 @@ double study_nodes(const struct api_study *study, double coarseness);
 /* What such a net costs, in nodes of the method `gib`, each of which takes 1 to 2 us. */
 double study_cost(const struct api_study *study, double coarseness);
 
+/* What a quantity ranges over on this part, by which its differences are compared; for one without
+ * an end how large `value` is. */
+double study_range(const struct api_study *study, enum quantity_id id, double value);
+
 /* How far a row is from keeping the study's limits: the largest share of the quantity's range by
  * which one is missed, 0 where all are kept; infinite for a failure. */
 double study_violation(const struct api_study *study, const struct study_row *row);

@@ -20,6 +20,9 @@ enum { ROUNDS = 16, ANGLES_A_QUARTER = 3, PRE_SHEARS = 3, CHECKS = 8 };
 /* A net of more nodes than `nodes_fine` is searched on one of `nodes_coarse`. */
 static const double nodes_fine = 1800, nodes_coarse = 900;
 
+/* Variants that differ by less, as a share of `study_range`, are as good: 0.009 degrees. */
+static const double as_good = 1e-4;
+
 /* ---- what there is to search ---- */
 
 /* Warp and weft may change places where nothing tells them apart, and either may be reversed where
@@ -166,6 +169,24 @@ static enum api_problem_id no_memory(struct api_problem *problem) {
     return problem->id;
 }
 
+/* Whether all that was looked at, everywhere, keeps the limits and is as good: on a plane, or where
+ * no yarn is sheared. Then there is nothing to find. */
+static bool are_alike(const struct api_study *study, const struct study_row *rows, size_t count) {
+    bool alike = true;
+    for (size_t k = 0; k < count; k++)
+        alike = alike && !(study_violation(study, &rows[k]) > 0);
+    for (int id = 0; alike && id < QUANTITY_COUNT; id++) {
+        double least = HUGE_VAL, most = -HUGE_VAL;
+        for (size_t k = 0; k < count; k++) {
+            least = fmin(least, rows[k].quantity[id]);
+            most = fmax(most, rows[k].quantity[id]);
+        }
+        alike = !study->request.objective[id] ||
+                most - least <= as_good * study_range(study, (enum quantity_id)id, most);
+    }
+    return alike;
+}
+
 /* Of the nets that are coarser than the drape's. */
 static size_t checks_of(const struct optimise_shares *shares, size_t aims) {
     return shares->coarseness > 1 ? aims < CHECKS ? CHECKS / aims * aims : aims : 0;
@@ -219,7 +240,7 @@ enum api_problem_id optimise_plan(const struct api_study *study, const struct st
     search.progress = (double)count / (double)budget;
     size_t checks = checks_of(&shares, search.aim_count), wanted = 0;
     left = left > checks ? left - checks : 0;
-    if (round <= ROUNDS)
+    if (round <= ROUNDS && !are_alike(study, rows, count))
         wanted = (left + (size_t)(ROUNDS - round)) / (size_t)(ROUNDS - round + 1);
     struct study_variant *variants = arena_take(arena, wanted + checks, sizeof *variants);
     size_t found = 0;
@@ -230,5 +251,7 @@ enum api_problem_id optimise_plan(const struct api_study *study, const struct st
         found = choose_checks(&search, arena, variants);
     if (found == SIZE_MAX)
         return no_memory(problem);
+    if (found == 0)
+        plan->variants = count;
     return list_tasks(variants, found, round, study->shape.mesh != NULL, arena, plan, problem);
 }

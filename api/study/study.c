@@ -367,8 +367,7 @@ enum api_problem_id api_study_plan(const struct api_study *study,
 
 /* ---- limits ---- */
 
-/* What the quantity ranges over on this part, by which misses of limits are compared. */
-static double range_of(const struct api_study *study, enum quantity_id id, double limit) {
+double study_range(const struct api_study *study, enum quantity_id id, double value) {
     switch (id) {
     case QUANTITY_LOCKED_AREA:
     case QUANTITY_UNCOVERED_AREA:
@@ -376,7 +375,7 @@ static double range_of(const struct api_study *study, enum quantity_id id, doubl
         return study->shape.area;
     case QUANTITY_FRACTION_RANGE:
     case QUANTITY_K1_RATIO:
-        return fmax(fabs(limit), 1);
+        return fmax(fabs(value), 1);
     default:
         return quantities[id].most - quantities[id].least;
     }
@@ -386,8 +385,8 @@ double study_limit_excess(const struct api_study *study, const struct study_row 
                           enum quantity_id id, bool lower) {
     const struct study_limit *limit = &study->request.limit[id];
     double value = row->quantity[id];
-    return lower ? (limit->min - value) / range_of(study, id, limit->min)
-                 : (value - limit->max) / range_of(study, id, limit->max);
+    return lower ? (limit->min - value) / study_range(study, id, limit->min)
+                 : (value - limit->max) / study_range(study, id, limit->max);
 }
 
 double study_limit_violation(const struct api_study *study, const struct study_row *row,

@@ -61,6 +61,26 @@ static void test_optimise_goes_over_the_faces_of_a_shell(void **state) {
     studied_free(&f);
 }
 
+/* On a roof of two planes no yarn is sheared, wherever it starts: the search ends when it has
+ * looked everywhere. With something to find, here the waste, it has all of its budget. */
+static void test_optimise_ends_where_all_are_as_good(void **state) {
+    static const char *const more[] = {"", ",\"waste_area\""};
+    char rest[300];
+    (void)state;
+    for (int k = 0; k < 2; k++) {
+        snprintf(
+            rest, sizeof rest,
+            "\"vary\":{\"start\":{\"grid\":9},\"angle_deg\":{\"from\":0,\"to\":80,\"step\":10}},"
+            "\"search\":\"optimise\",\"budget\":60,\"objectives\":[\"max_shear_deg\"%s]",
+            more[k]);
+        struct studied f = studied_make(studied_roof, rest);
+        check_at_least(f.rows, k ? 55 : 25);
+        check_at_most(f.rows, k ? 60 : 30);
+        check_at_most(best_value(&f, QUANTITY_MAX_SHEAR), 1e-9);
+        studied_free(&f);
+    }
+}
+
 /* A bowl, as a face of a shell, without its middle, the square of 0.2 about the apex: no place that
  * is looked at lies in the hole, and the search ends at its edge, the nearest to the apex there is.
  */
@@ -183,6 +203,7 @@ int main(void) {
         cmocka_unit_test(test_optimise_beats_a_grid),
         cmocka_unit_test(test_optimise_finds_the_apex_of_a_bowl),
         cmocka_unit_test(test_optimise_goes_over_the_faces_of_a_shell),
+        cmocka_unit_test(test_optimise_ends_where_all_are_as_good),
         cmocka_unit_test(test_optimise_keeps_to_what_is_left_of_a_face),
         cmocka_unit_test(test_optimise_ends_in_a_pole),
         cmocka_unit_test(test_optimise_keeps_limits),
