@@ -236,8 +236,10 @@ static bool send_fields(struct study_chunk *chunk, const struct study_row *row) 
     const struct api_study *study = chunk->study;
     const struct sample_nominal *n = study->nominal;
     const struct drape_monitor monitor = {stays, chunk};
-    const struct map_target target = {
-        .vertices = n->middles, .vertex_count = n->count, .element_count = n->count};
+    const struct map_target target = {.vertices = n->middles,
+                                      .vertex_count = n->count,
+                                      .element_count = n->count,
+                                      .cloth = &study->request.drape};
     struct arena *arena = chunk->arena;
     double *values = arena_alloc(arena, sample_fields(study), sizeof *values);
     struct stored *stored = arena_alloc(arena, 1, sizeof *stored);

@@ -127,6 +127,28 @@ static void test_bands_hold_nine_tenths_of_fresh_samples(void **state) {
     bytes_free(&part);
 }
 
+/* Of two samples the bands end at the one and the other. In a rigid cavity each has the fibre
+ * fraction of its own shear, Vf = Vf0 t / (h cos gamma), here 0.5 0.01 / 0.012, not a mean of the
+ * cells about: as a map of its drape has. */
+static void test_bands_follow_the_shear_of_each_sample(void **state) {
+    struct bytes part = studied_saddle();
+    struct studied f = draw_samples(part.data, 2, 5);
+    const double radian = acos(-1) / 180, fraction = 0.5 * 0.01 / 0.012;
+    (void)state;
+    size_t cells = api_columns_rows(&f.columns, API_TABLE_BANDS);
+    check_at_least((double)cells, 100);
+    for (size_t c = 0; c < cells; c++) {
+        double low = cos(band_at(&f, "shear_deg_p05", c) * radian);
+        double high = cos(band_at(&f, "shear_deg_p95", c) * radian);
+        double least = fraction / fmax(low, high);
+        double most = fraction / fmin(low, high);
+        check_at_most(fabs(band_at(&f, "fiber_volume_fraction_p05", c) - least), 1e-14);
+        check_at_most(fabs(band_at(&f, "fiber_volume_fraction_p95", c) - most), 1e-14);
+    }
+    studied_free(&f);
+    bytes_free(&part);
+}
+
 static void test_samples_have_the_same_bits_from_any_tasks(void **state) {
     struct bytes part = studied_saddle();
     char rest[200];
@@ -141,6 +163,7 @@ int main(void) {
         cmocka_unit_test(test_samples_are_drawn_as_asked),
         cmocka_unit_test(test_bands_of_few_samples_are_wide_enough),
         cmocka_unit_test(test_bands_hold_nine_tenths_of_fresh_samples),
+        cmocka_unit_test(test_bands_follow_the_shear_of_each_sample),
         cmocka_unit_test(test_samples_have_the_same_bits_from_any_tasks),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
