@@ -11,6 +11,7 @@ blocks() {
     awk -v folder="$BATS_TEST_TMPDIR" '
         /^```/ && inside {inside = 0; next}
         /^```sh$/ {inside = 1; file = folder "/" ++n ".sh"; next}
+        /^```./ {inside = 1; file = "/dev/null"; next}
         /^```$/ {inside = 1; file = folder "/" n ".expected"; next}
         inside {print >file}' "$1"
 }
@@ -32,6 +33,10 @@ shows() {
     done
     [ ! -e "../$n.sh" ]
     cd "$project"
+}
+
+@test "docs: the question of studies.md has the answer that it shows" {
+    shows docs/studies.md 4
 }
 
 @test "docs: the worked example of fields.md gives what it shows" {
