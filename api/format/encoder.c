@@ -181,7 +181,7 @@ struct encoder *encoder_new(const struct format *format, const struct format_sou
     encoder->record = source->record;
     encoder->options = *options;
     encoder->options.fields = NULL;
-    strncpy(encoder->id, source->id ? source->id : "", API_ID_SIZE - 1);
+    strncpy(encoder->id, source->id ? source->id : "", sizeof encoder->id - 1);
     if ((source->fields ? open_map(encoder, source->fields, options->fields, problem)
                         : open_result(encoder, options->fields, problem)) &&
         (!format->begin || format->begin(encoder, problem)))

@@ -29,7 +29,7 @@ struct encoder {
     double queue_ms;
     struct format_record record;
     struct format_options options; /* of a map `table` is cells or plies; fields is not kept */
-    char id[API_ID_SIZE];
+    char id[FORMAT_ID_SIZE];
     struct api_columns columns; /* the header of a stored result */
     struct encoder_stored stored[API_COLUMNS_MAX];
     struct map_fields fields;                           /* of a map; its columns are `selected` */

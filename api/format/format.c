@@ -82,8 +82,9 @@ static bool set_table(struct format_options *options, const char *value,
             return true;
         }
     }
-    api_problem_set(problem, API_INVALID_REQUEST,
-                    "table must be nodes or cells, or cells or plies of a map");
+    api_problem_set(
+        problem, API_INVALID_REQUEST,
+        "table must be nodes or cells, of a map cells or plies, of a study variants or bands");
     return false;
 }
 

@@ -144,6 +144,10 @@ struct format_record {
     const char *program;  /* that writes the report, and its version */
 };
 
+/* Bytes of what a document says that it is of, with the 0: the id of a drape, or for one of a study
+ * STUDY/variants/K. */
+enum { FORMAT_ID_SIZE = API_ID_SIZE + 32 };
+
 /* What a document is made from; all of it outlives the encoder, but for `id`. */
 struct format_source {
     const char *id;                  /* of the drape; NULL: "" */

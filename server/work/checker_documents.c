@@ -10,6 +10,7 @@
 #include "server/clock.h"
 #include "server/config.h"
 #include "server/spool.h"
+#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -116,6 +117,14 @@ static enum api_problem_id drape_variant(const struct checker_task *task,
 
 /* ---- maps and samples ---- */
 
+/* The drape, or the variant of a study: so cases can be told apart. */
+static const char *subject_of(const struct checker_order *order, char id[FORMAT_ID_SIZE]) {
+    if (order->kind != CHECKER_SAMPLE && order->kind != CHECKER_SAMPLE_MAP)
+        return order->id;
+    (void)snprintf(id, FORMAT_ID_SIZE, "%s/variants/%" PRIu64, order->id, order->variant);
+    return id;
+}
+
 /* Of a drape, of a variant or of a laminate. */
 static enum api_problem_id fill_map(const struct checker_task *task, struct map_target *mesh,
                                     const struct drape_monitor *monitor, struct arena *arena,
@@ -142,6 +151,7 @@ void checker_task_map(struct checker_task *task, struct api_problem *problem) {
     const struct checker_order *order = &task->order;
     const struct drape_monitor monitor = {in_time, task};
     const struct format *format = format_named(FORMAT_MAP, order->format);
+    char id[FORMAT_ID_SIZE];
     struct format_options options = {0};
     struct map_target mesh;
     struct arena *arena = arena_new(order->limits.max_memory);
@@ -151,8 +161,8 @@ void checker_task_map(struct checker_task *task, struct api_problem *problem) {
              take_options(task, arena, &mesh, &options, problem) &&
              fill_map(task, &mesh, &monitor, arena, &map, problem) == API_OK)
         write_document(task, format,
-                       &(struct format_source){.id = order->id, .fields = &map.fields}, &options,
-                       problem);
+                       &(struct format_source){.id = subject_of(order, id), .fields = &map.fields},
+                       &options, problem);
     arena_free(arena);
 }
 
@@ -160,6 +170,7 @@ void checker_task_sample(struct checker_task *task, struct api_problem *problem)
     const struct checker_order *order = &task->order;
     const struct drape_monitor monitor = {in_time, task};
     const struct format *format = format_named(FORMAT_RESULT, order->format);
+    char id[FORMAT_ID_SIZE];
     struct format_options options = {0};
     struct map_target mesh; /* no option is for it */
     struct api_input input;
@@ -170,7 +181,8 @@ void checker_task_sample(struct checker_task *task, struct api_problem *problem)
     } else if (take_options(task, arena, &mesh, &options, problem) &&
                drape_variant(task, &monitor, arena, &input, &result, problem) == API_OK) {
         const struct api_reader reader = api_reader_of(&result);
-        write_document(task, format, &(struct format_source){.id = order->id, .reader = &reader},
+        write_document(task, format,
+                       &(struct format_source){.id = subject_of(order, id), .reader = &reader},
                        &options, problem);
     }
     arena_free(arena);

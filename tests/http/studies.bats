@@ -148,6 +148,7 @@ columns() {
     call GET "/v1/studies/$id/result?sample=0"
     expect 200
     [ "$(field '.nodes.x | length')" -gt 10 ]
+    [ "$(field .id)" = "$id/variants/0" ]
     call GET "/v1/studies/$id/result?sample=5"
     expect_problem 404 not-found
     call GET "/v1/studies/$id/result?sample=-1"
