@@ -24,10 +24,18 @@ submit_study() {
     id=$(field .id)
 }
 
+# wait_study ID STATUS: for as long as variants are done.
 wait_study() {
-    call GET "/v1/studies/$1?wait=40"
-    expect 200
-    [ "$(field .status)" = "$2" ] || { cat "$body"; return 1; }
+    local before=-1 now=0
+    while [ "$now" -gt "$before" ]; do
+        call GET "/v1/studies/$1?wait=40"
+        expect 200
+        [ "$(field .status)" != "$2" ] || return 0
+        before=$now
+        now=$(field .variants.done)
+    done
+    cat "$body"
+    return 1
 }
 
 begun() {
