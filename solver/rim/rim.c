@@ -3,6 +3,7 @@
 
 #include "gauge.h"
 #include "solver/angle.h"
+#include <string.h>
 
 /* Steps along an edge, in spacings: of first places; below which two smooth places need none in
  * the middle; and below which a place where something ends is not sought more closely. */
@@ -15,6 +16,10 @@ static const double cubic_miss = 4 * RIM_TOLERANCE;
 /* By how much the straight line may miss it near rough edges, where a parabola through all three
  * takes its place. */
 static const double parabola_miss = 20 * RIM_TOLERANCE;
+
+/* Or by how much the parabola through the places round it may, which over one step is off by an
+ * eighth of that; it has points enough for a step as bent as this. */
+static const double told_miss = 3 * RIM_TOLERANCE, most_bent = 40 * RIM_TOLERANCE;
 
 /* Points that a step is divided into, at the most. */
 enum { DIVISIONS = 64 };
@@ -337,12 +342,27 @@ static void emit_parabola(struct tracer *t, const struct stop *a, const struct s
     }
 }
 
-/* Whether the cubic from a to c passes the place in the middle. */
-static bool confirms(const struct stop *a, const struct stop *b, const struct stop *c) {
+static bool are_near(const double p[2], const double q[2], double miss) {
+    return fabs(p[0] - q[0]) < miss && fabs(p[1] - q[1]) < miss;
+}
+
+/* Whether the cubic from a to c passes the place in the middle or, near rough edges, whether that
+ * is where a parabola has `told` (or NULL) that it is. */
+static bool confirms(const struct stop *a, const struct stop *b, const struct stop *c,
+                     const double told[2]) {
     double pq[2];
-    double miss = a->smooth && b->smooth && c->smooth ? cubic_miss : parabola_miss;
+    bool smooth = a->smooth && b->smooth && c->smooth;
     cubic(a, c, 0.5, pq);
-    return fabs(pq[0] - b->pq[0]) < miss && fabs(pq[1] - b->pq[1]) < miss;
+    return are_near(pq, b->pq, smooth ? cubic_miss : parabola_miss) ||
+           (!smooth && told && are_near(told, b->pq, told_miss) && are_near(pq, b->pq, most_bent));
+}
+
+/* The place a quarter of the way from a to c on the parabola through these and b in their middle.
+ */
+static void quarter(const struct stop *a, const struct stop *b, const struct stop *c,
+                    double pq[2]) {
+    for (int k = 0; k < 2; k++)
+        pq[k] = (3 * a->pq[k] + 6 * b->pq[k] - c->pq[k]) / 8;
 }
 
 /* Whether the net's coordinates jump from a to b: the cloth is not known between them. */
@@ -352,20 +372,25 @@ static bool jumps(const struct tracer *t, const struct stop *a, const struct sto
     return sqrt(p * p + q * q) > jump + jump_steepness * way;
 }
 
-/* The points of a step but its last, halved until its cubics hold. */
-static void refine(struct tracer *t, const struct stop *a, const struct stop *c) {
+/* The points of a step but its last, halved until its cubics hold; `told`: the place in its middle
+ * on the parabola through its ends and another place, or NULL. */
+static void refine(struct tracer *t, const struct stop *a, const struct stop *c,
+                   const double told[2]) {
     struct stop middle = {.t = (a->t + c->t) / 2};
-    double length = vec3_distance(a->spot.r, c->spot.r) / t->spacing, expected[2];
+    double length = vec3_distance(a->spot.r, c->spot.r) / t->spacing, expected[2], near_a[2],
+           near_c[2];
     bool both = a->covered && c->covered, none = !a->covered && !c->covered;
     if (both && a->smooth && c->smooth && length < short_step && !jumps(t, a, c)) {
         emit(t, a, c);
         return;
     }
     cubic(a, c, 0.5, expected);
+    if (told && !(a->smooth && c->smooth))
+        memcpy(expected, told, sizeof expected);
     spot_at(t, middle.t, &middle.spot);
     find_stop(t, both ? expected : a->covered ? a->pq : c->pq, a->covered || c->covered, &middle);
     double halves = vec3_distance(a->spot.r, middle.spot.r) / t->spacing;
-    bool settled = both ? middle.covered && confirms(a, &middle, c) : none && !middle.covered;
+    bool settled = both ? middle.covered && confirms(a, &middle, c, told) : none && !middle.covered;
     if (settled && both && !(a->smooth && middle.smooth && c->smooth)) {
         emit_parabola(t, a, &middle, c);
         return;
@@ -380,8 +405,11 @@ static void refine(struct tracer *t, const struct stop *a, const struct stop *c)
         emit(t, &middle, c);
         return;
     }
-    refine(t, a, &middle);
-    refine(t, &middle, c);
+    bool parabola = both && middle.covered;
+    quarter(a, &middle, c, near_a);
+    quarter(c, &middle, a, near_c);
+    refine(t, a, &middle, parabola ? near_a : NULL);
+    refine(t, &middle, c, parabola ? near_c : NULL);
 }
 
 /* ---- pieces and loops ---- */
@@ -420,7 +448,7 @@ static void follow_piece(struct tracer *t, struct stop *last) {
     }
     while (last->t < 1) {
         advance(t, last, &next);
-        refine(t, last, &next);
+        refine(t, last, &next, NULL);
         *last = next;
     }
 }
