@@ -8,9 +8,11 @@
 /* Bins of the absolute shear: a hundredth of a degree or so. */
 enum { BINS = DRAPE_SHEAR_BINS };
 
-/* Areas by their shear: `change[b]` is by how much the density changes at bin b. */
+/* Areas by their shear: `change[b]` is by how much the density changes at bin b. From bin `end` on
+ * there is none. */
 struct spread {
     double change[BINS + 2];
+    int end;
     double area, moment; /* in all, and times the shear */
 };
 
@@ -27,6 +29,7 @@ static void spread_area(struct spread *s, double area, double low, double high, 
     double each = area / (to - from);
     s->change[from] += each;
     s->change[to] -= each;
+    s->end = to > s->end ? to : s->end;
     s->area += area;
     s->moment += area * mean;
 }
@@ -34,7 +37,7 @@ static void spread_area(struct spread *s, double area, double low, double high, 
 /* The shear that a share of the area has less than. */
 static double quantile(const struct spread *s, double share) {
     double density = 0, sum = 0, wanted = share * s->area;
-    for (int bin = 0; bin < BINS; bin++) {
+    for (int bin = 0; bin < s->end; bin++) {
         density += s->change[bin];
         if (sum + density >= wanted && density > 0)
             return fmin((bin + (wanted - sum) / density) * bin_width, 90);
@@ -315,7 +318,9 @@ static void find_box(const struct rim *rim, const struct drape_result *result,
 static void fill_gauge(const struct gathering *g, struct drape_gauge *gauge) {
     const double *d = g->march->settings->spacing;
     double density = 0;
-    for (int bin = 0; bin < BINS; bin++) {
+    for (int bin = 0; bin < BINS; bin++)
+        gauge->area[bin] = 0;
+    for (int bin = 0; bin < g->spread->end; bin++) {
         density += g->spread->change[bin];
         gauge->area[bin] = density > 0 ? density * d[0] * d[1] : 0;
     }
