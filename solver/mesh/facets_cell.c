@@ -19,7 +19,7 @@ INLINE sides select(sides_mask choose, sides a, sides b) {
 
 /* That of the next side. */
 INLINE sides next(sides a) {
-    return __builtin_shuffle(a, (sides_mask){1, 2, 3, 0});
+    return __builtin_shufflevector(a, a, 1, 2, 3, 0);
 }
 
 INLINE struct sides3 next3(struct sides3 a) {

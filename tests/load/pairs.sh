@@ -23,7 +23,7 @@ start() {
         [[ $known != *" $flag "* ]] || flags+=("$flag" 1000000)
     done
     [ -z "${daemon[$name]:-}" ] || { kill "${daemon[$name]}"; wait "${daemon[$name]}" || true; }
-    rm -rf "$work/$name"
+    rm -rf "$work/$name" "$work/$name.out"
     "$build/draped" --listen 127.0.0.1:0 --data "$work/$name" --queue-limit 10000000 \
         --log-level warning "${flags[@]}" "$@" >"$work/$name.out" 2>>"$work/log" &
     daemon[$name]=$!
