@@ -166,17 +166,22 @@ static enum status make_cut(struct march *march, const struct mesh *mesh, double
 
 /* A closed direction of one face is cut opposite the start; one that the trims leave bare somewhere
  * is cut there, where the cut parts nothing. */
-static void place_cuts(struct march *march) {
+static enum status place_cuts(struct march *march) {
     const struct surface *surface = march->surface;
     const struct trim *trim = march->settings->trim;
     for (int k = 0; k < 2; k++) {
         double half = station_cut_turn(surface, k), start = march->start.station.uv[k], bare;
+        bool found = false;
         march->cut_centre[k] = start;
-        if (!trim || half == HUGE_VAL || !trim_bare_line(trim, surface, k, march->arena, &bare))
+        if (trim && half < HUGE_VAL &&
+            trim_bare_line(trim, surface, k, march->arena, &found, &bare) != STATUS_OK)
+            return STATUS_OUT_OF_MEMORY;
+        if (!found)
             continue;
         double cut = surface_axis_inner(&surface->axis[k], bare);
         march->cut_centre[k] = cut + half * (2 * floor((start - cut) / (2 * half)) + 1);
     }
+    return STATUS_OK;
 }
 
 static enum status open_tube(struct march *march) {
@@ -200,8 +205,5 @@ static enum status open_tube(struct march *march) {
 }
 
 enum status march_open(struct march *march) {
-    if (march->surface->shell)
-        return open_tube(march);
-    place_cuts(march);
-    return STATUS_OK;
+    return march->surface->shell ? open_tube(march) : place_cuts(march);
 }

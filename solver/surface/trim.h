@@ -57,10 +57,10 @@ double trim_area(const struct trim *trim, struct vec3 *centroid);
 void trim_middle(const struct trim *trim, double uv[2]);
 
 /* The middle of the widest strip across direction k, round which the surface closes, that has
- * nothing of the region; false when of 64 lines none is bare. Errors: none; without memory in
- * `scratch` no line is found. */
-bool trim_bare_line(const struct trim *trim, const struct surface *surface, int k,
-                    struct arena *scratch, double *at);
+ * nothing of the region; `found` is false when of 64 lines none is bare. Errors:
+ * STATUS_OUT_OF_MEMORY, in `scratch`. */
+enum status trim_bare_line(const struct trim *trim, const struct surface *surface, int k,
+                           struct arena *scratch, bool *found, double *at) STATUS_MUST_USE;
 
 /* The loops, as they were given, each a polyline in (u, v) that is closed by its last point;
  * returns how many points it has. */

@@ -44,8 +44,8 @@ static bool is_bare(const struct trim *trim, int k, double x, const double *acro
     return true;
 }
 
-bool trim_bare_line(const struct trim *trim, const struct surface *surface, int k,
-                    struct arena *scratch, double *at) {
+enum status trim_bare_line(const struct trim *trim, const struct surface *surface, int k,
+                           struct arena *scratch, bool *found, double *at) {
     const struct surface_axis *axis = &surface->axis[k];
     double length = axis->outer[1] - axis->outer[0];
     size_t room = 2;
@@ -56,7 +56,7 @@ bool trim_bare_line(const struct trim *trim, const struct surface *surface, int 
     }
     double *across = arena_alloc(scratch, room, sizeof *across);
     if (!across)
-        return false;
+        return STATUS_OUT_OF_MEMORY;
     for (int n = 0; n < LINES; n++) {
         double x = axis->outer[0] + (n + 0.5) / LINES * length;
         size_t count = find_crossings(trim, &surface->axis[1 - k], k, x, across);
@@ -71,5 +71,6 @@ bool trim_bare_line(const struct trim *trim, const struct surface *surface, int 
         }
     }
     *at = axis->outer[0] + ((last - widest / 2) % LINES + 0.5) / LINES * length;
-    return widest > 0;
+    *found = widest > 0;
+    return STATUS_OK;
 }
