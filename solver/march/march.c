@@ -36,13 +36,25 @@ bool march_parameters(const struct march *march, const struct station *station, 
     return inside;
 }
 
+/* Whether a place is outside of the trimmed region; what is next to its edge is on it, as at the
+ * domain's own. */
 static bool trimmed_away(const struct march *march, const struct station *station) {
-    double uv[2];
     const struct trim *trim = march->settings->trim;
+    double uv[2];
     if (!trim)
         return false;
     (void)march_parameters(march, station, uv);
-    return !trim_contains(trim, uv);
+    bool away = !trim_contains(trim, uv);
+    for (int k = 0; k < 4 && away && !march->mesh; k++) {
+        double beside[2];
+        for (int axis = 0; axis < 2; axis++) {
+            const double *outer = march->surface->axis[axis].outer;
+            double by = STATION_BOUNDARY_WIDTH * (outer[1] - outer[0]);
+            beside[axis] = fmin(fmax(uv[axis] + (k >> axis & 1 ? by : -by), outer[0]), outer[1]);
+        }
+        away = !trim_contains(trim, beside);
+    }
+    return away;
 }
 
 /* Whether a point is outside the box round a shell. */

@@ -183,6 +183,79 @@ static bool leave_duplicate_out(struct join *join, int32_t edge, const struct ma
     return false;
 }
 
+/* Whether two edges that coincide are the sides of one face that is no wider there than the
+ * tolerance: each has it on the side of the other, and what lies between them is as near. */
+static bool is_thin_between(const struct shell *shell, int32_t first, int32_t second) {
+    const struct face_edge *edges[2] = {&shell->edges[first], &shell->edges[second]};
+    struct curve_place place[2];
+    struct surface_cursor cursor = {0, 0};
+    struct surface_jet jet;
+    double way[2], middle[2];
+    if (face_of(shell, first) != face_of(shell, second))
+        return false;
+    curve_at(shell, &shell->curves[edges[0]->curve], (edges[0]->t[0] + edges[0]->t[1]) / 2,
+             &place[0]);
+    (void)curve_nearest(shell, &shell->curves[edges[1]->curve], place[0].r,
+                        (edges[1]->t[0] + edges[1]->t[1]) / 2, edges[1]->t, &place[1]);
+    for (int k = 0; k < 2; k++) {
+        way[k] = place[1].uv[k] - place[0].uv[k];
+        middle[k] = (place[0].uv[k] + place[1].uv[k]) / 2;
+    }
+    for (int k = 0; k < 2; k++) {
+        double left = place[k].rate[0] * way[1] - place[k].rate[1] * way[0];
+        if (!(edges[k]->inside * (k ? -left : left) > 0))
+            return false;
+    }
+    surface_jet_at(&shell->faces[face_of(shell, first)].surface, &cursor, middle[0], middle[1],
+                   &jet);
+    return vec3_distance(jet.r, place[0].r) <= shell->tolerance;
+}
+
+static void forget_mate(struct mates *mates, int k) {
+    mates->count--;
+    mates->found[k] = mates->found[mates->count];
+    mates->reversed[k] = mates->reversed[mates->count];
+    mates->gap[k] = mates->gap[mates->count];
+}
+
+/* Where a face is no wider than the tolerance the edges of its neighbours coincide, too: they are
+ * joined to each other, and both sides of the sliver are no boundary any more. Neighbours further
+ * apart are joined to the nearer side of it. Whether there was such a face. */
+static bool leave_sliver_out(struct shell *shell, int32_t edge, struct mates *mates) {
+    for (int a = -1; a < mates->count; a++)
+        for (int b = a + 1; b < mates->count; b++) {
+            int32_t first = a < 0 ? edge : mates->found[a], second = mates->found[b];
+            if (!is_thin_between(shell, first, second))
+                continue;
+            if (a >= 0 && mates->count == 2) {
+                forget_mate(mates, mates->gap[a] > mates->gap[b] ? a : b);
+            } else if (a >= 0) {
+                take_out(shell, &shell->edges[first]);
+                take_out(shell, &shell->edges[second]);
+                forget_mate(mates, b);
+                forget_mate(mates, a);
+            } else {
+                int32_t other = shell->edges[second].mate;
+                forget_mate(mates, b);
+                for (int k = mates->count - 1; k >= 0; k--)
+                    if (mates->found[k] == other)
+                        forget_mate(mates, k);
+            }
+            return true;
+        }
+    for (int k = -1; k < mates->count; k++) {
+        struct face_edge *side = &shell->edges[k < 0 ? edge : mates->found[k]];
+        if (!join_is_sliver(shell, side, 0.5, shell->tolerance))
+            continue;
+        take_out(shell, side);
+        mates->count = k < 0 ? 0 : mates->count;
+        if (k >= 0)
+            forget_mate(mates, k);
+        return true;
+    }
+    return false;
+}
+
 /* Whether more than two faces meet at an edge, or two that turn back on each other there. */
 static bool lie_on_each_other(const struct shell *shell, const struct face_edge *edge,
                               const struct mates *mates) {
@@ -243,6 +316,8 @@ static enum status join_edges(struct join *join, struct shell_fault *fault) {
         while (lie_on_each_other(shell, edge, &mates) && !edge->bare &&
                leave_duplicate_out(join, (int32_t)e, &mates))
             find_mates(join, edge, &mates);
+        while (mates.count > 1 && !edge->bare && leave_sliver_out(shell, (int32_t)e, &mates))
+            ;
         if (edge->bare)
             continue;
         if (mates.count > 1 && !shell->apart)

@@ -66,4 +66,9 @@ void join_cut_curves(struct join *join);
 /* The edges of all curves, between cuts further apart than the tolerance. */
 enum status join_make_edges(struct join *join);
 
+/* Whether a face is no wider than `width` beside an edge, at a share of it. Slivers of half the
+ * tolerance have no boundary: their neighbours meet as over a gap. */
+bool join_is_sliver(const struct shell *shell, const struct face_edge *edge, double share,
+                    double width);
+
 #endif

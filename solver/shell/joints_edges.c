@@ -118,6 +118,9 @@ void join_cut_curves(struct join *join) {
         cut_at(join, points[0].r);
         cut_at(join, points[curve->count - 1].r);
     }
+    /* A sliver may be between a curve and the one that is cut. */
+    for (size_t k = 0, count = join->cut_count; k < count && !join->failed; k++)
+        cut_at(join, join->cuts[k].r);
 }
 
 static int compare_cuts(const void *a, const void *b) {
@@ -132,13 +135,16 @@ static bool free_of(const struct face *face, const double uv[2], const double st
     return !face_contains(face, at);
 }
 
-/* On which side of an edge its face lies, looked at a third of its way; 0 on both or neither. */
+/* Where on its way an edge is looked at. */
+static const double looked_at = 0.38;
+
+/* On which side of an edge its face lies; 0 on both or neither. */
 static int8_t side_of(const struct shell *shell, const struct face_edge *edge) {
     const struct face_curve *curve = &shell->curves[edge->curve];
     const struct face *face = &shell->faces[curve->face];
     struct curve_place place;
     double length[2], rate[2];
-    curve_at(shell, curve, edge->t[0] + 0.38 * (edge->t[1] - edge->t[0]), &place);
+    curve_at(shell, curve, edge->t[0] + looked_at * (edge->t[1] - edge->t[0]), &place);
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &face->surface.axis[k];
         length[k] = surface_axis_upper(axis) - surface_axis_lower(axis);
@@ -156,6 +162,19 @@ static int8_t side_of(const struct shell *shell, const struct face_edge *edge) {
     return 0;
 }
 
+bool join_is_sliver(const struct shell *shell, const struct face_edge *edge, double share,
+                    double width) {
+    const struct face_curve *curve = &shell->curves[edge->curve];
+    struct curve_place place;
+    curve_at(shell, curve, edge->t[0] + share * (edge->t[1] - edge->t[0]), &place);
+    struct vec3 u = place.jet.u, v = place.jet.v, normal = vec3_cross(u, v);
+    struct vec3 inward = vec3_unit(vec3_scale(edge->inside, vec3_cross(normal, place.tangent)));
+    double step = width / vec3_norm2(normal);
+    const double across[2] = {step * vec3_dot(vec3_cross(inward, v), normal),
+                              step * vec3_dot(vec3_cross(u, inward), normal)};
+    return free_of(&shell->faces[curve->face], place.uv, across);
+}
+
 /* Whether all of an edge is one point within the tolerance. */
 static bool is_point(const struct shell *shell, const struct face_edge *edge) {
     for (int k = 1; k <= JOIN_SAMPLES; k++) {
@@ -168,12 +187,13 @@ static bool is_point(const struct shell *shell, const struct face_edge *edge) {
     return vec3_distance(edge->end[1], edge->end[0]) <= 2 * shell->tolerance;
 }
 
-/* How far a curve goes from one of two cuts on its way to the other, at a few places: a piece that
- * ends where it begins may go round a face in between, or be a pole. */
+/* How far a curve goes from one of two cuts on its way to the other, at a few places, or the first
+ * distance beyond the tolerance: a piece that ends where it begins may go round a face in between,
+ * or be a pole. */
 static double reach_between(const struct shell *shell, const struct join_cut *from,
                             const struct join_cut *to) {
     double reach = vec3_distance(from->r, to->r);
-    for (int k = 1; k <= JOIN_SAMPLES; k++) {
+    for (int k = 1; k <= JOIN_SAMPLES && reach <= shell->tolerance; k++) {
         struct curve_place place;
         curve_at(shell, &shell->curves[from->curve],
                  from->t + (to->t - from->t) * k / (JOIN_SAMPLES + 1), &place);

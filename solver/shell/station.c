@@ -4,10 +4,6 @@
 #include "crossing.h"
 #include "shell.h"
 
-/* A node this close outside the domain, as a share of the domain and of the surface's size, is on
- * its boundary. */
-static const double boundary_width = 1e-9;
-
 /* The continuation is trusted while its metric is within this factor of the boundary's, its normal
  * has turned less than 60 degrees, and it is not further than this share of the surface's size. */
 static const double metric_factor = 4;
@@ -289,9 +285,9 @@ static enum station_zone zone_round(const struct surface *surface, int k, double
     if (!surface->axis[k].closed)
         return STATION_INSIDE;
     double turns = fabs(to - from) / station_cut_turn(surface, k);
-    return turns <= 1 + boundary_width ? STATION_INSIDE
-           : turns <= 2                ? STATION_GHOST
-                                       : STATION_BEYOND;
+    return turns <= 1 + STATION_BOUNDARY_WIDTH ? STATION_INSIDE
+           : turns <= 2                        ? STATION_GHOST
+                                               : STATION_BEYOND;
 }
 
 /* On a face of a shell: inside as far as the face or a joint of it reaches. */
@@ -304,7 +300,7 @@ static enum station_zone zone_on_face(struct surface_cursor *cursor,
     crossing_find(station, NULL, &crossing);
     if (crossing.kind == CROSSING_NONE ||
         (crossing.kind == CROSSING_JOINT && !crossing.at_corner) ||
-        crossing.distance <= boundary_width * shell_size(surface->shell) +
+        crossing.distance <= STATION_BOUNDARY_WIDTH * shell_size(surface->shell) +
                                  2 * shell_edges(surface->shell).largest_gap)
         return STATION_INSIDE;
     for (int k = 0; k < 2; k++) {
@@ -333,9 +329,9 @@ enum station_zone station_zone(const struct surface *surface, struct surface_cur
             continue;
         edge[k] = x < low ? low : high;
         double by = fabs(edge[k] - x), speed2 = station->first[2 * k];
-        outside =
-            outside || by > boundary_width * (high - low) ||
-            by * by * speed2 > boundary_width * boundary_width * surface->size * surface->size;
+        outside = outside || by > STATION_BOUNDARY_WIDTH * (high - low) ||
+                  by * by * speed2 > STATION_BOUNDARY_WIDTH * STATION_BOUNDARY_WIDTH *
+                                         surface->size * surface->size;
     }
     *reason = DRAPE_REASON_BOUNDARY;
     if (outside)

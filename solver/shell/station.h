@@ -64,6 +64,10 @@ static inline bool station_near_pole(const struct surface *surface, struct vec3 
  * that much in its parameter; HUGE_VAL for other directions. */
 double station_cut_turn(const struct surface *surface, int k);
 
+/* A node this close outside the domain, as a share of the domain and of the surface's size, is on
+ * its boundary. */
+#define STATION_BOUNDARY_WIDTH 1e-9
+
 /* The zone of a station and, unless it is inside, why the net ends there. Round a closed
  * direction that no pole closes, the net ends half a period from `centre` on either side, where it
  * would meet itself. */
