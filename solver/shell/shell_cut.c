@@ -9,6 +9,10 @@
  * over their chords, and folds hardly more. */
 static const double nearness = 0.5;
 
+/* A piece of a line shorter than this share of the ways, such as rounding leaves between faces, has
+ * no direction. */
+static const double least_ribbon = 1e-6;
+
 /* Ribbons that tell which way a line leaves the shell. */
 enum { RIBBONS_AT_END = 4 };
 
@@ -27,7 +31,7 @@ struct shell_cut {
     double reach; /* points further from all lines are on no side */
 };
 
-/* The left of a piece between two places, by the normals there; zero for one without length. */
+/* The left of a piece between two places, by the normals there. */
 static struct vec3 left_of(struct vec3 from, struct vec3 to, struct vec3 normal) {
     return vec3_unit(vec3_cross(normal, vec3_sub(to, from)));
 }
@@ -35,7 +39,7 @@ static struct vec3 left_of(struct vec3 from, struct vec3 to, struct vec3 normal)
 static void add_ribbon(struct shell_cut *cut, struct vec3 from, struct vec3 to,
                        struct vec3 normal) {
     struct vec3 left = left_of(from, to, normal);
-    if (vec3_norm2(left) > 0)
+    if (vec3_distance(from, to) > least_ribbon * cut->reach)
         cut->ribbons[cut->count++] = (struct ribbon){from, to, {left, left}};
 }
 

@@ -241,6 +241,13 @@ static void test_exact_shell_of_a_tube_is_cut_open_opposite_the_start(void **sta
     assert_int_equal(bad, 0);
 }
 
+/* The cut passes a joint where rounding leaves a piece of it that has no direction, and a yarn
+ * passes the cut there. */
+static void test_exact_shell_of_a_tube_is_cut_open_over_joints(void **state) {
+    (void)state;
+    assert_true(tube_is_same(SCENE_CYLINDER_FULL, CUT_ISOLINES, DRAPE_GIB, 36));
+}
+
 static void check_bits(const struct drape_nodes *a, const struct drape_nodes *b) {
     const double *columns[][2] = {{a->u, b->u}, {a->v, b->v}, {a->x, b->x},
                                   {a->y, b->y}, {a->z, b->z}, {a->shear_deg, b->shear_deg}};
@@ -326,6 +333,7 @@ int main(void) {
         cmocka_unit_test(test_exact_shell_at_vertices_and_seams),
         cmocka_unit_test(test_exact_shell_runs_over_a_hole),
         cmocka_unit_test(test_exact_shell_of_a_tube_is_cut_open_opposite_the_start),
+        cmocka_unit_test(test_exact_shell_of_a_tube_is_cut_open_over_joints),
         cmocka_unit_test(test_exact_shell_has_same_bits_with_threads),
         cmocka_unit_test(test_exact_shell_survives_failing_allocations),
         cmocka_unit_test(test_exact_shell_with_gaps_is_nearly_the_whole),
