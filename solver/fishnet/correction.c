@@ -79,9 +79,12 @@ bool correction_find(const struct net_view *before, int32_t i, int32_t j, int di
 
 bool correction_chord(const struct correction *correction, double *chord) {
     double d = correction->d;
-    struct vec3 sum = vec3_add(correction->bend[0], correction->bend[1]);
-    double q = vec3_norm2(sum) / (4 * d * d);
-    double share = correction_share(q);
+    const struct vec3 *bend = correction->bend;
+    struct vec3 mean = vec3_scale(0.5, vec3_add(bend[0], bend[1]));
+    struct vec3 change = vec3_sub(bend[1], bend[0]);
+    double m2 = vec3_norm2(mean);
+    double across = correction_across(m2, vec3_dot(mean, change), vec3_norm2(change));
+    double share = correction_share(m2 / (d * d), across / (d * d));
     *chord = d * sqrt(share);
     return share > CORRECTION_SHORTEST;
 }
@@ -98,7 +101,7 @@ double correction_sideways(const struct correction *correction, const struct sta
 double correction_fitted(const struct correction *correction, const struct station *to,
                          double chord, double told) {
     double d = correction->d, net = fabs(station_gauss_curvature(to)) * d * d;
-    double apart = (CORRECTION_APART + CORRECTION_APART_SHARE * net) * d;
+    double apart = correction_apart(net) * d;
     double beyond = fabs(chord - told) / apart - 1;
     return beyond > 0 ? chord + fmin(beyond, 1) * (told - chord) : chord;
 }

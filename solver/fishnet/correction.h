@@ -5,10 +5,11 @@
  * a net drape before is their whole curvature vector times d^2. With q the square of the mean of D2
  * at the two ends of an edge over d^2, its chord is
  *
- *     d sqrt(1 - q / 12 - 23 q^2 / 720 - 0.02042 q^3),
+ *     d sqrt(1 - q / 12 - p (23 / 720 + 0.001786 q)),
  *
- * right to d^4 relative to its length; the terms after the first are those of a circle, on which
- * the chord is right to d^8.
+ * where p is the square of the part across that mean of D2's change over the edge, over d^2: what
+ * curvature and torsion turn it. That is right to d^4 relative to its length; on a helix to d^6, on
+ * a circle to d^8. What is left is that curvature changes unevenly.
  *
  * Across a rough edge (`rough.h`) no difference is taken, and at a node where the curvature jumps
  * none holds along the normal: it then is not what the surface's curvature says. Near such places,
@@ -40,8 +41,11 @@ static inline struct vec3 correction_bend(struct vec3 p, struct vec3 q, struct v
 }
 
 /* The square of the chord above over that of d, also of lanes of them; below the shortest it is no
- * yarn of this spacing but a crease. */
-#define correction_share(q) (1 - (q) * (1.0 / 12 + (q) * (23.0 / 720 + (q)*0.0204200)))
+ * yarn of this spacing but a crease. And p d^2, with M the mean of D2 and D3 its change over the
+ * edge, from |M|^2, M . D3 and |D3|^2. */
+#define correction_share(q, p) (1 - (q) * (1.0 / 12) - (p) * (23.0 / 720 + (q)*0.001786))
+#define correction_across(m2, m3, third2) ((third2) - (m3) * (m3) / ((m2) + CORRECTION_STRAIGHT))
+#define CORRECTION_STRAIGHT 1e-300
 #define CORRECTION_SHORTEST 0.5
 
 /* The chord by a correction that is whole. False where that is no yarn of this length. */
@@ -55,25 +59,31 @@ double correction_sideways(const struct correction *correction, const struct sta
  * more than its own ends do (`rough_edge`): the chord of a whole correction may differ by this
  * share of d from the one that they tell, and by so much of |K| d^2, which they do not know better.
  */
-#define CORRECTION_APART 2e-6
+#define CORRECTION_APART 1e-6
 #define CORRECTION_APART_SHARE (1.0 / 24)
+#define correction_apart(net) (CORRECTION_APART + CORRECTION_APART_SHARE * (net))
 
 /* The chord of an edge to `to` by a correction, as far as it fits: from there on less and less, and
  * from twice that on the one told. */
 double correction_fitted(const struct correction *correction, const struct station *to,
                          double chord, double told);
 
-/* D2 may miss the curvature by this share of it, and of d. */
+/* D2 may miss the curvature by this share of it, and of d; and by no more than makes the chord
+ * wrong by what it may differ from the one told: it is by |k| d / 24 of what both ends miss in the
+ * mean. Beside a joint D2 takes in what lies beyond it. */
 #define CORRECTION_SHARE 0.1
 #define CORRECTION_LEAST 2e-3
+#define CORRECTION_PRODUCT 24.0
 
 /* Whether D2 at the near end (0) or the far one agrees with the normal curvature there, where there
  * is one: not at a pole. */
 static inline bool correction_agrees(const struct correction *correction, int end,
                                      const struct station *station, double curvature) {
-    double d = correction->d, expected = curvature * d * d;
-    double miss = fabs(vec3_dot(correction->bend[end], station->normal) - expected);
-    return miss <= CORRECTION_SHARE * fabs(expected) + CORRECTION_LEAST * d ||
+    double d = correction->d, expected = fabs(curvature) * d * d;
+    double net = fabs(station_gauss_curvature(station)) * d * d;
+    double miss = fabs(vec3_dot(correction->bend[end], station->normal) - curvature * d * d);
+    return (miss <= CORRECTION_SHARE * expected + CORRECTION_LEAST * d &&
+            miss * expected <= CORRECTION_PRODUCT * correction_apart(net) * d * d) ||
            station_at_pole(station->surface, station);
 }
 

@@ -221,7 +221,7 @@ static void hand_over(struct quadrant *q, int from, int first, int lanes, int32_
         if (k < first)
             continue;
         struct station below;
-        wave_get_plane(wave_at(wave, 2), k, &below);
+        wave_get_forms(wave_at(wave, 2), k, &below);
         for (row->edge.count = 0; row->edge.count < WAVE_ORDERS; row->edge.count++) {
             double(*of)[WAVE_LANES] = wave->difference[row->edge.count];
             if (isnan(of[0][k]))
@@ -342,8 +342,8 @@ static void correct(struct quadrant *q, int32_t j, int k) {
     double uv[2];
     a.uv[0] = back2->of[0][k];
     a.uv[1] = back2->of[1][k];
-    wave_get_plane(back1, k + 1, &b);
-    wave_get_plane(back1, k, &c);
+    wave_get_forms(back1, k + 1, &b);
+    wave_get_forms(back1, k, &c);
     net_view_move(&march->before, cell.i, cell.j);
     bool guessed = march_guess_from_before(march, &cell, uv);
     march_find_corrections(march, &cell, &corrections);

@@ -33,16 +33,19 @@ void wave_get(const struct wave_places *places, int slot, struct station *statio
     memcpy(station->second, numbers.second, sizeof numbers.second);
 }
 
-void wave_get_plane(const struct wave_places *places, int slot, struct station *station) {
+void wave_get_forms(const struct wave_places *places, int slot, struct station *station) {
     enum {
         NORMAL = offsetof(struct wave_station, normal) / sizeof(double),
-        FIRST = offsetof(struct wave_station, first) / sizeof(double)
+        FIRST = offsetof(struct wave_station, first) / sizeof(double),
+        SECOND = offsetof(struct wave_station, second) / sizeof(double)
     };
     const double(*of)[WAVE_STRIDE] = places->of;
     station->surface = places->surface[slot];
     station->normal = vec3_make(of[NORMAL][slot], of[NORMAL + 1][slot], of[NORMAL + 2][slot]);
-    for (int n = 0; n < 3; n++)
+    for (int n = 0; n < 3; n++) {
         station->first[n] = of[FIRST + n][slot];
+        station->second[n] = of[SECOND + n][slot];
+    }
     for (int n = 0; n < 2; n++)
         station->uv[n] = of[n][slot];
 }

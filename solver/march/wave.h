@@ -107,7 +107,7 @@ static inline struct wave_before *wave_before_at(struct wave *wave, unsigned bac
 void wave_put(struct wave_places *places, int slot, const struct station *station);
 void wave_get(const struct wave_places *places, int slot, struct station *station);
 
-/* The same without its derivatives but those of the first fundamental form: uv, normal, first. */
-void wave_get_plane(const struct wave_places *places, int slot, struct station *station);
+/* The same without its derivatives: uv, normal and both fundamental forms. */
+void wave_get_forms(const struct wave_places *places, int slot, struct station *station);
 
 #endif

@@ -90,6 +90,17 @@ INLINE lanes normal_curvature(const struct wave_places *at, int slot, struct lan
     return lanes_select(regular & (length2 > 0), curvature, lanes_of(0));
 }
 
+/* As station_gauss_curvature. */
+INLINE lanes gauss_curvature(const struct wave_places *at, int slot) {
+    lanes form[2];
+    for (int k = 0; k < 2; k++) {
+        int n = k ? AT_FIRST : AT_SECOND;
+        lanes across = number(at, slot, n + 1);
+        form[k] = number(at, slot, n) * number(at, slot, n + 2) - across * across;
+    }
+    return form[0] / form[1];
+}
+
 /* Of arcs of less than half a radian; the others one by one. */
 INLINE void arc_chords(struct wave *wave, int k, lanes curvature) {
     lanes half = wave->length[k] * curvature / 2, square = half * half;
@@ -136,9 +147,13 @@ INLINE struct lanes3 bend(const struct wave_before *at, int slot, int k) {
 }
 
 /* As correction_agrees. */
-INLINE lanes_mask agrees(double d, struct lanes3 bend, struct lanes3 normal, lanes curvature) {
-    lanes expected = curvature * d * d, miss = lanes_abs(lanes3_dot(bend, normal) - expected);
-    return miss <= CORRECTION_SHARE * lanes_abs(expected) + CORRECTION_LEAST * d;
+INLINE lanes_mask agrees(double d, struct lanes3 bend, const struct wave_places *at, int slot,
+                         lanes curvature) {
+    lanes expected = lanes_abs(curvature) * d * d,
+          net = lanes_abs(gauss_curvature(at, slot)) * d * d;
+    lanes miss = lanes_abs(lanes3_dot(bend, vector(at, slot, AT_NORMAL)) - curvature * d * d);
+    return (miss <= CORRECTION_SHARE * expected + CORRECTION_LEAST * d) &
+           (miss * expected <= CORRECTION_PRODUCT * correction_apart(net) * d * d);
 }
 
 /* As correction_chord, of the edge k from the places `from`; the lanes whose correction holds. */
@@ -147,14 +162,17 @@ INLINE lanes_mask correct_chord(struct wave *wave, int k, const struct wave_plac
     int slot = k ? 0 : 1;
     double d = wave->length[k];
     struct lanes3 near = bend(wave_before_at(wave, 1), slot, k);
-    struct lanes3 far = bend(wave_before_at(wave, 0), 1, k), sum = lanes3_add(near, far);
-    lanes q = lanes3_norm2(sum) / (4 * d * d), share = correction_share(q);
+    struct lanes3 far = bend(wave_before_at(wave, 0), 1, k), change = lanes3_sub(far, near);
+    struct lanes3 mean = lanes3_scale(lanes_of(0.5), lanes3_add(near, far));
+    lanes m2 = lanes3_norm2(mean);
+    lanes across = correction_across(m2, lanes3_dot(mean, change), lanes3_norm2(change));
+    lanes share = correction_share(m2 / (d * d), across / (d * d));
     lanes_store(far.x, wave->bend[k][0]);
     lanes_store(far.y, wave->bend[k][1]);
     lanes_store(far.z, wave->bend[k][2]);
     *chord = d * lanes_sqrt(share);
     return (share > CORRECTION_SHORTEST) &
-           agrees(d, near, vector(from, slot, AT_NORMAL), lanes_load(wave->curvature[k]));
+           agrees(d, near, from, slot, lanes_load(wave->curvature[k]));
 }
 
 /* As march_guess_from_before and march_corrected_chord. */
@@ -435,12 +453,12 @@ INLINE void take_cell(struct wave *wave, struct lanes_cell *cell) {
 
 /* Whether D2 at D agrees with it; all where edge k is not corrected as a whole. */
 INLINE lanes_mask agrees_at_end(const struct wave *wave, int k, const struct wave_places *d,
-                                struct lanes3 normal, struct lanes3 chord) {
+                                struct lanes3 chord) {
     lanes_mask whole;
     memcpy(&whole, wave->whole[k], sizeof whole);
     struct lanes3 far = {lanes_load(wave->bend[k][0]), lanes_load(wave->bend[k][1]),
                          lanes_load(wave->bend[k][2])};
-    return agrees(wave->length[k], far, normal, normal_curvature(d, 1, chord)) | ~whole;
+    return agrees(wave->length[k], far, d, 1, normal_curvature(d, 1, chord)) | ~whole;
 }
 
 INLINE struct lanes_end end_at(const struct wave_places *at, int slot) {
@@ -566,8 +584,7 @@ static void solve(struct wave *wave) {
     put_station(wave->into, &cell, &forms);
     if (wave->corrected) {
         struct lanes3 bd = lanes3_sub(cell.jet.r, cell.b), cd = lanes3_sub(cell.jet.r, cell.c);
-        found &= agrees_at_end(wave, 0, wave->into, forms.normal, bd) &
-                 agrees_at_end(wave, 1, wave->into, forms.normal, cd);
+        found &= agrees_at_end(wave, 0, wave->into, bd) & agrees_at_end(wave, 1, wave->into, cd);
     }
     wave->found = lanes_bits(found);
     wave->smooth = lanes_bits(smooth);

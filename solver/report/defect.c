@@ -86,15 +86,16 @@ static bool by_differences(const struct bends *found, struct vec3 edge, double d
     struct correction arc = {.bend = {b.of[AT_Q], b.of[AT_P]}, .d = d};
     struct vec3 mean = vec3_scale(0.5, vec3_add(b.of[AT_Q], b.of[AT_P]));
     struct vec3 d3 = vec3_sub(b.of[AT_P], b.of[AT_Q]);
-    double q = vec3_norm2(mean) / (d * d), edge2 = vec3_norm2(edge);
+    double m2 = vec3_norm2(mean), q = m2 / (d * d), third2 = vec3_norm2(d3);
+    double across = correction_across(m2, vec3_dot(mean, d3), third2);
     if (!correction_chord(&arc, &chord))
         return false;
-    double fourth = by_fourth * vec3_dot(mean, vec3_axpy(q, mean, d4));
-    double third = by_third * (vec3_norm2(d3) - q * q * edge2);
+    double fourth = by_fourth * (vec3_dot(mean, d4) + across);
+    double third = by_third * (third2 - across);
     double terms = fabs(fourth) + fabs(third);
     if (!found->has[AT_Q] || !found->has[AT_P])
         terms += vec3_norm(mean) * vec3_norm(d4) / 24;
-    defect->known = (edge2 - chord * chord - fourth + third) / (2 * d);
+    defect->known = (vec3_norm2(edge) - chord * chord - fourth + third) / (2 * d);
     defect->unsure = of_known * fabs(defect->known) + (of_terms + of_turned * q) * terms / (2 * d) +
                      rounding * d;
     return true;
@@ -230,10 +231,10 @@ static void find_even(const struct net_window *window, int warp, int weft,
     }
 }
 
-/* What by_differences has of edges, for a row, added up over the coordinates: M^2, M . D4, D3^2,
- * and the edges' squares. */
+/* What by_differences has of edges, for a row, added up over the coordinates: M^2, M . D3, M . D4,
+ * D3^2, and the edges' squares. */
 struct sums {
-    double m2[NET_TILE], m4[NET_TILE], third2[NET_TILE], edge2[NET_TILE];
+    double m2[NET_TILE], m3[NET_TILE], m4[NET_TILE], third2[NET_TILE], edge2[NET_TILE];
 };
 
 /* One coordinate of the edges from Q to P, which is at `p` and `step` on from Q. */
@@ -245,6 +246,7 @@ INLINE void add_coordinate(const double *p, int step, struct sums *sums, double 
         double b3 = r3 - 2 * r4 + r5;
         double mean = (b1 + b2) / 2, d3 = b2 - b1, d4 = ((b3 - b2) - (b1 - b0)) / 2;
         sums->m2[x] += mean * mean;
+        sums->m3[x] += mean * d3;
         sums->m4[x] += mean * d4;
         sums->third2[x] += d3 * d3;
         sums->edge2[x] += (r3 - q) * (r3 - q);
@@ -256,15 +258,16 @@ INLINE void add_coordinate(const double *p, int step, struct sums *sums, double 
 WIDE_CLONES
 static void along_row(const struct patch *patch, int y, int k, int step, double d,
                       struct defect_tile *tile) {
-    struct sums sums = {{0}, {0}, {0}, {0}};
+    struct sums sums = {{0}, {0}, {0}, {0}, {0}};
     double(*along)[NET_TILE] = tile->along[k][y];
     for (int c = 0; c < 3; c++)
         add_coordinate(&patch->r[c][y + MARGIN][MARGIN], step, &sums, along[c]);
     for (int x = 0; x < NET_TILE; x++) {
         double m2 = sums.m2[x], third2 = sums.third2[x], edge2 = sums.edge2[x];
-        double q = m2 / (d * d), fourth = by_fourth * (sums.m4[x] + q * m2);
-        double third = by_third * (third2 - q * q * edge2);
-        double known = (edge2 - d * d * correction_share(q) - fourth + third) / (2 * d);
+        double q = m2 / (d * d), across = correction_across(m2, sums.m3[x], third2);
+        double fourth = by_fourth * (sums.m4[x] + across), third = by_third * (third2 - across);
+        double share = correction_share(q, across / (d * d));
+        double known = (edge2 - d * d * share - fourth + third) / (2 * d);
         double terms = fabs(fourth) + fabs(third);
         tile->known[k][y][x] = known;
         tile->unsure[k][y][x] =

@@ -159,8 +159,8 @@ static struct vec3 second_difference(const struct march *march, int k, int i, in
     return stencil(march, k, i, j, l - 1, 1, middle, 3);
 }
 
-/* chord = d sqrt(1 - q / 12 - 23 q^2 / 720 - 0.02042 q^3), q = |D2|^2 / d^2, D2 averaged over both
- * ends of the edge. */
+/* chord = d sqrt(1 - q / 12 - p (23 / 720 + 0.001786 q)), q = |M|^2 / d^2, M being D2 averaged over
+ * both ends of the edge and p the square of what D2 changes across that, over d^2. */
 static void correct_chords(struct march *march) {
     const struct plain_setup *setup = march->setup;
     for (int k = 0; k < 2; k++) {
@@ -170,8 +170,10 @@ static void correct_chords(struct march *march) {
                 int side = (k ? j : i) > 0 ? 1 : -1;
                 struct vec3 one = second_difference(march, k, i, j, side);
                 struct vec3 two = second_difference(march, k, i - 1 + k, j - k, side);
-                double q = vec3_norm2(vec3_scale(0.5, vec3_add(one, two))) / (d * d);
-                double share = 1 - q / 12 - 23 * q * q / 720 - 0.02042 * q * q * q;
+                struct vec3 mean = vec3_scale(0.5, vec3_add(one, two));
+                struct vec3 across = vec3_cross(vec3_unit(mean), vec3_sub(one, two));
+                double q = vec3_norm2(mean) / (d * d), p = vec3_norm2(across) / (d * d);
+                double share = 1 - q / 12 - p * (23.0 / 720 + 0.001786 * q);
                 march->chord[k][place(march, i, j)] = d * sqrt(share);
             }
         }
