@@ -17,7 +17,7 @@ static const double pull_share = 0.02;
 static const double angle_share = 0.3;
 
 /* The least sine between the path and a knot line that it crosses. */
-static const double least_crossing = 0.03;
+static const double least_crossing = 3e-3;
 
 /* First and second derivatives that differ by less than this, as a share, are the same. */
 static const double even = 1e-9;

@@ -155,6 +155,12 @@ static void test_exact_random_folds_corrected_beside_joints(void **state) {
     assert_int_equal(wrong_of(38) + wrong_of(90), 0);
 }
 
+/* A yarn that crosses a fold under 1.3 degrees. */
+static void test_exact_random_folds_crossed_aslant(void **state) {
+    (void)state;
+    assert_int_equal(wrong_of(10438), 0);
+}
+
 /* Each once ended short of the part's end: nodes beyond its side that only looked as if no yarn led
  * there (1111), fillets one after the other beyond a side (1401), a fold beyond a corner (1345),
  * chords over a fold that look parallel (659), a rim that was sought beyond a fold (1118), corners
@@ -171,6 +177,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_random_folds_covered_to_the_end),
         cmocka_unit_test(test_exact_random_folds_corrected_beside_joints),
+        cmocka_unit_test(test_exact_random_folds_crossed_aslant),
         cmocka_unit_test(test_exact_random_folds_unroll),
         cmocka_unit_test(test_exact_random_folds_chord_leads_away),
     };
