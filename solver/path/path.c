@@ -9,7 +9,7 @@ enum {
     CHORD_ROUNDS = 8,  /* Newton on the length to a chord */
     JOINT_ROUNDS = 8,  /* steps, each half of the last, to a joint */
     FAILURES_MAX = 40, /* steps of one advance in one span that were too long */
-    FAILURES_OUTSIDE = 8,
+    FAILURES_OUTSIDE = 16,
     STEPS_MAX = 200, /* steps of one advance in one span */
 };
 
@@ -21,7 +21,7 @@ static const double accuracy = 1e-12;
 static const struct {
     double accuracy;
     int steps;
-} outside_most[] = {{5e-12, 24}, {5e-10, 16}, {5e-9, 12}, {HUGE_VAL, 9}};
+} outside_most[] = {{5e-12, 72}, {5e-10, 48}, {5e-9, 36}, {HUGE_VAL, 27}};
 
 /* With k the curvature of the surface and d the spacing, that of a net's own yarns: as a share of
  * (k d)^2 or (k d)^4, which the errors of a method of that order are a multiple of; and its limits.
@@ -183,9 +183,8 @@ static bool is_outside(const struct path *g) {
     return false;
 }
 
-/* Of one advance: steps that were too long and steps, since the last edge of a span, and the
- * length.
- */
+/* Of one advance: steps that were too long and steps, since the last edge of a span or of the
+ * domain, and the length. */
 struct effort {
     int failures, steps;
     double whole;
@@ -323,6 +322,7 @@ static bool go_on(struct path *path, double remaining, struct effort *effort, in
             return false;
         const struct surface *surface = path->surface;
         const int span[2] = {path->span[0], path->span[1]};
+        bool outside = is_outside(path);
         struct vec3 pole;
         bool at_pole;
         double gone = 0, h = cap_step(path, remaining, &pole, &at_pole);
@@ -335,7 +335,8 @@ static bool go_on(struct path *path, double remaining, struct effort *effort, in
             return false;
         path->ahead = 0;
         remaining -= gone;
-        if (path->surface != surface || path->span[0] != span[0] || path->span[1] != span[1])
+        if (path->surface != surface || path->span[0] != span[0] || path->span[1] != span[1] ||
+            outside != is_outside(path))
             effort->steps = effort->failures = 0;
     }
     if (remaining < 0)
