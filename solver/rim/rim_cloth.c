@@ -11,7 +11,7 @@
 enum { PATCHES_ACROSS = 4, PATCHES = PATCHES_ACROSS * PATCHES_ACROSS };
 
 /* How far beyond the net, in spacings, corners are extrapolated at the most. */
-enum { LAYERS = 3 };
+enum { LAYERS = 6 };
 
 /* Steps of Newton's method in one patch, and changes from patch to patch. */
 enum { STEPS = 12, HOPS = 24, STRICT_HOPS = 6 };
@@ -227,7 +227,7 @@ static void load_neighbours(struct rim_cloth *cloth, struct rim_patch *patch, bo
     bool all = true;
     for (int k = 0; k < 16; k++)
         all = all && known[k / 4][k % 4];
-    patch->rough = *rough;
+    patch->rough = *rough || (patch->extended && !cloth->march->mesh);
     *rough = *rough && !(all && is_even(cloth, patch));
     for (int k = 1; k <= 2; k++) {
         extend_row(cloth, patch, k, known, *rough);

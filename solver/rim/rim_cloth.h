@@ -33,8 +33,9 @@ struct rim_patch {
     bool made;
     bool known;                  /* it has all four corners, */
     bool extended;               /* not all of them from the net */
-    bool rough;                  /* a rough edge is near: differences do not tell its shear, */
-    bool smooth;                 /* nor, unless the nodes turn evenly, its places */
+    bool rough;                  /* a rough edge is near, or, but on a mesh, it is extended:
+                                    differences do not tell its shear, */
+    bool smooth;                 /* nor, by rough edges unless the nodes turn evenly, its places */
     struct vec3 r[4][4];         /* [b][a]: node (i + a - 1, j + b - 1); bilinear unless smooth */
     struct rim_corner corner[4]; /* (i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1) as they are asked
                                     for */
