@@ -471,12 +471,13 @@ static bool see_from_corners(struct rim_cloth *cloth, struct rim_patch *patch,
 }
 
 /* Geodesics cost: mostly one is enough, from the nearest corner; from the others where that cannot
- * be had. Searches, which cost as much as fifty logarithms, come last. */
+ * be had. Searches, which cost as much as fifty logarithms, come last; but on a shell, where the
+ * nearest corner may lie on another face, and a further one on this one beyond a notch. */
 static bool see(struct rim_cloth *cloth, struct rim_patch *patch, const struct station *to,
                 struct sight *sight, struct rim_place *place) {
     static const double near = 0.24, any = 1e-3;
     bool seen = false;
-    for (int pass = 0; pass < 4 && !seen; pass++) {
+    for (int pass = to->surface->shell ? 2 : 0; pass < 4 && !seen; pass++) {
         sight->search = pass >= 2;
         seen = see_from_corners(cloth, patch, to, pass % 2 ? any : near, sight, place);
     }
