@@ -62,6 +62,7 @@ namespace {
 enum { GAP_SAMPLES = 9 };
 constexpr double TOLERANCE = 1e-5;      /* the service's default, as a share of the diagonal */
 constexpr double WIDE_TOLERANCE = 1e-4; /* of files whose faces are not within that, likewise */
+constexpr double NUMBER_MAX = 1e12;     /* of coordinates and weights; api/request/decode.h */
 constexpr double LONGER = 1e-3;         /* by which edges joined in those have to be, likewise */
 
 /* A face of the file in its place, before it is converted. */
@@ -166,7 +167,8 @@ class reading {
     size_t edges = 0;          /* of no face */
     size_t lost = 0;           /* faces that nothing became of */
     std::string lost_first;
-    std::string elsewhere; /* the files that the parts of an assembly are in, by comma */
+    const char *faceless = ""; /* what the file may hold beside faces, of a STEP file */
+    std::string elsewhere;     /* the files that the parts of an assembly are in, by comma */
 
     void set_unit(const std::vector<std::string> &stated);
     void name_entities(const Handle(XSControl_WorkSession) & session);
@@ -261,6 +263,7 @@ void reading::name_entities(const Handle(XSControl_WorkSession) & session) {
 void reading::read_step(const char *bytes, size_t length) {
     memory_buffer buffer(bytes, length);
     std::istream stream(&buffer);
+    faceless = kind_of_faceless(bytes, length);
     STEPCAFControl_Reader reader;
     reader.SetColorMode(true);
     reader.SetNameMode(true);
@@ -274,7 +277,7 @@ void reading::read_step(const char *bytes, size_t length) {
     set_unit(stated);
     document = new TDocStd_Document("BinXCAF");
     if (!reader.Transfer(document))
-        throw unreadable("the STEP file holds no shape");
+        throw unreadable(std::string("the STEP file holds no shape") + faceless);
     for (NCollection_DataMap<TCollection_AsciiString, Handle(STEPCAFControl_ExternFile)>::Iterator
              at(reader.ExternFiles());
          at.More(); at.Next())
@@ -424,7 +427,7 @@ void reading::refuse_empty() {
         throw unreadable("the file is an assembly of parts in other files, and no other file is "
                          "read: send one of them, or export all as one file. They are " +
                          elsewhere);
-    throw unreadable("the file holds no face");
+    throw unreadable(std::string("the file holds no face") + faceless);
 }
 
 /* What was left out, what was healed, and what the faces are of. */
@@ -667,6 +670,24 @@ void reading::note_faults() {
     }
 }
 
+/* Damaged files have numbers that are none, and such as no part has. */
+void check_numbers(const face &made) {
+    auto check = [](const auto &values, double least) {
+        for (double value : values)
+            if (!(value >= least && value <= NUMBER_MAX))
+                throw unreadable("has numbers beyond those of any part");
+    };
+    for (const auto &point : made.points)
+        check(point, -NUMBER_MAX);
+    check(made.weights, 1 / NUMBER_MAX);
+    for (const trim_loop &loop : made.loops)
+        for (const trim_curve &curve : loop.curves) {
+            for (const auto &point : curve.points)
+                check(point, -NUMBER_MAX);
+            check(curve.weights, 1 / NUMBER_MAX);
+        }
+}
+
 /* Appends a face to the result, or a note why not. */
 void reading::convert_face(int number, Bnd_Box &box) {
     const found_face &from = found[size_t(number)];
@@ -674,6 +695,7 @@ void reading::convert_face(int number, Bnd_Box &box) {
     GProp_GProps properties;
     try {
         face made = face_make(from.shape, wrong);
+        check_numbers(made);
         made.name = from.name;
         made.colour = from.colour;
         BRepGProp::SurfaceProperties(from.shape, properties);

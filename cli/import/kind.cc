@@ -47,6 +47,24 @@ bool kind_is_iges(const char *bytes, size_t length) {
     return length > 80 && bytes[72] != '\0' && std::strchr("SBC", bytes[72]);
 }
 
+const char *kind_of_faceless(const char *bytes, size_t length) {
+    static const struct {
+        std::string_view word;
+        const char *told;
+    } holdings[] = {
+        {"TRIANGULATED_FACE(",
+         ": it is tessellated, triangles without the surfaces that they are of; "
+         "export the exact faces, or the triangles as STL"},
+        {"ELEMENT_REPRESENTATION(",
+         ": it is a model of finite elements; export its shell elements as "
+         "Nastran bulk data"},
+    };
+    for (const auto &[word, told] : holdings)
+        if (std::string_view(bytes, length).find(word) != std::string_view::npos)
+            return told;
+    return "";
+}
+
 bool kind_is_foreign(const char *bytes, size_t length) {
     return find(bytes, length) != nullptr;
 }

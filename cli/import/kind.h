@@ -18,6 +18,10 @@ bool kind_is_iges(const char *bytes, size_t length);
  * do where their beginning tells. */
 std::string kind_refusal(const char *wanted, const char *bytes, size_t length);
 
+/* What a STEP file without faces holds that is draped in another way, as the end of a sentence; ""
+ * where nothing is known. */
+const char *kind_of_faceless(const char *bytes, size_t length);
+
 /* Whether the beginning is that of something else for certain, whatever follows. */
 bool kind_is_foreign(const char *bytes, size_t length);
 

@@ -142,6 +142,19 @@ def test_lost(parts):
     parts.refuse("all_lost", "none of the file's 6 faces can be read, the first is #")
 
 
+def test_far(parts):
+    """A control point out of all bounds takes its face with it, not the file."""
+    with open(parts.path("wing"), encoding="ascii") as file:
+        text = file.read()
+    pole = re.search(r"B_SPLINE_SURFACE\s*\([^(]*\(\s*\(\s*#\d+,(#\d+)", text)[1]
+    with open(parts.path("far"), "w", encoding="ascii") as file:
+        file.write(re.sub(rf"({pole} = CARTESIAN_POINT\('',\()[^,]+", r"\g<1>1.E15", text))
+    surface = parts.read("far")
+    expect(len(surface["faces"]) == 2, len(surface["faces"]))
+    expect(any("numbers beyond those of any part: face 0" in note for note in surface["notes"]),
+           surface["notes"])
+
+
 def test_marked(parts):
     """The mark of UTF-8 before a file is passed over."""
     with open(parts.path("box"), "rb") as file:
@@ -166,6 +179,13 @@ def test_refusals(parts):
     for bytes_, words in kinds.items():
         with open(parts.path("other"), "wb") as file:
             file.write(bytes_)
+        parts.refuse("other", words)
+    holdings = {b"TRIANGULATED_FACE('',#20,4,(),$,(),())": "or the triangles as STL",
+                b"SURFACE_3D_ELEMENT_REPRESENTATION('1',())": "its shell elements as Nastran"}
+    for entity, words in holdings.items():
+        with open(parts.path("other"), "wb") as file:
+            file.write(step[:step.index(b"DATA;")] + b"DATA;\n#1=" + entity +
+                       b";\nENDSEC;\nEND-ISO-10303-21;\n")
         parts.refuse("other", words)
     parts.refuse("rounded", "this is not an IGES file: it is a STEP file", "--format", "iges")
     expect(run("--frobnicate").returncode == 2, "an unknown option")
@@ -288,6 +308,7 @@ def main():
         tap.run("import: notes", test_notes, parts)
         tap.run("import: exact turns", test_exact, parts)
         tap.run("import: faces that cannot be read", test_lost, parts)
+        tap.run("import: numbers out of all bounds", test_far, parts)
         tap.run("import: the mark of UTF-8", test_marked, parts)
         tap.run("import: refusals", test_refusals, parts)
         tap.run("import: limits", test_limits, parts)
