@@ -3,9 +3,11 @@
 
 #include "permeability.h"
 #include "solver/permeability.h"
+#include <limits.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Fewer cells than this tell little of a drape; a spacing is proposed that gives more than that. */
@@ -206,6 +208,63 @@ static void check_components(const struct warnings_subject *s, struct api_summar
             "the net does not reach %zu of the closed edges of the part", loops);
 }
 
+/* How many places the front has for a reason; `at` gets the node that is nearest in the net to the
+ * one of them that is nearest to the start. */
+static size_t front_of(const struct drape_result *result, enum drape_reason reason,
+                       struct vec3 *at) {
+    const struct drape_front *front = &result->front;
+    const struct drape_nodes *nodes = &result->nodes;
+    size_t count = 0, first = 0, nearest = 0;
+    long least = LONG_MAX;
+    for (size_t k = 0; k < front->count; k++) {
+        long steps = labs((long)front->i[k]) + labs((long)front->j[k]);
+        bool counts = front->reason[k] == reason;
+        first = counts && steps < least ? k : first;
+        least = counts && steps < least ? steps : least;
+        count += counts;
+    }
+    least = LONG_MAX;
+    for (size_t k = 0; k < nodes->count && count > 0; k++) {
+        long steps =
+            labs((long)nodes->i[k] - front->i[first]) + labs((long)nodes->j[k] - front->j[first]);
+        nearest = steps < least ? k : nearest;
+        least = steps < least ? steps : least;
+    }
+    *at = vec3_make(nodes->x[nearest], nodes->y[nearest], nodes->z[nearest]);
+    return count;
+}
+
+/* Why a net ends within the part: the first of these that it does. */
+static const struct {
+    enum drape_reason reason;
+    const char *words;
+} endings[] = {
+    {DRAPE_REASON_COLLAPSED,
+     "yarns lie along each other, which no cloth bears. Another start or direction may reach "
+     "further, as a study tells; else cut the cloth there"},
+    {DRAPE_REASON_NO_CONVERGENCE, "no place a spacing away was found: the surface bends too "
+                                  "tightly for the spacing, or gapes. A "
+                                  "smaller spacing or another start may help"},
+    {DRAPE_REASON_FOLD,
+     "cloth meets cloth out of step, as round a tube or a hole. Another start or direction may "
+     "reach further, as a study tells; else cut the cloth there"},
+};
+
+static void check_uncovered(const struct warnings_subject *s, struct api_summary *summary) {
+    if (summary->outcome == DRAPE_COMPLETE || summary->cells == 0)
+        return;
+    for (size_t k = 0; k < sizeof endings / sizeof *endings; k++) {
+        struct vec3 at;
+        size_t count = front_of(s->result, endings[k].reason, &at);
+        if (count == 0)
+            continue;
+        add(&summary->warnings, "uncovered", "/start",
+            "%.3g %% is covered: at (%.4g, %.4g, %.4g), the first of %zu places, %s",
+            100 * summary->cloth_coverage, at.x, at.y, at.z, count, endings[k].words);
+        return;
+    }
+}
+
 static void check_overlap(const struct warnings_subject *s, struct api_summary *summary) {
     if (s->result->summary.overlaps)
         add(&summary->warnings, "overlap", "/start",
@@ -217,6 +276,7 @@ void warnings_make(const struct warnings_subject *subject, struct api_summary *s
     summary->warnings.count = 0;
     check_coarse(subject, summary);
     check_components(subject, summary);
+    check_uncovered(subject, summary);
     check_overlap(subject, summary);
     check_locking(subject, summary);
     check_packing(subject, summary);

@@ -17,6 +17,12 @@
     "\"knotvector_v\":[0,0,0,1,1,1],\"control_points\":[[-1,-1,0],[-1,0," a "],[-1,1,0],"          \
     "[0,-1,-" a "],[0,0,0],[0,1,-" a "],[1,-1,0],[1,0," a "],[1,1,0]]}"
 
+/* A hill on a square of 2 by 2, z = h (1 - x^2) (1 - y^2) / 4. */
+#define HILL(h)                                                                                    \
+    "{\"degree_u\":2,\"degree_v\":2,\"size_u\":3,\"size_v\":3,\"knotvector_u\":[0,0,0,1,1,1],"     \
+    "\"knotvector_v\":[0,0,0,1,1,1],\"control_points\":[[-1,-1,0],[-1,0,0],[-1,1,0],"              \
+    "[0,-1,0],[0,0," h "],[0,1,0],[1,-1,0],[1,0,0],[1,1,0]]}"
+
 /* A trough of 2 by 1 with the radius of curvature 1 / k at its bottom, z = k x^2 / 2. */
 #define TROUGH(high, low)                                                                          \
     "{\"degree_u\":2,\"degree_v\":1,\"size_u\":3,\"size_v\":2,\"knotvector_u\":[0,0,0,1,1,1],"     \
@@ -81,6 +87,8 @@ static const struct expectation expectations[] = {
                           "1e-3") ",\"start\":{\"uv\":[0.5,0.5]},\"fabric\":{\"spacing\":0.1}}",
      "{\"surface\":" FOLD("0.1",
                           "0.1") ",\"start\":{\"uv\":[0.5,0.5]},\"fabric\":{\"spacing\":0.1}}"},
+    {"uncovered", "{\"surface\":" HILL("10") ",\"fabric\":{\"spacing\":0.1}}",
+     "{\"surface\":" HILL("3") ",\"fabric\":{\"spacing\":0.1}}"},
     {"size", "{\"surface\":" PLANE ",\"length_unit\":\"mm\",\"fabric\":{\"spacing\":0.1}}",
      "{\"surface\":" PLANE ",\"length_unit\":\"ft\",\"fabric\":{\"spacing\":0.1}}"},
     {"points_order",
