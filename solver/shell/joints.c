@@ -218,10 +218,16 @@ static void forget_mate(struct mates *mates, int k) {
     mates->gap[k] = mates->gap[mates->count];
 }
 
+/* A face is a sliver where it is no wider than the tolerance, as long as that is a small share of
+ * the part: not the fillets of a part that is to be joined within their width. */
+static const double sliver_share = 1e-3;
+
 /* Where a face is no wider than the tolerance the edges of its neighbours coincide, too: they are
  * joined to each other, and both sides of the sliver are no boundary any more. Neighbours further
  * apart are joined to the nearer side of it. Whether there was such a face. */
 static bool leave_sliver_out(struct shell *shell, int32_t edge, struct mates *mates) {
+    if (!(shell->tolerance <= sliver_share * shell->size))
+        return false;
     for (int a = -1; a < mates->count; a++)
         for (int b = a + 1; b < mates->count; b++) {
             int32_t first = a < 0 ? edge : mates->found[a], second = mates->found[b];
