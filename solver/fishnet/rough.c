@@ -267,6 +267,8 @@ enum rough_kind rough_edge(const struct station *p, const struct station *q, dou
         bool alike = fabs(vec3_dot(along, vec3_add(p->normal, q->normal))) < pole_misfit * d;
         return alike ? ROUGH_NOT : ROUGH_EDGE;
     }
+    if (rough_is_folded_back(p, q))
+        return ROUGH_EDGE;
     double net = turn_of_net(p, q, d);
     if (rises_as_arc(p, q, curvature, d, net))
         return ROUGH_NOT;

@@ -31,11 +31,17 @@ static inline double rough_misfit(const struct station *p, const struct station 
     return (fabs(vec3_dot(along, p->normal) - rise) + fabs(vec3_dot(along, q->normal) + rise)) / d;
 }
 
+/* Whether the surface faces away from one end at the other: it is folded back between them, so that
+ * its two sides are nearly parallel and nothing rises above either. */
+static inline bool rough_is_folded_back(const struct station *p, const struct station *q) {
+    return vec3_dot(p->normal, q->normal) < 0;
+}
+
 /* Whether misfit and turn alone tell that an edge is an arc. */
 static inline bool rough_is_arc(const struct station *p, const struct station *q, double curvature,
                                 double d) {
     return rough_misfit(p, q, curvature, d) < ROUGH_MISFIT_SMOOTH &&
-           fabs(curvature) * d < ROUGH_TURN_SMOOTH;
+           fabs(curvature) * d < ROUGH_TURN_SMOOTH && !rough_is_folded_back(p, q);
 }
 
 /* What the edge from p to q is, d long, with this normal curvature at p and the *chord of an arc;

@@ -30,10 +30,14 @@ INLINE lanes lanes_misfit(const struct lanes_end *p, const struct lanes_end *q, 
            d;
 }
 
+INLINE lanes_mask lanes_folded_back(const struct lanes_end *p, const struct lanes_end *q) {
+    return lanes3_dot(p->normal, q->normal) < 0;
+}
+
 INLINE lanes_mask lanes_is_arc(const struct lanes_end *p, const struct lanes_end *q,
                                lanes curvature, double d) {
     return (lanes_misfit(p, q, curvature, d) < ROUGH_MISFIT_SMOOTH) &
-           (lanes_abs(curvature) * d < ROUGH_TURN_SMOOTH);
+           (lanes_abs(curvature) * d < ROUGH_TURN_SMOOTH) & ~lanes_folded_back(p, q);
 }
 
 INLINE lanes lanes_determinant(const lanes form[3]) {
@@ -134,7 +138,8 @@ struct lanes_edge {
 INLINE struct lanes_edge lanes_rough_edge(const struct lanes_end *p, const struct lanes_end *q,
                                           lanes curvature, double d, lanes chord, double side) {
     lanes net = lanes_turn_of_net(p, q, d);
-    struct lanes_edge edge = {lanes_rises_as_arc(p, q, curvature, d, net), {0}, chord};
+    lanes_mask apart = lanes_folded_back(p, q);
+    struct lanes_edge edge = {lanes_rises_as_arc(p, q, curvature, d, net) & ~apart, {0}, chord};
     if (lanes_bits(edge.smooth) == LANES_ALL)
         return edge;
     struct lanes3 way = lanes3_sub(q->r, p->r), back = lanes3_sub(p->r, q->r);
@@ -150,8 +155,8 @@ INLINE struct lanes_edge lanes_rough_edge(const struct lanes_end *p, const struc
     lanes_mask told =
         (error < ROUGH_BENT_ERROR + own) & ~(turn.sideways > ROUGH_WINDING + net) &
         (misfit * misfit < ROUGH_ARC_MISFIT * ROUGH_ARC_MISFIT + ROUGH_SHEAR_SHARE * net);
-    edge.smooth |= gentle & even;
-    edge.bent = gentle & told & ~edge.smooth;
+    edge.smooth |= gentle & even & ~apart;
+    edge.bent = gentle & told & ~edge.smooth & ~apart;
     edge.chord = lanes_select(edge.bent, right, chord);
     return edge;
 }

@@ -105,18 +105,23 @@ static bool is_outside(const struct surface *surface, const double uv[2]) {
     return false;
 }
 
-/* Whether the place a step away from C lies beyond a free edge of the shell. */
+/* Whether a place lies beyond a free edge of the shell. */
+static bool is_off_shell(struct march *march, const struct station *place) {
+    struct station settled = *place;
+    struct crossing crossing;
+    if (!crossing_settle(&march->cursor, &settled))
+        return false;
+    crossing_find(&settled, NULL, &crossing);
+    return crossing.kind == CROSSING_FREE;
+}
+
+/* Whether the place a step away from C does. */
 static bool expected_off_shell(struct march *march, const struct fishnet_cell *cell,
                                struct vec3 step) {
     double uv[2];
     struct station place;
-    struct crossing crossing;
-    if (!station_pull(cell->c->surface, &march->cursor, cell->c, step, uv) ||
-        !station_at(cell->c->surface, &march->cursor, uv, &place) ||
-        !crossing_settle(&march->cursor, &place))
-        return false;
-    crossing_find(&place, NULL, &crossing);
-    return crossing.kind == CROSSING_FREE;
+    return station_pull(cell->c->surface, &march->cursor, cell->c, step, uv) &&
+           station_at(cell->c->surface, &march->cursor, uv, &place) && is_off_shell(march, &place);
 }
 
 /* Whether the place expected of D lies beyond the boundary by its parameters, and by what of the
@@ -142,10 +147,52 @@ static bool expected_outside(struct march *march, const struct fishnet_cell *cel
     return pulled_outside(march, cell) || nearest_outside(march, cell);
 }
 
+/* The surface turns by more than this cosine over a cell that lies across a crease. */
+static const double creased = 0.9;
+
+/* The cosine of the angle by which a joint may turn over a spacing and go on straight beyond its
+ * end. */
+static const double straight = 1 - 1e-9;
+
+/* Whether the faces of two places meet over a crease, at a joint that bends: beyond its end their
+ * continuations part. */
+static bool part_beyond(struct march *march, const struct station *p, const struct station *q) {
+    struct crossing joint, next;
+    struct station at;
+    double rate[2];
+    if (p->surface == q->surface || vec3_dot(p->normal, q->normal) > creased ||
+        !crossing_between(p, q->surface, &joint) ||
+        !station_at(p->surface, &march->cursor, joint.edge, &at))
+        return false;
+    crossing_rate(p->surface, &joint, rate);
+    struct vec3 by_t = vec3_axpy(rate[1], at.jet.v, vec3_scale(rate[0], at.jet.u));
+    double step = march->settings->spacing[0] / vec3_norm(by_t);
+    for (int side = -1; side <= 1; side += 2) {
+        next = joint;
+        if (crossing_move(p->surface, joint.t + side * step, &next) &&
+            vec3_dot(joint.from.along, next.from.along) < straight)
+            return true;
+    }
+    return false;
+}
+
+/* Whether a cell hangs on a place beyond a free edge of the shell, and so on how a joint goes on
+ * there between B and C or D (or NULL), which is not known. */
+static bool is_lost_outside(struct march *march, const struct fishnet_cell *cell,
+                            const struct station *d) {
+    const struct station *b = cell->b, *c = cell->c;
+    return march->surface->shell &&
+           (part_beyond(march, b, c) ||
+            (d && (part_beyond(march, b, d) || part_beyond(march, c, d)))) &&
+           (is_off_shell(march, b) || is_off_shell(march, c));
+}
+
 /* Why a cell has no fourth corner. One that is expected beyond the boundary, and not to be found on
  * the continuation, is a matter of the boundary. */
 static enum drape_reason reason_of(struct march *march, const struct fishnet_cell *cell,
                                    enum fishnet_end end) {
+    if (is_lost_outside(march, cell, NULL))
+        return DRAPE_REASON_BOUNDARY;
     if (end == FISHNET_COLLAPSED)
         return DRAPE_REASON_COLLAPSED;
     if (expected_outside(march, cell))
@@ -223,9 +270,6 @@ static void note_told(struct march *march, const struct march_cell *at, const st
  * a share of |K| d^2, too, of which bent edges leave five times as much wrong. */
 static const double length_accuracy = 3e-8, length_share = ROUGH_OWN_SHARE / 5;
 static const double geodesic_accuracy[] = {1e-11, 1e-12}, rough_accuracy[] = {9e-10, 9e-11};
-
-/* The surface turns by more than this cosine over a cell that lies across a crease. */
-static const double creased = 0.9;
 
 /* Whether D lies beyond the boundary, where a continuation that bends so unevenly without a crease
  * is not worth following. */
@@ -402,9 +446,17 @@ static bool solve_on_surface(struct march *march, const struct march_cell *at,
     bool laid = false;
     if (s->method != DRAPE_BASIC)
         end = solve_uneven(march, at, &cell, &corrections, end, node, &laid);
-    if (end == FISHNET_FOUND && s->method == DRAPE_GEODESIC && !laid)
+    if (end == FISHNET_FOUND && s->method == DRAPE_GEODESIC && !laid) {
         end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, s->spacing, s->lanes,
                                      node);
+        /* Just beyond a crease, of which chords know nothing. */
+        if (end != FISHNET_FOUND && (march->surface->shell || march->surface->has_folds))
+            end = solve_rough(march, at, &cell, false, node);
+    }
+    if (end == FISHNET_FOUND && is_lost_outside(march, &cell, &node->station)) {
+        *reason = DRAPE_REASON_BOUNDARY;
+        return false;
+    }
     if (end != FISHNET_FOUND)
         *reason = reason_of(march, &cell, end);
     return end == FISHNET_FOUND;

@@ -25,6 +25,19 @@ static bool has_yarn(const struct yarn_spot *spot, int family) {
     return vec3_norm2(vec3_add(spot->onward[family][0], spot->onward[family][1])) > 0;
 }
 
+/* Whether a ghost's neighbours, as far as it has them, lie on its own face of a shell: what goes on
+ * beyond the end of a joint is on neither of two faces. */
+static bool is_on_one_face(const struct net_view *view, int x, int y, int face) {
+    static const int8_t sides[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+    for (int k = 0; k < 4; k++) {
+        const struct net_node *node =
+            net_window_place(&view->window, x + sides[k][0], y + sides[k][1]);
+        if (node && node->face != face)
+            return false;
+    }
+    return true;
+}
+
 /* The angle between the yarns of a ghost. */
 static bool measure_ghost(struct node_shear *shear, struct node_shear_ghost *ghost) {
     struct march *march = shear->march;
@@ -34,6 +47,8 @@ static bool measure_ghost(struct node_shear *shear, struct node_shear_ghost *gho
         return false;
     net_view_move(&shear->view, ghost->i, ghost->j);
     int x = ghost->i - shear->view.ti * NET_TILE, y = ghost->j - shear->view.tj * NET_TILE;
+    if (march->surface->shell && !is_on_one_face(&shear->view, x, y, spot.station.surface->face))
+        return false;
     ghost->shear_deg = 90 - yarn_node_angle(&net, &shear->view.window, x, y, &spot);
     return has_yarn(&spot, 0) && has_yarn(&spot, 1);
 }
