@@ -152,7 +152,8 @@ export class Stack {
     const summary = Object.assign(document.createElement('summary'), { textContent: 'More' });
     more.append(summary, ...rows);
     more.open = Boolean(ply.open);
-    more.addEventListener('toggle', () => (ply.open = more.open));
+    // Not when it has been toggled, which is told later: the list may be drawn anew before.
+    summary.addEventListener('click', () => (ply.open = !more.open));
     return more;
   }
 
