@@ -50,6 +50,19 @@ static inline uint64_t check_seed(uint64_t usual) {
     return seed;
 }
 
+/*
+ * How many of a random test's cases are wrong: those named from the seed on, DRAPED_ROUNDS of them,
+ * else as many as this run is for. `wrong_of` says which with its name.
+ */
+static inline int check_rounds(uint64_t usual, int whole, int least, int (*wrong_of)(uint64_t)) {
+    const char *text = getenv("DRAPED_ROUNDS");
+    uint64_t first = check_seed(usual);
+    int rounds = text ? atoi(text) : check_sized(whole, least), wrong = 0;
+    for (int round = 0; round < rounds; round++)
+        wrong += wrong_of(first + (uint64_t)round);
+    return wrong;
+}
+
 /* The step of a loop over cases: 1, in short runs `short_step`. */
 static inline int check_stride(int short_step) {
     return check_sized(short_step, 1) < short_step ? short_step : 1;

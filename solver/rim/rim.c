@@ -377,8 +377,8 @@ static bool jumps(const struct tracer *t, const struct stop *a, const struct sto
 static void refine(struct tracer *t, const struct stop *a, const struct stop *c,
                    const double told[2]) {
     struct stop middle = {.t = (a->t + c->t) / 2};
-    double length = vec3_distance(a->spot.r, c->spot.r) / t->spacing, expected[2], near_a[2],
-           near_c[2];
+    double length = vec3_distance(a->spot.r, c->spot.r) / t->spacing;
+    double expected[2], near_a[2], near_c[2];
     bool both = a->covered && c->covered, none = !a->covered && !c->covered;
     if (both && a->smooth && c->smooth && length < short_step && !jumps(t, a, c)) {
         emit(t, a, c);

@@ -172,6 +172,36 @@ double measure_edges(const struct shape *shape, const struct drape_nodes *nodes,
     return worst;
 }
 
+double square_gap(const struct drape_nodes *nodes, double d,
+                  void (*unroll)(const void *surface, double u, double v, double at[2]),
+                  const void *surface) {
+    double(*at)[2] = malloc(nodes->count * sizeof *at), from[2] = {0, 0}, gap[2] = {0, 0};
+    assert_non_null(at);
+    for (size_t k = 0; k < nodes->count; k++) {
+        unroll(surface, nodes->u[k], nodes->v[k], at[k]);
+        if (nodes->i[k] == 0 && nodes->j[k] == 0)
+            memcpy(from, at[k], sizeof from);
+    }
+    for (int side = 0; side < 2; side++) {
+        double cosine = 0, sine = 0;
+        for (int pass = 0; pass < 2; pass++)
+            for (size_t k = 0; k < nodes->count; k++) {
+                double x = (at[k][0] - from[0]) / d, y = (at[k][1] - from[1]) / d;
+                double i = nodes->i[k], j = side ? -nodes->j[k] : nodes->j[k];
+                double size = hypot(cosine, sine);
+                if (pass == 0) {
+                    cosine += x * i + y * j;
+                    sine += y * i - x * j;
+                } else {
+                    gap[side] = fmax(gap[side], hypot(x - (cosine * i - sine * j) / size,
+                                                      y - (sine * i + cosine * j) / size));
+                }
+            }
+    }
+    free(at);
+    return fmin(gap[0], gap[1]);
+}
+
 double cells_area(const struct drape_run *run) {
     static const int corner[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     const struct drape_cells *cells = &run->result.cells;

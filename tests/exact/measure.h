@@ -65,6 +65,13 @@ void gib_chords(const struct shape *shape, const struct drape_nodes *nodes, cons
 double measure_edges(const struct shape *shape, const struct drape_nodes *nodes,
                      const struct grid *grid, enum drape_method method, const double spacing[2]);
 
+/* The largest distance of the nodes of a developable surface from the square grid, in spacings,
+ * where it is unrolled: `unroll` says where in the plane (u, v) lies. The grid has its origin at
+ * node (0, 0), and is turned, and looked at from that side, as they lie in the mean. */
+double square_gap(const struct drape_nodes *nodes, double d,
+                  void (*unroll)(const void *surface, double u, double v, double at[2]),
+                  const void *surface);
+
 /* The sum of the areas of all cells, each the mean of its two triangulations. */
 double cells_area(const struct drape_run *run);
 

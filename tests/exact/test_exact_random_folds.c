@@ -8,7 +8,6 @@
 #include "profile.h"
 #include "tests/check.h"
 #include <stdio.h>
-#include <stdlib.h>
 
 enum { ROUNDS = 150, PARTS_MAX = 7, SAMPLES = 200, TRIES = 100 };
 enum { GIB = 1, GIB4 }; /* of profile_methods */
@@ -132,14 +131,8 @@ static int wrong_of(uint64_t name) {
 }
 
 static void test_exact_random_folds_unroll(void **state) {
-    const char *seed_text = getenv("DRAPED_SEED"), *rounds_text = getenv("DRAPED_ROUNDS");
-    uint64_t first = seed_text ? strtoull(seed_text, NULL, 10) : SEED;
-    int rounds = rounds_text ? atoi(rounds_text) : check_sized(ROUNDS, 4), wrong = 0;
     (void)state;
-    printf("  seed %llu\n", (unsigned long long)first);
-    for (int round = 0; round < rounds; round++)
-        wrong += wrong_of(first + (uint64_t)round);
-    assert_int_equal(wrong, 0);
+    assert_int_equal(check_rounds(SEED, ROUNDS, 4, wrong_of), 0);
 }
 
 /* The arc of the curvature on a fillet leads to a place from which the edge looks smooth. */

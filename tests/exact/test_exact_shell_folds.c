@@ -358,32 +358,11 @@ static double length_to(const struct reflected *sheet, double u) {
     return sum * u / (6 * PIECES);
 }
 
-/* The largest distance of a node from the square grid, in spacings: its yarns at the start turned
- * to where the nodes lie in the mean. */
-static double off_square(const struct reflected *sheet, const struct drape_nodes *n, double d) {
-    double off[2] = {0, 0}, from[2] = {0, 0};
-    for (size_t k = 0; k < n->count; k++)
-        if (n->i[k] == 0 && n->j[k] == 0) {
-            from[0] = length_to(sheet, n->u[k]);
-            from[1] = n->v[k] * sheet->w;
-        }
-    for (int side = 0; side < 2; side++) { /* the sheet seen from either side */
-        double cosine = 0, sine = 0;
-        for (int pass = 0; pass < 2; pass++)
-            for (size_t k = 0; k < n->count; k++) {
-                double x = (length_to(sheet, n->u[k]) - from[0]) / d;
-                double y = (n->v[k] * sheet->w - from[1]) / d, i = n->i[k];
-                double j = side ? -n->j[k] : n->j[k], size = hypot(cosine, sine);
-                if (pass == 0) {
-                    cosine += x * i + y * j;
-                    sine += y * i - x * j;
-                } else {
-                    off[side] = fmax(off[side], hypot(x - (cosine * i - sine * j) / size,
-                                                      y - (sine * i + cosine * j) / size));
-                }
-            }
-    }
-    return fmin(off[0], off[1]);
+/* Where (u, v) lies in the plane. */
+static void in_plane(const void *surface, double u, double v, double at[2]) {
+    const struct reflected *sheet = surface;
+    at[0] = length_to(sheet, u);
+    at[1] = v * sheet->w;
 }
 
 static void check_reflected(struct reflected *sheet, const struct drape_settings *settings,
@@ -402,7 +381,7 @@ static void check_reflected(struct reflected *sheet, const struct drape_settings
     assert_int_equal(
         drape_solve_shell(join(sheet->shape, 2, loop, 2, arena), &own, NULL, arena, &result),
         STATUS_OK);
-    double off = off_square(sheet, &result.nodes, own.spacing[0]);
+    double off = square_gap(&result.nodes, own.spacing[0], in_plane, sheet);
     printf("    %-8s %4zu nodes, %.1e d, covered %.4f, shear with the rim %.4f deg\n",
            profile_methods[method].name, result.nodes.count, off, result.summary.cloth_coverage,
            result.summary.max_shear_deg);

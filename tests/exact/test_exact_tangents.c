@@ -12,7 +12,7 @@
 #include "tests/check.h"
 #include <complex.h>
 #include <stdio.h>
-#include <stdlib.h>
+#include <string.h>
 
 enum { ROUNDS = 60, STEPS = 4096, DEGREE_MAX = 5, METHODS = 3 };
 static const uint64_t SEED = 1;
@@ -41,8 +41,7 @@ struct strip {
 static struct vec3 curve(const struct strip *strip, double t, int order) {
     struct vec3 p[DEGREE_MAX + 1];
     int n = strip->degree;
-    for (int k = 0; k <= n; k++)
-        p[k] = strip->point[k];
+    memcpy(p, strip->point, sizeof p);
     for (; order > 0; order--, n--)
         for (int k = 0; k < n; k++)
             p[k] = vec3_scale(n, vec3_sub(p[k + 1], p[k]));
@@ -85,12 +84,15 @@ static void unroll(struct strip *strip) {
 }
 
 /* Where (t, v) lies in the plane. */
-static double complex in_plane(const struct strip *strip, double t, double v) {
+static void in_plane(const void *surface, double t, double v, double at[2]) {
+    const struct strip *strip = surface;
     int k = (int)fmin(t * STEPS, STEPS - 1);
     double from = (double)k / STEPS, angle = strip->angle[k];
     double complex g = strip->g[k];
     go_on(strip, from, t - from, &angle, &g);
-    return g + (strip->s[0] + v * (strip->s[1] - strip->s[0])) * moving(strip, t, angle);
+    g += (strip->s[0] + v * (strip->s[1] - strip->s[0])) * moving(strip, t, angle);
+    at[0] = creal(g);
+    at[1] = cimag(g);
 }
 
 /* The least radius of the strip, on its edge nearest to c: s k^2 |c'|^3 over the torsion's
@@ -141,27 +143,6 @@ static void make_shape(const struct strip *strip, struct shape *shape) {
     }
 }
 
-/* The largest distance of a node from the square grid, in spacings. */
-static double off_grid(const struct strip *strip, const struct drape_nodes *n, double d) {
-    double complex origin = 0, turn[2] = {0, 0};
-    double off[2] = {0, 0};
-    for (size_t k = 0; k < n->count; k++)
-        if (n->i[k] == 0 && n->j[k] == 0)
-            origin = in_plane(strip, n->u[k], n->v[k]);
-    for (int pass = 0; pass < 2; pass++)
-        for (size_t k = 0; k < n->count; k++) {
-            double complex at = (in_plane(strip, n->u[k], n->v[k]) - origin) / d;
-            for (int side = 0; side < 2; side++) { /* the strip seen from either side */
-                double complex grid = CMPLX(n->i[k], side ? -n->j[k] : n->j[k]);
-                if (pass == 0)
-                    turn[side] += at * conj(grid);
-                else
-                    off[side] = fmax(off[side], cabs(at - grid * turn[side] / cabs(turn[side])));
-            }
-        }
-    return fmin(off[0], off[1]);
-}
-
 /* Whether a drape of the strip, by method m, is wrong. */
 static bool is_wrong(const struct strip *strip, const struct drape_settings *settings, int m) {
     static struct shape shape;
@@ -170,7 +151,7 @@ static bool is_wrong(const struct strip *strip, const struct drape_settings *set
     own.method = methods[m].id;
     make_shape(strip, &shape);
     drape_begin(&run, &shape, &own);
-    double off = off_grid(strip, &run.result.nodes, own.spacing[0]), shear = 0;
+    double off = square_gap(&run.result.nodes, own.spacing[0], in_plane, strip), shear = 0;
     for (size_t k = 0; k < run.result.nodes.count; k++)
         shear = fmax(shear, fabs(run.result.nodes.shear_deg[k]));
     double cover = run.result.summary.cloth_coverage, most = run.result.summary.max_shear_deg;
@@ -215,14 +196,8 @@ static int wrong_of(uint64_t name) {
 }
 
 static void test_exact_tangents_unroll(void **state) {
-    const char *seed_text = getenv("DRAPED_SEED"), *rounds_text = getenv("DRAPED_ROUNDS");
-    uint64_t first = seed_text ? strtoull(seed_text, NULL, 10) : SEED;
-    int rounds = rounds_text ? atoi(rounds_text) : check_sized(ROUNDS, 4), wrong = 0;
     (void)state;
-    printf("  seed %llu\n", (unsigned long long)first);
-    for (int round = 0; round < rounds; round++)
-        wrong += wrong_of(first + (uint64_t)round);
-    assert_int_equal(wrong, 0);
+    assert_int_equal(check_rounds(SEED, ROUNDS, 4, wrong_of), 0);
 }
 
 int main(void) {
