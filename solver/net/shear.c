@@ -143,7 +143,7 @@ static uint32_t places(const struct shear_block *block, int x, int y) {
 
 /* Where block->r of the place (x, y) off a place begins. */
 INLINE const double *row_of(const struct shear_block *block, int k, int x, int y) {
-    return block->r[k][y + SHEAR_REACH] + x + SHEAR_REACH;
+    return &block->r[k][y + SHEAR_REACH][x + SHEAR_REACH];
 }
 
 INLINE void differences(const struct shear_block *block, int dx, int dy, enum shear_order order,
