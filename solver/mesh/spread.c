@@ -2,6 +2,8 @@
 #include "spread.h"
 
 #include "solver/surface/spans.h"
+#include "solver/wide.h"
+#include <math.h>
 
 /* Candidates for each place, and at the least; patches of a surface at the least, by which area is
  * shared out; moves of all places. */
@@ -171,13 +173,21 @@ static enum status make_candidates(const struct spread_part *part, const struct 
 
 /* ---- moves ---- */
 
-/* Seeds by cubes of space, hashed into chains. */
+/* Vectors of this width are plain C, of registers where a machine has them. */
+enum { LANES = 4 };
+typedef double lanes __attribute__((vector_size(8 * LANES)));
+typedef int64_t lanes_mask __attribute__((vector_size(8 * LANES))); /* -1 where true, else 0 */
+
+/* Seeds by cubes of space, hashed into chains; and in rows, LANES at a time. */
 struct buckets {
     double side;
     size_t mask;
     int32_t *first, *next; /* of a bucket, of a seed; -1 ends a chain */
     const struct vec3 *seeds;
-    size_t count;
+    size_t count, rows;
+    struct seed_row {
+        lanes x, y, z; /* behind the last seed infinite */
+    } * row;
 };
 
 static size_t bucket_of(const struct buckets *b, int64_t x, int64_t y, int64_t z) {
@@ -188,6 +198,16 @@ static size_t bucket_of(const struct buckets *b, int64_t x, int64_t y, int64_t z
 
 static int64_t cube(const struct buckets *b, double x) {
     return (int64_t)floor(x / b->side);
+}
+
+static void fill_rows(struct buckets *b) {
+    for (size_t k = 0; k < b->rows * LANES; k++) {
+        struct seed_row *row = &b->row[k / LANES];
+        bool there = k < b->count;
+        row->x[k % LANES] = there ? b->seeds[k].x : HUGE_VAL;
+        row->y[k % LANES] = there ? b->seeds[k].y : 0;
+        row->z[k % LANES] = there ? b->seeds[k].z : 0;
+    }
 }
 
 static void fill_buckets(struct buckets *b) {
@@ -220,18 +240,34 @@ static bool near_seed(const struct buckets *b, struct vec3 r, int32_t *nearest, 
     return *nearest >= 0 && *least <= b->side * b->side;
 }
 
+/* The nearest of all seeds, of equally near ones the first. */
+WIDE_CLONES
+static int32_t nearest_of_all(const struct buckets *b, struct vec3 r) {
+    lanes least = (lanes){0} + HUGE_VAL;
+    lanes_mask row = {0};
+    for (size_t k = 0; k < b->rows; k++) {
+        lanes x = b->row[k].x - r.x, y = b->row[k].y - r.y, z = b->row[k].z - r.z;
+        lanes square = x * x + y * y + z * z;
+        lanes_mask nearer = square < least;
+        least = (lanes)(((lanes_mask)square & nearer) | ((lanes_mask)least & ~nearer));
+        row = ((int64_t)k & nearer) | (row & ~nearer);
+    }
+    int best = 0;
+    for (int l = 1; l < LANES; l++)
+        if (least[l] < least[best] || (!(least[l] > least[best]) && row[l] < row[best]))
+            best = l;
+    return (int32_t)(row[best] * LANES + best);
+}
+
 /* So few seeds are looked at faster than 27 cubes. */
-enum { FEW = 48 };
+enum { FEW = 256 };
 
 /* The nearest seed: that within one side if there is any, else of all. */
 static int32_t nearest_seed(const struct buckets *b, struct vec3 r) {
     int32_t nearest = -1;
     double least = 0;
-    if (b->count > FEW && near_seed(b, r, &nearest, &least))
-        return nearest;
-    for (size_t s = 0; s < b->count; s++)
-        take_nearer(b, (int32_t)s, r, &nearest, &least);
-    return nearest;
+    bool near = b->count > FEW && near_seed(b, r, &nearest, &least);
+    return near ? nearest : nearest_of_all(b, r);
 }
 
 /* The work of the moves, by candidate and by seed. */
@@ -247,6 +283,7 @@ struct moves {
 
 /* Each seed to the middle of those candidates that it is the nearest of. */
 static void move_once(struct moves *m, struct buckets *b) {
+    fill_rows(b);
     fill_buckets(b);
     for (size_t s = 0; s < m->count; s++) {
         m->sum[s] = vec3_make(0, 0, 0);
@@ -292,9 +329,11 @@ static bool prepare_moves(struct moves *m, struct buckets *b, double area, struc
                           .first = arena_take(arena, buckets, sizeof *b->first),
                           .next = arena_take(arena, m->count, sizeof *b->next),
                           .seeds = m->at,
-                          .count = m->count};
-    if (!m->owner || !m->choice || !m->at || !m->sum || !m->members || !m->least || !b->first ||
-        !b->next)
+                          .count = m->count,
+                          .rows = (m->count + LANES - 1) / LANES};
+    b->row = arena_take(arena, b->rows, sizeof *b->row);
+    if (!b->row || !m->owner || !m->choice || !m->at || !m->sum || !m->members || !m->least ||
+        !b->first || !b->next)
         return false;
     for (size_t s = 0; s < m->count; s++) {
         m->choice[s] = (2 * s + 1) * m->candidate_count / (2 * m->count);
