@@ -225,6 +225,7 @@ static bool start_checkers(struct service *service) {
         .timeout_ms = config->check_timeout * 1000,
         .map_timeout_ms = config->job_timeout * 1000,
         .import_timeout_ms = config->import_timeout * 1000,
+        .turn_ms = CHECKERS_TURN_MS,
         .max_output = config->max_result,
         .folder = access(config->data, W_OK | X_OK) == 0 ? config->data : "",
         .memory_flag = "check-memory",

@@ -120,6 +120,22 @@ static bool select_columns(struct encoder *encoder, const struct api_column_sour
 
 /* ---- the encoder ---- */
 
+/* Of a drape the nodes or the cells, of a study the variants or the bands. */
+static bool choose_table(struct encoder *encoder, struct api_problem *problem) {
+    bool study = encoder->columns.document == API_DOCUMENT_STUDY;
+    enum api_table *table = &encoder->options.table;
+    enum api_table first = study ? API_TABLE_VARIANTS : API_TABLE_NODES;
+    if (!encoder->options.table_given)
+        *table = first;
+    if (*table == first || *table == (study ? API_TABLE_BANDS : API_TABLE_CELLS))
+        return true;
+    api_problem_set(problem, API_INVALID_REQUEST,
+                    study ? "table: a study has variants and bands; those of its drapes are there "
+                            "with the parameter sample"
+                          : "table: a drape has nodes and cells");
+    return false;
+}
+
 static bool open_result(struct encoder *encoder, const char *fields, struct api_problem *problem) {
     struct api_column_source columns[API_COLUMNS_MAX];
     if (api_columns_open(encoder->reader, &encoder->columns, problem) != API_OK)
@@ -130,16 +146,13 @@ static bool open_result(struct encoder *encoder, const char *fields, struct api_
     for (size_t k = 0; k < encoder->columns.count; k++)
         if (encoder->columns.column[k].table != API_TABLE_CUT)
             columns[count++] = encoder_source(encoder, &encoder->columns.column[k]);
-    if (encoder->columns.document == API_DOCUMENT_STUDY) {
-        if (!encoder->format->tables) {
-            api_problem_set(problem, API_NOT_ACCEPTABLE,
-                            "a study has no %s; drape one of its variants", encoder->format->name);
-            return false;
-        }
-        if (encoder->options.table != API_TABLE_BANDS)
-            encoder->options.table = API_TABLE_VARIANTS;
+    if (encoder->columns.document == API_DOCUMENT_STUDY && !encoder->format->tables) {
+        api_problem_set(problem, API_NOT_ACCEPTABLE, "a study has no %s; drape one of its variants",
+                        encoder->format->name);
+        return false;
     }
-    return select_columns(encoder, columns, count, fields, problem);
+    return choose_table(encoder, problem) &&
+           select_columns(encoder, columns, count, fields, problem);
 }
 
 static bool open_map(struct encoder *encoder, const struct map_fields *source, const char *fields,

@@ -79,6 +79,7 @@ static bool set_table(struct format_options *options, const char *value,
     for (size_t k = 0; k < sizeof tables / sizeof *tables; k++) {
         if (strcmp(value, api_table_name(tables[k])) == 0) {
             options->table = tables[k];
+            options->table_given = true;
             return true;
         }
     }

@@ -60,8 +60,9 @@ struct format_options {
     int precision;        /* significant digits, 1..17; 0: the shortest that reads back the same */
     const char *fields;   /* "nodes.x,cells.k1": only these columns; of a map also "k1"; NULL or
                              "": all */
-    enum api_table table; /* for formats that hold one table: nodes or cells; of a map cells (what
-                             nodes means as well) or plies */
+    enum api_table table; /* for formats that hold one table: nodes or cells, of a study variants or
+                             bands; of a map cells (what nodes means as well) or plies */
+    bool table_given;     /* not: the first of these */
     double within; /* of formats that group stacks: how far those of a group differ at most, in
                       degrees and in percent of thickness; 0: not at all */
     /* of lcmsim */

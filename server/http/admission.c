@@ -9,15 +9,23 @@
 #include <sys/socket.h>
 
 /* A new connection looks idle until its first request arrives. */
-enum { GRACE_US = 100 * 1000 };
+enum { GRACE_US = 100 * 1000, OWNERS = 64 };
 
-/* The list is walked only when places are short. */
+/* The lists are walked only when places are short, and those of an owner no more often than one of
+ * them can have become idle: else whoever has busy ones alone, and goes on connecting, would keep
+ * all threads waiting for the lock. */
 struct admissions {
     struct shares *shares;
     pthread_mutex_t lock;
     int64_t most, owner_most;
     int64_t served, reserved, closing;
-    struct admission_client *clients; /* a list */
+    struct {
+        struct admission_client *first, *last;
+    } clients[2]; /* lists: in reserve, served; who came, or ended a request, before others first */
+    struct {
+        char owner[REQUEST_CALLER_SIZE]; /* "": any */
+        int64_t until_us;                /* none that is served is idle before */
+    } busy[OWNERS];
 };
 
 struct admissions *admissions_new(struct shares *shares, int64_t most, int64_t owner_most) {
@@ -67,19 +75,39 @@ static void leave_place(struct admissions *admissions, const struct admission_cl
     }
 }
 
-/* ------------------------------------------------------------------ making room */
-
-/* Whether a request may be on its way up from the socket: its thread has not come to read it. */
-static bool has_unread(const struct admission_client *client) {
-    int bytes = 0;
-    return ioctl(client->socket, FIONREAD, &bytes) == 0 && bytes > 0;
+static void append(struct admissions *admissions, struct admission_client *client) {
+    bool served = client->how == ADMISSION_SERVED;
+    struct admission_client *last = admissions->clients[served].last;
+    client->next = NULL;
+    client->previous = last;
+    *(last ? &last->next : &admissions->clients[served].first) = client;
+    admissions->clients[served].last = client;
 }
 
-/* Whether it may be closed for another, as far as is known without asking the system. */
-static bool looks_idle(const struct admission_client *client, bool served) {
-    int64_t latest = clock_us() - (served ? GRACE_US : 0);
-    return !client->busy && !client->closing && served == (client->how == ADMISSION_SERVED) &&
-           atomic_load(&client->active_us) <= latest;
+static void withdraw(struct admissions *admissions, struct admission_client *client) {
+    bool served = client->how == ADMISSION_SERVED;
+    struct admission_client *next = client->next, *previous = client->previous;
+    *(previous ? &previous->next : &admissions->clients[served].first) = next;
+    *(next ? &next->previous : &admissions->clients[served].last) = previous;
+}
+
+/* ------------------------------------------------------------------ making room */
+
+/* Whether a request may be on its way up from the socket: its thread has not come to read it. It
+ * counts as heard now, so that the system is not asked again at once. */
+static bool has_unread(struct admission_client *client, int64_t now) {
+    int bytes = 0;
+    bool unread = ioctl(client->socket, FIONREAD, &bytes) == 0 && bytes > 0;
+    if (unread)
+        atomic_store(&client->active_us, now);
+    return unread;
+}
+
+/* Since when it has been idle, or from when it may be, at the earliest. */
+static int64_t idle_since(const struct admission_client *client, int64_t now) {
+    bool served = client->how == ADMISSION_SERVED;
+    return client->busy ? now + GRACE_US
+                        : atomic_load(&client->active_us) + (served ? GRACE_US : 0);
 }
 
 static bool idle_longer(const struct admission_client *client,
@@ -87,31 +115,62 @@ static bool idle_longer(const struct admission_client *client,
     return !than || atomic_load(&client->active_us) < atomic_load(&than->active_us);
 }
 
-/* The one that has been idle longest, of the owner (NULL: of any), served or in reserve. */
-static struct admission_client *find_idle(const struct admissions *admissions, const char *owner,
-                                          bool served) {
-    struct admission_client *found = NULL;
-    for (struct admission_client *client = admissions->clients; client; client = client->next)
-        if (looks_idle(client, served) && (!owner || !strcmp(client->owner, owner)) &&
-            idle_longer(client, found) && !has_unread(client))
-            found = client;
-    return found;
+/* FNV-1a; two owners at one place are walked for more often. */
+static unsigned place_of(const char *owner) {
+    uint32_t hash = 2166136261u;
+    for (; *owner; owner++)
+        hash = (hash ^ (unsigned char)*owner) * 16777619u;
+    return hash % OWNERS;
 }
 
-/* The one that has been idle longest of the owner who has most, among those with idle ones. */
-static struct admission_client *find_idle_of_most(const struct admissions *admissions) {
+static bool all_busy(const struct admissions *admissions, const char *owner, int64_t now) {
+    unsigned at = place_of(owner);
+    return now < admissions->busy[at].until_us && !strcmp(admissions->busy[at].owner, owner);
+}
+
+static void note_busy(struct admissions *admissions, const char *owner, int64_t until_us) {
+    unsigned at = place_of(owner);
+    snprintf(admissions->busy[at].owner, sizeof admissions->busy[at].owner, "%s", owner);
+    admissions->busy[at].until_us = until_us;
+}
+
+/* The one that has been idle longest, of the owner ("": of the one who has most, among those with
+ * idle ones). NULL: there is none, or no more may be closed now. */
+static struct admission_client *find_idle(struct admissions *admissions, const char *owner) {
     struct admission_client *found = NULL;
-    int64_t most = 0;
-    for (struct admission_client *client = admissions->clients; client; client = client->next) {
-        if (!looks_idle(client, true))
+    int64_t now = clock_us(), next = now + GRACE_US, most = 0;
+    if (admissions->closing >= ADMISSION_CLOSING || all_busy(admissions, owner, now))
+        return NULL;
+    for (struct admission_client *client = admissions->clients[1].first; client;
+         client = client->next) {
+        if (client->closing || (*owner && strcmp(client->owner, owner) != 0))
             continue;
-        bool same = found && !strcmp(found->owner, client->owner);
+        int64_t since = idle_since(client, now);
+        if (since > now) {
+            next = since < next ? since : next;
+            continue;
+        }
+        bool same = *owner || (found && !strcmp(found->owner, client->owner));
         int64_t has = same ? most : count(admissions, client->owner);
-        if ((has > most || (has == most && idle_longer(client, found))) && !has_unread(client)) {
+        if ((has > most || (has == most && idle_longer(client, found))) &&
+            !has_unread(client, now)) {
             most = has;
             found = client;
         }
     }
+    if (!found)
+        note_busy(admissions, owner, next);
+    return found;
+}
+
+static struct admission_client *find_idle_in_reserve(struct admissions *admissions) {
+    struct admission_client *found = NULL;
+    int64_t now = clock_us();
+    for (struct admission_client *client = admissions->clients[0].first; client;
+         client = client->next)
+        if (!client->closing && idle_since(client, now) <= now && idle_longer(client, found) &&
+            !has_unread(client, now))
+            found = client;
     return found;
 }
 
@@ -132,10 +191,10 @@ static enum admission place(struct admissions *admissions, const struct admissio
     bool bounded = !client->shared && admissions->owner_most < admissions->most;
     if (admissions->served >= admissions->owner_most && bounded &&
         count(admissions, client->owner) >= admissions->owner_most &&
-        !close_idle(admissions, find_idle(admissions, client->owner, true)))
+        !close_idle(admissions, find_idle(admissions, client->owner)))
         return ADMISSION_OWNER_FULL;
     if (admissions->served >= admissions->most &&
-        !close_idle(admissions, find_idle_of_most(admissions)))
+        !close_idle(admissions, find_idle(admissions, "")))
         return ADMISSION_FULL;
     return ADMISSION_SERVED;
 }
@@ -148,14 +207,10 @@ bool admission_enter(struct admissions *admissions, struct admission_client *cli
     pthread_mutex_lock(&admissions->lock);
     client->how = place(admissions, client);
     bool good = client->how == ADMISSION_SERVED || admissions->reserved < ADMISSION_RESERVE ||
-                close_idle(admissions, find_idle(admissions, NULL, false));
+                close_idle(admissions, find_idle_in_reserve(admissions));
     good = good && take_place(admissions, client);
-    if (good) {
-        client->next = admissions->clients;
-        if (client->next)
-            client->next->previous = client;
-        admissions->clients = client;
-    }
+    if (good)
+        append(admissions, client);
     pthread_mutex_unlock(&admissions->lock);
     return good;
 }
@@ -163,9 +218,7 @@ bool admission_enter(struct admissions *admissions, struct admission_client *cli
 void admission_leave(struct admissions *admissions, struct admission_client *client) {
     pthread_mutex_lock(&admissions->lock);
     leave_place(admissions, client);
-    *(client->previous ? &client->previous->next : &admissions->clients) = client->next;
-    if (client->next)
-        client->next->previous = client->previous;
+    withdraw(admissions, client);
     pthread_mutex_unlock(&admissions->lock);
 }
 
@@ -173,6 +226,10 @@ void admission_busy(struct admissions *admissions, struct admission_client *clie
     pthread_mutex_lock(&admissions->lock);
     client->busy = busy;
     atomic_store(&client->active_us, clock_us());
+    if (!busy) {
+        withdraw(admissions, client);
+        append(admissions, client);
+    }
     pthread_mutex_unlock(&admissions->lock);
 }
 

@@ -161,9 +161,10 @@ static void refuse_full(struct call *call, enum store_bound bound) {
     reply_header(reply, "Retry-After", "%d",
                  queue_rate_retry_seconds(own ? config->owner_queue : config->queue_limit));
     if (own)
-        reply_refuse(reply, API_QUOTA,
-                     "you have as many drapes waiting as one owner may: %lld (--owner-queue)",
-                     (long long)config->owner_queue);
+        reply_refuse(
+            reply, API_QUOTA,
+            "you have as many drapes and studies waiting as one owner may: %lld (--owner-queue)",
+            (long long)config->owner_queue);
     else
         reply_refuse(reply, API_QUEUE_FULL, "the queue is at its limit (--queue-limit)");
 }

@@ -188,14 +188,15 @@ static bool reply_early(struct call *call, const struct store_job *job,
 bool results_ready(struct call *call, const struct store_job *job) {
     struct reply *reply = call->reply;
     if (!store_status_ended(job->status)) {
-        reply_refuse(reply, API_RESULT_NOT_READY, "the drape is %s",
+        reply_refuse(reply, API_RESULT_NOT_READY, "the %s is %s", store_kind_name(job->kind),
                      store_status_name(job->status));
     } else if (job->status == STORE_FAILED) {
         int status;
         char *text = documents_job_problem(job, call->request->id, &status);
         reply_text(reply, status, "application/problem+json", text);
     } else if (job->status == STORE_CANCELLED) {
-        reply_refuse(reply, API_CANCELLED, "the drape was cancelled: no result");
+        reply_refuse(reply, API_CANCELLED, "the %s was cancelled: no result",
+                     store_kind_name(job->kind));
     } else if (job->expired) {
         reply_refuse(reply, API_GONE,
                      "the result has been removed (--retention, --retention-bytes)");

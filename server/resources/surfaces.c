@@ -172,7 +172,8 @@ enum http_next surfaces_delete(struct call *call) {
     if (answer == STORE_EMPTY)
         return call_not_found(call, "surface");
     if (answer == STORE_CONFLICT)
-        reply_refuse(call->reply, API_CONFLICT, "a queued or running drape needs it");
+        reply_refuse(call->reply, API_CONFLICT,
+                     "a drape, study or laminate that has not ended needs it");
     else if (answer != STORE_OK)
         return call_store_failed(call, answer);
     else

@@ -179,6 +179,9 @@ struct store {
     unsigned char secret[CURSOR_SECRET_BYTES];
 };
 
+/* What the sweeps have seen of the clocks. */
+struct steady store_clocks(const struct store *store);
+
 /* Microseconds of the monotonic clock of this machine, the same for all its processes. */
 int64_t store_steady_us(const struct store *store);
 

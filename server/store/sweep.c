@@ -21,8 +21,16 @@ static enum store_answer repeat(struct store *store, enum store_step step,
     return STORE_OK;
 }
 
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; /* of `store->steady` */
+
+struct steady store_clocks(const struct store *store) {
+    pthread_mutex_lock(&lock);
+    const struct steady steady = store->steady;
+    pthread_mutex_unlock(&lock);
+    return steady;
+}
+
 static struct steady look_at_clocks(struct store *store, int64_t now) {
-    static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
     pthread_mutex_lock(&lock);
     const struct steady before = store->steady;
     steady_look(&store->steady, now, store_steady_us(store));

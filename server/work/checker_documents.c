@@ -95,6 +95,15 @@ static bool append(void *context, const void *bytes, size_t length) {
     return !((struct api_text *)context)->failed;
 }
 
+/* A text that could not grow has refused what was written: that is no cancellation. */
+static enum api_problem_id without_room(const struct api_text *text, struct api_problem *problem) {
+    if (text->failed) {
+        memset(problem, 0, sizeof *problem);
+        api_problem_set(problem, API_OUT_OF_MEMORY, "the drape needs more memory than allowed");
+    }
+    return problem->id;
+}
+
 /* Drapes the variant; its request and its result lie in the arena. */
 static enum api_problem_id drape_variant(const struct checker_task *task,
                                          const struct drape_monitor *monitor, struct arena *arena,
@@ -105,14 +114,14 @@ static enum api_problem_id drape_variant(const struct checker_task *task,
     const struct api_sink to_request = {.write = append, .context = &request};
     const struct api_sink to_container = {.write = append, .context = &container};
     if (checker_task_variant(task, &to_request, problem) != API_OK)
-        return problem->id;
+        return without_room(&request, problem);
     *input = (struct api_input){.request = request.bytes,
                                 .request_length = request.length,
                                 .surface = checker_task_surface(task),
                                 .surface_length = order->length[CHECKER_SECOND]};
     if (api_run(input, &order->limits, monitor, &to_container, problem) == API_OK)
         *result = (struct api_memory){container.bytes, container.length};
-    return problem->id;
+    return without_room(&container, problem);
 }
 
 /* ---- maps and samples ---- */
@@ -219,6 +228,8 @@ void checker_task_report(struct checker_task *task, struct api_problem *problem)
                                                    .finished = digest + strlen(digest) + 1,
                                                    .program = "draped " DRAPED_VERSION}},
                 &options, problem);
+        else
+            (void)without_room(&inputs, problem);
     }
     arena_free(arena);
 }

@@ -16,6 +16,13 @@ static bool is_unwanted(struct check *check) {
     return unwanted;
 }
 
+static bool must_yield(struct check *check, int64_t now) {
+    pthread_mutex_lock(&check->pool->lock);
+    bool yields = lane_must_yield(check->pool, check, now);
+    pthread_mutex_unlock(&check->pool->lock);
+    return yields;
+}
+
 /* What to do with a check that has no answer yet. */
 static enum check_outcome look(struct check *check) {
     int64_t now = clock_ms();
@@ -23,7 +30,9 @@ static enum check_outcome look(struct check *check) {
         return OUTCOME_DROPPED;
     if (now >= check->packet.deadline_ms)
         return OUTCOME_TIMEOUT;
-    if (check->lane == LANE_SLOW || now < check->begun_ms + CHECKERS_EXPRESS_MS)
+    if (check->lane == LANE_SLOW)
+        return must_yield(check, now) ? OUTCOME_AGAIN : OUTCOME_LATER;
+    if (now < check->begun_ms + CHECKERS_EXPRESS_MS)
         return OUTCOME_LATER;
     enum check_outcome outcome = lane_move_to_slow(check->pool, check);
     if (outcome == OUTCOME_LATER)

@@ -8,8 +8,11 @@
  * CHECKERS_EXPRESS_MS at the most. One that takes longer moves to the slow lane with its process,
  * at a lower priority, and another process takes its place; when the slow lane has no place left,
  * it is stopped and begins anew there later. So a small drape never waits behind a large one. Among
- * those that wait the owner with the fewest orders under way comes first, and no owner has all
- * places of the slow lane. An owner whose order has left the express lane, or has taken more than
+ * those that wait the owner with the fewest orders under way comes first, of these the one whose
+ * latest ended first, and no owner has all places of the slow lane. An order that has had a turn
+ * there (CHECKERS_TURN_MS, and twice as long each time) gives way when another owner waits with
+ * nothing in that lane: it is stopped and begins anew behind the others, one at a time in
+ * CHECKERS_YIELD_MS. An owner whose order has left the express lane, or has taken more than
  * CHECKERS_QUICK_MS of a processor there, comes last for CHECKERS_LONG_MS, and such owners together
  * leave one of its places to all others.
  *
@@ -31,6 +34,8 @@ enum {
     CHECKERS_EXPRESS_MS = 200,
     CHECKERS_QUICK_MS = 30,
     CHECKERS_LONG_MS = 10000,
+    CHECKERS_TURN_MS = 10000,
+    CHECKERS_YIELD_MS = 1000,
     CHECKERS_PLACES_MAX = 8, /* of a lane; more than that waits for the store anyway */
     CHECKERS_OWNER_SIZE = 65,
     CHECKERS_WAITING_MAX = 1024, /* orders of one owner that may wait; beyond it they are refused */
@@ -48,6 +53,7 @@ struct checkers_settings {
     int64_t memory;     /* bytes for all orders under way together: the budget */
     int64_t timeout_ms; /* of an order, waiting not counted */
     int64_t map_timeout_ms, import_timeout_ms; /* the same of maps and of CAD files */
+    int64_t turn_ms;                           /* CHECKERS_TURN_MS, but in tests */
     int64_t max_output;                        /* bytes */
     const char *folder;      /* where long outputs are kept while they are sent; "": in memory */
     const char *memory_flag; /* the one that sets `memory`, for messages */
@@ -87,7 +93,7 @@ struct checkers_stats {
     int64_t reserved; /* bytes of the budget */
     int64_t done, timeouts;
     int64_t crashes;  /* checks that crashed two processes */
-    int64_t restarts; /* begun anew, for the slow lane or after a crash */
+    int64_t restarts; /* begun anew, for the slow lane, after a turn there or after a crash */
 };
 
 /* Starts processes and threads. NULL when they cannot be had. */

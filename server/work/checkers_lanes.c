@@ -104,14 +104,51 @@ static void wake_for_waiting(struct checkers *pool) {
         pthread_cond_broadcast(&pool->changed);
 }
 
+/* What waits of the owner comes behind all else that waits. */
+static void put_last(struct checkers *pool, const char *owner) {
+    struct check *own = NULL, **end = &own, **at = &pool->waiting;
+    while (*at) {
+        struct check *check = *at;
+        if (strcmp(check->owner, owner) != 0) {
+            at = &check->next;
+            continue;
+        }
+        *at = check->next;
+        *end = check;
+        end = &check->next;
+    }
+    *end = NULL;
+    *at = own;
+}
+
 void lane_leave(struct checkers *pool, struct check *check) {
     lane_withdraw(&pool->running, check);
+    put_last(pool, check->owner);
     check->place->next = pool->idle;
     pool->idle = check->place;
     check->place = NULL;
     pool->stats.under_way[check->lane]--;
     pool->stats.reserved -= check->reserve;
     wake_for_waiting(pool);
+}
+
+/* Whether another owner waits for the slow lane, with nothing in it. */
+static bool is_awaited(const struct checkers *pool, const char *owner) {
+    for (const struct check *check = pool->waiting; check; check = check->next)
+        if (check->lane == LANE_SLOW && strcmp(check->owner, owner) != 0 &&
+            count(pool->running, check->owner, LANE_SLOW) == 0)
+            return true;
+    return false;
+}
+
+bool lane_must_yield(struct checkers *pool, struct check *check, int64_t now) {
+    int64_t turn = pool->settings.turn_ms << (check->turns < 16 ? check->turns : 16);
+    if (now < check->begun_ms + turn || now < pool->yielded_ms + CHECKERS_YIELD_MS ||
+        !is_awaited(pool, check->owner))
+        return false;
+    pool->yielded_ms = now;
+    check->turns++;
+    return true;
 }
 
 enum check_outcome lane_move_to_slow(struct checkers *pool, struct check *check) {

@@ -51,6 +51,7 @@ struct check {
     bool last; /* its owner's orders took long lately */
     struct check_place *place;
     int64_t begun_ms;
+    int turns; /* it has had in the slow lane */
     bool dropped;
 };
 
@@ -66,7 +67,8 @@ struct checkers {
     pthread_cond_t changed;
     int places_ready;
     struct check_place *idle;
-    struct check *waiting, *running; /* lists; `waiting` in the order of arrival */
+    struct check *waiting, *running; /* lists; of `waiting` the first comes next, all else equal */
+    int64_t yielded_ms;              /* when an order gave way last */
     struct {
         char owner[CHECKERS_OWNER_SIZE];
         int64_t until_ms;
@@ -84,7 +86,7 @@ enum check_outcome {
     OUTCOME_DROPPED,
     OUTCOME_NOT_BEGUN,
     OUTCOME_QUOTA,
-    OUTCOME_AGAIN /* no place in the slow lane: to be begun anew */
+    OUTCOME_AGAIN /* no place in the slow lane, or no longer: to be begun anew */
 };
 
 /* ---- an order ---- */
@@ -164,8 +166,12 @@ struct check *lane_choose(const struct checkers *pool);
 /* Gives the check, which is in no list, the first idle place. */
 void lane_begin(struct checkers *pool, struct check *check);
 
-/* Gives back the place and its share of the budget. */
+/* Gives back the place and its share of the budget; what else of its owner waits comes behind what
+ * others wait with. */
 void lane_leave(struct checkers *pool, struct check *check);
+
+/* Whether the check, in the slow lane, has had its turn there and another owner waits for one. */
+bool lane_must_yield(struct checkers *pool, struct check *check, int64_t now);
 
 /* Without the lock. Moves the check, which takes too long for the express lane, to the slow one
  * with its process, if that has a place; if not, it has to begin anew there, unless too many of the

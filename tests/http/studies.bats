@@ -97,6 +97,15 @@ columns() {
     curl -sS -H 'Accept-Encoding: zstd' "$URL/v1/studies/$id/result" | zstd -dq | jq -e '.variants.x | length == 12'
     call GET "/v1/studies/$id/result?format=vtp"
     expect_problem 406 not-acceptable
+    call GET "/v1/studies/$id/result?format=csv&table=variants"
+    expect 200
+    for format in csv json npz; do
+        call GET "/v1/studies/$id/result?format=$format&table=nodes"
+        expect_problem 422 invalid-request
+        field .detail | grep -q 'variants and bands'
+    done
+    call GET "/v1/studies/$id/result?sample=0&format=csv&table=nodes"
+    expect 200
     call GET "/v1/studies/$id/request"
     expect 200
     field '.drape.method' >/dev/null
@@ -165,6 +174,17 @@ columns() {
     expect_problem 422 invalid-request
     call GET "/v1/drapes/$drape/result?sample=0"
     expect_problem 422 invalid-request
+}
+
+@test "http: the drape of a sample says when it needs more memory than there is" {
+    start --workers 1 --check-memory 64M
+    jq '{drape: (.fabric.spacing = 0.02), vary: {angle_deg: [0]}, objectives: ["max_shear_deg"]}' \
+        "$EXAMPLES/saddle.json" | post /v1/studies - -H 'Prefer: wait=50'
+    expect 200
+    id=$(field .id)
+    call GET "/v1/studies/$id/result?sample=0"
+    expect_problem 413 too-large
+    field .detail | grep -q -- '--check-memory'
 }
 
 @test "http: what is wrong with a study is said before any work" {

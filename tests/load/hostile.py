@@ -159,6 +159,15 @@ def event_streams(caller):
                 b"\r\n\r\n" % waiting.get("id", caller.drape).encode(), None, 0.5)
 
 
+def study_streams(caller):
+    """Of a study that gets on all the time, more than one owner may have."""
+    study = {"drape": saddle(0.1), "objectives": ["max_shear_deg"],
+             "vary": {"start": {"grid": 300}, "angle_deg": {"from": 0, "to": 90, "step": 1}}}
+    running = caller.post("/v1/studies", json.dumps(study))
+    caller.hold(int(2500 * caller.scale), b"GET /v1/studies/%s/events HTTP/1.1\r\nHost: localhost"
+                b"\r\n\r\n" % running["id"].encode(), None, 0.1)
+
+
 def idle_connections(caller):
     caller.hold(int(2500 * caller.scale), b"GET /version HTTP/1.1\r\nHost: localhost\r\n\r\n", None,
                 1)
@@ -179,7 +188,7 @@ def unread_maps(caller):
 
 
 CORPUS = [crossing_trims, large_trims, large_surfaces, large_bodies, endless_drapes, endless_drapes,
-          event_streams, idle_connections, slow_uploads, unread_maps]
+          event_streams, study_streams, idle_connections, slow_uploads, unread_maps]
 
 
 def run(attack, arguments, answers):

@@ -50,6 +50,7 @@ static struct checkers_settings settings(void) {
                                       .timeout_ms = 20000,
                                       .map_timeout_ms = 20000,
                                       .import_timeout_ms = 20000,
+                                      .turn_ms = CHECKERS_TURN_MS,
                                       .max_output = INT64_C(64) << 20,
                                       .folder = "",
                                       .memory_flag = "check-memory"};
@@ -289,6 +290,36 @@ static void test_checkers_next_is_of_the_owner_with_fewest(void **state) {
     check_drop(slow);
 }
 
+static struct check *begin_of(const char *owner, const char *body) {
+    struct checkers_order order = order_of(CHECKER_DRAPE, body);
+    order.owner = owner;
+    return begin(&order);
+}
+
+/* Whoever comes to a slow lane that two other owners hold waits for a turn of theirs, not for all
+ * that they wait with; and they end in spite of that. */
+static void test_checkers_slow_lane_has_turns(void **state) {
+    (void)state;
+    enum { HELD = 4 };
+    struct checkers_settings wanted = settings();
+    struct check *held[HELD];
+    struct checkers_stats stats;
+    wanted.turn_ms = 500;
+    start(&wanted);
+    for (int k = 0; k < HELD; k++)
+        held[k] = begin_of(k % 2 ? "slow" : "slower", "sleep 6000");
+    int64_t begun = clock_ms();
+    assert_int_equal(end_of(begin_of("other", "sleep 400")), API_MALFORMED_JSON);
+    checkers_stats(pool, &stats);
+    print_message("# waited %lld ms, %lld restarts\n", (long long)(clock_ms() - begun),
+                  (long long)stats.restarts);
+    assert_in_range(stats.restarts, 1, 5); /* three left the express lane, one gave way */
+    for (int k = 0; k < HELD; k++)
+        assert_false(check_done(held[k]));
+    for (int k = 0; k < HELD; k++)
+        assert_int_equal(end_of(held[k]), API_MALFORMED_JSON);
+}
+
 /* An owner whose orders took long leaves one of the express places to others. */
 static void test_checkers_long_ones_leave_a_place(void **state) {
     (void)state;
@@ -489,6 +520,7 @@ int main(int argc, char **argv) {
         cmocka_unit_test_teardown(test_checkers_quick_passes_slow, stop),
         cmocka_unit_test_teardown(test_checkers_share_of_slow_lane, stop),
         cmocka_unit_test_teardown(test_checkers_next_is_of_the_owner_with_fewest, stop),
+        cmocka_unit_test_teardown(test_checkers_slow_lane_has_turns, stop),
         cmocka_unit_test_teardown(test_checkers_long_ones_leave_a_place, stop),
         cmocka_unit_test_teardown(test_checkers_share_a_budget, stop),
         cmocka_unit_test_teardown(test_checkers_quota_of_waiting, stop),

@@ -151,6 +151,24 @@ static void test_store_stale_claim_is_refused(void **state) {
     scratch_expect_result(scratch, fresh.id, "fresh", 5, 5);
 }
 
+/* With the result of its digest there already nothing is written but the end of the job. */
+static void test_store_stale_claim_does_not_end_by_a_twin(void **state) {
+    struct scratch *scratch = *state;
+    struct store_claim stale = scratch_claimed(scratch, "a"), twin, fresh;
+    char id[ID_SIZE];
+    scratch_submit(scratch, "a", id);
+    assert_int_equal(store_claim(scratch->store, &twin), STORE_OK);
+    scratch_now += 40 * second;
+    assert_int_equal(store_renew(scratch->store, &twin, 0), STORE_OK);
+    scratch_now += 21 * second;
+    assert_int_equal(scratch_sweep(scratch).requeued, 1);
+    assert_int_equal(store_claim(scratch->store, &fresh), STORE_OK);
+    assert_string_equal(fresh.id, stale.id);
+    assert_int_equal(scratch_commit(scratch, &twin, "twin", 4), STORE_OK);
+    expect_lost(scratch, &stale);
+    assert_int_equal(store_check(scratch->store, &fresh), STORE_OK);
+}
+
 static void test_store_claim_is_lost_by_cancel_and_end(void **state) {
     struct scratch *scratch = *state;
     struct store_claim claim = scratch_claimed(scratch, "a");
@@ -427,6 +445,7 @@ int main(void) {
         WITH_STORE(test_store_renew_keeps_the_progress_from_going_back),
         WITH_STORE(test_store_lease_holds_while_it_is_renewed),
         WITH_STORE(test_store_stale_claim_is_refused),
+        WITH_STORE(test_store_stale_claim_does_not_end_by_a_twin),
         WITH_STORE(test_store_claim_is_lost_by_cancel_and_end),
         WITH_STORE(test_store_clock_set_takes_no_job_from_its_holder),
         WITH_STORE(test_store_lease_ends_after_the_clock_was_set),

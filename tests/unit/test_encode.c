@@ -238,7 +238,7 @@ static char *take(char **text, char end) {
 static void check_csv(enum api_table table) {
     struct api_columns columns;
     open_container(&columns);
-    struct bytes text = encode("csv", (struct format_options){.table = table});
+    struct bytes text = encode("csv", (struct format_options){.table = table, .table_given = true});
     double *values[API_COLUMNS_MAX];
     const struct api_column *of_table[API_COLUMNS_MAX];
     size_t count = 0;

@@ -290,15 +290,13 @@ enum store_answer postgres_members(struct store *store, const char *id, struct s
 static struct pg_query list_query(struct store *store, const struct store_filter *filter) {
     struct pg_query query = postgres_query(
         store,
-        filter->kind != STORE_DRAPE
-            ? (filter->has_status ? LIST_OF("($2::text IS NULL OR j.owner = $2) AND"
-                                            " j.kind > 0 AND j.kind = $4 AND"
-                                            " $5 = " SQL_SHOWN)
-                                  : LIST_OF("($2::text IS NULL OR j.owner = $2) AND"
-                                            " j.kind > 0 AND j.kind = $4"))
-        : filter->owner
-            ? (filter->has_status ? LIST_OF("j.owner = $2 AND j.kind = $4 AND j.status = $5")
+        filter->owner
+            ? (filter->has_status ? LIST_OF("j.owner = $2 AND j.kind = $4 AND $5 = " SQL_SHOWN)
                                   : LIST_OF("j.owner = $2 AND j.kind = $4"))
+        : filter->kind != STORE_DRAPE
+            ? (filter->has_status ? LIST_OF("$2::text IS NULL AND j.kind > 0 AND j.kind = $4 AND"
+                                            " $5 = " SQL_SHOWN)
+                                  : LIST_OF("$2::text IS NULL AND j.kind > 0 AND j.kind = $4"))
             : (filter->has_status ? LIST_OF("$2::text IS NULL AND j.kind = $4 AND j.status = $5")
                                   : LIST_OF("$2::text IS NULL AND j.kind = $4")));
     pg_bind_int(&query, filter->cursor > 0 ? filter->cursor : INT64_MAX);

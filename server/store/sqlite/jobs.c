@@ -350,12 +350,11 @@ enum store_answer sqlite_members(struct store *store, const char *id, struct sto
 static struct query list_query(struct db *db, const struct store_filter *filter) {
     int64_t before = filter->cursor > 0 ? filter->cursor : INT64_MAX;
     struct query query =
-        filter->kind != STORE_DRAPE
-            ? db_query(db, LIST_OF("j.kind > 0 AND j.kind = ?5 AND (?3 IS NULL OR +j.owner = ?3)"
-                                   " AND (?2 IS NULL OR ?2 = " SQL_SHOWN ")"))
-        : filter->owner
-            ? db_query(db,
-                       LIST_OF("(?2 IS NULL OR +j.status = ?2) AND j.owner = ?3 AND j.kind = ?5"))
+        filter->owner ? db_query(db, LIST_OF("j.owner = ?3 AND j.kind = ?5 AND"
+                                             " (?2 IS NULL OR ?2 = " SQL_SHOWN ")"))
+        : filter->kind != STORE_DRAPE
+            ? db_query(db, LIST_OF("j.kind > 0 AND j.kind = ?5 AND ?3 IS NULL AND"
+                                   " (?2 IS NULL OR ?2 = " SQL_SHOWN ")"))
         : filter->has_status ? db_query(db, LIST_OF("j.kind = ?5 AND j.status = ?2 AND ?3 IS NULL"))
                              : db_query(db, LIST_OF("+j.kind = ?5 AND ?2 IS NULL AND ?3 IS NULL"));
     query_bind_int(&query, before);

@@ -369,6 +369,10 @@ static const char schema_8[] =
     "CREATE TRIGGER owner_material_deleted AFTER DELETE ON materials BEGIN"
     " UPDATE owners SET others = others - length(old.definition) WHERE owner = old.owner; END;";
 
+/* Schema 9: an index that every claim and every end of a job had to write, and nobody to read. What
+ * runs is found by `jobs_running`. */
+static const char schema_9[] = "DROP INDEX jobs_lease;";
+
 /* Migrations in order, of a few scripts each: the n-th leads to version n. */
 enum { SCRIPTS = 3 };
 static const char *const migrations[][SCRIPTS] = {
@@ -379,7 +383,8 @@ static const char *const migrations[][SCRIPTS] = {
     {schema_5},
     {schema_6},
     {schema_7_columns, schema_7_counts, schema_7_families},
-    {schema_8}};
+    {schema_8},
+    {schema_9}};
 
 enum { CURRENT = sizeof migrations / sizeof migrations[0] };
 
