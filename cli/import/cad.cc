@@ -1,18 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 #include "cad.h"
 
+#include "edges.h"
 #include "face.h"
 #include "kind.h"
 #include <BRepAdaptor_Surface.hxx>
 #include <BRepBndLib.hxx>
-#include <BRepBuilderAPI_Sewing.hxx>
 #include <BRepGProp.hxx>
 #include <BRepTopAdaptor_FClass2d.hxx>
-#include <BRep_Tool.hxx>
 #include <Bnd_Box.hxx>
 #include <GProp_GProps.hxx>
-#include <Geom2d_Curve.hxx>
-#include <Geom_Surface.hxx>
 #include <IFSelect_ReturnStatus.hxx>
 #include <IGESCAFControl_Reader.hxx>
 #include <IGESData_IGESEntity.hxx>
@@ -35,11 +32,8 @@
 #include <TDocStd_Document.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
-#include <TopTools_IndexedDataMapOfShapeListOfShape.hxx>
 #include <TopTools_IndexedMapOfShape.hxx>
-#include <TopTools_ListOfShape.hxx>
 #include <TopoDS.hxx>
-#include <TopoDS_Edge.hxx>
 #include <TransferBRep.hxx>
 #include <Transfer_TransientProcess.hxx>
 #include <XCAFDoc_ColorTool.hxx>
@@ -59,18 +53,7 @@
 namespace drape {
 namespace {
 
-enum { GAP_SAMPLES = 9 };
-constexpr double TOLERANCE = 1e-5;      /* the service's default, as a share of the diagonal */
-constexpr double WIDE_TOLERANCE = 1e-4; /* of files whose faces are not within that, likewise */
-constexpr double NUMBER_MAX = 1e12;     /* of coordinates and weights; api/request/decode.h */
-constexpr double LONGER = 1e-3;         /* by which edges joined in those have to be, likewise */
-
-/* A face of the file in its place, before it is converted. */
-struct found_face {
-    TopoDS_Face shape;
-    std::string name, colour;
-    bool solid; /* of a closed body */
-};
+constexpr double NUMBER_MAX = 1e12; /* of coordinates and weights; api/request/decode.h */
 
 struct unit_name {
     const char *ours, *cascade, *words[3];
@@ -104,14 +87,6 @@ struct fault_group {
     std::vector<int> faces;
     double worst = 0;
 };
-
-std::string count_text(size_t count, const char *noun) {
-    return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
-}
-
-std::string face_title(int number, const std::string &name) {
-    return "face " + std::to_string(number) + (name.empty() ? "" : " (\"" + name + "\")");
-}
 
 /* Bytes in memory as a stream. */
 struct memory_buffer : std::streambuf {
@@ -161,7 +136,7 @@ class reading {
     Handle(TDocStd_Document) document;
     std::map<const TopoDS_TShape *, std::string> entity_names; /* of faces, by their entities */
     std::map<std::string, int> healed;                         /* by what was done, how often */
-    std::map<std::string, fault_group> faults;
+    std::vector<std::pair<int, fault>> faults;                 /* by their faces */
     std::vector<found_face> found;
     int bodies = 0, parts = 0; /* parts: instances that have faces */
     size_t edges = 0;          /* of no face */
@@ -180,14 +155,9 @@ class reading {
     TopoDS_Shape heal(const TopoDS_Shape &shape, Handle(ShapeBuild_ReShape) & context);
     std::string colour_of(const TopoDS_Shape &face, const TDF_Label &label);
     void note(const std::string &text) { result.notes.push_back(text); }
-    void blame(int number, const fault &found);
     void note_faults();
     void convert_face(int number, Bnd_Box &box);
-    void sew();
-    double sew_within(BRepBuilderAPI_Sewing &sewing, double tolerance);
     void check_size(double diagonal);
-    void count_edges(const std::vector<int> &numbers);
-    double widen_gap(double gap, const TopoDS_Edge &edge, const TopTools_ListOfShape &faces);
     void measure(const found_face &from, face &made);
 };
 
@@ -216,14 +186,16 @@ void reading::set_unit(const std::vector<std::string> &stated) {
     Interface_Static::SetCVal("xstep.cascade.unit", unit->cascade);
 }
 
-/* Whether an entity of the file is meant to become a face: for IGES a bounded or trimmed surface or
- * a face. */
-bool is_face(const Handle(Standard_Transient) & entity) {
+/* Whether an entity of an IGES file is meant to become a face. */
+bool is_face_type(int type) {
     enum { BOUNDED = 143, TRIMMED = 144, FACE = 510 };
+    return type == BOUNDED || type == TRIMMED || type == FACE;
+}
+
+bool is_face(const Handle(Standard_Transient) & entity) {
     Handle(IGESData_IGESEntity) iges = Handle(IGESData_IGESEntity)::DownCast(entity);
-    int type = iges.IsNull() ? 0 : iges->TypeNumber();
-    return entity->IsKind(STANDARD_TYPE(StepShape_Face)) || type == BOUNDED || type == TRIMMED ||
-           type == FACE;
+    return entity->IsKind(STANDARD_TYPE(StepShape_Face)) ||
+           (!iges.IsNull() && is_face_type(iges->TypeNumber()));
 }
 
 /* "" without. */
@@ -239,7 +211,10 @@ std::string entity_name(const Handle(Standard_Transient) & entity) {
         return "";
     name->LeftAdjust();
     name->RightAdjust();
-    return own_name(name->ToCString());
+    std::string text = name->ToCString();
+    if (!iges.IsNull() && text.size() > 3 && text.compare(text.size() - 3, 3, "(0)") == 0)
+        text.resize(text.size() - 3); /* no subscript of a label */
+    return own_name(text);
 }
 
 /* The names that the file gives to its faces themselves, and those of which nothing became. */
@@ -461,139 +436,6 @@ void reading::collect() {
     note_contents();
 }
 
-/* ---- edges ---- */
-
-/* Sews the faces that are in no solid, in place: the numbers stay. Files of some systems leave gaps
- * or overlaps wider than what is one place elsewhere: such are sewn when that joins longer edges.
- */
-void reading::sew() {
-    Bnd_Box box;
-    int loose = 0;
-    TopTools_IndexedDataMapOfShapeListOfShape by_edge;
-    for (const found_face &face : found)
-        if (!face.solid)
-            TopExp::MapShapesAndAncestors(face.shape, TopAbs_EDGE, TopAbs_FACE, by_edge);
-    for (int i = 1; i <= by_edge.Extent(); i++)
-        loose +=
-            by_edge(i).Extent() == 1 && !BRep_Tool::Degenerated(TopoDS::Edge(by_edge.FindKey(i)));
-    if (loose < 2)
-        return;
-    for (const found_face &face : found)
-        if (!face.solid)
-            BRepBndLib::Add(face.shape, box, false);
-    BRepBuilderAPI_Sewing close(1e-6, true, true, true, true);
-    BRepBuilderAPI_Sewing wide(1e-6, true, true, true, true);
-    double diagonal = std::sqrt(box.SquareExtent());
-    double length = sew_within(close, std::max(1e-7, TOLERANCE * diagonal));
-    bool gaps = sew_within(wide, WIDE_TOLERANCE * diagonal) > length + LONGER * diagonal;
-    BRepBuilderAPI_Sewing &sewing = gaps ? wide : close;
-    int joined = sewing.NbContigousEdges();
-    if (joined == 0)
-        return;
-    for (found_face &face : found)
-        if (!face.solid && sewing.IsModified(face.shape)) {
-            TopoDS_Shape sewn = sewing.Modified(face.shape);
-            TopExp_Explorer first(sewn, TopAbs_FACE);
-            if (first.More())
-                face.shape = TopoDS::Face(first.Current());
-        }
-    note("sewn: " + count_text(size_t(joined), "edge") + " of faces that the file leaves apart" +
-         (gaps ? ", with gaps or overlaps of more than the usual tolerance" : ""));
-}
-
-/* Joins the edges of all faces that are in no solid; how long they are in all. */
-double reading::sew_within(BRepBuilderAPI_Sewing &sewing, double tolerance) {
-    for (const found_face &face : found)
-        if (!face.solid)
-            sewing.Add(face.shape);
-    sewing.SetTolerance(tolerance);
-    sewing.Perform();
-    double length = 0;
-    for (int i = 1; i <= sewing.NbContigousEdges(); i++) {
-        GProp_GProps properties;
-        const TopoDS_Shape edge = sewing.ContigousEdge(i);
-        BRepGProp::LinearProperties(edge, properties);
-        length += properties.Mass();
-    }
-    return length;
-}
-
-/* A curve on a surface, as a curve in space. */
-struct seam {
-    Handle(Geom2d_Curve) curve;
-    Handle(Geom_Surface) surface;
-    double first = 0, last = 0;
-
-    gp_Pnt at(double share) const {
-        gp_Pnt2d uv = curve->Value(first + (last - first) * share);
-        return surface->Value(uv.X(), uv.Y());
-    }
-    /* The distance to a place that is near `share`, wherever on the curve it is nearest. */
-    double distance(const gp_Pnt &point, double share) const {
-        double low = std::max(0.0, share - 1.0 / GAP_SAMPLES);
-        double high = std::min(1.0, share + 1.0 / GAP_SAMPLES);
-        for (int step = 0; step < 60; step++) {
-            double a = low + (high - low) * 0.382, b = low + (high - low) * 0.618;
-            (point.SquareDistance(at(a)) < point.SquareDistance(at(b)) ? high : low) =
-                point.SquareDistance(at(a)) < point.SquareDistance(at(b)) ? b : a;
-        }
-        return std::min(point.Distance(at(share)), point.Distance(at((low + high) / 2)));
-    }
-};
-
-/* The largest distance between the surfaces along an edge that two faces share, or `gap` if that is
- * larger. */
-double reading::widen_gap(double gap, const TopoDS_Edge &edge, const TopTools_ListOfShape &faces) {
-    seam sides[2];
-    const TopoDS_Face pair[2] = {TopoDS::Face(faces.First()), TopoDS::Face(faces.Last())};
-    for (int k = 0; k < 2; k++) {
-        seam &side = sides[k];
-        side.curve = BRep_Tool::CurveOnSurface(edge, pair[k], side.first, side.last);
-        side.surface = BRep_Tool::Surface(pair[k]);
-        if (side.curve.IsNull() || side.surface.IsNull())
-            return gap;
-    }
-    for (int s = 0; s <= GAP_SAMPLES; s++) {
-        double share = double(s) / GAP_SAMPLES,
-               away = sides[0].at(share).Distance(sides[1].at(share));
-        if (away > gap)
-            gap = std::max(gap, sides[1].distance(sides[0].at(share), share));
-    }
-    return gap;
-}
-
-void reading::count_edges(const std::vector<int> &numbers) {
-    TopTools_IndexedDataMapOfShapeListOfShape by_edge;
-    std::map<const TopoDS_TShape *, int> number_of;
-    for (int number : numbers) {
-        TopExp::MapShapesAndAncestors(found[size_t(number)].shape, TopAbs_EDGE, TopAbs_FACE,
-                                      by_edge);
-        number_of[found[size_t(number)].shape.TShape().get()] = number;
-    }
-    for (int i = 1; i <= by_edge.Extent(); i++) {
-        const TopoDS_Edge &edge = TopoDS::Edge(by_edge.FindKey(i));
-        const TopTools_ListOfShape &faces = by_edge(i);
-        if (BRep_Tool::Degenerated(edge))
-            continue;
-        if (faces.Extent() == 1 && !BRep_Tool::IsClosed(edge, TopoDS::Face(faces.First())))
-            result.edges.free++;
-        else if (faces.Extent() <= 2)
-            result.edges.shared++;
-        else {
-            result.edges.faulty++;
-            std::string list;
-            for (const TopoDS_Shape &face : faces) {
-                int number = number_of[face.TShape().get()];
-                list += (list.empty() ? "" : ", ") + face_title(number, found[size_t(number)].name);
-            }
-            if (result.edges.faulty <= 10)
-                note(std::to_string(faces.Extent()) + " faces meet at one edge: " + list);
-        }
-        if (faces.Extent() == 2)
-            result.edges.largest_gap = widen_gap(result.edges.largest_gap, edge, faces);
-    }
-}
-
 /* ---- faces ---- */
 
 /* The mean of the outward normals over a grid of places, a unit vector; 0 when they cancel. */
@@ -644,17 +486,19 @@ void reading::check_size(double diagonal) {
                          ", is nearly as large as its faces");
 }
 
-void reading::blame(int number, const fault &what) {
-    fault_group &group = faults[what.what];
-    if (group.faces.empty() || group.faces.back() != number)
-        group.faces.push_back(number);
-    group.worst = std::max(group.worst, what.by);
-}
-
 /* A note for each kind of fault, with the first faces that have it. */
 void reading::note_faults() {
     enum { NAMED = 8 };
-    for (const auto &[what, group] : faults) {
+    std::map<std::string, fault_group> groups;
+    for (const auto &[number, one] : faults) {
+        if (one.gap && one.by <= result.tolerance)
+            continue;
+        fault_group &group = groups[one.what];
+        if (group.faces.empty() || group.faces.back() != number)
+            group.faces.push_back(number);
+        group.worst = std::max(group.worst, one.by);
+    }
+    for (const auto &[what, group] : groups) {
         size_t count = group.faces.size();
         std::string text =
             what +
@@ -713,7 +557,7 @@ void reading::convert_face(int number, Bnd_Box &box) {
                          failure.DynamicType()->Name() + ")"});
     }
     for (const fault &one : wrong)
-        blame(number, one);
+        faults.emplace_back(number, one);
 }
 
 void check_count(size_t count) {
@@ -735,29 +579,44 @@ part reading::convert() {
     for (int number = 0; wanted.faces.empty() && number < count; number++)
         numbers.push_back(number);
     check_count(numbers.size());
-    sew();
     Bnd_Box box;
     for (int number : numbers)
         convert_face(number, box);
+    if (!result.faces.empty()) {
+        double diagonal = std::sqrt(box.SquareExtent());
+        result.edges = edges_count(found, result.numbers, diagonal, result.notes);
+        result.tolerance = std::max(EDGES_TOLERANCE * diagonal, 2 * result.edges.largest_gap);
+        check_size(diagonal);
+    }
     note_faults();
     if (result.faces.empty())
         throw unreadable(result.notes.empty() ? "no face could be converted" : result.notes.back());
-    count_edges(result.numbers);
-    double diagonal = std::sqrt(box.SquareExtent());
-    result.tolerance = std::max(TOLERANCE * diagonal, 2 * result.edges.largest_gap);
-    check_size(diagonal);
     return result;
 }
 
-/* How many faces a STEP file describes, by their words alone: reading a hundred thousand takes
- * minutes and gigabytes. */
-size_t faces_described(const char *bytes, size_t length) {
+/* How many faces a file describes, by their words alone: reading a hundred thousand takes minutes
+ * and gigabytes. */
+size_t step_faces(const char *bytes, size_t length) {
     static const std::string_view words[] = {"ADVANCED_FACE(", "FACE_SURFACE("};
     const std::string_view text(bytes, length);
     size_t count = 0;
     for (std::string_view word : words)
         for (size_t at = text.find(word, 1); at != text.npos; at = text.find(word, at + 1))
             count += text[at - 1] == '=' || text[at - 1] == ' ';
+    return count;
+}
+
+/* The entries of an IGES directory have two lines; the first begins with the entity's number. */
+size_t iges_faces(const char *bytes, size_t length) {
+    enum { SECTION = 72, TYPE = 8 };
+    const std::string_view text(bytes, length);
+    size_t count = 0, lines = 0;
+    for (size_t at = 0, end; at < length; at = end + 1) {
+        end = std::min(text.find('\n', at), length);
+        if (end - at <= SECTION || text[at + SECTION] != 'D' || lines++ % 2)
+            continue;
+        count += is_face_type(std::atoi(std::string(text.substr(at, TYPE)).c_str()));
+    }
     return count;
 }
 
@@ -779,8 +638,8 @@ part cad_read(cad_format format, const char *bytes, size_t length, const selecti
     if (kind_is_foreign(bytes, length) ||
         !(step ? kind_is_step(bytes, length) : kind_is_iges(bytes, length)))
         throw unreadable(kind_refusal(step ? "STEP" : "IGES", bytes, length));
-    if (step && wanted.faces.empty())
-        check_count(faces_described(bytes, length));
+    if (wanted.faces.empty())
+        check_count(step ? step_faces(bytes, length) : iges_faces(bytes, length));
     try {
         reading reader(wanted);
         if (step)

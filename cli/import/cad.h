@@ -22,7 +22,7 @@ enum { FACES_MAX = 20000 };
 enum class cad_format { step, iges };
 
 /* The faces of the bytes of a file, numbered from 0 in the order of the file, with every instance
- * of an assembly in its place. Faces that share no edge in the file are sewn, to count their edges.
+ * of an assembly in its place, as they are in the file: none is moved to meet another.
  * Throws `unreadable`. Reads no other file. */
 part cad_read(cad_format format, const char *bytes, size_t length, const selection &wanted);
 

@@ -16,9 +16,11 @@
 #include <Geom_RectangularTrimmedSurface.hxx>
 #include <ShapeExtend_WireData.hxx>
 #include <Standard_Failure.hxx>
+#include <TopExp.hxx>
 #include <TopoDS.hxx>
 #include <TopoDS_Edge.hxx>
 #include <TopoDS_Iterator.hxx>
+#include <TopoDS_Vertex.hxx>
 #include <TopoDS_Wire.hxx>
 #include <algorithm>
 #include <cmath>
@@ -31,6 +33,7 @@ enum { FIT_DEGREE = 5, HALVINGS = 12, SAMPLES = 32 };
 constexpr double FIT = 1e-9;     /* deviation of a carried trim curve, as a share of the domain */
 constexpr double ON_EDGE = 1e-9; /* how near to the domain's border a curve lies on it, likewise */
 constexpr double CLOSE = 1e-5;   /* how near curves that follow each other meet, likewise */
+constexpr double NEAR = 0.01;    /* how near they are if a seam is not between them, likewise */
 constexpr double EXACT = 1e-9; /* deviation of a surface from the file's, as a share of its size */
 
 /* ---- parameters of a surface and of its NURBS ---- */
@@ -469,10 +472,26 @@ double apart(const conversion &c, const std::array<double, 2> &a, const std::arr
     return std::sqrt(sum);
 }
 
+/* An edge of a wire, and the file's vertices at its ends. */
+struct wire_edge {
+    carried curve;
+    TopoDS_Vertex first, last;
+};
+
+/* Whether an edge begins at the vertex where the one before it ends, and not beyond a seam. Where a
+ * wire touches itself, the nearest edge may be another one than that which follows. */
+bool goes_on(const conversion &c, const carried &before, const TopoDS_Vertex &vertex,
+             const wire_edge &edge) {
+    return !vertex.IsNull() && !edge.first.IsNull() && vertex.IsSame(edge.first) &&
+           apart(c, before.place(1), edge.curve.place(0)) < NEAR;
+}
+
 /* The edges of a wire in the NURBS's parameters, in the order in which they follow each other. */
 std::vector<carried> order_wire(const conversion &c, const TopoDS_Face &shape,
                                 const TopoDS_Wire &wire) {
-    std::vector<carried> found, chain;
+    std::vector<wire_edge> found;
+    std::vector<carried> chain;
+    TopoDS_Vertex last_vertex;
     Handle(ShapeExtend_WireData) data =
         new ShapeExtend_WireData(wire, Standard_True, Standard_False);
     for (int i = 1; i <= data->NbEdges(); i++) {
@@ -484,21 +503,24 @@ std::vector<carried> order_wire(const conversion &c, const TopoDS_Face &shape,
         if (!(last > first))
             continue;
         bool reversed = edge.Orientation() == TopAbs_REVERSED;
-        found.push_back({&c, curve, reversed ? last : first, reversed ? first : last});
+        found.push_back({{&c, curve, reversed ? last : first, reversed ? first : last},
+                         TopExp::FirstVertex(edge, Standard_True),
+                         TopExp::LastVertex(edge, Standard_True)});
     }
     while (!found.empty()) {
         size_t next = 0;
-        if (!chain.empty()) {
+        if (!chain.empty() && !goes_on(c, chain.back(), last_vertex, found[0])) {
             double nearest = std::numeric_limits<double>::infinity();
             for (size_t k = 0; k < found.size() && nearest > 1e-6; k++) {
-                double distance = apart(c, found[k].place(0), chain.back().place(1));
+                double distance = apart(c, found[k].curve.place(0), chain.back().place(1));
                 if (distance < nearest) {
                     nearest = distance;
                     next = k;
                 }
             }
         }
-        chain.push_back(found[next]);
+        chain.push_back(found[next].curve);
+        last_vertex = found[next].last;
         found.erase(found.begin() + std::ptrdiff_t(next));
     }
     return chain;
@@ -579,7 +601,7 @@ void make_loops(const conversion &c, const TopoDS_Face &shape, double tolerance,
         }
         double gap = largest_gap(c, chain);
         if (gap > tolerance)
-            faults.push_back({"a trim is open and was closed by a straight line", gap});
+            faults.push_back({"a trim is open and was closed by a straight line", gap, true});
         if (crosses_itself(chain))
             faults.push_back({"a trim crosses itself"});
         out.loops.push_back(loop);

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* One face of a shape as NURBS with trims. The only headers of Open CASCADE's shapes are here and
- * in cad.cc and face.cc. */
+/* One face of a shape as NURBS with trims. */
 #ifndef CLI_IMPORT_FACE_H
 #define CLI_IMPORT_FACE_H
 
@@ -13,6 +12,7 @@ namespace drape {
 struct fault {
     std::string what; /* a sentence without the face */
     double by = 0;    /* its size, 0 where it has none */
+    bool gap = false; /* a distance, nothing where the part's tolerance calls it one place */
 };
 
 /* Makes the face. Planes, cylinders, cones, spheres, tori and surfaces of revolution become

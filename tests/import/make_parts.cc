@@ -31,6 +31,7 @@
 #include <Geom_BSplineSurface.hxx>
 #include <Geom_ConicalSurface.hxx>
 #include <Geom_CylindricalSurface.hxx>
+#include <Geom_Line.hxx>
 #include <Geom_SphericalSurface.hxx>
 #include <Geom_ToroidalSurface.hxx>
 #include <IGESControl_Writer.hxx>
@@ -380,6 +381,45 @@ static TopoDS_Shape make_loose(bool fin) {
     return all;
 }
 
+/* A long face beside three short ones, which share no edge in the file: one edge lies along three.
+ */
+static TopoDS_Shape make_row() {
+    TopoDS_Compound all;
+    BRep_Builder builder;
+    builder.MakeCompound(all);
+    builder.Add(all, square(gp_Pnt(0, 0, 0), gp_Pnt(30, 0, 0), gp_Pnt(30, 5, 0), gp_Pnt(0, 5, 0)));
+    for (int i = 0; i < 3; i++) {
+        double x = 10.0 * i;
+        builder.Add(all, square(gp_Pnt(x, 5, 0), gp_Pnt(x + 10, 5, 0), gp_Pnt(x + 10, 9, 3),
+                                gp_Pnt(x, 9, 3)));
+    }
+    return all;
+}
+
+/* Two triangles joined by next to nothing. At the narrow place the edges end off their vertices,
+ * and the first comes nearer to an edge of its own triangle than to the one that follows. */
+static TopoDS_Shape make_pinched() {
+    constexpr double HALF = 2e-4; /* of the narrow place */
+    BRep_Builder builder;
+    TopoDS_Vertex corners[6];
+    TopoDS_Wire wire;
+    const gp_Pnt vertices[6] = {gp_Pnt(-20, 10, 0), gp_Pnt(0, HALF, 0),  gp_Pnt(20, 10, 0),
+                                gp_Pnt(20, -10, 0), gp_Pnt(0, -HALF, 0), gp_Pnt(-20, -10, 0)};
+    builder.MakeWire(wire);
+    for (int k = 0; k < 6; k++)
+        builder.MakeVertex(corners[k], vertices[k], 10 * HALF);
+    for (int k = 0; k < 6; k++) {
+        gp_Pnt from = vertices[k], to = k == 0 ? vertices[4] : vertices[(k + 1) % 6];
+        TopoDS_Edge edge;
+        builder.MakeEdge(edge, new Geom_Line(from, gp_Dir(gp_Vec(from, to))), 1e-7);
+        builder.Range(edge, 0, from.Distance(to));
+        builder.Add(edge, corners[k].Oriented(TopAbs_FORWARD));
+        builder.Add(edge, corners[(k + 1) % 6].Oriented(TopAbs_REVERSED));
+        builder.Add(wire, edge);
+    }
+    return BRepBuilderAPI_MakeFace(gp_Pln(gp_Pnt(0, 0, 0), gp_Dir(0, 0, -1)), wire, true);
+}
+
 /* A face and a line that bounds nothing. */
 static TopoDS_Shape make_mixed() {
     TopoDS_Compound all;
@@ -448,6 +488,8 @@ int main(int argc, char **argv) {
     write_step("many", make_many(12));
     write_step("loose", make_loose(false));
     write_step("fin", make_loose(true));
+    write_iges("row_iges", make_row(), "MM");
+    write_step("pinched", make_pinched());
     write_step("mixed", make_mixed());
     write_step("wires", make_wires());
     write_assembly();

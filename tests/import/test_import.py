@@ -111,7 +111,7 @@ def test_selection(parts):
 
 
 def test_notes(parts):
-    words = {"box": "a solid", "assembly": "2 bodies", "loose": "sewn: 2 edges",
+    words = {"box": "a solid", "assembly": "2 bodies", "loose": "joined: 2 edges",
              "fin": "3 faces meet at one edge: face 0", "dome": "degree above 9",
              "mixed": "left out: 1 edge of no face"}
     for name, word in words.items():
@@ -126,6 +126,23 @@ def test_exact(parts):
         surface = parts.read(name)
         expect(not any("fitted" in note for note in surface["notes"]), surface["notes"])
         expect(not any("name" in face for face in surface["faces"]), surface["faces"][0].get("name"))
+
+
+def test_pinched(parts):
+    """A trim that nearly touches itself goes round it in the order of the file."""
+    surface = parts.read("pinched")
+    expect(not any("trim" in note for note in surface["notes"]), surface["notes"])
+    points = [curve["control_points"]["points"] for loop in surface["faces"][0]["trims"]
+              for curve in loop["data"]]
+    for before, after in zip(points, points[1:] + points[:1]):
+        expect(max(abs(a - b) for a, b in zip(before[-1], after[0])) < 1e-3, points)
+
+
+def test_apart(parts):
+    """Faces that the file leaves apart stay as they are in it, over a gap as well."""
+    alone = [parts.read("wing", "--faces", str(k))["faces"][0] for k in range(3)]
+    expect(parts.read("wing")["faces"] == alone, "a face was changed for its neighbours")
+    expect(any("over gaps" in note for note in parts.read("wing")["notes"]), "no note")
 
 
 def test_lost(parts):
@@ -223,15 +240,15 @@ def highest(parts, name):
 def damage(bytes_, chance):
     """A file cut short, or with bytes, numbers or lines changed, left out or repeated."""
     kind = chance.randrange(5)
-    if kind == 0:
-        return bytes_[: chance.randrange(len(bytes_))]
+    if kind == 0 or not bytes_:
+        return bytes_[: chance.randrange(len(bytes_) + 1)]
     if kind == 1:
         changed = bytearray(bytes_)
         for _ in range(chance.randrange(1, 40)):
             changed[chance.randrange(len(changed))] = chance.randrange(256)
         return bytes(changed)
     lines = bytes_.split(b"\n")
-    for _ in range(chance.randrange(1, 20)):
+    for _ in range(chance.randrange(1, min(20, len(lines) + 1))):
         at = chance.randrange(len(lines))
         if kind == 2:
             del lines[at]
@@ -295,7 +312,8 @@ def main():
             tap.run(f"import: unit of {name}", test_unit, parts, name, unit)
         tap.run("import: kinds", test_kinds, parts)
         tap.run("import: normals", test_normals, parts)
-        for name, *counts in (("box", 12, 0, 0), ("loose", 2, 8, 0), ("fin", 1, 11, 1)):
+        for name, *counts in (("box", 12, 0, 0), ("loose", 2, 8, 0), ("fin", 1, 11, 1),
+                              ("row_iges", 5, 8, 0)):
             tap.run(f"import: edges of {name}", test_edges, parts, name, *counts)
         tap.run("import: drape of wing", test_drape, parts, "wing", 0.999)
         tap.run("import: drape of cup", test_drape, parts, "cup", 0.96, {"grow_from": 0, "up_to_deg": 25})
@@ -307,6 +325,8 @@ def main():
         tap.run("import: chosen faces", test_selection, parts)
         tap.run("import: notes", test_notes, parts)
         tap.run("import: exact turns", test_exact, parts)
+        tap.run("import: a trim that nearly touches itself", test_pinched, parts)
+        tap.run("import: faces that the file leaves apart", test_apart, parts)
         tap.run("import: faces that cannot be read", test_lost, parts)
         tap.run("import: numbers out of all bounds", test_far, parts)
         tap.run("import: the mark of UTF-8", test_marked, parts)
