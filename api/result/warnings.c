@@ -250,6 +250,26 @@ static const struct {
      "reach further, as a study tells; else cut the cloth there"},
 };
 
+/* The net ends nowhere within the part, and yet no cloth was found at places of its edge. */
+static void check_bare_edge(const struct warnings_subject *s, struct api_summary *summary) {
+    const struct drape_rim *rim = &s->result->rim;
+    size_t count = 0, first = 0;
+    for (size_t k = rim->count; k-- > 0;)
+        if (!rim->covered[k]) {
+            first = k;
+            count++;
+        }
+    const size_t *reasons = s->result->summary.front_reasons;
+    if (count == 0 || reasons[DRAPE_REASON_BOUNDARY] < s->result->front.count)
+        return;
+    add(&summary->warnings, "uncovered", "/fabric/spacing",
+        "%.3g %% is covered: at (%.4g, %.4g, %.4g), the first of %zu of %zu points of the part's "
+        "edge, no cloth was found, although the net ends nowhere before it: a fold or a corner "
+        "there is too sharp for this spacing. Another may help",
+        100 * summary->cloth_coverage, rim->x[first], rim->y[first], rim->z[first], count,
+        rim->count);
+}
+
 static void check_uncovered(const struct warnings_subject *s, struct api_summary *summary) {
     if (summary->outcome == DRAPE_COMPLETE || summary->cells == 0)
         return;
@@ -263,6 +283,7 @@ static void check_uncovered(const struct warnings_subject *s, struct api_summary
             100 * summary->cloth_coverage, at.x, at.y, at.z, count, endings[k].words);
         return;
     }
+    check_bare_edge(s, summary);
 }
 
 static void check_overlap(const struct warnings_subject *s, struct api_summary *summary) {

@@ -6,6 +6,7 @@
 #include "sample.h"
 
 #include "api/request/normalise.h"
+#include "solver/angle.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -205,6 +206,16 @@ static void warn_failed(struct verdict *v) {
     warn(&v->summary.warnings, "failed", "", detail);
 }
 
+/* A disc that is larger than the part reaches beyond it: a hand is not that far off, but a length
+ * in another unit is. */
+static void warn_disc(struct verdict *v) {
+    const struct study_request *r = &v->study->request;
+    if (r->starts == STUDY_STARTS_DISC && ANGLE_PI * r->radius * r->radius > v->study->shape.area)
+        warn(&v->summary.warnings, "disc", "/vary/start/radius",
+             "the disc of the starts is larger than the part; what lies beyond it starts at its "
+             "rim");
+}
+
 static void summarise(struct verdict *v, double solve_ms) {
     struct api_study_summary *s = &v->summary;
     s->variants = v->count;
@@ -222,6 +233,7 @@ static void summarise(struct verdict *v, double solve_ms) {
     warn_uncovered(v);
     if (s->failed > 0)
         warn_failed(v);
+    warn_disc(v);
 }
 
 /* ---- columns ---- */

@@ -7,8 +7,8 @@
 
 enum { TAIL = 1 + SURROGATE_DIMENSIONS };
 
-/* Functions whose sums are held in registers at a time, and the points between two of their loads.
- */
+/* Functions whose sums are held in registers together, or thrice as many, and the points between
+ * two of their loads. */
 enum { TOGETHER = 12, BLOCK = 64 };
 
 /* Added to the diagonal, so that equal points, and coordinates that none of them differs in, leave
@@ -54,11 +54,11 @@ static void eliminate(double **rows, size_t unknowns, size_t width) {
     }
     for (size_t p = unknowns; p-- > 0;) {
         double *row = rows[p];
-        for (size_t k = unknowns; k < width; k++) {
-            for (size_t i = p + 1; i < unknowns; i++)
+        for (size_t i = p + 1; i < unknowns; i++)
+            for (size_t k = unknowns; k < width; k++)
                 row[k] -= row[i] * rows[i][k];
+        for (size_t k = unknowns; k < width; k++)
             row[k] /= row[p];
-        }
     }
 }
 
@@ -95,28 +95,31 @@ INLINE four load(const double *from) {
     return a;
 }
 
-/* Adds what `count` points, their distances cubed, give to TOGETHER functions. */
+/* Adds what `count` points, their distances cubed, give to `fours` times four functions, which is a
+ * constant where it is called: so their sums stay in registers, and enough of them that none waits
+ * for another. */
 INLINE void add_points(const double *weight, size_t stride, const double *cube, size_t count,
-                       double *value) {
-    four a = load(value), b = load(value + 4), c = load(value + 8);
-    for (size_t i = 0; i < count; i++, weight += stride) {
-        a += load(weight) * cube[i];
-        b += load(weight + 4) * cube[i];
-        c += load(weight + 8) * cube[i];
-    }
-    memcpy(value, &a, sizeof a);
-    memcpy(value + 4, &b, sizeof b);
-    memcpy(value + 8, &c, sizeof c);
+                       int fours, double *value) {
+    four sum[3 * TOGETHER / 4];
+    for (int k = 0; k < fours; k++)
+        sum[k] = load(value + 4 * k);
+    for (size_t i = 0; i < count; i++, weight += stride)
+        for (int k = 0; k < fours; k++)
+            sum[k] += load(weight + 4 * k) * cube[i];
+    memcpy(value, sum, (size_t)fours * sizeof *sum);
 }
 
 /* The squares of the distances to some points. */
 INLINE void distances(const struct surrogate *s, size_t first, size_t count,
                       const struct surrogate_point *at, double *square) {
-    memset(square, 0, count * sizeof *square);
-    for (size_t c = 0; c < SURROGATE_DIMENSIONS; c++) {
-        const double *x = s->across + c * s->count + first;
-        for (size_t i = 0; i < count; i++)
-            square[i] += (x[i] - at->x[c]) * (x[i] - at->x[c]);
+    const double *x = s->across + first;
+    for (size_t i = 0; i < count; i++) {
+        double sum = 0;
+        for (size_t c = 0; c < SURROGATE_DIMENSIONS; c++) {
+            double by = x[c * s->count + i] - at->x[c];
+            sum += by * by;
+        }
+        square[i] = sum;
     }
 }
 
@@ -137,8 +140,12 @@ void surrogate_at(const struct surrogate *s, const struct surrogate_point *at,
             least = cube[i] < least ? cube[i] : least;
         for (size_t i = 0; i < count; i++) /* by itself it is done four at a time */
             cube[i] *= sqrt(cube[i]);
-        for (size_t k = 0; k < s->stride; k += TOGETHER)
-            add_points(s->weight + first * s->stride + k, s->stride, cube, count, value + k);
+        const double *weight = s->weight + first * s->stride;
+        size_t k = 0;
+        for (; k + 3 * TOGETHER <= s->stride; k += 3 * TOGETHER)
+            add_points(weight + k, s->stride, cube, count, 3 * TOGETHER / 4, value + k);
+        for (; k < s->stride; k += TOGETHER)
+            add_points(weight + k, s->stride, cube, count, TOGETHER / 4, value + k);
     }
     *nearest = least;
 }

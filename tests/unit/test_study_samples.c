@@ -62,24 +62,60 @@ static void test_samples_are_drawn_as_asked(void **state) {
     studied_free(&f);
 }
 
-/* Of a plate the turn of the warp is that of its sample, a normal deviate of 3 degrees: how much of
- * its distribution lies within the band is exact, and nine tenths on the mean however few there
- * are. */
-static void test_bands_of_few_samples_are_wide_enough(void **state) {
-    enum { COUNT = 30 };
-    const int seeds = check_sized(60, 30);
-    double sum = 0;
+/* Of a disc that reaches beyond the part all starts lie on it, and a warning tells. */
+static void test_a_disc_larger_than_the_part_is_told(void **state) {
+    static const char *const studies[] = {
+        "\"vary\":{\"start\":{\"radius\":1.1}},\"sample\":20",
+        "\"vary\":{\"start\":{\"radius\":1.2}},\"sample\":20",
+    };
     (void)state;
-    for (int seed = 1; seed <= seeds; seed++) {
-        struct studied f = draw_samples(plate, COUNT, seed);
-        for (int side = 0; side < 2; side++) {
-            double sine = band_at(&f, side ? "warp_y_p95" : "warp_y_p05", 0);
-            double turn = asin(sine) * 180 / acos(-1) - 40;
-            sum += (side ? 0.5 : -0.5) * erf(turn / (3 * sqrt(2)));
-        }
+    for (int c = 0; c < 2; c++) {
+        struct studied f = studied_make(plate, studies[c]);
+        const struct api_warnings *warnings = &f.columns.study.warnings;
+        bool told = false;
+        for (size_t k = 0; k < (size_t)warnings->count; k++)
+            told = told || strcmp(warnings->list[k].code, "disc") == 0;
+        assert_int_equal(told, c == 1);
+        for (size_t k = 0; k < f.rows; k++)
+            check_at_most(fmax(fabs(studied_value(&f, "x", k)), fabs(studied_value(&f, "y", k))),
+                          1);
         studied_free(&f);
     }
-    check_at_most(fabs(sum / seeds - 0.9), 0.02);
+}
+
+/* Of a plate the turn of the warp is that of its sample, a normal deviate of 3 degrees: what share
+ * of its distribution lies within the band of some samples is exact. */
+static double share_within(int count, int seed) {
+    struct studied f = draw_samples(plate, count, seed);
+    double share = 0;
+    for (int side = 0; side < 2; side++) {
+        double sine = band_at(&f, side ? "warp_y_p95" : "warp_y_p05", 0);
+        double turn = asin(sine) * 180 / acos(-1) - 40;
+        share += (side ? 0.5 : -0.5) * erf(turn / (3 * sqrt(2)));
+    }
+    studied_free(&f);
+    return share;
+}
+
+/* Number k of n in rising order has a share below it that is of the beta distribution B(k, n + 1 -
+ * k), whatever the field's own. So where 0.05 (n + 1) is whole the share within is of B(0.9 (n +
+ * 1), 0.1 (n + 1)): nine tenths on the mean, and sqrt(0.9 0.1 / (n + 2)) about it. */
+static void test_bands_hold_nine_tenths_and_scatter_as_order_statistics(void **state) {
+    static const int counts[] = {39, 239};
+    const int seeds = check_sized(80, 50);
+    (void)state;
+    for (int c = 0; c < 2; c++) {
+        double sum = 0, squares = 0, scatter = sqrt(0.09 / (counts[c] + 2));
+        for (int seed = 1; seed <= seeds; seed++) {
+            double off = share_within(counts[c], seed) - 0.9;
+            sum += off;
+            squares += off * off;
+        }
+        printf("  of %d samples: %.4f, scatter %.4f of %.4f\n", counts[c], 0.9 + sum / seeds,
+               sqrt(squares / seeds), scatter);
+        check_at_most(fabs(sum / seeds), 3 * scatter / sqrt(seeds));
+        check_at_most(fabs(sqrt(squares / seeds) / scatter - 1), 0.3);
+    }
 }
 
 /* Bands of some samples hold nine in ten of others, over all cells. */
@@ -161,7 +197,8 @@ static void test_samples_have_the_same_bits_from_any_tasks(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_samples_are_drawn_as_asked),
-        cmocka_unit_test(test_bands_of_few_samples_are_wide_enough),
+        cmocka_unit_test(test_a_disc_larger_than_the_part_is_told),
+        cmocka_unit_test(test_bands_hold_nine_tenths_and_scatter_as_order_statistics),
         cmocka_unit_test(test_bands_hold_nine_tenths_of_fresh_samples),
         cmocka_unit_test(test_bands_follow_the_shear_of_each_sample),
         cmocka_unit_test(test_samples_have_the_same_bits_from_any_tasks),
