@@ -3,7 +3,7 @@
 // all that is smooth from one, by a button or a double click; choices can be taken back.
 import { element } from './dom.js';
 import { format } from './fields.js';
-import { grow } from './part.js';
+import { grow, holdsBody } from './part.js';
 
 const SWEEP_MS = 500; // between two faces of one sweep, at the most
 const STEPS = 100; // that can be taken back
@@ -110,6 +110,16 @@ export class Chooser {
     const goesOn = swept && now - this.sweptAt < SWEEP_MS; // one sweep is one choice
     if (swept) this.sweptAt = now;
     this.#take(chosen, goesOn);
+    this.#reveal(face);
+  }
+
+  /** The row of a face, where the list is open. */
+  #reveal(face) {
+    const list = element('faces-list');
+    const row = list.querySelector(`input[value="${face}"]`).closest('li');
+    const [above, below] = [list, row].map((one) => one.getBoundingClientRect());
+    if (below.top < above.top || below.bottom > above.bottom)
+      list.scrollTop += below.top - above.top;
   }
 
   /** All smooth from a face, in place of what the two clicks of a double click have done. */
@@ -150,7 +160,10 @@ export class Chooser {
     const area = faces.reduce((sum, { index, area: own }) => sum + this.chosen.has(index) * own, 0);
     const size = unit ? `${format(area, 4)} ${unit}²` : format(area, 4);
     const are = this.chosen.size === 1 ? 'is' : 'are';
-    return `${this.chosen.size} of ${faces.length} faces ${are} chosen, ${size}.`;
+    const closed = holdsBody(this.part, this.chosen)
+      ? ' Among them are all faces of a closed body; if it is a wall, both its skins.'
+      : '';
+    return `${this.chosen.size} of ${faces.length} faces ${are} chosen, ${size}.${closed}`;
   }
 
   #mark() {

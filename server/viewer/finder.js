@@ -40,9 +40,13 @@ export class Finder {
 
   get #settings() {
     const number = (id) => Number(element(id).value);
-    const { locking } = this.form;
     const optimise = element('find-optimise').checked;
-    return { starts: number('find-starts'), step: number('find-step'), optimise, locking };
+    return {
+      starts: number('find-starts'),
+      step: number('find-step'),
+      optimise,
+      given: this.form.given,
+    };
   }
 
   #showCount() {
@@ -135,8 +139,12 @@ export class Finder {
   /* ---- what is shown ---- */
 
   #write(key, value) {
-    const { unit, power } = objectiveOf(key);
-    return withUnit(format(value, 3), power ? `${this.form.unit}²` : unit);
+    return withUnit(format(value, 3), this.#unitOf(key));
+  }
+
+  #unitOf(key) {
+    const { unit = '', power } = objectiveOf(key);
+    return power ? `${this.form.unit}²` : unit;
   }
 
   /** After a change of the limits, the objective or the drape that is shown. */
@@ -233,12 +241,12 @@ export class Finder {
   /** A column for an axis, in thousands or the like of its unit, and what is written there. */
   #scaled(key, rows) {
     const column = this.result.variants[key] || [];
-    const { label, unit, power } = objectiveOf(key);
+    const { label, power } = objectiveOf(key);
     const most = Math.max(...rows.map((row) => Math.abs(column[row])), 0);
     const thousands = power && most > 0 ? 3 * Math.floor(Math.log10(most) / 3) : 0;
     const values = column.map((value) => value / 10 ** thousands);
     const factor = thousands ? `${format(10 ** thousands, 1).replace('1 × ', '')} ` : '';
-    return { values, label: `${label}, ${factor}${power ? `${this.form.unit}²` : unit}` };
+    return { values, label: [label, factor + this.#unitOf(key)].filter(Boolean).join(', ') };
   }
 
   /** Shows the map over the part, or the net again. */
@@ -268,10 +276,10 @@ export class Finder {
     const [best] = this.#sortedBest();
     const isBest = ({ rows }) => rows.includes(best);
     this.view.setDots(this.starts.map((start) => ({ place: start.place, chosen: isBest(start) })));
-    const { label, unit, power } = objectiveOf(this.key);
+    const { label } = objectiveOf(this.key);
     element('caption-map').textContent =
       `${label} in the best direction from each start (dot), the best of all in red`;
-    const scale = { range, map: 'sequential', label, unit: power ? `${this.form.unit}²` : unit };
+    const scale = { range, map: 'sequential', label, unit: this.#unitOf(this.key) };
     if (range[0] <= range[1]) drawScale(element('map-scale'), scale);
     else element('map-scale').replaceChildren();
   }

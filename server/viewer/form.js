@@ -186,10 +186,25 @@ export class Form {
     this.#moveSlider();
   }
 
+  /** What a field says, or the material where it is empty; null without a number. */
+  #figure(id) {
+    const { value, placeholder } = element(id);
+    const figure = parse(value || placeholder);
+    return typeof figure === 'number' ? figure : null;
+  }
+
   get locking() {
-    const { value, placeholder } = element('locking'); // or what the material says
-    const angle = parse(value || placeholder);
-    return typeof angle === 'number' ? angle : null;
+    return this.#figure('locking');
+  }
+
+  /** What objectives of a study may need, and whether the request has it. */
+  get given() {
+    const has = (id) => this.#figure(id) !== null;
+    const cavity = has('thickness') && has('fraction') && has('cavity');
+    const permeability = Boolean(
+      element('permeability').value || this.materials.figures.permeability,
+    );
+    return { locking: has('locking'), cavity, permeability };
   }
 
   /** The spacing along warp and weft; [1, 1] while it is no number. */
@@ -280,6 +295,7 @@ export class Form {
     }
     element('fault-general').textContent = rest.join(' ');
     this.root.querySelector('[aria-invalid]')?.focus();
+    this.root.querySelector('.fault[data-made]')?.scrollIntoView({ block: 'nearest' });
   }
 
   #controlOf(pointer) {

@@ -42,9 +42,22 @@ async function describe(answer) {
     joints,
     notes,
     body,
+    solid,
     /** Nothing of a solid, which has both skins, or of several parts: somebody has to choose. */
     first: solid || components > 1 || edges?.faulty ? [] : faces.map(({ index }) => index),
   };
+}
+
+/** Whether all faces of a closed body are among those chosen. */
+export function holdsBody({ solid, joints }, chosen) {
+  const left = new Set(solid ? chosen : []);
+  while (left.size) {
+    const [first] = left;
+    const body = grow(joints, first, Infinity);
+    if ([...body].every((face) => chosen.has(face))) return true;
+    for (const face of body) left.delete(face);
+  }
+  return false;
 }
 
 /** A file's content as a part; `unit` for a file that says none. Throws what is wrong with it. */

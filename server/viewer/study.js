@@ -2,22 +2,31 @@
 // A study: many starts and directions of one part, and what its variants say.
 import { follow, read, submitStudy } from './api.js';
 
-/** What may be made small, and how it is written; `power` of the length unit. */
+/** What may be made small, and how it is written: in `unit`, or in that `power` of the length unit;
+ *  and what the request has to say for it. */
 export const OBJECTIVES = [
   { key: 'max_shear_deg', label: 'Greatest shear', unit: '°' },
   { key: 'p95_shear_deg', label: 'Shear that 95 % of the area stay below', unit: '°' },
   { key: 'uncovered_area', label: 'Area left bare', power: 2 },
   { key: 'waste_area', label: 'Waste of the rectangle to cut from', power: 2 },
-  { key: 'locked_area', label: 'Area beyond the locking angle', power: 2, needsLocking: true },
+  { key: 'locked_area', label: 'Area beyond the locking angle', power: 2, needs: 'locking' },
+  { key: 'fiber_volume_fraction_range', label: 'Range of the fibre fraction', needs: 'cavity' },
+  {
+    key: 'k1_ratio_p95',
+    label: 'Change of k1 that 95 % of the area stay below',
+    unit: '×',
+    needs: 'permeability',
+  },
 ];
 
 export const objectiveOf = (key) => OBJECTIVES.find((one) => one.key === key);
 const ANYTHING = { cloth_coverage: { min: 0 }, max_shear_deg: { max: 90 } }; // limits are the page's
 
 /** The study of a drape request (JSON text) with about `starts` places and an angle each `step`
- *  degrees; with `optimise` the best of these are refined. */
-export function requestOf(drape, { starts, step, optimise, locking }) {
-  const objectives = OBJECTIVES.filter(({ needsLocking }) => !needsLocking || locking);
+ *  degrees, of all objectives that it has what is `given` for; with `optimise` the best of these are
+ *  refined. */
+export function requestOf(drape, { starts, step, optimise, given }) {
+  const objectives = OBJECTIVES.filter(({ needs }) => !needs || given[needs]);
   const rest = {
     vary: { start: { grid: starts }, angle_deg: { from: -90, to: 90 - step, step } },
     objectives: objectives.map(({ key }) => key),

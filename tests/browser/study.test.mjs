@@ -138,6 +138,38 @@ test('study: what is refined is better, and checked on the net of the drape', as
   assert.ok(refined < before, `${refined} and ${before}`);
 });
 
+test('study: of what the request has a cavity and a permeability for, too', async () => {
+  const other = await openPage(browser, daemon.url);
+  const offered = (key) => other.isEnabled(`#find-objective option[value="${key}"]`);
+  await drapeExample(other, 'hemisphere');
+  await other.fill('#find-starts', '6');
+  await other.fill('#find-step', '45');
+  const search = async () => {
+    await other.click('#find');
+    await other.waitForFunction(() => document.querySelector('#find').textContent === 'Stop');
+    await other.waitForFunction(() => document.querySelector('#find').textContent !== 'Stop');
+  };
+  await search();
+  assert.deepEqual(
+    [await offered('k1_ratio_p95'), await offered('fiber_volume_fraction_range')],
+    [true, false],
+  );
+  await other.fill('#thickness', '0.5');
+  await other.fill('#fraction', '0.4');
+  await other.fill('#cavity', '0.5');
+  await search();
+  for (const [key, written] of [
+    ['k1_ratio_p95', /^Best: [\d.]+ ×/],
+    ['fiber_volume_fraction_range', /^Best: [\d.]+[.;]/],
+  ]) {
+    await other.selectOption('#find-objective', key);
+    assert.match(await other.textContent('#find-now'), written);
+  }
+  await picture(other, 'study_fraction');
+  assert.deepEqual(other.faults, []);
+  await other.context().close();
+});
+
 test('study: the picture of the docs', async () => {
   const small = await openPage(browser, daemon.url, {
     width: 1200,
