@@ -97,11 +97,3 @@ double correction_sideways(const struct correction *correction, const struct sta
     double q = sideways * sideways / (4 * vec3_norm2(along) * correction->d * correction->d);
     return q < 0.25 ? arc_chord * sqrt(1 - q / 12) : arc_chord;
 }
-
-double correction_fitted(const struct correction *correction, const struct station *to,
-                         double chord, double told) {
-    double d = correction->d, net = fabs(station_gauss_curvature(to)) * d * d;
-    double apart = correction_apart(net) * d;
-    double beyond = fabs(chord - told) / apart - 1;
-    return beyond > 0 ? chord + fmin(beyond, 1) * (told - chord) : chord;
-}

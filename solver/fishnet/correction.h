@@ -55,25 +55,15 @@ bool correction_chord(const struct correction *correction, double *chord);
 double correction_sideways(const struct correction *correction, const struct station *from,
                            const struct station *to, double arc_chord);
 
-/* Differences over three or four nodes tell less of an edge that bends by a fifth of a radian or
- * more than its own ends do (`rough_edge`): the chord of a whole correction may differ by this
- * share of d from the one that they tell, and by so much of |K| d^2, which they do not know better.
- */
-#define CORRECTION_APART 1e-6
-#define CORRECTION_APART_SHARE (1.0 / 24)
-#define correction_apart(net) (CORRECTION_APART + CORRECTION_APART_SHARE * (net))
-
-/* The chord of an edge to `to` by a correction, as far as it fits: from there on less and less, and
- * from twice that on the one told. */
-double correction_fitted(const struct correction *correction, const struct station *to,
-                         double chord, double told);
-
 /* D2 may miss the curvature by this share of it, and of d; and by no more than makes the chord
- * wrong by what it may differ from the one told: it is by |k| d / 24 of what both ends miss in the
- * mean. Beside a joint D2 takes in what lies beyond it. */
+ * wrong by so much of d, and of |K| d^3: it is by |k| d / 24 of what both ends miss in the mean.
+ * Beside a joint D2 takes in what lies beyond it. */
 #define CORRECTION_SHARE 0.1
 #define CORRECTION_LEAST 2e-3
 #define CORRECTION_PRODUCT 24.0
+#define CORRECTION_APART 1e-6
+#define CORRECTION_APART_SHARE (1.0 / 24)
+#define correction_apart(net) (CORRECTION_APART + CORRECTION_APART_SHARE * (net))
 
 /* Whether D2 at the near end (0) or the far one agrees with the normal curvature there, where there
  * is one: not at a pole. */

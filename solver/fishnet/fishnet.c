@@ -334,6 +334,17 @@ static bool lands(const struct fishnet_cell *cell, const struct station *place,
     return true;
 }
 
+/* A place beyond a joint, from which that leads back, belongs to one of its faces when it is no
+ * further off than this share of the shorter edge, and twice the gap. */
+static const double at_joint = 1e-4;
+
+/* Whether a place that either face of a joint carries to the other belongs to them. At a sharp
+ * crease the continuations of both may have a root, and neither face. */
+static bool is_at_joint(const struct fishnet_cell *cell, const struct crossing *joint) {
+    double gap = shell_edges(cell->c->surface->shell).largest_gap;
+    return joint->at_corner || joint->distance <= at_joint * fmin(cell->bd, cell->cd) + 2 * gap;
+}
+
 /* Newton on a face; where it ends outside its region beyond a joint, on the next one. */
 static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_cell *cell,
                             struct begin *begin, struct fishnet_node *node) {
@@ -348,8 +359,10 @@ static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_
             landed = true;
             continue;
         }
-        if (crossing.kind != CROSSING_JOINT || crossing.beyond == last)
+        if (crossing.kind != CROSSING_JOINT)
             return true;
+        if (crossing.beyond == last)
+            return is_at_joint(cell, &crossing);
         last = begin->surface;
         if (!crossing_carry(&crossing, cursor, &node->station, 0, begin->uv))
             return false;

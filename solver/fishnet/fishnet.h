@@ -33,6 +33,7 @@ enum fishnet_end {
 struct fishnet_node {
     struct station station;
     int iterations;  /* Newton steps */
+    int outside;     /* steps of geodesics beyond open boundaries, where there are any */
     double residual; /* the larger | |D - B| / bd - 1 |, | |D - C| / cd - 1 | */
 };
 

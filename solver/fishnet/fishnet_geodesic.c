@@ -4,8 +4,9 @@
 #include "fishnet_collocation.h"
 #include "solver/shell/crossing.h"
 #include "solver/shell/shell.h"
+#include "unfolding.h"
 
-enum { ROUNDS = 30, HALVINGS_MAX = 8 };
+enum { ROUNDS = 30, HALVINGS_MAX = 8, STALLS_MAX = 3 };
 
 /* How far the two ends of geodesic edges may be apart, against the shorter length, and where
  * rounding hides it. */
@@ -25,6 +26,7 @@ static const double rounding = 4e-15;
 struct ray {
     const struct station *from;
     double length, accuracy; /* of each step's share of it */
+    bool stays;              /* on its face's continuation */
     double error;            /* estimated, by its length */
     struct vec3 direction;   /* at its start: unit, tangential */
     struct station end;
@@ -55,131 +57,18 @@ static bool solve_angles(struct vec3 b, struct vec3 c, struct vec3 gap, double *
     return true;
 }
 
-/* ---- two sides of a knot line ---- */
-
-/* A place in a span, as that span has it. */
-struct side {
-    const struct surface *surface;
-    int span[2];
-    double turn[2]; /* what to take off uv to be in its domain */
-    double uv[2];
-    struct vec3 r;
-    const struct station *station; /* NULL of a path */
-};
-
-/* An edge of two spans unfolded: orthonormal frames of both sides (along the edge, across it within
- * the surface, normal), and a point of the edge; `flat` when there is nothing to unfold. */
-struct unfolding {
-    bool flat;
-    struct vec3 at, from[3], to[3];
-};
-
-static void frame_at(const struct surface *surface, const struct side *side, int k,
-                     const double uv[2], struct vec3 frame[3], struct vec3 *at) {
-    struct surface_jet jet;
-    surface_evaluate_span(surface, side->span[0], side->span[1], uv[0] - side->turn[0],
-                          uv[1] - side->turn[1], &jet);
-    frame[0] = vec3_unit(k == 0 ? jet.v : jet.u);
-    frame[2] = vec3_unit(vec3_cross(jet.u, jet.v));
-    frame[1] = vec3_cross(frame[2], frame[0]);
-    *at = jet.r;
-}
-
-/* Two places on both sides of a joint of a shell. */
-static struct unfolding unfold_joint(const struct side *from, const struct side *to) {
-    struct crossing c;
-    if (!from->station || !to->station || !crossing_between(from->station, to->surface, &c))
-        return (struct unfolding){.flat = true};
-    return (struct unfolding){.at = c.from.at,
-                              .from = {c.from.along, c.from.across, c.from.normal},
-                              .to = {c.to.along, c.to.across, c.to.normal}};
-}
-
-/* Where the line in (u, v) from one place to the other crosses the one knot between them. More than
- * one are taken as none: Newton's method comes nearer, or has to do without. */
-static struct unfolding unfold(const struct side *from, const struct side *to) {
-    struct unfolding unfolding = {.flat = true};
-    const struct surface *surface = from->surface;
-    int across = -1, differ = 0;
-    if (to->surface != surface)
-        return unfold_joint(from, to);
-    for (int k = 0; k < 2; k++)
-        if (from->span[k] != to->span[k]) {
-            across = k;
-            differ++;
-        }
-    if (differ != 1)
-        return unfolding;
-    const struct surface_axis *axis = &surface->axis[across];
-    int a = from->span[across], b = to->span[across], last = axis->span_count - 1;
-    bool up = b == a + 1 || (axis->closed && a == last && b == 0 && last > 1);
-    bool down = b == a - 1 || (axis->closed && a == 0 && b == last && last > 1);
-    if (!up && !down)
-        return unfolding;
-    double knot = axis->breaks[a + up] + from->turn[across], uv[2];
-    double share = (knot - from->uv[across]) / (to->uv[across] - from->uv[across]);
-    share = share >= 0 && share <= 1 ? share : 0.5;
-    uv[across] = knot;
-    uv[1 - across] = from->uv[1 - across] + share * (to->uv[1 - across] - from->uv[1 - across]);
-    struct vec3 other;
-    frame_at(surface, from, across, uv, unfolding.from, &unfolding.at);
-    frame_at(surface, to, across, uv, unfolding.to, &other);
-    unfolding.flat = false;
-    return unfolding;
-}
-
-/* A vector at the far side as it is on the near one. */
-static struct vec3 carry_back(const struct unfolding *unfolding, struct vec3 v) {
-    struct vec3 sum = vec3_make(0, 0, 0);
-    if (unfolding->flat)
-        return v;
-    for (int k = 0; k < 3; k++)
-        sum = vec3_axpy(vec3_dot(v, unfolding->to[k]), unfolding->from[k], sum);
-    return sum;
-}
-
-static struct side side_of_path(const struct path *path, struct vec3 r) {
-    return (struct side){.surface = path->surface,
-                         .span = {path->span[0], path->span[1]},
-                         .turn = {path->turn[0], path->turn[1]},
-                         .uv = {path->uv[0], path->uv[1]},
-                         .r = r};
-}
-
-static struct side side_of_station(const struct station *station) {
-    const struct surface *surface = station->surface;
-    struct side side = {.surface = surface,
-                        .uv = {station->uv[0], station->uv[1]},
-                        .r = station->jet.r,
-                        .station = station};
-    for (int k = 0; k < 2; k++) {
-        double wrapped = surface_axis_wrap(&surface->axis[k], station->uv[k]);
-        side.turn[k] = station->uv[k] - wrapped;
-        side.span[k] = surface_axis_span(&surface->axis[k], 0, wrapped);
-    }
-    return side;
-}
-
-/* The way from one place to a near one, in the tangent plane of the first. */
-static struct vec3 gap_between(const struct side *from, const struct side *to,
-                               const struct unfolding *unfolding) {
-    if (unfolding->flat)
-        return vec3_sub(to->r, from->r);
-    struct vec3 beyond = carry_back(unfolding, vec3_sub(to->r, unfolding->at));
-    return vec3_add(vec3_sub(unfolding->at, from->r), beyond);
-}
-
 struct vec3 fishnet_path_tangent(const struct path *path, const struct station *station,
                                  struct vec3 tangent) {
-    struct side here = side_of_station(station);
-    struct side last = side_of_path(path, station->jet.r);
-    struct unfolding unfolding = unfold(&here, &last);
-    return station_tangent(station, carry_back(&unfolding, tangent));
+    struct unfolding_side here = unfolding_station(station);
+    struct unfolding_side last = unfolding_path(path, station->jet.r);
+    struct unfolding unfolding = unfolding_between(&here, &last);
+    return station_tangent(station, unfolding_back(&unfolding, tangent));
 }
 
 static bool aim_path(const struct ray *ray, struct path *path) {
     bool made = path_geodesic(path, ray->from->surface, ray->from, ray->direction);
     path->accuracy = ray->accuracy;
+    path->stays = ray->stays;
     return made;
 }
 
@@ -204,27 +93,45 @@ static void aim(struct ray ray[2], double accuracy) {
     ray[0].accuracy = ray[1].accuracy = accuracy;
 }
 
+/* A cell whose rays have made this many steps beyond an open boundary, where the continuation may
+ * be anything, is given up. Where fillets of a tenth of the spacing go on there, they make a few
+ * hundred. */
+enum { OUTSIDE_MOST = 1000 };
+
+/* Ends that come no nearer than to this share of the gap, so many rounds in a row, do not meet; to
+ * a larger share than this, the Jacobi field is told by how they moved. */
+static const double stalled_share = 0.95, slow_share = 0.05;
+
+/* Gaps of more than so many estimated errors of their rays are none of these errors. */
+static const double sure = 30;
+
 /* Two rays, and what is between their ends: in the tangent plane of the first end, with how that
  * changes for each radian of either. */
 struct meeting {
     struct ray ray[2];
     struct vec3 gap, by[2], end_tangent;
+    struct vec3 learnt[2]; /* what is added to the Jacobi fields in `by` */
+    bool stalled;
 };
 
-static bool shoot_both(struct surface_cursor *cursor, struct meeting *m) {
+/* `outside` gathers the rays' steps beyond an open boundary. */
+static bool shoot_both(struct surface_cursor *cursor, struct meeting *m, int *outside) {
     struct path path[2];
     const double length[2] = {m->ray[0].length, m->ray[1].length};
-    if (!aim_path(&m->ray[0], &path[0]) || !aim_path(&m->ray[1], &path[1]) ||
-        !path_advance_both(path, length) || !end_ray(cursor, &path[0], &m->ray[0]) ||
-        !end_ray(cursor, &path[1], &m->ray[1]))
+    if (*outside > OUTSIDE_MOST || !aim_path(&m->ray[0], &path[0]) ||
+        !aim_path(&m->ray[1], &path[1]))
         return false;
-    struct side from = side_of_station(&m->ray[0].end);
-    struct side to = side_of_station(&m->ray[1].end);
-    struct unfolding unfolding = unfold(&from, &to);
-    m->gap = gap_between(&from, &to, &unfolding);
-    m->by[0] = jacobi_field(&m->ray[0]);
-    m->by[1] = carry_back(&unfolding, jacobi_field(&m->ray[1]));
-    m->end_tangent = carry_back(&unfolding, m->ray[1].end_tangent);
+    bool gone = path_advance_both(path, length);
+    *outside += path[0].outside + path[1].outside;
+    if (!gone || !end_ray(cursor, &path[0], &m->ray[0]) || !end_ray(cursor, &path[1], &m->ray[1]))
+        return false;
+    struct unfolding_side from = unfolding_station(&m->ray[0].end);
+    struct unfolding_side to = unfolding_station(&m->ray[1].end);
+    struct unfolding unfolding = unfolding_between(&from, &to);
+    m->gap = unfolding_gap(&from, &to, &unfolding);
+    m->by[0] = vec3_add(jacobi_field(&m->ray[0]), m->learnt[0]);
+    m->by[1] = vec3_add(unfolding_back(&unfolding, jacobi_field(&m->ray[1])), m->learnt[1]);
+    m->end_tangent = unfolding_back(&unfolding, m->ray[1].end_tangent);
     return true;
 }
 
@@ -242,26 +149,35 @@ static double step_error(const struct ray *ray, double step) {
     return 4 * step + fabs(end - k) / 20 + mean * mean / 60;
 }
 
+/* Rays on their way to each other. */
+struct approach {
+    double coarsest, finest;   /* what they are held to: at first, and in the end */
+    double least, gap, enough; /* the shorter length; in it, how far they are apart and may be */
+    double x, y;               /* angles that are to close the gap, halved so often: */
+    int halvings, stalls;
+    bool exact; /* nothing is learnt any more */
+};
+
 /* Moves the end of the first ray by the angles' share of the gap, and turns both, where that is
  * exact enough and in one span: in place of two more rays. */
-static bool settle(struct surface_cursor *cursor, struct meeting *m, double x, double y, double gap,
-                   double enough) {
-    double uv[2], step = fmax(fabs(x), fabs(y));
+static bool settle(struct surface_cursor *cursor, struct meeting *m, const struct approach *to) {
+    double uv[2], step = fmax(fabs(to->x), fabs(to->y));
     struct ray *ray = m->ray;
     double wrong = fmax(step_error(&ray[0], step), step_error(&ray[1], step));
-    if (!(fmax(step, gap) * wrong < settled_share * enough) || ray[0].end.surface->has_poles ||
-        !station_pull(ray[0].end.surface, cursor, &ray[0].end, vec3_scale(x, m->by[0]), uv))
+    if (!(fmax(step, to->gap) * wrong < settled_share * to->enough) ||
+        ray[0].end.surface->has_poles ||
+        !station_pull(ray[0].end.surface, cursor, &ray[0].end, vec3_scale(to->x, m->by[0]), uv))
         return false;
     struct station end;
     if (!station_at(ray[0].end.surface, cursor, uv, &end))
         return false;
-    struct side from = side_of_station(&ray[0].end), to = side_of_station(&end);
+    struct unfolding_side from = unfolding_station(&ray[0].end), here = unfolding_station(&end);
     if (end.surface->shell && !crossing_within(end.surface, end.uv))
         return false;
-    if (from.span[0] != to.span[0] || from.span[1] != to.span[1])
+    if (from.span[0] != here.span[0] || from.span[1] != here.span[1])
         return false;
     struct vec3 normal = end.normal, *tangent[2] = {&ray[0].end_tangent, &m->end_tangent};
-    const double angle[2] = {x, y};
+    const double angle[2] = {to->x, to->y};
     for (int k = 0; k < 2; k++) {
         turn(&ray[k], angle[k]);
         *tangent[k] = station_tangent(
@@ -269,6 +185,78 @@ static bool settle(struct surface_cursor *cursor, struct meeting *m, double x, d
     }
     ray[0].end = end;
     return true;
+}
+
+/* A step by the angles x and y was to close the gap and left that of `m`: by the smallest change of
+ * the fields that tells it (Broyden's), where these are of curvature that changes much on the way.
+ */
+static void learn(struct meeting *m, double x, double y) {
+    double angle2 = x * x + y * y;
+    const double by[2] = {-x / angle2, y / angle2};
+    for (int k = 0; k < 2; k++) {
+        m->learnt[k] = vec3_axpy(by[k], m->gap, m->learnt[k]);
+        m->by[k] = vec3_axpy(by[k], m->gap, m->by[k]);
+    }
+}
+
+/* Back to the fields as Jacobi's are. */
+static bool forget(struct meeting *m) {
+    double learnt2 = vec3_norm2(m->learnt[0]) + vec3_norm2(m->learnt[1]);
+    for (int k = 0; k < 2; k++) {
+        m->by[k] = vec3_sub(m->by[k], m->learnt[k]);
+        m->learnt[k] = vec3_make(0, 0, 0);
+    }
+    return learnt2 > 0;
+}
+
+static double doubt_of(const struct meeting *m) {
+    return sure * (m->ray[0].error + m->ray[1].error);
+}
+
+/* Both rays once more, as accurate as is asked for in the end. */
+static bool shoot_finely(struct surface_cursor *cursor, struct approach *to, struct meeting *m,
+                         int *outside) {
+    aim(m->ray, to->finest);
+    bool followed = shoot_both(cursor, m, outside);
+    to->gap = vec3_norm(m->gap) / to->least;
+    return followed;
+}
+
+/* What may help where the last angles left a gap of `missed`, infinite if rays could not be
+ * followed: shorter steps, of the next rays or, as the gap may have been their own error, of these;
+ * the fields as they were; smaller angles. False when nothing does. */
+static bool try_again(struct surface_cursor *cursor, struct approach *to, double missed,
+                      struct meeting *m, int *outside) {
+    bool followed = missed < HUGE_VAL;
+    double doubt = doubt_of(m);
+    if (!followed && to->coarsest > to->finest) {
+        to->coarsest = to->finest;
+        return true;
+    }
+    if (m->ray[0].accuracy > to->finest && (!followed || fabs(missed - to->gap) <= doubt))
+        return shoot_finely(cursor, to, m, outside);
+    if (!to->exact && forget(m)) {
+        to->exact = true;
+        return true;
+    }
+    to->x /= 2;
+    to->y /= 2;
+    m->stalled = ++to->halvings == HALVINGS_MAX && followed && to->gap > doubt;
+    return to->halvings < HALVINGS_MAX;
+}
+
+/* Takes the angles that led to `next`; false when the ends have come no nearer for long. */
+static bool come_closer(struct approach *to, double closer, const struct meeting *next,
+                        struct meeting *m) {
+    bool told = closer > doubt_of(m) + doubt_of(next);
+    *m = *next;
+    if (told && to->halvings == 0 && !to->exact && closer > slow_share * to->gap)
+        learn(m, to->x, to->y);
+    to->stalls = told && closer > stalled_share * to->gap ? to->stalls + 1 : 0;
+    to->halvings = 0;
+    to->gap = closer;
+    m->stalled = to->stalls == STALLS_MAX;
+    return !m->stalled;
 }
 
 /* Where the yarns are nearly parallel, D is nearly a double root: it is lost when the cell
@@ -280,59 +268,47 @@ static enum fishnet_end meet_by(const struct surface *surface, struct surface_cu
                                 const struct fishnet_cell *cell, double accuracy,
                                 const double rays[2], bool chords, struct meeting *m,
                                 struct fishnet_node *node) {
-    double least = fmin(m->ray[0].length, m->ray[1].length), x = 0, y = 0;
-    double enough = accuracy + rounding * surface->magnitude / least;
+    struct approach to = {
+        .coarsest = rays[0], .finest = rays[1], .least = fmin(m->ray[0].length, m->ray[1].length)};
+    to.enough = accuracy + rounding * surface->magnitude / to.least;
     aim(m->ray, rays[0]);
-    if (!shoot_both(cursor, m))
+    if (!shoot_both(cursor, m, &node->outside))
         return FISHNET_NO_CONVERGENCE;
-    double gap = vec3_norm(m->gap) / least;
-    for (int round = 0, halvings = 0; round < ROUNDS && halvings < HALVINGS_MAX; round++) {
-        struct meeting next = *m;
-        node->residual = gap;
+    to.gap = vec3_norm(m->gap) / to.least;
+    bool going = true;
+    for (int round = 0; round < ROUNDS && going; round++) {
+        node->residual = to.gap;
         node->iterations++;
-        if (gap <= enough && !(m->ray[0].error + m->ray[1].error <= 2 * rays[1]) &&
-            m->ray[0].accuracy > rays[1]) {
-            aim(m->ray, rays[1]);
-            if (!shoot_both(cursor, m))
+        bool fine = m->ray[0].error + m->ray[1].error <= 2 * rays[1];
+        if (to.gap <= to.enough && !fine && m->ray[0].accuracy > rays[1]) {
+            if (!shoot_finely(cursor, &to, m, &node->outside))
                 break;
-            gap = node->residual = vec3_norm(m->gap) / least;
-            next = *m;
+            node->residual = to.gap;
+            fine = m->ray[0].error + m->ray[1].error <= 2 * rays[1];
         }
-        if (gap <= enough) {
+        if (to.gap <= to.enough) {
             node->station = m->ray[0].end;
             return chords || crosses_rightly(cell, m) ? FISHNET_FOUND : FISHNET_COLLAPSED;
         }
-        if (halvings == 0 && !solve_angles(m->by[0], m->by[1], m->gap, &x, &y))
+        if (to.halvings == 0 && !solve_angles(m->by[0], m->by[1], m->gap, &to.x, &to.y))
             break;
-        if (halvings == 0 && m->ray[0].error + m->ray[1].error <= 2 * rays[1] &&
-            settle(cursor, m, x, y, gap, enough)) {
-            node->residual = settled_share * enough;
+        if (to.halvings == 0 && fine && settle(cursor, m, &to)) {
+            node->residual = settled_share * to.enough;
             node->station = m->ray[0].end;
             bool right =
                 chords ? fishnet_right_root(cell, &node->station) : crosses_rightly(cell, m);
             return right ? FISHNET_FOUND : FISHNET_COLLAPSED;
         }
-        double closer = HUGE_VAL;
-        aim(next.ray, fmax(rays[1], fmin(rays[0], next_share * gap)));
-        turn(&next.ray[0], x);
-        turn(&next.ray[1], y);
-        if (shoot_both(cursor, &next))
-            closer = vec3_norm(next.gap) / least;
-        if (closer < gap &&
-            (chords ? fishnet_right_root(cell, &next.ray[0].end) : crosses_rightly(cell, &next))) {
-            *m = next;
-            gap = closer;
-            halvings = 0;
-        } else if (m->ray[0].accuracy > rays[1]) {
-            aim(m->ray, rays[1]); /* the gap may have been the rays' own error */
-            if (!shoot_both(cursor, m))
-                break;
-            gap = vec3_norm(m->gap) / least;
-        } else {
-            x /= 2;
-            y /= 2;
-            halvings++;
-        }
+        struct meeting next = *m;
+        aim(next.ray, fmax(rays[1], fmin(to.coarsest, next_share * to.gap)));
+        turn(&next.ray[0], to.x);
+        turn(&next.ray[1], to.y);
+        bool followed = shoot_both(cursor, &next, &node->outside);
+        double closer = followed ? vec3_norm(next.gap) / to.least : HUGE_VAL;
+        bool right = closer < to.gap && (chords ? fishnet_right_root(cell, &next.ray[0].end)
+                                                : crosses_rightly(cell, &next));
+        going = right ? come_closer(&to, closer, &next, m)
+                      : try_again(cursor, &to, closer, m, &node->outside);
     }
     return fishnet_has_collapsed(cell) ? FISHNET_COLLAPSED : FISHNET_NO_CONVERGENCE;
 }
@@ -343,7 +319,7 @@ static double jump_at_joints(const struct surface *surface) {
 }
 
 /* Roughly at first and, should that fail, once more with rays that are right from the start; not
- * where even rough ones cannot be followed. */
+ * where even rough ones cannot be followed, or come no nearer to each other. */
 static enum fishnet_end meet(const struct surface *surface, struct surface_cursor *cursor,
                              const struct fishnet_cell *cell, double accuracy, double last,
                              bool chords, struct meeting *m, struct fishnet_node *node) {
@@ -353,7 +329,7 @@ static enum fishnet_end meet(const struct surface *surface, struct surface_curso
     const double roughly[2] = {fmax(first_accuracy, last), last};
     const double finest = fmax(finest_accuracy, last / 100), strictly[2] = {finest, finest};
     enum fishnet_end end = meet_by(surface, cursor, cell, accuracy, roughly, chords, m, node);
-    if (end != FISHNET_NO_CONVERGENCE || node->iterations == before)
+    if (end != FISHNET_NO_CONVERGENCE || node->iterations == before || m->stalled)
         return end;
     *m = begun;
     node->station = start;
@@ -373,6 +349,7 @@ enum fishnet_end fishnet_geodesic_solve(const struct surface *surface,
     const struct fishnet_collocation wanted = {{length[0], length[1]}, tolerance, lanes};
     if (fishnet_collocation_solve(cursor, cell, &wanted, NULL, node))
         return fishnet_right_root(cell, &node->station) ? FISHNET_FOUND : FISHNET_COLLAPSED;
+    node->outside = 0;
     struct meeting m = {
         .ray = {{.from = cell->b, .length = length[0]}, {.from = cell->c, .length = length[1]}}};
     for (int k = 0; k < 2; k++)
@@ -387,6 +364,8 @@ enum fishnet_end fishnet_geodesic_meet(const struct surface *surface, struct sur
                                        struct fishnet_node *node) {
     struct meeting m = {.ray = {{.from = cell->b, .length = bd, .direction = yarns->start[0]},
                                 {.from = cell->c, .length = cd, .direction = yarns->start[1]}}};
+    for (int k = 0; k < 2; k++)
+        m.ray[k].stays = yarns->stays[k];
     node->iterations = 0;
     enum fishnet_end end = meet(surface, cursor, cell, accuracy[0], accuracy[1], false, &m, node);
     for (int k = 0; k < 2 && end == FISHNET_FOUND; k++) {
@@ -401,14 +380,14 @@ bool fishnet_geodesic_between(const struct surface *surface, struct surface_curs
                               double *length, struct vec3 *start, struct vec3 *end) {
     struct ray ray = {
         .from = p, .length = *length, .accuracy = ray_share * accuracy, .direction = *start};
-    struct side to = side_of_station(q);
+    struct unfolding_side to = unfolding_station(q);
     double enough = accuracy * *length + rounding * surface->magnitude, last = HUGE_VAL;
     for (int round = 0; round < ROUNDS; round++) {
         if (!shoot(cursor, &ray))
             return false;
-        struct side from = side_of_station(&ray.end);
-        struct unfolding unfolding = unfold(&from, &to);
-        struct vec3 gap = gap_between(&from, &to, &unfolding);
+        struct unfolding_side from = unfolding_station(&ray.end);
+        struct unfolding unfolding = unfolding_between(&from, &to);
+        struct vec3 gap = unfolding_gap(&from, &to, &unfolding);
         double miss = vec3_norm(gap);
         struct vec3 field = jacobi_field(&ray);
         double angle = vec3_dot(gap, field) / vec3_norm2(field);
@@ -427,8 +406,8 @@ bool fishnet_geodesic_between(const struct surface *surface, struct surface_curs
                 return false;
             *length = ray.length;
             *start = ray.direction;
-            struct unfolding back = unfold(&to, &from);
-            *end = station_tangent(q, carry_back(&back, ray.end_tangent));
+            struct unfolding back = unfolding_between(&to, &from);
+            *end = station_tangent(q, unfolding_back(&back, ray.end_tangent));
             return true;
         }
         if (!(miss < last))

@@ -150,30 +150,17 @@ static bool expected_outside(struct march *march, const struct fishnet_cell *cel
 /* The surface turns by more than this cosine over a cell that lies across a crease. */
 static const double creased = 0.9;
 
-/* The cosine of the angle by which a joint may turn over a spacing and go on straight beyond its
- * end. */
-static const double straight = 1 - 1e-9;
+/* Whether the faces of two places meet over a crease, at a joint beyond whose end, next to the
+ * first of them, their continuations part. */
+static bool part_beyond(const struct station *p, const struct station *q) {
+    struct crossing joint;
+    return p->surface != q->surface && !(vec3_dot(p->normal, q->normal) > creased) &&
+           crossing_between(p, q->surface, &joint) && joint.at_corner && !joint.continued;
+}
 
-/* Whether the faces of two places meet over a crease, at a joint that bends: beyond its end their
- * continuations part. */
-static bool part_beyond(struct march *march, const struct station *p, const struct station *q) {
-    struct crossing joint, next;
-    struct station at;
-    double rate[2];
-    if (p->surface == q->surface || vec3_dot(p->normal, q->normal) > creased ||
-        !crossing_between(p, q->surface, &joint) ||
-        !station_at(p->surface, &march->cursor, joint.edge, &at))
-        return false;
-    crossing_rate(p->surface, &joint, rate);
-    struct vec3 by_t = vec3_axpy(rate[1], at.jet.v, vec3_scale(rate[0], at.jet.u));
-    double step = march->settings->spacing[0] / vec3_norm(by_t);
-    for (int side = -1; side <= 1; side += 2) {
-        next = joint;
-        if (crossing_move(p->surface, joint.t + side * step, &next) &&
-            vec3_dot(joint.from.along, next.from.along) < straight)
-            return true;
-    }
-    return false;
+/* The same, next to either. */
+static bool are_parted(const struct station *p, const struct station *q) {
+    return part_beyond(p, q) || part_beyond(q, p);
 }
 
 /* Whether a cell hangs on a place beyond a free edge of the shell, and so on how a joint goes on
@@ -182,8 +169,7 @@ static bool is_lost_outside(struct march *march, const struct fishnet_cell *cell
                             const struct station *d) {
     const struct station *b = cell->b, *c = cell->c;
     return march->surface->shell &&
-           (part_beyond(march, b, c) ||
-            (d && (part_beyond(march, b, d) || part_beyond(march, c, d)))) &&
+           (are_parted(b, c) || (d && (are_parted(b, d) || are_parted(c, d)))) &&
            (is_off_shell(march, b) || is_off_shell(march, c));
 }
 
@@ -287,13 +273,32 @@ static bool cross_rightly(const struct fishnet_cell *cell, const struct fishnet_
     return cell->orientation * vec3_dot(vec3_cross(yarns->end[0], yarns->end[1]), d->normal) > 0;
 }
 
+/* How far from its face a yarn may lie that stays on its continuation, by its length: the way that
+ * keeps to the joint between is longer by 8/3 of this squared. */
+static const double grazing = 3e-3;
+
+/* Whether a yarn all but keeps to the face on which its ends are, along a joint that bends away
+ * from it: geodesics over the joint do not come back. */
+static bool grazes_joint(struct march *march, const struct station *from, struct vec3 start,
+                         const struct station *to, double d) {
+    struct station middle;
+    struct crossing joint;
+    double uv[2];
+    if (from->surface != to->surface ||
+        !station_pull(from->surface, &march->cursor, from, vec3_scale(d / 2, start), uv) ||
+        !station_at(from->surface, &march->cursor, uv, &middle))
+        return false;
+    crossing_find(&middle, NULL, &joint);
+    return joint.kind == CROSSING_NONE || joint.distance <= grazing * d;
+}
+
 /* A cell with a rough edge: both yarns to D are geodesics of the spacing's length. Where chords led
  * to a D, `found`, it may be enough to measure them. */
 static enum fishnet_end solve_rough(struct march *march, const struct march_cell *at,
                                     const struct fishnet_cell *cell, bool found,
                                     struct fishnet_node *node) {
     const double *d = march->settings->spacing;
-    struct fishnet_yarns yarns;
+    struct fishnet_yarns yarns = {.stays = {false, false}};
     struct vec3 back[2];
     bool geodesic = march->settings->method == DRAPE_GEODESIC;
     const struct fishnet_collocation wanted = {
@@ -316,6 +321,7 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
     }
     if (!march_turn_as_at_a(march, at, back, yarns.start))
         return FISHNET_NO_CONVERGENCE;
+    node->outside = 0;
     const struct fishnet_yarns begun = yarns;
     enum fishnet_end end =
         fishnet_geodesic_meet(march->surface, &march->cursor, cell, d[0], d[1],
@@ -324,6 +330,15 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
         yarns = begun;
         end = fishnet_geodesic_meet(march->surface, &march->cursor, cell, d[0], d[1],
                                     rough_accuracy, &yarns, node);
+    }
+    for (int k = 0; k < 2 && end == FISHNET_NO_CONVERGENCE && march->surface->shell; k++) {
+        yarns = begun;
+        yarns.stays[k] = true;
+        end = fishnet_geodesic_meet(march->surface, &march->cursor, cell, d[0], d[1],
+                                    geodesic ? geodesic_accuracy : rough_accuracy, &yarns, node);
+        if (end == FISHNET_FOUND &&
+            !grazes_joint(march, k ? cell->c : cell->b, yarns.start[k], &node->station, d[k]))
+            end = FISHNET_NO_CONVERGENCE;
     }
     if (end == FISHNET_FOUND)
         march_note_edges(march, at, yarns.start, yarns.end);
@@ -371,11 +386,10 @@ enum rough_kind march_edge_chord(const struct march *march, const struct march_c
         return ROUGH_EDGE;
     if (kind == ROUGH_BENT && march->settings->yarn_path == DRAPE_PATH_RELAXATION)
         return ROUGH_NOT; /* arcs along relaxed tangents are what was asked for */
-    if (c->has[k])
-        right = correction_sideways(&c->of[k], from, to, right);
-    if (c->has[k] && c->of[k].whole)
-        right = correction_fitted(&c->of[k], to, *chord, right);
-    *chord = right;
+    if (!c->has[k])
+        *chord = right;
+    else if (!c->of[k].whole)
+        *chord = correction_sideways(&c->of[k], from, to, right);
     return kind;
 }
 
@@ -400,13 +414,33 @@ static bool has_rough(const struct march *march, struct fishnet_cell *cell, cons
     return false;
 }
 
+/* Two sides of a joint with this cosine between their normals, or less, are over a crease. */
+static const double over_crease = 0.9999;
+
+/* Carries a D that was found on the continuation of a face to where it lies, over a crease of the
+ * shell: chords lead back and forth over it just beyond. Whether its edges have to be laid anew. */
+static bool lies_over_crease(struct march *march, struct station *d) {
+    struct station beyond = *d;
+    struct crossing joint;
+    if (!d->surface->shell || crossing_within(d->surface, d->uv))
+        return false;
+    crossing_find(d, NULL, &joint);
+    if (joint.kind != CROSSING_JOINT || joint.distance <= shell_joint_width(d->surface->shell) ||
+        !crossing_settle(&march->cursor, &beyond) || beyond.surface == d->surface ||
+        vec3_dot(beyond.normal, d->normal) > over_crease)
+        return false;
+    *d = beyond;
+    return true;
+}
+
 /* Lays the edges of a cell that are not smooth, D being where chords of smooth ones meet; `laid`:
  * as geodesics. */
 static enum fishnet_end solve_uneven(struct march *march, const struct march_cell *at,
                                      struct fishnet_cell *cell, const struct march_corrections *c,
                                      enum fishnet_end end, struct fishnet_node *node, bool *laid) {
     bool bent = false, told[2] = {false, false};
-    bool rough = end == FISHNET_FOUND ? has_rough(march, cell, &node->station, c, &bent, told)
+    bool rough = end == FISHNET_FOUND ? lies_over_crease(march, &node->station) ||
+                                            has_rough(march, cell, &node->station, c, &bent, told)
                                       : hangs_on_rough(march, cell, end);
     *laid = rough;
     if (rough)

@@ -11,7 +11,7 @@ static bool advance(const struct march *march, struct path *path, struct surface
                     double d) {
     enum drape_method method = march->settings->method;
     if (method != DRAPE_GEODESIC)
-        path_follow_net(path, d, method == DRAPE_GIB4 ? 4 : 2);
+        path_follow_net(path, d, march->before.net ? 4 : 2);
     return method == DRAPE_BASIC ? path_advance_chord(path, cursor, d) : path_advance(path, d);
 }
 
@@ -113,17 +113,34 @@ struct arm {
     struct march_mesh_yarn yarn; /* on a mesh of the caller's, instead of the path */
     struct station last;         /* on a mesh made of a surface: where the arm is on the mesh */
     int di, dj;
-    int32_t outside; /* nodes since the last one inside */
+    int32_t outside;  /* nodes since the last one inside */
+    struct vec3 left; /* where it went there; not on a mesh */
     bool started, ended;
 };
 
-/* How far an arm may be outside before it comes back: no hole is longer than the part. What leads
- * further, round a sphere of which a patch is the part, comes to it from behind. */
-static double longest_hole(const struct march *march) {
+/* Whether a place is beyond the domain, not in a hole that trims leave. */
+static bool is_beyond_domain(const struct station *station) {
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &station->surface->axis[k];
+        double x = station->uv[k];
+        if (!axis->closed && (x < surface_axis_lower(axis) || x > surface_axis_upper(axis)))
+            return true;
+    }
+    return false;
+}
+
+/* No hole is longer than the part: an arm that is outside for longer comes to it from behind. So
+ * does one beyond the domain that has turned back after this share of that. */
+static const double turns_after = 0.25;
+
+/* Whether an arm that is outside goes round the part, as below the rim of a dome. */
+static bool goes_round(const struct march *march, const struct arm *arm, double d) {
     const struct surface *surface = march->surface;
-    if (march->mesh)
-        return HUGE_VAL;
-    return surface->shell ? shell_size(surface->shell) : surface->size;
+    if (march->mesh || arm->outside == 0)
+        return false;
+    double part = surface->shell ? shell_size(surface->shell) : surface->size;
+    bool turned = vec3_dot(arm->left, arm->at.tangent) < 0 && is_beyond_domain(&arm->at.station);
+    return arm->outside * d > (turned ? turns_after : 1) * part;
 }
 
 /* An arm along a polyline from the start on; where its points end, a geodesic. */
@@ -177,21 +194,6 @@ static bool advance_on_mesh(struct march *march, struct arm *arm, double d, stru
     return true;
 }
 
-/* Lays an uneven edge of a generator, `to` at the end of a correction's chord, as far as that fits
- * the chord of the yarn's own length. */
-static bool fit_chord(struct march *march, const struct correction *correction,
-                      const struct stop *from, double chord, struct stop *to) {
-    struct stop exact = {.path = from->path};
-    if (!advance(march, &exact.path, &march->cursor, correction->d) || !find_station(march, &exact))
-        return false;
-    double told = vec3_distance(from->station.jet.r, exact.station.jet.r);
-    double fitted = correction_fitted(correction, &to->station, chord, told);
-    if (fitted == chord)
-        return true;
-    to->path = from->path;
-    return path_advance_chord(&to->path, &march->cursor, fitted) && find_station(march, to);
-}
-
 /* To node k in a second march, the edge's chord being the corrected one like those of the yarns
  * beside it, so that they fit to the last order. False where there is none. */
 static bool advance_corrected(struct march *march, struct arm *arm, int32_t k, double d) {
@@ -201,6 +203,7 @@ static bool advance_corrected(struct march *march, struct arm *arm, int32_t k, d
     double chord;
     int32_t i = (k - 1) * arm->di, j = (k - 1) * arm->dj;
     net_view_move(&march->before, i, j);
+    path_follow_net(&to.path, d, 4);
     if (!correction_find(&march->before, i, j, arm->di, arm->dj, d, &correction) ||
         !correction.whole || !correction_chord(&correction, &chord) || !from->known ||
         !path_advance_chord(&to.path, &march->cursor, chord) || !find_station(march, &to))
@@ -209,9 +212,6 @@ static bool advance_corrected(struct march *march, struct arm *arm, int32_t k, d
     double arriving = station_normal_curvature(&to.station, to.tangent);
     if (!correction_agrees(&correction, 0, &from->station, leaving) ||
         !correction_agrees(&correction, 1, &to.station, arriving))
-        return false;
-    if (!rough_is_arc(&from->station, &to.station, leaving, d) &&
-        !fit_chord(march, &correction, from, chord, &to))
         return false;
     arm->at = to;
     return true;
@@ -244,8 +244,10 @@ static enum status grow_arm(struct march *march, struct arm *arm, int32_t k) {
     if (!march->mesh)
         note_edge(march, &before, &arm->at, arm->di, arm->dj);
     enum status status = march_place(march, i, j, march->mesh ? &on_mesh : &arm->at.station, &zone);
+    if (arm->outside == 0 && !march->mesh)
+        arm->left = before.tangent;
     arm->outside = zone == STATION_GHOST ? arm->outside + 1 : 0;
-    arm->ended = zone == STATION_BEYOND || arm->outside * d > longest_hole(march);
+    arm->ended = zone == STATION_BEYOND || goes_round(march, arm, d);
     return status;
 }
 

@@ -224,11 +224,14 @@ static struct attempt plan_step(const struct path *g, double h) {
 /* Takes a step that has been tried, or a shorter one; the length it went. */
 static bool take_step(struct path *g, struct attempt *a, struct effort *effort, double *length) {
     struct path_event event;
+    bool outside = is_outside(g);
+    g->outside += outside;
     while (!path_followed(a->error)) {
         a->h *= fmin(path_rescaling(a->error), 0.85);
         a->at_edge = false;
         if (!worth_trying(g, effort, a->h))
             return false;
+        g->outside += outside;
         a->error = path_try_step(g, &a->at, a->h, &a->y);
     }
     double pace = a->h * path_rescaling(a->error);
@@ -270,7 +273,7 @@ static bool advance_on_face(struct path *g, double h, struct effort *effort, dou
         if (!advance_in_span(g, h, effort, length))
             return false;
         double way = *length;
-        if (!path_find_joint(&before, g, *length, &joint, &way))
+        if (g->stays || !path_find_joint(&before, g, *length, &joint, &way))
             return true;
         beyond = *g;
         if (!has_just_entered(&before, way, *length, &joint) &&
@@ -345,7 +348,7 @@ static bool go_on(struct path *path, double remaining, struct effort *effort, in
         path_jet(path, path->uv, &path->jet);
     path->has_jet = true;
     return remaining <= 0 && !path->ended &&
-           (!path->surface->shell || path->ahead > 0 || path_settle(path));
+           (!path->surface->shell || path->ahead > 0 || path->stays || path_settle(path));
 }
 
 bool path_advance(struct path *path, double length) {
@@ -380,7 +383,7 @@ bool path_advance_both(struct path path[2], const double length[2]) {
         a[k].error = path_error_of_step(&path[k], &a[k].at, a[k].h, &error[k]);
         bool taken = take_step(&path[k], &a[k], &effort, &gone);
         if (before.surface->shell &&
-            (!taken || path_find_joint(&before, &path[k], gone, &joint, &way))) {
+            (!taken || (!before.stays && path_find_joint(&before, &path[k], gone, &joint, &way)))) {
             path[k] = before;
             if (!path_advance(&path[k], length[k]))
                 return false;

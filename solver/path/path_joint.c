@@ -10,9 +10,6 @@ enum {
     JOINT_PIECES = 4,  /* straight ones, in which joints are sought along a step */
 };
 
-/* Places of two faces this close, as a share of the shell's size, are one. */
-static const double at_edge = 1e-9;
-
 /* The cubic through (u, v) and velocity at both ends of a step of h, at a share of it. */
 static void cubic_at(const struct path *from, const struct path *to, double h, double share,
                      double uv[2]) {
@@ -94,7 +91,7 @@ bool path_set_off(struct path *g) {
     struct crossing joint;
     struct station here, there;
     struct vec3 t;
-    double uv[2], near = at_edge * shell_size(shell) + 2 * shell_edges(shell).largest_gap;
+    double uv[2], near = shell_joint_width(shell);
     if (crossing_within(g->surface, g->uv) || !station_at(g->surface, &cursor, g->uv, &here))
         return true;
     crossing_find(&here, NULL, &joint);
@@ -121,7 +118,8 @@ bool path_settle(struct path *g) {
         !station_at(joint.beyond, &cursor, uv, &there))
         return true;
     crossing_find(&there, g->surface, &next);
-    if (next.kind == CROSSING_JOINT || (next.kind == CROSSING_FREE && joint.at_corner))
+    if (next.kind == CROSSING_JOINT ||
+        (next.kind == CROSSING_FREE && joint.at_corner && !joint.continued))
         return true;
     memcpy(joint.entry, uv, sizeof uv);
     return cross_joint(g, &joint);

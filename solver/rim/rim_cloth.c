@@ -94,24 +94,27 @@ static bool extend_to(struct rim_cloth *cloth, int32_t i, int32_t j, int layers,
 }
 
 /* The corner at (i, j): of the net, or else extrapolated and at most `layers` beyond it; NULL when
- * it cannot be had. An extrapolated one has its layer in `yarns`. */
+ * it cannot be had. An extrapolated one has its layer in `yarns`, a place that has none the layers
+ * that were tried: each would else be asked for by all places behind it, again and again. */
 static const struct net_node *corner_at(struct rim_cloth *cloth, int32_t i, int32_t j, int layers) {
     const struct net_node *node = net_place(cloth->march->net, i, j);
     struct net_node made;
     if (node || layers == 0)
         return node;
-    node = net_place(cloth->beyond, i, j);
-    if (node)
+    node = net_find(cloth->beyond, i, j);
+    int tried = node && node->state == NET_FAILED ? (int)node->yarns : 0;
+    if (node && node->state == NET_GHOST)
         return node->yarns <= (uint32_t)layers ? node : NULL;
-    for (int depth = 0; depth < layers && may_reach(cloth, i, j); depth++) {
-        if (!extend_to(cloth, i, j, depth, &made))
-            continue;
-        made.yarns = (uint32_t)depth + 1;
-        if (net_put(cloth->beyond, i, j, &made) != STATUS_OK)
-            cloth->failed = true;
-        return net_place(cloth->beyond, i, j);
-    }
-    return NULL;
+    if (tried >= layers || !may_reach(cloth, i, j))
+        return NULL;
+    bool found = false;
+    for (; tried < layers && !found; tried++)
+        found = extend_to(cloth, i, j, tried, &made);
+    if (!found)
+        made = (struct net_node){.state = NET_FAILED};
+    made.yarns = (uint32_t)tried;
+    cloth->failed = net_put(cloth->beyond, i, j, &made) != STATUS_OK || cloth->failed;
+    return found ? net_place(cloth->beyond, i, j) : NULL;
 }
 
 /* ---- patches ---- */

@@ -15,8 +15,17 @@ static const double at_vertex = 1e-6;
 /* So much of its length from its end an edge has the derivatives that it has at the end. */
 static const double inside_end = 1e-10;
 
-/* A way that misses the end of a segment by this share of the domain goes through it. */
-static const double touch = 1e-9;
+/* Where the curves of two faces are no further apart than this share of the way from the joint's
+ * end, they go on as one. */
+static const double alike = 1e-3;
+
+/* Places beyond a free edge may be past a joint whose end is no further than so many times as far.
+ */
+static const double end_reach = 4;
+
+/* Nor do they where a face has turned by more than this, as a cosine: two creases of a strip have
+ * met there, and it is inside out beyond. */
+static const double turned = 0.5;
 
 static const struct face *face_of(const struct surface *surface) {
     return &surface->shell->faces[surface->face];
@@ -26,26 +35,11 @@ bool crossing_within(const struct surface *surface, const double uv[2]) {
     return face_contains(face_of(surface), uv);
 }
 
-/* What takes a place into the domain of closed directions. */
-static void turn_of(const struct surface *surface, const double uv[2], double turn[2]) {
-    for (int k = 0; k < 2; k++)
-        turn[k] = uv[k] - surface_axis_wrap(&surface->axis[k], uv[k]);
-}
-
-/* The difference of two parameters, the shorter way round a closed direction. */
-static double way(const struct surface_axis *axis, double from, double to) {
-    double difference = to - from;
-    if (!axis->closed)
-        return difference;
-    double period = surface_axis_upper(axis) - surface_axis_lower(axis);
-    return difference - period * floor(difference / period + 0.5);
-}
-
 /* Puts parameters into the turn of a near place. */
 static void put_near(const struct surface *surface, const double near[2], double uv[2]) {
     for (int k = 0; k < 2; k++)
         if (surface->axis[k].closed)
-            uv[k] = near[k] + way(&surface->axis[k], near[k], uv[k]);
+            uv[k] = near[k] + face_way(&surface->axis[k], near[k], uv[k]);
 }
 
 /* A place on a segment. */
@@ -73,7 +67,7 @@ static void try_segment(const struct edge_search *search, const struct face_segm
     const double *metric = search->metric;
     double p[2], e[2];
     for (int k = 0; k < 2; k++) {
-        p[k] = way(&search->surface->axis[k], search->at[k], segment->a[k]);
+        p[k] = face_way(&search->surface->axis[k], search->at[k], segment->a[k]);
         e[k] = (p[k] + segment->b[k] - segment->a[k]) - p[k];
     }
     double ee = station_form(metric, e);
@@ -108,7 +102,7 @@ static int beyond_run(const struct edge_search *search, const struct face_run *r
 static double least_to_run(const struct edge_search *search, const struct face_run *run) {
     double least = 0;
     for (int k = 0; k < 2; k++) {
-        double off = fabs(way(&search->surface->axis[k], search->at[k], run->centre[k]));
+        double off = fabs(face_way(&search->surface->axis[k], search->at[k], run->centre[k]));
         off = fmax(off - run->half[k], 0);
         least = fmax(least, search->least[k] * off * off);
     }
@@ -186,19 +180,14 @@ static void nearest_edges(const struct station *station, const struct surface *b
         *joint = search.hit[TO_BEFORE];
 }
 
-/* The place at t of an edge, with the derivatives that the edge has there: an end may be a corner
- * of its curve, which goes on from there in another direction. */
+/* The place at t of an edge, or of its curve as it goes on beyond it, with the derivatives that the
+ * edge has there: an end may be a corner of its curve, which goes on from there in another
+ * direction. */
 static void edge_at(const struct shell *shell, const struct face_edge *edge, double t,
                     struct curve_place *place) {
-    const struct face_curve *curve = &shell->curves[edge->curve];
     double within = inside_end * (edge->t[1] - edge->t[0]);
-    struct curve_place beside;
-    curve_at(shell, curve, t, place);
-    if (t - edge->t[0] >= within && edge->t[1] - t >= within)
-        return;
-    curve_at(shell, curve, fmin(fmax(t, edge->t[0] + within), edge->t[1] - within), &beside);
-    memcpy(place->rate, beside.rate, sizeof place->rate);
-    place->tangent = beside.tangent;
+    double from = fmin(fmax(t, edge->t[0] + within), edge->t[1] - within);
+    curve_beyond(shell, &shell->curves[edge->curve], from, t, place);
 }
 
 static bool frame_at(const struct shell *shell, const struct face_edge *edge, double t,
@@ -232,20 +221,61 @@ static void rate_at(const struct surface *surface, const struct crossing *crossi
     const struct shell *shell = surface->shell;
     const struct face_edge *edge = &shell->edges[crossing->number];
     struct curve_place place;
-    edge_at(shell, edge, fmin(fmax(crossing->t, edge->t[0]), edge->t[1]), &place);
+    double t = crossing->continued ? crossing->t : fmin(fmax(crossing->t, edge->t[0]), edge->t[1]);
+    edge_at(shell, edge, t, &place);
     rate[0] = place.rate[0];
     rate[1] = place.rate[1];
 }
 
-/* Moves a joint beyond its open end, straight on in the parameters of the face that is left, with
- * the frames of the end. */
-static bool go_beyond_end(const struct surface *surface, double t, struct crossing *crossing) {
+/* The place of an edge, or of its curve beyond an end, nearest to a point, from the place at t. */
+static double go_near(const struct shell *shell, const struct face_edge *edge, struct vec3 point,
+                      double t) {
+    struct curve_place place;
+    for (int round = 0; round < END_ROUNDS; round++) {
+        edge_at(shell, edge, t, &place);
+        t += vec3_dot(vec3_sub(point, place.r), place.tangent) / vec3_norm2(place.tangent);
+    }
+    return t;
+}
+
+/* The parameter of an edge where its mate has t. */
+static double mate_parameter(const struct face_edge *edge, const struct face_edge *mate, double t) {
+    double share = (t - edge->t[0]) / (edge->t[1] - edge->t[0]);
+    return edge->reversed ? mate->t[1] - share * (mate->t[1] - mate->t[0])
+                          : mate->t[0] + share * (mate->t[1] - mate->t[0]);
+}
+
+/* The frames of a joint beyond its open end, where both faces' curves go on alike. */
+static bool continue_joint(const struct surface *surface, double t, struct crossing *crossing) {
+    const struct shell *shell = surface->shell;
+    const struct face_edge *edge = &shell->edges[crossing->number],
+                           *mate = &shell->edges[edge->mate];
+    struct crossing on = *crossing;
+    if (!frame_at(shell, edge, t, crossing->from.along, true, on.edge, &on.from))
+        return false;
+    double there = go_near(shell, mate, on.from.at, mate_parameter(edge, mate, t));
+    double far = vec3_distance(on.from.at, crossing->from.at);
+    if (!isfinite(there) || !frame_at(shell, mate, there, on.from.along, false, on.entry, &on.to) ||
+        !(vec3_dot(on.from.normal, crossing->from.normal) > turned) ||
+        !(vec3_dot(on.to.normal, crossing->to.normal) > turned) ||
+        !(vec3_distance(on.from.at, on.to.at) <= alike * far + 2 * shell->found.largest_gap))
+        return false;
+    on.continued = true;
+    *crossing = on;
+    return true;
+}
+
+/* The same where they do not: straight on in the parameters of the face that is left, with the
+ * frames of the end. */
+static bool go_straight(const struct surface *surface, double t, struct crossing *crossing) {
+    const struct face_edge *edge = &surface->shell->edges[crossing->number];
     struct surface_cursor cursor = {0, 0};
+    struct curve_place end;
     struct station place;
-    double rate[2], uv[2];
-    rate_at(surface, crossing, rate);
+    double on_edge = fmin(fmax(t, edge->t[0]), edge->t[1]), uv[2];
+    edge_at(surface->shell, edge, on_edge, &end);
     for (int k = 0; k < 2; k++)
-        crossing->edge[k] += t * rate[k];
+        crossing->edge[k] += (t - on_edge) * end.rate[k];
     if (!station_at(surface, &cursor, crossing->edge, &place) ||
         !crossing_carry(crossing, &cursor, &place, END_ROUNDS, uv) ||
         !station_at(crossing->beyond, &cursor, uv, &place))
@@ -263,21 +293,21 @@ static bool joint_at(const struct surface *surface, int32_t number, double t,
     const struct shell *shell = surface->shell;
     const struct face_edge *edge = &shell->edges[number], *mate = &shell->edges[edge->mate];
     const struct face_curve *curve = &shell->curves[mate->curve];
-    double share = (t - edge->t[0]) / (edge->t[1] - edge->t[0]);
-    double guess = edge->reversed ? mate->t[1] - share * (mate->t[1] - mate->t[0])
-                                  : mate->t[0] + share * (mate->t[1] - mate->t[0]);
     struct curve_place there;
     double on_edge = fmin(fmax(t, edge->t[0]), edge->t[1]);
     if (!frame_at(shell, edge, on_edge, vec3_make(0, 0, 0), true, crossing->edge, &crossing->from))
         return false;
-    (void)curve_nearest(shell, curve, crossing->from.at, guess, mate->t, &there);
+    (void)curve_nearest(shell, curve, crossing->from.at, mate_parameter(edge, mate, t), mate->t,
+                        &there);
     crossing->kind = CROSSING_JOINT;
+    crossing->continued = false;
     crossing->number = number;
     crossing->t = t;
     crossing->beyond = &shell->faces[curve->face].surface;
     return frame_at(shell, mate, there.t, crossing->from.along, false, crossing->entry,
                     &crossing->to) &&
-           (t == on_edge || go_beyond_end(surface, t - on_edge, crossing));
+           (t == on_edge || continue_joint(surface, t, crossing) ||
+            go_straight(surface, t, crossing));
 }
 
 /* Whether a place of a joint is an end of it that lies on the boundary of the shell. */
@@ -285,6 +315,64 @@ static bool at_open_end(const struct shell *shell, const struct hit *hit) {
     const struct face_edge *edge = &shell->edges[hit->segment->edge];
     return (edge->open[0] && hit->share == 0 && hit->segment->t[0] == edge->t[0]) ||
            (edge->open[1] && hit->share == 1 && hit->segment->t[1] == edge->t[1]);
+}
+
+/* The joint at a hit or, from an open end, at the place of its continuation that is nearest to the
+ * station. */
+static bool joint_near(const struct station *station, const struct hit *hit,
+                       struct crossing *crossing) {
+    const struct surface *surface = station->surface;
+    const struct face_segment *segment = hit->segment;
+    const struct face_edge *edge = &surface->shell->edges[segment->edge];
+    double t = segment->t[0] + hit->share * (segment->t[1] - segment->t[0]);
+    if (at_open_end(surface->shell, hit)) {
+        struct crossing continued = {.kind = CROSSING_NONE};
+        double on = go_near(surface->shell, edge, station->jet.r, t);
+        if ((hit->share > 0 ? on > t : on < t) &&
+            joint_at(surface, segment->edge, on, &continued) && continued.continued) {
+            continued.at_corner = crossing->at_corner;
+            continued.distance = crossing->distance;
+            *crossing = continued;
+            return true;
+        }
+    }
+    return joint_at(surface, segment->edge, t, crossing);
+}
+
+/* Whether a place lies beyond an end of a joint, and past the line in which the joint goes on. */
+static bool is_past_end(const struct station *station, int32_t number, int end,
+                        struct crossing *crossing) {
+    const struct surface *surface = station->surface;
+    const struct face_edge *edge = &surface->shell->edges[number];
+    double t = go_near(surface->shell, edge, station->jet.r, edge->t[end]);
+    if (!(end ? t > edge->t[1] : t < edge->t[0]) || !joint_at(surface, number, t, crossing) ||
+        !crossing->continued)
+        return false;
+    struct vec3 off = vec3_sub(station->jet.r, crossing->from.at);
+    return vec3_dot(off, crossing->from.across) > 0;
+}
+
+/* The joint that a place beyond a free edge, so far away, is past by that: of those with an open
+ * end not much further. */
+static bool past_open_end(const struct station *station, double distance,
+                          struct crossing *crossing) {
+    const struct shell *shell = station->surface->shell;
+    const struct face *face = face_of(station->surface);
+    double nearest = end_reach * distance;
+    for (uint32_t r = 0; r < face->run_count; r++) {
+        int32_t number = face->runs[r].edge;
+        const struct face_edge *edge = &shell->edges[number];
+        bool first = r == 0 || face->runs[r - 1].edge != number;
+        for (int k = 0; k < 2 && first && edge->mate != EDGE_FREE; k++) {
+            struct crossing past = *crossing;
+            double far = vec3_distance(edge->end[k], station->jet.r);
+            if (!edge->open[k] || !(far < nearest) || !is_past_end(station, number, k, &past))
+                continue;
+            *crossing = past;
+            nearest = far;
+        }
+    }
+    return nearest < end_reach * distance;
 }
 
 void crossing_find(const struct station *station, const struct surface *before,
@@ -298,21 +386,23 @@ void crossing_find(const struct station *station, const struct surface *before,
     nearest_edges(station, NULL, before, &joint, &free);
     bool over = joint.segment && !(free.distance2 < joint.distance2 * (1 - as_near));
     const struct hit *hit = over ? &joint : &free;
+    bool open = over && at_open_end(surface->shell, hit);
     crossing->kind = CROSSING_FREE;
     crossing->distance = sqrt(hit->distance2);
-    crossing->at_corner = over && (!(free.distance2 > joint.distance2 * (1 + as_near)) ||
-                                   at_open_end(surface->shell, hit));
+    crossing->at_corner = open || (over && !(free.distance2 > joint.distance2 * (1 + as_near)));
     const double near[2] = {station->uv[0] + (hit->segment ? hit->offset[0] : 0),
                             station->uv[1] + (hit->segment ? hit->offset[1] : 0)};
-    if (over) {
-        const struct face_segment *segment = hit->segment;
-        double t = segment->t[0] + hit->share * (segment->t[1] - segment->t[0]);
-        if (joint_at(surface, segment->edge, t, crossing)) {
-            put_near(surface, near, crossing->edge);
+    if (over && joint_near(station, hit, crossing)) {
+        struct vec3 off = vec3_sub(station->jet.r, crossing->from.at);
+        put_near(surface, near, crossing->edge);
+        if (!crossing->continued || vec3_dot(off, crossing->from.across) > 0)
             return;
-        }
-        crossing->kind = CROSSING_FREE;
+    } else if (!over && past_open_end(station, crossing->distance, crossing)) {
+        crossing->at_corner = true;
+        put_near(surface, near, crossing->edge);
+        return;
     }
+    crossing->kind = CROSSING_FREE;
     memcpy(crossing->edge, near, sizeof near);
 }
 
@@ -337,10 +427,9 @@ bool crossing_between(const struct station *station, const struct surface *beyon
     nearest_edges(station, beyond, NULL, &joint, &free);
     if (!joint.segment)
         return false;
-    const struct face_segment *segment = joint.segment;
-    double t = segment->t[0] + joint.share * (segment->t[1] - segment->t[0]);
     crossing->distance = sqrt(joint.distance2);
-    return joint_at(station->surface, segment->edge, t, crossing);
+    crossing->at_corner = at_open_end(station->surface->shell, &joint);
+    return joint_near(station, &joint, crossing);
 }
 
 static struct vec3 change_frame(const struct crossing_frame *from, const struct crossing_frame *to,
@@ -392,116 +481,4 @@ bool crossing_settle(struct surface_cursor *cursor, struct station *station) {
             return false;
     }
     return false;
-}
-
-/* A straight way over a face, from p by e, and the joint that it leaves the region through first.
- */
-struct leaving {
-    const struct surface *surface;
-    double p[2], e[2], by[2]; /* `by` is one by the domain's lengths */
-    double least, place;      /* shares of the way and of the segment */
-    bool beyond_end;          /* the place is not on the segment, but beyond an open end */
-    const struct face_segment *segment;
-};
-
-/* The share of the way at which it leaves the region through a segment from a to b, whose inside
- * lies as the edge says; HUGE_VAL where it does not. `at` gets the share of the segment. */
-static double leaves_through(const struct leaving *way, const double a[2], const double b[2],
-                             int inside, const bool open[2], double *at) {
-    const double *p = way->p, *e = way->e, *by = way->by;
-    double sx = b[0] - a[0], sy = b[1] - a[1];
-    double out = (e[0] * sy - e[1] * sx) * inside; /* > 0: from left to right of the segment */
-    if (!(out > 0))
-        return HUGE_VAL;
-    double cross = e[0] * sy - e[1] * sx;
-    double ax = a[0] - p[0], ay = a[1] - p[1];
-    double share = (ax * sy - ay * sx) / cross;
-    *at = (ax * e[1] - ay * e[0]) / cross;
-    double whole = 1 / (fabs(sx) * by[0] + fabs(sy) * by[1]);
-    bool hits = share >= -as_near && share <= 1 && *at >= -(open[0] ? 1 : touch) * whole &&
-                *at <= 1 + (open[1] ? 1 : touch) * whole;
-    return hits ? fmax(share, 0) : HUGE_VAL;
-}
-
-static void leave_through(struct leaving *leaving, const struct face_segment *segment) {
-    const struct surface *surface = leaving->surface;
-    const struct face_edge *edge = &surface->shell->edges[segment->edge];
-    const bool open[2] = {edge->open[0] && segment->t[0] == edge->t[0],
-                          edge->open[1] && segment->t[1] == edge->t[1]};
-    double a[2], b[2], at;
-    for (int k = 0; k < 2; k++) {
-        a[k] = leaving->p[k] + way(&surface->axis[k], leaving->p[k], segment->a[k]);
-        b[k] = a[k] + segment->b[k] - segment->a[k];
-    }
-    double met = leaves_through(leaving, a, b, edge->inside, open, &at);
-    if (met == HUGE_VAL)
-        return;
-    const double there[2] = {leaving->p[0] + met * leaving->e[0],
-                             leaving->p[1] + met * leaving->e[1]};
-    bool beyond_end = fmax(-at, at - 1) > touch;
-    /* Joints of one line meet the way at one place: the one that is there goes first. */
-    double ahead = leaving->beyond_end == beyond_end ? 0 : beyond_end ? -as_near : as_near;
-    if (met < leaving->least + ahead && (!beyond_end || !face_contains(face_of(surface), there))) {
-        leaving->least = met;
-        leaving->segment = segment;
-        leaving->place = at;
-        leaving->beyond_end = beyond_end;
-    }
-}
-
-/* Whether a way has to be held against the segments of a run: they belong to a joint, and lie near
- * it or at an open end, beyond which the joint goes on. */
-static bool may_leave_through(const struct leaving *leaving, const struct face_run *run) {
-    const struct surface *surface = leaving->surface;
-    const struct face_edge *edge = &surface->shell->edges[run->edge];
-    bool near = true;
-    for (int k = 0; k < 2; k++) {
-        double off = fabs(way(&surface->axis[k], leaving->p[k], run->centre[k])) - run->half[k];
-        double reach = fabs(leaving->e[k]);
-        near = near && !(off > reach + 2 * touch * (reach + 1 / leaving->by[k]));
-    }
-    return edge->mate != EDGE_FREE && (near || edge->open[0] || edge->open[1]);
-}
-
-bool crossing_none_within(const struct surface *surface, const double low[2],
-                          const double high[2]) {
-    return face_holds_way(face_of(surface), low, high);
-}
-
-bool crossing_on_way(const struct surface *surface, const double from[2], const double to[2],
-                     double *share, struct crossing *crossing) {
-    const struct face *face = face_of(surface);
-    struct leaving leaving = {.surface = surface, .least = HUGE_VAL};
-    double turn[2], end[2];
-    turn_of(surface, from, turn);
-    for (int k = 0; k < 2; k++) {
-        const struct surface_axis *axis = &surface->axis[k];
-        leaving.p[k] = from[k] - turn[k];
-        leaving.e[k] = to[k] - from[k];
-        leaving.by[k] = 1 / (surface_axis_upper(axis) - surface_axis_lower(axis));
-        end[k] = leaving.p[k] + leaving.e[k];
-    }
-    if (face_holds_way(face, leaving.p, end))
-        return false;
-    for (uint32_t r = 0; r < face->run_count; r++) {
-        const struct face_run *run = &face->runs[r];
-        bool may = may_leave_through(&leaving, run);
-        for (uint32_t s = 0; s < run->count && may; s++)
-            leave_through(&leaving, &face->segments[run->first + s]);
-    }
-    const struct face_segment *first = leaving.segment;
-    if (!first)
-        return false;
-    double place = leaving.place;
-    *share = leaving.least;
-    const bool *open = surface->shell->edges[first->edge].open;
-    place = open[0] ? place : fmax(place, 0);
-    place = open[1] ? place : fmin(place, 1);
-    double t = first->t[0] + place * (first->t[1] - first->t[0]);
-    if (!joint_at(surface, first->edge, t, crossing))
-        return false;
-    crossing->distance = 0;
-    const double near[2] = {from[0] + *share * leaving.e[0], from[1] + *share * leaving.e[1]};
-    put_near(surface, near, crossing->edge);
-    return true;
 }

@@ -28,6 +28,7 @@ struct crossing {
     enum crossing_kind kind;
     bool at_corner;  /* CROSSING_JOINT: the place lies beyond its end on the shell's boundary, or a
                         free edge is as near */
+    bool continued;  /* CROSSING_JOINT: beyond an end, where the curves of both faces go on alike */
     double distance; /* of the place from the edge, to first order */
     double edge[2];  /* where on the face that is left: inner parameters, in the place's turn */
     const struct surface *beyond; /* CROSSING_JOINT: the next face, and where on it */
@@ -37,7 +38,8 @@ struct crossing {
     double t;
 };
 
-/* Looks from a station of a shell's face over the edge that is nearest to it. At a vertex that is
+/* Looks from a station of a shell's face over the edge that is nearest to it, or over the line in
+ * which a joint goes on beyond its end, where the station lies past that. At a vertex that is
  * not the joint to the face `before`, which it was carried from; NULL: it was not. */
 void crossing_find(const struct station *station, const struct surface *before,
                    struct crossing *crossing);

@@ -16,14 +16,14 @@ static void line_at(const struct face_curve *curve, double t, double uv[2], doub
     }
 }
 
-void curve_at(const struct shell *shell, const struct face_curve *curve, double t,
-              struct curve_place *place) {
+void curve_beyond(const struct shell *shell, const struct face_curve *curve, double from, double t,
+                  struct curve_place *place) {
     const struct surface *surface = &shell->faces[curve->face].surface;
     struct surface_cursor cursor = {0, 0};
     double outer[2];
     place->t = t;
     if (curve->trim) {
-        trim_curve_at(curve->trim, t, outer, place->rate);
+        trim_curve_beyond(curve->trim, from, t, outer, place->rate);
         surface_inner(surface, outer, place->uv);
         for (int k = 0; k < 2; k++)
             place->rate[k] *= surface_axis_rate(&surface->axis[k], place->uv[k], NULL);
@@ -34,6 +34,12 @@ void curve_at(const struct shell *shell, const struct face_curve *curve, double 
     place->r = place->jet.r;
     place->tangent =
         vec3_axpy(place->rate[1], place->jet.v, vec3_scale(place->rate[0], place->jet.u));
+}
+
+void curve_at(const struct shell *shell, const struct face_curve *curve, double t,
+              struct curve_place *place) {
+    double within = fmin(fmax(t, curve->range[0]), curve->range[1]);
+    curve_beyond(shell, curve, within, within, place);
 }
 
 double curve_nearest(const struct shell *shell, const struct face_curve *curve, struct vec3 point,
@@ -173,6 +179,14 @@ bool face_holds_way(const struct face *face, const double from[2], const double 
             if (face->cells[i * FACE_GRID + j] != FACE_CELL_INSIDE)
                 return false;
     return true;
+}
+
+double face_way(const struct surface_axis *axis, double from, double to) {
+    double difference = to - from;
+    if (!axis->closed)
+        return difference;
+    double period = surface_axis_upper(axis) - surface_axis_lower(axis);
+    return difference - period * floor(difference / period + 0.5);
 }
 
 bool face_contains(const struct face *face, const double uv[2]) {

@@ -98,6 +98,10 @@ struct curve_place {
 void curve_at(const struct shell *shell, const struct face_curve *curve, double t,
               struct curve_place *place);
 
+/* The same by the polynomials that the curve has at `from`, wherever t is. */
+void curve_beyond(const struct shell *shell, const struct face_curve *curve, double from, double t,
+                  struct curve_place *place);
+
 /* The place of the curve between low and high nearest to `point`, by Newton's method from `from`;
  * its distance. */
 double curve_nearest(const struct shell *shell, const struct face_curve *curve, struct vec3 point,
@@ -117,6 +121,9 @@ enum status face_make_grid(struct face *face, struct arena *arena) STATUS_MUST_U
 /* Whether the straight way between two places of the domain lies well inside the face, as far as
  * the grid tells. */
 bool face_holds_way(const struct face *face, const double from[2], const double to[2]);
+
+/* The difference of two parameters, the shorter way round a closed direction. */
+double face_way(const struct surface_axis *axis, double from, double to);
 
 /* Whether inner parameters are in the face: its domain, to 1e-9 of it, and its region. */
 bool face_contains(const struct face *face, const double uv[2]);

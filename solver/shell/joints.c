@@ -183,8 +183,8 @@ static bool leave_duplicate_out(struct join *join, int32_t edge, const struct ma
     return false;
 }
 
-/* Whether two edges that coincide are the sides of one face that is no wider there than the
- * tolerance: each has it on the side of the other, and what lies between them is as near. */
+/* Whether two edges that all but coincide are the sides of one face that is hardly wider there than
+ * the tolerance: each has it on the side of the other, and what lies between them is as near. */
 static bool is_thin_between(const struct shell *shell, int32_t first, int32_t second) {
     const struct face_edge *edges[2] = {&shell->edges[first], &shell->edges[second]};
     struct curve_place place[2];
@@ -208,7 +208,7 @@ static bool is_thin_between(const struct shell *shell, int32_t first, int32_t se
     }
     surface_jet_at(&shell->faces[face_of(shell, first)].surface, &cursor, middle[0], middle[1],
                    &jet);
-    return vec3_distance(jet.r, place[0].r) <= shell->tolerance;
+    return vec3_distance(jet.r, place[0].r) <= 2 * shell->tolerance;
 }
 
 static void forget_mate(struct mates *mates, int k) {
@@ -222,53 +222,77 @@ static void forget_mate(struct mates *mates, int k) {
  * the part: not the fillets of a part that is to be joined within their width. */
 static const double sliver_share = 1e-3;
 
-/* Where a face is no wider than the tolerance the edges of its neighbours coincide, too: they are
- * joined to each other, and both sides of the sliver are no boundary any more. Neighbours further
- * apart are joined to the nearer side of it. Whether there was such a face. */
-static bool leave_sliver_out(struct shell *shell, int32_t edge, struct mates *mates) {
-    if (!(shell->tolerance <= sliver_share * shell->size))
-        return false;
-    for (int a = -1; a < mates->count; a++)
-        for (int b = a + 1; b < mates->count; b++) {
-            int32_t first = a < 0 ? edge : mates->found[a], second = mates->found[b];
-            if (!is_thin_between(shell, first, second))
-                continue;
-            if (a >= 0 && mates->count == 2) {
-                forget_mate(mates, mates->gap[a] > mates->gap[b] ? a : b);
-            } else if (a >= 0) {
-                take_out(shell, &shell->edges[first]);
-                take_out(shell, &shell->edges[second]);
-                forget_mate(mates, b);
-                forget_mate(mates, a);
-            } else {
-                int32_t other = shell->edges[second].mate;
-                forget_mate(mates, b);
-                for (int k = mates->count - 1; k >= 0; k--)
-                    if (mates->found[k] == other)
-                        forget_mate(mates, k);
-            }
-            return true;
-        }
-    for (int k = -1; k < mates->count; k++) {
-        struct face_edge *side = &shell->edges[k < 0 ? edge : mates->found[k]];
-        if (!join_is_sliver(shell, side, 0.5, shell->tolerance))
-            continue;
-        take_out(shell, side);
-        mates->count = k < 0 ? 0 : mates->count;
-        if (k >= 0)
+static bool have_slivers(const struct shell *shell) {
+    return shell->tolerance <= sliver_share * shell->size;
+}
+
+static bool is_sliver(const struct shell *shell, int32_t edge) {
+    return have_slivers(shell) && join_is_sliver(shell, &shell->edges[edge], 0.5, shell->tolerance);
+}
+
+/* Faces of two edges that lie on each other there: cloth does not turn back upon itself. */
+static bool turn_back(const struct shell *shell, int32_t first, int32_t second) {
+    return vec3_dot(inward_at(shell, &shell->edges[first]),
+                    inward_at(shell, &shell->edges[second])) > turned_back;
+}
+
+/* What may speak against one of several mates of an edge. */
+typedef bool objection(const struct shell *shell, int32_t edge, int32_t mate);
+
+static bool is_joined(const struct shell *shell, int32_t edge, int32_t mate) {
+    (void)edge;
+    return shell->edges[mate].mate != EDGE_FREE;
+}
+
+static bool is_of_sliver(const struct shell *shell, int32_t edge, int32_t mate) {
+    (void)edge;
+    return is_sliver(shell, mate);
+}
+
+/* Forgets the mates with an objection, unless all have it. */
+static void prefer(const struct shell *shell, int32_t edge, objection *to, struct mates *mates) {
+    bool against[MATES_MAX];
+    int count = 0;
+    for (int k = 0; k < mates->count; k++)
+        count += against[k] = to(shell, edge, mates->found[k]);
+    for (int k = mates->count - 1; k >= 0 && count < mates->count; k--)
+        if (against[k]) {
             forget_mate(mates, k);
-        return true;
-    }
+            count--;
+        }
+}
+
+/* Leaves the nearest of the mates. */
+static void keep_nearest(struct mates *mates) {
+    while (mates->count > 1)
+        forget_mate(mates, mates->gap[0] < mates->gap[mates->count - 1] ? mates->count - 1 : 0);
+}
+
+/* Whether both sides of a thin face are among the mates. */
+static bool are_of_thin(const struct shell *shell, const struct mates *mates) {
+    for (int a = 0; a < mates->count; a++)
+        for (int b = a + 1; b < mates->count; b++)
+            if (is_thin_between(shell, mates->found[a], mates->found[b]))
+                return true;
     return false;
 }
 
+/* Beside a face that is no wider than the tolerance its neighbours coincide with both its sides,
+ * and with each other: they are joined to each other, or else to the side that is theirs. */
+static void choose_mate(const struct shell *shell, int32_t edge, struct mates *mates) {
+    if (mates->count < 2 || !have_slivers(shell))
+        return;
+    bool thin = are_of_thin(shell, mates);
+    prefer(shell, edge, is_thin_between, mates);
+    prefer(shell, edge, turn_back, mates);
+    prefer(shell, edge, is_of_sliver, mates);
+    if (thin || is_sliver(shell, mates->found[0]))
+        keep_nearest(mates);
+}
+
 /* Whether more than two faces meet at an edge, or two that turn back on each other there. */
-static bool lie_on_each_other(const struct shell *shell, const struct face_edge *edge,
-                              const struct mates *mates) {
-    if (mates->count != 1)
-        return mates->count > 1;
-    return vec3_dot(inward_at(shell, edge), inward_at(shell, &shell->edges[mates->found[0]])) >
-           turned_back;
+static bool lie_on_each_other(const struct shell *shell, int32_t edge, const struct mates *mates) {
+    return mates->count > 1 || (mates->count == 1 && turn_back(shell, edge, mates->found[0]));
 }
 
 static enum status three_faces(const struct shell *shell, int32_t edge, const struct mates *mates,
@@ -298,11 +322,78 @@ static bool is_first(const struct mates *mates, int32_t edge) {
     return true;
 }
 
-static enum status join_edges(struct join *join, struct shell_fault *fault) {
+/* How far the ends of an edge are from the curve of its mate. */
+static double gap_at_ends(const struct shell *shell, const struct face_edge *edge) {
+    const struct face_edge *mate = &shell->edges[edge->mate];
+    const struct face_curve *curve = &shell->curves[mate->curve];
+    double gap = 0;
+    for (int k = 0; k < 2; k++) {
+        struct curve_place place;
+        double from = mate->t[edge->reversed ? 1 - k : k];
+        gap = fmax(gap, curve_nearest(shell, curve, edge->end[k], from, curve->range, &place));
+    }
+    return gap;
+}
+
+static void join_pair(struct shell *shell, int32_t edge, const struct mates *mates) {
+    struct face_edge *first = &shell->edges[edge], *second = &shell->edges[mates->found[0]];
+    first->mate = mates->found[0];
+    second->mate = edge;
+    first->reversed = second->reversed = mates->reversed[0];
+    double gap = fmax(mates->gap[0], gap_at_ends(shell, first));
+    shell->found.joined++;
+    shell->found.largest_gap = fmax(shell->found.largest_gap, gap);
+}
+
+/* Joins an edge to its mate, if there is one. */
+static enum status join_edge(struct join *join, int32_t number, struct shell_fault *fault) {
+    struct mates mates;
     struct shell *shell = join->shell;
+    struct face_edge *edge = &shell->edges[number];
+    find_mates(join, edge, &mates);
+    while (lie_on_each_other(shell, number, &mates) && !edge->bare &&
+           leave_duplicate_out(join, number, &mates))
+        find_mates(join, edge, &mates);
+    choose_mate(shell, number, &mates);
+    bool alone = mates.count == 1 && turn_back(shell, number, mates.found[0]);
+    if (edge->bare || mates.count == 0 || alone)
+        return STATUS_OK;
+    if (mates.count == 1 && is_joined(shell, number, mates.found[0]))
+        mates.found[mates.count++] = shell->edges[mates.found[0]].mate;
+    if (mates.count > 1 && !shell->apart)
+        return three_faces(shell, number, &mates, fault);
+    if (mates.count > 1)
+        shell->found.faulty += is_first(&mates, number);
+    else
+        join_pair(shell, number, &mates);
+    return STATUS_OK;
+}
+
+/* Joins a side of a sliver to the edge that it is nearest to, if that is not joined: else its
+ * neighbours have been joined to each other, and it is no boundary any more. */
+static void join_sliver(struct join *join, int32_t number) {
+    struct mates mates;
+    struct shell *shell = join->shell;
+    find_mates(join, &shell->edges[number], &mates);
+    bool any = mates.count > 0;
+    for (int k = mates.count - 1; k >= 0; k--)
+        if (is_joined(shell, number, mates.found[k]) ||
+            is_thin_between(shell, number, mates.found[k]) ||
+            turn_back(shell, number, mates.found[k]))
+            forget_mate(&mates, k);
+    keep_nearest(&mates);
+    if (mates.count)
+        join_pair(shell, number, &mates);
+    else if (any)
+        take_out(shell, &shell->edges[number]);
+}
+
+/* The first edge of each curve. */
+static bool list_edges(struct join *join) {
+    const struct shell *shell = join->shell;
     join->edge_of = arena_alloc(join->scratch, shell->curve_count + 1, sizeof *join->edge_of);
     if (!join->edge_of)
-        return STATUS_OUT_OF_MEMORY;
+        return false;
     for (size_t e = shell->edge_count; e > 0; e--)
         join->edge_of[shell->edges[e - 1].curve] = (int32_t)(e - 1);
     join->edge_of[shell->curve_count] = (int32_t)shell->edge_count;
@@ -313,35 +404,26 @@ static enum status join_edges(struct join *join, struct shell_fault *fault) {
         if (none)
             join->edge_of[c - 1] = join->edge_of[c];
     }
-    for (size_t e = 0; e < shell->edge_count; e++) {
-        struct mates mates;
-        struct face_edge *edge = &shell->edges[e];
-        if (edge->bare || edge->mate != EDGE_FREE)
-            continue;
-        find_mates(join, edge, &mates);
-        while (lie_on_each_other(shell, edge, &mates) && !edge->bare &&
-               leave_duplicate_out(join, (int32_t)e, &mates))
-            find_mates(join, edge, &mates);
-        while (mates.count > 1 && !edge->bare && leave_sliver_out(shell, (int32_t)e, &mates))
-            ;
-        if (edge->bare)
-            continue;
-        if (mates.count > 1 && !shell->apart)
-            return three_faces(shell, (int32_t)e, &mates, fault);
-        if (mates.count > 1)
-            shell->found.faulty += is_first(&mates, (int32_t)e);
-        if (mates.count > 1 || mates.count == 0 || lie_on_each_other(shell, edge, &mates))
-            continue; /* cloth does not turn back upon itself */
-        struct face_edge *mate = &shell->edges[mates.found[0]];
-        edge->mate = mates.found[0];
-        mate->mate = (int32_t)e;
-        edge->reversed = mate->reversed = mates.reversed[0];
-        shell->found.joined++;
-        shell->found.largest_gap = fmax(shell->found.largest_gap, mates.gap[0]);
-    }
+    return true;
+}
+
+/* Those of slivers last: they take what the others leave. */
+static enum status join_edges(struct join *join, struct shell_fault *fault) {
+    struct shell *shell = join->shell;
+    enum status status = list_edges(join) ? STATUS_OK : STATUS_OUT_OF_MEMORY;
+    for (int slivers = 0; slivers < 2; slivers++)
+        for (size_t e = 0; e < shell->edge_count && status == STATUS_OK; e++) {
+            const struct face_edge *edge = &shell->edges[e];
+            if (edge->bare || edge->mate != EDGE_FREE || is_sliver(shell, (int32_t)e) != slivers)
+                continue;
+            if (slivers)
+                join_sliver(join, (int32_t)e);
+            else
+                status = join_edge(join, (int32_t)e, fault);
+        }
     for (size_t e = 0; e < shell->edge_count; e++)
         shell->found.free += !shell->edges[e].bare && shell->edges[e].mate == EDGE_FREE;
-    return STATUS_OK;
+    return status;
 }
 
 /* ---- segments ---- */

@@ -29,6 +29,7 @@ struct join {
     size_t curve_room;
     struct join_cut *cuts; /* of curves, in no order until they are sorted */
     size_t cut_count, cut_room;
+    int32_t *last_cut;           /* of each curve, or -1 */
     struct boxes *boxes;         /* round the steps from point to point */
     int32_t *curve_of, *edge_of; /* of points; of the steps that follow them */
     bool failed;                 /* no memory */
@@ -38,6 +39,8 @@ struct join_cut {
     int32_t curve;
     double t;
     struct vec3 r;
+    int32_t
+        before; /* the cut of the same curve that was added before, or -1; until they are sorted */
 };
 
 /* Room for one more element; false, and `failed` set, without memory. */

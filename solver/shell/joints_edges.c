@@ -53,13 +53,23 @@ static void add_cut(struct join *join, int32_t curve, double t, struct vec3 r) {
     if (join_room(join, join->scratch, &cuts, join->cut_count, &join->cut_room,
                   sizeof *join->cuts)) {
         join->cuts = cuts;
-        join->cuts[join->cut_count++] = (struct join_cut){curve, t, r};
+        join->cuts[join->cut_count] = (struct join_cut){curve, t, r, join->last_cut[curve]};
+        join->last_cut[curve] = (int32_t)join->cut_count++;
     }
+}
+
+/* Whether a curve is cut within the tolerance of a place. */
+static bool is_cut_near(const struct join *join, int32_t curve, struct vec3 r) {
+    for (int32_t k = join->last_cut[curve]; k >= 0; k = join->cuts[k].before)
+        if (vec3_distance(join->cuts[k].r, r) <= join->shell->tolerance)
+            return true;
+    return false;
 }
 
 struct vertex {
     struct join *join;
     struct vec3 r;
+    bool once; /* it cuts no curve that is cut there */
 };
 
 /* Cuts the curve of a step where it passes the vertex, unless that is at its own end. */
@@ -74,13 +84,14 @@ static bool cut_at_vertex(void *context, int32_t step) {
     if (vec3_distance(ends[0].r, vertex->r) <= tolerance ||
         vec3_distance(ends[curve->count - 1].r, vertex->r) <= tolerance)
         return true;
-    if (join_nearest(join, (uint32_t)step, vertex->r, curve->range, &place) <= tolerance)
+    if (join_nearest(join, (uint32_t)step, vertex->r, curve->range, &place) <= tolerance &&
+        !(vertex->once && is_cut_near(join, number, place.r)))
         add_cut(join, number, place.t, place.r);
     return !join->failed;
 }
 
-static void cut_at(struct join *join, struct vec3 r) {
-    struct vertex vertex = {join, r};
+static void cut_at(struct join *join, struct vec3 r, bool once) {
+    struct vertex vertex = {join, r, once};
     struct box box = box_round(r, r, join->shell->tolerance);
     boxes_visit(join->boxes, &box, cut_at_vertex, &vertex);
 }
@@ -107,20 +118,25 @@ static bool is_corner(const struct join *join, size_t k) {
 
 void join_cut_curves(struct join *join) {
     const struct shell *shell = join->shell;
+    join->last_cut = arena_take(join->scratch, shell->curve_count, sizeof *join->last_cut);
+    join->failed = join->failed || !join->last_cut;
+    for (size_t c = 0; c < shell->curve_count && !join->failed; c++)
+        join->last_cut[c] = -1;
     for (size_t c = 0; c < shell->curve_count && !join->failed; c++) {
         const struct face_curve *curve = &shell->curves[c];
         const struct join_point *points = join->points + curve->first;
         for (uint32_t k = 1; k + 1 < curve->count; k++)
             if (is_corner(join, curve->first + k)) {
                 add_cut(join, (int32_t)c, points[k].t, points[k].r);
-                cut_at(join, points[k].r);
+                cut_at(join, points[k].r, false);
             }
-        cut_at(join, points[0].r);
-        cut_at(join, points[curve->count - 1].r);
+        cut_at(join, points[0].r, false);
+        cut_at(join, points[curve->count - 1].r, false);
     }
-    /* A sliver may be between a curve and the one that is cut. */
-    for (size_t k = 0, count = join->cut_count; k < count && !join->failed; k++)
-        cut_at(join, join->cuts[k].r);
+    /* Slivers may be between a curve and the one that is cut. */
+    size_t count = join->cut_count;
+    for (size_t k = 0; k < join->cut_count && !join->failed; k++)
+        cut_at(join, join->cuts[k].r, k >= count);
 }
 
 static int compare_cuts(const void *a, const void *b) {
@@ -226,8 +242,8 @@ enum status join_make_edges(struct join *join) {
         const struct face_curve *curve = &shell->curves[c];
         const struct join_point *points = join->points + curve->first;
         const struct join_point *last = &points[curve->count - 1];
-        const struct join_cut end = {(int32_t)c, last->t, last->r};
-        struct join_cut from = {(int32_t)c, points->t, points->r}, to = end;
+        const struct join_cut end = {(int32_t)c, last->t, last->r, -1};
+        struct join_cut from = {(int32_t)c, points->t, points->r, -1}, to = end;
         for (; at < join->cut_count && join->cuts[at].curve == (int32_t)c; at++) {
             const struct join_cut *cut = &join->cuts[at];
             if (cut->t >= to.t)

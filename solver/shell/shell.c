@@ -2,6 +2,7 @@
 #include "faces.h"
 
 #include "solver/surface/bounds.h"
+#include "station.h"
 #include <string.h>
 
 static enum status fail(struct shell_fault *fault, enum shell_fault_kind kind, int32_t face) {
@@ -481,6 +482,10 @@ void shell_bounds(const struct shell *shell, struct vec3 *lower, struct vec3 *up
 
 double shell_size(const struct shell *shell) {
     return shell->size;
+}
+
+double shell_joint_width(const struct shell *shell) {
+    return STATION_BOUNDARY_WIDTH * shell->size + 2 * shell->found.largest_gap;
 }
 
 double shell_area(const struct shell *shell, int32_t component, struct vec3 *centroid) {

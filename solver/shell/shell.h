@@ -108,6 +108,9 @@ double shell_tolerance(const struct shell *shell);
 void shell_bounds(const struct shell *shell, struct vec3 *lower, struct vec3 *upper);
 double shell_size(const struct shell *shell);
 
+/* A place this near to a joint is on it: 1e-9 of the size, and twice the largest gap. */
+double shell_joint_width(const struct shell *shell);
+
 /* Area of the faces of a component, and its centroid (may be NULL). */
 double shell_area(const struct shell *shell, int32_t component, struct vec3 *centroid);
 

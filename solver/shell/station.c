@@ -300,8 +300,7 @@ static enum station_zone zone_on_face(struct surface_cursor *cursor,
     crossing_find(station, NULL, &crossing);
     if (crossing.kind == CROSSING_NONE ||
         (crossing.kind == CROSSING_JOINT && !crossing.at_corner) ||
-        crossing.distance <= STATION_BOUNDARY_WIDTH * shell_size(surface->shell) +
-                                 2 * shell_edges(surface->shell).largest_gap)
+        crossing.distance <= shell_joint_width(surface->shell))
         return STATION_INSIDE;
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &surface->axis[k];

@@ -146,21 +146,26 @@ static size_t span_at(const struct trim_curve *curve, double t) {
     return low;
 }
 
-void trim_curve_at(const struct trim_curve *curve, double t, double uv[2], double rate[2]) {
-    double range[2];
-    trim_curve_range(curve, range);
-    t = fmin(fmax(t, range[0]), range[1]);
+void trim_curve_beyond(const struct trim_curve *curve, double from, double t, double uv[2],
+                       double rate[2]) {
     if (curve->knots) {
-        curve_jet(curve, span_at(curve, t), t, uv, rate);
+        curve_jet(curve, span_at(curve, from), t, uv, rate);
         return;
     }
-    size_t k = (size_t)fmin(floor(t), (double)curve->count - 2);
+    size_t k = (size_t)fmin(floor(from), (double)curve->count - 2);
     for (int x = 0; x < 2; x++) {
         double way = curve->points[k + 1][x] - curve->points[k][x];
         uv[x] = curve->points[k][x] + (t - (double)k) * way;
         if (rate)
             rate[x] = way;
     }
+}
+
+void trim_curve_at(const struct trim_curve *curve, double t, double uv[2], double rate[2]) {
+    double range[2];
+    trim_curve_range(curve, range);
+    t = fmin(fmax(t, range[0]), range[1]);
+    trim_curve_beyond(curve, t, t, uv, rate);
 }
 
 /* The part of a curve between two places of one knot span. */

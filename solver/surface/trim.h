@@ -32,6 +32,10 @@ struct trim_loop {
  * points from 0; and the derivative by t there (may be NULL). */
 void trim_curve_at(const struct trim_curve *curve, double t, double uv[2], double rate[2]);
 
+/* The same by the polynomials that the curve has at `from`, wherever t is. */
+void trim_curve_beyond(const struct trim_curve *curve, double from, double t, double uv[2],
+                       double rate[2]);
+
 /* The range of t. */
 void trim_curve_range(const struct trim_curve *curve, double range[2]);
 

@@ -43,6 +43,13 @@ static void make_hemisphere(struct shape *shape) {
     shape_sphere(shape, 1, (double[2]){0, 4 * QUARTER}, (double[2]){0, QUARTER}, QUARTER);
 }
 
+/* A helmet: geodesics that leave it come round below the rim. */
+static void make_half_ellipsoid(struct shape *shape) {
+    struct motion stretch = motion_stretch(1.3, 1, 0.9);
+    make_hemisphere(shape);
+    shape_move(shape, &stretch);
+}
+
 static void make_roof(struct shape *shape) {
     shape_crease(shape, 1, M_PI / 6);
 }
@@ -67,6 +74,7 @@ static const struct part parts[] = {
     {"roof, 30 deg crease", make_roof, {0.3, 0.45}, 35, 0.05},
     {"octant from the pole", make_octant, {0, 1}, 0, 0.05},
     {"hemisphere from the pole", make_hemisphere, {0, 1}, 0, 0.05},
+    {"half ellipsoid", make_half_ellipsoid, {0.05, 0.5}, 40, 0.06},
 };
 enum { PARTS = sizeof parts / sizeof *parts };
 

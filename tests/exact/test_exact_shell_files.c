@@ -37,6 +37,15 @@ static void test_exact_shell_files_with_slivers(void **state) {
     assert_true(whole_scene_is_same(SCENE_SADDLE, CUT_BRICKS, GAP, 2259));
 }
 
+/* Faces that are hardly wider than the tolerance at one end alone, and neighbours that meet over
+ * two slivers side by side. */
+static void test_exact_shell_files_with_wedges(void **state) {
+    (void)state;
+    assert_true(whole_scene_is_same(SCENE_SPHERE, CUT_BRICKS, GAP, 42391));
+    assert_true(whole_scene_is_same(SCENE_SPHERE, CUT_BRICKS, GAP, 20143));
+    assert_true(whole_scene_is_same(SCENE_BEZIER, CUT_BRICKS, GAP, 42021));
+}
+
 /* In a corner of one face, trimmed along its own sides, where nodes lie on the edge. */
 static void test_exact_shell_files_with_nodes_on_a_trim(void **state) {
     (void)state;
@@ -47,6 +56,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_shell_files_are_the_whole),
         cmocka_unit_test(test_exact_shell_files_with_slivers),
+        cmocka_unit_test(test_exact_shell_files_with_wedges),
         cmocka_unit_test(test_exact_shell_files_with_nodes_on_a_trim),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -420,6 +420,50 @@ static void test_exact_shell_folds_curved_creases(void **state) {
     }
 }
 
+/* A web rolled to a radius of 150 with a flange along its upper edge, draped so that a warp yarn
+ * lies on the crease. That is a geodesic of the web and none of the flange; the net of the flange
+ * is made of parallelograms, each edge of the crease's polygon carried along the flange's first
+ * yarn. */
+static void check_beam(double to, double d, enum drape_method method) {
+    static struct shape shape[2];
+    const double turn[2] = {-M_PI / 6, M_PI / 6}, low[2] = {150, 30}, high[2] = {150, 60},
+                 rim[2] = {to, 60};
+    struct arena *arena = arena_new((size_t)1 << 30);
+    struct drape_settings settings = {.method = method,
+                                      .spacing = {d, d},
+                                      .start_kind = DRAPE_START_POINT,
+                                      .start_point = {150, 0, 45},
+                                      .max_nodes = 10000};
+    struct drape_result result;
+    double off = 0;
+    shape_frustum(&shape[0], turn, low, high, M_PI / 2);
+    shape_frustum(&shape[1], turn, high, rim, M_PI / 2);
+    assert_int_equal(
+        drape_solve_shell(join(shape, 2, NULL, 0, arena), &settings, NULL, arena, &result),
+        STATUS_OK);
+    for (size_t k = 0; k < result.nodes.count; k++) {
+        double along = result.nodes.i[k] * d / 150, over = result.nodes.j[k] * d - 15;
+        struct vec3 r = {150 * cos(along), 150 * sin(along), 45 + result.nodes.j[k] * d};
+        if (over > 0)
+            r = vec3_make(r.x + (to > 150 ? over : -over), r.y, 60);
+        if (!result.nodes.grown[k] && fabs(along) < 0.3)
+            off = fmax(off, vec3_distance(node_point(&result.nodes, (int)k), r) / d);
+    }
+    printf("    flange to %g, %g: %zu nodes, %.1e d, covered %.4f\n", to, d, result.nodes.count,
+           off, result.summary.cloth_coverage);
+    check_below(off, 2e-2);
+    check_above(result.summary.cloth_coverage, 0.998);
+    arena_free(arena);
+}
+
+static void test_exact_shell_folds_yarns_along_a_curved_crease(void **state) {
+    (void)state;
+    for (int side = 0; side < 2; side++)
+        for (int m = 0; m < PROFILE_METHODS; m++)
+            for (int k = 0; k < 3; k++)
+                check_beam(side ? 180 : 120, 1.5 + k * k, profile_methods[m].id);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_shell_folds_hat),
@@ -430,6 +474,7 @@ int main(void) {
         cmocka_unit_test(test_exact_shell_folds_yarns_pass_a_joint_beyond_the_part),
         cmocka_unit_test(test_exact_shell_folds_cup_from_its_wall),
         cmocka_unit_test(test_exact_shell_folds_curved_creases),
+        cmocka_unit_test(test_exact_shell_folds_yarns_along_a_curved_crease),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

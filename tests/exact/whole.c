@@ -8,8 +8,12 @@
 enum { CELLS = 16, CELLS_OF_MOSAIC = 8 };
 static const double SAME_SHEAR_DEG = 1e-6;
 
-/* Twice the gap, and some for what faces each moved otherwise add up to over the net. */
-static const double GAPS = 2.5;
+/* Twice the gap, and as much again for what a yarn adds up that crosses several: each takes what a
+ * sliver is wide that is left out there. */
+static const double GAPS = 4;
+
+/* A node on the border may be beyond it by a gap: of the domain. */
+static const double ON_BORDER = 1e-5;
 
 /* By which the mosaic of a shell is off the whole's net of chords: of a spacing, and degrees. */
 static const double SAME_MOSAIC = 0.02, SAME_MOSAIC_SHEAR_DEG = 3;
@@ -32,21 +36,37 @@ bool whole_is_turned(const struct drape_run *whole, const struct drape_result *o
     return vec3_dot(normal, vec3_cross(other->start_warp, other->start_weft)) < 0;
 }
 
+static bool is_on_border(const struct shape *shape, const double at[2]) {
+    double lower[2], upper[2];
+    shape_domain(shape, lower, upper);
+    for (int a = 0; a < 2; a++) {
+        double width = upper[a] - lower[a];
+        if (fmin(at[a] - lower[a], upper[a] - at[a]) < ON_BORDER * width)
+            return true;
+    }
+    return false;
+}
+
 /* Node for node; (i, j) is (i, -j) where the start's face is turned round. */
-static struct difference compare(const struct drape_run *whole, const struct drape_result *other,
-                                 double off) {
+static struct difference compare(const struct shape *shape, const struct drape_run *whole,
+                                 const struct drape_result *other, double off, bool gaps) {
     struct grid grid;
     struct difference most = {.bad = {1000, 1000}};
     const struct drape_nodes *nodes = &whole->result.nodes, *its = &other->nodes;
     bool turned = whole_is_turned(whole, other);
+    int both = 0;
     grid_make(&grid, its);
     for (size_t k = 0; k < nodes->count; k++) {
         int at = grid_find(&grid, nodes->i[k], turned ? -nodes->j[k] : nodes->j[k]);
+        const double uv[2] = {nodes->u[k], nodes->v[k]};
+        if (at < 0 && gaps && is_on_border(shape, uv))
+            continue;
         if (at < 0) {
             most.missing++;
             note(&most, nodes->i[k], nodes->j[k]);
             continue;
         }
+        both++;
         double shear = turned ? -its->shear_deg[at] : its->shear_deg[at];
         double away = vec3_distance(node_point(nodes, (int)k), node_point(its, at));
         if (away > off)
@@ -54,7 +74,7 @@ static struct difference compare(const struct drape_run *whole, const struct dra
         most.position = fmax(most.position, away);
         most.shear_deg = fmax(most.shear_deg, fabs(shear - nodes->shear_deg[k]));
     }
-    most.extra = (int)its->count - (int)nodes->count + most.missing;
+    most.extra = (int)its->count - both;
     grid_free(&grid);
     return most;
 }
@@ -107,14 +127,16 @@ bool whole_is_same(struct scene *scene, const struct whole_case *c) {
     /* Faces moved along their joints are further apart than the gap tells. */
     double gap = fmax(2 * sqrt(3) * c->gap * size, edges.largest_gap);
     double allowed = WHOLE_SAME * size + GAPS * gap, allowed_deg = SAME_SHEAR_DEG;
+    if (gap > 0)
+        allowed_deg += GAPS * gap / fmin(settings.spacing[0], settings.spacing[1]) * 180 / M_PI;
     if (mosaic) {
         allowed += SAME_MOSAIC * fmin(settings.spacing[0], settings.spacing[1]);
         allowed_deg = SAME_MOSAIC_SHEAR_DEG;
     }
-    struct difference most = compare(&whole, &result, allowed);
+    struct difference most =
+        compare(&scene->shape, &whole, &result, allowed, gap > WHOLE_SAME * size);
     bool same = most.missing == 0 && most.extra == 0 && most.position <= allowed &&
-                (gap > WHOLE_SAME * size || most.shear_deg <= allowed_deg) &&
-                same_rim(&whole.result, &result);
+                most.shear_deg <= allowed_deg && same_rim(&whole.result, &result);
     if (!same || getenv("DRAPED_VERBOSE"))
         printf("  %s, method %d, %s, %d faces, seed %llu: %zu nodes, %d missing, %d extra, %.1e of "
                "the size, %.1e deg, first (%d, %d); %zu joined, %zu free, gap %.1e\n",
