@@ -17,8 +17,9 @@ static const double of_known = 0.2, of_terms = 1, of_turned = 10;
 static const double rounding = 2e-12;
 static const double unknown_turn = 0.05;
 
-/* And so much of a bend all at once in a rough edge, whose ends tell it only roughly. */
-static const double of_at_once = 2;
+/* And so much of a bend all at once in a rough edge, whose ends tell it only roughly; and what
+ * measuring it in pieces leaves of its length (march_cell.c), as a share of that. */
+static const double of_at_once = 2, of_measured = 5e-7;
 
 /* The net along one yarn about the edge from Q to P: D2 at the places -2 .. 3, counted from Q,
  * where there are any. None reaches over rough edges, or from nodes that have grown to others. */
@@ -133,19 +134,20 @@ bool defect_turn(struct defect_net *net, int32_t i, int32_t j, int di, int dj, d
     return *turn >= 0;
 }
 
-/* By how much an edge is longer than the geodesic between its ends has to be; false where only that
- * geodesic itself tells. */
+/* By how much an edge is longer than d as its ends tell it, which may be wrong by their error;
+ * false where only the geodesic between them tells. */
 static bool excess_of(struct defect_net *net, const struct net_node *from,
-                      const struct net_node *to, double d, double *excess) {
+                      const struct net_node *to, double d, struct defect *excess) {
     struct station p, q;
+    struct rough_geodesic told;
     struct vec3 edge = vec3_sub(to->r, from->r);
     if (!station_at(march_surface(net->march, from), &net->cursor, from->uv, &p) ||
         !station_at(march_surface(net->march, to), &net->cursor, to->uv, &q))
         return false;
     double curvature = station_normal_curvature(&p, edge), chord = fishnet_arc_chord(d, curvature);
-    if (rough_edge(&p, &q, curvature, d, &chord) == ROUGH_EDGE)
+    if (rough_edge(&p, &q, curvature, d, &chord) == ROUGH_EDGE || !rough_tell(&p, &q, &told))
         return false;
-    *excess = vec3_norm(edge) - chord;
+    *excess = (struct defect){told.length - d, told.error * d};
     return true;
 }
 
@@ -155,19 +157,22 @@ static bool excess_of(struct defect_net *net, const struct net_node *from,
  * longer by half their product. */
 static struct defect by_turn(struct defect_net *net, int32_t i, int32_t j, int di, int dj, double d,
                              bool rough) {
-    double excess = 0, least = d * unknown_turn * unknown_turn / 24;
+    struct defect excess = {0, 0};
+    double least = d * unknown_turn * unknown_turn / 24;
     double near = turn_at(net, i, j, di, dj), far = turn_at(net, i + di, j + dj, di, dj);
     double turn = mean_turn(near, far);
     const struct net_node *from = net_view_place(&net->net, i, j);
     const struct net_node *to = net_view_place(&net->net, i + di, j + dj);
-    bool measured = excess_of(net, from, to, d, &excess);
+    bool told = excess_of(net, from, to, d, &excess);
     if (turn < 0)
-        return (struct defect){excess, least};
-    double sideways = d * turn * turn / 24;
+        return (struct defect){excess.known, excess.unsure + least};
+    double sideways = d * turn * turn / 24, known = excess.known + sideways;
     double at_once = rough && near >= 0 && far >= 0 ? d * near * far / 2 : 0;
-    double unsure = of_known * fabs(excess + sideways) + (of_known + turn) * sideways +
+    double unsure = excess.unsure + of_known * fabs(known) + (of_known + turn) * sideways +
                     of_at_once * at_once + rounding * d;
-    return (struct defect){excess + sideways, rough || measured ? unsure : fmax(unsure, least)};
+    if (!told)
+        unsure = rough ? unsure + of_measured * d : fmax(unsure, least);
+    return (struct defect){known, unsure};
 }
 
 struct defect defect_of(struct defect_net *net, int32_t i, int32_t j, int di, int dj) {

@@ -21,6 +21,15 @@ struct awkward {
 enum { AWKWARD = 16 };
 extern const struct awkward awkward[AWKWARD];
 
+/* Random ones of a kind, of a size of about 2. */
+struct awkward_family {
+    const char *name;
+    void (*make)(struct shape *shape, uint64_t *seed);
+};
+
+enum { AWKWARD_FAMILIES = 7 };
+extern const struct awkward_family awkward_families[AWKWARD_FAMILIES];
+
 /* The start's parameters. */
 void awkward_start(const struct awkward *which, const struct shape *shape, double uv[2]);
 

@@ -115,14 +115,14 @@ figure_small_radii() {
     echo "small_radii.svg: largest shear, degrees:$line"
 }
 
-# What the test of estimates measures on all its surfaces, one node in 1,200.
+# What the test of estimates measures on all its surfaces, one node in 1,800.
 figure_containment() {
     local nodes=$data/estimates.dat held
     LONG=1 DRAPED_ESTIMATES=$nodes "$build/tests/exact/test_exact_estimates" >"$data/estimates.log"
     for kind in random awkward grown; do
         awk -v kind=$kind -F '"' '
             { split($3, at, " "); is = at[3] + 0 ? "grown" : $2 == "random" ? "random" : "awkward" }
-            is == kind && at[1] > 1e-9 && ++n % (kind == "grown" ? 100 : 1200) == 0 { print at[1], at[2] }' \
+            is == kind && at[1] > 1e-9 && ++n % (kind == "grown" ? 100 : 1800) == 0 { print at[1], at[2] }' \
             "$nodes" >"$data/containment-$kind.dat"
     done
     held=$(awk '{ n++; held += $(NF - 2) <= $(NF - 1) + 1e-9 } END { printf "%.4f of %d", held / n, n }' "$nodes")
