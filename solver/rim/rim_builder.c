@@ -41,17 +41,33 @@ void rim_builder_end_loop(struct rim_builder *b, bool closed) {
         e->loops[e->loop_count++] = (struct rim_loop){first, e->vertex_count - first - 1};
 }
 
-double rim_builder_deviation(const struct rim_builder *b, const struct surface *surface,
-                             const double a[2], const double c[2], const double m[2],
-                             double *share) {
+/* r_u and r_v at a place. */
+struct tangents {
+    struct vec3 u, v;
+};
+
+static struct tangents tangents_at(const struct rim_builder *b, const struct surface *surface,
+                                   const double uv[2]) {
     struct surface_jet jet;
+    surface_jet_at(surface, &b->march->cursor, uv[0], uv[1], &jet);
+    return (struct tangents){jet.u, jet.v};
+}
+
+static double deviation(const struct tangents *at_m, const double a[2], const double c[2],
+                        const double m[2], double *share) {
     double chord[2] = {c[0] - a[0], c[1] - a[1]}, off[2] = {m[0] - a[0], m[1] - a[1]};
-    surface_jet_at(surface, &b->march->cursor, m[0], m[1], &jet);
-    struct vec3 along = vec3_axpy(chord[1], jet.v, vec3_scale(chord[0], jet.u));
-    struct vec3 to = vec3_axpy(off[1], jet.v, vec3_scale(off[0], jet.u));
+    struct vec3 along = vec3_axpy(chord[1], at_m->v, vec3_scale(chord[0], at_m->u));
+    struct vec3 to = vec3_axpy(off[1], at_m->v, vec3_scale(off[0], at_m->u));
     double length2 = vec3_norm2(along), at = length2 > 0 ? vec3_dot(to, along) / length2 : 0;
     *share = at < 0 ? 0 : at > 1 ? 1 : at;
     return vec3_norm(vec3_axpy(-*share, along, to));
+}
+
+double rim_builder_deviation(const struct rim_builder *b, const struct surface *surface,
+                             const double a[2], const double c[2], const double m[2],
+                             double *share) {
+    struct tangents at_m = tangents_at(b, surface, m);
+    return deviation(&at_m, a, c, m, share);
 }
 
 bool rim_builder_keep_points(struct rim_builder *b, const struct surface *surface,
@@ -59,9 +75,12 @@ bool rim_builder_keep_points(struct rim_builder *b, const struct surface *surfac
     /* Douglas and Peucker: of the stretch between two that are kept the one farthest off, as long
      * as it is too far. */
     size_t(*stack)[2] = arena_alloc(b->march->arena, count + 4, sizeof *stack);
+    struct tangents *tangents = arena_take(b->march->arena, count, sizeof *tangents);
     size_t depth = 0;
-    if (!stack)
+    if (!stack || !tangents)
         return false;
+    for (size_t k = 0; k < count; k++)
+        tangents[k] = tangents_at(b, surface, uv[k]);
     for (size_t part = 0; part < 4; part++) {
         size_t first = part * (count - 1) / 4, last = (part + 1) * (count - 1) / 4;
         kept[first] = kept[last] = 1;
@@ -72,8 +91,7 @@ bool rim_builder_keep_points(struct rim_builder *b, const struct surface *surfac
         size_t first = stack[--depth][0], last = stack[depth][1], at = first;
         double most = b->tolerance;
         for (size_t k = first + 1; k < last; k++) {
-            double share,
-                off = rim_builder_deviation(b, surface, uv[first], uv[last], uv[k], &share);
+            double share, off = deviation(&tangents[k], uv[first], uv[last], uv[k], &share);
             at = off > most ? k : at;
             most = fmax(most, off);
         }

@@ -42,18 +42,24 @@ struct chains {
 
 /* ---- which of the edges count ---- */
 
-/* Whether a place is to be covered; `inside` whether it is in the domain. */
-static bool is_covered(const struct chains *c, const double uv[2], double slack, bool *inside) {
-    const struct surface *surface = c->builder->march->surface;
-    double wrapped[2], outer[2];
-    *inside = true;
+/* Whether a place is in the domain, or `beside` it. */
+static bool is_in_domain(const struct chains *c, const double uv[2]) {
+    bool inside = true;
     for (int k = 0; k < 2; k++) {
         const struct rim_window *w = &c->window;
-        bool beyond =
-            uv[k] < w->low[k] - slack * w->length[k] || uv[k] > w->high[k] + slack * w->length[k];
-        *inside = *inside && (w->endless[k] || !beyond);
-        wrapped[k] = surface_axis_wrap(&surface->axis[k], uv[k]);
+        double slack = beside * w->length[k];
+        inside = inside &&
+                 (w->endless[k] || (uv[k] >= w->low[k] - slack && uv[k] <= w->high[k] + slack));
     }
+    return inside;
+}
+
+/* Whether a place is to be covered. */
+static bool is_covered(const struct chains *c, const double uv[2]) {
+    const struct surface *surface = c->builder->march->surface;
+    double wrapped[2], outer[2];
+    for (int k = 0; k < 2; k++)
+        wrapped[k] = surface_axis_wrap(&surface->axis[k], uv[k]);
     surface_outer(surface, wrapped, outer);
     return trim_contains(c->builder->march->settings->trim, outer);
 }
@@ -80,22 +86,19 @@ static void beside_line(const struct chains *c, const double from[2], const doub
 static enum cover trim_side(const struct chains *c, const double from[2], const double to[2],
                             double t) {
     double at[2], side[2][2];
-    bool in_domain, ignored;
     beside_line(c, from, to, t, at, side);
-    (void)is_covered(c, at, beside, &in_domain);
-    bool left = is_covered(c, side[0], 0, &ignored), right = is_covered(c, side[1], 0, &ignored);
-    return !in_domain || left == right ? COVER_NEITHER : left ? COVER_LEFT : COVER_RIGHT;
+    if (!is_in_domain(c, at))
+        return COVER_NEITHER;
+    bool left = is_covered(c, side[0]), right = is_covered(c, side[1]);
+    return left == right ? COVER_NEITHER : left ? COVER_LEFT : COVER_RIGHT;
 }
 
 /* The domain's border counts where the trims would let the region go on beyond it. */
 static enum cover border_side(const struct chains *c, const double from[2], const double to[2],
                               double t) {
     double at[2], side[2][2];
-    bool ignored;
     beside_line(c, from, to, t, at, side);
-    return is_covered(c, side[0], 0, &ignored) && is_covered(c, side[1], 0, &ignored)
-               ? COVER_LEFT
-               : COVER_NEITHER;
+    return is_covered(c, side[0]) && is_covered(c, side[1]) ? COVER_LEFT : COVER_NEITHER;
 }
 
 typedef enum cover side_finder(const struct chains *c, const double from[2], const double to[2],
