@@ -71,6 +71,7 @@ export class Form {
       onSettled();
     });
     element('start').addEventListener('change', onSettled);
+    element('spacing').addEventListener('input', () => (this.suggested = false));
     element('permeability').addEventListener('change', () => this.#showModel());
     element('unit').addEventListener('change', () => this.#showUnit());
   }
@@ -107,10 +108,11 @@ export class Form {
     this.shape = shape;
     const kept = withoutDefaults(settings);
     this.kept = kept;
-    if (kept.fabric.spacing === undefined && shape) kept.fabric.spacing = suggestSpacing(shape);
     this.#setUnit(kept.length_unit || 'm');
     element('method').value = kept.method || 'gib';
     element('spacing').value = show(kept.fabric.spacing);
+    this.suggested = kept.fabric.spacing === undefined;
+    this.#suggest();
     for (const [id, key] of Object.entries(FABRIC)) element(id).value = show(kept.fabric[key]);
     this.materials.name = kept.fabric.material;
     const vector = kept.direction?.vector;
@@ -124,13 +126,17 @@ export class Form {
     this.#showKept();
   }
 
-  /** Another surface with the same settings; a spacing that was suggested is suggested anew. */
+  /** Another surface with the same settings. */
   setSurface(surfaceText, shape) {
-    const suggested = this.shape && String(suggestSpacing(this.shape));
     this.surfaceText = surfaceText;
     this.shape = shape;
-    if (element('spacing').value === suggested) element('spacing').value = suggestSpacing(shape);
+    this.#suggest();
     this.onUnit();
+  }
+
+  /** A spacing for the shape, until somebody says one. */
+  #suggest() {
+    if (this.suggested && this.shape) element('spacing').value = suggestSpacing(this.shape);
   }
 
   #setUnit(unit) {
@@ -183,6 +189,7 @@ export class Form {
 
   set main(values) {
     for (const [id, value] of Object.entries(values)) element(id).value = value;
+    if ('spacing' in values) this.suggested = false;
     this.#moveSlider();
   }
 

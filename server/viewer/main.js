@@ -121,35 +121,38 @@ async function takeRequest(request) {
   refreshCurl();
   if (!request.faces) return;
   const part = await storeDefinition(request.definition);
-  if (form.surfaceText === request.surfaceText)
-    await showPart(part, chosenOf(part, request.selection));
+  const chosen = chosenOf(part, request.selection);
+  if (await showChosen(part, chosen, request.surfaceText)) showPart(part, chosen);
 }
 
-/** Shows a part's faces to choose from and what is made of those that are chosen. */
-async function showPart(part, chosen) {
+/** Shows a part's faces to choose from; those that are chosen lie under the net. */
+function showPart(part, chosen) {
   chooser.open(part, chosen);
-  await showChosen(part, chosen);
-  hint(chosen.size || part.mesh ? 'Press Drape.' : CHOOSE, true);
+  if (!page.one) hint(chosen.size || part.mesh ? 'Press Drape.' : CHOOSE, true);
 }
 
-/** Puts the faces that are chosen under the net. */
-async function showChosen(part, chosen) {
-  const { surfaceText } = form;
+/** Puts the faces that are chosen under the net; false where others are chosen meanwhile. */
+async function showChosen(part, chosen, surfaceText) {
   const shape = await shapeOf(part, chosen);
-  if (form.surfaceText !== surfaceText) return; // others are chosen meanwhile
+  if (form.surfaceText !== surfaceText) return false;
   form.setSurface(surfaceText, shape);
-  view.setShape(shape, !page.one);
+  view.setShape(shape, !page.one && !chooser.on);
   refreshAbout();
+  return true;
 }
 
 /** The faces that are chosen have changed. */
 function chooseFaces(part, chosen) {
-  form.setSurface(surfaceOf(part, chosen), form.shape);
+  const surfaceText = surfaceOf(part, chosen);
+  form.setSurface(surfaceText, form.shape);
   hint(chosen.size ? '' : CHOOSE, true);
   refreshStale();
   refreshCurl();
   clearTimeout(page.choosing);
-  page.choosing = setTimeout(() => showChosen(part, chosen).catch(report), CHOOSING_MS);
+  page.choosing = setTimeout(
+    () => showChosen(part, chosen, surfaceText).catch(report),
+    CHOOSING_MS,
+  );
 }
 
 /** A file of CAD or mesh: the service reads it. */
@@ -161,7 +164,7 @@ async function takePart(file, format) {
   const assumed = assumeUnit({ settings, shape: part.body });
   await takeRequest({ settings, surfaceText: surfaceOf(part, chosen), shape });
   page.note = `${file.name}: ${assumed}`;
-  await showPart(part, chosen);
+  showPart(part, chosen);
 }
 
 /** What the surface is and how large, in the unit that is chosen. */
@@ -231,7 +234,8 @@ async function takeFile(file) {
     );
     return;
   }
-  say(`Reading ${file.name} …`);
+  const reading = say(`Reading ${file.name} …`);
+  const said = () => element('state').textContent === reading && say('');
   const format = formatOf(file.name);
   try {
     if (format) await takePart(file, format);
@@ -240,10 +244,10 @@ async function takeFile(file) {
     page.part = file.name.replace(/\.\w+$/i, '');
     element('example').value = '';
     refreshAbout();
-    say('');
+    said();
     save();
   } catch (error) {
-    say('');
+    said();
     form.surfaceError(`${file.name}: ${error.message}`);
   }
 }

@@ -96,13 +96,19 @@ class Pane {
     }
     this.controls.zoomToCursor = true;
     this.turning = false; // by the pointer
-    this.controls.addEventListener('start', () => (this.turning = true));
-    this.controls.addEventListener('change', () =>
-      this.turning ? stage.move(this.camera) : stage.redraw(this.camera),
-    );
+    this.turned = false; // so: a click alone turns nothing
+    this.controls.addEventListener('start', () => {
+      this.turning = true;
+      this.turned = false;
+    });
+    this.controls.addEventListener('change', () => {
+      this.turned ||= this.turning;
+      if (this.turning) stage.move(this.camera);
+      else stage.redraw(this.camera);
+    });
     this.controls.addEventListener('end', () => {
       this.turning = false;
-      stage.onView();
+      if (this.turned) stage.onView();
     });
     element.addEventListener('keydown', (event) => this.#key(event));
     this.radius = 1;
@@ -132,7 +138,6 @@ class Pane {
     for (let k = 0; k < normal.length; k++)
       area.setComponent(k % 3, area.getComponent(k % 3) + normal[k]);
     this.direction = homeOf(area);
-    this.home();
   }
 
   /** The same for a flat pane: a rectangle. */

@@ -105,13 +105,14 @@ export class View {
     if (!this.stage) return;
     this.origin = shape ? shape.origin : [0, 0, 0];
     this.#drawSurface();
-    if (shape?.index.length && frames) this.#frame(shape);
+    if (shape?.index.length && !this.patches) this.#frame(shape, frames);
     this.show(this.shown);
   }
 
-  #frame(body) {
-    this.moved = false;
+  /** Home is where all of a body is seen; the camera goes there, if it is to. */
+  #frame(body, goes) {
     for (const name of ['other', 'difference', 'solid']) this.panes[name].frame(body);
+    if (goes) this.home();
   }
 
   #drawSurface() {
@@ -142,10 +143,10 @@ export class View {
     }
   }
 
-  /** Shows the patches of a body in 3D, in place of net and surface; null: these again. Its `onPick`
-   *  and `onHover` get a patch, -1 for none, `onTwice` that of a double click; `onGone()` when others
-   *  take their place; `frames`: the camera goes to where all is seen. While `sweeps()`, dragging
-   *  picks instead of turning. */
+  /** Shows the patches of a body in 3D, in place of net and surface; null: these again, seen from
+   *  home unless somebody has turned the picture. Its `onPick` and `onHover` get a patch, -1 for none,
+   *  `onTwice` that of a double click; `onGone()` when others take their place; `frames`: the camera
+   *  goes to where all is seen. While `sweeps()`, dragging picks instead of turning. */
   setPatches(body, { frames = false, ...handlers } = {}) {
     if (!this.stage) return;
     const before = this.patches;
@@ -164,11 +165,13 @@ export class View {
       this.patches = Object.assign(new Patches(body, tints), NO_HANDLERS, handlers);
       if (frames) {
         this.origin = body.origin;
-        this.#frame(body);
+        this.#frame(body, true);
       }
       const { group } = this.patches;
       group.position.set(...body.origin.map((value, axis) => value - this.origin[axis]));
       this.panes.solid.scene.add(group);
+    } else if (before && this.shape?.index.length) {
+      this.#frame(this.shape, !this.moved);
     }
     this.show(this.shown);
   }
@@ -214,7 +217,7 @@ export class View {
     this.slots[slot] = entry;
     if (!this.shape && slot === 'one') {
       this.origin = lattice.origin;
-      this.#frame(lattice);
+      this.#frame(lattice, true);
     }
     entry.shift = lattice.origin.map((value, axis) => value - this.origin[axis]);
     this.#add(entry, net.solid);

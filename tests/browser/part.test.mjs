@@ -70,6 +70,29 @@ test('part: a double click takes all that is smooth, and choices are taken back'
   await page.waitForFunction(() => document.querySelector('#spacing').value === '5');
 });
 
+test('part: faces that are chosen move no picture, and leave a spacing that somebody has said', async () => {
+  const taken = (count) =>
+    page.waitForFunction(
+      (text) => document.querySelector('#about').textContent.includes(text),
+      `${count} of 9`,
+    );
+  const bar = async () => {
+    await drawn(page);
+    return page.locator('#ruler').evaluate((ruler) => ruler.getBoundingClientRect().width);
+  };
+  const before = await bar();
+  await page.fill('#spacing', '5'); // what is suggested for the three
+  await page.click('#faces-all');
+  await taken(9);
+  assert.equal(await page.inputValue('#spacing'), '5');
+  await page.click('#faces-none');
+  await page.mouse.click(...(await placeAt(0.5, 0.35)));
+  await taken(1);
+  assert.equal(await bar(), before);
+  for (let k = 0; k < 3; k++) await page.click('#faces-undo');
+  await taken(3);
+});
+
 test('part: what is chosen is draped, and its link shows it again', async () => {
   await page.click('#drape');
   await settled();
@@ -206,6 +229,28 @@ test('part: what is no STEP says so by the name of the file', async () => {
   await page.setInputFiles('#file', { name: 'letter.step', mimeType: 'model/step', buffer });
   await page.waitForFunction(() => document.querySelector('#fault-surface').textContent);
   assert.match(await page.textContent('#fault-surface'), /^letter\.step: .*STEP/);
+});
+
+test('part: whoever goes on before a slow computer has read the file is not set back', async () => {
+  const slow = await openPage(browser, daemon.url);
+  await slow.evaluate(() => {
+    const { postMessage } = Worker.prototype;
+    Worker.prototype.postMessage = function (...message) {
+      setTimeout(() => postMessage.apply(this, message), 2000);
+    };
+  });
+  await slow.setInputFiles('#file', join(root, 'api/examples/dome.step'));
+  await slow.waitForSelector('#faces:not([hidden])');
+  await slow.click('details:has(#faces-list) summary');
+  await slow.check('#faces-list input[value="6"]');
+  await slow.click('#faces-smooth');
+  await slow.click('#drape');
+  await slow.waitForFunction(() => /solved in/.test(document.querySelector('#state').textContent));
+  await slow.waitForFunction(() => /3 of 9/.test(document.querySelector('#about').textContent));
+  await slow.waitForTimeout(2500); // what is still under way
+  assert.match(await slow.textContent('#state'), /solved in/);
+  assert.equal(await slow.textContent('#hint'), '');
+  await slow.context().close();
 });
 
 test('part: the picture of the README', async () => {
