@@ -350,23 +350,24 @@ static bool newton_on_shell(struct surface_cursor *cursor, const struct fishnet_
                             struct begin *begin, struct fishnet_node *node) {
     const struct surface *last = NULL;
     bool landed = false;
+    struct crossing *crossing = &node->crossing;
     for (int hop = 0; hop < HOPS_MAX; hop++) {
-        struct crossing crossing;
         if (!newton(begin->surface, cursor, cell, begin->uv, node))
             return false;
-        crossing_find(&node->station, last, &crossing);
-        if (crossing.kind == CROSSING_FREE && !landed && lands(cell, &node->station, begin)) {
+        crossing_find(&node->station, last, crossing);
+        node->looked = !last;
+        if (crossing->kind == CROSSING_FREE && !landed && lands(cell, &node->station, begin)) {
             landed = true;
             continue;
         }
-        if (crossing.kind != CROSSING_JOINT)
+        if (crossing->kind != CROSSING_JOINT)
             return true;
-        if (crossing.beyond == last)
-            return is_at_joint(cell, &crossing);
+        if (crossing->beyond == last)
+            return is_at_joint(cell, crossing);
         last = begin->surface;
-        if (!crossing_carry(&crossing, cursor, &node->station, 0, begin->uv))
+        if (!crossing_carry(crossing, cursor, &node->station, 0, begin->uv))
             return false;
-        begin->surface = crossing.beyond;
+        begin->surface = crossing->beyond;
     }
     return false;
 }
@@ -394,6 +395,7 @@ bool fishnet_has_collapsed(const struct fishnet_cell *cell) {
 enum fishnet_end fishnet_solve(const struct surface *surface, struct surface_cursor *cursor,
                                const struct fishnet_cell *cell, struct fishnet_node *node) {
     node->iterations = 0;
+    node->looked = false;
     struct vec3 a = cell->a->jet.r, b = cell->b->jet.r, c = cell->c->jet.r;
     if (!(cell->bd > 0) || !(cell->cd > 0) ||
         !(cell->orientation * turn(a, c, b, cell->b->normal) > 0))

@@ -12,7 +12,7 @@
 #define SOLVER_FISHNET_FISHNET_H
 
 #include "solver/method.h"
-#include "solver/shell/station.h"
+#include "solver/shell/crossing.h"
 
 struct fishnet_cell {
     const struct station *a, *b, *c;
@@ -35,6 +35,8 @@ struct fishnet_node {
     int iterations;  /* Newton steps */
     int outside;     /* steps of geodesics beyond open boundaries, where there are any */
     double residual; /* the larger | |D - B| / bd - 1 |, | |D - C| / cd - 1 | */
+    bool looked;     /* by fishnet_solve, on a shell: over the edge of D's face, and found this */
+    struct crossing crossing;
 };
 
 /* The chords of a cell whose edges are `ac` (and so BD) and `ab` (and so CD) long along the yarns.

@@ -103,12 +103,31 @@ static int count_turns(const struct march *march, int32_t i, int32_t j, struct v
     return 0;
 }
 
+const struct crossing *march_look_over(struct march *march, const struct station *station) {
+    struct march_look *look = &march->look;
+    if (look->surface != station->surface || look->uv[0] != station->uv[0] ||
+        look->uv[1] != station->uv[1]) {
+        look->surface = station->surface;
+        memcpy(look->uv, station->uv, sizeof look->uv);
+        crossing_find(station, NULL, &look->crossing);
+    }
+    return &look->crossing;
+}
+
+static enum station_zone zone_of(struct march *march, const struct station *station,
+                                 enum drape_reason *reason) {
+    const double *cut_from = march->past_cut ? station->uv : march->cut_centre;
+    if (march->mesh)
+        return STATION_INSIDE;
+    if (station->surface->shell)
+        return station_zone_on_face(&march->cursor, station, march_look_over(march, station));
+    return station_zone(march->surface, &march->cursor, cut_from, station, reason);
+}
+
 enum status march_place(struct march *march, int32_t i, int32_t j, const struct station *station,
                         enum station_zone *zone) {
     enum drape_reason reason = DRAPE_REASON_BOUNDARY;
-    const double *cut_from = march->past_cut ? station->uv : march->cut_centre;
-    *zone = march->mesh ? STATION_INSIDE
-                        : station_zone(march->surface, &march->cursor, cut_from, station, &reason);
+    *zone = zone_of(march, station, &reason);
     bool start = i == 0 && j == 0; /* may lie on a trim */
     if (*zone == STATION_INSIDE && !start && trimmed_away(march, station)) {
         *zone = STATION_GHOST;

@@ -69,6 +69,13 @@ struct march_steps {
     size_t count, room;
 };
 
+/* What lies between a place and its face of a shell. */
+struct march_look {
+    const struct surface *surface; /* the face; NULL: none has been looked at */
+    double uv[2];
+    struct crossing crossing;
+};
+
 struct march {
     const struct surface *surface; /* of a shell the start's face; NULL on a mesh of the caller's */
     const struct mesh *mesh;       /* the caller's, or for the method mosaic; else NULL */
@@ -88,6 +95,7 @@ struct march {
     const struct net_node *arm[2]; /* the places of the warp and weft arm beside a quadrant, where
                                       the net itself is not to be asked for them; else NULL */
     struct march_edges edges;      /* of the node solved last, for march_place */
+    struct march_look look;        /* over the edge of a face of a shell, the last one */
     struct fold *fold;             /* NULL as long as the net cannot meet itself */
     bool watched;                  /* folds are watched for from the first node on */
     bool unsettled;                /* but not by march_place: rows are, when some are complete */
@@ -178,6 +186,9 @@ static inline enum status march_place_inside(struct march *march, struct net_til
     net_set_bits(tile, x, y, node);
     return ++march->inside > march->settings->max_nodes ? STATUS_TOO_MANY_NODES : STATUS_OK;
 }
+
+/* What lies between a station and its face of a shell; until the next call. */
+const struct crossing *march_look_over(struct march *march, const struct station *station);
 
 /* Whether a station fits in at (i, j): all places known beside it are a spacing away along the
  * surface. Ghosts beside a node inside need not be. */

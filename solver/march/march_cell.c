@@ -421,11 +421,9 @@ static const double over_crease = 0.9999;
  * shell: chords lead back and forth over it just beyond. Whether its edges have to be laid anew. */
 static bool lies_over_crease(struct march *march, struct station *d) {
     struct station beyond = *d;
-    struct crossing joint;
-    if (!d->surface->shell || crossing_within(d->surface, d->uv))
-        return false;
-    crossing_find(d, NULL, &joint);
-    if (joint.kind != CROSSING_JOINT || joint.distance <= shell_joint_width(d->surface->shell) ||
+    const struct crossing *joint = d->surface->shell ? march_look_over(march, d) : NULL;
+    if (!joint || joint->kind != CROSSING_JOINT ||
+        joint->distance <= shell_joint_width(d->surface->shell) ||
         !crossing_settle(&march->cursor, &beyond) || beyond.surface == d->surface ||
         vec3_dot(beyond.normal, d->normal) > over_crease)
         return false;
@@ -455,6 +453,15 @@ static enum fishnet_end solve_uneven(struct march *march, const struct march_cel
     return end;
 }
 
+static enum fishnet_end solve_chords(struct march *march, const struct fishnet_cell *cell,
+                                     struct fishnet_node *node) {
+    enum fishnet_end end = fishnet_solve(march->surface, &march->cursor, cell, node);
+    if (end == FISHNET_FOUND && node->looked)
+        march->look = (struct march_look){
+            node->station.surface, {node->station.uv[0], node->station.uv[1]}, node->crossing};
+    return end;
+}
+
 static bool solve_on_surface(struct march *march, const struct march_cell *at,
                              struct fishnet_node *node, enum drape_reason *reason) {
     const struct drape_settings *s = march->settings;
@@ -471,11 +478,11 @@ static bool solve_on_surface(struct march *march, const struct march_cell *at,
     if (march->before.net)
         march_find_corrections(march, at, &corrections);
     find_chords(march, &cell, &corrections);
-    enum fishnet_end end = fishnet_solve(march->surface, &march->cursor, &cell, node);
+    enum fishnet_end end = solve_chords(march, &cell, node);
     if (end == FISHNET_FOUND && march->before.net &&
         drop_corrections(&cell, &node->station, &corrections)) {
         find_chords(march, &cell, &corrections);
-        end = fishnet_solve(march->surface, &march->cursor, &cell, node);
+        end = solve_chords(march, &cell, node);
     }
     bool laid = false;
     if (s->method != DRAPE_BASIC)

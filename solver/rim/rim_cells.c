@@ -8,7 +8,7 @@
 static const double twice = 1e-2;
 
 /* What the rim adds to a cell while it passes it once. */
-struct crossing {
+struct passage {
     int32_t i, j;
     double rise;         /* to q, along the edge */
     double area;         /* on the left of the edge in this cell */
@@ -16,17 +16,17 @@ struct crossing {
     bool loose;
 };
 
-struct crossings {
+struct passages {
     struct march *march;
-    struct crossing *all;
+    struct passage *all;
     size_t count, room;
     bool failed; /* no memory */
 };
 
 /* ---- shares ---- */
 
-static struct crossing *crossing_of(struct crossings *c, int32_t i, int32_t j) {
-    struct crossing *last = c->count ? &c->all[c->count - 1] : NULL;
+static struct passage *passage_of(struct passages *c, int32_t i, int32_t j) {
+    struct passage *last = c->count ? &c->all[c->count - 1] : NULL;
     if (last && last->i == i && last->j == j)
         return last;
     if (c->count == c->room)
@@ -35,7 +35,7 @@ static struct crossing *crossing_of(struct crossings *c, int32_t i, int32_t j) {
     if (c->failed)
         return NULL;
     last = &c->all[c->count++];
-    *last = (struct crossing){.i = i, .j = j};
+    *last = (struct passage){.i = i, .j = j};
     return last;
 }
 
@@ -43,11 +43,11 @@ static struct crossing *crossing_of(struct crossings *c, int32_t i, int32_t j) {
  * has on its left: they may have nodes beyond it, and then are no whole cells. */
 static const double beside = 1e-9;
 
-static void add_piece(struct crossings *c, const double from[2], const double to[2], bool loose) {
+static void add_piece(struct passages *c, const double from[2], const double to[2], bool loose) {
     double p = (from[0] + to[0]) / 2, q = (from[1] + to[1]) / 2, rise = to[1] - from[1];
     double dp = to[0] - from[0], weight = sqrt(dp * dp + rise * rise) + 1e-12;
     double i = floor(p - beside * rise / weight), j = floor(q + beside * dp / weight);
-    struct crossing *own = crossing_of(c, (int32_t)i, (int32_t)j);
+    struct passage *own = passage_of(c, (int32_t)i, (int32_t)j);
     if (!own)
         return;
     own->rise += rise;
@@ -71,7 +71,7 @@ static double next_line(double from, double to, double at) {
 }
 
 /* A straight line between two points of the rim, cell by cell. */
-static void add_line(struct crossings *c, const struct rim_point *a, const struct rim_point *b) {
+static void add_line(struct passages *c, const struct rim_point *a, const struct rim_point *b) {
     const double from[2] = {a->p, a->q}, to[2] = {b->p, b->q};
     double at = 0, last[2] = {from[0], from[1]};
     bool loose = !a->covered || !b->covered;
@@ -86,7 +86,7 @@ static void add_line(struct crossings *c, const struct rim_point *a, const struc
 }
 
 static int compare(const void *a, const void *b) {
-    const struct crossing *x = a, *y = b;
+    const struct passage *x = a, *y = b;
     if (x->j != y->j)
         return x->j < y->j ? -1 : 1;
     if (x->i != y->i)
@@ -96,13 +96,13 @@ static int compare(const void *a, const void *b) {
     return (x->q > y->q) - (x->q < y->q);
 }
 
-/* The crossings from `all[k]` on that are in one cell; `rise` gathers that of the row so far. */
-static struct rim_cell gather_cell(const struct crossings *c, size_t *k, double *rise) {
-    const struct crossing *first = &c->all[*k];
+/* The passages from `all[k]` on that are in one cell; `rise` gathers that of the row so far. */
+static struct rim_cell gather_cell(const struct passages *c, size_t *k, double *rise) {
+    const struct passage *first = &c->all[*k];
     struct rim_cell cell = {.i = first->i, .j = first->j};
     double area = 0, length = 0;
     for (; *k < c->count && c->all[*k].i == cell.i && c->all[*k].j == cell.j; ++*k) {
-        const struct crossing *own = &c->all[*k];
+        const struct passage *own = &c->all[*k];
         *rise += own->rise;
         area += own->area;
         length += own->length;
@@ -117,7 +117,7 @@ static struct rim_cell gather_cell(const struct crossings *c, size_t *k, double 
 }
 
 enum status rim_cells_make(struct march *march, const struct rim *rim, struct rim_cells *cells) {
-    struct crossings c = {.march = march};
+    struct passages c = {.march = march};
     *cells = (struct rim_cells){0};
     for (size_t first = 0, k = 0; k < rim->count; k++) {
         bool last = k + 1 == rim->count || rim->points[k + 1].loop != rim->points[k].loop;

@@ -42,6 +42,9 @@ void curve_at(const struct shell *shell, const struct face_curve *curve, double 
     curve_beyond(shell, curve, within, within, place);
 }
 
+/* Steps shorter than this share of the range do not bring the place nearer. */
+static const double arrived = 1e-14;
+
 double curve_nearest(const struct shell *shell, const struct face_curve *curve, struct vec3 point,
                      double from, const double range[2], struct curve_place *place) {
     double t = fmin(fmax(from, range[0]), range[1]), distance;
@@ -51,6 +54,8 @@ double curve_nearest(const struct shell *shell, const struct face_curve *curve, 
         struct curve_place next;
         double speed2 = vec3_norm2(place->tangent), closer = distance, last = t;
         double step = vec3_dot(vec3_sub(point, place->r), place->tangent) / speed2;
+        if (fabs(step) <= arrived * (range[1] - range[0]))
+            break;
         for (int h = 0; h < HALVINGS_MAX && isfinite(step) && !(closer < distance); h++) {
             double to = fmin(fmax(last + step, range[0]), range[1]);
             if (to == last)

@@ -290,17 +290,14 @@ static enum station_zone zone_round(const struct surface *surface, int k, double
                                                : STATION_BEYOND;
 }
 
-/* On a face of a shell: inside as far as the face or a joint of it reaches. */
-static enum station_zone zone_on_face(struct surface_cursor *cursor,
-                                      const struct station *station) {
+enum station_zone station_zone_on_face(struct surface_cursor *cursor, const struct station *station,
+                                       const struct crossing *crossing) {
     const struct surface *surface = station->surface;
-    struct crossing crossing;
     double edge[2] = {station->uv[0], station->uv[1]};
     bool outside = false;
-    crossing_find(station, NULL, &crossing);
-    if (crossing.kind == CROSSING_NONE ||
-        (crossing.kind == CROSSING_JOINT && !crossing.at_corner) ||
-        crossing.distance <= shell_joint_width(surface->shell))
+    if (crossing->kind == CROSSING_NONE ||
+        (crossing->kind == CROSSING_JOINT && !crossing->at_corner) ||
+        crossing->distance <= shell_joint_width(surface->shell))
         return STATION_INSIDE;
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &surface->axis[k];
@@ -315,10 +312,6 @@ static enum station_zone zone_on_face(struct surface_cursor *cursor,
 enum station_zone station_zone(const struct surface *surface, struct surface_cursor *cursor,
                                const double centre[2], const struct station *station,
                                enum drape_reason *reason) {
-    if (surface->shell) {
-        *reason = DRAPE_REASON_BOUNDARY;
-        return zone_on_face(cursor, station);
-    }
     double edge[2] = {station->uv[0], station->uv[1]};
     bool outside = false;
     for (int k = 0; k < 2; k++) {

@@ -75,6 +75,12 @@ enum station_zone station_zone(const struct surface *surface, struct surface_cur
                                const double centre[2], const struct station *station,
                                enum drape_reason *reason);
 
+/* The same on a face of a shell: inside as far as the face or a joint of it reaches, by what was
+ * found between the station and its face (`crossing.h`). */
+struct crossing;
+enum station_zone station_zone_on_face(struct surface_cursor *cursor, const struct station *station,
+                                       const struct crossing *crossing);
+
 /* ---- the tangent plane: inline, because every node needs it several times ---- */
 
 /* Tangents this nearly parallel (sine of their angle) span no tangent plane. */
