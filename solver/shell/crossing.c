@@ -344,12 +344,12 @@ static bool is_past_end(const struct station *station, int32_t number, int end,
                         struct crossing *crossing) {
     const struct surface *surface = station->surface;
     const struct face_edge *edge = &surface->shell->edges[number];
-    double t = go_near(surface->shell, edge, station->jet.r, edge->t[end]);
-    if (!(end ? t > edge->t[1] : t < edge->t[0]) || !joint_at(surface, number, t, crossing) ||
-        !crossing->continued)
-        return false;
-    struct vec3 off = vec3_sub(station->jet.r, crossing->from.at);
-    return vec3_dot(off, crossing->from.across) > 0;
+    double t = go_near(surface->shell, edge, station->jet.r, edge->t[end]), uv[2];
+    struct crossing_frame line;
+    return (end ? t > edge->t[1] : t < edge->t[0]) &&
+           frame_at(surface->shell, edge, t, vec3_make(0, 0, 0), true, uv, &line) &&
+           vec3_dot(vec3_sub(station->jet.r, line.at), line.across) > 0 &&
+           joint_at(surface, number, t, crossing) && crossing->continued;
 }
 
 /* The joint that a place beyond a free edge, so far away, is past by that: of those with an open
