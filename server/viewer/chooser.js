@@ -44,6 +44,11 @@ export class Chooser {
     this.show(this.chosen.size === 0, true);
   }
 
+  /** A part is there, and none of its faces is chosen. */
+  get isEmpty() {
+    return this.part !== null && this.chosen.size === 0;
+  }
+
   #all() {
     return new Set(this.part.faces.map(({ index }) => index));
   }

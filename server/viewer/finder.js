@@ -5,6 +5,7 @@ import { cancel, explain } from './api.js';
 import { drawScale } from './charts.js';
 import { element } from './dom.js';
 import { format, rangeOf, withUnit } from './fields.js';
+import { numbersOf } from './form.js';
 import { drawFront, drawPolar } from './plots.js';
 import {
   frontOf,
@@ -45,7 +46,7 @@ export class Finder {
       starts: number('find-starts'),
       step: number('find-step'),
       optimise,
-      given: this.form.given,
+      given: { ...this.form.given, wanted: numbersOf(element('find-wanted').value) },
     };
   }
 
@@ -79,6 +80,7 @@ export class Finder {
     element('fault-find').textContent = '';
     const begun = performance.now();
     try {
+      this.form.check();
       const body = requestOf(this.form.body(), this.#settings);
       const { shape } = this.form;
       const result = await runStudy(body, (status) => this.#progress(status), controller.signal);

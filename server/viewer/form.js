@@ -14,16 +14,23 @@ const MODELS = {
   kozeny_carman: { k1: 'k1', k2: 'k2', k3: 'k3', 'at-fraction': 'at_fiber_volume_fraction' },
   gebart: { radius: 'fiber_radius', packing: 'packing' },
 };
+const NO_FACE =
+  'No face is chosen: click on those of the tool side in the picture, or take them from the list of ' +
+  'faces, then try again.';
 const SUGGESTED = { k1: '2e-10', k2: '1e-10', k3: '2e-11', 'at-fraction': '0.5', radius: '8e-6' };
+
+/** Numbers as one writes them: with points, between blanks, commas or semicolons. */
+export const numbersOf = (text) =>
+  text
+    .replaceAll('−', '-')
+    .split(/[\s,;]+/)
+    .filter(Boolean)
+    .map(Number);
 
 /** A number, several as a list, or the text itself: the service then says what is wrong with it. */
 function parse(text) {
-  const parts = text
-    .trim()
-    .split(/[\s,;]+/)
-    .filter(Boolean);
-  const numbers = parts.map(Number);
-  if (!parts.length || numbers.some(Number.isNaN)) return text;
+  const numbers = numbersOf(text);
+  if (!numbers.length || numbers.some(Number.isNaN)) return text;
   return numbers.length === 1 ? numbers[0] : numbers;
 }
 
@@ -52,13 +59,15 @@ function withoutDefaults(settings) {
 }
 
 export class Form {
-  /** `onLive` while a value is dragged, `onSettled` when it is let go, `onUnit` for a new unit. */
-  constructor({ onLive, onSettled, onUnit }) {
+  /** `onLive` while a value is dragged, `onSettled` when it is let go, `onUnit` for a new unit;
+   *  `isEmpty()`: of the faces of the surface none is chosen. */
+  constructor({ onLive, onSettled, onUnit, isEmpty }) {
     this.root = element('request');
     this.kept = {};
     this.surfaceText = null;
     this.shape = null;
     this.onUnit = onUnit;
+    this.isEmpty = isEmpty;
     this.materials = new Materials();
     const slider = element('angle-slider');
     slider.addEventListener('input', () => {
@@ -268,6 +277,11 @@ export class Form {
   get kind() {
     const { method, fabric, cavity, permeability } = this.settings();
     return JSON.stringify({ method, fabric: { ...fabric, spacing: null }, cavity, permeability });
+  }
+
+  /** Throws what is to be done before there is something to drape. */
+  check() {
+    if (this.isEmpty()) throw new Error(NO_FACE);
   }
 
   /** The request as the service takes it, the surface as it was in the file. */

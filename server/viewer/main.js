@@ -100,6 +100,7 @@ const form = new Form({
     refreshAbout();
     if (page.one) refreshNumbers();
   },
+  isEmpty: () => chooser.isEmpty,
 });
 
 /** Puts a request into the form and its surface into the picture; forgets the drape that was shown. */

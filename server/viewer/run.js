@@ -81,6 +81,7 @@ export class Runner {
   }
 
   async #runOnce(signal) {
+    this.form.check();
     const { age } = this;
     const { spacing, kind } = this.form;
     const label = labelOf(this.form.settings());
@@ -127,6 +128,7 @@ export class Runner {
   }
 
   async #liveOnce(final) {
+    this.form.check();
     const { age } = this;
     const { kind } = this.form;
     const label = labelOf(this.form.settings());

@@ -2,6 +2,7 @@
 // A laminate: a table of plies, draped together, and looked through one after the other.
 import { address, explain, follow, read, submitLaminate, token } from './api.js';
 import { element } from './dom.js';
+import { numbersOf } from './form.js';
 import { fileName, saveAs } from './links.js';
 
 const OWN = ['fabric', 'start', 'direction', 'generators', 'method', 'yarn_path', 'permeability'];
@@ -12,18 +13,10 @@ export const plyOf = (settings) => Object.fromEntries(OWN.map((key) => [key, set
 /** The plies of a stack and those that mirror them, the last one outside. */
 export const mirrored = (plies) => [...plies, ...[...plies].reverse().map((ply) => ({ ...ply }))];
 
-/** Numbers as one writes them: with points, between blanks, commas or semicolons. */
-const numbers = (text) =>
-  text
-    .replaceAll('−', '-')
-    .split(/[\s,;]+/)
-    .filter(Boolean)
-    .map(Number);
-
 /** What a ply has beside its cloth, as the service takes it; it says what is wrong with it. */
 export function restOf({ repeat, law, boundary }) {
-  const [a, b] = numbers(law);
-  const points = boundary.split(';').map(numbers);
+  const [a, b] = numbersOf(law);
+  const points = boundary.split(';').map(numbersOf);
   return {
     ...(repeat.trim() ? { repeat: Number(repeat) } : {}),
     ...(law.trim() ? { compaction: { a, b } } : {}),
@@ -231,6 +224,7 @@ export class Stack {
     element('fault-stack').textContent = '';
     const { plies } = this;
     try {
+      this.form.check();
       const body = requestOf(this.form.surfaceText, this.form.unit, plies, this.#whole());
       const { id } = await submitLaminate(body);
       const say = (status) =>

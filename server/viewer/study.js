@@ -3,7 +3,7 @@
 import { follow, read, submitStudy } from './api.js';
 
 /** What may be made small, and how it is written: in `unit`, or in that `power` of the length unit;
- *  and what the request has to say for it. */
+ *  and what has to be said for it. */
 export const OBJECTIVES = [
   { key: 'max_shear_deg', label: 'Greatest shear', unit: '°' },
   { key: 'p95_shear_deg', label: 'Shear that 95 % of the area stay below', unit: '°' },
@@ -17,20 +17,32 @@ export const OBJECTIVES = [
     unit: '×',
     needs: 'permeability',
   },
+  {
+    key: 'angle_deviation_deg',
+    label: 'Warp from the wanted direction',
+    unit: '°',
+    needs: 'wanted',
+  },
 ];
+const NO_DIRECTION = 'The wanted direction has three numbers, x, y and z.';
 
 export const objectiveOf = (key) => OBJECTIVES.find((one) => one.key === key);
 const ANYTHING = { cloth_coverage: { min: 0 }, max_shear_deg: { max: 90 } }; // limits are the page's
 
 /** The study of a drape request (JSON text) with about `starts` places and an angle each `step`
- *  degrees, of all objectives that it has what is `given` for; with `optimise` the best of these are
- *  refined. */
+ *  degrees, of all objectives that it has what is `given` for, a wanted direction of the warp [x, y, z]
+ *  among it; with `optimise` the best of these are refined. */
 export function requestOf(drape, { starts, step, optimise, given }) {
-  const objectives = OBJECTIVES.filter(({ needs }) => !needs || given[needs]);
+  const { wanted } = given;
+  if (wanted.length && (wanted.length !== 3 || wanted.some(Number.isNaN)))
+    throw new Error(NO_DIRECTION);
+  const has = { ...given, wanted: wanted.length };
+  const objectives = OBJECTIVES.filter(({ needs }) => !needs || has[needs]);
   const rest = {
     vary: { start: { grid: starts }, angle_deg: { from: -90, to: 90 - step, step } },
     objectives: objectives.map(({ key }) => key),
     limits: ANYTHING,
+    ...(wanted.length ? { wanted_direction: wanted } : {}),
     ...(optimise ? { search: 'optimise', budget: 2 * starts * Math.round(180 / step) } : {}),
   };
   return `{"drape":${drape},${JSON.stringify(rest).slice(1)}`;

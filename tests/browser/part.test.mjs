@@ -42,6 +42,19 @@ test('part: a STEP file shows its faces, and that it is a solid', async () => {
   assert.equal(await page.inputValue('#spacing'), '10');
 });
 
+test('part: before a face is chosen, what drapes says what to do', async () => {
+  await page.click('#ply-add');
+  for (const [button, fault] of [
+    ['#drape', '#fault-general'],
+    ['#find', '#fault-find'],
+    ['#stack-drape', '#fault-stack'],
+  ]) {
+    await page.click(button);
+    assert.match(await page.textContent(fault), /^No face is chosen: click on/);
+  }
+  await page.click('#plies [data-do="delete"]');
+});
+
 test('part: a click chooses a face, a button all that is smooth from there', async () => {
   const [x, y] = await placeAt(0.5, 0.35);
   await page.mouse.move(x, y);

@@ -170,6 +170,26 @@ test('study: of what the request has a cavity and a permeability for, too', asyn
   await other.context().close();
 });
 
+test('study: of a wanted direction of the warp, too', async () => {
+  await page.fill('#find-starts', '5');
+  await page.fill('#find-step', '30');
+  await page.fill('#find-wanted', '1, 0');
+  await page.click('#find');
+  await page.waitForFunction(() => document.querySelector('#fault-find').textContent);
+  assert.match(await page.textContent('#fault-find'), /has three numbers/);
+  await page.fill('#find-wanted', '0, 1, 0');
+  await find(5, 30);
+  await page.selectOption('#find-objective', 'angle_deviation_deg');
+  const { studies } = await ask('v1/studies?limit=1');
+  const { variants } = await ask(`v1/studies/${studies[0].id}/result?format=json`);
+  const whole = variants.angle_deviation_deg.filter((_, k) => variants.cloth_coverage[k] >= 0.99);
+  const shown = shearIn(await page.textContent('#find-best button'));
+  assert.ok(Math.abs(shown - Math.min(...whole)) < 0.06, `${shown} and ${Math.min(...whole)}`);
+  assert.ok(shown < 45, `${shown}`);
+  await page.selectOption('#find-objective', 'max_shear_deg');
+  await page.fill('#find-wanted', '');
+});
+
 test('study: the picture of the docs', async () => {
   const small = await openPage(browser, daemon.url, {
     width: 1200,
