@@ -115,7 +115,8 @@ static const struct flag flags[] = {
      "proxies whose Forwarded or X-Forwarded-For says for which address they call", KIND_TEXT,
      AT(trusted_proxy), 0, 0, NULL},
     {"owner-queue", "DRAPED_OWNER_QUEUE", "N", NULL,
-     "drapes of one owner that may wait; beyond it: 429; by default half of --queue-limit",
+     "drapes of one owner that may wait, and no more than there are places left; beyond it: 429; "
+     "by default half of --queue-limit",
      KIND_COUNT, AT(owner_queue), 1, 1000000000, "owner_queue"},
     {"owner-running", "DRAPED_OWNER_RUNNING", "N", "0",
      "drapes of one owner that may run at a time; 0 for no bound", KIND_COUNT, AT(owner_running), 0,
@@ -124,8 +125,9 @@ static const struct flag flags[] = {
      "stored bytes of one owner; beyond it: 429; 0 for no bound", KIND_BYTES, AT(owner_bytes), 0,
      1024 * 1024 * GIB, "owner_bytes"},
     {"owner-connections", "DRAPED_OWNER_CONNECTIONS", "N", NULL,
-     "connections from one address; by default half of --max-connections", KIND_COUNT,
-     AT(owner_connections), 1, 1000000, "owner_connections"},
+     "connections from one address, and no more than are left; by default half of "
+     "--max-connections",
+     KIND_COUNT, AT(owner_connections), 1, 1000000, "owner_connections"},
     {"owner-streams", "DRAPED_OWNER_STREAMS", "N", NULL,
      "event streams and waiting calls of one owner; beyond it: 429; by default a quarter of "
      "--max-connections",

@@ -17,8 +17,8 @@ enum { GRACE_US = 100 * 1000, OWNERS = 64 };
 struct admissions {
     struct shares *shares;
     pthread_mutex_t lock;
-    int64_t most, owner_most;
-    int64_t served, reserved, closing;
+    int64_t owner_most;
+    int64_t reserved, closing;
     struct {
         struct admission_client *first, *last;
     } clients[2]; /* lists: in reserve, served; who came, or ended a request, before others first */
@@ -28,12 +28,11 @@ struct admissions {
     } busy[OWNERS];
 };
 
-struct admissions *admissions_new(struct shares *shares, int64_t most, int64_t owner_most) {
+struct admissions *admissions_new(struct shares *shares, int64_t owner_most) {
     struct admissions *admissions = calloc(1, sizeof *admissions);
     if (!admissions)
         return NULL;
     admissions->shares = shares;
-    admissions->most = most;
     admissions->owner_most = owner_most;
     pthread_mutex_init(&admissions->lock, NULL);
     return admissions;
@@ -57,10 +56,8 @@ static int64_t count(const struct admissions *admissions, const char *owner) {
 static bool take_place(struct admissions *admissions, const struct admission_client *client) {
     if (client->how != ADMISSION_SERVED)
         admissions->reserved++;
-    else if (shares_take(admissions->shares, client->owner, SHARES_CONNECTIONS, 1, INT64_MAX))
-        admissions->served++;
     else
-        return false;
+        return shares_add(admissions->shares, client->owner, SHARES_CONNECTIONS, 1);
     return true;
 }
 
@@ -68,7 +65,6 @@ static void leave_place(struct admissions *admissions, const struct admission_cl
     if (client->closing) {
         admissions->closing--;
     } else if (client->how == ADMISSION_SERVED) {
-        admissions->served--;
         shares_give(admissions->shares, client->owner, SHARES_CONNECTIONS, 1);
     } else {
         admissions->reserved--;
@@ -187,16 +183,31 @@ static bool close_idle(struct admissions *admissions, struct admission_client *c
 
 /* ------------------------------------------------------------------ coming and going */
 
+static bool replace_own(struct admissions *admissions, const char *owner) {
+    return close_idle(admissions, find_idle(admissions, owner));
+}
+
+/* In the place of one of an owner who has more than the new one's; `any`: of whoever has most. */
+static bool replace_other(struct admissions *admissions, int64_t held, bool any) {
+    struct admission_client *idle = find_idle(admissions, "");
+    return idle && (any || count(admissions, idle->owner) > held) && close_idle(admissions, idle);
+}
+
+/* Where places are left, an owner with its share makes room from its own alone. */
 static enum admission place(struct admissions *admissions, const struct admission_client *client) {
-    bool bounded = !client->shared && admissions->owner_most < admissions->most;
-    if (admissions->served >= admissions->owner_most && bounded &&
-        count(admissions, client->owner) >= admissions->owner_most &&
-        !close_idle(admissions, find_idle(admissions, client->owner)))
-        return ADMISSION_OWNER_FULL;
-    if (admissions->served >= admissions->most &&
-        !close_idle(admissions, find_idle(admissions, "")))
-        return ADMISSION_FULL;
-    return ADMISSION_SERVED;
+    const char *owner = client->owner;
+    int64_t held = count(admissions, owner);
+    bool left = shares_left(admissions->shares, SHARES_CONNECTIONS) > 0;
+    bool fits = client->shared || shares_fit(admissions->shares, owner, SHARES_CONNECTIONS, 1,
+                                             admissions->owner_most);
+    bool good = left && fits;
+    if (!good && !left && held < admissions->owner_most)
+        good = replace_other(admissions, held, client->shared);
+    if (!good && held > 0)
+        good = replace_own(admissions, owner);
+    return good                          ? ADMISSION_SERVED
+           : held > 0 && !client->shared ? ADMISSION_OWNER_FULL
+                                         : ADMISSION_FULL;
 }
 
 bool admission_enter(struct admissions *admissions, struct admission_client *client,

@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * Which connections are served. Of those that the configuration allows, `most` at a time, an owner
- * (by the peer's address: whose requests come over it is not known yet) may have `owner_most`. One
- * more first takes the place of an idle one: of the same owner when that has as many as it may,
- * else of the owner who has most; idle is a connection on which for a moment no request has been
- * under way and nothing has arrived, read or not, and the one that has been idle longest goes. When
- * none is idle, the new connection is in reserve: probes are answered on it, all else is refused,
- * and it is closed soon. The reserve has ADMISSION_RESERVE places; the connection that has been
- * idle there longest makes room for the next.
+ * Which connections are served. Of those that the configuration allows an owner (by the peer's
+ * address: whose requests come over it is not known yet) may have as many as are left, and no more
+ * than `owner_most` (`shares.h`). One more takes the place of an idle one of the same owner; when
+ * no place is left at all, of the owner who has most, if that has more. Idle is a connection on
+ * which for a moment no request has been under way and nothing has arrived, read or not, and the
+ * one that has been idle longest goes. When none is idle, the new connection is in reserve: probes
+ * are answered on it, all else is refused, and it is closed soon. The reserve has ADMISSION_RESERVE
+ * places; the connection that has been idle there longest makes room for the next.
  *
- * Peers that are trusted proxies carry many owners' requests: `owner_most` is not for them.
+ * Peers that are trusted proxies carry many owners' requests: they may have all there are.
  *
  * Any thread; the calls for one connection come one at a time.
  */
@@ -30,7 +30,7 @@ enum {
 /* How a connection was taken. */
 enum admission {
     ADMISSION_SERVED,
-    ADMISSION_OWNER_FULL, /* in reserve: its owner has as many as it may */
+    ADMISSION_OWNER_FULL, /* in reserve: its owner has as many as it may now */
     ADMISSION_FULL        /* in reserve: all are taken */
 };
 
@@ -49,7 +49,7 @@ struct admission_client {
 };
 
 /* Counts connections in `shares`, which is borrowed. NULL without memory. */
-struct admissions *admissions_new(struct shares *shares, int64_t most, int64_t owner_most);
+struct admissions *admissions_new(struct shares *shares, int64_t owner_most);
 /* Nobody may be in. NULL is allowed. */
 void admissions_free(struct admissions *admissions);
 

@@ -40,8 +40,7 @@ struct http {
     struct admissions *admissions;
     struct desk *desk;
     atomic_bool draining;
-    atomic_int_fast64_t bodies; /* bytes of bodies that are being received */
-    atomic_long exchanges;      /* requests that have begun and are not over */
+    atomic_long exchanges; /* requests that have begun and are not over */
 
     pthread_mutex_t lock; /* of what is below; taken inside the hub's lock, outside of MHD's own */
     pthread_cond_t changed;
@@ -71,7 +70,7 @@ struct exchange {
     struct client *client;
     struct MHD_Connection *connection;
     int64_t begun_us;
-    int64_t held;     /* bytes of body in `http->bodies` */
+    int64_t held;     /* bytes of body in `http->shares` */
     int64_t received; /* bytes of body, kept or not */
     int64_t sent;     /* bytes of a stream */
     struct {          /* the next piece of a stream, when the desk has fetched it */

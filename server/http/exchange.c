@@ -191,7 +191,7 @@ static enum MHD_Result take_header(void *context, enum MHD_ValueKind kind, const
 }
 
 static bool bodies_fit(struct http *http, int64_t more) {
-    return (int64_t)atomic_load(&http->bodies) + more <= http->settings.config->max_bodies;
+    return more <= shares_left(http->shares, SHARES_BODIES);
 }
 
 static void refuse_bodies(struct exchange *exchange) {
@@ -200,45 +200,59 @@ static void refuse_bodies(struct exchange *exchange) {
                  "too many bodies are being received at the moment (--max-bodies)");
 }
 
-/* 429 for what the owner has as much of as it may. */
-static void refuse_share(struct reply *reply, const char *what, const char *flag, int64_t most) {
+/* 429 for what the owner has as much of as it may: its bound, `most`, or what is left to others. */
+static void refuse_share(struct reply *reply, const char *what, int64_t wants, const char *flag,
+                         int64_t most, const char *all) {
     reply_header(reply, "Retry-After", "1");
-    reply_refuse(reply, API_QUOTA, "you have as many %s as one owner may: %lld (--%s)", what,
-                 (long long)most, flag);
+    if (wants > most)
+        reply_refuse(reply, API_QUOTA, "you have as many %s as one owner may: %lld (--%s)", what,
+                     (long long)most, flag);
+    else
+        reply_refuse(reply, API_QUOTA, "you have as many %s as are left to others (--%s)", what,
+                     all);
 }
 
-/* Takes room for more of the body: of the owner's share, of which the only body may have any
- * size, and of all. False: the reply says why not. */
-static bool take_room(struct exchange *exchange, int64_t more) {
-    struct http *http = exchange->http;
-    int64_t share = http->settings.config->owner_bodies, alone = exchange->held + more;
-    if (!bodies_fit(http, more)) {
+/* Of the body that did not fit. */
+static void refuse_room(struct exchange *exchange, int64_t more) {
+    int64_t held = shares_of(exchange->http->shares, exchange->request->owner, SHARES_BODIES);
+    if (held == exchange->held || !bodies_fit(exchange->http, more))
         refuse_bodies(exchange);
-    } else if (!shares_take(http->shares, exchange->request->owner, SHARES_BODIES, more,
-                            alone > share ? alone : share)) {
-        refuse_share(&exchange->reply, "bytes of bodies on the way", "owner-bodies", share);
-    } else {
-        atomic_fetch_add(&http->bodies, (int_fast64_t)more);
+    else
+        refuse_share(&exchange->reply, "bytes of bodies on the way", held + more, "owner-bodies",
+                     exchange->http->settings.config->owner_bodies, "max-bodies");
+}
+
+/* Takes room for more of the body: of the owner's share, of which the only body may be more, and of
+ * all. False: the reply says why not. */
+static bool take_room(struct exchange *exchange, int64_t more) {
+    struct shares *shares = exchange->http->shares;
+    const char *owner = exchange->request->owner;
+    int64_t most = exchange->http->settings.config->owner_bodies;
+    bool taken = shares_take(shares, owner, SHARES_BODIES, more, most) ||
+                 shares_grow(shares, owner, SHARES_BODIES, more, exchange->held);
+    if (taken)
         exchange->held += more;
-    }
-    return !exchange->reply.status;
+    else
+        refuse_room(exchange, more);
+    return taken;
 }
 
 bool http_take_stream(struct request *request, struct reply *reply) {
     struct exchange *exchange = request->transport;
-    struct http *http = exchange->http;
-    int64_t most = http->settings.config->owner_streams;
+    struct shares *shares = exchange->http->shares;
+    int64_t most = exchange->http->settings.config->owner_streams;
     if (!exchange->streams)
-        exchange->streams = shares_take(http->shares, request->owner, SHARES_STREAMS, 1, most);
+        exchange->streams = shares_take(shares, request->owner, SHARES_STREAMS, 1, most);
     if (!exchange->streams)
-        refuse_share(reply, "event streams and waiting calls", "owner-streams", most);
+        refuse_share(reply, "event streams and waiting calls",
+                     shares_of(shares, request->owner, SHARES_STREAMS) + 1, "owner-streams", most,
+                     "max-connections");
     return exchange->streams;
 }
 
 static void leave_shares(struct exchange *exchange) {
     struct http *http = exchange->http;
     const char *owner = exchange->request->owner;
-    atomic_fetch_sub(&http->bodies, (int_fast64_t)exchange->held);
     if (exchange->held)
         shares_give(http->shares, owner, SHARES_BODIES, exchange->held);
     if (exchange->streams)
@@ -250,8 +264,11 @@ static void refuse_connection(struct exchange *exchange) {
     const struct config *config = exchange->http->settings.config;
     struct reply *reply = &exchange->reply;
     if (exchange->client->admission.how == ADMISSION_OWNER_FULL) {
-        refuse_share(reply, "connections from your address", "owner-connections",
-                     config->owner_connections);
+        refuse_share(reply, "connections from your address",
+                     shares_of(exchange->http->shares, exchange->client->admission.owner,
+                               SHARES_CONNECTIONS) +
+                         1,
+                     "owner-connections", config->owner_connections, "max-connections");
     } else {
         reply_header(reply, "Retry-After", "1");
         reply_refuse(reply, API_UNAVAILABLE, "all connections are taken (--max-connections)");

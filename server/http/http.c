@@ -123,19 +123,21 @@ static bool start_daemon(struct http *http) {
 }
 
 bool http_start(const struct http_settings *settings, struct http **out) {
+    const struct config *config = settings->config;
+    const int64_t limits[] = {[SHARES_CONNECTIONS] = config->max_connections,
+                              [SHARES_STREAMS] = config->max_connections,
+                              [SHARES_BODIES] = config->max_bodies};
     struct http *http = calloc(1, sizeof *http);
     if (!http)
         return false;
     http->settings = *settings;
-    http->socket = listener_open(settings->config);
+    http->socket = listener_open(config);
     http->linger = linger_start();
     http->deadlines = deadlines_new(client_refuse_late, http);
-    http->shares = shares_new();
+    http->shares = shares_new(limits);
     http->desk = desk_start(exchange_attend);
-    http->admissions = http->shares
-                           ? admissions_new(http->shares, settings->config->max_connections,
-                                            settings->config->owner_connections)
-                           : NULL;
+    http->admissions =
+        http->shares ? admissions_new(http->shares, config->owner_connections) : NULL;
     const struct interpose_hooks hooks = {replace_page, client_received};
     bool listening = http->socket >= 0;
     if (listening && http->desk && http->linger && http->deadlines && http->admissions &&

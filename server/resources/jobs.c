@@ -153,18 +153,23 @@ static bool fetch_materials(struct call *call) {
 static void refuse_full(struct call *call, enum store_bound bound) {
     const struct config *config = call->services->config;
     struct reply *reply = call->reply;
-    bool own = bound == STORE_BOUND_OWNER_QUEUED;
+    const int64_t bounds[] = {[STORE_BOUND_QUEUE] = config->queue_limit,
+                              [STORE_BOUND_OWNER_QUEUED] = config->owner_queue,
+                              [STORE_BOUND_SHARE] = config->owner_queue};
     if (bound == STORE_BOUND_OWNER_BYTES) {
         call_bytes_full(call);
         return;
     }
-    reply_header(reply, "Retry-After", "%d",
-                 queue_rate_retry_seconds(own ? config->owner_queue : config->queue_limit));
-    if (own)
+    reply_header(reply, "Retry-After", "%d", queue_rate_retry_seconds(bounds[bound]));
+    if (bound == STORE_BOUND_OWNER_QUEUED)
         reply_refuse(
             reply, API_QUOTA,
             "you have as many drapes and studies waiting as one owner may: %lld (--owner-queue)",
             (long long)config->owner_queue);
+    else if (bound == STORE_BOUND_SHARE)
+        reply_refuse(reply, API_QUOTA,
+                     "you have as many drapes and studies waiting as there are places left "
+                     "(--queue-limit)");
     else
         reply_refuse(reply, API_QUEUE_FULL, "the queue is at its limit (--queue-limit)");
 }

@@ -193,7 +193,8 @@ enum store_answer store_usage(struct store *store, const char *owner,
 enum store_bound {
     STORE_BOUND_QUEUE,        /* of all queued jobs: `queue_limit` */
     STORE_BOUND_OWNER_QUEUED, /* `quota.queued` */
-    STORE_BOUND_OWNER_BYTES   /* `quota.bytes`, with the request that was to be stored */
+    STORE_BOUND_OWNER_BYTES,  /* `quota.bytes`, with the request that was to be stored */
+    STORE_BOUND_SHARE         /* of `queue_limit`, what is left: `share_fits` */
 };
 
 /* A new job; everything is the caller's and is not kept. */

@@ -87,11 +87,13 @@ def test_owners_idle_connections_make_room(daemon):
 
 
 def test_owners_busy_connections_leave_the_reserve(daemon):
-    """Connections that are all in use: an owner beyond its share gets 429, all others 503 when
-    every place is taken, and probes 200 throughout."""
+    """Connections that are all in use: an owner gets half of what others have left and then 429;
+    503 when every place is taken, and probes 200 throughout."""
     busy = []
-    for address in ("127.0.0.2", "127.0.0.3"):
-        busy += fill(daemon, address, 16)
+    for address, share in (("127.0.0.2", 16), ("127.0.0.3", 8), ("127.0.0.5", 4), ("127.0.0.6", 2),
+                           ("127.0.0.7", 1), ("127.0.0.8", 1)):
+        expect(settled(daemon, "127.0.0.4", VERSION, 200), "there is no place for one more")
+        busy += fill(daemon, address, share)
         expect(asked(daemon, address, HEALTH) == 200, "a probe was refused")
     expect(settled(daemon, "127.0.0.4", VERSION, 503), "there are more than --max-connections")
     silent = [connect(daemon, "127.0.0.2") for _ in range(100)]

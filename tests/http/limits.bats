@@ -95,10 +95,10 @@ gone_by_now() { call GET "/v1/drapes/$1/result"; [ "$status" = 410 ]; }
 @test "limits: all bodies together have a budget, and what is refused leaves room" {
     start_daemon "$BATS_TEST_TMPDIR/daemon" --workers 1 --max-bodies 8K --max-body 8K --max-mesh 8K \
         --owner-bodies 8K
-    # One that has come in part, and stays.
+    # One of another owner that has come in part, and stays.
     mkfifo "$BATS_TEST_TMPDIR/slow"
     curl -sS -o "$BATS_TEST_TMPDIR/answer" -H "$JSON" -T "$BATS_TEST_TMPDIR/slow" -X POST \
-        "$URL/v1/drapes" 3>&- &
+        --interface 127.0.0.2 "$URL/v1/drapes" 3>&- &
     local slow=$!
     exec 8>"$BATS_TEST_TMPDIR/slow"
     jq -c 'tojson + (" " * 5000)' -r $EXAMPLES/saddle.json >&8

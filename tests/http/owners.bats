@@ -35,6 +35,21 @@ post_as() { quick "$2" | post /v1/drapes - --interface "$1" "${@:3}"; }
     kill -CONT $(workers)
 }
 
+@test "owners: however much others queue, whoever comes finds a place" {
+    start --queue-limit 12
+    for owner in 127.0.0.2 127.0.0.3; do
+        for k in {1..14}; do # each takes seconds
+            slow "1.$k" | post /v1/drapes - --interface "$owner"
+            [ "$status" = 202 ] || break
+        done
+        expect_problem 429 quota-exceeded
+        [[ $(field .detail) = *--*queue* ]]
+        [ "$(header Retry-After)" -ge 1 ]
+    done
+    post_as 127.0.0.5 1
+    expect 202
+}
+
 @test "owners: beyond its stored bytes an owner is 429, another is not" {
     start --owner-bytes 100
     post_as 127.0.0.2 1

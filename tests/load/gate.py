@@ -72,7 +72,11 @@ def health(daemon):
 
 
 def small_drape(daemon, begin=0):
-    return lambda number: daemon.submit(saddle(0.2 + 1e-6 * (begin + number)), Prefer="wait=20")[0]
+    def call(number):
+        request = saddle(0.2 + 1e-6 * (begin + number))
+        status, _, body = daemon.submit(request, Prefer="wait=20")
+        return status if status == 200 else f"{status} {body[:300]}"
+    return call
 
 
 def say(name, figure, unit, bound, note=""):

@@ -47,7 +47,8 @@ class Caller:
             connection.request("POST", path, body, headers)
             answer = connection.getresponse()
             document = json.loads(answer.read())
-            self.count(answer.status)
+            why = f" {document['detail']}" if answer.status == 503 else ""
+            self.count(f"{answer.status}{why}")
             if answer.status in (429, 503):
                 time.sleep(0.2)
             return document

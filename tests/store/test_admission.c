@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* Which connection makes room for a new one: ages are set by the test. */
+/* How much one owner may have of what there is for all, and which connection makes room for a new
+ * one: ages are set by the test. */
 #include "scratch.h"
 #include "server/clock.h"
 #include "server/http/admission.h"
+#include <stdio.h>
+#include <stdlib.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -23,8 +26,9 @@ static bool enter(struct house *house, int k, const char *owner) {
 
 static void fill(struct house *house, int64_t most, int64_t owner_most,
                  const char *const owners[PLACES]) {
-    house->shares = shares_new();
-    house->admissions = admissions_new(house->shares, most, owner_most);
+    const int64_t limits[SHARES_KINDS] = {[SHARES_CONNECTIONS] = most};
+    house->shares = shares_new(limits);
+    house->admissions = admissions_new(house->shares, owner_most);
     for (int k = 0; k <= PLACES; k++) {
         int ends[2];
         assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
@@ -45,10 +49,17 @@ static int set_up(void **state) {
     return 0;
 }
 
+/* No place is left. */
+static void fill_up(struct house *house, const char *const owners[PLACES]) {
+    fill(house, 100, 100, owners);
+    while (shares_left(house->shares, SHARES_CONNECTIONS) > 0)
+        assert_true(shares_add(house->shares, "others", SHARES_CONNECTIONS, 1));
+}
+
 static int set_up_full(void **state) {
     static struct house house;
     static const char *const owners[PLACES] = {"few", "many", "many"};
-    fill(&house, PLACES, 100, owners);
+    fill_up(&house, owners);
     *state = &house;
     return 0;
 }
@@ -60,6 +71,9 @@ static int tear_down(void **state) {
         close(house->peers[k]);
         close(house->sockets[k]);
     }
+    int64_t others = shares_of(house->shares, "others", SHARES_CONNECTIONS);
+    if (others > 0)
+        shares_give(house->shares, "others", SHARES_CONNECTIONS, others);
     admissions_free(house->admissions);
     shares_free(house->shares);
     return 0;
@@ -113,6 +127,136 @@ static void test_admission_goes_on_to_who_has_fewer(void **state) {
     expect_replaced(house, 0);
 }
 
+/* ------------------------------------------------------------------ shares */
+
+enum { OWNERS_MOST = 12 };
+
+static void name_owner(char name[16], int k) {
+    snprintf(name, 16, "owner%d", k);
+}
+
+static void give_back(struct shares *shares, int owners, enum shares_kind kind) {
+    for (int k = 0; k < owners; k++) {
+        char name[16];
+        name_owner(name, k);
+        int64_t held = shares_of(shares, name, kind);
+        if (held > 0)
+            shares_give(shares, name, kind, held);
+    }
+}
+
+/* All take all they can get: each has the same, as much is left, and whoever comes then finds a
+ * place. */
+static void test_shares_leave_a_place_for_who_comes(void **state) {
+    (void)state;
+    unsigned seed = 1;
+    for (int round = 0; round < 200; round++) {
+        int owners = 1 + rand_r(&seed) % OWNERS_MOST;
+        int64_t limit = owners + 1 + rand_r(&seed) % 1000;
+        struct shares *shares = shares_new((int64_t[SHARES_KINDS]){limit, limit, limit});
+        char name[16];
+        int first = rand_r(&seed) % owners, refused = 0;
+        for (int k = first; refused < owners; k++) {
+            name_owner(name, k % owners);
+            refused = shares_take(shares, name, SHARES_STREAMS, 1, INT64_MAX) ? 0 : refused + 1;
+        }
+        int64_t left = shares_left(shares, SHARES_STREAMS), sum = 0;
+        for (int k = 0; k < owners; k++) {
+            name_owner(name, k);
+            int64_t held = shares_of(shares, name, SHARES_STREAMS);
+            assert_in_range(held, left, left + 1);
+            sum += held;
+        }
+        assert_int_equal(sum + left, limit);
+        assert_int_not_equal(left, 0);
+        assert_true(shares_take(shares, "new", SHARES_STREAMS, 1, INT64_MAX));
+        give_back(shares, owners, SHARES_STREAMS);
+        assert_int_equal(shares_left(shares, SHARES_STREAMS), limit - 1);
+        shares_give(shares, "new", SHARES_STREAMS, 1);
+        shares_free(shares);
+    }
+}
+
+/* The bytes of each owner's only body, in pieces: they leave room for small ones, but that of an
+ * owner alone may have any size. */
+static void test_shares_let_the_only_body_grow(void **state) {
+    (void)state;
+    const int64_t limits[SHARES_KINDS] = {[SHARES_BODIES] = 1600000};
+    struct shares *shares = shares_new(limits);
+    for (int k = 0; k < OWNERS_MOST; k++) {
+        int64_t held = 0;
+        char name[16];
+        name_owner(name, k);
+        while (held < 300000 && shares_grow(shares, name, SHARES_BODIES, 1000, held))
+            held += 1000;
+        assert_int_equal(held, k < 5 ? 300000 : 0);
+    }
+    assert_int_equal(shares_left(shares, SHARES_BODIES), 100000);
+    assert_false(shares_take(shares, "owner0", SHARES_BODIES, 1000, INT64_MAX));
+    for (int k = 5; k < OWNERS_MOST; k++) {
+        char name[16];
+        name_owner(name, k);
+        assert_true(shares_take(shares, name, SHARES_BODIES, 1000, INT64_MAX));
+        assert_false(shares_grow(shares, name, SHARES_BODIES, 1000, 0));
+    }
+    give_back(shares, OWNERS_MOST, SHARES_BODIES);
+    shares_free(shares);
+
+    shares = shares_new(limits);
+    assert_true(shares_grow(shares, "alone", SHARES_BODIES, 1600000, 0));
+    assert_false(shares_grow(shares, "alone", SHARES_BODIES, 1, 1600000));
+    shares_give(shares, "alone", SHARES_BODIES, 1600000);
+    shares_free(shares);
+}
+
+/* Owners whose connections are all busy take what they can get. */
+static void test_admission_leaves_a_place_for_who_comes(void **state) {
+    (void)state;
+    enum { MOST = 64, TRIES = 400 };
+    static struct admission_client clients[TRIES], last;
+    unsigned seed = 2;
+    for (int owners = 1; owners <= OWNERS_MOST; owners++) {
+        struct shares *shares = shares_new((int64_t[SHARES_KINDS]){MOST, MOST, MOST});
+        struct admissions *admissions = admissions_new(shares, MOST);
+        bool in[TRIES];
+        for (int k = 0; k < TRIES; k++) {
+            char name[16];
+            name_owner(name, rand_r(&seed) % owners);
+            in[k] = admission_enter(admissions, &clients[k], name, false, -1);
+            if (in[k]) {
+                assert_int_not_equal(clients[k].how, ADMISSION_FULL);
+                admission_busy(admissions, &clients[k], true);
+            }
+        }
+        assert_true(admission_enter(admissions, &last, "new", false, -1));
+        assert_int_equal(last.how, ADMISSION_SERVED);
+        admission_leave(admissions, &last);
+        for (int k = 0; k < TRIES; k++)
+            if (in[k])
+                admission_leave(admissions, &clients[k]);
+        assert_int_equal(shares_left(shares, SHARES_CONNECTIONS), MOST);
+        admissions_free(admissions);
+        shares_free(shares);
+    }
+}
+
+/* With no place left whoever has fewer gets one of who has more, never the other way. */
+static void test_admission_takes_of_who_has_more(void **state) {
+    struct house *house = *state;
+    assert_true(enter(house, PLACES, "few"));
+    assert_int_equal(house->clients[PLACES].how, ADMISSION_SERVED);
+    assert_true(house->clients[1].closing);
+}
+
+static void test_admission_takes_of_nobody_who_has_fewer(void **state) {
+    struct house *house = *state;
+    admission_busy(house->admissions, &house->clients[1], true);
+    admission_busy(house->admissions, &house->clients[2], true);
+    assert_true(enter(house, PLACES, "many"));
+    assert_int_equal(house->clients[PLACES].how, ADMISSION_OWNER_FULL);
+    assert_false(house->clients[0].closing);
+}
+
 int main(void) {
 #define IN_FULL_HOUSE(test) cmocka_unit_test_setup_teardown(test, set_up_full, tear_down)
 #define IN_HOUSE(test) cmocka_unit_test_setup_teardown(test, set_up, tear_down)
@@ -123,6 +267,11 @@ int main(void) {
         IN_HOUSE(test_admission_refuses_when_all_have_unread_bytes),
         IN_FULL_HOUSE(test_admission_closes_one_of_who_has_most),
         IN_FULL_HOUSE(test_admission_goes_on_to_who_has_fewer),
+        IN_FULL_HOUSE(test_admission_takes_of_who_has_more),
+        IN_FULL_HOUSE(test_admission_takes_of_nobody_who_has_fewer),
+        cmocka_unit_test(test_admission_leaves_a_place_for_who_comes),
+        cmocka_unit_test(test_shares_leave_a_place_for_who_comes),
+        cmocka_unit_test(test_shares_let_the_only_body_grow),
     };
     return cmocka_run_group_tests_name("admission", tests, NULL, NULL);
 }

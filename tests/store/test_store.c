@@ -81,14 +81,17 @@ static void test_store_submit_beyond_the_limit_is_full(void **state) {
     struct store_claim claim;
     struct store_receipt receipt;
     struct store_counts counts;
-    struct store_submission third = {.request = "c", .request_length = 1, .digest = "c"};
+    struct store_submission third = {
+        .request = "c", .request_length = 1, .digest = "c", .owner = "bert"};
     scratch_submit(scratch, "a", id);
-    scratch_submit(scratch, "b", id);
+    assert_int_equal(store_submit(scratch->store, &third, &receipt), STORE_OK);
+    third.request = third.digest = "d";
     assert_int_equal(store_submit(scratch->store, &third, &receipt), STORE_FULL);
     assert_int_equal(receipt.full, STORE_BOUND_QUEUE);
     assert_int_equal(store_counts(scratch->store, &counts), STORE_OK);
     assert_int_equal(counts.jobs[STORE_QUEUED], 2);
     assert_int_equal(store_claim(scratch->store, &claim), STORE_OK);
+    third.owner = "carl";
     assert_int_equal(store_submit(scratch->store, &third, &receipt), STORE_OK);
 }
 
@@ -133,6 +136,43 @@ static void test_store_quota_of_queued_jobs_is_the_owners(void **state) {
     expect_usage(scratch, "anna", 1, 1, 3);
     assert_int_equal(store_delete(scratch->store, receipt.id), STORE_OK);
     expect_usage(scratch, "anna", 1, 1, 2);
+}
+
+/* One owner after another begins to queue all it can: none gets more than it leaves, and whoever
+ * comes then finds a place. */
+static void test_store_queue_leaves_a_place_for_who_comes(void **state) {
+    enum { LIMIT = 24, OWNERS = 5 };
+    struct scratch *scratch = *state;
+    static const char *const names[OWNERS] = {"anna", "bert", "carl", "dora", "emil"};
+    unsigned seed = 1;
+    int number = 0;
+    scratch_stop(scratch);
+    scratch->options.queue_limit = LIMIT;
+    scratch_start(scratch);
+    for (int owners = 1; owners < OWNERS; owners++) {
+        struct store_receipt receipt;
+        struct store_counts counts;
+        struct store_usage usage;
+        char body[16];
+        for (int refused = 0; refused < 10 * owners; number++) {
+            snprintf(body, sizeof body, "%d", number);
+            enum store_answer answer = submit_within(scratch, names[rand_r(&seed) % owners], body,
+                                                     (struct store_quota){0}, &receipt);
+            refused = answer == STORE_OK ? 0 : refused + 1;
+            if (refused > 0) {
+                assert_int_equal(answer, STORE_FULL);
+                assert_int_equal(receipt.full, STORE_BOUND_SHARE);
+            }
+        }
+        assert_int_equal(store_counts(scratch->store, &counts), STORE_OK);
+        int64_t left = LIMIT - counts.jobs[STORE_QUEUED];
+        assert_in_range(left, 1, LIMIT / 2);
+        assert_int_equal(store_usage(scratch->store, names[owners - 1], &usage), STORE_OK);
+        assert_in_range(usage.queued, left, left + 1);
+        assert_int_equal(submit_within(scratch, "new", "new", (struct store_quota){0}, &receipt),
+                         STORE_OK);
+        assert_int_equal(store_delete(scratch->store, receipt.id), STORE_OK);
+    }
 }
 
 static void test_store_quota_of_bytes_counts_all_that_is_stored(void **state) {
@@ -644,6 +684,7 @@ int main(void) {
         WITH_STORE(test_store_unknown_job_is_empty),
         WITH_STORE(test_store_submit_beyond_the_limit_is_full),
         WITH_STORE(test_store_quota_of_queued_jobs_is_the_owners),
+        WITH_STORE(test_store_queue_leaves_a_place_for_who_comes),
         WITH_STORE(test_store_quota_of_bytes_counts_all_that_is_stored),
         WITH_STORE(test_store_owner_without_anything_is_forgotten),
         WITH_STORE(test_store_key_gives_the_same_job),

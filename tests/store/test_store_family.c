@@ -415,6 +415,7 @@ static void test_store_limits_do_not_count_tasks(void **state) {
     submission.quota.queued = 0;
     submission.kind = STORE_STUDY;
     submission.digest = "e";
+    submission.owner = "another";
     assert_int_equal(store_submit(scratch.store, &submission, &receipt), STORE_OK);
     assert_int_equal(store_submit(scratch.store, &submission, &receipt), STORE_FULL);
     assert_int_equal(receipt.full, STORE_BOUND_QUEUE);
@@ -649,8 +650,12 @@ static void test_store_laminate_counts_as_its_drapes(void **state) {
     assert_int_equal(store_submit_family(scratch.store, &family, &receipt), STORE_FULL);
     assert_int_equal(receipt.full, STORE_BOUND_OWNER_BYTES);
     family.parent.quota.bytes = 6;
+    assert_int_equal(store_submit_family(scratch.store, &family, &receipt), STORE_FULL);
+    assert_int_equal(receipt.full, STORE_BOUND_SHARE);
+    family.parent.owner = "another";
     assert_int_equal(store_submit_family(scratch.store, &family, &receipt), STORE_OK);
     family.parent.quota.bytes = 0;
+    family.parent.owner = "yet another";
     assert_int_equal(store_submit_family(scratch.store, &family, &receipt), STORE_FULL);
     assert_int_equal(receipt.full, STORE_BOUND_QUEUE);
     family.parent.surface = "none";

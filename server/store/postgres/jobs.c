@@ -9,11 +9,18 @@ enum { SUBMIT_TRIES = 2 };
 
 /* ------------------------------------------------------------------ submit */
 
+/* What there is of the owner, and how many jobs of all wait. */
+#define SUBMIT_HAS                                                                                 \
+    " has AS MATERIALIZED ("                                                                       \
+    " SELECT coalesce(sum(queued - tasks), 0) AS queued, coalesce(sum(results + others), 0) AS"    \
+    "  bytes, (SELECT sum(n[1]) FROM draped.counts) AS waiting FROM draped.owners"                 \
+    "  WHERE owner = $5),"
+
 /* `known` is the job that this very call made before its connection was lost, or the earlier one of
  * the key. The result and the surface are locked against those who would delete them. The limits
  * are looked at without a lock: as many as are submitted at the same moment may come in beyond
  * them. The columns of its row: an answer, of the job id, status and whether it was there before,
- * and which limit is reached. */
+ * and which limit is reached; of the share of what is left, `share_fits`. */
 static const char submit_sql[] =
     "WITH " POSTGRES_USABLE ", known AS MATERIALIZED ("
     " SELECT id, status, id = $2 OR key_digest = sha256($9) AND kind = $14 AS same"
@@ -23,15 +30,12 @@ static const char submit_sql[] =
     " SELECT number FROM draped.results WHERE owner = $5 AND digest = $6"
     "  AND state = " SQL_COMPLETE " FOR SHARE),"
     " stored AS MATERIALIZED ("
-    " SELECT 1 FROM draped.surfaces WHERE id = $7 FOR KEY SHARE),"
-    " has AS MATERIALIZED ("
-    " SELECT sum(queued - tasks) AS queued, sum(results + others) AS bytes FROM draped.owners"
-    "  WHERE owner = $5 AND ($11 > 0 OR $12 > 0)),"
+    " SELECT 1 FROM draped.surfaces WHERE id = $7 FOR KEY SHARE)," SUBMIT_HAS
     " bound AS MATERIALIZED ("
     " SELECT CASE WHEN NOT EXISTS (SELECT 1 FROM twin) AND $11 > 0 AND queued >= $11 THEN 1"
-    "   WHEN $12 > 0 AND coalesce(bytes, 0) + octet_length($9) > $12 THEN 2"
-    "   WHEN NOT EXISTS (SELECT 1 FROM twin)"
-    "    AND (SELECT sum(n[1]) FROM draped.counts) >= $10 THEN 0 END AS reached FROM has),"
+    "   WHEN $12 > 0 AND bytes + octet_length($9) > $12 THEN 2"
+    "   WHEN EXISTS (SELECT 1 FROM twin) THEN NULL"
+    "   WHEN waiting >= $10 THEN 0 WHEN queued >= $10 - waiting THEN 3 END AS reached FROM has),"
     " fit AS MATERIALIZED ("
     " SELECT (SELECT number FROM twin) AS result, reached, CASE"
     "   WHEN $7::text IS NOT NULL AND NOT EXISTS (SELECT 1 FROM stored) THEN 1" /* STORE_EMPTY */
@@ -54,7 +58,7 @@ static const char submit_sql[] =
     " UNION ALL SELECT answer, $2, 0, false, reached FROM fit WHERE answer <> 0";
 
 _Static_assert(STORE_BOUND_QUEUE == 0 && STORE_BOUND_OWNER_QUEUED == 1 &&
-                   STORE_BOUND_OWNER_BYTES == 2,
+                   STORE_BOUND_OWNER_BYTES == 2 && STORE_BOUND_SHARE == 3,
                "as in submit_sql");
 _Static_assert(STORE_EMPTY == 1 && STORE_CONFLICT == 2 && STORE_FULL == 3, "as in submit_sql");
 
@@ -67,14 +71,12 @@ static const char submit_family_sql[] =
     "  FROM draped.jobs"
     "  WHERE id = $2 OR (owner = $5 AND key = $8) LIMIT 1),"
     " stored AS MATERIALIZED ("
-    " SELECT 1 FROM draped.surfaces WHERE id = $7 FOR KEY SHARE),"
-    " has AS MATERIALIZED ("
-    " SELECT sum(queued - tasks) AS queued, sum(results + others) AS bytes FROM draped.owners"
-    "  WHERE owner = $5 AND ($11 > 0 OR $12 > 0)),"
+    " SELECT 1 FROM draped.surfaces WHERE id = $7 FOR KEY SHARE)," SUBMIT_HAS
     " bound AS MATERIALIZED ("
-    " SELECT CASE WHEN $11 > 0 AND coalesce(queued, 0) + $15 > $11 THEN 1"
-    "   WHEN $12 > 0 AND coalesce(bytes, 0) + octet_length($9) + octet_length($19) > $12 THEN 2"
-    "   WHEN (SELECT sum(n[1]) FROM draped.counts) + $15 > $10 THEN 0 END AS reached FROM has),"
+    " SELECT CASE WHEN $11 > 0 AND queued + $15 > $11 THEN 1"
+    "   WHEN $12 > 0 AND bytes + octet_length($9) + octet_length($19) > $12 THEN 2"
+    "   WHEN waiting + $15 > $10 THEN 0"
+    "   WHEN queued + $15 - 1 >= $10 - waiting - ($15 - 1) THEN 3 END AS reached FROM has),"
     " fit AS MATERIALIZED ("
     " SELECT reached, CASE"
     "   WHEN $7::text IS NOT NULL AND NOT EXISTS (SELECT 1 FROM stored) THEN 1" /* STORE_EMPTY */

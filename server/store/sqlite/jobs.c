@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: MIT */
+#include "server/share.h"
 #include "server/store/sql.h"
 #include "sqlite.h"
 #include <sodium.h>
@@ -50,14 +51,18 @@ static enum store_answer surface_stored(struct db *db, const char *id) {
     return answer == STORE_OK && !stored ? STORE_EMPTY : answer;
 }
 
-static enum store_answer read_usage(struct db *db, const char *owner, struct store_usage *usage) {
-    struct query query = db_query(
-        db, "SELECT queued - tasks, running, results + others FROM owners WHERE owner = ?");
+/* What there is of the owner, and how many jobs of all wait. */
+static enum store_answer read_usage(struct db *db, const char *owner, struct store_usage *usage,
+                                    int64_t *waiting) {
+    struct query query =
+        db_query(db, "SELECT n, queued - tasks, running, results + others FROM counts"
+                     " LEFT JOIN owners ON owner = ? WHERE status = " SQL_QUEUED);
     query_bind_text(&query, owner);
     if (query_row(&query)) {
-        usage->queued = query_int(&query, 0);
-        usage->running = query_int(&query, 1);
-        usage->bytes = query_int(&query, 2);
+        *waiting = query_int(&query, 0);
+        usage->queued = query_int(&query, 1);
+        usage->running = query_int(&query, 2);
+        usage->bytes = query_int(&query, 3);
     }
     return query_end(&query);
 }
@@ -79,22 +84,21 @@ static int64_t bytes_of(const struct submit *submit) {
 static enum store_answer find_room(struct sqlite_store *store, struct db *db, struct submit *submit,
                                    int64_t queues) {
     const struct store_quota *quota = &submit->submission->quota;
-    int64_t length = bytes_of(submit);
+    const int64_t limit = sqlite_options(store)->queue_limit;
+    int64_t waiting = 0;
     struct store_usage usage = {0};
-    enum store_answer answer = STORE_OK;
-    if (quota->queued > 0 || quota->bytes > 0)
-        answer = read_usage(db, submit->owner, &usage);
+    enum store_answer answer = read_usage(db, submit->owner, &usage, &waiting);
     if (answer != STORE_OK)
         return answer;
     if (queues && quota->queued > 0 && usage.queued + queues > quota->queued)
         return full(submit, STORE_BOUND_OWNER_QUEUED);
-    if (quota->bytes > 0 && usage.bytes + length > quota->bytes)
+    if (quota->bytes > 0 && usage.bytes + bytes_of(submit) > quota->bytes)
         return full(submit, STORE_BOUND_OWNER_BYTES);
-    struct query query = db_query(db, "SELECT n FROM counts WHERE status = " SQL_QUEUED);
-    bool most =
-        query_row(&query) && query_int(&query, 0) + queues > sqlite_options(store)->queue_limit;
-    answer = query_end(&query);
-    return answer == STORE_OK && queues && most ? full(submit, STORE_BOUND_QUEUE) : answer;
+    if (queues && waiting + queues > limit)
+        return full(submit, STORE_BOUND_QUEUE);
+    if (queues && !share_fits(usage.queued, waiting, limit, queues))
+        return full(submit, STORE_BOUND_SHARE);
+    return STORE_OK;
 }
 
 static enum store_answer insert_request(struct db *db, const void *bytes, size_t length) {
@@ -426,8 +430,9 @@ enum store_answer sqlite_counts(struct store *store, struct store_counts *counts
 }
 
 enum store_answer sqlite_usage(struct store *store, const char *owner, struct store_usage *usage) {
+    int64_t waiting;
     struct db *db = sqlite_take_reader(store);
-    return sqlite_give_reader(store, db, read_usage(db, owner, usage));
+    return sqlite_give_reader(store, db, read_usage(db, owner, usage, &waiting));
 }
 
 /* ------------------------------------------------------------------ ending by the caller */
