@@ -221,12 +221,13 @@ static struct fold_shape shape_round(const struct fold *fold, const struct fold_
 
 /* Whether nodes of a patch and of those at most so many away from it are in each other's cells only
  * if they are neighbours. Nodes that are m places apart along both yarns are so on the tangent
- * plane, too, in steps of the yarns there, but for (2 m)^2 / 2 second differences by the sine
- * between them: that is to be less than m - 1. */
+ * plane half way between them, too, in steps of the yarns there, but for 2 (m^2 / 2) second
+ * differences by the sine between them, and cells of one of them reach over a place but for 2 m:
+ * both together are to be less than m - 1. */
 static bool is_even(const struct fold *fold, const struct fold_patch *patch, int32_t away) {
     struct fold_shape worst = shape_round(fold, patch, away);
     double d = fmin(fold->spacing[0], fold->spacing[1]), m = PATCH * (away + 1) - 1;
-    double most = (m - 1) / (2 * m * m) * d;
+    double most = (m - 1) / (m * m + 2 * m) * d;
     return worst.bend2 < most * most * worst.sine2;
 }
 
@@ -264,6 +265,17 @@ struct look {
     struct apart_points points; /* of the patch */
 };
 
+/* Whether a cube is the first of those that two boxes have in common: along each axis one of them
+ * begins in it. */
+static bool is_first_common(const struct fold_patches *patches, const struct fold_cubes *cubes,
+                            const struct fold_box *box, const int64_t at[3]) {
+    bool first = true;
+    for (int k = 0; k < 3; k++)
+        first = first &&
+                (at[k] == cubes->first[k] || at[k] == (int64_t)floor(box->low[k] / patches->cube));
+    return first;
+}
+
 static bool look_round(struct look *look, bool (*enough)(struct look *look, int32_t other)) {
     struct fold *fold = look->fold;
     struct fold_box inner = inner_box(fold, look->patch);
@@ -275,7 +287,9 @@ static bool look_round(struct look *look, bool (*enough)(struct look *look, int3
                 int32_t site = fold_patches_first(&fold->patches, at);
                 for (; site != FOLD_NONE; site = fold->patches.sites[site].next) {
                     int32_t other = fold->patches.sites[site].patch;
-                    if (overlap(&inner, &fold->patches.patch[other].box) && enough(look, other))
+                    const struct fold_box *box = &fold->patches.patch[other].box;
+                    if (overlap(&inner, box) && is_first_common(&fold->patches, &cubes, box, at) &&
+                        enough(look, other))
                         return true;
                 }
             }
