@@ -184,6 +184,8 @@ enum api_problem_id api_run_in(struct arena *arena, const struct api_input *inpu
         : on_shell ? drape_solve_shell(shell.shell, &request.settings, monitor, arena, &result)
                    : drape_solve(surface, &request.settings, monitor, arena, &result);
     double solve_ms = now_ms() - begin;
+    if (on_shell && status == STATUS_START_OFF_SURFACE)
+        api_shape_shell_off(&request, &shell, arena, problem);
     set_solve_problem(problem, status, &request.settings, result.faulty_generator);
     if (problem->id != API_OK)
         return problem->id;

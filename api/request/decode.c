@@ -3,6 +3,7 @@
 
 #include "api/json/place.h"
 #include "parts.h"
+#include "shape_shell.h"
 #include "solver/shell/shell.h"
 #include <string.h>
 
@@ -47,19 +48,25 @@ static void decode_unit(const struct json_place *place, const struct api_surface
     *unit = surface->length_unit;
 }
 
-/* A NURBS surface has a domain; whether a point in space is near the surface is found later. */
-static void check_start(const struct json_place *uv, const struct api_surface *surface,
-                        const double start[2]) {
+/* A NURBS surface, the request's or the face that it starts on, has a domain; whether a point in
+ * space is near the surface is found later. */
+static void check_start(const struct json_place *uv, const struct api_request *request,
+                        const struct api_surface *surface) {
     const struct nurbs_axis *axis[2] = {&surface->nurbs.u, &surface->nurbs.v};
+    const double *start = request->settings.start_uv;
+    bool on_face = request->surface.kind == API_SURFACE_SHELL;
+    char title[API_FACE_TITLE_SIZE] = "";
     if (surface->kind == API_SURFACE_MESH)
         place_fault(uv, "a triangle mesh has no u and v: give the start as a point");
     if (surface->kind != API_SURFACE_NURBS)
         return;
+    if (on_face)
+        api_shape_face_title(&request->surface, request->settings.start_face, title);
     for (size_t k = 0; k < 2; k++) {
         double low = axis[k]->knots[axis[k]->degree], high = axis[k]->knots[axis[k]->size];
         if (start[k] < low || start[k] > high) {
-            place_fault(uv, "%c must lie in the domain of the surface, between %g and %g", "uv"[k],
-                        low, high);
+            place_fault(uv, "%c must lie in the domain of %s%s, between %g and %g", "uv"[k],
+                        on_face ? "face " : "the surface", title, low, high);
             return;
         }
     }
@@ -106,7 +113,7 @@ void decode_start(const struct json_place *place, struct api_request *request) {
         const struct api_surface *surface = decode_start_face(place, request);
         settings->start_kind = DRAPE_START_UV;
         if (place_vector(&uv, decode_coordinates, 2, settings->start_uv) && surface)
-            check_start(&uv, surface, settings->start_uv);
+            check_start(&uv, request, surface);
         return;
     }
     settings->start_kind = DRAPE_START_POINT;

@@ -9,12 +9,12 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { TITLE_SIZE = 64, LIST_SIZE = 192 };
+enum { TITLE_SIZE = API_FACE_TITLE_SIZE, LIST_SIZE = 192 };
 
 /* ---- what is wrong with faces ---- */
 
-/* `7 ("name")`: how a face is named to its owner. */
-static void write_title(const struct api_surface *surface, int32_t number, char title[TITLE_SIZE]) {
+void api_shape_face_title(const struct api_surface *surface, int32_t number,
+                          char title[API_FACE_TITLE_SIZE]) {
     const char *name = surface->faces[number].face_name;
     if (name)
         (void)snprintf(title, TITLE_SIZE, "%d (\"%.40s\")", number, name);
@@ -29,7 +29,7 @@ static void write_list(const struct api_surface *surface, const struct shell_fau
     for (int k = 0; k < fault->face_count && length < LIST_SIZE; k++) {
         char title[TITLE_SIZE];
         const char *before = k == 0 ? " " : k == fault->face_count - 1 ? " and " : ", ";
-        write_title(surface, numbers[fault->face[k]], title);
+        api_shape_face_title(surface, numbers[fault->face[k]], title);
         length += snprintf(list + length, LIST_SIZE - (size_t)length, "%s%s", before, title);
     }
 }
@@ -104,7 +104,7 @@ static enum api_problem_id make_part(const struct api_surface *surface, int32_t 
     if (status == STATUS_OUT_OF_MEMORY)
         return no_memory(problem);
     if (status != STATUS_OK) {
-        write_title(surface, number, title);
+        api_shape_face_title(surface, number, title);
         (void)snprintf(pointer, sizeof pointer, "%s/faces/%d", base, number);
         api_problem_set_at(problem, API_DEGENERATE_SURFACE, pointer, "face %s has no area", title);
         return problem->id;
@@ -239,9 +239,33 @@ static bool find_start(const struct api_request *request, struct api_shell *shel
             shell->start_face = (int32_t)k;
             return true;
         }
-    write_title(&request->surface, number, title);
+    api_shape_face_title(&request->surface, number, title);
     api_problem_add(problem, "/start/face", "face %s is not among those chosen", title);
     return false;
+}
+
+void api_shape_shell_off(const struct api_request *request, const struct api_shell *chosen,
+                         struct arena *arena, struct api_problem *problem) {
+    const struct drape_settings *settings = &request->settings;
+    size_t count = request->surface.face_count;
+    struct api_shell all = {.count = count};
+    struct api_problem ignored = {0};
+    struct shell_place place;
+    double distance;
+    char title[TITLE_SIZE];
+    all.numbers = arena_alloc(arena, count, sizeof *all.numbers);
+    if (settings->start_kind != DRAPE_START_POINT || chosen->count == count || !all.numbers)
+        return;
+    for (size_t k = 0; k < count; k++)
+        all.numbers[k] = (int32_t)k;
+    if (make_apart(&request->surface, all.numbers, "", arena, &all.shell, &ignored) != API_OK)
+        return;
+    shell_nearest(all.shell, settings->start_point, SHELL_ANY, &place, &distance);
+    if (distance > fmax(settings->spacing[0], settings->spacing[1]))
+        return;
+    api_shape_face_title(&request->surface, place.face, title);
+    api_problem_set_at(problem, API_START_OFF_SURFACE, "/start",
+                       "the start is on face %s, which is not among those chosen", title);
 }
 
 static double largest_area(const struct shell *shell) {

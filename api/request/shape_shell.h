@@ -16,6 +16,11 @@ struct api_shell {
     int32_t start_face; /* the start's face by its place in the shell, of a start in u and v */
 };
 
+/* `7 ("name")`: how a face is named to its owner. */
+enum { API_FACE_TITLE_SIZE = 64 };
+void api_shape_face_title(const struct api_surface *surface, int32_t number,
+                          char title[API_FACE_TITLE_SIZE]);
+
 /* Bytes of the spans of all faces, see API_SHAPE_SPANS_MAX. */
 size_t api_shape_shell_bytes(const struct api_surface *surface);
 
@@ -30,6 +35,12 @@ enum api_problem_id api_shape_shell(const struct api_request *request,
                                     const struct api_limits *limits, struct arena *arena,
                                     struct api_shell *shell,
                                     struct api_problem *problem) STATUS_MUST_USE;
+
+/* Where a drape found its start on no face of `chosen`: API_START_OFF_SURFACE for a point that lies
+ * on a face which the request leaves out, and names that. Otherwise, and without memory, it leaves
+ * `problem` as it is. */
+void api_shape_shell_off(const struct api_request *request, const struct api_shell *chosen,
+                         struct arena *arena, struct api_problem *problem);
 
 /* The members of a description that a shell or a mesh has: `faces`, `edges`, `bounding_box`,
  * `area`, `notes`, ... See `api_shape_describe`. What is wrong with the faces of an imported file

@@ -59,6 +59,13 @@ refuse() {
     jq -e --arg at "$1" --arg words "$2" '.pointer == $at and (.detail | test($words))' "$body"
 }
 
+# off WORDS: the drape on standard input starts off its surface, and the detail has the words.
+off() {
+    call POST /v1/drapes -H "$JSON" -H 'Prefer: wait=20' --data-binary @-
+    expect_problem 422 start-off-surface
+    jq -e --arg words "$1" '.pointer == "/start" and (.detail | test($words))' "$body"
+}
+
 @test "http: bad choices of faces, starts and tolerances are told with their place" {
     send model/step "$PARTS/rounded.step"
     id=$(field .id)
@@ -66,6 +73,9 @@ refuse() {
     echo "$some {\"face\": 7, \"uv\": [20, 7]}}" | refuse /start/face "face 7 is not among those chosen"
     echo "{\"surface\": {\"id\": \"$id\", \"faces\": [3, 26]}, \"fabric\": {\"spacing\": 2}}" |
         refuse /surface/faces/1 "below 26"
+    echo "$some {\"face\": 3, \"uv\": [-1, 7]}}" | refuse /start/uv "in the domain of face 3, between"
+    echo "$some {\"point\": [0, 20, 15]}}" | off "on face 0, which is not among those chosen"
+    echo "$some {\"point\": [0, 20, -15]}}" | off "must be on the surface"
     "${BUILD:-build}/drape-import" "$PARTS/rounded.step" 2>/dev/null >"$BATS_TEST_TMPDIR/part"
     within() {
         jq -c --argjson t "$1" '{surface: {faces, tolerance: $t}, length_unit: "mm", fabric: {spacing: 2}}' \
