@@ -23,6 +23,24 @@ static double beyond_span(const struct path *g, int k, double x, double *edge) {
     return x > high + slack && !open_high ? x - high : 0;
 }
 
+/* Whether the path is beyond an open boundary where its span, which has the jet `here`, lies inside
+ * out: the creases on both its sides have met on the way, and nothing is to be carried over it. */
+static bool is_inside_out(const struct path *g, const struct surface_jet *here) {
+    struct surface_jet jet;
+    double edge[2];
+    bool outside = false;
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &g->surface->axis[k];
+        double low = surface_axis_lower(axis), high = surface_axis_upper(axis);
+        edge[k] = axis->closed ? g->uv[k] : fmin(fmax(g->uv[k], low), high);
+        outside = outside || edge[k] != g->uv[k];
+    }
+    if (!outside)
+        return false;
+    path_jet(g, edge, &jet);
+    return vec3_dot(vec3_cross(here->u, here->v), vec3_cross(jet.u, jet.v)) < 0;
+}
+
 /* Moves into the next span of direction k. The tangent keeps its components along the common edge
  * and across it: the two tangent planes are unfolded about the edge. */
 static bool cross_edge(struct path *g, int k, double edge) {
@@ -42,6 +60,10 @@ static bool cross_edge(struct path *g, int k, double edge) {
         g->turn[k] -= period;
     }
     path_jet(g, g->uv, &to);
+    if (g->surface->has_folds && is_inside_out(g, &to)) {
+        g->ended = true;
+        return false;
+    }
     if (g->kind != PATH_GEODESIC) {
         path_given_velocity(g, g->uv, &to, g->velocity);
         return isfinite(g->velocity[0]) && isfinite(g->velocity[1]);

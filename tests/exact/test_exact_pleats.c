@@ -318,8 +318,18 @@ static void test_exact_pleats_past_the_ends_of_joints(void **state) {
         assert_int_equal(wrong_of(seeds[k]), 0);
 }
 
+/* Beyond the boundary creases of one patch meet, and past that the strip between them lies inside
+ * out: yarns went on over it, and nodes were up to 1.5 d off, with shear of 65 degrees. */
+static void test_exact_pleats_past_strips_inside_out(void **state) {
+    const uint64_t seeds[] = {48, 86, 150, 259};
+    (void)state;
+    for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++)
+        assert_int_equal(wrong_of(seeds[k]), 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_exact_pleats_unroll),
+                                       cmocka_unit_test(test_exact_pleats_past_strips_inside_out),
                                        cmocka_unit_test(test_exact_pleats_places_of_neither_face),
                                        cmocka_unit_test(test_exact_pleats_past_the_ends_of_joints)};
     return cmocka_run_group_tests(tests, NULL, NULL);
