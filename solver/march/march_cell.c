@@ -487,13 +487,9 @@ static bool solve_on_surface(struct march *march, const struct march_cell *at,
     bool laid = false;
     if (s->method != DRAPE_BASIC)
         end = solve_uneven(march, at, &cell, &corrections, end, node, &laid);
-    if (end == FISHNET_FOUND && s->method == DRAPE_GEODESIC && !laid) {
+    if (end == FISHNET_FOUND && s->method == DRAPE_GEODESIC && !laid)
         end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, s->spacing, s->lanes,
                                      node);
-        /* Just beyond a crease, of which chords know nothing. */
-        if (end != FISHNET_FOUND && (march->surface->shell || march->surface->has_folds))
-            end = solve_rough(march, at, &cell, false, node);
-    }
     if (end == FISHNET_FOUND && is_lost_outside(march, &cell, &node->station)) {
         *reason = DRAPE_REASON_BOUNDARY;
         return false;

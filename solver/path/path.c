@@ -325,7 +325,6 @@ static bool go_on(struct path *path, double remaining, struct effort *effort, in
             return false;
         const struct surface *surface = path->surface;
         const int span[2] = {path->span[0], path->span[1]};
-        bool outside = is_outside(path);
         struct vec3 pole;
         bool at_pole;
         double gone = 0, h = cap_step(path, remaining, &pole, &at_pole);
@@ -338,8 +337,7 @@ static bool go_on(struct path *path, double remaining, struct effort *effort, in
             return false;
         path->ahead = 0;
         remaining -= gone;
-        if (path->surface != surface || path->span[0] != span[0] || path->span[1] != span[1] ||
-            outside != is_outside(path))
+        if (path->surface != surface || path->span[0] != span[0] || path->span[1] != span[1])
             effort->steps = effort->failures = 0;
     }
     if (remaining < 0)

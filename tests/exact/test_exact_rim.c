@@ -129,6 +129,41 @@ static void test_exact_rim_divides_the_shear_of_a_saddle(void **state) {
     check_below(error[1], 5.0 / 3);
 }
 
+/* The index of the node (i, j). */
+static size_t node_of(const struct drape_nodes *n, int32_t i, int32_t j) {
+    for (size_t k = 0; k < n->count; k++)
+        if (n->i[k] == i && n->j[k] == j)
+            return k;
+    fail_msg("there is no node (%d, %d)", i, j);
+    return 0;
+}
+
+/* A division round the middle of a cell that has none of its corners has the cell's shear alone. */
+static void test_exact_rim_divides_the_shear_of_cells(void **state) {
+    static struct shape shape;
+    struct vec3 middle[5] = {{0, 0, 0}};
+    struct drape_gauge gauge = {.middle = middle, .divisions = 5};
+    struct drape_settings settings = settings_at(0, 0, 0, 0.1);
+    struct drape_run run;
+    (void)state;
+    shape_quadric(&shape, 1, -1, (double[2]){-0.9, 1.1}, (double[2]){-1, 0.83});
+    drape_begin(&run, &shape, &settings);
+    const struct drape_cells *c = &run.result.cells;
+    size_t cell = c->count / 5;
+    double shear = fabs(c->shear_deg[cell]);
+    check_above(shear, 1);
+    for (int k = 0; k < 4; k++) {
+        size_t at = node_of(&run.result.nodes, c->i[cell] + k % 2, c->j[cell] + k / 2);
+        middle[1 + k] = node_point(&run.result.nodes, (int)at);
+        middle[0] = vec3_axpy(0.25, middle[1 + k], middle[0]);
+    }
+    drape_end(&run);
+    settings.gauge = &gauge;
+    drape_begin(&run, &shape, &settings);
+    check_below(fabs(gauge.most[0] - shear), 1e-12);
+    drape_end(&run);
+}
+
 /* --- developables: the rim is the unrolled edge --- */
 
 static void test_exact_rim_of_an_oblique_cylinder(void **state) {
@@ -667,6 +702,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_rim_of_a_saddle),
         cmocka_unit_test(test_exact_rim_divides_the_shear_of_a_saddle),
+        cmocka_unit_test(test_exact_rim_divides_the_shear_of_cells),
         cmocka_unit_test(test_exact_rim_of_an_oblique_cylinder),
         cmocka_unit_test(test_exact_rim_of_a_closed_cylinder),
         cmocka_unit_test(test_exact_rim_over_fillets_and_folds),
