@@ -144,10 +144,33 @@ static double off_line2(struct vec3 a, struct vec3 b, struct vec3 x) {
     return vec3_norm2(vec3_axpy(-share, way, to));
 }
 
+/* How far a step may leave its curve in space. */
+static double sagitta_of(const struct shell *shell, const struct join_point *a,
+                         const struct join_point *b) {
+    return join_sagitta * vec3_distance(a->r, b->r) + shell->tolerance / 4;
+}
+
+/* The same where a step, straight in parameters, crosses knot lines: a short span may bend between
+ * all other places that are looked at. */
+static bool is_flat_at_knots(const struct shell *shell, const struct face_curve *curve,
+                             const struct join_point *a, const struct join_point *b) {
+    double allowed = sagitta_of(shell, a, b);
+    for (int k = 0; k < 2; k++) {
+        const struct surface_axis *axis = &shell->faces[curve->face].surface.axis[k];
+        struct surface_walk walk = surface_walk_begin(axis, a->uv[k], b->uv[k]);
+        while (surface_walk_next(&walk)) {
+            struct join_point at = join_sample(shell, curve, a->t + walk.share * (b->t - a->t));
+            if (off_line2(a->r, b->r, at.r) > allowed * allowed)
+                return false;
+        }
+    }
+    return true;
+}
+
 static bool is_flat(const struct shell *shell, const struct face_curve *curve,
                     const struct join_point *a, const struct join_point *b) {
     const struct surface_axis *axis = shell->faces[curve->face].surface.axis;
-    double allowed = join_sagitta * vec3_distance(a->r, b->r) + shell->tolerance / 4, by[2];
+    double allowed = sagitta_of(shell, a, b), by[2];
     for (int k = 0; k < 2; k++)
         by[k] = 1 / (surface_axis_upper(&axis[k]) - surface_axis_lower(&axis[k]));
     struct vec3 from = {by[0] * a->uv[0], by[1] * a->uv[1], 0};
@@ -159,7 +182,7 @@ static bool is_flat(const struct shell *shell, const struct face_curve *curve,
             off_line2(a->r, b->r, at.r) > allowed * allowed)
             return false;
     }
-    return true;
+    return is_flat_at_knots(shell, curve, a, b);
 }
 
 /* The points after `a` up to `b`. */

@@ -327,8 +327,16 @@ static void test_exact_pleats_past_strips_inside_out(void **state) {
         assert_int_equal(wrong_of(seeds[k]), 0);
 }
 
+/* A long side of a face with a narrow fillet near its end was taken for straight there, and not
+ * joined to the two that it meets: cloth came round to it from the other side, 1.7 d off. */
+static void test_exact_pleats_sides_with_narrow_bends(void **state) {
+    (void)state;
+    assert_int_equal(wrong_of(217), 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_exact_pleats_unroll),
+                                       cmocka_unit_test(test_exact_pleats_sides_with_narrow_bends),
                                        cmocka_unit_test(test_exact_pleats_past_strips_inside_out),
                                        cmocka_unit_test(test_exact_pleats_places_of_neither_face),
                                        cmocka_unit_test(test_exact_pleats_past_the_ends_of_joints)};
