@@ -8,6 +8,7 @@
 #include <BRepBndLib.hxx>
 #include <BRepGProp.hxx>
 #include <BRepTopAdaptor_FClass2d.hxx>
+#include <BRep_Tool.hxx>
 #include <Bnd_Box.hxx>
 #include <GProp_GProps.hxx>
 #include <IFSelect_ReturnStatus.hxx>
@@ -24,7 +25,9 @@
 #include <ShapeExtend_DataMapIteratorOfDataMapOfShapeListOfMsg.hxx>
 #include <ShapeExtend_MsgRegistrator.hxx>
 #include <ShapeFix_Shape.hxx>
+#include <StepShape_EdgeLoop.hxx>
 #include <StepShape_Face.hxx>
+#include <StepShape_FaceBound.hxx>
 #include <TColStd_SequenceOfAsciiString.hxx>
 #include <TCollection_HAsciiString.hxx>
 #include <TDF_LabelSequence.hxx>
@@ -32,8 +35,11 @@
 #include <TDocStd_Document.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
+#include <TopTools_IndexedDataMapOfShapeListOfShape.hxx>
 #include <TopTools_IndexedMapOfShape.hxx>
 #include <TopoDS.hxx>
+#include <TopoDS_Edge.hxx>
+#include <TopoDS_Vertex.hxx>
 #include <TransferBRep.hxx>
 #include <Transfer_TransientProcess.hxx>
 #include <XCAFDoc_ColorTool.hxx>
@@ -135,8 +141,10 @@ class reading {
     part result;
     Handle(TDocStd_Document) document;
     std::map<const TopoDS_TShape *, std::string> entity_names; /* of faces, by their entities */
-    std::map<std::string, int> healed;                         /* by what was done, how often */
-    std::vector<std::pair<int, fault>> faults;                 /* by their faces */
+    std::map<const TopoDS_TShape *, std::vector<fault>>
+        read_faults;                           /* of faces as they were read */
+    std::map<std::string, int> healed;         /* of more than faces, by what was done, how often */
+    std::vector<std::pair<int, fault>> faults; /* by their faces */
     std::vector<found_face> found;
     int bodies = 0, parts = 0; /* parts: instances that have faces */
     size_t edges = 0;          /* of no face */
@@ -152,7 +160,7 @@ class reading {
     void note_contents();
     void walk(const TDF_Label &label, const TopLoc_Location &place, const std::string &name);
     void add_shape(const TDF_Label &label, const TopLoc_Location &place, const std::string &name);
-    TopoDS_Shape heal(const TopoDS_Shape &shape, Handle(ShapeBuild_ReShape) & context);
+    Handle(ShapeBuild_ReShape) heal(const TopoDS_Shape &shape);
     std::string colour_of(const TopoDS_Shape &face, const TDF_Label &label);
     void note(const std::string &text) { result.notes.push_back(text); }
     void note_faults();
@@ -217,7 +225,41 @@ std::string entity_name(const Handle(Standard_Transient) & entity) {
     return own_name(text);
 }
 
-/* The names that the file gives to its faces themselves, and those of which nothing became. */
+/* How many edges the bounds of a face have in a STEP file. */
+int bounding_edges(const StepShape_Face &face) {
+    int count = 0;
+    for (int i = 1; i <= face.NbBounds(); i++) {
+        Handle(StepShape_FaceBound) bound = face.BoundsValue(i);
+        Handle(StepShape_EdgeLoop) loop;
+        if (!bound.IsNull())
+            loop = Handle(StepShape_EdgeLoop)::DownCast(bound->Bound());
+        count += loop.IsNull() ? 0 : loop->NbEdgeList();
+    }
+    return count;
+}
+
+/* Whether a face was cut where its bound crosses itself: what it became has more edges than the
+ * file gives it, those between two pieces and seams aside, and four ends of them at one place. */
+bool was_cut(const TopoDS_Shape &pieces, int edges_in_file) {
+    enum { CROSSING = 4 };
+    std::map<const TopoDS_TShape *, int> times, ends;
+    int count = 0, most = 0;
+    for (TopExp_Explorer at(pieces, TopAbs_EDGE); at.More(); at.Next())
+        times[at.Current().TShape().get()]++;
+    for (TopExp_Explorer at(pieces, TopAbs_EDGE); at.More(); at.Next()) {
+        const TopoDS_Edge &edge = TopoDS::Edge(at.Current());
+        if (BRep_Tool::Degenerated(edge) || times[edge.TShape().get()] > 1)
+            continue;
+        count++;
+        for (const TopoDS_Vertex &end : {TopExp::FirstVertex(edge), TopExp::LastVertex(edge)})
+            if (!end.IsNull())
+                most = std::max(most, ++ends[end.TShape().get()]);
+    }
+    return count > edges_in_file && most >= CROSSING;
+}
+
+/* The names that the file gives to its faces themselves, those of which nothing became, and those
+ * that were cut. */
 void reading::name_entities(const Handle(XSControl_WorkSession) & session) {
     Handle(Transfer_TransientProcess) process = session->TransferReader()->TransientProcess();
     Handle(Interface_InterfaceModel) model = session->Model();
@@ -228,10 +270,17 @@ void reading::name_entities(const Handle(XSControl_WorkSession) & session) {
         if (shape.IsNull() && is_face(entity) && lost++ == 0)
             lost_first = std::string(model->StringLabel(entity)->ToCString()) +
                          (own.empty() ? "" : " (\"" + own + "\")");
-        if (shape.IsNull() || own.empty())
+        if (shape.IsNull())
             continue;
-        for (TopExp_Explorer at(shape, TopAbs_FACE); at.More(); at.Next())
-            entity_names[at.Current().TShape().get()] = own;
+        Handle(StepShape_Face) face = Handle(StepShape_Face)::DownCast(entity);
+        bool cut = !face.IsNull() && was_cut(shape, bounding_edges(*face));
+        for (TopExp_Explorer at(shape, TopAbs_FACE); at.More(); at.Next()) {
+            if (!own.empty())
+                entity_names[at.Current().TShape().get()] = own;
+            if (cut)
+                read_faults[at.Current().TShape().get()] = {
+                    {"a trim crosses itself, and the face was cut there"}};
+        }
     }
 }
 
@@ -321,21 +370,30 @@ std::string reading::colour_of(const TopoDS_Shape &face, const TDF_Label &label)
     return "";
 }
 
-/* Heals what the file's own translation left; what was done is counted by Open CASCADE's messages.
- */
-TopoDS_Shape reading::heal(const TopoDS_Shape &shape, Handle(ShapeBuild_ReShape) & context) {
+/* Heals what the file's own translation left: what every shape has become. Open CASCADE tells what
+ * it does to a face, to a wire of one, or to more. */
+Handle(ShapeBuild_ReShape) reading::heal(const TopoDS_Shape &shape) {
+    TopTools_IndexedDataMapOfShapeListOfShape of_wire;
+    TopExp::MapShapesAndAncestors(shape, TopAbs_WIRE, TopAbs_FACE, of_wire);
     Handle(ShapeFix_Shape) fix = new ShapeFix_Shape(shape);
     Handle(ShapeExtend_MsgRegistrator) messages = new ShapeExtend_MsgRegistrator;
     fix->SetMsgRegistrator(messages);
     fix->Perform();
-    context = fix->Context();
     for (ShapeExtend_DataMapIteratorOfDataMapOfShapeListOfMsg at(messages->MapShape()); at.More();
          at.Next())
         for (const Message_Msg &message : at.Value()) {
             Message_Msg copy(message);
-            healed[TCollection_AsciiString(copy.Get()).ToCString()]++;
+            std::string what = TCollection_AsciiString(copy.Get()).ToCString();
+            TopTools_ListOfShape faces;
+            if (at.Key().ShapeType() == TopAbs_FACE)
+                faces.Append(at.Key());
+            else if (of_wire.Contains(at.Key()))
+                faces = of_wire.FindFromKey(at.Key());
+            for (const TopoDS_Shape &face : faces)
+                read_faults[face.TShape().get()].push_back({"healed: " + what});
+            healed[what] += faces.IsEmpty();
         }
-    return fix->Shape();
+    return fix->Context();
 }
 
 void reading::add_shape(const TDF_Label &label, const TopLoc_Location &place,
@@ -343,8 +401,7 @@ void reading::add_shape(const TDF_Label &label, const TopLoc_Location &place,
     TopoDS_Shape shape = XCAFDoc_ShapeTool::GetShape(label);
     if (shape.IsNull())
         return;
-    Handle(ShapeBuild_ReShape) context;
-    heal(shape, context);
+    Handle(ShapeBuild_ReShape) context = heal(shape);
     TopTools_IndexedMapOfShape in_solids, shells;
     for (TopExp_Explorer at(shape, TopAbs_SOLID); at.More(); at.Next()) {
         TopExp::MapShapes(at.Current(), TopAbs_FACE, in_solids);
@@ -363,7 +420,8 @@ void reading::add_shape(const TDF_Label &label, const TopLoc_Location &place,
             for (TopExp_Explorer piece(fixed, TopAbs_FACE); piece.More(); piece.Next())
                 found.push_back({TopoDS::Face(piece.Current().Moved(place)),
                                  own.empty() ? name : own, colour_of(at.Current(), label),
-                                 in_solids.Contains(at.Current())});
+                                 in_solids.Contains(at.Current()),
+                                 read_faults[at.Current().TShape().get()]});
         }
         if (found.size() > 1000000)
             throw unreadable("the file has more than 1000000 faces");
@@ -415,7 +473,8 @@ void reading::note_contents() {
     if (edges > 0)
         note("left out: " + count_text(edges, "edge") + " of no face, for only faces are draped");
     for (const auto &[what, times] : healed)
-        note("healed: " + what + (times > 1 ? " (" + std::to_string(times) + " times)" : ""));
+        if (times > 0)
+            note("healed: " + what + (times > 1 ? " (" + std::to_string(times) + " times)" : ""));
     if (parts > 1)
         note(std::to_string(parts) +
              " bodies, each instance in its place: choose the faces to be draped");
@@ -556,8 +615,9 @@ void reading::convert_face(int number, Bnd_Box &box) {
         wrong.push_back({std::string("left out, for it cannot be converted (") +
                          failure.DynamicType()->Name() + ")"});
     }
-    for (const fault &one : wrong)
-        faults.emplace_back(number, one);
+    for (const std::vector<fault> &some : {from.faults, wrong})
+        for (const fault &one : some)
+            faults.emplace_back(number, one);
 }
 
 void check_count(size_t count) {

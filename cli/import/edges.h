@@ -16,7 +16,8 @@ namespace drape {
 struct found_face {
     TopoDS_Face shape;
     std::string name, colour;
-    bool solid; /* of a closed body */
+    bool solid;                /* of a closed body */
+    std::vector<fault> faults; /* known of it as it was read */
 };
 
 /* "face 3", with its name where it has one. */

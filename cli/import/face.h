@@ -8,13 +8,6 @@
 
 namespace drape {
 
-/* What is wrong with a face. */
-struct fault {
-    std::string what; /* a sentence without the face */
-    double by = 0;    /* its size, 0 where it has none */
-    bool gap = false; /* a distance, nothing where the part's tolerance calls it one place */
-};
-
 /* Makes the face. Planes, cylinders, cones, spheres, tori and surfaces of revolution become
  * rational; their trim curves are carried along in closed form, to 1e-9 of the domain. `faults`
  * gets what is wrong with it; throws `unreadable` with the end of a sentence that begins with the

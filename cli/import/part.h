@@ -19,6 +19,13 @@ struct unreadable : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
+/* What is wrong with a face. */
+struct fault {
+    std::string what; /* a sentence without the face */
+    double by = 0;    /* its size, 0 where it has none */
+    bool gap = false; /* a distance, nothing where the part's tolerance calls it one place */
+};
+
 /* A curve in (u, v). Polynomial where `weights` is empty. */
 struct trim_curve {
     int degree = 1;

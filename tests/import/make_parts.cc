@@ -420,6 +420,15 @@ static TopoDS_Shape make_pinched() {
     return BRepBuilderAPI_MakeFace(gp_Pln(gp_Pnt(0, 0, 0), gp_Dir(0, 0, -1)), wire, true);
 }
 
+/* A face whose bound lacks its last side, or has two that cross. */
+static TopoDS_Shape make_faulty(bool crosses) {
+    gp_Pnt third(10, 10, 0), fourth(0, 10, 0);
+    if (crosses)
+        std::swap(third, fourth);
+    BRepBuilderAPI_MakePolygon bound(gp_Pnt(0, 0, 0), gp_Pnt(10, 0, 0), third, fourth, crosses);
+    return BRepBuilderAPI_MakeFace(gp_Pln(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)), bound.Wire(), true);
+}
+
 /* A face and a line that bounds nothing. */
 static TopoDS_Shape make_mixed() {
     TopoDS_Compound all;
@@ -490,6 +499,8 @@ int main(int argc, char **argv) {
     write_step("fin", make_loose(true));
     write_iges("row_iges", make_row(), "MM");
     write_step("pinched", make_pinched());
+    write_step("open", make_faulty(false));
+    write_step("crossed", make_faulty(true));
     write_step("mixed", make_mixed());
     write_step("wires", make_wires());
     write_assembly();
