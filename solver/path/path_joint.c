@@ -39,6 +39,10 @@ bool path_find_joint(const struct path *from, const struct path *to, double h,
     return false;
 }
 
+/* A path that passes an edge by more than this share of its way does not meet it: what is sought
+ * may lie past a vertex, on the next edge. */
+static const double missed_share = 1e-6;
+
 /* Moves `g` to where it meets the joint, about `*length` on: Newton's method for the length and the
  * edge's parameter. False when it does not get there. */
 static bool meet_joint(struct path *g, struct crossing *joint, double *length) {
@@ -65,7 +69,9 @@ static bool meet_joint(struct path *g, struct crossing *joint, double *length) {
     }
     path_accept(g, &y);
     *length = here;
-    return true;
+    struct vec3 t, r = path_point(g, &t);
+    return vec3_distance(r, joint->from.at) <=
+           missed_share * here + shell_joint_width(g->surface->shell);
 }
 
 /* Over a joint: what the tangent has along the edge and across it stays. */
