@@ -34,19 +34,21 @@ static enum status alloc_columns(struct arena *arena, bool faces, struct drape_r
 static void summarise(const struct march *march, struct drape_result *result) {
     struct drape_summary *s = &result->summary;
     const struct drape_nodes *nodes = &result->nodes;
-    for (size_t k = 0; k < nodes->count; k++) {
-        bool first = k == 0;
-        int32_t *wi = result->warp_range, *wj = result->weft_range;
-        wi[0] = first || nodes->i[k] < wi[0] ? nodes->i[k] : wi[0];
-        wi[1] = first || nodes->i[k] > wi[1] ? nodes->i[k] : wi[1];
-        wj[0] = first || nodes->j[k] < wj[0] ? nodes->j[k] : wj[0];
-        wj[1] = first || nodes->j[k] > wj[1] ? nodes->j[k] : wj[1];
+    size_t count = nodes->count;
+    int32_t least = count ? nodes->i[0] : 0, most = least;
+    for (size_t k = 0; k < count; k++) {
+        least = nodes->i[k] < least ? nodes->i[k] : least;
+        most = nodes->i[k] > most ? nodes->i[k] : most;
     }
+    result->warp_range[0] = least;
+    result->warp_range[1] = most;
+    result->weft_range[0] = count ? nodes->j[0] : 0; /* they are sorted by j */
+    result->weft_range[1] = count ? nodes->j[count - 1] : 0;
     s->coverage = fmin(s->coverage / march_area(march), 1);
     s->residual_max = march->residual_max;
     s->newton_iterations_mean =
         march->solved ? (double)march->iterations / (double)march->solved : 0;
-    for (size_t k = 0; nodes->error_estimate && k < nodes->count; k++)
+    for (size_t k = 0; nodes->error_estimate && k < count; k++)
         if (nodes->error_estimate[k] < 0)
             nodes->error_estimate[k] = s->error_estimate_max;
 }

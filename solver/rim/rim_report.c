@@ -68,18 +68,23 @@ static size_t seek(const struct drape_nodes *n, size_t from, int32_t i, int32_t 
     return from;
 }
 
-/* The measured cloth, while it is gathered. */
+/* What is gathered of cloth; in lines of the cache of its own. */
+struct sums {
+    _Alignas(64) struct spread spread;
+    struct most most;
+    double flat;   /* area of the unsheared cloth */
+    double turned; /* area times its angle between warp and the direction wanted */
+};
+
+/* The measured cloth. */
 struct gathering {
     struct march *march;
     struct rim *rim;
+    const struct rim_cells *cells; /* that the rim cuts */
     struct drape_result *result;
-    struct spread *spread;
-    struct most most;
     struct node_shear between;
-    size_t low, high; /* nodes of the row of cells and the one above */
-    double flat;      /* area of the unsheared cloth */
     struct drape_gauge *gauge;
-    double turned; /* area times its angle between warp and the direction wanted */
+    struct sums *sums;
 };
 
 /* The angle of a warp from the direction wanted, in the plane of warp and weft; 0..90. */
@@ -90,10 +95,25 @@ static double angle_from(struct vec3 wanted, struct vec3 warp, struct vec3 weft)
     return sine + cosine > 0 ? angle_atan2_deg(sine, cosine) : 45;
 }
 
-static void add_turned(struct gathering *g, double area, struct vec3 warp, struct vec3 weft) {
+static void add_turned(const struct gathering *g, struct sums *sums, double area, struct vec3 warp,
+                       struct vec3 weft) {
     if (g->gauge && vec3_norm2(g->gauge->wanted) > 0)
-        g->turned += area * angle_from(g->gauge->wanted, warp, weft);
+        sums->turned += area * angle_from(g->gauge->wanted, warp, weft);
 }
+
+/* ---- whole cells ---- */
+
+/* Those from the k-th to the one before `end`, in the order of the nodes. */
+struct stretch {
+    const struct gathering *g;
+    size_t k, end;
+    size_t low, high; /* nodes of the row of cells and the one above */
+    struct sums *sums;
+};
+
+/* So many cells are worth a stretch of their own, and stretches at the most: how many there are
+ * must not depend on who is there to measure them, or sums would. */
+enum { WORTH = 1 << 16, STRETCHES = 8 };
 
 /* sin w of a cell from its unit directions */
 static double sine_between(const struct drape_cells *c, size_t k) {
@@ -103,31 +123,87 @@ static double sine_between(const struct drape_cells *c, size_t k) {
     return sqrt(square > 0 ? square : 0);
 }
 
-static void add_whole(struct gathering *g, size_t k, double share) {
+static void add_whole(struct stretch *s, size_t k, double share) {
+    const struct gathering *g = s->g;
     const struct drape_nodes *n = &g->result->nodes;
     const struct drape_cells *c = &g->result->cells;
+    struct sums *sums = s->sums;
     int32_t i = c->i[k], j = c->j[k];
     double low = HUGE_VAL, high = 0, own = fabs(c->shear_deg[k]);
-    g->low = seek(n, g->low, i, j);
-    g->high = seek(n, g->high, i, j + 1);
-    const size_t corner[4] = {g->low, g->low + 1, g->high, g->high + 1};
+    s->low = seek(n, s->low, i, j);
+    s->high = seek(n, s->high, i, j + 1);
+    const size_t corner[4] = {s->low, s->low + 1, s->high, s->high + 1};
     for (int m = 0; m < 4; m++) {
         double shear = fabs(n->shear_deg[corner[m]]);
         low = shear < low ? shear : low;
         high = shear > high ? shear : high;
     }
     double area = share * sine_between(c, k);
-    spread_area(g->spread, area, low, high, own);
-    add_turned(g, area, vec3_make(c->warp_x[k], c->warp_y[k], c->warp_z[k]),
+    spread_area(&sums->spread, area, low, high, own);
+    add_turned(g, sums, area, vec3_make(c->warp_x[k], c->warp_y[k], c->warp_z[k]),
                vec3_make(c->weft_x[k], c->weft_y[k], c->weft_z[k]));
-    g->flat += share;
-    if (own > g->most.shear_deg || gauge_divides(g->gauge)) {
+    sums->flat += share;
+    if (own > sums->most.shear_deg || gauge_divides(g->gauge)) {
         struct vec3 sum = {0, 0, 0};
         for (int m = 0; m < 4; m++)
             sum = vec3_add(sum, node_point(n, corner[m]));
-        raise_most(&g->most, own, i + 0.5, j + 0.5, vec3_scale(0.25, sum));
+        raise_most(&sums->most, own, i + 0.5, j + 0.5, vec3_scale(0.25, sum));
         gauge_note(g->gauge, own, vec3_scale(0.25, sum));
     }
+}
+
+static int compare_places(int32_t i, int32_t j, int32_t i2, int32_t j2) {
+    return j != j2 ? (j > j2) - (j < j2) : (i > i2) - (i < i2);
+}
+
+static void add_stretch(void *data, int number) {
+    struct stretch s = ((struct stretch *)data)[number];
+    const struct drape_cells *c = &s.g->result->cells;
+    const struct rim_cell *next = s.g->cells->cells, *last = next + s.g->cells->count;
+    s.low = s.high = s.k; /* each cell before it has a node of its own */
+    for (size_t k = s.k; k < s.end; k++) {
+        while (next < last && compare_places(next->i, next->j, c->i[k], c->j[k]) < 0)
+            next++;
+        bool here = next < last && next->i == c->i[k] && next->j == c->j[k];
+        add_whole(&s, k, here && !next->loose ? next->share : 1);
+    }
+}
+
+static void add_sums(struct sums *to, const struct sums *more) {
+    int end = more->spread.end;
+    for (int bin = 0; bin <= end; bin++)
+        to->spread.change[bin] += more->spread.change[bin];
+    to->spread.end = end > to->spread.end ? end : to->spread.end;
+    to->spread.area += more->spread.area;
+    to->spread.moment += more->spread.moment;
+    to->flat += more->flat;
+    to->turned += more->turned;
+    raise_most(&to->most, more->most.shear_deg, more->most.p, more->most.q, more->most.r);
+}
+
+/* All of them; the divisions of a gauge are noted by one alone. */
+static enum status add_wholes(struct gathering *g) {
+    size_t cells = g->result->cells.count, count = 1 + cells / WORTH;
+    const struct drape_team *team = g->march->settings->team;
+    count = gauge_divides(g->gauge) ? 1 : count < STRETCHES ? count : STRETCHES;
+    struct arena_mark mark = arena_mark(g->march->arena);
+    struct stretch stretches[STRETCHES];
+    struct sums *sums = count > 1 ? arena_alloc(g->march->arena, count, sizeof *sums) : g->sums;
+    if (!sums)
+        return STATUS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < count; k++)
+        stretches[k] = (struct stretch){
+            .g = g, .k = k * cells / count, .end = (k + 1) * cells / count, .sums = &sums[k]};
+    if (team && count > 1)
+        team->run(team->context, (int)count, add_stretch, stretches);
+    for (size_t k = 0; k < count; k++) {
+        if (!team || count == 1)
+            add_stretch(stretches, (int)k);
+        if (count > 1)
+            add_sums(g->sums, &sums[k]);
+    }
+    arena_rewind(g->march->arena, mark);
+    return STATUS_OK;
 }
 
 /* ---- the cells that are cut ---- */
@@ -213,28 +289,22 @@ static void add_cut(struct gathering *g, const struct rim_cell *cell) {
     }
     list_cut(&g->result->cut, patch, with_sign);
     angle_sincos_deg(90 - shear, &sine, &cosine);
-    spread_area(g->spread, share * sine, shear - half, shear + half, shear);
-    add_turned(g, share * sine, vec3_unit(middle.along[0]), vec3_unit(middle.along[1]));
-    g->flat += share;
+    spread_area(&g->sums->spread, share * sine, shear - half, shear + half, shear);
+    add_turned(g, g->sums, share * sine, vec3_unit(middle.along[0]), vec3_unit(middle.along[1]));
+    g->sums->flat += share;
 }
 
-static bool comes_before(const struct rim_cell *cell, int32_t i, int32_t j) {
-    return cell->j < j || (cell->j == j && cell->i < i);
-}
-
-/* All cells, whole and cut, in one pass over both lists. */
-static void add_cells(struct gathering *g, const struct rim_cells *cells) {
+/* Those that are not among the whole ones. */
+static void add_cuts(struct gathering *g) {
     const struct drape_cells *c = &g->result->cells;
-    const struct rim_cell *next = cells->cells, *end = next + cells->count;
-    for (size_t k = 0; k < c->count; k++) {
-        for (; next < end && comes_before(next, c->i[k], c->j[k]); next++)
-            add_cut(g, next);
-        bool cut = next < end && next->i == c->i[k] && next->j == c->j[k];
-        add_whole(g, k, cut && !next->loose ? next->share : 1);
-        next += cut;
+    size_t at = 0;
+    for (size_t k = 0; k < g->cells->count; k++) {
+        const struct rim_cell *cut = &g->cells->cells[k];
+        while (at < c->count && compare_places(c->i[at], c->j[at], cut->i, cut->j) < 0)
+            at++;
+        if (at == c->count || compare_places(c->i[at], c->j[at], cut->i, cut->j) != 0)
+            add_cut(g, cut);
     }
-    for (; next < end; next++)
-        add_cut(g, next);
 }
 
 static void find_most(struct gathering *g) {
@@ -246,15 +316,15 @@ static void find_most(struct gathering *g) {
     for (size_t k = 0; k < n->count && gauge_divides(g->gauge); k++)
         gauge_note(g->gauge, n->shear_deg[k], node_point(n, k));
     if (n->count)
-        raise_most(&g->most, n->shear_deg[at], n->i[at], n->j[at], node_point(n, at));
-    raise_most(&g->most, 2 * angle_atan_deg(rim->half_tangent), rim->p, rim->q, rim->r);
+        raise_most(&g->sums->most, n->shear_deg[at], n->i[at], n->j[at], node_point(n, at));
+    raise_most(&g->sums->most, 2 * angle_atan_deg(rim->half_tangent), rim->p, rim->q, rim->r);
     for (size_t k = 0; k < g->rim->rough_count; k++) {
         const struct rim_rough *place = &g->rim->rough[k];
         double shear_deg;
         if (!node_shear_between(&g->between, place->p, place->q, &shear_deg))
             continue;
         gauge_note(g->gauge, shear_deg, place->r);
-        raise_most(&g->most, shear_deg, place->p, place->q, place->r);
+        raise_most(&g->sums->most, shear_deg, place->p, place->q, place->r);
     }
 }
 
@@ -272,7 +342,7 @@ static bool is_whole(const struct gathering *g) {
     if (reasons[DRAPE_REASON_BOUNDARY] + folds != all || g->result->cells.count == 0 ||
         g->march->torn > 0)
         return false;
-    double area = march_area(g->march), uncovered = area - g->spread->area * d[0] * d[1];
+    double area = march_area(g->march), uncovered = area - g->sums->spread.area * d[0] * d[1];
     if (g->rim->loop_count > 0)
         return g->rim->covered;
     return uncovered <= gap_cells * (double)folds * d[0] * d[1];
@@ -295,7 +365,7 @@ static double cloth_coverage(const struct gathering *g) {
         ends += k == DRAPE_REASON_BOUNDARY || k == DRAPE_REASON_FOLD ? 0 : reasons[k];
     double cell = d[0] * d[1] / march_area(g->march);
     double most = fmax(1 - lost_cells * (double)ends * cell, 0);
-    return fmin(fmax(g->spread->area * cell, g->result->summary.coverage), most);
+    return fmin(fmax(g->sums->spread.area * cell, g->result->summary.coverage), most);
 }
 
 /* The box round the pattern. A surface without a rim is cut where the net meets itself. */
@@ -320,36 +390,44 @@ static void fill_gauge(const struct gathering *g, struct drape_gauge *gauge) {
     double density = 0;
     for (int bin = 0; bin < BINS; bin++)
         gauge->area[bin] = 0;
-    for (int bin = 0; bin < g->spread->end; bin++) {
-        density += g->spread->change[bin];
+    for (int bin = 0; bin < g->sums->spread.end; bin++) {
+        density += g->sums->spread.change[bin];
         gauge->area[bin] = density > 0 ? density * d[0] * d[1] : 0;
     }
-    gauge->wanted_deg = g->spread->area > 0 ? g->turned / g->spread->area : 0;
+    gauge->wanted_deg = g->sums->spread.area > 0 ? g->sums->turned / g->sums->spread.area : 0;
     find_box(g->rim, g->result, gauge);
 }
 
-static void measure(struct march *march, struct rim *rim, const struct rim_cells *cells,
-                    struct drape_result *result) {
-    struct spread spread = {.area = 0};
+static enum status measure(struct march *march, struct rim *rim, const struct rim_cells *cells,
+                           struct drape_result *result) {
+    struct sums sums = {.flat = 0};
+    const struct spread *spread = &sums.spread;
     struct drape_gauge *gauge = march->settings->gauge;
-    struct gathering g = {
-        .march = march, .rim = rim, .result = result, .spread = &spread, .gauge = gauge};
+    struct gathering g = {.march = march,
+                          .rim = rim,
+                          .cells = cells,
+                          .result = result,
+                          .gauge = gauge,
+                          .sums = &sums};
     struct drape_summary *s = &result->summary;
     const double *d = march->settings->spacing;
-    g.most.r = march->start.station.jet.r;
+    sums.most.r = march->start.station.jet.r;
     node_shear_make(march, &result->nodes, &g.between);
     find_most(&g);
-    add_cells(&g, cells);
-    s->max_shear_deg = g.most.shear_deg;
-    s->max_shear_at[0] = g.most.p;
-    s->max_shear_at[1] = g.most.q;
-    s->max_shear_point = g.most.r;
-    s->mean_shear_deg = spread.area > 0 ? fmin(spread.moment / spread.area, s->max_shear_deg) : 0;
-    s->p95_shear_deg = fmin(quantile(&spread, 0.95), s->max_shear_deg);
+    if (add_wholes(&g) != STATUS_OK)
+        return STATUS_OUT_OF_MEMORY;
+    add_cuts(&g);
+    s->max_shear_deg = sums.most.shear_deg;
+    s->max_shear_at[0] = sums.most.p;
+    s->max_shear_at[1] = sums.most.q;
+    s->max_shear_point = sums.most.r;
+    s->mean_shear_deg =
+        spread->area > 0 ? fmin(spread->moment / spread->area, s->max_shear_deg) : 0;
+    s->p95_shear_deg = fmin(quantile(spread, 0.95), s->max_shear_deg);
     s->overlaps = cells->overlaps;
     s->part_area = march_area(march);
-    s->cloth_area = spread.area * d[0] * d[1];
-    s->flat_area = g.flat * d[0] * d[1];
+    s->cloth_area = spread->area * d[0] * d[1];
+    s->flat_area = sums.flat * d[0] * d[1];
     s->cloth_coverage = cloth_coverage(&g);
     s->coverage = fmin(s->coverage, s->cloth_coverage);
     s->outcome = s->cloth_coverage >= DRAPE_COMPLETE_COVERAGE && result->cells.count
@@ -357,6 +435,7 @@ static void measure(struct march *march, struct rim *rim, const struct rim_cells
                      : DRAPE_PARTIAL;
     if (gauge)
         fill_gauge(&g, gauge);
+    return STATUS_OK;
 }
 
 /* ---- columns ---- */
@@ -428,6 +507,8 @@ enum status rim_report(struct march *march, struct rim_found *found, struct drap
         status = make_cut(march->arena, found->cells.count, &result->cut);
     if (status != STATUS_OK)
         return status;
-    measure(march, &found->rim, &found->cells, result);
+    status = measure(march, &found->rim, &found->cells, result);
+    if (status != STATUS_OK)
+        return status;
     return found->rim.cloth.failed ? STATUS_OUT_OF_MEMORY : list(march, &found->rim, &result->rim);
 }
