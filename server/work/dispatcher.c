@@ -17,6 +17,7 @@
 
 enum {
     START_RETRY_MS = 1000, /* between two tries to start a worker */
+    EXPRESS_MS = 5,        /* the express lane looks when no other has ended a job for so long */
     NICENESS = 5 /* of the workers but the express one: callers are answered before they go on */
 };
 
@@ -44,6 +45,7 @@ struct dispatcher {
     pthread_cond_t idle;      /* lanes without a job wait here */
     pthread_cond_t all_busy;  /* the express lane waits here */
     int busy;                 /* lanes but the express one with a job */
+    unsigned ended;           /* jobs that these have ended */
     pthread_cond_t sweep_now; /* the sweeper waits here */
     int hints;                /* jobs that may be there, at most one a lane */
     bool quiet;               /* no new claims */
@@ -125,6 +127,7 @@ static void count_busy(struct lane *lane, int more) {
         return;
     pthread_mutex_lock(&dispatcher->lock);
     dispatcher->busy += more;
+    dispatcher->ended += more < 0;
     if (dispatcher->busy == dispatcher->shared.settings.workers)
         pthread_cond_signal(&dispatcher->all_busy);
     pthread_mutex_unlock(&dispatcher->lock);
@@ -182,15 +185,28 @@ static void *serve(void *context) {
     return NULL;
 }
 
-/* Waits for `ms` or a hint, then until all other lanes are busy. False when no more work is to be
- * taken. */
+/* With the lock, but for the time: whether all other lanes keep the jobs they have for EXPRESS_MS.
+ * As long as they end some they look themselves at who waits. */
+static bool are_held_up(struct dispatcher *dispatcher) {
+    const struct timespec time = {.tv_nsec = EXPRESS_MS * 1000000};
+    unsigned ended = dispatcher->ended;
+    pthread_mutex_unlock(&dispatcher->lock);
+    nanosleep(&time, NULL);
+    pthread_mutex_lock(&dispatcher->lock);
+    return dispatcher->ended == ended;
+}
+
+/* Waits for `ms` or a hint, then until all other lanes are busy and held up. False when no more
+ * work is to be taken. */
 static bool wait_all_busy(struct dispatcher *dispatcher, int64_t ms) {
     struct timespec then = clock_after_ms(ms);
     pthread_mutex_lock(&dispatcher->lock);
     if (ms > 0 && !dispatcher->quiet)
         pthread_cond_timedwait(&dispatcher->all_busy, &dispatcher->lock, &then);
-    while (!dispatcher->quiet && dispatcher->busy < dispatcher->shared.settings.workers)
-        pthread_cond_wait(&dispatcher->all_busy, &dispatcher->lock);
+    do
+        while (!dispatcher->quiet && dispatcher->busy < dispatcher->shared.settings.workers)
+            pthread_cond_wait(&dispatcher->all_busy, &dispatcher->lock);
+    while (!dispatcher->quiet && !are_held_up(dispatcher));
     bool go_on = !dispatcher->quiet;
     pthread_mutex_unlock(&dispatcher->lock);
     return go_on;
