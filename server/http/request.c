@@ -13,7 +13,7 @@
 /* The first fault wins. */
 static void set_fault(struct request *request, const char *fault) {
     if (!request->fault[0])
-        strncpy(request->fault, fault, REQUEST_FAULT_SIZE - 1);
+        snprintf(request->fault, sizeof request->fault, "%s", fault);
 }
 
 static int hex_value(char c) {
@@ -155,11 +155,26 @@ static size_t find_header(const struct request *request, const char *name) {
 
 /* Whether it is one of the lists that are read here, which may come in several lines. */
 static bool is_list(const char *name) {
-    static const char *const lists[] = {"Accept", "Accept-Encoding", "If-None-Match", "Prefer"};
+    static const char *const lists[] = {"Accept", "Accept-Encoding", "Content-Encoding",
+                                        "If-None-Match", "Prefer"};
     for (size_t k = 0; k < sizeof lists / sizeof *lists; k++)
         if (!strcasecmp(lists[k], name))
             return true;
     return false;
+}
+
+/* A header of one value that comes again: another reader on the way may go by the other one. Those
+ * of framing and Authorization are not let through by `wire.h`. */
+static void refuse_again(struct request *request, const char *name) {
+    static const char *const singles[] = {"Content-Type",  "Idempotency-Key", "If-Range",
+                                          "Last-Event-ID", "Origin",          "Range",
+                                          "Sec-Fetch-Site"};
+    char fault[REQUEST_FAULT_SIZE];
+    for (size_t k = 0; k < sizeof singles / sizeof *singles; k++) {
+        snprintf(fault, sizeof fault, "there is more than one %s", singles[k]);
+        if (!strcasecmp(singles[k], name))
+            set_fault(request, fault);
+    }
 }
 
 /* Takes over a string of malloc; `fallback` without one, or without room. */
@@ -184,9 +199,12 @@ void request_add_header(struct request *request, const char *name, const char *v
         if (asprintf(&joined, "%s, %s", before, value) < 0)
             joined = NULL; /* without memory it is as if it had not come */
         request->headers[first].value = own(request, joined, before);
-    } else if (request->header_count < REQUEST_HEADERS_MAX) {
-        request->headers[request->header_count++] = (struct request_field){name, value};
+        return;
     }
+    if (first < request->header_count)
+        refuse_again(request, name);
+    if (request->header_count < REQUEST_HEADERS_MAX)
+        request->headers[request->header_count++] = (struct request_field){name, value};
 }
 
 static bool sane_id(const char *text) {

@@ -50,7 +50,7 @@ struct request {
     size_t header_count;
     char *owned[REQUEST_OWNED_MAX]; /* memory of values that are not as they were sent */
     size_t owned_count;
-    char fault[REQUEST_FAULT_SIZE]; /* what is wrong with the target; "" for nothing */
+    char fault[REQUEST_FAULT_SIZE]; /* of the target or the headers; "" for none */
 
     char *body; /* zero-terminated beyond its length, read-only once it is complete; NULL without */
     size_t body_length, body_capacity;
