@@ -103,10 +103,13 @@ static struct report_part *make_parts(struct march *march, struct drape_result *
         }
         parts[*count - 1].count++;
     }
+    /* Parts that are made one after the other share them. */
     size_t kept = net_has_rough(march->net) ? 2 * REPORT_SPOTS : 0;
-    struct yarn_spot *spots = arena_alloc(march->arena, kept * (size_t)*count, sizeof *spots);
+    size_t sharing = march->settings->team ? 1 : (size_t)*count;
+    struct yarn_spot *spots =
+        arena_alloc(march->arena, kept * (size_t)*count / sharing, sizeof *spots);
     for (int k = 0; spots && k < *count; k++) {
-        parts[k].spots = spots + kept * (size_t)k;
+        parts[k].spots = spots + kept * ((size_t)k / sharing);
         find_plain(march, &parts[k]);
     }
     return spots ? parts : NULL;
