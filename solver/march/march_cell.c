@@ -326,7 +326,8 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
     enum fishnet_end end =
         fishnet_geodesic_meet(march->surface, &march->cursor, cell, d[0], d[1],
                               geodesic ? geodesic_accuracy : rough_accuracy, &yarns, node);
-    if (end == FISHNET_NO_CONVERGENCE && geodesic) { /* over a joint that is curved, for one */
+    /* Over a joint that is curved, for one; not where the first rays could not be followed. */
+    if (end == FISHNET_NO_CONVERGENCE && geodesic && node->iterations > 0) {
         yarns = begun;
         end = fishnet_geodesic_meet(march->surface, &march->cursor, cell, d[0], d[1],
                                     rough_accuracy, &yarns, node);
