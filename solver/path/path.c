@@ -39,6 +39,10 @@ static const double at_joint = 1e-9;
 /* Relative accuracy of a chord along a path. */
 static const double chord_tolerance = 1e-13, chord_rounding = 2e-15;
 
+/* The continuation of a narrow face of a shell is followed as far as this share of the shell's
+ * size, while its normal has turned by less than this cosine. */
+static const double shell_reach = 0.25, shell_turn = 0.5;
+
 /* Steps and crossings of one advance; far more than any line needs. */
 static const int rounds_max = 4 * NURBS_SIZE_MAX;
 
@@ -160,13 +164,36 @@ static double cap_step(const struct path *g, double h, struct vec3 *pole, bool *
     return h > distance / 2 ? distance / 2 : h;
 }
 
+/* Whether a face of a shell may still be followed, further beyond its boundary than it is wide: the
+ * continuation there is no further than ghosts may be, and has turned no more than theirs. */
+static bool is_near_narrow_face(const struct path *g, int k, double beyond, double length) {
+    struct surface_jet here, there;
+    double edge[2] = {g->uv[0], g->uv[1]};
+    for (int x = 0; x < 2; x++) {
+        const struct surface_axis *axis = &g->surface->axis[x];
+        if (!axis->closed)
+            edge[x] = fmin(fmax(edge[x], surface_axis_lower(axis)), surface_axis_upper(axis));
+    }
+    path_jet(g, g->uv, &here);
+    path_jet(g, edge, &there);
+    struct vec3 from = vec3_cross(there.u, there.v), to = vec3_cross(here.u, here.v);
+    const struct surface_axis *axis = &g->surface->axis[k];
+    double wide = surface_axis_upper(axis) - surface_axis_lower(axis);
+    return wide * vec3_norm(k == 0 ? there.u : there.v) < length &&
+           beyond * vec3_norm(k == 0 ? here.u : here.v) <
+               shell_reach * shell_size(g->surface->shell) &&
+           vec3_dot(from, to) > shell_turn * sqrt(vec3_norm2(from) * vec3_norm2(to));
+}
+
 /* Whether the path is more than a domain's length beyond an open boundary: the continuation is of
- * no use there, and may be singular. */
-static bool far_outside(const struct path *g) {
+ * no use there, and may be singular; but that of a narrow face of a shell. */
+static bool far_outside(const struct path *g, double length) {
     for (int k = 0; k < 2; k++) {
         const struct surface_axis *axis = &g->surface->axis[k];
         double low = surface_axis_lower(axis), high = surface_axis_upper(axis);
-        if (!axis->closed && !(fabs(g->uv[k] - (low + high) / 2) <= 1.5 * (high - low)))
+        double beyond = fabs(g->uv[k] - (low + high) / 2) - (high - low) / 2;
+        if (!axis->closed && !(beyond <= high - low) &&
+            !(g->surface->shell && is_near_narrow_face(g, k, beyond, length)))
             return true;
     }
     return false;
@@ -321,7 +348,7 @@ static bool is_endless(const struct path *g, struct effort *effort) {
 /* Steps, the first with the number `round`, until `remaining` is gone. */
 static bool go_on(struct path *path, double remaining, struct effort *effort, int round) {
     for (; round < rounds_max && remaining > 0 && !path->ended; round++) {
-        if (far_outside(path) || is_endless(path, effort))
+        if (far_outside(path, effort->whole) || is_endless(path, effort))
             return false;
         const struct surface *surface = path->surface;
         const int span[2] = {path->span[0], path->span[1]};
@@ -357,15 +384,16 @@ bool path_advance(struct path *path, double length) {
 }
 
 /* Whether nothing but a step in a span can be next. */
-static bool steps_in_span(const struct path *g) {
-    return g->ahead == 0 && !g->surface->has_poles && !far_outside(g);
+static bool steps_in_span(const struct path *g, double length) {
+    return g->ahead == 0 && !g->surface->has_poles && !far_outside(g, length);
 }
 
 bool path_advance_both(struct path path[2], const double length[2]) {
     struct attempt a[2];
     struct dormand_error error[2];
     struct dormand_task task[2];
-    if (!steps_in_span(&path[0]) || !steps_in_span(&path[1]) || !(length[0] > 0 && length[1] > 0))
+    if (!steps_in_span(&path[0], length[0]) || !steps_in_span(&path[1], length[1]) ||
+        !(length[0] > 0 && length[1] > 0))
         return path_advance(&path[0], length[0]) && path_advance(&path[1], length[1]);
     for (int k = 0; k < 2; k++) {
         a[k] = plan_step(&path[k], length[k]);

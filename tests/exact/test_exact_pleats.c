@@ -341,8 +341,19 @@ static void test_exact_pleats_rays_beside_vertices(void **state) {
     assert_int_equal(wrong_of(22), 0);
 }
 
+/* The continuation of a face was followed no further than the face is wide. A ghost that could not
+ * be placed for that was taken for a net that breaks, no yarn went on beside it, and up to half of
+ * the cloth was missing. */
+static void test_exact_pleats_beyond_narrow_faces(void **state) {
+    const uint64_t seeds[] = {82, 99, 136};
+    (void)state;
+    for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++)
+        assert_int_equal(wrong_of(seeds[k]), 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_exact_pleats_unroll),
+                                       cmocka_unit_test(test_exact_pleats_beyond_narrow_faces),
                                        cmocka_unit_test(test_exact_pleats_rays_beside_vertices),
                                        cmocka_unit_test(test_exact_pleats_sides_with_narrow_bends),
                                        cmocka_unit_test(test_exact_pleats_past_strips_inside_out),
