@@ -105,14 +105,15 @@ static bool is_outside(const struct surface *surface, const double uv[2]) {
     return false;
 }
 
-/* Whether a place lies beyond a free edge of the shell. */
+/* Whether a place lies beyond a free edge of the shell, or beyond the end of a joint. */
 static bool is_off_shell(struct march *march, const struct station *place) {
     struct station settled = *place;
     struct crossing crossing;
     if (!crossing_settle(&march->cursor, &settled))
         return false;
     crossing_find(&settled, NULL, &crossing);
-    return crossing.kind == CROSSING_FREE;
+    return crossing.kind == CROSSING_FREE ||
+           (crossing.kind == CROSSING_JOINT && crossing.at_corner);
 }
 
 /* Whether the place a step away from C does. */

@@ -351,8 +351,17 @@ static void test_exact_pleats_beyond_narrow_faces(void **state) {
         assert_int_equal(wrong_of(seeds[k]), 0);
 }
 
+/* Nor was a place beyond the end of a joint taken for one beyond the boundary. */
+static void test_exact_pleats_beyond_ends_of_joints(void **state) {
+    const uint64_t seeds[] = {111, 229, 357};
+    (void)state;
+    for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++)
+        assert_int_equal(wrong_of(seeds[k]), 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_exact_pleats_unroll),
+                                       cmocka_unit_test(test_exact_pleats_beyond_ends_of_joints),
                                        cmocka_unit_test(test_exact_pleats_beyond_narrow_faces),
                                        cmocka_unit_test(test_exact_pleats_rays_beside_vertices),
                                        cmocka_unit_test(test_exact_pleats_sides_with_narrow_bends),
