@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "rough.h"
 
+#define LANES 2 /* the two ends of an edge */
 #include "solver/angle.h"
+#include "solver/lanes.h"
 #include "solver/surface/spans.h"
 
 /* At a pole, where there is no curvature, arcs rise alike at both ends, but for this. */
@@ -96,17 +98,6 @@ static struct departure departure(const struct station *p, struct vec3 to) {
 static struct vec3 leave_as_helix(const struct station *p, const struct departure *d) {
     struct vec3 beside = vec3_cross(p->normal, d->along);
     return vec3_unit(vec3_axpy(helix_angle(&d->near, d->c2), beside, d->along));
-}
-
-/* The same where curvature k and torsion t change evenly to those at the far end: with c^2 times
- * the integral of (1 - x) k(x) times that of t, from 0 to x, of which a helix has k t / 6. */
-static struct vec3 leave_for(const struct station *p, const struct departure *d,
-                             const struct bend *far) {
-    double k = d->near.curvature, t = d->near.torsion, dk = far->curvature - k,
-           dt = far->torsion - t;
-    double angle =
-        helix_angle(&d->near, d->c2) + d->c2 * (k * dt / 24 + dk * t / 12 + dk * dt / 40);
-    return vec3_unit(vec3_axpy(angle, vec3_cross(p->normal, d->along), d->along));
 }
 
 /* The square of the angle by which the normal turns for each length along a direction. */
@@ -221,16 +212,105 @@ static double error_of(const struct turn *turn) {
     return ROUGH_MISSED * (turn->of[2] * turn->of[2] + turn->of[3] * turn->of[3]);
 }
 
+/* ---- both ends of an edge at once: the same sums, in the lanes of vectors ---- */
+
+INLINE lanes both(double p, double q) {
+    return (lanes){p, q};
+}
+
+INLINE struct lanes3 both_vectors(struct vec3 p, struct vec3 q) {
+    return (struct lanes3){both(p.x, q.x), both(p.y, q.y), both(p.z, q.z)};
+}
+
+INLINE struct lanes3 unit_vectors(struct lanes3 a) {
+    lanes n = lanes_sqrt(lanes3_norm2(a));
+    return lanes3_select(n > 0, lanes3_scale(1 / n, a), a);
+}
+
+INLINE lanes form_of(const lanes coefficients[3], const lanes ab[2]) {
+    return ab[0] * ab[0] * coefficients[0] + 2 * ab[0] * ab[1] * coefficients[1] +
+           ab[1] * ab[1] * coefficients[2];
+}
+
+/* An edge as it sets off from either end, as in `departure`. */
+struct departures {
+    struct lanes3 normal, along;
+    lanes c2, rise, curvature, torsion, across;
+};
+
+/* As in `bend_along`. */
+INLINE void bend_both(const struct station *p, const struct station *q, struct departures *d) {
+    lanes i[3], ii[3];
+    for (int k = 0; k < 3; k++) {
+        i[k] = both(p->first[k], q->first[k]);
+        ii[k] = both(p->second[k], q->second[k]);
+    }
+    lanes determinant = i[0] * i[2] - i[1] * i[1];
+    lanes_mask regular = determinant > STATION_PARALLEL * STATION_PARALLEL * i[0] * i[2];
+    lanes side = both(p->surface ? p->surface->side : 1, q->surface ? q->surface->side : 1);
+    lanes inverse = 1 / determinant, scale = side / lanes_sqrt(determinant);
+    lanes by_u = lanes3_dot(d->along, both_vectors(p->jet.u, q->jet.u));
+    lanes by_v = lanes3_dot(d->along, both_vectors(p->jet.v, q->jet.v));
+    const lanes ab[2] = {(i[2] * by_u - i[1] * by_v) * inverse,
+                         (i[0] * by_v - i[1] * by_u) * inverse};
+    const lanes n[2] = {-(ab[0] * i[1] + ab[1] * i[2]) * scale,
+                        (ab[0] * i[0] + ab[1] * i[1]) * scale};
+    const lanes zero = {0};
+    d->curvature = lanes_select(regular, form_of(ii, ab), zero);
+    d->torsion = lanes_select(
+        regular,
+        ab[0] * n[0] * ii[0] + (ab[0] * n[1] + ab[1] * n[0]) * ii[1] + ab[1] * n[1] * ii[2], zero);
+    d->across = lanes_select(regular, form_of(ii, n), zero);
+}
+
+INLINE struct departures depart(const struct station *p, const struct station *q) {
+    struct lanes3 from = both_vectors(p->jet.r, q->jet.r), to = both_vectors(q->jet.r, p->jet.r);
+    struct lanes3 chord = lanes3_sub(to, from);
+    struct departures d = {.normal = both_vectors(p->normal, q->normal), .c2 = lanes3_norm2(chord)};
+    d.rise = lanes3_dot(chord, d.normal);
+    d.along = unit_vectors(lanes3_axpy(-d.rise, d.normal, chord));
+    bend_both(p, q, &d);
+    return d;
+}
+
+/* As `helix_angle`. */
+INLINE lanes helix_angles(const struct departures *d) {
+    lanes curvature = d->curvature, torsion = d->torsion, c2 = d->c2;
+    lanes angle = curvature * torsion * c2 / 6;
+    lanes k2 = curvature * curvature, t2 = torsion * torsion;
+    lanes k = curvature + 2 * torsion * angle, t = torsion + (d->across - curvature) * angle;
+    lanes d2 = c2 * (1 + k2 * c2 / 12);
+    return k * t * d2 / 6 * (1 + d2 * (k2 / 6 - (k2 + t2) / 20));
+}
+
+/* The directions in which a geodesic leaves its ends where curvature k and torsion t change evenly
+ * from one to the other: with c^2 times the integral of (1 - x) k(x) times that of t, from 0 to x,
+ * of which a helix has k t / 6. */
+INLINE struct lanes3 leave_evenly(const struct departures *d) {
+    lanes k = d->curvature, t = d->torsion;
+    lanes dk = both(k[1], k[0]) - k, dt = both(t[1], t[0]) - t;
+    lanes angle = helix_angles(d) + d->c2 * (k * dt / 24 + dk * t / 12 + dk * dt / 40);
+    return unit_vectors(lanes3_axpy(angle, lanes3_cross(d->normal, d->along), d->along));
+}
+
+INLINE struct departure departure_of(const struct departures *d, int end) {
+    return (struct departure){.c2 = d->c2[end],
+                              .rise = d->rise[end],
+                              .near = {d->curvature[end], d->torsion[end], d->across[end]}};
+}
+
 bool rough_tell(const struct station *p, const struct station *q, struct rough_geodesic *geodesic) {
-    struct departure from_p = departure(p, q->jet.r), from_q = departure(q, p->jet.r);
+    struct departures d = depart(p, q);
+    const struct departure from_p = departure_of(&d, 0), from_q = departure_of(&d, 1);
     struct turn turn = turn_between(&from_p, &from_q, 0);
+    struct lanes3 leave = leave_evenly(&d);
     double share = chord_share(&turn);
-    *geodesic =
-        (struct rough_geodesic){.length = sqrt(from_p.c2) / share,
-                                .error = error_of(&turn) + turn.wound,
-                                .angle = turn.unsure,
-                                .leave = leave_for(p, &from_p, &from_q.near),
-                                .arrive = vec3_scale(-1, leave_for(q, &from_q, &from_p.near))};
+    *geodesic = (struct rough_geodesic){
+        .length = sqrt(from_p.c2) / share,
+        .error = error_of(&turn) + turn.wound,
+        .angle = turn.unsure,
+        .leave = {leave.x[0], leave.y[0], leave.z[0]},
+        .arrive = vec3_scale(-1, vec3_make(leave.x[1], leave.y[1], leave.z[1]))};
     return fabs(turn.of[0]) < ROUGH_TURN_MOST && share > 0.5 && isfinite(geodesic->error);
 }
 
