@@ -151,35 +151,10 @@ static bool expected_outside(struct march *march, const struct fishnet_cell *cel
 /* The surface turns by more than this cosine over a cell that lies across a crease. */
 static const double creased = 0.9;
 
-/* Whether the faces of two places meet over a crease, at a joint beyond whose end, next to the
- * first of them, their continuations part. */
-static bool part_beyond(const struct station *p, const struct station *q) {
-    struct crossing joint;
-    return p->surface != q->surface && !(vec3_dot(p->normal, q->normal) > creased) &&
-           crossing_between(p, q->surface, &joint) && joint.at_corner && !joint.continued;
-}
-
-/* The same, next to either. */
-static bool are_parted(const struct station *p, const struct station *q) {
-    return part_beyond(p, q) || part_beyond(q, p);
-}
-
-/* Whether a cell hangs on a place beyond a free edge of the shell, and so on how a joint goes on
- * there between B and C or D (or NULL), which is not known. */
-static bool is_lost_outside(struct march *march, const struct fishnet_cell *cell,
-                            const struct station *d) {
-    const struct station *b = cell->b, *c = cell->c;
-    return march->surface->shell &&
-           (are_parted(b, c) || (d && (are_parted(b, d) || are_parted(c, d)))) &&
-           (is_off_shell(march, b) || is_off_shell(march, c));
-}
-
 /* Why a cell has no fourth corner. One that is expected beyond the boundary, and not to be found on
  * the continuation, is a matter of the boundary. */
 static enum drape_reason reason_of(struct march *march, const struct fishnet_cell *cell,
                                    enum fishnet_end end) {
-    if (is_lost_outside(march, cell, NULL))
-        return DRAPE_REASON_BOUNDARY;
     if (end == FISHNET_COLLAPSED)
         return DRAPE_REASON_COLLAPSED;
     if (expected_outside(march, cell))
@@ -492,10 +467,6 @@ static bool solve_on_surface(struct march *march, const struct march_cell *at,
     if (end == FISHNET_FOUND && s->method == DRAPE_GEODESIC && !laid)
         end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, s->spacing, s->lanes,
                                      node);
-    if (end == FISHNET_FOUND && is_lost_outside(march, &cell, &node->station)) {
-        *reason = DRAPE_REASON_BOUNDARY;
-        return false;
-    }
     if (end != FISHNET_FOUND)
         *reason = reason_of(march, &cell, end);
     return end == FISHNET_FOUND;

@@ -359,8 +359,17 @@ static void test_exact_pleats_beyond_ends_of_joints(void **state) {
         assert_int_equal(wrong_of(seeds[k]), 0);
 }
 
+/* Places that hang on one beyond the boundary were given up where faces part there. */
+static void test_exact_pleats_beside_parted_faces(void **state) {
+    const uint64_t seeds[] = {170, 263, 344};
+    (void)state;
+    for (size_t k = 0; k < sizeof seeds / sizeof *seeds; k++)
+        assert_int_equal(wrong_of(seeds[k]), 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_exact_pleats_unroll),
+                                       cmocka_unit_test(test_exact_pleats_beside_parted_faces),
                                        cmocka_unit_test(test_exact_pleats_beyond_ends_of_joints),
                                        cmocka_unit_test(test_exact_pleats_beyond_narrow_faces),
                                        cmocka_unit_test(test_exact_pleats_rays_beside_vertices),
