@@ -25,6 +25,9 @@ static const double even = 1e-9;
 /* The sine of the angle by which normals on both sides of a knot line differ at a crease. */
 static const double creased = 1e-6;
 
+/* A knot line within this share of a piece from its end is where the piece ends. */
+static const double at_end = 1e-9;
+
 /* The places from p to q and the pieces between them. A place within is a station, or one for
  * either side of a knot line of direction `axis`. */
 struct chain {
@@ -291,6 +294,35 @@ static bool move_places(struct chain *c, const double move[]) {
     return true;
 }
 
+/* Whether the way of piece k in parameters crosses a crease of direction n: places have moved past
+ * where it meets another, and the piece was taken for one in the span of its middle. */
+static bool crosses_crease(const struct chain *c, int k, int n) {
+    const struct station *from = c->from[k], *to = c->to[k];
+    const struct surface *surface = from->surface;
+    struct surface_walk walk = surface_walk_begin(&surface->axis[n], from->uv[n], to->uv[n]);
+    while (surface_walk_next(&walk)) {
+        struct station before, after;
+        double uv[2];
+        if (!surface->axis[n].joints[walk.number] || !(walk.share > at_end) ||
+            !(walk.share < 1 - at_end))
+            continue;
+        for (int x = 0; x < 2; x++)
+            uv[x] = x == n ? walk.at : from->uv[x] + walk.share * (to->uv[x] - from->uv[x]);
+        if (!station_beside(surface, uv, from->uv, &before) ||
+            !station_beside(surface, uv, to->uv, &after) ||
+            vec3_norm(vec3_cross(before.normal, after.normal)) > creased)
+            return true;
+    }
+    return false;
+}
+
+static bool keeps_to_spans(const struct chain *c) {
+    for (int k = 0; c->from[0]->surface->has_folds && k < c->pieces; k++)
+        if (crosses_crease(c, k, 0) || crosses_crease(c, k, 1))
+            return false;
+    return true;
+}
+
 /* The logarithm of a chain, its first and last pieces turned by the moves that are left. */
 static void conclude(const struct chain *c, const double angle[], const double move[],
                      struct logarithm *l) {
@@ -334,6 +366,8 @@ bool logarithm_find(struct surface_cursor *cursor, const struct station *p, cons
         if (!(most < 1) || sweep == SWEEPS || !move_places(&c, move))
             return false;
     }
+    if (!keeps_to_spans(&c))
+        return false;
     conclude(&c, angle, move, logarithm);
     return isfinite(logarithm->length);
 }
