@@ -70,6 +70,7 @@ const page = {
   hovered: null,
   example: 'saddle',
   part: 'saddle', // what the surface is called
+  opened: 0, // how many times something was opened: an example, a file, a drape
   limitsOf: {}, // of the colours, by field: [from, to] as far as given
 };
 
@@ -156,16 +157,24 @@ function chooseFaces(part, chosen) {
   );
 }
 
-/** A file of CAD or mesh: the service reads it. */
-async function takePart(file, format) {
+/** Something is opened: a function that says whether it still is what was opened last. */
+function open() {
+  const number = ++page.opened;
+  return () => page.opened === number;
+}
+
+/** A file of CAD or mesh: the service reads it; false where something else was opened meanwhile. */
+async function takePart(file, format, isLast) {
   const part = await storePart(file, format);
   const chosen = new Set(part.first);
   const shape = await shapeOf(part, chosen);
+  if (!isLast()) return false;
   const settings = { fabric: {}, length_unit: part.unit, method: part.mesh ? 'mosaic' : undefined };
   const assumed = assumeUnit({ settings, shape: part.body });
   await takeRequest({ settings, surfaceText: surfaceOf(part, chosen), shape });
   page.note = `${file.name}: ${assumed}`;
   showPart(part, chosen);
+  return true;
 }
 
 /** What the surface is and how large, in the unit that is chosen. */
@@ -206,11 +215,12 @@ function hint(text, low = false) {
 }
 
 async function takeExample(name) {
+  const isLast = open();
   element('example').value = name;
   const response = await fetch(new URL(`./${name}.json`, import.meta.url));
   if (!response.ok) throw new api.Unreachable();
   const request = await readRequest(await response.text());
-  if (element('example').value !== name) return; // another one was chosen meanwhile
+  if (!isLast()) return;
   page.example = page.part = name;
   await takeRequest(request);
   save();
@@ -225,6 +235,7 @@ function assumeUnit({ settings, shape }) {
 
 /** The service's limits, asked once; a file that is too large is not even read. */
 async function takeFile(file) {
+  const isLast = open();
   form.clearErrors();
   page.limits ||= await api.read('v1/limits');
   const { max_body: most } = page.limits;
@@ -239,25 +250,28 @@ async function takeFile(file) {
   const said = () => element('state').textContent === reading && say('');
   const format = formatOf(file.name);
   try {
-    if (format) await takePart(file, format);
-    else await takeJson(file);
+    const taken = await (format ? takePart(file, format, isLast) : takeJson(file, isLast));
+    said();
+    if (!taken) return;
     page.example = '';
     page.part = file.name.replace(/\.\w+$/i, '');
     element('example').value = '';
     refreshAbout();
-    said();
     save();
   } catch (error) {
     said();
+    if (!isLast()) return;
     form.surfaceError(`${file.name}: ${error.message}`);
   }
 }
 
-async function takeJson(file) {
+async function takeJson(file, isLast) {
   const request = await readRequest(await file.text());
+  if (!isLast()) return false;
   const assumed = assumeUnit(request);
   await takeRequest(request);
-  page.note = `${file.name}: ${assumed}`;
+  if (isLast()) page.note = `${file.name}: ${assumed}`;
+  return isLast();
 }
 
 function refreshCurl() {
@@ -529,12 +543,15 @@ function save() {
 }
 
 async function openDrape(id) {
+  const isLast = open();
   const request = await fetchRequest(id);
+  if (!isLast()) return;
   await takeRequest(request);
   hint('Fetching the net …', true);
   const { settings } = request;
   const told = { spacing: spacingOf(settings), label: labelOf(settings), body: form.body() };
   const drape = { ...(await fetchDrape(id)), ...told };
+  if (!isLast()) return;
   showDrape(drape);
   runner.follow(drape);
   drapes.refresh(id);
@@ -699,10 +716,11 @@ function listenRequest() {
     'change',
     ({ target }) => target.value && takeExample(target.value).catch(report),
   );
-  element('file').addEventListener(
-    'change',
-    ({ target }) => target.files[0] && takeFile(target.files[0]).catch(report),
-  );
+  element('file').addEventListener('change', ({ target }) => {
+    const [file] = target.files;
+    target.value = ''; // the same file again, written anew, is a change, too
+    if (file) takeFile(file).catch(report);
+  });
 }
 
 function listenDrop() {

@@ -266,6 +266,26 @@ test('part: whoever goes on before a slow computer has read the file is not set 
   await slow.context().close();
 });
 
+test('part: what is opened last stays, though a file before it is read later', async () => {
+  const file = join(root, 'api/examples/dome.step');
+  await page.route('**/v1/surfaces?*', async (route) => {
+    await new Promise((done) => setTimeout(done, 1500));
+    await route.continue();
+  });
+  await page.setInputFiles('#file', file);
+  await page.selectOption('#example', 'torus');
+  const read = page.waitForResponse(/v1\/surfaces\/.*preview/);
+  await page.waitForFunction(() => /^NURBS/.test(document.querySelector('#about').textContent));
+  await read;
+  await page.waitForTimeout(500); // what could follow
+  assert.match(await page.textContent('#about'), /^NURBS/);
+  assert.equal(await page.inputValue('#example'), 'torus');
+  assert.ok(await page.isHidden('#faces'));
+  await page.unroute('**/v1/surfaces?*');
+  await page.setInputFiles('#file', file);
+  await page.waitForSelector('#faces:not([hidden])');
+});
+
 test('part: the picture of the README', async () => {
   const folder = mkdtempSync(join(tmpdir(), 'parts-'));
   execFileSync(join(pictures, '../import/make_parts'), [folder]);
