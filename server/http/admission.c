@@ -22,10 +22,11 @@ struct admissions {
     struct {
         struct admission_client *first, *last;
     } clients[2]; /* lists: in reserve, served; who came, or ended a request, before others first */
-    struct {
+    struct findings {
         char owner[REQUEST_CALLER_SIZE]; /* "": any */
-        int64_t until_us;                /* none that is served is idle before */
-    } busy[OWNERS];
+        int64_t busy_until_us;           /* none that is served is idle before */
+        int64_t most_until_us;           /* nobody had more, and is looked at before */
+    } findings[OWNERS];
 };
 
 struct admissions *admissions_new(struct shares *shares, int64_t owner_most) {
@@ -119,15 +120,13 @@ static unsigned place_of(const char *owner) {
     return hash % OWNERS;
 }
 
-static bool all_busy(const struct admissions *admissions, const char *owner, int64_t now) {
-    unsigned at = place_of(owner);
-    return now < admissions->busy[at].until_us && !strcmp(admissions->busy[at].owner, owner);
-}
-
-static void note_busy(struct admissions *admissions, const char *owner, int64_t until_us) {
-    unsigned at = place_of(owner);
-    snprintf(admissions->busy[at].owner, sizeof admissions->busy[at].owner, "%s", owner);
-    admissions->busy[at].until_us = until_us;
+static struct findings *findings_of(struct admissions *admissions, const char *owner) {
+    struct findings *findings = &admissions->findings[place_of(owner)];
+    if (strcmp(findings->owner, owner) != 0) {
+        memset(findings, 0, sizeof *findings);
+        snprintf(findings->owner, sizeof findings->owner, "%s", owner);
+    }
+    return findings;
 }
 
 /* The one that has been idle longest, of the owner ("": of the one who has most, among those with
@@ -135,7 +134,8 @@ static void note_busy(struct admissions *admissions, const char *owner, int64_t 
 static struct admission_client *find_idle(struct admissions *admissions, const char *owner) {
     struct admission_client *found = NULL;
     int64_t now = clock_us(), next = now + GRACE_US, most = 0;
-    if (admissions->closing >= ADMISSION_CLOSING || all_busy(admissions, owner, now))
+    struct findings *findings = findings_of(admissions, owner);
+    if (admissions->closing >= ADMISSION_CLOSING || now < findings->busy_until_us)
         return NULL;
     for (struct admission_client *client = admissions->clients[1].first; client;
          client = client->next) {
@@ -155,7 +155,7 @@ static struct admission_client *find_idle(struct admissions *admissions, const c
         }
     }
     if (!found)
-        note_busy(admissions, owner, next);
+        findings->busy_until_us = next;
     return found;
 }
 
@@ -170,8 +170,34 @@ static struct admission_client *find_idle_in_reserve(struct admissions *admissio
     return found;
 }
 
+/* The one that was heard longest ago, busy or not, of the owner who has most, if that is more than
+ * the `least` of this owner. Those of proxies are of many owners, and left alone. */
+static struct admission_client *find_any(struct admissions *admissions, const char *owner,
+                                         int64_t least) {
+    struct findings *findings = findings_of(admissions, owner);
+    struct admission_client *found = NULL, *last = NULL;
+    int64_t now = clock_us(), most = least, has = 0;
+    if (now < findings->most_until_us)
+        return NULL;
+    for (struct admission_client *client = admissions->clients[1].first; client;
+         client = client->next) {
+        if (client->closing || client->shared)
+            continue;
+        if (!last || strcmp(last->owner, client->owner) != 0)
+            has = count(admissions, client->owner);
+        last = client;
+        if (has > most || (found && has == most && idle_longer(client, found))) {
+            most = has;
+            found = client;
+        }
+    }
+    if (!found)
+        findings->most_until_us = now + GRACE_US;
+    return found;
+}
+
 /* Its thread notices and lets it go. False: there was none. */
-static bool close_idle(struct admissions *admissions, struct admission_client *client) {
+static bool close_client(struct admissions *admissions, struct admission_client *client) {
     if (!client || admissions->closing >= ADMISSION_CLOSING)
         return false;
     leave_place(admissions, client);
@@ -184,16 +210,24 @@ static bool close_idle(struct admissions *admissions, struct admission_client *c
 /* ------------------------------------------------------------------ coming and going */
 
 static bool replace_own(struct admissions *admissions, const char *owner) {
-    return close_idle(admissions, find_idle(admissions, owner));
+    return close_client(admissions, find_idle(admissions, owner));
 }
 
 /* In the place of one of an owner who has more than the new one's; `any`: of whoever has most. */
 static bool replace_other(struct admissions *admissions, int64_t held, bool any) {
     struct admission_client *idle = find_idle(admissions, "");
-    return idle && (any || count(admissions, idle->owner) > held) && close_idle(admissions, idle);
+    return idle && (any || count(admissions, idle->owner) > held) && close_client(admissions, idle);
 }
 
-/* Where places are left, an owner with its share makes room from its own alone. */
+/* In the place of any one of the owner who has most, if that leaves it no fewer than the new one's;
+ * where places are left, it need not go. */
+static bool be_second(struct admissions *admissions, const char *owner, int64_t held, bool left) {
+    struct admission_client *any = find_any(admissions, owner, held + 1);
+    return any && (left || close_client(admissions, any));
+}
+
+/* While an owner has less than is left it gets one more, beyond that as long as another has more.
+ * The last places are made anew from who has most: idle ones, or else any. */
 static enum admission place(struct admissions *admissions, const struct admission_client *client) {
     const char *owner = client->owner;
     int64_t held = count(admissions, owner);
@@ -205,6 +239,8 @@ static enum admission place(struct admissions *admissions, const struct admissio
         good = replace_other(admissions, held, client->shared);
     if (!good && held > 0)
         good = replace_own(admissions, owner);
+    if (!good && held < admissions->owner_most)
+        good = be_second(admissions, owner, held, left);
     return good                          ? ADMISSION_SERVED
            : held > 0 && !client->shared ? ADMISSION_OWNER_FULL
                                          : ADMISSION_FULL;
@@ -218,7 +254,7 @@ bool admission_enter(struct admissions *admissions, struct admission_client *cli
     pthread_mutex_lock(&admissions->lock);
     client->how = place(admissions, client);
     bool good = client->how == ADMISSION_SERVED || admissions->reserved < ADMISSION_RESERVE ||
-                close_idle(admissions, find_idle_in_reserve(admissions));
+                close_client(admissions, find_idle_in_reserve(admissions));
     good = good && take_place(admissions, client);
     if (good)
         append(admissions, client);

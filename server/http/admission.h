@@ -1,15 +1,18 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * Which connections are served. Of those that the configuration allows an owner (by the peer's
- * address: whose requests come over it is not known yet) may have as many as are left, and no more
- * than `owner_most` (`shares.h`). One more takes the place of an idle one of the same owner; when
- * no place is left at all, of the owner who has most, if that has more. Idle is a connection on
- * which for a moment no request has been under way and nothing has arrived, read or not, and the
- * one that has been idle longest goes. When none is idle, the new connection is in reserve: probes
- * are answered on it, all else is refused, and it is closed soon. The reserve has ADMISSION_RESERVE
- * places; the connection that has been idle there longest makes room for the next.
+ * address: whose requests come over it is not known yet) may have as many as are left (`shares.h`),
+ * or as another has, and no more than `owner_most`. One more takes the place of an idle one of the
+ * same owner; when no place is left at all, of the owner who has most, if that has more. Idle is a
+ * connection on which for a moment no request has been under way and nothing has arrived, read or
+ * not, and the one that has been idle longest goes. When no place is left and none is idle, the
+ * owner who has most gives up the one that was heard longest ago, if it has no fewer than the new
+ * one's then. Otherwise the new connection is in reserve: probes are answered on it, all else is
+ * refused, and it is closed soon. The reserve has ADMISSION_RESERVE places; the connection that has
+ * been idle there longest makes room for the next.
  *
- * Peers that are trusted proxies carry many owners' requests: they may have all there are.
+ * Peers that are trusted proxies carry many owners' requests: they may have all there are, and give
+ * up idle ones alone.
  *
  * Any thread; the calls for one connection come one at a time.
  */

@@ -25,7 +25,7 @@ trap 'stop; rm -rf "$work"' EXIT
 start() {
     stop
     "$build/draped" --listen 127.0.0.1:0 --data "$work/data" --queue-limit 10000000 \
-        --owner-queue 10000000 --max-connections 8192 --owner-streams 4096 \
+        --owner-queue 10000000 --max-connections 6400 --owner-streams 4096 \
         --log-level warning "$@" >"$work/out" 2>>"$work/log" &
     daemon=$!
     wait_listening "$work/out"

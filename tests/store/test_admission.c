@@ -20,6 +20,12 @@ struct house {
     int peers[PLACES + 1], sockets[PLACES + 1];
 };
 
+enum { OWNERS_MOST = 12, OWNERS_ALIKE = 10 };
+
+static void name_owner(char name[16], int k) {
+    snprintf(name, 16, "owner%d", k);
+}
+
 static bool enter(struct house *house, int k, const char *owner) {
     return admission_enter(house->admissions, &house->clients[k], owner, false, house->sockets[k]);
 }
@@ -128,12 +134,6 @@ static void test_admission_goes_on_to_who_has_fewer(void **state) {
 }
 
 /* ------------------------------------------------------------------ shares */
-
-enum { OWNERS_MOST = 12 };
-
-static void name_owner(char name[16], int k) {
-    snprintf(name, 16, "owner%d", k);
-}
 
 static void give_back(struct shares *shares, int owners, enum shares_kind kind) {
     for (int k = 0; k < owners; k++) {
@@ -257,6 +257,68 @@ static void test_admission_takes_of_nobody_who_has_fewer(void **state) {
     assert_false(house->clients[0].closing);
 }
 
+/* All busy, the first heard longest ago. */
+static void make_busy(struct house *house) {
+    for (int k = 0; k < PLACES; k++) {
+        admission_busy(house->admissions, &house->clients[k], true);
+        atomic_store(&house->clients[k].active_us, clock_us() - (PLACES - k) * SECOND_US);
+    }
+}
+
+static void test_admission_takes_a_busy_one_of_who_has_most(void **state) {
+    struct house *house = *state;
+    make_busy(house);
+    expect_replaced(house, 1);
+}
+
+static void test_admission_takes_no_busy_one_of_a_proxy(void **state) {
+    struct house *house = *state;
+    make_busy(house);
+    house->clients[1].shared = true;
+    expect_replaced(house, 2);
+}
+
+static void test_admission_takes_no_busy_one_of_who_has_as_few(void **state) {
+    struct house *house = *state;
+    make_busy(house);
+    house->clients[1].shared = house->clients[2].shared = true;
+    assert_true(enter(house, PLACES, "owner"));
+    assert_int_equal(house->clients[PLACES].how, ADMISSION_FULL);
+    assert_false(house->clients[0].closing);
+}
+
+/* Owners with busy connections alone, one after the other: who comes late gets as many as others.
+ */
+static void test_admission_shares_busy_ones_alike(void **state) {
+    (void)state;
+    enum { MOST = 60, TRIES = 1000, EACH = MOST / OWNERS_ALIKE };
+    static struct admission_client clients[TRIES];
+    struct shares *shares = shares_new((int64_t[SHARES_KINDS]){MOST, MOST, MOST});
+    struct admissions *admissions = admissions_new(shares, MOST);
+    bool in[TRIES] = {false};
+    char name[16];
+    for (int k = 0; k < TRIES; k++) {
+        name_owner(name, k * OWNERS_ALIKE / TRIES);
+        in[k] = admission_enter(admissions, &clients[k], name, false, -1);
+        if (in[k])
+            admission_busy(admissions, &clients[k], true);
+        for (int i = 0; i < k; i++) /* its thread has let it go */
+            if (in[i] && clients[i].closing) {
+                admission_leave(admissions, &clients[i]);
+                in[i] = false;
+            }
+    }
+    for (int k = 0; k < OWNERS_ALIKE; k++) {
+        name_owner(name, k);
+        assert_in_range(shares_of(shares, name, SHARES_CONNECTIONS), EACH - 1, EACH + 1);
+    }
+    for (int k = 0; k < TRIES; k++)
+        if (in[k])
+            admission_leave(admissions, &clients[k]);
+    admissions_free(admissions);
+    shares_free(shares);
+}
+
 int main(void) {
 #define IN_FULL_HOUSE(test) cmocka_unit_test_setup_teardown(test, set_up_full, tear_down)
 #define IN_HOUSE(test) cmocka_unit_test_setup_teardown(test, set_up, tear_down)
@@ -269,6 +331,10 @@ int main(void) {
         IN_FULL_HOUSE(test_admission_goes_on_to_who_has_fewer),
         IN_FULL_HOUSE(test_admission_takes_of_who_has_more),
         IN_FULL_HOUSE(test_admission_takes_of_nobody_who_has_fewer),
+        IN_FULL_HOUSE(test_admission_takes_a_busy_one_of_who_has_most),
+        IN_FULL_HOUSE(test_admission_takes_no_busy_one_of_a_proxy),
+        IN_FULL_HOUSE(test_admission_takes_no_busy_one_of_who_has_as_few),
+        cmocka_unit_test(test_admission_shares_busy_ones_alike),
         cmocka_unit_test(test_admission_leaves_a_place_for_who_comes),
         cmocka_unit_test(test_shares_leave_a_place_for_who_comes),
         cmocka_unit_test(test_shares_let_the_only_body_grow),
