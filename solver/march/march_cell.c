@@ -464,9 +464,14 @@ static bool solve_on_surface(struct march *march, const struct march_cell *at,
     bool laid = false;
     if (s->method != DRAPE_BASIC)
         end = solve_uneven(march, at, &cell, &corrections, end, node, &laid);
-    if (end == FISHNET_FOUND && s->method == DRAPE_GEODESIC && !laid)
+    if (end == FISHNET_FOUND && s->method == DRAPE_GEODESIC && !laid) {
+        const struct surface *face = node->station.surface;
         end = fishnet_geodesic_solve(march->surface, &march->cursor, &cell, s->spacing, s->lanes,
                                      node);
+        /* Beyond a joint of which chords did not know: its yarns leave otherwise than chords do. */
+        if (end == FISHNET_FOUND && node->station.surface != face)
+            end = solve_rough(march, at, &cell, true, node);
+    }
     if (end != FISHNET_FOUND)
         *reason = reason_of(march, &cell, end);
     return end == FISHNET_FOUND;

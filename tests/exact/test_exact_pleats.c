@@ -16,7 +16,7 @@ enum { PARTS_MAX = 5, CREASES_MAX = 3, PLACES = 24, FACES_MAX = 4 * PROFILE_PART
 static const uint64_t SEED = 1;
 
 static const double position_most[PROFILE_METHODS] = {1e-4, 5e-3, 5e-3};
-static const double shear_most = 0.5, rim_shear_most = 1, cover_least = 0.99;
+static const double astray_most = 5e-3, shear_most = 0.5, rim_shear_most = 1, cover_least = 0.99;
 
 /* Nodes nearer than this to the rim may be missing, d being 1. */
 static const double RIM = 1e-4;
@@ -226,8 +226,12 @@ static struct net_miss measure(const struct pleats *pleats, const struct drape_r
     return miss;
 }
 
-static bool is_wrong(const struct pleats *pleats, const double start[2], double angle, int m,
-                     bool in_faces, uint64_t seed) {
+/* What is wrong with a drape: it lacks cloth or is not as exact as its method; or it is astray, its
+ * nodes or their shear being quite different from what is right. */
+enum { RIGHT, LACKING, ASTRAY };
+
+static int fault_of(const struct pleats *pleats, const double start[2], double angle, int m,
+                    bool in_faces, uint64_t seed) {
     static struct shape shape;
     struct drape_run run;
     struct vec3 along[2];
@@ -268,17 +272,20 @@ static bool is_wrong(const struct pleats *pleats, const double start[2], double 
         arena_free(run.arena);
     } else
         drape_end(&run);
-    bool wrong = miss.missing > 0 || !(miss.position < position_most[m]) || !(shear < shear_most) ||
-                 !(most < rim_shear_most) || !(cover > cover_least);
-    if (wrong)
+    bool astray =
+        !(miss.position < astray_most) || !(shear < shear_most) || !(most < rim_shear_most);
+    bool wrong = miss.missing > 0 || !(miss.position < position_most[m]) || !(cover > cover_least);
+    int fault = astray ? ASTRAY : wrong ? LACKING : RIGHT;
+    if (fault != RIGHT)
         printf("    %s%s: %zu nodes, %d missing, covered %.4f, %.1e d, shear %.4f, with the rim "
                "%.4f deg\n",
                profile_methods[m].name, in_faces ? " in faces" : "", nodes, miss.missing, cover,
                miss.position, shear, most);
-    return wrong;
+    return fault;
 }
 
-static int wrong_of(uint64_t name) {
+/* How many of the drapes of a sheet have this fault or a worse one. */
+static int faults_of(uint64_t name, int least) {
     static struct pleats pleats;
     uint64_t seed = name * 7919;
     int wrong = 0;
@@ -288,16 +295,24 @@ static int wrong_of(uint64_t name) {
                              random_between(&seed, 0.1, 0.9) * pleats.sheet.width};
     double angle = random_unit(&seed) < 0.25 ? 0 : random_between(&seed, 0, M_PI);
     for (int m = 0; m < 2 * PROFILE_METHODS; m++)
-        wrong += is_wrong(&pleats, start, angle, m / 2, m % 2, seed);
+        wrong += fault_of(&pleats, start, angle, m / 2, m % 2, seed) >= least;
     if (wrong)
         printf("  seed %llu\n", (unsigned long long)name);
     return wrong;
 }
 
-/* Of those that a seed names, many are wrong as yet: DRAPED_ROUNDS looks for them. */
+static int astray_of(uint64_t name) {
+    return faults_of(name, ASTRAY);
+}
+
+static int wrong_of(uint64_t name) {
+    return faults_of(name, LACKING);
+}
+
+/* Some lack cloth as yet where there are several faces; none is astray. */
 static void test_exact_pleats_unroll(void **state) {
     (void)state;
-    assert_int_equal(check_rounds(SEED, 0, 0, wrong_of), 0);
+    assert_int_equal(check_rounds(SEED, 150, 10, astray_of), 0);
 }
 
 /* At a sharp crease the continuations of both faces have a place at the right distances, and
@@ -376,16 +391,25 @@ static void test_exact_pleats_yarns_beside_vertices(void **state) {
         assert_int_equal(wrong_of(seeds[k]), 0);
 }
 
+/* Geodesics that end beyond a crease, where chords did not, left its yarns as chords leave. */
+static void test_exact_pleats_geodesics_just_beyond_creases(void **state) {
+    (void)state;
+    assert_int_equal(astray_of(979), 0);
+    assert_int_equal(wrong_of(78), 0);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_exact_pleats_unroll),
-                                       cmocka_unit_test(test_exact_pleats_yarns_beside_vertices),
-                                       cmocka_unit_test(test_exact_pleats_beside_parted_faces),
-                                       cmocka_unit_test(test_exact_pleats_beyond_ends_of_joints),
-                                       cmocka_unit_test(test_exact_pleats_beyond_narrow_faces),
-                                       cmocka_unit_test(test_exact_pleats_rays_beside_vertices),
-                                       cmocka_unit_test(test_exact_pleats_sides_with_narrow_bends),
-                                       cmocka_unit_test(test_exact_pleats_past_strips_inside_out),
-                                       cmocka_unit_test(test_exact_pleats_places_of_neither_face),
-                                       cmocka_unit_test(test_exact_pleats_past_the_ends_of_joints)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_exact_pleats_unroll),
+        cmocka_unit_test(test_exact_pleats_geodesics_just_beyond_creases),
+        cmocka_unit_test(test_exact_pleats_yarns_beside_vertices),
+        cmocka_unit_test(test_exact_pleats_beside_parted_faces),
+        cmocka_unit_test(test_exact_pleats_beyond_ends_of_joints),
+        cmocka_unit_test(test_exact_pleats_beyond_narrow_faces),
+        cmocka_unit_test(test_exact_pleats_rays_beside_vertices),
+        cmocka_unit_test(test_exact_pleats_sides_with_narrow_bends),
+        cmocka_unit_test(test_exact_pleats_past_strips_inside_out),
+        cmocka_unit_test(test_exact_pleats_places_of_neither_face),
+        cmocka_unit_test(test_exact_pleats_past_the_ends_of_joints)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
