@@ -5,15 +5,18 @@
 #include <microhttpd.h>
 #include <stdatomic.h>
 #include <stdlib.h>
+#include <sys/epoll.h>
 #include <sys/socket.h>
 
 typedef enum MHD_Result queue_function(struct MHD_Connection *connection, unsigned status,
                                        struct MHD_Response *response);
 typedef ssize_t recv_function(int socket, void *buffer, size_t size, int flags);
+typedef int control_function(int epoll, int operation, int file, struct epoll_event *event);
 
 static struct interpose_hooks hooks;
 static queue_function *queue_response; /* the library's */
 static _Atomic(recv_function *) receive;
+static _Atomic(control_function *) control;
 
 /* Contexts by descriptor; NULL: not watched. */
 struct watched {
@@ -82,4 +85,25 @@ ssize_t recv(int socket, void *buffer, size_t size, int flags) {
     _Atomic(void *) *place = got > 0 ? place_of(socket) : NULL;
     void *context = place ? atomic_load_explicit(place, memory_order_relaxed) : NULL;
     return context ? hooks.received(context, buffer, (size_t)got) : got;
+}
+
+/* ------------------------------------------------------------------ what is waited for */
+
+static control_function *find_control(void) {
+    control_function *found = atomic_load_explicit(&control, memory_order_relaxed);
+    if (!found) {
+        *(void **)&found = dlsym(RTLD_NEXT, "epoll_ctl");
+        if (!found)
+            abort();
+        atomic_store_explicit(&control, found, memory_order_relaxed);
+    }
+    return found;
+}
+
+int epoll_ctl(int epoll, int operation, int file, struct epoll_event *event) {
+    int before = errno, code = find_control()(epoll, operation, file, event);
+    if (code == 0 || operation != EPOLL_CTL_DEL || errno != ENOENT)
+        return code;
+    errno = before;
+    return 0;
 }

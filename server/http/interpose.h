@@ -28,7 +28,13 @@
  *       would pass the check by. The front answers no request whose head was not checked, so that
  *       this is seen at the first request.
  *
- * Both need the functions here to be in the dynamic symbol table of the program; the linker exports
+ * `epoll_ctl`. A file that is taken out of a set and is not in it is no fault. When the front stops
+ * to listen, the library takes its listening socket out of the set of each of its threads, and so
+ * does a thread that wakes in that moment; whoever comes second would end the program.
+ *
+ *   0.9.75  src/microhttpd/daemon.c, MHD_quiesce_daemon and MHD_epoll: no lock between them.
+ *
+ * All need the functions here to be in the dynamic symbol table of the program; the linker exports
  * them by itself because a shared library that is linked refers to them.
  * tests/faults/test_framing.py fails without.
  */
