@@ -268,6 +268,27 @@ static bool grazes_joint(struct march *march, const struct station *from, struct
     return joint.kind == CROSSING_NONE || joint.distance <= grazing * d;
 }
 
+/* Yarns do not stretch: no chord is longer than the spacing by more than this share, and what two
+ * faces leave between them. */
+static const double stretch = 1e-3;
+
+/* The geodesics from B and C that meet. One that was led round a corner to another place of its
+ * joint has been torn. */
+static enum fishnet_end meet(struct march *march, const struct fishnet_cell *cell,
+                             const double accuracy[2], struct fishnet_yarns *yarns,
+                             struct fishnet_node *node) {
+    const double *d = march->settings->spacing;
+    const struct shell *shell = march->surface->shell;
+    double gap = shell ? 2 * shell_edges(shell).largest_gap : 0;
+    enum fishnet_end end = fishnet_geodesic_meet(march->surface, &march->cursor, cell, d[0], d[1],
+                                                 accuracy, yarns, node);
+    for (int k = 0; k < 2 && end == FISHNET_FOUND; k++)
+        if (vec3_distance(node->station.jet.r, (k ? cell->c : cell->b)->jet.r) >
+            (1 + stretch) * d[k] + gap)
+            end = FISHNET_NO_CONVERGENCE;
+    return end;
+}
+
 /* A cell with a rough edge: both yarns to D are geodesics of the spacing's length. Where chords led
  * to a D, `found`, it may be enough to measure them. */
 static enum fishnet_end solve_rough(struct march *march, const struct march_cell *at,
@@ -299,20 +320,17 @@ static enum fishnet_end solve_rough(struct march *march, const struct march_cell
         return FISHNET_NO_CONVERGENCE;
     node->outside = 0;
     const struct fishnet_yarns begun = yarns;
-    enum fishnet_end end =
-        fishnet_geodesic_meet(march->surface, &march->cursor, cell, d[0], d[1],
-                              geodesic ? geodesic_accuracy : rough_accuracy, &yarns, node);
+    const double *accuracy = geodesic ? geodesic_accuracy : rough_accuracy;
+    enum fishnet_end end = meet(march, cell, accuracy, &yarns, node);
     /* Over a joint that is curved, for one; not where the first rays could not be followed. */
     if (end == FISHNET_NO_CONVERGENCE && geodesic && node->iterations > 0) {
         yarns = begun;
-        end = fishnet_geodesic_meet(march->surface, &march->cursor, cell, d[0], d[1],
-                                    rough_accuracy, &yarns, node);
+        end = meet(march, cell, rough_accuracy, &yarns, node);
     }
     for (int k = 0; k < 2 && end == FISHNET_NO_CONVERGENCE && march->surface->shell; k++) {
         yarns = begun;
         yarns.stays[k] = true;
-        end = fishnet_geodesic_meet(march->surface, &march->cursor, cell, d[0], d[1],
-                                    geodesic ? geodesic_accuracy : rough_accuracy, &yarns, node);
+        end = meet(march, cell, accuracy, &yarns, node);
         if (end == FISHNET_FOUND &&
             !grazes_joint(march, k ? cell->c : cell->b, yarns.start[k], &node->station, d[k]))
             end = FISHNET_NO_CONVERGENCE;

@@ -3,6 +3,7 @@
 files are written by make_parts, which prints the areas that Open CASCADE has for its own shapes."""
 import gzip
 import json
+import math
 import os
 import re
 import resource
@@ -18,6 +19,7 @@ from daemon import BUILD, LONG, Tap, expect, seed  # noqa: E402
 IMPORT = f"{BUILD}/drape-import"
 DRAPE = f"{BUILD}/drape"
 INCH = 25.4
+DRAPES = 200 if LONG else 8
 DAMAGED = 1000 if LONG else 16  # files
 DAMAGED_SECONDS = 3  # of processor time, for one: some make the reader run on and on
 
@@ -234,6 +236,39 @@ def test_drape(parts, name, least, choice={}):
     expect(summary["coverage"] <= summary["cloth_coverage"], summary)
 
 
+def longest_yarn(result, spacing):
+    """The longest straight way between neighbours of the net, in spacings."""
+    nodes = result["nodes"]
+    places = list(zip(nodes["x"], nodes["y"], nodes["z"]))
+    at = dict(zip(zip(nodes["i"], nodes["j"]), places))
+    beside = [(at[i, j], at.get(other)) for i, j in at for other in ((i + 1, j), (i, j + 1))]
+    return max([math.dist(a, b) / spacing for a, b in beside if b], default=0)
+
+
+def test_unstretched(parts):
+    """Cloth does not stretch, wherever it begins and however far it is sheared."""
+    chance = seed()
+    rows = {name: parts.read(name, "--list")["faces"] for name in ("cover", "rounded", "cup", "neck")}
+    drapes = [("cover", 27, 20.573, 65.3, "gib4")]
+    for _ in range(DRAPES):
+        name = chance.choice(sorted(rows))
+        spacing = sum(row["area"] for row in rows[name])**0.5 / chance.uniform(16, 50)
+        drapes.append((name, chance.randrange(len(rows[name])), spacing, chance.uniform(0, 90),
+                       chance.choice(("gib", "gib4", "geodesic"))))
+    for name, face, spacing, angle, method in drapes:
+        request = {"surface": {"file": parts.path(name), "grow_from": face, "up_to_deg": 100},
+                   "fabric": {"spacing": spacing}, "method": method,
+                   "start": {"point": rows[name][face]["centre"]}, "direction": {"angle_deg": angle}}
+        done = subprocess.run([DRAPE], input=json.dumps(request), capture_output=True, text=True,
+                              timeout=300)
+        if done.returncode == 1:
+            expect("start-" in done.stderr, done.stderr)
+            continue
+        expect(done.returncode == 0, done.stderr)
+        longest = longest_yarn(json.loads(done.stdout), spacing)
+        expect(longest < 1.001, f"{longest} spacings: {name} {face} {spacing} {angle} {method}")
+
+
 def highest(parts, name):
     rows = parts.read(name, "--list")["faces"]
     return max(rows, key=lambda row: row["centre"][2])["index"]
@@ -323,6 +358,7 @@ def main():
                 {"grow_from": highest(parts, "pillar"), "up_to_deg": 20})
         tap.run("import: drape of cover", test_drape, parts, "cover", 0.9999,
                 {"grow_from": highest(parts, "cover"), "up_to_deg": 20})
+        tap.run("import: cloth that does not stretch", test_unstretched, parts)
         tap.run("import: instances of an assembly", test_instances, parts)
         tap.run("import: chosen faces", test_selection, parts)
         tap.run("import: notes", test_notes, parts)
